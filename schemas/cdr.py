@@ -1,0 +1,145 @@
+"""CDR, as ROS 2 puts it on the wire, and the RIHS01 hashes of its types.
+
+rosbags does the encoding; its serialiser reads attributes by name and so takes the models directly.
+"""
+
+from functools import cache
+from importlib.resources import files
+from importlib.resources.abc import Traversable
+from typing import Any, TypeVar
+
+from pydantic import ValidationError
+from rosbags.interfaces import Nodetype
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys.store import Typestore
+
+from schemas.errors import PayloadError
+from schemas.messages.base import Message
+
+M = TypeVar("M", bound=Message)
+
+#: Larger payloads are refused unread: the largest honest message, a trajectory of 100,000 segments, stays below.
+MAX_PAYLOAD_BYTES = 32 * 1024 * 1024
+
+
+def definition_files() -> list[tuple[str, str]]:
+    """The shipped message definitions as (ROS type, text); a service gives its request and its response."""
+    found: list[tuple[str, str]] = []
+    root = files("schemas") / "msg"
+    for package in sorted(root.iterdir(), key=lambda entry: entry.name):
+        if package.is_dir():
+            found += _package_definitions(package)
+    return found
+
+
+def _package_definitions(package: Traversable) -> list[tuple[str, str]]:
+    found: list[tuple[str, str]] = []
+    for folder in sorted(package.iterdir(), key=lambda entry: entry.name):
+        for entry in sorted(folder.iterdir(), key=lambda entry: entry.name):
+            name = f"{package.name}/{folder.name}/{entry.name.rsplit('.', 1)[0]}"
+            text = entry.read_text(encoding="utf-8")
+            if folder.name == "srv":
+                request, response = text.split("---\n", 1)
+                found += [(f"{name}_Request", request), (f"{name}_Response", response)]
+            else:
+                found.append((name, text))
+    return found
+
+
+@cache
+def typestore() -> Typestore:
+    """Standard ROS 2 types and the shipped ones."""
+    store = get_typestore(Stores.ROS2_JAZZY)
+    types: dict[str, Any] = {}
+    for name, text in definition_files():
+        # The parser knows messages only; a request or response is one under its service's name.
+        (types[name],) = get_types_from_msg(text, name.replace("/srv/", "/msg/")).values()
+    store.register(types)
+    return store
+
+
+def encode(message: Message) -> bytes:
+    """Little-endian CDR with its 4-byte header: the bytes that ROS 2 would send."""
+    return bytes(typestore().serialize_cdr(message, message.ros_type))
+
+
+def decode(kind: type[M], payload: bytes) -> M:
+    """The message in ``payload``.
+
+    Raises:
+        PayloadError: It is too large, truncated, over-long, or its values are not allowed in ``kind``.
+    """
+    if len(payload) > MAX_PAYLOAD_BYTES:
+        raise PayloadError(
+            f"{kind.ros_type}: payload of {len(payload):,} bytes; at most {MAX_PAYLOAD_BYTES:,} are read"
+        )
+    if len(payload) < 4 or payload[0] != 0 or payload[1] not in (0, 1):
+        raise PayloadError(f"{kind.ros_type}: payload of {len(payload)} bytes does not begin with a CDR header")
+    try:
+        raw = typestore().deserialize_cdr(payload, kind.ros_type)
+    except Exception as error:  # the generated decoder raises whatever the bytes lead it into
+        raise PayloadError(
+            f"{kind.ros_type}: not a CDR message of this type ({error or type(error).__name__})"
+        ) from error
+    try:
+        return kind.model_validate(raw)
+    except ValidationError as error:
+        first = error.errors()[0]
+        field = ".".join(str(part) for part in first["loc"])
+        raise PayloadError(f"{kind.ros_type}: {field}: {first['msg']}") from error
+
+
+@cache
+def type_hash(kind: type[Message]) -> str:
+    """The RIHS01 hash of a message type (ROS REP-2016), such as ``RIHS01_7d9a…``."""
+    return typestore().hash_rihs01(kind.ros_type)
+
+
+@cache
+def full_definition(kind: type[Message]) -> str:
+    """The ``ros2msg`` schema text: the type's definition followed by those of all types in it."""
+    text, _ = typestore().generate_msgdef(kind.ros_type, ros_version=2)
+    return text
+
+
+def flat_fields(ros_type: str, prefix: str = "") -> list[tuple[str, str, int | None]]:
+    """The leaves of a type in wire order.
+
+    Returns:
+        (dotted path, primitive type, count) each; count is ``None`` for a scalar, the length of a fixed array, and
+        −1 for a sequence.
+
+    Raises:
+        TypeError: The type holds an array of messages, which has no flat form.
+    """
+    leaves: list[tuple[str, str, int | None]] = []
+    for name, description in typestore().fielddefs[ros_type][1]:
+        node, detail = description
+        path = f"{prefix}{name}"
+        if node == Nodetype.NAME:
+            leaves += flat_fields(str(detail), f"{path}.")
+        elif node == Nodetype.BASE:
+            leaves.append((path, str(detail[0]), None))
+        else:
+            (inner, inner_detail), count = detail  # type: ignore[misc]
+            if inner != Nodetype.BASE:
+                raise TypeError(f"{ros_type}.{path} is an array of messages")
+            leaves.append((path, str(inner_detail[0]), int(count) if node == Nodetype.ARRAY else -1))
+    return leaves
+
+
+NUMPY_CODES = {
+    "bool": "?",
+    "byte": "B",
+    "char": "B",
+    "int8": "b",
+    "uint8": "B",
+    "int16": "h",
+    "uint16": "H",
+    "int32": "i",
+    "uint32": "I",
+    "int64": "q",
+    "uint64": "Q",
+    "float32": "f",
+    "float64": "d",
+}

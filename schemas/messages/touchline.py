@@ -1,0 +1,302 @@
+"""Touchline's own messages, for what no standard type covers."""
+
+from typing import Annotated, ClassVar
+
+from pydantic import Field
+
+from schemas.messages.base import Float64Array, Message, UInt8, UInt32, UInt64, zeros
+from schemas.messages.standard import DiagnosticArray, Header
+from schemas.messages.turf_tank import Trajectory
+
+
+class WheelCommand(Message):
+    """Commanded wheel rates."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/WheelCommand"
+    header: Header = Header()
+    left_radps: float = 0.0
+    right_radps: float = 0.0
+
+
+class GnssStatus(Message):
+    """What NavSatFix cannot say: the RTK state of the fix."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/GnssStatus"
+    NONE: ClassVar[int] = 0
+    SINGLE: ClassVar[int] = 1
+    FLOAT: ClassVar[int] = 2
+    FIXED: ClassVar[int] = 3
+    header: Header = Header()
+    fix: Annotated[UInt8, Field(le=3)] = 0
+    satellites: UInt8 = 0
+    correction_age_s: float = 0.0
+    horizontal_accuracy_m: float = 0.0
+
+
+class SprayerState(Message):
+    """Valve, disc and tank; commanded against actual."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/SprayerState"
+    header: Header = Header()
+    valve_commanded: bool = False
+    valve_open: bool = False
+    disc_commanded: bool = False
+    disc_down: bool = False
+    flow_lps: float = 0.0
+    tank_l: float = 0.0
+
+
+class PaintMarks(Message):
+    """A stretch of one painted stroke: the nozzle's true positions in the map frame.
+
+    The last point of a batch is the first of the next one of the same stroke. ``first_index`` counts the points of
+    the session, so that a receiver sees what it missed.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/PaintMarks"
+    header: Header = Header()
+    segment_id: str = ""
+    first_index: UInt32 = 0
+    width_m: float = 0.0
+    x_m: Float64Array = zeros(0)
+    y_m: Float64Array = zeros(0)
+
+
+class TraversalStatus(Message):
+    """Where the traversal stands; ``painted_fraction`` is per painted segment, in the order of ``painted_ids``."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/TraversalStatus"
+    IDLE: ClassVar[int] = 0
+    READY: ClassVar[int] = 1
+    RUNNING: ClassVar[int] = 2
+    PAUSED: ClassVar[int] = 3
+    DONE: ClassVar[int] = 4
+    ABORTED: ClassVar[int] = 5
+    ESTOPPED: ClassVar[int] = 6
+    header: Header = Header()
+    state: Annotated[UInt8, Field(le=6)] = 0
+    reason: str = ""
+    segment_index: UInt32 = 0
+    segment_count: UInt32 = 0
+    segment_id: str = ""
+    arc_length_m: float = 0.0
+    total_length_m: float = 0.0
+    coverage_pct: float = 0.0
+    painted_ids: tuple[str, ...] = ()
+    painted_fraction: Float64Array = zeros(0)
+    speed_mps: float = 0.0
+    elapsed_s: float = 0.0
+    remaining_s: float = 0.0
+    lateral_error_m: float = 0.0
+    spraying: bool = False
+
+
+class TraversalReport(Message):
+    """The figures of a finished traversal; errors are the true nozzle's against the template."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/TraversalReport"
+    header: Header = Header()
+    success: bool = False
+    total_time_s: float = 0.0
+    coverage_pct: float = 0.0
+    gap_m: float = 0.0
+    overspray_m2: float = 0.0
+    double_paint_m2: float = 0.0
+    lateral_error_mean_m: float = 0.0
+    lateral_error_p95_m: float = 0.0
+    lateral_error_max_m: float = 0.0
+    position_rmse_m: float = 0.0
+    heading_rmse_rad: float = 0.0
+    painted_length_m: float = 0.0
+    template_length_m: float = 0.0
+    follower_fallbacks: UInt32 = 0
+
+
+class Event(Message):
+    """Something an operator should know."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/Event"
+    INFO: ClassVar[int] = 0
+    WARN: ClassVar[int] = 1
+    ERROR: ClassVar[int] = 2
+    header: Header = Header()
+    severity: Annotated[UInt8, Field(le=2)] = 0
+    source: str = ""
+    code: str = ""
+    text: str = ""
+
+
+class Progress(Message):
+    """How far a long request has come; ``fraction`` is 0…1."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/Progress"
+    request_id: str = ""
+    stage: str = ""
+    fraction: float = 0.0
+
+
+class PlanOptions(Message):
+    """How to plan; 0, empty text and an empty ``start`` mean the vehicle's default.
+
+    ``start`` is empty or (x m, y m, heading rad) in the map frame.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/PlanOptions"
+    method: str = ""
+    kappa_max_1pm: float = 0.0
+    sigma_max_1pm2: float = 0.0
+    paint_speed_mps: float = 0.0
+    transit_speed_mps: float = 0.0
+    start: Annotated[Float64Array, Field(max_length=3)] = zeros(0)
+
+
+class PlanReport(Message):
+    """The figures of a plan, as it is sent to the robot."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/PlanReport"
+    paint_length_m: float = 0.0
+    transition_length_m: float = 0.0
+    total_length_m: float = 0.0
+    paint_time_s: float = 0.0
+    transition_time_s: float = 0.0
+    total_time_s: float = 0.0
+    painted_segments: UInt32 = 0
+    transitions: UInt32 = 0
+    max_curvature_1pm: float = 0.0
+    max_sharpness_1pm2: float = 0.0
+    max_wheel_speed_radps: float = 0.0
+    max_wheel_acceleration_radps2: float = 0.0
+    position_gap_m: float = 0.0
+    heading_gap_rad: float = 0.0
+    planning_time_s: float = 0.0
+
+
+class PlanRequest(Message):
+    """Plan a template, given as its JSON text."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/Plan_Request"
+    request_id: str = ""
+    template_json: str = ""
+    options: PlanOptions = PlanOptions()
+
+
+class PlanResponse(Message):
+    """The plan, or the reason why there is none."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/Plan_Response"
+    success: bool = False
+    message: str = ""
+    trajectory: Trajectory = Trajectory()
+    report: PlanReport = PlanReport()
+
+
+class LoadRequest(Message):
+    """Load a trajectory; with the template (JSON text, may be empty) paint is judged against it."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/Load_Request"
+    request_id: str = ""
+    trajectory: Trajectory = Trajectory()
+    template_json: str = ""
+
+
+class LoadResponse(Message):
+    """Whether the trajectory was taken; ``total_time`` in seconds."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/Load_Response"
+    success: bool = False
+    message: str = ""
+    total_time: float = 0.0
+
+
+class CommandRequest(Message):
+    """A command without arguments; which one is in the service's name."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/Command_Request"
+    request_id: str = ""
+
+
+class CommandResponse(Message):
+    """Whether the command was carried out, and why not."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/Command_Response"
+    success: bool = False
+    message: str = ""
+
+
+class SetSpeedRequest(Message):
+    """Sim time per wall time: N is N× real time, 0 holds the clock, negative runs as fast as it goes."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/SetSpeed_Request"
+    request_id: str = ""
+    factor: float = 1.0
+
+
+class SetSpeedResponse(Message):
+    """Whether the speed factor was taken."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/SetSpeed_Response"
+    success: bool = False
+    message: str = ""
+
+
+class RecordRequest(Message):
+    """Start recording to ``path`` (on the bridge's machine)."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/Record_Request"
+    request_id: str = ""
+    path: str = ""
+
+
+class RecordResponse(Message):
+    """Whether recording has begun; everything published after this answer is recorded."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/Record_Response"
+    success: bool = False
+    message: str = ""
+
+
+class RecordStopRequest(Message):
+    """Finish the recording."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/RecordStop_Request"
+    request_id: str = ""
+
+
+class RecordStopResponse(Message):
+    """What the finished recording holds; ``lost`` counts messages that never reached the recorder."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/RecordStop_Response"
+    success: bool = False
+    message: str = ""
+    path: str = ""
+    messages: UInt64 = 0
+    bytes: UInt64 = 0
+    lost: UInt64 = 0
+
+
+class GetPaintRequest(Message):
+    """Ask for everything painted so far."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/GetPaint_Request"
+    request_id: str = ""
+
+
+class GetPaintResponse(Message):
+    """Every stroke of the session, whole."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/GetPaint_Response"
+    strokes: tuple[PaintMarks, ...] = ()
+
+
+class GetDiagnosticsRequest(Message):
+    """Ask a service how it is."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/GetDiagnostics_Request"
+    request_id: str = ""
+
+
+class GetDiagnosticsResponse(Message):
+    """How the service is."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/GetDiagnostics_Response"
+    diagnostics: DiagnosticArray = DiagnosticArray()

@@ -1,0 +1,94 @@
+"""Reading JSON specifications into models, with errors that name the file, the field and the remedy."""
+
+import json
+import math
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from schemas.errors import SpecError
+
+S = TypeVar("S", bound=BaseModel)
+
+#: A specification is read whole; anything larger is not one.
+MAX_SPEC_BYTES = 16 * 1024 * 1024
+
+
+class Spec(BaseModel):
+    """Base of every specification: frozen, finite numbers only, no unknown fields."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+def read_text(path: Path) -> str:
+    """The text of a specification file.
+
+    Raises:
+        SpecError: It cannot be read, is too large, or is not UTF-8.
+    """
+    try:
+        if path.stat().st_size > MAX_SPEC_BYTES:
+            raise SpecError(path.name, "", f"has {path.stat().st_size:,} bytes", f"give at most {MAX_SPEC_BYTES:,}")
+        return path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise SpecError(
+            str(path), "", f"cannot be read ({error.strerror})", "give the path of a readable file"
+        ) from error
+    except UnicodeDecodeError as error:
+        raise SpecError(path.name, "", "is not UTF-8 text", "save it as UTF-8 JSON") from error
+
+
+def parse(kind: type[S], text: str, source: str) -> S:
+    """The ``kind`` written in ``text``.
+
+    Raises:
+        SpecError: It is not JSON, or a field is missing, unknown, or out of range.
+    """
+    try:
+        data = json.loads(text, object_pairs_hook=_unique_keys)
+    except RecursionError as error:
+        raise SpecError(source, "", "is nested too deeply", "give a flat JSON object") from error
+    except json.JSONDecodeError as error:
+        place = f"line {error.lineno}, column {error.colno}"
+        raise SpecError(source, place, f"is not JSON ({error.msg})", "mend the JSON there") from error
+    except ValueError as error:
+        raise SpecError(source, "", f"is not usable JSON ({error})", "name every key once") from error
+    if not isinstance(data, dict):
+        raise SpecError(source, "", f"is a JSON {type(data).__name__}", "give a JSON object")
+    try:
+        return kind.model_validate(data)
+    except ValidationError as error:
+        raise _first_problem(error, source) from error
+
+
+def _unique_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    keys = [key for key, _ in pairs]
+    repeated = sorted({key for key in keys if keys.count(key) > 1}) if len(set(keys)) < len(keys) else []
+    if repeated:
+        raise ValueError(f"key {repeated[0]!r} is given twice")
+    return dict(pairs)
+
+
+def field_path(location: tuple[int | str, ...]) -> str:
+    """``("segments", 3, "arc")`` as ``segments[3].arc``."""
+    path = ""
+    for part in location:
+        path += f"[{part}]" if isinstance(part, int) else f".{part}" if path else str(part)
+    return path
+
+
+def _first_problem(error: ValidationError, source: str) -> SpecError:
+    problems = error.errors()
+    first = problems[0]
+    others = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
+    field, given = field_path(first["loc"]), first["input"]
+    if first["type"] == "missing":
+        return SpecError(source, field, "is missing", f"add it{others}")
+    if first["type"] == "extra_forbidden":
+        return SpecError(source, field, "is not a known field", f"remove it or mend its name{others}")
+    if isinstance(given, float) and not math.isfinite(given):
+        return SpecError(source, field, f"is {given}", f"give a finite number{others}")
+    message = first["msg"].removeprefix("Value error, ")
+    shown = f"is {given!r}" if isinstance(given, str | int | float | bool) or given is None else "is not allowed"
+    return SpecError(source, field, shown if len(shown) < 80 else "is not allowed", f"{message}{others}")

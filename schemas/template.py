@@ -1,0 +1,139 @@
+"""Templates: what is to be painted, and nothing else."""
+
+import math
+from importlib.resources import files
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, field_validator, model_validator
+
+from schemas.curves import Curve
+from schemas.errors import SpecError
+from schemas.spec import Spec, parse, read_text
+
+#: A radio-corrected robot works within about a kilometre of its base; beyond this a coordinate is a mistake.
+MAX_COORDINATE_M = 10_000.0
+#: Shorter lines cannot be told from a point by the robot.
+MIN_LENGTH_M = 0.01
+
+Coordinate = Annotated[float, Field(ge=-MAX_COORDINATE_M, le=MAX_COORDINATE_M)]
+Position = tuple[Coordinate, Coordinate]
+
+
+class LineSpec(Spec):
+    """A straight line from ``start`` to ``end``, metres in the map frame."""
+
+    start: Position
+    end: Position
+
+    @model_validator(mode="after")
+    def _has_length(self) -> Self:
+        if math.dist(self.start, self.end) < MIN_LENGTH_M:
+            raise ValueError(f"the line's start and end must be at least {MIN_LENGTH_M} m apart")
+        return self
+
+
+class ArcSpec(Spec):
+    """A circular arc about ``center`` from ``start``; ``sweep_angle`` in radians, counter-clockwise positive."""
+
+    start: Position
+    center: Position
+    sweep_angle: Annotated[float, Field(ge=-2 * math.pi - 1e-9, le=2 * math.pi + 1e-9)]
+
+    @model_validator(mode="after")
+    def _has_length(self) -> Self:
+        radius = math.dist(self.start, self.center)
+        if radius < MIN_LENGTH_M:
+            raise ValueError(f"the arc's start must be at least {MIN_LENGTH_M} m from its center")
+        if radius * abs(self.sweep_angle) < MIN_LENGTH_M:
+            raise ValueError(f"the arc must be at least {MIN_LENGTH_M} m long: enlarge sweep_angle")
+        return self
+
+
+class TemplateSegment(Spec):
+    """One line or arc to be painted."""
+
+    id: Annotated[str, Field(min_length=1, max_length=100)]
+    label: str = ""
+    line: LineSpec | None = None
+    arc: ArcSpec | None = None
+    actuation: Literal["SPRAY", "DISC_SPRAY"] = "DISC_SPRAY"
+
+    @model_validator(mode="after")
+    def _one_curve(self) -> Self:
+        if (self.line is None) == (self.arc is None):
+            raise ValueError("give exactly one of line and arc")
+        return self
+
+    def curve(self) -> Curve:
+        """The curve that the nozzle shall follow."""
+        if self.line is not None:
+            return Curve.from_line(self.line.start, self.line.end)
+        assert self.arc is not None  # the validator saw to it
+        return Curve.from_arc(self.arc.start, self.arc.center, self.arc.sweep_angle)
+
+
+class Template(Spec):
+    """A drawing of lines and arcs in the map frame (metres, x east, y north)."""
+
+    name: Annotated[str, Field(min_length=1, max_length=100)]
+    title: str = ""
+    source: str = ""
+    line_width_m: Annotated[float, Field(ge=0.02, le=0.3)] = 0.12
+    segments: Annotated[tuple[TemplateSegment, ...], Field(min_length=1)]
+
+    @field_validator("segments")
+    @classmethod
+    def _unique_ids(cls, segments: tuple[TemplateSegment, ...]) -> tuple[TemplateSegment, ...]:
+        seen: dict[str, int] = {}
+        for index, segment in enumerate(segments):
+            if segment.id in seen:
+                raise ValueError(
+                    f'segments[{seen[segment.id]}] and segments[{index}] share the id "{segment.id}": give each its own'
+                )
+            seen[segment.id] = index
+        return segments
+
+    @property
+    def length_m(self) -> float:
+        """Metres to be painted."""
+        return sum(segment.curve().length_m for segment in self.segments)
+
+
+def parse_template(text: str, source: str = "template") -> Template:
+    """The template in a JSON text.
+
+    Raises:
+        SpecError: See :func:`schemas.spec.parse`.
+    """
+    return parse(Template, text, source)
+
+
+def shipped_templates() -> dict[str, Path]:
+    """Name and file of every template that comes with Touchline, sorted by name."""
+    folder = Path(str(files("schemas") / "templates"))
+    return {path.stem: path for path in sorted(folder.glob("*.json"))}
+
+
+def template_text(name_or_path: str) -> tuple[str, str]:
+    """(JSON text, source) of a shipped template's name or a file's path.
+
+    Raises:
+        SpecError: There is no such template or file.
+    """
+    shipped = shipped_templates()
+    path = shipped.get(name_or_path, Path(name_or_path))
+    if not path.exists():
+        names = ", ".join(shipped)
+        raise SpecError(name_or_path, "", "is neither a shipped template nor a file", f"give a path or one of: {names}")
+    return read_text(path), path.name
+
+
+def load_template(name_or_path: str | Path) -> Template:
+    """The template of that shipped name or file.
+
+    Raises:
+        SpecError: It does not exist or is not a template.
+    """
+    text, source = template_text(str(name_or_path))
+    return parse_template(text, source)

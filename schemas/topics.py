@@ -1,0 +1,150 @@
+"""The one table of topics and services. Nothing else in Touchline spells a key.
+
+Keys on the wire are ``<namespace>/<name>``, the mapping of zenoh-plugin-ros2dds.
+"""
+
+from dataclasses import dataclass, field
+
+from schemas import messages as m
+from schemas.messages.base import Message
+
+#: Robot namespace used when none is given.
+DEFAULT_NAMESPACE = "tt2"
+
+
+@dataclass(frozen=True)
+class Topic:
+    """One row of the topic table.
+
+    Attributes:
+        name: ROS name without its leading slash, under the robot's namespace.
+        type: Message type.
+        rate_hz: Nominal rate in sim time; 0 when it is sent on an event.
+        recorded: Whether the recorder takes it and runs must reproduce it bit for bit.
+        latched: Whether late joiners get the last message (ROS: transient local).
+        block: Whether a full queue blocks the publisher (nothing is lost) or drops.
+        units: Units of its main values.
+        tolerance: Largest difference that a regression check accepts, per number, in those units.
+    """
+
+    name: str
+    type: type[Message]
+    rate_hz: float = 0.0
+    recorded: bool = True
+    latched: bool = False
+    block: bool = True
+    units: str = ""
+    tolerance: float = 0.0
+
+    @property
+    def reliable(self) -> bool:
+        """Whether the transport retransmits: always so for what blocks."""
+        return self.block
+
+
+@dataclass(frozen=True)
+class Service:
+    """One row of the service table; every service is a Zenoh queryable that answers once."""
+
+    name: str
+    request: type[Message]
+    response: type[Message]
+    ros_type: str = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Derive the ROS service type from the request's."""
+        object.__setattr__(self, "ros_type", self.request.ros_type.removesuffix("_Request"))
+
+
+CLOCK = Topic("clock", m.Clock, 10, units="s")
+GNSS_FIX = Topic("gnss/fix", m.NavSatFix, 10, units="deg, m", tolerance=1e-9)
+GNSS_STATUS = Topic("gnss/status", m.GnssStatus, 10, units="m, s", tolerance=1e-9)
+IMU = Topic("imu/data_raw", m.Imu, 100, units="rad/s, m/s2", tolerance=1e-9)
+MAGNETIC_FIELD = Topic("imu/mag", m.MagneticField, 100, units="T", tolerance=1e-12)
+JOINT_STATES = Topic("joint_states", m.JointState, 100, units="rad, rad/s", tolerance=1e-9)
+WHEEL_COMMAND = Topic("cmd/wheels", m.WheelCommand, 100, units="rad/s", tolerance=1e-6)
+ODOMETRY = Topic("odometry/filtered", m.Odometry, 50, units="m, rad", tolerance=1e-6)
+TRUTH = Topic("truth/odometry", m.Odometry, 50, units="m, rad", tolerance=1e-6)
+SPRAYER = Topic("sprayer/state", m.SprayerState, 1, units="l, l/s", tolerance=1e-9)
+PAINT = Topic("paint/marks", m.PaintMarks, 10, units="m", tolerance=1e-6)
+STATUS = Topic("traversal/status", m.TraversalStatus, 10, latched=True, units="m, s", tolerance=1e-6)
+REPORT = Topic("traversal/report", m.TraversalReport, latched=True, units="m, s, m2", tolerance=1e-6)
+BATTERY = Topic("battery_state", m.BatteryState, 1, units="V, A, Ah", tolerance=1e-6)
+EVENTS = Topic("events", m.Event)
+PLAN = Topic("plan", m.Trajectory, latched=True, units="m", tolerance=1e-9)
+TEMPLATE = Topic("template", m.String, latched=True)
+PLANNER_PROGRESS = Topic("planner/progress", m.Progress, recorded=False)
+DIAGNOSTICS = Topic("diagnostics", m.DiagnosticArray, 1, recorded=False)
+SUPERVISOR_EVENTS = Topic("supervisor/events", m.Event, recorded=False)
+
+TOPICS: tuple[Topic, ...] = (
+    CLOCK,
+    GNSS_FIX,
+    GNSS_STATUS,
+    IMU,
+    MAGNETIC_FIELD,
+    JOINT_STATES,
+    WHEEL_COMMAND,
+    ODOMETRY,
+    TRUTH,
+    SPRAYER,
+    PAINT,
+    STATUS,
+    REPORT,
+    BATTERY,
+    EVENTS,
+    PLAN,
+    TEMPLATE,
+    PLANNER_PROGRESS,
+    DIAGNOSTICS,
+    SUPERVISOR_EVENTS,
+)
+TOPIC_BY_NAME = {topic.name: topic for topic in TOPICS}
+RECORDED = tuple(topic for topic in TOPICS if topic.recorded)
+
+#: Names of the processes, as their liveliness tokens and diagnostics carry them.
+PLANNER, ROBOT_SIM, BRIDGE, CONSOLE, OPERATOR, SUPERVISOR = (
+    "planner",
+    "robot-sim",
+    "bridge",
+    "tui",
+    "operator",
+    "supervisor",
+)
+
+PLAN_SERVICE = Service("planner/plan", m.PlanRequest, m.PlanResponse)
+START_TRAVERSAL = Service("trajectory_controller/start_traversal", m.StartTraversalRequest, m.StartTraversalResponse)
+LOAD = Service("traversal/load", m.LoadRequest, m.LoadResponse)
+START = Service("traversal/start", m.CommandRequest, m.CommandResponse)
+PAUSE = Service("traversal/pause", m.CommandRequest, m.CommandResponse)
+RESUME = Service("traversal/resume", m.CommandRequest, m.CommandResponse)
+ABORT = Service("traversal/abort", m.CommandRequest, m.CommandResponse)
+ESTOP = Service("traversal/estop", m.CommandRequest, m.CommandResponse)
+RESET = Service("traversal/reset", m.CommandRequest, m.CommandResponse)
+SET_SPEED = Service("simulation/set_speed", m.SetSpeedRequest, m.SetSpeedResponse)
+GET_PAINT = Service("paint/get", m.GetPaintRequest, m.GetPaintResponse)
+RECORD = Service("bridge/record", m.RecordRequest, m.RecordResponse)
+RECORD_STOP = Service("bridge/record_stop", m.RecordStopRequest, m.RecordStopResponse)
+
+
+def diagnostics_service(node: str) -> Service:
+    """The service by which any process tells how it is."""
+    return Service(f"{node}/diagnostics", m.GetDiagnosticsRequest, m.GetDiagnosticsResponse)
+
+
+SERVICES: tuple[Service, ...] = (
+    PLAN_SERVICE,
+    START_TRAVERSAL,
+    LOAD,
+    START,
+    PAUSE,
+    RESUME,
+    ABORT,
+    ESTOP,
+    RESET,
+    SET_SPEED,
+    GET_PAINT,
+    RECORD,
+    RECORD_STOP,
+    *(diagnostics_service(node) for node in (PLANNER, ROBOT_SIM, BRIDGE)),
+)

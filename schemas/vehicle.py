@@ -1,0 +1,82 @@
+"""Vehicles: a robot as data. The defaults are the Turf Tank Two."""
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from schemas.spec import Spec
+
+Positive = Annotated[float, Field(gt=0)]
+NotNegative = Annotated[float, Field(ge=0)]
+
+
+class Vehicle(Spec):
+    """A differential-drive line marker; the body frame's origin is the middle of the wheel axle (REP-103)."""
+
+    name: str = "turf-tank-two"
+    kinematics: Literal["differential"] = "differential"
+
+    wheel_radius_m: Positive = 0.1
+    track_width_m: Positive = 0.5079
+    max_wheel_speed_radps: Positive = 20.0
+    max_wheel_acceleration_radps2: Positive = 40.0
+    motor_time_constant_s: NotNegative = 0.05
+    mass_empty_kg: Positive = 56.0
+    mass_full_kg: Positive = 100.0
+    max_acceleration_mps2: Positive = 1.0
+    """Planned acceleration along the path: what a full tank and grass bear without slipping or slopping."""
+
+    nozzle_x_m: float = 0.0
+    nozzle_y_m: float = -0.41124
+    spray_width_m: Positive = 0.12
+    paint_l_per_m: Positive = 0.0077
+    """Paint for a metre of line: 20 L make about one American football field (2.6 km of line)."""
+    tank_l: Positive = 20.0
+    valve_on_delay_s: NotNegative = 0.015
+    valve_off_delay_s: NotNegative = 0.030
+    disc_delay_s: NotNegative = 0.5
+
+    battery_wh: Positive = 680.0
+    idle_power_w: NotNegative = 45.0
+    drive_power_w_per_mps: NotNegative = 85.0
+    """With the idle power this empties the battery in a bit over 5 h of work."""
+
+    encoder_ticks_per_revolution: Annotated[int, Field(gt=0)] = 4096 * 20
+    """1024 lines × 4 on the motor shaft behind a 20:1 gear."""
+    gnss_antenna_x_m: float = 0.0
+    gnss_antenna_y_m: float = 0.0
+    gnss_antenna_z_m: float = 0.6
+
+    paint_speed_mps: Positive = 1.0
+    transit_speed_mps: Positive = 1.4
+    default_kappa_max_1pm: Positive = 1.125
+    default_sigma_max_1pm2: Positive = 2.1
+
+    @model_validator(mode="after")
+    def _speeds_fit_the_wheels(self) -> Self:
+        limit = self.max_wheel_speed_radps * self.wheel_radius_m
+        for field in ("paint_speed_mps", "transit_speed_mps"):
+            if getattr(self, field) > limit:
+                raise ValueError(f"{field} must not exceed the wheels' {limit:.3f} m/s")
+        if self.mass_full_kg < self.mass_empty_kg:
+            raise ValueError("mass_full_kg must be at least mass_empty_kg")
+        return self
+
+    @property
+    def half_track_m(self) -> float:
+        """Distance of a wheel from the axle's middle."""
+        return self.track_width_m / 2
+
+    @property
+    def max_rim_speed_mps(self) -> float:
+        """Speed of the robot with both wheels at their limit."""
+        return self.max_wheel_speed_radps * self.wheel_radius_m
+
+    def curvature_limit_1pm(self, speed_mps: float) -> float:
+        """Largest curvature at ``speed_mps`` before the outer wheel is too fast: (v_w − v) / (v·r)."""
+        return max(0.0, (self.max_rim_speed_mps - speed_mps) / (speed_mps * self.half_track_m))
+
+    def sharpness_limit_1pm2(self, speed_mps: float) -> float:
+        """Largest dκ/ds at constant ``speed_mps`` before the wheels accelerate too hard: ω̇_max / v²."""
+        angular = self.max_wheel_acceleration_radps2 * self.wheel_radius_m / self.half_track_m
+        return angular / speed_mps**2
