@@ -1,0 +1,1 @@
+"""Touchline's processes and what they share."""

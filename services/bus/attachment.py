@@ -1,0 +1,30 @@
+"""The attachment that every sample carries: rmw_zenoh's 33 bytes of sequence, source time and publisher."""
+
+import struct
+from typing import NamedTuple
+
+_FORMAT = struct.Struct("<qqB16s")
+_GID_BYTES = 16
+
+
+class Attachment(NamedTuple):
+    """Sequence number from 1, source time (ns since the epoch), and the publisher's 16-byte id."""
+
+    sequence: int
+    source_time_ns: int
+    publisher: bytes
+
+
+def pack(sequence: int, source_time_ns: int, publisher: bytes) -> bytes:
+    """The 33 bytes."""
+    return _FORMAT.pack(sequence, source_time_ns, _GID_BYTES, publisher)
+
+
+def unpack(data: bytes) -> Attachment | None:
+    """The attachment in ``data``; ``None`` when it is not one."""
+    if len(data) != _FORMAT.size:
+        return None
+    sequence, source_time_ns, length, publisher = _FORMAT.unpack(data)
+    if length != _GID_BYTES or sequence < 1:
+        return None
+    return Attachment(sequence, source_time_ns, publisher)

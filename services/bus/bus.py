@@ -1,0 +1,94 @@
+"""One process's connection to the bus."""
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Literal, Self
+
+import zenoh
+
+from schemas.messages.base import Message
+from schemas.topics import Service, Topic
+from services.bus import calls
+from services.bus.calls import Server
+from services.bus.config import BusConfig
+from services.bus.counters import Counters
+from services.bus.inbox import Inbox
+from services.bus.presence import Presence, token_prefix
+from services.bus.publisher import Publisher
+
+
+class Bus:
+    """Typed topics, services and presence; everything is polled, nothing calls back.
+
+    Attributes:
+        node: This process's name, as others see it.
+        counters: Messages published, received, lost and rejected here.
+    """
+
+    def __init__(self, session: zenoh.Session, node: str, config: BusConfig) -> None:
+        """Use :meth:`open`."""
+        self.node = node
+        self.config = config
+        self.counters = Counters()
+        self._session = session
+        self._token = session.liveliness().declare_token(f"{token_prefix(config.namespace)}/{node}/{session.zid()}")
+
+    @classmethod
+    @contextmanager
+    def open(cls, node: str, config: BusConfig | None = None) -> Iterator[Self]:
+        """Join the bus as ``node``; leaving the context leaves the bus.
+
+        Raises:
+            SpecError: The configuration cannot be used.
+        """
+        config = config or BusConfig.from_environment()
+        zenoh.init_log_from_env_or("off")
+        with zenoh.open(config.zenoh()) as session:
+            yield cls(session, node, config)
+
+    def key(self, name: str) -> str:
+        """The key of a topic or service name."""
+        return f"{self.config.namespace}/{name}"
+
+    def publisher(self, topic: Topic) -> Publisher:
+        """A publisher of ``topic``."""
+        return Publisher(self._session, self.key(topic.name), topic, self.counters)
+
+    def inbox(self, topics: Sequence[Topic], keep: Literal["all", "latest"] = "all") -> Inbox:
+        """An inbox of ``topics``; see :class:`Inbox` for ``keep``."""
+        return Inbox(self._session, [(self.key(topic.name), topic) for topic in topics], keep, self.counters)
+
+    def serve(self, service: Service) -> Server:
+        """The serving end of ``service``."""
+        return Server(self._session, self.key(service.name), service, self.counters)
+
+    def call(
+        self,
+        service: Service,
+        request: Message,
+        timeout_s: float = 5.0,
+        while_waiting: Callable[[], None] | None = None,
+    ) -> Message:
+        """Ask ``service`` and wait for its answer, calling ``while_waiting`` every few milliseconds.
+
+        Raises:
+            CallError: Nobody answers within ``timeout_s``, or the answer is an error.
+            PayloadError: The answer is not a response of this service.
+        """
+        return calls.call(self._session, self.key(service.name), service, request, timeout_s, while_waiting)
+
+    def presence(self) -> Presence:
+        """A view of who is on the bus."""
+        return Presence(self._session, self.config.namespace)
+
+    def wait_for(self, nodes: set[str], timeout_s: float) -> set[str]:
+        """Wait until all of ``nodes`` are on the bus; returns those that are still missing."""
+        presence = self.presence()
+        deadline = time.monotonic() + timeout_s
+        while True:
+            presence.poll()
+            missing = nodes - presence.alive()
+            if not missing or time.monotonic() > deadline:
+                return missing
+            time.sleep(0.005)

@@ -1,0 +1,100 @@
+"""Where the bus is: an endpoint, a robot namespace, or a whole Zenoh configuration file."""
+
+import json
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Self
+
+import zenoh
+
+from schemas.errors import SpecError
+from schemas.topics import DEFAULT_NAMESPACE
+
+DEFAULT_ENDPOINT = "tcp/127.0.0.1:7461"
+
+ENDPOINT_VARIABLE = "TOUCHLINE_ENDPOINT"
+NAMESPACE_VARIABLE = "TOUCHLINE_NAMESPACE"
+CONFIG_VARIABLE = "TOUCHLINE_ZENOH_CONFIG"
+
+
+@dataclass(frozen=True)
+class BusConfig:
+    """How a process joins the bus.
+
+    By default every process is a peer on loopback without multicast: whoever is first listens on ``endpoint``, the
+    others connect to it and learn of each other by gossip, so the first one may die without harm.
+
+    Attributes:
+        endpoint: Zenoh locator of the meeting point.
+        namespace: Robot namespace, the first part of every key.
+        config_file: Zenoh JSON5 configuration that replaces the default one altogether (TLS, access control, routers).
+    """
+
+    endpoint: str = DEFAULT_ENDPOINT
+    namespace: str = DEFAULT_NAMESPACE
+    config_file: Path | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what Zenoh could not use."""
+        if not self.namespace or not all(part.replace("_", "").isalnum() for part in self.namespace.split("/")):
+            raise SpecError(NAMESPACE_VARIABLE, "", f"is {self.namespace!r}", "use letters, digits, _ and single /")
+        protocol, _, address = self.endpoint.partition("/")
+        if not protocol.isalnum() or not address:
+            raise SpecError(ENDPOINT_VARIABLE, "", f"is {self.endpoint!r}", f"give a locator like {DEFAULT_ENDPOINT}")
+
+    @classmethod
+    def from_environment(cls) -> Self:
+        """The configuration in ``TOUCHLINE_ENDPOINT``, ``TOUCHLINE_NAMESPACE`` and ``TOUCHLINE_ZENOH_CONFIG``."""
+        file = os.environ.get(CONFIG_VARIABLE)
+        return cls(
+            endpoint=os.environ.get(ENDPOINT_VARIABLE, DEFAULT_ENDPOINT),
+            namespace=os.environ.get(NAMESPACE_VARIABLE, DEFAULT_NAMESPACE),
+            config_file=Path(file) if file else None,
+        )
+
+    def environment(self) -> dict[str, str]:
+        """The variables that hand this configuration to a child process."""
+        variables = {ENDPOINT_VARIABLE: self.endpoint, NAMESPACE_VARIABLE: self.namespace}
+        if self.config_file:
+            variables[CONFIG_VARIABLE] = str(self.config_file)
+        return variables
+
+    def zenoh(self) -> zenoh.Config:
+        """The Zenoh session configuration.
+
+        Raises:
+            SpecError: The configuration file cannot be used.
+        """
+        if self.config_file:
+            try:
+                return zenoh.Config.from_file(str(self.config_file))
+            except zenoh.ZError as error:
+                raise SpecError(
+                    str(self.config_file), "", f"is not a Zenoh configuration ({error})", "mend it"
+                ) from error
+        config = zenoh.Config()
+        for key, value in self._settings().items():
+            config.insert_json5(key, json.dumps(value))
+        return config
+
+    def _settings(self) -> dict[str, Any]:
+        retry = {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5}
+        return {
+            "mode": "peer",
+            "scouting/multicast/enabled": False,
+            # Opening waits this long for peers to show up; on loopback they do within milliseconds.
+            "scouting/delay": 100,
+            "listen/endpoints": [self.endpoint, "tcp/127.0.0.1:0"],
+            # Only one peer can have the meeting point; the others go on trying, so that one takes over if it dies.
+            "listen/exit_on_failure": False,
+            "listen/timeout_ms": 0,
+            "listen/retry": retry,
+            "connect/endpoints": [self.endpoint],
+            "connect/exit_on_failure": False,
+            "connect/timeout_ms": -1,
+            "connect/retry": retry,
+            "transport/shared_memory/enabled": False,
+            # A publisher that blocks on a slow recorder waits this long (µs) before the link is given up.
+            "transport/link/tx/queue/congestion_control/block/wait_before_close": 60_000_000,
+        }

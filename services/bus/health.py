@@ -1,0 +1,51 @@
+"""How a process tells that it is well: diagnostics once a second, and on request."""
+
+import os
+import time
+from collections.abc import Mapping
+
+from schemas import topics
+from schemas.messages import DiagnosticArray, DiagnosticStatus, GetDiagnosticsResponse, Header, KeyValue, Time
+from services.bus.bus import Bus
+
+_PERIOD_S = 1.0
+
+
+class HealthReporter:
+    """Publishes a process's diagnostics (wall clock) and answers requests for them."""
+
+    def __init__(self, bus: Bus) -> None:
+        """Begin to serve ``<node>/diagnostics``."""
+        self._bus = bus
+        self._publisher = bus.publisher(topics.DIAGNOSTICS)
+        self._server = bus.serve(topics.diagnostics_service(bus.node))
+        self._due = 0.0
+
+    def poll(self, values: Mapping[str, object], *, level: int = DiagnosticStatus.OK, message: str = "ok") -> None:
+        """Call often: answers waiting requests, and publishes when a second has passed."""
+        while (call := self._server.poll()) is not None:
+            call.reply(GetDiagnosticsResponse(diagnostics=self._report(values, level, message)))
+        if time.monotonic() >= self._due:
+            self._due = time.monotonic() + _PERIOD_S
+            self._publisher.send(self._report(values, level, message))
+
+    def _report(self, values: Mapping[str, object], level: int, message: str) -> DiagnosticArray:
+        counters = self._bus.counters
+        everything: dict[str, object] = {
+            "pid": os.getpid(),
+            "published": counters.published,
+            "received": counters.received,
+            "lost": counters.lost,
+            "rejected": counters.rejected,
+            "last_rejection": counters.last_rejection,
+            **values,
+        }
+        status = DiagnosticStatus(
+            level=level,
+            name=self._bus.node,
+            message=message,
+            values=tuple(KeyValue(key=key, value=str(value)) for key, value in everything.items()),
+        )
+        now_ns = time.time_ns()
+        stamp = Time(sec=now_ns // 10**9, nanosec=now_ns % 10**9)
+        return DiagnosticArray(header=Header(stamp=stamp), status=(status,))

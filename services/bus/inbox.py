@@ -1,0 +1,138 @@
+"""Receiving: messages wait in Zenoh's own channels until the process asks for them."""
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import zenoh
+from zenoh import ext, handlers
+
+from schemas.cdr import MAX_PAYLOAD_BYTES, decode
+from schemas.errors import PayloadError
+from schemas.messages.base import Message
+from schemas.topics import Topic
+from services.bus import attachment
+from services.bus.counters import Counters, SequenceGaps
+
+#: Samples a lossless inbox holds before its publishers have to wait.
+_CAPACITY = 16_384
+_POLL_S = 0.002
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """One message as it arrived.
+
+    Attributes:
+        topic: Its row of the topic table.
+        payload: CDR bytes.
+        sequence: The publisher's count from 1; 0 from a foreign publisher that does not count.
+        source_time_ns: When it was sent, ns since the epoch; 0 if unknown.
+        publisher: The publisher's id; empty if unknown.
+    """
+
+    topic: Topic
+    payload: bytes
+    sequence: int
+    source_time_ns: int
+    publisher: bytes
+
+    def decode(self) -> Message:
+        """The message.
+
+        Raises:
+            PayloadError: The payload is not one of the topic's type.
+        """
+        return decode(self.topic.type, self.payload)
+
+
+class Inbox:
+    """Samples of several topics.
+
+    ``keep="all"`` loses nothing: when the inbox is full, publishers of blocking topics wait. ``keep="latest"`` holds
+    one sample a topic and lets newer ones replace it.
+    """
+
+    def __init__(
+        self,
+        session: zenoh.Session,
+        keys: Sequence[tuple[str, Topic]],
+        keep: Literal["all", "latest"],
+        counters: Counters,
+    ) -> None:
+        """Declare the subscriptions; use :meth:`services.bus.Bus.inbox`."""
+        self._counters = counters
+        self._keep = keep
+        self._subscribers = [(topic, SequenceGaps(), self._declare(session, key, topic)) for key, topic in keys]
+        self.lost = 0
+
+    def _declare(
+        self, session: zenoh.Session, key: str, topic: Topic
+    ) -> "zenoh.Subscriber[handlers.Handler[zenoh.Sample]] | ext.AdvancedSubscriber[handlers.Handler[zenoh.Sample]]":
+        channel: handlers.FifoChannel[zenoh.Sample] | handlers.RingChannel[zenoh.Sample]
+        channel = handlers.FifoChannel(_CAPACITY) if self._keep == "all" else handlers.RingChannel(1)
+        if not topic.latched:
+            return session.declare_subscriber(key, channel)
+        history = ext.HistoryConfig(max_samples=1, detect_late_publishers=True)
+        return ext.declare_advanced_subscriber(session, key, channel, history=history)
+
+    def drain(self) -> list[Sample]:
+        """Every sample that waits, in order of arrival within a topic."""
+        samples: list[Sample] = []
+        for topic, gaps, subscriber in self._subscribers:
+            receive = subscriber.try_recv
+            while (raw := receive()) is not None:
+                sample = self._accept(topic, gaps, raw)
+                if sample is not None:
+                    samples.append(sample)
+        return samples
+
+    def messages(self) -> Iterator[tuple[Sample, Message]]:
+        """Every sample that waits, decoded; unusable ones are counted and left out."""
+        for sample in self.drain():
+            try:
+                message = sample.decode()
+            except PayloadError as error:
+                self._counters.reject(f"{sample.topic.name}: {error}")
+                continue
+            yield sample, message
+
+    def wait(self, timeout_s: float) -> list[Sample]:
+        """As :meth:`drain`, but waits up to ``timeout_s`` for something to arrive."""
+        deadline = time.monotonic() + timeout_s
+        while not (samples := self.drain()) and time.monotonic() < deadline:
+            time.sleep(_POLL_S)
+        return samples
+
+    def _accept(self, topic: Topic, gaps: SequenceGaps, raw: zenoh.Sample) -> Sample | None:
+        payload = raw.payload.to_bytes()
+        numbered = attachment.unpack(raw.attachment.to_bytes()) if raw.attachment is not None else None
+        problem = self._problem(topic, payload, trusted=numbered is not None)
+        if problem:
+            self._counters.reject(f"{topic.name}: {problem}")
+            return None
+        self._counters.received += 1
+        if numbered is None:
+            return Sample(topic, payload, 0, 0, b"")
+        missed = gaps.missed(numbered.publisher, numbered.sequence)
+        if missed < 0:
+            return None
+        if self._keep == "all":
+            self.lost += missed
+            self._counters.lost += missed
+        return Sample(topic, payload, *numbered)
+
+    @staticmethod
+    def _problem(topic: Topic, payload: bytes, *, trusted: bool) -> str:
+        """Why a payload cannot be one of ``topic``; a numbered sample comes from our own encoder, so a look suffices."""
+        if len(payload) > MAX_PAYLOAD_BYTES:
+            return f"payload of {len(payload):,} bytes"
+        if payload[:2] != b"\x00\x01":
+            return "payload without a CDR header"
+        if not trusted:
+            try:
+                decode(topic.type, payload)
+            except PayloadError as error:
+                return str(error)
+        return ""

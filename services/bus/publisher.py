@@ -1,0 +1,55 @@
+"""Typed, numbered publishing of one topic."""
+
+import time
+import uuid
+
+import zenoh
+from zenoh import ext
+
+from schemas.cdr import encode
+from schemas.messages.base import Message
+from schemas.topics import Topic
+from services.bus import attachment
+from services.bus.counters import Counters
+
+_CDR = zenoh.Encoding("application/cdr")
+
+
+class Publisher:
+    """Sends the messages of one topic, each with the next sequence number."""
+
+    def __init__(self, session: zenoh.Session, key: str, topic: Topic, counters: Counters) -> None:
+        """Declare the publisher; use :meth:`services.bus.Bus.publisher`."""
+        self.topic = topic
+        self.sequence = 0
+        self._counters = counters
+        self._id = uuid.uuid4().bytes
+        control = zenoh.CongestionControl.BLOCK if topic.block else zenoh.CongestionControl.DROP
+        self._put = self._declare(session, key, control).put
+
+    def _declare(
+        self, session: zenoh.Session, key: str, control: zenoh.CongestionControl
+    ) -> zenoh.Publisher | ext.AdvancedPublisher:
+        if not self.topic.latched:
+            return session.declare_publisher(key, encoding=_CDR, congestion_control=control)
+        return ext.declare_advanced_publisher(
+            session,
+            key,
+            encoding=_CDR,
+            congestion_control=control,
+            cache=ext.CacheConfig(max_samples=1),
+            sample_miss_detection=ext.MissDetectionConfig(),  # numbers the cached samples
+            publisher_detection=True,
+        )
+
+    def send(self, message: Message) -> None:
+        """Publish ``message``."""
+        if type(message) is not self.topic.type:
+            raise TypeError(f"{self.topic.name} carries {self.topic.type.__name__}, not {type(message).__name__}")
+        self.send_bytes(encode(message))
+
+    def send_bytes(self, payload: bytes) -> None:
+        """Publish a payload that is already CDR of the topic's type."""
+        self.sequence += 1
+        self._put(payload, attachment=attachment.pack(self.sequence, time.time_ns(), self._id))
+        self._counters.published += 1
