@@ -6,7 +6,7 @@ rosbags does the encoding; its serialiser reads attributes by name and so takes 
 from functools import cache
 from importlib.resources import files
 from importlib.resources.abc import Traversable
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from pydantic import ValidationError
 from rosbags.interfaces import Nodetype
@@ -121,7 +121,7 @@ def flat_fields(ros_type: str, prefix: str = "") -> list[tuple[str, str, int | N
         elif node == Nodetype.BASE:
             leaves.append((path, str(detail[0]), None))
         else:
-            (inner, inner_detail), count = detail  # type: ignore[misc]
+            (inner, inner_detail), count = cast("tuple[tuple[Nodetype, Any], int]", detail)
             if inner != Nodetype.BASE:
                 raise TypeError(f"{ros_type}.{path} is an array of messages")
             leaves.append((path, str(inner_detail[0]), int(count) if node == Nodetype.ARRAY else -1))

@@ -6,12 +6,14 @@ from contextlib import contextmanager
 from typing import Literal, Self
 
 import zenoh
+from zenoh import handlers
 
+from schemas.errors import TouchlineError
 from schemas.messages.base import Message
 from schemas.topics import Service, Topic
 from services.bus import calls
 from services.bus.calls import Server
-from services.bus.config import BusConfig
+from services.bus.config import ENDPOINT_VARIABLE, NAMESPACE_VARIABLE, BusConfig
 from services.bus.counters import Counters
 from services.bus.inbox import Inbox
 from services.bus.presence import Presence, token_prefix
@@ -36,15 +38,27 @@ class Bus:
 
     @classmethod
     @contextmanager
-    def open(cls, node: str, config: BusConfig | None = None) -> Iterator[Self]:
+    def open(cls, node: str, config: BusConfig | None = None, *, exclusive: bool = False) -> Iterator[Self]:
         """Join the bus as ``node``; leaving the context leaves the bus.
+
+        Args:
+            node: Name of this process.
+            config: Where the bus is; by default as the environment says.
+            exclusive: There may be only one such process, because two would answer the same requests.
 
         Raises:
             SpecError: The configuration cannot be used.
+            TouchlineError: ``exclusive``, and such a process is there already.
         """
         config = config or BusConfig.from_environment()
         zenoh.init_log_from_env_or("off")
         with zenoh.open(config.zenoh()) as session:
+            others = session.liveliness().get(f"{token_prefix(config.namespace)}/{node}/*", handlers.FifoChannel(16))
+            if exclusive and any(reply.ok is not None for reply in others):
+                raise TouchlineError(
+                    f'{node} is already running for robot "{config.namespace}" on {config.endpoint}; '
+                    f"stop it first, or choose another {NAMESPACE_VARIABLE} or {ENDPOINT_VARIABLE}"
+                )
             yield cls(session, node, config)
 
     def key(self, name: str) -> str:

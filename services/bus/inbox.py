@@ -125,7 +125,7 @@ class Inbox:
 
     @staticmethod
     def _problem(topic: Topic, payload: bytes, *, trusted: bool) -> str:
-        """Why a payload cannot be one of ``topic``; a numbered sample comes from our own encoder, so a look suffices."""
+        """Why a payload cannot be one of ``topic``; a numbered one comes from our own encoder, so a look suffices."""
         if len(payload) > MAX_PAYLOAD_BYTES:
             return f"payload of {len(payload):,} bytes"
         if payload[:2] != b"\x00\x01":

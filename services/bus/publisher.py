@@ -38,7 +38,9 @@ class Publisher:
             encoding=_CDR,
             congestion_control=control,
             cache=ext.CacheConfig(max_samples=1),
-            sample_miss_detection=ext.MissDetectionConfig(),  # numbers the cached samples
+            sample_miss_detection=ext.MissDetectionConfig(
+                heartbeat=None, sporadic_heartbeat=None
+            ),  # numbers the cached samples
             publisher_detection=True,
         )
 
