@@ -4,9 +4,13 @@ Keys on the wire are ``<namespace>/<name>``, the mapping of zenoh-plugin-ros2dds
 """
 
 from dataclasses import dataclass, field
+from typing import Any, Generic, TypeVar
 
 from schemas import messages as m
 from schemas.messages.base import Message
+
+Request = TypeVar("Request", bound=Message)
+Response = TypeVar("Response", bound=Message)
 
 #: Robot namespace used when none is given.
 DEFAULT_NAMESPACE = "tt2"
@@ -43,12 +47,12 @@ class Topic:
 
 
 @dataclass(frozen=True)
-class Service:
+class Service(Generic[Request, Response]):
     """One row of the service table; every service is a Zenoh queryable that answers once."""
 
     name: str
-    request: type[Message]
-    response: type[Message]
+    request: type[Request]
+    response: type[Response]
     ros_type: str = field(init=False)
 
     def __post_init__(self) -> None:
@@ -127,12 +131,12 @@ RECORD = Service("bridge/record", m.RecordRequest, m.RecordResponse)
 RECORD_STOP = Service("bridge/record_stop", m.RecordStopRequest, m.RecordStopResponse)
 
 
-def diagnostics_service(node: str) -> Service:
+def diagnostics_service(node: str) -> Service[m.GetDiagnosticsRequest, m.GetDiagnosticsResponse]:
     """The service by which any process tells how it is."""
     return Service(f"{node}/diagnostics", m.GetDiagnosticsRequest, m.GetDiagnosticsResponse)
 
 
-SERVICES: tuple[Service, ...] = (
+SERVICES: tuple[Service[Any, Any], ...] = (
     PLAN_SERVICE,
     START_TRAVERSAL,
     LOAD,

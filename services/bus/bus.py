@@ -9,8 +9,7 @@ import zenoh
 from zenoh import handlers
 
 from schemas.errors import TouchlineError
-from schemas.messages.base import Message
-from schemas.topics import Service, Topic
+from schemas.topics import Request, Response, Service, Topic
 from services.bus import calls
 from services.bus.calls import Server
 from services.bus.config import ENDPOINT_VARIABLE, NAMESPACE_VARIABLE, BusConfig
@@ -59,7 +58,8 @@ class Bus:
                     f'{node} is already running for robot "{config.namespace}" on {config.endpoint}; '
                     f"stop it first, or choose another {NAMESPACE_VARIABLE} or {ENDPOINT_VARIABLE}"
                 )
-            yield cls(session, node, config)
+            bus = cls(session, node, config)  # held here: the liveliness token goes with it
+            yield bus
 
     def key(self, name: str) -> str:
         """The key of a topic or service name."""
@@ -73,17 +73,17 @@ class Bus:
         """An inbox of ``topics``; see :class:`Inbox` for ``keep``."""
         return Inbox(self._session, [(self.key(topic.name), topic) for topic in topics], keep, self.counters)
 
-    def serve(self, service: Service) -> Server:
+    def serve(self, service: Service[Request, Response]) -> Server[Request, Response]:
         """The serving end of ``service``."""
         return Server(self._session, self.key(service.name), service, self.counters)
 
     def call(
         self,
-        service: Service,
-        request: Message,
+        service: Service[Request, Response],
+        request: Request,
         timeout_s: float = 5.0,
         while_waiting: Callable[[], None] | None = None,
-    ) -> Message:
+    ) -> Response:
         """Ask ``service`` and wait for its answer, calling ``while_waiting`` every few milliseconds.
 
         Raises:

@@ -3,14 +3,14 @@
 import time
 from collections import OrderedDict
 from collections.abc import Callable
+from typing import Generic
 
 import zenoh
 from zenoh import handlers
 
 from schemas.cdr import decode, encode
 from schemas.errors import PayloadError, TouchlineError
-from schemas.messages.base import Message
-from schemas.topics import Service
+from schemas.topics import Request, Response, Service
 from services.bus.counters import Counters
 
 _WAITING_CALLS = 64
@@ -25,17 +25,19 @@ class CallError(TouchlineError):
     """A call that was not answered, or answered with an error; the text is the reason."""
 
 
-class ServedCall:
+class ServedCall(Generic[Request, Response]):
     """One request, and the place to answer it."""
 
-    def __init__(self, server: "Server", query: zenoh.Query, request: Message, request_id: str) -> None:
+    def __init__(
+        self, server: "Server[Request, Response]", query: zenoh.Query, request: Request, request_id: str
+    ) -> None:
         """Made by :class:`Server`."""
         self._server = server
         self.request = request
         self.request_id = request_id
         self.queries = [query]
 
-    def reply(self, response: Message) -> None:
+    def reply(self, response: Response) -> None:
         """Answer; repeats of the same request id get this answer too."""
         self._server.finish(self, encode(response))
 
@@ -44,23 +46,25 @@ class ServedCall:
         self._server.abandon(self, reason)
 
 
-class Server:
+class Server(Generic[Request, Response]):
     """The serving end of one service.
 
     Requests that are not what they should be are answered with an error and counted; a request id that was answered
     already gets the same answer again and does nothing.
     """
 
-    def __init__(self, session: zenoh.Session, key: str, service: Service, counters: Counters) -> None:
+    def __init__(
+        self, session: zenoh.Session, key: str, service: Service[Request, Response], counters: Counters
+    ) -> None:
         """Declare the queryable; use :meth:`services.bus.Bus.serve`."""
         self.service = service
         self._key = key
         self._counters = counters
         self._answers: OrderedDict[str, bytes] = OrderedDict()
-        self._open: dict[str, ServedCall] = {}
+        self._open: dict[str, ServedCall[Request, Response]] = {}
         self._queryable = session.declare_queryable(key, handlers.FifoChannel(_WAITING_CALLS), complete=True)
 
-    def poll(self) -> ServedCall | None:
+    def poll(self) -> ServedCall[Request, Response] | None:
         """The next request, if one waits."""
         while (query := self._queryable.try_recv()) is not None:
             call = self._admit(query)
@@ -68,14 +72,14 @@ class Server:
                 return call
         return None
 
-    def wait(self, timeout_s: float) -> ServedCall | None:
+    def wait(self, timeout_s: float) -> ServedCall[Request, Response] | None:
         """As :meth:`poll`, but waits up to ``timeout_s`` for a request."""
         deadline = time.monotonic() + timeout_s
         while (call := self.poll()) is None and time.monotonic() < deadline:
             time.sleep(_POLL_S)
         return call
 
-    def _admit(self, query: zenoh.Query) -> ServedCall | None:
+    def _admit(self, query: zenoh.Query) -> ServedCall[Request, Response] | None:
         payload = query.payload.to_bytes() if query.payload is not None else b""
         try:
             request = decode(self.service.request, payload)
@@ -96,7 +100,7 @@ class Server:
             self._open[request_id] = call
         return call
 
-    def finish(self, call: ServedCall, payload: bytes) -> None:
+    def finish(self, call: ServedCall[Request, Response], payload: bytes) -> None:
         """Send ``payload`` to whoever asked with this call's id, and remember it."""
         if call.request_id:
             self._open.pop(call.request_id, None)
@@ -106,7 +110,7 @@ class Server:
         for query in call.queries:
             self._answer(query, payload)
 
-    def abandon(self, call: ServedCall, reason: str) -> None:
+    def abandon(self, call: ServedCall[Request, Response], reason: str) -> None:
         """Send an error to whoever asked with this call's id; the same id may be tried again."""
         self._open.pop(call.request_id, None)
         for query in call.queries:
@@ -126,11 +130,11 @@ def _refuse(query: zenoh.Query, reason: str) -> None:
 def call(
     session: zenoh.Session,
     key: str,
-    service: Service,
-    request: Message,
+    service: Service[Request, Response],
+    request: Request,
     timeout_s: float,
     while_waiting: Callable[[], None] | None = None,
-) -> Message:
+) -> Response:
     """Ask ``service`` and wait for its answer; see :meth:`services.bus.Bus.call`."""
     if type(request) is not service.request:
         raise TypeError(f"{service.name} takes {service.request.__name__}, not {type(request).__name__}")

@@ -79,7 +79,7 @@ class BusConfig:
         return config
 
     def _settings(self) -> dict[str, Any]:
-        retry = {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5}
+        retry = {"period_init_ms": 100, "period_max_ms": 1000, "period_increase_factor": 1.5}
         return {
             "mode": "peer",
             "scouting/multicast/enabled": False,

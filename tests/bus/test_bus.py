@@ -1,0 +1,282 @@
+"""The bus over real Zenoh sessions on loopback."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+
+import pytest
+import zenoh
+
+from schemas import topics
+from schemas.cdr import MAX_PAYLOAD_BYTES, encode
+from schemas.errors import SpecError, TouchlineError
+from schemas.messages import Clock, CommandRequest, CommandResponse, Event, String, Time
+from services.bus import Bus, BusConfig, CallError, HealthReporter
+from services.bus.counters import SequenceGaps
+
+
+def eventually(condition: Callable[[], bool], timeout_s: float = 10.0) -> bool:
+    deadline = time.monotonic() + timeout_s
+    while not condition():
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(0.005)
+    return True
+
+
+@pytest.fixture
+def pair(bus_config: BusConfig) -> Iterator[tuple[Bus, Bus]]:
+    with Bus.open("robot-sim", bus_config) as robot, Bus.open("bridge", bus_config) as bridge:
+        assert not robot.wait_for({"bridge"}, 10.0)
+        assert not bridge.wait_for({"robot-sim"}, 10.0)
+        yield robot, bridge
+
+
+@pytest.fixture
+def outsider(bus_config: BusConfig) -> Iterator[zenoh.Session]:
+    """A peer that does not speak our language."""
+    with zenoh.open(bus_config.zenoh()) as session:
+        yield session
+
+
+def joined(inbox, publisher, message) -> None:
+    """Wait until ``inbox`` receives from ``publisher``."""
+
+    def sent_and_received() -> bool:
+        publisher.send(message)
+        return bool(inbox.wait(0.05))
+
+    assert eventually(sent_and_received)
+    time.sleep(0.1)
+    inbox.drain()
+
+
+def test_a_burst_arrives_whole_and_in_order(pair):
+    robot, bridge = pair
+    inbox, publisher = bridge.inbox([topics.CLOCK]), robot.publisher(topics.CLOCK)
+    joined(inbox, publisher, Clock())
+    first = publisher.sequence
+    count = 50_000  # more than the inbox holds: the publisher has to wait for the reader
+    payload = encode(Clock(clock=Time(sec=1)))
+
+    def burst() -> None:
+        for _ in range(count):
+            publisher.send_bytes(payload)
+
+    sender = threading.Thread(target=burst)
+    sender.start()
+    samples = []
+    assert eventually(lambda: samples.extend(inbox.drain()) or len(samples) == count, 60.0)
+    sender.join()
+    assert [sample.sequence for sample in samples] == list(range(first + 1, first + count + 1))
+    assert bridge.counters.lost == inbox.lost == 0
+
+
+def test_latest_inbox_keeps_only_the_newest(pair):
+    robot, bridge = pair
+    inbox, publisher = bridge.inbox([topics.CLOCK], keep="latest"), robot.publisher(topics.CLOCK)
+    joined(inbox, publisher, Clock())
+    for second in range(100):
+        publisher.send(Clock(clock=Time(sec=second)))
+    time.sleep(0.3)
+    (sample,) = inbox.drain()
+    assert sample.decode() == Clock(clock=Time(sec=99))
+    assert bridge.counters.lost == 0
+
+
+def test_latched_topic_reaches_late_joiners(pair):
+    robot, bridge = pair
+    publisher = robot.publisher(topics.TEMPLATE)
+    publisher.send(String(data="old"))
+    publisher.send(String(data="new"))
+    inbox = bridge.inbox([topics.TEMPLATE])
+    assert [sample.decode() for sample in inbox.wait(10.0)] == [String(data="new")]
+
+
+def test_any_order_of_starting_works(bus_config):
+    with Bus.open("bridge", bus_config) as early:
+        inbox = early.inbox([topics.TEMPLATE])
+        with Bus.open("robot-sim", bus_config) as late:
+            late.publisher(topics.TEMPLATE).send(String(data="x"))
+            assert [sample.decode() for sample in inbox.wait(10.0)] == [String(data="x")]
+
+
+def test_sequence_gaps_are_counted_per_publisher():
+    gaps = SequenceGaps()
+    assert [gaps.missed(b"a", n) for n in (7, 8, 11)] == [0, 0, 2]
+    assert gaps.missed(b"b", 3) == 0
+    assert gaps.missed(b"a", 12) == 0
+    assert gaps.missed(b"a", 12) == -1
+
+
+@pytest.fixture
+def starter(pair):
+    """A robot that counts how often it is started."""
+    robot, bridge = pair
+    server, count, done = robot.serve(topics.START), [0], threading.Event()
+
+    def serve() -> None:
+        while not done.is_set():
+            if (call := server.wait(0.05)) is not None:
+                count[0] += 1
+                time.sleep(0.05)
+                call.reply(CommandResponse(success=True, message=f"start {count[0]}"))
+
+    thread = threading.Thread(target=serve)
+    thread.start()
+    yield bridge, count
+    done.set()
+    thread.join()
+
+
+def test_a_repeated_request_does_nothing_more(starter):
+    bridge, count = starter
+    answers = [bridge.call(topics.START, CommandRequest(request_id="once")) for _ in range(3)]
+    assert count == [1]
+    assert {answer.message for answer in answers} == {"start 1"}
+    assert bridge.call(topics.START, CommandRequest(request_id="twice")).message == "start 2"
+
+
+def test_the_same_request_at_the_same_time_is_one(starter):
+    bridge, count = starter
+    answers: list[CommandResponse] = []
+    request = CommandRequest(request_id="both")
+    callers = [threading.Thread(target=lambda: answers.append(bridge.call(topics.START, request))) for _ in range(4)]
+    for caller in callers:
+        caller.start()
+    for caller in callers:
+        caller.join()
+    assert count == [1]
+    assert len(answers) == 4
+
+
+@pytest.mark.parametrize(
+    ("payload", "says"),
+    [
+        (None, "does not begin with a CDR header"),
+        (b"", "does not begin with a CDR header"),
+        (b"junk", "does not begin with a CDR header"),
+        (b"\x00\x01\x00\x00\xff\xff\xff\x7f", "not a CDR message"),
+        (b"\x00\x01\x00\x00" + bytes(100_000_000), f"at most {MAX_PAYLOAD_BYTES:,}"),
+    ],
+)
+def test_bad_requests_get_a_reason_and_good_ones_still_an_answer(starter, outsider, payload, says):
+    bridge, count = starter
+    replies = []
+
+    def ask() -> bool:
+        replies.extend(outsider.get(bridge.key(topics.START.name), payload=payload, timeout=30.0))
+        return bool(replies)
+
+    assert eventually(ask, 30.0)
+    assert says in replies[0].err.payload.to_string()
+    assert count == [0]
+    assert bridge.call(topics.START, CommandRequest(request_id="after")).success
+
+
+def test_nobody_answers(pair):
+    with pytest.raises(CallError, match="nobody answers"):
+        pair[1].call(topics.PAUSE, CommandRequest())
+
+
+def test_no_answer_in_time(pair):
+    robot, bridge = pair
+    server = robot.serve(topics.PAUSE)
+    with pytest.raises(CallError):
+        bridge.call(topics.PAUSE, CommandRequest(), timeout_s=0.3)
+    assert server.poll() is not None
+
+
+def test_junk_on_a_topic_is_counted_and_dropped(pair, outsider):
+    robot, bridge = pair
+    inbox, publisher = bridge.inbox([topics.EVENTS]), robot.publisher(topics.EVENTS)
+    joined(inbox, publisher, Event())
+    for junk in (b"", b"junk", os.urandom(500), b"\x00\x01\x00\x00" + os.urandom(40), bytes(40_000_000)):
+        outsider.put(bridge.key(topics.EVENTS.name), junk)
+    assert eventually(lambda: not inbox.drain() and bridge.counters.rejected == 5)
+    outsider.put(bridge.key(topics.EVENTS.name), encode(Event(text="from a foreign publisher")))
+    assert [sample.decode().text for sample in inbox.wait(10.0)] == ["from a foreign publisher"]
+    publisher.send(Event(text="still here"))
+    assert [sample.decode().text for sample in inbox.wait(10.0)] == ["still here"]
+    assert bridge.counters.lost == 0
+
+
+def test_a_killed_process_is_missed_at_once(bus_config):
+    code = "import time\nfrom services.bus import Bus\nwith Bus.open('planner'): time.sleep(60)"
+    environment = {**os.environ, **bus_config.environment()}
+    with Bus.open("operator", bus_config) as bus, subprocess.Popen([sys.executable, "-c", code], env=environment) as it:
+        presence = bus.presence()
+        assert eventually(lambda: bool(presence.poll()) and "planner" in presence.alive(), 30.0)
+        it.send_signal(signal.SIGKILL)
+        assert eventually(lambda: any(change.node == "planner" and not change.alive for change in presence.poll()))
+        assert presence.alive() == {"operator"}
+
+
+def test_the_meeting_point_may_die(bus_config):
+    """The first process listens on the endpoint; later ones must find each other when it is gone."""
+    code = "import time\nfrom services.bus import Bus\nwith Bus.open('hub'): time.sleep(60)"
+    environment = {**os.environ, **bus_config.environment()}
+    with (
+        subprocess.Popen([sys.executable, "-c", code], env=environment) as hub,
+        Bus.open("bridge", bus_config) as early,
+    ):
+        assert not early.wait_for({"hub"}, 30.0)
+        hub.kill()
+        hub.wait()
+        with Bus.open("planner", bus_config) as late:
+            assert not early.wait_for({"planner"}, 10.0)
+            assert not late.wait_for({"bridge"}, 10.0)
+
+
+def test_two_planners_on_one_bus_are_refused(bus_config):
+    with Bus.open("planner", bus_config) as first, Bus.open("operator", bus_config):
+        with pytest.raises(TouchlineError, match="already running"), Bus.open("planner", bus_config, exclusive=True):
+            pass
+        assert first.wait_for({"operator"}, 5.0) == set()
+
+
+def test_health_is_published_and_answered(pair):
+    robot, bridge = pair
+    inbox, reporter = bridge.inbox([topics.DIAGNOSTICS]), HealthReporter(robot)
+    samples = []
+
+    def reported() -> bool:
+        reporter.poll({"answer": 42})
+        samples.extend(inbox.drain())
+        return bool(samples)
+
+    assert eventually(reported)
+    (status,) = samples[0].decode().status
+    values = {entry.key: entry.value for entry in status.values}
+    assert status.name == "robot-sim"
+    assert values["answer"] == "42"
+    assert int(values["pid"]) == os.getpid()
+
+
+@pytest.mark.parametrize("fields", [{"namespace": "a b"}, {"namespace": ""}, {"endpoint": "7461"}])
+def test_unusable_configuration(fields):
+    with pytest.raises(SpecError):
+        BusConfig(**fields)
+
+
+def test_configuration_file(tmp_path, bus_config):
+    path = tmp_path / "zenoh.json5"
+    path.write_text(
+        f'{{mode: "peer", listen: {{endpoints: ["{bus_config.endpoint}"]}}, '
+        "scouting: {multicast: {enabled: false}}}"
+    )
+    with Bus.open("bridge", BusConfig(config_file=path)) as bus:
+        assert bus.wait_for({"bridge"}, 5.0) == set()
+    path.write_text("{mode: ")
+    with pytest.raises(SpecError, match="not a Zenoh configuration"), Bus.open("x", BusConfig(config_file=path)):
+        pass
+
+
+def test_configuration_travels_by_environment(monkeypatch, bus_config):
+    for name, value in bus_config.environment().items():
+        monkeypatch.setenv(name, value)
+    assert BusConfig.from_environment() == bus_config

@@ -1,0 +1,16 @@
+"""What every test may need."""
+
+import socket
+
+import pytest
+
+from services.bus import BusConfig
+
+
+@pytest.fixture
+def bus_config() -> BusConfig:
+    """A bus of this test's own, on a port that was free a moment ago."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    return BusConfig(endpoint=f"tcp/127.0.0.1:{port}")

@@ -1,0 +1,113 @@
+"""Bad specifications are refused with the file, the field, the problem and the remedy."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from schemas.errors import SpecError
+from schemas.scenario import Scenario
+from schemas.spec import MAX_SPEC_BYTES, parse, read_text
+from schemas.template import load_template, parse_template
+from schemas.vehicle import Vehicle
+
+LINE = {"id": "a", "line": {"start": [0, 0], "end": [1, 0]}}
+
+
+def template(*segments: object, **fields: object) -> str:
+    return json.dumps({"name": "t", "segments": list(segments), **fields})
+
+
+@pytest.mark.parametrize(
+    ("text", "field", "says"),
+    [
+        ("{", "line 1, column 2", "not JSON"),
+        ("[]", "", "is a JSON list"),
+        ("[" * 100_000, "", "nested too deeply"),
+        ('{"name": "a", "name": "b"}', "", "'name' is given twice"),
+        ("{}", "name", "is missing"),
+        (template(), "segments", "at least 1 item"),
+        (template(LINE, LINE), "segments", 'share the id "a"'),
+        (template(LINE, unit="m"), "unit", "not a known field"),
+        (template({"id": "a"}), "segments[0]", "exactly one of line and arc"),
+        (template({"id": "a", "line": {"start": [0, 0], "end": [0, 0]}}), "segments[0].line", "at least 0.01 m"),
+        (template({"id": "a", "line": {"start": [0, 0], "end": [float("nan"), 0]}}), "segments[0].line.end[0]", "nan"),
+        (template({"id": "a", "line": {"start": [0, 0], "end": [float("inf"), 0]}}), "segments[0].line.end[0]", "inf"),
+        (template({"id": "a", "line": {"start": [0, 0], "end": [1e9, 0]}}), "segments[0].line.end[0]", "10000"),
+        (template({"id": "a", "line": {"start": [0, 0], "end": ["x", 0]}}), "segments[0].line.end[0]", "'x'"),
+        (
+            template({"id": "a", "arc": {"start": [0, 0], "center": [0, 0], "sweep_angle": 1}}),
+            "segments[0].arc",
+            "from its center",
+        ),
+        (
+            template({"id": "a", "arc": {"start": [1, 0], "center": [0, 0], "sweep_angle": 7}}),
+            "segments[0].arc.sweep_angle",
+            "is 7",
+        ),
+        (
+            template({"id": "a", "arc": {"start": [1, 0], "center": [0, 0], "sweep_angle": 0}}),
+            "segments[0].arc",
+            "enlarge sweep_angle",
+        ),
+    ],
+)
+def test_bad_template(text: str, field: str, says: str):
+    with pytest.raises(SpecError) as caught:
+        parse_template(text, "pitch.json")
+    assert caught.value.field == field
+    assert caught.value.source == "pitch.json"
+    assert says in str(caught.value)
+
+
+def test_good_template():
+    drawing = parse_template(template(LINE, line_width_m=0.1))
+    assert drawing.length_m == 1.0
+    assert drawing.line_width_m == 0.1
+
+
+def test_missing_file_names_the_shipped_ones():
+    with pytest.raises(SpecError, match="soccer-11"):
+        load_template("no-such-template")
+
+
+def test_binary_file(tmp_path: Path):
+    path = tmp_path / "x.json"
+    path.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(SpecError, match="not UTF-8"):
+        load_template(path)
+
+
+def test_huge_file_is_not_read(tmp_path: Path):
+    path = tmp_path / "x.json"
+    with path.open("wb") as file:
+        file.truncate(MAX_SPEC_BYTES + 1)
+    with pytest.raises(SpecError, match="at most"):
+        read_text(path)
+
+
+def test_folder_is_not_a_file(tmp_path: Path):
+    with pytest.raises(SpecError, match="cannot be read"):
+        load_template(tmp_path)
+
+
+def test_noise_none_silences_everything_but_latency():
+    silent = Scenario(noise="none").effective()
+    assert silent.gnss.latency_s == Scenario().gnss.latency_s
+    assert not silent.encoder.quantised
+    noises = [silent.gnss.white_m, silent.gnss.gauss_markov_1_m, silent.imu.gyro_turn_on_bias_radps]
+    noises += [silent.magnetometer.bias_rad, silent.drive.slip_relative, silent.drive.wheel_radius_relative]
+    assert noises == [0.0] * len(noises)
+    assert Scenario().effective() == Scenario()
+
+
+def test_limits_of_the_reference_robot():
+    vehicle = Vehicle()
+    assert vehicle.curvature_limit_1pm(1.5) == pytest.approx(1.3126, abs=1e-4)
+    assert vehicle.curvature_limit_1pm(1.556) == pytest.approx(1.125, abs=2e-3)
+    assert vehicle.sharpness_limit_1pm2(1.5) == pytest.approx(7.0, abs=1e-3)
+
+
+def test_a_vehicle_that_cannot_keep_its_speed_is_refused():
+    with pytest.raises(SpecError, match="transit_speed_mps must not exceed"):
+        parse(Vehicle, '{"transit_speed_mps": 2.5}', "robot.json")
