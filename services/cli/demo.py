@@ -1,0 +1,57 @@
+"""``touchline demo``: the main job, watched in the console if there is a terminal."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from schemas import topics
+from schemas.messages import RecordRequest, RecordStopRequest
+from schemas.template import load_template
+from services.cli.display import print_figures, stderr
+from services.cli.options import ExitCode, Method, plan_options
+from services.cli.run import run_job
+from services.local import local_system, watched
+from services.reports import estimator_figures, paint_figures
+
+_TEMPLATE = "soccer-11"
+_CONSOLE_SPEED = 20.0
+_RECORDING = Path("session.mcap")
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommand."""
+    app.command("demo")(demo)
+
+
+def demo(
+    headless: Annotated[bool, typer.Option("--headless", help="No console, even in a terminal.")] = False,
+) -> None:
+    """Paint a whole soccer pitch: in the console at 20x in a terminal, else as fast as it goes."""
+    if sys.stdin.isatty() and sys.stdout.isatty() and not headless:
+        _in_console()
+        return
+    figures = run_job(_TEMPLATE, speed=-1.0, robot=[], options=plan_options(Method.CCD, 0, 0, 0, 0), record=_RECORDING)
+    print_figures(f"{load_template(_TEMPLATE).title}, painted", figures)
+    if not figures["success"]:
+        sys.exit(ExitCode.FAILED)
+
+
+def _in_console() -> None:
+    from tui.console import run_console
+
+    with local_system([]) as system:
+        stderr.print("Starting the services")
+        system.wait_until_ready(lambda doing: stderr.print(doing))
+        system.bus.call(topics.RECORD, RecordRequest(request_id="demo", path=str(_RECORDING.absolute())))
+        with watched(system):
+            report = run_console(system.bus.config, template=_TEMPLATE, auto_start=True, speed=_CONSOLE_SPEED)
+        stopped = system.bus.call(topics.RECORD_STOP, RecordStopRequest(request_id="demo-stop"), timeout_s=60.0)
+    if report is not None:
+        figures = {"success": report.success, "paint": paint_figures(report), "estimator": estimator_figures(report)}
+        print_figures("Painted", figures)
+    if stopped.success:
+        print_figures(f"Recording {_RECORDING}", {"messages": stopped.messages, "lost": stopped.lost})
+    else:
+        stderr.print(f"the recording was not finished: {stopped.message}")

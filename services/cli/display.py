@@ -1,0 +1,67 @@
+"""What the subcommands show: progress bars, figures as tables, and events."""
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.table import Table
+
+from schemas.messages import Event
+
+#: Progress and events go to standard error, so that standard output holds nothing but the result.
+stderr = Console(stderr=True, highlight=False)
+
+Advance = Callable[[float, str], None]
+
+_SEVERITY = {Event.INFO: ("info", "cyan"), Event.WARN: ("warning", "yellow"), Event.ERROR: ("error", "red")}
+_DIGITS = 4
+
+
+@contextmanager
+def progress_bar(title: str) -> Iterator[Advance]:
+    """A bar on standard error; call what it gives with a fraction 0…1 and a text."""
+    with Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TaskProgressColumn(),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+        TextColumn("{task.fields[detail]}"),
+        console=stderr,
+        transient=True,
+    ) as progress:
+        task = progress.add_task(title, total=1.0, detail="")
+        yield lambda fraction, detail: progress.update(task, completed=fraction, detail=detail)
+
+
+def print_event(severity: int, text: str) -> None:
+    """One line on standard error."""
+    word, style = _SEVERITY[severity]
+    stderr.print(f"[{style}]{word:>8}[/] ", text, sep="", markup=True)
+
+
+def print_figures(title: str, figures: Mapping[str, Any]) -> None:
+    """A report as a table, a line a figure, named as in its JSON form."""
+    table = Table(title=title, title_justify="left", show_header=False, box=None, padding=(0, 2))
+    for name, value in _flatten(figures):
+        table.add_row(name, _shown(value))
+    Console().print(table)
+
+
+def _flatten(figures: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for name, value in figures.items():
+        path = f"{prefix}{name}"
+        if isinstance(value, Mapping):
+            yield from _flatten(value, f"{path}.")
+        else:
+            yield path, value
+
+
+def _shown(value: object) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.{_DIGITS}g}" if abs(value) < 10**_DIGITS else f"{value:,.1f}"
+    return f"{value:,}" if isinstance(value, int) else "–" if value is None or value == "" else str(value)

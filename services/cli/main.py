@@ -1,0 +1,37 @@
+"""The command's entry: every subcommand, and how its errors reach a person."""
+
+import sys
+
+import typer
+
+from schemas.errors import TouchlineError
+from services.cli import demo, plan, recordings, run, services, system, templates
+from services.cli.options import ExitCode
+
+app = typer.Typer(
+    name="touchline",
+    help="Plan, drive and paint sports-field line markings with an emulated line-marking robot.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+demo.register(app)
+plan.register(app)
+run.register(app)
+templates.register(app)
+system.register(app)
+services.register(app)
+recordings.register(app)
+
+
+def main() -> None:
+    """Run the command; what a person can mend is told in one line, without a traceback."""
+    try:
+        app()
+    except TouchlineError as error:
+        sys.stderr.write(f"error: {error}\n")
+        sys.exit(ExitCode.UNUSABLE)
+    except KeyboardInterrupt:
+        sys.stderr.write("interrupted\n")
+        sys.exit(ExitCode.INTERRUPTED)

@@ -1,0 +1,126 @@
+"""Options that several subcommands share, and the exit codes."""
+
+import json
+from enum import IntEnum, StrEnum
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from schemas.errors import SpecError
+from schemas.messages import PlanOptions
+
+
+class ExitCode(IntEnum):
+    """What the command's exit code says."""
+
+    OK = 0
+    FAILED = 1
+    UNUSABLE = 2
+    INTERRUPTED = 130
+
+
+class Method(StrEnum):
+    """Transition methods."""
+
+    CCD = "ccd"
+    DUBINS_PADDED = "dubins-padded"
+
+
+class Follower(StrEnum):
+    """Path followers."""
+
+    MPC = "mpc"
+    PURE_PURSUIT = "pure-pursuit"
+
+
+class Noise(StrEnum):
+    """Noise profiles."""
+
+    DEFAULT = "default"
+    NONE = "none"
+
+
+TemplateArgument = Annotated[
+    str,
+    typer.Argument(help="A shipped template's name (see `touchline templates`) or a JSON file.", show_default=False),
+]
+MethodOption = Annotated[
+    Method, typer.Option(help="How painted lines are joined: curvature-continuous, or plain Dubins with padding.")
+]
+KappaOption = Annotated[
+    float, typer.Option("--kappa-max", help="Largest curvature of a turn, 1/m; 0: the vehicle's.", show_default=False)
+]
+SigmaOption = Annotated[
+    float, typer.Option("--sigma-max", help="Largest sharpness dκ/ds, 1/m²; 0: the vehicle's.", show_default=False)
+]
+PaintSpeedOption = Annotated[
+    float, typer.Option("--paint-speed", help="Speed while painting, m/s; 0: the vehicle's.", show_default=False)
+]
+TransitSpeedOption = Annotated[
+    float, typer.Option("--transit-speed", help="Speed in between, m/s; 0: the vehicle's.", show_default=False)
+]
+SeedOption = Annotated[int, typer.Option(help="Seed of every noise: the same seed gives the same session.", min=0)]
+FollowerOption = Annotated[Follower, typer.Option(help="What steers the robot along the path.")]
+NoiseOption = Annotated[Noise, typer.Option(help="Sensor and actuator noise.")]
+SpeedOption = Annotated[
+    str, typer.Option("--speed", help="Times real time (1, 20, 0.5 …), or `max` for as fast as it goes.")
+]
+ReportOption = Annotated[
+    Path | None, typer.Option("--report", help="Write the figures to this JSON file.", show_default=False)
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")]
+SupervisedOption = Annotated[
+    bool, typer.Option("--supervised", hidden=True, help="End when the parent process is gone.")
+]
+
+
+def plan_options(
+    method: Method, kappa_max: float, sigma_max: float, paint_speed: float, transit_speed: float
+) -> PlanOptions:
+    """The plan request's options; what cannot be meant is refused here, by the option's name."""
+    named = {
+        "--kappa-max": kappa_max,
+        "--sigma-max": sigma_max,
+        "--paint-speed": paint_speed,
+        "--transit-speed": transit_speed,
+    }
+    for name, value in named.items():
+        if not 0 <= value < float("inf"):
+            raise SpecError("command line", name, f"is {value}", "give a positive number, or leave it out")
+    return PlanOptions(
+        method=method.value,
+        kappa_max_1pm=kappa_max,
+        sigma_max_1pm2=sigma_max,
+        paint_speed_mps=paint_speed,
+        transit_speed_mps=transit_speed,
+    )
+
+
+def speed_factor(text: str) -> float:
+    """``max`` as −1, otherwise the number.
+
+    Raises:
+        SpecError: It is neither.
+    """
+    if text == "max":
+        return -1.0
+    try:
+        factor = float(text)
+    except ValueError:
+        factor = -1.0
+    if not 0 < factor <= 10_000:
+        raise SpecError("command line", "--speed", f"is {text!r}", "give a number above 0 (times real time) or max")
+    return factor
+
+
+def write_json(figures: dict[str, Any], path: Path) -> None:
+    """Write ``figures`` to ``path``.
+
+    Raises:
+        SpecError: It cannot be written.
+    """
+    try:
+        path.write_text(json.dumps(figures, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise SpecError(str(path), "", f"cannot be written ({error.strerror})", "give a writable path") from error

@@ -1,0 +1,125 @@
+"""``touchline run``: one job from template to report, with real service processes."""
+
+import json
+import sys
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from schemas import topics
+from schemas.messages import PlanOptions
+from schemas.template import parse_template, template_text
+from services.cli.display import Advance, print_event, print_figures, progress_bar, stderr
+from services.cli.options import (
+    ExitCode,
+    Follower,
+    FollowerOption,
+    JsonOption,
+    Method,
+    MethodOption,
+    Noise,
+    NoiseOption,
+    ReportOption,
+    SeedOption,
+    SpeedOption,
+    TemplateArgument,
+    plan_options,
+    speed_factor,
+    write_json,
+)
+from services.job import Job, JobFailed, JobOptions
+from services.local import LocalSystem, local_system, severity_of
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommand."""
+    app.command("run")(run)
+
+
+@dataclass
+class Terminal:
+    """Shows a job on standard error, and ends it when the robot's process dies."""
+
+    system: LocalSystem
+    advance: Advance
+    _stage: str = field(default="", init=False)
+
+    def stage(self, text: str) -> None:
+        """Name the stage."""
+        self._stage = text
+        self.advance(0.0, text)
+
+    def progress(self, fraction: float, text: str) -> None:
+        """Move the bar."""
+        self.advance(fraction, f"{self._stage}: {text}")
+
+    def event(self, severity: int, text: str) -> None:
+        """Print an event."""
+        print_event(severity, text)
+
+    def check(self) -> None:
+        """Tell what happened to the services."""
+        for notice in self.system.poll():
+            print_event(severity_of(notice), f"supervisor: {notice.text}")
+            if notice.node == topics.ROBOT_SIM and notice.kind in ("died", "hung"):
+                raise JobFailed(f"{notice.text}; its traversal is lost, what was recorded until then is kept")
+
+
+def run(
+    template: TemplateArgument,
+    speed: SpeedOption = "max",
+    seed: SeedOption = 1,
+    follower: FollowerOption = Follower.MPC,
+    noise: NoiseOption = Noise.DEFAULT,
+    method: MethodOption = Method.CCD,
+    record: Annotated[
+        Path | None, typer.Option(help="Record the session to this MCAP file.", show_default=False)
+    ] = None,
+    report: ReportOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Paint a template once: start planner, robot and bridge, do the job over Zenoh, stop them, report."""
+    figures = run_job(
+        template,
+        speed=speed_factor(speed),
+        robot=["--seed", str(seed), "--follower", follower.value, "--noise", noise.value],
+        options=plan_options(method, 0.0, 0.0, 0.0, 0.0),
+        record=record,
+    )
+    figures |= {"seed": seed, "follower": follower.value, "noise": noise.value}
+    if report is not None:
+        write_json(figures, report)
+    if as_json:
+        typer.echo(json.dumps(figures, indent=2))
+    else:
+        print_figures(f"Run of {template}", figures)
+    if not figures["success"]:
+        sys.exit(ExitCode.FAILED)
+
+
+def run_job(
+    template: str, *, speed: float, robot: list[str], options: PlanOptions, record: Path | None
+) -> dict[str, Any]:
+    """Start a system of its own, do one job, stop it.
+
+    Returns:
+        The run report; when the job ended early, ``success`` false and the reason.
+    """
+    begun = time.monotonic()
+    text, source = template_text(template)
+    parse_template(text, source)  # a bad template is told before anything is started
+    job_options = JobOptions(text, options, speed, record)
+    with local_system(robot) as system, progress_bar("Touchline") as advance:
+        advance(0.0, "Starting the services")
+        system.wait_until_ready(lambda doing: stderr.print(doing))
+        job = Job(system.bus, job_options, Terminal(system, advance))
+        try:
+            figures = job.run()
+        except JobFailed as error:
+            print_event(2, str(error))
+            return {"success": False, "reason": str(error), "template": template}
+        first_motion_s = job.started_at - begun
+    return {"template": template, **figures, "first_motion_s": first_motion_s}

@@ -1,0 +1,128 @@
+"""``touchline up|status|down``: the whole system on this machine."""
+
+import json
+import sys
+from dataclasses import asdict, dataclass
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from schemas import topics
+from schemas.messages import GetDiagnosticsRequest, TraversalStatus
+from services.bus import Bus, BusConfig, CallError
+from services.cli.display import print_event, stderr
+from services.cli.options import ExitCode, Follower, FollowerOption, JsonOption, Noise, NoiseOption, SeedOption
+from services.lifecycle import until_stopped
+from services.local import local_system, publish_notices, severity_of
+from services.runtime import only_one, running_pid, stop_running
+
+_STOP_TIMEOUT_S = 20.0
+_STATE_NAMES = {
+    getattr(TraversalStatus, name): name.lower()
+    for name in ("IDLE", "READY", "RUNNING", "PAUSED", "DONE", "ABORTED", "ESTOPPED")
+}
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommands."""
+    app.command("up")(up)
+    app.command("status")(status)
+    app.command("down")(down)
+
+
+def up(
+    seed: SeedOption = 1,
+    follower: FollowerOption = Follower.MPC,
+    noise: NoiseOption = Noise.DEFAULT,
+    speed: Annotated[str, typer.Option(help="Times real time, or `max`; the console can change it.")] = "1",
+) -> None:
+    """Start planner, robot and bridge, watch them and restart what dies, until Ctrl-C or `touchline down`."""
+    config = BusConfig.from_environment()
+    robot = ["--seed", str(seed), "--follower", follower.value, "--noise", noise.value, "--speed", speed]
+    with until_stopped() as stop, only_one(config), local_system(robot, config) as system:
+        system.wait_until_ready(lambda doing: stderr.print(doing))
+        stderr.print(f"Touchline is up on {config.endpoint}; open a console with `touchline tui`, stop with Ctrl-C")
+        publish_notices(system, lambda: bool(stop), lambda notice: print_event(severity_of(notice), notice.text))
+    stderr.print("Touchline is down")
+
+
+def down() -> None:
+    """Stop the system that `touchline up` runs on this bus."""
+    pid = stop_running(BusConfig.from_environment(), _STOP_TIMEOUT_S)
+    typer.echo("nothing was running" if pid is None else f"stopped (pid {pid})")
+
+
+@dataclass(frozen=True)
+class ServiceState:
+    """One service as ``touchline status`` shows it."""
+
+    node: str
+    state: str
+    pid: int | None = None
+    published: int | None = None
+    received: int | None = None
+    lost: int | None = None
+    rejected: int | None = None
+
+
+def status(as_json: JsonOption = False) -> None:
+    """Show which services are on the bus and how they are."""
+    config = BusConfig.from_environment()
+    with Bus.open(topics.OPERATOR, config) as bus:
+        missing = bus.wait_for({topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE}, timeout_s=0.5)
+        states = [_state(bus, node, node in missing) for node in (topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE)]
+        traversal = _traversal(bus) if topics.ROBOT_SIM not in missing else None
+    shown = {
+        "endpoint": config.endpoint,
+        "namespace": config.namespace,
+        "supervisor_pid": running_pid(config),
+        "services": [asdict(state) for state in states],
+        "traversal": traversal,
+    }
+    if as_json:
+        typer.echo(json.dumps(shown, indent=2))
+    else:
+        _print(shown, states)
+    if missing:
+        sys.exit(ExitCode.FAILED)
+
+
+def _state(bus: Bus, node: str, missing: bool) -> ServiceState:
+    if missing:
+        return ServiceState(node, "not running")
+    try:
+        answer = bus.call(topics.diagnostics_service(node), GetDiagnosticsRequest(), timeout_s=2.0)
+    except CallError:
+        return ServiceState(node, "does not answer")
+    report = answer.diagnostics.status[0]
+    values = {entry.key: entry.value for entry in report.values}
+    counts = (int(values[key]) for key in ("pid", "published", "received", "lost", "rejected"))
+    return ServiceState(node, report.message, *counts)
+
+
+def _traversal(bus: Bus) -> dict[str, Any] | None:
+    for sample in bus.inbox([topics.STATUS], keep="latest").wait(0.5):
+        message = sample.decode()
+        if isinstance(message, TraversalStatus):
+            return {
+                "state": _STATE_NAMES[message.state],
+                "segment": message.segment_id,
+                "coverage_pct": message.coverage_pct,
+                "remaining_s": message.remaining_s,
+            }
+    return None
+
+
+def _print(shown: dict[str, Any], states: list[ServiceState]) -> None:
+    table = Table("service", "state", "pid", "published", "received", "lost", "rejected")
+    for state in states:
+        table.add_row(*("–" if value is None else str(value) for value in asdict(state).values()))
+    console = Console(highlight=False)
+    pid = shown["supervisor_pid"]
+    console.print(f"robot {shown['namespace']} on {shown['endpoint']}" + (f", supervisor pid {pid}" if pid else ""))
+    console.print(table)
+    if shown["traversal"]:
+        job = shown["traversal"]
+        console.print(f"traversal: {job['state']} {job['segment']} {job['coverage_pct']:.1f} % painted")

@@ -1,0 +1,253 @@
+"""One painting job over the bus: plan, record, load, start, follow to the end, report."""
+
+import time
+import uuid
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Protocol
+
+from schemas import topics
+from schemas.errors import TouchlineError
+from schemas.messages import (
+    CommandRequest,
+    Event,
+    GetDiagnosticsRequest,
+    LoadRequest,
+    PlanOptions,
+    PlanRequest,
+    PlanResponse,
+    Progress,
+    RecordRequest,
+    RecordStopRequest,
+    SetSpeedRequest,
+    TraversalReport,
+    TraversalStatus,
+)
+from schemas.topics import Request, Response, Service
+from services.bus import Bus, CallError, Inbox
+from services.bus.counters import Counters
+from services.reports import bus_figures, estimator_figures, paint_figures, plan_figures
+
+#: A job whose robot does not move on for this long (wall clock) will not finish by itself.
+_STALLED_S = 20.0
+_PLAN_TIMEOUT_S = 600.0
+_FINISHED = (TraversalStatus.DONE, TraversalStatus.ABORTED, TraversalStatus.ESTOPPED)
+
+
+class JobFailed(TouchlineError):
+    """The job ended early; the text is the reason."""
+
+
+class Watcher(Protocol):
+    """Whoever watches a job."""
+
+    def stage(self, text: str) -> None:
+        """A new stage begins."""
+
+    def progress(self, fraction: float, text: str) -> None:
+        """The present stage has come so far, 0…1."""
+
+    def event(self, severity: int, text: str) -> None:
+        """Something happened; ``severity`` as in ``touchline_msgs/Event``."""
+
+    def check(self) -> None:
+        """Called often; raises :class:`JobFailed` when the job cannot go on."""
+
+
+@dataclass(frozen=True)
+class JobOptions:
+    """What to paint and how.
+
+    Attributes:
+        template_json: The template's text.
+        plan: How to plan it.
+        speed: Sim seconds per wall second; negative for as fast as it goes.
+        record: File to record to, if any.
+    """
+
+    template_json: str
+    plan: PlanOptions
+    speed: float
+    record: Path | None
+
+
+@dataclass
+class Job:
+    """A job in progress on ``bus``, told to ``watcher``."""
+
+    bus: Bus
+    options: JobOptions
+    watcher: Watcher
+    started_at: float = field(default=0.0, init=False)
+    """Wall clock (monotonic) at which the robot set off."""
+
+    def run(self) -> dict[str, Any]:
+        """Do the whole job.
+
+        Returns:
+            The run report.
+
+        Raises:
+            JobFailed: A service refused, died, or the robot stopped for good.
+            CallError: A service did not answer.
+        """
+        inbox = self.bus.inbox([topics.EVENTS, topics.REPORT])
+        plan = self._plan()
+        recording = self._start_recording()
+        try:
+            self._load_and_start(plan)
+            status, report = self._follow(inbox)
+        except (TouchlineError, KeyboardInterrupt):
+            self._give_up(recording)
+            raise
+        wall_s = time.monotonic() - self.started_at
+        recorded = self._stop_recording()
+        return self._report(plan, status, report, wall_s, recorded)
+
+    def _plan(self) -> PlanResponse:
+        self.watcher.stage("Planning")
+        progress = self.bus.inbox([topics.PLANNER_PROGRESS], keep="latest")
+
+        def show() -> None:
+            self.watcher.check()
+            for _, message in progress.messages():
+                if isinstance(message, Progress):
+                    self.watcher.progress(message.fraction, message.stage)
+
+        request = PlanRequest(request_id=_new_id(), template_json=self.options.template_json, options=self.options.plan)
+        response = self._ask(topics.PLAN_SERVICE, request, _PLAN_TIMEOUT_S, show)
+        if not response.success:
+            raise JobFailed(response.message)
+        return response
+
+    def _start_recording(self) -> Path | None:
+        if self.options.record is None:
+            return None
+        request = RecordRequest(request_id=_new_id(), path=str(self.options.record.absolute()))
+        response = self._ask(topics.RECORD, request)
+        if not response.success:
+            raise JobFailed(response.message)
+        return self.options.record
+
+    def _load_and_start(self, plan: PlanResponse) -> None:
+        self.watcher.stage("Painting")
+        load = LoadRequest(request_id=_new_id(), trajectory=plan.trajectory, template_json=self.options.template_json)
+        loaded = self._ask(topics.LOAD, load)
+        if not loaded.success:
+            raise JobFailed(f"the robot refused the plan: {loaded.message}")
+        speed = SetSpeedRequest(request_id=_new_id(), factor=self.options.speed)
+        paced = self._ask(topics.SET_SPEED, speed)
+        if not paced.success:
+            raise JobFailed(paced.message)
+        started = self._ask(topics.START, CommandRequest(request_id=_new_id()))
+        if not started.success:
+            raise JobFailed(f"the robot refused to start: {started.message}")
+        self.started_at = time.monotonic()
+
+    def _follow(self, inbox: Inbox) -> tuple[TraversalStatus, TraversalReport]:
+        latest = self.bus.inbox([topics.STATUS], keep="latest")
+        status = TraversalStatus()
+        moved_at, moved_to = time.monotonic(), -1.0
+        while True:
+            self.watcher.check()
+            for _, message in inbox.messages():
+                if isinstance(message, Event):
+                    self.watcher.event(message.severity, f"{message.source}: {message.text}")
+                elif isinstance(message, TraversalReport) and self.started_at:
+                    return self._last_status(latest, status), message
+            for _, message in latest.messages():
+                if isinstance(message, TraversalStatus):
+                    status = message
+            if status.arc_length_m != moved_to:
+                moved_at, moved_to = time.monotonic(), status.arc_length_m
+                fraction = status.arc_length_m / status.total_length_m if status.total_length_m else 0.0
+                self.watcher.progress(fraction, f"{status.segment_id}  {status.coverage_pct:.1f} % painted")
+            elif time.monotonic() - moved_at > _STALLED_S and status.state not in _FINISHED:
+                raise JobFailed(
+                    f"the robot has not moved for {_STALLED_S:.0f} s ({status.reason or 'no reason given'})"
+                )
+            time.sleep(0.01)
+
+    @staticmethod
+    def _last_status(latest: Inbox, status: TraversalStatus) -> TraversalStatus:
+        for _, message in latest.messages():
+            if isinstance(message, TraversalStatus):
+                status = message
+        return status
+
+    def _stop_recording(self) -> dict[str, Any] | None:
+        if self.options.record is None:
+            return None
+        self.watcher.stage("Finishing the recording")
+        response = self._ask(topics.RECORD_STOP, RecordStopRequest(request_id=_new_id()), timeout_s=120.0)
+        figures: dict[str, Any] = {"path": str(self.options.record), "complete": response.success}
+        if response.success:
+            figures |= {"messages": response.messages, "bytes": response.bytes, "lost": response.lost}
+        else:
+            figures["problem"] = response.message
+        return figures
+
+    def _give_up(self, recording: Path | None) -> None:
+        """Leave the robot stopped and the recording whole; what cannot be asked any more is left."""
+        self.watcher.stage("Stopping")
+        try:
+            self.bus.call(topics.ABORT, CommandRequest(request_id=_new_id()), timeout_s=2.0)
+        except TouchlineError as error:
+            self.watcher.event(Event.WARN, str(error))
+        if recording is not None:
+            try:
+                self.bus.call(topics.RECORD_STOP, RecordStopRequest(request_id=_new_id()), timeout_s=30.0)
+            except TouchlineError as error:
+                self.watcher.event(Event.WARN, str(error))
+
+    def _report(
+        self,
+        plan: PlanResponse,
+        status: TraversalStatus,
+        report: TraversalReport,
+        wall_s: float,
+        recording: dict[str, Any] | None,
+    ) -> dict[str, Any]:
+        recorded = recording is None or bool(recording["complete"])
+        return {
+            "success": report.success and recorded,
+            "reason": status.reason,
+            "plan": plan_figures(plan.report),
+            "traversal": {
+                "total_time_s": report.total_time_s,
+                "wall_time_s": wall_s,
+                "real_time_factor": report.total_time_s / wall_s,
+                "follower_fallbacks": report.follower_fallbacks,
+            },
+            "paint": paint_figures(report),
+            "estimator": estimator_figures(report),
+            "bus": bus_figures(self._counters()),
+            "recording": recording,
+        }
+
+    def _counters(self) -> dict[str, Counters]:
+        """The bus counters of every process, as each tells them."""
+        found = {self.bus.node: self.bus.counters}
+        for node in (topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE):
+            try:
+                response = self._ask(topics.diagnostics_service(node), GetDiagnosticsRequest())
+            except CallError as error:
+                self.watcher.event(Event.WARN, str(error))
+                continue
+            values = {entry.key: entry.value for entry in response.diagnostics.status[0].values}
+            found[node] = Counters(int(values["published"]), int(values["received"]), int(values["lost"]))
+        return found
+
+    def _ask(
+        self,
+        service: Service[Request, Response],
+        request: Request,
+        timeout_s: float = 10.0,
+        while_waiting: Callable[[], None] | None = None,
+    ) -> Response:
+        return self.bus.call(service, request, timeout_s, while_waiting or self.watcher.check)
+
+
+def _new_id() -> str:
+    return uuid.uuid4().hex

@@ -1,0 +1,141 @@
+"""A whole system on this machine for one job: services, a bus of their own, and an end to it all."""
+
+import socket
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from schemas import topics
+from schemas.errors import TouchlineError
+from schemas.messages import DiagnosticArray, Event, Header, Time
+from services.bus import Bus, BusConfig
+from services.bus.presence import Presence
+from services.supervisor import Child, Notice, Supervisor
+
+#: A first start compiles the kernels; a later one takes a second or two.
+_START_TIMEOUT_S = 180.0
+_WATCH_PERIOD_S = 0.02
+_SERVICES = (topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE)
+
+
+@dataclass
+class LocalSystem:
+    """Planner, robot and bridge as processes, on ``bus``.
+
+    Attributes:
+        deaths: Nodes that died since the start, in order.
+    """
+
+    bus: Bus
+    supervisor: Supervisor
+    presence: Presence
+    deaths: list[str]
+
+    def poll(self) -> list[Notice]:
+        """Watch the services; restarts what died."""
+        self.presence.poll()
+        notices = self.supervisor.poll(self.presence)
+        self.deaths += [notice.node for notice in notices if notice.kind in ("died", "hung")]
+        return notices
+
+    def wait_until_ready(self, tell: Callable[[str], None]) -> None:
+        """Wait until every service answers, passing on what they say they are doing.
+
+        Raises:
+            TouchlineError: One keeps failing, or the wait was too long.
+        """
+        inbox = self.bus.inbox([topics.DIAGNOSTICS])
+        waiting = set(_SERVICES)
+        said: dict[str, str] = {}
+        deadline = time.monotonic() + _START_TIMEOUT_S
+        while waiting:
+            for notice in self.poll():
+                if notice.kind == "died":
+                    tail = self.supervisor.log_tail(notice.node)
+                    raise TouchlineError(f"{notice.text} while starting; its last words:\n{tail}")
+            for _, message in inbox.messages():
+                if isinstance(message, DiagnosticArray):
+                    for status in message.status:
+                        if status.message.startswith("starting"):
+                            if said.get(status.name) != status.message:
+                                said[status.name] = status.message
+                                tell(f"{status.name}: {status.message}")
+                        else:
+                            waiting.discard(status.name)
+            if time.monotonic() > deadline:
+                raise TouchlineError(f"{', '.join(sorted(waiting))} did not become ready in {_START_TIMEOUT_S:.0f} s")
+            time.sleep(0.005)
+
+
+@contextmanager
+def local_system(robot_arguments: Sequence[str], config: BusConfig | None = None) -> Iterator[LocalSystem]:
+    """Start planner, robot and bridge, and stop them at the end.
+
+    Args:
+        robot_arguments: Options of ``touchline robot-sim``.
+        config: The bus to use; by default a private one, so that several jobs can run at once.
+    """
+    config = config or BusConfig(endpoint=f"tcp/127.0.0.1:{_free_port()}")
+    children = [
+        Child(topics.ROBOT_SIM, ["robot-sim", *robot_arguments]),
+        Child(topics.PLANNER, ["planner"]),
+        Child(topics.BRIDGE, ["bridge"]),
+    ]
+    with tempfile.TemporaryDirectory(prefix="touchline-") as folder:
+        supervisor = Supervisor(children, config, Path(folder))
+        supervisor.start()
+        try:
+            with Bus.open(topics.OPERATOR, config) as bus:
+                yield LocalSystem(bus, supervisor, bus.presence(), [])
+        finally:
+            supervisor.stop()
+
+
+def severity_of(notice: Notice) -> int:
+    """How bad a notice is, as in ``touchline_msgs/Event``."""
+    return Event.ERROR if notice.kind in ("died", "hung") else Event.WARN
+
+
+def publish_notices(system: LocalSystem, until: Callable[[], bool], tell: Callable[[Notice], None]) -> None:
+    """Watch the services until ``until()``, telling ``tell`` and everyone on the bus what happens to them."""
+    publisher = system.bus.publisher(topics.SUPERVISOR_EVENTS)
+    while not until():
+        for notice in system.poll():
+            tell(notice)
+            publisher.send(_event(notice))
+        time.sleep(_WATCH_PERIOD_S)
+
+
+@contextmanager
+def watched(system: LocalSystem) -> Iterator[None]:
+    """:func:`publish_notices` in the background."""
+    done = threading.Event()
+    watcher = threading.Thread(target=publish_notices, args=(system, done.is_set, lambda notice: None))
+    watcher.start()
+    try:
+        yield
+    finally:
+        done.set()
+        watcher.join()
+
+
+def _event(notice: Notice) -> Event:
+    """A notice as the console shows it; its stamp is wall-clock time."""
+    now_ns = time.time_ns()
+    return Event(
+        header=Header(stamp=Time(sec=now_ns // 10**9, nanosec=now_ns % 10**9)),
+        severity=severity_of(notice),
+        source=topics.SUPERVISOR,
+        code=notice.kind,
+        text=notice.text,
+    )
+
+
+def _free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])

@@ -1,0 +1,61 @@
+"""The figures of a plan and of a run, as JSON objects."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from schemas.messages import PlanReport, TraversalReport
+from services.bus.counters import Counters
+
+
+def plan_figures(report: PlanReport) -> dict[str, Any]:
+    """The plan report: lengths, times, counts, largest values and gaps of what is sent to the robot."""
+    return {
+        "length_m": {
+            "paint": report.paint_length_m,
+            "transition": report.transition_length_m,
+            "total": report.total_length_m,
+        },
+        "time_s": {
+            "paint": report.paint_time_s,
+            "transition": report.transition_time_s,
+            "total": report.total_time_s,
+        },
+        "segments": {"painted": report.painted_segments, "transitions": report.transitions},
+        "max": {
+            "curvature_1pm": report.max_curvature_1pm,
+            "sharpness_1pm2": report.max_sharpness_1pm2,
+            "wheel_speed_radps": report.max_wheel_speed_radps,
+            "wheel_acceleration_radps2": report.max_wheel_acceleration_radps2,
+        },
+        "continuity": {"position_gap_m": report.position_gap_m, "heading_gap_rad": report.heading_gap_rad},
+        "planning_time_s": report.planning_time_s,
+    }
+
+
+def paint_figures(report: TraversalReport) -> dict[str, Any]:
+    """What was painted, against the template."""
+    return {
+        "coverage_pct": report.coverage_pct,
+        "gap_m": report.gap_m,
+        "overspray_m2": report.overspray_m2,
+        "double_paint_m2": report.double_paint_m2,
+        "lateral_error_m": {
+            "mean": report.lateral_error_mean_m,
+            "p95": report.lateral_error_p95_m,
+            "max": report.lateral_error_max_m,
+        },
+    }
+
+
+def estimator_figures(report: TraversalReport) -> dict[str, Any]:
+    """How far the estimated pose was from the true one."""
+    return {"position_rmse_m": report.position_rmse_m, "heading_rmse_rad": report.heading_rmse_rad}
+
+
+def bus_figures(counters: Mapping[str, Counters]) -> dict[str, Any]:
+    """Messages published, received and lost, over all processes."""
+    return {
+        "published": sum(c.published for c in counters.values()),
+        "received": sum(c.received for c in counters.values()),
+        "lost": sum(c.lost for c in counters.values()),
+    }
