@@ -163,6 +163,7 @@ def test_the_same_request_at_the_same_time_is_one(starter):
         (b"\x00\x01\x00\x00\xff\xff\xff\x7f", "not a CDR message"),
         (b"\x00\x01\x00\x00" + bytes(100_000_000), f"at most {MAX_PAYLOAD_BYTES:,}"),
     ],
+    ids=["none", "empty", "junk", "lying length", "100 MB"],
 )
 def test_bad_requests_get_a_reason_and_good_ones_still_an_answer(starter, outsider, payload, says):
     bridge, count = starter
