@@ -89,7 +89,7 @@ class FixedLayout:
             else:
                 runs.append((f"<{code}", offset, index))
             end = offset + struct.calcsize(code)
-        stops = [start for _, _, start in runs[1:]] + [len(self._codes)]
+        stops = [*(start for _, _, start in runs), len(self._codes)][1:]
         return [
             (struct.Struct(formats), offset, start, stop)
             for (formats, offset, start), stop in zip(runs, stops, strict=True)

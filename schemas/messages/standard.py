@@ -225,7 +225,7 @@ class DiagnosticStatus(Message):
     WARN: ClassVar[int] = 1
     ERROR: ClassVar[int] = 2
     STALE: ClassVar[int] = 3
-    level: UInt8 = 0
+    level: Annotated[UInt8, Field(le=3)] = 0
     name: str = ""
     message: str = ""
     hardware_id: str = ""
