@@ -1,0 +1,30 @@
+"""A plan request answered: what the service sends back, and what the command line prints."""
+
+import time
+from collections.abc import Callable
+
+from schemas.errors import TouchlineError
+from schemas.messages import PlanRequest, PlanResponse
+from schemas.template import parse_template
+from schemas.vehicle import Vehicle
+from services.planner.plan import plan
+
+
+def answer(
+    request: PlanRequest, vehicle: Vehicle, progress: Callable[[str, float], None] = lambda stage, fraction: None
+) -> PlanResponse:
+    """The plan for a request, or `success` false and the reason, naming the segment, why there is none.
+
+    The report's planning time includes reading the template.
+    """
+    begun = time.perf_counter()
+    try:
+        template = parse_template(request.template_json)
+        planned = plan(template, vehicle, request.options, progress)
+    except TouchlineError as error:
+        return PlanResponse(success=False, message=str(error))
+    report = planned.report.model_copy(update={"planning_time_s": time.perf_counter() - begun})
+    message = f"{template.title or template.name}: {report.painted_segments} segments, {report.total_time_s:.0f} s"
+    if turned := [section.stroke.id for section in planned.sections if section.stroke and section.stroke.flipped]:
+        message += f"; turned round to be drivable: {', '.join(turned)}"
+    return PlanResponse(success=True, message=message, trajectory=planned.trajectory, report=report)

@@ -1,0 +1,181 @@
+"""Elementary pieces of a path: line, arc and clothoid are one formula, curvature linear in arc length.
+
+Units: metres, radians, 1/m (curvature, left positive) and 1/m² (sharpness, dκ/ds). Planar points are complex
+numbers x + iy.
+"""
+
+import cmath
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+# Sixteen Gauss-Legendre nodes integrate exp(iθ(s)) to rounding error where θ turns less than this over the panel.
+_ABSCISSAE, _WEIGHTS = np.polynomial.legendre.leggauss(16)
+NODES: Floats = (_ABSCISSAE + 1.0) / 2.0
+WEIGHTS: Floats = _WEIGHTS / 2.0
+UNIT_PANEL: tuple[tuple[float, float], ...] = tuple(zip(NODES.tolist(), WEIGHTS.tolist(), strict=True))
+PANEL_TURN_RAD = 4.0
+
+
+class Pose(NamedTuple):
+    """Position (m) and heading (rad, counter-clockwise from +x) in the map frame."""
+
+    x_m: float
+    y_m: float
+    heading_rad: float
+
+    @property
+    def point(self) -> complex:
+        """The position as x + iy, metres."""
+        return complex(self.x_m, self.y_m)
+
+    @property
+    def direction(self) -> complex:
+        """The unit vector of the heading."""
+        return cmath.rect(1.0, self.heading_rad)
+
+    def moved(self, displacement: complex, turn_rad: float) -> "Pose":
+        """The pose after `displacement` (m, seen from this pose) and a turn of `turn_rad`."""
+        point = self.point + self.direction * displacement
+        return Pose(point.real, point.imag, self.heading_rad + turn_rad)
+
+    def seen_from(self, other: "Pose") -> tuple[complex, float]:
+        """Position (m) and heading (rad) of this pose in the frame of `other`."""
+        return (self.point - other.point) / other.direction, self.heading_rad - other.heading_rad
+
+
+class Piece(NamedTuple):
+    """A stretch of path whose curvature is `curvature_1pm + sharpness_1pm2 · s`."""
+
+    length_m: float
+    curvature_1pm: float = 0.0
+    sharpness_1pm2: float = 0.0
+
+    def curvature_at(self, s_m: float) -> float:
+        """Curvature (1/m) at arc length `s_m` from the start of the piece."""
+        return self.curvature_1pm + self.sharpness_1pm2 * s_m
+
+    def turn_at(self, s_m: float) -> float:
+        """Change of heading (rad) from the start to arc length `s_m`."""
+        return (self.curvature_1pm + 0.5 * self.sharpness_1pm2 * s_m) * s_m
+
+    def displacement_at(self, s_m: float) -> complex:
+        """Displacement (m, in the frame of the start pose) from the start to arc length `s_m`."""
+        curvature, sharpness = self.curvature_1pm, self.sharpness_1pm2
+        if sharpness == 0.0:
+            return arc_displacement(s_m, curvature)
+        turn = (abs(curvature) + 0.5 * abs(sharpness * s_m)) * abs(s_m)
+        panels = 1 + int(turn / PANEL_TURN_RAD)
+        h = s_m / panels
+        total = 0j
+        for panel in range(panels):
+            for node, weight in UNIT_PANEL:
+                s = (panel + node) * h
+                total += weight * cmath.rect(h, (curvature + 0.5 * sharpness * s) * s)
+        return total
+
+    def mirrored(self) -> "Piece":
+        """The same piece turning to the other side."""
+        return Piece(self.length_m, -self.curvature_1pm, -self.sharpness_1pm2)
+
+
+def arc_displacement(length_m: float, curvature_1pm: float) -> complex:
+    """Displacement (m) along an arc or a line, in the frame of its start: the chord, at half the turn."""
+    half_turn = 0.5 * curvature_1pm * length_m
+    sinc = math.sin(half_turn) / half_turn if half_turn else 1.0
+    return cmath.rect(1.0, half_turn) * (length_m * sinc)
+
+
+def joined(pieces: Iterable[Piece]) -> tuple[Piece, ...]:
+    """The pieces without empty ones, and with neighbouring lines or arcs of one curvature made one."""
+    result: list[Piece] = []
+    for piece in pieces:
+        if piece.length_m <= 0.0:
+            continue
+        last = result[-1] if result else None
+        if last and last.sharpness_1pm2 == piece.sharpness_1pm2 == 0.0 and last.curvature_1pm == piece.curvature_1pm:
+            result[-1] = Piece(last.length_m + piece.length_m, last.curvature_1pm)
+        else:
+            result.append(piece)
+    return tuple(result)
+
+
+@dataclass(frozen=True)
+class PiecePath:
+    """A start pose and the pieces that follow it: the ideal curve, before it is cut into lines and arcs."""
+
+    start: Pose
+    pieces: tuple[Piece, ...]
+
+    @cached_property
+    def knots(self) -> tuple[Pose, ...]:
+        """The start pose and the pose after each piece."""
+        poses = [self.start]
+        for piece in self.pieces:
+            poses.append(poses[-1].moved(piece.displacement_at(piece.length_m), piece.turn_at(piece.length_m)))
+        return tuple(poses)
+
+    @cached_property
+    def stations(self) -> tuple[float, ...]:
+        """Arc length (m) at each knot."""
+        stations = [0.0]
+        for piece in self.pieces:
+            stations.append(stations[-1] + piece.length_m)
+        return tuple(stations)
+
+    @property
+    def length_m(self) -> float:
+        """Total arc length, metres."""
+        return self.stations[-1]
+
+    @property
+    def end(self) -> Pose:
+        """The pose after the last piece."""
+        return self.knots[-1]
+
+    def index_at(self, s_m: float) -> int:
+        """Index of the piece that holds arc length `s_m`."""
+        return max(0, min(int(np.searchsorted(self.stations, s_m, side="right")) - 1, len(self.pieces) - 1))
+
+    def pose_at(self, s_m: float) -> Pose:
+        """The pose at arc length `s_m`."""
+        if not self.pieces:
+            return self.start
+        i = self.index_at(s_m)
+        piece, s = self.pieces[i], s_m - self.stations[i]
+        return self.knots[i].moved(piece.displacement_at(s), piece.turn_at(s))
+
+    def sample(self, s_m: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        """Sampled x (m), y (m), heading (rad) and curvature (1/m), each (n,), at the arc lengths `s_m` (n,)."""
+        if not self.pieces:
+            still = np.zeros_like(s_m)
+            return still + self.start.x_m, still + self.start.y_m, still + self.start.heading_rad, still
+        index = np.clip(np.searchsorted(self.stations, s_m, side="right") - 1, 0, len(self.pieces) - 1)
+        pieces, knots = np.asarray(self.pieces)[index], np.asarray(self.knots)[index]
+        s, curvature, sharpness = s_m - np.asarray(self.stations)[index], pieces[:, 1], pieces[:, 2]
+        half_turn = 0.5 * curvature * s
+        chord = s * np.sinc(half_turn / np.pi) * np.exp(1j * half_turn)
+        bent = sharpness != 0.0
+        chord[bent] = _clothoid_displacements(s[bent], curvature[bent], sharpness[bent])
+        point = knots[:, 0] + 1j * knots[:, 1] + np.exp(1j * knots[:, 2]) * chord
+        heading = knots[:, 2] + (curvature + 0.5 * sharpness * s) * s
+        return point.real, point.imag, heading, curvature + sharpness * s
+
+
+def _clothoid_displacements(s: Floats, curvature: Floats, sharpness: Floats) -> NDArray[np.complex128]:
+    if not s.size:
+        return np.zeros(0, dtype=np.complex128)
+    turn = np.max((np.abs(curvature) + 0.5 * np.abs(sharpness * s)) * np.abs(s))
+    panels = 1 + int(turn / PANEL_TURN_RAD)
+    nodes = ((np.arange(panels)[:, None] + NODES) / panels).ravel()
+    at = s[:, None] * nodes
+    turned = np.exp(1j * (curvature[:, None] + 0.5 * sharpness[:, None] * at) * at)
+    displacement: NDArray[np.complex128] = s * (turned @ np.tile(WEIGHTS / panels, panels))
+    return displacement

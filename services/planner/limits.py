@@ -1,0 +1,82 @@
+"""The limits that a plan keeps: the vehicle's, and what the options ask for within them."""
+
+import math
+from dataclasses import dataclass
+
+from schemas.errors import PlanningError
+from schemas.messages import PlanOptions
+from schemas.vehicle import Vehicle
+
+# Beyond these a plan would be nonsense (turns of 100 m radius, puddles of paint) rather than merely poor.
+CURVATURE_MIN_1PM = 0.01
+SHARPNESS_RANGE_1PM2 = (0.001, 1000.0)
+SPEED_MIN_MPS = 0.05
+# Where changing curvature takes the wheels' acceleration, this much is kept for changing speed.
+ALONG_MIN_MPS2 = 0.05
+# The arcs that are sent are a little shorter than the clothoids that they stand for; this share of the wheels'
+# acceleration is planned with, so that the difference never shows.
+RIM_SHARE = 0.999
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Curvature (1/m), sharpness (1/m²), speeds (m/s) and accelerations (m/s²; `rim_*` at the wheels' rims)."""
+
+    curvature_max_1pm: float
+    sharpness_max_1pm2: float
+    paint_speed_mps: float
+    transit_speed_mps: float
+    acceleration_mps2: float
+    half_track_m: float
+    rim_speed_mps: float
+    rim_acceleration_mps2: float
+
+    @classmethod
+    def of(cls, vehicle: Vehicle, options: PlanOptions) -> "Limits":
+        """The limits for `options`, where 0 means the vehicle's default.
+
+        Raises:
+            PlanningError: An option is not finite, not positive, or beyond what the vehicle can do.
+        """
+        rim_speed = vehicle.max_wheel_speed_radps * vehicle.wheel_radius_m
+        rim_acceleration = RIM_SHARE * vehicle.max_wheel_acceleration_radps2 * vehicle.wheel_radius_m
+        half_track = 0.5 * vehicle.track_width_m
+        # In a tighter turn than 1/r the inner wheel would run backward, in the middle of a forward path.
+        curvatures = (CURVATURE_MIN_1PM, 1.0 / half_track)
+        curvature = _option("kappa_max_1pm", options.kappa_max_1pm, vehicle.default_kappa_max_1pm, *curvatures, "1/m")
+        sharpness = _option(
+            "sigma_max_1pm2", options.sigma_max_1pm2, vehicle.default_sigma_max_1pm2, *SHARPNESS_RANGE_1PM2, "1/m²"
+        )
+        speeds = (SPEED_MIN_MPS, rim_speed, "m/s")
+        paint = _option("paint_speed_mps", options.paint_speed_mps, vehicle.paint_speed_mps, *speeds)
+        transit = _option("transit_speed_mps", options.transit_speed_mps, vehicle.transit_speed_mps, *speeds)
+        acceleration = min(vehicle.max_acceleration_mps2, rim_acceleration)
+        return cls(curvature, sharpness, paint, transit, acceleration, half_track, rim_speed, rim_acceleration)
+
+    def on(self, curvature_1pm: float, sharpness_1pm2: float, speed_mps: float) -> tuple[float, float]:
+        """Speed (m/s), at most `speed_mps`, and acceleration (m/s²) for a stretch of path.
+
+        The stretch has at most this |curvature| and |sharpness|. There the outer rim runs at v(1 + |κ|r) and
+        accelerates with at most a(1 + |κ|r) + v²|σ|r. Speed goes first, as long as `ALONG_MIN_MPS2` is left to a.
+        """
+        outer = 1.0 + abs(curvature_1pm) * self.half_track_m
+        turning = abs(sharpness_1pm2) * self.half_track_m
+        speed = min(speed_mps, self.rim_speed_mps / outer)
+        spare = self.rim_acceleration_mps2 - ALONG_MIN_MPS2 * outer
+        if speed * speed * turning > spare:
+            speed = math.sqrt(spare / turning)
+        along = (self.rim_acceleration_mps2 - speed * speed * turning) / outer
+        return speed, min(self.acceleration_mps2, along)
+
+    def stopping_distance_m(self, speed_mps: float) -> float:
+        """Distance to stop from `speed_mps` on a straight, or to reach it."""
+        return speed_mps * speed_mps / (2.0 * self.acceleration_mps2)
+
+
+def _option(name: str, asked: float, default: float, low: float, high: float, unit: str) -> float:
+    value = asked if asked != 0.0 else default
+    if not low <= value <= high:
+        raise PlanningError(
+            "", f"has {name} = {value:g}", f"give {low:g} to {high:g} {unit}, or 0 for the vehicle's own"
+        )
+    return value

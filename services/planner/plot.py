@@ -1,0 +1,154 @@
+"""A plan as a picture: what is to be painted, how the nozzle paints it, how the robot gets from line to line."""
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from schemas.curves import Curve
+from schemas.template import Template
+from services.planner.clothoid import Floats, PiecePath
+from services.planner.plan import Plan
+from services.planner.route import RUN_IN, RUN_OUT
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+STEP_M = 0.05
+# Ways between lines get an arrow this often; shorter ones than the second figure get none.
+ARROW_EVERY_M, ARROW_MIN_M = 12.0, 1.0
+WIDTH_IN, HEIGHT_MAX_IN, MARGIN_SHARE, DPI = 11.0, 11.0, 0.03, 160
+
+GRASS, PAINT, INK = "#dfe9d8", "#ffffff", "#26332a"
+NOZZLE, CENTRE, TRANSITION, RUN = "#1769aa", "#6b8fb3", "#d9480f", "#7b4fa3"
+
+
+def plot_plan(plan: Plan, template: Template, path: Path | str) -> None:
+    """Draw `plan` of `template` to `path`; the ending (.svg, .png, .pdf) says how.
+
+    Raises:
+        ValueError: There is no such format.
+        OSError: The file cannot be written.
+    """
+    from matplotlib import rc_context
+    from matplotlib.figure import Figure
+
+    low, high = _bounds(plan)
+    width, height = high - low
+    size = (WIDTH_IN, min(max(WIDTH_IN * height / width, 3.0) + 1.3, HEIGHT_MAX_IN))
+    with rc_context({"svg.hashsalt": "touchline", "font.size": 9, "axes.edgecolor": INK}):
+        figure = Figure(figsize=size, layout="constrained")
+        axes = figure.add_subplot()
+        axes.set(aspect="equal", xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="x (m)", ylabel="y (m)")
+        axes.set_facecolor(GRASS)
+        axes.set_title(template.title or template.name, fontsize=14, fontweight="bold", color=INK, pad=20)
+        axes.annotate(
+            _figures(plan),
+            xy=(0.5, 1.0),
+            xycoords="axes fraction",
+            xytext=(0.0, 5.0),
+            textcoords="offset points",
+            ha="center",
+            va="bottom",
+            color=INK,
+        )
+        _draw(axes, plan, template)
+        figure.legend(loc="outside lower center", ncols=4, frameon=False)
+        metadata = {"Date": None} if str(path).endswith(".svg") else None
+        figure.savefig(path, dpi=DPI, metadata=metadata)
+
+
+def _draw(axes: "Axes", plan: Plan, template: Template) -> None:
+    for section in plan.sections:
+        centre = _path_points(section.path)
+        if section.stroke is None:
+            at_end = section.label in (RUN_IN, RUN_OUT)
+            color, label = (RUN, "run-in and run-out") if at_end else (TRANSITION, "transition")
+            _line(axes, centre, color, label, 1.0)
+            _arrows(axes, centre, color)
+            continue
+        nozzle, normal = _curve_points(section.stroke.nozzle)
+        left, right = (nozzle + side * 0.5 * template.line_width_m * normal for side in (1, -1))
+        band = np.concatenate((left, right[:, ::-1]), axis=1)
+        axes.fill(
+            *band,
+            facecolor=PAINT,
+            edgecolor=INK,
+            linewidth=0.15,
+            zorder=2,
+            label=_once(axes, "template line, to scale"),
+        )
+        _line(axes, nozzle, NOZZLE, "nozzle while painting", 1.3)
+        _line(axes, centre, CENTRE, "robot while painting", 0.7, (0, (5, 3)))
+        _arrow(axes, nozzle, NOZZLE)
+    start, stop = plan.sections[0].path.start, plan.sections[-1].path.end
+    axes.plot(start.x_m, start.y_m, "o", color=INK, markersize=6, zorder=6, label="start")
+    axes.plot(stop.x_m, stop.y_m, "s", color=INK, markersize=5, zorder=6, label="stop")
+
+
+def _line(
+    axes: "Axes",
+    points: Floats,
+    color: str,
+    label: str,
+    width: float,
+    style: str | tuple[int, tuple[int, int]] = "-",
+) -> None:
+    label = _once(axes, label)
+    axes.plot(*points, color=color, linewidth=width, linestyle=style, zorder=4, solid_capstyle="butt", label=label)
+
+
+def _once(axes: "Axes", label: str) -> str:
+    """The label, hidden from the legend when it is there already."""
+    return f"_{label}" if label in axes.get_legend_handles_labels()[1] else label
+
+
+def _arrows(axes: "Axes", points: Floats, color: str) -> None:
+    """Arrows along a way, evenly spaced."""
+    length = STEP_M * points.shape[1]
+    if length < ARROW_MIN_M:
+        return
+    for part in np.array_split(points, max(1, round(length / ARROW_EVERY_M)), axis=1):
+        _arrow(axes, part, color)
+
+
+def _arrow(axes: "Axes", points: Floats, color: str) -> None:
+    """One arrow half way along the points (2, n)."""
+    middle = points.shape[1] // 2
+    ahead = points[:, middle] - points[:, max(middle - 1, 0)]
+    triangle = (3, 0, math.degrees(math.atan2(ahead[1], ahead[0])) - 90.0)
+    axes.plot(*points[:, middle], marker=triangle, color=color, markersize=6, markeredgewidth=0.0, zorder=5)
+
+
+def _path_points(path: PiecePath) -> Floats:
+    x, y, _, _ = path.sample(_stations(path.length_m))
+    return np.stack((x, y))
+
+
+def _curve_points(curve: Curve) -> tuple[Floats, Floats]:
+    """Points and left normals, (2, n) each."""
+    x, y, heading, _ = curve.at(_stations(curve.length_m))
+    return np.stack((x, y)), np.stack((-np.sin(heading), np.cos(heading)))
+
+
+def _stations(length_m: float) -> Floats:
+    return np.linspace(0.0, length_m, max(2, round(length_m / STEP_M)))
+
+
+def _bounds(plan: Plan) -> tuple[Floats, Floats]:
+    points = [_path_points(section.path) for section in plan.sections]
+    points += [_curve_points(section.stroke.nozzle)[0] for section in plan.sections if section.stroke]
+    everything = np.concatenate(points, axis=1)
+    low, high = everything.min(axis=1), everything.max(axis=1)
+    margin = MARGIN_SHARE * float((high - low).max())
+    return low - margin, high + margin
+
+
+def _figures(plan: Plan) -> str:
+    report = plan.report
+    minutes, seconds = divmod(round(report.total_time_s), 60)
+    return (
+        f"{report.painted_segments} lines {report.paint_length_m:.1f} m  ·  "
+        f"{report.transitions} transitions {report.transition_length_m:.1f} m  ·  {minutes}:{seconds:02d} min"
+    )

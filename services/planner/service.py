@@ -1,0 +1,159 @@
+"""The planner as a process: answers plan requests on the bus, says how far it is and how it does."""
+
+import queue
+import sys
+import threading
+import traceback
+from dataclasses import dataclass, field
+
+from schemas import topics
+from schemas.messages import DiagnosticStatus, PlanRequest, PlanResponse, Progress
+from schemas.vehicle import Vehicle
+from services.bus import Bus, BusConfig, HealthReporter, Publisher, ServedCall
+from services.lifecycle import until_stopped
+from services.planner.answer import answer
+
+# How often the main thread looks for requests, finished plans and the end.
+TURN_S = 0.01
+# Requests that may wait for the one being planned; more are told to come back.
+WAITING_MAX = 8
+# Progress is published when it has grown by this much, and at every new stage.
+PROGRESS_STEP = 0.02
+
+PlanCall = ServedCall[PlanRequest, PlanResponse]
+
+
+class Stopping(Exception):
+    """The service ends while a plan is being made."""
+
+
+@dataclass
+class Planned:
+    """A finished request: the answer, or None if planning failed in a way that nobody foresaw."""
+
+    call: PlanCall
+    response: PlanResponse | None
+
+
+@dataclass
+class Worker:
+    """Plans one request after another in a thread of its own, so the bus is served meanwhile.
+
+    The thread never touches the bus: what it has to say waits in `said` for the main thread.
+    """
+
+    vehicle: Vehicle
+    calls: "queue.SimpleQueue[PlanCall]" = field(default_factory=queue.SimpleQueue)
+    said: "queue.SimpleQueue[Progress | Planned]" = field(default_factory=queue.SimpleQueue)
+    stopping: threading.Event = field(default_factory=threading.Event)
+
+    def start(self) -> None:
+        """Begin; the thread ends with the process."""
+        threading.Thread(target=self._work, name="planning", daemon=True).start()
+
+    def _work(self) -> None:
+        while not self.stopping.is_set():
+            call = self.calls.get()
+            try:
+                response: PlanResponse | None = answer(call.request, self.vehicle, self._teller(call.request_id))
+            except Stopping:
+                return
+            except Exception:  # a defect of the planner must not end the service
+                traceback.print_exc(file=sys.stderr)
+                response = None
+            self.said.put(Planned(call, response))
+
+    def _teller(self, request_id: str) -> "ProgressTeller":
+        return ProgressTeller(request_id, self.said, self.stopping)
+
+
+@dataclass
+class ProgressTeller:
+    """Passes on the progress of one request, thinned out."""
+
+    request_id: str
+    said: "queue.SimpleQueue[Progress | Planned]"
+    stopping: threading.Event
+    stage: str = ""
+    fraction: float = 0.0
+
+    def __call__(self, stage: str, fraction: float) -> None:
+        """Note that `fraction` of `stage` is done."""
+        if self.stopping.is_set():
+            raise Stopping
+        if stage == self.stage and fraction < min(self.fraction + PROGRESS_STEP, 1.0):
+            return
+        self.stage, self.fraction = stage, fraction
+        self.said.put(Progress(request_id=self.request_id, stage=stage, fraction=fraction))
+
+
+@dataclass
+class Tally:
+    """What the service has done, for its diagnostics."""
+
+    planned: int = 0
+    refused: int = 0
+    failed: int = 0
+    planning_time_s: float = 0.0
+    waiting: list[PlanCall] = field(default_factory=list)
+
+    def values(self) -> dict[str, object]:
+        """The diagnostics' key-value pairs."""
+        return {
+            "plans": self.planned,
+            "refused": self.refused,
+            "failed": self.failed,
+            "waiting": len(self.waiting),
+            "last_planning_time_s": f"{self.planning_time_s:.3f}",
+        }
+
+
+def run_service(config: BusConfig | None = None, vehicle: Vehicle | None = None, *, supervised: bool = False) -> None:
+    """Serve `planner/plan` until SIGTERM or SIGINT (or, `supervised`, until the parent process is gone).
+
+    Raises:
+        SpecError: The bus configuration cannot be used.
+    """
+    with until_stopped(supervised=supervised) as stop, Bus.open(topics.PLANNER, config) as bus:
+        bus.claim()
+        worker, tally = Worker(vehicle or Vehicle()), Tally()
+        server, health = bus.serve(topics.PLAN_SERVICE), HealthReporter(bus)
+        progress = bus.publisher(topics.PLANNER_PROGRESS)
+        worker.start()
+        while not stop:
+            call = server.wait(TURN_S)
+            if call is not None:
+                _admit(call, worker, tally)
+            _pass_on(worker, progress, tally)
+            level = DiagnosticStatus.WARN if tally.failed else DiagnosticStatus.OK
+            health.poll(tally.values(), level=level, message="planning" if tally.waiting else "ready")
+        worker.stopping.set()
+        for call in tally.waiting:
+            call.fail("the planner is stopping; ask again when it is back")
+
+
+def _admit(call: PlanCall, worker: Worker, tally: Tally) -> None:
+    if len(tally.waiting) > WAITING_MAX:
+        tally.refused += 1
+        call.fail(f"the planner is busy with {len(tally.waiting)} requests; ask again later")
+        return
+    tally.waiting.append(call)
+    worker.calls.put(call)
+
+
+def _pass_on(worker: Worker, progress: Publisher, tally: Tally) -> None:
+    """Publish and answer what the worker has said."""
+    while not worker.said.empty():
+        said = worker.said.get()
+        if isinstance(said, Progress):
+            progress.send(said)
+            continue
+        tally.waiting.remove(said.call)
+        if said.response is None:
+            tally.failed += 1
+            said.call.fail("the planner failed on this request: a defect; its log has the details")
+            continue
+        tally.planned += said.response.success
+        tally.refused += not said.response.success
+        tally.planning_time_s = said.response.report.planning_time_s
+        said.call.reply(said.response)

@@ -1,0 +1,73 @@
+"""Pieces of constant sharpness: known integrals, composition, sampling."""
+
+import cmath
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.special import fresnel
+
+from services.planner.clothoid import Piece, PiecePath, Pose, joined
+from tests.planner.strategies import floats, pieces, poses
+
+
+@pytest.mark.parametrize("sharpness", [1.0, 2.1, 15.75, 1e-3, 0.3])
+def test_clothoid_is_the_fresnel_integral(sharpness: float) -> None:
+    length = 1.125 / sharpness
+    scale = math.sqrt(math.pi / sharpness)
+    s, c = fresnel(length / scale)
+    end = Piece(length, 0.0, sharpness).displacement_at(length)
+    assert abs(end - scale * complex(c, s)) <= 1e-12 * max(1.0, length)
+
+
+def test_line_and_quarter_arc_are_exact() -> None:
+    assert Piece(3.0).displacement_at(3.0) == 3.0
+    quarter = PiecePath(Pose(1.0, 2.0, 0.0), (Piece(math.pi, 0.5),)).end
+    assert quarter == pytest.approx((3.0, 4.0, math.pi / 2), abs=1e-15)
+
+
+@given(floats(-2.0, 2.0), floats(0.0, 3.0))
+def test_vanishing_sharpness_is_an_arc(curvature: float, length: float) -> None:
+    arc, clothoid = Piece(length, curvature), Piece(length, curvature, 1e-16)
+    assert abs(arc.displacement_at(length) - clothoid.displacement_at(length)) < 1e-14
+
+
+@given(poses, pieces, floats(0.0, 1.0))
+def test_a_cut_piece_goes_on_where_it_was_cut(start: Pose, piece: Piece, share: float) -> None:
+    s = share * piece.length_m
+    first = Piece(s, piece.curvature_1pm, piece.sharpness_1pm2)
+    second = Piece(piece.length_m - s, piece.curvature_at(s), piece.sharpness_1pm2)
+    whole, parts = PiecePath(start, (piece,)).end, PiecePath(start, (first, second)).end
+    assert abs(whole.point - parts.point) < 1e-12
+    assert whole.heading_rad == pytest.approx(parts.heading_rad, abs=1e-12)
+
+
+@given(poses, st.lists(pieces, max_size=5))
+def test_sampling_agrees_with_single_poses(start: Pose, chain: list[Piece]) -> None:
+    path = PiecePath(start, tuple(chain))
+    s = np.linspace(0.0, path.length_m, 7)
+    x, y, heading, _ = path.sample(s)
+    for k in range(len(s)):
+        pose = path.pose_at(float(s[k]))
+        assert (x[k], y[k], heading[k]) == pytest.approx(tuple(pose), abs=1e-12)
+
+
+def test_long_spirals_are_integrated_panel_by_panel() -> None:
+    piece = Piece(20.0, 0.0, 1.0)
+    s, c = fresnel(20.0 / math.sqrt(math.pi))
+    assert abs(piece.displacement_at(20.0) - math.sqrt(math.pi) * complex(c, s)) < 1e-11
+
+
+def test_joined_merges_lines_and_arcs_and_drops_empty_pieces() -> None:
+    chain = (Piece(1.0), Piece(0.0, 2.0), Piece(2.0), Piece(1.0, 0.5), Piece(1.0, 0.5), Piece(1.0, 0.5, 1.0))
+    assert joined(chain) == (Piece(3.0), Piece(2.0, 0.5), Piece(1.0, 0.5, 1.0))
+
+
+@given(poses, poses)
+def test_seen_from_undoes_moved(a: Pose, b: Pose) -> None:
+    displacement, turn = b.seen_from(a)
+    back = a.moved(displacement, turn)
+    assert abs(back.point - b.point) < 1e-13
+    assert abs(cmath.phase(back.direction / b.direction)) < 1e-14

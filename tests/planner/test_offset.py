@@ -1,0 +1,77 @@
+"""Nozzle to robot: both directions of travel, arcs that only one of them can drive, arcs that neither can."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from schemas.curves import Curve
+from schemas.errors import PlanningError
+from schemas.template import ArcSpec, LineSpec, TemplateSegment
+from schemas.vehicle import Vehicle
+from services.planner.offset import Stroke, strokes
+from tests.planner.strategies import template_segments
+
+TURF_TANK = Vehicle()
+K = 0.41124
+CURVATURE_MAX = 1.125
+
+
+def line(start: tuple[float, float], end: tuple[float, float]) -> TemplateSegment:
+    return TemplateSegment(id="line", line=LineSpec(start=start, end=end))
+
+
+def arc(radius: float, sweep: float) -> TemplateSegment:
+    return TemplateSegment(id="arc", arc=ArcSpec(start=(radius, 0.0), center=(0.0, 0.0), sweep_angle=sweep))
+
+
+def one(segment: TemplateSegment, vehicle: Vehicle = TURF_TANK) -> Stroke:
+    return strokes((segment,), vehicle, CURVATURE_MAX)[0]
+
+
+def test_the_robot_drives_left_of_its_right_hand_nozzle() -> None:
+    assert one(line((0, 0), (2, 0))).robot == Curve(0.0, K, 0.0, 0.0, 2.0)
+    back = one(line((2, 0), (0, 0))).robot
+    assert (back.x_m, back.y_m) == pytest.approx((2.0, -K))
+
+
+def test_arcs_change_radius_by_the_offset_and_the_direction() -> None:
+    left, right = one(arc(3.0, 1.0)), one(arc(3.0, -1.0))
+    assert left.robot.curvature_1pm == pytest.approx(1 / (3.0 - K))
+    assert right.robot.curvature_1pm == pytest.approx(-1 / (3.0 + K))
+    assert not left.flipped
+    assert not right.flipped
+
+
+def test_an_arc_too_tight_one_way_is_painted_the_other_way() -> None:
+    stroke = one(arc(1.0, 1.0))
+    assert stroke.flipped
+    assert stroke.robot.curvature_1pm == pytest.approx(-1 / (1.0 + K))
+    assert (stroke.nozzle.x_m, stroke.nozzle.y_m) == pytest.approx((math.cos(1.0), math.sin(1.0)))
+
+
+@pytest.mark.parametrize("radius", [0.2, K, 0.47])
+def test_an_arc_too_tight_both_ways_is_named(radius: float) -> None:
+    with pytest.raises(PlanningError, match=r'segment "arc".*radius of .* at least 0\.478 m, or a kappa_max') as caught:
+        one(arc(radius, 2.0))
+    assert caught.value.segment_id == "arc"
+
+
+def test_a_nozzle_off_the_axle_and_repeated_ids_are_refused() -> None:
+    with pytest.raises(PlanningError, match=r"nozzle 0\.1 m ahead"):
+        one(line((0, 0), (1, 0)), TURF_TANK.model_copy(update={"nozzle_x_m": 0.1}))
+    segment = line((0, 0), (1, 0))
+    with pytest.raises(PlanningError, match='"line" appears twice'):
+        strokes((segment, segment), TURF_TANK, CURVATURE_MAX)
+
+
+@given(template_segments(0), st.sampled_from([-K, 0.0, K]))
+def test_the_nozzle_of_the_robot_runs_on_the_segment(segment: TemplateSegment, nozzle_y_m: float) -> None:
+    (stroke,) = strokes((segment,), TURF_TANK.model_copy(update={"nozzle_y_m": nozzle_y_m}), 2.0)
+    share = np.linspace(0.0, 1.0, 11)
+    given_curve = segment.curve().reversed() if stroke.flipped else segment.curve()
+    x, y, _, _ = given_curve.at(share * given_curve.length_m)
+    u, v, heading, _ = stroke.robot.at(share * stroke.robot.length_m)
+    assert np.hypot(u - nozzle_y_m * np.sin(heading) - x, v + nozzle_y_m * np.cos(heading) - y).max() < 1e-12

@@ -1,0 +1,231 @@
+"""Whole plans: the nozzle paints the template and nothing else, limits hold, joints are exact, errors have a place."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from schemas.cdr import decode, encode
+from schemas.curves import Curve, PathTable
+from schemas.errors import PlanningError
+from schemas.messages import Actuation, PlanOptions, PlanRequest, Trajectory
+from schemas.template import LineSpec, Template, TemplateSegment, load_template, shipped_templates
+from schemas.vehicle import Vehicle
+from services.planner import output
+from services.planner.answer import answer
+from services.planner.measure import wheels
+from services.planner.plan import Plan, plan
+from tests.planner.strategies import poses, templates
+
+VEHICLE = Vehicle()
+SHIPPED = sorted(shipped_templates())
+
+
+def table(trajectory: Trajectory) -> PathTable:
+    return PathTable.from_curves([Curve.from_message(segment.curve) for segment in trajectory.path.segments])
+
+
+def check(planned: Plan, template: Template, method: str) -> None:
+    trajectory, report = planned.trajectory, planned.report
+    path = table(trajectory)
+    segments = trajectory.path.segments
+    assert report.position_gap_m < 1e-9
+    assert report.heading_gap_rad < 1e-9
+    assert len({segment.id for segment in segments}) == len(segments)
+    assert report.total_length_m == pytest.approx(path.total_length_m)
+    assert report.total_length_m == pytest.approx(report.paint_length_m + report.transition_length_m)
+    assert report.total_time_s == pytest.approx(report.paint_time_s + report.transition_time_s)
+    assert report.max_curvature_1pm <= planned.limits.curvature_max_1pm * (1 + 1e-9)
+    assert report.max_wheel_speed_radps <= VEHICLE.max_wheel_speed_radps * (1 + 1e-9)
+    if method == "ccd":
+        assert report.max_sharpness_1pm2 <= planned.limits.sharpness_max_1pm2 * (1 + 1e-9)
+        assert report.max_wheel_acceleration_radps2 <= VEHICLE.max_wheel_acceleration_radps2
+        check_g2(planned)
+
+    # One path segment per template segment, in order, with the nozzle on the template from end to end.
+    by_id = {segment.id: segment for segment in template.segments}
+    painted = [(k, s) for k, s in enumerate(segments) if s.id in by_id]
+    assert [s.id for _, s in painted] == list(by_id)
+    valve = spray_intervals(trajectory)
+    for k, segment in painted:
+        begin, length = path.starts_m[k], path.array[k, 4]
+        x, y, heading, _ = Curve.from_message(segment.curve).at(np.linspace(0.0, length, 9))
+        nozzle = x - VEHICLE.nozzle_y_m * np.sin(heading) + 1j * (y + VEHICLE.nozzle_y_m * np.cos(heading))
+        given_curve = by_id[segment.id].curve()
+        u, v, _, _ = given_curve.at(np.linspace(0.0, given_curve.length_m, 9))
+        assert min(np.abs(nozzle - (u + 1j * v)).max(), np.abs(nozzle[::-1] - (u + 1j * v)).max()) < 1e-9
+        # The valve really opens at the line's start and closes at its end.
+        wet = [
+            (
+                opened + VEHICLE.valve_on_delay_s * speed(planned, opened),
+                closed + VEHICLE.valve_off_delay_s * speed(planned, closed),
+            )
+            for opened, closed in valve
+        ]
+        assert any(start <= begin + 1e-6 and end >= begin + length - 1e-6 for start, end in wet)
+    assert sum(closed - opened for opened, closed in valve) <= report.paint_length_m + 1e-6
+
+    check_profile(planned)
+
+
+def check_g2(planned: Plan) -> None:
+    pieces = [piece for section in planned.sections for piece in section.path.pieces]
+    for last, following in pairwise(pieces):
+        assert last.curvature_at(last.length_m) == pytest.approx(following.curvature_1pm, abs=1e-9)
+    for last, following in pairwise(planned.sections):
+        assert abs(last.path.end.point - following.path.start.point) < 1e-9
+        assert math.remainder(last.path.end.heading_rad - following.path.start.heading_rad, math.tau) == pytest.approx(
+            0, abs=1e-9
+        )
+
+
+def check_profile(planned: Plan) -> None:
+    """Limits of the executed profile, sampled."""
+    speeds, parameters = planned.speeds, planned.trajectory.velocity_profile.parameters
+    assert [p.arc_length for p in parameters] == speeds.station_m.tolist()
+    assert np.diff(speeds.station_m).min() > 0.0
+    assert speeds.speed_mps[0] == speeds.speed_mps[-1] == 0.0
+    assert speeds.speed_mps.max() <= planned.limits.transit_speed_mps + 1e-12
+    station = np.linspace(0.0, speeds.station_m[-1], 2000)
+    _, _, _, curvature = table(planned.trajectory).at(station)
+    rim = speeds.speed_at(station) * (1 + np.abs(curvature) * VEHICLE.half_track_m)
+    assert rim.max() <= VEHICLE.max_rim_speed_mps * (1 + 1e-6)
+    for line in planned.painted:
+        inside = speeds.speed_at(np.linspace(line.start_m, line.end_m, 20))
+        assert np.ptp(inside) < 1e-6
+        assert inside.max() <= planned.limits.paint_speed_mps + 1e-9
+
+
+def spray_intervals(trajectory: Trajectory) -> list[tuple[float, float]]:
+    intervals, opened = [], None
+    stations = [p.arc_length for p in trajectory.actuation_profile.parameters]
+    assert stations == sorted(set(stations))
+    for parameter in trajectory.actuation_profile.parameters:
+        on = bool(parameter.actuation.value & Actuation.VALVE)
+        if on and opened is None:
+            opened = parameter.arc_length
+        elif not on and opened is not None:
+            intervals.append((opened, parameter.arc_length))
+            opened = None
+    assert opened is None
+    return intervals
+
+
+def speed(planned: Plan, station: float) -> float:
+    return float(planned.speeds.speed_at(station))
+
+
+@pytest.mark.parametrize("method", ["ccd", "dubins-padded"])
+@pytest.mark.parametrize("name", SHIPPED)
+def test_shipped_templates(name: str, method: str) -> None:
+    template = load_template(name)
+    check(plan(template, VEHICLE, PlanOptions(method=method)), template, method)
+
+
+@given(templates(), st.sampled_from(["ccd", "dubins-padded"]), st.booleans(), poses)
+@settings(max_examples=60)
+def test_random_templates(template: Template, method: str, with_start: bool, start: tuple[float, float, float]) -> None:
+    options = PlanOptions(method=method, start=list(start) if with_start else [])
+    planned = plan(template, VEHICLE, options)
+    check(planned, template, method)
+    if with_start:
+        first = planned.sections[0].path.start
+        assert tuple(first) == tuple(start)
+
+
+def test_wheel_figures_agree_with_finite_differences() -> None:
+    """The reported peak wheel speed and acceleration against rim speeds differenced in time at 1 mm steps."""
+    planned = plan(load_template("study-square"), VEHICLE, PlanOptions(transit_speed_mps=1.9))
+    pieces = np.array([piece for section in planned.sections for piece in section.path.pieces])
+    ends = np.cumsum(pieces[:, 0])
+    ideal = np.linspace(0.0, ends[-1], 60_000)
+    index = np.minimum(np.searchsorted(ends, ideal), len(pieces) - 1)
+    curvature = pieces[index, 1] + pieces[index, 2] * (ideal - (ends - pieces[:, 0])[index])
+    sent = np.interp(ideal, [0.0, *(s.ideal_to_m for s in planned.sent)], [0.0, *(s.end_m for s in planned.sent)])
+    v = planned.speeds.speed_at(sent)
+    moving = slice(50, -50)
+    time = np.concatenate(([0.0], np.cumsum(2 * np.diff(ideal) / np.maximum(v[1:] + v[:-1], 1e-9))))
+    rims = [v * (1 + side * curvature * VEHICLE.half_track_m) / VEHICLE.wheel_radius_m for side in (1, -1)]
+    accelerations = [np.abs(np.diff(rim[moving]) / np.diff(time[moving])).max() for rim in rims]
+    _, wheel_speed, wheel_acceleration = wheels(planned.sections, planned.sent, planned.speeds, VEHICLE)
+    assert wheel_speed == pytest.approx(np.max(rims), rel=1e-3)
+    assert wheel_acceleration == pytest.approx(max(accelerations), rel=1e-2)
+    assert wheel_speed <= VEHICLE.max_wheel_speed_radps * (1 + 1e-9)
+
+
+def test_fast_and_tight_is_slowed_to_what_the_wheels_can() -> None:
+    options = PlanOptions(kappa_max_1pm=2.0, sigma_max_1pm2=20.0, transit_speed_mps=2.0, paint_speed_mps=1.9)
+    template = load_template("soccer-11")
+    check(plan(template, VEHICLE, options), template, "ccd")
+
+
+def test_painted_ids_may_look_like_transition_ids() -> None:
+    line = LineSpec(start=(0.0, 0.0), end=(1.0, 0.0))
+    template = Template(name="sly", segments=(TemplateSegment(id="t0", line=line),))
+    ids = [segment.id for segment in plan(template, VEHICLE).trajectory.path.segments]
+    assert ids == ["t1", "t0", "t2"]
+
+
+def test_a_start_on_the_first_line_still_gets_up_to_speed() -> None:
+    line = LineSpec(start=(0.0, 0.0), end=(1.0, 0.0))
+    template = Template(name="line", segments=(TemplateSegment(id="a", line=line),))
+    start = [0.0, -VEHICLE.nozzle_y_m, 0.0]
+    check(plan(template, VEHICLE, PlanOptions(start=start)), template, "ccd")
+
+
+@pytest.mark.parametrize("start", [[1.0, 2.0], [math.nan, 0.0, 0.0], [1e9, 0.0, 0.0]])
+def test_an_unusable_start_is_refused(start: list[float]) -> None:
+    with pytest.raises(PlanningError, match="start pose"):
+        plan(load_template("study-square"), VEHICLE, PlanOptions(start=start))
+
+
+def test_a_plan_that_fits_no_message_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(output, "SENT_MAX", 20)
+    with pytest.raises(PlanningError, match="more than 20 lines and arcs; split the template"):
+        plan(load_template("study-square"), VEHICLE)
+
+
+def test_an_unknown_method_is_refused_with_the_known_ones() -> None:
+    with pytest.raises(PlanningError, match="use one of: ccd, dubins-padded"):
+        plan(load_template("study-square"), VEHICLE, PlanOptions(method="magic"))
+
+
+def test_plans_are_the_same_every_time_and_survive_the_wire() -> None:
+    template = load_template("soccer-11")
+    first, second = (encode(plan(template, VEHICLE).trajectory) for _ in range(2))
+    assert first == second
+    assert decode(Trajectory, first) == plan(template, VEHICLE).trajectory
+
+
+def test_progress_reaches_the_end_of_every_stage() -> None:
+    seen: dict[str, float] = {}
+    plan(load_template("study-square"), VEHICLE, progress=lambda stage, fraction: seen.update({stage: fraction}))
+    assert list(seen) == ["transitions", "cutting into arcs", "speeds", "report"]
+    assert set(seen.values()) == {1.0}
+
+
+TIGHT = '{"name": "n", "segments": [{"id": "dot", "arc": {"start": [0.2, 0], "center": [0, 0], "sweep_angle": 6.0}}]}'
+NAN = '{"name": "n", "segments": [{"id": "a", "line": {"start": [NaN, 0], "end": [0, 0]}}]}'
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [(TIGHT, 'segment "dot"'), (NAN, "segments[0].line.start"), ("{", "not JSON"), ("", "not JSON")],
+)
+def test_bad_requests_are_answered_with_the_place(text: str, expected: str) -> None:
+    response = answer(PlanRequest(template_json=text), VEHICLE)
+    assert not response.success
+    assert expected in response.message
+    assert response.trajectory == Trajectory()
+
+
+def test_a_good_request_is_answered_with_plan_report_and_what_was_turned_round() -> None:
+    text = '{"name": "n", "segments": [{"id": "c", "arc": {"start": [1, 0], "center": [0, 0], "sweep_angle": 1.5}}]}'
+    response = answer(PlanRequest(template_json=text), VEHICLE)
+    assert response.success
+    assert "turned round to be drivable: c" in response.message
+    assert response.report.planning_time_s > 0.0
+    assert response.trajectory.path.segments

@@ -1,0 +1,83 @@
+"""The planner as a real process on a real bus: answers, progress, refusals, health, a clean end."""
+
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+
+import pytest
+
+from schemas import topics
+from schemas.messages import GetDiagnosticsRequest, PlanOptions, PlanRequest, Progress
+from schemas.template import template_text
+from services.bus import Bus, BusConfig
+
+START = (
+    "from services.bus import BusConfig; from services.planner.service import run_service; run_service(BusConfig({!r}))"
+)
+
+
+@pytest.fixture(scope="module")
+def config() -> BusConfig:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return BusConfig(f"tcp/127.0.0.1:{probe.getsockname()[1]}")
+
+
+@pytest.fixture(scope="module")
+def planner(config: BusConfig) -> "Iterator[subprocess.Popen[str]]":
+    command = [sys.executable, "-c", START.format(config.endpoint)]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        yield process
+        process.kill()
+
+
+@pytest.fixture(scope="module")
+def bus(config: BusConfig, planner: object) -> Iterator[Bus]:
+    with Bus.open("test", config) as bus:
+        assert bus.wait_for({topics.PLANNER}, 20.0) == set()
+        yield bus
+
+
+def test_a_template_is_planned_with_progress(bus: Bus) -> None:
+    inbox = bus.inbox([topics.PLANNER_PROGRESS])
+    request = PlanRequest(request_id="pitch", template_json=template_text("soccer-11")[0])
+    response = bus.call(topics.PLAN_SERVICE, request, 20.0)
+    assert response.success, response.message
+    assert response.report.painted_segments == 27
+    assert len(response.trajectory.path.segments) > 100
+    said = [m for _, m in inbox.messages() if isinstance(m, Progress)]
+    while not any(m.stage == "report" for m in said):
+        said += [s.decode() for s in inbox.wait(5.0)]
+    assert {m.request_id for m in said} == {"pitch"}
+    assert any(m.stage == "transitions" and m.fraction == 1.0 for m in said)
+
+
+def test_bad_templates_and_options_are_answered_and_the_next_request_is_served(bus: Bus) -> None:
+    square = template_text("study-square")[0]
+    dot = '{"name": "n", "segments": [{"id": "d", "arc": {"start": [0.2, 0], "center": [0, 0], "sweep_angle": 6}}]}'
+    for name, request, expected in (
+        ("json", PlanRequest(template_json="{]"), "not JSON"),
+        ("dot", PlanRequest(template_json=dot), 'segment "d"'),
+        ("method", PlanRequest(template_json=square, options=PlanOptions(method="x")), "unknown method"),
+    ):
+        response = bus.call(topics.PLAN_SERVICE, request.model_copy(update={"request_id": name}), 20.0)
+        assert not response.success
+        assert expected in response.message
+    assert bus.call(topics.PLAN_SERVICE, PlanRequest(request_id="good", template_json=square), 20.0).success
+
+
+def test_diagnostics_are_answered(bus: Bus) -> None:
+    service = topics.diagnostics_service(topics.PLANNER)
+    status = bus.call(service, GetDiagnosticsRequest(), 5.0).diagnostics.status[0]
+    values = {value.key: value.value for value in status.values}
+    assert status.message == "ready"
+    assert (int(values["plans"]), int(values["refused"]), values["failed"]) == (2, 3, "0")
+
+
+def test_it_ends_cleanly_when_told_to(bus: Bus, planner: "subprocess.Popen[str]") -> None:
+    planner.send_signal(signal.SIGTERM)
+    assert planner.wait(10.0) == 0
+    assert planner.stderr is not None
+    assert planner.stderr.read() == ""

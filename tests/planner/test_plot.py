@@ -1,0 +1,27 @@
+"""The picture of a plan."""
+
+from pathlib import Path
+
+import pytest
+
+from schemas.template import load_template
+from schemas.vehicle import Vehicle
+from services.planner.plan import plan
+from services.planner.plot import plot_plan
+
+
+def test_svg_and_png(tmp_path: Path) -> None:
+    template = load_template("study-square")
+    planned = plan(template, Vehicle())
+    for name in ("a.svg", "b.svg", "c.png"):
+        plot_plan(planned, template, tmp_path / name)
+    svg = (tmp_path / "a.svg").read_text()
+    assert svg.startswith("<?xml")
+    assert svg == (tmp_path / "b.svg").read_text()
+    assert (tmp_path / "c.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_an_unknown_format_is_refused(tmp_path: Path) -> None:
+    template = load_template("study-square")
+    with pytest.raises(ValueError, match="not supported"):
+        plot_plan(plan(template, Vehicle()), template, tmp_path / "a.xyz")
