@@ -1,0 +1,1 @@
+"""The bridge: recordings (MCAP) of what is on the bus, their replay and their comparison."""

@@ -1,0 +1,48 @@
+"""What a recording says of each topic: schema, type hash and QoS, as ROS 2's own recorder (rosbag2) has them."""
+
+from schemas.cdr import full_definition, type_hash
+from schemas.topics import TOPIC_BY_NAME, Topic
+
+_UNLIMITED = "{sec: 9223372036, nsec: 854775807}"
+
+
+def topic_path(namespace: str, topic: Topic) -> str:
+    """The absolute ROS name, ``/tt2/gnss/fix``."""
+    return f"/{namespace}/{topic.name}" if namespace else f"/{topic.name}"
+
+
+def topic_at(path: str) -> Topic | None:
+    """The row of the topic table that was recorded as ``path``, under whatever namespace; None if there is none."""
+    parts = path.strip("/").split("/")
+    for first in range(len(parts)):  # the longest name wins: supervisor/events before events
+        topic = TOPIC_BY_NAME.get("/".join(parts[first:]))
+        if topic is not None:
+            return topic
+    return None
+
+
+def schema_text(topic: Topic) -> bytes:
+    """The ``ros2msg`` schema: the definition of the type and of every type in it."""
+    return full_definition(topic.type).encode()
+
+
+def channel_metadata(topic: Topic) -> dict[str, str]:
+    """Metadata of the topic's channel; ROS 2 rebuilds the publisher from it when it replays the file."""
+    return {"offered_qos_profiles": offered_qos(topic), "topic_type_hash": type_hash(topic.type)}
+
+
+def offered_qos(topic: Topic) -> str:
+    """The QoS of the topic's publisher in the YAML of rosbag2 (policy names, as since its metadata version 9)."""
+    history, depth = ("keep_last", 1) if topic.latched else ("keep_all", 0) if topic.block else ("keep_last", 10)
+    lines = (
+        f"history: {history}",
+        f"depth: {depth}",
+        f"reliability: {'reliable' if topic.reliable else 'best_effort'}",
+        f"durability: {'transient_local' if topic.latched else 'volatile'}",
+        f"deadline: {_UNLIMITED}",
+        f"lifespan: {_UNLIMITED}",
+        "liveliness: automatic",
+        f"liveliness_lease_duration: {_UNLIMITED}",
+        "avoid_ros_namespace_conventions: false",
+    )
+    return "- " + "\n  ".join(lines)

@@ -1,0 +1,285 @@
+"""Writes what is on the bus to MCAP, as ROS 2's own recorder would.
+
+The file carries its final name from the first byte on, so that a recording broken off by kill -9 or a power cut is
+found where it was asked for. A file that is there already is never overwritten unless that is asked for.
+"""
+
+import struct
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from pathlib import Path
+
+from mcap.writer import CompressionType, Writer
+
+from schemas.messages import Header, Time
+from schemas.topics import CLOCK, DEFAULT_NAMESPACE, RECORDED, Topic
+from services.bridge.channels import channel_metadata, schema_text, topic_path
+from services.bridge.output import RecordingError, RecordingFile
+from services.bridge.reader import read_summary
+
+CHUNK_BYTES = 64 * 1024
+LIBRARY = "touchline"
+_STAMP = struct.Struct("<iI")
+_STAMP_OFFSET = 4  # behind the CDR header
+_STAMP_END = _STAMP_OFFSET + _STAMP.size
+
+
+class Existing(Enum):
+    """What to do when the file is there already."""
+
+    RENAME = "rename"
+    """Keep the older recording as ``NAME.1.mcap``, or the next free number."""
+    REFUSE = "refuse"
+    REPLACE = "replace"
+
+
+@dataclass(frozen=True)
+class RecordingReport:
+    """What a finished recording holds.
+
+    Attributes:
+        bytes: Size of the file.
+        lost: Messages that were published but never reached the recorder, from gaps in the sequence numbers.
+        per_topic: Messages by ROS topic name.
+        problem: Why the recording is not whole; empty if it is.
+    """
+
+    path: Path
+    messages: int
+    bytes: int
+    lost: int
+    per_topic: dict[str, int] = field(default_factory=dict)
+    problem: str = ""
+
+
+class _Channel:
+    """The recorder's state of one topic."""
+
+    __slots__ = ("channel_id", "last_sequence", "lost", "messages", "name", "stamped")
+
+    def __init__(self, name: str, channel_id: int, stamped: bool) -> None:
+        self.name = name
+        self.channel_id = channel_id
+        self.stamped = stamped
+        self.messages = 0
+        self.lost = 0
+        self.last_sequence: dict[object, int] = {}
+
+
+def is_stamped(topic: Topic) -> bool:
+    """Whether the topic's messages begin with a sim-time stamp (a header, or the clock itself)."""
+    first = next(iter(topic.type.model_fields.values()), None)
+    return first is not None and first.annotation in (Header, Time)
+
+
+class Recorder:
+    """Records messages into one MCAP file.
+
+    ``log_time`` and ``publish_time`` are the sim time of the message's stamp, so that the same run gives the same
+    recording at any pace; what has no stamp takes the last clock (the first that comes, if none has come yet).
+
+    Args:
+        path: File to write; its folder must exist and its name end in ``.mcap``.
+        namespace: Robot namespace under which the topics are recorded.
+        topics: Rows of the topic table to record.
+        metadata: Facts about the run (scenario, seed, …), kept as the metadata record ``touchline``.
+        existing: What to do when the file is there already.
+
+    Raises:
+        RecordingError: The file cannot be created.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        namespace: str = DEFAULT_NAMESPACE,
+        topics: Iterable[Topic] = RECORDED,
+        metadata: Mapping[str, str] | None = None,
+        existing: Existing = Existing.RENAME,
+    ) -> None:
+        """See the class."""
+        _make_room(path, existing)
+        self.path = path
+        self._file = RecordingFile(path)
+        self._problem = ""
+        self._report: RecordingReport | None = None
+        self._now_ns = 0
+        self._now_known = False
+        self._clock_seen = False
+        self._waiting: list[tuple[_Channel, bytes, int]] = []
+        self._channels: dict[str, _Channel] = {}
+        self._writer = Writer(self._file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)  # type: ignore[arg-type]
+        try:
+            self._writer.start("ros2", LIBRARY)
+            if metadata:
+                self._writer.add_metadata("touchline", dict(metadata))
+            self._register(namespace, topics)
+        except RecordingError:
+            self._file.close()
+            path.unlink(missing_ok=True)
+            raise
+
+    def _register(self, namespace: str, topics: Iterable[Topic]) -> None:
+        schemas: dict[str, int] = {}
+        for topic in topics:
+            ros_type = topic.type.ros_type
+            if ros_type not in schemas:
+                schemas[ros_type] = self._writer.register_schema(ros_type, "ros2msg", schema_text(topic))
+            name = topic_path(namespace, topic)
+            channel_id = self._writer.register_channel(name, "cdr", schemas[ros_type], channel_metadata(topic))
+            self._channels[topic.name] = _Channel(name, channel_id, is_stamped(topic))
+
+    @property
+    def messages(self) -> int:
+        """Messages taken so far."""
+        return sum(channel.messages for channel in self._channels.values())
+
+    @property
+    def lost(self) -> int:
+        """Messages that never arrived, from gaps in the sequence numbers of each publisher."""
+        return sum(channel.lost for channel in self._channels.values())
+
+    @property
+    def size_bytes(self) -> int:
+        """Bytes in the file so far."""
+        return self._file.tell()
+
+    @property
+    def now_ns(self) -> int:
+        """Latest sim time of the clock (of any stamp, while no clock has come)."""
+        return self._now_ns
+
+    @property
+    def problem(self) -> str:
+        """Why recording ended early; empty while all is well."""
+        return self._problem
+
+    def write(self, topic: str, payload: bytes, sequence: int, publisher: object = None) -> None:
+        """Record one message.
+
+        Args:
+            topic: Name in the topic table.
+            payload: CDR with its header.
+            sequence: Counts up by one with every message of this publisher on this topic; negative if unknown.
+            publisher: Anything hashable that tells one publisher from another.
+
+        Raises:
+            RecordingError: The disk is full or failed. The recording is closed as well as it can be and takes nothing
+                more; :meth:`finish` tells what it holds.
+            KeyError: The topic is not among those given at the start.
+        """
+        channel = self._channels[topic]
+        last = channel.last_sequence.get(publisher)
+        if last is not None and sequence > last + 1:
+            channel.lost += sequence - last - 1
+        channel.last_sequence[publisher] = sequence
+        channel.messages += 1
+        if channel.stamped and len(payload) >= _STAMP_END:
+            seconds, nanoseconds = _STAMP.unpack_from(payload, _STAMP_OFFSET)
+            time_ns = max(seconds * 1_000_000_000 + nanoseconds, 0)
+            if topic == CLOCK.name:
+                self._clock_seen = True
+                self._now_ns = time_ns
+            elif not self._clock_seen:
+                self._now_ns = time_ns
+            if not self._now_known:
+                self._now_known = True
+                self._write_waiting()
+        elif self._now_known:
+            time_ns = self._now_ns
+        else:
+            self._waiting.append((channel, payload, sequence))
+            return
+        self._put(channel.channel_id, time_ns, payload, sequence)
+
+    def _put(self, channel_id: int, time_ns: int, payload: bytes, sequence: int) -> None:
+        if self._problem:
+            raise RecordingError(self._problem)
+        try:
+            self._writer.add_message(channel_id, time_ns, payload, time_ns, sequence & 0xFFFFFFFF)
+        except RecordingError as error:
+            self._fail(error)
+            raise
+
+    def _write_waiting(self) -> None:
+        waiting, self._waiting = self._waiting, []
+        for channel, payload, sequence in waiting:
+            self._put(channel.channel_id, self._now_ns, payload, sequence)
+
+    def flush(self) -> None:
+        """End the chunk in progress, so that all taken until now survives the process.
+
+        Raises:
+            RecordingError: As :meth:`write`.
+        """
+        if self._problem:
+            raise RecordingError(self._problem)
+        try:
+            self._writer.flush()  # type: ignore[no-untyped-call]
+        except RecordingError as error:
+            self._fail(error)
+            raise
+
+    def _fail(self, error: RecordingError) -> None:
+        ended = self._file.close_short()
+        self._problem = f"{error}; {'the recording ends before it' if ended else 'the recording is broken off there'}"
+
+    def finish(self) -> RecordingReport:
+        """Complete the file with its index and close it; a repeat gives the same report.
+
+        After a failed write nothing is raised: the report says what went wrong and what the file does hold.
+        """
+        if self._report is None:
+            self._report = self._finish()
+        return self._report
+
+    def _finish(self) -> RecordingReport:
+        counts = {channel.name: channel.messages for channel in self._channels.values()}
+        if not self._problem:
+            try:
+                self._write_waiting()
+                self._writer.flush()  # type: ignore[no-untyped-call]
+                self._writer.add_metadata("touchline_lost", self._losses())
+                self._writer.finish()  # type: ignore[no-untyped-call]
+                self._file.close()
+            except RecordingError as error:
+                if not self._problem:
+                    self._fail(error)
+        if self._problem:
+            held = read_summary(self.path)
+            counts = {name: held.topics[name].messages if name in held.topics else 0 for name in counts}
+        size = self.path.stat().st_size
+        return RecordingReport(self.path, sum(counts.values()), size, self.lost, counts, self._problem)
+
+    def _losses(self) -> dict[str, str]:
+        """Lost messages by topic, and in all."""
+        per_topic = {channel.name: str(channel.lost) for channel in self._channels.values() if channel.lost}
+        return {"total": str(self.lost), **per_topic}
+
+
+def _make_room(path: Path, existing: Existing) -> None:
+    if path.suffix != ".mcap":
+        raise RecordingError(f"{path}: a recording's name ends in .mcap")
+    if not path.parent.is_dir():
+        raise RecordingError(f"{path}: its folder does not exist")
+    if not path.exists():
+        return
+    if not path.is_file():
+        raise RecordingError(f"{path}: is there already and is not a file")
+    if existing is Existing.REFUSE:
+        raise RecordingError(f"{path}: is there already; choose another name")
+    try:
+        if existing is Existing.REPLACE:
+            path.unlink()
+        else:
+            path.rename(_free_name(path))
+    except OSError as error:
+        raise RecordingError(f"{path}: cannot move the older recording away: {error.strerror}") from error
+
+
+def _free_name(path: Path) -> Path:
+    number = 1
+    while (candidate := path.with_name(f"{path.stem}.{number}.mcap")).exists():
+        number += 1
+    return candidate

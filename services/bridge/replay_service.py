@@ -1,0 +1,100 @@
+"""Replaying a recording onto the bus."""
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from schemas import topics
+from schemas.errors import CommandRefused
+from services.bridge.replayer import Timeline
+from services.bus import Bus, BusConfig, Publisher
+
+_SETTLE_S = 0.5
+_PROGRESS_PERIOD_S = 0.1
+
+
+@dataclass(frozen=True)
+class ReplayReport:
+    """What was replayed.
+
+    Attributes:
+        sent: Messages put on the bus.
+        skipped: Messages of topics that are not in the topic table.
+        sim_time_s: Sim time replayed.
+        problem: Why the recording ended early; empty if it is whole.
+    """
+
+    sent: int
+    skipped: int
+    sim_time_s: float
+    problem: str
+
+
+def run_replay(
+    path: Path,
+    speed: float = 1.0,
+    config: BusConfig | None = None,
+    *,
+    loops: int = 1,
+    progress: Callable[[float, float], None] | None = None,
+    stop: Callable[[], bool] = lambda: False,
+) -> ReplayReport:
+    """Put a recording onto the bus.
+
+    Args:
+        path: MCAP file, whole or broken off.
+        speed: Sim time per wall time; 0 or less is as fast as it goes.
+        config: Where the bus is; from the environment if not given.
+        loops: How many times to replay it; 0 without end.
+        progress: Called now and then with (fraction of the file, sim time s).
+        stop: Asked before every message whether to end now.
+
+    Raises:
+        RecordingError: The file cannot be opened or is not MCAP.
+        CommandRefused: A robot is on the bus under this namespace, whose messages would mix with the recorded ones.
+    """
+    Timeline(path).reader.close()  # a missing file is refused before the bus is opened
+    with Bus.open("replay", config) as bus:
+        presence = bus.presence()
+        publishers = {topic.name: bus.publisher(topic) for topic in topics.TOPICS}
+        time.sleep(_SETTLE_S)  # who is there learns of the publishers, and we of them
+        presence.poll()
+        if topics.ROBOT_SIM in presence.alive():
+            raise CommandRefused("a robot is on the bus; stop it before replaying, or use another namespace")
+        total = ReplayReport(0, 0, 0.0, "")
+        done = 0
+        while not stop() and (done < loops or loops == 0):
+            total = _replay_once(Timeline(path), speed, publishers, total, progress, stop)
+            done += 1
+        return total
+
+
+def _replay_once(
+    timeline: Timeline,
+    speed: float,
+    publishers: Mapping[str, Publisher],
+    before: ReplayReport,
+    progress: Callable[[float, float], None] | None,
+    stop: Callable[[], bool],
+) -> ReplayReport:
+    """One pass over a recording, added to the report of those ``before``."""
+    sent, at_s = 0, 0.0
+    begun_s, report_s = time.monotonic(), 0.0
+    for cue in timeline.cues():
+        due_s = begun_s + cue.at_s / speed if speed > 0 else 0.0
+        while not (ended := stop()) and (now_s := time.monotonic()) < due_s:
+            time.sleep(min(due_s - now_s, _PROGRESS_PERIOD_S))
+        if ended:
+            break
+        publishers[cue.topic.name].send_bytes(cue.payload)
+        sent, at_s = sent + 1, cue.at_s
+        if progress and now_s >= report_s:
+            report_s = now_s + _PROGRESS_PERIOD_S
+            progress(timeline.reader.fraction, at_s)
+    else:
+        if progress:
+            progress(1.0, at_s)
+    problem = timeline.reader.summary.problem
+    timeline.reader.close()
+    return ReplayReport(before.sent + sent, before.skipped + timeline.skipped, before.sim_time_s + at_s, problem)

@@ -1,0 +1,206 @@
+"""The bridge as a process: records on request, and replays a recording onto the bus."""
+
+import time
+from collections.abc import Mapping
+from pathlib import Path
+
+from schemas import topics
+from schemas.errors import PayloadError
+from schemas.messages import (
+    DiagnosticStatus,
+    Event,
+    GetDiagnosticsRequest,
+    Header,
+    RecordRequest,
+    RecordResponse,
+    RecordStopResponse,
+    Time,
+)
+from services.bridge.output import RecordingError
+from services.bridge.recorder import Existing, Recorder, RecordingReport
+from services.bridge.session import RecordingSession
+from services.bus import Bus, BusConfig, CallError, HealthReporter
+from services.lifecycle import Stop, until_stopped
+
+_IDLE_S = 0.002
+_HANDSHAKE_TIMEOUT_S = 3.0
+#: Processes that publish what is recorded, and that can be asked how they are.
+_PUBLISHERS = frozenset({topics.PLANNER, topics.ROBOT_SIM})
+
+
+class BridgeService:
+    """Serves recording; everything happens in :meth:`run`'s one loop.
+
+    Args:
+        bus: An open bus.
+        existing: What to do when a recording's file is there already.
+        metadata: Facts about the run, written into every recording.
+    """
+
+    def __init__(self, bus: Bus, existing: Existing, metadata: Mapping[str, str]) -> None:
+        """See the class."""
+        self._bus = bus
+        self._existing = existing
+        self._metadata = metadata
+        self._presence = bus.presence()
+        self._health = HealthReporter(bus)
+        self._events = bus.publisher(topics.EVENTS)
+        self._record = bus.serve(topics.RECORD)
+        self._record_stop = bus.serve(topics.RECORD_STOP)
+        self._session: RecordingSession | None = None
+        self._failed: RecordingReport | None = None
+
+    def run(self, stop: Stop) -> RecordingReport | None:
+        """Serve until ``stop``; a recording that still goes on is finished and its report returned."""
+        while not stop:
+            if not self._turn():
+                time.sleep(_IDLE_S)
+        return self._finish()
+
+    def start(self, path: Path) -> None:
+        """Begin to record; on return every publisher on the bus knows of it.
+
+        Raises:
+            RecordingError: It goes on already, or the file cannot be created or written.
+        """
+        if self._session is not None:
+            raise RecordingError(f"{self._session.recorder.path} is being recorded; stop that first")
+        self._failed = None
+        recorder = Recorder(path, self._bus.config.namespace, topics.RECORDED, self._metadata, self._existing)
+        self._session = RecordingSession(recorder, self._bus.inbox(topics.RECORDED))
+        self._handshake()
+        if self._failed is not None:
+            raise RecordingError(self._failed.problem)
+
+    def _turn(self) -> bool:
+        """One round of the loop; returns whether there was anything to record."""
+        busy = self._pump()
+        self._report_health()
+        if (call := self._record.poll()) is not None:
+            call.reply(self._answer_record(call.request))
+        if (stop_call := self._record_stop.poll()) is not None:
+            stop_call.reply(self._answer_stop())
+        return busy
+
+    def _pump(self) -> bool:
+        if self._session is None:
+            return False
+        try:
+            return self._session.pump(time.monotonic())
+        except RecordingError as error:
+            self._fail(error)
+            return False
+
+    def _fail(self, error: RecordingError) -> None:
+        """End a recording that cannot be written; leaving the bus's topics lets their publishers go on."""
+        assert self._session is not None
+        self._failed = self._session.finish()
+        now_ns = self._session.recorder.now_ns
+        stamp = Time(sec=now_ns // 10**9, nanosec=now_ns % 10**9)
+        self._session = None
+        self._events.send(
+            Event(
+                header=Header(stamp=stamp),
+                severity=Event.ERROR,
+                source=topics.BRIDGE,
+                code="recording-failed",
+                text=self._failed.problem or str(error),
+            )
+        )
+
+    def _report_health(self) -> None:
+        if self._failed is not None:
+            self._health.poll({"recording": ""}, level=DiagnosticStatus.ERROR, message=self._failed.problem)
+        elif self._session is None:
+            self._health.poll({"recording": ""}, message="idle")
+        else:
+            recorder = self._session.recorder
+            values = {
+                "recording": recorder.path,
+                "messages": recorder.messages,
+                "bytes": recorder.size_bytes,
+                "lost_in_recording": recorder.lost,
+            }
+            level = DiagnosticStatus.WARN if recorder.lost else DiagnosticStatus.OK
+            self._health.poll(values, level=level, message="recording")
+
+    def _answer_record(self, request: RecordRequest) -> RecordResponse:
+        try:
+            self.start(Path(request.path))
+        except (RecordingError, ValueError) as error:  # ValueError: a path with a null byte
+            return RecordResponse(success=False, message=str(error))
+        return RecordResponse(success=True, message=f"recording to {request.path}")
+
+    def _answer_stop(self) -> RecordStopResponse:
+        report = self._finish() if self._session is not None else self._failed
+        self._failed = None
+        if report is None:
+            return RecordStopResponse(success=False, message="nothing is being recorded")
+        return RecordStopResponse(
+            success=not report.problem,
+            message=report.problem or f"recorded {report.messages} messages",
+            path=str(report.path),
+            messages=report.messages,
+            bytes=report.bytes,
+            lost=report.lost,
+        )
+
+    def _finish(self) -> RecordingReport | None:
+        """Finish the recording with everything that was sent before this call."""
+        if self._session is not None:
+            self._handshake()
+        if self._session is None:  # there was none, or writing its last part failed
+            return self._failed
+        report = self._session.finish()
+        self._session = None
+        return report
+
+    def _handshake(self) -> None:
+        """Exchange one call with every publisher, recording meanwhile.
+
+        Declarations, messages and answers of one process keep their order. So when it has answered, it knew of our
+        subscriptions before, and what it had sent until then has arrived.
+        """
+        self._presence.poll()
+        for node in sorted(self._presence.alive() & _PUBLISHERS):
+            service = topics.diagnostics_service(node)
+            try:
+                self._bus.call(service, GetDiagnosticsRequest(), _HANDSHAKE_TIMEOUT_S, self._while_waiting)
+            except (CallError, PayloadError):
+                continue  # it is going down, or hangs: there is nothing to wait for
+
+    def _while_waiting(self) -> None:
+        self._pump()
+        self._report_health()
+
+
+def run_service(
+    record: Path | None = None,
+    config: BusConfig | None = None,
+    *,
+    existing: Existing = Existing.RENAME,
+    metadata: Mapping[str, str] | None = None,
+    supervised: bool = False,
+) -> RecordingReport | None:
+    """Run the bridge until SIGTERM or SIGINT.
+
+    Args:
+        record: Begin at once to record to this file.
+        config: Where the bus is; from the environment if not given.
+        existing: What to do when a recording's file is there already.
+        metadata: Facts about the run (scenario, seed), written into every recording.
+        supervised: End when the parent process is gone.
+
+    Returns:
+        The report of the recording that went on at the end, if any.
+
+    Raises:
+        RecordingError: ``record`` cannot be created.
+        SpecError: The bus configuration cannot be used.
+    """
+    with until_stopped(supervised=supervised) as stop, Bus.open(topics.BRIDGE, config) as bus:
+        bus.claim()
+        service = BridgeService(bus, existing, metadata or {})
+        if record is not None:
+            service.start(record)
+        return service.run(stop)

@@ -1,0 +1,54 @@
+"""Messages as the robot sends them, and recordings made of them."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from schemas import topics
+from schemas.cdr import encode
+from schemas.messages import (
+    Clock,
+    Header,
+    Imu,
+    JointState,
+    Message,
+    PaintMarks,
+    String,
+    Time,
+    TraversalStatus,
+    Vector3,
+)
+from schemas.topics import Topic
+from services.bridge.recorder import Recorder
+
+TICK_NS = 10_000_000
+
+
+def stamp(tick: int) -> Time:
+    """Sim time of a tick of 10 ms."""
+    return Time(sec=tick // 100, nanosec=tick % 100 * TICK_NS)
+
+
+def messages(ticks: int, rate_radps: float = 0.5) -> Iterator[tuple[Topic, Message]]:
+    """What a small robot says in ``ticks`` ticks: one text without a stamp, then 100 Hz and 10 Hz topics."""
+    yield topics.TEMPLATE, String(data='{"name": "square"}')
+    for tick in range(ticks):
+        header = Header(stamp=stamp(tick), frame_id="base_link")
+        if tick % 10 == 0:
+            yield topics.CLOCK, Clock(clock=stamp(tick))
+            yield topics.STATUS, TraversalStatus(header=header, painted_ids=("a",), painted_fraction=[tick / ticks])
+            yield (
+                topics.PAINT,
+                PaintMarks(header=header, segment_id="a", first_index=tick, x_m=[0.0, tick], y_m=[1.0, 2.0]),
+            )
+        yield topics.IMU, Imu(header=header, angular_velocity=Vector3(z=rate_radps * tick))
+        yield topics.JOINT_STATES, JointState(header=header, name=("left_wheel", "right_wheel"), position=[tick, -tick])
+
+
+def record(path: Path, said: Iterator[tuple[Topic, Message]], metadata: dict[str, str] | None = None) -> Recorder:
+    """A recorder, not finished, that has taken all that was said."""
+    recorder = Recorder(path, metadata=metadata)
+    sequences: dict[str, int] = {}
+    for topic, message in said:
+        sequences[topic.name] = sequences.get(topic.name, -1) + 1
+        recorder.write(topic.name, encode(message), sequences[topic.name], "robot")
+    return recorder

@@ -1,0 +1,254 @@
+"""What is written is what was said, in a file that others can read, whatever happens on the way."""
+
+import json
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from mcap.reader import make_reader
+from rosbags.highlevel import AnyReader
+from rosbags.interfaces import QosDurability, QosHistory, QosReliability
+
+from schemas import topics
+from schemas.cdr import decode, encode, full_definition, type_hash
+from schemas.messages import Clock, Header, Imu, String
+from services.bridge.output import RecordingError
+from services.bridge.reader import RecordingReader, read_summary
+from services.bridge.recorder import Existing, Recorder, is_stamped
+from tests.bridge.said import messages, record, stamp
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def test_round_trip(recording: Path) -> None:
+    said = [(topic, encode(message)) for topic, message in messages(200)]
+    reader = RecordingReader(recording)
+    read = [(item.topic, item.payload) for item in reader.messages()]
+    assert sorted(read) == sorted((f"/tt2/{topic.name}", payload) for topic, payload in said)
+    assert [p for t, p in read if t == "/tt2/imu/data_raw"] == [p for t, p in said if t is topics.IMU]
+    assert reader.summary.complete and reader.summary.problem == ""
+    assert reader.summary.messages == len(said)
+    assert reader.summary.metadata["touchline"] == {"seed": "7", "scenario": "{}"}
+    assert reader.summary.metadata["touchline_lost"] == {"total": "0"}
+
+
+def test_times_are_sim_times(recording: Path) -> None:
+    for item in RecordingReader(recording).messages({"/tt2/imu/data_raw"}):
+        header = decode(Imu, item.payload).header
+        assert item.log_time_ns == header.stamp.sec * 10**9 + header.stamp.nanosec
+    assert read_summary(recording).duration_s == pytest.approx(1.99)
+
+
+def test_a_message_without_a_stamp_takes_the_clock(tmp_path: Path) -> None:
+    recorder = Recorder(tmp_path / "a.mcap")
+    recorder.write("template", encode(String(data="before the first clock")), 0)
+    recorder.write("clock", encode(Clock(clock=stamp(500))), 0)
+    recorder.write("imu/data_raw", encode(Imu(header=Header(stamp=stamp(450)))), 0)
+    recorder.write("template", encode(String(data="after")), 1)
+    recorder.finish()
+    read = {(item.topic, item.sequence): item.log_time_ns for item in RecordingReader(recorder.path).messages()}
+    assert read[("/tt2/template", 0)] == read[("/tt2/template", 1)] == 5 * 10**9
+    assert read[("/tt2/imu/data_raw", 0)] == 4_500_000_000
+
+
+def test_only_messages_that_begin_with_a_time_are_stamped() -> None:
+    assert {topic.name for topic in topics.RECORDED if not is_stamped(topic)} == {"plan", "template"}
+
+
+def test_mcap_reader_finds_schemas_and_metadata(recording: Path) -> None:
+    with recording.open("rb") as stream:
+        reader = make_reader(stream, validate_crcs=True)
+        assert reader.get_header().profile == "ros2"
+        held = reader.get_summary()
+        assert held is not None and held.statistics is not None
+        channels = {channel.topic: channel for channel in held.channels.values()}
+        assert set(channels) == {f"/tt2/{topic.name}" for topic in topics.RECORDED}
+        for topic in topics.RECORDED:
+            channel = channels[f"/tt2/{topic.name}"]
+            schema = held.schemas[channel.schema_id]
+            assert (schema.name, schema.encoding) == (topic.type.ros_type, "ros2msg")
+            assert schema.data.decode() == full_definition(topic.type)
+            assert channel.message_encoding == "cdr"
+            assert channel.metadata["topic_type_hash"] == type_hash(topic.type)
+        assert {index.compression for index in held.chunk_indexes} == {"zstd"}
+        assert all(index.message_index_offsets for index in held.chunk_indexes)
+        assert sum(1 for _ in reader.iter_messages()) == held.statistics.message_count
+
+
+def test_rosbags_reads_it_as_a_ros2_bag(recording: Path) -> None:
+    """With the schemas of the file alone: rosbags is not given our message definitions."""
+    with AnyReader([recording]) as reader:
+        offered = {connection.topic: connection.ext.offered_qos_profiles[0] for connection in reader.connections}
+        rates = [
+            reader.deserialize(payload, connection.msgtype).angular_velocity.z
+            for connection, _, payload in reader.messages()
+            if connection.topic == "/tt2/imu/data_raw"
+        ]
+        marks = [
+            reader.deserialize(payload, connection.msgtype)
+            for connection, _, payload in reader.messages()
+            if connection.topic == "/tt2/paint/marks"
+        ]
+    assert rates == [0.5 * tick for tick in range(200)]
+    assert marks[3].segment_id == "a" and marks[3].x_m.tolist() == [0.0, 30.0]
+    assert offered["/tt2/paint/marks"].reliability == QosReliability.RELIABLE
+    assert offered["/tt2/paint/marks"].history == QosHistory.KEEP_ALL
+    assert offered["/tt2/traversal/status"].durability == QosDurability.TRANSIENT_LOCAL
+
+
+def test_the_same_run_gives_the_same_file(tmp_path: Path) -> None:
+    first, second = (record(tmp_path / f"{name}.mcap", messages(300)).finish().path for name in "ab")
+    assert first.read_bytes() == second.read_bytes()
+
+
+def test_gaps_are_counted_per_publisher(tmp_path: Path) -> None:
+    recorder = Recorder(tmp_path / "a.mcap")
+    payload = encode(Imu())
+    for publisher, sequences in (("old", (5, 6, 9)), ("new", (0, 1, 2, 4))):
+        for sequence in sequences:
+            recorder.write("imu/data_raw", payload, sequence, publisher)
+    report = recorder.finish()
+    assert (report.messages, report.lost) == (7, 3)
+    assert read_summary(report.path).metadata["touchline_lost"] == {"total": "3", "/tt2/imu/data_raw": "3"}
+    assert recorder.finish() is report
+
+
+def test_an_empty_recording_is_whole(tmp_path: Path) -> None:
+    report = Recorder(tmp_path / "empty.mcap").finish()
+    held = read_summary(report.path)
+    assert (report.messages, held.messages, held.complete) == (0, 0, True)
+    assert len(held.topics) == len(topics.RECORDED)
+
+
+def test_an_older_recording_is_kept(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+    for seed in ("1", "2", "3"):
+        record(path, messages(1), {"seed": seed}).finish()
+    names = ("a.1.mcap", "a.2.mcap", "a.mcap")
+    assert [read_summary(tmp_path / name).metadata["touchline"]["seed"] for name in names] == ["1", "2", "3"]
+    with pytest.raises(RecordingError, match="is there already"):
+        Recorder(path, existing=Existing.REFUSE)
+    Recorder(path, existing=Existing.REPLACE).finish()
+    assert read_summary(path).messages == 0
+    assert len(list(tmp_path.iterdir())) == 3
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [("a.bag", "ends in .mcap"), ("missing/a.mcap", "folder does not exist"), ("folder.mcap", "is not a file")],
+)
+def test_a_path_that_cannot_be_recorded_to_is_refused(tmp_path: Path, name: str, reason: str) -> None:
+    (tmp_path / "folder.mcap").mkdir()
+    with pytest.raises(RecordingError, match=reason):
+        Recorder(tmp_path / name)
+
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from tests.bridge.said import messages, record
+recorder = record(Path(sys.argv[1]), messages(2000))
+recorder.flush()
+record_more = record(Path(sys.argv[1] + ".other.mcap"), messages(2000))
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_after_kill_9_what_was_recorded_can_be_read(tmp_path: Path) -> None:
+    path = tmp_path / "killed.mcap"
+    done = subprocess.run([sys.executable, "-c", KILLED, str(path)], cwd=ROOT, timeout=60, check=False)
+    assert done.returncode == -signal.SIGKILL
+    said = sum(1 for _ in messages(2000))
+    flushed, unflushed = read_summary(path), read_summary(Path(f"{path}.other.mcap"))
+    assert flushed.messages == said
+    assert not flushed.complete
+    # Without a flush at most the last chunk is missing.
+    assert said - 400 < unflushed.messages < said
+    assert unflushed.topics["/tt2/imu/data_raw"].ros_type == "sensor_msgs/msg/Imu"
+
+
+def test_a_file_cut_anywhere_gives_what_came_before(recording: Path) -> None:
+    whole = [item.payload for item in RecordingReader(recording).messages()]
+    data = recording.read_bytes()
+    for cut in range(20, len(data), len(data) // 40):
+        recording.write_bytes(data[:cut])
+        reader = RecordingReader(recording)
+        read = [item.payload for item in reader.messages()]
+        assert read == whole[: len(read)]
+        assert not reader.summary.complete or len(read) == len(whole)
+        assert reader.summary.problem
+
+
+def test_a_changed_byte_in_a_chunk_ends_the_reading_there(tmp_path: Path) -> None:
+    path = record(tmp_path / "a.mcap", messages(1500)).finish().path
+    whole = read_summary(path).messages
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 0x40
+    path.write_bytes(data)
+    held = read_summary(path)
+    assert 0 < held.messages < whole
+    assert "broken off" in held.problem
+
+
+@pytest.mark.parametrize("content", [b"", b"not a recording at all, but long enough for a header"])
+def test_what_is_not_mcap_is_refused(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "a.mcap"
+    path.write_bytes(content)
+    with pytest.raises(RecordingError, match="not an MCAP recording"):
+        read_summary(path)
+    with pytest.raises(RecordingError, match="cannot read"):
+        read_summary(tmp_path / "missing.mcap")
+
+
+FULL_DISK = """
+import json, resource, sys
+from pathlib import Path
+from schemas.cdr import encode
+from services.bridge.output import RecordingError
+from services.bridge.recorder import Recorder
+from tests.bridge.said import messages
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[2]), resource.RLIM_INFINITY))
+recorder, refusals = Recorder(Path(sys.argv[1])), []
+for number, (topic, message) in enumerate(messages(4000)):
+    try:
+        recorder.write(topic.name, encode(message), number)
+    except RecordingError as error:
+        refusals.append(str(error))
+        if len(refusals) == 3:
+            break
+report = recorder.finish()
+print(json.dumps([refusals, report.problem, report.messages, report.bytes]))
+"""
+
+
+@pytest.mark.parametrize("limit", [100, 5_000, 30_000, 30_001])
+def test_a_full_disk_is_told_and_leaves_a_whole_file(tmp_path: Path, limit: int) -> None:
+    """A file size limit fails the same write that a full disk does."""
+    path = tmp_path / "full.mcap"
+    command = [sys.executable, "-c", FULL_DISK, str(path), str(limit)]
+    done = subprocess.run(command, cwd=ROOT, timeout=60, check=True, capture_output=True, text=True)
+    refusals, problem, count, size = json.loads(done.stdout)
+    assert len(refusals) == 3 and all("cannot write" in refusal for refusal in refusals)
+    assert "the recording ends before it" in problem
+    held = read_summary(path)
+    assert (held.messages, held.size_bytes, held.problem) == (count, size, "")
+    assert count > 0 or limit < 30_000
+    said = [encode(message) for topic, message in messages(4000) if topic is topics.IMU]
+    kept = [item.payload for item in RecordingReader(path).messages({"/tt2/imu/data_raw"})]
+    assert kept == said[: len(kept)]
+
+
+def test_a_disk_that_is_full_from_the_start_leaves_no_file(tmp_path: Path) -> None:
+    path = tmp_path / "full.mcap"
+    done = subprocess.run(
+        [sys.executable, "-c", FULL_DISK, str(path), "10"],
+        cwd=ROOT,
+        timeout=60,
+        check=False,
+        capture_output=True,
+        text=True,
+    )
+    assert "RecordingError" in done.stderr and "cannot write" in done.stderr
+    assert not path.exists()

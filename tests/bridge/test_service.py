@@ -1,0 +1,276 @@
+"""The bridge as a real process on a real bus; the test is the robot and the operator."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from schemas import topics
+from schemas.cdr import encode
+from schemas.errors import CommandRefused
+from schemas.messages import (
+    Clock,
+    DiagnosticArray,
+    DiagnosticStatus,
+    GetDiagnosticsRequest,
+    RecordRequest,
+    RecordResponse,
+    RecordStopRequest,
+    RecordStopResponse,
+)
+from services.bridge.compare import compare
+from services.bridge.reader import RecordingReader, read_summary
+from services.bridge.replay_service import run_replay
+from services.bus import Bus, BusConfig, HealthReporter
+from tests.bridge.said import messages, record, stamp
+
+BRIDGE = "from services.bridge.service import run_service; run_service({arguments})"
+REPLAY = """
+import sys
+from pathlib import Path
+from services.bridge.replay_service import run_replay
+print(run_replay(Path(sys.argv[1]), float(sys.argv[2])))
+"""
+ROOT = Path(__file__).resolve().parents[2]
+
+
+class Robot:
+    """The test's end of the bus: publishes, asks, and says how it is whenever it waits."""
+
+    def __init__(self, bus: Bus) -> None:
+        self.bus = bus
+        self.health = HealthReporter(bus)
+        self.publishers = {topic.name: bus.publisher(topic) for topic in topics.RECORDED}
+        self._requests = 0
+
+    def say(self, ticks: int) -> list[tuple[str, bytes]]:
+        """Publish the usual messages; returns them as a recording should have them."""
+        said = []
+        for topic, message in messages(ticks):
+            payload = encode(message)
+            self.publishers[topic.name].send_bytes(payload)
+            said.append((f"/tt2/{topic.name}", payload))
+        return said
+
+    def record(self, path: str | Path) -> RecordResponse:
+        self._requests += 1
+        request = RecordRequest(request_id=f"record {self._requests}", path=str(path))
+        return self.bus.call(topics.RECORD, request, 10.0, self.poll)
+
+    def stop(self) -> RecordStopResponse:
+        self._requests += 1
+        request = RecordStopRequest(request_id=f"stop {self._requests}")
+        return self.bus.call(topics.RECORD_STOP, request, 10.0, self.poll)
+
+    def poll(self) -> None:
+        self.health.poll({})
+
+
+@pytest.fixture
+def config() -> BusConfig:
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        return BusConfig(endpoint=f"tcp/127.0.0.1:{free.getsockname()[1]}")
+
+
+@pytest.fixture
+def robot(config: BusConfig) -> Iterator[Robot]:
+    with Bus.open(topics.ROBOT_SIM, config) as bus:
+        yield Robot(bus)
+
+
+def environment(config: BusConfig) -> Mapping[str, str]:
+    return {**os.environ, **config.environment()}
+
+
+@contextmanager
+def bridge(bus: Bus, arguments: str = "", before: str = "") -> Iterator[subprocess.Popen[bytes]]:
+    """A bridge process that is on the bus."""
+    command = [sys.executable, "-c", f"from pathlib import Path\n{before}\n{BRIDGE.format(arguments=arguments)}"]
+    process = subprocess.Popen(command, cwd=ROOT, env=environment(bus.config))
+    try:
+        assert not bus.wait_for({topics.BRIDGE}, 20.0)
+        yield process
+    finally:
+        process.kill()
+        process.wait()
+
+
+def contents(path: Path) -> list[tuple[str, bytes]]:
+    return [(item.topic, item.payload) for item in RecordingReader(path).messages()]
+
+
+def until(robot: Robot, condition: Callable[[], bool], timeout_s: float = 10.0) -> None:
+    deadline = time.monotonic() + timeout_s
+    while not condition():
+        robot.poll()
+        assert time.monotonic() < deadline, "waited in vain"
+        time.sleep(0.01)
+
+
+def recording_since_start(robot: Robot) -> bool:
+    """Whether a bridge that records from its start has shaken hands: it answers, and says so."""
+    request = GetDiagnosticsRequest()
+    answer = robot.bus.call(topics.diagnostics_service(topics.BRIDGE), request, 10.0, robot.poll)
+    return answer.diagnostics.status[0].message == "recording"
+
+
+def test_everything_between_record_and_stop_is_recorded_in_the_order_of_sending(robot: Robot, tmp_path: Path) -> None:
+    path = tmp_path / "session.mcap"
+    with bridge(robot.bus):
+        assert robot.record(path).success
+        said = robot.say(3000)
+        answer = robot.stop()
+    assert answer.success, answer.message
+    assert (answer.messages, answer.lost, answer.path) == (len(said), 0, str(path))
+    assert answer.bytes == path.stat().st_size
+    # The text without a stamp waits for the first clock, and is written behind nothing else.
+    assert contents(path) == said
+    assert read_summary(path).complete
+
+
+def test_two_recordings_of_one_process_are_separate(robot: Robot, tmp_path: Path) -> None:
+    with bridge(robot.bus):
+        for name in ("first", "second"):
+            assert robot.record(tmp_path / f"{name}.mcap").success
+            said = robot.say(100)
+            assert robot.stop().success
+        robot.say(10)
+    first, second = contents(tmp_path / "first.mcap"), contents(tmp_path / "second.mcap")
+    assert first == said
+    latched = {"/tt2/template", "/tt2/traversal/status"}
+    # A late joiner is given the last message of the latched topics, then all that is sent.
+    assert [item for item in second if item[0] not in latched] == [item for item in said if item[0] not in latched]
+    assert sum(topic == "/tt2/template" for topic, _ in second) == 2
+
+
+def test_what_cannot_be_done_is_refused_with_a_reason(robot: Robot, tmp_path: Path) -> None:
+    with bridge(robot.bus):
+        assert "nothing is being recorded" in robot.stop().message
+        assert "folder does not exist" in robot.record(tmp_path / "missing" / "a.mcap").message
+        assert "ends in .mcap" in robot.record(tmp_path / "a.txt").message
+        assert not robot.record("a\0b.mcap").success
+        assert robot.record(tmp_path / "a.mcap").success
+        assert "stop that first" in robot.record(tmp_path / "b.mcap").message
+        assert robot.stop().success
+    assert [path.name for path in tmp_path.iterdir()] == ["a.mcap"]
+
+
+def test_killed_and_started_again_it_keeps_what_it_had(robot: Robot, tmp_path: Path) -> None:
+    path = tmp_path / "session.mcap"
+    arguments = f"Path({str(path)!r})"
+    with bridge(robot.bus, arguments) as process:
+        until(robot, path.exists)
+        until(robot, lambda: recording_since_start(robot))
+        said = robot.say(500)
+        until(robot, lambda: read_summary(path).messages == len(said))
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+    older = contents(path)
+    assert older == said
+    with bridge(robot.bus, arguments) as process:
+        until(robot, (tmp_path / "session.1.mcap").exists)
+        process.terminate()
+        until(robot, lambda: process.poll() is not None)
+        assert process.returncode == 0
+    assert contents(tmp_path / "session.1.mcap") == older
+    assert read_summary(path).complete
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_finishes_the_recording(robot: Robot, tmp_path: Path, number: signal.Signals) -> None:
+    path = tmp_path / "session.mcap"
+    with bridge(robot.bus) as process:
+        assert robot.record(path).success
+        said = robot.say(300)
+        process.send_signal(number)
+        until(robot, lambda: process.poll() is not None)
+        assert process.returncode == 0
+    assert contents(path) == said
+    assert read_summary(path).complete
+
+
+LIMIT_FILE_SIZE = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, resource.RLIM_INFINITY))"
+
+
+def test_a_full_disk_ends_the_recording_but_not_the_service(robot: Robot, tmp_path: Path) -> None:
+    diagnostics = robot.bus.inbox([topics.DIAGNOSTICS, topics.EVENTS])
+    with bridge(robot.bus, before=LIMIT_FILE_SIZE):
+        assert robot.record(tmp_path / "full.mcap").success
+        robot.say(3000)  # twice what fits; nothing of it may block the robot for good
+        told: list[str] = []
+
+        def failure_told() -> bool:
+            for sample, message in diagnostics.messages():
+                if sample.topic is topics.EVENTS:
+                    told.append("event")
+                elif isinstance(message, DiagnosticArray) and message.status[0].level == DiagnosticStatus.ERROR:
+                    told.append(message.status[0].message)
+            return len(set(told)) == 2
+
+        until(robot, failure_told)
+        answer = robot.stop()
+        assert not answer.success and "cannot write" in answer.message
+        assert read_summary(tmp_path / "full.mcap").messages == answer.messages > 0
+        assert robot.record(tmp_path / "small.mcap").success
+        robot.say(5)
+        assert robot.stop().success
+    assert any("cannot write" in text for text in told)
+
+
+def test_a_replay_arrives_complete_and_in_order(robot: Robot, config: BusConfig, tmp_path: Path) -> None:
+    original = record(tmp_path / "original.mcap", messages(3000)).finish().path
+    with pytest.raises(CommandRefused, match="a robot is on the bus"):
+        run_replay(original, config=config)
+    elsewhere = BusConfig(endpoint=config.endpoint, namespace="copy")
+    with Bus.open("operator", elsewhere) as bus, bridge(bus):
+        operator = Robot(bus)
+        assert operator.record(tmp_path / "copy.mcap").success
+        command = [sys.executable, "-c", REPLAY, str(original), "0"]
+        done = subprocess.run(
+            command, cwd=ROOT, env=environment(elsewhere), timeout=60, check=True, capture_output=True
+        )
+        assert b"skipped=0" in done.stdout
+        answer = operator.stop()
+    assert answer.lost == 0
+    copied = [(name.replace("/copy/", "/tt2/"), payload) for name, payload in contents(tmp_path / "copy.mcap")]
+    assert copied == contents(original)
+
+
+def test_a_replay_keeps_the_pace_and_tells_how_far_it_is(config: BusConfig, tmp_path: Path) -> None:
+    original = record(tmp_path / "original.mcap", messages(200)).finish().path
+    told: list[tuple[float, float]] = []
+    with Bus.open("operator", config) as bus:
+        inbox = bus.inbox([topics.CLOCK])
+        begun = time.monotonic()
+        report = run_replay(original, 4.0, config, loops=2, progress=lambda *state: told.append(state))
+        took_s = time.monotonic() - begun
+        clocks = [message for _, message in inbox.messages()]
+    assert report.sent == 2 * len(contents(original))
+    assert report.sim_time_s == pytest.approx(2 * 1.99)
+    assert took_s >= report.sim_time_s / 4.0
+    assert clocks == [Clock(clock=stamp(tick)) for _ in range(2) for tick in range(0, 200, 10)]
+    assert told[-1] == (1.0, pytest.approx(1.99))
+
+
+def test_a_replay_can_be_stopped(config: BusConfig, tmp_path: Path) -> None:
+    original = record(tmp_path / "original.mcap", messages(200)).finish().path
+    calls = iter(range(1000))
+    assert run_replay(original, 0.0, config, loops=0, stop=lambda: next(calls) > 50).sent < 60
+
+
+def test_two_recorded_runs_of_the_same_robot_are_identical(robot: Robot, tmp_path: Path) -> None:
+    with bridge(robot.bus):
+        for name in "ab":
+            assert robot.record(tmp_path / f"{name}.mcap").success
+            robot.say(400)
+            assert robot.stop().success
+    result = compare(tmp_path / "a.mcap", tmp_path / "b.mcap", {"/tt2/imu/data_raw", "/tt2/paint/marks", "/tt2/clock"})
+    assert result.identical, list(result.lines())
