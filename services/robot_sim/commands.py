@@ -1,0 +1,115 @@
+"""What operators can ask of the robot: every request answered with success or a clear reason."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, Final
+
+from schemas import messages as m
+from schemas import topics
+from schemas.errors import CommandRefused, SpecError
+from schemas.messages.base import Message
+from schemas.template import parse_template
+from schemas.topics import Service
+from services.robot_sim.emulator import Emulator
+from services.robot_sim.frames import OnboardEvent
+from services.robot_sim.packing import Payload
+from services.robot_sim.telemetry import Telemetry
+
+Handler = Callable[[Any], Message]
+FASTEST: Final = 1000.0
+"""Largest factor that can be asked for; beyond it, ask for as fast as it goes."""
+
+
+class Commands:
+    """The handlers of all services of the robot, applied between ticks.
+
+    Args:
+        emulator: The robot.
+        telemetry: Its voice.
+        set_speed: Called with a new, checked speed factor.
+
+    Attributes:
+        handlers: Per service, the function from request to response.
+        told: Payloads to publish, which the caller takes away.
+    """
+
+    def __init__(self, emulator: Emulator, telemetry: Telemetry, set_speed: Callable[[float], None]) -> None:
+        """See the class."""
+        self._emulator, self._telemetry, self._set_speed = emulator, telemetry, set_speed
+        self.told: list[Payload] = []
+        self.handlers: dict[Service[Any, Any], Handler] = {
+            topics.LOAD: self.load,
+            topics.START_TRAVERSAL: self.start_traversal,
+            topics.SET_SPEED: self.set_speed,
+            topics.GET_PAINT: lambda _request: telemetry.strokes(),
+            topics.START: self._plain(emulator.start),
+            topics.PAUSE: self._plain(emulator.pause),
+            topics.RESUME: self._plain(emulator.resume),
+            topics.ABORT: self._plain(emulator.abort),
+            topics.ESTOP: self._plain(emulator.estop),
+            topics.RESET: self._plain(emulator.reset),
+        }
+
+    def load(self, request: m.LoadRequest) -> m.LoadResponse:
+        """Take a trajectory and, if given, the template to judge the paint by."""
+        try:
+            template = parse_template(request.template_json) if request.template_json.strip() else None
+            total_time_s = self._emulator.load(request.trajectory, template)
+        except (CommandRefused, SpecError) as error:
+            return m.LoadResponse(success=False, message=str(error))
+        self.told += self._telemetry.loaded(request.trajectory, template)
+        return m.LoadResponse(success=True, message="loaded", total_time=total_time_s)
+
+    def start_traversal(self, request: m.StartTraversalRequest) -> m.StartTraversalResponse:
+        """Load and start in one, as the robot's own service does; a refusal's reason goes to the event log."""
+        try:
+            total_time_s = self._emulator.load(request.trajectory)
+            self.told += self._telemetry.loaded(request.trajectory, None)
+            self._emulator.start()
+        except CommandRefused as error:
+            self.tell(m.Event.ERROR, "start-refused", str(error))
+            return m.StartTraversalResponse(total_time=0.0, success=False)
+        self.told += self._telemetry.news()
+        return m.StartTraversalResponse(total_time=total_time_s, success=True)
+
+    def set_speed(self, request: m.SetSpeedRequest) -> m.SetSpeedResponse:
+        """Change the pace of sim time."""
+        if not math.isfinite(request.factor) or request.factor > FASTEST:
+            reason = f"factor is {request.factor}; give 0 to hold, up to {FASTEST:.0f}, or a negative for no limit"
+            return m.SetSpeedResponse(success=False, message=reason)
+        self._set_speed(request.factor)
+        return m.SetSpeedResponse(success=True, message="speed set")
+
+    def link_lost(self) -> None:
+        """Nobody who could stop the robot is there any more."""
+        self._emulator.link_lost()
+        self.tell(m.Event.ERROR, "link-lost", "no operator and no planner on the bus: the robot pauses, valve closed")
+        self.told += self._telemetry.news()
+
+    def shut_down(self) -> None:
+        """The process is to end while the robot drives."""
+        self._emulator.pause()
+        self.tell(m.Event.WARN, "shut-down", "the robot is switched off: it brakes with the valve closed")
+        self.told += self._telemetry.news()
+
+    def tell(self, severity: int, code: str, text: str) -> None:
+        """Add a line to the event log."""
+        self.told.append(self._telemetry.event(OnboardEvent(severity, code, text)))
+
+    def take(self) -> list[Payload]:
+        """The payloads to publish since the last call."""
+        told, self.told = self.told, []
+        return told
+
+    def _plain(self, command: Callable[[], None]) -> Handler:
+        def handle(_request: m.CommandRequest) -> m.CommandResponse:
+            try:
+                command()
+            except CommandRefused as error:
+                return m.CommandResponse(success=False, message=str(error))
+            self.told += self._telemetry.news()
+            return m.CommandResponse(success=True, message="done")
+
+        return handle

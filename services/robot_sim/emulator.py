@@ -1,0 +1,219 @@
+"""The emulated robot, one 10 ms tick at a time: world → sensors → onboard computer → paint.
+
+Nothing here looks at wall time, files or the bus: the same vehicle, scenario and commands at the same ticks give the
+same session to the bit, whatever the pace.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final, Protocol
+
+from schemas.errors import CommandRefused
+from schemas.messages import Trajectory, TraversalStatus
+from schemas.scenario import Scenario
+from schemas.template import Template
+from schemas.vehicle import Vehicle
+from services.robot_sim.frames import STANDSTILL, Command, Estimate, OnboardEvent, SensorFrame, Status
+from services.robot_sim.onboard import Onboard
+from services.robot_sim.paint.ledger import PaintLedger
+from services.robot_sim.paint.metrics import PaintMetrics, paint_metrics
+from services.robot_sim.paint.targets import start_pose, targets
+from services.robot_sim.sensors.suite import Sensors
+from services.robot_sim.world import body
+from services.robot_sim.world.world import Pose, World
+
+SETTLE_TICKS: Final = 100
+"""A traversal that has ended is watched for this long, so that the robot has come to rest and the paint is all out."""
+UNDER_WAY: Final = (TraversalStatus.RUNNING, TraversalStatus.PAUSED)
+
+
+class OnboardComputer(Protocol):
+    """What the emulator needs of the robot's own computer; commands raise `CommandRefused`."""
+
+    @property
+    def estimate(self) -> Estimate:
+        """Where it believes the robot is."""
+
+    @property
+    def status(self) -> Status:
+        """Where the traversal stands."""
+
+    @property
+    def state(self) -> int:
+        """The state of `status`."""
+
+    def load(self, trajectory: Trajectory) -> float:
+        """Take a trajectory; returns its planned duration [s]."""
+
+    def start(self) -> None:
+        """Begin the traversal."""
+
+    def pause(self) -> None:
+        """Brake and close the valve."""
+
+    def resume(self) -> None:
+        """Go on after a pause."""
+
+    def abort(self) -> None:
+        """Brake and give the traversal up."""
+
+    def estop(self) -> None:
+        """Stop at once and latch."""
+
+    def reset(self) -> None:
+        """Release the latch."""
+
+    def link_lost(self) -> None:
+        """The operator cannot be heard any more: pause if under way."""
+
+    def step(self, frame: SensorFrame) -> Command:
+        """One tick."""
+
+    def take_events(self) -> list[OnboardEvent]:
+        """Events since the last call."""
+
+
+class EstimatorError:
+    """Running sums of the estimate against the truth, from the first motion of a traversal to its end."""
+
+    def __init__(self) -> None:
+        """Start empty."""
+        self._count = 0
+        self._position = 0.0
+        self._heading = 0.0
+
+    def add(self, truth: Pose, speed_mps: float, estimate: Estimate) -> None:
+        """Enter one tick."""
+        if self._count == 0 and abs(speed_mps) < 0.01:
+            return
+        self._count += 1
+        self._position += (estimate.east_m - truth.east_m) ** 2 + (estimate.north_m - truth.north_m) ** 2
+        self._heading += math.remainder(estimate.heading_rad - truth.heading_rad, math.tau) ** 2
+
+    @property
+    def position_rmse_m(self) -> float:
+        """Root mean square of the distance."""
+        return math.sqrt(self._position / self._count) if self._count else 0.0
+
+    @property
+    def heading_rmse_rad(self) -> float:
+        """Root mean square of the heading error."""
+        return math.sqrt(self._heading / self._count) if self._count else 0.0
+
+
+class Emulator:
+    """One emulated robot.
+
+    Args:
+        vehicle: The nominal robot, known to it and to its surroundings.
+        scenario: Everything that may go differently.
+        onboard: The robot's computer; by default Touchline's own.
+
+    Attributes:
+        tick_count: Ticks so far; sim time is a hundredth of it in seconds.
+        world, sensors, onboard, ledger: The parts; the ledger is that of the loaded traversal.
+        settled: Whether a traversal's watch ended with the last tick: its figures are final.
+        frame, command: What the onboard computer saw and answered in the last tick.
+        estimator_error: Of the loaded traversal.
+    """
+
+    def __init__(self, vehicle: Vehicle, scenario: Scenario, onboard: OnboardComputer | None = None) -> None:
+        """See the class."""
+        self.vehicle, self.scenario = vehicle, scenario
+        self.world = World(vehicle, scenario)
+        self.sensors = Sensors(vehicle, scenario)
+        self.onboard = onboard if onboard is not None else Onboard(vehicle, scenario)
+        self.ledger = PaintLedger([], vehicle.spray_width_m, vehicle.spray_width_m)
+        self.estimator_error = EstimatorError()
+        self.tick_count = 0
+        self.frame: SensorFrame | None = None
+        self.command = STANDSTILL
+        self.settled = False
+        self._ended_ticks = SETTLE_TICKS
+        if scenario.start is not None:
+            self.world.place(Pose(scenario.start.x_m, scenario.start.y_m, scenario.start.heading_rad))
+
+    @property
+    def time_s(self) -> float:
+        """Sim time."""
+        return self.tick_count / 100
+
+    @property
+    def active(self) -> bool:
+        """Whether a traversal is under way or has not yet come to rest."""
+        return self.onboard.state in UNDER_WAY or self._ended_ticks < SETTLE_TICKS
+
+    def load(self, trajectory: Trajectory, template: Template | None = None) -> float:
+        """Take a trajectory and what it shall paint; returns its planned duration [s].
+
+        The robot is carried to the scenario's start or else to where the plan begins, and a new ledger is opened.
+
+        Raises:
+            CommandRefused: A traversal is under way or coming to rest, or the trajectory cannot be driven.
+        """
+        if self.active and self.onboard.state not in UNDER_WAY:
+            raise CommandRefused("the last traversal is still coming to rest; load again in a second of sim time")
+        try:
+            wanted = targets(trajectory, template, self.vehicle)
+            start = start_pose(trajectory)
+        except ValueError as error:
+            raise CommandRefused(f"the trajectory cannot be driven: {error}") from error
+        duration_s = self.onboard.load(trajectory)
+        width_m = template.line_width_m if template is not None else self.vehicle.spray_width_m
+        self.ledger = PaintLedger(wanted, width_m, self.vehicle.spray_width_m)
+        self.estimator_error = EstimatorError()
+        if self.scenario.start is None:
+            self.world.place(Pose(*start))
+        return duration_s
+
+    def start(self) -> None:
+        """Begin the loaded traversal."""
+        self.onboard.start()
+        self._ended_ticks = 0
+
+    def pause(self) -> None:
+        """Brake, with the valve closed."""
+        self.onboard.pause()
+
+    def resume(self) -> None:
+        """Go on after a pause."""
+        self.onboard.resume()
+
+    def abort(self) -> None:
+        """Brake and give the traversal up."""
+        self.onboard.abort()
+
+    def estop(self) -> None:
+        """Stop at once; only a reset gets it going again."""
+        self.onboard.estop()
+
+    def reset(self) -> None:
+        """Release an emergency stop."""
+        self.onboard.reset()
+
+    def link_lost(self) -> None:
+        """Nobody who could stop the robot is there any more: it pauses by itself."""
+        self.onboard.link_lost()
+
+    def tick(self) -> None:
+        """Let 10 ms pass."""
+        self.tick_count += 1
+        self.world.step(self.command, self.tick_count)
+        self.frame = self.sensors.read(self.tick_count, self.world.state)
+        self.command = self.onboard.step(self.frame)
+        self.ledger.record(self.world.trace)
+        self._follow_up()
+
+    def metrics(self) -> PaintMetrics:
+        """The figures of the paint so far; takes a moment."""
+        return paint_metrics(self.ledger)
+
+    def _follow_up(self) -> None:
+        self.settled = False
+        if self.onboard.state in UNDER_WAY:
+            self._ended_ticks = 0
+            self.estimator_error.add(self.world.pose, float(self.world.state[body.SPEED]), self.onboard.estimate)
+        elif self._ended_ticks < SETTLE_TICKS:
+            self._ended_ticks += 1
+            self.settled = self._ended_ticks == SETTLE_TICKS

@@ -1,0 +1,127 @@
+"""What crosses the line between the emulated hardware and the robot's own computer, and nothing else.
+
+The hardware side (`world/`, `sensors/`) builds a `SensorFrame` every onboard tick; `onboard/` answers with a
+`Command`. Frames follow REP-103: x forward, y left, z up, angles counter-clockwise positive, SI units. The map
+frame is east-north-up about the scenario's origin, heading 0 points east.
+"""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+TICK_S: Final = 0.01
+"""Period of the onboard computer [s]: one `SensorFrame` in, one `Command` out."""
+PHYSICS_STEPS_PER_TICK: Final = 10
+"""Physics steps of 1 ms in one onboard tick."""
+
+
+class GnssSample(NamedTuple):
+    """A position fix of the antenna, converted back from the reported latitude and longitude.
+
+    `stamp_s` is the time of validity, which lies `latency` before the tick in which the sample arrives.
+    """
+
+    stamp_s: float
+    east_m: float
+    north_m: float
+    variance_m2: float
+    """Reported variance per horizontal axis [m²]."""
+    fix: int
+    """0 none, 1 single, 2 float, 3 fixed (as `GnssStatus`)."""
+    satellites: int
+    correction_age_s: float
+
+
+class ImuSample(NamedTuple):
+    """Body-frame angular rates [rad/s] and specific force [m/s²]: z reads +g at rest on level ground."""
+
+    gyro_x_radps: float
+    gyro_y_radps: float
+    gyro_z_radps: float
+    accel_x_mps2: float
+    accel_y_mps2: float
+    accel_z_mps2: float
+
+
+class MagSample(NamedTuple):
+    """Magnetic field in the body frame [T]. The undisturbed field points to map north (declination 0) and down.
+
+    At heading 0 (east) an ideal sensor reads x = 0, y = +horizontal field, z = −vertical field.
+    """
+
+    x_t: float
+    y_t: float
+    z_t: float
+
+
+class EncoderSample(NamedTuple):
+    """Cumulative wheel angles as the quantised encoders report them [rad]; forward is positive."""
+
+    left_rad: float
+    right_rad: float
+
+
+class SensorFrame(NamedTuple):
+    """All that the onboard computer learns in one tick."""
+
+    tick: int
+    time_s: float
+    imu: ImuSample
+    mag: MagSample
+    encoders: EncoderSample
+    gnss: GnssSample | None
+    """The fix that arrived in this tick, if one did (10 Hz; late by the receiver's latency)."""
+
+
+class Command(NamedTuple):
+    """What the onboard computer asks of the actuators until its next tick."""
+
+    left_radps: float
+    right_radps: float
+    valve: bool
+    disc: bool
+
+
+STANDSTILL: Final = Command(0.0, 0.0, False, False)
+"""The safe command: wheels stopped, valve closed, disc lifted."""
+
+
+class Estimate(NamedTuple):
+    """The onboard computer's belief about the axle centre, map frame, at the tick's time."""
+
+    east_m: float
+    north_m: float
+    heading_rad: float
+    speed_mps: float
+    yaw_rate_radps: float
+    covariance: NDArray[np.float64]
+    """(9,) row-major covariance of (east [m], north [m], heading [rad])."""
+
+
+class Status(NamedTuple):
+    """Where the traversal stands, as the onboard executive sees it; states are those of `TraversalStatus`."""
+
+    state: int = 0
+    reason: str = ""
+    segment_index: int = 0
+    """Path segment under the robot."""
+    segment_count: int = 0
+    segment_id: str = ""
+    arc_length_m: float = 0.0
+    total_length_m: float = 0.0
+    elapsed_s: float = 0.0
+    """Sim time since the traversal was started, pauses included."""
+    remaining_s: float = 0.0
+    follower_fallbacks: int = 0
+    """Ticks in which the follower had to fall back to its simpler method."""
+
+
+class OnboardEvent(NamedTuple):
+    """Something the operator should know; severities are those of `Event`."""
+
+    severity: int
+    code: str
+    text: str

@@ -1,0 +1,46 @@
+"""The byte layouts of what the robot sends often: one `FixedLayout` per message, made once."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Final
+
+from schemas import messages as m
+from schemas.layout import FixedLayout
+
+MAP_FRAME: Final = "map"
+BODY_FRAME: Final = "base_link"
+IMU_FRAME: Final = "imu_link"
+GNSS_FRAME: Final = "gnss_link"
+WHEELS: Final = ("left_wheel", "right_wheel")
+
+CLOCK: Final = FixedLayout(m.Clock)
+GNSS_FIX: Final = FixedLayout(m.NavSatFix, {"header.frame_id": GNSS_FRAME})
+GNSS_STATUS: Final = FixedLayout(m.GnssStatus, {"header.frame_id": GNSS_FRAME})
+IMU: Final = FixedLayout(m.Imu, {"header.frame_id": IMU_FRAME})
+MAGNETIC_FIELD: Final = FixedLayout(m.MagneticField, {"header.frame_id": IMU_FRAME})
+JOINT_STATES: Final = FixedLayout(
+    m.JointState, {"header.frame_id": BODY_FRAME, "name": WHEELS}, {"position": 2, "velocity": 2}
+)
+WHEEL_COMMAND: Final = FixedLayout(m.WheelCommand, {"header.frame_id": BODY_FRAME})
+ODOMETRY: Final = FixedLayout(m.Odometry, {"header.frame_id": MAP_FRAME, "child_frame_id": BODY_FRAME})
+SPRAYER: Final = FixedLayout(m.SprayerState, {"header.frame_id": BODY_FRAME})
+BATTERY: Final = FixedLayout(m.BatteryState, {"header.frame_id": BODY_FRAME, "location": "battery"})
+
+
+@lru_cache(maxsize=4096)
+def paint_marks(segment_id: str, points: int) -> FixedLayout:
+    """Layout of marks of that many points on that line."""
+    return FixedLayout(
+        m.PaintMarks, {"header.frame_id": MAP_FRAME, "segment_id": segment_id}, {"x_m": points, "y_m": points}
+    )
+
+
+@lru_cache(maxsize=4096)
+def status(reason: str, segment_id: str, painted_ids: tuple[str, ...]) -> FixedLayout:
+    """Layout of a status with these texts."""
+    return FixedLayout(
+        m.TraversalStatus,
+        {"header.frame_id": MAP_FRAME, "reason": reason, "segment_id": segment_id, "painted_ids": painted_ids},
+        {"painted_fraction": len(painted_ids)},
+    )

@@ -1,0 +1,6 @@
+"""What the robot's own computer does: estimate, follow, execute, keep safe. It sees sensor frames and nothing else."""
+
+from services.robot_sim.onboard.onboard import Onboard
+from services.robot_sim.onboard.warm_up import warm_up
+
+__all__ = ["Onboard", "warm_up"]

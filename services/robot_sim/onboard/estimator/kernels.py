@@ -1,0 +1,393 @@
+"""The filter's arithmetic: one kernel call per tick, with late fixes put where they belong in time.
+
+Updates are sequential and scalar: P ← P − (PHᵀ)(PHᵀ)ᵀ/S keeps P symmetric to the bit. Where a sensor measures two
+numbers at once its gate is one χ² test with two degrees of freedom on both.
+
+A fix is valid some 110 ms before it arrives. The ring holds the posterior of each of the last `RING` ticks and what
+was measured in it; a late fix is applied to the posterior of its own tick and the ticks since are run again. Fixes
+that arrive out of order therefore end in the same estimate as in order.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from schemas.jit import kernel
+from services.robot_sim.onboard.estimator.model import (
+    ACCEL_BIAS,
+    C_ANTENNA_X,
+    C_ANTENNA_Y,
+    C_GM_DECAY,
+    C_GM_VAR,
+    C_MAG_DECAY,
+    C_MAG_VAR,
+    C_Q_ACCEL_BIAS,
+    C_Q_GYRO_BIAS,
+    C_Q_SIDE,
+    C_Q_SPEED,
+    C_Q_YAW,
+    C_R_ENCODER,
+    C_R_ENCODER_TURN,
+    C_R_GYRO,
+    C_R_MAG,
+    C_SLIP_DECAY,
+    C_SLIP_VAR,
+    C_TRACK,
+    EAST,
+    FIX_AFTER,
+    FIX_EAST,
+    FIX_NORTH,
+    FIX_USED,
+    FIX_VARIANCE,
+    GATE_1_DOF,
+    GATE_2_DOF,
+    GATE_FIX,
+    GNSS_EAST,
+    GNSS_NORTH,
+    GYRO_BIAS,
+    HEADING,
+    IN_ACCEL,
+    IN_GYRO,
+    IN_LEFT,
+    IN_MAG,
+    IN_RIGHT,
+    IN_STILL,
+    INNOVATION_EAST,
+    INNOVATION_NORTH,
+    LEFT_SLIP,
+    MAG_BIAS,
+    N_ENCODER,
+    N_ENCODER_REJECTED,
+    N_ENCODER_REJECTED_RUN,
+    N_FIX_DUPLICATE,
+    N_FIX_LATE,
+    N_FIX_OUT_OF_ORDER,
+    N_FIX_REJECTED,
+    N_FIX_REJECTED_RUN,
+    N_FIXES,
+    N_MAG,
+    N_MAG_REJECTED,
+    N_RECOVERIES,
+    NIS_ENCODER_SUM,
+    NIS_FIX_LAST,
+    NIS_FIX_RECENT,
+    NIS_FIX_SUM,
+    NIS_MAG_SUM,
+    NORTH,
+    RECOVERY_RUN,
+    RIGHT_SLIP,
+    RING,
+    SPEED,
+    STATES,
+    YAW_RATE,
+)
+
+Floats = NDArray[np.float64]
+
+_DT = 0.01
+_STILL_SPEED_VAR = 1e-6  # (1 mm/s)²
+_STILL_YAW_VAR = 4e-8  # (0.2 mrad/s)²
+_RECENT = 0.1  # weight of the newest fix in the running NIS
+_RECOVERY_POSITION_VAR = 0.25
+_RECOVERY_HEADING_VAR = 0.005
+_ENCODER_REJECTED_RUN_LIMIT = 50.0
+_PATIENCE = 100.0  # factor on the encoders' variance once they have been rejected for half a second
+
+
+@kernel
+def _wrap(angle: float) -> float:
+    return math.pi - (math.pi - angle) % (2.0 * math.pi)
+
+
+@kernel
+def _predict(x: Floats, P: Floats, accel: float, c: Floats) -> None:
+    """One tick ahead, in place. Mean speed and yaw rate step first, then the pose integrates them."""
+    x[SPEED] += (accel - x[ACCEL_BIAS]) * _DT
+    turn = x[YAW_RATE] * _DT
+    middle = x[HEADING] + 0.5 * turn
+    cos, sin = math.cos(middle), math.sin(middle)
+    step = x[SPEED] * _DT
+    x[EAST] += step * cos
+    x[NORTH] += step * sin
+    x[HEADING] += turn
+    x[LEFT_SLIP] *= c[C_SLIP_DECAY]
+    x[RIGHT_SLIP] *= c[C_SLIP_DECAY]
+    x[MAG_BIAS] *= c[C_MAG_DECAY]
+    x[GNSS_EAST] *= c[C_GM_DECAY]
+    x[GNSS_NORTH] *= c[C_GM_DECAY]
+
+    # F P Fᵀ for the sparse F, first rows then columns: speed, yaw rate and biases before the pose that uses them.
+    for k in range(STATES):
+        P[SPEED, k] -= _DT * P[ACCEL_BIAS, k]
+    for k in range(STATES):
+        P[k, SPEED] -= _DT * P[k, ACCEL_BIAS]
+    P[SPEED, SPEED] += c[C_Q_SPEED]
+    P[YAW_RATE, YAW_RATE] += c[C_Q_YAW]
+    de_dv, dn_dv = _DT * cos, _DT * sin
+    de_dh, dn_dh = -step * sin, step * cos
+    de_dw, dn_dw = 0.5 * _DT * de_dh, 0.5 * _DT * dn_dh
+    for k in range(STATES):
+        P[EAST, k] += de_dv * P[SPEED, k] + de_dh * P[HEADING, k] + de_dw * P[YAW_RATE, k]
+        P[NORTH, k] += dn_dv * P[SPEED, k] + dn_dh * P[HEADING, k] + dn_dw * P[YAW_RATE, k]
+        P[HEADING, k] += _DT * P[YAW_RATE, k]
+    for k in range(STATES):
+        P[k, EAST] += de_dv * P[k, SPEED] + de_dh * P[k, HEADING] + de_dw * P[k, YAW_RATE]
+        P[k, NORTH] += dn_dv * P[k, SPEED] + dn_dh * P[k, HEADING] + dn_dw * P[k, YAW_RATE]
+        P[k, HEADING] += _DT * P[k, YAW_RATE]
+    _decay(P, LEFT_SLIP, c[C_SLIP_DECAY], c[C_SLIP_VAR])
+    _decay(P, RIGHT_SLIP, c[C_SLIP_DECAY], c[C_SLIP_VAR])
+    _decay(P, MAG_BIAS, c[C_MAG_DECAY], c[C_MAG_VAR])
+    _decay(P, GNSS_EAST, c[C_GM_DECAY], c[C_GM_VAR])
+    _decay(P, GNSS_NORTH, c[C_GM_DECAY], c[C_GM_VAR])
+    # A hard-iron error is a vector fixed in the body: seen as heading it changes as fast as the robot turns.
+    P[MAG_BIAS, MAG_BIAS] += c[C_MAG_VAR] * min(abs(turn), 1.0)
+    P[GYRO_BIAS, GYRO_BIAS] += c[C_Q_GYRO_BIAS]
+    P[ACCEL_BIAS, ACCEL_BIAS] += c[C_Q_ACCEL_BIAS]
+    side = c[C_Q_SIDE] * abs(step)
+    P[EAST, EAST] += side * sin * sin
+    P[NORTH, NORTH] += side * cos * cos
+    P[EAST, NORTH] -= side * sin * cos
+    P[NORTH, EAST] -= side * sin * cos
+
+
+@kernel
+def _decay(P: Floats, i: int, decay: float, variance: float) -> None:
+    for k in range(STATES):
+        P[i, k] *= decay
+    for k in range(STATES):
+        P[k, i] *= decay
+    P[i, i] += variance * (1.0 - decay * decay)
+
+
+@kernel
+def _apply(x: Floats, P: Floats, h: Floats, innovation: float, variance: float, g: Floats) -> None:
+    """Scalar update with row `h`; `g` (STATES,) is scratch."""
+    s = variance
+    for i in range(STATES):
+        total = 0.0
+        for k in range(STATES):
+            total += P[i, k] * h[k]
+        g[i] = total
+    for i in range(STATES):
+        s += h[i] * g[i]
+    for i in range(STATES):
+        x[i] += g[i] * innovation / s
+        for k in range(i, STATES):
+            P[i, k] -= g[i] * g[k] / s
+            P[k, i] = P[i, k]
+
+
+@kernel
+def _two(P: Floats, h: Floats, y0: float, y1: float, r0: float, r1: float) -> float:
+    """Normalised innovation squared of two numbers measured at once with rows `h` (2, STATES)."""
+    s00, s01, s11 = r0, 0.0, r1
+    for i in range(STATES):
+        a, b = 0.0, 0.0
+        for k in range(STATES):
+            a += P[i, k] * h[0, k]
+            b += P[i, k] * h[1, k]
+        s00 += h[0, i] * a
+        s01 += h[0, i] * b
+        s11 += h[1, i] * b
+    return (s11 * y0 * y0 - 2.0 * s01 * y0 * y1 + s00 * y1 * y1) / (s00 * s11 - s01 * s01)
+
+
+@kernel
+def _apply_two(x: Floats, P: Floats, h: Floats, y0: float, y1: float, r0: float, r1: float, g: Floats) -> None:
+    """Both numbers of a pair, one after the other; the second innovation is corrected by the first update."""
+    before = np.zeros(STATES)
+    for i in range(STATES):
+        before[i] = x[i]
+    _apply(x, P, h[0], y0, r0, g)
+    for i in range(STATES):
+        y1 -= h[1, i] * (x[i] - before[i])
+    _apply(x, P, h[1], y1, r1, g)
+
+
+@kernel
+def _encoders(x: Floats, P: Floats, z: Floats, c: Floats, n: Floats, live: bool, h: Floats, g: Floats) -> None:
+    """Rim speeds: ground speed of a wheel is its nominal rim speed less slip."""
+    half = 0.5 * c[C_TRACK]
+    left, right = z[IN_LEFT], z[IN_RIGHT]
+    for k in range(STATES):
+        h[0, k], h[1, k] = 0.0, 0.0
+    h[0, SPEED], h[0, YAW_RATE], h[0, LEFT_SLIP] = 1.0, -half, left
+    h[1, SPEED], h[1, YAW_RATE], h[1, RIGHT_SLIP] = 1.0, half, right
+    y0 = left * (1.0 - x[LEFT_SLIP]) - (x[SPEED] - half * x[YAW_RATE])
+    y1 = right * (1.0 - x[RIGHT_SLIP]) - (x[SPEED] + half * x[YAW_RATE])
+    r = c[C_R_ENCODER] + (c[C_R_ENCODER_TURN] * half * x[YAW_RATE]) ** 2
+    nis = _two(P, h, y0, y1, r, r)
+    if live:
+        n[N_ENCODER] += 1.0
+        n[NIS_ENCODER_SUM] += nis
+        if nis > GATE_2_DOF:
+            n[N_ENCODER_REJECTED] += 1.0
+            n[N_ENCODER_REJECTED_RUN] += 1.0
+        else:
+            n[N_ENCODER_REJECTED_RUN] = 0.0
+    if nis > GATE_2_DOF:
+        if n[N_ENCODER_REJECTED_RUN] < _ENCODER_REJECTED_RUN_LIMIT:
+            return
+        r *= _PATIENCE
+    _apply_two(x, P, h, y0, y1, r, r, g)
+
+
+@kernel
+def _measure(x: Floats, P: Floats, z: Floats, c: Floats, n: Floats, live: bool, h: Floats, g: Floats) -> None:
+    """All of a tick's measurements but GNSS."""
+    row = h[0]
+    for k in range(STATES):
+        row[k] = 0.0
+    row[YAW_RATE], row[GYRO_BIAS] = 1.0, 1.0
+    _apply(x, P, row, z[IN_GYRO] - x[YAW_RATE] - x[GYRO_BIAS], c[C_R_GYRO], g)
+    if z[IN_STILL] > 0.0:
+        for k in range(STATES):
+            row[k] = 0.0
+        row[SPEED] = 1.0
+        _apply(x, P, row, -x[SPEED], _STILL_SPEED_VAR, g)
+        row[SPEED], row[YAW_RATE] = 0.0, 1.0
+        _apply(x, P, row, -x[YAW_RATE], _STILL_YAW_VAR, g)
+    else:
+        _encoders(x, P, z, c, n, live, h, g)
+    if not math.isnan(z[IN_MAG]):
+        for k in range(STATES):
+            row[k] = 0.0
+        row[HEADING], row[MAG_BIAS] = 1.0, 1.0
+        y = _wrap(z[IN_MAG] - x[HEADING] - x[MAG_BIAS])
+        s = P[HEADING, HEADING] + 2.0 * P[HEADING, MAG_BIAS] + P[MAG_BIAS, MAG_BIAS] + c[C_R_MAG]
+        nis = y * y / s
+        if live:
+            n[N_MAG] += 1.0
+            n[NIS_MAG_SUM] += nis
+            if nis > GATE_1_DOF:
+                n[N_MAG_REJECTED] += 1.0
+        if nis <= GATE_1_DOF:
+            _apply(x, P, row, y, c[C_R_MAG], g)
+
+
+@kernel
+def _fix_rows(x: Floats, fix: Floats, c: Floats, h: Floats) -> tuple[float, float]:
+    """Fill `h` (2, STATES) for a fix of the antenna and return the innovations."""
+    after = fix[FIX_AFTER]
+    heading = x[HEADING] + x[YAW_RATE] * after
+    cos, sin = math.cos(heading), math.sin(heading)
+    arm_e = c[C_ANTENNA_X] * cos - c[C_ANTENNA_Y] * sin
+    arm_n = c[C_ANTENNA_X] * sin + c[C_ANTENNA_Y] * cos
+    ahead = x[SPEED] * after
+    for k in range(STATES):
+        h[0, k], h[1, k] = 0.0, 0.0
+    h[0, EAST], h[0, GNSS_EAST] = 1.0, 1.0
+    h[1, NORTH], h[1, GNSS_NORTH] = 1.0, 1.0
+    h[0, HEADING], h[1, HEADING] = -arm_n - ahead * sin, arm_e + ahead * cos
+    h[0, SPEED], h[1, SPEED] = after * cos, after * sin
+    h[0, YAW_RATE], h[1, YAW_RATE] = -arm_n * after, arm_e * after
+    return (
+        fix[FIX_EAST] - (x[EAST] + ahead * cos + arm_e + x[GNSS_EAST]),
+        fix[FIX_NORTH] - (x[NORTH] + ahead * sin + arm_n + x[GNSS_NORTH]),
+    )
+
+
+@kernel
+def _use_fix(x: Floats, P: Floats, fix: Floats, c: Floats, h: Floats, g: Floats) -> None:
+    y0, y1 = _fix_rows(x, fix, c, h)
+    _apply_two(x, P, h, y0, y1, fix[FIX_VARIANCE], fix[FIX_VARIANCE], g)
+
+
+@kernel
+def _recover(P: Floats, c: Floats) -> None:
+    """Stated recovery policy: forget the position and the slow error, doubt the heading, keep the biases."""
+    for i in (EAST, NORTH, GNSS_EAST, GNSS_NORTH):
+        for k in range(STATES):
+            P[i, k], P[k, i] = 0.0, 0.0
+    P[EAST, EAST], P[NORTH, NORTH] = _RECOVERY_POSITION_VAR, _RECOVERY_POSITION_VAR
+    P[GNSS_EAST, GNSS_EAST], P[GNSS_NORTH, GNSS_NORTH] = c[C_GM_VAR], c[C_GM_VAR]
+    P[HEADING, HEADING] += _RECOVERY_HEADING_VAR
+
+
+@kernel
+def _step(
+    xs: Floats, Ps: Floats, inputs: Floats, slot: int, c: Floats, n: Floats, live: bool, h: Floats, g: Floats
+) -> None:
+    """The posterior of `slot` from that of the slot before."""
+    before = (slot - 1) % RING
+    x, P = xs[slot], Ps[slot]
+    for i in range(STATES):
+        x[i] = xs[before, i]
+        for k in range(STATES):
+            P[i, k] = Ps[before, i, k]
+    _predict(x, P, inputs[slot, IN_ACCEL], c)
+    _measure(x, P, inputs[slot], c, n, live, h, g)
+
+
+@kernel
+def tick_filter(
+    xs: Floats,
+    Ps: Floats,
+    inputs: Floats,
+    fixes: Floats,
+    c: Floats,
+    n: Floats,
+    tick: int,
+    first_tick: int,
+    fix_tick: int,
+) -> None:
+    """Advance the filter by one tick and take in the fix that arrived in it, if any.
+
+    Args:
+        xs: (RING, STATES) posterior states by tick modulo RING; `inputs[tick % RING]` is already filled.
+        Ps: (RING, STATES, STATES) their covariances.
+        inputs: (RING, INPUTS) measurements of each tick but GNSS.
+        fixes: (RING + 1, FIXES) fixes by the tick they are valid in; the last row holds the one that just arrived.
+        c: (FIGURES,) constants.
+        n: (COUNTERS,) counters and innovations, updated.
+        tick: This tick.
+        first_tick: The tick the filter was started in; fixes from before are taken as of then.
+        fix_tick: The tick in which the arrived fix is valid, or −1 for none.
+    """
+    h = np.zeros((2, STATES))
+    g = np.zeros(STATES)
+    slot = tick % RING
+    fixes[slot, FIX_USED] = 0.0
+    _step(xs, Ps, inputs, slot, c, n, True, h, g)
+    if fix_tick < 0:
+        return
+    at = max(fix_tick, first_tick)
+    if at > tick or tick - at > RING - 2:
+        n[N_FIX_LATE] += 1.0
+        return
+    where = at % RING
+    fix = fixes[RING]
+    if fixes[where, FIX_USED] > 0.0 and at == fix_tick:
+        n[N_FIX_DUPLICATE] += 1.0
+        return
+    y0, y1 = _fix_rows(xs[where], fix, c, h)
+    nis = _two(Ps[where], h, y0, y1, fix[FIX_VARIANCE], fix[FIX_VARIANCE])
+    n[INNOVATION_EAST], n[INNOVATION_NORTH], n[NIS_FIX_LAST] = y0, y1, nis
+    if nis > GATE_FIX:
+        n[N_FIX_REJECTED] += 1.0
+        n[N_FIX_REJECTED_RUN] += 1.0
+        if n[N_FIX_REJECTED_RUN] < RECOVERY_RUN:
+            return
+        n[N_RECOVERIES] += 1.0
+        n[NIS_FIX_RECENT] = 0.0
+        _recover(Ps[where], c)
+    n[N_FIX_REJECTED_RUN] = 0.0
+    n[N_FIXES] += 1.0
+    n[NIS_FIX_SUM] += nis
+    n[NIS_FIX_RECENT] += _RECENT * (min(nis, GATE_FIX) - n[NIS_FIX_RECENT])
+    for later in range(at + 1, tick + 1):
+        if fixes[later % RING, FIX_USED] > 0.0:
+            n[N_FIX_OUT_OF_ORDER] += 1.0
+            break
+    for k in range(fixes.shape[1]):
+        fixes[where, k] = fix[k]
+    fixes[where, FIX_USED] = 1.0
+    _use_fix(xs[where], Ps[where], fixes[where], c, h, g)
+    for later in range(at + 1, tick + 1):
+        again = later % RING
+        _step(xs, Ps, inputs, again, c, n, False, h, g)
+        if fixes[again, FIX_USED] > 0.0:
+            _use_fix(xs[again], Ps[again], fixes[again], c, h, g)

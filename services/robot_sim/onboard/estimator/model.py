@@ -1,0 +1,172 @@
+"""The filter's states, its noise figures and the layout of its working arrays.
+
+States (index, unit; "tick" is the 10 ms period):
+
+| state | unit | model | source of the noise figure |
+| --- | --- | --- | --- |
+| EAST, NORTH | m | integrates the tick's mean speed; small random walk for side slip | grass, by distance |
+| HEADING | rad, unwrapped | integrates the tick's mean yaw rate | – |
+| SPEED | m/s, mean of the last tick | driven by the accelerometer less its bias | accelerometer density, vibration |
+| YAW_RATE | rad/s, mean of the last tick | random walk | largest yaw acceleration of the wheels |
+| GYRO_BIAS | rad/s | random walk | data sheet: turn-on bias, bias walk |
+| ACCEL_BIAS | m/s² | random walk; holds the ground's slope too | data sheet |
+| LEFT_SLIP, RIGHT_SLIP | – | Gauss-Markov: ground speed = wheel speed·r·(1 − slip) | grass; holds the radius error |
+| MAG_BIAS | rad | Gauss-Markov plus a walk with rotation (hard iron moves with heading) | data sheet |
+| GNSS_EAST, GNSS_NORTH | m | Gauss-Markov: the slow part of the RTK error | quantiles of a moving receiver |
+
+The slow GNSS error is what keeps the filter honest: averaging a hundred fixes does not make a centimetre into a
+millimetre when their errors are the same error.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from schemas.scenario import Scenario
+from schemas.vehicle import Vehicle
+from services.robot_sim.frames import TICK_S
+
+EAST: Final = 0
+NORTH: Final = 1
+HEADING: Final = 2
+SPEED: Final = 3
+YAW_RATE: Final = 4
+GYRO_BIAS: Final = 5
+ACCEL_BIAS: Final = 6
+LEFT_SLIP: Final = 7
+RIGHT_SLIP: Final = 8
+MAG_BIAS: Final = 9
+GNSS_EAST: Final = 10
+GNSS_NORTH: Final = 11
+STATES: Final = 12
+
+RING: Final = 64
+"""Ticks of history kept for late fixes [0.64 s]."""
+
+# One tick's measurements other than GNSS, kept in the ring for replay.
+IN_GYRO: Final = 0  # rad/s, mean of the tick
+IN_ACCEL: Final = 1  # m/s², mean of this tick and the one before: what the mean speed changed by
+IN_LEFT: Final = 2  # m/s, nominal rim speed, mean of the tick
+IN_RIGHT: Final = 3
+IN_STILL: Final = 4  # 1 while no wheel has turned for a while
+IN_MAG: Final = 5  # rad, magnetic heading, or nan in ticks without one
+INPUTS: Final = 6
+
+# One fix in the ring.
+FIX_USED: Final = 0
+FIX_EAST: Final = 1
+FIX_NORTH: Final = 2
+FIX_VARIANCE: Final = 3
+FIX_AFTER: Final = 4  # s from the slot's tick to the stamp
+FIXES: Final = 5
+
+# Noise figures and constants, see `noise_figures`.
+C_TRACK: Final = 0
+C_ANTENNA_X: Final = 1
+C_ANTENNA_Y: Final = 2
+C_Q_SPEED: Final = 3  # variance added per tick
+C_Q_YAW: Final = 4
+C_Q_GYRO_BIAS: Final = 5
+C_Q_ACCEL_BIAS: Final = 6
+C_SLIP_DECAY: Final = 7
+C_SLIP_VAR: Final = 8
+C_MAG_DECAY: Final = 9
+C_MAG_VAR: Final = 10
+C_GM_DECAY: Final = 11
+C_GM_VAR: Final = 12
+C_R_GYRO: Final = 13
+C_R_ENCODER: Final = 14
+C_R_MAG: Final = 15
+C_R_GNSS: Final = 16
+C_Q_SIDE: Final = 17  # m² of side slip per metre travelled
+C_R_ENCODER_TURN: Final = 18  # relative, of the wheel's share of the turn (track width error)
+FIGURES: Final = 19
+
+# Counters the kernel keeps.
+N_FIXES: Final = 0
+N_FIX_REJECTED: Final = 1
+N_FIX_REJECTED_RUN: Final = 2  # in a row
+N_FIX_LATE: Final = 3
+N_FIX_DUPLICATE: Final = 4
+N_RECOVERIES: Final = 5
+N_ENCODER: Final = 6
+N_ENCODER_REJECTED: Final = 7
+N_ENCODER_REJECTED_RUN: Final = 8
+N_MAG: Final = 9
+N_MAG_REJECTED: Final = 10
+NIS_FIX_SUM: Final = 11
+NIS_ENCODER_SUM: Final = 12
+NIS_MAG_SUM: Final = 13
+NIS_FIX_LAST: Final = 14
+INNOVATION_EAST: Final = 15
+INNOVATION_NORTH: Final = 16
+NIS_FIX_RECENT: Final = 17  # exponential mean over about the last ten fixes that were used
+N_FIX_OUT_OF_ORDER: Final = 18
+COUNTERS: Final = 19
+
+GATE_1_DOF: Final = 15.14  # χ², 99.99 %
+GATE_2_DOF: Final = 18.42
+GATE_FIX: Final = 13.82  # χ², 2 degrees of freedom, 99.9 %
+
+RECOVERY_RUN: Final = 15
+"""Fixes rejected in a row (1.5 s) after which the filter believes the receiver and widens its own position."""
+
+_SPEED_NOISE_MPS = 0.001  # per tick, from pitching and vibration, beyond the accelerometer's own noise
+_YAW_NOISE_RADPS = 0.08  # per tick: 8 rad/s² is half of what the wheels can do
+_SIDE_SLIP_M2PM = 1e-6
+_ENCODER_FLOOR_MPS = 0.002
+_GYRO_FLOOR_RADPS = 1e-4
+_MAG_FLOOR_RAD = 0.005
+_GNSS_FLOOR_M = 0.002
+_SLIP_FLOOR = 0.002
+
+
+def noise_figures(vehicle: Vehicle, scenario: Scenario) -> NDArray[np.float64]:
+    """(FIGURES,) constants of the filter, from the vehicle's and the sensors' data sheets.
+
+    The figures are those of the scenario's sensors whether or not its noise is switched on: the robot does not
+    know that it has been given perfect ones.
+    """
+    gnss, imu, mag, drive = scenario.gnss, scenario.imu, scenario.magnetometer, scenario.drive
+    c = np.zeros(FIGURES)
+    c[C_TRACK] = vehicle.track_width_m
+    c[C_ANTENNA_X], c[C_ANTENNA_Y] = vehicle.gnss_antenna_x_m, vehicle.gnss_antenna_y_m
+    c[C_Q_SPEED] = imu.accel_density_mps2_rthz**2 * TICK_S + _SPEED_NOISE_MPS**2
+    c[C_Q_YAW] = _YAW_NOISE_RADPS**2
+    c[C_Q_GYRO_BIAS] = max(imu.gyro_bias_walk_radps_rts, 1e-6) ** 2 * TICK_S
+    c[C_Q_ACCEL_BIAS] = max(imu.accel_bias_walk_mps2_rts, 1e-4) ** 2 * TICK_S
+    c[C_SLIP_DECAY] = math.exp(-TICK_S / drive.slip_tau_s)
+    c[C_SLIP_VAR] = max(drive.slip_relative, _SLIP_FLOOR) ** 2 + drive.wheel_radius_relative**2
+    c[C_MAG_VAR], tau = _one_term(
+        ((max(mag.bias_rad, 0.01), 1e4), (max(mag.disturbance_rad, 0.01), mag.disturbance_tau_s))
+    )
+    c[C_MAG_DECAY] = math.exp(-TICK_S / tau)
+    c[C_GM_VAR], tau = _one_term(
+        (
+            (max(gnss.gauss_markov_1_m, 1e-4), gnss.gauss_markov_1_tau_s),
+            (max(gnss.gauss_markov_2_m, 1e-4), gnss.gauss_markov_2_tau_s),
+        )
+    )
+    c[C_GM_DECAY] = math.exp(-TICK_S / tau)
+    c[C_R_GYRO] = imu.gyro_density_radps_rthz**2 / TICK_S + _GYRO_FLOOR_RADPS**2
+    tick_m = 2.0 * math.pi / vehicle.encoder_ticks_per_revolution * vehicle.wheel_radius_m
+    c[C_R_ENCODER] = (tick_m / TICK_S) ** 2 / 6.0 + _ENCODER_FLOOR_MPS**2
+    c[C_R_MAG] = max(mag.white_rad, _MAG_FLOOR_RAD) ** 2
+    c[C_R_GNSS] = max(gnss.white_m, _GNSS_FLOOR_M) ** 2
+    c[C_Q_SIDE] = _SIDE_SLIP_M2PM
+    c[C_R_ENCODER_TURN] = max(drive.track_width_relative, 0.001)
+    return c
+
+
+def _one_term(terms: tuple[tuple[float, float], ...]) -> tuple[float, float]:
+    """Variance and time constant [s] of the one Gauss-Markov term nearest to the sum of several (σ, τ).
+
+    Variance and the slope of the autocorrelation at lag 0 are those of the sum: exact over the seconds for which
+    dead reckoning can tell the slow error from motion.
+    """
+    variance = sum(sigma**2 for sigma, _ in terms)
+    return variance, variance / sum(sigma**2 / tau for sigma, tau in terms)

@@ -1,0 +1,36 @@
+"""What every follower is."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Follower(Protocol):
+    """Keeps the robot on its path. Called once per tick while the robot is to move."""
+
+    @property
+    def name(self) -> str:
+        """As in `Scenario.follower`."""
+        ...
+
+    @property
+    def fallbacks(self) -> int:
+        """Ticks in which the follower could not do its own method and used a simpler one."""
+        ...
+
+    def reset(self) -> None:
+        """Forget what was learned about the motion: the robot stood still, or another path begins."""
+        ...
+
+    def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> tuple[float, float]:
+        """Wheel speeds (left, right) [rad/s] until the next tick.
+
+        Args:
+            now: (NOW,) of `tracking`: errors against the path, twist, reference speed, effective wheel radii and
+                the wheel command of the last tick.
+            ahead: (AHEAD_TICKS, AHEAD_COLUMNS) of `tracking`: reference speed and yaw rate in the next ticks.
+        """
+        ...

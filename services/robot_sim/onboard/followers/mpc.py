@@ -1,0 +1,144 @@
+"""Model predictive control of the nozzle point, solved by DAQP every tick.
+
+Each tick the programme of `mpc_kernel` is built for the way ahead and solved from the last active set. What the motors
+did and the model did not expect is estimated as constant disturbances, so that a lasting slip or drift leaves no
+lasting offset. If the solver cannot finish within its iteration cap, or the robot is so far off that the tangent model
+says nothing, pure pursuit takes the tick and is counted.
+"""
+
+from __future__ import annotations
+
+import math
+
+import daqp
+import numpy as np
+from numpy.typing import NDArray
+
+from schemas.vehicle import Vehicle
+from services.robot_sim.frames import TICK_S
+from services.robot_sim.onboard.followers import mpc_kernel as k
+from services.robot_sim.onboard.followers.pure_pursuit import PurePursuitFollower
+from services.robot_sim.onboard.followers.wheels import lead_ticks
+from services.robot_sim.onboard.tracking import HEADING_ERROR, LATERAL
+
+HORIZON_TICKS = (1, 2, 3, 4, 5, 5, 6, 8, 10, 12, 14, 16)
+"""Steps of the horizon, 0.86 s in all: fine where the next command acts, coarse where only the course matters."""
+LATERAL_SCALE_M = 0.002
+HEADING_SCALE_RAD = 0.03
+SPEED_SCALE_MPS = 0.03
+MOVE_SCALE_RADPS = 8.0
+"""Errors that cost the same: what the weights of the programme are made from. A move is one of this size in a
+second."""
+TERMINAL_FACTOR = 4.0
+ITERATION_CAP = 60
+DISTURBANCE_TIME_S = 0.1
+DRIFT_TIME_S = 2.0
+MAX_LATERAL_M = 0.5
+MAX_HEADING_RAD = 0.7
+_MIN_LAG_S = 0.005
+_SOLVED = 1
+
+
+class MpcFollower:
+    """See the module."""
+
+    name = "mpc"
+
+    def __init__(self, vehicle: Vehicle) -> None:
+        """A follower at rest; the solver's workspace is allocated at the first step."""
+        size = 2 * len(HORIZON_TICKS)
+        self._p = _parameters(vehicle)
+        self._ticks = np.array(HORIZON_TICKS)
+        self._memory = np.zeros(k.MEMORY)
+        self._hessian = np.eye(size)
+        self._gradient = np.zeros(size)
+        self._lower = np.full(2 * size, -1.0)
+        self._upper = np.full(2 * size, 1.0)
+        self._forward = np.zeros(2)
+        self._pull = _pull_rows(float(self._p[k.M_LAG]))
+        self._solver: daqp.Model | None = None
+        self._pursuit = PurePursuitFollower(vehicle)
+        self.fallbacks = 0
+        """Ticks that pure pursuit had to take."""
+
+    def reset(self) -> None:
+        """Forget the disturbances and the active set."""
+        self._memory[:] = 0.0
+        self._solver = None
+        self._pursuit.reset()
+
+    def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> tuple[float, float]:
+        """As `Follower.step`."""
+        k.build(
+            now,
+            ahead,
+            self._ticks,
+            self._p,
+            self._memory,
+            self._hessian,
+            self._gradient,
+            self._lower,
+            self._upper,
+            self._forward,
+        )
+        if abs(now[LATERAL]) < MAX_LATERAL_M and abs(now[HEADING_ERROR]) < MAX_HEADING_RAD:
+            solution = self._solve()
+            if solution is not None:
+                return solution
+        self._memory[k.D_ADDED : k.D_ADDED + 2] = 0.0
+        self.fallbacks += 1
+        return self._pursuit.step(now, ahead)
+
+    def _solve(self) -> tuple[float, float] | None:
+        solver = self._solver
+        if solver is None:
+            solver = self._solver = daqp.Model()
+            solver.setup(self._hessian, self._gradient, self._pull, self._upper, self._lower)
+            solver.settings = {"iter_limit": ITERATION_CAP}
+        else:
+            solver.update(H=self._hessian, f=self._gradient, bupper=self._upper, blower=self._lower)
+        u, _, flag, _ = solver.solve()
+        if flag != _SOLVED:
+            self._solver = None
+            return None
+        self._memory[k.D_ADDED : k.D_ADDED + 2] = u[:2]
+        left, right = self._forward.tolist()
+        return left + float(u[0]), right + float(u[1])
+
+
+def _parameters(vehicle: Vehicle) -> NDArray[np.float64]:
+    p = np.zeros(k.PARAMETERS)
+    p[k.M_HALF_TRACK] = vehicle.half_track_m
+    p[k.M_LAG] = max(vehicle.motor_time_constant_s, _MIN_LAG_S)
+    p[k.M_MAX_RATE] = vehicle.max_wheel_speed_radps
+    p[k.M_MAX_ACCEL] = vehicle.max_wheel_acceleration_radps2
+    p[k.M_NOZZLE_X] = vehicle.nozzle_x_m
+    p[k.M_W_LATERAL] = LATERAL_SCALE_M**-2
+    p[k.M_W_HEADING] = HEADING_SCALE_RAD**-2
+    p[k.M_W_SPEED] = SPEED_SCALE_MPS**-2
+    p[k.M_W_MOVE] = MOVE_SCALE_RADPS**-2
+    p[k.M_W_TERMINAL] = TERMINAL_FACTOR
+    p[k.M_DISTURBANCE_GAIN] = 0.01 / DISTURBANCE_TIME_S
+    p[k.M_DRIFT_GAIN] = 0.01 / DRIFT_TIME_S
+    p[k.M_LEAD] = lead_ticks(vehicle)
+    return p
+
+
+def _pull_rows(lag_s: float) -> NDArray[np.float64]:
+    """(2N, 2N) rows that turn what is added to the commands into what it adds to command less wheel speed.
+
+    A wheel's acceleration is proportional to that difference, and the speed at a step's start is the lagged sum of
+    the commands before.
+    """
+    size = 2 * len(HORIZON_TICKS)
+    rows = np.zeros((size, size))
+    wheel_speed = np.zeros((2, size))
+    for j, ticks in enumerate(HORIZON_TICKS):
+        stay = math.exp(-ticks * TICK_S / lag_s)
+        for wheel in range(2):
+            i = 2 * j + wheel
+            rows[i] = -wheel_speed[wheel]
+            rows[i, i] += 1.0
+            wheel_speed[wheel] *= stay
+            wheel_speed[wheel, i] += 1.0 - stay
+    return rows

@@ -1,0 +1,204 @@
+"""One loaded trajectory being driven: phases of the motion, paint and progress.
+
+A job that runs goes through phases: ALIGN (stand until the estimator has settled), FORWARD, and after a pause BACK:
+where paint is owed lies behind the robot, so it reverses along the path, far enough to be at speed again when the
+nozzle comes to the place.
+"""
+
+from __future__ import annotations
+
+import math
+from enum import Enum, auto
+from typing import NamedTuple
+
+from schemas.messages import Actuation
+from schemas.vehicle import Vehicle
+from services.robot_sim.frames import STANDSTILL, Command
+from services.robot_sim.onboard import tracking
+from services.robot_sim.onboard.driver import STOPPED_MPS, Driver
+from services.robot_sim.onboard.estimator.filter import Estimator
+from services.robot_sim.onboard.followers import Follower
+from services.robot_sim.onboard.safety import Watch
+from services.robot_sim.onboard.sprayer import Sprayer
+from services.robot_sim.onboard.trajectory import LoadedTrajectory
+
+MAX_START_DISTANCE_M = 1.0
+MAX_START_HEADING_RAD = math.radians(35.0)
+"""The magnetometer alone knows no better; the run-in straightens it out."""
+RUN_UP_SETTLE_M = 0.25
+"""Way beyond what regaining speed needs, so that the nozzle is on its line again."""
+
+
+class Phase(Enum):
+    """What a running job is doing."""
+
+    ALIGN = auto()
+    FORWARD = auto()
+    STOP_TO_GO_BACK = auto()
+    BACK = auto()
+
+
+class Step(NamedTuple):
+    """A tick of a running job: the command, and whether it ends the running."""
+
+    command: Command
+    hold: str = ""
+    """Why to pause until it is better."""
+    refusal: str = ""
+    """Why to give up."""
+    done: bool = False
+
+
+class Job:
+    """See the module.
+
+    Attributes:
+        plan, driver, sprayer: The trajectory, where on it the robot is, and what paint is owed.
+    """
+
+    def __init__(
+        self, plan: LoadedTrajectory, vehicle: Vehicle, follower: Follower, estimator: Estimator, watch: Watch
+    ) -> None:
+        """At the start, not yet aligned."""
+        self.plan = plan
+        self.driver = Driver(plan, vehicle, follower)
+        self.sprayer = Sprayer(plan, vehicle)
+        self._estimator, self._watch = estimator, watch
+        self._run_up_m = vehicle.paint_speed_mps**2 / (2.0 * vehicle.max_acceleration_mps2) + RUN_UP_SETTLE_M
+        self._radius_m = vehicle.wheel_radius_m
+        self._phase = Phase.ALIGN
+        self._back_to_m = 0.0
+        self._last = STANDSTILL
+
+    @property
+    def aligning(self) -> bool:
+        """Whether the robot has not yet set off."""
+        return self._phase is Phase.ALIGN
+
+    @property
+    def standing(self) -> bool:
+        """Whether the robot neither moves nor is told to."""
+        commanded = max(abs(self._last.left_radps), abs(self._last.right_radps)) * self._radius_m
+        measured = abs(self._estimator.speed_now_mps()) if self._estimator.started else 0.0
+        return commanded < 2.0 * STOPPED_MPS and measured < 2.0 * STOPPED_MPS
+
+    @property
+    def lateral_error_m(self) -> float:
+        """Estimated distance of the nozzle to the left of its path."""
+        return float(self.driver.now[tracking.NOZZLE_LATERAL])
+
+    @property
+    def next_paint_m(self) -> float:
+        """Arc length at which work goes on after a stop."""
+        owed = self.sprayer.owed_from_m
+        return owed if owed is not None else self.driver.arc_length_m
+
+    def run(self) -> Step:
+        """One tick of driving and painting."""
+        step = self._run()
+        self._last = step.command
+        return step
+
+    def rest(self) -> Command:
+        """One tick of coming to rest along the path, valve closed; what should have been painted is owed."""
+        self._last = self._rest()
+        return self._last
+
+    def stop_hard(self) -> Command:
+        """One tick of braking as hard as the wheels can; where on its path that ends is found out by `locate`."""
+        self.driver.halt()
+        self._last = STANDSTILL
+        return self._last
+
+    def close_valve(self) -> None:
+        """Close the valve now; from where the last drop falls, paint is owed."""
+        if self._phase is Phase.FORWARD:
+            self.sprayer.close(self.driver.arc_length_m, float(self.driver.now[tracking.SPEED]))
+
+    def locate(self) -> float:
+        """Find the standing robot's place on the path anew; returns how far beside it that is [m]."""
+        self.driver.locate(self._estimator)
+        if self._phase is Phase.FORWARD:
+            self.sprayer.skip(self.driver.arc_length_m, 0.0)
+        return abs(float(self.driver.now[tracking.LATERAL]))
+
+    def go_on(self) -> None:
+        """Forward again, by way of the place from which paint is owed."""
+        if self._phase is Phase.ALIGN:
+            return
+        self._phase = Phase.FORWARD
+        owed = self.sprayer.owed_from_m
+        if owed is not None and self.sprayer.must_go_back(self.driver.arc_length_m):
+            self._back_to_m = max(owed - self._run_up_m, 0.0)
+            self._phase = Phase.STOP_TO_GO_BACK
+
+    def _run(self) -> Step:
+        if self._phase is Phase.ALIGN:
+            if not self._estimator.aligned:
+                return Step(STANDSTILL)
+            problem = self._start_problem()
+            if problem:
+                return Step(STANDSTILL, refusal=problem)
+            self.driver.halt()
+            self._phase = Phase.FORWARD
+        problem = self._watch.drive_problem()
+        if problem:
+            return self._hold(problem)
+        if self._phase is Phase.FORWARD:
+            return self._forward()
+        return self._back()
+
+    def _forward(self) -> Step:
+        driver, sprayer = self.driver, self.sprayer
+        left, right = driver.step(self._estimator, self._wheels(), tracking.MODE_PROFILE)
+        arc, speed = driver.arc_length_m, float(driver.now[tracking.SPEED])
+        problem = self._watch.paint_problem(self.lateral_error_m) if sprayer.due(arc, speed) else ""
+        valve = sprayer.step(arc, speed, not problem)
+        if problem:
+            return self._hold(problem)
+        if sprayer.must_go_back(arc):
+            self.go_on()
+        if driver.at_end and abs(speed) < 2.0 * tracking.CREEP_MPS:
+            return Step(self._rest(), done=True)
+        return Step(Command(left, right, valve, bool(sprayer.wanted_at(arc, speed) & Actuation.DISC)))
+
+    def _back(self) -> Step:
+        """Stop, reverse to the run-up, stop, and forward again."""
+        if self._phase is Phase.BACK and self.driver.arc_length_m > self._back_to_m + 1e-3:
+            left, right = self.driver.step(self._estimator, self._wheels(), tracking.MODE_BACK, self._back_to_m)
+            return Step(Command(left, right, False, False))
+        if not self.standing:
+            return Step(self._rest())
+        self.driver.halt()
+        self._phase = Phase.BACK if self._phase is Phase.STOP_TO_GO_BACK else Phase.FORWARD
+        return Step(STANDSTILL)
+
+    def _hold(self, problem: str) -> Step:
+        self.close_valve()
+        return Step(self._rest(), hold=problem)
+
+    def _rest(self) -> Command:
+        driver = self.driver
+        if self._phase is Phase.ALIGN:
+            return STANDSTILL
+        if self.standing and abs(driver.reference_mps) < STOPPED_MPS:
+            driver.halt()
+            return STANDSTILL
+        left, right = driver.step(self._estimator, self._wheels(), tracking.MODE_BRAKE)
+        if self._phase is Phase.FORWARD:
+            self.sprayer.skip(driver.arc_length_m, float(driver.now[tracking.SPEED]))
+        return Command(left, right, False, False)
+
+    def _start_problem(self) -> str:
+        east, north, heading = self._estimator.state[:3].tolist()
+        x, y, start_heading = self.plan.path[0, :3].tolist()
+        distance = math.hypot(east - x, north - y)
+        turn = abs(math.remainder(heading - start_heading, math.tau))
+        if distance > MAX_START_DISTANCE_M or turn > MAX_START_HEADING_RAD:
+            return (
+                f"the robot stands {distance:.2f} m and {math.degrees(turn):.0f}° away from the start of the trajectory"
+            )
+        return ""
+
+    def _wheels(self) -> tuple[float, float]:
+        return self._last.left_radps, self._last.right_radps

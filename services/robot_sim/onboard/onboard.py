@@ -1,0 +1,117 @@
+"""The robot's own computer: sensor frames in, actuator commands out, one call per 10 ms tick."""
+
+from __future__ import annotations
+
+from schemas.messages import Trajectory
+from schemas.scenario import Scenario
+from schemas.vehicle import Vehicle
+from services.robot_sim.frames import Command, Estimate, OnboardEvent, SensorFrame, Status
+from services.robot_sim.onboard.estimator.filter import Estimator
+from services.robot_sim.onboard.estimator.report import EstimatorReport, report
+from services.robot_sim.onboard.events import EventLog
+from services.robot_sim.onboard.followers import make_follower
+from services.robot_sim.onboard.safety import Watch
+from services.robot_sim.onboard.traversal import Traversal
+
+
+class Onboard:
+    """Estimator, watch and traversal executive of one robot.
+
+    Args:
+        vehicle: The nominal robot.
+        scenario: The follower's name and the sensors' data sheets are taken from it, nothing else.
+
+    Commands raise `CommandRefused` with the reason and then change nothing.
+    """
+
+    def __init__(self, vehicle: Vehicle, scenario: Scenario) -> None:
+        """See the class."""
+        self._log = EventLog()
+        self._estimator = Estimator(vehicle, scenario)
+        self._watch = Watch(self._estimator)
+        self._follower = make_follower(scenario.follower, vehicle)
+        self._traversal = Traversal(vehicle, self._follower, self._estimator, self._watch, self._log)
+        self._estimate: Estimate | None = None
+
+    def load(self, trajectory: Trajectory) -> float:
+        """Take a trajectory; returns its planned duration [s].
+
+        The estimator aligns anew: the robot may have been carried to the start.
+        """
+        duration_s = self._traversal.load(trajectory)
+        self._estimator.restart()
+        self._estimate = None
+        return duration_s
+
+    def start(self) -> None:
+        """Begin the traversal."""
+        self._traversal.start()
+
+    def pause(self) -> None:
+        """Close the valve and brake along the path."""
+        self._traversal.pause()
+
+    def resume(self) -> None:
+        """Go on after a pause, from where paint stopped."""
+        self._traversal.resume()
+
+    def abort(self) -> None:
+        """Brake and give the traversal up."""
+        self._traversal.abort()
+
+    def estop(self) -> None:
+        """Stop as hard as possible and latch until `reset`."""
+        self._traversal.estop()
+
+    def reset(self) -> None:
+        """Release an emergency stop, or clear a finished traversal."""
+        self._traversal.reset()
+
+    def link_lost(self) -> None:
+        """The operator cannot be heard any more: pause if under way."""
+        self._traversal.link_lost()
+
+    def step(self, frame: SensorFrame) -> Command:
+        """One tick; frames must come in order, none left out."""
+        self._estimate = None
+        self._estimator.step(frame)
+        self._watch.look(frame.time_s)
+        return self._traversal.step(frame.time_s)
+
+    def take_events(self) -> list[OnboardEvent]:
+        """What happened since the last call."""
+        return self._log.take()
+
+    @property
+    def state(self) -> int:
+        """State of the traversal, as in `TraversalStatus`."""
+        return self._traversal.state
+
+    @property
+    def status(self) -> Status:
+        """Where the traversal stands."""
+        return self._traversal.status()
+
+    @property
+    def estimate(self) -> Estimate:
+        """Pose, twist and covariance at the last tick."""
+        if self._estimate is None:
+            self._estimate = self._estimator.estimate()
+        return self._estimate
+
+    @property
+    def lateral_error_m(self) -> float:
+        """Estimated distance of the nozzle to the left of its path."""
+        job = self._traversal.job
+        return job.lateral_error_m if job is not None else 0.0
+
+    @property
+    def spraying(self) -> bool:
+        """Whether the valve is commanded open."""
+        job = self._traversal.job
+        return job is not None and job.sprayer.valve
+
+    @property
+    def counters(self) -> EstimatorReport:
+        """Consistency of the estimator: uses, rejections and mean NIS."""
+        return report(self._estimator.counters)

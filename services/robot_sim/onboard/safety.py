@@ -1,0 +1,93 @@
+"""Whether the robot knows well enough where it is to drive, and to paint."""
+
+from __future__ import annotations
+
+import math
+
+from services.robot_sim.onboard.estimator import model as m
+from services.robot_sim.onboard.estimator.filter import FIX_FIXED, Estimator
+
+MAX_FIX_AGE_S = 0.5
+MAX_CORRECTION_AGE_S = 10.0
+MAX_POSITION_SIGMA_M = 0.025
+MAX_HEADING_SIGMA_RAD = math.radians(1.0)
+MAX_NIS = 6.0
+"""Of the running mean over about ten fixes; 2 is expected of a consistent filter."""
+MAX_REJECTED_RUN = 3
+MAX_LATERAL_M = 0.03
+MAX_BLIND_SIGMA_M = 0.15
+"""Position σ beyond which the robot does not even drive."""
+SETTLE_S = 1.0
+"""How long all must have been well again before painting goes on."""
+
+CONTRADICTION = "the fixes contradict the estimate"
+FIX_NAMES = {0: "no fix", 1: "a single fix", 2: "a float fix"}
+
+
+class Watch:
+    """Judges every tick; says why not.
+
+    Attributes:
+        pose_problem: Why the position cannot be trusted to a line's width, "" if it can.
+    """
+
+    def __init__(self, estimator: Estimator) -> None:
+        """A watch over this estimator."""
+        self._estimator = estimator
+        self.pose_problem = "the estimator has not started"
+        self._bad_until_s = -math.inf
+
+    def look(self, time_s: float) -> None:
+        """Judge the tick."""
+        self.pose_problem = self._pose_problem(time_s)
+        if self.pose_problem:
+            self._bad_until_s = time_s
+
+    def settled(self, time_s: float) -> bool:
+        """Whether the pose has been good for `SETTLE_S`."""
+        return not self.pose_problem and time_s - self._bad_until_s >= SETTLE_S
+
+    def heading_problem(self) -> str:
+        """Why the heading is not good enough to paint, "" if it is. Only driving makes it better."""
+        sigma = self._estimator.heading_sigma_rad
+        if sigma > MAX_HEADING_SIGMA_RAD:
+            return f"the heading is uncertain (σ above {math.degrees(MAX_HEADING_SIGMA_RAD):.1f}°)"
+        return ""
+
+    def paint_problem(self, nozzle_lateral_m: float) -> str:
+        """Why not to paint here and now, "" if nothing speaks against it."""
+        if self.pose_problem:
+            return self.pose_problem
+        if abs(nozzle_lateral_m) > MAX_LATERAL_M:
+            return f"the nozzle is off its line by more than {MAX_LATERAL_M * 1e3:.0f} mm"
+        return self.heading_problem()
+
+    def drive_problem(self) -> str:
+        """Why not to drive at all, "" if nothing speaks against it."""
+        if self._estimator.counters[m.N_FIX_REJECTED_RUN] >= MAX_REJECTED_RUN:
+            return CONTRADICTION
+        sigma = self._estimator.position_sigma_m
+        if sigma > MAX_BLIND_SIGMA_M:
+            return f"the position is unknown (σ above {MAX_BLIND_SIGMA_M:.2f} m)"
+        return ""
+
+    def _pose_problem(self, time_s: float) -> str:
+        estimator = self._estimator
+        fix = estimator.last_fix
+        if not estimator.started or fix is None:
+            return "the estimator has not started"
+        if fix.fix != FIX_FIXED:
+            return f"the GNSS has {FIX_NAMES.get(fix.fix, 'an unknown fix')} instead of an RTK-fixed one"
+        if fix.correction_age_s > MAX_CORRECTION_AGE_S:
+            return f"the RTK corrections are older than {MAX_CORRECTION_AGE_S:.0f} s"
+        if time_s - fix.stamp_s > MAX_FIX_AGE_S:
+            return f"there has been no fix for more than {MAX_FIX_AGE_S:.1f} s"
+        if estimator.counters[m.N_FIX_REJECTED_RUN] >= MAX_REJECTED_RUN:
+            return CONTRADICTION
+        if time_s - estimator.last_used_stamp_s > MAX_FIX_AGE_S:
+            return f"no fix has been usable for more than {MAX_FIX_AGE_S:.1f} s"
+        if estimator.counters[m.NIS_FIX_RECENT] > MAX_NIS:
+            return "the fixes scatter more than the estimator can explain"
+        if estimator.position_sigma_m > MAX_POSITION_SIGMA_M:
+            return f"the position is uncertain (σ above {MAX_POSITION_SIGMA_M * 1e3:.0f} mm)"
+        return ""

@@ -1,0 +1,232 @@
+"""The traversal executive: which command is allowed when, and what the robot does in each state.
+
+    IDLE ──load──► READY ──start──► RUNNING ──end reached──► DONE
+                                    ▲     │ pause, link lost, pose lost
+                              resume│     ▼
+                                    PAUSED          abort: READY, RUNNING, PAUSED → ABORTED
+    any ──estop──► ESTOPPED ──reset──► PAUSED (a traversal was under way), READY or IDLE
+    DONE, ABORTED ──reset──► IDLE; DONE, ABORTED, READY ──load──► READY
+
+Leaving RUNNING closes the valve in the same tick. All but the emergency stop then brake along the path. A pause that
+the robot ordered itself ends by itself; one that a person or the lost link ordered does not.
+"""
+
+from __future__ import annotations
+
+import math
+
+from schemas.errors import CommandRefused
+from schemas.messages import Trajectory, TraversalStatus
+from schemas.vehicle import Vehicle
+from services.robot_sim.frames import STANDSTILL, TICK_S, Command, Status
+from services.robot_sim.onboard.estimator.filter import Estimator
+from services.robot_sim.onboard.events import ERROR, INFO, WARN, EventLog
+from services.robot_sim.onboard.followers import Follower
+from services.robot_sim.onboard.job import Job
+from services.robot_sim.onboard.safety import Watch
+from services.robot_sim.onboard.trajectory import load_trajectory
+
+IDLE, READY, RUNNING = TraversalStatus.IDLE, TraversalStatus.READY, TraversalStatus.RUNNING
+PAUSED, DONE = TraversalStatus.PAUSED, TraversalStatus.DONE
+ABORTED, ESTOPPED = TraversalStatus.ABORTED, TraversalStatus.ESTOPPED
+NAMES = {
+    IDLE: "idle",
+    READY: "ready",
+    RUNNING: "running",
+    PAUSED: "paused",
+    DONE: "done",
+    ABORTED: "aborted",
+    ESTOPPED: "emergency-stopped",
+}
+
+MAX_RESUME_DISTANCE_M = 0.5
+MAX_TRIES = 3
+"""Automatic resumes from about the same place before the operator is asked."""
+SAME_PLACE_M = 1.0
+
+
+class Traversal:
+    """State and loaded job of the robot.
+
+    Attributes:
+        state: As in `TraversalStatus`.
+        reason: Why it is in this state, or what it waits for; "" if that needs no words.
+        job: The loaded job, None while idle.
+    """
+
+    def __init__(self, vehicle: Vehicle, follower: Follower, estimator: Estimator, watch: Watch, log: EventLog) -> None:
+        """Idle."""
+        self._vehicle, self._follower, self._estimator = vehicle, follower, estimator
+        self._watch, self._log = watch, log
+        self.state = IDLE
+        self.reason = ""
+        self.job: Job | None = None
+        self._automatic = False  # the pause was ordered by the robot and ends by itself
+        self._tries = 0
+        self._tried_at_m = -math.inf
+        self._before_estop = IDLE
+        self._time_s = 0.0
+        self._elapsed_s = 0.0
+
+    def load(self, trajectory: Trajectory) -> float:
+        """Check and take a trajectory; returns its planned duration [s].
+
+        Raises:
+            CommandRefused: In this state, or for what is wrong with the trajectory.
+        """
+        self._require("load", IDLE, READY, DONE, ABORTED)
+        self._require_standstill("load")
+        plan = load_trajectory(trajectory, self._vehicle)
+        self.job = Job(plan, self._vehicle, self._follower, self._estimator, self._watch)
+        self._elapsed_s = 0.0
+        self._tries, self._tried_at_m = 0, -math.inf
+        self._become(READY, "")
+        return plan.total_time_s
+
+    def start(self) -> None:
+        """Begin: align, then drive."""
+        self._require("start", READY)
+        self._become(RUNNING, "")
+
+    def pause(self, reason: str = "paused by the operator") -> None:
+        """Close the valve and brake along the path."""
+        if self.state == PAUSED and self._automatic:
+            self._automatic = False
+            self._become(PAUSED, reason)
+            return
+        self._require("pause", RUNNING)
+        self._leave_running(PAUSED, reason)
+
+    def resume(self) -> None:
+        """Go on, from where paint is owed."""
+        self._require("resume", PAUSED)
+        job = self._loaded()
+        if not job.aligning:
+            if self._watch.pose_problem:
+                raise CommandRefused(f"cannot resume: {self._watch.pose_problem}")
+            distance = job.locate() if job.standing else 0.0
+            if distance > MAX_RESUME_DISTANCE_M:
+                raise CommandRefused(f"cannot resume: the robot stands {distance:.2f} m beside its path")
+        self._tries = 0
+        self._go_on(job)
+
+    def abort(self) -> None:
+        """Give the traversal up."""
+        self._require("abort", READY, RUNNING, PAUSED)
+        self._leave_running(ABORTED, "aborted by the operator")
+
+    def estop(self) -> None:
+        """Stop as hard as the wheels can; allowed always."""
+        if self.state == ESTOPPED:
+            return
+        self._before_estop = self.state
+        if self.job is not None:
+            self.job.close_valve()
+        self._become(ESTOPPED, "emergency stop", ERROR)
+
+    def reset(self) -> None:
+        """Release an emergency stop once the robot stands, or clear a finished or aborted traversal."""
+        self._require("reset", ESTOPPED, DONE, ABORTED)
+        self._require_standstill("reset")
+        self._automatic = False
+        if self.state == ESTOPPED and self._before_estop in (RUNNING, PAUSED):
+            self._become(PAUSED, "emergency stop released; resume to go on from where paint stopped")
+        elif self.state == ESTOPPED and self._before_estop == READY:
+            self._become(READY, "")
+        else:
+            self.job = None
+            self._become(IDLE, "")
+
+    def link_lost(self) -> None:
+        """The operator is gone: pause if running, and do not go on from a pause without him."""
+        if self.state == RUNNING or (self.state == PAUSED and self._automatic):
+            self.pause("the link to the operator is lost")
+
+    def step(self, time_s: float) -> Command:
+        """What the actuators shall do until the next tick; the estimator and the watch have seen this one."""
+        self._time_s = time_s
+        job = self.job
+        if job is None:
+            return STANDSTILL
+        if self.state in (RUNNING, PAUSED):
+            self._elapsed_s += TICK_S
+        if self.state == RUNNING:
+            return self._run(job)
+        if self.state == ESTOPPED:
+            return job.stop_hard()
+        command = job.rest()
+        if self.state == PAUSED and self._automatic:
+            self._try_again(job)
+        return command
+
+    def status(self) -> Status:
+        """Where the traversal stands."""
+        job = self.job
+        if job is None:
+            return Status(state=self.state, reason=self.reason, follower_fallbacks=self._follower.fallbacks)
+        plan, segment, arc = job.plan, job.driver.segment, job.driver.arc_length_m
+        return Status(
+            self.state,
+            self.reason,
+            segment,
+            len(plan.ids),
+            plan.ids[segment],
+            arc,
+            plan.total_length_m,
+            self._elapsed_s,
+            0.0 if self.state in (DONE, ABORTED) else plan.total_time_s - plan.time_at(arc),
+            self._follower.fallbacks,
+        )
+
+    def _run(self, job: Job) -> Command:
+        step = job.run()
+        if step.done:
+            self._leave_running(DONE, "")
+        elif step.refusal:
+            self._leave_running(ABORTED, step.refusal, ERROR)
+        elif step.hold:
+            self._leave_running(PAUSED, step.hold, WARN)
+            self._automatic = True
+        else:
+            self.reason = "aligning: standing until the position has settled" if job.aligning else ""
+        return step.command
+
+    def _try_again(self, job: Job) -> None:
+        """An automatic pause ends when the pose has been good for a while and the robot stands."""
+        if not job.standing or not self._watch.settled(self._time_s):
+            return
+        place = job.next_paint_m
+        self._tries = self._tries + 1 if abs(place - self._tried_at_m) < SAME_PLACE_M else 1
+        self._tried_at_m = place
+        if self._tries > MAX_TRIES:
+            self._automatic = False
+            self._become(PAUSED, f"gave up after {MAX_TRIES} tries: {self.reason}", ERROR)
+            return
+        self._go_on(job)
+
+    def _go_on(self, job: Job) -> None:
+        self._automatic = False
+        self._become(RUNNING, "")
+        job.go_on()
+
+    def _leave_running(self, state: int, reason: str, severity: int = INFO) -> None:
+        self._loaded().close_valve()
+        self._automatic = False
+        self._become(state, reason, severity)
+
+    def _loaded(self) -> Job:
+        assert self.job is not None, "every state but IDLE has a job"
+        return self.job
+
+    def _require(self, command: str, *states: int) -> None:
+        if self.state not in states:
+            allowed = " or ".join(NAMES[state] for state in states)
+            raise CommandRefused(f"cannot {command} while {NAMES[self.state]}; only while {allowed}")
+
+    def _require_standstill(self, command: str) -> None:
+        if self.job is not None and not self.job.standing:
+            raise CommandRefused(f"cannot {command} while the robot is moving")
+
+    def _become(self, state: int, reason: str, severity: int = INFO) -> None:
+        self.state, self.reason = state, reason
+        self._log.report(severity, NAMES[state], f"{NAMES[state]}: {reason}" if reason else NAMES[state])

@@ -1,0 +1,63 @@
+"""How many ticks the wall clock asks for, at N× real time, as fast as it goes, or not at all."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from services.robot_sim.frames import TICK_S
+
+LONGEST_SLICE_S: Final = 0.02
+"""Commands are looked at this often, also when ticks run as fast as they go."""
+UNLIMITED: Final = 1 << 30
+_FORGIVEN_S: Final = 0.25
+"""Lagging further behind than this, the pace starts anew instead of catching up."""
+
+
+class Pacer:
+    """Hands out ticks against the wall clock; it is told the time and never asks for it.
+
+    Args:
+        factor: Sim time per wall time: N is N× real time, 0 holds, negative is as fast as it goes.
+        now_s: Monotonic wall time.
+    """
+
+    def __init__(self, factor: float, now_s: float) -> None:
+        """See the class."""
+        self.factor = factor
+        self._anchor_s = now_s
+        self._given = 0
+
+    def set_factor(self, factor: float, now_s: float) -> None:
+        """Change the pace from now on."""
+        self.factor = factor
+        self.restart(now_s)
+
+    def restart(self, now_s: float) -> None:
+        """Begin to count anew: what passed until now is not to be caught up with."""
+        self._anchor_s, self._given = now_s, 0
+
+    def due(self, now_s: float) -> int:
+        """Ticks that should run now; they count as run."""
+        if self.factor < 0.0:
+            return UNLIMITED
+        wanted = int((now_s - self._anchor_s) * self.factor / TICK_S + 1e-6)
+        ticks = wanted - self._given
+        if ticks * TICK_S > _FORGIVEN_S * max(self.factor, 1.0):
+            self.restart(now_s)
+            return 1
+        self._given = wanted
+        return ticks
+
+    def give_back(self, ticks: int) -> None:
+        """Return ticks that there was no time to run."""
+        if self.factor >= 0.0:
+            self._given -= ticks
+
+    def wait_s(self, now_s: float) -> float:
+        """Wall time until the next tick is due; at most `LONGEST_SLICE_S`."""
+        if self.factor < 0.0:
+            return 0.0
+        if self.factor == 0.0:
+            return LONGEST_SLICE_S
+        due_s = self._anchor_s + (self._given + 1) * TICK_S / self.factor
+        return min(max(due_s - now_s, 0.0), LONGEST_SLICE_S)

@@ -1,0 +1,96 @@
+"""Single messages of the robot, from plain values to payload."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Final
+
+from schemas import messages as m
+from schemas import topics
+from schemas.topics import Topic
+from services.robot_sim import layouts
+from services.robot_sim.emulator import Emulator
+from services.robot_sim.sensors.gnss import GnssReport
+from services.robot_sim.world import body
+
+Payload = tuple[Topic, bytes]
+Stamp = tuple[int, int]
+"""Seconds and nanoseconds of sim time."""
+
+NO_COVARIANCE_36: Final = (0.0,) * 36
+EMPTY_VOLTAGE: Final = 33.0
+FULL_VOLTAGE: Final = 42.0
+NOMINAL_VOLTAGE: Final = 37.0
+"""Ten lithium cells in series: empty, full and nominal."""
+
+
+def stamp(tick: int) -> Stamp:
+    """(seconds, nanoseconds) of sim time at the end of `tick`."""
+    return tick // 100, tick % 100 * 10_000_000
+
+
+def header(tick: int, frame_id: str = layouts.MAP_FRAME) -> m.Header:
+    """The header of a message sent after `tick`."""
+    sec, nanosec = stamp(tick)
+    return m.Header(stamp=m.Time(sec=sec, nanosec=nanosec), frame_id=frame_id)
+
+
+def gnss(report: GnssReport) -> list[Payload]:
+    """A fix and its RTK state, stamped with the time of validity."""
+    time = stamp(report.tick)
+    variance = report.variance_m2
+    fix = layouts.GNSS_FIX.pack(
+        *time,
+        m.NavSatStatus.STATUS_GBAS_FIX if report.fix >= m.GnssStatus.FLOAT else m.NavSatStatus.STATUS_FIX,
+        m.NavSatStatus.SERVICE_GPS,
+        report.latitude_deg,
+        report.longitude_deg,
+        report.altitude_m,
+        *(variance, 0.0, 0.0, 0.0, variance, 0.0, 0.0, 0.0, report.vertical_variance_m2),
+        m.NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN,
+    )
+    status = layouts.GNSS_STATUS.pack(
+        *time, report.fix, report.satellites, report.correction_age_s, math.sqrt(2.0 * variance)
+    )
+    return [(topics.GNSS_FIX, fix), (topics.GNSS_STATUS, status)]
+
+
+def odometry(
+    time: Stamp,
+    pose: tuple[float, float, float],
+    pose_covariance: Sequence[float],
+    twist: tuple[float, float],
+) -> bytes:
+    """Odometry in the map frame: pose (m, m, rad), its (36,) covariance, twist (m/s, rad/s)."""
+    east, north, heading = pose
+    return layouts.ODOMETRY.pack(
+        *time,
+        *(east, north, 0.0),
+        *(0.0, 0.0, math.sin(0.5 * heading), math.cos(0.5 * heading)),
+        *pose_covariance,
+        *(twist[0], 0.0, 0.0, 0.0, 0.0, twist[1]),
+        *NO_COVARIANCE_36,
+    )
+
+
+def battery(time: Stamp, emulator: Emulator) -> bytes:
+    """The battery, its voltage linear in its charge."""
+    state, capacity_wh = emulator.world.state, emulator.vehicle.battery_wh
+    left_wh, power_w = float(state[body.BATTERY_WH]), float(state[body.POWER_W])
+    share = left_wh / capacity_wh
+    voltage = EMPTY_VOLTAGE + (FULL_VOLTAGE - EMPTY_VOLTAGE) * share
+    return layouts.BATTERY.pack(
+        *time,
+        voltage,
+        math.nan,
+        -power_w / voltage,
+        left_wh / NOMINAL_VOLTAGE,
+        capacity_wh / NOMINAL_VOLTAGE,
+        capacity_wh / NOMINAL_VOLTAGE,
+        share,
+        m.BatteryState.POWER_SUPPLY_STATUS_DISCHARGING,
+        m.BatteryState.POWER_SUPPLY_HEALTH_GOOD,
+        m.BatteryState.POWER_SUPPLY_TECHNOLOGY_LION,
+        True,
+    )

@@ -1,0 +1,1 @@
+"""What got painted: the ledger of the true nozzle and the figures drawn from it."""

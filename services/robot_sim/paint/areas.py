@@ -1,0 +1,134 @@
+"""Areas of paint, exact on polygons: what lies outside the lines and what lies twice.
+
+Paint and lines are flat-ended strips about their centre lines. Strokes are simplified and arcs are cut into chords
+within `TOLERANCE_M`, so an area carries an error of at most that much times the length of its edges.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Final, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from schemas.curves import Curve
+from services.robot_sim.paint.ledger import Stroke
+
+if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
+
+TOLERANCE_M: Final = 5e-5
+GRID_M: Final = 1e-6
+"""Coordinates are rounded to this, which keeps the overlay of nearly equal edges robust."""
+_TURN_OF_A_PIECE: Final = 0.9 * math.pi
+
+
+class PaintAreas(NamedTuple):
+    """Areas [m²]; see `paint_areas`."""
+
+    painted_m2: float
+    overspray_m2: float
+    double_paint_m2: float
+
+
+def paint_areas(
+    strokes: Sequence[Stroke], lines: Sequence[Curve], spray_width_m: float, line_width_m: float
+) -> PaintAreas:
+    """Areas of the paint against the lines.
+
+    `overspray_m2` is painted area outside the union of the lines' bands. `double_paint_m2` is area under two or more
+    passes of the nozzle, except within half a line width of where two lines' bands (lengthened by half a width)
+    cross or join, since there the template itself asks for it.
+    """
+    import shapely
+
+    bands = [_strip(_polyline(line), line_width_m, "flat") for line in lines]
+    passes = [_strip(_simplified(piece), spray_width_m, "flat") for stroke in strokes for piece in _pieces(stroke)]
+    painted = shapely.union_all(passes, grid_size=GRID_M)
+    intended = shapely.union_all(bands, grid_size=GRID_M)
+    overspray = shapely.difference(painted, intended, grid_size=GRID_M)
+    joints = _joints(lines, line_width_m)
+    twice = shapely.difference(_overlaps(passes), joints, grid_size=GRID_M)
+    return PaintAreas(float(painted.area), float(overspray.area), float(twice.area))
+
+
+def _strip(points: NDArray[np.float64], width_m: float, cap_style: Literal["flat", "square"]) -> BaseGeometry:
+    """The band of that width about a polyline (n, 2)."""
+    import shapely
+
+    line = shapely.LineString(points)
+    return line.buffer(0.5 * width_m, cap_style=cap_style, join_style="mitre", mitre_limit=2.0)
+
+
+def _simplified(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    import shapely
+
+    return np.asarray(shapely.LineString(points).simplify(TOLERANCE_M).coords)
+
+
+def _polyline(curve: Curve) -> NDArray[np.float64]:
+    """(n, 2) points on a curve, chords within the tolerance of it."""
+    pieces = 1
+    if curve.curvature_1pm != 0.0:
+        radius = 1.0 / abs(curve.curvature_1pm)
+        pieces = math.ceil(curve.length_m / math.sqrt(8.0 * radius * min(TOLERANCE_M, radius)))
+    x, y, _, _ = curve.at(np.linspace(0.0, curve.length_m, max(1, pieces) + 1))
+    return np.column_stack((x, y))
+
+
+def _pieces(stroke: Stroke) -> list[NDArray[np.float64]]:
+    """A stroke cut where it turns back or has turned by half a circle, so that no piece overlaps itself."""
+    points = np.column_stack((stroke.x_m, stroke.y_m))
+    moved = np.concatenate(([True], np.any(np.diff(points, axis=0) != 0.0, axis=1)))
+    points = points[moved]
+    if len(points) < 2:
+        return []
+    headings = np.arctan2(np.diff(points[:, 1]), np.diff(points[:, 0]))
+    turns = (np.diff(headings) + np.pi) % (2.0 * np.pi) - np.pi
+    pieces: list[NDArray[np.float64]] = []
+    first, turned = 0, 0.0
+    for index, turn in enumerate(turns.tolist(), start=1):
+        turned += turn
+        if abs(turn) > 0.5 * math.pi or abs(turned) > _TURN_OF_A_PIECE:
+            pieces.append(points[first : index + 1])
+            first, turned = index, 0.0
+    pieces.append(points[first:])
+    return pieces
+
+
+def _overlaps(strips: Sequence[BaseGeometry], apart: Callable[[int, int], bool] | None = None) -> BaseGeometry:
+    """The union of the pairwise intersections of strips `i` < `j`; only of those that are `apart` if that is given."""
+    import shapely
+
+    if not strips:
+        return shapely.MultiPolygon()
+    left, right = shapely.STRtree(strips).query(strips, predicate="intersects")
+    pairs = [(i, j) for i, j in zip(left.tolist(), right.tolist(), strict=True) if i < j]
+    shared = [
+        shapely.intersection(strips[i], strips[j], grid_size=GRID_M)
+        for i, j in sorted(pairs)
+        if apart is None or apart(i, j)
+    ]
+    return shapely.union_all(shared, grid_size=GRID_M)
+
+
+def _joints(lines: Sequence[Curve], line_width_m: float) -> BaseGeometry:
+    """Where lines cross or join, a circle's own ends included: overlaps of their bands, grown by half a line width."""
+    parts = [(index, third, curve) for index, line in enumerate(lines) for third, curve in enumerate(_thirds(line))]
+    strips = [_strip(_polyline(curve), line_width_m, "square") for _, _, curve in parts]
+
+    def apart(i: int, j: int) -> bool:
+        return parts[i][0] != parts[j][0] or abs(parts[i][1] - parts[j][1]) > 1
+
+    return _overlaps(strips, apart).buffer(0.5 * line_width_m)
+
+
+def _thirds(line: Curve) -> list[Curve]:
+    """An arc of more than half a circle in three, so that its first and last part can be seen to join."""
+    if abs(line.curvature_1pm) * line.length_m <= math.pi:
+        return [line]
+    third = line.length_m / 3.0
+    starts = [[float(value) for value in line.at(index * third)] for index in range(3)]
+    return [Curve(x, y, heading, line.curvature_1pm, third) for x, y, heading, _ in starts]

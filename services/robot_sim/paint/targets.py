@@ -1,0 +1,104 @@
+"""What should be painted: the template's lines or, without a template, what the trajectory means to spray."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Final, NamedTuple
+
+from schemas.curves import Curve
+from schemas.messages import Actuation, CurveType, LinearDirection, Segment, Trajectory
+from schemas.template import Template
+from schemas.vehicle import Vehicle
+
+SHORTEST_M: Final = 0.001
+"""Sprayed stretches shorter than this are rounding at a joint, not a line."""
+
+
+class Target(NamedTuple):
+    """One line to be painted, as the nozzle should draw it."""
+
+    id: str
+    curve: Curve
+
+
+def targets(trajectory: Trajectory, template: Template | None, vehicle: Vehicle) -> list[Target]:
+    """Lines to be painted, in the order of the path; lines of the template that the path leaves out come last.
+
+    Without a template the sprayed stretches of the path are taken, moved to the nozzle.
+
+    Raises:
+        ValueError: A sprayed segment of the trajectory is neither a line nor an arc.
+    """
+    sprayed = [
+        Target(segment.id, nozzle_curve(segment, first, last, vehicle))
+        for segment, first, last in sprayed_stretches(trajectory)
+    ]
+    if template is None:
+        return sprayed
+    wanted = {segment.id: Target(segment.id, segment.curve()) for segment in template.segments}
+    ordered = [wanted.pop(target.id) for target in sprayed if target.id in wanted]
+    return ordered + list(wanted.values())
+
+
+def segment_length_m(segment: Segment) -> float:
+    """Arc length of a path segment; 0 for a turn on the spot."""
+    if segment.curve.type.value == CurveType.LINE and segment.curve.line:
+        line = segment.curve.line[0]
+        return math.hypot(line.end.x - line.start.x, line.end.y - line.start.y)
+    if segment.curve.type.value == CurveType.ARC and segment.curve.arc:
+        arc = segment.curve.arc[0]
+        return math.hypot(arc.start.x - arc.center.x, arc.start.y - arc.center.y) * abs(arc.sweep_angle)
+    return 0.0
+
+
+def sprayed_stretches(trajectory: Trajectory) -> Iterator[tuple[Segment, float, float]]:
+    """(segment, from, to) [m along the segment] of every stretch with the valve open, in path order."""
+    steps = [(p.arc_length, bool(p.actuation.value & Actuation.VALVE)) for p in trajectory.actuation_profile.parameters]
+    ends = [*(arc_length for arc_length, _ in steps[1:]), math.inf]
+    spans = [(start, end) for (start, spraying), end in zip(steps, ends, strict=False) if spraying]
+    begin = 0.0
+    for segment in trajectory.path.segments:
+        length = segment_length_m(segment)
+        for start, end in spans:
+            first, last = max(start - begin, 0.0), min(end - begin, length)
+            if last - first > SHORTEST_M:
+                yield segment, first, last
+        begin += length
+
+
+def nozzle_curve(segment: Segment, first_m: float, last_m: float, vehicle: Vehicle) -> Curve:
+    """What the nozzle draws while the axle centre drives a segment from `first_m` to `last_m`.
+
+    Raises:
+        ValueError: The segment is neither a line nor an arc.
+    """
+    whole = Curve.from_message(segment.curve)
+    x, y, tangent, _ = (float(value) for value in whole.at(first_m))
+    heading = tangent + (math.pi if segment.direction.value == LinearDirection.BACKWARD else 0.0)
+    cos, sin = math.cos(heading), math.sin(heading)
+    start = (
+        x + cos * vehicle.nozzle_x_m - sin * vehicle.nozzle_y_m,
+        y + sin * vehicle.nozzle_x_m + cos * vehicle.nozzle_y_m,
+    )
+    if whole.curvature_1pm == 0.0:
+        return Curve(*start, tangent, 0.0, last_m - first_m)
+    radius = 1.0 / whole.curvature_1pm
+    centre = (x - math.sin(tangent) * radius, y + math.cos(tangent) * radius)
+    return Curve.from_arc(start, centre, (last_m - first_m) * whole.curvature_1pm)
+
+
+def start_pose(trajectory: Trajectory) -> tuple[float, float, float]:
+    """(x m, y m, heading rad) of the robot where a trajectory begins.
+
+    Raises:
+        ValueError: The trajectory has no segment of any length, or one that is neither a line nor an arc.
+    """
+    turned = 0.0
+    for segment in trajectory.path.segments:
+        if segment_length_m(segment) > 0.0:
+            curve = Curve.from_message(segment.curve)
+            backward = segment.direction.value == LinearDirection.BACKWARD
+            return curve.x_m, curve.y_m, curve.heading_rad + (math.pi if backward else 0.0) - turned
+        turned += sum(arc.sweep_angle for arc in segment.curve.arc)
+    raise ValueError("it has no segment of any length")

@@ -1,0 +1,230 @@
+"""What the robot tells the world after a tick: the payloads of every topic that is due, in a fixed order.
+
+Everything is stamped with sim time, so the same session gives the same bytes at any pace.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+from schemas import messages as m
+from schemas import topics
+from schemas.cdr import encode
+from schemas.template import Template
+from schemas.topics import Topic
+from services.robot_sim import layouts
+from services.robot_sim.emulator import Emulator
+from services.robot_sim.frames import OnboardEvent
+from services.robot_sim.packing import NO_COVARIANCE_36, Payload, battery, gnss, header, odometry, stamp
+from services.robot_sim.world import body
+
+_NO_COVARIANCE: Final = (0.0,) * 9
+_NO_ORIENTATION: Final = (0.0, 0.0, 0.0, 1.0, -1.0, *(0.0,) * 8)
+
+
+def _period(topic: Topic) -> int:
+    """Ticks between two messages of a periodic topic."""
+    return round(100 / topic.rate_hz)
+
+
+_ODOMETRY_TICKS: Final = _period(topics.ODOMETRY)
+_TRUTH_TICKS: Final = _period(topics.TRUTH)
+_CLOCK_TICKS: Final = _period(topics.CLOCK)
+_STATUS_TICKS: Final = _period(topics.STATUS)
+_PAINT_TICKS: Final = _period(topics.PAINT)
+_SPRAYER_TICKS: Final = _period(topics.SPRAYER)
+_BATTERY_TICKS: Final = _period(topics.BATTERY)
+
+
+class Telemetry:
+    """Turns the emulator's state into payloads."""
+
+    def __init__(self, emulator: Emulator) -> None:
+        """Watch `emulator`; nothing has been told yet."""
+        self._emulator = emulator
+        noise = emulator.scenario.effective()
+        gyro = (noise.imu.gyro_density_radps_rthz**2) * 100.0
+        accel = (noise.imu.accel_density_mps2_rthz**2) * 100.0
+        self._gyro_covariance = (gyro, 0.0, 0.0, 0.0, gyro, 0.0, 0.0, 0.0, gyro)
+        self._accel_covariance = (accel, 0.0, 0.0, 0.0, accel, 0.0, 0.0, 0.0, accel)
+        self._wheels = (0.0, 0.0)
+        self._sprayer: tuple[float, ...] = ()
+        self._state = -1
+
+    def loaded(self, trajectory: m.Trajectory, template: Template | None) -> Iterator[Payload]:
+        """What is told once when a trajectory has been loaded."""
+        yield topics.PLAN, encode(trajectory)
+        yield topics.TEMPLATE, encode(m.String(data=template.model_dump_json() if template is not None else ""))
+        yield from self.news()
+
+    def after_tick(self) -> list[Payload]:
+        """What is due after the emulator's last tick."""
+        emulator = self._emulator
+        tick, frame = emulator.tick_count, emulator.frame
+        if frame is None:
+            return []
+        sec, nanosec = time = stamp(tick)
+        imu, (left, right) = frame.imu, frame.encoders
+        command = emulator.command
+        due: list[Payload] = [
+            (
+                topics.IMU,
+                layouts.IMU.pack(
+                    sec, nanosec, *_NO_ORIENTATION, *imu[:3], *self._gyro_covariance, *imu[3:], *self._accel_covariance
+                ),
+            ),
+            (topics.MAGNETIC_FIELD, layouts.MAGNETIC_FIELD.pack(sec, nanosec, *frame.mag, *_NO_COVARIANCE)),
+            (
+                topics.JOINT_STATES,
+                layouts.JOINT_STATES.pack(sec, nanosec, left, right, *self._wheel_rates(left, right)),
+            ),
+            (topics.WHEEL_COMMAND, layouts.WHEEL_COMMAND.pack(sec, nanosec, command.left_radps, command.right_radps)),
+        ]
+        if emulator.sensors.gnss_report is not None:
+            due += gnss(emulator.sensors.gnss_report)
+        if tick % _ODOMETRY_TICKS == 0:
+            due.append((topics.ODOMETRY, self._estimate(time)))
+        if tick % _TRUTH_TICKS == 0:
+            due.append((topics.TRUTH, self._truth(time)))
+        due += self._sprayer_if_due(tick, time)
+        if tick % _PAINT_TICKS == 0:
+            due += self._paint(time)
+        if tick % _BATTERY_TICKS == 0:
+            due.append((topics.BATTERY, battery(time, emulator)))
+        due += self._events()
+        if tick % _STATUS_TICKS == 0 or emulator.onboard.state != self._state:
+            due.append(self.status())
+        if emulator.settled:
+            due += self._paint(time)
+            due.append((topics.REPORT, encode(self.report())))
+        if tick % _CLOCK_TICKS == 0:
+            due.append((topics.CLOCK, layouts.CLOCK.pack(sec, nanosec)))
+        return due
+
+    def news(self) -> list[Payload]:
+        """What a command has changed: events and the status."""
+        return [*self._events(), self.status()]
+
+    def status(self) -> Payload:
+        """Where the traversal stands."""
+        emulator, status, ledger = self._emulator, self._emulator.onboard.status, self._emulator.ledger
+        self._state = status.state
+        layout = layouts.status(status.reason, status.segment_id, ledger.ids)
+        return topics.STATUS, layout.pack(
+            *stamp(emulator.tick_count),
+            status.state,
+            status.segment_index,
+            status.segment_count,
+            status.arc_length_m,
+            status.total_length_m,
+            ledger.coverage_pct,
+            *ledger.fractions,
+            emulator.onboard.estimate.speed_mps,
+            status.elapsed_s,
+            status.remaining_s,
+            ledger.lateral_m,
+            self._spraying,
+        )
+
+    def event(self, event: OnboardEvent) -> Payload:
+        """Something the operator should know."""
+        message = m.Event(
+            header=header(self._emulator.tick_count),
+            severity=event.severity,
+            source=topics.ROBOT_SIM,
+            code=event.code,
+            text=event.text,
+        )
+        return topics.EVENTS, encode(message)
+
+    def report(self) -> m.TraversalReport:
+        """The figures of the traversal; takes a moment."""
+        emulator = self._emulator
+        metrics, status, error = emulator.metrics(), emulator.onboard.status, emulator.estimator_error
+        return m.TraversalReport(
+            header=header(emulator.tick_count),
+            success=status.state == m.TraversalStatus.DONE,
+            total_time_s=status.elapsed_s,
+            coverage_pct=metrics.coverage_pct,
+            gap_m=metrics.gap_m,
+            overspray_m2=metrics.overspray_m2,
+            double_paint_m2=metrics.double_paint_m2,
+            lateral_error_mean_m=metrics.lateral.mean_m,
+            lateral_error_p95_m=metrics.lateral.p95_m,
+            lateral_error_max_m=metrics.lateral.max_m,
+            position_rmse_m=error.position_rmse_m,
+            heading_rmse_rad=error.heading_rmse_rad,
+            painted_length_m=metrics.painted_length_m,
+            template_length_m=metrics.template_length_m,
+            follower_fallbacks=status.follower_fallbacks,
+        )
+
+    def strokes(self) -> m.GetPaintResponse:
+        """Everything painted in this traversal."""
+        head, width = header(self._emulator.tick_count), self._emulator.ledger.spray_width_m
+        return m.GetPaintResponse(
+            strokes=tuple(
+                m.PaintMarks(
+                    header=head,
+                    segment_id=marks.segment_id,
+                    first_index=marks.first_index,
+                    width_m=width,
+                    x_m=marks.x_m,
+                    y_m=marks.y_m,
+                )
+                for marks in self._emulator.ledger.all_marks()
+            )
+        )
+
+    def _events(self) -> list[Payload]:
+        return [self.event(event) for event in self._emulator.onboard.take_events()]
+
+    @property
+    def _spraying(self) -> bool:
+        return bool(self._emulator.world.state[body.FLOW_LPS] > 0.0)
+
+    def _wheel_rates(self, left_rad: float, right_rad: float) -> tuple[float, float]:
+        """Wheel rates as a driver derives them: the difference of two readings."""
+        before, self._wheels = self._wheels, (left_rad, right_rad)
+        return (left_rad - before[0]) * 100.0, (right_rad - before[1]) * 100.0
+
+    def _estimate(self, time: tuple[int, int]) -> bytes:
+        east, north, heading, speed, yaw_rate, covariance = self._emulator.onboard.estimate
+        xx, xy, xh, _, yy, yh, _, _, hh = covariance.tolist()
+        pose_covariance = [0.0] * 36
+        pose_covariance[0], pose_covariance[1], pose_covariance[5] = xx, xy, xh
+        pose_covariance[6], pose_covariance[7], pose_covariance[11] = xy, yy, yh
+        pose_covariance[30], pose_covariance[31], pose_covariance[35] = xh, yh, hh
+        return odometry(time, (east, north, heading), pose_covariance, (speed, yaw_rate))
+
+    def _truth(self, time: tuple[int, int]) -> bytes:
+        speed, yaw_rate = self._emulator.world.state[body.SPEED : body.YAW_RATE + 1].tolist()
+        return odometry(time, self._emulator.world.pose, NO_COVARIANCE_36, (speed, yaw_rate))
+
+    def _sprayer_if_due(self, tick: int, time: tuple[int, int]) -> list[Payload]:
+        emulator = self._emulator
+        state = emulator.world.state[body.VALVE_OPEN : body.FLOW_LPS + 1].tolist()
+        switches = (
+            emulator.command.valve,
+            state[0] > 0.0,
+            emulator.command.disc,
+            state[body.DISC_DOWN - body.VALVE_OPEN] > 0.0,
+            state[body.FLOW_LPS - body.VALVE_OPEN],
+        )
+        if switches == self._sprayer and tick % _SPRAYER_TICKS:
+            return []
+        self._sprayer = switches
+        return [(topics.SPRAYER, layouts.SPRAYER.pack(*time, *switches, state[body.TANK_L - body.VALVE_OPEN]))]
+
+    def _paint(self, time: tuple[int, int]) -> list[Payload]:
+        ledger = self._emulator.ledger
+        return [
+            (
+                topics.PAINT,
+                layouts.paint_marks(marks.segment_id, len(marks.x_m)).pack(
+                    *time, marks.first_index, ledger.spray_width_m, *marks.x_m, *marks.y_m
+                ),
+            )
+            for marks in ledger.take_marks()
+        ]

@@ -1,0 +1,53 @@
+"""Compiles every kernel of the robot, or loads it from the cache, before sim time begins."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+
+from schemas.curves import Curve
+from schemas.scenario import Scenario
+from schemas.vehicle import Vehicle
+from services.robot_sim import onboard
+from services.robot_sim.frames import STANDSTILL
+from services.robot_sim.paint.ledger import PaintLedger
+from services.robot_sim.paint.targets import Target
+from services.robot_sim.sensors.suite import Sensors
+from services.robot_sim.world import body
+from services.robot_sim.world.world import World
+
+_STEPS: Final = ("world", "sensors", "paint", "onboard computer")
+
+
+def warm_up(
+    report: Callable[[str], None] = lambda _line: None,
+    vehicle: Vehicle | None = None,
+    scenario: Scenario | None = None,
+) -> None:
+    """Run every kernel once on throw-away data; `report` is told what takes long, and nothing if all is cached."""
+    vehicle, scenario = vehicle or Vehicle(), scenario or Scenario()
+    begun = time.perf_counter()
+    for index, name in enumerate(_STEPS, start=1):
+        if body.advance.stats.cache_misses:  # the first step had to be compiled, and so will be the others
+            report(f"compiling kernels, {index} of {len(_STEPS)}: {name} (only after an installation or a change)")
+        _exercise(name, vehicle, scenario)
+    if body.advance.stats.cache_misses:
+        report(f"compiled in {time.perf_counter() - begun:.1f} s")
+
+
+def _exercise(name: str, vehicle: Vehicle, scenario: Scenario) -> None:
+    if name == "onboard computer":
+        onboard.warm_up(vehicle, scenario)
+        return
+    world = World(vehicle, scenario)
+    world.step(STANDSTILL, 1)
+    if name == "sensors":
+        Sensors(vehicle, scenario).read(1, world.state)
+    elif name == "paint":
+        world.trace[:, body.TRACE_SPRAYING] = 1.0
+        world.trace[:, body.TRACE_EAST] = np.linspace(0.0, 0.01, body.STEPS + 1)
+        line = Target("line", Curve.from_line((0.0, 0.0), (1.0, 0.0)))
+        PaintLedger([line], vehicle.spray_width_m, vehicle.spray_width_m).record(world.trace)

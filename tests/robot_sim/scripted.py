@@ -1,0 +1,114 @@
+"""An onboard computer that plays a script, for tests of everything round it."""
+
+import numpy as np
+
+from schemas.errors import CommandRefused
+from schemas.messages import (
+    Actuation,
+    ActuationProfile,
+    LinearDirection,
+    Path,
+    PathActuationParameter,
+    PathVelocityParameter,
+    Segment,
+    Trajectory,
+    TraversalStatus,
+    Velocity,
+    VelocityProfile,
+    VelocityType,
+)
+from services.robot_sim.frames import STANDSTILL, Command, Estimate, OnboardEvent, SensorFrame, Status
+
+
+def trajectory(curves, sprayed, ids=None, directions=None, speed_mps=1.0):
+    """A Trajectory of `curves` from rest to rest; `sprayed` says for each whether the valve is open."""
+    at, steps = 0.0, []
+    for curve, on in zip(curves, sprayed, strict=True):
+        value = Actuation.DISC_SPRAY if on else Actuation.NONE
+        steps.append(PathActuationParameter(arc_length=at, actuation=Actuation(value=value)))
+        at += curve.length_m
+    ids = ids or [f"s{i}" for i in range(len(curves))]
+    directions = directions or [1] * len(curves)
+    return Trajectory(
+        path=Path(
+            segments=tuple(
+                Segment(id=name, curve=curve.to_message(), direction=LinearDirection(value=direction))
+                for name, curve, direction in zip(ids, curves, directions, strict=True)
+            )
+        ),
+        actuation_profile=ActuationProfile(parameters=tuple(steps)),
+        velocity_profile=VelocityProfile(
+            parameters=tuple(
+                PathVelocityParameter(
+                    arc_length=s, velocity=Velocity(type=VelocityType(value=VelocityType.LINEAR), value=v)
+                )
+                for s, v in ((0.0, 0.0), (0.5, speed_mps), (at - 0.5, speed_mps), (at, 0.0))
+            )
+        ),
+    )
+
+
+class ScriptedOnboard:
+    """Plays `script(tick since start) -> Command | None`; None ends the traversal."""
+
+    def __init__(self, script):
+        self._script = script
+        self._played = 0
+        self._events = []
+        self.state = TraversalStatus.IDLE
+        self.estimate = Estimate(0.0, 0.0, 0.0, 0.0, 0.0, np.zeros(9))
+
+    @property
+    def status(self):
+        return Status(state=self.state, segment_id="s0", segment_count=1, elapsed_s=self._played / 100)
+
+    def load(self, _trajectory):
+        if self.state == TraversalStatus.RUNNING:
+            raise CommandRefused("a traversal is under way")
+        self.state, self._played = TraversalStatus.READY, 0
+        return 1.0
+
+    def start(self):
+        if self.state != TraversalStatus.READY:
+            raise CommandRefused("nothing is loaded")
+        self.state = TraversalStatus.RUNNING
+        self._events.append(OnboardEvent(0, "started", "started"))
+
+    def pause(self):
+        self.state = TraversalStatus.PAUSED
+
+    def resume(self):
+        self.state = TraversalStatus.RUNNING
+
+    def abort(self):
+        self.state = TraversalStatus.ABORTED
+
+    def estop(self):
+        self.state = TraversalStatus.ESTOPPED
+
+    def reset(self):
+        self.state = TraversalStatus.IDLE
+
+    def link_lost(self):
+        self.state = TraversalStatus.PAUSED
+
+    def step(self, frame: SensorFrame) -> Command:
+        if self.state != TraversalStatus.RUNNING:
+            return STANDSTILL
+        command = self._script(self._played)
+        self._played += 1
+        if command is None:
+            self.state = TraversalStatus.DONE
+            return STANDSTILL
+        return command
+
+    def take_events(self):
+        events, self._events = self._events, []
+        return events
+
+
+def line_script(tick):
+    """0.5 s at rest, 12 s at 1 m/s with paint from second 2 to second 10."""
+    if tick >= 1250:
+        return None
+    return Command(10.0, 10.0, 200 <= tick < 1000, 150 <= tick < 1050) if tick >= 50 else STANDSTILL

@@ -1,0 +1,285 @@
+"""Paint accounting against cases worked out by hand."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from schemas.curves import Curve
+from schemas.template import Template
+from schemas.vehicle import Vehicle
+from services.robot_sim.paint.intervals import Intervals
+from services.robot_sim.paint.ledger import PaintLedger
+from services.robot_sim.paint.metrics import paint_metrics
+from services.robot_sim.paint.projection import project
+from services.robot_sim.paint.targets import Target, segment_length_m, sprayed_stretches, start_pose, targets
+from services.robot_sim.world.body import STEPS, TRACE_SHAPE
+from tests.robot_sim.scripted import trajectory
+
+WIDTH = 0.12
+NORTHWARD = Curve.from_line((0.0, 0.0), (0.0, 10.0))
+EASTWARD = Curve.from_line((0.0, 0.0), (10.0, 0.0))
+
+
+def ledger_of(*curves):
+    return PaintLedger([Target(f"s{i}", curve) for i, curve in enumerate(curves)], WIDTH, WIDTH)
+
+
+def paint(ledger, points):
+    """Spray along a polyline of points 1 ms apart, (n, 2), with the valve closed before and after."""
+    points = np.asarray(points, dtype=float)
+    rows = np.column_stack((points, np.ones(len(points))))
+    rows[0, 2] = 0.0
+    pad = -(len(rows) - 1) % STEPS
+    rows = np.vstack((rows, [[*points[-1], 0.0]] * (pad + STEPS)))
+    for first in range(0, len(rows) - STEPS, STEPS):
+        trace = rows[first : first + STEPS + 1].copy()
+        assert trace.shape == TRACE_SHAPE
+        ledger.record(trace)
+    return ledger
+
+
+def line(start, end, step=0.001):
+    count = max(2, round(math.dist(start, end) / step) + 1)
+    return np.column_stack((np.linspace(start[0], end[0], count), np.linspace(start[1], end[1], count)))
+
+
+def along(curve, first=0.0, last=None, left=0.0):
+    """Points every millimetre along a curve, `left` of it."""
+    last = curve.length_m if last is None else last
+    x, y, heading, _ = curve.at(np.linspace(first, last, round((last - first) / 0.001) + 1))
+    return np.column_stack((x - left * np.sin(heading), y + left * np.cos(heading)))
+
+
+def test_an_exact_line():
+    metrics = paint_metrics(paint(ledger_of(EASTWARD), line((0, 0), (10, 0))))
+    assert metrics.coverage_pct == pytest.approx(100.0, abs=1e-9)
+    assert metrics.gap_m == pytest.approx(0.0, abs=1e-9)
+    assert metrics.overspray_m2 == pytest.approx(0.0, abs=1e-6)
+    assert metrics.double_paint_m2 == 0.0
+    assert metrics.lateral.max_m == pytest.approx(0.0, abs=1e-12)
+    assert metrics.painted_length_m == pytest.approx(10.0)
+    assert metrics.painted_m2 == pytest.approx(1.2)
+
+
+def test_a_line_painted_2_cm_to_the_left():
+    metrics = paint_metrics(paint(ledger_of(EASTWARD), line((0, 0.02), (10, 0.02))))
+    assert metrics.coverage_pct == pytest.approx(100.0)
+    assert metrics.overspray_m2 == pytest.approx(10 * 0.02, abs=1e-6)
+    assert metrics.lateral.mean_m == pytest.approx(0.02)
+    assert metrics.lateral.p95_m == pytest.approx(0.02)
+    assert metrics.lateral.max_m == pytest.approx(0.02)
+
+
+def test_paint_beyond_half_a_line_width_covers_nothing():
+    metrics = paint_metrics(paint(ledger_of(EASTWARD), line((0, 0.0601), (10, 0.0601))))
+    assert metrics.coverage_pct == 0.0
+    assert metrics.gap_m == pytest.approx(10.0)
+    assert metrics.lateral.mean_m == pytest.approx(0.0601)
+
+
+def test_gaps_and_ends():
+    ledger = ledger_of(EASTWARD)
+    paint(ledger, line((0.005, 0), (4, 0)))
+    paint(ledger, line((4.0123, 0), (10.03, 0)))
+    metrics = paint_metrics(ledger)
+    assert metrics.gap_m == pytest.approx(0.005 + 0.0123, abs=1e-9)
+    assert metrics.coverage_pct == pytest.approx(100 * (10 - 0.0173) / 10)
+    assert metrics.overspray_m2 == pytest.approx(0.03 * WIDTH, abs=1e-6)
+
+
+def test_a_second_pass_is_double_paint_and_adds_no_coverage():
+    ledger = ledger_of(EASTWARD)
+    paint(ledger, line((0, 0), (10, 0)))
+    paint(ledger, line((5, 0), (7, 0)))
+    metrics = paint_metrics(ledger)
+    assert metrics.coverage_pct == pytest.approx(100.0)
+    assert metrics.double_paint_m2 == pytest.approx(2 * WIDTH, abs=1e-6)
+
+
+def test_there_and_back_in_one_stroke_is_double_paint():
+    ledger = paint(ledger_of(EASTWARD), np.vstack((line((0, 0), (5, 0)), line((5, 0), (3, 0))[1:])))
+    assert paint_metrics(ledger).double_paint_m2 == pytest.approx(2 * WIDTH, abs=1e-6)
+
+
+def test_going_on_2_cm_too_early_is_double_paint_of_2_cm():
+    ledger = ledger_of(EASTWARD)
+    paint(ledger, line((0, 0), (4, 0)))
+    paint(ledger, line((3.98, 0), (10, 0)))
+    assert paint_metrics(ledger).double_paint_m2 == pytest.approx(0.02 * WIDTH, abs=1e-6)
+
+
+def test_crossing_lines_are_not_double_paint():
+    ledger = ledger_of(EASTWARD, Curve.from_line((5, -3), (5, 3)))
+    paint(ledger, line((0, 0), (10, 0)))
+    paint(ledger, line((5, -3), (5, 3)))
+    metrics = paint_metrics(ledger)
+    assert metrics.double_paint_m2 == 0.0
+    assert metrics.coverage_pct == pytest.approx(100.0)
+    assert metrics.painted_m2 == pytest.approx(16 * WIDTH - WIDTH**2)
+    assert metrics.lateral.max_m == pytest.approx(0.0, abs=1e-12)
+
+
+def test_joined_corner_is_not_double_paint():
+    ledger = ledger_of(EASTWARD, Curve.from_line((10, 0), (10, 5)))
+    paint(ledger, line((0, 0), (10, 0)))
+    paint(ledger, line((10, 0), (10, 5)))
+    metrics = paint_metrics(ledger)
+    assert metrics.double_paint_m2 == 0.0
+    assert metrics.overspray_m2 == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("sweep", [2 * math.pi, -2 * math.pi])
+def test_a_full_circle(sweep):
+    circle = Curve.from_arc((9.15, 0.0), (0.0, 0.0), sweep)
+    metrics = paint_metrics(paint(ledger_of(circle), along(circle)))
+    assert metrics.coverage_pct == pytest.approx(100.0, abs=1e-6)
+    assert metrics.lateral.max_m < 1e-4
+    assert metrics.painted_m2 == pytest.approx(circle.length_m * WIDTH, rel=1e-3)
+    assert metrics.overspray_m2 < circle.length_m * 1e-4
+    assert metrics.double_paint_m2 < 1e-4
+
+
+def test_painting_on_past_the_start_of_a_circle_is_double_paint():
+    circle = Curve.from_arc((9.15, 0.0), (0.0, 0.0), 2 * math.pi)
+    metrics = paint_metrics(paint(ledger_of(circle), along(circle, 0.0, circle.length_m + 1.0)))
+    excused = 2 * WIDTH  # half a width of lengthening and half a width of growth: up to a width beyond the join
+    assert metrics.double_paint_m2 == pytest.approx((1.0 - 0.5 * excused) * WIDTH, abs=2e-3)
+    assert metrics.coverage_pct == pytest.approx(100.0)
+
+
+def test_a_circle_with_a_gap_across_its_start():
+    circle = Curve.from_arc((9.15, 0.0), (0.0, 0.0), 2 * math.pi)
+    metrics = paint_metrics(paint(ledger_of(circle), along(circle, 0.2, circle.length_m - 0.1)))
+    assert metrics.gap_m == pytest.approx(0.3, abs=1e-4)
+
+
+def test_a_circle_painted_from_elsewhere_is_whole():
+    circle = Curve.from_arc((9.15, 0.0), (0.0, 0.0), 2 * math.pi)
+    metrics = paint_metrics(paint(ledger_of(circle), along(circle, 20.0, 20.0 + circle.length_m)))
+    assert metrics.gap_m == pytest.approx(0.0, abs=1e-6)
+
+
+def test_arc_painted_outside_its_radius():
+    arc = Curve.from_arc((5.0, 0.0), (0.0, 0.0), math.pi / 2)
+    metrics = paint_metrics(paint(ledger_of(arc), along(arc, left=-0.03)))
+    assert metrics.coverage_pct == pytest.approx(100.0, abs=0.01)
+    assert metrics.lateral.mean_m == pytest.approx(0.03, abs=1e-4)
+    assert metrics.overspray_m2 == pytest.approx(0.25 * math.pi * (5.09**2 - 5.06**2), rel=0.01)
+
+
+def test_segments_are_told_apart():
+    ledger = ledger_of(EASTWARD, NORTHWARD)
+    paint(ledger, line((0, 0.01), (10, 0.01)))
+    metrics = paint_metrics(ledger)
+    east, north = metrics.segments
+    assert east.lateral.mean_m == pytest.approx(0.01)
+    assert east.covered_m == pytest.approx(10.0)
+    assert north.covered_m < 0.01
+    assert ledger.fractions[0] == pytest.approx(1.0)
+    assert ledger.coverage_pct == pytest.approx(50.0, abs=0.1)
+
+
+def test_nothing_painted():
+    metrics = paint_metrics(ledger_of(EASTWARD))
+    assert metrics.coverage_pct == 0.0
+    assert metrics.gap_m == 10.0
+    assert metrics.lateral.max_m == metrics.overspray_m2 == metrics.double_paint_m2 == 0.0
+
+
+def test_marks_join_and_are_numbered():
+    ledger = ledger_of(EASTWARD)
+    paint(ledger, line((0, 0), (0.105, 0)))
+    first = ledger.take_marks()
+    paint(ledger, line((0.2, 0), (0.33, 0)))
+    second = ledger.take_marks()
+    assert ledger.take_marks() == []
+    assert [marks.first_index for marks in first + second] == [0, len(first[0].x_m)]
+    assert first[0].x_m == pytest.approx([*np.arange(11) * 0.01, 0.105])
+    assert first[0].segment_id == "s0"
+    assert ledger.all_marks() == first + second
+
+
+def test_marks_taken_in_the_middle_of_a_stroke_share_a_point():
+    ledger = ledger_of(EASTWARD)
+    points = np.column_stack((line((0, 0), (0.02, 0)), np.ones(21)))
+    ledger.record(points[:11])
+    (first,) = ledger.take_marks()
+    ledger.record(points[10:])
+    (second,) = ledger.take_marks()
+    assert second.x_m[0] == first.x_m[-1]
+    assert second.first_index == first.first_index + len(first.x_m) - 1
+    assert len(ledger.all_marks()) == 1
+
+
+def test_marks_are_cut_where_the_line_changes():
+    ledger = ledger_of(Curve.from_line((0, 0), (1, 0)), Curve.from_line((1, 0), (1, 1)))
+    paint(ledger, np.vstack((line((0, 0), (1, 0)), line((1, 0), (1, 1))[1:])))
+    marks = ledger.take_marks()
+    assert [mark.segment_id for mark in marks] == ["s0", "s1"]
+    assert marks[1].x_m[0] == marks[0].x_m[-1]
+    assert marks[1].first_index == len(marks[0].x_m) - 1
+
+
+ARC = st.builds(
+    lambda x, y, heading, curvature, turn: Curve(x, y, heading, curvature, abs(turn / curvature)),
+    st.floats(-50, 50),
+    st.floats(-50, 50),
+    st.floats(-4, 4),
+    st.floats(0.05, 2).flatmap(lambda k: st.sampled_from([k, -k])),
+    st.floats(0.1, 2 * math.pi - 0.2),
+)
+STRAIGHT = st.builds(Curve, st.floats(-50, 50), st.floats(-50, 50), st.floats(-4, 4), st.just(0.0), st.floats(0.1, 50))
+
+
+@given(st.one_of(ARC, STRAIGHT), st.floats(0, 1), st.floats(-0.3, 0.3))
+def test_projection_inverts_the_curve(curve, share, left):
+    s = share * curve.length_m
+    x, y, heading, _ = (float(value) for value in curve.at(s))
+    table = np.array([curve.x_m, curve.y_m, curve.heading_rad, curve.curvature_1pm, curve.length_m])
+    found = project(x - left * math.sin(heading), y + left * math.cos(heading), table)
+    assert found == pytest.approx((s, left), abs=1e-6)
+
+
+@given(st.lists(st.tuples(st.integers(0, 60), st.integers(0, 20)), max_size=30))
+def test_intervals_measure_what_a_set_of_cells_measures(spans):
+    intervals, cells = Intervals(), set()
+    for start, length in spans:
+        intervals.add(float(start), float(start + length))
+        cells.update(range(start, start + length))
+    assert intervals.length == len(cells)
+    found = intervals.spans()
+    assert all(a[1] < b[0] for a, b in itertools.pairwise(found))
+
+
+def test_intended_paint_without_a_template_is_the_path_moved_to_the_nozzle():
+    vehicle = Vehicle()
+    arc = Curve.from_arc((10.0, 0.0), (10.0, 2.0), math.pi / 2)
+    plan = trajectory([EASTWARD, arc, arc.reversed()], [True, True, True], directions=[1, 1, -1])
+    east, left_turn, backward = (target.curve for target in targets(plan, None, vehicle))
+    assert (east.x_m, east.y_m) == pytest.approx((0.0, -0.41124))
+    assert east.length_m == pytest.approx(10.0)
+    assert 1 / left_turn.curvature_1pm == pytest.approx(2.41124)
+    assert 1 / backward.curvature_1pm == pytest.approx(-2.41124)
+    assert backward.end[:2] == pytest.approx((left_turn.x_m, left_turn.y_m))
+
+
+def test_targets_follow_the_path_and_end_with_what_it_leaves_out():
+    template = Template(
+        name="two",
+        segments=[{"id": name, "line": {"start": (0, y), "end": (5, y)}} for y, name in enumerate("abc")],
+    )
+    plan = trajectory([EASTWARD, EASTWARD, EASTWARD], [True, False, True], ids=["c", "t0", "a"])
+    assert [target.id for target in targets(plan, template, Vehicle())] == ["c", "a", "b"]
+
+
+def test_sprayed_stretches_and_start_pose():
+    plan = trajectory([EASTWARD, NORTHWARD, EASTWARD], [False, True, False], directions=[-1, 1, 1])
+    assert [(segment.id, first, last) for segment, first, last in sprayed_stretches(plan)] == [("s1", 0.0, 10.0)]
+    assert segment_length_m(plan.path.segments[0]) == 10.0
+    assert start_pose(plan) == pytest.approx((0.0, 0.0, math.pi))
+    with pytest.raises(ValueError, match="no segment"):
+        start_pose(trajectory([], []))

@@ -1,0 +1,156 @@
+"""The sensors' errors: as large, as correlated and as late as the scenario says, and none without noise."""
+
+import math
+
+import numpy as np
+import pytest
+
+from schemas.messages import GnssStatus
+from schemas.scenario import EncoderNoise, GnssNoise, ImuNoise, MagnetometerNoise, Scenario
+from schemas.vehicle import Vehicle
+from services.robot_sim.frames import Command
+from services.robot_sim.sensors.suite import FIELD_HORIZONTAL_T, Sensors
+from services.robot_sim.world import body
+from services.robot_sim.world.world import Pose, World
+
+VEHICLE = Vehicle()
+STILL = np.zeros(body.STATE_SIZE)
+
+
+def frames(scenario, ticks, state=STILL, vehicle=VEHICLE):
+    sensors = Sensors(vehicle, scenario)
+    return [sensors.read(tick, state) for tick in range(1, ticks + 1)]
+
+
+def test_without_noise_everything_is_true():
+    world = World(VEHICLE, Scenario(noise="none"))
+    sensors = Sensors(VEHICLE, Scenario(noise="none"))
+    world.place(Pose(5.0, -3.0, 0.3))
+    for tick in range(1, 200):
+        heading, speed = world.pose.heading_rad, float(world.state[body.SPEED])
+        world.step(Command(8.0, 10.0, False, False), tick)
+        frame = sensors.read(tick, world.state)
+        assert frame.time_s == tick / 100
+        assert frame.imu.gyro_z_radps == pytest.approx((world.pose.heading_rad - heading) / 0.01, abs=1e-12)
+        assert frame.imu.accel_x_mps2 == pytest.approx((world.state[body.SPEED] - speed) / 0.01, abs=1e-12)
+        assert frame.imu.accel_z_mps2 == 9.80665
+        magnetic_heading = math.pi / 2 - math.atan2(frame.mag.y_t, frame.mag.x_t)
+        assert math.remainder(math.atan2(frame.mag.x_t, frame.mag.y_t) - world.pose.heading_rad, math.tau) == (
+            pytest.approx(0.0, abs=1e-12)
+        ), magnetic_heading
+        assert frame.encoders == (world.state[body.LEFT_ANGLE], world.state[body.RIGHT_ANGLE])
+    assert frame.imu.accel_y_mps2 == pytest.approx(world.state[body.SPEED] * world.state[body.YAW_RATE], rel=1e-3)
+
+
+def test_gnss_is_late_by_its_latency_and_true_at_its_stamp():
+    vehicle = Vehicle(gnss_antenna_x_m=0.2, gnss_antenna_y_m=-0.1)
+    scenario = Scenario(noise="none")
+    world, sensors = World(vehicle, scenario), Sensors(vehicle, scenario)
+    antenna, arrivals = {}, []
+    for tick in range(1, 400):
+        world.step(Command(8.0, 10.0, False, False), tick)
+        east, north, heading = world.pose
+        antenna[tick] = (
+            east + 0.2 * math.cos(heading) + 0.1 * math.sin(heading),
+            north + 0.2 * math.sin(heading) - 0.1 * math.cos(heading),
+        )
+        fix = sensors.read(tick, world.state).gnss
+        if fix is not None:
+            arrivals.append(tick)
+            assert fix.stamp_s == (tick - 11) / 100
+            assert (fix.east_m, fix.north_m) == pytest.approx(antenna[tick - 11], abs=1e-7)
+            assert fix.fix == GnssStatus.FIXED
+    assert arrivals == list(range(21, 400, 10))
+
+
+@pytest.mark.parametrize("latency_s, ticks", [(0.0, 0), (0.104, 11), (0.25, 25)])
+def test_latency_is_rounded_up_to_a_tick(latency_s, ticks):
+    scenario = Scenario(noise="none", gnss=GnssNoise(latency_s=latency_s))
+    arrivals = [frame.tick for frame in frames(scenario, 60) if frame.gnss]
+    assert arrivals[0] == 10 + ticks
+
+
+def test_white_gnss_noise_and_its_reported_variance():
+    scenario = Scenario(gnss=GnssNoise(gauss_markov_1_m=0, gauss_markov_2_m=0))
+    fixes = [frame.gnss for frame in frames(scenario, 20_000) if frame.gnss]
+    east, north = np.array([(fix.east_m, fix.north_m) for fix in fixes]).T
+    assert np.std(east) == pytest.approx(0.005, rel=0.1)
+    assert np.std(north) == pytest.approx(0.005, rel=0.1)
+    assert abs(np.corrcoef(east, north)[0, 1]) < 0.1
+    assert abs(np.corrcoef(east[:-1], east[1:])[0, 1]) < 0.1
+    assert fixes[0].variance_m2 == pytest.approx(0.005**2)
+
+
+def test_gauss_markov_terms_are_stationary_and_as_slow_as_stated():
+    scenario = Scenario(gnss=GnssNoise(white_m=0, gauss_markov_2_m=0, gauss_markov_1_tau_s=2.0))
+    east = np.array([frame.gnss.east_m for frame in frames(scenario, 100_000) if frame.gnss])
+    assert np.std(east) == pytest.approx(0.005, rel=0.12)
+    assert np.corrcoef(east[:-20], east[20:])[0, 1] == pytest.approx(math.exp(-1), abs=0.08)
+    first = [frames(scenario.model_copy(update={"seed": seed}), 21)[-1].gnss.east_m for seed in range(300)]
+    assert np.std(first) == pytest.approx(0.005, rel=0.15)
+
+
+def test_default_gnss_error_matches_the_published_quantiles_in_size():
+    errors = [frames(Scenario(seed=seed), 21)[-1].gnss.east_m for seed in range(400)]
+    assert np.std(errors) == pytest.approx(0.005 * math.sqrt(3), rel=0.12)
+
+
+def test_gyro_noise_and_turn_on_bias():
+    still = Scenario(imu=ImuNoise(gyro_turn_on_bias_radps=0, gyro_bias_walk_radps_rts=0))
+    gyro = np.array([frame.imu.gyro_z_radps for frame in frames(still, 20_000)])
+    assert np.std(gyro) == pytest.approx(math.radians(0.014) * 10, rel=0.03)
+    assert np.mean(gyro) == pytest.approx(0.0, abs=1e-4)
+    quiet = {"gyro_density_radps_rthz": 0.0, "gyro_bias_walk_radps_rts": 0.0}
+    biases = [frames(Scenario(seed=s, imu=ImuNoise(**quiet)), 1)[0].imu.gyro_z_radps for s in range(500)]
+    assert np.std(biases) == pytest.approx(math.radians(1.0), rel=0.1)
+
+
+def test_bias_walk_grows_with_the_root_of_time():
+    walk = {"gyro_density_radps_rthz": 0.0, "gyro_turn_on_bias_radps": 0.0, "gyro_bias_walk_radps_rts": 0.01}
+    ends = [frames(Scenario(seed=s, imu=ImuNoise(**walk)), 400)[-1].imu.gyro_z_radps for s in range(200)]
+    assert np.std(ends) == pytest.approx(0.01 * 2.0, rel=0.15)
+
+
+def test_magnetic_heading_is_off_by_about_three_degrees():
+    errors = []
+    for seed in range(300):
+        mag = frames(Scenario(seed=seed), 1)[0].mag
+        errors.append(math.atan2(mag.x_t, mag.y_t))
+    noise = MagnetometerNoise()
+    expected = math.sqrt(noise.white_rad**2 + noise.bias_rad**2 + noise.disturbance_rad**2)
+    assert np.sqrt(np.mean(np.square(errors))) == pytest.approx(expected, rel=0.12)
+    assert math.radians(3.0) < expected < math.radians(4.0)
+
+
+def test_hard_iron_turns_with_the_body():
+    scenario = Scenario(magnetometer=MagnetometerNoise(white_rad=0, disturbance_rad=0))
+    east, west = STILL.copy(), STILL.copy()
+    west[body.HEADING] = math.pi
+    forward, back = frames(scenario, 1, east)[0].mag, frames(scenario, 1, west)[0].mag
+    assert forward.x_t == pytest.approx(back.x_t, abs=1e-18)
+    assert (forward.y_t - back.y_t) / 2 == pytest.approx(FIELD_HORIZONTAL_T)
+
+
+def test_encoders_count_whole_ticks_and_lose_no_fraction():
+    vehicle = Vehicle(encoder_ticks_per_revolution=100)
+    quantum = math.tau / 100
+    sensors, state = Sensors(vehicle, Scenario()), STILL.copy()
+    for tick in range(1, 2000):
+        state[body.LEFT_ANGLE] = tick * quantum / 7
+        state[body.RIGHT_ANGLE] = -tick * quantum / 7
+        left, right = sensors.read(tick, state).encoders
+        assert left / quantum == pytest.approx(round(left / quantum), abs=1e-9)
+        assert abs(left - state[body.LEFT_ANGLE]) <= quantum
+        assert abs(right - state[body.RIGHT_ANGLE]) <= quantum
+    assert (
+        frames(Scenario(encoder=EncoderNoise(quantised=False)), 1, state)[0].encoders.left_rad
+        == (state[body.LEFT_ANGLE])
+    )
+
+
+def test_one_sensor_changes_no_other():
+    base = frames(Scenario(), 300)
+    other = frames(Scenario(magnetometer=MagnetometerNoise(white_rad=0.5), encoder=EncoderNoise(quantised=False)), 300)
+    assert [frame.imu for frame in base] == [frame.imu for frame in other]
+    assert [frame.gnss for frame in base] == [frame.gnss for frame in other]
+    assert base[0].mag != other[0].mag

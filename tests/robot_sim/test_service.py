@@ -1,0 +1,189 @@
+"""The robot on a real bus."""
+
+import math
+import time
+import uuid
+
+import pytest
+
+from schemas import topics
+from schemas.cdr import encode
+from schemas.curves import Curve
+from schemas.messages import (
+    Event,
+    GetDiagnosticsRequest,
+    Header,
+    Trajectory,
+    TraversalStatus,
+)
+from schemas.scenario import Scenario
+from schemas.template import Template
+from schemas.vehicle import Vehicle
+from services.bus import Bus, HealthReporter
+from services.robot_sim.service import RobotProcess
+from tests.robot_sim.scripted import trajectory
+
+PLAN = trajectory(
+    [Curve.from_line((0, 0), (2, 0)), Curve.from_line((2, 0), (4, 0)), Curve.from_line((4, 0), (5, 0))],
+    [0, 1, 0],
+    ids=["t0", "line", "t1"],
+    speed_mps=0.5,
+)
+TEMPLATE = Template(name="one", segments=[{"id": "line", "line": {"start": (2.0, -0.41124), "end": (4.0, -0.41124)}}])
+
+
+@pytest.fixture
+def bus(bus_config):
+    with Bus.open(topics.ROBOT_SIM, bus_config) as bus:
+        yield bus
+
+
+@pytest.fixture
+def operator(bus_config, bus):
+    with Bus.open(topics.OPERATOR, bus_config) as operator:
+        yield operator
+
+
+def process(bus, speed=-1.0, **changes):
+    return RobotProcess(bus, HealthReporter(bus), Vehicle(), Scenario(**changes), speed=speed, clock="held")
+
+
+def ask(operator, robot, service, **fields):
+    if "request_id" in service.request.model_fields:
+        fields["request_id"] = str(uuid.uuid4())
+    return operator.call(service, service.request(**fields), while_waiting=robot.turn)
+
+
+def turn_until(robot, condition, timeout_s=30.0):
+    deadline = time.monotonic() + timeout_s
+    while not condition():
+        assert time.monotonic() < deadline, "it never happened"
+        robot.turn()
+
+
+def drain(inbox, into):
+    into += [(sample.topic, sample.payload) for sample in inbox.drain()]
+    return into
+
+
+def session(robot, operator):
+    """Load and run a whole session; every recorded payload, per topic."""
+    inbox = operator.inbox(topics.RECORDED)
+    before = (topics.STATUS, encode(TraversalStatus(header=Header(frame_id="map"))))  # latched: may arrive or not
+    time.sleep(0.2)  # the subscriptions have to reach the publishers
+    assert ask(operator, robot, topics.LOAD, trajectory=PLAN, template_json=TEMPLATE.model_dump_json()).success
+    assert ask(operator, robot, topics.START).success
+    said = []
+    turn_until(robot, lambda: any(topic is topics.REPORT for topic, _ in drain(inbox, said)))
+    time.sleep(0.1)
+    drain(inbox, said)
+    said = [pair for pair in said if pair != before]
+    return {topic.name: [payload for name, payload in said if name is topic] for topic in topics.RECORDED}
+
+
+def test_a_session_over_the_bus_and_its_paint(bus, operator):
+    robot = process(bus)
+    said = session(robot, operator)
+    assert all(said.values()), [name for name, payloads in said.items() if not payloads]
+    strokes = ask(operator, robot, topics.GET_PAINT).strokes
+    assert [stroke.segment_id for stroke in strokes] == ["line"]
+    length = sum(math.dist(a, b) for a, b in zip(_points(strokes[0]), _points(strokes[0])[1:], strict=False))
+    assert length == pytest.approx(2.0, abs=0.05)
+    assert operator.counters.lost == 0
+
+
+def _points(stroke):
+    return list(zip(stroke.x_m, stroke.y_m, strict=True))
+
+
+def test_the_pace_changes_no_byte(bus_config):
+    sessions = []
+    for speed in (-1.0, 25.0):
+        with Bus.open(topics.ROBOT_SIM, bus_config) as bus, Bus.open(topics.OPERATOR, bus_config) as operator:
+            sessions.append(session(process(bus, speed=speed, seed=5), operator))
+    for name, payloads in sessions[0].items():
+        assert payloads == sessions[1][name], name
+
+
+def test_start_traversal_as_a_foreign_client_calls_it(bus, operator):
+    robot = process(bus)
+    answer = ask(operator, robot, topics.START_TRAVERSAL, trajectory=PLAN)
+    assert answer.success
+    assert answer.total_time == pytest.approx(11.0, abs=2.0)
+    assert not ask(operator, robot, topics.START_TRAVERSAL, trajectory=PLAN).success
+
+
+def test_every_command_is_answered_with_a_reason(bus, operator):
+    robot = process(bus)
+    for service in (topics.START, topics.PAUSE, topics.RESUME, topics.ABORT):
+        answer = ask(operator, robot, service)
+        assert not answer.success
+        assert "cannot" in answer.message
+    assert ask(operator, robot, topics.ESTOP).success
+    assert ask(operator, robot, topics.RESET).success
+    answer = ask(operator, robot, topics.LOAD, trajectory=Trajectory())
+    assert not answer.success
+    assert "no segment" in answer.message
+    answer = ask(operator, robot, topics.LOAD, trajectory=PLAN, template_json='{"name": "x"}')
+    assert not answer.success
+    assert "segments" in answer.message
+    assert not ask(operator, robot, topics.SET_SPEED, factor=float("nan")).success
+    assert not ask(operator, robot, topics.SET_SPEED, factor=1e9).success
+    assert ask(operator, robot, topics.SET_SPEED, factor=0.0).success
+
+
+def test_hold_stops_sim_time_and_nothing_else(bus, operator):
+    robot = process(bus, speed=0.0)
+    ask(operator, robot, topics.START_TRAVERSAL, trajectory=PLAN)
+    for _ in range(20):
+        robot.turn()
+    answer = operator.call(
+        topics.diagnostics_service(topics.ROBOT_SIM), GetDiagnosticsRequest(), while_waiting=robot.turn
+    )
+    values = {pair.key: pair.value for pair in answer.diagnostics.status[0].values}
+    assert values["ticks"] == "0"
+    assert values["state"] == str(TraversalStatus.RUNNING)
+    ask(operator, robot, topics.SET_SPEED, factor=-1.0)
+    turn_until(robot, lambda: not robot.active)
+
+
+def test_without_operator_and_planner_the_robot_pauses_by_itself(bus, bus_config):
+    robot = process(bus, speed=1.0, link_timeout_s=0.3)
+    with Bus.open("recorder-of-this-test", bus_config) as listener:
+        inbox = listener.inbox([topics.EVENTS, topics.STATUS])
+        with Bus.open(topics.OPERATOR, bus_config) as operator:
+            ask(operator, robot, topics.START_TRAVERSAL, trajectory=PLAN)
+            begun = time.monotonic()
+            turn_until(robot, lambda: time.monotonic() > begun + 0.6)
+        said = []
+
+        def collect():
+            said.extend(inbox.drain())
+            return said
+
+        turn_until(robot, lambda: any(s.topic is topics.EVENTS and s.decode().code == "link-lost" for s in collect()))
+        turn_until(robot, lambda: any(_paused(s) for s in collect()))
+    assert any(s.topic is topics.EVENTS and s.decode().severity == Event.ERROR for s in said)
+
+
+def _paused(sample):
+    return sample.topic is topics.STATUS and sample.decode().state == TraversalStatus.PAUSED
+
+
+def test_ending_the_process_closes_the_valve_and_brakes(bus, operator):
+    robot = process(bus, speed=20.0)
+    inbox = operator.inbox([topics.SPRAYER, topics.TRUTH])
+    time.sleep(0.2)
+    ask(operator, robot, topics.START_TRAVERSAL, trajectory=PLAN)
+    said = []
+
+    def last(topic):
+        said.extend(inbox.drain())
+        found = [sample for sample in said if sample.topic is topic]
+        return found[-1].decode() if found else None
+
+    turn_until(robot, lambda: (state := last(topics.SPRAYER)) is not None and state.valve_open)
+    robot.close()
+    time.sleep(0.2)
+    assert not last(topics.SPRAYER).valve_open
+    assert last(topics.TRUTH).twist.twist.linear.x == pytest.approx(0.0, abs=1e-3)
