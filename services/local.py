@@ -13,6 +13,7 @@ from schemas import topics
 from schemas.errors import TouchlineError
 from schemas.messages import DiagnosticArray, Event, Header, Time
 from services.bus import Bus, BusConfig
+from services.bus.health import STARTING
 from services.bus.presence import Presence
 from services.supervisor import Child, Notice, Supervisor
 
@@ -60,7 +61,7 @@ class LocalSystem:
             for _, message in inbox.messages():
                 if isinstance(message, DiagnosticArray):
                     for status in message.status:
-                        if status.message.startswith("starting"):
+                        if status.message.startswith(STARTING):
                             if said.get(status.name) != status.message:
                                 said[status.name] = status.message
                                 tell(f"{status.name}: {status.message}")

@@ -1,5 +1,6 @@
 """The figures of a plan and of a run, as JSON objects."""
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -8,7 +9,10 @@ from services.bus.counters import Counters
 
 
 def plan_figures(report: PlanReport) -> dict[str, Any]:
-    """The plan report: lengths, times, counts, largest values and gaps of what is sent to the robot."""
+    """The plan report: lengths, times, counts, largest values and gaps of what is sent to the robot.
+
+    A curvature that steps has no finite sharpness, and none that JSON could hold: it is ``None``.
+    """
     return {
         "length_m": {
             "paint": report.paint_length_m,
@@ -23,9 +27,9 @@ def plan_figures(report: PlanReport) -> dict[str, Any]:
         "segments": {"painted": report.painted_segments, "transitions": report.transitions},
         "max": {
             "curvature_1pm": report.max_curvature_1pm,
-            "sharpness_1pm2": report.max_sharpness_1pm2,
+            "sharpness_1pm2": _finite(report.max_sharpness_1pm2),
             "wheel_speed_radps": report.max_wheel_speed_radps,
-            "wheel_acceleration_radps2": report.max_wheel_acceleration_radps2,
+            "wheel_acceleration_radps2": _finite(report.max_wheel_acceleration_radps2),
         },
         "continuity": {"position_gap_m": report.position_gap_m, "heading_gap_rad": report.heading_gap_rad},
         "planning_time_s": report.planning_time_s,
@@ -59,3 +63,7 @@ def bus_figures(counters: Mapping[str, Counters]) -> dict[str, Any]:
         "received": sum(c.received for c in counters.values()),
         "lost": sum(c.lost for c in counters.values()),
     }
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

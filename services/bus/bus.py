@@ -18,6 +18,9 @@ from services.bus.inbox import Inbox
 from services.bus.presence import Presence, token_prefix
 from services.bus.publisher import Publisher
 
+#: A newcomer knows all of its peers after this long: it hears of them from the first one.
+_GETTING_TO_KNOW_S = 0.3
+
 
 class Bus:
     """Typed topics, services and presence; everything is polled, nothing calls back.
@@ -33,33 +36,38 @@ class Bus:
         self.config = config
         self.counters = Counters()
         self._session = session
+        self._opened_at = time.monotonic()
         self._token = session.liveliness().declare_token(f"{token_prefix(config.namespace)}/{node}/{session.zid()}")
 
     @classmethod
     @contextmanager
-    def open(cls, node: str, config: BusConfig | None = None, *, exclusive: bool = False) -> Iterator[Self]:
+    def open(cls, node: str, config: BusConfig | None = None) -> Iterator[Self]:
         """Join the bus as ``node``; leaving the context leaves the bus.
-
-        Args:
-            node: Name of this process.
-            config: Where the bus is; by default as the environment says.
-            exclusive: There may be only one such process, because two would answer the same requests.
 
         Raises:
             SpecError: The configuration cannot be used.
-            TouchlineError: ``exclusive``, and such a process is there already.
         """
         config = config or BusConfig.from_environment()
         zenoh.init_log_from_env_or("off")
         with zenoh.open(config.zenoh()) as session:
-            others = session.liveliness().get(f"{token_prefix(config.namespace)}/{node}/*", handlers.FifoChannel(16))
-            if exclusive and any(reply.ok is not None for reply in others):
-                raise TouchlineError(
-                    f'{node} is already running for robot "{config.namespace}" on {config.endpoint}; '
-                    f"stop it first, or choose another {NAMESPACE_VARIABLE} or {ENDPOINT_VARIABLE}"
-                )
             bus = cls(session, node, config)  # held here: the liveliness token goes with it
             yield bus
+
+    def claim(self) -> None:
+        """Make sure that this is the only process of its name, because two would answer the same requests.
+
+        Raises:
+            TouchlineError: There is another one.
+        """
+        time.sleep(max(0.0, self._opened_at + _GETTING_TO_KNOW_S - time.monotonic()))
+        key = f"{token_prefix(self.config.namespace)}/{self.node}/*"
+        replies = self._session.liveliness().get(key, handlers.FifoChannel(16))
+        holders = {str(reply.ok.key_expr).rsplit("/", 1)[1] for reply in replies if reply.ok is not None}
+        if holders - {str(self._session.zid())}:
+            raise TouchlineError(
+                f'{self.node} is already running for robot "{self.config.namespace}" on {self.config.endpoint}; '
+                f"stop it first, or choose another {NAMESPACE_VARIABLE} or {ENDPOINT_VARIABLE}"
+            )
 
     def key(self, name: str) -> str:
         """The key of a topic or service name."""

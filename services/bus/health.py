@@ -9,6 +9,8 @@ from schemas.messages import DiagnosticArray, DiagnosticStatus, GetDiagnosticsRe
 from services.bus.bus import Bus
 
 _PERIOD_S = 1.0
+#: How the message of a process begins that is not ready yet.
+STARTING = "starting: "
 
 
 class HealthReporter:
@@ -28,6 +30,10 @@ class HealthReporter:
         if time.monotonic() >= self._due:
             self._due = time.monotonic() + _PERIOD_S
             self._publisher.send(self._report(values, level, message))
+
+    def starting(self, doing: str) -> None:
+        """Say at once what a process does before it can serve; it is not ready until :meth:`poll` is called."""
+        self._publisher.send(self._report({}, DiagnosticStatus.WARN, f"{STARTING}{doing}"))
 
     def _report(self, values: Mapping[str, object], level: int, message: str) -> DiagnosticArray:
         counters = self._bus.counters

@@ -3,6 +3,7 @@
 import sys
 import time
 import uuid
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
@@ -51,8 +52,13 @@ def replay(
     speed: SpeedOption = "1",
 ) -> None:
     """Send a recording onto the bus again, as if the robot were there; a cut-off file is sent up to its break."""
-    from services.bridge.service import replay as send
+    from services.bridge.replay_service import run_replay
 
-    with progress_bar("Replaying") as advance:
-        sent = send(file, speed_factor(speed), progress=lambda fraction: advance(fraction, ""))
-    print_figures(f"Replay of {file}", sent)
+    with until_stopped() as stop, progress_bar("Replaying") as advance:
+        sent = run_replay(
+            file,
+            speed_factor(speed),
+            progress=lambda fraction, sim_time_s: advance(fraction, f"{sim_time_s:.0f} s"),
+            stop=lambda: bool(stop),
+        )
+    print_figures(f"Replay of {file}", asdict(sent))

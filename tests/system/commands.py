@@ -1,0 +1,47 @@
+"""Running the command as a person does."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+from services.bus import BusConfig
+
+
+def touchline(
+    *arguments: str, config: BusConfig | None = None, cwd: Path | None = None
+) -> subprocess.CompletedProcess[str]:
+    """``touchline ARGUMENTS`` to its end."""
+    environment = {**os.environ, **(config.environment() if config else {}), "COLUMNS": "120"}
+    return subprocess.run(
+        [sys.executable, "-m", "services.cli", *arguments],
+        env=environment,
+        cwd=cwd,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        timeout=110,
+        check=False,
+    )
+
+
+def start_touchline(*arguments: str, config: BusConfig, log: Path) -> subprocess.Popen[bytes]:
+    """``touchline ARGUMENTS`` left running, its output in ``log``."""
+    with log.open("wb") as output:
+        return subprocess.Popen(
+            [sys.executable, "-m", "services.cli", *arguments],
+            env={**os.environ, **config.environment()},
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=subprocess.STDOUT,
+        )
+
+
+def figures(done: subprocess.CompletedProcess[str]) -> dict[str, Any]:
+    """The JSON that the command printed."""
+    assert done.returncode == 0, done.stderr
+    loaded = json.loads(done.stdout)
+    assert isinstance(loaded, dict)
+    return loaded

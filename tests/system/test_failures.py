@@ -1,0 +1,195 @@
+"""Killed processes, lost operators, second copies: nothing is lost that need not be, and no valve stays open."""
+
+import os
+import signal
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from schemas import topics
+from schemas.messages import (
+    CommandRequest,
+    LoadRequest,
+    PlanRequest,
+    RecordRequest,
+    SetSpeedRequest,
+    SprayerState,
+    TraversalStatus,
+)
+from schemas.template import template_text
+from services.bridge.reader import RecordingReader
+from services.bus import Bus, BusConfig
+from services.local import LocalSystem, local_system
+from services.supervisor import Notice
+from tests.system.commands import start_touchline, touchline
+
+TEMPLATE, _ = template_text("soccer-11")
+
+
+def wait_until(condition: Callable[[], bool], timeout_s: float = 40.0) -> None:
+    deadline = time.monotonic() + timeout_s
+    while not condition():
+        assert time.monotonic() < deadline, "waited too long"
+        time.sleep(0.005)
+
+
+class Observer:
+    """Sees the robot as an operator does."""
+
+    def __init__(self, bus: Bus) -> None:
+        self.inbox = bus.inbox([topics.STATUS, topics.SPRAYER], keep="latest")
+        self.status, self.sprayer = TraversalStatus(), SprayerState()
+
+    def look(self) -> "Observer":
+        for _, message in self.inbox.messages():
+            if isinstance(message, TraversalStatus):
+                self.status = message
+            elif isinstance(message, SprayerState):
+                self.sprayer = message
+        return self
+
+
+def start_painting(bus: Bus, speed: float) -> None:
+    plan = bus.call(topics.PLAN_SERVICE, PlanRequest(request_id="plan", template_json=TEMPLATE), 30.0)
+    assert plan.success, plan.message
+    load = LoadRequest(request_id="load", trajectory=plan.trajectory, template_json=TEMPLATE)
+    assert bus.call(topics.LOAD, load).success
+    assert bus.call(topics.SET_SPEED, SetSpeedRequest(request_id="speed", factor=speed)).success
+    assert bus.call(topics.START, CommandRequest(request_id="start")).success
+
+
+@pytest.fixture
+def painting(tmp_path: Path) -> Iterator[tuple[LocalSystem, Observer, Path]]:
+    """A system that paints the pitch at 10x and records, some paint already down."""
+    recording = tmp_path / "session.mcap"
+    with local_system(["--noise", "none"]) as system:
+        system.wait_until_ready(lambda doing: None)
+        assert system.bus.call(topics.RECORD, RecordRequest(request_id="r", path=str(recording))).success
+        observer = Observer(system.bus)
+        start_painting(system.bus, 10.0)
+        wait_until(lambda: observer.look().sprayer.valve_open and observer.status.coverage_pct > 0.5)
+        yield system, observer, recording
+
+
+def kill(system: LocalSystem, node: str) -> list[Notice]:
+    """Kill a service; what the supervisor says until it is back on the bus."""
+    pid = system.supervisor.pid(node)
+    assert pid is not None
+    os.kill(pid, signal.SIGKILL)
+    notices: list[Notice] = []
+
+    def back() -> bool:
+        notices.extend(system.poll())
+        return any(n.kind == "restarted" for n in notices) and node in system.presence.alive()
+
+    wait_until(back)
+    assert system.supervisor.pid(node) not in (None, pid)
+    return [notice for notice in notices if notice.node == node]
+
+
+def test_the_planner_may_die(painting):
+    system, observer, _ = painting
+    notices = kill(system, topics.PLANNER)
+    assert [notice.kind for notice in notices] == ["died", "restarted"]
+    assert "SIGKILL" in notices[0].text
+    before = observer.look().status.arc_length_m
+    wait_until(lambda: observer.look().status.arc_length_m > before + 5.0)
+    assert observer.status.state == TraversalStatus.RUNNING
+    again = system.bus.call(topics.PLAN_SERVICE, PlanRequest(request_id="again", template_json=TEMPLATE), 30.0)
+    assert again.success
+
+
+def test_the_robot_may_die_and_comes_back_with_its_valve_closed(painting):
+    system, observer, recording = painting
+    kill(system, topics.ROBOT_SIM)
+    wait_until(lambda: observer.look().status.state == TraversalStatus.IDLE)
+    refused = system.bus.call(topics.START, CommandRequest(request_id="restart"))
+    assert not refused.success
+    start_again = Observer(system.bus)
+    wait_until(lambda: start_again.look().status.state == TraversalStatus.IDLE)
+    assert not start_again.sprayer.valve_open
+    assert any(m.topic.endswith("paint/marks") for m in RecordingReader(recording).messages())
+
+
+def test_the_bridge_may_die_and_its_recording_can_be_read(painting):
+    system, observer, recording = painting
+    before_s = observer.look().status.header.stamp.sec
+    kill(system, topics.BRIDGE)
+    reader = RecordingReader(recording)
+    last_s = max(message.log_time_ns for message in reader.messages()) / 1e9
+    assert last_s > before_s - 10.0  # 10x real time: at most about a second of wall time is missing
+    assert reader.summary.problem
+    driven = observer.look().status.arc_length_m
+    wait_until(lambda: observer.look().status.arc_length_m > driven + 5.0)
+
+
+def test_the_robot_stops_by_itself_when_operator_and_planner_are_gone(bus_config: BusConfig, tmp_path: Path):
+    robot = start_touchline("robot-sim", "--noise", "none", config=bus_config, log=tmp_path / "robot.log")
+    planner = start_touchline("planner", config=bus_config, log=tmp_path / "planner.log")
+    try:
+        with Bus.open("bystander", bus_config) as bystander:
+            observer = Observer(bystander)
+            with Bus.open(topics.OPERATOR, bus_config) as operator:
+                assert not operator.wait_for({topics.ROBOT_SIM, topics.PLANNER}, 60.0)
+                start_painting(operator, 2.0)
+                wait_until(lambda: observer.look().sprayer.valve_open)
+                planner.kill()
+                planner.wait()
+                time.sleep(2.5)  # more than the time-out: the operator is still there
+                assert observer.look().status.state == TraversalStatus.RUNNING
+            gone_at = time.monotonic()
+            wait_until(lambda: observer.look().status.state == TraversalStatus.PAUSED)
+            assert 1.5 < time.monotonic() - gone_at < 6.0
+            wait_until(lambda: not observer.look().sprayer.valve_open and abs(observer.status.speed_mps) < 0.05)
+            assert "link" in observer.status.reason or "operator" in observer.status.reason
+    finally:
+        for process in (robot, planner):
+            process.terminate()
+            process.wait(20)
+
+
+def test_up_status_and_down(bus_config: BusConfig, tmp_path: Path):
+    log = tmp_path / "up.log"
+    up = start_touchline("up", config=bus_config, log=log)
+    try:
+        wait_until(lambda: "is up" in log.read_text(), 90.0)
+        second = touchline("up", config=bus_config)
+        assert second.returncode == 2
+        assert "already running" in second.stderr
+        another = touchline("robot-sim", config=bus_config)
+        assert another.returncode == 2
+        assert "already running" in another.stderr
+        status = touchline("status", config=bus_config)
+        assert status.returncode == 0, status.stdout
+        assert "idle" in status.stdout
+        assert "stopped" in touchline("down", config=bus_config).stdout
+        assert up.wait(20) == 0
+        assert touchline("status", config=bus_config).returncode == 1
+    finally:
+        if up.poll() is None:
+            up.kill()
+
+
+def test_services_end_with_a_killed_supervisor(bus_config: BusConfig, tmp_path: Path):
+    log = tmp_path / "up.log"
+    up = start_touchline("up", config=bus_config, log=log)
+    wait_until(lambda: "is up" in log.read_text(), 90.0)
+    up.kill()
+    up.wait()
+    with Bus.open("bystander", bus_config) as bus:
+        presence = bus.presence()
+        wait_until(lambda: (presence.poll(), presence.alive())[1] == {"bystander"})
+
+
+def test_ctrl_c_ends_a_run_in_order(tmp_path: Path, bus_config: BusConfig):
+    recording, log = tmp_path / "run.mcap", tmp_path / "run.log"
+    run = start_touchline("run", "soccer-11", "--speed", "5", "--record", str(recording), config=bus_config, log=log)
+    wait_until(lambda: recording.exists() and recording.stat().st_size > 200_000, 90.0)
+    run.send_signal(signal.SIGINT)
+    assert run.wait(60) == 130
+    assert "Traceback" not in log.read_text()
+    reader = RecordingReader(recording)
+    assert sum(1 for _ in reader.messages()) > 1000
+    assert not reader.summary.problem

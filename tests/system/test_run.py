@@ -1,0 +1,92 @@
+"""Whole jobs with real processes over real Zenoh."""
+
+from pathlib import Path
+
+import pytest
+
+from services.bridge.compare import compare
+from services.bridge.reader import RecordingReader
+from tests.system.commands import figures, touchline
+
+SQUARE = ("run", "study-square", "--json")
+
+
+@pytest.fixture(scope="module")
+def square(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict, Path]:
+    """The square, painted as fast as it goes with seed 7."""
+    recording = tmp_path_factory.mktemp("square") / "square.mcap"
+    return figures(touchline(*SQUARE, "--seed", "7", "--record", str(recording))), recording
+
+
+def test_the_report_has_every_figure(square):
+    report, _ = square
+    assert report["success"]
+    assert set(report["plan"]) >= {"length_m", "time_s", "segments", "max", "continuity", "planning_time_s"}
+    assert report["plan"]["length_m"]["paint"] == pytest.approx(4.0)
+    assert report["plan"]["segments"] == {"painted": 4, "transitions": 3}
+    assert report["traversal"]["total_time_s"] > report["plan"]["time_s"]["total"] * 0.9
+    assert report["paint"]["coverage_pct"] > 98.0
+    assert report["paint"]["lateral_error_m"]["p95"] < 0.02
+    assert report["estimator"]["position_rmse_m"] < 0.03
+    assert report["bus"]["lost"] == 0
+    assert report["recording"]["complete"]
+    assert report["recording"]["lost"] == 0
+
+
+def test_everything_that_was_said_is_in_the_recording(square):
+    report, recording = square
+    counts: dict[str, int] = {}
+    for message in RecordingReader(recording).messages():
+        counts[message.topic] = counts.get(message.topic, 0) + 1
+    assert sum(counts.values()) == report["recording"]["messages"]
+    ticks = counts["/tt2/imu/data_raw"]
+    assert ticks == counts["/tt2/joint_states"] == counts["/tt2/cmd/wheels"]
+    assert counts["/tt2/odometry/filtered"] == ticks // 2
+    assert counts["/tt2/traversal/report"] == counts["/tt2/plan"] == counts["/tt2/template"] == 1
+    assert counts["/tt2/gnss/fix"] == pytest.approx(ticks / 10, abs=2)
+
+
+def test_another_pace_gives_the_same_bits(square, tmp_path):
+    _, first = square
+    paced = tmp_path / "paced.mcap"
+    report = figures(touchline(*SQUARE, "--seed", "7", "--speed", "8", "--record", str(paced)))
+    assert report["traversal"]["real_time_factor"] == pytest.approx(8.0, rel=0.25)
+    comparison = compare(first, paced)
+    assert comparison.identical, "\n".join(comparison.lines())
+
+
+def test_another_seed_gives_other_bits(square, tmp_path):
+    _, first = square
+    other = tmp_path / "other.mcap"
+    figures(touchline(*SQUARE, "--seed", "8", "--record", str(other)))
+    comparison = compare(first, other)
+    assert not comparison.same
+    differing = {name for name, topic in comparison.topics.items() if not topic.same}
+    assert {"/tt2/imu/data_raw", "/tt2/gnss/fix", "/tt2/truth/odometry"} <= differing
+    assert comparison.topics["/tt2/plan"].same
+
+
+@pytest.mark.parametrize("follower", ["mpc", "pure-pursuit"])
+def test_without_noise_the_pitch_is_painted_to_the_millimetre(follower, tmp_path):
+    report = figures(touchline("run", "soccer-11", "--noise", "none", "--follower", follower, "--json"))
+    assert report["success"]
+    assert report["paint"]["coverage_pct"] >= 99.8
+    assert report["paint"]["lateral_error_m"]["p95"] <= 0.003
+    assert report["bus"]["lost"] == 0
+
+
+@pytest.mark.parametrize("follower", ["mpc", "pure-pursuit"])
+def test_with_noise_the_pitch_is_painted_to_two_centimetres(follower, tmp_path):
+    recording = tmp_path / "pitch.mcap"
+    options = ("--seed", "3", "--follower", follower, "--record", str(recording), "--json")
+    report = figures(touchline("run", "soccer-11", *options))
+    assert report["success"]
+    assert report["paint"]["coverage_pct"] >= 99.0
+    assert report["paint"]["lateral_error_m"]["p95"] <= 0.02
+    assert report["bus"]["lost"] == report["recording"]["lost"] == 0
+
+
+def test_the_baseline_planner_paints_too():
+    report = figures(touchline(*SQUARE, "--method", "dubins-padded", "--noise", "none"))
+    assert report["success"]
+    assert report["paint"]["coverage_pct"] >= 99.0
