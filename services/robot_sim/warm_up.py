@@ -32,7 +32,7 @@ def warm_up(
     begun = time.perf_counter()
     for index, name in enumerate(_STEPS, start=1):
         if body.advance.stats.cache_misses:  # the first step had to be compiled, and so will be the others
-            report(f"compiling kernels, {index} of {len(_STEPS)}: {name} (only after an installation or a change)")
+            report(f"compiling kernels for the first start, {index} of {len(_STEPS)}: {name}")
         _exercise(name, vehicle, scenario)
     if body.advance.stats.cache_misses:
         report(f"compiled in {time.perf_counter() - begun:.1f} s")
