@@ -60,9 +60,15 @@ class Curve:
 
     @classmethod
     def from_arc(cls, start: tuple[float, float], center: tuple[float, float], sweep_rad: float) -> Self:
-        """The arc about ``center`` from ``start`` (m), counter-clockwise for a positive ``sweep_rad``."""
+        """The arc about ``center`` from ``start`` (m), counter-clockwise for a positive ``sweep_rad``.
+
+        Raises:
+            ValueError: The arc has no radius.
+        """
         dx, dy = start[0] - center[0], start[1] - center[1]
         radius = float(np.hypot(dx, dy))
+        if radius == 0.0:
+            raise ValueError("an arc that starts at its center has no radius")
         turn = float(np.copysign(1.0, sweep_rad))
         heading = wrap_angle(float(np.arctan2(dy, dx)) + turn * np.pi / 2)
         return cls(start[0], start[1], heading, turn / radius, radius * abs(sweep_rad))
@@ -72,7 +78,7 @@ class Curve:
         """The curve of a ``tt_geometry_msgs/Curve``.
 
         Raises:
-            ValueError: The type is neither LINE nor ARC, or its alternative is missing.
+            ValueError: The type is neither LINE nor ARC, its alternative is missing, or the arc has no radius.
         """
         if message.type.value == CurveType.LINE and message.line:
             line = message.line[0]
