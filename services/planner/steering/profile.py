@@ -6,9 +6,9 @@ neighbours of opposite directions is a cusp, where curvature steps. The path's e
 curvature that are driven forward.
 
 An element's amount u is signed (left positive). A bend with r clothoids beside it has its extreme at u clipped to the
-limit and holds it for r·(|u| − limit); so its length grows by r per unit of u throughout. A bend between cusps is an arc
-of length |u| at the limit. More of u puts more path in at the extreme, where the curvature is k: whatever follows is
-turned by k per length about that point. That is the whole Jacobian.
+limit and holds it for r·(|u| − limit); so its length grows by r per unit of u throughout. A bend between cusps is an
+arc of length |u| at the limit. More of u puts more path in at the extreme, where the curvature is k: whatever follows
+is turned by k per length about that point. That is the whole Jacobian.
 """
 
 import math
@@ -106,9 +106,7 @@ def shoot(
 
 
 @kernel
-def solve(
-    elements: Floats, u: Floats, ends: Floats, limit: float, goal: complex, turn: float
-) -> float:
+def solve(elements: Floats, u: Floats, ends: Floats, limit: float, goal: complex, turn: float) -> float:
     """Length of the profile that leads to `goal` with `turn`, its amounts in `u` (their start on entry); or FAILED."""
     n = len(elements)
     extreme, hold, rate = np.empty(n), np.empty(n), np.empty(n)
