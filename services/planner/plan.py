@@ -17,13 +17,15 @@ from services.planner.method import TransitionMethod
 from services.planner.offset import strokes
 from services.planner.output import Sent, send, trajectory_message
 from services.planner.route import Section, route
+from services.planner.steering.steer import Steering
 from services.planner.timing import Cap, SpeedProfile, Steady, speed_profile
 
 METHODS: dict[str, Callable[[Limits], TransitionMethod]] = {
+    Steering.name: lambda limits: Steering(limits.curvature_max_1pm, limits.sharpness_max_1pm2),
     ContinuousDubins.name: lambda limits: ContinuousDubins(limits.curvature_max_1pm, limits.sharpness_max_1pm2),
     PaddedDubins.name: lambda limits: PaddedDubins(limits.curvature_max_1pm),
 }
-DEFAULT_METHOD = ContinuousDubins.name
+DEFAULT_METHOD = Steering.name
 
 # A start pose further out than this (m) is a mistake.
 START_MAX = 20_000.0
