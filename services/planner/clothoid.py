@@ -1,7 +1,15 @@
 """Elementary pieces of a path: line, arc and clothoid are one formula, curvature linear in arc length.
 
-Units: metres, radians, 1/m (curvature, left positive) and 1/m² (sharpness, dκ/ds). Planar points are complex
-numbers x + iy.
+Units: metres, radians, 1/m (curvature) and 1/m² (sharpness). Planar points are complex numbers x + iy.
+
+Frames (REP-103): θ is the heading of the robot, which a reversing robot keeps pointing backward along its path. Arc
+length s ≥ 0 is the distance travelled, whichever way. With the direction d = +1 forward, −1 backward:
+
+    dp/ds = d·exp(iθ),   dθ/ds = d·κ,   dκ/ds = σ
+
+So κ = ω/v is what the robot steers: positive where the turning centre is to the robot's left, forward or backward, and
+the same number on both sides of a cusp where the robot goes back on its own track. σ is the change of κ per metre
+travelled. A turn on the spot has no length: it adds an angle to θ.
 """
 
 import cmath
@@ -52,23 +60,39 @@ class Pose(NamedTuple):
 
 
 class Piece(NamedTuple):
-    """A stretch of path whose curvature is `curvature_1pm + sharpness_1pm2 · s`."""
+    """A stretch of path whose curvature is `curvature_1pm + sharpness_1pm2 · s`, or a turn on the spot.
+
+    `direction` is +1 (forward) or −1 (backward). Only a piece without length turns on the spot, by `spin_rad`.
+    """
 
     length_m: float
     curvature_1pm: float = 0.0
     sharpness_1pm2: float = 0.0
+    direction: int = 1
+    spin_rad: float = 0.0
+
+    @classmethod
+    def spin(cls, angle_rad: float) -> "Piece":
+        """The turn on the spot by `angle_rad`."""
+        return cls(0.0, spin_rad=angle_rad)
+
+    @property
+    def curvature_end_1pm(self) -> float:
+        """Curvature (1/m) at the end of the piece."""
+        return self.curvature_at(self.length_m)
 
     def curvature_at(self, s_m: float) -> float:
         """Curvature (1/m) at arc length `s_m` from the start of the piece."""
         return self.curvature_1pm + self.sharpness_1pm2 * s_m
 
     def turn_at(self, s_m: float) -> float:
-        """Change of heading (rad) from the start to arc length `s_m`."""
-        return (self.curvature_1pm + 0.5 * self.sharpness_1pm2 * s_m) * s_m
+        """Change of heading (rad) from before the piece to arc length `s_m`; a turn on the spot comes first."""
+        return self.spin_rad + self.direction * (self.curvature_1pm + 0.5 * self.sharpness_1pm2 * s_m) * s_m
 
     def displacement_at(self, s_m: float) -> complex:
         """Displacement (m, in the frame of the start pose) from the start to arc length `s_m`."""
-        curvature, sharpness = self.curvature_1pm, self.sharpness_1pm2
+        # Driving backward by s with (κ, σ) is the formula of driving forward by −s with (κ, −σ).
+        s_m, curvature, sharpness = self.direction * s_m, self.curvature_1pm, self.direction * self.sharpness_1pm2
         if sharpness == 0.0:
             return arc_displacement(s_m, curvature)
         turn = (abs(curvature) + 0.5 * abs(sharpness * s_m)) * abs(s_m)
@@ -83,7 +107,12 @@ class Piece(NamedTuple):
 
     def mirrored(self) -> "Piece":
         """The same piece turning to the other side."""
-        return Piece(self.length_m, -self.curvature_1pm, -self.sharpness_1pm2)
+        return Piece(self.length_m, -self.curvature_1pm, -self.sharpness_1pm2, self.direction, -self.spin_rad)
+
+    def turned_back(self) -> "Piece":
+        """The piece with which the robot, facing the same way, undoes this one: from its end to its start."""
+        curvature = self.curvature_end_1pm
+        return Piece(self.length_m, curvature, -self.sharpness_1pm2, -self.direction, -self.spin_rad)
 
 
 def arc_displacement(length_m: float, curvature_1pm: float) -> complex:
@@ -94,14 +123,14 @@ def arc_displacement(length_m: float, curvature_1pm: float) -> complex:
 
 
 def joined(pieces: Iterable[Piece]) -> tuple[Piece, ...]:
-    """The pieces without empty ones, and with neighbouring lines or arcs of one curvature made one."""
+    """The pieces without empty ones, and with neighbouring lines or arcs of one curvature and direction made one."""
     result: list[Piece] = []
     for piece in pieces:
-        if piece.length_m <= 0.0:
+        if piece.length_m <= 0.0 and not piece.spin_rad:
             continue
         last = result[-1] if result else None
-        if last and last.sharpness_1pm2 == piece.sharpness_1pm2 == 0.0 and last.curvature_1pm == piece.curvature_1pm:
-            result[-1] = Piece(last.length_m + piece.length_m, last.curvature_1pm)
+        if last and not last.spin_rad and last[1:] == piece[1:] and not piece.sharpness_1pm2:
+            result[-1] = last._replace(length_m=last.length_m + piece.length_m)
         else:
             result.append(piece)
     return tuple(result)
@@ -109,7 +138,11 @@ def joined(pieces: Iterable[Piece]) -> tuple[Piece, ...]:
 
 @dataclass(frozen=True)
 class PiecePath:
-    """A start pose and the pieces that follow it: the ideal curve, before it is cut into lines and arcs."""
+    """A start pose and the pieces that follow it: the ideal curve, before it is cut into lines and arcs.
+
+    Where the direction changes from piece to piece there is a cusp: the robot stops, and its curvature may step there,
+    as it may at a turn on the spot. Everywhere else it is continuous.
+    """
 
     start: Pose
     pieces: tuple[Piece, ...]
@@ -145,7 +178,7 @@ class PiecePath:
         return max(0, min(int(np.searchsorted(self.stations, s_m, side="right")) - 1, len(self.pieces) - 1))
 
     def pose_at(self, s_m: float) -> Pose:
-        """The pose at arc length `s_m`."""
+        """The pose at arc length `s_m`; after the turn on the spot, if there is one at `s_m`."""
         if not self.pieces:
             return self.start
         i = self.index_at(s_m)
@@ -159,13 +192,15 @@ class PiecePath:
             return still + self.start.x_m, still + self.start.y_m, still + self.start.heading_rad, still
         index = np.clip(np.searchsorted(self.stations, s_m, side="right") - 1, 0, len(self.pieces) - 1)
         pieces, knots = np.asarray(self.pieces)[index], np.asarray(self.knots)[index]
-        s, curvature, sharpness = s_m - np.asarray(self.stations)[index], pieces[:, 1], pieces[:, 2]
+        _, curvature, _, direction, spin = pieces.T
+        # As in Piece.displacement_at: backward by s is forward by −s with the opposite sharpness.
+        s, sharpness = direction * (s_m - np.asarray(self.stations)[index]), direction * pieces[:, 2]
         half_turn = 0.5 * curvature * s
         chord = s * np.sinc(half_turn / np.pi) * np.exp(1j * half_turn)
         bent = sharpness != 0.0
         chord[bent] = _clothoid_displacements(s[bent], curvature[bent], sharpness[bent])
         point = knots[:, 0] + 1j * knots[:, 1] + np.exp(1j * knots[:, 2]) * chord
-        heading = knots[:, 2] + (curvature + 0.5 * sharpness * s) * s
+        heading = knots[:, 2] + spin + (curvature + 0.5 * sharpness * s) * s
         return point.real, point.imag, heading, curvature + sharpness * s
 
 

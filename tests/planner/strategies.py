@@ -28,7 +28,17 @@ def pose_pairs(draw: st.DrawFn) -> tuple[Pose, Pose]:
 
 
 limits = st.tuples(floats(0.2, 2.0), floats(0.1, 10.0))
-pieces = st.builds(Piece, floats(0.0, 3.0), floats(-2.0, 2.0), st.one_of(st.just(0.0), floats(-4.0, 4.0)))
+sharpnesses = st.one_of(st.just(0.0), floats(-4.0, 4.0))
+
+
+def forward_pieces(
+    lengths: st.SearchStrategy[float], curvatures: st.SearchStrategy[float], sharpness: st.SearchStrategy[float]
+) -> st.SearchStrategy[Piece]:
+    return st.builds(Piece, lengths, curvatures, sharpness, st.just(1), st.just(0.0))
+
+
+pieces = forward_pieces(floats(0.0, 3.0), floats(-2.0, 2.0), sharpnesses)
+moves = st.one_of(pieces, pieces.map(lambda piece: piece._replace(direction=-1)), st.builds(Piece.spin, headings))
 
 
 @st.composite

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.special import fresnel
 
 from services.planner.clothoid import Piece, PiecePath, Pose, joined
-from tests.planner.strategies import floats, pieces, poses
+from tests.planner.strategies import floats, moves, pieces, poses
 
 
 @pytest.mark.parametrize("sharpness", [1.0, 2.1, 15.75, 1e-3, 0.3])
@@ -37,14 +37,14 @@ def test_vanishing_sharpness_is_an_arc(curvature: float, length: float) -> None:
 @given(poses, pieces, floats(0.0, 1.0))
 def test_a_cut_piece_goes_on_where_it_was_cut(start: Pose, piece: Piece, share: float) -> None:
     s = share * piece.length_m
-    first = Piece(s, piece.curvature_1pm, piece.sharpness_1pm2)
-    second = Piece(piece.length_m - s, piece.curvature_at(s), piece.sharpness_1pm2)
+    first = piece._replace(length_m=s)
+    second = piece._replace(length_m=piece.length_m - s, curvature_1pm=piece.curvature_at(s))
     whole, parts = PiecePath(start, (piece,)).end, PiecePath(start, (first, second)).end
     assert abs(whole.point - parts.point) < 1e-12
     assert whole.heading_rad == pytest.approx(parts.heading_rad, abs=1e-12)
 
 
-@given(poses, st.lists(pieces, max_size=5))
+@given(poses, st.lists(moves, max_size=5))
 def test_sampling_agrees_with_single_poses(start: Pose, chain: list[Piece]) -> None:
     path = PiecePath(start, tuple(chain))
     s = np.linspace(0.0, path.length_m, 7)
@@ -71,3 +71,36 @@ def test_seen_from_undoes_moved(a: Pose, b: Pose) -> None:
     back = a.moved(displacement, turn)
     assert abs(back.point - b.point) < 1e-13
     assert abs(cmath.phase(back.direction / b.direction)) < 1e-14
+
+
+def test_reversing_keeps_the_turning_centre_on_its_side() -> None:
+    back = PiecePath(Pose(0.0, 0.0, 0.0), (Piece(math.pi, 0.5, direction=-1),)).end
+    assert back == pytest.approx((-2.0, 2.0, -math.pi / 2), abs=1e-15)
+
+
+def test_turning_on_the_spot_moves_nothing() -> None:
+    path = PiecePath(Pose(1.0, 2.0, 0.0), (Piece.spin(math.pi / 2), Piece(3.0), Piece.spin(-1.0)))
+    assert path.length_m == 3.0
+    assert path.end == pytest.approx((1.0, 5.0, math.pi / 2 - 1.0), abs=1e-15)
+    assert path.pose_at(0.0).heading_rad == math.pi / 2
+    assert path.pose_at(3.0) == path.end
+
+
+@given(poses, st.lists(moves, max_size=4))
+def test_turned_back_pieces_lead_back(start: Pose, chain: list[Piece]) -> None:
+    path = PiecePath(start, (*chain, *(piece.turned_back() for piece in reversed(chain))))
+    assert abs(path.end.point - start.point) < 1e-12
+    assert path.end.heading_rad == pytest.approx(start.heading_rad, abs=1e-12)
+
+
+@given(poses, moves)
+def test_a_piece_obeys_its_differential_equations(start: Pose, piece: Piece) -> None:
+    path, s, h = PiecePath(start, (piece,)), 0.5 * piece.length_m, 1e-5
+    if piece.length_m < 0.1:
+        return
+    x, y, heading, curvature = path.sample(np.array([s - h, s, s + h]))
+    assert complex(x[2] - x[0], y[2] - y[0]) / (2 * h) == pytest.approx(
+        piece.direction * cmath.rect(1.0, heading[1]), abs=1e-7
+    )
+    assert (heading[2] - heading[0]) / (2 * h) == pytest.approx(piece.direction * curvature[1], abs=1e-7)
+    assert (curvature[2] - curvature[0]) / (2 * h) == pytest.approx(piece.sharpness_1pm2, abs=1e-7)

@@ -12,7 +12,7 @@ from services.planner.ccd import ContinuousDubins
 from services.planner.clothoid import Floats, Piece, PiecePath, Pose
 from services.planner.fit_arcs import TOLERANCE_M, Cut, biarc, cut
 from services.planner.method import CurveEnd, transition
-from tests.planner.strategies import floats, pose_pairs, poses
+from tests.planner.strategies import floats, forward_pieces, pose_pairs, poses
 
 GAP_TOLERANCE = 1e-9
 SEGMENT_MIN_M = 1e-3
@@ -59,7 +59,7 @@ def test_transitions_are_cut_within_a_millimetre(
     assert min(piece.curve.length_m for piece in cuts) >= SEGMENT_MIN_M
 
 
-@given(poses, st.lists(st.builds(Piece, floats(1e-6, 0.02), floats(-1.1, 1.1), st.just(0.0)), min_size=1, max_size=4))
+@given(poses, st.lists(forward_pieces(floats(1e-6, 0.02), floats(-1.1, 1.1), st.just(0.0)), min_size=1, max_size=4))
 def test_slivers_are_drawn_together_with_their_neighbours(start: Pose, chain: list[Piece]) -> None:
     path = PiecePath(start, (Piece(0.5), *chain, Piece(0.5, 0.5)))
     cuts = cut(path)
