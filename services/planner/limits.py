@@ -1,21 +1,24 @@
 """The limits that a plan keeps: the vehicle's, and what the options ask for within them."""
 
-import math
 from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
 
 from schemas.errors import PlanningError
 from schemas.messages import PlanOptions
 from schemas.vehicle import Vehicle
+from services.planner.clothoid import Floats
 
 # Beyond these a plan would be nonsense (turns of 100 m radius, puddles of paint) rather than merely poor.
 CURVATURE_MIN_1PM = 0.01
 SHARPNESS_RANGE_1PM2 = (0.001, 1000.0)
 SPEED_MIN_MPS = 0.05
-# Where changing curvature takes the wheels' acceleration, this much is kept for changing speed.
-ALONG_MIN_MPS2 = 0.05
 # The arcs that are sent are a little shorter than the clothoids that they stand for; this share of the wheels'
 # acceleration is planned with, so that the difference never shows.
 RIM_SHARE = 0.999
+# Curvature (1/m) and sharpness (1/m²) below this limit no speed.
+STRAIGHT = 1e-9
 
 
 @dataclass(frozen=True)
@@ -30,6 +33,7 @@ class Limits:
     half_track_m: float
     rim_speed_mps: float
     rim_acceleration_mps2: float
+    lateral_mps2: float
 
     @classmethod
     def of(cls, vehicle: Vehicle, options: PlanOptions) -> "Limits":
@@ -51,22 +55,33 @@ class Limits:
         paint = _option("paint_speed_mps", options.paint_speed_mps, vehicle.paint_speed_mps, *speeds)
         transit = _option("transit_speed_mps", options.transit_speed_mps, vehicle.transit_speed_mps, *speeds)
         acceleration = min(vehicle.max_acceleration_mps2, rim_acceleration)
-        return cls(curvature, sharpness, paint, transit, acceleration, half_track, rim_speed, rim_acceleration)
+        lateral = vehicle.max_lateral_acceleration_mps2
+        return cls(curvature, sharpness, paint, transit, acceleration, half_track, rim_speed, rim_acceleration, lateral)
 
-    def on(self, curvature_1pm: float, sharpness_1pm2: float, speed_mps: float) -> tuple[float, float]:
-        """Speed (m/s), at most `speed_mps`, and acceleration (m/s²) for a stretch of path.
+    @cached_property
+    def row(self) -> Floats:
+        """The limits as the kernels take them (see passes.py)."""
+        return np.array(
+            (
+                self.transit_speed_mps,
+                self.rim_speed_mps,
+                self.rim_acceleration_mps2,
+                self.half_track_m,
+                self.acceleration_mps2,
+                self.lateral_mps2,
+            )
+        )
 
-        The stretch has at most this |curvature| and |sharpness|. There the outer rim runs at v(1 + |κ|r) and
-        accelerates with at most a(1 + |κ|r) + v²|σ|r. Speed goes first, as long as `ALONG_MIN_MPS2` is left to a.
+    def square_cap(self, curvature_1pm: Floats, sharpness_1pm2: Floats) -> Floats:
+        """The largest v² (m²/s²) at |curvature| and |sharpness|, both (n,).
+
+        The outer rim runs at v(1 + |κ|r); where v² alone takes v²|σ|r of the rims' acceleration, all of it is given.
         """
-        outer = 1.0 + abs(curvature_1pm) * self.half_track_m
-        turning = abs(sharpness_1pm2) * self.half_track_m
-        speed = min(speed_mps, self.rim_speed_mps / outer)
-        spare = self.rim_acceleration_mps2 - ALONG_MIN_MPS2 * outer
-        if speed * speed * turning > spare:
-            speed = math.sqrt(spare / turning)
-        along = (self.rim_acceleration_mps2 - speed * speed * turning) / outer
-        return speed, min(self.acceleration_mps2, along)
+        square = np.square(
+            np.minimum(self.transit_speed_mps, self.rim_speed_mps / (1.0 + curvature_1pm * self.half_track_m))
+        )
+        square = np.minimum(square, self.lateral_mps2 / np.maximum(curvature_1pm, STRAIGHT))
+        return np.minimum(square, self.rim_acceleration_mps2 / np.maximum(sharpness_1pm2 * self.half_track_m, STRAIGHT))
 
     def stopping_distance_m(self, speed_mps: float) -> float:
         """Distance to stop from `speed_mps` on a straight, or to reach it."""

@@ -10,14 +10,16 @@ from schemas.vehicle import Vehicle
 from services.planner.actuation import Painted, actuation_profile
 from services.planner.ccd import ContinuousDubins
 from services.planner.clothoid import Pose
+from services.planner.course import course
 from services.planner.dubins_padded import PaddedDubins
 from services.planner.limits import Limits
 from services.planner.measure import measure
 from services.planner.method import TransitionMethod
 from services.planner.offset import strokes
-from services.planner.output import Sent, send, trajectory_message
+from services.planner.output import trajectory_message
 from services.planner.route import Section, route
-from services.planner.timing import Cap, SpeedProfile, Steady, speed_profile
+from services.planner.sending import Sent, send
+from services.planner.timing import SpeedProfile, Steady, speed_profile
 
 METHODS: dict[str, Callable[[Limits], TransitionMethod]] = {
     ContinuousDubins.name: lambda limits: ContinuousDubins(limits.curvature_max_1pm, limits.sharpness_max_1pm2),
@@ -71,7 +73,9 @@ def plan(
     sent = send(sections, lambda done: progress("cutting into arcs", done))
 
     painted = [Painted(s.id, s.start_m, s.end_m, s.stroke.actuation) for s in sent if s.stroke]
-    speeds = speed_profile(_caps(sent, limits), _steady(painted, limits, vehicle))
+    steady = _steady(painted, limits, vehicle)
+    borders = [border for stretch in steady for border in stretch[:2]]
+    speeds = speed_profile(course(sections, sent, borders, limits), steady, limits)
     progress("speeds", 1.0)
 
     switches = actuation_profile(painted, speeds, vehicle)
@@ -100,11 +104,6 @@ def _start(options: PlanOptions) -> Pose | None:
     if start is None or not all(abs(value) < START_MAX for value in start):
         raise PlanningError("", "has an unusable start pose", "give x (m), y (m) and heading (rad) on the field")
     return start
-
-
-def _caps(sent: list[Sent], limits: Limits) -> list[Cap]:
-    """The transit speed and the comfortable acceleration, less where the wheels need it."""
-    return [Cap(s.end_m, *limits.on(s.curvature_1pm, s.sharpness_1pm2, limits.transit_speed_mps)) for s in sent]
 
 
 def _steady(painted: list[Painted], limits: Limits, vehicle: Vehicle) -> list[Steady]:
