@@ -40,7 +40,7 @@ def transition(method: TransitionMethod, start: CurveEnd, goal: CurveEnd) -> Pie
     lead_in = method.lead_in(goal.curvature_1pm)
     between = method.connect(PiecePath(start.pose, lead_out).end, before(goal.pose, lead_in))
     path = PiecePath(start.pose, joined((*lead_out, *between, *lead_in)))
-    return _carried_on(start, goal, path.length_m) or path
+    return carried_on(start, goal, path.length_m) or path
 
 
 def before(goal: Pose, pieces: tuple[Piece, ...]) -> Pose:
@@ -51,7 +51,7 @@ def before(goal: Pose, pieces: tuple[Piece, ...]) -> Pose:
     return Pose(point.real, point.imag, heading)
 
 
-def _carried_on(start: CurveEnd, goal: CurveEnd, length_max_m: float) -> PiecePath | None:
+def carried_on(start: CurveEnd, goal: CurveEnd, length_max_m: float) -> PiecePath | None:
     """The line or arc that leads from `start` to `goal`, if one does so within a length (a dashed line or circle)."""
     curvature = start.curvature_1pm
     chord, turn = goal.pose.seen_from(start.pose)

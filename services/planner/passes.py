@@ -20,6 +20,8 @@ TRANSIT, RIM_SPEED, RIM_ACCELERATION, HALF_TRACK, ACCELERATION, LATERAL = range(
 CELL_CURVATURE_1PM = 0.15
 # Below this curvature (1/m) a path is straight.
 STRAIGHT_1PM = 1e-9
+# What it costs to slow down a painted line next to a way.
+SLOWED_S_PER_MPS, SPEED_SLACK_MPS = 30.0, 1e-6
 
 
 @kernel
@@ -79,9 +81,8 @@ def peak(
 def cell_time(length: float, first: float, last: float, top: float, most: float) -> float:
     """Seconds for a cell: up to `top`, on at `top`, down; or straight from `first` to `last` (u)."""
     start, end = math.sqrt(first), math.sqrt(last)
-    if most <= 0.0 or top <= max(first, last):
-        if most <= 0.0 or (top == first and top == last):
-            return 2.0 * length / max(start + end, 1e-12)
+    if most <= 0.0 or (top == first and top == last):
+        return 2.0 * length / max(start + end, 1e-12)
     fast = math.sqrt(top)
     cruise = max(length - (top - first) / (2.0 * most) - (top - last) / (2.0 * most), 0.0)
     return (fast - start) / most + (fast - end) / most + cruise / max(fast, 1e-12)
@@ -91,7 +92,8 @@ def cell_time(length: float, first: float, last: float, top: float, most: float)
 def path_time(pieces: Floats, count: int, first: float, last: float, limits: Floats) -> float:
     """Seconds for `count` pieces (length, curvature, sharpness per row), entered and left at speeds (m/s).
 
-    An exit or entry speed that the path cannot have is lowered, silently: this is a figure to compare ways by.
+    This is a figure to compare ways by: a speed at an end that the way does not allow is lowered, and punished, as it
+    would slow down the painted line there.
     """
     cells = 0
     for k in range(count):
@@ -115,7 +117,8 @@ def path_time(pieces: Floats, count: int, first: float, last: float, limits: Flo
     for i in range(cells):
         top, most = peak(length[i], curvature[i], sharpness[i], cap[i], limits, square[i], square[i + 1])
         seconds += cell_time(length[i], square[i], square[i + 1], top, most)
-    return seconds
+    lost = max(first - math.sqrt(square[0]), 0.0) + max(last - math.sqrt(square[cells]), 0.0)
+    return seconds + (SLOWED_S_PER_MPS * lost if lost > SPEED_SLACK_MPS else 0.0)
 
 
 @kernel
