@@ -3,6 +3,7 @@
 import math
 
 from services.planner.clothoid import Piece, Pose
+from services.planner.method import CurveEnd, through_straights
 from services.planner.turns import ContinuousTurn
 from services.planner.words import shortest_word
 
@@ -34,3 +35,7 @@ class ContinuousDubins:
     def connect(self, start: Pose, goal: Pose) -> tuple[Piece, ...]:
         """The shortest of the CC words."""
         return shortest_word(start, goal, self.turn).pieces(self.turn)
+
+    def between(self, start: CurveEnd, goal: CurveEnd) -> tuple[Piece, ...]:
+        """Out to a straight, on, and in from a straight."""
+        return through_straights(self, start, goal)

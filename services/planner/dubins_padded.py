@@ -2,6 +2,7 @@
 
 from services.planner.clothoid import Piece, Pose
 from services.planner.dubins import dubins_pieces
+from services.planner.method import CurveEnd, through_straights
 
 # The study drives straight this far before and after every painted segment, to lower the discs and to settle.
 PADDING_BEFORE_M = 0.5
@@ -27,3 +28,7 @@ class PaddedDubins:
     def connect(self, start: Pose, goal: Pose) -> tuple[Piece, ...]:
         """The optimal Dubins path."""
         return dubins_pieces(start, goal, self.curvature_max_1pm)
+
+    def between(self, start: CurveEnd, goal: CurveEnd) -> tuple[Piece, ...]:
+        """Out to a straight, on, and in from a straight."""
+        return through_straights(self, start, goal)

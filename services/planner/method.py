@@ -33,14 +33,22 @@ class TransitionMethod(Protocol):
     def connect(self, start: Pose, goal: Pose) -> tuple[Piece, ...]:
         """The way between two poses, straight (curvature 0) at both; exists for every pair."""
 
+    def between(self, start: CurveEnd, goal: CurveEnd) -> tuple[Piece, ...]:
+        """The way from the end of one painted curve to the beginning of the next one."""
+
 
 def transition(method: TransitionMethod, start: CurveEnd, goal: CurveEnd) -> PiecePath:
     """The path from the end of one painted curve to the beginning of the next one."""
+    path = PiecePath(start.pose, method.between(start, goal))
+    return carried_on(start, goal, path.length_m) or path
+
+
+def through_straights(method: TransitionMethod, start: CurveEnd, goal: CurveEnd) -> tuple[Piece, ...]:
+    """The method's lead-out, its way between straights, and its lead-in."""
     lead_out = method.lead_out(start.curvature_1pm)
     lead_in = method.lead_in(goal.curvature_1pm)
     between = method.connect(PiecePath(start.pose, lead_out).end, before(goal.pose, lead_in))
-    path = PiecePath(start.pose, joined((*lead_out, *between, *lead_in)))
-    return carried_on(start, goal, path.length_m) or path
+    return joined((*lead_out, *between, *lead_in))
 
 
 def before(goal: Pose, pieces: tuple[Piece, ...]) -> Pose:

@@ -8,24 +8,17 @@ from schemas.messages import PlanOptions, PlanReport, Trajectory
 from schemas.template import Template
 from schemas.vehicle import Vehicle
 from services.planner.actuation import Painted, actuation_profile
-from services.planner.ccd import ContinuousDubins
+from services.planner.arrange import arranged, ordering
 from services.planner.clothoid import Pose
 from services.planner.course import course
-from services.planner.dubins_padded import PaddedDubins
 from services.planner.limits import Limits
 from services.planner.measure import measure
-from services.planner.method import TransitionMethod
-from services.planner.offset import strokes
+from services.planner.offset import modes
 from services.planner.output import trajectory_message
 from services.planner.route import Section, route
 from services.planner.sending import Sent, send
 from services.planner.timing import SpeedProfile, Steady, speed_profile
-
-METHODS: dict[str, Callable[[Limits], TransitionMethod]] = {
-    ContinuousDubins.name: lambda limits: ContinuousDubins(limits.curvature_max_1pm, limits.sharpness_max_1pm2),
-    PaddedDubins.name: lambda limits: PaddedDubins(limits.curvature_max_1pm),
-}
-DEFAULT_METHOD = ContinuousDubins.name
+from services.planner.ways import DEFAULT_METHOD, METHODS, Ways
 
 # A start pose further out than this (m) is a mistake.
 START_MAX = 20_000.0
@@ -55,21 +48,23 @@ def plan(
     vehicle: Vehicle,
     options: PlanOptions | None = None,
     progress: Progress = lambda stage, fraction: None,
+    enough: Callable[[], bool] = lambda: False,
 ) -> Plan:
-    """The trajectory that paints `template`, segments in its order, with `vehicle`.
+    """The trajectory that paints `template` with `vehicle`.
 
-    `progress` is told the stage and the fraction of it that is done. The report's planning time is left at 0: the core
-    knows no clock.
+    `progress` is told the stage and the fraction of it that is done; `enough` is asked now and then whether to take the
+    best order so far. The report's planning time is left at 0: the core knows no clock.
 
     Raises:
         PlanningError: An option or a segment cannot be met; it names which and what to do.
     """
     options = options or PlanOptions()
     limits = Limits.of(vehicle, options)
-    method = transition_method(options.method, limits)
+    ways, start = ways_of(options.method, limits), _start(options)
 
-    lines = strokes(template.segments, vehicle, limits.curvature_max_1pm)
-    sections = route(lines, method, limits, _start(options), lambda done: progress("transitions", done))
+    choices = modes(template.segments, vehicle, limits.curvature_max_1pm, free=ordering(options))
+    lines = arranged(choices, ways, start, options, lambda done: progress("order", done), enough)
+    sections = route(lines, ways, start, lambda done: progress("transitions", done))
     sent = send(sections, lambda done: progress("cutting into arcs", done))
 
     painted = [Painted(s.id, s.start_m, s.end_m, s.stroke.actuation) for s in sent if s.stroke]
@@ -85,8 +80,8 @@ def plan(
     return Plan(trajectory, report, sections, sent, painted, speeds, limits)
 
 
-def transition_method(name: str, limits: Limits) -> TransitionMethod:
-    """The transition method of that name ("" is the default).
+def ways_of(name: str, limits: Limits) -> Ways:
+    """The ways of the method of that name ("" is the default).
 
     Raises:
         PlanningError: There is no such method.

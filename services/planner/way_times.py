@@ -1,7 +1,7 @@
 """Compiled: how long the quickest way takes from the end of each painted segment to the beginning of each other one.
 
-For ordering, thousands of ways are timed at once: of every pair of turns on offer (tight and slow, wide and fast) the
-shortest of the six words, entered and left by the clothoids that painted arcs need, at the speeds of its limits.
+For ordering, thousands of ways are timed at once: for each of the turns on offer (tight and slow, wide and fast) the
+shortest way, with the clothoids and straights that lead out of and into painted curves, under the limits of the wheels.
 """
 
 import math
@@ -9,163 +9,136 @@ import math
 import numpy as np
 
 from schemas.jit import kernel
-from services.planner.clothoid import NODES, WEIGHTS, Floats
+from services.planner.clothoid import Floats
 from services.planner.order_search import Ints
 from services.planner.passes import path_time
-from services.planner.turns import ContinuousTurn
+from services.planner.steering.circles import LIMIT, LIMIT_TURN, turn_length, word_table
+from services.planner.steering.forward import WORDS, shortest_forward, three_elements
+from services.planner.steering.profile import shape
+from services.planner.steering.spiral import ramp, unit
 
+# Columns of an end's row: pose and curvature (1/m) where the turns begin, speed (m/s) on the painted curve; between both
+# a clothoid from the painted curvature to 0 (or none: 0) at a sharpness (1/m²), and a straight (m).
+X, Y, HEADING, CURVATURE, SPEED, PAINTED, LEAD, PAD = range(8)
+COLUMNS = 8
+PIECES_MAX = 20
 TAU = 2.0 * math.pi
-# Columns of a turn's row.
-CENTRE_X, CENTRE_Y, CURVATURE, SHARPNESS, SPIRAL, LIMIT, RADIUS, CROSSING = range(8)
-# Columns of an end's row: the pose where the turns begin; between it and the painted curve, of this curvature (1/m) and
-# painted at this speed, a clothoid of this sharpness (1/m²) and a straight of this length (m).
-X, Y, HEADING, PAINTED_CURVATURE, SPEED, LEAD, PAD = range(7)
-PIECES_MAX = 16
-
-
-def turn_row(turn: ContinuousTurn) -> Floats:
-    """A turn as the kernels take it."""
-    return np.array(
-        (
-            turn.centre.real,
-            turn.centre.imag,
-            turn.curvature,
-            turn.sharpness,
-            turn.spiral_length,
-            turn.limit_deflection,
-            turn.radius,
-            turn.crossing_angle,
-        )
-    )
 
 
 @kernel
-def _deflection(angle: float) -> float:
-    turn = angle - TAU * math.floor(angle / TAU)
-    return 0.0 if turn > TAU - 1e-9 else turn
+def _remainder(angle: float) -> float:
+    return angle - TAU * math.floor(angle / TAU + 0.5)
 
 
 @kernel
-def _half_spiral(deflection: float, turn: Floats) -> float:
-    half = 0.5 * deflection
-    chord = 0.0
-    for i in range(len(NODES)):
-        chord += WEIGHTS[i] * math.cos(half * (1.0 - NODES[i] * NODES[i]))
-    return turn[RADIUS] * math.sin(half + turn[CROSSING]) / chord
+def _add(pieces: Floats, count: int, length: float, curvature: float, sharpness: float) -> int:
+    if length <= 0.0:
+        return count
+    pieces[count, 0], pieces[count, 1], pieces[count, 2] = length, curvature, sharpness
+    return count + 1
 
 
 @kernel
-def _turn_length(deflection: float, turn: Floats) -> float:
-    if deflection < turn[LIMIT]:
-        return 2.0 * _half_spiral(deflection, turn)
-    return 2.0 * turn[SPIRAL] + (deflection - turn[LIMIT]) / turn[CURVATURE]
+def _add_ramp(pieces: Floats, count: int, k_from: float, k_to: float, root: float) -> int:
+    """The clothoid between two curvatures in units of unit sharpness."""
+    slope = math.copysign(root * root, k_to - k_from)
+    return _add(pieces, count, abs(k_to - k_from) / root, k_from * root, slope)
 
 
 @kernel
-def _turn_pieces(deflection: float, side: float, turn: Floats, pieces: Floats, count: int) -> int:
-    if deflection < turn[LIMIT]:
-        length = _half_spiral(deflection, turn)
-        top = deflection / length
-        pieces[count] = (length, 0.0, side * top / length)
-        pieces[count + 1] = (length, side * top, -side * top / length)
-        return count + 2
-    pieces[count] = (turn[SPIRAL], 0.0, side * turn[SHARPNESS])
-    pieces[count + 1] = ((deflection - turn[LIMIT]) / turn[CURVATURE], side * turn[CURVATURE], 0.0)
-    pieces[count + 2] = (turn[SPIRAL], side * turn[CURVATURE], -side * turn[SHARPNESS])
-    return count + 3
+def _add_turn(pieces: Floats, count: int, deflection: float, c: Floats, root: float) -> int:
+    """The turn by a signed deflection."""
+    size, side = abs(deflection), math.copysign(1.0, deflection)
+    if size >= c[LIMIT_TURN]:
+        count = _add_ramp(pieces, count, 0.0, side * c[LIMIT], root)
+        count = _add(pieces, count, (size - c[LIMIT_TURN]) / c[LIMIT] / root, side * c[LIMIT] * root, 0.0)
+        return _add_ramp(pieces, count, side * c[LIMIT], 0.0, root)
+    half = 0.5 * turn_length(size, c) / root
+    top = side * size / half
+    count = _add(pieces, count, half, 0.0, top / half)
+    return _add(pieces, count, half, top, -top / half)
 
 
 @kernel
-def shortest(goal: complex, heading: float, turn: Floats) -> tuple[float, float, float, float, float, float, float]:
-    """The shortest word's length, the sides of its three parts (0: straight) and their amounts (rad or m)."""
-    best, s0, s1, s2, a0, a1, a2 = np.inf, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    off = abs(math.remainder(heading, TAU))
-    if abs(goal.imag) <= 1e-9 and goal.real >= 0.0 and off <= 1e-9:
-        return goal.real, 0.0, 0.0, 0.0, goal.real, 0.0, 0.0
-    centre = complex(turn[CENTRE_X], turn[CENTRE_Y])
-    radius, forward, aside = turn[RADIUS], turn[CENTRE_X], turn[CENTRE_Y]
-    for side in (1.0, -1.0):
-        z, h = complex(goal.real, side * goal.imag), side * heading
-        direction = complex(math.cos(h), math.sin(h))
-        left, right = z - direction * centre.conjugate(), z - direction * centre
-        between = left - centre
-        distance = abs(between)
-        straight = distance - 2.0 * forward
-        if straight >= 0.0:
-            course = math.atan2(between.imag, between.real)
-            first, last = _deflection(course), _deflection(h - course)
-            length = straight + _turn_length(first, turn) + _turn_length(last, turn)
+def _add_word(pieces: Floats, count: int, ends: Floats, goal: complex, turn: float, c: Floats, root: float) -> int:
+    """The shortest of the six words, with ramps to and from straight."""
+    to_straight, out_turn = ramp(0.0, ends[0], 0.0)
+    from_straight, in_turn = ramp(0.0, 0.0, ends[1])
+    between = (goal - unit(turn - in_turn) * from_straight - to_straight) * unit(-out_turn)
+    heading = turn - in_turn - out_turn
+    count = _add_ramp(pieces, count, ends[0], 0.0, root)
+    if abs(between.imag) <= 1e-9 and between.real >= 0.0 and abs(_remainder(heading)) <= 1e-9:
+        count = _add(pieces, count, between.real / root, 0.0, 0.0)
+    else:
+        table = np.empty((8, 3))
+        word_table(between.real, between.imag, heading, c, table)
+        best, chosen = math.inf, 0
+        for row in range(8):
+            if table[row, 1] == math.inf:
+                continue
+            middle = table[row, 1] if row % 4 < 2 else turn_length(abs(table[row, 1]), c)
+            length = turn_length(abs(table[row, 0]), c) + middle + turn_length(abs(table[row, 2]), c)
             if length < best:
-                best, s0, s1, s2, a0, a1, a2 = length, side, 0.0, side, first, straight, last
-        if distance <= 4.0 * radius:
-            along = between / distance if distance > 0.0 else complex(1.0, 0.0)
-            height = math.sqrt(max(4.0 * radius * radius - 0.25 * distance * distance, 0.0))
-            touch = math.atan2(centre.imag, centre.real)
-            for offset in (height, -height):
-                middle = centre + 0.5 * between + 1j * along * offset
-                there, on = middle - centre, left - middle
-                begin = math.atan2(there.imag, there.real) + touch
-                end = math.atan2(on.imag, on.real) - touch
-                first, second, last = _deflection(begin), _deflection(begin - end), _deflection(h - end)
-                length = _turn_length(first, turn) + _turn_length(second, turn) + _turn_length(last, turn)
-                if length < best:
-                    best, s0, s1, s2, a0, a1, a2 = length, side, -side, side, first, second, last
-        between = right - centre
-        distance = abs(between)
-        if distance >= 2.0 * radius:
-            tangent = math.sqrt(distance * distance - 4.0 * aside * aside)
-            course = math.atan2(between.imag, between.real) + math.atan2(2.0 * aside, tangent)
-            first, last = _deflection(course), _deflection(course - h)
-            straight = max(tangent - 2.0 * forward, 0.0)
-            length = straight + _turn_length(first, turn) + _turn_length(last, turn)
-            if length < best:
-                best, s0, s1, s2, a0, a1, a2 = length, side, 0.0, -side, first, straight, last
-    return best, s0, s1, s2, a0, a1, a2
+                best, chosen = length, row
+        count = _add_turn(pieces, count, table[chosen, 0], c, root)
+        if chosen % 4 < 2:
+            count = _add(pieces, count, table[chosen, 1] / root, 0.0, 0.0)
+        else:
+            count = _add_turn(pieces, count, table[chosen, 1], c, root)
+        count = _add_turn(pieces, count, table[chosen, 2], c, root)
+    return _add_ramp(pieces, count, 0.0, ends[1], root)
 
 
 @kernel
-def way_time(start: Floats, goal: Floats, turn: Floats, limits: Floats, pieces: Floats) -> float:
-    """Seconds from a painted end (row of `starts`) to a painted beginning, with the turns of `turn`."""
-    c, s = math.cos(start[HEADING]), math.sin(start[HEADING])
-    dx, dy = goal[X] - start[X], goal[Y] - start[Y]
-    seen = complex(c * dx + s * dy, c * dy - s * dx)
-    _, s0, s1, s2, a0, a1, a2 = shortest(seen, goal[HEADING] - start[HEADING], turn)
-    count = 0
-    k = start[PAINTED_CURVATURE]
-    if k != 0.0:
-        pieces[0] = (abs(k) / start[LEAD], k, -math.copysign(start[LEAD], k))
-        count = 1
-    if start[PAD] > 0.0:
-        pieces[count] = (start[PAD], 0.0, 0.0)
-        count += 1
-    for side, amount in ((s0, a0), (s1, a1), (s2, a2)):
-        if side != 0.0:
-            count = _turn_pieces(amount, side, turn, pieces, count)
-        elif amount > 0.0:
-            pieces[count] = (amount, 0.0, 0.0)
-            count += 1
-    if goal[PAD] > 0.0:
-        pieces[count] = (goal[PAD], 0.0, 0.0)
-        count += 1
-    k = goal[PAINTED_CURVATURE]
-    if k != 0.0:
-        pieces[count] = (abs(k) / goal[LEAD], 0.0, math.copysign(goal[LEAD], k))
-        count += 1
+def _add_profile(
+    pieces: Floats, count: int, straight: bool, amounts: Floats, ends: Floats, c: Floats, root: float
+) -> int:
+    """The pieces of a forward profile (see profile.py)."""
+    extreme, hold, rate = np.empty(3), np.empty(3), np.empty(3)
+    shape(three_elements(straight), amounts, ends, c[LIMIT], extreme, hold, rate)
+    k = ends[0]
+    for i in range(3):
+        count = _add_ramp(pieces, count, k, extreme[i], root)
+        count = _add(pieces, count, hold[i] / root, extreme[i] * root, 0.0)
+        k = extreme[i]
+    return _add_ramp(pieces, count, k, ends[1], root)
+
+
+@kernel
+def way_time(start: Floats, goal: Floats, c: Floats, root: float, limits: Floats, hops: bool, pieces: Floats) -> float:
+    """Seconds from one painted end to one painted beginning, with one kind of turn; `hops`: short hops included."""
+    seen = complex(goal[X] - start[X], goal[Y] - start[Y]) * unit(-start[HEADING]) * root
+    turn = _remainder(goal[HEADING] - start[HEADING])
+    ends, amounts = np.empty(2), np.empty(3)
+    ends[0], ends[1] = start[CURVATURE] / root, goal[CURVATURE] / root
+    k = start[PAINTED]
+    count = _add(pieces, 0, abs(k) / start[LEAD], k, -math.copysign(start[LEAD], k))
+    count = _add(pieces, count, start[PAD], 0.0, 0.0)
+    family = WORDS
+    if hops:
+        _, family = shortest_forward(ends, seen, turn, c, True, amounts)
+    if family == WORDS:
+        count = _add_word(pieces, count, ends, seen, turn, c, root)
+    else:
+        count = _add_profile(pieces, count, family == 1, amounts, ends, c, root)
+    count = _add(pieces, count, goal[PAD], 0.0, 0.0)
+    k = goal[PAINTED]
+    count = _add(pieces, count, abs(k) / goal[LEAD], 0.0, math.copysign(goal[LEAD], k))
     return path_time(pieces, count, start[SPEED], goal[SPEED], limits)
 
 
 @kernel
 def way_times(
-    starts: Floats, goals: Floats, turns: Floats, limits: Floats, pairs: Ints, seconds: Floats, choice: Ints
-) -> None:
-    """Fill the seconds and the best turn of every pair (start, goal).
+    starts: Floats, goals: Floats, circles: Floats, roots: Floats, limits: Floats, pairs: Ints, hops: bool
+) -> Floats:
+    """Seconds (n,) of the quickest way of every pair (n, 2) of start and goal.
 
-    `starts` and `goals` are (turns, ends, 7), `turns` (turns, 8), `pairs` (n, 2), `seconds` and `choice` (n,).
+    `starts` and `goals` are (turns, ends, COLUMNS), `circles` (turns, 6) and `roots` (turns,) the square roots of their
+    sharpness.
     """
-    pieces = np.empty((PIECES_MAX, 3))
+    pieces, seconds = np.empty((PIECES_MAX, 3)), np.full(len(pairs), np.inf)
     for p in range(len(pairs)):
-        seconds[p] = np.inf
-        for k in range(len(turns)):
-            time = way_time(starts[k, pairs[p, 0]], goals[k, pairs[p, 1]], turns[k], limits, pieces)
-            if time < seconds[p]:
-                seconds[p], choice[p] = time, k
+        for k in range(len(circles)):
+            start, goal = starts[k, pairs[p, 0]], goals[k, pairs[p, 1]]
+            seconds[p] = min(seconds[p], way_time(start, goal, circles[k], roots[k], limits, hops, pieces))
+    return seconds

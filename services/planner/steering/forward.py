@@ -1,0 +1,189 @@
+"""The shortest way driven forward, where the goal is so close that the six words of turning circles are too long.
+
+Two families of profiles between any two curvatures: bend, bend, bend (the middle one may also be a dent between two
+bends to one side) and bend, straight, bend. Newton's method starts from a fixed set of deflections, which was chosen so
+that it finds the best that a hundred times as many starts find.
+"""
+
+import math
+
+import numpy as np
+
+from schemas.jit import kernel
+from services.planner.clothoid import Floats
+from services.planner.steering.circles import LIMIT, RADIUS, TAU, shortest_word, word_table
+from services.planner.steering.profile import AMOUNT, DIRECTION, STRAIGHT, UNKNOWN, amount_of, solve
+from services.planner.steering.spiral import ramp, unit
+
+# A profile must be this much shorter to replace an earlier one, so that ties do not depend on rounding.
+TIE = 1e-10
+BENDS_ONLY, WITH_A_STRAIGHT, WORDS = range(3)
+
+# Deflections (rad) of the bends; in BEND_STRAIGHT_BEND the middle one is a length. All are used to both sides and in
+# both orders.
+BENDS = (
+    (-2.5, 1.2, -1.2),
+    (-0.4, 4.2, -0.05),
+    (-4.2, -0.05, -0.4),
+    (-1.2, 4.2, -1.2),
+    (-4.2, 0.05, -0.05),
+    (-4.2, 0.05, -4.2),
+    (-1.2, 4.2, -0.05),
+    (-1.2, 4.2, -0.4),
+    (-4.2, -0.05, -1.2),
+    (-2.5, 2.5, -1.2),
+    (-0.4, -0.05, -0.4),
+    (-2.5, 4.2, -0.05),
+    (-4.2, 2.5, -1.2),
+    (-4.2, -0.4, -2.5),
+    (-1.2, 0.05, -0.4),
+)
+BEND_STRAIGHT_BEND = ((-2.5, 3.0, -0.05), (-4.2, 0.5, -0.05), (-4.2, 3.0, 2.5), (-4.2, 0.5, -4.2))
+# Further away than this, in radii of the turning circle, the words lead Newton's method to the best profile.
+HOP_RADII = 5.5
+
+
+def _both_ways(starts: tuple[tuple[float, float, float], ...], middle: float) -> Floats:
+    """The starts, mirrored (the middle one multiplied by `middle`) and turned round, each once."""
+    ways = [way for a, b, c in starts for way in ((a, b, c), (c, b, a), (-a, middle * b, -c), (-c, middle * b, -a))]
+    return np.array(list(dict.fromkeys(ways)))
+
+
+_BENDS = _both_ways(BENDS, -1.0)
+_STRAIGHTS = _both_ways(BEND_STRAIGHT_BEND, 1.0)
+STARTS = np.concatenate((_BENDS, _STRAIGHTS))
+WITH_STRAIGHT = np.arange(len(STARTS)) >= len(_BENDS)
+
+
+@kernel
+def three_elements(straight_middle: bool) -> Floats:
+    """Bend, bend or straight, bend, all forward, each with an unknown of its own."""
+    elements = np.zeros((3, 4))
+    for i in range(3):
+        elements[i, DIRECTION] = 1.0
+        elements[i, UNKNOWN] = i
+        elements[i, AMOUNT] = 1.0
+    elements[1, STRAIGHT] = 1.0 if straight_middle else 0.0
+    return elements
+
+
+@kernel
+def shortest_forward(
+    ends: Floats, goal: complex, turn: float, c: Floats, short_hops: bool, amounts: Floats
+) -> tuple[float, int]:
+    """Length of the shortest way from the origin heading along +x, and what it is.
+
+    It is a profile of bends (0) or with a straight (1), its amounts in `amounts`, or one of the six words with ramps to
+    and from straight (2). `ends` are the curvatures at both ends, at most that of the circle `c`; `goal` and `turn` are
+    the pose to reach. Without `short_hops` only the words are compared.
+    """
+    to_straight, out_turn = ramp(0.0, ends[0], 0.0)
+    from_straight, in_turn = ramp(0.0, 0.0, ends[1])
+    between = (goal - unit(turn - in_turn) * from_straight - to_straight) * unit(-out_turn)
+    turn_between = turn - in_turn - out_turn
+    cos, sin = math.cos(turn_between), math.sin(turn_between)
+    best = abs(ends[0]) + abs(ends[1]) + shortest_word(between.real, between.imag, cos, sin, turn_between, c, 1.0)
+    family = WORDS
+    if short_hops:
+        length, found = polished_words(ends, goal, turn, between, turn_between, c, best, amounts)
+        if found >= 0:
+            best, family = length, found
+        if abs(goal) < HOP_RADII * c[RADIUS]:
+            length, found = short_hop(ends, goal, turn, c[LIMIT], best, amounts)
+            if found >= 0:
+                best, family = length, found
+    return best, family
+
+
+@kernel
+def polished_words(
+    ends: Floats,
+    goal: complex,
+    turn: float,
+    between: complex,
+    turn_between: float,
+    c: Floats,
+    best: float,
+    amounts: Floats,
+) -> tuple[float, int]:
+    """The shortest profile below `best` that Newton's method reaches from the words between the ends' straights."""
+    limit = c[LIMIT]
+    table = np.empty((8, 3))
+    word_table(between.real, between.imag, turn_between, c, table)
+    elements = (three_elements(False), three_elements(True))
+    family = -1
+    u = np.empty(3)
+    for row in range(8):
+        if table[row, 1] == math.inf:
+            continue
+        straight = row % 4 < 2
+        # The first bend takes the ramp to straight in, the last one the ramp from straight.
+        for i in range(3):
+            u[i] = amount_of(table[row, i] + _ramp_deflection(table[row, i], i, ends), limit)
+        if straight:
+            u[1] = table[row, 1]
+        length = attempt(u, straight, elements, ends, limit, goal, turn)
+        if length < best - TIE:
+            best, family = length, int(straight)
+            amounts[:] = u
+    return best, family
+
+
+@kernel
+def _ramp_deflection(deflection: float, position: int, ends: Floats) -> float:
+    k = ends[0] if position == 0 else ends[1] if position == 2 else 0.0
+    return k * abs(k) if k * deflection > 0.0 else 0.0
+
+
+@kernel
+def short_hop(
+    ends: Floats, goal: complex, turn: float, limit: float, best: float, amounts: Floats
+) -> tuple[float, int]:
+    """The shortest profile below `best` that Newton's method reaches from the fixed starts."""
+    elements = (three_elements(False), three_elements(True))
+    family = -1
+    u = np.empty(3)
+    for s in range(len(STARTS)):
+        straight = WITH_STRAIGHT[s]
+        for i in range(3):
+            u[i] = STARTS[s, i] if straight and i == 1 else amount_of(STARTS[s, i], limit)
+        length = attempt(u, straight, elements, ends, limit, goal, turn)
+        if length < best - TIE:
+            best, family = length, int(straight)
+            amounts[:] = u
+    return best, family
+
+
+@kernel
+def attempt(
+    u: Floats, straight: bool, elements: tuple[Floats, Floats], ends: Floats, limit: float, goal: complex, turn: float
+) -> float:
+    """Length of the profile that Newton's method reaches from `u`, with the number of full turns that `u` intends."""
+    intended = turn_of(u, straight, ends, limit)
+    return float(
+        solve(
+            elements[1] if straight else elements[0],
+            u,
+            ends,
+            limit,
+            goal,
+            turn + TAU * round((intended - turn) / TAU),
+        )
+    )
+
+
+@kernel
+def turn_of(u: Floats, straight_middle: bool, ends: Floats, limit: float) -> float:
+    """Turn of the whole forward profile of three elements with amounts `u`."""
+    turn, last = 0.0, ends[0]
+    for i in range(4):
+        if i == 3:
+            k, hold = ends[1], 0.0
+        elif straight_middle and i == 1:
+            k, hold = 0.0, 0.0
+        else:
+            k = min(max(u[i], -limit), limit)
+            hold = 2.0 * (abs(u[i]) - abs(k))
+        turn += 0.5 * (k + last) * abs(k - last) + k * hold
+        last = k
+    return turn

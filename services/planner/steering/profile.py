@@ -1,0 +1,159 @@
+"""Paths as curvature profiles with three unknown amounts, found by Newton's method.
+
+A profile is a row of elements, driven forward or backward. A bend climbs to an extreme curvature and, if that is the
+limit, holds it; a straight holds zero. Neighbours of one direction are joined by clothoids of full sharpness; between
+neighbours of opposite directions is a cusp, where curvature steps. The path's ends count as neighbours of their own
+curvature that are driven forward.
+
+An element's amount u is signed (left positive). A bend with r clothoids beside it has its extreme at u clipped to the
+limit and holds it for r·(|u| − limit); so its length grows by r per unit of u throughout. A bend between cusps is an
+arc of length |u| at the limit. More of u puts more path in at the extreme, where the curvature is k: whatever follows
+is turned by k per length about that point. That is the whole Jacobian.
+"""
+
+import math
+
+import numpy as np
+
+from schemas.jit import kernel
+from services.planner.clothoid import Floats
+from services.planner.steering.spiral import arc, ramp, unit
+
+MAX_ELEMENTS = 5
+# Columns of an element: is it straight, driven forward (+1) or backward (−1), which unknown it takes (−1: none), and
+# its amount: a factor to that unknown, or itself.
+STRAIGHT, DIRECTION, UNKNOWN, AMOUNT = range(4)
+# A step in Newton's method changes no amount by more than this; a solution is this close.
+STEP_MAX = 0.7
+TOLERANCE = 2e-12
+ITERATIONS = 15
+# Stand-in for the rate of a bend that is none: one that lies between its neighbours' curvatures.
+_FLAT = 1e-3
+FAILED = math.inf
+
+
+@kernel
+def amount_of(deflection: float, limit: float) -> float:
+    """The amount u of a bend between two straights that turns by `deflection`."""
+    size = abs(deflection)
+    amount = math.sqrt(size) if size < limit * limit else limit + (size - limit * limit) / (2.0 * limit)
+    return amount if deflection >= 0.0 else -amount
+
+
+@kernel
+def shape(elements: Floats, u: Floats, ends: Floats, limit: float, extreme: Floats, hold: Floats, rate: Floats) -> None:
+    """Extreme curvature, hold (length at it) and rate (added length per unit of amount) of every element."""
+    n = len(elements)
+    for i in range(n):
+        which = int(elements[i, UNKNOWN])
+        amount = elements[i, AMOUNT] * (u[which] if which >= 0 else 1.0)
+        hold[i] = amount
+        if elements[i, STRAIGHT] == 0.0:
+            extreme[i] = min(max(amount, -limit), limit)
+        else:
+            extreme[i] = 0.0
+    for i in range(n):
+        if elements[i, STRAIGHT] != 0.0:
+            rate[i] = 1.0
+            continue
+        amount = hold[i]
+        side = 1.0 if amount >= 0.0 else -1.0
+        ramps, rising = 0.0, 0.0
+        direction = elements[i, DIRECTION]
+        for j in (i - 1, i + 1):
+            inside = 0 <= j < n
+            if (elements[j, DIRECTION] if inside else 1.0) != direction:
+                continue
+            beside = extreme[j] if inside else ends[0 if j < 0 else 1]
+            ramps += 1.0
+            if extreme[i] > beside or (extreme[i] == beside and side > 0.0):
+                rising += 1.0
+            else:
+                rising -= 1.0
+        if ramps == 0.0:
+            extreme[i], hold[i], rate[i] = side * limit, abs(amount), side
+        else:
+            hold[i] = ramps * (abs(amount) - abs(extreme[i]))
+            rate[i] = rising if rising != 0.0 else side * _FLAT
+
+
+@kernel
+def shoot(
+    elements: Floats, ends: Floats, extreme: Floats, hold: Floats, points: Floats, headings: Floats
+) -> tuple[complex, float, float]:
+    """Displacement, turn and length of the profile; `points` and `headings` receive the pose at each extreme."""
+    p, heading, length = 0j, 0.0, 0.0
+    k, last = ends[0], 1.0
+    n = len(elements)
+    for i in range(n + 1):
+        direction = elements[i, DIRECTION] if i < n else 1.0
+        following = extreme[i] if i < n else ends[1]
+        if direction == last and following != k:
+            step, turn = ramp(heading, direction * k, direction * following)
+            p += direction * step
+            heading += turn
+            length += abs(following - k)
+        k, last = following, direction
+        if i == n:
+            break
+        points[i], headings[i] = p, heading
+        if hold[i] != 0.0:
+            step, turn = arc(heading, direction * k, hold[i])
+            p += direction * step
+            heading += turn
+            length += hold[i]
+    return p, heading, length
+
+
+@kernel
+def solve(elements: Floats, u: Floats, ends: Floats, limit: float, goal: complex, turn: float) -> float:
+    """Length of the profile that leads to `goal` with `turn`, its amounts in `u` (their start on entry); or FAILED."""
+    n = len(elements)
+    extreme, hold, rate = np.empty(n), np.empty(n), np.empty(n)
+    points, headings = np.empty(n, np.complex128), np.empty(n)
+    jacobian = np.empty((3, 3))
+    close = TOLERANCE + 4e-16 * abs(goal)
+    for _ in range(ITERATIONS):
+        shape(elements, u, ends, limit, extreme, hold, rate)
+        p, heading, length = shoot(elements, ends, extreme, hold, points, headings)
+        off, off_turn = goal - p, turn - heading
+        if abs(off) + abs(off_turn) < close:
+            for i in range(n):
+                if hold[i] < 0.0:
+                    return FAILED
+            return length
+        jacobian[:] = 0.0
+        for i in range(n):
+            which = int(elements[i, UNKNOWN])
+            if which < 0:
+                continue
+            added = elements[i, DIRECTION] * rate[i] * elements[i, AMOUNT]
+            move = added * (unit(headings[i]) + extreme[i] * 1j * (p - points[i]))
+            jacobian[0, which] += move.real
+            jacobian[1, which] += move.imag
+            jacobian[2, which] += added * extreme[i]
+        if not newton_step(jacobian, off, off_turn, u):
+            return FAILED
+    return FAILED
+
+
+@kernel
+def newton_step(a: Floats, off: complex, off_turn: float, u: Floats) -> bool:
+    """Move `u` by the solution of the 3×3 system `a`, shortened to STEP_MAX; false if there is none."""
+    minor0 = a[1, 1] * a[2, 2] - a[1, 2] * a[2, 1]
+    minor1 = a[1, 0] * a[2, 2] - a[1, 2] * a[2, 0]
+    minor2 = a[1, 0] * a[2, 1] - a[1, 1] * a[2, 0]
+    determinant = a[0, 0] * minor0 - a[0, 1] * minor1 + a[0, 2] * minor2
+    if abs(determinant) < 1e-14:
+        return False
+    x, y, z = off.real, off.imag, off_turn
+    yz2, yz1, yz0 = y * a[2, 2] - z * a[1, 2], y * a[2, 1] - z * a[1, 1], y * a[2, 0] - z * a[1, 0]
+    d0 = (x * minor0 - a[0, 1] * yz2 + a[0, 2] * yz1) / determinant
+    d1 = (a[0, 0] * yz2 - x * minor1 - a[0, 2] * yz0) / determinant
+    d2 = (-a[0, 0] * yz1 + a[0, 1] * yz0 + x * minor2) / determinant
+    largest = max(abs(d0), abs(d1), abs(d2))
+    share = 1.0 if largest < STEP_MAX else STEP_MAX / largest
+    u[0] += share * d0
+    u[1] += share * d1
+    u[2] += share * d2
+    return math.isfinite(largest)
