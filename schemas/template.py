@@ -15,6 +15,8 @@ from schemas.spec import Spec, parse, read_text
 MAX_COORDINATE_M = 10_000.0
 #: Shorter lines cannot be told from a point by the robot.
 MIN_LENGTH_M = 0.01
+#: An outline with less inside is a mistake.
+MIN_AREA_M2 = 1e-4
 
 Coordinate = Annotated[float, Field(ge=-MAX_COORDINATE_M, le=MAX_COORDINATE_M)]
 Position = tuple[Coordinate, Coordinate]
@@ -73,14 +75,35 @@ class TemplateSegment(Spec):
         return Curve.from_arc(self.arc.start, self.arc.center, self.arc.sweep_angle)
 
 
+class Polygon(Spec):
+    """A closed outline, corner by corner (either way round; the last corner joins the first), metres."""
+
+    id: Annotated[str, Field(min_length=1, max_length=100)] = "boundary"
+    corners: Annotated[tuple[Position, ...], Field(min_length=3, max_length=1000)]
+
+    @model_validator(mode="after")
+    def _is_simple(self) -> Self:
+        import shapely  # only templates with polygons pay for it
+
+        outline = shapely.Polygon(self.corners)
+        if not outline.is_valid or outline.area < MIN_AREA_M2:
+            raise ValueError(f'the outline "{self.id}" must have an area and must not cross or touch itself')
+        return self
+
+
 class Template(Spec):
-    """A drawing of lines and arcs in the map frame (metres, x east, y north)."""
+    """A drawing of lines and arcs in the map frame (metres, x east, y north).
+
+    The robot's body stays inside ``boundary`` and off every one of ``obstacles`` (goal posts, benches, trees).
+    """
 
     name: Annotated[str, Field(min_length=1, max_length=100)]
     title: str = ""
     source: str = ""
     line_width_m: Annotated[float, Field(ge=0.02, le=0.3)] = 0.12
     segments: Annotated[tuple[TemplateSegment, ...], Field(min_length=1)]
+    boundary: Polygon | None = None
+    obstacles: Annotated[tuple[Polygon, ...], Field(max_length=1000)] = ()
 
     @field_validator("segments")
     @classmethod

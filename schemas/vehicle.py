@@ -8,6 +8,7 @@ from schemas.spec import Spec
 
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
+BodyPoint = tuple[float, float]
 
 
 class Vehicle(Spec):
@@ -25,6 +26,25 @@ class Vehicle(Spec):
     mass_full_kg: Positive = 100.0
     max_acceleration_mps2: Positive = 1.0
     """Planned acceleration along the path: what a full tank and grass bear without slipping or slopping."""
+    max_lateral_acceleration_mps2: Positive = 2.6
+    """Planned acceleration across the path: the study's 1.5 m/s in turns of 1.125 1/m need 2.53 m/s²."""
+    can_reverse: bool = False
+    can_spin: bool = False
+    """What the robot's own executive drives: segments of direction BACKWARD, turns on the spot (ANGULAR velocity)."""
+
+    footprint_m: Annotated[tuple[BodyPoint, ...], Field(min_length=3)] = (
+        (0.75, -0.33),
+        (0.75, 0.33),
+        (-0.35, 0.33),
+        (-0.35, -0.33),
+        (-0.15, -0.33),
+        (-0.15, -0.50),
+        (0.15, -0.50),
+        (0.15, -0.33),
+    )
+    """Outline of the body with the nozzle's boom, corner by corner (x, y)."""
+    casters_m: tuple[BodyPoint, ...] = ((0.60, 0.20), (0.60, -0.20))
+    """Where the casters touch the ground; the wheels do at y = ± half the track."""
 
     nozzle_x_m: float = 0.0
     nozzle_y_m: float = -0.41124
@@ -35,6 +55,8 @@ class Vehicle(Spec):
     valve_on_delay_s: NotNegative = 0.015
     valve_off_delay_s: NotNegative = 0.030
     disc_delay_s: NotNegative = 0.5
+    drying_time_s: Positive = 900.0
+    """Until then wheels and casters smear the paint."""
 
     battery_wh: Positive = 680.0
     idle_power_w: NotNegative = 45.0

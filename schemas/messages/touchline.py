@@ -138,7 +138,9 @@ class Progress(Message):
 class PlanOptions(Message):
     """How to plan; 0, empty text and an empty ``start`` mean the vehicle's default.
 
-    ``start`` is empty or (x m, y m, heading rad) in the map frame.
+    ``start`` is empty or (x m, y m, heading rad) in the map frame. ``order`` is "optimised" (also if empty) or "given".
+    Curvature and sharpness of 0 leave both to the wheels' dynamics, point by point. Wet paint is kept off
+    ``drying_time_s`` long: at the cost of some time, or, if ``hard_drying``, without exception.
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/msg/PlanOptions"
@@ -148,10 +150,18 @@ class PlanOptions(Message):
     paint_speed_mps: float = 0.0
     transit_speed_mps: float = 0.0
     start: Annotated[Float64Array, Field(max_length=3)] = zeros(0)
+    order: str = ""
+    forward_only: bool = False
+    drying_time_s: float = 0.0
+    hard_drying: bool = False
 
 
 class PlanReport(Message):
-    """The figures of a plan, as it is sent to the robot."""
+    """The figures of a plan, as it is sent to the robot.
+
+    ``max_curvature_step_1pm`` is the largest step of curvature from one line or arc to the next; ``wet_crossings``
+    counts how often a wheel or caster meets paint that is not dry yet.
+    """
 
     ros_type: ClassVar[str] = "touchline_msgs/msg/PlanReport"
     paint_length_m: float = 0.0
@@ -169,6 +179,13 @@ class PlanReport(Message):
     position_gap_m: float = 0.0
     heading_gap_rad: float = 0.0
     planning_time_s: float = 0.0
+    max_curvature_step_1pm: float = 0.0
+    max_lateral_acceleration_mps2: float = 0.0
+    cusps: UInt32 = 0
+    spins: UInt32 = 0
+    wet_crossings: UInt32 = 0
+    paint_l: float = 0.0
+    battery_wh: float = 0.0
 
 
 class PlanRequest(Message):

@@ -1,21 +1,31 @@
 """The limits that a plan keeps: the vehicle's, and what the options ask for within them."""
 
-import math
 from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
 
 from schemas.errors import PlanningError
 from schemas.messages import PlanOptions
 from schemas.vehicle import Vehicle
+from services.planner.clothoid import Floats
 
 # Beyond these a plan would be nonsense (turns of 100 m radius, puddles of paint) rather than merely poor.
 CURVATURE_MIN_1PM = 0.01
 SHARPNESS_RANGE_1PM2 = (0.001, 1000.0)
 SPEED_MIN_MPS = 0.05
-# Where changing curvature takes the wheels' acceleration, this much is kept for changing speed.
-ALONG_MIN_MPS2 = 0.05
 # The arcs that are sent are a little shorter than the clothoids that they stand for; this share of the wheels'
 # acceleration is planned with, so that the difference never shows.
 RIM_SHARE = 0.999
+# The tightest turn, as a share of 1/r: there the inner wheel stands still.
+CURVATURE_SHARE = 0.98
+# Turns on offer are made for these speeds, the slower the tighter. Of the wheels' acceleration this share is for turning.
+TURN_SPEEDS_MPS = (0.6, 0.8, 1.0, 1.25, 1.5, 1.8)
+TURNING_SHARE = 0.8
+# Methods that choose turns by time; "" is the default one.
+BY_DYNAMICS = ("", "g2")
+# Curvature (1/m) and sharpness (1/m²) below this limit no speed.
+STRAIGHT = 1e-9
 
 
 @dataclass(frozen=True)
@@ -30,6 +40,7 @@ class Limits:
     half_track_m: float
     rim_speed_mps: float
     rim_acceleration_mps2: float
+    lateral_mps2: float
 
     @classmethod
     def of(cls, vehicle: Vehicle, options: PlanOptions) -> "Limits":
@@ -43,34 +54,65 @@ class Limits:
         half_track = 0.5 * vehicle.track_width_m
         # In a tighter turn than 1/r the inner wheel would run backward, in the middle of a forward path.
         curvatures = (CURVATURE_MIN_1PM, 1.0 / half_track)
-        curvature = _option("kappa_max_1pm", options.kappa_max_1pm, vehicle.default_kappa_max_1pm, *curvatures, "1/m")
-        sharpness = _option(
-            "sigma_max_1pm2", options.sigma_max_1pm2, vehicle.default_sigma_max_1pm2, *SHARPNESS_RANGE_1PM2, "1/m²"
-        )
+        # A method with one turn for all speeds turns as the vehicle's data say; else the wheels' dynamics do.
+        by_dynamics = options.method in BY_DYNAMICS
+        tightest = CURVATURE_SHARE / half_track if by_dynamics else vehicle.default_kappa_max_1pm
+        curvature = _option("kappa_max_1pm", options.kappa_max_1pm, tightest, *curvatures, "1/m")
+        sharpest = turn_sharpness_1pm2(TURN_SPEEDS_MPS[0], rim_acceleration, half_track)
+        sharpest = sharpest if by_dynamics else vehicle.default_sigma_max_1pm2
+        sharpness = _option("sigma_max_1pm2", options.sigma_max_1pm2, sharpest, *SHARPNESS_RANGE_1PM2, "1/m²")
         speeds = (SPEED_MIN_MPS, rim_speed, "m/s")
         paint = _option("paint_speed_mps", options.paint_speed_mps, vehicle.paint_speed_mps, *speeds)
         transit = _option("transit_speed_mps", options.transit_speed_mps, vehicle.transit_speed_mps, *speeds)
         acceleration = min(vehicle.max_acceleration_mps2, rim_acceleration)
-        return cls(curvature, sharpness, paint, transit, acceleration, half_track, rim_speed, rim_acceleration)
+        lateral = vehicle.max_lateral_acceleration_mps2
+        return cls(curvature, sharpness, paint, transit, acceleration, half_track, rim_speed, rim_acceleration, lateral)
 
-    def on(self, curvature_1pm: float, sharpness_1pm2: float, speed_mps: float) -> tuple[float, float]:
-        """Speed (m/s), at most `speed_mps`, and acceleration (m/s²) for a stretch of path.
+    @cached_property
+    def row(self) -> Floats:
+        """The limits as the kernels take them (see passes.py)."""
+        return np.array(
+            (
+                self.transit_speed_mps,
+                self.rim_speed_mps,
+                self.rim_acceleration_mps2,
+                self.half_track_m,
+                self.acceleration_mps2,
+                self.lateral_mps2,
+            )
+        )
 
-        The stretch has at most this |curvature| and |sharpness|. There the outer rim runs at v(1 + |κ|r) and
-        accelerates with at most a(1 + |κ|r) + v²|σ|r. Speed goes first, as long as `ALONG_MIN_MPS2` is left to a.
+    def square_cap(self, curvature_1pm: Floats, sharpness_1pm2: Floats) -> Floats:
+        """The largest v² (m²/s²) at |curvature| and |sharpness|, both (n,).
+
+        The outer rim runs at v(1 + |κ|r); where v² alone takes v²|σ|r of the rims' acceleration, all of it is given.
         """
-        outer = 1.0 + abs(curvature_1pm) * self.half_track_m
-        turning = abs(sharpness_1pm2) * self.half_track_m
-        speed = min(speed_mps, self.rim_speed_mps / outer)
-        spare = self.rim_acceleration_mps2 - ALONG_MIN_MPS2 * outer
-        if speed * speed * turning > spare:
-            speed = math.sqrt(spare / turning)
-        along = (self.rim_acceleration_mps2 - speed * speed * turning) / outer
-        return speed, min(self.acceleration_mps2, along)
+        square = np.square(
+            np.minimum(self.transit_speed_mps, self.rim_speed_mps / (1.0 + curvature_1pm * self.half_track_m))
+        )
+        square = np.minimum(square, self.lateral_mps2 / np.maximum(curvature_1pm, STRAIGHT))
+        return np.minimum(square, self.rim_acceleration_mps2 / np.maximum(sharpness_1pm2 * self.half_track_m, STRAIGHT))
+
+    def turn_at(self, speed_mps: float) -> tuple[float, float]:
+        """The tightest curvature (1/m) and largest sharpness (1/m²) to turn with at a speed (m/s)."""
+        rim = (self.rim_speed_mps - speed_mps) / (speed_mps * self.half_track_m)
+        curvature = min(self.curvature_max_1pm, rim, self.lateral_mps2 / speed_mps**2)
+        sharpness = turn_sharpness_1pm2(speed_mps, self.rim_acceleration_mps2, self.half_track_m)
+        return curvature, min(self.sharpness_max_1pm2, sharpness)
+
+    def steady_speed_mps(self, curvature_1pm: float) -> float:
+        """The speed (m/s) at which a line or arc is painted."""
+        cap = self.square_cap(np.array([abs(curvature_1pm)]), np.zeros(1))
+        return min(self.paint_speed_mps, float(np.sqrt(cap[0])))
 
     def stopping_distance_m(self, speed_mps: float) -> float:
         """Distance to stop from `speed_mps` on a straight, or to reach it."""
         return speed_mps * speed_mps / (2.0 * self.acceleration_mps2)
+
+
+def turn_sharpness_1pm2(speed_mps: float, rim_acceleration_mps2: float, half_track_m: float) -> float:
+    """The sharpness of a turn at constant speed that leaves the wheels something for braking and speeding up."""
+    return TURNING_SHARE * rim_acceleration_mps2 / (half_track_m * speed_mps**2)
 
 
 def _option(name: str, asked: float, default: float, low: float, high: float, unit: str) -> float:

@@ -15,8 +15,8 @@ from schemas.curves import Curve, wrap_angle
 from schemas.messages import PlanReport, Trajectory
 from schemas.vehicle import Vehicle
 from services.planner.clothoid import Floats
-from services.planner.output import Sent
 from services.planner.route import TRANSITION, Section
+from services.planner.sending import Sent
 from services.planner.timing import SpeedProfile
 
 CURVATURE_STEP_1PM = 1e-9
@@ -70,7 +70,7 @@ def wheels(
     A rim runs at v(1 ± κr) and accelerates with a(1 ± κr) ± v²σr. Between borders (of pieces, cuts and speed entries) a
     and σ are constant and v² and κ linear in arc length, so its acceleration is largest at a border.
     """
-    pieces = np.array([piece for section in sections for piece in section.path.pieces])
+    pieces = np.array([piece[:3] for section in sections for piece in section.path.pieces])
     ends = np.cumsum(pieces[:, 0])
     starts = np.concatenate(([0.0], ends[:-1]))
     ideal_at = np.array([0.0, *(s.ideal_to_m for s in sent)])

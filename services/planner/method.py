@@ -40,7 +40,7 @@ class TransitionMethod(Protocol):
 def transition(method: TransitionMethod, start: CurveEnd, goal: CurveEnd) -> PiecePath:
     """The path from the end of one painted curve to the beginning of the next one."""
     path = PiecePath(start.pose, method.between(start, goal))
-    return _carried_on(start, goal, path.length_m) or path
+    return carried_on(start, goal, path.length_m) or path
 
 
 def through_straights(method: TransitionMethod, start: CurveEnd, goal: CurveEnd) -> tuple[Piece, ...]:
@@ -59,7 +59,7 @@ def before(goal: Pose, pieces: tuple[Piece, ...]) -> Pose:
     return Pose(point.real, point.imag, heading)
 
 
-def _carried_on(start: CurveEnd, goal: CurveEnd, length_max_m: float) -> PiecePath | None:
+def carried_on(start: CurveEnd, goal: CurveEnd, length_max_m: float) -> PiecePath | None:
     """The line or arc that leads from `start` to `goal`, if one does so within a length (a dashed line or circle)."""
     curvature = start.curvature_1pm
     chord, turn = goal.pose.seen_from(start.pose)

@@ -1,8 +1,12 @@
 """From what the nozzle shall paint to what the robot's centre shall drive."""
 
-from dataclasses import dataclass
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
-from schemas.curves import Curve
+import numpy as np
+
+from schemas.curves import Curve, wrap_angle
 from schemas.errors import PlanningError
 from schemas.template import TemplateSegment
 from schemas.vehicle import Vehicle
@@ -11,6 +15,10 @@ from services.planner.method import CurveEnd
 
 # Rounding may put an arc at exactly the largest curvature a little above it.
 CURVATURE_SLACK = 1e-9
+# An arc this close to a full turn is a circle, and may begin at any of so many points.
+FULL_TURN_RAD = 1e-6
+CIRCLE_STARTS = 8
+_BOTH_WAYS: tuple[tuple[bool, Callable[[Curve], Curve]], ...] = ((False, lambda c: c), (True, lambda c: c.reversed()))
 
 
 @dataclass(frozen=True)
@@ -40,8 +48,12 @@ class Stroke:
         return PiecePath(self.begin.pose, (Piece(self.robot.length_m, self.robot.curvature_1pm),))
 
 
-def strokes(segments: tuple[TemplateSegment, ...], vehicle: Vehicle, curvature_max_1pm: float) -> list[Stroke]:
-    """Every segment in the template's order, turned round where only the other direction can be driven.
+def modes(
+    segments: tuple[TemplateSegment, ...], vehicle: Vehicle, curvature_max_1pm: float, *, free: bool = False
+) -> list[list[Stroke]]:
+    """For every segment, in the template's order, the ways to paint it that can be driven, the given direction first.
+
+    With `free`, a full circle may begin anywhere (at one of `CIRCLE_STARTS` points).
 
     Raises:
         PlanningError: The nozzle is not on the axle, two segments share an id, or an arc cannot be driven at all.
@@ -57,21 +69,45 @@ def strokes(segments: tuple[TemplateSegment, ...], vehicle: Vehicle, curvature_m
         if segment.id in seen:
             raise PlanningError(segment.id, "appears twice", "give every segment an id of its own")
         seen.add(segment.id)
-    return [_stroke(segment, vehicle.nozzle_y_m, curvature_max_1pm) for segment in segments]
+    return [_modes(segment, vehicle.nozzle_y_m, curvature_max_1pm, free) for segment in segments]
 
 
-def _stroke(segment: TemplateSegment, nozzle_left_m: float, curvature_max_1pm: float) -> Stroke:
+def strokes(segments: tuple[TemplateSegment, ...], vehicle: Vehicle, curvature_max_1pm: float) -> list[Stroke]:
+    """Every segment in the template's order, turned round where only the other direction can be driven.
+
+    Raises:
+        PlanningError: As `modes`.
+    """
+    return [ways[0] for ways in modes(segments, vehicle, curvature_max_1pm)]
+
+
+def _modes(segment: TemplateSegment, nozzle_left_m: float, curvature_max_1pm: float, free: bool) -> list[Stroke]:
     given = segment.curve()
-    for nozzle, flipped in ((given, False), (given.reversed(), True)):
+    curves = _begun_elsewhere(given) if free else [given]
+    found = []
+    for nozzle, flipped in ((turned(curve), flipped) for flipped, turned in _BOTH_WAYS for curve in curves):
         robot = _drivable(nozzle, nozzle_left_m, curvature_max_1pm)
         if robot is not None:
-            return Stroke(segment.id, segment.label, segment.actuation, nozzle, robot, flipped)
+            found.append(Stroke(segment.id, segment.label, segment.actuation, nozzle, robot, flipped))
+    if found:
+        return found
     smallest = max(1.0 / curvature_max_1pm - abs(nozzle_left_m), 0.0)
     raise PlanningError(
         segment.id,
         f"has a radius of {1.0 / abs(given.curvature_1pm):.3f} m, too tight for the robot in either direction",
         f"use a radius of at least {smallest:.3f} m, or a kappa_max above {curvature_max_1pm:g} 1/m",
     )
+
+
+def _begun_elsewhere(curve: Curve) -> list[Curve]:
+    """A full circle begun at several points, any other curve as it is."""
+    if abs(abs(curve.curvature_1pm) * curve.length_m - math.tau) > FULL_TURN_RAD:
+        return [curve]
+    stations = curve.length_m * np.arange(CIRCLE_STARTS) / CIRCLE_STARTS
+    return [
+        replace(curve, x_m=float(x), y_m=float(y), heading_rad=wrap_angle(float(heading)))
+        for x, y, heading, _ in zip(*curve.at(stations), strict=True)
+    ]
 
 
 def _drivable(nozzle: Curve, nozzle_left_m: float, curvature_max_1pm: float) -> Curve | None:

@@ -8,24 +8,17 @@ from schemas.messages import PlanOptions, PlanReport, Trajectory
 from schemas.template import Template
 from schemas.vehicle import Vehicle
 from services.planner.actuation import Painted, actuation_profile
-from services.planner.ccd import ContinuousDubins
+from services.planner.arrange import arranged, ordering
 from services.planner.clothoid import Pose
-from services.planner.dubins_padded import PaddedDubins
+from services.planner.course import course
 from services.planner.limits import Limits
 from services.planner.measure import measure
-from services.planner.method import TransitionMethod
-from services.planner.offset import strokes
-from services.planner.output import Sent, send, trajectory_message
+from services.planner.offset import modes
+from services.planner.output import trajectory_message
 from services.planner.route import Section, route
-from services.planner.steering.steer import Steering
-from services.planner.timing import Cap, SpeedProfile, Steady, speed_profile
-
-METHODS: dict[str, Callable[[Limits], TransitionMethod]] = {
-    Steering.name: lambda limits: Steering(limits.curvature_max_1pm, limits.sharpness_max_1pm2),
-    ContinuousDubins.name: lambda limits: ContinuousDubins(limits.curvature_max_1pm, limits.sharpness_max_1pm2),
-    PaddedDubins.name: lambda limits: PaddedDubins(limits.curvature_max_1pm),
-}
-DEFAULT_METHOD = Steering.name
+from services.planner.sending import Sent, send
+from services.planner.timing import SpeedProfile, Steady, speed_profile
+from services.planner.ways import DEFAULT_METHOD, METHODS, Ways
 
 # A start pose further out than this (m) is a mistake.
 START_MAX = 20_000.0
@@ -55,25 +48,29 @@ def plan(
     vehicle: Vehicle,
     options: PlanOptions | None = None,
     progress: Progress = lambda stage, fraction: None,
+    enough: Callable[[], bool] = lambda: False,
 ) -> Plan:
-    """The trajectory that paints `template`, segments in its order, with `vehicle`.
+    """The trajectory that paints `template` with `vehicle`.
 
-    `progress` is told the stage and the fraction of it that is done. The report's planning time is left at 0: the core
-    knows no clock.
+    `progress` is told the stage and the fraction of it that is done; `enough` is asked now and then whether to take the
+    best order so far. The report's planning time is left at 0: the core knows no clock.
 
     Raises:
         PlanningError: An option or a segment cannot be met; it names which and what to do.
     """
     options = options or PlanOptions()
     limits = Limits.of(vehicle, options)
-    method = transition_method(options.method, limits)
+    ways, start = ways_of(options.method, limits), _start(options)
 
-    lines = strokes(template.segments, vehicle, limits.curvature_max_1pm)
-    sections = route(lines, method, limits, _start(options), lambda done: progress("transitions", done))
+    choices = modes(template.segments, vehicle, limits.curvature_max_1pm, free=ordering(options))
+    lines = arranged(choices, ways, start, options, lambda done: progress("order", done), enough)
+    sections = route(lines, ways, start, lambda done: progress("transitions", done))
     sent = send(sections, lambda done: progress("cutting into arcs", done))
 
     painted = [Painted(s.id, s.start_m, s.end_m, s.stroke.actuation) for s in sent if s.stroke]
-    speeds = speed_profile(_caps(sent, limits), _steady(painted, limits, vehicle))
+    steady = _steady(painted, limits, vehicle)
+    borders = [border for stretch in steady for border in stretch[:2]]
+    speeds = speed_profile(course(sections, sent, borders, limits), steady, limits)
     progress("speeds", 1.0)
 
     switches = actuation_profile(painted, speeds, vehicle)
@@ -83,8 +80,8 @@ def plan(
     return Plan(trajectory, report, sections, sent, painted, speeds, limits)
 
 
-def transition_method(name: str, limits: Limits) -> TransitionMethod:
-    """The transition method of that name ("" is the default).
+def ways_of(name: str, limits: Limits) -> Ways:
+    """The ways of the method of that name ("" is the default).
 
     Raises:
         PlanningError: There is no such method.
@@ -102,11 +99,6 @@ def _start(options: PlanOptions) -> Pose | None:
     if start is None or not all(abs(value) < START_MAX for value in start):
         raise PlanningError("", "has an unusable start pose", "give x (m), y (m) and heading (rad) on the field")
     return start
-
-
-def _caps(sent: list[Sent], limits: Limits) -> list[Cap]:
-    """The transit speed and the comfortable acceleration, less where the wheels need it."""
-    return [Cap(s.end_m, *limits.on(s.curvature_1pm, s.sharpness_1pm2, limits.transit_speed_mps)) for s in sent]
 
 
 def _steady(painted: list[Painted], limits: Limits, vehicle: Vehicle) -> list[Steady]:

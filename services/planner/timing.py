@@ -1,32 +1,26 @@
-"""How fast the robot drives along the path: the fastest profile under caps on speed and acceleration.
+"""How fast the robot drives along the path: the fastest profile that the wheels can follow.
 
 Between two entries the squared speed is linear in arc length (constant acceleration), so the profile is exact, starts
-from standstill and ends in it.
+from standstill and ends in it, and stands still at every cusp and turn on the spot.
 """
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from schemas.errors import PlanningError
 from services.planner.clothoid import Floats
+from services.planner.course import Course
+from services.planner.limits import Limits
 
 SPEED_TOLERANCE_MPS = 1e-9
-# Entries closer than this (m) say the same.
+# Entries closer than this (m) say the same, and so do those off the straight between their neighbours by less (m²/s²).
 STATION_TOLERANCE_M = 1e-9
-
-
-class Cap(NamedTuple):
-    """Up to `end_m` of arc length, from where the last cap ended: at most this speed and acceleration, either way."""
-
-    end_m: float
-    speed_mps: float
-    acceleration_mps2: float
+SQUARE_TOLERANCE = 1e-12
 
 
 class Steady(NamedTuple):
@@ -37,23 +31,41 @@ class Steady(NamedTuple):
     speed_mps: float
 
 
+class Spin(NamedTuple):
+    """A turn on the spot at `station_m` by `angle_rad`, at up to `rate_radps` (signed), that takes `seconds`."""
+
+    station_m: float
+    angle_rad: float
+    rate_radps: float
+    seconds: float
+
+
 @dataclass(frozen=True)
 class SpeedProfile:
-    """Speeds (m/s) (n,) at arc lengths (m) (n,), with constant acceleration in between."""
+    """Speeds (m/s) (n,) at arc lengths (m) (n,), with constant acceleration in between, and the turns on the spot."""
 
     station_m: Floats
     speed_mps: Floats
+    spins: tuple[Spin, ...] = ()
+
+    @cached_property
+    def dwell_s(self) -> Floats:
+        """Seconds (n,) that the robot turns on the spot at each entry."""
+        dwell = np.zeros(len(self.station_m))
+        for spin in self.spins:
+            dwell[np.argmin(np.abs(self.station_m - spin.station_m))] += spin.seconds
+        return dwell
 
     @cached_property
     def time_s(self) -> Floats:
-        """Time (s) (n,) at each entry."""
+        """Time (s) (n,) of arrival at each entry."""
         mean = 0.5 * (self.speed_mps[1:] + self.speed_mps[:-1])
-        return np.concatenate(([0.0], np.cumsum(np.diff(self.station_m) / mean)))
+        return np.concatenate(([0.0], np.cumsum(np.diff(self.station_m) / mean + self.dwell_s[:-1])))
 
     @property
     def total_time_s(self) -> float:
         """Time from start to standstill, seconds."""
-        return float(self.time_s[-1])
+        return float(self.time_s[-1] + self.dwell_s[-1])
 
     def speed_at(self, s_m: Floats | float) -> Floats:
         """Speed (m/s) at arc length `s_m` (any shape)."""
@@ -66,81 +78,84 @@ class SpeedProfile:
         ahead = s_m - float(self.station_m[i])
         if ahead <= 0.0:
             return float(self.time_s[i])
-        return float(self.time_s[i] + 2.0 * ahead / (self.speed_mps[i] + float(self.speed_at(s_m))))
+        left = self.time_s[i] + self.dwell_s[i]
+        return float(left + 2.0 * ahead / (self.speed_mps[i] + float(self.speed_at(s_m))))
 
     def station_at(self, time_s: float) -> float:
         """Arc length (m) reached at `time_s`; clamped to the path."""
-        time_s = min(max(time_s, 0.0), self.total_time_s)
-        i = min(max(int(np.searchsorted(self.time_s, time_s, side="right")) - 1, 0), len(self.time_s) - 2)
-        acceleration = (self.speed_mps[i + 1] - self.speed_mps[i]) / (self.time_s[i + 1] - self.time_s[i])
-        since = time_s - self.time_s[i]
+        left = self.time_s + self.dwell_s
+        i = min(max(int(np.searchsorted(left, time_s, side="right")) - 1, 0), len(left) - 2)
+        driving = float(self.time_s[i + 1] - left[i])
+        since = min(max(time_s - float(left[i]), 0.0), driving)
+        acceleration = (self.speed_mps[i + 1] - self.speed_mps[i]) / driving
         return float(self.station_m[i] + (self.speed_mps[i] + 0.5 * acceleration * since) * since)
 
 
-def speed_profile(caps: Sequence[Cap], steady: Sequence[Steady]) -> SpeedProfile:
-    """The fastest profile under `caps`, constant over every `steady` stretch.
+def speed_profile(course: Course, steady: Sequence[Steady], limits: Limits) -> SpeedProfile:
+    """The fastest profile along `course`, constant over every `steady` stretch.
 
-    `caps` begin at arc length 0; `steady` stretches may overlap each other. A steady stretch that cannot hold its speed
-    throughout is driven more slowly throughout.
+    The borders of `steady` stretches are borders of the course; they may overlap each other. A steady stretch that
+    cannot hold its speed throughout is driven more slowly throughout.
 
     Raises:
         PlanningError: A steady stretch begins or ends at standstill.
     """
-    steady = [*steady]
-    border = np.unique([0.0, *(c.end_m for c in caps), *(s.start_m for s in steady), *(s.end_m for s in steady)])
-    border = border[(border >= 0.0) & (border <= caps[-1].end_m)]
-    border = border[np.concatenate(([True], np.diff(border) > STATION_TOLERANCE_M))]
-    middle = 0.5 * (border[1:] + border[:-1])
-    cap = np.array(caps)[np.minimum(np.searchsorted([c.end_m for c in caps], middle), len(caps) - 1)]
-    speed, acceleration = cap[:, 1].copy(), cap[:, 2]
+    from services.planner.passes import entries, sweep
+
+    knots = np.concatenate(([0.0], np.cumsum(course.length_m)))
+    spans = [_knots_within(knots, stretch) for stretch in steady]
+    speeds = [stretch.speed_mps for stretch in steady]
+    cap = course.square_cap.copy()
+    columns = (course.length_m, course.curvature_1pm, course.sharpness_1pm2, cap, limits.row)
     while True:
-        for stretch in steady:
-            inside = slice(*np.searchsorted(middle, (stretch.start_m, stretch.end_m)))
-            speed[inside] = np.minimum(speed[inside], stretch.speed_mps)
-        new = np.concatenate(([True], (np.diff(speed) != 0.0) | (np.diff(acceleration) != 0.0)))
-        profile = _fastest(np.append(border[:-1][new], border[-1]), np.square(speed[new]), acceleration[new])
-        slower = [s._replace(speed_mps=_slowest(profile, s)) for s in steady]
-        if all(new.speed_mps >= old.speed_mps - SPEED_TOLERANCE_MPS for new, old in zip(slower, steady, strict=True)):
-            return profile
-        if min(s.speed_mps for s in slower) < SPEED_TOLERANCE_MPS:
+        for (first, last), speed in zip(spans, speeds, strict=True):
+            cap[first:last] = np.minimum(cap[first:last], speed * speed)
+        square = np.full(len(knots), np.inf)
+        square[[0, -1, *course.stops]] = 0.0
+        sweep(*columns, square)
+        slowest = [math.sqrt(square[first : last + 1].min()) for first, last in spans]
+        if min(slowest, default=1.0) < SPEED_TOLERANCE_MPS:
             raise PlanningError("", "has to paint from or to a standstill", "leave room before and after the line")
-        steady = slower
+        if all(new >= old - SPEED_TOLERANCE_MPS for new, old in zip(slowest, speeds, strict=True)):
+            break
+        speeds = slowest
+    station, squared = _without_repeats(*entries(*columns, square), knots[-1])
+    return SpeedProfile(station, np.sqrt(squared), tuple(_spin(knots[at], angle, limits) for at, angle in course.spins))
 
 
-def _slowest(profile: SpeedProfile, stretch: Steady) -> float:
-    inside = (profile.station_m > stretch.start_m) & (profile.station_m < stretch.end_m)
-    ends = profile.speed_at(np.array([stretch.start_m, stretch.end_m]))
-    return float(min(stretch.speed_mps, ends.min(), profile.speed_mps[inside].min(initial=math.inf)))
+def spin_seconds(angle_rad: float, limits: Limits) -> tuple[float, float]:
+    """Seconds and peak rate (rad/s) of a turn on the spot, its rims within acceleration and transit speed."""
+    gain = limits.acceleration_mps2 / limits.half_track_m
+    rate = min(limits.transit_speed_mps / limits.half_track_m, math.sqrt(gain * abs(angle_rad)))
+    return abs(angle_rad) / rate + rate / gain, rate
 
 
-def _fastest(border: Floats, cap: Floats, acceleration: Floats) -> SpeedProfile:
-    """Forward and backward pass over squared speeds; `cap` and `acceleration` (n-1,) hold between the borders (n,)."""
-    caps, gains = cap.tolist(), (2.0 * acceleration).tolist()
-    length = np.diff(border).tolist()
-    square = [0.0, *np.minimum(cap[1:], cap[:-1]).tolist(), 0.0]
-    for i in range(len(length)):
-        square[i + 1] = min(square[i + 1], square[i] + gains[i] * length[i])
-    for i in reversed(range(len(length))):
-        square[i] = min(square[i], square[i + 1] + gains[i] * length[i])
-    entries = [(0.0, 0.0)]
-    for i, (start, end) in enumerate(pairwise(border.tolist())):
-        top = min(caps[i], 0.5 * (square[i] + square[i + 1] + gains[i] * length[i]))
-        rise, fall = ((top - square[j]) / gains[i] for j in (i, i + 1))
-        entries += [(start + rise, top), (end - fall, top), (end, square[i + 1])]
-    return _profile(entries)
+def _spin(station_m: float, angle_rad: float, limits: Limits) -> Spin:
+    seconds, rate = spin_seconds(angle_rad, limits)
+    return Spin(float(station_m), angle_rad, math.copysign(rate, angle_rad), seconds)
 
 
-def _profile(entries: list[tuple[float, float]]) -> SpeedProfile:
-    """The profile through (arc length, squared speed), without repeated entries and those amid a constant speed."""
-    kept = entries[:1]
-    for station, square in entries[1:-1]:
-        if station - kept[-1][0] <= STATION_TOLERANCE_M:
+def _knots_within(knots: Floats, stretch: Steady) -> tuple[int, int]:
+    first, last = np.searchsorted(knots, (stretch.start_m - STATION_TOLERANCE_M, stretch.end_m - STATION_TOLERANCE_M))
+    return int(first), max(int(last), int(first) + 1)
+
+
+def _without_repeats(station: Floats, square: Floats, end_m: float) -> tuple[Floats, Floats]:
+    """The entries without those at the same place and those on the straight between their neighbours."""
+    kept = [(0.0, float(square[0]))]
+    for here, value in zip(station[1:].tolist(), square[1:].tolist(), strict=True):
+        if here - kept[-1][0] <= STATION_TOLERANCE_M:
             continue
-        if len(kept) > 1 and kept[-2][1] == kept[-1][1] == square:
+        if len(kept) > 1 and _on_straight(kept[-2], kept[-1], (here, value)):
             kept.pop()
-        kept.append((station, square))
-    if entries[-1][0] - kept[-1][0] <= STATION_TOLERANCE_M:
-        kept.pop()
-    kept.append(entries[-1])
+        kept.append((here, value))
+    kept[-1] = (float(end_m), float(square[-1]))
     table = np.array(kept)
-    return SpeedProfile(table[:, 0], np.sqrt(np.maximum(table[:, 1], 0.0)))
+    return table[:, 0], np.maximum(table[:, 1], 0.0)
+
+
+def _on_straight(first: tuple[float, float], middle: tuple[float, float], last: tuple[float, float]) -> bool:
+    if first[1] == middle[1] == last[1]:
+        return True
+    share = (middle[0] - first[0]) / (last[0] - first[0])
+    return abs(first[1] + share * (last[1] - first[1]) - middle[1]) <= SQUARE_TOLERANCE

@@ -14,7 +14,7 @@ from schemas.errors import PlanningError
 from schemas.messages import Actuation, PlanOptions, PlanRequest, Trajectory
 from schemas.template import LineSpec, Template, TemplateSegment, load_template, shipped_templates
 from schemas.vehicle import Vehicle
-from services.planner import output
+from services.planner import sending
 from services.planner.answer import answer
 from services.planner.measure import wheels
 from services.planner.plan import Plan, plan
@@ -183,7 +183,7 @@ def test_an_unusable_start_is_refused(start: list[float]) -> None:
 
 
 def test_a_plan_that_fits_no_message_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(output, "SENT_MAX", 20)
+    monkeypatch.setattr(sending, "SENT_MAX", 20)
     with pytest.raises(PlanningError, match="more than 20 lines and arcs; split the template"):
         plan(load_template("study-square"), VEHICLE)
 

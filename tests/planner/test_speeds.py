@@ -1,5 +1,7 @@
 """Speed profile and actuation profile: as fast as allowed, steady where painted, switched on time."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,21 +11,34 @@ from schemas.errors import PlanningError
 from schemas.messages import Actuation, PlanOptions
 from schemas.vehicle import Vehicle
 from services.planner.actuation import Painted, actuation_profile
+from services.planner.course import Course
 from services.planner.limits import Limits
-from services.planner.timing import Cap, Steady, speed_profile
+from services.planner.passes import gain, path_time
+from services.planner.timing import SpeedProfile, Spin, Steady, speed_profile, spin_seconds
 from tests.planner.strategies import floats
 
 ACCELERATION = 0.8
 VEHICLE = Vehicle()
+LIMITS = replace(Limits.of(VEHICLE, PlanOptions()), acceleration_mps2=ACCELERATION, transit_speed_mps=2.0)
 
 
-def caps_of(lengths_and_speeds: list[tuple[float, float]]) -> list[Cap]:
-    ends = np.cumsum([length for length, _ in lengths_and_speeds]).tolist()
-    return [Cap(end, speed, ACCELERATION) for end, (_, speed) in zip(ends, lengths_and_speeds, strict=True)]
+def straight(lengths_and_speeds: list[tuple[float, float]]) -> Course:
+    table = np.array(lengths_and_speeds)
+    still = np.zeros(len(table))
+    return Course(table[:, 0], still, still, np.square(table[:, 1]))
+
+
+def with_borders(course: Course, borders: list[float]) -> Course:
+    """The same straight course with more cells."""
+    ends = np.cumsum(course.length_m)
+    knots = np.unique([0.0, *ends, *(b for b in borders if 0.0 < b < ends[-1])])
+    cap = course.square_cap[np.searchsorted(ends, 0.5 * (knots[1:] + knots[:-1]))]
+    still = np.zeros(len(cap))
+    return Course(np.diff(knots), still, still, cap)
 
 
 def test_trapezium() -> None:
-    profile = speed_profile([Cap(10.0, 2.0, 1.0)], [])
+    profile = speed_profile(straight([(10.0, 2.0)]), [], replace(LIMITS, acceleration_mps2=1.0))
     assert profile.station_m.tolist() == [0.0, 2.0, 8.0, 10.0]
     assert profile.speed_mps.tolist() == [0.0, 2.0, 2.0, 0.0]
     assert profile.total_time_s == pytest.approx(2.0 + 3.0 + 2.0)
@@ -32,26 +47,26 @@ def test_trapezium() -> None:
 
 
 def test_triangle_when_there_is_no_room() -> None:
-    profile = speed_profile([Cap(2.0, 5.0, 1.0)], [])
+    profile = speed_profile(straight([(2.0, 5.0)]), [], replace(LIMITS, acceleration_mps2=1.0))
     assert profile.station_m.tolist() == [0.0, 1.0, 2.0]
     assert profile.speed_mps[1] == pytest.approx(2.0**0.5)
 
 
 @given(st.lists(st.tuples(floats(0.001, 5.0), floats(0.1, 2.0)), min_size=1, max_size=12))
 def test_caps_and_acceleration_are_kept_and_used(lengths_and_speeds: list[tuple[float, float]]) -> None:
-    caps = caps_of(lengths_and_speeds)
-    profile = speed_profile(caps, [])
+    profile = speed_profile(straight(lengths_and_speeds), [], LIMITS)
+    ends = np.cumsum([length for length, _ in lengths_and_speeds])
+    caps = np.array([speed for _, speed in lengths_and_speeds])
     assert profile.speed_mps[0] == profile.speed_mps[-1] == 0.0
-    assert profile.station_m[-1] == caps[-1].end_m
+    assert profile.station_m[-1] == pytest.approx(ends[-1], abs=1e-12)
     squares = np.square(profile.speed_mps)
     slope = np.abs(np.diff(squares) / (2.0 * np.diff(profile.station_m)))
     assert slope.max() <= ACCELERATION * (1 + 1e-6)
-    for start, cap in zip([0.0, *(c.end_m for c in caps)], caps, strict=False):
-        inside = np.linspace(start, cap.end_m, 9)
-        assert profile.speed_at(inside).max() <= cap.speed_mps + 1e-9
+    for start, end, cap in zip([0.0, *ends], ends, caps, strict=False):
+        assert profile.speed_at(np.linspace(start, end, 9)).max() <= cap + 1e-9
     # Everywhere it is at a cap or at an acceleration limit: it cannot be faster.
     middle = 0.5 * (profile.station_m[1:] + profile.station_m[:-1])
-    cap_at = np.array([c.speed_mps for c in caps])[np.searchsorted([c.end_m for c in caps], middle)]
+    cap_at = caps[np.minimum(np.searchsorted(ends, middle), len(caps) - 1)]
     used = (slope > ACCELERATION * (1 - 1e-3)) | (profile.speed_at(middle) > cap_at - 1e-6)
     assert used[np.diff(profile.station_m) > 1e-6].all()
 
@@ -63,30 +78,91 @@ def test_caps_and_acceleration_are_kept_and_used(lengths_and_speeds: list[tuple[
 def test_steady_stretches_are_steady(
     lengths_and_speeds: list[tuple[float, float]], windows: list[tuple[float, float]]
 ) -> None:
-    caps = caps_of(lengths_and_speeds)
-    total = caps[-1].end_m
+    course = straight(lengths_and_speeds)
+    total = float(course.length_m.sum())
     steady = [Steady(share * total, share * total + length * total, 1.0) for share, length in windows]
-    profile = speed_profile(caps, steady)
+    profile = speed_profile(with_borders(course, [b for s in steady for b in s[:2]]), steady, LIMITS)
     for stretch in steady:
         speeds = profile.speed_at(np.linspace(stretch.start_m, stretch.end_m, 50))
         assert speeds.max() - speeds.min() < 1e-6
         assert 0.0 < speeds.max() <= stretch.speed_mps
 
 
+@st.composite
+def winding(draw: st.DrawFn) -> tuple[Course, list[tuple[float, float, float]]]:
+    """Clothoids whose curvature is continuous, cut into cells as a course's are."""
+    curvature, rows = 0.0, []
+    for _ in range(draw(st.integers(1, 6))):
+        target, sharpness = draw(floats(-3.9, 3.9)), draw(floats(0.5, 30.0))
+        parts = 1 + int(abs(target - curvature) / 0.1)
+        length = max(abs(target - curvature) / sharpness, 1e-3) / parts
+        slope = (target - curvature) / (length * parts)
+        rows += [(length, curvature + slope * length * i, slope) for i in range(parts)]
+        curvature = target
+    table = np.array(rows)
+    ends = table[:, 1] + table[:, 2] * table[:, 0]
+    tightest = np.maximum(np.abs(table[:, 1]), np.abs(ends))
+    cap = LIMITS.square_cap(tightest, np.abs(table[:, 2]))
+    return Course(table[:, 0], table[:, 1], table[:, 2], cap), rows
+
+
+@given(winding())
+def test_winding_paths_keep_both_wheels_at_every_millimetre(case: tuple[Course, list]) -> None:
+    course, rows = case
+    profile = speed_profile(course, [], LIMITS)
+    starts = np.concatenate(([0.0], np.cumsum(course.length_m)))
+    at = np.unique(np.concatenate((np.arange(0.0, starts[-1], 1e-3), starts)))
+    at = 0.5 * (at[1:] + at[:-1])
+    cell = np.searchsorted(starts, at, side="right") - 1
+    sharpness = course.sharpness_1pm2[cell]
+    curvature = course.curvature_1pm[cell] + sharpness * (at - starts[cell])
+    square = np.square(profile.speed_at(at))
+    entry = np.clip(np.searchsorted(profile.station_m, at, side="right") - 1, 0, len(profile.station_m) - 2)
+    gains = np.diff(np.square(profile.speed_mps)) / (2.0 * np.diff(profile.station_m))
+    r, a = VEHICLE.half_track_m, gains[entry]
+    for side in (1, -1):
+        rim = a * (1 + side * curvature * r) + side * square * sharpness * r
+        assert np.abs(rim).max() <= VEHICLE.max_wheel_acceleration_radps2 * VEHICLE.wheel_radius_m * (1 + 1e-6)
+        assert (np.sqrt(square) * np.abs(1 + side * curvature * r)).max() <= VEHICLE.max_rim_speed_mps * (1 + 1e-6)
+    assert (square * np.abs(curvature)).max() <= VEHICLE.max_lateral_acceleration_mps2 * (1 + 1e-6)
+    assert np.abs(a).max() <= ACCELERATION * (1 + 1e-6)
+
+
+@given(winding())
+def test_the_time_of_a_way_is_that_of_its_profile(case: tuple[Course, list]) -> None:
+    course, rows = case
+    profile = speed_profile(course, [], LIMITS)
+    assert path_time(np.array(rows), len(rows), 0.0, 0.0, LIMITS.row) == pytest.approx(profile.total_time_s, rel=1e-6)
+
+
+def test_the_robot_stands_still_at_a_cusp_and_turns_on_the_spot() -> None:
+    course = with_borders(straight([(6.0, 1.0)]), [2.0, 4.0])
+    stopping = replace(course, stops=(1, 2), spins=((2, 1.0),))
+    profile = speed_profile(stopping, [], LIMITS)
+    assert profile.speed_at(np.array([2.0, 4.0])).tolist() == [0.0, 0.0]
+    seconds, rate = spin_seconds(1.0, LIMITS)
+    assert profile.spins == (Spin(4.0, 1.0, pytest.approx(rate), pytest.approx(seconds)),)
+    without = speed_profile(replace(course, stops=(1, 2)), [], LIMITS)
+    assert profile.total_time_s == pytest.approx(without.total_time_s + seconds)
+    assert profile.time_at(5.0) == pytest.approx(without.time_at(5.0) + seconds)
+    assert profile.station_at(profile.time_at(4.0) + 0.5 * seconds) == pytest.approx(4.0)
+
+
 def test_time_and_station_are_inverse() -> None:
-    profile = speed_profile(caps_of([(2.0, 1.0), (1.0, 0.5), (3.0, 2.0)]), [])
+    profile = speed_profile(straight([(2.0, 1.0), (1.0, 0.5), (3.0, 2.0)]), [], LIMITS)
     for station in np.linspace(0.0, 6.0, 25):
         assert profile.station_at(profile.time_at(float(station))) == pytest.approx(station, abs=1e-12)
 
 
 def test_painting_from_standstill_is_refused() -> None:
     with pytest.raises(PlanningError, match="standstill"):
-        speed_profile([Cap(5.0, 1.0, 1.0)], [Steady(0.0, 1.0, 1.0)])
+        speed_profile(with_borders(straight([(5.0, 1.0)]), [1.0]), [Steady(0.0, 1.0, 1.0)], LIMITS)
 
 
 def masks(painted: list[Painted], speed: float = 1.0) -> list[tuple[float, int]]:
     steady = [Steady(p.start_m - 0.1, p.end_m, speed) for p in painted]
-    profile = speed_profile([Cap(20.0, 1.4, 1.0)], steady)
+    course = with_borders(straight([(20.0, 1.4)]), [border for s in steady for border in s[:2]])
+    profile: SpeedProfile = speed_profile(course, steady, replace(LIMITS, acceleration_mps2=1.0))
     return [(pytest.approx(s.station_m), s.mask) for s in actuation_profile(painted, profile, VEHICLE)]
 
 
@@ -124,19 +200,13 @@ def test_options_out_of_range_are_named(field: str, value: float) -> None:
         Limits.of(VEHICLE, PlanOptions.model_construct(**{**PlanOptions().model_dump(), field: value}))
 
 
-def test_acceleration_is_less_where_its_cap_is() -> None:
-    profile = speed_profile([Cap(1.0, 9.0, 2.0), Cap(2.0, 9.0, 0.5), Cap(10.0, 9.0, 2.0)], [])
-    squares = np.square(profile.speed_at(np.array([0.0, 1.0, 2.0, 3.0])))
-    assert squares.tolist() == pytest.approx([0.0, 4.0, 5.0, 9.0])
-
-
-@given(floats(0.0, 10.0), floats(0.0, 100.0), floats(0.01, 2.0))
-def test_on_any_stretch_no_wheel_is_beyond_its_limits(curvature: float, sharpness: float, wanted: float) -> None:
-    limits = Limits.of(VEHICLE, PlanOptions())
-    speed, along = limits.on(curvature, sharpness, wanted)
-    r = VEHICLE.half_track_m
-    assert 0.0 < speed <= wanted
-    assert 0.0 < along <= VEHICLE.max_acceleration_mps2
-    assert speed * (1 + curvature * r) <= VEHICLE.max_rim_speed_mps * (1 + 1e-12)
-    rim = along * (1 + curvature * r) + speed**2 * sharpness * r
-    assert rim <= VEHICLE.max_wheel_acceleration_radps2 * VEHICLE.wheel_radius_m
+@given(floats(0.0, 4.0), floats(-3.9, 3.9), floats(-30.0, 30.0), floats(1e-4, 0.02))
+def test_no_gain_drives_a_wheel_beyond_its_limit(square: float, curvature: float, slope: float, length: float) -> None:
+    cap = LIMITS.square_cap(np.array([abs(curvature)]), np.array([abs(slope)]))[0]
+    u, r = min(square, cap), VEHICLE.half_track_m
+    a = gain(u, curvature, slope, length, LIMITS.row)
+    assert 0.0 <= a <= ACCELERATION
+    for s in np.linspace(0.0, length, 5):
+        for side in (1, -1):
+            rim = a * (1 + side * (curvature + slope * s) * r) + side * (u + 2 * a * s) * slope * r
+            assert abs(rim) <= LIMITS.rim_acceleration_mps2 * (1 + 1e-9)

@@ -1,0 +1,102 @@
+"""In which order, and which way, segments are painted: the cheapest tour over a cost matrix."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from services.planner.clothoid import Floats
+from services.planner.order_search import Ints, best_modes, improve, tour_cost
+
+# How many of the cheapest successors and predecessors a search looks at.
+NEIGHBOURS = 12
+# The budget: so many kicks for every segment, within bounds. It says how good the order is, not how long it takes.
+KICKS_PER_SEGMENT, KICKS_MIN, KICKS_MAX = 2000, 20_000, 150_000
+# Kicks between two looks at whether that is enough.
+RUN = 2000
+SEED = 20
+
+
+@dataclass(frozen=True)
+class Problem:
+    """An ordering problem.
+
+    Attributes:
+        cost: (nodes + 1, nodes + 1) seconds from node to node, painting the second included; the last row is from the
+            start to a node, the last column from a node to the end.
+        segment: (nodes,) which segment each node paints.
+        flip: (nodes,) the node that paints the same the other way round (itself, if there is none).
+    """
+
+    cost: Floats
+    segment: Ints
+    flip: Ints
+
+    @property
+    def segments(self) -> int:
+        """How many segments there are."""
+        return int(self.segment.max()) + 1
+
+    @cached_property
+    def modes(self) -> Ints:
+        """(segments + 1, most modes) the nodes of each segment and of the depot, −1 beyond the last."""
+        groups = [np.flatnonzero(self.segment == k) for k in range(self.segments)] + [np.array([len(self.segment)])]
+        table = np.full((len(groups), max(map(len, groups))), -1, dtype=np.int64)
+        for row, group in zip(table, groups, strict=True):
+            row[: len(group)] = group
+        return table
+
+    def cost_of(self, nodes: Ints) -> float:
+        """Seconds for the nodes in this order, from the start to the end."""
+        return float(tour_cost(self.cost, np.concatenate(([len(self.segment)], nodes))))
+
+
+def ordered(
+    problem: Problem,
+    step: Callable[[float], None] = lambda fraction: None,
+    enough: Callable[[], bool] = lambda: False,
+    kicks: int | None = None,
+) -> Ints:
+    """The nodes (segments,) in the best order found.
+
+    `step` is told the fraction done; `enough` is asked now and then whether to stop early with the best so far. Without
+    stopping, the result depends on the problem alone.
+    """
+    depot = len(problem.segment)
+    segment, flip = np.append(problem.segment, problem.segments), np.append(problem.flip, depot)
+    cost = np.ascontiguousarray(problem.cost)
+    after, before = (_cheapest(table, segment) for table in (cost, cost.T))
+    tour = _nearest(cost, segment, problem.segments)
+    best, lengths = tour.copy(), np.zeros(2)
+    if kicks is None:
+        kicks = min(max(KICKS_PER_SEGMENT * problem.segments, KICKS_MIN), KICKS_MAX)
+    for first in range(0, kicks, RUN):
+        count = min(RUN, kicks - first)
+        tables = (cost, flip, segment, problem.modes, after, before)
+        improve(*tables, tour, best, lengths, SEED, first, count, kicks)
+        step((first + count) / kicks)
+        if enough():
+            break
+    return np.asarray(best_modes(cost, segment, problem.modes, best)[1:])
+
+
+def _cheapest(cost: Floats, segment: Ints) -> Ints:
+    """(nodes, NEIGHBOURS) the cheapest partners of each node that are of other segments, cheapest first."""
+    table = np.where(segment[:, None] == segment[None, :], np.inf, cost)
+    count = min(NEIGHBOURS, len(segment) - 1)
+    near = np.argpartition(table, count - 1, axis=1)[:, :count]
+    rank = np.argsort(np.take_along_axis(table, near, axis=1), axis=1, kind="stable")
+    return np.ascontiguousarray(np.take_along_axis(near, rank, axis=1))
+
+
+def _nearest(cost: Floats, segment: Ints, segments: int) -> Ints:
+    """A tour to begin with: always on to the cheapest next node."""
+    at = len(segment) - 1
+    open_, tour = np.ones(len(segment), dtype=bool), [at]
+    open_[at] = False
+    for _ in range(segments):
+        at = int(np.argmin(np.where(open_, cost[at], np.inf)))
+        open_[segment == segment[at]] = False
+        tour.append(at)
+    return np.array(tour)

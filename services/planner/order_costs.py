@@ -1,0 +1,132 @@
+"""The cost matrix of an ordering problem: seconds from every end to every beginning, and for painting."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from services.planner.ccd import ContinuousDubins
+from services.planner.clothoid import Floats, Piece, PiecePath
+from services.planner.method import CurveEnd, before
+from services.planner.offset import Stroke
+from services.planner.order import Problem
+from services.planner.order_search import Ints
+from services.planner.steering.batch import lengths
+from services.planner.steering.circles import LIMIT, circle
+from services.planner.way_times import COLUMNS, way_times
+from services.planner.ways import Turns, Ways, turned_round
+
+# Every node's nearest neighbours are timed exactly; of the nearest of these, short hops are tried as well.
+TIMED, HOPPED = 40, 6
+# Up to this many nodes all pairs are timed.
+ALL_NODES = 200
+# A segment is not painted twice, nor reached from itself.
+NEVER_S = 1e6
+
+
+def nodes_of(modes: Sequence[Sequence[Stroke]]) -> tuple[list[Stroke], Ints, Ints]:
+    """All modes as nodes; which segment each paints; and its other way round (itself, if that cannot be driven)."""
+    nodes = [stroke for group in modes for stroke in group]
+    segment = np.repeat(np.arange(len(modes)), [len(group) for group in modes])
+    flip = np.arange(len(nodes))
+    first = 0
+    for group in modes:
+        for i, stroke in enumerate(group):
+            for k, other in enumerate(group):
+                if other.flipped != stroke.flipped and _same_points(stroke, other):
+                    flip[first + i] = first + k
+        first += len(group)
+    return nodes, segment, flip
+
+
+def _same_points(stroke: Stroke, other: Stroke) -> bool:
+    x, y, _ = other.nozzle.end
+    return abs(complex(stroke.nozzle.x_m - x, stroke.nozzle.y_m - y)) < 1e-6
+
+
+def problem(modes: Sequence[Sequence[Stroke]], ways: Ways, start: CurveEnd | None) -> Problem:
+    """The ordering problem; without a `start` every segment may come first."""
+    nodes, segment, flip = nodes_of(modes)
+    count = len(nodes)
+    begins, ends = [n.begin for n in nodes], [n.end for n in nodes]
+    cost = np.full((count + 1, count + 1), 0.0)
+    cost[:-1, :-1] = seconds_between(ends, begins, ways, segment)
+    if start is not None:
+        cost[-1, :-1] = _timed([start], begins, ways, _all_pairs(1, count), hops=False)
+    cost[:-1, :-1][segment[:, None] == segment[None, :]] = NEVER_S
+    paint = [n.robot.length_m / ways.speed_mps(n.robot.curvature_1pm) for n in nodes]
+    cost[:, :-1] += paint
+    return Problem(cost, segment, flip)
+
+
+def seconds_between(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, segment: Ints) -> Floats:
+    """Seconds (ends, begins) of the quickest ways; rough ones for pairs that are far from each other."""
+    count = len(ends)
+    if count <= ALL_NODES:
+        table = _timed(ends, begins, ways, _all_pairs(count, count), hops=False).reshape(count, count)
+    else:
+        table = _rough(ends, begins, ways)
+        pairs = _nearest(table, segment, TIMED)
+        table[pairs[:, 0], pairs[:, 1]] = _timed(ends, begins, ways, pairs, hops=False)
+    pairs = _nearest(table, segment, HOPPED)
+    table[pairs[:, 0], pairs[:, 1]] = _timed(ends, begins, ways, pairs, hops=True)
+    return table
+
+
+def _rough(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways) -> Floats:
+    """Seconds by the length of the words, with the turns driven at the speed that they are made for."""
+    rows = [np.array([(*e.pose, e.curvature_1pm) for e in side]) for side in (ends, begins)]
+    fast = ways.limits.transit_speed_mps
+    tables = [
+        lengths(
+            *rows,
+            turns.curvature_1pm,
+            turns.sharpness_1pm2,
+            short_hops=False,
+            turn_weight=max(fast / turns.speed_mps, 1.0),
+        )
+        for turns in ways.turns[1::2] or ways.turns
+    ]
+    return np.asarray(np.minimum.reduce(tables)) / fast
+
+
+def _nearest(table: Floats, segment: Ints, count: int) -> Ints:
+    """The pairs of each end with its cheapest beginnings, and of each beginning with its cheapest ends."""
+    open_ = np.where(segment[:, None] == segment[None, :], np.inf, table)
+    count = min(count, len(table) - 1)
+    if count < 1:
+        return np.zeros((0, 2), dtype=np.int64)
+    chosen = np.zeros(table.shape, dtype=bool)
+    np.put_along_axis(chosen, np.argpartition(open_, count - 1, axis=1)[:, :count], True, axis=1)
+    np.put_along_axis(chosen, np.argpartition(open_, count - 1, axis=0)[:count], True, axis=0)
+    return np.argwhere(chosen & np.isfinite(open_))
+
+
+def _all_pairs(starts: int, goals: int) -> Ints:
+    return np.stack(np.divmod(np.arange(starts * goals), goals), axis=1)
+
+
+def _timed(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, pairs: Ints, *, hops: bool) -> Floats:
+    circles = [circle(t.curvature_1pm / t.sharpness_1pm2**0.5) for t in ways.turns]
+    roots = np.array([t.sharpness_1pm2**0.5 for t in ways.turns])
+    starts = np.array([_rows(ends, ways, *each, leaving=True) for each in zip(ways.turns, circles, strict=True)])
+    goals = np.array([_rows(begins, ways, *each, leaving=False) for each in zip(ways.turns, circles, strict=True)])
+    return np.asarray(way_times(starts, goals, np.array(circles), roots, ways.limits.row, pairs, hops))
+
+
+def _rows(ends: list[CurveEnd], ways: Ways, turns: Turns, figures: Floats, *, leaving: bool) -> Floats:
+    """The rows of `way_times` for ends (or beginnings) with one kind of turn."""
+    rows = np.zeros((len(ends), COLUMNS))
+    for row, end in zip(rows, ends, strict=True):
+        lead = ways.lead(turns, end.curvature_1pm)
+        pieces, curvature = lead.pieces, lead.curvature_1pm
+        if abs(curvature) > figures[LIMIT] * turns.sharpness_1pm2**0.5:
+            # Too tight for these turns to begin with: they begin where it is straight.
+            words = ContinuousDubins(turns.curvature_1pm, turns.sharpness_1pm2)
+            pieces, curvature = words.lead_out(curvature), 0.0
+            lead = lead._replace(pieces=pieces, curvature_1pm=curvature)
+        pose = PiecePath(end.pose, pieces).end if leaving else before(end.pose, turned_round(lead).pieces)
+        bend: Piece | None = next((p for p in pieces if p.sharpness_1pm2), None)
+        straight = sum(p.length_m for p in pieces if not p.sharpness_1pm2)
+        painted, sharpness = (bend.curvature_1pm, abs(bend.sharpness_1pm2)) if bend else (0.0, 1.0)
+        row[:] = *pose, curvature, ways.speed_mps(end.curvature_1pm), painted, sharpness, straight
+    return rows

@@ -1,0 +1,81 @@
+"""The lines and arcs that are sent to the robot for every section of the route."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import count
+
+from schemas.curves import Curve
+from schemas.errors import PlanningError
+from services.planner.clothoid import Piece, PiecePath
+from services.planner.fit_arcs import Cut, cut
+from services.planner.offset import Stroke
+from services.planner.route import Section
+
+# What fits into one message of the bus.
+SENT_MAX = 100_000
+
+
+@dataclass(frozen=True)
+class Sent:
+    """One line or arc as it is sent.
+
+    `start_m` and `end_m` are arc lengths of what is sent, `ideal_from_m` and `ideal_to_m` of the ideal curve that it
+    stands for; curvature (1/m) and sharpness (1/m²) are the largest magnitudes of both.
+    """
+
+    id: str
+    label: str
+    curve: Curve
+    start_m: float
+    end_m: float
+    ideal_from_m: float
+    ideal_to_m: float
+    curvature_1pm: float
+    sharpness_1pm2: float
+    stroke: Stroke | None
+
+
+def send(sections: list[Section], step: Callable[[float], None]) -> list[Sent]:
+    """The lines and arcs for all sections; a painted segment is sent as the one curve that it is.
+
+    `step` is told the fraction done.
+
+    Raises:
+        PlanningError: There are too many lines and arcs for one message.
+    """
+    taken = {section.stroke.id for section in sections if section.stroke}
+    names = (name for k in count() if (name := f"t{k}") not in taken)
+    sent: list[Sent] = []
+    station = ideal = 0.0
+    for i, section in enumerate(sections):
+        path, stroke = section.path, section.stroke
+        following = sections[i + 1].path.start if i + 1 < len(sections) else None
+        for piece in [Cut(stroke.robot, 0.0, path.length_m)] if stroke else cut(path, following):
+            end = station + piece.curve.length_m
+            curvature, sharpness = _largest(path, piece)
+            name = stroke.id if stroke else next(names)
+            span = (station, end, ideal + piece.ideal_from_m, ideal + piece.ideal_to_m)
+            sent.append(Sent(name, section.label, piece.curve, *span, curvature, sharpness, stroke))
+            station = end
+        if len(sent) > SENT_MAX:
+            raise PlanningError("", f"needs more than {SENT_MAX:,} lines and arcs", "split the template into several")
+        ideal += path.length_m
+        step((i + 1) / len(sections))
+    return sent
+
+
+def _largest(path: PiecePath, piece: Cut) -> tuple[float, float]:
+    """The largest |curvature| and |sharpness| of the ideal path behind a cut, and of the cut itself."""
+    curvature, sharpness = abs(piece.curve.curvature_1pm), 0.0
+    for start, ideal in _overlapping(path, piece):
+        ends = (max(piece.ideal_from_m - start, 0.0), min(piece.ideal_to_m - start, ideal.length_m))
+        curvature = max(curvature, *(abs(ideal.curvature_at(s)) for s in ends))
+        sharpness = max(sharpness, abs(ideal.sharpness_1pm2))
+    return curvature, sharpness
+
+
+def _overlapping(path: PiecePath, piece: Cut) -> Iterator[tuple[float, Piece]]:
+    middle = 0.5 * (piece.ideal_from_m + piece.ideal_to_m)
+    for start, end, ideal in zip(path.stations, path.stations[1:], path.pieces, strict=False):
+        if (piece.ideal_from_m < end and piece.ideal_to_m > start) or start <= middle <= end:
+            yield start, ideal

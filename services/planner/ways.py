@@ -1,0 +1,130 @@
+"""Ways between painted segments: of all turns on offer, tight and slow to wide and fast, those that take least time."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from services.planner.ccd import ContinuousDubins
+from services.planner.clothoid import Floats, Piece, PiecePath, Pose, joined
+from services.planner.dubins_padded import PaddedDubins
+from services.planner.limits import TURN_SPEEDS_MPS, Limits
+from services.planner.method import CurveEnd, TransitionMethod, before, carried_on
+from services.planner.passes import path_time
+from services.planner.steering.steer import Steering
+
+# Braking before a tight turn is planned with this share of the acceleration, so that it is slow enough in time.
+BRAKING_SHARE = 0.98
+# Turns for the very fastest would have no curvature left to the rims.
+FASTEST_SHARE = 0.95
+
+
+class Turns(NamedTuple):
+    """Turns on offer: the speed (m/s) that they are made for, largest curvature (1/m) and sharpness (1/m²), method."""
+
+    speed_mps: float
+    curvature_1pm: float
+    sharpness_1pm2: float
+    method: TransitionMethod
+
+
+class Way(NamedTuple):
+    """A way between two painted segments and how long it takes (s)."""
+
+    seconds: float
+    path: PiecePath
+
+
+class Lead(NamedTuple):
+    """What lies between a painted curve and the turns: pieces (as driven away from the curve), and the end of it."""
+
+    pieces: tuple[Piece, ...]
+    curvature_1pm: float
+
+
+@dataclass(frozen=True)
+class Ways:
+    """Finds ways with one of several turns."""
+
+    limits: Limits
+    turns: tuple[Turns, ...]
+
+    @classmethod
+    def by_time(cls, limits: Limits) -> "Ways":
+        """With turns made for several speeds, as far as the limits let them differ."""
+        fastest = min(limits.transit_speed_mps, FASTEST_SHARE * limits.rim_speed_mps)
+        offers = {limits.turn_at(v): v for v in [*(v for v in TURN_SPEEDS_MPS if v < fastest), fastest]}
+        return cls(limits, tuple(Turns(speed, *turn, Steering(*turn)) for turn, speed in offers.items()))
+
+    @classmethod
+    def of_one(cls, make: Callable[[float, float], TransitionMethod], limits: Limits) -> "Ways":
+        """With the turns of one method at the largest curvature and sharpness, whatever the speed."""
+        turn = limits.curvature_max_1pm, limits.sharpness_max_1pm2
+        return cls(limits, (Turns(limits.rim_speed_mps, *turn, make(*turn)),))
+
+    def speed_mps(self, curvature_1pm: float) -> float:
+        """The speed (m/s) at which a line or arc is painted."""
+        return self.limits.steady_speed_mps(curvature_1pm)
+
+    def lead(self, turns: Turns, curvature_1pm: float) -> Lead:
+        """From a painted curve straight to the turns; or, if they are slow, to a straight that leaves room to brake."""
+        speed = self.speed_mps(curvature_1pm)
+        slower = max(speed**2 - turns.speed_mps**2, 0.0)
+        if not slower:
+            return Lead((), curvature_1pm)
+        sharpness = self.limits.turn_at(speed)[1]
+        out = ContinuousDubins(self.limits.curvature_max_1pm, sharpness).lead_out(curvature_1pm)
+        return Lead((*out, Piece(slower / (2.0 * BRAKING_SHARE * self.limits.acceleration_mps2))), 0.0)
+
+    def widest(self, curvature_1pm: float) -> Turns:
+        """The turns made for the least speed at which they do not slow down a painted curve of that curvature."""
+        speed = self.speed_mps(curvature_1pm)
+        return min((t for t in self.turns if t.speed_mps >= speed), key=lambda t: t.speed_mps, default=self.turns[-1])
+
+    def from_rest(self, start: Pose, goal: CurveEnd, run_up_m: float) -> Way:
+        """The quickest way from standstill to a painted curve, over a straight of `run_up_m` before its lead-in."""
+        into = self.widest(goal.curvature_1pm).method.lead_in(goal.curvature_1pm)
+        pieces = (Piece(run_up_m), *into) if run_up_m else into
+        reaching = CurveEnd(before(goal.pose, pieces), 0.0)
+        ways = []
+        for turns in self.turns:
+            path = PiecePath(start, joined((*turns.method.connect(start, reaching.pose), *pieces)))
+            ways.append(Way(self.seconds(path.pieces, 0.0, self.speed_mps(goal.curvature_1pm)), path))
+        return min(ways, key=lambda way: way.seconds)
+
+    def between(self, start: CurveEnd, goal: CurveEnd) -> list[Way]:
+        """Every way from the end of one painted segment to the beginning of the next, the quickest first."""
+        speeds = self.speed_mps(start.curvature_1pm), self.speed_mps(goal.curvature_1pm)
+        ways = [self._way(turns, start, goal, speeds) for turns in self.turns]
+        ways.sort(key=lambda way: way.seconds)
+        straight_on = carried_on(start, goal, ways[0].path.length_m)
+        if straight_on:
+            ways.insert(0, Way(self.seconds(straight_on.pieces, *speeds), straight_on))
+        return ways
+
+    def _way(self, turns: Turns, start: CurveEnd, goal: CurveEnd, speeds: tuple[float, float]) -> Way:
+        out, into = self.lead(turns, start.curvature_1pm), turned_round(self.lead(turns, goal.curvature_1pm))
+        leaving = CurveEnd(PiecePath(start.pose, out.pieces).end, out.curvature_1pm)
+        reaching = CurveEnd(before(goal.pose, into.pieces), into.curvature_1pm)
+        path = PiecePath(start.pose, joined((*out.pieces, *turns.method.between(leaving, reaching), *into.pieces)))
+        return Way(self.seconds(path.pieces, *speeds), path)
+
+    def seconds(self, pieces: Sequence[Piece], first_mps: float, last_mps: float) -> float:
+        """Seconds for pieces that are entered and left at these speeds."""
+        table: Floats = np.array([piece[:3] for piece in pieces]).reshape(-1, 3)
+        return float(path_time(table, len(table), first_mps, last_mps, self.limits.row)) if len(table) else 0.0
+
+
+def turned_round(lead: Lead) -> Lead:
+    """The lead into a curve, of the same curvature, instead of out of it."""
+    back = tuple(p._replace(curvature_1pm=p.curvature_end_1pm, sharpness_1pm2=-p.sharpness_1pm2) for p in lead.pieces)
+    return lead._replace(pieces=back[::-1])
+
+
+METHODS: dict[str, Callable[[Limits], Ways]] = {
+    Steering.name: Ways.by_time,
+    ContinuousDubins.name: lambda limits: Ways.of_one(ContinuousDubins, limits),
+    PaddedDubins.name: lambda limits: Ways.of_one(lambda curvature, sharpness: PaddedDubins(curvature), limits),
+}
+DEFAULT_METHOD = Steering.name
