@@ -8,10 +8,9 @@ import numpy as np
 
 from services.planner.ccd import ContinuousDubins
 from services.planner.clothoid import Floats, Piece, PiecePath, Pose, joined
-from services.planner.method import CurveEnd, before, through_straights
+from services.planner.method import CurveEnd, before
 from services.planner.steering.circles import circle
-from services.planner.steering.forward import WITH_A_STRAIGHT, WORDS, shortest_forward, three_elements
-from services.planner.steering.profile import DIRECTION, shape
+from services.planner.steering.construct import MAX_PIECES, forward_pieces, profile_pieces
 from services.planner.steering.reversing import MAX_CUSPS, shortest_reversing, started
 
 Find = Callable[[CurveEnd, CurveEnd], list[tuple[Piece, ...]]]
@@ -71,12 +70,9 @@ class Steering:
 
     def _forward(self, start: CurveEnd, goal: CurveEnd) -> list[tuple[Piece, ...]]:
         z, turn, ends = self._scaled(start, goal)
-        amounts = np.zeros(3)
-        _, family = shortest_forward(ends, z, turn, self.circle, True, amounts)
-        if family == WORDS:
-            return [through_straights(self.words, start, goal)]
-        elements = np.asarray(three_elements(family == WITH_A_STRAIGHT))
-        return [self._pieces(elements, amounts, ends)]
+        table = np.empty((MAX_PIECES, 4))
+        count = forward_pieces(ends, z, turn, self.circle, table)
+        return [self._pieces(table[:count])]
 
     def _reversing(self, start: CurveEnd, goal: CurveEnd) -> list[tuple[Piece, ...]]:
         z, turn, ends = self._scaled(start, goal)
@@ -87,7 +83,9 @@ class Steering:
         for length, row, u in zip(lengths.tolist(), rows.tolist(), amounts, strict=True):
             if length < shortest:
                 shortest = length
-                ways.append(self._pieces(np.asarray(started(row, limit, abs(z), np.empty(3))), u, ends))
+                table = np.empty((MAX_PIECES, 4))
+                elements = started(row, limit, abs(z), np.empty(3))
+                ways.append(self._pieces(table[: profile_pieces(elements, u, ends, limit, table)]))
         return ways
 
     def _scaled(self, start: CurveEnd, goal: CurveEnd) -> tuple[complex, float, Floats]:
@@ -104,25 +102,13 @@ class Steering:
         sharpness = math.copysign(self.root * self.root, -curvature_1pm)
         return (Piece((capped - curvature_1pm) / sharpness, curvature_1pm, sharpness),), capped
 
-    def _pieces(self, elements: Floats, amounts: Floats, ends: Floats) -> tuple[Piece, ...]:
-        """The pieces of a profile (see profile.py)."""
-        extreme, hold, rate = (np.empty(len(elements)) for _ in range(3))
-        shape(elements, amounts, ends, float(self.circle[0]), extreme, hold, rate)
-        pieces: list[Piece] = []
-        k, last = float(ends[0]), 1
-        for row, following, length in zip(elements.tolist(), extreme.tolist(), hold.tolist(), strict=True):
-            direction = int(row[DIRECTION])
-            if direction == last:
-                pieces.append(self._ramp(k, following, direction))
-            pieces.append(Piece(length / self.root, following * self.root, 0.0, direction))
-            k, last = following, direction
-        if last == 1:
-            pieces.append(self._ramp(k, float(ends[1]), 1))
-        return tuple(pieces)
-
-    def _ramp(self, k_from: float, k_to: float, direction: int) -> Piece:
-        sharpness = math.copysign(self.root * self.root, k_to - k_from)
-        return Piece(abs(k_to - k_from) / self.root, k_from * self.root, sharpness, direction)
+    def _pieces(self, table: Floats) -> tuple[Piece, ...]:
+        """The pieces in metres (see construct.py)."""
+        root = self.root
+        return tuple(
+            Piece(length / root, k * root, sharpness * root * root, int(direction))
+            for length, k, sharpness, direction in table.tolist()
+        )
 
 
 def turns_on_the_spot(start: Pose, goal: Pose) -> list[tuple[Piece, ...]]:
