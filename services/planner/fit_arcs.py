@@ -40,13 +40,13 @@ class _Span(NamedTuple):
         return self.end_m - self.start_m
 
 
-def cut(path: PiecePath, goal: Pose | None = None) -> list[Cut]:
-    """Lines and arcs within 1 mm of `path`, each beginning where the last one ended, with its heading.
+def cut(path: PiecePath, goal: Pose | None = None, tolerance_m: float = TOLERANCE_M) -> list[Cut]:
+    """Lines and arcs within `tolerance_m` of `path`, each beginning where the last one ended, with its heading.
 
     The last one ends at `goal` if given, which is the path's end but for rounding.
     """
     cuts: list[Cut] = []
-    for span in _without_slivers(_spans(path)):
+    for span in _without_slivers(_spans(path, tolerance_m)):
         if not span.biarcs:
             pose, piece = path.pose_at(span.start_m), path.pieces[path.index_at(0.5 * (span.start_m + span.end_m))]
             cuts.append(Cut(_curve(pose, piece.curvature_1pm, span.length_m), span.start_m, span.end_m))
@@ -96,12 +96,12 @@ def _dot(a: complex, b: complex) -> float:
     return a.real * b.real + a.imag * b.imag
 
 
-def _spans(path: PiecePath) -> list[_Span]:
+def _spans(path: PiecePath, tolerance_m: float) -> list[_Span]:
     spans = []
     for start, end, piece in zip(path.stations, path.stations[1:], path.pieces, strict=False):
         biarcs = 0
         if piece.sharpness_1pm2:
-            longest = (324.0 * TOLERANCE_SHARE * TOLERANCE_M / abs(piece.sharpness_1pm2)) ** (1.0 / 3.0)
+            longest = (324.0 * TOLERANCE_SHARE * tolerance_m / abs(piece.sharpness_1pm2)) ** (1.0 / 3.0)
             biarcs = math.ceil(piece.length_m / longest)
         spans.append(_Span(start, end, biarcs))
     return spans

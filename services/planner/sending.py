@@ -7,7 +7,7 @@ from itertools import count
 from schemas.curves import Curve
 from schemas.errors import PlanningError
 from services.planner.clothoid import Piece, PiecePath
-from services.planner.fit_arcs import Cut, cut
+from services.planner.fit_arcs import TOLERANCE_M, Cut, cut
 from services.planner.offset import Stroke
 from services.planner.route import Section
 
@@ -35,8 +35,8 @@ class Sent:
     stroke: Stroke | None
 
 
-def send(sections: list[Section], step: Callable[[float], None]) -> list[Sent]:
-    """The lines and arcs for all sections; a painted segment is sent as the one curve that it is.
+def send(sections: list[Section], step: Callable[[float], None], tolerance_m: float = TOLERANCE_M) -> list[Sent]:
+    """The lines and arcs for all sections, within `tolerance_m`; a painted segment is sent as the one curve that it is.
 
     `step` is told the fraction done.
 
@@ -50,7 +50,7 @@ def send(sections: list[Section], step: Callable[[float], None]) -> list[Sent]:
     for i, section in enumerate(sections):
         path, stroke = section.path, section.stroke
         following = sections[i + 1].path.start if i + 1 < len(sections) else None
-        for piece in [Cut(stroke.robot, 0.0, path.length_m)] if stroke else cut(path, following):
+        for piece in [Cut(stroke.robot, 0.0, path.length_m)] if stroke else cut(path, following, tolerance_m):
             end = station + piece.curve.length_m
             curvature, sharpness = _largest(path, piece)
             name = stroke.id if stroke else next(names)
