@@ -14,18 +14,25 @@ from schemas.messages import PlanOptions
 from schemas.template import parse_template, template_text
 from services.cli.display import Advance, print_event, print_figures, progress_bar, stderr
 from services.cli.options import (
+    DryingTimeOption,
     ExitCode,
     Follower,
     FollowerOption,
+    ForwardOnlyOption,
+    HardDryingOption,
     JsonOption,
     Method,
     MethodOption,
     Noise,
     NoiseOption,
+    Order,
+    OrderOption,
+    PaintSpeedOption,
     ReportOption,
     SeedOption,
     SpeedOption,
     TemplateArgument,
+    TransitSpeedOption,
     plan_options,
     speed_factor,
     write_json,
@@ -74,7 +81,13 @@ def run(
     seed: SeedOption = 1,
     follower: FollowerOption = Follower.MPC,
     noise: NoiseOption = Noise.DEFAULT,
-    method: MethodOption = Method.CCD,
+    order: OrderOption = Order.OPTIMISED,
+    method: MethodOption = Method.G2,
+    paint_speed: PaintSpeedOption = 0.0,
+    transit_speed: TransitSpeedOption = 0.0,
+    forward_only: ForwardOnlyOption = False,
+    drying_time: DryingTimeOption = 0.0,
+    hard_drying: HardDryingOption = False,
     record: Annotated[
         Path | None, typer.Option(help="Record the session to this MCAP file.", show_default=False)
     ] = None,
@@ -86,7 +99,15 @@ def run(
         template,
         speed=speed_factor(speed),
         robot=["--seed", str(seed), "--follower", follower.value, "--noise", noise.value],
-        options=plan_options(method, 0.0, 0.0, 0.0, 0.0),
+        options=plan_options(
+            method,
+            paint_speed=paint_speed,
+            transit_speed=transit_speed,
+            order=order,
+            forward_only=forward_only,
+            drying_time=drying_time,
+            hard_drying=hard_drying,
+        ),
         record=record,
     )
     figures |= {"seed": seed, "follower": follower.value, "noise": noise.value}

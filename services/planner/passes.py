@@ -89,6 +89,12 @@ def cell_time(length: float, first: float, last: float, top: float, most: float)
 
 
 @kernel
+def _parts(piece: Floats) -> int:
+    """Cells of a piece: one, or for a clothoid two at least (between two stops the robot has to move)."""
+    return 1 if piece[2] == 0.0 else max(2, math.ceil(abs(piece[2]) * piece[0] / CELL_CURVATURE_1PM))
+
+
+@kernel
 def path_time(pieces: Floats, count: int, first: float, last: float, limits: Floats) -> float:
     """Seconds for `count` pieces (length, curvature, sharpness per row), entered and left at speeds (m/s).
 
@@ -97,13 +103,13 @@ def path_time(pieces: Floats, count: int, first: float, last: float, limits: Flo
     """
     cells = 0
     for k in range(count):
-        cells += max(1, math.ceil(abs(pieces[k, 2]) * pieces[k, 0] / CELL_CURVATURE_1PM))
+        cells += _parts(pieces[k])
     length, curvature, sharpness = np.empty(cells), np.empty(cells), np.empty(cells)
     cap = np.empty(cells)
     square = np.full(cells + 1, np.inf)
     i = 0
     for k in range(count):
-        parts = max(1, math.ceil(abs(pieces[k, 2]) * pieces[k, 0] / CELL_CURVATURE_1PM))
+        parts = _parts(pieces[k])
         h = pieces[k, 0] / parts
         for j in range(parts):
             length[i], sharpness[i] = h, pieces[k, 2]

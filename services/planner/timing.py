@@ -102,7 +102,7 @@ def speed_profile(course: Course, steady: Sequence[Steady], limits: Limits) -> S
     """
     from services.planner.passes import entries, sweep
 
-    knots = np.concatenate(([0.0], np.cumsum(course.length_m)))
+    knots = course.station_m
     spans = [_knots_within(knots, stretch) for stretch in steady]
     speeds = [stretch.speed_mps for stretch in steady]
     cap = course.square_cap.copy()
@@ -119,7 +119,9 @@ def speed_profile(course: Course, steady: Sequence[Steady], limits: Limits) -> S
         if all(new >= old - SPEED_TOLERANCE_MPS for new, old in zip(slowest, speeds, strict=True)):
             break
         speeds = slowest
-    station, squared = _without_repeats(*entries(*columns, square), knots[-1])
+    ideal, squared = entries(*columns, square)
+    station = np.interp(ideal, np.concatenate(([0.0], np.cumsum(course.length_m))), knots)
+    station, squared = _without_repeats(station, squared, knots[-1])
     return SpeedProfile(station, np.sqrt(squared), tuple(_spin(knots[at], angle, limits) for at, angle in course.spins))
 
 

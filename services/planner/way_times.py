@@ -17,8 +17,8 @@ from services.planner.steering.forward import WORDS, shortest_forward, three_ele
 from services.planner.steering.profile import shape
 from services.planner.steering.spiral import ramp, unit
 
-# Columns of an end's row: pose and curvature (1/m) where the turns begin, speed (m/s) on the painted curve; between both
-# a clothoid from the painted curvature to 0 (or none: 0) at a sharpness (1/m²), and a straight (m).
+# Columns of an end's row: pose and curvature (1/m) where the turns begin, speed (m/s) on the painted curve; between
+# both a clothoid from the painted curvature to 0 (or none: 0) at a sharpness (1/m²), and a straight (m).
 X, Y, HEADING, CURVATURE, SPEED, PAINTED, LEAD, PAD = range(8)
 COLUMNS = 8
 PIECES_MAX = 20
