@@ -158,8 +158,7 @@ def shortest_word(x: float, y: float, cos: float, sin: float, heading: float, c:
     if abs(y) <= ON_PATH and x >= -ON_PATH and cos > 0.0 and abs(sin) <= ON_PATH:
         best = max(x, 0.0)
     best = left_first(x, y, cos, sin, heading, c, weight, best)
-    best = left_first(x, -y, cos, -sin, -heading, c, weight, best)
-    return best
+    return float(left_first(x, -y, cos, -sin, -heading, c, weight, best))
 
 
 @kernel

@@ -77,10 +77,7 @@ def shortest_forward(
     and from straight (2). `ends` are the curvatures at both ends, at most that of the circle `c`; `goal` and `turn` are
     the pose to reach. Without `short_hops` only the words are compared.
     """
-    to_straight, out_turn = ramp(0.0, ends[0], 0.0)
-    from_straight, in_turn = ramp(0.0, 0.0, ends[1])
-    between = (goal - unit(turn - in_turn) * from_straight - to_straight) * unit(-out_turn)
-    turn_between = turn - in_turn - out_turn
+    between, turn_between = lead_poses(ends, goal, turn)
     cos, sin = math.cos(turn_between), math.sin(turn_between)
     best = abs(ends[0]) + abs(ends[1]) + shortest_word(between.real, between.imag, cos, sin, turn_between, c, 1.0)
     family = WORDS
@@ -93,6 +90,15 @@ def shortest_forward(
             if found >= 0:
                 best, family = length, found
     return best, family
+
+
+@kernel
+def lead_poses(ends: Floats, goal: complex, turn: float) -> tuple[complex, float]:
+    """The straight pose before the ramp to the goal's curvature, seen from the one after the ramp from the start's."""
+    to_straight, out_turn = ramp(0.0, ends[0], 0.0)
+    from_straight, in_turn = ramp(0.0, 0.0, ends[1])
+    between = (goal - unit(turn - in_turn) * from_straight - to_straight) * unit(-out_turn)
+    return between, turn - in_turn - out_turn
 
 
 @kernel

@@ -121,7 +121,7 @@ def solve(elements: Floats, u: Floats, ends: Floats, limit: float, goal: complex
             for i in range(n):
                 if hold[i] < 0.0:
                     return FAILED
-            return length
+            return float(length)
         jacobian[:] = 0.0
         for i in range(n):
             which = int(elements[i, UNKNOWN])

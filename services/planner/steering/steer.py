@@ -1,15 +1,19 @@
 """Method `g2`: the shortest way between any two poses and curvatures, continuous in curvature throughout."""
 
+import cmath
 import math
+from collections.abc import Callable
 
 import numpy as np
 
 from services.planner.ccd import ContinuousDubins
 from services.planner.clothoid import Floats, Piece, PiecePath, Pose, joined
-from services.planner.method import CurveEnd, before, through_straights
+from services.planner.method import CurveEnd, before
 from services.planner.steering.circles import circle
-from services.planner.steering.forward import WITH_A_STRAIGHT, WORDS, shortest_forward, three_elements
-from services.planner.steering.profile import DIRECTION, shape
+from services.planner.steering.construct import MAX_PIECES, forward_pieces, profile_pieces
+from services.planner.steering.reversing import MAX_CUSPS, shortest_reversing, started
+
+Find = Callable[[CurveEnd, CurveEnd], list[tuple[Piece, ...]]]
 
 
 class Steering:
@@ -37,22 +41,58 @@ class Steering:
 
     def between(self, start: CurveEnd, goal: CurveEnd) -> tuple[Piece, ...]:
         """The shortest forward way."""
-        # Where κ_max²/σ_max exceeds π, ways keep to a smaller curvature than the painted curves may have.
+        return self._capped(start, goal, self._forward)[0]
+
+    def ways(self, start: CurveEnd, goal: CurveEnd, room_m: float = 0.0) -> list[tuple[Piece, ...]]:
+        """Ways worth comparing by time: the shortest forward one, shorter ones with cusps, turns on the spot.
+
+        For every number of cusps it is the shortest. Before the first and after the last standstill of these ways the
+        painted curves are carried on for `room_m`, to brake and to gather speed.
+        """
+        forward = self.between(start, goal)
+        run_out, run_in = Piece(room_m, start.curvature_1pm), Piece(room_m, goal.curvature_1pm)
+        stop = CurveEnd(PiecePath(start.pose, (run_out,)).end, start.curvature_1pm)
+        go = CurveEnd(before(goal.pose, (run_in,)), goal.curvature_1pm)
+        standing = [*self._capped(stop, go, self._reversing), *turns_on_the_spot(stop.pose, go.pose)]
+        return [forward, *(joined((run_out, *way, run_in)) for way in standing)]
+
+    def _capped(self, start: CurveEnd, goal: CurveEnd, find: Find) -> list[tuple[Piece, ...]]:
+        """The ways that `find` finds between two poses and curvatures, after ramps down to what a way may have.
+
+        Where κ_max²/σ_max exceeds π, ways keep to a smaller curvature than painted curves may have.
+        """
         out_of, k_from = self._ramp_to_cap(start.curvature_1pm)
         back_into, k_to = self._ramp_to_cap(goal.curvature_1pm)
         into = tuple(Piece(p.length_m, p.curvature_end_1pm, -p.sharpness_1pm2) for p in reversed(back_into))
         leaving = CurveEnd(PiecePath(start.pose, out_of).end, k_from)
         reaching = CurveEnd(before(goal.pose, into), k_to)
+        return [joined((*out_of, *way, *into)) for way in find(leaving, reaching)]
 
-        z, turn = reaching.pose.seen_from(leaving.pose)
-        ends, amounts = np.array([k_from, k_to]) / self.root, np.zeros(3)
-        _, family = shortest_forward(ends, z * self.root, math.remainder(turn, math.tau), self.circle, True, amounts)
-        if family == WORDS:
-            way = through_straights(self.words, leaving, reaching)
-        else:
-            elements = np.asarray(three_elements(family == WITH_A_STRAIGHT))
-            way = self._pieces(elements, amounts, ends)
-        return joined((*out_of, *way, *into))
+    def _forward(self, start: CurveEnd, goal: CurveEnd) -> list[tuple[Piece, ...]]:
+        z, turn, ends = self._scaled(start, goal)
+        table = np.empty((MAX_PIECES, 4))
+        count = forward_pieces(ends, z, turn, self.circle, table)
+        return [self._pieces(table[:count])]
+
+    def _reversing(self, start: CurveEnd, goal: CurveEnd) -> list[tuple[Piece, ...]]:
+        z, turn, ends = self._scaled(start, goal)
+        limit, counts = float(self.circle[0]), MAX_CUSPS + 1
+        lengths, amounts, rows = np.empty(counts), np.empty((counts, 3)), np.zeros(counts, dtype=np.int64)
+        shortest_reversing(ends, z, turn, limit, lengths, amounts, rows)
+        ways, shortest = [], math.inf
+        for length, row, u in zip(lengths.tolist(), rows.tolist(), amounts, strict=True):
+            if length < shortest:
+                shortest = length
+                table = np.empty((MAX_PIECES, 4))
+                elements = started(row, limit, abs(z), np.empty(3))
+                ways.append(self._pieces(table[: profile_pieces(elements, u, ends, limit, table)]))
+        return ways
+
+    def _scaled(self, start: CurveEnd, goal: CurveEnd) -> tuple[complex, float, Floats]:
+        """The goal as seen from the start, its turn (rad), and both curvatures, in units of unit sharpness."""
+        z, turn = goal.pose.seen_from(start.pose)
+        ends = np.array([start.curvature_1pm, goal.curvature_1pm]) / self.root
+        return z * self.root, math.remainder(turn, math.tau), ends
 
     def _ramp_to_cap(self, curvature_1pm: float) -> tuple[tuple[Piece, ...], float]:
         """The clothoid from a curvature down to what a way may have, and the curvature (1/m) after it."""
@@ -62,22 +102,21 @@ class Steering:
         sharpness = math.copysign(self.root * self.root, -curvature_1pm)
         return (Piece((capped - curvature_1pm) / sharpness, curvature_1pm, sharpness),), capped
 
-    def _pieces(self, elements: Floats, amounts: Floats, ends: Floats) -> tuple[Piece, ...]:
-        """The pieces of a profile (see profile.py)."""
-        extreme, hold, rate = (np.empty(len(elements)) for _ in range(3))
-        shape(elements, amounts, ends, float(self.circle[0]), extreme, hold, rate)
-        pieces: list[Piece] = []
-        k, last = float(ends[0]), 1
-        for row, following, length in zip(elements.tolist(), extreme.tolist(), hold.tolist(), strict=True):
-            direction = int(row[DIRECTION])
-            if direction == last:
-                pieces.append(self._ramp(k, following, direction))
-            pieces.append(Piece(length / self.root, following * self.root, 0.0, direction))
-            k, last = following, direction
-        if last == 1:
-            pieces.append(self._ramp(k, float(ends[1]), 1))
-        return tuple(pieces)
+    def _pieces(self, table: Floats) -> tuple[Piece, ...]:
+        """The pieces in metres (see construct.py)."""
+        root = self.root
+        return tuple(
+            Piece(length / root, k * root, sharpness * root * root, int(direction))
+            for length, k, sharpness, direction in table.tolist()
+        )
 
-    def _ramp(self, k_from: float, k_to: float, direction: int) -> Piece:
-        sharpness = math.copysign(self.root * self.root, k_to - k_from)
-        return Piece(abs(k_to - k_from) / self.root, k_from * self.root, sharpness, direction)
+
+def turns_on_the_spot(start: Pose, goal: Pose) -> list[tuple[Piece, ...]]:
+    """Turn on the spot, drive straight, turn on the spot: forward, and backward."""
+    z, turn = goal.seen_from(start)
+    ways = []
+    for direction in (1, -1):
+        first = cmath.phase(direction * z) if z else math.remainder(turn, math.tau)
+        last = math.remainder(turn - first, math.tau)
+        ways.append(joined((Piece.spin(first), Piece(abs(z), direction=direction), Piece.spin(last))))
+    return ways if z else ways[:1]

@@ -1,0 +1,114 @@
+"""From what was found to be the shortest way to its pieces, as rows of length, curvature, sharpness and direction."""
+
+import math
+
+import numpy as np
+
+from schemas.jit import kernel
+from services.planner.clothoid import Floats
+from services.planner.steering.circles import (
+    LIMIT,
+    LIMIT_TURN,
+    ON_PATH,
+    cost,
+    left_centres,
+    turn_length,
+    word_table,
+    wrapped,
+)
+from services.planner.steering.forward import WITH_A_STRAIGHT, WORDS, lead_poses, shortest_forward, three_elements
+from services.planner.steering.profile import DIRECTION, shape
+
+# No way has more pieces: two ramps and three turns of three.
+MAX_PIECES = 12
+
+
+@kernel
+def put(pieces: Floats, n: int, length: float, k: float, sharpness: float, direction: float) -> int:
+    """Append a piece, unless it is empty; the number of pieces."""
+    if length <= 0.0:
+        return n
+    pieces[n, 0], pieces[n, 1], pieces[n, 2], pieces[n, 3] = length, k, sharpness, direction
+    return n + 1
+
+
+@kernel
+def put_ramp(pieces: Floats, n: int, k_from: float, k_to: float, direction: float) -> int:
+    """Append the clothoid between two curvatures."""
+    return int(put(pieces, n, abs(k_to - k_from), k_from, math.copysign(1.0, k_to - k_from), direction))
+
+
+@kernel
+def put_turn(pieces: Floats, n: int, deflection: float, c: Floats) -> int:
+    """Append a turn of the words: clothoid, arc, clothoid; two flatter clothoids; or the chord of none."""
+    size, side = abs(deflection), math.copysign(1.0, deflection)
+    if size >= c[LIMIT_TURN]:
+        n = put_ramp(pieces, n, 0.0, side * c[LIMIT], 1.0)
+        n = put(pieces, n, (size - c[LIMIT_TURN]) / c[LIMIT], side * c[LIMIT], 0.0, 1.0)
+        return int(put_ramp(pieces, n, side * c[LIMIT], 0.0, 1.0))
+    length = 0.5 * turn_length(size, c)
+    peak = deflection / length
+    n = put(pieces, n, length, 0.0, peak / length, 1.0)
+    return int(put(pieces, n, length, peak, -peak / length, 1.0))
+
+
+@kernel
+def word_pieces(x: float, y: float, heading: float, c: Floats, pieces: Floats, n: int) -> int:
+    """Append the shortest word between straight ends; the same one that `shortest_word` measures."""
+    best, chosen = math.inf, -1
+    table = np.empty((8, 3))
+    word_table(x, y, heading, c, table)
+    for row in range(8):
+        if table[row, 1] == math.inf:
+            continue
+        amounts = (abs(table[row, 0]), abs(table[row, 1]), abs(table[row, 2]))
+        length = cost(amounts, row % 4 < 2, 1.0, c)
+        if length < best:
+            best, chosen = length, row
+    single = 0.0
+    cos, sin = math.cos(heading), math.sin(heading)
+    for side in (1.0, -1.0):
+        left_x, left_y, _, _ = left_centres(x, side * y, cos, side * sin, c)
+        if left_x * left_x + left_y * left_y <= ON_PATH * ON_PATH:
+            deflection = wrapped(side * heading)
+            if turn_length(deflection, c) < best:
+                best, chosen, single = turn_length(deflection, c), 8, side * deflection
+    if abs(y) <= ON_PATH and x >= -ON_PATH and cos > 0.0 and abs(sin) <= ON_PATH and x < best:
+        return int(put(pieces, n, x, 0.0, 0.0, 1.0))
+    if chosen == 8:
+        return int(put_turn(pieces, n, single, c))
+    first, middle, last = table[chosen]
+    n = put_turn(pieces, n, first, c)
+    n = put(pieces, n, middle, 0.0, 0.0, 1.0) if chosen % 4 < 2 else put_turn(pieces, n, middle, c)
+    return int(put_turn(pieces, n, last, c))
+
+
+@kernel
+def profile_pieces(elements: Floats, u: Floats, ends: Floats, limit: float, pieces: Floats) -> int:
+    """The pieces of a profile (see profile.py); their number."""
+    count = len(elements)
+    extreme, hold, rate = np.empty(count), np.empty(count), np.empty(count)
+    shape(elements, u, ends, limit, extreme, hold, rate)
+    k, last, n = ends[0], 1.0, 0
+    for i in range(count):
+        direction = elements[i, DIRECTION]
+        if direction == last:
+            n = put_ramp(pieces, n, k, extreme[i], direction)
+        n = put(pieces, n, hold[i], extreme[i], 0.0, direction)
+        k, last = extreme[i], direction
+    if last == 1.0:
+        n = put_ramp(pieces, n, k, ends[1], 1.0)
+    return int(n)
+
+
+@kernel
+def forward_pieces(ends: Floats, goal: complex, turn: float, c: Floats, pieces: Floats) -> int:
+    """The pieces of the shortest forward way (see `shortest_forward`), short hops included; their number."""
+    amounts = np.empty(3)
+    _, family = shortest_forward(ends, goal, turn, c, True, amounts)
+    if family != WORDS:
+        return int(profile_pieces(three_elements(family == WITH_A_STRAIGHT), amounts, ends, c[LIMIT], pieces))
+    between, turn_between = lead_poses(ends, goal, turn)
+    n = put_ramp(pieces, 0, ends[0], 0.0, 1.0)
+    n = word_pieces(between.real, between.imag, turn_between, c, pieces, n)
+    return int(put_ramp(pieces, n, 0.0, ends[1], 1.0))
