@@ -1,7 +1,7 @@
 """Plan a template: the whole algorithm, line by line."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from schemas.errors import PlanningError
 from schemas.messages import PlanOptions, PlanReport, Trajectory
@@ -18,7 +18,7 @@ from services.planner.output import trajectory_message
 from services.planner.route import Section, route
 from services.planner.sending import Sent, send
 from services.planner.timing import SpeedProfile, Steady, speed_profile
-from services.planner.ways import DEFAULT_METHOD, METHODS, Ways
+from services.planner.ways import DEFAULT_METHOD, METHODS, REVERSING, SPINNING, Ways
 
 # A start pose further out than this (m) is a mistake.
 START_MAX = 20_000.0
@@ -60,7 +60,7 @@ def plan(
     """
     options = options or PlanOptions()
     limits = Limits.of(vehicle, options)
-    ways, start = ways_of(options.method, limits), _start(options)
+    ways, start = ways_of(vehicle, options, limits), _start(options)
 
     choices = modes(template.segments, vehicle, limits.curvature_max_1pm, free=ordering(options))
     lines = arranged(choices, ways, start, options, lambda done: progress("order", done), enough)
@@ -80,16 +80,19 @@ def plan(
     return Plan(trajectory, report, sections, sent, painted, speeds, limits)
 
 
-def ways_of(name: str, limits: Limits) -> Ways:
-    """The ways of the method of that name ("" is the default).
+def ways_of(vehicle: Vehicle, options: PlanOptions, limits: Limits) -> Ways:
+    """The ways of the method that the options name ("" is the default), with what the vehicle may do.
 
     Raises:
         PlanningError: There is no such method.
     """
-    make = METHODS.get(name or DEFAULT_METHOD)
+    make = METHODS.get(options.method or DEFAULT_METHOD)
     if make is None:
-        raise PlanningError("", f'asks for the unknown method "{name}"', f"use one of: {', '.join(METHODS)}")
-    return make(limits)
+        known = ", ".join(METHODS)
+        raise PlanningError("", f'asks for the unknown method "{options.method}"', f"use one of: {known}")
+    able = {REVERSING: vehicle.can_reverse, SPINNING: vehicle.can_spin}
+    standing = frozenset(skill for skill, can in able.items() if can and not options.forward_only)
+    return replace(make(limits), standing=standing)
 
 
 def _start(options: PlanOptions) -> Pose | None:

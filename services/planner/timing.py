@@ -125,15 +125,12 @@ def speed_profile(course: Course, steady: Sequence[Steady], limits: Limits) -> S
     return SpeedProfile(station, np.sqrt(squared), tuple(_spin(knots[at], angle, limits) for at, angle in course.spins))
 
 
-def spin_seconds(angle_rad: float, limits: Limits) -> tuple[float, float]:
-    """Seconds and peak rate (rad/s) of a turn on the spot, its rims within acceleration and transit speed."""
-    gain = limits.acceleration_mps2 / limits.half_track_m
-    rate = min(limits.transit_speed_mps / limits.half_track_m, math.sqrt(gain * abs(angle_rad)))
-    return abs(angle_rad) / rate + rate / gain, rate
-
-
 def _spin(station_m: float, angle_rad: float, limits: Limits) -> Spin:
-    seconds, rate = spin_seconds(angle_rad, limits)
+    from services.planner.passes import spin_time
+
+    rate_gain = limits.acceleration_mps2 / limits.half_track_m
+    rate = min(limits.transit_speed_mps / limits.half_track_m, math.sqrt(rate_gain * abs(angle_rad)))
+    seconds = float(spin_time(abs(angle_rad), limits.row))
     return Spin(float(station_m), angle_rad, math.copysign(rate, angle_rad), seconds)
 
 

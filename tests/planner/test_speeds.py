@@ -11,10 +11,11 @@ from schemas.errors import PlanningError
 from schemas.messages import Actuation, PlanOptions
 from schemas.vehicle import Vehicle
 from services.planner.actuation import Painted, actuation_profile
+from services.planner.clothoid import Piece
 from services.planner.course import Course
 from services.planner.limits import Limits
 from services.planner.passes import gain, path_time
-from services.planner.timing import SpeedProfile, Spin, Steady, speed_profile, spin_seconds
+from services.planner.timing import SpeedProfile, Steady, speed_profile
 from tests.planner.strategies import floats
 
 ACCELERATION = 0.8
@@ -137,7 +138,8 @@ def test_the_time_of_a_way_is_that_of_its_profile(case: tuple[Course, list]) -> 
     course, rows = case
     profile = speed_profile(course, [], LIMITS)
     # The estimate cuts every row into two cells more, whose caps are a little looser.
-    assert path_time(np.array(rows), len(rows), 0.0, 0.0, LIMITS.row) == pytest.approx(profile.total_time_s, rel=0.03)
+    pieces = np.array([Piece(*row) for row in rows])
+    assert path_time(pieces, len(rows), 0.0, 0.0, LIMITS.row) == pytest.approx(profile.total_time_s, rel=0.03)
 
 
 def test_the_robot_stands_still_at_a_cusp_and_turns_on_the_spot() -> None:
@@ -145,8 +147,12 @@ def test_the_robot_stands_still_at_a_cusp_and_turns_on_the_spot() -> None:
     stopping = replace(course, stops=(1, 2), spins=((2, 1.0),))
     profile = speed_profile(stopping, [], LIMITS)
     assert profile.speed_at(np.array([2.0, 4.0])).tolist() == [0.0, 0.0]
-    seconds, rate = spin_seconds(1.0, LIMITS)
-    assert profile.spins == (Spin(4.0, 1.0, pytest.approx(rate), pytest.approx(seconds)),)
+    (spin,) = profile.spins
+    assert (spin.station_m, spin.angle_rad) == (4.0, 1.0)
+    rim_gain = ACCELERATION / VEHICLE.half_track_m
+    assert spin.rate_radps == pytest.approx(rim_gain**0.5)
+    seconds = spin.seconds
+    assert seconds == pytest.approx(2.0 / rim_gain**0.5)
     without = speed_profile(replace(course, stops=(1, 2)), [], LIMITS)
     assert profile.total_time_s == pytest.approx(without.total_time_s + seconds)
     assert profile.time_at(5.0) == pytest.approx(without.time_at(5.0) + seconds)
