@@ -8,9 +8,11 @@ from schemas.messages import PlanOptions, PlanReport, Trajectory
 from schemas.template import Template
 from schemas.vehicle import Vehicle
 from services.planner.actuation import Painted, actuation_profile
-from services.planner.arrange import arranged, ordering
+from services.planner.arrange import arranged, crossing_cost_s, drying_s, ordering
 from services.planner.clothoid import Pose
 from services.planner.course import course
+from services.planner.inside import Yard
+from services.planner.legs import Driver
 from services.planner.limits import Limits
 from services.planner.measure import measure
 from services.planner.offset import modes
@@ -19,6 +21,7 @@ from services.planner.route import Section, route
 from services.planner.sending import Sent, send
 from services.planner.timing import SpeedProfile, Steady, speed_profile
 from services.planner.ways import DEFAULT_METHOD, METHODS, REVERSING, SPINNING, Ways
+from services.planner.wet import Wheels
 
 # A start pose further out than this (m) is a mistake.
 START_MAX = 20_000.0
@@ -61,10 +64,12 @@ def plan(
     options = options or PlanOptions()
     limits = Limits.of(vehicle, options)
     ways, start = ways_of(vehicle, options, limits), _start(options)
+    wheels = Wheels.of(vehicle, template.line_width_m, drying_s(vehicle, options))
 
     choices = modes(template.segments, vehicle, limits.curvature_max_1pm, free=ordering(options))
-    lines = arranged(choices, ways, start, options, lambda done: progress("order", done), enough)
-    sections = route(lines, ways, start, lambda done: progress("transitions", done))
+    driver = Driver(ways, Yard.of(template, vehicle), wheels, crossing_cost_s(options), start)
+    drive = arranged(choices, driver, options, lambda done: progress("order", done), enough)
+    sections = route(drive)
     sent = send(sections, lambda done: progress("cutting into arcs", done))
 
     painted = [Painted(s.id, s.start_m, s.end_m, s.stroke.actuation) for s in sent if s.stroke]

@@ -51,7 +51,7 @@ def test_a_template_is_planned_with_progress(bus: Bus) -> None:
     while not any(m.stage == "report" for m in said):
         said += [s.decode() for s in inbox.wait(5.0)]
     assert {m.request_id for m in said} == {"pitch"}
-    assert any(m.stage == "transitions" and m.fraction == 1.0 for m in said)
+    assert any(m.stage == "order" and m.fraction == 1.0 for m in said)
 
 
 def test_bad_templates_and_options_are_answered_and_the_next_request_is_served(bus: Bus) -> None:
