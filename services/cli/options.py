@@ -25,8 +25,16 @@ class ExitCode(IntEnum):
 class Method(StrEnum):
     """Transition methods."""
 
+    G2 = "g2"
     CCD = "ccd"
     DUBINS_PADDED = "dubins-padded"
+
+
+class Order(StrEnum):
+    """Orders of painted segments."""
+
+    OPTIMISED = "optimised"
+    GIVEN = "given"
 
 
 class Follower(StrEnum):
@@ -48,19 +56,32 @@ TemplateArgument = Annotated[
     typer.Argument(help="A shipped template's name (see `touchline templates`) or a JSON file.", show_default=False),
 ]
 MethodOption = Annotated[
-    Method, typer.Option(help="How painted lines are joined: curvature-continuous, or plain Dubins with padding.")
+    Method,
+    typer.Option(
+        help="How painted lines are joined: by time, curvature-continuous; CC words; plain Dubins with padding."
+    ),
 ]
 KappaOption = Annotated[
-    float, typer.Option("--kappa-max", help="Largest curvature of a turn, 1/m; 0: the vehicle's.", show_default=False)
+    float,
+    typer.Option("--kappa-max", help="Largest curvature of a turn, 1/m; 0: what the wheels allow.", show_default=False),
 ]
 SigmaOption = Annotated[
-    float, typer.Option("--sigma-max", help="Largest sharpness dκ/ds, 1/m²; 0: the vehicle's.", show_default=False)
+    float,
+    typer.Option("--sigma-max", help="Largest sharpness dκ/ds, 1/m²; 0: what the wheels allow.", show_default=False),
 ]
 PaintSpeedOption = Annotated[
     float, typer.Option("--paint-speed", help="Speed while painting, m/s; 0: the vehicle's.", show_default=False)
 ]
 TransitSpeedOption = Annotated[
     float, typer.Option("--transit-speed", help="Speed in between, m/s; 0: the vehicle's.", show_default=False)
+]
+OrderOption = Annotated[Order, typer.Option("--order", help="Paint in an order that takes least time, or as given.")]
+ForwardOnlyOption = Annotated[bool, typer.Option("--forward-only", help="Neither reverse nor turn on the spot.")]
+DryingTimeOption = Annotated[
+    float, typer.Option("--drying-time", help="Paint stays wet so long, s; 0: the vehicle's.", show_default=False)
+]
+HardDryingOption = Annotated[
+    bool, typer.Option("--hard-drying", help="Rather give no plan than drive over paint that is wet.")
 ]
 SeedOption = Annotated[int, typer.Option(help="Seed of every noise: the same seed gives the same session.", min=0)]
 FollowerOption = Annotated[Follower, typer.Option(help="What steers the robot along the path.")]
@@ -78,7 +99,16 @@ SupervisedOption = Annotated[
 
 
 def plan_options(
-    method: Method, kappa_max: float, sigma_max: float, paint_speed: float, transit_speed: float
+    method: Method,
+    *,
+    kappa_max: float = 0.0,
+    sigma_max: float = 0.0,
+    paint_speed: float = 0.0,
+    transit_speed: float = 0.0,
+    order: Order = Order.OPTIMISED,
+    forward_only: bool = False,
+    drying_time: float = 0.0,
+    hard_drying: bool = False,
 ) -> PlanOptions:
     """The plan request's options; what cannot be meant is refused here, by the option's name."""
     named = {
@@ -86,6 +116,7 @@ def plan_options(
         "--sigma-max": sigma_max,
         "--paint-speed": paint_speed,
         "--transit-speed": transit_speed,
+        "--drying-time": drying_time,
     }
     for name, value in named.items():
         if not 0 <= value < float("inf"):
@@ -96,6 +127,10 @@ def plan_options(
         sigma_max_1pm2=sigma_max,
         paint_speed_mps=paint_speed,
         transit_speed_mps=transit_speed,
+        order=order.value,
+        forward_only=forward_only,
+        drying_time_s=drying_time,
+        hard_drying=hard_drying,
     )
 
 

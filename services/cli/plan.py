@@ -1,8 +1,12 @@
 """``touchline plan``: a template's trajectory, without any service running."""
 
 import json
+import signal
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from types import FrameType
 from typing import Annotated
 
 import typer
@@ -12,10 +16,15 @@ from schemas.template import parse_template, template_text
 from schemas.vehicle import Vehicle
 from services.cli.display import print_figures, progress_bar
 from services.cli.options import (
+    DryingTimeOption,
+    ForwardOnlyOption,
+    HardDryingOption,
     JsonOption,
     KappaOption,
     Method,
     MethodOption,
+    Order,
+    OrderOption,
     PaintSpeedOption,
     ReportOption,
     SigmaOption,
@@ -33,13 +42,34 @@ def register(app: typer.Typer) -> None:
     app.command("plan")(plan)
 
 
+@contextmanager
+def first_interrupt() -> Iterator[list[int]]:
+    """A list that the first Ctrl-C makes non-empty: the best order so far is taken. The second one interrupts."""
+    told: list[int] = []
+    usual = signal.getsignal(signal.SIGINT)
+
+    def note(number: int, frame: FrameType | None) -> None:
+        told.append(number)
+        signal.signal(signal.SIGINT, usual)
+
+    signal.signal(signal.SIGINT, note)
+    try:
+        yield told
+    finally:
+        signal.signal(signal.SIGINT, usual)
+
+
 def plan(
     template: TemplateArgument,
-    method: MethodOption = Method.CCD,
+    order: OrderOption = Order.OPTIMISED,
+    method: MethodOption = Method.G2,
     kappa_max: KappaOption = 0.0,
     sigma_max: SigmaOption = 0.0,
     paint_speed: PaintSpeedOption = 0.0,
     transit_speed: TransitSpeedOption = 0.0,
+    forward_only: ForwardOnlyOption = False,
+    drying_time: DryingTimeOption = 0.0,
+    hard_drying: HardDryingOption = False,
     out: Annotated[
         Path | None, typer.Option(help="Write the trajectory (JSON, fields as in tt_trajectory_msgs/Trajectory).")
     ] = None,
@@ -52,12 +82,24 @@ def plan(
     from services.planner.plot import plot_plan
 
     check_plot(plot)
-    options = plan_options(method, kappa_max, sigma_max, paint_speed, transit_speed)
+    options = plan_options(
+        method,
+        kappa_max=kappa_max,
+        sigma_max=sigma_max,
+        paint_speed=paint_speed,
+        transit_speed=transit_speed,
+        order=order,
+        forward_only=forward_only,
+        drying_time=drying_time,
+        hard_drying=hard_drying,
+    )
     begun = time.perf_counter()
     text, source = template_text(template)
     drawing = parse_template(text, source)
-    with progress_bar("Planning") as advance:
-        planned = make_plan(drawing, Vehicle(), options, lambda stage, fraction: advance(fraction, stage))
+    with progress_bar("Planning") as advance, first_interrupt() as interrupted:
+        planned = make_plan(
+            drawing, Vehicle(), options, lambda stage, fraction: advance(fraction, stage), lambda: bool(interrupted)
+        )
     timed = planned.report.model_copy(update={"planning_time_s": time.perf_counter() - begun})
     figures = plan_figures(timed)
     try:

@@ -7,6 +7,7 @@ from schemas.errors import TouchlineError
 from schemas.messages import PlanRequest, PlanResponse
 from schemas.template import parse_template
 from schemas.vehicle import Vehicle
+from services.planner.arrange import ordering
 from services.planner.plan import plan
 
 
@@ -25,6 +26,7 @@ def answer(
         return PlanResponse(success=False, message=str(error))
     report = planned.report.model_copy(update={"planning_time_s": time.perf_counter() - begun})
     message = f"{template.title or template.name}: {report.painted_segments} segments, {report.total_time_s:.0f} s"
-    if turned := [section.stroke.id for section in planned.sections if section.stroke and section.stroke.flipped]:
-        message += f"; turned round to be drivable: {', '.join(turned)}"
+    flipped = [section.stroke.id for section in planned.sections if section.stroke and section.stroke.flipped]
+    if flipped and not ordering(request.options):
+        message += f"; turned round to be drivable: {', '.join(flipped)}"
     return PlanResponse(success=True, message=message, trajectory=planned.trajectory, report=report)

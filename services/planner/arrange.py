@@ -1,15 +1,25 @@
-"""The order and direction in which the segments are painted: as given, or so that the whole takes least time."""
+"""The order and direction in which the segments are painted, and the ways between: as given, or in the least time."""
 
 from collections.abc import Callable, Sequence
 
+import numpy as np
+
 from schemas.errors import PlanningError
 from schemas.messages import PlanOptions
-from services.planner.clothoid import Pose
+from schemas.vehicle import Vehicle
+from services.planner.inside import Yard
+from services.planner.legs import Drive, Driver
 from services.planner.method import CurveEnd
 from services.planner.offset import Stroke
-from services.planner.ways import Ways
 
 GIVEN, OPTIMISED = "given", "optimised"
+# What it may cost in time not to run over a wet line once; if that is forbidden, as good as anything.
+CROSSING_S, FORBIDDEN_S = 0.25, 1000.0
+DRYING_MAX_S = 1e6
+# What the matrix cannot know (collisions, wet paint) is learned from the drive and the order searched again, so often.
+ROUNDS = 6
+# Later searches begin with the last order and take this share of the kicks.
+AGAIN = 0.25
 
 
 def ordering(options: PlanOptions) -> bool:
@@ -23,21 +33,122 @@ def ordering(options: PlanOptions) -> bool:
     return options.order != GIVEN
 
 
+def drying_s(vehicle: Vehicle, options: PlanOptions) -> float:
+    """How long paint stays wet, seconds.
+
+    Raises:
+        PlanningError: The option is not a positive time.
+    """
+    if not 0.0 <= options.drying_time_s < DRYING_MAX_S:
+        problem = f"has drying_time_s = {options.drying_time_s:g}"
+        raise PlanningError("", problem, f"give 0 (the vehicle's own) to {DRYING_MAX_S:g} s")
+    return options.drying_time_s or vehicle.drying_time_s
+
+
+def crossing_cost_s(options: PlanOptions) -> float:
+    """What not to run over a wet line once may cost, seconds."""
+    return FORBIDDEN_S if options.hard_drying else CROSSING_S
+
+
 def arranged(
     modes: Sequence[Sequence[Stroke]],
-    ways: Ways,
-    start: Pose | None,
+    driver: Driver,
     options: PlanOptions,
     step: Callable[[float], None],
     enough: Callable[[], bool],
-) -> list[Stroke]:
-    """One mode of every segment, in painting order."""
-    if not ordering(options):
+) -> Drive:
+    """One mode of every segment in painting order, and the ways between them.
+
+    Raises:
+        PlanningError: A segment cannot be painted or reached without a collision, or not without driving over wet paint
+            where that is forbidden.
+    """
+    modes = [_clear_of_outlines(choice, driver.yard) for choice in modes]
+    if ordering(options):
+        drive = _optimised(modes, driver, step, enough)
+    else:
+        drive = driver.drive([choice[0] for choice in modes])
         step(1.0)
-        return [choice[0] for choice in modes]
-    from services.planner.order import ordered
-    from services.planner.order_costs import nodes_of, problem
+    _refuse_collisions(drive)
+    if options.hard_drying:
+        _refuse_crossings(drive)
+    return drive
+
+
+def _optimised(
+    modes: Sequence[Sequence[Stroke]], driver: Driver, step: Callable[[float], None], enough: Callable[[], bool]
+) -> Drive:
+    from services.planner.order import kicks_for, ordered
+    from services.planner.order_costs import NEVER_S, nodes_of, problem
 
     nodes, _, _ = nodes_of(modes)
-    asked = problem(modes, ways, CurveEnd(start, 0.0) if start else None)
-    return [nodes[k] for k in ordered(asked, step, enough).tolist()]
+    asked = problem(modes, driver.ways, CurveEnd(driver.start, 0.0) if driver.start else None)
+    kicks = kicks_for(asked)
+    cost = asked.cost.copy()
+    best: Drive | None = None
+    least, order = np.inf, None
+    for turn in range(ROUNDS):
+        share = AGAIN if turn else 1.0
+        done = turn * AGAIN
+        tell = lambda part, done=done, share=share: step(min((done + share * part) / (1.0 + ROUNDS * AGAIN), 1.0))  # noqa: E731
+        order = ordered(asked.priced(cost), tell, enough, int(share * kicks), order)
+        drive = driver.drive([nodes[k] for k in order.tolist()])
+        total = drive.seconds + driver.crossing_s * drive.wet_crossings + NEVER_S * len(drive.blocked)
+        if total < least - 1e-6:
+            best, least = drive, total
+        if not _learn(cost, asked.cost, drive, order.tolist(), driver, NEVER_S) or enough():
+            break
+    step(1.0)
+    assert best  # there is at least one round
+    return best
+
+
+def _learn(cost: np.ndarray, first: np.ndarray, drive: Drive, order: list[int], driver: Driver, never_s: float) -> bool:
+    """Raise the matrix' entries to what the drive has met; whether anything has changed."""
+    depot = len(cost) - 1
+    changed = False
+    stops = [depot, *order, depot]
+    for i, leg in enumerate(drive.legs):
+        a, b = stops[i], stops[i + 1]
+        wet = driver.crossing_s * float(leg.crossings.sum() + (drive.over[i].sum() if i < len(order) else 0))
+        extra = never_s if leg.collision else wet
+        if extra and cost[a, b] < first[a, b] + extra:
+            cost[a, b], changed = first[a, b] + extra, True
+    return changed
+
+
+def _clear_of_outlines(choice: Sequence[Stroke], yard: Yard | None) -> list[Stroke]:
+    """The modes in which the body keeps off the outlines."""
+    if yard is None:
+        return list(choice)
+    hits = [yard.collision(stroke.path) for stroke in choice]
+    clear = [stroke for stroke, hit in zip(choice, hits, strict=True) if hit is None]
+    if not clear:
+        raise PlanningError(
+            choice[0].id,
+            f"cannot be painted: the robot's body would touch {hits[0]}",
+            "move the line or the outline apart, or paint it by hand",
+        )
+    return clear
+
+
+def _refuse_collisions(drive: Drive) -> None:
+    for i in drive.blocked:
+        hit = drive.legs[i].collision
+        if i == len(drive.strokes):
+            problem = f"leaves no room to stop behind it: the robot's body would touch {hit}"
+            raise PlanningError(drive.strokes[-1].id, problem, "make room there, or end with another line")
+        origin = f'from "{drive.strokes[i - 1].id}"' if i else "from the start"
+        problem = f"cannot be reached {origin}: the robot's body would touch {hit}"
+        raise PlanningError(drive.strokes[i].id, problem, "make room there, or let the order be optimised")
+
+
+def _refuse_crossings(drive: Drive) -> None:
+    for i, leg in enumerate(drive.legs):
+        for over, doing in ((leg.crossings, "reached"), (drive.over[i] if i < len(drive.over) else None, "painted")):
+            if over is not None and over.any():
+                wet = drive.strokes[int(np.flatnonzero(over)[0])].id
+                stroke = drive.strokes[min(i, len(drive.strokes) - 1)]
+                doing = doing if i < len(drive.strokes) else "left"
+                problem = f'cannot be {doing} without driving over "{wet}" while that is wet'
+                raise PlanningError(stroke.id, problem, "shorten the drying time, or let wet paint be crossed")

@@ -20,10 +20,18 @@ CELL_CURVATURE_1PM = 0.1
 
 @dataclass(frozen=True)
 class Course:
-    """Cells (n,) in driving order: length as sent (m), curvature (1/m) at the start and sharpness (1/m²) of the ideal
-    curve, and a cap on v² (m²/s²); the knots (0…n) where the robot stops, and those where it turns on the spot.
+    """Cells of the ideal curve and the knots between them.
+
+    Attributes:
+        station_m: (n + 1,) arc length of the knots as it is sent.
+        length_m: (n,) length of the cells on the ideal curve, which differs a little.
+        curvature_1pm, sharpness_1pm2: (n,) curvature at the start of the cell, and its change per metre.
+        square_cap: (n,) cap on v², m²/s².
+        stops: Knots where the robot stops.
+        spins: Knots where it turns on the spot, and by which angle (rad).
     """
 
+    station_m: Floats
     length_m: Floats
     curvature_1pm: Floats
     sharpness_1pm2: Floats
@@ -55,14 +63,16 @@ def course(sections: Sequence[Section], sent: Sequence[Sent], borders_m: Iterabl
     tightest = np.maximum(np.maximum(np.abs(curvature), np.abs(at_end)), as_sent)
     cap = limits.square_cap(tightest, np.abs(sharpness))
     stops, spins = _stops(pieces, ends, border)
-    return Course(np.diff(np.interp(border, ideal_at, sent_at)), curvature, sharpness, cap, stops, spins)
+    station = np.interp(border, ideal_at, sent_at)
+    return Course(station, np.diff(border), curvature, sharpness, cap, stops, spins)
 
 
 def _subdivisions(pieces: Sequence[Piece], starts: Floats) -> list[Floats]:
     divided = []
     for piece, start in zip(pieces, starts.tolist(), strict=True):
-        parts = math.ceil(abs(piece.sharpness_1pm2) * piece.length_m / CELL_CURVATURE_1PM)
-        if parts > 1:
+        if piece.sharpness_1pm2:
+            # At least two: between two stops the robot has to move.
+            parts = max(math.ceil(abs(piece.sharpness_1pm2) * piece.length_m / CELL_CURVATURE_1PM), 2)
             divided.append(start + piece.length_m * np.arange(1, parts) / parts)
     return divided
 

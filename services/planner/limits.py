@@ -14,9 +14,8 @@ from services.planner.clothoid import Floats
 CURVATURE_MIN_1PM = 0.01
 SHARPNESS_RANGE_1PM2 = (0.001, 1000.0)
 SPEED_MIN_MPS = 0.05
-# The arcs that are sent are a little shorter than the clothoids that they stand for; this share of the wheels'
-# acceleration is planned with, so that the difference never shows.
-RIM_SHARE = 0.999
+# This share of the wheels' acceleration is planned with, so that rounding never shows.
+RIM_SHARE = 1.0 - 1e-6
 # The tightest turn, as a share of 1/r: there the inner wheel stands still.
 CURVATURE_SHARE = 0.98
 # Turns on offer are made for these speeds, the slower the tighter. Of the wheels' acceleration this share is for turning.

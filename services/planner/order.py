@@ -1,7 +1,7 @@
 """In which order, and which way, segments are painted: the cheapest tour over a cost matrix."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -12,7 +12,7 @@ from services.planner.order_search import Ints, best_modes, improve, tour_cost
 # How many of the cheapest successors and predecessors a search looks at.
 NEIGHBOURS = 12
 # The budget: so many kicks for every segment, within bounds. It says how good the order is, not how long it takes.
-KICKS_PER_SEGMENT, KICKS_MIN, KICKS_MAX = 2000, 20_000, 150_000
+KICKS_PER_SEGMENT, KICKS_MIN, KICKS_MAX = 800, 10_000, 150_000
 # Kicks between two looks at whether that is enough.
 RUN = 2000
 SEED = 20
@@ -47,6 +47,10 @@ class Problem:
             row[: len(group)] = group
         return table
 
+    def priced(self, cost: Floats) -> "Problem":
+        """The same problem with another matrix."""
+        return replace(self, cost=cost)
+
     def cost_of(self, nodes: Ints) -> float:
         """Seconds for the nodes in this order, from the start to the end."""
         return float(tour_cost(self.cost, np.concatenate(([len(self.segment)], nodes))))
@@ -57,8 +61,9 @@ def ordered(
     step: Callable[[float], None] = lambda fraction: None,
     enough: Callable[[], bool] = lambda: False,
     kicks: int | None = None,
+    begin: Ints | None = None,
 ) -> Ints:
-    """The nodes (segments,) in the best order found.
+    """The nodes (segments,) in the best order found, from `begin` on if that is given.
 
     `step` is told the fraction done; `enough` is asked now and then whether to stop early with the best so far. Without
     stopping, the result depends on the problem alone.
@@ -67,10 +72,9 @@ def ordered(
     segment, flip = np.append(problem.segment, problem.segments), np.append(problem.flip, depot)
     cost = np.ascontiguousarray(problem.cost)
     after, before = (_cheapest(table, segment) for table in (cost, cost.T))
-    tour = _nearest(cost, segment, problem.segments)
+    tour = _nearest(cost, segment, problem.segments) if begin is None else np.concatenate(([depot], begin))
     best, lengths = tour.copy(), np.zeros(2)
-    if kicks is None:
-        kicks = min(max(KICKS_PER_SEGMENT * problem.segments, KICKS_MIN), KICKS_MAX)
+    kicks = kicks_for(problem) if kicks is None else kicks
     for first in range(0, kicks, RUN):
         count = min(RUN, kicks - first)
         tables = (cost, flip, segment, problem.modes, after, before)
@@ -79,6 +83,11 @@ def ordered(
         if enough():
             break
     return np.asarray(best_modes(cost, segment, problem.modes, best)[1:])
+
+
+def kicks_for(problem: Problem) -> int:
+    """The budget of kicks for a problem."""
+    return min(max(KICKS_PER_SEGMENT * problem.segments, KICKS_MIN), KICKS_MAX)
 
 
 def _cheapest(cost: Floats, segment: Ints) -> Ints:

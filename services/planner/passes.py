@@ -89,21 +89,44 @@ def cell_time(length: float, first: float, last: float, top: float, most: float)
 
 
 @kernel
+def spin_time(angle: float, limits: Floats) -> float:
+    """Seconds to turn on the spot by |angle| (rad): the rims within acceleration and transit speed."""
+    rate_gain = limits[ACCELERATION] / limits[HALF_TRACK]
+    rate = min(limits[TRANSIT] / limits[HALF_TRACK], math.sqrt(rate_gain * angle))
+    return angle / rate + rate / rate_gain
+
+
+@kernel
+def _parts(piece: Floats) -> int:
+    """Cells of a piece: one, or for a clothoid two at least (between two stops the robot has to move)."""
+    return 1 if piece[2] == 0.0 else max(2, math.ceil(abs(piece[2]) * piece[0] / CELL_CURVATURE_1PM))
+
+
+@kernel
 def path_time(pieces: Floats, count: int, first: float, last: float, limits: Floats) -> float:
-    """Seconds for `count` pieces (length, curvature, sharpness per row), entered and left at speeds (m/s).
+    """Seconds for `count` pieces (as columns of `Piece`), entered and left at speeds (m/s), standing still at cusps.
 
     This is a figure to compare ways by: a speed at an end that the way does not allow is lowered, and punished, as it
     would slow down the painted line there.
     """
     cells = 0
     for k in range(count):
-        cells += max(1, math.ceil(abs(pieces[k, 2]) * pieces[k, 0] / CELL_CURVATURE_1PM))
+        cells += _parts(pieces[k]) if pieces[k, 0] > 0.0 else 0
     length, curvature, sharpness = np.empty(cells), np.empty(cells), np.empty(cells)
     cap = np.empty(cells)
     square = np.full(cells + 1, np.inf)
-    i = 0
+    square[0], square[cells] = first * first, last * last
+    seconds, i, direction = 0.0, 0, 0.0
     for k in range(count):
-        parts = max(1, math.ceil(abs(pieces[k, 2]) * pieces[k, 0] / CELL_CURVATURE_1PM))
+        if pieces[k, 4] != 0.0:
+            seconds += spin_time(abs(pieces[k, 4]), limits)
+            square[i] = 0.0
+        if pieces[k, 0] <= 0.0:
+            continue
+        if direction * pieces[k, 3] < 0.0:
+            square[i] = 0.0
+        direction = pieces[k, 3]
+        parts = _parts(pieces[k])
         h = pieces[k, 0] / parts
         for j in range(parts):
             length[i], sharpness[i] = h, pieces[k, 2]
@@ -111,9 +134,7 @@ def path_time(pieces: Floats, count: int, first: float, last: float, limits: Flo
             worst = max(abs(curvature[i]), abs(curvature[i] + sharpness[i] * h))
             cap[i] = square_cap(worst, abs(sharpness[i]), limits[TRANSIT], limits)
             i += 1
-    square[0], square[cells] = first * first, last * last
     sweep(length, curvature, sharpness, cap, limits, square)
-    seconds = 0.0
     for i in range(cells):
         top, most = peak(length[i], curvature[i], sharpness[i], cap[i], limits, square[i], square[i + 1])
         seconds += cell_time(length[i], square[i], square[i + 1], top, most)

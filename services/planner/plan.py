@@ -1,16 +1,18 @@
 """Plan a template: the whole algorithm, line by line."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from schemas.errors import PlanningError
 from schemas.messages import PlanOptions, PlanReport, Trajectory
 from schemas.template import Template
 from schemas.vehicle import Vehicle
 from services.planner.actuation import Painted, actuation_profile
-from services.planner.arrange import arranged, ordering
+from services.planner.arrange import arranged, crossing_cost_s, drying_s, ordering
 from services.planner.clothoid import Pose
 from services.planner.course import course
+from services.planner.inside import Yard
+from services.planner.legs import Driver
 from services.planner.limits import Limits
 from services.planner.measure import measure
 from services.planner.offset import modes
@@ -18,7 +20,8 @@ from services.planner.output import trajectory_message
 from services.planner.route import Section, route
 from services.planner.sending import Sent, send
 from services.planner.timing import SpeedProfile, Steady, speed_profile
-from services.planner.ways import DEFAULT_METHOD, METHODS, Ways
+from services.planner.ways import DEFAULT_METHOD, METHODS, REVERSING, SPINNING, Ways
+from services.planner.wet import Wheels
 
 # A start pose further out than this (m) is a mistake.
 START_MAX = 20_000.0
@@ -60,11 +63,13 @@ def plan(
     """
     options = options or PlanOptions()
     limits = Limits.of(vehicle, options)
-    ways, start = ways_of(options.method, limits), _start(options)
+    ways, start = ways_of(vehicle, options, limits), _start(options)
+    wheels = Wheels.of(vehicle, template.line_width_m, drying_s(vehicle, options))
 
     choices = modes(template.segments, vehicle, limits.curvature_max_1pm, free=ordering(options))
-    lines = arranged(choices, ways, start, options, lambda done: progress("order", done), enough)
-    sections = route(lines, ways, start, lambda done: progress("transitions", done))
+    driver = Driver(ways, Yard.of(template, vehicle), wheels, crossing_cost_s(options), start)
+    drive = arranged(choices, driver, options, lambda done: progress("order", done), enough)
+    sections = route(drive)
     sent = send(sections, lambda done: progress("cutting into arcs", done))
 
     painted = [Painted(s.id, s.start_m, s.end_m, s.stroke.actuation) for s in sent if s.stroke]
@@ -80,16 +85,19 @@ def plan(
     return Plan(trajectory, report, sections, sent, painted, speeds, limits)
 
 
-def ways_of(name: str, limits: Limits) -> Ways:
-    """The ways of the method of that name ("" is the default).
+def ways_of(vehicle: Vehicle, options: PlanOptions, limits: Limits) -> Ways:
+    """The ways of the method that the options name ("" is the default), with what the vehicle may do.
 
     Raises:
         PlanningError: There is no such method.
     """
-    make = METHODS.get(name or DEFAULT_METHOD)
+    make = METHODS.get(options.method or DEFAULT_METHOD)
     if make is None:
-        raise PlanningError("", f'asks for the unknown method "{name}"', f"use one of: {', '.join(METHODS)}")
-    return make(limits)
+        known = ", ".join(METHODS)
+        raise PlanningError("", f'asks for the unknown method "{options.method}"', f"use one of: {known}")
+    able = {REVERSING: vehicle.can_reverse, SPINNING: vehicle.can_spin}
+    standing = frozenset(skill for skill, can in able.items() if can and not options.forward_only)
+    return replace(make(limits), standing=standing)
 
 
 def _start(options: PlanOptions) -> Pose | None:

@@ -102,7 +102,7 @@ def speed_profile(course: Course, steady: Sequence[Steady], limits: Limits) -> S
     """
     from services.planner.passes import entries, sweep
 
-    knots = np.concatenate(([0.0], np.cumsum(course.length_m)))
+    knots = course.station_m
     spans = [_knots_within(knots, stretch) for stretch in steady]
     speeds = [stretch.speed_mps for stretch in steady]
     cap = course.square_cap.copy()
@@ -119,19 +119,18 @@ def speed_profile(course: Course, steady: Sequence[Steady], limits: Limits) -> S
         if all(new >= old - SPEED_TOLERANCE_MPS for new, old in zip(slowest, speeds, strict=True)):
             break
         speeds = slowest
-    station, squared = _without_repeats(*entries(*columns, square), knots[-1])
+    ideal, squared = entries(*columns, square)
+    station = np.interp(ideal, np.concatenate(([0.0], np.cumsum(course.length_m))), knots)
+    station, squared = _without_repeats(station, squared, knots[-1])
     return SpeedProfile(station, np.sqrt(squared), tuple(_spin(knots[at], angle, limits) for at, angle in course.spins))
 
 
-def spin_seconds(angle_rad: float, limits: Limits) -> tuple[float, float]:
-    """Seconds and peak rate (rad/s) of a turn on the spot, its rims within acceleration and transit speed."""
-    gain = limits.acceleration_mps2 / limits.half_track_m
-    rate = min(limits.transit_speed_mps / limits.half_track_m, math.sqrt(gain * abs(angle_rad)))
-    return abs(angle_rad) / rate + rate / gain, rate
-
-
 def _spin(station_m: float, angle_rad: float, limits: Limits) -> Spin:
-    seconds, rate = spin_seconds(angle_rad, limits)
+    from services.planner.passes import spin_time
+
+    rate_gain = limits.acceleration_mps2 / limits.half_track_m
+    rate = min(limits.transit_speed_mps / limits.half_track_m, math.sqrt(rate_gain * abs(angle_rad)))
+    seconds = float(spin_time(abs(angle_rad), limits.row))
     return Spin(float(station_m), angle_rad, math.copysign(rate, angle_rad), seconds)
 
 

@@ -18,6 +18,8 @@ from services.planner.steering.steer import Steering
 BRAKING_SHARE = 0.98
 # Turns for the very fastest would have no curvature left to the rims.
 FASTEST_SHARE = 0.95
+# What a robot may do beside driving forward.
+REVERSING, SPINNING = "reversing", "spinning"
 
 
 class Turns(NamedTuple):
@@ -49,6 +51,7 @@ class Ways:
 
     limits: Limits
     turns: tuple[Turns, ...]
+    standing: frozenset[str] = frozenset()
 
     @classmethod
     def by_time(cls, limits: Limits) -> "Ways":
@@ -97,6 +100,8 @@ class Ways:
         """Every way from the end of one painted segment to the beginning of the next, the quickest first."""
         speeds = self.speed_mps(start.curvature_1pm), self.speed_mps(goal.curvature_1pm)
         ways = [self._way(turns, start, goal, speeds) for turns in self.turns]
+        if self.standing:
+            ways += self._standing(start, goal, speeds)
         ways.sort(key=lambda way: way.seconds)
         straight_on = carried_on(start, goal, ways[0].path.length_m)
         if straight_on:
@@ -110,9 +115,25 @@ class Ways:
         path = PiecePath(start.pose, joined((*out.pieces, *turns.method.between(leaving, reaching), *into.pieces)))
         return Way(self.seconds(path.pieces, *speeds), path)
 
+    def _standing(self, start: CurveEnd, goal: CurveEnd, speeds: tuple[float, float]) -> list[Way]:
+        """Ways with cusps and turns on the spot; before and after them the painted curve is carried on to brake."""
+        room = max(self.limits.stopping_distance_m(speed) for speed in speeds) / BRAKING_SHARE
+        ways = []
+        for turns in self.turns:
+            if not isinstance(turns.method, Steering):
+                continue
+            for pieces in turns.method.ways(start, goal, room)[1:]:
+                if self._may(pieces):
+                    ways.append(Way(self.seconds(pieces, *speeds), PiecePath(start.pose, pieces)))
+        return ways
+
+    def _may(self, pieces: Sequence[Piece]) -> bool:
+        backward, spinning = any(p.direction < 0 for p in pieces), any(p.spin_rad for p in pieces)
+        return (not backward or REVERSING in self.standing) and (not spinning or SPINNING in self.standing)
+
     def seconds(self, pieces: Sequence[Piece], first_mps: float, last_mps: float) -> float:
         """Seconds for pieces that are entered and left at these speeds."""
-        table: Floats = np.array([piece[:3] for piece in pieces]).reshape(-1, 3)
+        table: Floats = np.array(pieces, dtype=np.float64).reshape(-1, 5)
         return float(path_time(table, len(table), first_mps, last_mps, self.limits.row)) if len(table) else 0.0
 
 

@@ -51,7 +51,7 @@ def test_a_template_is_planned_with_progress(bus: Bus) -> None:
     while not any(m.stage == "report" for m in said):
         said += [s.decode() for s in inbox.wait(5.0)]
     assert {m.request_id for m in said} == {"pitch"}
-    assert any(m.stage == "transitions" and m.fraction == 1.0 for m in said)
+    assert any(m.stage == "order" and m.fraction == 1.0 for m in said)
 
 
 def test_bad_templates_and_options_are_answered_and_the_next_request_is_served(bus: Bus) -> None:
@@ -59,7 +59,7 @@ def test_bad_templates_and_options_are_answered_and_the_next_request_is_served(b
     dot = '{"name": "n", "segments": [{"id": "d", "arc": {"start": [0.2, 0], "center": [0, 0], "sweep_angle": 6}}]}'
     for name, request, expected in (
         ("json", PlanRequest(template_json="{]"), "not JSON"),
-        ("dot", PlanRequest(template_json=dot), 'segment "d"'),
+        ("dot", PlanRequest(template_json=dot, options=PlanOptions(kappa_max_1pm=1.125)), 'segment "d"'),
         ("method", PlanRequest(template_json=square, options=PlanOptions(method="x")), "unknown method"),
     ):
         response = bus.call(topics.PLAN_SERVICE, request.model_copy(update={"request_id": name}), 20.0)

@@ -1,0 +1,158 @@
+"""The legs of a drive: run-in, the ways between painted segments, run-out; each off outlines, wet paint at a cost."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from services.planner.clothoid import Floats, Piece, PiecePath, Pose
+from services.planner.detour import detours
+from services.planner.inside import Collision, Yard
+from services.planner.method import CurveEnd, before
+from services.planner.offset import Stroke
+from services.planner.turns import ContinuousTurn
+from services.planner.ways import Lead, Way, Ways, turned_round
+from services.planner.wet import Wheels, painted_row, painted_rows
+
+# Straight run before the first line: an estimator that starts with an unknown heading has it within a degree after 5 m.
+RUN_IN_M = 5.0
+# The robot comes to rest this far before the end of the run-out's straight.
+RUN_OUT_SPARE_M = 0.1
+# Speed is steady this long before the first line, so the valve opens at the speed it was timed for.
+STEADY_S = 0.5
+# Where there is no room straight on, run-in and run-out may turn by these angles (rad).
+BENDS_RAD = tuple(side * math.radians(angle) for angle in (45, 90, 135, 180) for side in (1, -1))
+
+
+class Leg(NamedTuple):
+    """A way that was chosen, what it runs over of the lines painted so far, and what it collides with if it has to."""
+
+    path: PiecePath
+    seconds: float
+    crossings: NDArray[np.int64]
+    collision: Collision | None = None
+
+
+@dataclass
+class Drive:
+    """Painted segments in driving order and the legs round them: one more than there are segments.
+
+    `over` says for each segment which of those painted before it are run over while it is painted.
+    """
+
+    strokes: list[Stroke]
+    legs: list[Leg] = field(default_factory=list)
+    over: list[NDArray[np.int64]] = field(default_factory=list)
+    seconds: float = 0.0
+
+    @property
+    def wet_crossings(self) -> int:
+        """How often a wheel or caster meets wet paint."""
+        return int(sum(leg.crossings.sum() for leg in self.legs) + sum(each.sum() for each in self.over))
+
+    @property
+    def blocked(self) -> list[int]:
+        """The legs that collide."""
+        return [i for i, leg in enumerate(self.legs) if leg.collision]
+
+
+@dataclass(frozen=True)
+class Driver:
+    """Chooses the legs between painted segments: the least seconds, wet crossings counted as `crossing_s` each."""
+
+    ways: Ways
+    yard: Yard | None
+    wheels: Wheels
+    crossing_s: float
+    start: Pose | None
+    known: dict[tuple[CurveEnd, CurveEnd], list[Way]] = field(default_factory=dict)
+
+    def drive(self, strokes: list[Stroke]) -> Drive:
+        """The drive along the strokes in this order."""
+        drive = Drive(strokes)
+        painted: list[tuple[float, ...]] = []
+        for i, stroke in enumerate(strokes):
+            offers = self._between(strokes[i - 1].end, stroke.begin) if i else self.run_ins(stroke.begin)
+            self._take(drive, self.choose(offers, drive.seconds, painted_rows(painted)))
+            speed = self.ways.speed_mps(stroke.robot.curvature_1pm)
+            seconds = stroke.robot.length_m / speed
+            drive.over.append(self.wheels.crossings(stroke.path, drive.seconds, seconds, painted_rows(painted)))
+            painted.append(painted_row(stroke.nozzle, drive.seconds, stroke.nozzle.length_m / seconds))
+            drive.seconds += seconds
+        self._take(drive, self.choose(self.run_outs(strokes[-1].end), drive.seconds, painted_rows(painted)))
+        return drive
+
+    def choose(self, offers: Iterator[Way], begun_s: float, painted: Floats) -> Leg:
+        """The best of the ways offered; if all collide, the first, and where it does."""
+        best: Leg | None = None
+        least, bump = math.inf, None
+        for way in offers:
+            if way.seconds >= least:
+                break
+            hit = self.yard.collision(way.path) if self.yard else None
+            if hit:
+                bump = bump or Leg(way.path, way.seconds, np.zeros(len(painted), dtype=np.int64), hit)
+                continue
+            over = self.wheels.crossings(way.path, begun_s, way.seconds, painted)
+            if (cost := way.seconds + self.crossing_s * float(over.sum())) < least:
+                best, least = Leg(way.path, way.seconds, over), cost
+        chosen = best or bump
+        assert chosen  # there is at least one offer
+        return chosen
+
+    def _take(self, drive: Drive, leg: Leg) -> None:
+        drive.legs.append(leg)
+        drive.seconds += leg.seconds
+
+    def _between(self, start: CurveEnd, goal: CurveEnd) -> Iterator[Way]:
+        """The ways on offer, the quickest first; behind them, for the case that all collide, ways round about."""
+        if (start, goal) not in self.known:
+            self.known[start, goal] = self.ways.between(start, goal)
+        direct = self.known[start, goal]
+        yield from direct
+        if self.yard and all(self.yard.collision(way.path) for way in direct):
+            yield from detours(start, goal, self.ways, self.yard)
+
+    def run_ins(self, begin: CurveEnd) -> Iterator[Way]:
+        """From the start pose; without one, a straight before the first line, or what else there is room for."""
+        speed = self.ways.speed_mps(begin.curvature_1pm)
+        run_up = self.ways.limits.stopping_distance_m(speed) + STEADY_S * speed
+        if self.start is not None:
+            way = self.ways.from_rest(self.start, begin, 0.0)
+            yield way if way.path.length_m >= run_up else self.ways.from_rest(self.start, begin, run_up)
+            if self.yard:
+                standing = CurveEnd(self.start, 0.0)
+                yield from detours(standing, begin, self.ways, self.yard)
+            return
+        into = self.ways.widest(begin.curvature_1pm).method.lead_in(begin.curvature_1pm)
+        for pieces in self._runs(into, RUN_IN_M, run_up, begin):
+            path = PiecePath(before(begin.pose, pieces), pieces)
+            yield Way(self.ways.seconds(pieces, 0.0, speed), path)
+
+    def run_outs(self, end: CurveEnd) -> Iterator[Way]:
+        """A straight behind the last line, or what else there is room for."""
+        speed = self.ways.speed_mps(end.curvature_1pm)
+        length = self.ways.limits.stopping_distance_m(speed) + RUN_OUT_SPARE_M
+        out = self.ways.widest(end.curvature_1pm).method.lead_out(end.curvature_1pm)
+        back = turned_round(Lead(out, 0.0)).pieces
+        for pieces in self._runs(back, length, length, end):
+            turned = turned_round(Lead(pieces, 0.0)).pieces
+            yield Way(self.ways.seconds(turned, speed, 0.0), PiecePath(end.pose, turned))
+
+    def _runs(
+        self, into: Sequence[Piece], length_m: float, least_m: float, at: CurveEnd
+    ) -> Iterator[tuple[Piece, ...]]:
+        """Straight pieces before `into`; where there are outlines also shorter ones, and bends."""
+        yield (Piece(length_m), *into)
+        if self.yard is None:
+            return
+        if least_m < length_m:
+            yield (Piece(least_m), *into)
+        turns = self.ways.widest(at.curvature_1pm)
+        turn = ContinuousTurn(turns.curvature_1pm, turns.sharpness_1pm2)
+        for angle in BENDS_RAD:
+            pieces = turn.pieces(abs(angle))
+            yield (Piece(least_m), *(pieces if angle > 0.0 else (p.mirrored() for p in pieces)), *into)

@@ -1,0 +1,105 @@
+"""Wet paint: how often a wheel or a caster runs over a line that is not dry yet."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from schemas.curves import Curve
+from schemas.jit import kernel
+from schemas.vehicle import Vehicle
+from services.planner.clothoid import Floats, PiecePath
+
+# Tracks are looked at this often (m): less than half the width of a line.
+STEP_M = 0.04
+# Columns of a painted line: start, heading, curvature, length, when its painting began and its speed.
+X, Y, HEADING, CURVATURE, LENGTH, BEGUN, SPEED = range(7)
+
+
+@dataclass(frozen=True)
+class Wheels:
+    """What touches the ground, (n, 2) in the body's frame, m; half a line's width, m; how long paint stays wet, s."""
+
+    contacts: Floats
+    half_width_m: float
+    drying_s: float
+
+    @classmethod
+    def of(cls, vehicle: Vehicle, line_width_m: float, drying_s: float) -> "Wheels":
+        """The wheels and casters of a vehicle."""
+        side = vehicle.half_track_m
+        return cls(np.array(((0.0, side), (0.0, -side), *vehicle.casters_m)), 0.5 * line_width_m, drying_s)
+
+    def crossings(self, path: PiecePath, begun_s: float, seconds: float, painted: Floats) -> NDArray[np.int64]:
+        """How often each of the `painted` lines (rows) is run over on a path that is driven from `begun_s` on."""
+        if not len(painted) or not path.length_m:
+            return np.zeros(len(painted), dtype=np.int64)
+        station = np.linspace(0.0, path.length_m, 2 + math.ceil(path.length_m / STEP_M))
+        x, y, heading, _ = path.sample(station)
+        times = begun_s + seconds * station / path.length_m
+        poses = np.column_stack((x, y, heading, times))
+        return np.asarray(wet_crossings(poses, self.contacts, painted, self.half_width_m, self.drying_s))
+
+
+def painted_row(nozzle: Curve, begun_s: float, speed_mps: float) -> tuple[float, ...]:
+    """The row of a line that the nozzle paints from `begun_s` on."""
+    return (nozzle.x_m, nozzle.y_m, nozzle.heading_rad, nozzle.curvature_1pm, nozzle.length_m, begun_s, speed_mps)
+
+
+def painted_rows(rows: Sequence[tuple[float, ...]]) -> Floats:
+    """(n, 7) rows of painted lines."""
+    return np.array(rows, dtype=np.float64).reshape(-1, 7)
+
+
+@kernel
+def _on_line(px: float, py: float, line: Floats) -> tuple[float, float]:
+    """How far along a line or arc P is, and how far to its left."""
+    dx, dy = px - line[X], py - line[Y]
+    c, s = math.cos(line[HEADING]), math.sin(line[HEADING])
+    ahead, left = c * dx + s * dy, c * dy - s * dx
+    k = line[CURVATURE]
+    if k == 0.0:
+        return ahead, left
+    radius = 1.0 / k
+    angle = math.atan2(ahead * math.copysign(1.0, k), (radius - left) * math.copysign(1.0, k))
+    middle = 0.5 * line[LENGTH] * abs(k)
+    angle -= 2.0 * math.pi * math.floor((angle - middle) / (2.0 * math.pi) + 0.5)
+    return angle / abs(k), (abs(radius) - math.hypot(ahead, radius - left)) * math.copysign(1.0, k)
+
+
+@kernel
+def wet_crossings(
+    poses: Floats, contacts: Floats, painted: Floats, half_width: float, drying: float
+) -> NDArray[np.int64]:
+    """How often a contact enters the wet part of each painted line; `poses` are x, y, heading, time."""
+    counts = np.zeros(len(painted), dtype=np.int64)
+    reach = 0.0
+    for k in range(len(contacts)):
+        reach = max(reach, math.hypot(contacts[k, 0], contacts[k, 1]))
+    for j in range(len(painted)):
+        line = painted[j]
+        length, on = line[LENGTH], np.zeros(len(contacts), dtype=np.bool_)
+        i = 0
+        while i < len(poses):
+            along, left = _on_line(poses[i, 0], poses[i, 1], line)
+            far = max(abs(left), -along, along - length) - reach - half_width if line[CURVATURE] == 0.0 else abs(left)
+            far = far - reach - half_width if line[CURVATURE] != 0.0 else far
+            if far > 2.0 * STEP_M:
+                # No contact gets there within so many poses.
+                on[:] = False
+                i += int(far / STEP_M)
+                continue
+            c, s = math.cos(poses[i, 2]), math.sin(poses[i, 2])
+            for k in range(len(contacts)):
+                px = poses[i, 0] + c * contacts[k, 0] - s * contacts[k, 1]
+                py = poses[i, 1] + s * contacts[k, 0] + c * contacts[k, 1]
+                along, left = _on_line(px, py, line)
+                over = abs(left) <= half_width and 0.0 <= along <= length
+                if over and not on[k]:
+                    age = poses[i, 3] - line[BEGUN] - along / line[SPEED]
+                    counts[j] += 1 if 0.0 <= age <= drying else 0
+                on[k] = over
+            i += 1
+    return counts
