@@ -99,7 +99,7 @@ def save_study(study: Study, folder: Path) -> list[Path]:
     for name, form in texts.items():
         (folder / name).write_text(form(study.rows), encoding="utf-8")
     plots = [folder / f"study-{name}.svg" for name in ("curvature", "acceleration", "length")]
-    figures.plot_curvature(plots[0])
+    figures.plot_curvature(study.pitch, plots[0])
     figures.plot_acceleration({n: (c.time_s, c.acceleration_radps2) for n, c in study.corners.items()}, plots[1])
     padded = study.pitch.longer(DPP, pitch.STUDY_SIGMA_1PM2)
     figures.plot_length(PLOT_SIGMAS_1PM2, pitch.longer_by_sigma(study.pitch, PLOT_SIGMAS_1PM2), padded, plots[2])

@@ -5,7 +5,7 @@ import sys
 import typer
 
 from schemas.errors import TouchlineError
-from services.cli import demo, plan, recordings, run, services, system, templates
+from services.cli import demo, plan, recordings, run, services, study, system, templates
 from services.cli.options import ExitCode
 
 app = typer.Typer(
@@ -20,6 +20,7 @@ demo.register(app)
 plan.register(app)
 run.register(app)
 templates.register(app)
+study.register(app)
 system.register(app)
 services.register(app)
 recordings.register(app)

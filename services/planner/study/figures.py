@@ -1,44 +1,65 @@
 """The study's plots: curvature and wheel acceleration round a corner, and length against σ."""
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from services.planner.clothoid import Floats
+from services.planner.clothoid import Floats, Piece, PiecePath
 from services.planner.study.corner import LEG_M, corner_path
-from services.planner.study.drive import CONTESTANTS
-from services.planner.study.pitch import LENGTH_TARGETS, STUDY_SIGMA_1PM2
+from services.planner.study.drive import CONTESTANTS, Drive
+from services.planner.study.pitch import LENGTH_TARGETS, STUDY_SIGMA_1PM2, Pitch
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 COLOURS = {"DPP": "#8a8f98", "study CCD": "#d9480f", "ours": "#1769aa"}
 INK = "#26332a"
 STEP_M = 0.005
 DPI = 130
+BESIDE_M, RIGHT_ANGLE_RAD = 2.0, 1e-6
 
 
-def plot_curvature(path: Path) -> None:
-    """κ along row 14's corner, every planner's ideal curve."""
+def plot_curvature(pitch: Pitch, path: Path) -> None:
+    """κ and the way in two corners, every planner's ideal curve: row 14's, and one of the goal area."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(8.0, 6.2), layout="constrained")
-    over, under = figure.subplots(2, 1, height_ratios=(2, 3))
+    figure = Figure(figsize=(10.0, 6.4), layout="constrained")
+    curvature_axes, way_axes = figure.subplots(2, 2, height_ratios=(2, 3))
     for contestant in CONTESTANTS:
-        corner = corner_path(contestant, STUDY_SIGMA_1PM2)
-        station = np.arange(0.0, corner.length_m, STEP_M)
-        x, y, _, curvature = corner.sample(station)
-        look = {"color": COLOURS[contestant.name], "linewidth": 1.8, "label": contestant.name, **_look(contestant.name)}
-        over.plot(station, curvature, **look)
-        under.plot(x, y, **look)
-    _axes(over, "arc length (m)", "curvature (1/m)")
-    over.set_title(f"A right-hand corner, {LEG_M:g} m in and out: curvature, and the way (σ_max = {STUDY_SIGMA_1PM2:g} m⁻²)")
-    _axes(under, "x (m)", "y (m)")
-    under.set_aspect("equal")
-    over.legend(frameon=False)
+        _way(corner_path(contestant, STUDY_SIGMA_1PM2), contestant.name, curvature_axes[0], way_axes[0])
+        _way(_pitch_corner(pitch.drive(contestant)), contestant.name, curvature_axes[1], way_axes[1])
+    titles = (f"a right-hand corner, {LEG_M:g} m in and out", "a corner of the goal area: line, way, line")
+    for over, under, title in zip(curvature_axes, way_axes, titles, strict=True):
+        _axes(over, "arc length (m)", "curvature (1/m)")
+        _axes(under, "x (m)", "y (m)")
+        over.set_title(title, fontsize=10)
+        under.set_aspect("equal")
+    curvature_axes[0].legend(frameon=False)
+    figure.suptitle(f"Curvature in corners, σ_max = {STUDY_SIGMA_1PM2:g} m⁻²", fontsize=11, color=INK)
     _save(figure, path)
+
+
+def _way(way: PiecePath, name: str, over: "Axes", under: "Axes") -> None:
+    station = np.arange(0.0, way.length_m, STEP_M)
+    x, y, _, curvature = way.sample(station)
+    look = {"color": COLOURS[name], "linewidth": 1.8, "label": name, **_look(name)}
+    over.plot(station, curvature, **look)
+    under.plot(x, y, **look)
+
+
+def _pitch_corner(drive: Drive) -> PiecePath:
+    """The first way between two lines at right angles with the last and first metres of these."""
+    for before, way, after in zip(drive.strokes, drive.ways, drive.strokes[1:], strict=False):
+        turn = math.remainder(after.begin.pose.heading_rad - before.end.pose.heading_rad, math.tau)
+        straight = before.robot.curvature_1pm == after.robot.curvature_1pm == 0.0
+        if straight and abs(abs(turn) - 0.5 * math.pi) < RIGHT_ANGLE_RAD and abs(after.begin.pose.point - before.end.pose.point) < 1.0:
+            line = Piece(BESIDE_M)
+            return PiecePath(before.end.pose.moved(-BESIDE_M + 0j, 0.0), (line, *way.pieces, line))
+    raise ValueError("the field has no two lines that meet at a right angle")
 
 
 def plot_acceleration(series: Mapping[str, tuple[Floats, Floats]], path: Path) -> None:
@@ -89,10 +110,8 @@ def _axes(axes: "Axes", x: str, y: str) -> None:
     axes.title.set_fontsize(10)
 
 
-def _save(figure: object, path: Path) -> None:
+def _save(figure: "Figure", path: Path) -> None:
     from matplotlib import rc_context
-    from matplotlib.figure import Figure
 
-    assert isinstance(figure, Figure)
     with rc_context({"svg.hashsalt": "touchline"}):
         figure.savefig(path, dpi=DPI, metadata={"Date": None} if path.suffix == ".svg" else None)

@@ -1,0 +1,62 @@
+"""``touchline study``: the study's tests and requirements, for its two planners and ours."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from schemas.errors import SpecError
+from services.cli.display import progress_bar, stderr
+from services.cli.options import ExitCode, JsonOption
+
+_PAIRS, _QUICK_PAIRS = 100, 20
+_STYLES = {True: "green", False: "bold red", None: "dim"}
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommand."""
+    app.command("study")(study)
+
+
+def study(
+    out: Annotated[
+        Path | None, typer.Option(help="Write the table (Markdown, CSV, JSON) and plots (SVG) to this folder.")
+    ] = None,
+    pairs: Annotated[
+        int, typer.Option(min=0, max=10_000_000, help="Random pairs to find a way between; 0: 100 as in the study.")
+    ] = 0,
+    quick: Annotated[bool, typer.Option("--quick", help="The pitch only, and a fifth of the random pairs.")] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Measure every requirement of the study for its two planners and ours; exit code 1 if ours misses one."""
+    from services.planner.study.table import HEADINGS, as_json as json_text
+    from services.study import run_study, save_study
+
+    with progress_bar("Study") as advance:
+        result = run_study(pairs or (_QUICK_PAIRS if quick else _PAIRS), quick, lambda what, done: advance(done, what))
+    if out is not None:
+        try:
+            files = save_study(result, out)
+        except OSError as error:
+            problem = f"cannot be written ({error.strerror})"
+            raise SpecError(str(error.filename), "", problem, "give a writable folder") from error
+        stderr.print(f"wrote {', '.join(path.name for path in files)} to {out}")
+    if as_json:
+        typer.echo(json_text(result.rows), nl=False)
+    else:
+        table = Table(title="The study's requirements", title_justify="left", box=box.SIMPLE_HEAD, show_lines=True)
+        for heading in HEADINGS:
+            table.add_column(heading)
+        for row in result.rows:
+            *cells, verdict = row.cells
+            table.add_row(*cells, f"[{_STYLES[row.met]}]{verdict}[/]")
+        console = Console()
+        console.print(table)
+        for row in result.rows:
+            if row.note:
+                console.print(f"{row.number}: {row.note}", highlight=False, markup=False)
+    if any(row.met is False for row in result.rows):
+        raise typer.Exit(ExitCode.FAILED)
