@@ -1,4 +1,4 @@
-"""The study's tests, run: its table for its two planners and ours, and its plots; the emulated robot drives the corner."""
+"""The study's tests, run: its table for its two planners and ours, its plots, and the emulated robot in a corner."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -72,7 +72,11 @@ def run_study(pairs: int, quick: bool, progress: Progress) -> Study:
     ordered = field.plan(order="optimised", transit_speed_mps=field.vehicle.max_rim_speed_mps)
     rows = [continuity.template_row(_templates(quick), lambda done: progress("templates", done))]
     smoothness = continuity.smoothness_rows(field, ordered)
-    rows += [*smoothness[:2], continuity.joint_row(max(1, round(JOINTS_EACH * (QUICK_SHARE if quick else 1.0)))), smoothness[2]]
+    rows += [
+        *smoothness[:2],
+        continuity.joint_row(max(1, round(JOINTS_EACH * (QUICK_SHARE if quick else 1.0)))),
+        smoothness[2],
+    ]
     progress("wheels", 0.0)
     rows.append(continuity.limit_row(field, ordered))
     rows.append(completeness.completeness_row(pairs, progress))
@@ -124,10 +128,11 @@ def drive_corner(contestant: Contestant, tolerance_m: float) -> Corner:
         station.append(robot.onboard.status.arc_length_m)
     if robot.onboard.state != TraversalStatus.DONE:
         raise TouchlineError(f"the robot gave the corner of {contestant.name} up: {robot.onboard.status.reason}")
-    acceleration = np.abs(np.diff(np.array(rates), axis=0)).max(axis=1) / TICK_S
+    acceleration: Floats = np.abs(np.diff(np.array(rates), axis=0)).max(axis=1) / TICK_S
     at = np.array(station[1:])
     inside = (at > first_m) & (at < last_m)
-    return Corner((TICK_S * np.arange(len(at)))[inside], acceleration[inside])
+    time: Floats = TICK_S * np.arange(len(at), dtype=np.float64)
+    return Corner(time[inside], acceleration[inside])
 
 
 def _corner_row(corners: Mapping[str, Corner], coarse: Corner) -> Row:
@@ -135,13 +140,23 @@ def _corner_row(corners: Mapping[str, Corner], coarse: Corner) -> Row:
     return Row(
         "14",
         "peak wheel acceleration of the emulated robot in a right-hand corner, 3 m in and out",
-        (f"{dpp:.1f} rad/s²", f"{theirs:.1f} rad/s² ({theirs / dpp - 1.0:+.0%})", f"{ours:.1f} rad/s² ({ours / dpp - 1.0:+.0%})"),
+        (
+            f"{dpp:.1f} rad/s²",
+            f"{theirs:.1f} rad/s² ({theirs / dpp - 1.0:+.0%})",
+            f"{ours:.1f} rad/s² ({ours / dpp - 1.0:+.0%})",
+        ),
         f"≥ {CORNER_TARGET:.0%} below DPP",
         ours <= (1.0 - CORNER_TARGET) * dpp,
-        {"dpp_radps2": dpp, "study_ccd_radps2": theirs, "ours_radps2": ours, "ours_cut_to_1_mm_radps2": coarse.peak_radps2},
-        "1.5 m/s, κ_max = 1.125, σ_max = 1.0, MPC, no noise; the wheels' true speeds at 100 Hz. Clothoids are cut into arcs "
-        f"to {1e6 * FINE_M:.0f} µm for both CCDs: to the usual 1 mm, an arc's step of curvature reaches the wheels and ours peaks at "
-        f"{coarse.peak_radps2:.1f} rad/s² ({coarse.peak_radps2 / dpp - 1.0:+.0%}). In this corner the study's way is ours.",
+        {
+            "dpp_radps2": dpp,
+            "study_ccd_radps2": theirs,
+            "ours_radps2": ours,
+            "ours_cut_to_1_mm_radps2": coarse.peak_radps2,
+        },
+        "1.5 m/s, κ_max = 1.125, σ_max = 1.0, MPC, no noise; the wheels' true speeds at 100 Hz. Clothoids are "
+        f"cut into arcs to {1e6 * FINE_M:.0f} µm for both CCDs: with the usual 1 mm the arcs' steps of curvature reach "
+        f"the wheels, and ours peaks at {coarse.peak_radps2:.1f} rad/s² ({coarse.peak_radps2 / dpp - 1.0:+.0%}). "
+        "In this corner the study's way is ours.",
     )
 
 
@@ -152,8 +167,8 @@ def _hardware_row() -> Row:
         ("yes", "yes", "yes"),
         "yes",
         True,
-        note="plans need the template and the vehicle's figures; the robot's brain sees GNSS, IMU, magnetometer and encoders only "
-        "(an import rule keeps it so).",
+        note="plans need the template and the vehicle's figures; the robot's brain sees GNSS, IMU, magnetometer and "
+        "encoders only (an import rule keeps it so).",
     )
 
 

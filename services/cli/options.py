@@ -37,6 +37,14 @@ class Order(StrEnum):
     GIVEN = "given"
 
 
+class Colour(StrEnum):
+    """What colours the plot of a plan."""
+
+    PLAIN = "plain"
+    SPEED = "speed"
+    CURVATURE = "curvature"
+
+
 class Follower(StrEnum):
     """Path followers."""
 
@@ -151,14 +159,14 @@ def speed_factor(text: str) -> float:
     return factor
 
 
-def check_plot(path: Path | None) -> None:
+def check_plot(path: Path | None, option: str = "--plot") -> None:
     """Refuse a picture of a kind that cannot be drawn, before any work is done.
 
     Raises:
         SpecError: The file's ending is none of ours.
     """
     if path is not None and path.suffix not in PLOT_ENDINGS:
-        raise SpecError("command line", "--plot", f"ends in {path.suffix!r}", f"use {' or '.join(PLOT_ENDINGS)}")
+        raise SpecError("command line", option, f"ends in {path.suffix!r}", f"use {' or '.join(PLOT_ENDINGS)}")
 
 
 def write_json(figures: dict[str, Any], path: Path) -> None:

@@ -16,6 +16,7 @@ from schemas.template import parse_template, template_text
 from schemas.vehicle import Vehicle
 from services.cli.display import print_figures, progress_bar
 from services.cli.options import (
+    Colour,
     DryingTimeOption,
     ForwardOnlyOption,
     HardDryingOption,
@@ -75,13 +76,22 @@ def plan(
     ] = None,
     report: ReportOption = None,
     plot: Annotated[Path | None, typer.Option(help="Draw the plan to this .svg or .png file.")] = None,
+    colour: Annotated[
+        Colour, typer.Option(help="What colours the plot: kind of line, speed, or curvature.")
+    ] = Colour.PLAIN,
+    plot_wheels: Annotated[
+        Path | None,
+        typer.Option("--plot-wheels", help="Draw wheel speed and acceleration over time to this .svg or .png file."),
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Plan a template: from what is to be painted to the trajectory that the robot drives."""
     from services.planner.plan import plan as make_plan
     from services.planner.plot import plot_plan
+    from services.planner.plot_wheels import plot_wheels as draw_wheels
 
     check_plot(plot)
+    check_plot(plot_wheels, "--plot-wheels")
     options = plan_options(
         method,
         kappa_max=kappa_max,
@@ -96,9 +106,10 @@ def plan(
     begun = time.perf_counter()
     text, source = template_text(template)
     drawing = parse_template(text, source)
+    vehicle = Vehicle()
     with progress_bar("Planning") as advance, first_interrupt() as interrupted:
         planned = make_plan(
-            drawing, Vehicle(), options, lambda stage, fraction: advance(fraction, stage), lambda: bool(interrupted)
+            drawing, vehicle, options, lambda stage, fraction: advance(fraction, stage), lambda: bool(interrupted)
         )
     timed = planned.report.model_copy(update={"planning_time_s": time.perf_counter() - begun})
     figures = plan_figures(timed)
@@ -106,7 +117,9 @@ def plan(
         if out is not None:
             out.write_text(planned.trajectory.model_dump_json(indent=1) + "\n", encoding="utf-8")
         if plot is not None:
-            plot_plan(planned, drawing, plot)
+            plot_plan(planned, drawing, plot, colour.value, vehicle)
+        if plot_wheels is not None:
+            draw_wheels(planned, drawing, vehicle, plot_wheels)
     except OSError as error:
         problem = f"cannot be written ({error.strerror})"
         raise SpecError(str(error.filename), "", problem, "give a writable path") from error

@@ -32,7 +32,8 @@ def study(
     as_json: JsonOption = False,
 ) -> None:
     """Measure every requirement of the study for its two planners and ours; exit code 1 if ours misses one."""
-    from services.planner.study.table import HEADINGS, as_json as json_text
+    from services.planner.study.table import HEADINGS
+    from services.planner.study.table import as_json as json_text
     from services.study import run_study, save_study
 
     with progress_bar("Study") as advance:

@@ -8,8 +8,11 @@ import numpy as np
 
 from schemas.curves import Curve
 from schemas.template import Template
+from schemas.vehicle import Vehicle
 from services.planner.clothoid import Floats, PiecePath
+from services.planner.offset import Stroke
 from services.planner.plan import Plan
+from services.planner.plot_along import PAINTED_PT, QUANTITIES, WAY_PT, draw_along
 from services.planner.route import RUN_IN, RUN_OUT
 
 if TYPE_CHECKING:
@@ -24,8 +27,13 @@ GRASS, PAINT, INK = "#dfe9d8", "#ffffff", "#26332a"
 NOZZLE, CENTRE, TRANSITION, RUN = "#1769aa", "#6b8fb3", "#d9480f", "#7b4fa3"
 
 
-def plot_plan(plan: Plan, template: Template, path: Path | str) -> None:
+def plot_plan(
+    plan: Plan, template: Template, path: Path | str, colour: str = "plain", vehicle: Vehicle | None = None
+) -> None:
     """Draw `plan` of `template` to `path`; the ending (.svg, .png, .pdf) says how.
+
+    `colour` is "plain" (painted lines and ways each in one colour), "speed" or "curvature" (the robot's path by its
+    value, thick while painting); `vehicle` is the one that was planned for.
 
     Raises:
         ValueError: There is no such format.
@@ -53,7 +61,10 @@ def plot_plan(plan: Plan, template: Template, path: Path | str) -> None:
             va="bottom",
             color=INK,
         )
-        _draw(axes, plan, template)
+        if colour == "plain":
+            _draw(axes, plan, template)
+        else:
+            _draw_along(axes, plan, template, vehicle or Vehicle(), colour)
         figure.legend(loc="outside lower center", ncols=4, frameon=False)
         metadata = {"Date": None} if str(path).endswith(".svg") else None
         figure.savefig(path, dpi=DPI, metadata=metadata)
@@ -68,20 +79,41 @@ def _draw(axes: "Axes", plan: Plan, template: Template) -> None:
             _line(axes, centre, color, label, 1.0)
             _arrows(axes, centre, color)
             continue
-        nozzle, normal = _curve_points(section.stroke.nozzle)
-        left, right = (nozzle + side * 0.5 * template.line_width_m * normal for side in (1, -1))
-        band = np.concatenate((left, right[:, ::-1]), axis=1)
-        axes.fill(
-            *band,
-            facecolor=PAINT,
-            edgecolor=INK,
-            linewidth=0.15,
-            zorder=2,
-            label=_once(axes, "template line, to scale"),
-        )
+        nozzle = _band(axes, section.stroke, template)
         _line(axes, nozzle, NOZZLE, "nozzle while painting", 1.3)
         _line(axes, centre, CENTRE, "robot while painting", 0.7, (0, (5, 3)))
         _arrow(axes, nozzle, NOZZLE)
+    _ends(axes, plan)
+
+
+def _draw_along(axes: "Axes", plan: Plan, template: Template, vehicle: Vehicle, colour: str) -> None:
+    for section in plan.sections:
+        if section.stroke:
+            _band(axes, section.stroke, template)
+        else:
+            _arrows(axes, _path_points(section.path), INK)
+    lines = draw_along(axes, plan, vehicle, colour)
+    for width, label in ((PAINTED_PT, "robot while painting"), (WAY_PT, "robot between lines")):
+        axes.plot([], [], color=INK, linewidth=width, label=label)
+    label, marks = QUANTITIES[colour].label, QUANTITIES[colour].marks
+    bar = axes.figure.colorbar(lines, ax=axes, label=label, shrink=0.6, pad=0.01)
+    if marks is not None:
+        bar.set_ticks(marks, labels=[f"{mark:g}" for mark in marks])
+        bar.minorticks_off()
+    _ends(axes, plan)
+
+
+def _band(axes: "Axes", stroke: Stroke, template: Template) -> Floats:
+    """The painted line to scale; returns the points (2, n) of its middle."""
+    nozzle, normal = _curve_points(stroke.nozzle)
+    left, right = (nozzle + side * 0.5 * template.line_width_m * normal for side in (1, -1))
+    band = np.concatenate((left, right[:, ::-1]), axis=1)
+    label = _once(axes, "template line, to scale")
+    axes.fill(*band, facecolor=PAINT, edgecolor=INK, linewidth=0.15, zorder=2, label=label)
+    return nozzle
+
+
+def _ends(axes: "Axes", plan: Plan) -> None:
     start, stop = plan.sections[0].path.start, plan.sections[-1].path.end
     axes.plot(start.x_m, start.y_m, "o", color=INK, markersize=6, zorder=6, label="start")
     axes.plot(stop.x_m, stop.y_m, "s", color=INK, markersize=5, zorder=6, label="stop")

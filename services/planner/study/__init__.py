@@ -1,1 +1,1 @@
-"""The study to beat: its two planners as it describes them, and how all three planners are measured. For comparison only."""
+"""The study to beat, for comparison only: its two planners as described, and how all three are measured."""

@@ -1,6 +1,7 @@
 """Row 8: is there a way between any two poses, and what it costs on random pairs."""
 
 from collections.abc import Callable
+from functools import partial
 
 from services.planner.study.drive import CONTESTANTS, OURS, STUDY_CCD, STUDY_KAPPA_1PM, UNPADDED
 from services.planner.study.pairs import Tally, close_pairs, random_pairs, tally
@@ -23,13 +24,15 @@ def completeness_row(count: int, progress: Progress) -> Row:
     for contestant in CONTESTANTS:
         method = contestant.method(STUDY_KAPPA_1PM, STUDY_SIGMA_1PM2)
         limits = STUDY_KAPPA_1PM, STUDY_SIGMA_1PM2
-        name = f"random pairs, {contestant.name}"
-        apart.append(tally(method, random_pairs(count), count, *limits, lambda done, name=name: progress(name, done)))
+        step = partial(progress, f"random pairs, {contestant.name}")
+        apart.append(tally(method, random_pairs(count), count, *limits, step))
         near.append(tally(method, close_pairs(close), close, *limits))
     return Row(
         "8",
         "complete: random pairs in 10 × 10 m; closer than 0.1 m",
-        _three([f"{a.complete:,} of {a.tried:,}; {n.complete:,} of {n.tried:,}" for a, n in zip(apart, near, strict=True)]),
+        _three(
+            [f"{a.complete:,} of {a.tried:,}; {n.complete:,} of {n.tried:,}" for a, n in zip(apart, near, strict=True)]
+        ),
         f"all of {MUST_PAIRS:,}, coincident poses included",
         apart[-1].feasible == apart[-1].tried and near[-1].feasible == near[-1].tried,
         {
@@ -53,7 +56,9 @@ def random_length_row(count: int) -> Row:
     plain = tally(UNPADDED.method(*limits), random_pairs(count), count, *limits).length_m
     shares = {
         contestant.name: [
-            tally(contestant.method(STUDY_KAPPA_1PM, s), random_pairs(count), count, STUDY_KAPPA_1PM, s).length_m / plain - 1.0
+            tally(contestant.method(STUDY_KAPPA_1PM, s), random_pairs(count), count, STUDY_KAPPA_1PM, s).length_m
+            / plain
+            - 1.0
             for s, _ in LENGTH_TARGETS
         ]
         for contestant in (STUDY_CCD, OURS)

@@ -85,8 +85,14 @@ def smoothness_rows(pitch: Pitch, planned: Plan) -> list[Row]:
             _texts(f"{within} and {joined} of {total}" for within, joined in ways),
             "100 % of the whole trajectory",
             ways[-1] == (total, total) and steps <= STEP_1PM,
-            {"transitions": total, "study_ccd_joined": ways[1][1], "ours_joined": ways[-1][1], "ours_largest_step_1pm": steps},
-            f"on the ideal curve; the largest step of curvature of ours, ordered, run-in and run-out included: {steps:.0e} 1/m.",
+            {
+                "transitions": total,
+                "study_ccd_joined": ways[1][1],
+                "ours_joined": ways[-1][1],
+                "ours_largest_step_1pm": steps,
+            },
+            "on the ideal curve; the largest step of curvature of ours, ordered, run-in and run-out included: "
+            f"{steps:.0e} 1/m.",
         ),
         Row(
             "5",
@@ -103,7 +109,9 @@ def joint_row(count: int, sigma_1pm2: float = STUDY_SIGMA_1PM2) -> Row:
     """Row 4: random transitions between lines and arcs bent either way, `count` of each of the nine kinds."""
     total = count * len(ARC_CURVATURES_1PM) ** 2
     found = [
-        tally(c.method(STUDY_KAPPA_1PM, sigma_1pm2), joints(count, ARC_CURVATURES_1PM), total, STUDY_KAPPA_1PM, sigma_1pm2)
+        tally(
+            c.method(STUDY_KAPPA_1PM, sigma_1pm2), joints(count, ARC_CURVATURES_1PM), total, STUDY_KAPPA_1PM, sigma_1pm2
+        )
         for c in CONTESTANTS
     ]
     return Row(
@@ -141,8 +149,8 @@ def limit_row(pitch: Pitch, planned: Plan) -> Row:
             "ours_wheel_radps": fastest,
             "ours_wheel_radps2": hardest,
         },
-        f"a step of κ needs wheels that accelerate without limit. Ours peaks at {fastest:.2f} rad/s and {hardest:.2f} rad/s² "
-        "of 20 and 40, sampled every millimetre of the ordered plan.",
+        "a step of κ needs wheels that accelerate without limit. "
+        f"Ours peaks at {fastest:.2f} rad/s and {hardest:.3f} rad/s² of 20 and 40, sampled every millimetre, ordered.",
     )
 
 

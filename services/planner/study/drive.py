@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -12,8 +13,8 @@ from services.planner.dubins import dubins_pieces
 from services.planner.dubins_padded import PADDING_AFTER_M, PADDING_BEFORE_M, PaddedDubins
 from services.planner.method import CurveEnd, TransitionMethod, transition
 from services.planner.offset import Stroke
-from services.planner.study.ccd import StudyContinuousDubins
 from services.planner.steering.steer import Steering
+from services.planner.study.ccd import StudyContinuousDubins
 
 STUDY_KAPPA_1PM = 1.125
 STUDY_SPEED_MPS = 1.5
@@ -100,7 +101,7 @@ class Drive:
         within = joined = 0
         for before, way, after in zip(self.strokes, self.ways, self.strokes[1:], strict=False):
             ends = [(p.curvature_1pm, p.curvature_at(p.length_m)) for p in way.pieces]
-            inner = all(abs(b[0] - a[1]) <= STEP_1PM for a, b in zip(ends, ends[1:], strict=False))
+            inner = all(abs(b[0] - a[1]) <= STEP_1PM for a, b in pairwise(ends))
             first, last = (ends[0][0], ends[-1][1]) if ends else (before.end.curvature_1pm, after.begin.curvature_1pm)
             outer = abs(first - before.end.curvature_1pm) + abs(last - after.begin.curvature_1pm) <= 2 * STEP_1PM
             within += inner
@@ -115,7 +116,7 @@ def drive(strokes: Sequence[Stroke], contestant: Contestant, sigma_1pm2: float, 
         PlanningError: The contestant fails on two of the strokes.
     """
     method = contestant.method(kappa_1pm, sigma_1pm2)
-    ways = [transition(method, a.end, b.begin) for a, b in zip(strokes, strokes[1:], strict=False)]
+    ways = [transition(method, a.end, b.begin) for a, b in pairwise(strokes)]
     return Drive(strokes, ways, PADDING_BEFORE_M + PADDING_AFTER_M if contestant.padded else 0.0)
 
 

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -56,7 +56,11 @@ def _pitch_corner(drive: Drive) -> PiecePath:
     for before, way, after in zip(drive.strokes, drive.ways, drive.strokes[1:], strict=False):
         turn = math.remainder(after.begin.pose.heading_rad - before.end.pose.heading_rad, math.tau)
         straight = before.robot.curvature_1pm == after.robot.curvature_1pm == 0.0
-        if straight and abs(abs(turn) - 0.5 * math.pi) < RIGHT_ANGLE_RAD and abs(after.begin.pose.point - before.end.pose.point) < 1.0:
+        if (
+            straight
+            and abs(abs(turn) - 0.5 * math.pi) < RIGHT_ANGLE_RAD
+            and abs(after.begin.pose.point - before.end.pose.point) < 1.0
+        ):
             line = Piece(BESIDE_M)
             return PiecePath(before.end.pose.moved(-BESIDE_M + 0j, 0.0), (line, *way.pieces, line))
     raise ValueError("the field has no two lines that meet at a right angle")
@@ -70,7 +74,14 @@ def plot_acceleration(series: Mapping[str, tuple[Floats, Floats]], path: Path) -
     axes = figure.subplots()
     for name, (time, acceleration) in series.items():
         peak = float(acceleration.max())
-        axes.plot(time - time[0], acceleration, color=COLOURS[name], label=f"{name}: peak {peak:.1f}", linewidth=1.5, **_look(name))
+        axes.plot(
+            time - time[0],
+            acceleration,
+            color=COLOURS[name],
+            label=f"{name}: peak {peak:.1f}",
+            linewidth=1.5,
+            **_look(name),
+        )
     _axes(axes, "time since the corner's first leg (s)", "wheel acceleration (rad/s²)")
     axes.set_title("The emulated robot in the corner at 1.5 m/s: the wheel that accelerates harder")
     axes.legend(frameon=False)
@@ -84,12 +95,21 @@ def plot_length(sigmas: Sequence[float], longer: Mapping[str, Sequence[float]], 
     figure = Figure(figsize=(8.0, 4.2), layout="constrained")
     axes = figure.subplots()
     for name, shares in longer.items():
-        axes.plot(sigmas, 100.0 * np.asarray(shares), color=COLOURS[name], marker="o", markersize=4, linewidth=1.8, label=name)
+        axes.plot(
+            sigmas, 100.0 * np.asarray(shares), color=COLOURS[name], marker="o", markersize=4, linewidth=1.8, label=name
+        )
     axes.axhline(100.0 * padded, color=COLOURS["DPP"], linewidth=1.4, label="DPP with its padding")
     for sigma, most in LENGTH_TARGETS:
         axes.plot(sigma, 100.0 * most, marker="v", color=INK, markersize=8, linestyle="none")
     axes.plot([], [], marker="v", color=INK, markersize=8, linestyle="none", label="ours must be at or below")
-    axes.plot((1.0, 2.1), (14.0, 8.0), marker="x", color=COLOURS["study CCD"], linestyle="none", label="as the study reports (its own pitch)")
+    axes.plot(
+        (1.0, 2.1),
+        (14.0, 8.0),
+        marker="x",
+        color=COLOURS["study CCD"],
+        linestyle="none",
+        label="as the study reports (its own pitch)",
+    )
     _axes(axes, "σ_max (1/m²)", "longer than plain Dubins (%)")
     axes.set_title("The whole pitch, one order, κ_max = 1.125 1/m: length against sharpness")
     axes.set_ylim(bottom=0.0)
@@ -97,7 +117,7 @@ def plot_length(sigmas: Sequence[float], longer: Mapping[str, Sequence[float]], 
     _save(figure, path)
 
 
-def _look(name: str) -> dict[str, object]:
+def _look(name: str) -> dict[str, Any]:
     """At the study's σ, its way round the corner is ours: dashes over a line show both."""
     return {"linestyle": (0, (4, 3)), "zorder": 3} if name == "study CCD" else {"zorder": 2}
 

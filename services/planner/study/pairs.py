@@ -1,4 +1,4 @@
-"""Random pairs of poses: does a planner find a way between all of them, and is it one that can be driven?"""
+"""Random pairs of poses: whether a planner finds a way between all of them, and one that can be driven."""
 
 import cmath
 import math
@@ -55,7 +55,7 @@ def random_pairs(count: int, seed: int = SEED) -> Iterator[Pair]:
 
 
 def close_pairs(count: int, seed: int = SEED) -> Iterator[Pair]:
-    """Poses less than 0.1 m apart with any headings; every tenth pair coincides, every other tenth but for the heading."""
+    """Poses less than 0.1 m apart with any headings; of ten pairs one coincides, and one but for the heading."""
     generator = np.random.default_rng(seed)
     for k in range(count):
         x, y = generator.uniform(0.0, BOX_M, 2).tolist()

@@ -54,7 +54,9 @@ class Pitch:
 
     def plan(self, **options: str | float | bool) -> Plan:
         """Ours, timed under nothing but the wheels' limits; paints at 1.5 m/s as the study does."""
-        return plan(self.template, self.vehicle, PlanOptions(paint_speed_mps=STUDY_SPEED_MPS, forward_only=True, **options))
+        return plan(
+            self.template, self.vehicle, PlanOptions(paint_speed_mps=STUDY_SPEED_MPS, forward_only=True, **options)
+        )
 
 
 def painting_seconds(planned: Plan) -> float:
@@ -90,13 +92,17 @@ def duration_rows(pitch: Pitch, step: Callable[[float], None] = lambda fraction:
             figures["ours_same_kappa_sigma_3_s"] = same_turns
             note = (
                 f"with the study's κ_max = 1.125 for ours too, and σ_max = 3.0: {same_turns:.1f} s "
-                f"({same_turns / base - 1.0:+.2%}); otherwise ours takes κ and σ from the wheels' limits, point by point."
+                f"({same_turns / base - 1.0:+.2%}); else ours takes κ and σ from the wheels' limits, point by point."
             )
         rows.append(
             Row(
                 f"11{letter}",
                 requirement,
-                (f"{base:.1f} s", f"{theirs:.1f} s ({theirs / base - 1.0:+.1%})", f"{seconds:.1f} s ({seconds / base - 1.0:+.1%})"),
+                (
+                    f"{base:.1f} s",
+                    f"{theirs:.1f} s ({theirs / base - 1.0:+.1%})",
+                    f"{seconds:.1f} s ({seconds / base - 1.0:+.1%})",
+                ),
                 f"≥ {target:.0%} below DPP" if target else "below DPP",
                 seconds < base * (1.0 - target) and (letter != "a" or same_turns < base),
                 figures,
@@ -141,7 +147,9 @@ def length_rows(pitch: Pitch) -> list[Row]:
                 f"≤ {most:+.1%}" + (" and below DPP with padding" if last else ""),
                 ours <= most and (below_padded or not last),
                 {"dpp_unpadded_m": unpadded.length_m, "dpp_m": dpp.length_m, "study_ccd": theirs, "ours": ours},
-                "" if letter != "a" else "against plain Dubins without padding, painted lines included, κ_max = 1.125 for all.",
+                ""
+                if letter != "a"
+                else "against plain Dubins without padding, painted lines included, κ_max = 1.125 for all.",
             )
         )
     return rows

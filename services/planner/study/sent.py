@@ -10,8 +10,9 @@ CHORD_M = 0.002
 
 
 def as_chords(path: PiecePath) -> Floats:
-    """Rows (n, 5) of x (m), y (m), heading (rad), curvature (1/m) and length (m): lines and arcs as they are, clothoids
-    as straight lines of `CHORD_M` between points on them.
+    """Rows (n, 5) of x (m), y (m), heading (rad), curvature (1/m) and length (m), as the study sends a path.
+
+    Lines and arcs stay as they are; clothoids become straight lines of about `CHORD_M` between points on them.
     """
     rows: list[Floats] = []
     for pose, piece in zip(path.knots, path.pieces, strict=False):
