@@ -117,7 +117,9 @@ def _check(text: str, unit: Point, line_width_m: float) -> None:
         raise SpecError("text", "", f"has {len(text.strip())} characters", f"give 1 to {MAX_CHARACTERS}")
     if min(unit) < line_width_m / 2:
         need = line_width_m / 2 * ROWS + line_width_m
-        raise SpecError("text", "height", "leaves the strokes no room", f"give at least {need:.2f} m, or a thinner line")
+        raise SpecError(
+            "text", "height", "leaves the strokes no room", f"give at least {need:.2f} m, or a thinner line"
+        )
 
 
 def _letter(character: str, unit: Point, line_width_m: float, corners: Corners) -> list[TemplateSegment]:

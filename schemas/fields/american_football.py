@@ -44,13 +44,13 @@ def american_football(p: AmericanFootball) -> Template:
         sheet.band(f"goal-line-{side}", f"Goal line ({side})", (goal, -y * sign), (goal, y * sign), p.goal_line_width)
     sheet.boundary(LENGTH_M, WIDTH_M, ("End line", "Sideline"), inside=False)
     source = (
-        "NCAA Football Rules 2024, Rule 1, Section 2 and Appendix D. Origin at the centre of the field, x along the "
-        "sidelines, y north, in m. 120 by 53 1/3 yards between the inside edges of the sidelines and end lines, which "
-        "are out of bounds; the goal lines lie in the end zones. Yard lines every 5 yards end 4 inches from the "
-        "sidelines. Hash marks and sideline extensions are 24 inches long at every yard between; the hash marks' inner "
-        "ends are 40 feet apart (60 feet from either sideline). Numbers are 6 by 4 feet in straight strokes, their "
-        "tops 9 yards from the sidelines. Arrows are drawn in outline: base 18, sides 36 inches. Not included: team "
-        "and coaching areas, limit lines, the restraining line, end-zone decoration."
+        "NCAA Football Rules 2024, Rule 1, Section 2 and Appendix D. Origin at the centre of the field, x along "
+        "the sidelines, y north, in m. 120 by 53 1/3 yards between the inside edges of the sidelines and end "
+        "lines, which are out of bounds; the goal lines lie in the end zones. Yard lines every 5 yards end 4 "
+        "inches from the sidelines. Hash marks and sideline extensions are 24 inches long at every yard between; "
+        "the hash marks' inner ends are 40 feet apart (60 feet from either sideline). Numbers are 6 by 4 feet in "
+        "straight strokes, their tops 9 yards from the sidelines. Arrows are drawn in outline: base 18, sides 36 "
+        "inches. Not included: team and coaching areas, limit lines, the restraining line, end-zone decoration."
     )
     return sheet.template("american-football", "American football, NCAA, 120 x 53 1/3 yards", source)
 

@@ -37,14 +37,15 @@ def athletics_track(p: Track) -> Template:
     if p.start_lines:
         _starts(sheet, p, straight)
     source = (
-        "World Athletics Competition and Technical Rules 2024, TR14 and TR15, and Track and Field Facilities Manual "
-        "2019, 1.4 (400 m standard track: radius 36.50 m, straights 84.39 m). Origin at the centre, x along the "
-        "straights, y north, in m; running is counter-clockwise, the home straight in the south, the finish at its east "
-        "end. The radius is that of the kerb's outer edge, lane 1 is measured 0.30 m outside it and the others 0.20 m "
-        "outside the line on their left; lanes are 1.22 m wide with the 50 mm line on their right. Included: lane "
-        "lines of oval, sprint straight (3 m before the 110 m start to 17 m after the finish), finish line, start lines of "
-        "100, 110 m (straight), 200 and 400 m (staggered, in lanes; the edge further from the finish is the distance). "
-        "Not included: kerb, hurdle, relay and break-line marks, curved starts, lane numbers."
+        "World Athletics Competition and Technical Rules 2024, TR14 and TR15, and Track and Field Facilities "
+        "Manual 2019, 1.4 (400 m standard track: radius 36.50 m, straights 84.39 m). Origin at the centre, x "
+        "along the straights, y north, in m; running is counter-clockwise, the home straight in the south, the "
+        "finish at its east end. The radius is that of the kerb's outer edge, lane 1 is measured 0.30 m outside "
+        "it and the others 0.20 m outside the line on their left; lanes are 1.22 m wide with the 50 mm line on "
+        "their right. Included: lane lines of oval, sprint straight (3 m before the 110 m start to 17 m after the"
+        " finish), finish line, start lines of 100, 110 m (straight), 200 and 400 m (staggered, in lanes; the "
+        "edge further from the finish is the distance). Not included: kerb, hurdle, relay and break-line marks, "
+        "curved starts, lane numbers."
     )
     title = f"Athletics track, 400 m, {p.lanes} lanes, radius {metres(p.radius)} m"
     return sheet.template("athletics-400", title, source)
@@ -94,7 +95,8 @@ def _starts(sheet: Sheet, p: Track, straight: float) -> None:
         x = finish - distance + half
         sheet.line(f"start-{distance:g}", f"Start, {distance:g} m", (x, inner), (x, outer))
     for distance, bends, center, turned in ((200, 1, -straight / 2, math.pi / 2), (400, 2, finish, -math.pi / 2)):
-        for lane in range(1, p.lanes + 1):
+        # Lane 1 starts 400 m at the finish line, which is there already.
+        for lane in range(1 if bends == 1 else 2, p.lanes + 1):
             ahead = stagger_m(p, lane, bends)
             _start(sheet, p, f"{distance}", lane, (center, turned), ahead + half)
 

@@ -37,14 +37,15 @@ def baseball(p: Baseball) -> Template:
     if p.grass_lines:
         _grass(sheet)
     source = (
-        "Official Baseball Rules 2024 (MLB), Rule 2.01 and Appendices 1 and 2. Origin at the rear tip of home base, y "
-        "towards second base, x towards first base, in m. Foul lines are fair territory: their outer edges are the sides "
-        "of the 90-foot square, extended; they begin at the front of the batter's boxes. Boxes and lane are measured to "
-        "the outside of the lines: batter's boxes 4 by 6 feet, 6 inches from home base and centred on it; catcher's "
-        "box 43 inches by 8 feet from the tip; coach's boxes 20 by 10 feet, 15 feet from the foul line; "
-        "three-foot lane outside the foul line from 45 feet to first base. The rules give no width of line: 4 inches are customary. Guides for "
-        "the grass line (95 feet from the pitcher's plate), mound (9 feet) and home-base circle (13 feet) are "
-        "centred on their radii; they can be left out. Bases and plates are not painted."
+        "Official Baseball Rules 2024 (MLB), Rule 2.01 and Appendices 1 and 2. Origin at the rear tip of home "
+        "base, y towards second base, x towards first base, in m. Foul lines are fair territory: their outer "
+        "edges are the sides of the 90-foot square, extended; they begin at the front of the batter's boxes. "
+        "Boxes and lane are measured to the outside of the lines: batter's boxes 4 by 6 feet, 6 inches from home "
+        "base and centred on it; catcher's box 43 inches by 8 feet from the tip; coach's boxes 20 by 10 feet, 15 "
+        "feet from the foul line; three-foot lane outside the foul line from 45 feet to first base. The rules "
+        "give no width of line: 4 inches are customary. Guides for the grass line (95 feet from the pitcher's "
+        "plate), mound (9 feet) and home-base circle (13 feet) are centred on their radii; they can be left out. "
+        "Bases and plates are not painted."
     )
     return sheet.template("baseball-infield", "Baseball infield, 90-foot bases", source)
 

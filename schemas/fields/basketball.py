@@ -36,12 +36,12 @@ def basketball(p: Basketball) -> Template:
         sheet.line(f"throw-in-line-{side}", f"Throw-in line ({side})", (x, y), (x, y + OVERHANG_M))
     sheet.boundary(LENGTH_M, WIDTH_M, ("End line", "Sideline"), inside=False)
     source = (
-        "FIBA Official Basketball Rules 2024, Article 2 (Court: Dimensions and lines). Origin at the centre, x along "
-        "the sidelines, y north, in m. 28 by 15 m between the inside edges of the boundary lines. Circles of 1.80 m, "
-        "the 6.75 m arc and the restricted area are to the outside, the no-charge semi-circle of 1.25 m to the inside; "
-        "free-throw lines have their further edge 5.80 m from the inside of the end line, and the semi-circle there is "
-        "about the line's centre. The scorer's table is in the south: throw-in lines are in the north. Not included: "
-        "team bench areas, painted areas."
+        "FIBA Official Basketball Rules 2024, Article 2 (Court: Dimensions and lines). Origin at the centre, x "
+        "along the sidelines, y north, in m. 28 by 15 m between the inside edges of the boundary lines. Circles "
+        "of 1.80 m, the 6.75 m arc and the restricted area are to the outside, the no-charge semi-circle of 1.25 "
+        "m to the inside; free-throw lines have their further edge 5.80 m from the inside of the end line, and "
+        "the semi-circle there is about the line's centre. The scorer's table is in the south: throw-in lines are"
+        " in the north. Not included: team bench areas, painted areas."
     )
     return sheet.template("basketball", "Basketball, FIBA, 28 x 15 m", source)
 

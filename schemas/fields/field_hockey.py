@@ -31,13 +31,14 @@ def field_hockey(p: FieldHockey) -> Template:
     sheet.half_turn(west)
     sheet.boundary(LENGTH_M, WIDTH_M, ("Back-line", "Side-line"), inside=True)
     source = (
-        "FIH Rules of Hockey 2022, Field and Equipment Specifications, section 1 (Field of Play). Origin at the centre, "
-        "x along the side-lines, y north, in m. All lines are 75 mm wide and part of the field: 91.40 by 55.00 m are "
-        "to the outside of the lines, circles are 14.63 m to the outside, the edges of the 23-metre lines nearer the "
-        "centre are 22.90 m from the outside of the back-lines. Penalty spots are 6.40 m from the inner edge of the "
-        "goal line; the 150 mm disc is painted as two strokes. Marks outside the field run from the line's outer edge; "
-        "those on the back-lines are measured from the outside of a goal-post of 50 mm. Broken lines have their outer "
-        "edge 5 m outside the circles' and 300 mm dashes with gaps of 3 m from a solid section at the top."
+        "FIH Rules of Hockey 2022, Field and Equipment Specifications, section 1 (Field of Play). Origin at the "
+        "centre, x along the side-lines, y north, in m. All lines are 75 mm wide and part of the field: 91.40 by "
+        "55.00 m are to the outside of the lines, circles are 14.63 m to the outside, the edges of the 23-metre "
+        "lines nearer the centre are 22.90 m from the outside of the back-lines. Penalty spots are 6.40 m from "
+        "the inner edge of the goal line; the 150 mm disc is painted as two strokes. Marks outside the field run "
+        "from the line's outer edge; those on the back-lines are measured from the outside of a goal-post of 50 "
+        "mm. Broken lines have their outer edge 5 m outside the circles' and 300 mm dashes with gaps of 3 m from "
+        "a solid section at the top."
     )
     return sheet.template("field-hockey", "Field hockey, 91.40 x 55.00 m", source)
 

@@ -23,7 +23,7 @@ class Lacrosse(Parameters):
 def lacrosse(p: Lacrosse) -> Template:
     """The NCAA men's field."""
     sheet = Sheet(p.line_width)
-    half, y = sheet.half, p.width / 2 - sheet.half
+    y = p.width / 2 - sheet.half
     _west(sheet, y)
     west = list(sheet.segments)
     sheet.line("wing-line-north", "Wing-area line (north)", (-WING_REACH_M, WING_M), (WING_REACH_M, WING_M))
@@ -37,13 +37,13 @@ def lacrosse(p: Lacrosse) -> Template:
             sheet.line(f"gate-{side}", f"Special substitution area ({side})", (x, edge), (x, edge - GATE_TICK_M))
     sheet.boundary(LENGTH_M, p.width, ("End line", "Sideline"), inside=True)
     source = (
-        "NCAA Men's Lacrosse Rules 2023 and 2024, Rule 1 (The Field). Origin at the centre, x along the sidelines, y "
-        "north, in m. Boundaries are measured to the outside of the lines; restraining, wing and goal-area lines are "
-        "centred on their distances: restraining lines 20 yards from the centre line, wing-area lines 20 yards from "
-        "the centre and 20 long, goal-area lines 40 yards apart from the end lines to the restraining lines. Goal lines "
-        "are centred 15 yards from the outside of the end lines; creases are circles of 9 feet to the outside. The "
-        "rules make goal lines 2 inches wide; they are painted as wide as the rest. Not included: bench, table and "
-        "coaches' areas and limit lines."
+        "NCAA Men's Lacrosse Rules 2023 and 2024, Rule 1 (The Field). Origin at the centre, x along the "
+        "sidelines, y north, in m. Boundaries are measured to the outside of the lines; restraining, wing and "
+        "goal-area lines are centred on their distances: restraining lines 20 yards from the centre line, "
+        "wing-area lines 20 yards from the centre and 20 long, goal-area lines 40 yards apart from the end lines "
+        "to the restraining lines. Goal lines are centred 15 yards from the outside of the end lines; creases are"
+        " circles of 9 feet to the outside. The rules make goal lines 2 inches wide; they are painted as wide as "
+        "the rest. Not included: bench, table and coaches' areas and limit lines."
     )
     return sheet.template("lacrosse", f"Lacrosse, NCAA men's, 110 x {p.width / YARD_M:.4g} yards", source)
 

@@ -39,13 +39,14 @@ def rugby_union(p: RugbyUnion) -> Template:
         sheet.line(name, label, (at, sign * (y + half)), (at, -sign * (y + half)))
     _ends(sheet, p)
     source = (
-        "World Rugby Laws of the Game 2024, Law 1 (The Ground) and its diagram. Origin at the centre, x along the "
-        "touchlines, y north, in m. The field of play is measured between the inside edges of the touchlines, which "
-        "are in touch, and of the goal lines, which are in in-goal; dead-ball and touch-in-goal lines lie outside "
-        "in-goal; the 22-metre lines belong to the 22. 10-, 15- and 5-metre lines are centred on their distances. Each "
-        "dash is 5 m long: along the field at the halfway, 10- and 22-metre lines and from the 5-metre line onwards; "
-        "across it at 5 and 15 m from touch and three between on the 10-metre lines. Below 100 m the "
-        "distance between the 10- and the 22-metre lines shrinks, as Law 1 says. The line width is custom, 0.10 m."
+        "World Rugby Laws of the Game 2024, Law 1 (The Ground) and its diagram. Origin at the centre, x along the"
+        " touchlines, y north, in m. The field of play is measured between the inside edges of the touchlines, "
+        "which are in touch, and of the goal lines, which are in in-goal; dead-ball and touch-in-goal lines lie "
+        "outside in-goal; the 22-metre lines belong to the 22. 10-, 15- and 5-metre lines are centred on their "
+        "distances. Each dash is 5 m long: along the field at the halfway, 10- and 22-metre lines and from the "
+        "5-metre line onwards; across it at 5 and 15 m from touch and three between on the 10-metre lines. Below "
+        "100 m the distance between the 10- and the 22-metre lines shrinks, as Law 1 says. The line width is "
+        "custom, 0.10 m."
     )
     title = f"Rugby union, {metres(p.length)} x {metres(p.width)} m, in-goal {metres(p.in_goal)} m"
     return sheet.template("rugby-union", title, source)

@@ -89,7 +89,8 @@ class Sheet:
         """The four boundary lines, clockwise from the north-east, so that the robot drives outside of them.
 
         Args:
-            length_m, width_m: Measured to the outside of the lines if they are ``inside``, else to their inside.
+            length_m: Measured to the outside of the lines if they are ``inside``, else to their inside.
+            width_m: Likewise.
             names: Of the short (east, west) and of the long (north, south) lines.
             inside: Whether the lines belong to the field.
         """

@@ -15,7 +15,7 @@ def study_square(_: Square) -> Template:
     for side, start, end in zip(("west", "north", "east", "south"), corners, corners[1:], strict=False):
         sheet.line(f"side-{side}", f"Side ({side})", start, end)
     source = (
-        "The 1 x 1 m square of the planning study. Origin at the south-west corner, x east, y north, in m; the sides "
-        "are the centres of the painted strokes, clockwise."
+        "The 1 x 1 m square of the planning study. Origin at the south-west corner, x east, y north, in m; the "
+        "sides are the centres of the painted strokes, clockwise."
     )
     return sheet.template("study-square", "Square of the study, 1 x 1 m", source)

@@ -44,10 +44,10 @@ def tennis(p: Tennis) -> Template:
     sheet.band("baseline-west", "Baseline (west)", (-middle, -outer), (-middle, outer), p.baseline_width)
     sheet.line(f"{key}-north", f"{name} (north)", (-end, outer), (end, outer))
     source = (
-        "ITF Rules of Tennis 2024, Rule 1 (The Court). Origin at the centre of the court, x along the sidelines, y "
-        "north, in m. Dimensions are to the outside of the lines (service lines from the net: 6.40 m), so strokes run "
-        "half a line width inside them. All lines are 5 cm, which Rule 1 prescribes for the centre service line and "
-        "the centre marks and allows for all; a wider baseline is painted in two strokes. The centre marks reach "
-        "10 cm into the court from the inside of the baseline."
+        "ITF Rules of Tennis 2024, Rule 1 (The Court). Origin at the centre of the court, x along the sidelines, "
+        "y north, in m. Dimensions are to the outside of the lines (service lines from the net: 6.40 m), so "
+        "strokes run half a line width inside them. All lines are 5 cm, which Rule 1 prescribes for the centre "
+        "service line and the centre marks and allows for all; a wider baseline is painted in two strokes. The "
+        "centre marks reach 10 cm into the court from the inside of the baseline."
     )
     return sheet.template("tennis", f"Tennis, {'doubles and singles' if p.doubles else 'singles'}", source)

@@ -8,9 +8,9 @@ from typing import Annotated
 import typer
 
 from schemas.errors import SpecError
-from schemas.template import parse_template, template_text
 from schemas.vehicle import Vehicle
 from services.cli.display import print_figures, progress_bar
+from services.cli.drawing import OriginOption, PlaceOption, SetOption, chosen_template
 from services.cli.options import (
     JsonOption,
     KappaOption,
@@ -36,6 +36,9 @@ def register(app: typer.Typer) -> None:
 
 def plan(
     template: TemplateArgument,
+    settings: SetOption = None,
+    place: PlaceOption = None,
+    origin: OriginOption = None,
     method: MethodOption = Method.CCD,
     kappa_max: KappaOption = 0.0,
     sigma_max: SigmaOption = 0.0,
@@ -56,8 +59,7 @@ def plan(
         raise SpecError("command line", "--plot", f"ends in {plot.suffix!r}", f"use {' or '.join(PLOT_ENDINGS)}")
     options = plan_options(method, kappa_max, sigma_max, paint_speed, transit_speed)
     begun = time.perf_counter()
-    text, source = template_text(template)
-    drawing = parse_template(text, source)
+    drawing = chosen_template(template, settings, place, origin)
     with progress_bar("Planning") as advance:
         planned = make_plan(drawing, Vehicle(), options, lambda stage, fraction: advance(fraction, stage))
     timed = planned.report.model_copy(update={"planning_time_s": time.perf_counter() - begun})

@@ -29,8 +29,9 @@ def hatch(rings: Sequence[Ring], width_m: float, angle_rad: float = 0.0) -> list
         Start and end points, m; empty if the area is everywhere narrower than a stroke.
     """
     from shapely import LineString, Polygon, affinity
+    from shapely.geometry.base import BaseGeometry
 
-    area = Polygon()
+    area: BaseGeometry = Polygon()
     for ring in rings:
         area = area.symmetric_difference(Polygon(ring).buffer(0))
     turned = affinity.rotate(area, -angle_rad, origin=(0.0, 0.0), use_radians=True)
@@ -53,7 +54,9 @@ def hatch(rings: Sequence[Ring], width_m: float, angle_rad: float = 0.0) -> list
         ends = [((a, float(y)), (b, float(y))) for a, b in inside or [] if b - a >= MIN_LENGTH_M]
         strokes += ends if index % 2 == 0 else [(b, a) for a, b in reversed(ends)]
     cos, sin = math.cos(angle_rad), math.sin(angle_rad)
-    return [tuple((cos * x - sin * y, sin * x + cos * y) for x, y in stroke) for stroke in strokes]  # type: ignore[misc]
+    return [
+        ((cos * x - sin * y, sin * x + cos * y), (cos * u - sin * v, sin * u + cos * v)) for (x, y), (u, v) in strokes
+    ]
 
 
 def _spans(found: object) -> list[tuple[float, float]]:

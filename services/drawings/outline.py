@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import Enum
 from typing import TypeAlias
 
 import numpy as np
@@ -30,6 +31,14 @@ class Smooth:
 Piece: TypeAlias = Curve | Smooth
 
 
+class Edge(Enum):
+    """Whether the line itself is painted: always, unless its area is filled instead, or never."""
+
+    PAINTED = 1
+    UNLESS_FILLED = 2
+    NEVER = 3
+
+
 @dataclass(frozen=True)
 class Outline:
     """One unbroken line of a drawing.
@@ -39,12 +48,16 @@ class Outline:
         pieces: One after another, each beginning where the last one ends; lines and arcs are exact.
         closed: Whether it ends where it begins.
         filled: Whether its inside is coloured.
+        edge: Whether the line itself is painted.
+        area: Name of the element; outlines of one area make each other's holes.
     """
 
     name: str
     pieces: tuple[Piece, ...]
     closed: bool = False
     filled: bool = False
+    edge: Edge = Edge.PAINTED
+    area: str = ""
 
 
 def bezier(points: npt.ArrayLike) -> Smooth:
@@ -56,7 +69,7 @@ def bezier(points: npt.ArrayLike) -> Smooth:
 
 
 def ellipse(center: npt.ArrayLike, first: npt.ArrayLike, second: npt.ArrayLike, begin: float, end: float) -> Smooth:
-    """center + first·cos t + second·sin t from ``begin`` to ``end`` (rad), with conjugate half-diameters (m)."""
+    """The curve center + first·cos t + second·sin t from ``begin`` to ``end`` (rad), half-diameters in m."""
     c, p, q = (np.asarray(v, dtype=np.float64) for v in (center, first, second))
     count = max(2, int(np.ceil(abs(end - begin) / (np.pi / 4))) + 1)
     return Smooth(
