@@ -29,7 +29,7 @@ class Corners(StrEnum):
 #: Strokes of grid points (column, row from below); ``~`` marks a soft corner.
 _GLYPHS = {
     "A": ("00 06~ 46~ 40", "03 43"),
-    "B": ("03 00 40~ 43~ 03", "43~ 46~ 06 03"),
+    "B": ("00 06 46~ 40~ 00", "03 43"),
     "C": ("46 06~ 00~ 40",),
     "D": ("00 06 46~ 40~ 00",),
     "E": ("46 06 00 40", "03 33"),

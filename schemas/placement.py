@@ -34,6 +34,12 @@ class Placement(Spec):
     rotation_deg: Annotated[float, Field(ge=-360, le=360)] = 0.0
     mirror: bool = False
 
+    def __str__(self) -> str:
+        """In words."""
+        turned = f", turned by {self.rotation_deg:g} degrees" if self.rotation_deg else ""
+        mirrored = "mirrored, " if self.mirror else ""
+        return f"Placed: {mirrored}its origin at x {self.x_m:g}, y {self.y_m:g} m{turned}."
+
     @property
     def transform(self) -> "Transform":
         """This placement as a map of points."""
@@ -93,8 +99,12 @@ class Transform:
 
 
 def place(template: "Template", placement: Placement) -> "Template":
-    """``template`` carried into the map frame; lengths and curvatures stay, a mirror turns arcs round."""
-    return placement.transform.template(template)
+    """``template`` carried into the map frame; lengths and curvatures stay, a mirror turns arcs round.
+
+    Its source, which speaks of the drawing's own origin, says so.
+    """
+    moved = placement.transform.template(template)
+    return moved.model_copy(update={"source": f"{template.source} {placement}".strip()})
 
 
 def to_map(template: "Template", map_origin: Origin) -> "Template":
