@@ -130,29 +130,31 @@ def _letter(character: str, unit: Point, line_width_m: float, corners: Corners) 
 
 
 def _stroke(glyph: str, unit: Point, line_width_m: float, corners: Corners) -> list[TemplateSegment]:
+    """The pieces of one stroke; upright and level ends grow by half a width, to the outside of what they meet."""
     words = glyph.split()
-    grid = [(float(word[0]), float(word[1])) for word in words]
+    points = [(float(word[0]) * unit[0], float(word[1]) * unit[1]) for word in words]
     soft = [len(word) > 2 and corners is not Corners.SQUARE for word in words]
-    closed = grid[0] == grid[-1]
-    points = [(x * unit[0], y * unit[1]) for x, y in grid]
+    closed, half = points[0] == points[-1], line_width_m / 2
     # A soft corner takes the same length from both sides, so that an arc can touch them.
     cut = min(unit)
+    here = points[0]
+    if closed and soft[0]:
+        here = _towards(points[0], points[1], cut)
+    elif not closed and _level(points[0], points[1]):
+        here = _beyond(points[1], points[0], half)
     pieces: list[TemplateSegment] = []
-    here = _towards(points[0], points[1], cut) if closed and soft[0] else points[0]
-    for index in range(1, len(points)):
-        corner = points[index]
-        last = index == len(points) - 1
-        following = points[1] if last else points[(index + 1) % len(points)]
-        bends = (not last or closed) and soft[0 if last else index]
-        reach = _towards(corner, points[index - 1], cut) if bends else corner
-        joined = not bends and (not last or closed) and _square(points[index - 1], corner, following)
-        pieces.append(_line(here, _beyond(here, reach, line_width_m / 2) if joined else reach))
-        if bends:
-            onward = _towards(corner, following, cut)
-            pieces.append(_arc(reach, corner, onward) if corners is Corners.ROUND else _line(reach, onward))
-            here = onward
-        else:
+    for index, (before, corner) in enumerate(zip(points, points[1:], strict=False), 1):
+        ends = index == len(points) - 1
+        bends = soft[0] if ends and closed else soft[index] and not ends
+        if not bends:
+            pieces.append(_line(here, _beyond(here, corner, half) if _level(before, corner) else corner))
             here = corner
+            continue
+        onward = _towards(corner, points[1] if ends else points[index + 1], cut)
+        reach = _towards(corner, before, cut)
+        pieces.append(_line(here, reach))
+        pieces.append(_arc(reach, corner, onward) if corners is Corners.ROUND else _line(reach, onward))
+        here = onward
     return pieces
 
 
@@ -175,9 +177,8 @@ def _arc(start: Point, corner: Point, end: Point) -> TemplateSegment:
     return TemplateSegment(id="stroke", arc=ArcSpec(start=start, center=center, sweep_angle=sweep))
 
 
-def _square(before: Point, corner: Point, after: Point) -> bool:
-    dot = (corner[0] - before[0]) * (after[0] - corner[0]) + (corner[1] - before[1]) * (after[1] - corner[1])
-    return abs(dot) < 1e-9
+def _level(start: Point, end: Point) -> bool:
+    return start[0] == end[0] or start[1] == end[1]
 
 
 def _towards(start: Point, end: Point, length: float) -> Point:
