@@ -4,6 +4,7 @@ Every glyph is drawn on a grid 4 wide and 6 high with square corners; soft corne
 unit. Square strokes suit any robot; rounded ones need a grid unit of at least the robot's smallest radius.
 """
 
+import itertools
 import math
 from enum import StrEnum
 
@@ -143,7 +144,7 @@ def _stroke(glyph: str, unit: Point, line_width_m: float, corners: Corners) -> l
     elif not closed and _level(points[0], points[1]):
         here = _beyond(points[1], points[0], half)
     pieces: list[TemplateSegment] = []
-    for index, (before, corner) in enumerate(zip(points, points[1:], strict=False), 1):
+    for index, (before, corner) in enumerate(itertools.pairwise(points), 1):
         ends = index == len(points) - 1
         bends = soft[0] if ends and closed else soft[index] and not ends
         if not bends:

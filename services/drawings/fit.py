@@ -16,7 +16,7 @@ from services.drawings.outline import Floats, Outline, Smooth
 TOLERANCE_M, SHARE = 1e-3, 0.9
 SAMPLES, STEEPEST_RAD, DEPTH = 24, np.pi / 2, 24
 #: A turn below this over a whole piece is a straight line to every computer on board.
-STRAIGHT_RAD, COINCIDENT_M = 1e-9, 1e-9
+STRAIGHT_RAD, COINCIDENT_M = 1e-9, 1e-11
 #: Share of a span whose chord stands in for a tangent that vanishes.
 CHORD_SHARE = 1e-4
 

@@ -2,15 +2,17 @@
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from schemas.curves import Curve
 from schemas.errors import SpecError
 from services.drawings.outline import Edge, Floats, Outline, Piece, bezier, ellipse
+
+ToMetres: TypeAlias = Callable[[Any], tuple[float, float]]
 
 INCH_M = 0.0254
 #: Metres of the units of length that have a size in the world; px and % have none.
@@ -40,7 +42,7 @@ def read_svg(path: Path, scale_m: float | None, skip_others: bool) -> tuple[list
         drawing = svgelements.SVG.parse(str(path), reify=True)
     except (ParseError, AttributeError, ValueError, OSError) as error:
         raise SpecError(path.name, "", f"is not a readable SVG ({error})", "save it as plain SVG") from error
-    scale = _metres_per_unit(path.name, drawing, scale_m) / _pixels_per_unit(drawing)
+    to_metres = _to_metres(drawing, _metres_per_unit(path.name, drawing, scale_m))
     outlines: list[Outline] = []
     skipped: list[str] = []
     seen: dict[str, int] = {}
@@ -53,7 +55,7 @@ def read_svg(path: Path, scale_m: float | None, skip_others: bool) -> tuple[list
                 raise SpecError(path.name, name, "cannot be painted", remedy)
             skipped.append(name)
         elif isinstance(element, svgelements.Shape):
-            outlines += _outlines(path.name, name, element, scale)
+            outlines += _outlines(path.name, name, element, to_metres)
     return outlines, skipped
 
 
@@ -71,12 +73,16 @@ def _metres_per_unit(source: str, drawing: Any, scale_m: float | None) -> float:
     )
 
 
-def _pixels_per_unit(drawing: Any) -> float:
-    """How much the library has magnified user units, from the view box to the picture."""
+def _to_metres(drawing: Any, scale: float) -> ToMetres:
+    """From the library's pixels back through the view box to user units, and on to metres with y up."""
     import svgelements
 
-    matrix = svgelements.Matrix(drawing.viewbox_transform or "")
-    return math.sqrt(abs(matrix.a * matrix.d - matrix.b * matrix.c))
+    box = svgelements.Matrix(drawing.viewbox_transform or "")
+
+    def to_metres(point: Any) -> tuple[float, float]:
+        return (scale * (float(point.x) - box.e) / box.a, -scale * (float(point.y) - box.f) / box.d + 0.0)
+
+    return to_metres
 
 
 def _name(element: Any, kind: str, seen: dict[str, int]) -> str:
@@ -85,7 +91,7 @@ def _name(element: Any, kind: str, seen: dict[str, int]) -> str:
     return base if seen[base] == 1 and element.id else f"{base}-{seen[base]}"
 
 
-def _outlines(source: str, name: str, shape: Any, scale: float) -> Iterator[Outline]:
+def _outlines(source: str, name: str, shape: Any, to_metres: ToMetres) -> Iterator[Outline]:
     import svgelements
 
     segments = list(svgelements.Path(shape).segments(transformed=True))
@@ -97,7 +103,7 @@ def _outlines(source: str, name: str, shape: Any, scale: float) -> Iterator[Outl
     for segment in [*segments, svgelements.Move(end=(0.0, 0.0))]:
         kind = type(segment).__name__
         if kind != "Move":
-            pieces += _pieces(source, name, kind, segment, scale)
+            pieces += _pieces(source, name, kind, segment, to_metres)
         if kind in ("Move", "Close") and pieces:
             count += 1
             part = name if count == 1 else f"{name}-part-{count}"
@@ -107,12 +113,12 @@ def _outlines(source: str, name: str, shape: Any, scale: float) -> Iterator[Outl
         raise SpecError(source, name, "has path data that cannot be read", "mend its d attribute or remove it")
 
 
-def _pieces(source: str, name: str, kind: str, segment: Any, scale: float) -> list[Piece]:
+def _pieces(source: str, name: str, kind: str, segment: Any, to_metres: ToMetres) -> list[Piece]:
     def at(point: Any) -> tuple[float, float]:
-        x, y = scale * float(point.x), -scale * float(point.y)
+        x, y = to_metres(point)
         if not (math.isfinite(x) and math.isfinite(y)):
             raise SpecError(source, name, "has a coordinate that is not finite", "mend or remove it")
-        return (x, y + 0.0)
+        return (x, y)
 
     if kind in ("Line", "Close"):
         start, end = at(segment.start), at(segment.end)

@@ -1,5 +1,6 @@
 """The fields against their governing bodies' dimensions, worked out here from the rules' own figures."""
 
+import itertools
 import math
 from functools import cache
 
@@ -198,7 +199,7 @@ def test_the_hockey_broken_line_has_dashes_of_300_mm_and_gaps_of_3_m() -> None:
     assert [s.curve().length_m for s in dashes] == pytest.approx([0.3] * 19)
     ring = Point(-45.70, 1.83).buffer(19.63 - 0.0375, quad_segs=4096)
     gaps = []
-    for first, second in zip(dashes, dashes[1:], strict=False):
+    for first, second in itertools.pairwise(dashes):
         end, start = first.curve().end, second.curve()
         ends = [ring.exterior.project(Point(p)) for p in (end[:2], (start.x_m, start.y_m))]
         gaps.append(abs(ends[1] - ends[0]))

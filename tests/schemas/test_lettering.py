@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-
 from shapely import LineString
 from shapely.ops import unary_union
 

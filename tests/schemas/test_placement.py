@@ -13,9 +13,7 @@ from schemas.scenario import Origin
 from schemas.template import ArcSpec, LineSpec, Template, TemplateSegment, load_template, parse_template, placed
 
 lengths = st.floats(-500.0, 500.0, allow_nan=False)
-placements = st.builds(
-    Placement, x_m=lengths, y_m=lengths, rotation_deg=st.floats(-360.0, 360.0), mirror=st.booleans()
-)
+placements = st.builds(Placement, x_m=lengths, y_m=lengths, rotation_deg=st.floats(-360.0, 360.0), mirror=st.booleans())
 L_SHAPE = Template(
     name="l",
     segments=(
