@@ -161,8 +161,10 @@ class _Reader:
             found = tool.derivatives(t.tolist(), 1)
             return self.scale * np.array([(v[order].x, v[order].y) for v in found], dtype=np.float64)
 
-        knots = sorted({float(k) for k in tool.knots()})
-        inside = [k for k in knots if knots[0] <= k <= tool.max_t]
+        # The curve is defined between these knots, which are the first and the last one only if it is clamped.
+        knots = tool.knots()
+        low, high = float(knots[tool.order - 1]), float(knots[tool.count])
+        inside = sorted({low, high, *(float(k) for k in knots if low < k < high)})
         breaks = [float(b) for a, c in pairwise(inside) for b in np.linspace(a, c, 3)[:-1]]
         return Smooth(lambda t: every(0, t), lambda t: every(1, t), (*breaks, inside[-1]))
 

@@ -173,6 +173,25 @@ def test_dxf_entities(tmp_path: Path) -> None:
     assert max(map(abs, turns)) < 1e-6
 
 
+def test_dxf_rational_and_unclamped_splines(tmp_path: Path) -> None:
+    document, space, path = dxf(tmp_path)
+    # A quarter circle as a rational spline, and a smooth closed curve as an unclamped one.
+    space.add_rational_spline([(5, 0), (5, 5), (0, 5)], [1, math.sqrt(0.5), 1], degree=2)
+    control = [(3 * math.cos(a), 10 + 3 * math.sin(a)) for a in np.linspace(0, 2 * math.pi, 7)[:-1]]
+    space.add_open_spline([*control, *control[:3]], degree=3).dxf.flags = 8
+    spline = space[-1]
+    spline.knots = list(range(13))
+    document.saveas(path)
+    by_name: dict[str, list] = {}
+    for segment in import_drawing(path, OWN).template.segments:
+        by_name.setdefault(segment.label, []).append(segment.curve())
+    quarter, loop = by_name.values()
+    assert sum(c.length_m for c in quarter) == pytest.approx(2.5 * math.pi, abs=1e-3)
+    assert distance_m(np.array([[5 * math.cos(0.7), 5 * math.sin(0.7)]]), quarter)[0] < 1e-3
+    assert loop[-1].end[:2] == pytest.approx((loop[0].x_m, loop[0].y_m), abs=1e-9)
+    assert math.remainder(loop[-1].end[2] - loop[0].heading_rad, 2 * math.pi) == pytest.approx(0.0, abs=1e-6)
+
+
 def test_dxf_blocks_layers_and_mirrored_entities(tmp_path: Path) -> None:
     document, space, path = dxf(tmp_path)
     block = document.blocks.new("goal")
