@@ -11,8 +11,9 @@ from schemas.template import Template
 LENGTH_M, WIDTH_M, LINE_M, CIRCLE_M = 28.0, 15.0, 0.05, 1.80
 BASKET_M, THREE_POINT_M, THREE_POINT_SIDE_M, NO_CHARGE_M = 1.575, 6.75, 0.90, 1.25
 FREE_THROW_M, RESTRICTED_M = 5.80, 4.90
-#: Rebound places beside the restricted area, from the inside of the end line; the second pair bounds a block.
-PLACES_M, BLOCK_M, TICK_M = (1.75, 3.85, 4.70), (2.60, 3.00), 0.10
+#: Rebound places beside the restricted area, from the inside of the end line: near edges of the ticks, and the block.
+#: 0.85 m lie between one and the next.
+PLACES_M, BLOCK_M, TICK_M = (1.75, 3.90, 4.80), (2.65, 3.05), 0.10
 THROW_IN_M, OVERHANG_M = 8.325, 0.15
 
 

@@ -1,7 +1,7 @@
 """Soccer pitches: 11-a-side by the Laws of the Game, 9- and 7-a-side by the FA's guide."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Self
 
 from pydantic import Field, model_validator
@@ -40,6 +40,7 @@ class Soccer9(_Longer):
     length: Annotated[float, Field(ge=64.0, le=82.3, description="touchlines, outside to outside, m")] = 80 * YARD_M
     width: Annotated[float, Field(ge=36.5, le=54.9, description="goal lines, outside to outside, m")] = 50 * YARD_M
     line_width: LineWidth = 0.12
+    full: Annotated[bool, Field(description="also goal areas, penalty arcs and corner arcs")] = True
 
 
 class Soccer7(_Longer):
@@ -70,11 +71,11 @@ _LAW_1 = _Marks(
     corner_radius=1.0,
 )
 _FA_9 = _Marks(
-    areas={"Penalty": (13 * YARD_M, 32 * YARD_M)},
+    areas={"Goal": (4 * YARD_M, 14 * YARD_M), "Penalty": (13 * YARD_M, 32 * YARD_M)},
     penalty_mark=9 * YARD_M,
     circle_radius=7 * YARD_M,
-    penalty_arc_radius=0.0,
-    corner_radius=0.0,
+    penalty_arc_radius=7 * YARD_M,
+    corner_radius=1 * YARD_M,
 )
 _FA_7 = _Marks(
     areas={"Penalty": (10 * YARD_M, 18 * YARD_M)},
@@ -103,7 +104,11 @@ def soccer_11(p: Soccer11) -> Template:
 def soccer_9(p: Soccer9) -> Template:
     """9-a-side."""
     source = _FA.format(game="9 v 9") + _HOW.format(mark="8.23 (9 yards)")
-    return _pitch("soccer-9", "Soccer, 9-a-side", source, p, p.line_width, _FA_9)
+    marks = _FA_9
+    if not p.full:
+        areas = {"Penalty": _FA_9.areas["Penalty"]}
+        marks = replace(_FA_9, areas=areas, penalty_arc_radius=0.0, corner_radius=0.0)
+    return _pitch("soccer-9", "Soccer, 9-a-side", source, p, p.line_width, marks)
 
 
 def soccer_7(p: Soccer7) -> Template:

@@ -3,6 +3,7 @@
 import itertools
 import math
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -41,6 +42,8 @@ DIMENSIONS = [
     ("soccer-9", "touchline-north", NORTH, 25 * YARD),
     ("soccer-9", "penalty-area-west-front", EAST, (-40 + 13) * YARD),
     ("soccer-9", "penalty-area-west-front", NORTH, 16 * YARD),
+    ("soccer-9", "goal-area-west-front", EAST, (-40 + 4) * YARD),
+    ("soccer-9", "penalty-arc-west", EAST, (-40 + 9 + 7) * YARD),
     ("soccer-9", "penalty-mark-west", EAST, (-40 + 9) * YARD + 0.12),
     ("soccer-9", "centre-circle", EAST, 7 * YARD),
     # FA guide: 60 x 40 yards, penalty area 10 by 18 yards, mark 8 yards, circle 6 yards
@@ -111,6 +114,11 @@ DIMENSIONS = [
     ("basketball", "three-point-west-arc", EAST, -14 + 1.575 + 6.75),
     ("basketball", "no-charge-east-arc", WEST, 14 - 1.575 - 1.25 - 0.05),
     ("basketball", "centre-circle", WEST, -1.80),
+    # rebound places 0.85 m apart from the first at 1.75 m, with a block of 0.40 m between
+    ("basketball", "rebound-place-west-north-1", WEST, -14 + 1.75),
+    ("basketball", "neutral-zone-west-north-1", WEST, -14 + 1.75 + 0.05 + 0.85),
+    ("basketball", "rebound-place-west-north-2", WEST, -14 + 1.75 + 0.05 + 0.85 + 0.40 + 0.85),
+    ("basketball", "rebound-place-west-north-3", WEST, -14 + 1.75 + 0.05 + 0.85 + 0.40 + 0.85 + 0.05 + 0.85),
     ("basketball", "centre-line", NORTH, 7.5 + 0.05 + 0.15),
     ("basketball", "throw-in-line-east", EAST, 14 - 8.325 + 0.05),
     # World Athletics TR14: eight lanes of 1.22 m outside a kerb of 36.50 m
@@ -260,3 +268,14 @@ def test_parameters_change_the_field() -> None:
     assert both.bounds[EAST] == pytest.approx(23.77 / 2)
     single = load_template("tennis", {"doubles": False})
     assert paint(single, "singles-sideline-north").bounds[NORTH] == pytest.approx(8.23 / 2)
+
+
+def test_the_documentation_names_every_template_and_range() -> None:
+    text = (Path(__file__).parents[2] / "docs" / "templates.md").read_text(encoding="utf-8")
+    rows = {line.split("`")[1]: line for line in text.splitlines() if line.startswith("| `")}
+    assert set(rows) == set(shipped_templates())
+    for name, known in FIELDS.items():
+        for parameter in known.parameters:
+            assert f"`{parameter.name}`" in rows[name]
+            if parameter.least is not None:
+                assert f"({parameter.allowed})" in rows[name]
