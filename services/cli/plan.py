@@ -21,12 +21,11 @@ from services.cli.options import (
     SigmaOption,
     TemplateArgument,
     TransitSpeedOption,
+    check_plot,
     plan_options,
     write_json,
 )
 from services.reports import plan_figures
-
-PLOT_ENDINGS = (".svg", ".png")
 
 
 def register(app: typer.Typer) -> None:
@@ -55,8 +54,7 @@ def plan(
     from services.planner.plan import plan as make_plan
     from services.planner.plot import plot_plan
 
-    if plot is not None and plot.suffix not in PLOT_ENDINGS:
-        raise SpecError("command line", "--plot", f"ends in {plot.suffix!r}", f"use {' or '.join(PLOT_ENDINGS)}")
+    check_plot(plot)
     options = plan_options(method, kappa_max, sigma_max, paint_speed, transit_speed)
     begun = time.perf_counter()
     drawing = chosen_template(template, settings, place, origin)

@@ -10,7 +10,8 @@ from typing import Annotated, Any
 import typer
 
 from schemas import topics
-from schemas.messages import PlanOptions
+from schemas.errors import SpecError
+from schemas.messages import GetPaintRequest, PlanOptions
 from schemas.template import Template, load_template
 from services.cli.display import Advance, print_event, print_figures, progress_bar, stderr
 from services.cli.drawing import OriginOption, PlaceOption, SetOption, chosen_template
@@ -27,6 +28,7 @@ from services.cli.options import (
     SeedOption,
     SpeedOption,
     TemplateArgument,
+    check_plot,
     plan_options,
     speed_factor,
     write_json,
@@ -83,9 +85,13 @@ def run(
         Path | None, typer.Option(help="Record the session to this MCAP file.", show_default=False)
     ] = None,
     report: ReportOption = None,
+    plot: Annotated[
+        Path | None, typer.Option(help="Draw what was painted to this .svg or .png file.", show_default=False)
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Paint a template once: start planner, robot and bridge, do the job over Zenoh, stop them, report."""
+    check_plot(plot)
     drawing = chosen_template(template, settings, place, origin)
     figures = run_job(
         template,
@@ -94,6 +100,7 @@ def run(
         robot=["--seed", str(seed), "--follower", follower.value, "--noise", noise.value],
         options=plan_options(method, 0.0, 0.0, 0.0, 0.0),
         record=record,
+        plot=plot,
     )
     figures |= {"seed": seed, "follower": follower.value, "noise": noise.value}
     if report is not None:
@@ -113,6 +120,7 @@ def run_job(
     robot: list[str],
     options: PlanOptions,
     record: Path | None,
+    plot: Path | None = None,
     drawing: Template | None = None,
 ) -> dict[str, Any]:
     """Start a system of its own, do one job, stop it.
@@ -139,4 +147,20 @@ def run_job(
             print_event(2, str(error))
             return {"success": False, "reason": str(error), "template": template}
         first_motion_s = job.started_at - begun
+        if plot is not None:
+            advance(1.0, "Drawing")
+            _draw(system, drawing, plot, figures)
     return {"template": template, **figures, "first_motion_s": first_motion_s}
+
+
+def _draw(system: LocalSystem, template: Template, path: Path, figures: dict[str, Any]) -> None:
+    from services.picture import draw_painted
+
+    strokes = system.bus.call(topics.GET_PAINT, GetPaintRequest(), timeout_s=30.0).strokes
+    paint = figures["paint"]
+    error = paint["lateral_error_m"]
+    caption = f"{paint['coverage_pct']:.2f} % covered, off by {1e3 * error['p95']:.1f} mm (p95)"
+    try:
+        draw_painted(template, strokes, path, caption)
+    except OSError as problem:
+        raise SpecError(str(path), "", f"cannot be written ({problem.strerror})", "give a writable path") from problem
