@@ -2,7 +2,7 @@
 
 import json
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
@@ -10,7 +10,6 @@ from rich.table import Table
 from typer.core import TyperGroup
 
 from schemas.errors import SpecError
-from schemas.fields import FIELDS
 from schemas.lettering import Corners, write
 from schemas.template import Template
 from services.cli.display import print_event, stderr
@@ -24,6 +23,9 @@ from services.cli.drawing import (
     write_text,
 )
 from services.cli.options import JsonOption
+
+if TYPE_CHECKING:
+    from schemas.fields import Field
 
 OutOption = Annotated[Path | None, typer.Option("--out", help="Write the template to this JSON file.")]
 PlotOption = Annotated[Path | None, typer.Option("--plot", help="Draw the template to this .svg file.")]
@@ -71,6 +73,8 @@ def show(
     as_json: JsonOption = False,
 ) -> None:
     """List the shipped templates, or print one as JSON to start your own from."""
+    from schemas.fields import FIELDS  # here: every process of the system starts through this command line
+
     if name is not None:
         template = chosen_template(name, settings)
         _deliver(laid(template, place, origin, map_origin), out, plot)
@@ -80,7 +84,7 @@ def show(
         if value is not None:
             raise SpecError("command line", option, "is given without a template", f"name one of: {', '.join(FIELDS)}")
     if as_json:
-        typer.echo(json.dumps([_row(field_name) for field_name in FIELDS], indent=2))
+        typer.echo(json.dumps([_row(field) for field in FIELDS.values()], indent=2))
         return
     table = Table("name", "title", "strokes", "line", "parameters")
     for field_name, field in FIELDS.items():
@@ -140,11 +144,10 @@ def import_(
     _deliver(laid(template, place, origin), out, plot)
 
 
-def _row(name: str) -> dict[str, Any]:
-    field = FIELDS[name]
+def _row(field: "Field") -> dict[str, Any]:
     template = field.template()
     return {
-        "name": name,
+        "name": field.name,
         "title": template.title,
         "segments": len(template.segments),
         "length_m": template.length_m,
