@@ -12,9 +12,9 @@ from typing import Annotated
 import typer
 
 from schemas.errors import SpecError
-from schemas.template import parse_template, template_text
 from schemas.vehicle import Vehicle
 from services.cli.display import print_figures, progress_bar
+from services.cli.drawing import OriginOption, PlaceOption, SetOption, chosen_template
 from services.cli.options import (
     Colour,
     DryingTimeOption,
@@ -62,6 +62,9 @@ def first_interrupt() -> Iterator[list[int]]:
 
 def plan(
     template: TemplateArgument,
+    settings: SetOption = None,
+    place: PlaceOption = None,
+    origin: OriginOption = None,
     order: OrderOption = Order.OPTIMISED,
     method: MethodOption = Method.G2,
     kappa_max: KappaOption = 0.0,
@@ -104,8 +107,7 @@ def plan(
         hard_drying=hard_drying,
     )
     begun = time.perf_counter()
-    text, source = template_text(template)
-    drawing = parse_template(text, source)
+    drawing = chosen_template(template, settings, place, origin)
     vehicle = Vehicle()
     with progress_bar("Planning") as advance, first_interrupt() as interrupted:
         planned = make_plan(

@@ -12,8 +12,9 @@ import typer
 from schemas import topics
 from schemas.errors import SpecError
 from schemas.messages import GetPaintRequest, PlanOptions
-from schemas.template import Template, parse_template, template_text
+from schemas.template import Template, load_template
 from services.cli.display import Advance, print_event, print_figures, progress_bar, stderr
+from services.cli.drawing import OriginOption, PlaceOption, SetOption, chosen_template
 from services.cli.options import (
     DryingTimeOption,
     ExitCode,
@@ -79,6 +80,9 @@ class Terminal:
 
 def run(
     template: TemplateArgument,
+    settings: SetOption = None,
+    place: PlaceOption = None,
+    origin: OriginOption = None,
     speed: SpeedOption = "max",
     seed: SeedOption = 1,
     follower: FollowerOption = Follower.MPC,
@@ -101,8 +105,10 @@ def run(
 ) -> None:
     """Paint a template once: start planner, robot and bridge, do the job over Zenoh, stop them, report."""
     check_plot(plot)
+    drawing = chosen_template(template, settings, place, origin)
     figures = run_job(
         template,
+        drawing=drawing,
         speed=speed_factor(speed),
         robot=["--seed", str(seed), "--follower", follower.value, "--noise", noise.value],
         options=plan_options(
@@ -136,16 +142,22 @@ def run_job(
     options: PlanOptions,
     record: Path | None,
     plot: Path | None = None,
+    drawing: Template | None = None,
 ) -> dict[str, Any]:
     """Start a system of its own, do one job, stop it.
+
+    The robot's map frame is the drawing's: its origin on the earth, if it has one, becomes the scenario's.
+    ``drawing`` is what to paint if it is not simply the template of that name.
 
     Returns:
         The run report; when the job ended early, ``success`` false and the reason.
     """
     begun = time.monotonic()
-    text, source = template_text(template)
-    drawing = parse_template(text, source)  # a bad template is told before anything is started
-    job_options = JobOptions(text, options, speed, record)
+    drawing = drawing or load_template(template)  # a bad template is told before anything is started
+    if drawing.origin is not None:
+        at = drawing.origin
+        robot = [*robot, "--origin", f"{at.latitude_deg!r},{at.longitude_deg!r},{at.altitude_m!r}"]
+    job_options = JobOptions(drawing.to_json(), options, speed, record)
     with local_system(robot) as system, progress_bar("Touchline") as advance:
         advance(0.0, "Starting the services")
         system.wait_until_ready(lambda doing: stderr.print(doing))
