@@ -74,11 +74,12 @@ def seconds_between(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, se
 
 def _rough(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways) -> Floats:
     """Seconds by the length of the words, with the turns driven at the speed that they are made for."""
-    rows = [np.array([(*e.pose, e.curvature_1pm) for e in side]) for side in (ends, begins)]
+    starts, goals = (np.array([(*e.pose, e.curvature_1pm) for e in side]) for side in (ends, begins))
     fast = ways.limits.transit_speed_mps
     tables = [
         lengths(
-            *rows,
+            starts,
+            goals,
             turns.curvature_1pm,
             turns.sharpness_1pm2,
             short_hops=False,

@@ -99,7 +99,7 @@ def _random(seed: int, counter: int, below: int) -> int:
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     z = z ^ (z >> np.uint64(31))
-    return np.int64((z >> np.uint64(11)) % np.uint64(max(below, 1)))
+    return int((z >> np.uint64(11)) % np.uint64(max(below, 1)))
 
 
 @kernel
