@@ -18,8 +18,8 @@ from services.planner.clothoid import Floats
 Ints = NDArray[np.int64]
 
 BLOCK = 6
-# Kicks swap two neighbouring blocks of at most this many segments.
-KICK = 50
+# Kicks swap two neighbouring blocks of at most this many segments; most of them smaller ones.
+KICK, KICK_NEAR = 50, 10
 GAIN = 1e-9
 
 
@@ -62,8 +62,9 @@ def improve(
         kept[:] = tour
         length = forth[n]
         i = 1 + _random(seed, 4 * k, n - 2)
-        j = i + 1 + _random(seed, 4 * k + 1, min(KICK, n - i - 1))
-        e = j + _random(seed, 4 * k + 2, min(KICK, n - j)) if j < n else i
+        reach = KICK if k % 4 == 0 else KICK_NEAR
+        j = i + 1 + _random(seed, 4 * k + 1, min(reach, n - i - 1))
+        e = j + _random(seed, 4 * k + 2, min(reach, n - j)) if j < n else i
         waiting = 0
         if e >= j:
             flips = _random(seed, 4 * k + 3, 4) == 0
