@@ -30,8 +30,16 @@ def plan_figures(report: PlanReport) -> dict[str, Any]:
             "sharpness_1pm2": _finite(report.max_sharpness_1pm2),
             "wheel_speed_radps": report.max_wheel_speed_radps,
             "wheel_acceleration_radps2": _finite(report.max_wheel_acceleration_radps2),
+            "lateral_acceleration_mps2": report.max_lateral_acceleration_mps2,
         },
-        "continuity": {"position_gap_m": report.position_gap_m, "heading_gap_rad": report.heading_gap_rad},
+        "continuity": {
+            "position_gap_m": report.position_gap_m,
+            "heading_gap_rad": report.heading_gap_rad,
+            "curvature_step_1pm": report.max_curvature_step_1pm,
+        },
+        "standstills": {"cusps": report.cusps, "spins": report.spins},
+        "wet_crossings": report.wet_crossings,
+        "estimate": {"paint_l": report.paint_l, "battery_wh": report.battery_wh},
         "planning_time_s": report.planning_time_s,
     }
 

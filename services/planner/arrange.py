@@ -1,12 +1,14 @@
 """The order and direction in which the segments are painted, and the ways between: as given, or in the least time."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from schemas.errors import PlanningError
 from schemas.messages import PlanOptions
 from schemas.vehicle import Vehicle
+from services.planner.clothoid import Floats
 from services.planner.inside import Yard
 from services.planner.legs import Drive, Driver
 from services.planner.method import CurveEnd
@@ -16,8 +18,9 @@ GIVEN, OPTIMISED = "given", "optimised"
 # What it may cost in time not to run over a wet line once; if that is forbidden, as good as anything.
 CROSSING_S, FORBIDDEN_S = 0.25, 1000.0
 DRYING_MAX_S = 1e6
-# What the matrix cannot know (collisions, wet paint) is learned from the drive and the order searched again, so often.
-ROUNDS = 6
+# What the matrix cannot know (collisions, wet paint) is learned from the drive and the order searched again, so often;
+# less often where there are many segments, unless the robot would collide.
+ROUNDS, ROUNDS_MANY, MANY = 6, 2, 150
 # Later searches begin with the last order and take this share of the kicks.
 AGAIN = 0.25
 
@@ -89,8 +92,7 @@ def _optimised(
     least, order = np.inf, None
     for turn in range(ROUNDS):
         share = AGAIN if turn else 1.0
-        done = turn * AGAIN
-        tell = lambda part, done=done, share=share: step(min((done + share * part) / (1.0 + ROUNDS * AGAIN), 1.0))  # noqa: E731
+        tell = Stage(step, turn)
         order = ordered(asked.priced(cost), tell, enough, int(share * kicks), order)
         drive = driver.drive([nodes[k] for k in order.tolist()])
         total = drive.seconds + driver.crossing_s * drive.wet_crossings + NEVER_S * len(drive.blocked)
@@ -98,12 +100,28 @@ def _optimised(
             best, least = drive, total
         if not _learn(cost, asked.cost, drive, order.tolist(), driver, NEVER_S) or enough():
             break
+        if len(modes) > MANY and turn + 1 >= ROUNDS_MANY and not drive.blocked:
+            break
     step(1.0)
     assert best  # there is at least one round
     return best
 
 
-def _learn(cost: np.ndarray, first: np.ndarray, drive: Drive, order: list[int], driver: Driver, never_s: float) -> bool:
+@dataclass(frozen=True)
+class Stage:
+    """Tells `step` how much of all rounds is done."""
+
+    step: Callable[[float], None]
+    turn: int
+
+    def __call__(self, part: float) -> None:
+        """So much of this round is done."""
+        before = (1.0 + (self.turn - 1) * AGAIN) if self.turn else 0.0
+        share = AGAIN if self.turn else 1.0
+        self.step(min((before + share * part) / (1.0 + ROUNDS * AGAIN), 1.0))
+
+
+def _learn(cost: Floats, first: Floats, drive: Drive, order: list[int], driver: Driver, never_s: float) -> bool:
     """Raise the matrix' entries to what the drive has met; whether anything has changed."""
     depot = len(cost) - 1
     changed = False

@@ -15,7 +15,7 @@ from services.planner.sending import Sent
 # Borders closer than this (m) are one.
 BORDER_M = 1e-9
 # A cell of a clothoid changes curvature by at most this (1/m): its speed is capped for the tighter end.
-CELL_CURVATURE_1PM = 0.1
+CELL_CURVATURE_1PM = 0.15
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ SPEED_MIN_MPS = 0.05
 RIM_SHARE = 1.0 - 1e-6
 # The tightest turn, as a share of 1/r: there the inner wheel stands still.
 CURVATURE_SHARE = 0.98
-# Turns on offer are made for these speeds, the slower the tighter. Of the wheels' acceleration this share is for turning.
+# Turns on offer are made for these speeds, the slower the tighter; of the wheels' acceleration they take this share.
 TURN_SPEEDS_MPS = (0.6, 0.8, 1.0, 1.25, 1.5, 1.8)
 TURNING_SHARE = 0.8
 # Methods that choose turns by time; "" is the default one.

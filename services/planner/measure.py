@@ -8,13 +8,15 @@ wheel acceleration are infinite.
 
 import math
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
 from schemas.curves import Curve, wrap_angle
-from schemas.messages import PlanReport, Trajectory
+from schemas.messages import LinearDirection, PlanReport, Trajectory
 from schemas.vehicle import Vehicle
 from services.planner.clothoid import Floats
+from services.planner.legs import Drive
 from services.planner.route import TRANSITION, Section
 from services.planner.sending import Sent
 from services.planner.timing import SpeedProfile
@@ -22,17 +24,27 @@ from services.planner.timing import SpeedProfile
 CURVATURE_STEP_1PM = 1e-9
 # Speed and curvature are both smooth between borders; this many points of each stretch find the outer wheel's fastest.
 POINTS = 5
+SECONDS_PER_HOUR = 3600.0
 
 
 def measure(
-    trajectory: Trajectory, sections: list[Section], sent: list[Sent], speeds: SpeedProfile, vehicle: Vehicle
+    trajectory: Trajectory,
+    drive: Drive,
+    sections: list[Section],
+    sent: list[Sent],
+    speeds: SpeedProfile,
+    vehicle: Vehicle,
 ) -> PlanReport:
     """The report on a plan, its planning time left at 0."""
     painted = [s for s in sent if s.stroke]
     paint_length = sum(s.end_m - s.start_m for s in painted)
     paint_time = sum(speeds.time_at(s.end_m) - speeds.time_at(s.start_m) for s in painted)
     position_gap, heading_gap = gaps(trajectory)
-    sharpness, wheel_speed, wheel_acceleration = wheels(sections, sent, speeds, vehicle)
+    figures = wheels(sections, sent, speeds, vehicle)
+    pieces = [piece for section in sections for piece in section.path.pieces]
+    spun = sum(abs(piece.spin_rad) for piece in pieces)
+    rolled = sent[-1].end_m + vehicle.half_track_m * spun
+    work_j = vehicle.idle_power_w * speeds.total_time_s + vehicle.drive_power_w_per_mps * rolled
     return PlanReport(
         paint_length_m=paint_length,
         transition_length_m=sent[-1].end_m - paint_length,
@@ -43,34 +55,73 @@ def measure(
         painted_segments=len(painted),
         transitions=sum(section.label == TRANSITION and section.stroke is None for section in sections),
         max_curvature_1pm=max(s.curvature_1pm for s in sent),
-        max_sharpness_1pm2=sharpness,
-        max_wheel_speed_radps=wheel_speed,
-        max_wheel_acceleration_radps2=wheel_acceleration,
+        max_sharpness_1pm2=figures.sharpness_1pm2,
+        max_wheel_speed_radps=figures.wheel_speed_radps,
+        max_wheel_acceleration_radps2=figures.wheel_acceleration_radps2,
         position_gap_m=position_gap,
         heading_gap_rad=heading_gap,
+        max_curvature_step_1pm=_curvature_step(sent),
+        max_lateral_acceleration_mps2=figures.lateral_mps2,
+        cusps=sum(last.direction != following.direction for last, following in pairwise(pieces)),
+        spins=sum(piece.spin_rad != 0.0 for piece in pieces),
+        wet_crossings=drive.wet_crossings,
+        # The pump's flow is that of a line painted at the vehicle's own speed.
+        paint_l=vehicle.paint_l_per_m * vehicle.paint_speed_mps * paint_time,
+        battery_wh=work_j / SECONDS_PER_HOUR,
     )
 
 
 def gaps(trajectory: Trajectory) -> tuple[float, float]:
-    """The largest distance (m) and turn (rad) between the end of a segment of the message and the start of the next."""
-    curves = [Curve.from_message(segment.curve) for segment in trajectory.path.segments]
+    """The largest distance (m) and turn (rad) between the end of a segment of the message and the start of the next.
+
+    The heading is the robot's: it looks backward along a curve of direction BACKWARD.
+    """
     position = heading = 0.0
-    for last, following in pairwise(curves):
-        x, y, end_heading = last.end
-        position = max(position, math.hypot(following.x_m - x, following.y_m - y))
-        heading = max(heading, abs(wrap_angle(following.heading_rad - end_heading)))
+    at: tuple[float, float, float] | None = None
+    for segment in trajectory.path.segments:
+        arc = segment.curve.arc[0] if segment.curve.arc else None
+        if at and arc and arc.start == arc.center:
+            position = max(position, math.hypot(arc.start.x - at[0], arc.start.y - at[1]))
+            at = (at[0], at[1], at[2] + arc.sweep_angle)
+            continue
+        curve = Curve.from_message(segment.curve)
+        turned = math.pi if segment.direction.value == LinearDirection.BACKWARD else 0.0
+        if at:
+            position = max(position, math.hypot(curve.x_m - at[0], curve.y_m - at[1]))
+            heading = max(heading, abs(wrap_angle(curve.heading_rad + turned - at[2])))
+        x, y, end_heading = curve.end
+        at = (x, y, end_heading + turned)
     return position, heading
 
 
-def wheels(
-    sections: list[Section], sent: list[Sent], speeds: SpeedProfile, vehicle: Vehicle
-) -> tuple[float, float, float]:
-    """Largest |dκ/ds| (1/m²), wheel speed (rad/s) and wheel acceleration (rad/s²) along the ideal curve.
+def _curvature_step(sent: list[Sent]) -> float:
+    """The largest step of curvature (1/m) on what is sent, but for standstills, where it may step."""
+    return max(
+        (
+            abs(following.curve.curvature_1pm - last.curve.curvature_1pm)
+            for last, following in pairwise(sent)
+            if last.direction == following.direction != 0
+        ),
+        default=0.0,
+    )
+
+
+class Extremes(NamedTuple):
+    """The largest sharpness, wheel speed and acceleration, and acceleration across the path."""
+
+    sharpness_1pm2: float
+    wheel_speed_radps: float
+    wheel_acceleration_radps2: float
+    lateral_mps2: float
+
+
+def wheels(sections: list[Section], sent: list[Sent], speeds: SpeedProfile, vehicle: Vehicle) -> Extremes:
+    """Largest |dκ/ds|, wheel speed and wheel acceleration, and lateral acceleration along the ideal curve.
 
     A rim runs at v(1 ± κr) and accelerates with a(1 ± κr) ± v²σr. Between borders (of pieces, cuts and speed entries) a
     and σ are constant and v² and κ linear in arc length, so its acceleration is largest at a border.
     """
-    pieces = np.array([piece[:3] for section in sections for piece in section.path.pieces])
+    pieces = np.array([piece for section in sections for piece in section.path.pieces], dtype=np.float64)
     ends = np.cumsum(pieces[:, 0])
     starts = np.concatenate(([0.0], ends[:-1]))
     ideal_at = np.array([0.0, *(s.ideal_to_m for s in sent)])
@@ -94,13 +145,16 @@ def wheels(
         np.abs(acceleration * (1.0 + reach) + turning), np.abs(acceleration * (1.0 - reach) - turning)
     )
     steps = _has_steps(pieces)
-    return (
+    return Extremes(
         math.inf if steps else float(np.abs(pieces[:, 2]).max()),
         float(rim_speed.max()) / vehicle.wheel_radius_m,
         math.inf if steps else float(rim_acceleration.max()) / vehicle.wheel_radius_m,
+        float((square * np.abs(curvature)).max()),
     )
 
 
 def _has_steps(pieces: Floats) -> bool:
+    """Whether curvature steps anywhere but at a cusp or a turn on the spot."""
     curvature_end = pieces[:, 1] + pieces[:, 2] * pieces[:, 0]
-    return bool(np.any(np.abs(pieces[1:, 1] - curvature_end[:-1]) > CURVATURE_STEP_1PM))
+    going_on = (pieces[1:, 3] == pieces[:-1, 3]) & (pieces[1:, 4] == 0.0) & (pieces[:-1, 0] > 0.0)
+    return bool(np.any(going_on & (np.abs(pieces[1:, 1] - curvature_end[:-1]) > CURVATURE_STEP_1PM)))

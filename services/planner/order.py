@@ -12,7 +12,7 @@ from services.planner.order_search import Ints, best_modes, improve, tour_cost
 # How many of the cheapest successors and predecessors a search looks at.
 NEIGHBOURS = 12
 # The budget: so many kicks for every segment, within bounds. It says how good the order is, not how long it takes.
-KICKS_PER_SEGMENT, KICKS_MIN, KICKS_MAX = 800, 10_000, 150_000
+KICKS_PER_SEGMENT, KICKS_MIN, KICKS_MAX = 800, 10_000, 60_000
 # Kicks between two looks at whether that is enough.
 RUN = 2000
 SEED = 20

@@ -16,7 +16,7 @@ from services.planner.way_times import COLUMNS, way_times
 from services.planner.ways import Turns, Ways, turned_round
 
 # Every node's nearest neighbours are timed exactly; of the nearest of these, short hops are tried as well.
-TIMED, HOPPED = 40, 6
+TIMED, HOPPED = 16, 4
 # Up to this many nodes all pairs are timed.
 ALL_NODES = 200
 # A segment is not painted twice, nor reached from itself.
@@ -74,11 +74,12 @@ def seconds_between(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, se
 
 def _rough(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways) -> Floats:
     """Seconds by the length of the words, with the turns driven at the speed that they are made for."""
-    rows = [np.array([(*e.pose, e.curvature_1pm) for e in side]) for side in (ends, begins)]
+    starts, goals = (np.array([(*e.pose, e.curvature_1pm) for e in side]) for side in (ends, begins))
     fast = ways.limits.transit_speed_mps
     tables = [
         lengths(
-            *rows,
+            starts,
+            goals,
             turns.curvature_1pm,
             turns.sharpness_1pm2,
             short_hops=False,

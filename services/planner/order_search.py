@@ -18,8 +18,8 @@ from services.planner.clothoid import Floats
 Ints = NDArray[np.int64]
 
 BLOCK = 6
-# Kicks swap two neighbouring blocks of at most this many segments.
-KICK = 50
+# Kicks swap two neighbouring blocks of at most this many segments; most of them smaller ones.
+KICK, KICK_NEAR = 50, 10
 GAIN = 1e-9
 
 
@@ -62,8 +62,9 @@ def improve(
         kept[:] = tour
         length = forth[n]
         i = 1 + _random(seed, 4 * k, n - 2)
-        j = i + 1 + _random(seed, 4 * k + 1, min(KICK, n - i - 1))
-        e = j + _random(seed, 4 * k + 2, min(KICK, n - j)) if j < n else i
+        reach = KICK if k % 4 == 0 else KICK_NEAR
+        j = i + 1 + _random(seed, 4 * k + 1, min(reach, n - i - 1))
+        e = j + _random(seed, 4 * k + 2, min(reach, n - j)) if j < n else i
         waiting = 0
         if e >= j:
             flips = _random(seed, 4 * k + 3, 4) == 0
@@ -99,7 +100,7 @@ def _random(seed: int, counter: int, below: int) -> int:
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     z = z ^ (z >> np.uint64(31))
-    return np.int64((z >> np.uint64(11)) % np.uint64(max(below, 1)))
+    return int((z >> np.uint64(11)) % np.uint64(max(below, 1)))
 
 
 @kernel

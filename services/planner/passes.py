@@ -32,7 +32,7 @@ def square_cap(curvature: float, sharpness: float, speed: float, limits: Floats)
         square = min(square, limits[LATERAL] / curvature)
     if sharpness > 0.0:
         square = min(square, limits[RIM_ACCELERATION] / (sharpness * limits[HALF_TRACK]))
-    return square
+    return float(square)
 
 
 @kernel
@@ -47,7 +47,7 @@ def gain(square: float, curvature: float, sharpness: float, length: float, limit
                 most = min(most, (rim - turning) / share)
             elif share < 0.0:
                 most = min(most, (-rim - turning) / share)
-    return max(most, 0.0)
+    return float(max(most, 0.0))
 
 
 @kernel
@@ -93,7 +93,7 @@ def spin_time(angle: float, limits: Floats) -> float:
     """Seconds to turn on the spot by |angle| (rad): the rims within acceleration and transit speed."""
     rate_gain = limits[ACCELERATION] / limits[HALF_TRACK]
     rate = min(limits[TRANSIT] / limits[HALF_TRACK], math.sqrt(rate_gain * angle))
-    return angle / rate + rate / rate_gain
+    return float(angle / rate + rate / rate_gain)
 
 
 @kernel

@@ -80,7 +80,7 @@ def plan(
 
     switches = actuation_profile(painted, speeds, vehicle)
     trajectory = trajectory_message(sent, speeds, switches)
-    report = measure(trajectory, sections, sent, speeds, vehicle)
+    report = measure(trajectory, drive, sections, sent, speeds, vehicle)
     progress("report", 1.0)
     return Plan(trajectory, report, sections, sent, painted, speeds, limits)
 

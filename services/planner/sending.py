@@ -10,6 +10,7 @@ from services.planner.clothoid import Piece, PiecePath
 from services.planner.fit_arcs import TOLERANCE_M, Cut, cut
 from services.planner.offset import Stroke
 from services.planner.route import Section
+from services.planner.runs import runs
 
 # What fits into one message of the bus.
 SENT_MAX = 100_000
@@ -19,7 +20,8 @@ SENT_MAX = 100_000
 class Sent:
     """One line or arc as it is sent.
 
-    `start_m` and `end_m` are arc lengths of what is sent, `ideal_from_m` and `ideal_to_m` of the ideal curve that it
+    The curve is as travelled; `direction` is −1 where the robot faces backward along it. A turn on the spot by `spin_rad`
+    is sent as a segment of its own, without length. `start_m` and `end_m` are arc lengths of what is sent, `ideal_from_m` and `ideal_to_m` of the ideal curve that it
     stands for; curvature (1/m) and sharpness (1/m²) are the largest magnitudes of both.
     """
 
@@ -33,6 +35,8 @@ class Sent:
     curvature_1pm: float
     sharpness_1pm2: float
     stroke: Stroke | None
+    direction: int = 1
+    spin_rad: float = 0.0
 
 
 def send(sections: list[Section], step: Callable[[float], None], tolerance_m: float = TOLERANCE_M) -> list[Sent]:
@@ -48,18 +52,24 @@ def send(sections: list[Section], step: Callable[[float], None], tolerance_m: fl
     sent: list[Sent] = []
     station = ideal = 0.0
     for i, section in enumerate(sections):
-        path, stroke = section.path, section.stroke
         following = sections[i + 1].path.start if i + 1 < len(sections) else None
-        for piece in [Cut(stroke.robot, 0.0, path.length_m)] if stroke else cut(path, following, tolerance_m):
-            end = station + piece.curve.length_m
-            curvature, sharpness = _largest(path, piece)
-            name = stroke.id if stroke else next(names)
-            span = (station, end, ideal + piece.ideal_from_m, ideal + piece.ideal_to_m)
-            sent.append(Sent(name, section.label, piece.curve, *span, curvature, sharpness, stroke))
-            station = end
+        for run in runs(section.path, following):
+            if run.spin_rad:
+                at = (station, station, ideal, ideal)
+                turned = Curve(run.path.start.x_m, run.path.start.y_m, run.path.start.heading_rad, 0.0, 0.0)
+                sent.append(Sent(next(names), section.label, turned, *at, 0.0, 0.0, None, 0, run.spin_rad))
+            stroke, whole = section.stroke, run.path.length_m
+            for piece in [Cut(stroke.robot, 0.0, whole)] if stroke else cut(run.path, run.goal, tolerance_m):
+                end = station + piece.curve.length_m
+                curvature, sharpness = _largest(run.path, piece)
+                name = stroke.id if stroke else next(names)
+                span = (station, end, ideal + piece.ideal_from_m, ideal + piece.ideal_to_m)
+                largest = (curvature, sharpness)
+                sent.append(Sent(name, section.label, piece.curve, *span, *largest, stroke, run.direction))
+                station = end
+            ideal += whole
         if len(sent) > SENT_MAX:
             raise PlanningError("", f"needs more than {SENT_MAX:,} lines and arcs", "split the template into several")
-        ideal += path.length_m
         step((i + 1) / len(sections))
     return sent
 

@@ -49,7 +49,7 @@ def way_time(start: Floats, goal: Floats, c: Floats, root: float, limits: Floats
     last = put(pieces, first + count, goal[PAD], 0.0, 0.0, 1.0)
     k = goal[PAINTED]
     last = put(pieces, last, abs(k) / goal[LEAD], 0.0, math.copysign(goal[LEAD], k), 1.0)
-    return path_time(pieces, last, start[SPEED], goal[SPEED], limits)
+    return float(path_time(pieces, last, start[SPEED], goal[SPEED], limits))
 
 
 @kernel

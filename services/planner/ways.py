@@ -118,14 +118,13 @@ class Ways:
     def _standing(self, start: CurveEnd, goal: CurveEnd, speeds: tuple[float, float]) -> list[Way]:
         """Ways with cusps and turns on the spot; before and after them the painted curve is carried on to brake."""
         room = max(self.limits.stopping_distance_m(speed) for speed in speeds) / BRAKING_SHARE
-        ways = []
-        for turns in self.turns:
-            if not isinstance(turns.method, Steering):
-                continue
-            for pieces in turns.method.ways(start, goal, room)[1:]:
-                if self._may(pieces):
-                    ways.append(Way(self.seconds(pieces, *speeds), PiecePath(start.pose, pieces)))
-        return ways
+        found = [
+            pieces
+            for turns in self.turns
+            if isinstance(turns.method, Steering)
+            for pieces in turns.method.ways(start, goal, room)[1:]
+        ]
+        return [Way(self.seconds(p, *speeds), PiecePath(start.pose, p)) for p in found if self._may(p)]
 
     def _may(self, pieces: Sequence[Piece]) -> bool:
         backward, spinning = any(p.direction < 0 for p in pieces), any(p.spin_rad for p in pieces)

@@ -163,7 +163,7 @@ def test_wheel_figures_agree_with_finite_differences() -> None:
     time = np.concatenate(([0.0], np.cumsum(2 * np.diff(ideal) / np.maximum(v[1:] + v[:-1], 1e-9))))
     rims = [v * (1 + side * curvature * VEHICLE.half_track_m) / VEHICLE.wheel_radius_m for side in (1, -1)]
     accelerations = [np.abs(np.diff(rim[moving]) / np.diff(time[moving])).max() for rim in rims]
-    _, wheel_speed, wheel_acceleration = wheels(planned.sections, planned.sent, planned.speeds, VEHICLE)
+    _, wheel_speed, wheel_acceleration, _ = wheels(planned.sections, planned.sent, planned.speeds, VEHICLE)
     assert wheel_speed == pytest.approx(np.max(rims), rel=1e-3)
     assert wheel_acceleration == pytest.approx(max(accelerations), rel=1e-2)
     assert wheel_speed <= VEHICLE.max_wheel_speed_radps * (1 + 1e-9)

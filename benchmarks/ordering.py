@@ -1,0 +1,141 @@
+"""Ordering against OR-Tools and PyVRP: the same matrix, the same seconds.
+
+Every segment can be painted either way, so the peers get what they offer for it: OR-Tools a disjunction of both
+directions, PyVRP a group of mutually exclusive clients. They are optional: `pip install .[bench]`.
+
+    python -m benchmarks.ordering [--seconds 2] [--only random-60]
+"""
+
+import argparse
+import sys
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from schemas.messages import PlanOptions
+from schemas.template import load_template
+from schemas.vehicle import Vehicle
+from services.planner.limits import Limits
+from services.planner.offset import modes
+from services.planner.order import Problem, ordered
+from services.planner.order_costs import NEVER_S, problem
+from services.planner.plan import ways_of
+
+SECONDS = 2.0
+# Seeds and sizes of the random instances; they are the same on every machine.
+RANDOM = ((25, 1), (60, 2), (150, 3), (300, 4), (500, 5))
+SCALE = 1000
+
+
+def random_lines(count: int, seed: int) -> Problem:
+    """Lines of 2 to 12 m, strewn over a square of 100 m; the cost is the straight way in metres."""
+    rng = np.random.default_rng(seed)
+    ends = rng.random((count, 2)) * 100.0
+    angle, length = rng.random(count) * 2.0 * np.pi, 2.0 + 10.0 * rng.random(count)
+    others = ends + length[:, None] * np.stack((np.cos(angle), np.sin(angle)), axis=1)
+    begin, end = np.concatenate((ends, others)), np.concatenate((others, ends))
+    cost = np.zeros((2 * count + 1, 2 * count + 1))
+    cost[:-1, :-1] = np.linalg.norm(end[:, None] - begin[None], axis=2)
+    segment = np.tile(np.arange(count), 2)
+    cost[:-1, :-1][segment[:, None] == segment[None, :]] = NEVER_S
+    return Problem(cost, segment, (np.arange(2 * count) + count) % (2 * count))
+
+
+def of_template(name: str) -> Problem:
+    """The matrix of times of a shipped template, circles begun where they are given."""
+    vehicle, options = Vehicle(), PlanOptions()
+    limits = Limits.of(vehicle, options)
+    choices = modes(load_template(name).segments, vehicle, limits.curvature_max_1pm)
+    return problem(choices, ways_of(vehicle, options, limits), None)
+
+
+def instances() -> dict[str, Callable[[], Problem]]:
+    """Name and maker of every instance."""
+    found: dict[str, Callable[[], Problem]] = {"soccer-11": lambda: of_template("soccer-11")}
+    for count, seed in RANDOM:
+        found[f"random-{count}"] = lambda count=count, seed=seed: random_lines(count, seed)
+    return found
+
+
+def ours(asked: Problem, seconds: float) -> float:
+    """Ours, stopped after so many seconds."""
+    end = time.perf_counter() + seconds
+    return asked.cost_of(ordered(asked, enough=lambda: time.perf_counter() > end, kicks=int(200_000 * seconds)))
+
+
+def ortools(asked: Problem, seconds: float) -> float:
+    """OR-Tools' routing with guided local search, the directions of a segment in a disjunction."""
+    from ortools.constraint_solver import pywrapcp, routing_enums_pb2
+
+    depot = len(asked.segment)
+    matrix = np.rint(np.minimum(asked.cost, NEVER_S) * SCALE).astype(np.int64).tolist()
+    manager = pywrapcp.RoutingIndexManager(depot + 1, 1, depot)
+    routing = pywrapcp.RoutingModel(manager)
+    transit = routing.RegisterTransitMatrix(matrix)
+    routing.SetArcCostEvaluatorOfAllVehicles(transit)
+    for k in range(asked.segments):
+        nodes = [manager.NodeToIndex(int(i)) for i in np.flatnonzero(asked.segment == k)]
+        routing.AddDisjunction(nodes, int(NEVER_S) * SCALE * 10, 1)
+    parameters = pywrapcp.DefaultRoutingSearchParameters()
+    parameters.first_solution_strategy = routing_enums_pb2.FirstSolutionStrategy.PATH_CHEAPEST_ARC
+    parameters.local_search_metaheuristic = routing_enums_pb2.LocalSearchMetaheuristic.GUIDED_LOCAL_SEARCH
+    parameters.time_limit.FromMilliseconds(int(1000 * seconds))
+    solution = routing.SolveWithParameters(parameters)
+    nodes, index = [], solution.Value(routing.NextVar(routing.Start(0)))
+    while not routing.IsEnd(index):
+        nodes.append(manager.IndexToNode(index))
+        index = solution.Value(routing.NextVar(index))
+    return checked(asked, nodes)
+
+
+def pyvrp(asked: Problem, seconds: float) -> float:
+    """PyVRP's iterated local search, the directions of a segment in a client group."""
+    from pyvrp import Client, ClientGroup, Depot, ProblemData, VehicleType, solve
+    from pyvrp.stop import MaxRuntime
+
+    depot = len(asked.segment)
+    order = [depot, *range(depot)]
+    matrix = np.rint(asked.cost[np.ix_(order, order)] * SCALE).astype(np.int64)
+    np.fill_diagonal(matrix, 0)
+    clients = [Client(0, 0, required=False, group=int(k)) for k in asked.segment]
+    groups = [ClientGroup([int(i) + 1 for i in np.flatnonzero(asked.segment == k)]) for k in range(asked.segments)]
+    data = ProblemData(clients, [Depot(0, 0)], [VehicleType(1)], [matrix], [np.zeros_like(matrix)], groups)
+    result = solve(data, stop=MaxRuntime(seconds), seed=1, display=False)
+    return checked(asked, [client - 1 for route in result.best.routes() for client in route.visits()])
+
+
+def checked(asked: Problem, nodes: list[int]) -> float:
+    """The cost of a peer's answer, by our matrix."""
+    if sorted(asked.segment[nodes].tolist()) != list(range(asked.segments)):
+        raise ValueError("not every segment is painted once")
+    return asked.cost_of(np.array(nodes))
+
+
+def main(arguments: Sequence[str] = ()) -> list[dict[str, Any]]:
+    """Print and return what each solver reaches on each instance."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seconds", type=float, default=SECONDS)
+    parser.add_argument("--only")
+    asked = parser.parse_args(list(arguments))
+    ordered(random_lines(5, 0), kicks=10)
+    rows = []
+    print(f"cost after {asked.seconds:g} s" + "".join(f"{name:>14}" for name in ("ours", "OR-Tools", "PyVRP")))
+    for name, make in instances().items():
+        if asked.only and asked.only != name:
+            continue
+        row: dict[str, Any] = {"instance": name}
+        for solver in (ours, ortools, pyvrp):
+            try:
+                row[solver.__name__] = solver(make(), asked.seconds)
+            except ImportError:
+                row[solver.__name__] = None
+        rows.append(row)
+        costs = (row[solver.__name__] for solver in (ours, ortools, pyvrp))
+        print(f"{name:<16}" + "".join(f"{'not here' if c is None else f'{c:.2f}':>14}" for c in costs), flush=True)
+    return rows
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
