@@ -8,11 +8,13 @@ import numpy as np
 import numpy.typing as npt
 
 from schemas.errors import TouchlineError
+from schemas.lettering import write
 from schemas.messages import TraversalStatus
 from schemas.scenario import Scenario
-from schemas.template import Template, load_template, parse_template, shipped_templates
+from schemas.template import LineSpec, Template, TemplateSegment, load_template, parse_template, shipped_templates
 from schemas.vehicle import Vehicle
-from services.planner.study import completeness, continuity, figures, pitch
+from services.drawings.hatch import hatch
+from services.planner.study import completeness, continuity, durations, figures, pitch
 from services.planner.study.corner import FINE_M, corner_trajectory
 from services.planner.study.drive import CONTESTANTS, DPP, OURS, STUDY_CCD, Contestant
 from services.planner.study.table import Row, as_csv, as_json, as_markdown
@@ -29,12 +31,13 @@ QUICK_SHARE = 0.2
 PLOT_SIGMAS_1PM2 = (0.6, 0.8, 1.0, 1.3, 1.7, 2.1, 2.5, 3.0, 4.0, 5.0, 7.0)
 CORNER_TARGET = 0.75
 COARSE_M = 1e-3
-# Not a line or arc of any field: a dot, a whole circle, and arcs that touch.
-ODDITIES = """{"name": "dot, circle, touching arcs", "segments": [
- {"id": "dot", "line": {"start": [0, 0], "end": [0.12, 0]}},
+POINTS_AND_CIRCLES = """{"name": "points and circles", "segments": [
+ {"id": "point", "line": {"start": [0, 0], "end": [0.12, 0]}},
  {"id": "circle", "arc": {"start": [5, 0], "center": [3, 0], "sweep_angle": 6.283185307179586}},
- {"id": "s1", "arc": {"start": [10, 0], "center": [10, 3], "sweep_angle": 1.5}},
- {"id": "s2", "arc": {"start": [14, 0], "center": [14, -3], "sweep_angle": -1.5}}]}"""
+ {"id": "arc-1", "arc": {"start": [10, 0], "center": [10, 3], "sweep_angle": 1.5}},
+ {"id": "arc-2", "arc": {"start": [14, 0], "center": [14, -3], "sweep_angle": -1.5}}]}"""
+TEXT, TEXT_HEIGHT_M = "STUDY 14", 4.0
+AREA_M = ((0.0, 0.0), (6.0, 0.0), (6.0, 3.0), (0.0, 3.0))
 
 
 @dataclass(frozen=True)
@@ -81,9 +84,9 @@ def run_study(pairs: int, quick: bool, progress: Progress) -> Study:
     rows.append(continuity.limit_row(field, ordered))
     rows.append(completeness.completeness_row(pairs, progress))
     rows += [_hardware_row(), _framework_row()]
-    durations = pitch.duration_rows(field, lambda done: progress("durations", done))
+    *times, sharpness = durations.duration_rows(field, lambda done: progress("durations", done))
     progress("lengths", 0.0)
-    rows += [*durations[:-1], *pitch.length_rows(field), completeness.random_length_row(pairs), durations[-1]]
+    rows += [*times, *pitch.length_rows(field), completeness.random_length_row(pairs), sharpness]
     corners = {}
     for done, contestant in enumerate(CONTESTANTS):
         progress("the robot in the corner", done / len(CONTESTANTS))
@@ -186,6 +189,14 @@ def _framework_row() -> Row:
 
 
 def _templates(quick: bool) -> dict[str, Template]:
+    """The shipped fields, and what is no line or arc of a field: points, circles, text, a filled area."""
     names = [FIELD] if quick else list(shipped_templates())
-    oddities = parse_template(ODDITIES, "oddities")
-    return {**{name: load_template(name) for name in names}, oddities.name: oddities}
+    shipped = {name: load_template(name) for name in names}
+    width = shipped[FIELD].line_width_m
+    text = Template(name="text", segments=tuple(write(TEXT, TEXT_HEIGHT_M, width)))
+    strokes = hatch([np.array(AREA_M)], width)
+    filled = tuple(
+        TemplateSegment(id=f"stroke-{i}", line=LineSpec(start=start, end=end)) for i, (start, end) in enumerate(strokes)
+    )
+    others = [parse_template(POINTS_AND_CIRCLES), text, Template(name="filled area", segments=filled)]
+    return shipped | {other.name: other for other in others}

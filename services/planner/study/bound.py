@@ -1,0 +1,27 @@
+"""How fast any order could be: straight hops at full speed from line to line, without turning or gathering speed."""
+
+import numpy as np
+
+from services.planner.offset import modes
+from services.planner.order import Problem, ordered
+from services.planner.order_costs import NEVER_S, nodes_of
+from services.planner.study.drive import STUDY_SPEED_MPS
+from services.planner.study.pitch import Pitch
+
+
+def straight_hops_s(pitch: Pitch) -> float:
+    """Seconds for the best order found if the robot could hop straight from each line's end to the next one's start.
+
+    Lines are painted at 1.5 m/s either way round, circles from anywhere, hops driven at the wheels' limit. No planner
+    comes below the optimum of this; what is returned is at or just above it.
+    """
+    tightest = 1.0 / pitch.vehicle.half_track_m
+    nodes, segment, flip = nodes_of(modes(pitch.template.segments, pitch.vehicle, tightest, free=True))
+    begin = np.array([node.begin.pose.point for node in nodes])
+    end = np.array([node.end.pose.point for node in nodes])
+    cost = np.zeros((len(nodes) + 1, len(nodes) + 1))
+    cost[:-1, :-1] = np.abs(begin[None, :] - end[:, None]) / pitch.vehicle.max_rim_speed_mps
+    cost[:-1, :-1][segment[:, None] == segment[None, :]] = NEVER_S
+    cost[:, :-1] += [node.robot.length_m / STUDY_SPEED_MPS for node in nodes]
+    problem = Problem(cost, segment, flip)
+    return problem.cost_of(ordered(problem))

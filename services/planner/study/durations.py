@@ -1,0 +1,120 @@
+"""Rows 11 and 13: how long everyone takes on the same field, and whether ours does so with dκ/ds ≤ 3.00.
+
+DPP and the study's CCD drive at 1.5 m/s throughout, as in the study, though no wheel could follow their steps. Ours
+paints at 1.5 m/s and is timed under the wheels' limits. Run-in and run-out are left out for all.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from services.planner.plan import Plan
+from services.planner.study.bound import straight_hops_s
+from services.planner.study.drive import DPP, STUDY_CCD, STUDY_KAPPA_1PM, STUDY_SPEED_MPS
+from services.planner.study.pitch import STUDY_SIGMA_1PM2, Pitch
+from services.planner.study.table import Row
+
+IDEAL_SIGMA_1PM2 = 3.0
+# How long the study's DPP took on its own pitch.
+STUDY_DPP_S = 18 * 60 + 41
+
+Options = dict[str, str | float]
+
+
+class Case(NamedTuple):
+    """One of row 11's targets: its letter, what is asked, at least so much below DPP, and ours' order and speed."""
+
+    letter: str
+    requirement: str
+    below: float
+    order: str
+    transit_speed_mps: float
+
+    @property
+    def options(self) -> Options:
+        """For ours."""
+        return {"order": self.order, "transit_speed_mps": self.transit_speed_mps}
+
+    @property
+    def must(self) -> str:
+        """The target as text."""
+        return f"≥ {self.below:.0%} below DPP" if self.below else "below DPP"
+
+
+def cases(pitch: Pitch) -> tuple[Case, ...]:
+    """Row 11's targets."""
+    wheels = pitch.vehicle.max_rim_speed_mps
+    return (
+        Case("a", "total time, everything at most 1.5 m/s", 0.0, "given", STUDY_SPEED_MPS),
+        Case("b", "total time, transit up to the wheels", 0.05, "given", wheels),
+        Case("c", "total time, transit up to the wheels, ordered", 0.35, "optimised", wheels),
+    )
+
+
+def painting_seconds(planned: Plan) -> float:
+    """From the start of the first painted line to the end of the last."""
+    first, last = planned.painted[0], planned.painted[-1]
+    return planned.speeds.time_at(last.end_m) - planned.speeds.time_at(first.start_m)
+
+
+def duration_rows(pitch: Pitch, step: Callable[[float], None] = lambda fraction: None) -> list[Row]:
+    """Rows 11a to 11c, 11c once more for another order of the template, and 13."""
+    same = painting_seconds(
+        pitch.plan(
+            order="given",
+            transit_speed_mps=STUDY_SPEED_MPS,
+            kappa_max_1pm=STUDY_KAPPA_1PM,
+            sigma_max_1pm2=IDEAL_SIGMA_1PM2,
+        )
+    )
+    dpp = pitch.drive(DPP).seconds(STUDY_SPEED_MPS)
+    bound = straight_hops_s(pitch)
+    notes = {
+        "a": f"with the study's κ_max = 1.125 for ours too, and σ_max = 3.0: {same:.1f} s ({same / dpp - 1.0:+.2%}); "
+        "else ours takes κ and σ from the wheels' limits, point by point.",
+        "c": f"hopping straight from line to line at {pitch.vehicle.max_rim_speed_mps:g} m/s, without turning or "
+        f"gathering speed, the best order found takes {bound:.1f} s ({bound / dpp - 1.0:+.1%}): the template's order "
+        "leaves no room for the target.",
+    }
+    rows = []
+    gentle: list[tuple[Case, float]] = []
+    sharpest = 0.0
+    asked = cases(pitch)
+    for done, case in enumerate(asked):
+        rows.append(_row(pitch, case, f"11{case.letter}", notes.get(case.letter, "")))
+        softly = pitch.plan(sigma_max_1pm2=IDEAL_SIGMA_1PM2, **case.options)
+        gentle.append((case, painting_seconds(softly) / dpp - 1.0))
+        sharpest = max(sharpest, softly.report.max_sharpness_1pm2)
+        step((done + 1) / (len(asked) + 1))
+    rows.append(_row(pitch.in_order_of_the_law(), asked[-1], "11c, Law 1", _LAW_NOTE))
+    return [*rows, _sharpness_row(gentle, sharpest)]
+
+
+_LAW_NOTE = (
+    "the template's lines in the order in which Law 1 of the game describes them, instead of one optimised by hand. "
+    f"The study's own pitch lies in between: its DPP took {STUDY_DPP_S} s."
+)
+
+
+def _row(pitch: Pitch, case: Case, number: str, note: str) -> Row:
+    dpp, theirs = (pitch.drive(contestant).seconds(STUDY_SPEED_MPS) for contestant in (DPP, STUDY_CCD))
+    ours = painting_seconds(pitch.plan(**case.options))
+    figures = {"dpp_s": dpp, "study_ccd_s": theirs, "ours_s": ours, "ours_share": ours / dpp - 1.0}
+    texts = (f"{dpp:.1f} s", _against(theirs, dpp), _against(ours, dpp))
+    return Row(number, case.requirement, texts, case.must, ours < dpp * (1.0 - case.below), figures, note)
+
+
+def _against(seconds: float, dpp: float) -> str:
+    return f"{seconds:.1f} s ({seconds / dpp - 1.0:+.1%})"
+
+
+def _sharpness_row(gentle: list[tuple[Case, float]], sharpest: float) -> Row:
+    met = [share < -case.below if case.below == 0.0 else share <= -case.below for case, share in gentle]
+    return Row(
+        "13",
+        "dκ/ds",
+        ("∞ (steps)", f"{STUDY_SIGMA_1PM2:.1f} m⁻², ∞ at arcs", f"{sharpest:.2f} m⁻²"),
+        "≤ 3.00 m⁻² while meeting 11",
+        sharpest <= IDEAL_SIGMA_1PM2 * (1 + 1e-9) and all(met),
+        {"ours_max_sharpness_1pm2": sharpest, **{f"ours_11{case.letter}_share": share for case, share in gentle}},
+        "11 with σ_max = 3.0: " + ", ".join(f"{case.letter} {share:+.1%}" for case, share in gentle),
+    )
