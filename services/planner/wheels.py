@@ -62,7 +62,10 @@ def wheel_series(plan: Plan, vehicle: Vehicle, step_m: float = 0.01) -> WheelSer
     curvature = curvature + sharpness * (ideal - (ends[index] - length))
     squares = np.square(plan.speeds.speed_mps)
     entry = np.clip(np.searchsorted(knots, station, side="right") - 1, 0, len(knots) - 2)
-    gain = ((squares[1:] - squares[:-1]) / (2.0 * np.diff(knots)))[entry]
+    # As in the plan's report: v² over the ideal curve, which is a little longer than the arcs that stand for it.
+    cut = np.clip(np.searchsorted(sent_at, station) - 1, 0, len(plan.sent) - 1)
+    shorter = np.divide(np.diff(sent_at), np.diff(ideal_at), out=np.ones(len(plan.sent)), where=np.diff(ideal_at) > 0.0)
+    gain = ((squares[1:] - squares[:-1]) / (2.0 * np.diff(knots)))[entry] * shorter[cut]
     square = np.interp(station, knots, squares)
     speed = np.sqrt(square)
     left = plan.speeds.time_s + plan.speeds.dwell_s
