@@ -22,6 +22,7 @@ STEP_M = 0.05
 # Ways between lines get an arrow this often; shorter ones than the second figure get none.
 ARROW_EVERY_M, ARROW_MIN_M = 12.0, 1.0
 WIDTH_IN, HEIGHT_MAX_IN, MARGIN_SHARE, DPI = 11.0, 11.0, 0.03, 160
+COLOUR_BAR_IN = 1.6
 
 GRASS, PAINT, INK = "#dfe9d8", "#ffffff", "#26332a"
 NOZZLE, CENTRE, TRANSITION, RUN = "#1769aa", "#6b8fb3", "#d9480f", "#7b4fa3"
@@ -44,7 +45,8 @@ def plot_plan(
 
     low, high = _bounds(plan)
     width, height = high - low
-    size = (WIDTH_IN, min(max(WIDTH_IN * height / width, 3.0) + 1.3, HEIGHT_MAX_IN))
+    drawn = WIDTH_IN if colour == "plain" else WIDTH_IN - COLOUR_BAR_IN
+    size = (WIDTH_IN, min(max(drawn * height / width, 3.0) + 1.3, HEIGHT_MAX_IN))
     with rc_context({"svg.hashsalt": "touchline", "font.size": 9, "axes.edgecolor": INK}):
         figure = Figure(figsize=size, layout="constrained")
         axes = figure.add_subplot()
@@ -160,7 +162,8 @@ def _path_points(path: PiecePath) -> Floats:
 
 def _curve_points(curve: Curve) -> tuple[Floats, Floats]:
     """Points and left normals, (2, n) each."""
-    x, y, heading, _ = curve.at(_stations(curve.length_m))
+    straight = curve.curvature_1pm == 0.0
+    x, y, heading, _ = curve.at(np.linspace(0.0, curve.length_m, 3) if straight else _stations(curve.length_m))
     return np.stack((x, y)), np.stack((-np.sin(heading), np.cos(heading)))
 
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.collections import LineCollection
 
-STEP_M = 0.05
+STEP_M = 0.1
 PAINTED_PT, WAY_PT, CASING_PT = 3.0, 1.5, 5.0
 # Values are drawn in so many steps, so that a straight is one line and not hundreds.
 LEVELS = 96
