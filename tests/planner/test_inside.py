@@ -146,7 +146,7 @@ def test_a_line_that_cannot_be_painted_is_named() -> None:
 
 def test_a_template_outside_its_boundary_is_refused_by_the_first_line() -> None:
     template = Template(name="out", segments=lines((20, 20, 28, 20)), boundary=box((-5, -5), (5, 5)))
-    with pytest.raises(PlanningError, match='segment "s0" cannot be painted: .*"boundary"'):
+    with pytest.raises(PlanningError, match=r'segment "s0" cannot be painted: .*"boundary"'):
         plan(template, VEHICLE)
 
 
