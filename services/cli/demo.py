@@ -32,7 +32,7 @@ def demo(
     if sys.stdin.isatty() and sys.stdout.isatty() and not headless:
         _in_console()
         return
-    figures = run_job(_TEMPLATE, speed=-1.0, robot=[], options=plan_options(Method.CCD, 0, 0, 0, 0), record=_RECORDING)
+    figures = run_job(_TEMPLATE, speed=-1.0, robot=[], options=plan_options(Method.G2, 0, 0, 0, 0), record=_RECORDING)
     print_figures(f"{load_template(_TEMPLATE).title}, painted", figures)
     if not figures["success"]:
         sys.exit(ExitCode.FAILED)

@@ -23,6 +23,7 @@ class ExitCode(IntEnum):
 class Method(StrEnum):
     """Transition methods."""
 
+    G2 = "g2"
     CCD = "ccd"
     DUBINS_PADDED = "dubins-padded"
 
@@ -46,7 +47,10 @@ TemplateArgument = Annotated[
     typer.Argument(help="A shipped template's name (see `touchline templates`) or a JSON file.", show_default=False),
 ]
 MethodOption = Annotated[
-    Method, typer.Option(help="How painted lines are joined: curvature-continuous, or plain Dubins with padding.")
+    Method,
+    typer.Option(
+        help="How painted lines are joined: the shortest curvature-continuous way, turning circles, or padded Dubins."
+    ),
 ]
 KappaOption = Annotated[
     float, typer.Option("--kappa-max", help="Largest curvature of a turn, 1/m; 0: the vehicle's.", show_default=False)

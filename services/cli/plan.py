@@ -36,7 +36,7 @@ def register(app: typer.Typer) -> None:
 
 def plan(
     template: TemplateArgument,
-    method: MethodOption = Method.CCD,
+    method: MethodOption = Method.G2,
     kappa_max: KappaOption = 0.0,
     sigma_max: SigmaOption = 0.0,
     paint_speed: PaintSpeedOption = 0.0,

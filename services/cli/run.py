@@ -74,7 +74,7 @@ def run(
     seed: SeedOption = 1,
     follower: FollowerOption = Follower.MPC,
     noise: NoiseOption = Noise.DEFAULT,
-    method: MethodOption = Method.CCD,
+    method: MethodOption = Method.G2,
     record: Annotated[
         Path | None, typer.Option(help="Record the session to this MCAP file.", show_default=False)
     ] = None,

@@ -17,15 +17,22 @@ from services.planner.method import TransitionMethod
 from services.planner.offset import strokes
 from services.planner.output import Sent, send, trajectory_message
 from services.planner.route import Section, route
-from services.planner.steering.steer import Steering
 from services.planner.timing import Cap, SpeedProfile, Steady, speed_profile
 
+
+def _steering(limits: Limits) -> TransitionMethod:
+    # Compiled kernels take half a second to load, which nobody should wait for before there is something to plan.
+    from services.planner.steering.steer import Steering
+
+    return Steering(limits.curvature_max_1pm, limits.sharpness_max_1pm2)
+
+
 METHODS: dict[str, Callable[[Limits], TransitionMethod]] = {
-    Steering.name: lambda limits: Steering(limits.curvature_max_1pm, limits.sharpness_max_1pm2),
+    "g2": _steering,
     ContinuousDubins.name: lambda limits: ContinuousDubins(limits.curvature_max_1pm, limits.sharpness_max_1pm2),
     PaddedDubins.name: lambda limits: PaddedDubins(limits.curvature_max_1pm),
 }
-DEFAULT_METHOD = Steering.name
+DEFAULT_METHOD = "g2"
 
 # A start pose further out than this (m) is a mistake.
 START_MAX = 20_000.0

@@ -3,6 +3,7 @@
 import cmath
 import csv
 import math
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -54,7 +55,7 @@ def check(way: tuple[Piece, ...], start: CurveEnd, goal: CurveEnd, curvature: fl
 
 def cusps(way: tuple[Piece, ...]) -> int:
     directions = [1, *(piece.direction for piece in way if not piece.spin_rad), 1]
-    return sum(a != b for a, b in zip(directions, directions[1:], strict=False))
+    return sum(a != b for a, b in pairwise(directions))
 
 
 def reference_rows() -> list[dict[str, float]]:
@@ -111,8 +112,6 @@ def test_all_ways_join_any_poses_and_curvatures(ends: tuple[CurveEnd, CurveEnd, 
     assert ways[0] == steering.between(start, goal)
     for way in ways:
         check(way, start, goal, curvature, sharpness)
-    counts = [cusps(way) for way in ways[1:] if not any(piece.spin_rad for piece in way)]
-    assert counts == sorted(counts)
     for way in ways[1:] if room else ():
         for end, piece in ((start, way[0]), (goal, way[-1])):
             assert piece.length_m >= room - TOLERANCE
@@ -139,13 +138,25 @@ def test_short_hops_do_not_wind_round() -> None:
     assert PiecePath(start.pose, way).length_m == pytest.approx(6.5947, abs=1e-3)
 
 
-@given(floats(-1.125, 1.125), floats(-1.125, 1.125), floats(0.1, 3.0))
-def test_a_clothoid_between_two_curvatures_is_found(k_from: float, k_to: float, share: float) -> None:
-    sharpness = 2.1
-    steep = Piece(abs(k_to - k_from) / sharpness, k_from, math.copysign(sharpness, k_to - k_from))
-    goal = PiecePath(ORIGIN, (steep,)).end
-    way = Steering(1.125, sharpness).between(CurveEnd(ORIGIN, k_from), CurveEnd(goal, k_to))
-    assert PiecePath(ORIGIN, way).length_m <= steep.length_m * (1 + 1e-6) + 1e-6
+@pytest.mark.parametrize("bent_ends", [False, True])
+def test_hardly_any_way_that_can_be_drawn_is_shorter(bent_ends: bool) -> None:
+    """Random profiles of less than full sharpness are feasible ways; ours are as short but for a few in a thousand."""
+    rng = np.random.default_rng(7)
+    curvature, sharpness = 1.125, 2.1
+    steering = Steering(curvature, sharpness)
+    longer = 0
+    for _ in range(1000):
+        ends = rng.uniform(-curvature, curvature, 2) * bent_ends
+        inner = rng.choice([-1.0, -0.5, 0.0, 0.5, 1.0], rng.integers(1, 5)) * curvature
+        drawn: list[Piece] = []
+        for k, following in pairwise([float(ends[0]), *inner.tolist(), float(ends[1])]):
+            share = math.copysign(rng.uniform(0.4, 0.95) * sharpness, following - k)
+            drawn += [Piece((following - k) / share, k, share), Piece(rng.exponential(0.4), following)]
+        path = PiecePath(ORIGIN, tuple(drawn))
+        start, goal = CurveEnd(ORIGIN, float(ends[0])), CurveEnd(path.end, float(ends[1]))
+        way = PiecePath(ORIGIN, steering.between(start, goal))
+        longer += way.length_m > path.length_m * 1.01
+    assert longer <= 5
 
 
 def test_curvatures_above_what_a_way_may_have_are_left_first() -> None:

@@ -178,7 +178,7 @@ def test_a_curve_in_parts_is_carried_on(method: TransitionMethod, start: Pose, c
     path = transition(method, CurveEnd(start, curvature), CurveEnd(curve.end, curvature))
     # A long bow may be cut short, but nothing winds about.
     assert path.length_m <= length + 1e-8
-    assert path.length_m == pytest.approx(length, abs=1e-8) or length > 0.5
+    assert path.length_m == pytest.approx(length, rel=1e-2, abs=1e-8) or length > 0.5
     assert miss(path, curve.end) < ENDS_TOLERANCE
 
 
