@@ -48,9 +48,7 @@ TemplateArgument = Annotated[
 ]
 MethodOption = Annotated[
     Method,
-    typer.Option(
-        help="How painted lines are joined: the shortest curvature-continuous way, turning circles, or padded Dubins."
-    ),
+    typer.Option(help="How painted lines are joined: by the shortest smooth ways, turning circles, or padded Dubins."),
 ]
 KappaOption = Annotated[
     float, typer.Option("--kappa-max", help="Largest curvature of a turn, 1/m; 0: the vehicle's.", show_default=False)

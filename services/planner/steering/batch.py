@@ -6,15 +6,15 @@ than a microsecond each, and the same or a few per cent more but for goals withi
 with the near pairs measured once more as hops, is what an ordering of many segments needs.
 """
 
-import cmath
 import math
 
 import numpy as np
 
 from schemas.jit import kernel
-from services.planner.clothoid import Floats, Piece
+from services.planner.clothoid import Floats
 from services.planner.steering.circles import circle, shortest_word
 from services.planner.steering.forward import shortest_forward
+from services.planner.steering.spiral import steep_ramp, unit
 
 # Columns of a pose's figures: position, direction, heading, curvature, and the length of ramps that they leave out.
 _X, _Y, _COS, _SIN, _HEADING, _CURVATURE, _LEFT_OUT = range(7)
@@ -67,26 +67,26 @@ def _prepared(
 
 
 def _figures(poses: Floats, root: float, curvature_cap: float, *, leaving: bool) -> Floats:
-    """Figures (n, 7) of poses (n, 4) in units of unit sharpness, after ramps (before, if not `leaving`) to the cap."""
     table = np.empty((len(poses), 7))
-    cache: dict[float, tuple[complex, float, float, float]] = {}
-    for row, (x, y, heading, curvature) in zip(table, poses.tolist(), strict=True):
-        k = curvature / root
-        if k not in cache:
-            cache[k] = _ramp_to_cap(k, curvature_cap)
-        move, turn, capped, left_out = cache[k]
-        # A ramp into a goal is the mirror image, seen from the goal, of the ramp out of a start of its curvature.
-        point = complex(x, y) * root + cmath.rect(1.0, heading) * (move if leaving else -move.conjugate())
-        heading += turn if leaving else -turn
-        row[:] = point.real, point.imag, math.cos(heading), math.sin(heading), heading, capped, left_out
+    _fill_figures(np.asarray(poses, dtype=np.float64), root, curvature_cap, leaving, table)
     return table
 
 
-def _ramp_to_cap(k: float, cap: float) -> tuple[complex, float, float, float]:
-    """Displacement, turn, curvature after it, and length of the ramp from curvature `k` down to within ±`cap`."""
-    capped = math.copysign(min(abs(k), cap), k)
-    ramp = Piece(abs(k - capped), k, math.copysign(1.0, -k))
-    return ramp.displacement_at(ramp.length_m), ramp.turn_at(ramp.length_m), capped, ramp.length_m
+@kernel
+def _fill_figures(poses: Floats, root: float, curvature_cap: float, leaving: bool, table: Floats) -> None:
+    """Figures (n, 7) of poses (n, 4) in units of unit sharpness, after ramps (before, if not `leaving`) to the cap."""
+    for i in range(len(poses)):
+        k, heading = poses[i, 3] / root, poses[i, 2]
+        capped = math.copysign(min(abs(k), curvature_cap), k)
+        move, turn = steep_ramp(k, capped)
+        if not leaving:
+            # A ramp into a goal is the mirror image, seen from the goal, of the ramp out of a start of its curvature.
+            move, turn = -move.conjugate(), -turn
+        point = complex(poses[i, 0], poses[i, 1]) * root + unit(heading) * move
+        heading += turn
+        table[i, _X], table[i, _Y] = point.real, point.imag
+        table[i, _COS], table[i, _SIN] = math.cos(heading), math.sin(heading)
+        table[i, _HEADING], table[i, _CURVATURE], table[i, _LEFT_OUT] = heading, capped, abs(k - capped)
 
 
 @kernel
