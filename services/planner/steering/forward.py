@@ -11,12 +11,14 @@ import numpy as np
 
 from schemas.jit import kernel
 from services.planner.clothoid import Floats
-from services.planner.steering.circles import LIMIT, RADIUS, TAU, shortest_word, word_table
+from services.planner.steering.circles import LIMIT, RADIUS, TAU, cost, shortest_word, word_table
 from services.planner.steering.profile import AMOUNT, DIRECTION, STRAIGHT, UNKNOWN, amount_of, solve
 from services.planner.steering.spiral import ramp, unit
 
 # A profile must be this much shorter to replace an earlier one, so that ties do not depend on rounding.
 TIE = 1e-10
+# A word this much longer than the best one is not polished: it gains little more than the ramps at its ends.
+POLISH_MARGIN = 2.0
 BENDS_ONLY, WITH_A_STRAIGHT, WORDS = range(3)
 
 # Deflections (rad) of the bends; in BEND_STRAIGHT_BEND the middle one is a length. All are used to both sides and in
@@ -135,6 +137,9 @@ def polished_words(
         if table[row, 1] == math.inf:
             continue
         straight = row % 4 < 2
+        word = (abs(table[row, 0]), abs(table[row, 1]), abs(table[row, 2]))
+        if cost(word, straight, 1.0, c) > best + POLISH_MARGIN:
+            continue
         # The first bend takes the ramp to straight in, the last one the ramp from straight.
         for i in range(3):
             u[i] = amount_of(table[row, i] + _ramp_deflection(table[row, i], i, ends), limit)
