@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from services.planner.ccd import ContinuousDubins
 from services.planner.clothoid import Floats, Piece, PiecePath, Pose
 from services.planner.method import CurveEnd, before, through_straights
-from services.planner.steering.batch import lengths, pair_lengths
+from services.planner.steering.batch import cusp_lengths, lengths, pair_lengths
 from services.planner.steering.reversing import CUSPS, ELEMENTS, MAX_CUSPS
 from services.planner.steering.spiral import CURVATURE_CAP, ramp, spiral
 from services.planner.steering.steer import Steering
@@ -228,6 +228,19 @@ def test_batch_lengths_are_those_of_single_ways(box_m: float) -> None:
             assert words[i, j] == pytest.approx(PiecePath(start.pose, plain).length_m, abs=TOLERANCE)
     assert np.array_equal(pair_lengths(starts, goals[:12], curvature, sharpness), np.diag(hops[:, :12]))
     assert np.all(hops <= words + TOLERANCE)
+
+
+def test_batch_lengths_with_cusps_are_those_of_single_ways() -> None:
+    curvature, sharpness = 1.125, 2.1
+    starts, goals = random_rows(20, 5.0, curvature), random_rows(21, 5.0, curvature)[:20]
+    table = cusp_lengths(starts, goals, curvature, sharpness)
+    assert table.shape == (20, MAX_CUSPS + 1)
+    assert np.array_equal(table[:, 0], pair_lengths(starts, goals, curvature, sharpness))
+    for s, g, row in zip(starts.tolist(), goals.tolist(), table, strict=True):
+        start, goal = CurveEnd(Pose(*s[:3]), s[3]), CurveEnd(Pose(*g[:3]), g[3])
+        for way in Steering(curvature, sharpness).ways(start, goal):
+            if not any(piece.spin_rad for piece in way):
+                assert PiecePath(start.pose, way).length_m == pytest.approx(row[cusps(way)], abs=TOLERANCE)
 
 
 def test_weighted_turns_are_the_dearer_part_of_the_length() -> None:

@@ -14,6 +14,7 @@ from schemas.jit import kernel
 from services.planner.clothoid import Floats
 from services.planner.steering.circles import circle, shortest_word
 from services.planner.steering.forward import shortest_forward
+from services.planner.steering.reversing import MAX_CUSPS, shortest_reversing
 from services.planner.steering.spiral import steep_ramp, unit
 
 # Columns of a pose's figures: position, direction, heading, curvature, and the length of ramps that they leave out.
@@ -53,6 +54,18 @@ def pair_lengths(
     root, c, left, reached = _prepared(starts, goals, curvature_max_1pm, sharpness_max_1pm2, short_hops)
     out = np.empty(len(starts))
     _fill_pairs(left, reached, c, short_hops, turn_weight, out)
+    return out / root
+
+
+def cusp_lengths(starts: Floats, goals: Floats, curvature_max_1pm: float, sharpness_max_1pm2: float) -> Floats:
+    """Lengths (m) (n, MAX_CUSPS + 1) of the shortest way with each number of cusps between the poses of each row.
+
+    Column 0, without cusps, is `pair_lengths` with short hops; infinite where there is no way with so many. They are
+    those of `Steering.ways` without room, of which a longer one with more cusps is left out. About a millisecond each.
+    """
+    root, c, left, reached = _prepared(starts, goals, curvature_max_1pm, sharpness_max_1pm2, True)
+    out = np.empty((len(starts), MAX_CUSPS + 1))
+    _fill_cusps(left, reached, c, out)
     return out / root
 
 
@@ -103,15 +116,33 @@ def _fill_pairs(starts: Floats, goals: Floats, c: Floats, short_hops: bool, weig
 
 
 @kernel
+def _fill_cusps(starts: Floats, goals: Floats, c: Floats, out: Floats) -> None:
+    amounts, rows = np.empty((MAX_CUSPS + 1, 3)), np.empty(MAX_CUSPS + 1, np.int64)
+    for i in range(len(starts)):
+        s, g = starts[i], goals[i]
+        ends = np.array([s[_CURVATURE], g[_CURVATURE]])
+        z, turn = _seen(s, g), g[_HEADING] - s[_HEADING]
+        shortest_reversing(ends, z, turn, c[0], out[i], amounts, rows)
+        out[i, 0], _ = shortest_forward(ends, z, turn, c, True, amounts[0])
+        out[i] += s[_LEFT_OUT] + g[_LEFT_OUT]
+
+
+@kernel
+def _seen(s: Floats, g: Floats) -> complex:
+    """The goal's position in the frame of the start."""
+    dx, dy = g[_X] - s[_X], g[_Y] - s[_Y]
+    return complex(dx * s[_COS] + dy * s[_SIN], dy * s[_COS] - dx * s[_SIN])
+
+
+@kernel
 def _length(s: Floats, g: Floats, c: Floats, short_hops: bool, weight: float) -> float:
     """Length of one way in units of unit sharpness, for the figures of its start and goal."""
-    dx, dy = g[_X] - s[_X], g[_Y] - s[_Y]
-    x, y = dx * s[_COS] + dy * s[_SIN], dy * s[_COS] - dx * s[_SIN]
+    z = _seen(s, g)
     turn = g[_HEADING] - s[_HEADING]
     left_out = s[_LEFT_OUT] + g[_LEFT_OUT]
     if short_hops:
         ends, amounts = np.array([s[_CURVATURE], g[_CURVATURE]]), np.empty(3)
-        length, _ = shortest_forward(ends, complex(x, y), turn, c, True, amounts)
+        length, _ = shortest_forward(ends, z, turn, c, True, amounts)
         return float(left_out + length)
     cos, sin = g[_COS] * s[_COS] + g[_SIN] * s[_SIN], g[_SIN] * s[_COS] - g[_COS] * s[_SIN]
-    return float(weight * left_out + shortest_word(x, y, cos, sin, turn, c, weight))
+    return float(weight * left_out + shortest_word(z.real, z.imag, cos, sin, turn, c, weight))
