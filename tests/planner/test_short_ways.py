@@ -3,7 +3,7 @@
 import cmath
 import csv
 import math
-from itertools import pairwise
+from itertools import groupby, pairwise
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +15,7 @@ from services.planner.ccd import ContinuousDubins
 from services.planner.clothoid import Floats, Piece, PiecePath, Pose
 from services.planner.method import CurveEnd, before, through_straights
 from services.planner.steering.batch import cusp_lengths, lengths, pair_lengths
-from services.planner.steering.reversing import CUSPS, ELEMENTS, MAX_CUSPS
+from services.planner.steering.reversing import CUSPS, ELEMENTS, MAX_CUSPS, STRETCH_MIN_M
 from services.planner.steering.spiral import CURVATURE_CAP, ramp, spiral
 from services.planner.steering.steer import Steering
 from tests.planner.strategies import floats, limits, pose_pairs
@@ -184,6 +184,17 @@ def test_going_back_a_little_is_reversing() -> None:
     start, goal = CurveEnd(ORIGIN, 0.0), CurveEnd(Pose(-1.0, 0.0, 0.0), 0.0)
     ways = Steering(1.125, 2.1).ways(start, goal)
     assert min(PiecePath(ORIGIN, way).length_m for way in ways) == pytest.approx(1.0, abs=1e-9)
+
+
+@given(end_pairs())
+@settings(max_examples=50)
+def test_no_stretch_between_standstills_is_too_short_to_drive(ends: tuple[CurveEnd, CurveEnd, float, float]) -> None:
+    start, goal, curvature, sharpness = ends
+    for way in Steering(curvature, sharpness).ways(start, goal):
+        if any(piece.spin_rad for piece in way) or not cusps(way):
+            continue
+        stretches = [sum(p.length_m for p in stretch) for _, stretch in groupby(way, key=lambda p: p.direction)]
+        assert min(stretches) >= STRETCH_MIN_M * (1 - 1e-9)
 
 
 def test_every_count_of_cusps_fits_its_table() -> None:

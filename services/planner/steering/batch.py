@@ -14,7 +14,7 @@ from schemas.jit import kernel
 from services.planner.clothoid import Floats
 from services.planner.steering.circles import circle, shortest_word
 from services.planner.steering.forward import shortest_forward
-from services.planner.steering.reversing import MAX_CUSPS, shortest_reversing
+from services.planner.steering.reversing import MAX_CUSPS, STRETCH_MIN_M, shortest_reversing
 from services.planner.steering.spiral import steep_ramp, unit
 
 # Columns of a pose's figures: position, direction, heading, curvature, and the length of ramps that they leave out.
@@ -65,7 +65,7 @@ def cusp_lengths(starts: Floats, goals: Floats, curvature_max_1pm: float, sharpn
     """
     root, c, left, reached = _prepared(starts, goals, curvature_max_1pm, sharpness_max_1pm2, True)
     out = np.empty((len(starts), MAX_CUSPS + 1))
-    _fill_cusps(left, reached, c, out)
+    _fill_cusps(left, reached, c, STRETCH_MIN_M * root, out)
     return out / root
 
 
@@ -116,13 +116,13 @@ def _fill_pairs(starts: Floats, goals: Floats, c: Floats, short_hops: bool, weig
 
 
 @kernel
-def _fill_cusps(starts: Floats, goals: Floats, c: Floats, out: Floats) -> None:
+def _fill_cusps(starts: Floats, goals: Floats, c: Floats, stretch_min: float, out: Floats) -> None:
     amounts, rows = np.empty((MAX_CUSPS + 1, 3)), np.empty(MAX_CUSPS + 1, np.int64)
     for i in range(len(starts)):
         s, g = starts[i], goals[i]
         ends = np.array([s[_CURVATURE], g[_CURVATURE]])
         z, turn = _seen(s, g), g[_HEADING] - s[_HEADING]
-        shortest_reversing(ends, z, turn, c[0], out[i], amounts, rows)
+        shortest_reversing(ends, z, turn, c[0], stretch_min, out[i], amounts, rows)
         out[i, 0], _ = shortest_forward(ends, z, turn, c, True, amounts[0])
         out[i] += s[_LEFT_OUT] + g[_LEFT_OUT]
 

@@ -11,7 +11,7 @@ from services.planner.clothoid import Floats, Piece, PiecePath, Pose, joined
 from services.planner.method import CurveEnd, before
 from services.planner.steering.circles import circle
 from services.planner.steering.construct import MAX_PIECES, forward_pieces, profile_pieces
-from services.planner.steering.reversing import MAX_CUSPS, shortest_reversing, started
+from services.planner.steering.reversing import MAX_CUSPS, STRETCH_MIN_M, shortest_reversing, started
 
 Find = Callable[[CurveEnd, CurveEnd], list[tuple[Piece, ...]]]
 
@@ -78,7 +78,7 @@ class Steering:
         z, turn, ends = self._scaled(start, goal)
         limit, counts = float(self.circle[0]), MAX_CUSPS + 1
         lengths, amounts, rows = np.empty(counts), np.empty((counts, 3)), np.zeros(counts, dtype=np.int64)
-        shortest_reversing(ends, z, turn, limit, lengths, amounts, rows)
+        shortest_reversing(ends, z, turn, limit, STRETCH_MIN_M * self.root, lengths, amounts, rows)
         ways, shortest = [], math.inf
         for length, row, u in zip(lengths.tolist(), rows.tolist(), amounts, strict=True):
             if length < shortest:
