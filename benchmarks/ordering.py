@@ -92,18 +92,20 @@ def ortools(asked: Problem, seconds: float) -> float:
 
 def pyvrp(asked: Problem, seconds: float) -> float:
     """PyVRP's iterated local search, the directions of a segment in a client group."""
-    from pyvrp import Client, ClientGroup, Depot, ProblemData, VehicleType, solve
+    from pyvrp import Client, ClientGroup, Depot, Location, ProblemData, VehicleType, solve
     from pyvrp.stop import MaxRuntime
 
     depot = len(asked.segment)
     order = [depot, *range(depot)]
     matrix = np.rint(asked.cost[np.ix_(order, order)] * SCALE).astype(np.int64)
     np.fill_diagonal(matrix, 0)
-    clients = [Client(0, 0, required=False, group=int(k)) for k in asked.segment]
-    groups = [ClientGroup([int(i) + 1 for i in np.flatnonzero(asked.segment == k)]) for k in range(asked.segments)]
-    data = ProblemData(clients, [Depot(0, 0)], [VehicleType(1)], [matrix], [np.zeros_like(matrix)], groups)
-    result = solve(data, stop=MaxRuntime(seconds), seed=1, display=False)
-    return checked(asked, [client - 1 for route in result.best.routes() for client in route.visits()])
+    clients = [Client(i + 1, required=False, group=int(k)) for i, k in enumerate(asked.segment)]
+    groups = [ClientGroup([int(i) for i in np.flatnonzero(asked.segment == k)]) for k in range(asked.segments)]
+    places = [Location(0, 0) for _ in order]
+    data = ProblemData(places, clients, [Depot(0)], [VehicleType(1)], [matrix], [np.zeros_like(matrix)], groups)
+    best = solve(data, stop=MaxRuntime(seconds), seed=1, display=False).best
+    nodes = [stop.idx for route in best.routes() for stop in route.schedule() if stop.is_client()]
+    return checked(asked, nodes)
 
 
 def checked(asked: Problem, nodes: list[int]) -> float:

@@ -18,6 +18,8 @@ GIVEN, OPTIMISED = "given", "optimised"
 # What it may cost in time not to run over a wet line once; if that is forbidden, as good as anything.
 CROSSING_S, FORBIDDEN_S = 0.25, 1000.0
 DRYING_MAX_S = 1e6
+# The matrix of more segments would not fit; a plan of more would be too long for a message.
+ORDERED_MAX, SEGMENTS_MAX = 1500, 10_000
 # What the matrix cannot know (collisions, wet paint) is learned from the drive and the order searched again, so often;
 # less often where there are many segments, unless the robot would collide.
 ROUNDS, ROUNDS_MANY, MANY = 6, 2, 150
@@ -63,9 +65,13 @@ def arranged(
     """One mode of every segment in painting order, and the ways between them.
 
     Raises:
-        PlanningError: A segment cannot be painted or reached without a collision, or not without driving over wet paint
-            where that is forbidden.
+        PlanningError: There are too many segments; one cannot be painted or reached without a collision, or, where that
+            is forbidden, without driving over wet paint.
     """
+    most = ORDERED_MAX if ordering(options) else SEGMENTS_MAX
+    if len(modes) > most:
+        remedy = "split the template" + (" or paint it in the given order" if ordering(options) else "")
+        raise PlanningError("", f"has {len(modes):,} segments, more than {most:,}", remedy)
     modes = [_clear_of_outlines(choice, driver.yard) for choice in modes]
     if ordering(options):
         drive = _optimised(modes, driver, step, enough)

@@ -76,21 +76,22 @@ class Driver:
         painted: list[tuple[float, ...]] = []
         for i, stroke in enumerate(strokes):
             offers = self._between(strokes[i - 1].end, stroke.begin) if i else self.run_ins(stroke.begin)
-            self._take(drive, self.choose(offers, drive.seconds, painted_rows(painted)))
+            self._take(drive, self.choose(offers, drive.seconds, painted_rows(painted), in_turn=i == 0))
             speed = self.ways.speed_mps(stroke.robot.curvature_1pm)
             seconds = stroke.robot.length_m / speed
             drive.over.append(self.wheels.crossings(stroke.path, drive.seconds, seconds, painted_rows(painted)))
             painted.append(painted_row(stroke.nozzle, drive.seconds, stroke.nozzle.length_m / seconds))
             drive.seconds += seconds
-        self._take(drive, self.choose(self.run_outs(strokes[-1].end), drive.seconds, painted_rows(painted)))
+        offers = self.run_outs(strokes[-1].end)
+        self._take(drive, self.choose(offers, drive.seconds, painted_rows(painted), in_turn=True))
         return drive
 
-    def choose(self, offers: Iterator[Way], begun_s: float, painted: Floats) -> Leg:
-        """The best of the ways offered; if all collide, the first, and where it does."""
+    def choose(self, offers: Iterator[Way], begun_s: float, painted: Floats, *, in_turn: bool) -> Leg:
+        """The best of the ways offered, or (`in_turn`) the first that is clear; if none is, the first of all."""
         best: Leg | None = None
         least, bump = math.inf, None
         for way in offers:
-            if way.seconds >= least:
+            if best and (in_turn or way.seconds >= least):
                 break
             hit = self.yard.collision(way.path) if self.yard else None
             if hit:

@@ -16,7 +16,7 @@ from services.planner.way_times import COLUMNS, way_times
 from services.planner.ways import Turns, Ways, turned_round
 
 # Every node's nearest neighbours are timed exactly; of the nearest of these, short hops are tried as well.
-TIMED, HOPPED = 16, 4
+TIMED, HOPPED = 12, 3
 # Up to this many nodes all pairs are timed.
 ALL_NODES = 200
 # A segment is not painted twice, nor reached from itself.

@@ -20,6 +20,10 @@ WAITING_MAX = 8
 # Progress is published when it has grown by this much, and at every new stage.
 PROGRESS_STEP = 0.02
 
+# Two lines, so that every kernel is needed.
+WARM_UP = """{"name": "warm-up", "segments": [
+    {"id": "a", "line": {"start": [0, 0], "end": [1, 0]}}, {"id": "b", "line": {"start": [0, 3], "end": [1, 3]}}]}"""
+
 PlanCall = ServedCall[PlanRequest, PlanResponse]
 
 
@@ -52,6 +56,7 @@ class Worker:
         threading.Thread(target=self._work, name="planning", daemon=True).start()
 
     def _work(self) -> None:
+        answer(PlanRequest(template_json=WARM_UP), self.vehicle)  # loads the kernels before anyone waits for them
         while not self.stopping.is_set():
             call = self.calls.get()
             try:

@@ -63,7 +63,7 @@ def _on_line(px: float, py: float, line: Floats) -> tuple[float, float]:
     if k == 0.0:
         return ahead, left
     radius = 1.0 / k
-    angle = math.atan2(ahead * math.copysign(1.0, k), (radius - left) * math.copysign(1.0, k))
+    angle = math.atan2(ahead, (radius - left) * math.copysign(1.0, k))
     middle = 0.5 * line[LENGTH] * abs(k)
     angle -= 2.0 * math.pi * math.floor((angle - middle) / (2.0 * math.pi) + 0.5)
     return angle / abs(k), (abs(radius) - math.hypot(ahead, radius - left)) * math.copysign(1.0, k)

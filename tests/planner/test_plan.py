@@ -45,6 +45,7 @@ def check(planned: Plan, template: Template, method: str, *, given: bool = False
         assert report.max_sharpness_1pm2 <= planned.limits.sharpness_max_1pm2 * (1 + 1e-9)
         assert report.max_wheel_acceleration_radps2 <= VEHICLE.max_wheel_acceleration_radps2
         check_g2(planned)
+        check_wheels(planned)
 
     # One path segment per template segment, with the nozzle on the template from end to end.
     by_id = {segment.id: segment for segment in template.segments}
@@ -75,6 +76,31 @@ def check(planned: Plan, template: Template, method: str, *, given: bool = False
     assert sum(closed - opened for opened, closed in valve) <= report.paint_length_m + 1e-6
 
     check_profile(planned)
+
+
+def check_wheels(planned: Plan) -> None:
+    """Both wheels on the ideal curve under the sent profile, at every millimetre."""
+    pieces = np.array([piece[:3] for section in planned.sections for piece in section.path.pieces])
+    ends = np.cumsum(pieces[:, 0])
+    ideal_at = np.array([0.0, *(s.ideal_to_m for s in planned.sent)])
+    sent_at = np.array([0.0, *(s.end_m for s in planned.sent)])
+    entry_at = np.interp(planned.speeds.station_m, sent_at, ideal_at)
+    ideal = np.arange(0.5e-3, ends[-1], 1e-3)
+    index = np.minimum(np.searchsorted(ends, ideal), len(pieces) - 1)
+    curvature = pieces[index, 1] + pieces[index, 2] * (ideal - (ends - pieces[:, 0])[index])
+    square = np.square(planned.speeds.speed_at(np.interp(ideal, ideal_at, sent_at)))
+    # Between entries, and between borders of what is sent, v² is linear along the ideal curve.
+    border = np.unique(np.concatenate((entry_at, ideal_at)))
+    squares = np.square(planned.speeds.speed_at(np.interp(border, ideal_at, sent_at)))
+    cell = np.clip(np.searchsorted(border, ideal, side="right") - 1, 0, len(border) - 2)
+    long = np.diff(border)[cell] > 1e-7
+    gain = np.diff(squares)[cell] / (2.0 * np.maximum(np.diff(border)[cell], 1e-7))
+    r, rim_limit = VEHICLE.half_track_m, VEHICLE.max_wheel_acceleration_radps2 * VEHICLE.wheel_radius_m
+    for side in (1, -1):
+        rim = gain * (1 + side * curvature * r) + side * square * pieces[index, 2] * r
+        assert np.abs(rim[long]).max() <= rim_limit * (1 + 1e-6)
+        assert (np.sqrt(square) * np.abs(1 + side * curvature * r)).max() <= VEHICLE.max_rim_speed_mps * (1 + 1e-6)
+    assert (square * np.abs(curvature)).max() <= VEHICLE.max_lateral_acceleration_mps2 * (1 + 1e-6)
 
 
 def check_g2(planned: Plan) -> None:
@@ -218,6 +244,16 @@ def test_progress_reaches_the_end_of_every_stage() -> None:
     plan(load_template("study-square"), VEHICLE, progress=lambda stage, fraction: seen.update({stage: fraction}))
     assert list(seen) == ["order", "cutting into arcs", "speeds", "report"]
     assert set(seen.values()) == {1.0}
+
+
+@pytest.mark.parametrize(("order", "remedy"), [("", "given order"), ("given", "split the template")])
+def test_a_hundred_thousand_segments_are_refused_at_once(order: str, remedy: str) -> None:
+    line = LineSpec(start=(0.0, 0.0), end=(1.0, 0.0))
+    one = TemplateSegment(id="s", line=line)
+    many = tuple(one.model_copy(update={"id": f"s{k}"}) for k in range(100_000))
+    template = Template.model_construct(name="many", title="", line_width_m=0.12, segments=many, obstacles=())
+    with pytest.raises(PlanningError, match=f"has 100,000 segments, more than .*{remedy}"):
+        plan(template.model_copy(update={"boundary": None}), VEHICLE, PlanOptions(order=order))
 
 
 TIGHT = '{"name": "n", "segments": [{"id": "dot", "arc": {"start": [0.2, 0], "center": [0, 0], "sweep_angle": 6.0}}]}'

@@ -26,7 +26,12 @@ STRAIGHT, DIRECTION, UNKNOWN, AMOUNT = range(4)
 # A step in Newton's method changes no amount by more than this; a solution is this close.
 STEP_MAX = 0.7
 TOLERANCE = 2e-12
-ITERATIONS = 15
+ITERATIONS = 24
+# A step that makes matters worse by this factor is shortened, a few times.
+WORSE, SHORTEN, SHORTEN_MAX = 1.05, 0.4, 3
+# From this iteration on, what is still further off than this per iteration left is given up, as it rarely gets there;
+# far goals are allowed more in proportion to their distance over HOPE_NEAR.
+HOPE_FROM, HOPE, HOPE_NEAR = 5, 0.3, 6.0
 # Stand-in for the rate of a bend that is none: one that lies between its neighbours' curvatures.
 _FLAT = 1e-3
 FAILED = math.inf
@@ -112,12 +117,24 @@ def solve(elements: Floats, u: Floats, ends: Floats, limit: float, goal: complex
     extreme, hold, rate = np.empty(n), np.empty(n), np.empty(n)
     points, headings = np.empty(n, np.complex128), np.empty(n)
     jacobian = np.empty((3, 3))
+    hope = HOPE * max(1.0, abs(goal) / HOPE_NEAR)
     close = TOLERANCE + 4e-16 * abs(goal)
-    for _ in range(ITERATIONS):
+    last_error, shortened, last_u = math.inf, 0, u.copy()
+    for iteration in range(ITERATIONS):
         shape(elements, u, ends, limit, extreme, hold, rate)
         p, heading, length = shoot(elements, ends, extreme, hold, points, headings)
         off, off_turn = goal - p, turn - heading
-        if abs(off) + abs(off_turn) < close:
+        error = abs(off) + abs(off_turn)
+        if iteration >= HOPE_FROM and error > hope * (ITERATIONS - iteration):
+            return FAILED
+        if error > WORSE * last_error and shortened < SHORTEN_MAX:
+            for i in range(3):
+                u[i] = last_u[i] + SHORTEN * (u[i] - last_u[i])
+            shortened += 1
+            continue
+        last_error, shortened = error, 0
+        last_u[:] = u
+        if error < close:
             for i in range(n):
                 if hold[i] < 0.0:
                     return FAILED

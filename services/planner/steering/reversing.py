@@ -15,6 +15,7 @@ import numpy as np
 from schemas.jit import kernel
 from services.planner.clothoid import Floats
 from services.planner.steering.circles import TAU
+from services.planner.steering.construct import MAX_PIECES, profile_pieces
 from services.planner.steering.forward import TIE
 from services.planner.steering.profile import (
     AMOUNT,
@@ -30,6 +31,8 @@ from services.planner.steering.profile import (
 
 QUARTER = 0.5 * math.pi
 MAX_CUSPS = 4
+# Between two standstills the robot drives at least this far (m); less would be a disguise for steering at a standstill.
+STRETCH_MIN_M = 1e-3
 # No straight starts from zero length.
 STRAIGHT_MIN = 0.05
 
@@ -152,25 +155,47 @@ def started(row: int, limit: float, distance: float, u: Floats) -> Floats:
 
 
 @kernel
+def shortest_stretch(elements: Floats, u: Floats, ends: Floats, limit: float, pieces: Floats) -> float:
+    """Length of the shortest stretch in one direction."""
+    n = profile_pieces(elements, u, ends, limit, pieces)
+    shortest, stretch = math.inf, 0.0
+    for i in range(n):
+        stretch += pieces[i, 0]
+        if i + 1 == n or pieces[i + 1, 3] != pieces[i, 3]:
+            shortest = min(shortest, stretch)
+            stretch = 0.0
+    return shortest
+
+
+@kernel
 def shortest_reversing(
-    ends: Floats, goal: complex, turn: float, limit: float, lengths: Floats, amounts: Floats, rows: Floats
+    ends: Floats,
+    goal: complex,
+    turn: float,
+    limit: float,
+    stretch_min: float,
+    lengths: Floats,
+    amounts: Floats,
+    rows: Floats,
 ) -> None:
     """For every number of cusps up to MAX_CUSPS the shortest way from the origin heading along +x.
 
     Fills `lengths` (infinite where there is no way), `amounts` (·, 3) and `rows`. `ends` are the curvatures at both
-    ends, within ±`limit`, which matter where the way begins or ends forward.
+    ends, within ±`limit`, which matter where the way begins or ends forward. No stretch in one direction is shorter
+    than `stretch_min`.
     """
     lengths[:] = FAILED
     u = np.empty(3)
     extreme, hold, rate = np.empty(MAX_ELEMENTS), np.empty(MAX_ELEMENTS), np.empty(MAX_ELEMENTS)
     points, headings = np.empty(MAX_ELEMENTS, np.complex128), np.empty(MAX_ELEMENTS)
+    pieces = np.empty((MAX_PIECES, 4))
     for row in range(len(COUNTS)):
         elements = started(row, limit, abs(goal), u)
         shape(elements, u, ends, limit, extreme, hold, rate)
         _, intended, _ = shoot(elements, ends, extreme, hold, points, headings)
         length = solve(elements, u, ends, limit, goal, turn + TAU * round((intended - turn) / TAU))
         cusps = CUSPS[row]
-        if length < lengths[cusps] - TIE:
+        if length < lengths[cusps] - TIE and shortest_stretch(elements, u, ends, limit, pieces) >= stretch_min:
             lengths[cusps] = length
             amounts[cusps] = u
             rows[cusps] = row

@@ -9,6 +9,7 @@ import math
 import numpy as np
 
 from schemas.jit import kernel
+from services.planner.clothoid import NODES, PANEL_TURN_RAD, WEIGHTS
 
 CURVATURE_CAP = math.sqrt(math.pi)
 _TERMS = 12
@@ -41,6 +42,23 @@ def ramp(heading: float, k_from: float, k_to: float) -> tuple[complex, float]:
     if k_to >= k_from:
         return unit(heading - 0.5 * k_from * k_from) * (spiral(k_to) - spiral(k_from)), turn
     return unit(heading + 0.5 * k_from * k_from) * (spiral(k_from) - spiral(k_to)).conjugate(), turn
+
+
+@kernel
+def steep_ramp(k_from: float, k_to: float) -> tuple[complex, float]:
+    """As `ramp` from heading 0, for curvatures of any size: by quadrature, in panels where θ turns a little."""
+    if max(abs(k_from), abs(k_to)) <= CURVATURE_CAP:
+        move, turn = ramp(0.0, k_from, k_to)
+        return move, turn
+    length, side = abs(k_to - k_from), math.copysign(1.0, k_to - k_from)
+    panels = 1 + int(max(abs(k_from), abs(k_to)) * length / PANEL_TURN_RAD)
+    h = length / panels
+    move = 0j
+    for panel in range(panels):
+        for node in range(len(NODES)):
+            at = (panel + NODES[node]) * h
+            move += h * WEIGHTS[node] * unit((k_from + 0.5 * side * at) * at)
+    return move, 0.5 * (k_from + k_to) * length
 
 
 @kernel

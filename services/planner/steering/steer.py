@@ -11,7 +11,7 @@ from services.planner.clothoid import Floats, Piece, PiecePath, Pose, joined
 from services.planner.method import CurveEnd, before
 from services.planner.steering.circles import circle
 from services.planner.steering.construct import MAX_PIECES, forward_pieces, profile_pieces
-from services.planner.steering.reversing import MAX_CUSPS, shortest_reversing, started
+from services.planner.steering.reversing import MAX_CUSPS, STRETCH_MIN_M, shortest_reversing, started
 
 Find = Callable[[CurveEnd, CurveEnd], list[tuple[Piece, ...]]]
 
@@ -53,7 +53,7 @@ class Steering:
         run_out, run_in = Piece(room_m, start.curvature_1pm), Piece(room_m, goal.curvature_1pm)
         stop = CurveEnd(PiecePath(start.pose, (run_out,)).end, start.curvature_1pm)
         go = CurveEnd(before(goal.pose, (run_in,)), goal.curvature_1pm)
-        standing = [*self._capped(stop, go, self._reversing), *turns_on_the_spot(stop.pose, go.pose)]
+        standing = [*self._capped(stop, go, self._reversing), *turns_on_the_spot(stop, go)]
         return [forward, *(joined((run_out, *way, run_in)) for way in standing)]
 
     def _capped(self, start: CurveEnd, goal: CurveEnd, find: Find) -> list[tuple[Piece, ...]]:
@@ -78,7 +78,7 @@ class Steering:
         z, turn, ends = self._scaled(start, goal)
         limit, counts = float(self.circle[0]), MAX_CUSPS + 1
         lengths, amounts, rows = np.empty(counts), np.empty((counts, 3)), np.zeros(counts, dtype=np.int64)
-        shortest_reversing(ends, z, turn, limit, lengths, amounts, rows)
+        shortest_reversing(ends, z, turn, limit, STRETCH_MIN_M * self.root, lengths, amounts, rows)
         ways, shortest = [], math.inf
         for length, row, u in zip(lengths.tolist(), rows.tolist(), amounts, strict=True):
             if length < shortest:
@@ -111,12 +111,21 @@ class Steering:
         )
 
 
-def turns_on_the_spot(start: Pose, goal: Pose) -> list[tuple[Piece, ...]]:
-    """Turn on the spot, drive straight, turn on the spot: forward, and backward."""
-    z, turn = goal.seen_from(start)
+def turns_on_the_spot(start: CurveEnd, goal: CurveEnd) -> list[tuple[Piece, ...]]:
+    """Turn on the spot, drive straight, turn on the spot: forward, and backward.
+
+    A way is left out if it would step in curvature where it neither turns on the spot nor changes direction.
+    """
+    z, turn = goal.pose.seen_from(start.pose)
+    if not z:
+        spin = math.remainder(turn, math.tau)
+        smooth = spin or start.curvature_1pm == goal.curvature_1pm
+        return [joined((Piece.spin(spin),))] if smooth else []
     ways = []
     for direction in (1, -1):
-        first = cmath.phase(direction * z) if z else math.remainder(turn, math.tau)
+        first = cmath.phase(direction * z)
         last = math.remainder(turn - first, math.tau)
-        ways.append(joined((Piece.spin(first), Piece(abs(z), direction=direction), Piece.spin(last))))
-    return ways if z else ways[:1]
+        smooth = (first or not start.curvature_1pm) and (last or not goal.curvature_1pm)
+        if smooth or direction < 0:
+            ways.append(joined((Piece.spin(first), Piece(abs(z), direction=direction), Piece.spin(last))))
+    return ways

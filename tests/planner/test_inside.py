@@ -1,0 +1,176 @@
+"""Keeping inside: the swept body clears every outline, by other ways where there are any, or the place is named."""
+
+import math
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from shapely import affinity
+
+from schemas.errors import PlanningError, SpecError
+from schemas.messages import PlanOptions
+from schemas.template import LineSpec, Polygon, Template, TemplateSegment, parse_template
+from schemas.vehicle import Vehicle
+from services.planner.clothoid import Piece, PiecePath, Pose
+from services.planner.inside import MARGIN_M, Yard
+from services.planner.plan import Plan, plan
+from tests.planner.strategies import floats
+
+VEHICLE = Vehicle()
+BODY = shapely.Polygon(VEHICLE.footprint_m)
+
+
+def box(low: tuple[float, float], high: tuple[float, float], name: str = "boundary") -> Polygon:
+    (a, b), (c, d) = low, high
+    return Polygon(id=name, corners=((a, b), (c, b), (c, d), (a, d)))
+
+
+def lines(*ends: tuple[float, float, float, float]) -> tuple[TemplateSegment, ...]:
+    return tuple(
+        TemplateSegment(id=f"s{k}", line=LineSpec(start=(a, b), end=(c, d))) for k, (a, b, c, d) in enumerate(ends)
+    )
+
+
+def body_at(x: float, y: float, heading: float) -> shapely.Polygon:
+    return affinity.translate(affinity.rotate(BODY, heading, origin=(0, 0), use_radians=True), x, y)
+
+
+def check_clear(planned: Plan, template: Template) -> None:
+    """The body every centimetre against the outlines, by shapely."""
+    boundary = shapely.Polygon(template.boundary.corners) if template.boundary else None
+    obstacles = [shapely.Polygon(o.corners) for o in template.obstacles]
+    for section in planned.sections:
+        station = np.linspace(0.0, section.path.length_m, 2 + int(section.path.length_m / 0.01))
+        for x, y, heading in zip(*section.path.sample(station)[:3], strict=True):
+            body = body_at(x, y, heading)
+            assert boundary is None or boundary.contains(body)
+            assert not any(o.intersects(body) for o in obstacles)
+
+
+yards = st.builds(
+    lambda x, y, size: Template(
+        name="yard",
+        segments=lines((0, 0, 1, 0)),
+        boundary=box((-6, -6), (6, 6)),
+        obstacles=(box((x, y), (x + size, y + size), "bench"),),
+    ),
+    floats(-4, 3),
+    floats(-4, 3),
+    floats(0.05, 2.0),
+)
+wanderings = st.builds(
+    PiecePath,
+    st.builds(Pose, floats(-4, 4), floats(-4, 4), floats(-math.pi, math.pi)),
+    st.lists(
+        st.builds(
+            Piece,
+            floats(0.05, 2.0),
+            floats(-2, 2),
+            st.sampled_from([0.0, 0.5, -1.0]),
+            st.sampled_from([1, -1]),
+            st.just(0.0),
+        ),
+        min_size=1,
+        max_size=3,
+    ).map(tuple),
+)
+
+
+@given(yards, wanderings)
+@settings(max_examples=80)
+def test_what_is_called_clear_is_clear_and_what_is_not_is_close(template: Template, path: PiecePath) -> None:
+    yard = Yard.of(template, VEHICLE)
+    assert yard is not None
+    hit = yard.collision(path)
+    boundary = shapely.Polygon(template.boundary.corners)
+    bench = shapely.Polygon(template.obstacles[0].corners)
+    if hit is None:
+        for x, y, heading in zip(*path.sample(np.linspace(0.0, path.length_m, 300))[:3], strict=True):
+            body = body_at(x, y, heading)
+            assert boundary.contains(body)
+            assert not bench.intersects(body)
+    else:
+        body = body_at(*hit.pose)
+        outside = not boundary.contains(body) or boundary.exterior.distance(body) < MARGIN_M + 1e-9
+        assert outside if hit.outline == "boundary" else bench.distance(body) < MARGIN_M + 1e-9
+
+
+def test_a_turn_on_the_spot_sweeps_its_corners() -> None:
+    post = Template(name="p", segments=lines((0, 0, 1, 0)), obstacles=(box((-0.05, 0.7), (0.05, 0.8), "post"),))
+    yard = Yard.of(post, VEHICLE)
+    assert yard is not None
+    still = PiecePath(Pose(0.0, 0.0, 0.0), (Piece(0.01),))
+    assert yard.collision(still) is None
+    hit = yard.collision(PiecePath(Pose(0.0, 0.0, 0.0), (Piece.spin(2.5), Piece(0.01))))
+    assert hit is not None
+    assert hit.outline == "post"
+
+
+def test_without_outlines_nothing_changes() -> None:
+    template = Template(name="free", segments=lines((0, 0, 8, 0), (8, 3, 0, 3)))
+    wide = template.model_copy(update={"boundary": box((-50, -50), (60, 60))})
+    assert plan(template, VEHICLE).trajectory == plan(wide, VEHICLE).trajectory
+
+
+@pytest.mark.parametrize("order", ["given", "optimised"])
+def test_ways_keep_inside_a_boundary_and_off_a_post(order: str) -> None:
+    segments = lines((0, 0, 8, 0), (8, 3, 0, 3), (0, 6, 8, 6))
+    free = Template(name="yard", segments=segments)
+    template = free.model_copy(
+        update={"boundary": box((-5.5, -5), (13.5, 11)), "obstacles": (box((9.2, 1.4), (9.4, 1.6), "post"),)}
+    )
+    planned = plan(template, VEHICLE, PlanOptions(order=order))
+    check_clear(planned, template)
+    assert planned.report.position_gap_m < 1e-9
+    assert planned.report.total_time_s >= plan(free, VEHICLE, PlanOptions(order=order)).report.total_time_s - 1e-6
+
+
+def test_a_way_round_about_is_found_where_every_direct_one_is_blocked() -> None:
+    wall = box((11.0, -1.2), (11.4, 3.2), "wall")
+    template = Template(name="wall", segments=lines((0, 0, 8, 0), (14, 2, 20, 2)), obstacles=(wall,))
+    planned = plan(template, VEHICLE, PlanOptions(order="given"))
+    check_clear(planned, template)
+
+
+def test_a_line_that_cannot_be_painted_is_named() -> None:
+    post = box((3.9, 0.2), (4.1, 0.6), "post")
+    fence = box((3.9, -0.6), (4.1, -0.2), "fence")
+    template = Template(name="bad", segments=lines((0, 0, 8, 0)), obstacles=(post, fence))
+    with pytest.raises(PlanningError, match=r'segment "s0" cannot be painted: .* would touch "post" near \('):
+        plan(template, VEHICLE)
+    both = Template(name="side", segments=lines((0, 0, 8, 0)), obstacles=(post,))
+    check_clear(plan(both, VEHICLE), both)
+
+
+def test_a_template_outside_its_boundary_is_refused_by_the_first_line() -> None:
+    template = Template(name="out", segments=lines((20, 20, 28, 20)), boundary=box((-5, -5), (5, 5)))
+    with pytest.raises(PlanningError, match=r'segment "s0" cannot be painted: .*"boundary"'):
+        plan(template, VEHICLE)
+
+
+def test_a_line_walled_in_names_what_cannot_be_reached() -> None:
+    ring = tuple(
+        box(low, high, name)
+        for low, high, name in (
+            ((-1.2, -1.0), (10.0, -0.9), "south"),
+            ((-1.2, 1.6), (10.0, 1.7), "north"),
+            ((-1.3, -1.0), (-1.2, 1.7), "west"),
+            ((10.0, -1.0), (10.1, 1.7), "east"),
+        )
+    )
+    template = Template(name="cage", segments=lines((0, 0, 8, 0), (30, 0, 38, 0)), obstacles=ring)
+    with pytest.raises(PlanningError, match=r'segment "s\d" (cannot be reached|leaves no room).* would touch'):
+        plan(template, VEHICLE)
+
+
+@pytest.mark.parametrize(
+    ("corners", "expected"),
+    [("[[0,0],[1,1],[1,0],[0,1]]", "must not cross"), ("[[0,0],[1,1]]", "at least 3"), ("[[0,0],[1,1],[2,2]]", "area")],
+)
+def test_bad_outlines_are_refused_with_the_field(corners: str, expected: str) -> None:
+    line = '{"id": "a", "line": {"start": [0, 0], "end": [1, 0]}}'
+    with pytest.raises(SpecError, match=expected) as error:
+        parse_template(f'{{"name": "n", "segments": [{line}], "boundary": {{"corners": {corners}}}}}')
+    assert "boundary" in str(error.value)

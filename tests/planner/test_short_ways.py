@@ -1,0 +1,272 @@
+"""The shortest ways between poses and curvatures: every reference row, random ends, and the batch kernels."""
+
+import cmath
+import csv
+import math
+from itertools import groupby, pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from services.planner.ccd import ContinuousDubins
+from services.planner.clothoid import Floats, Piece, PiecePath, Pose
+from services.planner.method import CurveEnd, before, through_straights
+from services.planner.steering.batch import cusp_lengths, lengths, pair_lengths
+from services.planner.steering.reversing import CUSPS, ELEMENTS, MAX_CUSPS, STRETCH_MIN_M
+from services.planner.steering.spiral import CURVATURE_CAP, ramp, spiral
+from services.planner.steering.steer import Steering
+from tests.planner.strategies import floats, limits, pose_pairs
+
+DATA = Path(__file__).parent / "data" / "steering_lengths.csv"
+ORIGIN = Pose(0.0, 0.0, 0.0)
+TOLERANCE = 1e-9
+SMALL_BOX_M = 2.5
+
+shares = st.one_of(st.just(0.0), floats(-1.0, 1.0), st.sampled_from([-1.0, 1.0]))
+
+
+@st.composite
+def end_pairs(draw: st.DrawFn) -> tuple[CurveEnd, CurveEnd, float, float]:
+    """Two ends within drawn limits, often straight or at the limit, often close together."""
+    curvature, sharpness = draw(limits)
+    start, goal = draw(pose_pairs())
+    return CurveEnd(start, draw(shares) * curvature), CurveEnd(goal, draw(shares) * curvature), curvature, sharpness
+
+
+def check(way: tuple[Piece, ...], start: CurveEnd, goal: CurveEnd, curvature: float, sharpness: float) -> float:
+    """Assert that the way is feasible; its length."""
+    path = PiecePath(start.pose, way)
+    assert abs(path.end.point - goal.pose.point) < TOLERANCE
+    assert abs(cmath.phase(path.end.direction / goal.pose.direction)) < TOLERANCE
+    for piece in way:
+        assert abs(piece.sharpness_1pm2) <= sharpness * (1 + 1e-9)
+        assert max(abs(piece.curvature_1pm), abs(piece.curvature_end_1pm)) <= curvature * (1 + 1e-9)
+    stand = Piece(0.0, goal.curvature_1pm)
+    last = Piece(0.0, start.curvature_1pm)
+    for piece in (*way, stand):
+        stands = bool(piece.spin_rad or last.spin_rad) or piece.direction != last.direction
+        assert stands or abs(piece.curvature_1pm - last.curvature_end_1pm) < TOLERANCE
+        last = piece
+    return path.length_m
+
+
+def cusps(way: tuple[Piece, ...]) -> int:
+    directions = [1, *(piece.direction for piece in way if not piece.spin_rad), 1]
+    return sum(a != b for a, b in pairwise(directions))
+
+
+def reference_rows() -> list[dict[str, float]]:
+    with DATA.open() as file:
+        return [{key: float(text) for key, text in row.items()} for row in csv.DictReader(file)]
+
+
+def row_ends(row: dict[str, float]) -> tuple[CurveEnd, CurveEnd, float, float]:
+    start, goal = Pose(row["x0"], row["y0"], row["theta0"]), Pose(row["x1"], row["y1"], row["theta1"])
+    return CurveEnd(start, 0.0), CurveEnd(goal, 0.0), row["kappa_max"], row["sigma_max"]
+
+
+def test_no_forward_way_is_longer_than_the_reference() -> None:
+    ours, theirs = [], []
+    rows = reference_rows()
+    for row in rows:
+        start, goal, curvature, sharpness = row_ends(row)
+        length = check(Steering(curvature, sharpness).between(start, goal), start, goal, curvature, sharpness)
+        assert length <= row["cc00_dubins_m"] * 1.0005
+        # The last thousand rows are of the small box.
+        ours.append(length)
+        theirs.append(row["cc00_dubins_m"])
+    small = rows[-1000:]
+    assert max(abs(row[key]) for row in small for key in ("x0", "y0", "x1", "y1")) <= SMALL_BOX_M
+    assert sum(ours[-1000:]) < 0.83 * sum(theirs[-1000:])
+
+
+def test_no_way_with_cusps_is_longer_than_the_reference() -> None:
+    for row in reference_rows():
+        start, goal, curvature, sharpness = row_ends(row)
+        ways = Steering(curvature, sharpness).ways(start, goal)
+        measured = [check(way, start, goal, curvature, sharpness) for way in ways]
+        driven = [m for m, way in zip(measured, ways, strict=True) if not any(piece.spin_rad for piece in way)]
+        assert min(driven) <= row["hc00_reeds_shepp_m"] * 1.01
+
+
+@given(end_pairs())
+@settings(max_examples=400)
+def test_forward_ways_join_any_poses_and_curvatures(ends: tuple[CurveEnd, CurveEnd, float, float]) -> None:
+    start, goal, curvature, sharpness = ends
+    way = Steering(curvature, sharpness).between(start, goal)
+    length = check(way, start, goal, curvature, sharpness)
+    assert cusps(way) == 0
+    words = through_straights(ContinuousDubins(curvature, sharpness), start, goal)
+    assert length <= PiecePath(start.pose, words).length_m + TOLERANCE
+
+
+@given(end_pairs(), st.sampled_from([0.0, 0.7]))
+@settings(max_examples=200)
+def test_all_ways_join_any_poses_and_curvatures(ends: tuple[CurveEnd, CurveEnd, float, float], room: float) -> None:
+    start, goal, curvature, sharpness = ends
+    steering = Steering(curvature, sharpness)
+    ways = steering.ways(start, goal, room)
+    assert ways[0] == steering.between(start, goal)
+    for way in ways:
+        check(way, start, goal, curvature, sharpness)
+    for way in ways[1:] if room else ():
+        for end, piece in ((start, way[0]), (goal, way[-1])):
+            assert piece.length_m >= room - TOLERANCE
+            assert (piece.direction, piece.sharpness_1pm2) == (1, 0.0)
+            assert piece.curvature_1pm == pytest.approx(end.curvature_1pm)
+
+
+@given(end_pairs())
+@settings(max_examples=100)
+def test_the_way_of_the_mirror_image_is_the_mirror_image(ends: tuple[CurveEnd, CurveEnd, float, float]) -> None:
+    start, goal, curvature, sharpness = ends
+    steering = Steering(curvature, sharpness)
+    other = [CurveEnd(Pose(e.pose.x_m, -e.pose.y_m, -e.pose.heading_rad), -e.curvature_1pm) for e in (start, goal)]
+    length = PiecePath(start.pose, steering.between(start, goal)).length_m
+    assert PiecePath(other[0].pose, steering.between(*other)).length_m == pytest.approx(length, rel=1e-3)
+
+
+def test_short_hops_do_not_wind_round() -> None:
+    """A row where turning circles make 10.60 m, and turns that do not reach the limit 6.59 m."""
+    row = reference_rows()[4009]
+    assert row["cc00_dubins_m"] > 10.6
+    start, goal, curvature, sharpness = row_ends(row)
+    way = Steering(curvature, sharpness).between(start, goal)
+    assert PiecePath(start.pose, way).length_m == pytest.approx(6.5947, abs=1e-3)
+
+
+@pytest.mark.parametrize("bent_ends", [False, True])
+def test_hardly_any_way_that_can_be_drawn_is_shorter(bent_ends: bool) -> None:
+    """Random profiles of less than full sharpness are feasible ways; ours are as short but for a few in a thousand."""
+    rng = np.random.default_rng(7)
+    curvature, sharpness = 1.125, 2.1
+    steering = Steering(curvature, sharpness)
+    longer = 0
+    for _ in range(1000):
+        ends = rng.uniform(-curvature, curvature, 2) * bent_ends
+        inner = rng.choice([-1.0, -0.5, 0.0, 0.5, 1.0], rng.integers(1, 5)) * curvature
+        drawn: list[Piece] = []
+        for k, following in pairwise([float(ends[0]), *inner.tolist(), float(ends[1])]):
+            share = math.copysign(rng.uniform(0.4, 0.95) * sharpness, following - k)
+            drawn += [Piece((following - k) / share, k, share), Piece(rng.exponential(0.4), following)]
+        path = PiecePath(ORIGIN, tuple(drawn))
+        start, goal = CurveEnd(ORIGIN, float(ends[0])), CurveEnd(path.end, float(ends[1]))
+        way = PiecePath(ORIGIN, steering.between(start, goal))
+        longer += way.length_m > path.length_m * 1.01
+    assert longer <= 5
+
+
+def test_curvatures_above_what_a_way_may_have_are_left_first() -> None:
+    curvature, sharpness = 1.9, 0.5
+    steering = Steering(curvature, sharpness)
+    assert steering.curvature_cap_1pm < 1.3
+    start, goal = CurveEnd(ORIGIN, 1.9), CurveEnd(Pose(9.0, 3.0, 1.0), -1.7)
+    for way in steering.ways(start, goal):
+        check(way, start, goal, curvature, sharpness)
+    measured = lengths(np.array([[*start.pose, 1.9]]), np.array([[*goal.pose, -1.7]]), curvature, sharpness)
+    assert measured[0, 0] == pytest.approx(PiecePath(ORIGIN, steering.between(start, goal)).length_m, abs=TOLERANCE)
+
+
+def test_turning_on_the_spot_leads_straight_there() -> None:
+    start, goal = CurveEnd(ORIGIN, 0.0), CurveEnd(Pose(0.0, 2.0, -math.pi / 2), 0.0)
+    spins = [way for way in Steering(1.125, 2.1).ways(start, goal) if any(piece.spin_rad for piece in way)]
+    forward, backward = spins
+    assert forward[1] == Piece(2.0)
+    assert abs(forward[0].spin_rad) + abs(forward[2].spin_rad) == pytest.approx(1.5 * math.pi)
+    assert backward == (Piece.spin(-math.pi / 2), Piece(2.0, direction=-1))
+
+
+def test_going_back_a_little_is_reversing() -> None:
+    """The shortest way to a place straight behind is straight backward, with a cusp at each end."""
+    start, goal = CurveEnd(ORIGIN, 0.0), CurveEnd(Pose(-1.0, 0.0, 0.0), 0.0)
+    ways = Steering(1.125, 2.1).ways(start, goal)
+    assert min(PiecePath(ORIGIN, way).length_m for way in ways) == pytest.approx(1.0, abs=1e-9)
+
+
+@given(end_pairs())
+@settings(max_examples=50)
+def test_no_stretch_between_standstills_is_too_short_to_drive(ends: tuple[CurveEnd, CurveEnd, float, float]) -> None:
+    start, goal, curvature, sharpness = ends
+    for way in Steering(curvature, sharpness).ways(start, goal):
+        if any(piece.spin_rad for piece in way) or not cusps(way):
+            continue
+        stretches = [sum(p.length_m for p in stretch) for _, stretch in groupby(way, key=lambda p: p.direction)]
+        assert min(stretches) >= STRETCH_MIN_M * (1 - 1e-9)
+
+
+def test_every_count_of_cusps_fits_its_table() -> None:
+    assert CUSPS.max() == MAX_CUSPS
+    assert CUSPS.min() >= 1
+    assert len(ELEMENTS) == len({element.tobytes() + bytes([i]) for i, element in enumerate(ELEMENTS)})
+
+
+@given(floats(-CURVATURE_CAP, CURVATURE_CAP), floats(-CURVATURE_CAP, CURVATURE_CAP), floats(-4.0, 4.0))
+def test_the_series_is_the_integral(k_from: float, k_to: float, heading: float) -> None:
+    piece = Piece(abs(k_to - k_from), k_from, math.copysign(1.0, k_to - k_from))
+    end = PiecePath(Pose(0.0, 0.0, heading), (piece,)).end
+    move, turn = ramp(heading, k_from, k_to)
+    assert abs(move - end.point) < 1e-14
+    assert turn == pytest.approx(end.heading_rad - heading, abs=1e-14)
+    assert spiral(-k_to) == -spiral(k_to)
+
+
+def random_rows(count: int, box_m: float, curvature: float) -> Floats:
+    rng = np.random.default_rng(count)
+    low, high = (0.0, 0.0, -math.pi, -curvature), (box_m, box_m, math.pi, curvature)
+    return rng.uniform(low, high, (count, 4))
+
+
+@pytest.mark.parametrize("box_m", [2.5, 10.0, 80.0])
+def test_batch_lengths_are_those_of_single_ways(box_m: float) -> None:
+    curvature, sharpness = 1.125, 2.1
+    starts, goals = random_rows(12, box_m, curvature), random_rows(15, box_m, curvature)
+    starts[::3, 3] = 0.0
+    goals[::4, 3] = 0.0
+    # Coincident poses, too.
+    goals[0] = starts[0]
+    hops = lengths(starts, goals, curvature, sharpness)
+    words = lengths(starts, goals, curvature, sharpness, short_hops=False)
+    steering = Steering(curvature, sharpness)
+    for i, s in enumerate(starts.tolist()):
+        for j, g in enumerate(goals.tolist()):
+            start, goal = CurveEnd(Pose(*s[:3]), s[3]), CurveEnd(Pose(*g[:3]), g[3])
+            way = steering.between(start, goal)
+            assert hops[i, j] == pytest.approx(PiecePath(start.pose, way).length_m, abs=TOLERANCE)
+            plain = through_straights(steering.words, start, goal)
+            assert words[i, j] == pytest.approx(PiecePath(start.pose, plain).length_m, abs=TOLERANCE)
+    assert np.array_equal(pair_lengths(starts, goals[:12], curvature, sharpness), np.diag(hops[:, :12]))
+    assert np.all(hops <= words + TOLERANCE)
+
+
+def test_batch_lengths_with_cusps_are_those_of_single_ways() -> None:
+    curvature, sharpness = 1.125, 2.1
+    starts, goals = random_rows(20, 5.0, curvature), random_rows(21, 5.0, curvature)[:20]
+    table = cusp_lengths(starts, goals, curvature, sharpness)
+    assert table.shape == (20, MAX_CUSPS + 1)
+    assert np.array_equal(table[:, 0], pair_lengths(starts, goals, curvature, sharpness))
+    for s, g, row in zip(starts.tolist(), goals.tolist(), table, strict=True):
+        start, goal = CurveEnd(Pose(*s[:3]), s[3]), CurveEnd(Pose(*g[:3]), g[3])
+        for way in Steering(curvature, sharpness).ways(start, goal):
+            if not any(piece.spin_rad for piece in way):
+                assert PiecePath(start.pose, way).length_m == pytest.approx(row[cusps(way)], abs=TOLERANCE)
+
+
+def test_weighted_turns_are_the_dearer_part_of_the_length() -> None:
+    starts, goals = random_rows(20, 30.0, 0.0), random_rows(21, 30.0, 0.0)[:20]
+    plain, dear, dearer = (
+        pair_lengths(starts, goals, 1.125, 2.1, short_hops=False, turn_weight=weight) for weight in (1.0, 2.0, 4.0)
+    )
+    turns = dear - plain
+    assert np.all(turns > 0.0)
+    assert np.all(turns < plain)
+    # The words that are chosen may change in favour of fewer turns.
+    assert np.all(dearer <= plain + 3.0 * turns + TOLERANCE)
+
+
+def test_a_ramp_into_a_goal_ends_there() -> None:
+    goal = Pose(3.0, 4.0, 1.0)
+    into = (Piece(0.3, 0.0, 1.0),)
+    assert PiecePath(before(goal, into), into).end == pytest.approx(goal)
