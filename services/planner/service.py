@@ -11,7 +11,6 @@ from schemas.messages import DiagnosticStatus, PlanRequest, PlanResponse, Progre
 from schemas.vehicle import Vehicle
 from services.bus import Bus, BusConfig, HealthReporter, Publisher, ServedCall
 from services.lifecycle import until_stopped
-from services.planner.answer import answer
 
 # How often the main thread looks for requests, finished plans and the end.
 TURN_S = 0.01
@@ -56,7 +55,10 @@ class Worker:
         threading.Thread(target=self._work, name="planning", daemon=True).start()
 
     def _work(self) -> None:
-        answer(PlanRequest(template_json=WARM_UP), self.vehicle)  # loads the kernels before anyone waits for them
+        # Compiled kernels take a while to load: here, where the bus is served meanwhile, before anyone waits for them.
+        from services.planner.answer import answer
+
+        answer(PlanRequest(template_json=WARM_UP), self.vehicle)
         while not self.stopping.is_set():
             call = self.calls.get()
             try:

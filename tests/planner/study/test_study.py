@@ -18,6 +18,10 @@ NUMBERS = ["1", "2", "3", "4", "5", "6, 7", "8", "9", "10", *ROW_11, *ROW_12, "1
 MET = {"1", "2", "3", "4", "5", "8", "9", "11a", "11b", "11c, Law 1", "12a", "12b", "12c", "14"}
 
 
+# With cold kernels on a busy machine the first use takes a minute or two.
+pytestmark = pytest.mark.timeout(400)
+
+
 @pytest.fixture(scope="module")
 def study() -> Study:
     said: dict[str, float] = {}
