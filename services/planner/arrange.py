@@ -38,6 +38,18 @@ def ordering(options: PlanOptions) -> bool:
     return options.order != GIVEN
 
 
+def refuse_too_many(segments: int, options: PlanOptions) -> None:
+    """Nothing, if so many segments can be planned.
+
+    Raises:
+        PlanningError: They cannot.
+    """
+    most = ORDERED_MAX if ordering(options) else SEGMENTS_MAX
+    if segments > most:
+        remedy = "split the template" + (" or paint it in the given order" if ordering(options) else "")
+        raise PlanningError("", f"has {segments:,} segments, more than {most:,}", remedy)
+
+
 def drying_s(vehicle: Vehicle, options: PlanOptions) -> float:
     """How long paint stays wet, seconds.
 
@@ -65,13 +77,9 @@ def arranged(
     """One mode of every segment in painting order, and the ways between them.
 
     Raises:
-        PlanningError: There are too many segments; one cannot be painted or reached without a collision, or, where that
-            is forbidden, without driving over wet paint.
+        PlanningError: A segment cannot be painted or reached without a collision, or, where that is forbidden, without
+            driving over wet paint.
     """
-    most = ORDERED_MAX if ordering(options) else SEGMENTS_MAX
-    if len(modes) > most:
-        remedy = "split the template" + (" or paint it in the given order" if ordering(options) else "")
-        raise PlanningError("", f"has {len(modes):,} segments, more than {most:,}", remedy)
     modes = [_clear_of_outlines(choice, driver.yard) for choice in modes]
     if ordering(options):
         drive = _optimised(modes, driver, step, enough)

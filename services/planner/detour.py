@@ -15,6 +15,8 @@ from services.planner.ways import Way, Ways
 GRID, ROOM_M, HEADINGS = 7, 6.0, 8
 # So many of them are tried, the shortest way round first.
 TRIED = 150
+# Of those found clear so many are offered.
+OFFERED = 4
 
 
 def detours(start: CurveEnd, goal: CurveEnd, ways: Ways, yard: Yard) -> Iterator[Way]:
@@ -25,6 +27,7 @@ def detours(start: CurveEnd, goal: CurveEnd, ways: Ways, yard: Yard) -> Iterator
     limits = (tight.curvature_1pm, tight.sharpness_1pm2)
     first, last = ends
     around = lengths(first, via, *limits, short_hops=False)[0] + lengths(via, last, *limits, short_hops=False)[:, 0]
+    offered = 0
     for k in np.argsort(around, kind="stable")[:TRIED]:
         middle = CurveEnd(Pose(*via[k, :3].tolist()), 0.0)
         there = next((w for w in ways.between(start, middle) if not yard.collision(w.path)), None)
@@ -35,6 +38,9 @@ def detours(start: CurveEnd, goal: CurveEnd, ways: Ways, yard: Yard) -> Iterator
             pieces = (*there.path.pieces, *on.path.pieces)
             speeds = (ways.speed_mps(end.curvature_1pm) for end in (start, goal))
             yield Way(ways.seconds(pieces, *speeds), PiecePath(start.pose, pieces))
+            offered += 1
+            if offered == OFFERED:
+                return
 
 
 def _poses(start: CurveEnd, goal: CurveEnd, yard: Yard) -> Floats:

@@ -8,7 +8,7 @@ from schemas.messages import PlanOptions, PlanReport, Trajectory
 from schemas.template import Template
 from schemas.vehicle import Vehicle
 from services.planner.actuation import Painted, actuation_profile
-from services.planner.arrange import arranged, crossing_cost_s, drying_s, ordering
+from services.planner.arrange import arranged, crossing_cost_s, drying_s, ordering, refuse_too_many
 from services.planner.clothoid import Pose
 from services.planner.course import course
 from services.planner.inside import Yard
@@ -62,6 +62,7 @@ def plan(
         PlanningError: An option or a segment cannot be met; it names which and what to do.
     """
     options = options or PlanOptions()
+    refuse_too_many(len(template.segments), options)
     limits = Limits.of(vehicle, options)
     ways, start = ways_of(vehicle, options, limits), _start(options)
     wheels = Wheels.of(vehicle, template.line_width_m, drying_s(vehicle, options))

@@ -1,7 +1,6 @@
 """The command line: help, reports, and errors that tell what to do."""
 
 import json
-import math
 from pathlib import Path
 
 import pytest
@@ -43,6 +42,15 @@ def test_plan_writes_what_it_is_asked_for(tmp_path):
     assert "<svg" in plot.read_text()
 
 
+def test_plan_orders_on_request():
+    free, given = (figures(touchline("plan", "soccer-11", "--order", o, "--json")) for o in ("optimised", "given"))
+    assert free["time_s"]["total"] < given["time_s"]["total"]
+    assert given["estimate"]["paint_l"] > 1.0
+    refused = touchline("plan", "soccer-11", "--hard-drying")
+    assert refused.returncode in (1, 2)
+    assert "is wet" in refused.stderr
+
+
 def test_plan_obeys_its_limits():
     printed = figures(touchline("plan", "soccer-11", "--kappa-max", "0.9", "--sigma-max", "1.0", "--json"))
     assert printed["max"]["curvature_1pm"] <= 0.9 + 1e-9
@@ -50,7 +58,7 @@ def test_plan_obeys_its_limits():
 
 
 SEGMENT = {"id": "a", "line": {"start": [0, 0], "end": [5, 0]}}
-TIGHT = {"id": "bad", "arc": {"start": [0.2, 0], "center": [0, 0], "sweep_angle": math.pi}}
+SHORT = {"id": "bad", "line": {"start": [0, 2], "end": [0.011, 2]}}
 
 
 @pytest.mark.parametrize(
@@ -61,9 +69,9 @@ TIGHT = {"id": "bad", "arc": {"start": [0.2, 0], "center": [0, 0], "sweep_angle"
         ('{"name": "t", "segments": [{"id": "a", "line": {"start": [0, 0], "end": [NaN, 0]}}]}', "end[0] is nan"),
         ('{"name": "t", "segments": [{"id": "a", "line": {"start": [0, 0], "end": [0, 0]}}]}', "at least 0.01 m apart"),
         (json.dumps({"name": "t", "segments": [SEGMENT], "speed": 3}), "speed is not a known field"),
-        (json.dumps({"name": "t", "segments": [SEGMENT, TIGHT]}), 'segment "bad"'),
+        (json.dumps({"name": "t", "segments": [SEGMENT, SHORT]}), 'segment "bad"'),
     ],
-    ids=["not JSON", "empty", "NaN", "zero length", "unknown field", "undrivable arc"],
+    ids=["not JSON", "empty", "NaN", "zero length", "unknown field", "too short for the valve"],
 )
 @pytest.mark.parametrize("command", ["plan", "run"])
 def test_a_bad_template_is_told_in_one_line(command, text, says, tmp_path):
