@@ -83,7 +83,7 @@ def plot_acceleration(series: Mapping[str, tuple[Floats, Floats]], path: Path) -
             **_look(name),
         )
     _axes(axes, "time since the corner's first leg (s)", "wheel acceleration (rad/s²)")
-    axes.set_title("The emulated robot in the corner at 1.5 m/s: the wheel that accelerates harder")
+    axes.set_title("The emulated robot in the corner at 1.5 m/s (fine arcs): the wheel that accelerates harder")
     axes.legend(frameon=False)
     _save(figure, path)
 
