@@ -17,6 +17,9 @@ from schemas.messages.turf_tank import Curve as CurveMessage
 
 Floats = npt.NDArray[np.float64]
 
+#: No place on a field, length of a path or curvature of a drivable arc is as large (m, 1/m).
+_LARGEST = 1e9
+
 
 def wrap_angle(angle_rad: float) -> float:
     """``angle_rad`` in (−π, π]."""
@@ -60,9 +63,15 @@ class Curve:
 
     @classmethod
     def from_arc(cls, start: tuple[float, float], center: tuple[float, float], sweep_rad: float) -> Self:
-        """The arc about ``center`` from ``start`` (m), counter-clockwise for a positive ``sweep_rad``."""
+        """The arc about ``center`` from ``start`` (m), counter-clockwise for a positive ``sweep_rad``.
+
+        Raises:
+            ValueError: The arc has no radius.
+        """
         dx, dy = start[0] - center[0], start[1] - center[1]
         radius = float(np.hypot(dx, dy))
+        if radius == 0.0:
+            raise ValueError("an arc that starts at its center has no radius")
         turn = float(np.copysign(1.0, sweep_rad))
         heading = wrap_angle(float(np.arctan2(dy, dx)) + turn * np.pi / 2)
         return cls(start[0], start[1], heading, turn / radius, radius * abs(sweep_rad))
@@ -72,15 +81,20 @@ class Curve:
         """The curve of a ``tt_geometry_msgs/Curve``.
 
         Raises:
-            ValueError: The type is neither LINE nor ARC, or its alternative is missing.
+            ValueError: The type is neither LINE nor ARC, its alternative is missing, the arc has no radius, or a
+                number is not finite or too large to be a place on a field.
         """
         if message.type.value == CurveType.LINE and message.line:
             line = message.line[0]
-            return cls.from_line((line.start.x, line.start.y), (line.end.x, line.end.y))
-        if message.type.value == CurveType.ARC and message.arc:
+            curve = cls.from_line((line.start.x, line.start.y), (line.end.x, line.end.y))
+        elif message.type.value == CurveType.ARC and message.arc:
             arc = message.arc[0]
-            return cls.from_arc((arc.start.x, arc.start.y), (arc.center.x, arc.center.y), arc.sweep_angle)
-        raise ValueError("a curve must be a LINE or an ARC and hold it")
+            curve = cls.from_arc((arc.start.x, arc.start.y), (arc.center.x, arc.center.y), arc.sweep_angle)
+        else:
+            raise ValueError("a curve must be a LINE or an ARC and hold it")
+        if not all(abs(value) < _LARGEST for value in (curve.x_m, curve.y_m, curve.curvature_1pm, curve.length_m)):
+            raise ValueError("a curve must have finite numbers, and lie on a field")
+        return curve
 
     def to_message(self) -> CurveMessage:
         """This curve as ``tt_geometry_msgs/Curve``."""

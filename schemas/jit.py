@@ -1,12 +1,41 @@
 """How every numerical kernel is compiled.
 
-Kernels are cached on disk, so only the first start after an installation compiles. ``fastmath`` stays off: the same
-scenario must give the same bits on every run.
+Kernels are cached on disk, so only the first start after an installation or a change compiles. ``fastmath`` stays off:
+the same scenario must give the same bits on every run.
+
+Numba notices a change of a kernel's own file, but not of a kernel that it calls from another file. So the cache's
+folder is named after the text of all files with kernels in them: whatever changes, nothing stale is ever run.
 """
 
+import hashlib
+import os
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numba
+
+_ROOT = Path(__file__).resolve().parent.parent
+_PACKAGES = ("schemas", "services")
+
+
+def _fingerprint() -> str:
+    """A hash of every source file that holds kernels."""
+    digest = hashlib.blake2b(digest_size=8)
+    for package in _PACKAGES:
+        for path in sorted((_ROOT / package).rglob("*.py")):
+            text = path.read_bytes()
+            if b"schemas.jit" in text:
+                digest.update(text)
+    return digest.hexdigest()
+
+
+def _cache_folder() -> Path:
+    base = os.environ.get("XDG_CACHE_HOME")
+    return (Path(base) if base else Path.home() / ".cache") / "touchline" / "kernels"
+
+
+_settings: Any = numba.config
+_settings.CACHE_DIR = str(Path(_settings.CACHE_DIR or _cache_folder()) / _fingerprint())
 
 kernel: Callable[..., Any] = numba.njit(cache=True, error_model="numpy")

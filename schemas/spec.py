@@ -59,7 +59,7 @@ def parse(kind: type[S], text: str, source: str) -> S:
     try:
         return kind.model_validate(data)
     except ValidationError as error:
-        raise _first_problem(error, source) from error
+        raise first_problem(error, source) from error
 
 
 def _unique_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -78,7 +78,8 @@ def field_path(location: tuple[int | str, ...]) -> str:
     return path
 
 
-def _first_problem(error: ValidationError, source: str) -> SpecError:
+def first_problem(error: ValidationError, source: str) -> SpecError:
+    """The first of a validation's problems, told by ``source``, field and remedy."""
     problems = error.errors()
     first = problems[0]
     others = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""

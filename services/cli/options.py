@@ -10,6 +10,8 @@ import typer
 from schemas.errors import SpecError
 from schemas.messages import PlanOptions
 
+PLOT_ENDINGS = (".svg", ".png")
+
 
 class ExitCode(IntEnum):
     """What the command's exit code says."""
@@ -147,6 +149,16 @@ def speed_factor(text: str) -> float:
     if not 0 < factor <= 10_000:
         raise SpecError("command line", "--speed", f"is {text!r}", "give a number above 0 (times real time) or max")
     return factor
+
+
+def check_plot(path: Path | None) -> None:
+    """Refuse a picture of a kind that cannot be drawn, before any work is done.
+
+    Raises:
+        SpecError: The file's ending is none of ours.
+    """
+    if path is not None and path.suffix not in PLOT_ENDINGS:
+        raise SpecError("command line", "--plot", f"ends in {path.suffix!r}", f"use {' or '.join(PLOT_ENDINGS)}")
 
 
 def write_json(figures: dict[str, Any], path: Path) -> None:

@@ -12,9 +12,9 @@ from typing import Annotated
 import typer
 
 from schemas.errors import SpecError
-from schemas.template import parse_template, template_text
 from schemas.vehicle import Vehicle
 from services.cli.display import print_figures, progress_bar
+from services.cli.drawing import OriginOption, PlaceOption, SetOption, chosen_template
 from services.cli.options import (
     DryingTimeOption,
     ForwardOnlyOption,
@@ -30,12 +30,11 @@ from services.cli.options import (
     SigmaOption,
     TemplateArgument,
     TransitSpeedOption,
+    check_plot,
     plan_options,
     write_json,
 )
 from services.reports import plan_figures
-
-PLOT_ENDINGS = (".svg", ".png")
 
 
 def register(app: typer.Typer) -> None:
@@ -62,6 +61,9 @@ def first_interrupt() -> Iterator[list[int]]:
 
 def plan(
     template: TemplateArgument,
+    settings: SetOption = None,
+    place: PlaceOption = None,
+    origin: OriginOption = None,
     order: OrderOption = Order.OPTIMISED,
     method: MethodOption = Method.G2,
     kappa_max: KappaOption = 0.0,
@@ -82,8 +84,7 @@ def plan(
     from services.planner.plan import plan as make_plan
     from services.planner.plot import plot_plan
 
-    if plot is not None and plot.suffix not in PLOT_ENDINGS:
-        raise SpecError("command line", "--plot", f"ends in {plot.suffix!r}", f"use {' or '.join(PLOT_ENDINGS)}")
+    check_plot(plot)
     options = plan_options(
         method,
         kappa_max=kappa_max,
@@ -96,8 +97,7 @@ def plan(
         hard_drying=hard_drying,
     )
     begun = time.perf_counter()
-    text, source = template_text(template)
-    drawing = parse_template(text, source)
+    drawing = chosen_template(template, settings, place, origin)
     with progress_bar("Planning") as advance, first_interrupt() as interrupted:
         planned = make_plan(
             drawing, Vehicle(), options, lambda stage, fraction: advance(fraction, stage), lambda: bool(interrupted)

@@ -10,9 +10,11 @@ from typing import Annotated, Any
 import typer
 
 from schemas import topics
-from schemas.messages import PlanOptions
-from schemas.template import parse_template, template_text
+from schemas.errors import SpecError
+from schemas.messages import GetPaintRequest, PlanOptions
+from schemas.template import Template, load_template
 from services.cli.display import Advance, print_event, print_figures, progress_bar, stderr
+from services.cli.drawing import OriginOption, PlaceOption, SetOption, chosen_template
 from services.cli.options import (
     DryingTimeOption,
     ExitCode,
@@ -33,6 +35,7 @@ from services.cli.options import (
     SpeedOption,
     TemplateArgument,
     TransitSpeedOption,
+    check_plot,
     plan_options,
     speed_factor,
     write_json,
@@ -77,6 +80,9 @@ class Terminal:
 
 def run(
     template: TemplateArgument,
+    settings: SetOption = None,
+    place: PlaceOption = None,
+    origin: OriginOption = None,
     speed: SpeedOption = "max",
     seed: SeedOption = 1,
     follower: FollowerOption = Follower.MPC,
@@ -92,11 +98,17 @@ def run(
         Path | None, typer.Option(help="Record the session to this MCAP file.", show_default=False)
     ] = None,
     report: ReportOption = None,
+    plot: Annotated[
+        Path | None, typer.Option(help="Draw what was painted to this .svg or .png file.", show_default=False)
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Paint a template once: start planner, robot and bridge, do the job over Zenoh, stop them, report."""
+    check_plot(plot)
+    drawing = chosen_template(template, settings, place, origin)
     figures = run_job(
         template,
+        drawing=drawing,
         speed=speed_factor(speed),
         robot=["--seed", str(seed), "--follower", follower.value, "--noise", noise.value],
         options=plan_options(
@@ -109,6 +121,7 @@ def run(
             hard_drying=hard_drying,
         ),
         record=record,
+        plot=plot,
     )
     figures |= {"seed": seed, "follower": follower.value, "noise": noise.value}
     if report is not None:
@@ -122,17 +135,29 @@ def run(
 
 
 def run_job(
-    template: str, *, speed: float, robot: list[str], options: PlanOptions, record: Path | None
+    template: str,
+    *,
+    speed: float,
+    robot: list[str],
+    options: PlanOptions,
+    record: Path | None,
+    plot: Path | None = None,
+    drawing: Template | None = None,
 ) -> dict[str, Any]:
     """Start a system of its own, do one job, stop it.
+
+    The robot's map frame is the drawing's: its origin on the earth, if it has one, becomes the scenario's.
+    ``drawing`` is what to paint if it is not simply the template of that name.
 
     Returns:
         The run report; when the job ended early, ``success`` false and the reason.
     """
     begun = time.monotonic()
-    text, source = template_text(template)
-    parse_template(text, source)  # a bad template is told before anything is started
-    job_options = JobOptions(text, options, speed, record)
+    drawing = drawing or load_template(template)  # a bad template is told before anything is started
+    if drawing.origin is not None:
+        at = drawing.origin
+        robot = [*robot, "--origin", f"{at.latitude_deg!r},{at.longitude_deg!r},{at.altitude_m!r}"]
+    job_options = JobOptions(drawing.to_json(), options, speed, record)
     with local_system(robot) as system, progress_bar("Touchline") as advance:
         advance(0.0, "Starting the services")
         system.wait_until_ready(lambda doing: stderr.print(doing))
@@ -143,4 +168,20 @@ def run_job(
             print_event(2, str(error))
             return {"success": False, "reason": str(error), "template": template}
         first_motion_s = job.started_at - begun
+        if plot is not None:
+            advance(1.0, "Drawing")
+            _draw(system, drawing, plot, figures)
     return {"template": template, **figures, "first_motion_s": first_motion_s}
+
+
+def _draw(system: LocalSystem, template: Template, path: Path, figures: dict[str, Any]) -> None:
+    from services.picture import draw_painted
+
+    strokes = system.bus.call(topics.GET_PAINT, GetPaintRequest(), timeout_s=30.0).strokes
+    paint = figures["paint"]
+    error = paint["lateral_error_m"]
+    caption = f"{paint['coverage_pct']:.2f} % covered, off by {1e3 * error['p95']:.1f} mm (p95)"
+    try:
+        draw_painted(template, strokes, path, caption)
+    except OSError as problem:
+        raise SpecError(str(path), "", f"cannot be written ({problem.strerror})", "give a writable path") from problem

@@ -8,6 +8,7 @@ import typer
 
 from schemas.scenario import Scenario
 from schemas.spec import parse, read_text
+from services.cli.drawing import OriginOption, parse_origin
 from services.cli.options import (
     Follower,
     Noise,
@@ -36,13 +37,19 @@ def robot_sim(
     seed: Annotated[int | None, typer.Option(help="Seed, instead of the scenario's.", min=0)] = None,
     follower: Annotated[Follower | None, typer.Option(help="Follower, instead of the scenario's.")] = None,
     noise: Annotated[Noise | None, typer.Option(help="Noise profile, instead of the scenario's.")] = None,
+    origin: OriginOption = None,
     speed: Annotated[str, typer.Option(help="Times real time, or `max`; can be changed while it runs.")] = "1",
     supervised: SupervisedOption = False,
 ) -> None:
     """Run the emulated robot: waits on the bus for a trajectory and drives it, until Ctrl-C."""
     from services.robot_sim.service import run_service
 
-    changes = {"seed": seed, "follower": follower and follower.value, "noise": noise and noise.value}
+    changes = {
+        "seed": seed,
+        "follower": follower and follower.value,
+        "noise": noise and noise.value,
+        "origin": origin and parse_origin(origin, "--origin"),
+    }
     text = read_text(scenario) if scenario else "{}"
     given = parse(Scenario, text, scenario.name if scenario else "scenario")
     chosen = given.model_copy(update={name: value for name, value in changes.items() if value is not None})

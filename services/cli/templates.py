@@ -1,39 +1,189 @@
-"""``touchline templates``: what can be painted out of the box."""
+"""``touchline templates``: what can be painted out of the box, from text, and from other programs' drawings."""
 
 import json
-from typing import Annotated
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
 from rich.table import Table
+from typer.core import TyperGroup
 
-from schemas.template import load_template, shipped_templates, template_text
+from schemas.errors import SpecError
+from schemas.lettering import Corners, write
+from schemas.template import Template
+from services.cli.display import print_event, stderr
+from services.cli.drawing import (
+    MapOriginOption,
+    OriginOption,
+    PlaceOption,
+    SetOption,
+    chosen_template,
+    laid,
+    write_text,
+)
 from services.cli.options import JsonOption
+
+if TYPE_CHECKING:
+    from schemas.fields import Field
+
+OutOption = Annotated[Path | None, typer.Option("--out", help="Write the template to this JSON file.")]
+PlotOption = Annotated[Path | None, typer.Option("--plot", help="Draw the template to this .svg file.")]
+LineWidthOption = Annotated[float, typer.Option(help="Width of the strokes, m.", min=0.02, max=0.3)]
+
+_SHOW = "show"
+#: So many arcs that are too tight are named one by one.
+_NAMED = 5
+
+
+class _ShowByDefault(TyperGroup):
+    """A group whose arguments, unless they begin with a subcommand, are those of ``show``."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        if not args or (args[0] not in self.commands and args[0] not in ("--help",)):
+            args = [_SHOW, *args]
+        return super().parse_args(ctx, args)
 
 
 def register(app: typer.Typer) -> None:
-    """Add the subcommand."""
-    app.command("templates")(templates)
+    """Add the subcommands."""
+    group = typer.Typer(cls=_ShowByDefault, rich_markup_mode=None, help=_HELP)
+    group.command(_SHOW)(show)
+    group.command("text")(text)
+    group.command("import")(import_)
+    app.add_typer(group, name="templates")
 
 
-def templates(
-    name: Annotated[str | None, typer.Argument(help="Print this template's JSON.", show_default=False)] = None,
+_HELP = """List the shipped templates, print or draw one, write text, or import a drawing.
+
+`touchline templates` lists them; `touchline templates soccer-11 --set length=100` prints one.
+"""
+
+
+def show(
+    name: Annotated[
+        str | None, typer.Argument(help="Print this template (or JSON file) as JSON.", show_default=False)
+    ] = None,
+    settings: SetOption = None,
+    place: PlaceOption = None,
+    origin: OriginOption = None,
+    map_origin: MapOriginOption = None,
+    out: OutOption = None,
+    plot: PlotOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """List the shipped templates, or print one as JSON to start your own from."""
+    from schemas.fields import FIELDS  # here: every process of the system starts through this command line
+
     if name is not None:
-        text, _ = template_text(name)
-        typer.echo(text.rstrip())
+        template = chosen_template(name, settings)
+        _deliver(laid(template, place, origin, map_origin), out, plot)
         return
-    loaded = [load_template(path) for path in shipped_templates().values()]
+    given = {"--set": settings, "--place": place, "--origin": origin, "--out": out, "--plot": plot}
+    for option, value in given.items():
+        if value is not None:
+            raise SpecError("command line", option, "is given without a template", f"name one of: {', '.join(FIELDS)}")
     if as_json:
-        rows = [
-            {"name": t.name, "title": t.title, "segments": len(t.segments), "length_m": t.length_m, "source": t.source}
-            for t in loaded
-        ]
-        typer.echo(json.dumps(rows, indent=2))
+        typer.echo(json.dumps([_row(field) for field in FIELDS.values()], indent=2))
         return
-    table = Table("name", "title", "segments", "line")
-    for template in loaded:
-        table.add_row(template.name, template.title, str(len(template.segments)), f"{template.length_m:.1f} m")
+    table = Table("name", "title", "strokes", "line", "parameters")
+    for field_name, field in FIELDS.items():
+        template = field.template()
+        shown = ", ".join(parameter.name for parameter in field.parameters)
+        table.add_row(field_name, template.title, str(len(template.segments)), f"{template.length_m:.1f} m", shown)
     Console().print(table)
+
+
+def text(
+    words: Annotated[str, typer.Argument(help="What to write, in capitals, digits and a few signs.")],
+    height: Annotated[float, typer.Option(help="Height of the letters, m.", min=0.1, max=100.0)] = 2.0,
+    line_width: LineWidthOption = 0.12,
+    corners: Annotated[Corners, typer.Option(help="Soft corners: square, cut, or round.")] = Corners.CUT,
+    place: PlaceOption = None,
+    origin: OriginOption = None,
+    out: OutOption = None,
+    plot: PlotOption = None,
+) -> None:
+    """Write TEXT in single strokes; (0, 0) is the lower left corner of the first letter."""
+    strokes = tuple(write(words, height, line_width, corners))
+    source = f"Text, {height:g} m high. Origin at the lower left corner, x along the text, y up, in m."
+    template = Template(name="text", title=words, source=source, line_width_m=line_width, segments=strokes)
+    _warn_of_tight_arcs(template)
+    _deliver(laid(template, place, origin), out, plot)
+
+
+def import_(
+    drawing: Annotated[Path, typer.Argument(help="An .svg or .dxf file.")],
+    scale: Annotated[
+        float | None,
+        typer.Option(help="Metres of one unit of the drawing; by default from its own units.", show_default=False),
+    ] = None,
+    line_width: LineWidthOption = 0.12,
+    fill: Annotated[bool, typer.Option("--fill", help="Fill coloured shapes and hatches with strokes.")] = False,
+    fill_angle: Annotated[float, typer.Option(help="Direction of the strokes that fill, degrees.")] = 0.0,
+    anchor: Annotated[str, typer.Option(help="What becomes (0, 0): centre, corner (lower left) or own.")] = "centre",
+    skip_others: Annotated[bool, typer.Option("--skip-others", help="Leave out what cannot be painted.")] = False,
+    place: PlaceOption = None,
+    origin: OriginOption = None,
+    out: OutOption = None,
+    plot: PlotOption = None,
+) -> None:
+    """Import the lines and curves of an SVG or DXF drawing, within 1 mm."""
+    from services.drawings.importer import Anchor, ImportOptions, import_drawing
+
+    if anchor not in list(Anchor):
+        raise SpecError("command line", "--anchor", f"is {anchor!r}", f"give {', '.join(Anchor)}")
+    options = ImportOptions(scale, line_width, fill, fill_angle, Anchor(anchor), skip_others)
+    imported = import_drawing(drawing, options)
+    template = imported.template
+    figures = f"{len(template.segments)} strokes, {template.length_m:.1f} m, within {imported.deviation_m * 1e3:.2f} mm"
+    stderr.print(f"{drawing.name}: {figures}")
+    if imported.skipped:
+        print_event(1, f"left out: {', '.join(imported.skipped[:_NAMED])}{_more(len(imported.skipped))}")
+    _warn_of_tight_arcs(template)
+    _deliver(laid(template, place, origin), out, plot)
+
+
+def _row(field: "Field") -> dict[str, Any]:
+    template = field.template()
+    return {
+        "name": field.name,
+        "title": template.title,
+        "segments": len(template.segments),
+        "length_m": template.length_m,
+        "source": template.source,
+        "parameters": [
+            {"name": p.name, "default": p.default, "allowed": p.allowed, "description": p.description}
+            for p in field.parameters
+        ],
+    }
+
+
+def _warn_of_tight_arcs(template: Template) -> None:
+    from schemas.vehicle import Vehicle
+    from services.drawings.importer import smallest_radius_m, tight_arcs
+
+    vehicle = Vehicle()
+    tight = tight_arcs(template, vehicle)
+    if tight:
+        named = ", ".join(f"{name} ({radius:.3f} m)" for name, radius in tight[:_NAMED])
+        limit = f"{len(tight)} arcs are tighter than the {smallest_radius_m(vehicle):.3f} m that the robot can drive"
+        print_event(1, f"{limit}: {named}{_more(len(tight))}; enlarge the drawing")
+
+
+def _more(count: int) -> str:
+    return f" and {count - _NAMED} more" if count > _NAMED else ""
+
+
+def _deliver(template: Template, out: Path | None, plot: Path | None) -> None:
+    """To the files asked for, else to standard output."""
+    if plot is not None:
+        from services.drawings.picture import picture
+
+        if plot.suffix != ".svg":
+            raise SpecError("command line", "--plot", f"ends in {plot.suffix!r}", "use .svg")
+        write_text(picture(template), plot)
+    if out is not None:
+        write_text(template.to_json(), out)
+    if out is None and plot is None:
+        typer.echo(template.to_json().rstrip())

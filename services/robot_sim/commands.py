@@ -10,7 +10,8 @@ from schemas import messages as m
 from schemas import topics
 from schemas.errors import CommandRefused, SpecError
 from schemas.messages.base import Message
-from schemas.template import parse_template
+from schemas.placement import same_place
+from schemas.template import Template, parse_template
 from schemas.topics import Service
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.frames import OnboardEvent
@@ -56,11 +57,24 @@ class Commands:
         """Take a trajectory and, if given, the template to judge the paint by."""
         try:
             template = parse_template(request.template_json) if request.template_json.strip() else None
+            if template is not None:
+                self._check_origin(template)
             total_time_s = self._emulator.load(request.trajectory, template)
         except (CommandRefused, SpecError) as error:
             return m.LoadResponse(success=False, message=str(error))
         self.told += self._telemetry.loaded(request.trajectory, template)
         return m.LoadResponse(success=True, message="loaded", total_time=total_time_s)
+
+    def _check_origin(self, template: Template) -> None:
+        """A drawing in another map frame would be painted in the wrong place."""
+        here, there = self._emulator.scenario.origin, template.origin
+        if there is not None and not same_place(there, here):
+            text = f"{there.latitude_deg:.8f},{there.longitude_deg:.8f}"
+            own = f"{here.latitude_deg!r},{here.longitude_deg!r},{here.altitude_m!r}"
+            raise CommandRefused(
+                f"the template's origin {text} is not the robot's: carry it over with "
+                f"`touchline templates FILE --map-origin {own}` and plan again"
+            )
 
     def start_traversal(self, request: m.StartTraversalRequest) -> m.StartTraversalResponse:
         """Load and start in one, as the robot's own service does; a refusal's reason goes to the event log."""

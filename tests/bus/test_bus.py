@@ -196,10 +196,19 @@ def test_junk_on_a_topic_is_counted_and_dropped(pair, outsider):
     robot, bridge = pair
     inbox, publisher = bridge.inbox([topics.EVENTS]), robot.publisher(topics.EVENTS)
     joined(inbox, publisher, Event())
+    foreign = encode(Event(text="from a foreign publisher"))
+
+    def heard() -> bool:
+        outsider.put(bridge.key(topics.EVENTS.name), foreign)
+        return bool(inbox.wait(0.05))
+
+    assert eventually(heard)
+    time.sleep(0.1)
+    inbox.drain()
     for junk in (b"", b"junk", os.urandom(500), b"\x00\x01\x00\x00" + os.urandom(40), bytes(40_000_000)):
         outsider.put(bridge.key(topics.EVENTS.name), junk)
     assert eventually(lambda: not inbox.drain() and bridge.counters.rejected == 5)
-    outsider.put(bridge.key(topics.EVENTS.name), encode(Event(text="from a foreign publisher")))
+    outsider.put(bridge.key(topics.EVENTS.name), foreign)
     assert [sample.decode().text for sample in inbox.wait(10.0)] == ["from a foreign publisher"]
     publisher.send(Event(text="still here"))
     assert [sample.decode().text for sample in inbox.wait(10.0)] == ["still here"]

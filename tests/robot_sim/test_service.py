@@ -16,7 +16,7 @@ from schemas.messages import (
     Trajectory,
     TraversalStatus,
 )
-from schemas.scenario import Scenario
+from schemas.scenario import Origin, Scenario
 from schemas.template import Template
 from schemas.vehicle import Vehicle
 from services.bus import Bus, HealthReporter
@@ -79,6 +79,16 @@ def session(robot, operator):
     drain(inbox, said)
     said = [pair for pair in said if pair != before]
     return {topic.name: [payload for name, payload in said if name is topic] for topic in topics.RECORDED}
+
+
+def test_a_template_of_another_place_is_refused(bus, operator):
+    robot = process(bus, origin=Origin(latitude_deg=57.0, longitude_deg=10.0, altitude_m=0.0))
+    here = TEMPLATE.model_copy(update={"origin": Origin(latitude_deg=57.0, longitude_deg=10.0)})
+    assert ask(operator, robot, topics.LOAD, trajectory=PLAN, template_json=here.to_json()).success
+    there = TEMPLATE.model_copy(update={"origin": Origin(latitude_deg=57.0001, longitude_deg=10.0)})
+    answer = ask(operator, robot, topics.LOAD, trajectory=PLAN, template_json=there.to_json())
+    assert not answer.success
+    assert "--map-origin 57.0,10.0,0.0" in answer.message
 
 
 def test_a_session_over_the_bus_and_its_paint(bus, operator):

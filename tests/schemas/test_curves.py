@@ -57,6 +57,11 @@ def test_offset_beyond_the_centre_is_refused():
         Curve.from_arc((0.3, 0.0), (0.0, 0.0), 1.0).offset(0.41124)
 
 
+def test_an_arc_needs_a_radius():
+    with pytest.raises(ValueError, match="no radius"):
+        Curve.from_arc((1.0, 1.0), (1.0, 1.0), 1.0)
+
+
 @given(curves, st.floats(-0.3, 0.3))
 def test_offset_points_lie_on_the_normal(curve: Curve, left_m: float):
     parallel = curve.offset(left_m)

@@ -234,6 +234,20 @@ def test_waits_for_standstill_and_a_fixed_position() -> None:
     assert estimator.aligned
 
 
+def test_after_a_restart_a_fix_from_the_old_place_is_not_used() -> None:
+    scenario = Scenario(noise="none", gnss=GnssNoise(latency_s=0.45))
+    rig = Rig(scenario=scenario)
+    estimator = Estimator(rig.vehicle, scenario)
+    drive(rig, estimator, 300, lambda t: STANDSTILL)
+    rig.x, rig.y, rig.heading = 50.0, 20.0, 1.0
+    estimator.restart()
+    assert not estimator.started
+    drive(rig, estimator, 300, lambda t: STANDSTILL)
+    assert estimator.aligned
+    assert np.all(np.abs(error(rig, estimator)) < 1e-3)
+    assert report(estimator.counters).fixes_rejected == 0
+
+
 def test_one_gauss_markov_term_keeps_variance_and_short_term_decay() -> None:
     c = m.noise_figures(Vehicle(), DEFAULT)
     assert c[m.C_GM_VAR] == pytest.approx(5e-5)

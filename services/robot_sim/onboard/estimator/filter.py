@@ -184,6 +184,8 @@ class Estimator:
         self._sum_ticks += 1
         if gnss is None or gnss.fix != FIX_FIXED or self._sum_ticks < _START_TICKS:
             return
+        if gnss.stamp_s < frame.time_s - (self._sum_ticks - 0.5) * TICK_S:
+            return  # from before the robot stood here
         gyro, accel, mag_x, mag_y = (self._sums / self._sum_ticks).tolist()
         c = self._c
         self._slot = frame.tick % m.RING

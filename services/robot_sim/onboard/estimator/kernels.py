@@ -17,24 +17,13 @@ from numpy.typing import NDArray
 
 from schemas.jit import kernel
 from services.robot_sim.onboard.estimator.model import (
-    ACCEL_BIAS,
     C_ANTENNA_X,
     C_ANTENNA_Y,
-    C_GM_DECAY,
     C_GM_VAR,
-    C_MAG_DECAY,
-    C_MAG_VAR,
-    C_Q_ACCEL_BIAS,
-    C_Q_GYRO_BIAS,
-    C_Q_SIDE,
-    C_Q_SPEED,
-    C_Q_YAW,
     C_R_ENCODER,
     C_R_ENCODER_TURN,
     C_R_GYRO,
     C_R_MAG,
-    C_SLIP_DECAY,
-    C_SLIP_VAR,
     C_TRACK,
     EAST,
     FIX_AFTER,
@@ -84,10 +73,11 @@ from services.robot_sim.onboard.estimator.model import (
     STATES,
     YAW_RATE,
 )
+from services.robot_sim.onboard.estimator.prediction import predict
+from services.robot_sim.onboard.estimator.updates import apply, apply_two, two, wrap
 
 Floats = NDArray[np.float64]
 
-_DT = 0.01
 _STILL_SPEED_VAR = 1e-6  # (1 mm/s)²
 _STILL_YAW_VAR = 4e-8  # (0.2 mrad/s)²
 _RECENT = 0.1  # weight of the newest fix in the running NIS
@@ -95,116 +85,6 @@ _RECOVERY_POSITION_VAR = 0.25
 _RECOVERY_HEADING_VAR = 0.005
 _ENCODER_REJECTED_RUN_LIMIT = 50.0
 _PATIENCE = 100.0  # factor on the encoders' variance once they have been rejected for half a second
-
-
-@kernel
-def _wrap(angle: float) -> float:
-    return math.pi - (math.pi - angle) % (2.0 * math.pi)
-
-
-@kernel
-def _predict(x: Floats, P: Floats, accel: float, c: Floats) -> None:
-    """One tick ahead, in place. Mean speed and yaw rate step first, then the pose integrates them."""
-    x[SPEED] += (accel - x[ACCEL_BIAS]) * _DT
-    turn = x[YAW_RATE] * _DT
-    middle = x[HEADING] + 0.5 * turn
-    cos, sin = math.cos(middle), math.sin(middle)
-    step = x[SPEED] * _DT
-    x[EAST] += step * cos
-    x[NORTH] += step * sin
-    x[HEADING] += turn
-    x[LEFT_SLIP] *= c[C_SLIP_DECAY]
-    x[RIGHT_SLIP] *= c[C_SLIP_DECAY]
-    x[MAG_BIAS] *= c[C_MAG_DECAY]
-    x[GNSS_EAST] *= c[C_GM_DECAY]
-    x[GNSS_NORTH] *= c[C_GM_DECAY]
-
-    # F P Fᵀ for the sparse F, first rows then columns: speed, yaw rate and biases before the pose that uses them.
-    for k in range(STATES):
-        P[SPEED, k] -= _DT * P[ACCEL_BIAS, k]
-    for k in range(STATES):
-        P[k, SPEED] -= _DT * P[k, ACCEL_BIAS]
-    P[SPEED, SPEED] += c[C_Q_SPEED]
-    P[YAW_RATE, YAW_RATE] += c[C_Q_YAW]
-    de_dv, dn_dv = _DT * cos, _DT * sin
-    de_dh, dn_dh = -step * sin, step * cos
-    de_dw, dn_dw = 0.5 * _DT * de_dh, 0.5 * _DT * dn_dh
-    for k in range(STATES):
-        P[EAST, k] += de_dv * P[SPEED, k] + de_dh * P[HEADING, k] + de_dw * P[YAW_RATE, k]
-        P[NORTH, k] += dn_dv * P[SPEED, k] + dn_dh * P[HEADING, k] + dn_dw * P[YAW_RATE, k]
-        P[HEADING, k] += _DT * P[YAW_RATE, k]
-    for k in range(STATES):
-        P[k, EAST] += de_dv * P[k, SPEED] + de_dh * P[k, HEADING] + de_dw * P[k, YAW_RATE]
-        P[k, NORTH] += dn_dv * P[k, SPEED] + dn_dh * P[k, HEADING] + dn_dw * P[k, YAW_RATE]
-        P[k, HEADING] += _DT * P[k, YAW_RATE]
-    _decay(P, LEFT_SLIP, c[C_SLIP_DECAY], c[C_SLIP_VAR])
-    _decay(P, RIGHT_SLIP, c[C_SLIP_DECAY], c[C_SLIP_VAR])
-    _decay(P, MAG_BIAS, c[C_MAG_DECAY], c[C_MAG_VAR])
-    _decay(P, GNSS_EAST, c[C_GM_DECAY], c[C_GM_VAR])
-    _decay(P, GNSS_NORTH, c[C_GM_DECAY], c[C_GM_VAR])
-    # A hard-iron error is a vector fixed in the body: seen as heading it changes as fast as the robot turns.
-    P[MAG_BIAS, MAG_BIAS] += c[C_MAG_VAR] * min(abs(turn), 1.0)
-    P[GYRO_BIAS, GYRO_BIAS] += c[C_Q_GYRO_BIAS]
-    P[ACCEL_BIAS, ACCEL_BIAS] += c[C_Q_ACCEL_BIAS]
-    side = c[C_Q_SIDE] * abs(step)
-    P[EAST, EAST] += side * sin * sin
-    P[NORTH, NORTH] += side * cos * cos
-    P[EAST, NORTH] -= side * sin * cos
-    P[NORTH, EAST] -= side * sin * cos
-
-
-@kernel
-def _decay(P: Floats, i: int, decay: float, variance: float) -> None:
-    for k in range(STATES):
-        P[i, k] *= decay
-    for k in range(STATES):
-        P[k, i] *= decay
-    P[i, i] += variance * (1.0 - decay * decay)
-
-
-@kernel
-def _apply(x: Floats, P: Floats, h: Floats, innovation: float, variance: float, g: Floats) -> None:
-    """Scalar update with row `h`; `g` (STATES,) is scratch."""
-    s = variance
-    for i in range(STATES):
-        total = 0.0
-        for k in range(STATES):
-            total += P[i, k] * h[k]
-        g[i] = total
-    for i in range(STATES):
-        s += h[i] * g[i]
-    for i in range(STATES):
-        x[i] += g[i] * innovation / s
-        for k in range(i, STATES):
-            P[i, k] -= g[i] * g[k] / s
-            P[k, i] = P[i, k]
-
-
-@kernel
-def _two(P: Floats, h: Floats, y0: float, y1: float, r0: float, r1: float) -> float:
-    """Normalised innovation squared of two numbers measured at once with rows `h` (2, STATES)."""
-    s00, s01, s11 = r0, 0.0, r1
-    for i in range(STATES):
-        a, b = 0.0, 0.0
-        for k in range(STATES):
-            a += P[i, k] * h[0, k]
-            b += P[i, k] * h[1, k]
-        s00 += h[0, i] * a
-        s01 += h[0, i] * b
-        s11 += h[1, i] * b
-    return (s11 * y0 * y0 - 2.0 * s01 * y0 * y1 + s00 * y1 * y1) / (s00 * s11 - s01 * s01)
-
-
-@kernel
-def _apply_two(x: Floats, P: Floats, h: Floats, y0: float, y1: float, r0: float, r1: float, g: Floats) -> None:
-    """Both numbers of a pair, one after the other; the second innovation is corrected by the first update."""
-    before = np.zeros(STATES)
-    for i in range(STATES):
-        before[i] = x[i]
-    _apply(x, P, h[0], y0, r0, g)
-    for i in range(STATES):
-        y1 -= h[1, i] * (x[i] - before[i])
-    _apply(x, P, h[1], y1, r1, g)
 
 
 @kernel
@@ -219,7 +99,7 @@ def _encoders(x: Floats, P: Floats, z: Floats, c: Floats, n: Floats, live: bool,
     y0 = left * (1.0 - x[LEFT_SLIP]) - (x[SPEED] - half * x[YAW_RATE])
     y1 = right * (1.0 - x[RIGHT_SLIP]) - (x[SPEED] + half * x[YAW_RATE])
     r = c[C_R_ENCODER] + (c[C_R_ENCODER_TURN] * half * x[YAW_RATE]) ** 2
-    nis = _two(P, h, y0, y1, r, r)
+    nis = two(P, h, y0, y1, r, r)
     if live:
         n[N_ENCODER] += 1.0
         n[NIS_ENCODER_SUM] += nis
@@ -232,7 +112,7 @@ def _encoders(x: Floats, P: Floats, z: Floats, c: Floats, n: Floats, live: bool,
         if n[N_ENCODER_REJECTED_RUN] < _ENCODER_REJECTED_RUN_LIMIT:
             return
         r *= _PATIENCE
-    _apply_two(x, P, h, y0, y1, r, r, g)
+    apply_two(x, P, h, y0, y1, r, r, g)
 
 
 @kernel
@@ -242,21 +122,21 @@ def _measure(x: Floats, P: Floats, z: Floats, c: Floats, n: Floats, live: bool, 
     for k in range(STATES):
         row[k] = 0.0
     row[YAW_RATE], row[GYRO_BIAS] = 1.0, 1.0
-    _apply(x, P, row, z[IN_GYRO] - x[YAW_RATE] - x[GYRO_BIAS], c[C_R_GYRO], g)
+    apply(x, P, row, z[IN_GYRO] - x[YAW_RATE] - x[GYRO_BIAS], c[C_R_GYRO], g)
     if z[IN_STILL] > 0.0:
         for k in range(STATES):
             row[k] = 0.0
         row[SPEED] = 1.0
-        _apply(x, P, row, -x[SPEED], _STILL_SPEED_VAR, g)
+        apply(x, P, row, -x[SPEED], _STILL_SPEED_VAR, g)
         row[SPEED], row[YAW_RATE] = 0.0, 1.0
-        _apply(x, P, row, -x[YAW_RATE], _STILL_YAW_VAR, g)
+        apply(x, P, row, -x[YAW_RATE], _STILL_YAW_VAR, g)
     else:
         _encoders(x, P, z, c, n, live, h, g)
     if not math.isnan(z[IN_MAG]):
         for k in range(STATES):
             row[k] = 0.0
         row[HEADING], row[MAG_BIAS] = 1.0, 1.0
-        y = _wrap(z[IN_MAG] - x[HEADING] - x[MAG_BIAS])
+        y = wrap(z[IN_MAG] - x[HEADING] - x[MAG_BIAS])
         s = P[HEADING, HEADING] + 2.0 * P[HEADING, MAG_BIAS] + P[MAG_BIAS, MAG_BIAS] + c[C_R_MAG]
         nis = y * y / s
         if live:
@@ -265,7 +145,7 @@ def _measure(x: Floats, P: Floats, z: Floats, c: Floats, n: Floats, live: bool, 
             if nis > GATE_1_DOF:
                 n[N_MAG_REJECTED] += 1.0
         if nis <= GATE_1_DOF:
-            _apply(x, P, row, y, c[C_R_MAG], g)
+            apply(x, P, row, y, c[C_R_MAG], g)
 
 
 @kernel
@@ -293,7 +173,7 @@ def _fix_rows(x: Floats, fix: Floats, c: Floats, h: Floats) -> tuple[float, floa
 @kernel
 def _use_fix(x: Floats, P: Floats, fix: Floats, c: Floats, h: Floats, g: Floats) -> None:
     y0, y1 = _fix_rows(x, fix, c, h)
-    _apply_two(x, P, h, y0, y1, fix[FIX_VARIANCE], fix[FIX_VARIANCE], g)
+    apply_two(x, P, h, y0, y1, fix[FIX_VARIANCE], fix[FIX_VARIANCE], g)
 
 
 @kernel
@@ -318,7 +198,7 @@ def _step(
         x[i] = xs[before, i]
         for k in range(STATES):
             P[i, k] = Ps[before, i, k]
-    _predict(x, P, inputs[slot, IN_ACCEL], c)
+    predict(x, P, inputs[slot, IN_ACCEL], c)
     _measure(x, P, inputs[slot], c, n, live, h, g)
 
 
@@ -364,7 +244,7 @@ def tick_filter(
         n[N_FIX_DUPLICATE] += 1.0
         return
     y0, y1 = _fix_rows(xs[where], fix, c, h)
-    nis = _two(Ps[where], h, y0, y1, fix[FIX_VARIANCE], fix[FIX_VARIANCE])
+    nis = two(Ps[where], h, y0, y1, fix[FIX_VARIANCE], fix[FIX_VARIANCE])
     n[INNOVATION_EAST], n[INNOVATION_NORTH], n[NIS_FIX_LAST] = y0, y1, nis
     if nis > GATE_FIX:
         n[N_FIX_REJECTED] += 1.0

@@ -1,0 +1,131 @@
+"""What the subcommands that take a template share: its parameters, where it lies, and reading them."""
+
+from pathlib import Path
+from typing import Annotated, TypeVar
+
+import typer
+from pydantic import ValidationError
+
+from schemas.errors import SpecError
+from schemas.placement import Placement, to_map
+from schemas.scenario import Origin
+from schemas.spec import Spec, first_problem
+from schemas.template import Template, load_template, placed
+
+S = TypeVar("S", bound=Spec)
+
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        help="A parameter of the template, as in length=100; can be given again (see docs/templates.md).",
+        show_default=False,
+    ),
+]
+PlaceOption = Annotated[
+    str | None,
+    typer.Option(
+        "--place",
+        help="Where the drawing lies in the map frame: x,y (m)[,rotation (degrees)[,mirror]].",
+        show_default=False,
+    ),
+]
+OriginOption = Annotated[
+    str | None,
+    typer.Option(
+        "--origin",
+        help="Where on the earth the map frame's (0, 0) lies: latitude,longitude[,altitude] (degrees, m).",
+        show_default=False,
+    ),
+]
+MapOriginOption = Annotated[
+    str | None,
+    typer.Option(
+        "--map-origin",
+        help="Carry the drawing from its own origin into the map frame with this one: latitude,longitude[,altitude].",
+        show_default=False,
+    ),
+]
+
+
+def chosen_template(
+    name_or_path: str, settings: list[str] | None = None, place: str | None = None, origin: str | None = None
+) -> Template:
+    """The template with its parameters set, where it shall lie.
+
+    Raises:
+        SpecError: It does not exist or is not a template, or an option cannot be read or is out of range.
+    """
+    return laid(load_template(name_or_path, parameters(settings)), place, origin)
+
+
+def laid(template: Template, place: str | None, origin: str | None, map_origin: str | None = None) -> Template:
+    """``template`` where the options want it."""
+    if place is not None:
+        template = placed(template, parse_placement(place), "--place")
+    if origin is not None:
+        template = template.model_copy(update={"origin": parse_origin(origin, "--origin")})
+    if map_origin is not None:
+        if template.origin is None:
+            problem = "is given for a template without an origin"
+            raise SpecError("command line", "--map-origin", problem, "give its origin with --origin")
+        template = to_map(template, parse_origin(map_origin, "--map-origin"))
+    return template
+
+
+def parameters(settings: list[str] | None) -> dict[str, str]:
+    """``["length=100"]`` as ``{"length": "100"}``."""
+    values: dict[str, str] = {}
+    for setting in settings or ():
+        name, equals, value = setting.partition("=")
+        if not (name and equals and value) or name in values:
+            problem = "is given twice" if name in values else f"is {setting!r}"
+            raise SpecError("command line", "--set", problem, "give name=value, each name once")
+        values[name.strip()] = value.strip()
+    return values
+
+
+def parse_placement(text: str) -> Placement:
+    """``x,y[,rotation[,mirror]]``."""
+    parts = [part.strip() for part in text.split(",")]
+    mirror = len(parts) > 2 and parts[-1] == "mirror"
+    numbers = _numbers(parts[:-1] if mirror else parts)
+    if numbers is None or len(numbers) not in (2, 3):
+        raise SpecError("command line", "--place", f"is {text!r}", "give x,y[,rotation_deg[,mirror]]")
+    x, y, turn = (*numbers, 0.0)[:3]
+    return _checked(Placement, "--place", {"x_m": x, "y_m": y, "rotation_deg": turn, "mirror": mirror})
+
+
+def parse_origin(text: str, option: str) -> Origin:
+    """``latitude,longitude[,altitude]``."""
+    numbers = _numbers(text.split(","))
+    if numbers is None or len(numbers) not in (2, 3):
+        raise SpecError("command line", option, f"is {text!r}", "give latitude,longitude[,altitude]")
+    names = ("latitude_deg", "longitude_deg", "altitude_m")
+    return _checked(Origin, option, dict(zip(names, numbers, strict=False)))
+
+
+def write_text(text: str, path: Path) -> None:
+    """Write ``text`` to ``path``.
+
+    Raises:
+        SpecError: It cannot be written.
+    """
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise SpecError(str(path), "", f"cannot be written ({error.strerror})", "give a writable path") from error
+
+
+def _numbers(parts: list[str]) -> list[float] | None:
+    try:
+        return [float(part) for part in parts]
+    except ValueError:
+        return None
+
+
+def _checked(kind: type[S], option: str, values: dict[str, float | bool]) -> S:
+    try:
+        return kind.model_validate(values)
+    except ValidationError as error:
+        raise first_problem(error, option) from error

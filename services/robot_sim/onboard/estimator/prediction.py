@@ -1,0 +1,103 @@
+"""The filter's step ahead in time."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from schemas.jit import kernel
+from services.robot_sim.onboard.estimator.model import (
+    ACCEL_BIAS,
+    C_GM_DECAY,
+    C_GM_VAR,
+    C_MAG_DECAY,
+    C_MAG_VAR,
+    C_Q_ACCEL_BIAS,
+    C_Q_GYRO_BIAS,
+    C_Q_SIDE,
+    C_Q_SPEED,
+    C_Q_YAW,
+    C_SLIP_DECAY,
+    C_SLIP_VAR,
+    EAST,
+    GNSS_EAST,
+    GNSS_NORTH,
+    GYRO_BIAS,
+    HEADING,
+    LEFT_SLIP,
+    MAG_BIAS,
+    NORTH,
+    RIGHT_SLIP,
+    SPEED,
+    STATES,
+    YAW_RATE,
+)
+
+Floats = NDArray[np.float64]
+
+_DT = 0.01
+
+
+@kernel
+def predict(x: Floats, P: Floats, accel: float, c: Floats) -> None:
+    """One tick ahead, in place.
+
+    Mean speed and yaw rate step first, then the pose integrates them.
+    """
+    x[SPEED] += (accel - x[ACCEL_BIAS]) * _DT
+    turn = x[YAW_RATE] * _DT
+    middle = x[HEADING] + 0.5 * turn
+    cos, sin = math.cos(middle), math.sin(middle)
+    step = x[SPEED] * _DT
+    x[EAST] += step * cos
+    x[NORTH] += step * sin
+    x[HEADING] += turn
+    x[LEFT_SLIP] *= c[C_SLIP_DECAY]
+    x[RIGHT_SLIP] *= c[C_SLIP_DECAY]
+    x[MAG_BIAS] *= c[C_MAG_DECAY]
+    x[GNSS_EAST] *= c[C_GM_DECAY]
+    x[GNSS_NORTH] *= c[C_GM_DECAY]
+
+    # F P Fᵀ for the sparse F, first rows then columns: speed, yaw rate and biases before the pose that uses them.
+    for k in range(STATES):
+        P[SPEED, k] -= _DT * P[ACCEL_BIAS, k]
+    for k in range(STATES):
+        P[k, SPEED] -= _DT * P[k, ACCEL_BIAS]
+    P[SPEED, SPEED] += c[C_Q_SPEED]
+    P[YAW_RATE, YAW_RATE] += c[C_Q_YAW]
+    de_dv, dn_dv = _DT * cos, _DT * sin
+    de_dh, dn_dh = -step * sin, step * cos
+    de_dw, dn_dw = 0.5 * _DT * de_dh, 0.5 * _DT * dn_dh
+    for k in range(STATES):
+        P[EAST, k] += de_dv * P[SPEED, k] + de_dh * P[HEADING, k] + de_dw * P[YAW_RATE, k]
+        P[NORTH, k] += dn_dv * P[SPEED, k] + dn_dh * P[HEADING, k] + dn_dw * P[YAW_RATE, k]
+        P[HEADING, k] += _DT * P[YAW_RATE, k]
+    for k in range(STATES):
+        P[k, EAST] += de_dv * P[k, SPEED] + de_dh * P[k, HEADING] + de_dw * P[k, YAW_RATE]
+        P[k, NORTH] += dn_dv * P[k, SPEED] + dn_dh * P[k, HEADING] + dn_dw * P[k, YAW_RATE]
+        P[k, HEADING] += _DT * P[k, YAW_RATE]
+    _decay(P, LEFT_SLIP, c[C_SLIP_DECAY], c[C_SLIP_VAR])
+    _decay(P, RIGHT_SLIP, c[C_SLIP_DECAY], c[C_SLIP_VAR])
+    _decay(P, MAG_BIAS, c[C_MAG_DECAY], c[C_MAG_VAR])
+    _decay(P, GNSS_EAST, c[C_GM_DECAY], c[C_GM_VAR])
+    _decay(P, GNSS_NORTH, c[C_GM_DECAY], c[C_GM_VAR])
+    # A hard-iron error is a vector fixed in the body: seen as heading it changes as fast as the robot turns.
+    P[MAG_BIAS, MAG_BIAS] += c[C_MAG_VAR] * min(abs(turn), 1.0)
+    P[GYRO_BIAS, GYRO_BIAS] += c[C_Q_GYRO_BIAS]
+    P[ACCEL_BIAS, ACCEL_BIAS] += c[C_Q_ACCEL_BIAS]
+    side = c[C_Q_SIDE] * abs(step)
+    P[EAST, EAST] += side * sin * sin
+    P[NORTH, NORTH] += side * cos * cos
+    P[EAST, NORTH] -= side * sin * cos
+    P[NORTH, EAST] -= side * sin * cos
+
+
+@kernel
+def _decay(P: Floats, i: int, decay: float, variance: float) -> None:
+    for k in range(STATES):
+        P[i, k] *= decay
+    for k in range(STATES):
+        P[k, i] *= decay
+    P[i, i] += variance * (1.0 - decay * decay)

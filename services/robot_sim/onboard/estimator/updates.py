@@ -1,0 +1,66 @@
+"""Scalar and paired measurement updates that keep P symmetric to the bit."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from schemas.jit import kernel
+from services.robot_sim.onboard.estimator.model import (
+    STATES,
+)
+
+Floats = NDArray[np.float64]
+
+
+@kernel
+def wrap(angle: float) -> float:
+    """The angle in (−π, π]."""
+    return math.pi - (math.pi - angle) % (2.0 * math.pi)
+
+
+@kernel
+def apply(x: Floats, P: Floats, h: Floats, innovation: float, variance: float, g: Floats) -> None:
+    """Scalar update with row `h`; `g` (STATES,) is scratch."""
+    s = variance
+    for i in range(STATES):
+        total = 0.0
+        for k in range(STATES):
+            total += P[i, k] * h[k]
+        g[i] = total
+    for i in range(STATES):
+        s += h[i] * g[i]
+    for i in range(STATES):
+        x[i] += g[i] * innovation / s
+        for k in range(i, STATES):
+            P[i, k] -= g[i] * g[k] / s
+            P[k, i] = P[i, k]
+
+
+@kernel
+def two(P: Floats, h: Floats, y0: float, y1: float, r0: float, r1: float) -> float:
+    """Normalised innovation squared of two numbers measured at once with rows `h` (2, STATES)."""
+    s00, s01, s11 = r0, 0.0, r1
+    for i in range(STATES):
+        a, b = 0.0, 0.0
+        for k in range(STATES):
+            a += P[i, k] * h[0, k]
+            b += P[i, k] * h[1, k]
+        s00 += h[0, i] * a
+        s01 += h[0, i] * b
+        s11 += h[1, i] * b
+    return (s11 * y0 * y0 - 2.0 * s01 * y0 * y1 + s00 * y1 * y1) / (s00 * s11 - s01 * s01)
+
+
+@kernel
+def apply_two(x: Floats, P: Floats, h: Floats, y0: float, y1: float, r0: float, r1: float, g: Floats) -> None:
+    """Both numbers of a pair, one after the other; the second innovation is corrected by the first update."""
+    before = np.zeros(STATES)
+    for i in range(STATES):
+        before[i] = x[i]
+    apply(x, P, h[0], y0, r0, g)
+    for i in range(STATES):
+        y1 -= h[1, i] * (x[i] - before[i])
+    apply(x, P, h[1], y1, r1, g)

@@ -1,0 +1,42 @@
+"""Every field, at the ends of its parameters' ranges and wherever it lies, can be driven."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from schemas.fields import FIELDS
+from schemas.lettering import Corners, write
+from schemas.placement import Placement, place
+from schemas.template import Template, load_template, shipped_templates
+from schemas.vehicle import Vehicle
+from services.planner.plan import plan
+
+
+def extremes() -> Iterator[tuple[str, dict[str, float | bool]]]:
+    """All least, all most, and every switch turned."""
+    for name, field in FIELDS.items():
+        for end in ("least", "most"):
+            values: dict[str, float | bool] = {
+                p.name: not p.default if p.least is None else getattr(p, end) for p in field.parameters
+            }
+            yield name, values
+
+
+@pytest.mark.parametrize(("name", "values"), [case for case in extremes() if case[1]])
+def test_fields_can_be_driven_at_the_ends_of_their_ranges(name: str, values: dict[str, float | bool]) -> None:
+    template = FIELDS[name].template(values)
+    planned = plan(template, Vehicle())
+    assert planned.report.painted_segments == len(template.segments)
+    assert planned.report.paint_length_m == pytest.approx(template.length_m, rel=0.1)
+
+
+@pytest.mark.parametrize("name", [name for name in shipped_templates() if name != "american-football"])
+def test_fields_can_be_driven_mirrored_and_turned(name: str) -> None:
+    template = place(load_template(name), Placement(x_m=-300, y_m=120, rotation_deg=33, mirror=True))
+    assert plan(template, Vehicle()).report.painted_segments == len(template.segments)
+
+
+@pytest.mark.parametrize(("height", "corners"), [(0.8, Corners.CUT), (1.8288, Corners.SQUARE), (3.2, Corners.ROUND)])
+def test_text_can_be_driven(height: float, corners: Corners) -> None:
+    strokes = tuple(write("GO TEAM 2026!", height, 0.12, corners))
+    assert plan(Template(name="go", segments=strokes), Vehicle()).report.painted_segments == len(strokes)

@@ -1,0 +1,72 @@
+"""``touchline templates`` and the options that say what is painted where."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from schemas.template import load_template, parse_template
+from tests.system.commands import figures, touchline
+
+
+def test_parameters_and_placement_reach_the_template(tmp_path: Path) -> None:
+    out, plot = tmp_path / "pitch.json", tmp_path / "pitch.svg"
+    options = ["--set", "length=100", "--set", "width=64", "--place", "10,20,90,mirror", "--origin", "57.1,9.9,12"]
+    done = touchline("templates", "soccer-11", *options, "--out", str(out), "--plot", str(plot))
+    assert done.returncode == 0, done.stderr
+    template = load_template(out)
+    assert template.title == "Soccer, 11-a-side, 100 x 64 m"
+    assert template.origin is not None and template.origin.latitude_deg == 57.1
+    xs = [segment.curve().x_m for segment in template.segments]
+    assert max(xs) - min(xs) == pytest.approx(64.0, abs=0.2)
+    assert "<svg" in plot.read_text()
+    planned = figures(touchline("plan", "soccer-11", "--set", "length=100", "--set", "width=64", "--json"))
+    assert planned["length_m"]["paint"] == pytest.approx(template.length_m, rel=0.01)
+    carried = touchline("templates", str(out), "--map-origin", "57.1,9.901,12")
+    moved = parse_template(carried.stdout).segments[0].curve()
+    assert moved.x_m - template.segments[0].curve().x_m == pytest.approx(-60.6, abs=0.5)
+
+
+def test_parameters_are_listed() -> None:
+    rows = {row["name"]: row for row in json.loads(touchline("templates", "--json").stdout)}
+    assert rows["soccer-11"]["parameters"][0] == {
+        "name": "length",
+        "default": 105.0,
+        "allowed": "90 to 120",
+        "description": "touchlines, outside to outside, m",
+    }
+
+
+def test_text_and_drawings_become_templates(tmp_path: Path) -> None:
+    written = touchline("templates", "text", "GO TEAM", "--height", "2")
+    assert parse_template(written.stdout).title == "GO TEAM"
+    rounded = touchline("templates", "text", "GO", "--height", "1", "--corners", "round")
+    assert "tighter than the 0.478 m" in " ".join(rounded.stderr.split())
+    drawing, out = tmp_path / "logo.svg", tmp_path / "logo.json"
+    drawing.write_text('<svg><path d="M0 0C5 0 5 5 9 5"/><text>GO</text></svg>')
+    done = touchline("templates", "import", str(drawing), "--scale", "2", "--skip-others", "--out", str(out))
+    assert done.returncode == 0, done.stderr
+    assert "left out: text-1" in done.stderr and "within 0." in done.stderr
+    assert figures(touchline("plan", str(out), "--json"))["segments"]["painted"] == len(load_template(out).segments)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("templates", "soccer-11", "--set", "length=300"), "give 90 to 120"),
+        (("templates", "soccer-11", "--set", "length"), "--set is 'length'; give name=value"),
+        (("templates", "--set", "length=100"), "--set is given without a template"),
+        (("plan", "soccer-11", "--place", "1"), "--place is '1'; give x,y"),
+        (("plan", "soccer-11", "--origin", "91,0"), "latitude_deg is 91.0"),
+        (("run", "soccer-11", "--set", "size=1"), "size is not a parameter"),
+        (("templates", "soccer-11", "--map-origin", "57,9"), "give its origin with --origin"),
+        (("templates", "soccer-11", "--plot", "x.png"), "use .svg"),
+        (("templates", "text", "Ø"), "has no glyph for Ø"),
+        (("templates", "import", "/no/such.svg"), "is not a file"),
+    ],
+)
+def test_what_cannot_be_meant_is_told_in_one_line(arguments: tuple[str, ...], says: str) -> None:
+    done = touchline(*arguments)
+    assert done.returncode == 2
+    assert says in done.stderr
+    assert "Traceback" not in done.stderr

@@ -1,0 +1,232 @@
+"""A link without a bus, and the situations an operator meets, made of the messages that would tell of them."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from schemas import messages as m
+from schemas import topics
+from schemas.messages.base import Message
+from schemas.template import Template, load_template
+from schemas.topics import Service, Topic
+from tui.protocol import CallFailed, Incoming, NodeChanged, PaintFetched, Received
+
+Answer = Message | CallFailed | Callable[[Message], Message]
+
+
+@dataclass
+class FakeLink:
+    """Hands out what a test puts in, records what is asked, and answers as it is told to."""
+
+    incoming: list[Incoming] = field(default_factory=list)
+    asked: list[tuple[str, Any]] = field(default_factory=list)
+    answers: dict[str, Answer] = field(default_factory=dict)
+    fetches: int = 0
+    held: threading.Event | None = None
+
+    def poll(self) -> list[Incoming]:
+        events, self.incoming = self.incoming, []
+        return events
+
+    def call(self, service: Service[Any, Any], request: Message, timeout_s: float) -> Message:
+        self.asked.append((service.name, request))
+        if self.held is not None:
+            self.held.wait(5)
+        answer = self.answers.get(service.name)
+        if isinstance(answer, CallFailed):
+            raise answer
+        if isinstance(answer, Message):
+            return answer
+        return answer(request) if answer else service.response(success=True)
+
+    def fetch_paint(self) -> None:
+        self.fetches += 1
+        self.incoming.append(PaintFetched(()))
+
+    def names(self) -> list[str]:
+        return [name for name, _ in self.asked]
+
+
+def received(topic: Topic, message: Message, publisher: str = "robot-1") -> Received:
+    return Received(topic.name, message, publisher)
+
+
+def header(time_s: float = 0.0) -> m.Header:
+    sec = int(time_s)
+    return m.Header(stamp=m.Time(sec=sec, nanosec=round((time_s - sec) * 1e9)), frame_id="map")
+
+
+def up(*nodes: str) -> list[Incoming]:
+    return [NodeChanged(node, True) for node in nodes or (topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE)]
+
+
+def pitch() -> Template:
+    return load_template("soccer-11")
+
+
+def line_segment(name: str, label: str, start: tuple[float, float], end: tuple[float, float]) -> m.Segment:
+    points = m.Point(x=start[0], y=start[1]), m.Point(x=end[0], y=end[1])
+    line = m.Line(start=points[0], end=points[1])
+    curve = m.Curve(type=m.CurveType(value=m.CurveType.LINE), line=(line,))
+    return m.Segment(id=name, label=label, curve=curve, direction=m.LinearDirection(value=1))
+
+
+def trajectory(template: Template) -> m.Trajectory:
+    """The template's own lines with straight hops between them: no robot could drive it, but it looks like a plan."""
+    segments: list[m.Segment] = []
+    at: tuple[float, float] | None = None
+    for index, segment in enumerate(template.segments):
+        curve = segment.curve()
+        if at is not None:
+            segments.append(line_segment(f"t{index}", "transition", at, (curve.x_m, curve.y_m)))
+        segments.append(
+            m.Segment(
+                id=segment.id, label=segment.label, curve=curve.to_message(), direction=m.LinearDirection(value=1)
+            )
+        )
+        at = curve.end[:2]
+    return m.Trajectory(path=m.Path(segments=tuple(segments)))
+
+
+def plan_response(template: Template) -> m.PlanResponse:
+    report = m.PlanReport(
+        paint_length_m=template.length_m,
+        transition_length_m=812.0,
+        total_length_m=template.length_m + 812.0,
+        total_time_s=1583.0,
+        painted_segments=len(template.segments),
+        transitions=len(template.segments) - 1,
+    )
+    return m.PlanResponse(success=True, trajectory=trajectory(template), report=report)
+
+
+def status(template: Template, state: int, done: int = 0, share: float = 0.0, **fields: Any) -> m.TraversalStatus:
+    """`done` segments are painted, and `share` of the next."""
+    n = len(template.segments)
+    fractions = [1.0] * done + ([share] if done < n else []) + [0.0] * max(n - done - 1, 0)
+    current = template.segments[min(done, n - 1)]
+    values: dict[str, Any] = {
+        "state": state,
+        "segment_index": min(2 * done, 2 * n - 2),
+        "segment_count": 2 * n - 1,
+        "segment_id": current.id,
+        "total_length_m": 2400.0,
+        "arc_length_m": 2400.0 * (done + share) / n,
+        "coverage_pct": 100.0 * (done + share) / n,
+        "painted_ids": tuple(segment.id for segment in template.segments),
+        "painted_fraction": fractions[:n],
+    }
+    return m.TraversalStatus(**(values | fields))
+
+
+def strokes(template: Template, done: int, share: float = 0.0) -> list[m.PaintMarks]:
+    """The paint of `done` segments and of `share` of the next."""
+    marks: list[m.PaintMarks] = []
+    index = 0
+    for number, segment in enumerate(template.segments[: done + (share > 0)]):
+        curve = segment.curve()
+        length = curve.length_m * (1.0 if number < done else share)
+        x, y, _, _ = curve.at(np.linspace(0.0, length, max(int(length / 0.05), 2)))
+        marks.append(m.PaintMarks(segment_id=segment.id, first_index=index, width_m=0.12, x_m=x, y_m=y))
+        index += len(x)
+    return marks
+
+
+def odometry(x_m: float, y_m: float, heading_rad: float) -> m.Odometry:
+    turn = m.Quaternion(z=math.sin(heading_rad / 2), w=math.cos(heading_rad / 2))
+    pose = m.Pose(position=m.Point(x=x_m, y=y_m), orientation=turn)
+    return m.Odometry(pose=m.PoseWithCovariance(pose=pose))
+
+
+def diagnostics(node: str, message: str = "ok", **values: object) -> m.DiagnosticArray:
+    pairs = tuple(m.KeyValue(key=key, value=str(value)) for key, value in values.items())
+    return m.DiagnosticArray(status=(m.DiagnosticStatus(name=node, message=message, values=pairs),))
+
+
+def event(time_s: float, severity: int, text: str, source: str = topics.ROBOT_SIM) -> Received:
+    return received(topics.EVENTS, m.Event(header=header(time_s), severity=severity, source=source, text=text))
+
+
+def robot_health(battery: float = 0.83, tank_l: float = 13.4, valve: bool = False) -> list[Incoming]:
+    sprayer = m.SprayerState(valve_open=valve, disc_down=valve, tank_l=tank_l)
+    gnss = m.GnssStatus(fix=m.GnssStatus.FIXED, satellites=24, horizontal_accuracy_m=0.011)
+    return [
+        received(topics.GNSS_STATUS, gnss),
+        received(topics.BATTERY, m.BatteryState(percentage=battery)),
+        received(topics.SPRAYER, sprayer),
+    ]
+
+
+def loaded(template: Template) -> list[Incoming]:
+    """Everything is up, and the robot has a plan."""
+    return [
+        *up(),
+        received(topics.DIAGNOSTICS, diagnostics(topics.PLANNER)),
+        received(topics.DIAGNOSTICS, diagnostics(topics.BRIDGE, "recording: 41,288 messages")),
+        received(topics.DIAGNOSTICS, diagnostics(topics.ROBOT_SIM, speed_factor=20.0, real_time_factor=19.8)),
+        received(topics.TEMPLATE, m.String(data=template.model_dump_json())),
+        received(topics.PLAN, trajectory(template)),
+        received(topics.STATUS, status(template, m.TraversalStatus.READY)),
+        *robot_health(battery=0.97, tank_l=20.0),
+    ]
+
+
+def mid_run(template: Template, done: int = 14, share: float = 0.55) -> list[Incoming]:
+    """The robot paints."""
+    curve = template.segments[done].curve()
+    x, y, heading, _ = curve.at(curve.length_m * share)
+    # The nozzle is on the line, the axle to its left.
+    pose = odometry(float(x) - 0.41124 * math.sin(heading), float(y) + 0.41124 * math.cos(heading), float(heading))
+    fields = {"speed_mps": 1.0, "elapsed_s": 754.0, "remaining_s": 431.0, "lateral_error_m": 0.004, "spraying": True}
+    return [
+        *loaded(template),
+        PaintFetched(tuple(strokes(template, done, share))),
+        received(topics.CLOCK, m.Clock(clock=m.Time(sec=754))),
+        received(topics.STATUS, status(template, m.TraversalStatus.RUNNING, done, share, **fields)),
+        received(topics.ODOMETRY, pose),
+        *robot_health(valve=True),
+        event(0.0, m.Event.INFO, "traversal started"),
+        event(412.3, m.Event.WARN, "position float for 1.2 s: valve closed"),
+        event(413.5, m.Event.INFO, "position fixed again: painting goes on"),
+    ]
+
+
+def finished(template: Template) -> list[Incoming]:
+    """All is painted, and the figures are there."""
+    n = len(template.segments)
+    report = m.TraversalReport(
+        success=True,
+        total_time_s=1583.0,
+        coverage_pct=99.87,
+        gap_m=0.12,
+        overspray_m2=0.43,
+        lateral_error_mean_m=0.003,
+        lateral_error_p95_m=0.009,
+    )
+    fields = {"elapsed_s": 1583.0, "coverage_pct": 99.87}
+    return [
+        *mid_run(template),
+        PaintFetched(tuple(strokes(template, n))),
+        received(topics.CLOCK, m.Clock(clock=m.Time(sec=1583))),
+        received(topics.STATUS, status(template, m.TraversalStatus.DONE, n, **fields)),
+        received(topics.REPORT, report),
+        *robot_health(battery=0.76, tank_l=7.3),
+        event(1583.0, m.Event.INFO, "traversal done"),
+    ]
+
+
+def estopped(template: Template) -> list[Incoming]:
+    """The operator pressed the key."""
+    fields = {"reason": "emergency stop by the operator", "elapsed_s": 754.0, "remaining_s": 431.0}
+    return [
+        *mid_run(template),
+        received(topics.STATUS, status(template, m.TraversalStatus.ESTOPPED, 14, 0.55, **fields)),
+        *robot_health(valve=False),
+        event(754.2, m.Event.ERROR, "emergency stop by the operator"),
+    ]

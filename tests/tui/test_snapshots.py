@@ -1,0 +1,104 @@
+"""What the console looks like; `pytest --snapshot-update` takes new pictures, to be looked at before they are kept."""
+
+from collections.abc import Awaitable, Callable
+from typing import Any
+
+import pytest
+from textual.pilot import Pilot
+
+from schemas import messages as m
+from schemas.template import Template
+from tests.tui import scenes
+from tests.tui.scenes import FakeLink
+from tui.app import ConsoleApp
+from tui.protocol import Incoming
+
+Compare = Callable[..., bool]
+
+
+@pytest.fixture(scope="module")
+def template() -> Template:
+    return scenes.pitch()
+
+
+def app_with(events: list[Incoming]) -> ConsoleApp:
+    return ConsoleApp(FakeLink(incoming=list(events)), clock=lambda: 1.0)
+
+
+def settled(*keys: str) -> Callable[[Pilot[Any]], Awaitable[None]]:
+    async def run_before(pilot: Pilot[Any]) -> None:
+        for _ in range(3):
+            pilot.app.tick()  # type: ignore[attr-defined]
+            await pilot.pause()
+        await pilot.press(*keys)
+        await pilot.pause()
+        pilot.app.tick()  # type: ignore[attr-defined]
+        await pilot.pause()
+
+    return run_before
+
+
+def test_disconnected(snap_compare: Compare) -> None:
+    assert snap_compare(app_with([]), terminal_size=(120, 40), run_before=settled())
+
+
+def test_plan_made(snap_compare: Compare, template: Template) -> None:
+    app = app_with(scenes.up())
+    app.state.choose_template(template, template.model_dump_json())
+    response = scenes.plan_response(template)
+    app.state.planned(response.trajectory, response.report)
+    assert snap_compare(app, terminal_size=(120, 40), run_before=settled())
+
+
+def test_mid_run(snap_compare: Compare, template: Template) -> None:
+    assert snap_compare(app_with(scenes.mid_run(template)), terminal_size=(120, 40), run_before=settled())
+
+
+def test_mid_run_wide(snap_compare: Compare, template: Template) -> None:
+    assert snap_compare(app_with(scenes.mid_run(template)), terminal_size=(200, 60), run_before=settled())
+
+
+def test_mid_run_narrow(snap_compare: Compare, template: Template) -> None:
+    assert snap_compare(app_with(scenes.mid_run(template)), terminal_size=(80, 24), run_before=settled())
+
+
+def test_following_closely(snap_compare: Compare, template: Template) -> None:
+    keys = settled("f", *["plus"] * 9)
+    assert snap_compare(app_with(scenes.mid_run(template)), terminal_size=(120, 40), run_before=keys)
+
+
+def test_finished(snap_compare: Compare, template: Template) -> None:
+    assert snap_compare(app_with(scenes.finished(template)), terminal_size=(120, 40), run_before=settled())
+
+
+def test_emergency_stop(snap_compare: Compare, template: Template) -> None:
+    assert snap_compare(app_with(scenes.estopped(template)), terminal_size=(120, 40), run_before=settled())
+
+
+@pytest.mark.parametrize("key", ["t", "p", "a", "question_mark"])
+def test_dialogs_fit_the_smallest_terminal(snap_compare: Compare, template: Template, key: str) -> None:
+    events = scenes.mid_run(template) if key == "a" else scenes.loaded(template)
+    assert snap_compare(app_with(events), terminal_size=(80, 24), run_before=settled(key))
+
+
+def test_robot_gone_mid_run(snap_compare: Compare, template: Template) -> None:
+    from schemas import topics
+    from tui.protocol import NodeChanged
+
+    events = [*scenes.mid_run(template), NodeChanged(topics.ROBOT_SIM, False)]
+    assert snap_compare(app_with(events), terminal_size=(120, 40), run_before=settled())
+
+
+def test_the_pictures_are_of_what_they_say(template: Template) -> None:
+    """The situations themselves, so that a wrong picture is not kept by mistake."""
+    states = [
+        (scenes.loaded(template), m.TraversalStatus.READY),
+        (scenes.mid_run(template), m.TraversalStatus.RUNNING),
+        (scenes.finished(template), m.TraversalStatus.DONE),
+        (scenes.estopped(template), m.TraversalStatus.ESTOPPED),
+    ]
+    for events, state in states:
+        app = app_with(events)
+        for event in events:
+            app.state.apply(event, 1.0)
+        assert app.state.traversal == state

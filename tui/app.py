@@ -1,0 +1,262 @@
+"""The console itself: it polls the link, reduces what came in, shows it, and hands keys to the operator's orders."""
+
+from __future__ import annotations
+
+import secrets
+import time
+from collections.abc import Callable, Iterable
+from typing import ClassVar, Literal
+
+from textual.app import App, ComposeResult, SystemCommand
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, Vertical
+from textual.message import Message
+from textual.screen import Screen
+
+from schemas.errors import TouchlineError
+from schemas.messages.touchline import PlanOptions, TraversalStatus
+from schemas.vehicle import Vehicle
+from tui import palette, theme
+from tui.autostart import AutoStart
+from tui.dialogs import Chosen, ConfirmDialog, KeysDialog, PlanDialog, TemplateDialog, read_template
+from tui.dispatch import Dispatcher
+from tui.event_log import ERROR
+from tui.header import HeaderBar
+from tui.key_bar import KeyBar
+from tui.log_view import LogView
+from tui.map_view import MapView
+from tui.operator import Operator
+from tui.orders import Outcome
+from tui.panels import ServicesPanel, StatusPanel
+from tui.protocol import Link
+from tui.segments import SegmentsTable
+from tui.state import ConsoleState
+
+POLL_HZ = 12
+PAINT_RETRY_S = 1.0
+_SEVERITIES: tuple[Literal["information", "warning", "error"], ...] = ("information", "warning", "error")
+
+
+class OrderDone(Message):
+    """An order came back; posted from its thread."""
+
+    def __init__(self, outcome: Outcome) -> None:
+        """With what came of it."""
+        super().__init__()
+        self.outcome = outcome
+
+
+class ConsoleApp(App[None]):
+    """An operator's console over a link."""
+
+    TITLE = "Touchline"
+    CSS_PATH = "console.tcss"
+    HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (100, "-normal"), (160, "-wide")]  # noqa: RUF012, as in the base class
+    VERTICAL_BREAKPOINTS = [(0, "-low"), (34, "-high")]  # noqa: RUF012, as in the base class
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("ctrl+e", "estop", "Emergency stop", priority=True),
+        Binding("e", "estop", "Emergency stop"),
+        Binding("t", "template", "Template"),
+        Binding("p", "plan", "Plan"),
+        Binding("l", "load", "Load"),
+        Binding("s", "command('start')", "Start"),
+        Binding("space", "pause_or_resume", "Pause or resume"),
+        Binding("a", "abort", "Abort"),
+        Binding("r", "command('reset')", "Reset"),
+        Binding("right_square_bracket,full_stop", "speed(1)", "Faster"),
+        Binding("left_square_bracket,comma", "speed(-1)", "Slower"),
+        Binding("f", "follow", "Follow the robot"),
+        Binding("0,home", "fit", "Show the whole job"),
+        Binding("plus,equals_sign", "zoom(1)", "Zoom in"),
+        Binding("minus,underscore", "zoom(-1)", "Zoom out"),
+        Binding("question_mark", "keys", "Keys"),
+        Binding("q", "quit", "Quit"),
+    ]
+
+    def __init__(
+        self,
+        link: Link,
+        autostart: AutoStart | None = None,
+        *,
+        vehicle: Vehicle | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """Show what comes over `link`; `clock` is used to notice silence and to pace repeats."""
+        super().__init__()
+        self.state = ConsoleState()
+        dispatcher = Dispatcher(link, lambda outcome: self.post_message(OrderDone(outcome)))
+        self.operator = Operator(self.state, dispatcher, self._say, secrets.token_hex(4))
+        self._link = link
+        self._autostart = autostart or AutoStart()
+        self._vehicle = vehicle or Vehicle()
+        self._clock = clock
+        self._paint_due_s = 0.0
+        self._header, self._keys = HeaderBar(), KeyBar()
+        self._map, self._log_view = MapView(vehicle), LogView()
+        self._status, self._services, self._segments = StatusPanel("Status"), ServicesPanel("Services"), SegmentsTable()
+        self.register_theme(theme.THEME)
+        self.theme = theme.THEME.name
+
+    def compose(self) -> ComposeResult:
+        """Header, map and log on the left, panels on the right, keys."""
+        yield self._header
+        with Horizontal(id="body"):
+            with Vertical(id="left"):
+                yield self._map
+                yield self._log_view
+            with Vertical(id="right"):
+                yield self._status
+                yield self._services
+                yield self._segments
+        yield self._keys
+
+    def on_mount(self) -> None:
+        """Begin to poll."""
+        self._map.focus()
+        if self._autostart.template is not None:
+            self._open_template(self._autostart.template)
+        self.set_interval(1 / POLL_HZ, self.tick)
+        self.call_after_refresh(self.tick)
+
+    # -- what comes in -----------------------------------------------------------------------------------------------
+
+    def tick(self) -> None:
+        """Take what came in, give what orders are due, and show how things are."""
+        now = self._clock()
+        self.state.now_s = now
+        for event in self._link.poll():
+            self.state.apply(event, now)
+        if self.state.paint.needs_fetch and self.state.robot_alive and now >= self._paint_due_s:
+            self._paint_due_s = now + PAINT_RETRY_S
+            self._link.fetch_paint()
+        self._go_on_starting()
+        self.show_state()
+
+    def show_state(self) -> None:
+        """Bring every panel up to date; each redraws only what changed."""
+        if not self._map.is_attached:  # an answer may still come in while the console is being taken down
+            return
+        state = self.state
+        self.screen_stack[0].set_class(state.traversal == TraversalStatus.ESTOPPED, "-stopped-robot")
+        for panel in (self._header, self._map, self._status, self._services, self._segments, self._keys):
+            panel.show(state)
+        self._log_view.show(state.log)
+
+    def on_order_done(self, event: OrderDone) -> None:
+        """Take in what came of an order."""
+        ok = self.operator.done(event.outcome)
+        self._autostart.done(event.outcome.order.name, ok)
+        self._go_on_starting()
+        self.show_state()
+
+    def _go_on_starting(self) -> None:
+        match self._autostart.due(self.state):
+            case "plan":
+                if self.operator.may_prepare("Start", needs_template=True):
+                    self.operator.plan(self.operator.options)
+                else:
+                    self._autostart.stop()
+            case "load":
+                self.operator.load()
+            case "speed" if self._autostart.speed is not None:
+                self.operator.set_speed(self._autostart.speed)
+            case "start":
+                self.operator.command("start")
+
+    def _say(self, severity: int, text: str) -> None:
+        self.state.note(severity, "console", text)
+        self.notify(text, severity=_SEVERITIES[severity], timeout=4 + 2 * severity, markup=False)
+
+    # -- keys --------------------------------------------------------------------------------------------------------
+
+    def action_command(self, name: str) -> None:
+        """An order without arguments."""
+        self.operator.command(name)
+
+    def action_estop(self) -> None:
+        """Stop the robot, whatever else is going on."""
+        self._autostart.stop()
+        self.operator.command("estop")
+
+    def action_pause_or_resume(self) -> None:
+        """Pause, or resume if paused."""
+        self.operator.pause_or_resume()
+
+    def action_load(self) -> None:
+        """Hand the plan to the robot."""
+        self.operator.load()
+
+    def action_speed(self, steps: int) -> None:
+        """Let simulated time pass faster or slower."""
+        self.operator.change_speed(steps)
+
+    def action_abort(self) -> None:
+        """Give up the job, once confirmed."""
+
+        def answered(yes: bool | None) -> None:
+            if yes:
+                self.operator.command("abort")
+
+        text = "The robot stops and gives the job up. A pause (space) keeps it."
+        self.push_screen(ConfirmDialog("Abort this job?", text, "Abort"), answered)
+
+    def action_template(self) -> None:
+        """Choose a template."""
+
+        def chosen(result: Chosen | None) -> None:
+            if result:
+                self.operator.choose(*result)
+                self.show_state()
+
+        if self.operator.may_prepare("Template", needs_template=False):
+            self.push_screen(TemplateDialog(), chosen)
+
+    def _open_template(self, name_or_path: str) -> None:
+        try:
+            self.operator.choose(*read_template(name_or_path))
+        except (TouchlineError, OSError) as error:
+            self._autostart.stop()
+            self._say(ERROR, f"Template: {error}")
+
+    def action_plan(self) -> None:
+        """Ask for options, then plan."""
+
+        def chosen(options: PlanOptions | None) -> None:
+            if options is not None:
+                self.operator.plan(options)
+
+        if self.operator.may_prepare("Plan", needs_template=True):
+            self.push_screen(PlanDialog(self.operator.options, self._vehicle), chosen)
+
+    def action_follow(self) -> None:
+        """Keep the robot in the middle of the map, or no longer."""
+        self._map.set_follow(not self._map.follow)
+
+    def action_fit(self) -> None:
+        """Show the whole job."""
+        self._map.fit()
+
+    def action_zoom(self, steps: int) -> None:
+        """Zoom the map."""
+        self._map.zoom(steps)
+
+    def action_keys(self) -> None:
+        """List the keys."""
+        self.push_screen(KeysDialog())
+
+    async def action_quit(self) -> None:
+        """Leave; asks first while the robot is on a job."""
+
+        def answered(yes: bool | None) -> None:
+            if yes:
+                self.exit()
+
+        if not self.state.busy:
+            self.exit()
+        elif not isinstance(self.screen, ConfirmDialog):
+            text = "The robot is on a job. Nobody watches it from here once this console is closed."
+            self.push_screen(ConfirmDialog("Leave the console?", text, "Leave"), answered)
+
+    def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
+        """The command palette: every order by name."""
+        yield from palette.commands(self)

@@ -1,0 +1,232 @@
+"""The console's dialogs: choose a template, plan options, yes or no, and the list of keys."""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar, TypeVar
+
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Grid, Horizontal, Vertical
+from textual.content import Content
+from textual.screen import ModalScreen
+from textual.widgets import Button, Input, Label, OptionList, RadioButton, RadioSet, Static
+from textual.widgets.option_list import Option
+
+from schemas.errors import TouchlineError
+from schemas.messages.touchline import PlanOptions
+from schemas.template import Template, parse_template, shipped_templates, template_text
+from schemas.vehicle import Vehicle
+from tui import format, theme
+from tui.orders import METHODS
+
+Result = TypeVar("Result")
+Chosen = tuple[Template, str]
+"""A template and the text it was read from."""
+
+
+class Dialog(ModalScreen[Result]):
+    """A box in the middle of the screen; Esc leaves it, and the emergency stop works in it."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("escape", "dismiss(None)", "Cancel"),
+        Binding("e", "app.estop", "E-STOP", show=False),
+    ]
+
+
+def read_template(name_or_path: str) -> Chosen:
+    """A shipped template by name, or a file. Raises SpecError."""
+    text, source = template_text(name_or_path)
+    return parse_template(text, source), text
+
+
+class TemplateDialog(Dialog[Chosen | None]):
+    """Choose a shipped template or give a file."""
+
+    def compose(self) -> ComposeResult:
+        """The list, the path, and room for what is wrong with it."""
+        with Vertical(id="dialog"):
+            yield Label("Choose a template", classes="title")
+            yield OptionList(id="templates")
+            yield Input(placeholder="or a file: path/to/template.json", id="path")
+            yield Static("", id="problem")
+            yield Static("enter choose   tab to the file   esc cancel   ctrl+e emergency stop", classes="note")
+
+    def on_mount(self) -> None:
+        """List what is shipped."""
+        options = self.query_one(OptionList)
+        for name in shipped_templates():
+            try:
+                template, _ = read_template(name)
+            except TouchlineError:
+                continue
+            size = f"{len(template.segments)} lines, {format.length(template.length_m)}"
+            options.add_option(
+                Option(Content.assemble((f"{name}  ", "bold"), (f"{template.title}  ", ""), (size, "dim")), id=name)
+            )
+        options.highlighted = 0
+        options.focus()
+
+    def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
+        """Take a shipped one."""
+        self._take(str(event.option.id))
+
+    def on_input_submitted(self, event: Input.Submitted) -> None:
+        """Take a file."""
+        if event.value.strip():
+            self._take(event.value.strip())
+
+    def _take(self, name_or_path: str) -> None:
+        try:
+            chosen = read_template(name_or_path)
+        except (TouchlineError, OSError) as error:
+            self.query_one("#problem", Static).update(Content(str(error)))
+        else:
+            self.dismiss(chosen)
+
+
+class PlanDialog(Dialog[PlanOptions | None]):
+    """Choose how to plan; what is left empty is the vehicle's default."""
+
+    FIELDS: ClassVar[dict[str, tuple[str, str]]] = {
+        "paint_speed_mps": ("painting speed  m/s", "paint_speed_mps"),
+        "transit_speed_mps": ("driving speed  m/s", "transit_speed_mps"),
+        "kappa_max_1pm": ("curvature ≤  1/m", "default_kappa_max_1pm"),
+        "sigma_max_1pm2": ("sharpness ≤  1/m²", "default_sigma_max_1pm2"),
+    }
+    """Option → (label, the vehicle's field that holds its default)."""
+
+    def __init__(self, options: PlanOptions, vehicle: Vehicle) -> None:
+        """Start from the options used last."""
+        super().__init__()
+        self._options, self._vehicle = options, vehicle
+
+    def compose(self) -> ComposeResult:
+        """Method, limits, buttons."""
+        with Vertical(id="dialog"):
+            yield Label("Plan the path", classes="title")
+            chosen = self._options.method or next(iter(METHODS))
+            with RadioSet(id="method"):
+                for name, text in METHODS.items():
+                    yield RadioButton(f"{name}  [dim]{text}[/]", value=name == chosen, name=name)
+            with Grid(id="limits"):
+                for field, (label, default) in self.FIELDS.items():
+                    value = getattr(self._options, field)
+                    yield Label(label)
+                    yield Input(
+                        f"{value:g}" if value else "",
+                        placeholder=f"{getattr(self._vehicle, default):g}",
+                        type="number",
+                        id=field,
+                        compact=True,
+                    )
+            yield Static("", id="problem")
+            with Horizontal(id="buttons"):
+                yield Button("Plan", variant="primary", id="ok")
+                yield Button("Cancel", id="cancel")
+            yield Static("enter plan   tab next field   esc cancel   ctrl+e emergency stop", classes="note")
+
+    def on_mount(self) -> None:
+        """Enter at once plans as before."""
+        self.query_one("#ok").focus()
+
+    def on_button_pressed(self, event: Button.Pressed) -> None:
+        """Plan or leave."""
+        if event.button.id == "ok":
+            self._accept()
+        else:
+            self.dismiss(None)
+
+    def on_input_submitted(self) -> None:
+        """Enter in a field plans."""
+        self._accept()
+
+    def _accept(self) -> None:
+        values: dict[str, float] = {}
+        for field, (label, _) in self.FIELDS.items():
+            text = self.query_one(f"#{field}", Input).value.strip()
+            try:
+                value = float(text) if text else 0.0
+            except ValueError:
+                value = math.nan
+            if not (math.isfinite(value) and value >= 0) or (text and value == 0):
+                self.query_one("#problem", Static).update(f"{label}: give a number above 0, or nothing for the default")
+                self.query_one(f"#{field}", Input).focus()
+                return
+            values[field] = value
+        pressed = self.query_one(RadioSet).pressed_button
+        method = str(pressed.name) if pressed else ""
+        self.dismiss(PlanOptions(method=method, **values))
+
+
+class ConfirmDialog(Dialog[bool | None]):
+    """A question that is answered with y or n."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("y", "dismiss(True)", "Yes"),
+        Binding("n", "dismiss(False)", "No"),
+    ]
+
+    def __init__(self, question: str, text: str, yes: str) -> None:
+        """`yes` says what the button does."""
+        super().__init__()
+        self._question, self._text, self._yes = question, text, yes
+
+    def compose(self) -> ComposeResult:
+        """Question, explanation, buttons."""
+        with Vertical(id="dialog"):
+            yield Label(self._question, classes="title")
+            yield Static(self._text)
+            with Horizontal(id="buttons"):
+                yield Button(f"{self._yes} (y)", variant="error", id="yes")
+                yield Button("No (n)", variant="primary", id="no")
+
+    def on_mount(self) -> None:
+        """The harmless answer is the one that Enter gives."""
+        self.query_one("#no").focus()
+
+    def on_button_pressed(self, event: Button.Pressed) -> None:
+        """Answer."""
+        self.dismiss(event.button.id == "yes")
+
+
+KEYS_TEXT = (
+    ("Job", (
+        ("t", "choose a template"), ("p", "plan it"), ("l", "load the plan into the robot"), ("s", "start painting"),
+        ("space", "pause, resume"), ("a", "abort (asks first)"), ("r", "reset after a stop or an abort"),
+    )),
+    ("Stop", (("e, ctrl+e", "emergency stop, at once; ctrl+e anywhere"),)),
+    ("Time", (("[ , and ] .", "slower and faster"),)),
+    ("Map", (
+        ("arrows, drag", "pan"), ("+ -, wheel", "zoom"), ("f", "follow the robot"), ("0, home", "show the whole job"),
+    )),
+    ("Console", (("tab", "next panel"), ("ctrl+p", "all commands by name"), ("q", "quit"))),
+)  # fmt: skip
+LEGEND = (
+    ("●", theme.WHITE, "painted"),
+    ("●", theme.TO_PAINT, "to paint"),
+    ("●", theme.YELLOW, "now"),
+    ("●", theme.WAY, "driven only"),
+    ("→", f"{theme.BLACK} on {theme.ORANGE}", "robot"),
+)
+
+
+class KeysDialog(Dialog[None]):
+    """All keys."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("question_mark,q", "dismiss(None)", "Close")]
+
+    def compose(self) -> ComposeResult:
+        """The list."""
+        with Vertical(id="dialog"):
+            yield Label("Keys", classes="title")
+            lines = []
+            for group, keys in KEYS_TEXT:
+                for index, (key, text) in enumerate(keys):
+                    name = group if index == 0 else ""
+                    lines.append(
+                        Content.assemble((f"{name:<9}", theme.MUTED), (f"{key:<14}", f"bold {theme.SKY}"), text)
+                    )
+            marks = [((f"{mark} ", style), (f"{text}   ", "")) for mark, style, text in LEGEND]
+            lines += [Content(""), Content.assemble(*(part for pair in marks for part in pair))]
+            yield Static(Content("\n").join(lines))

@@ -1,0 +1,45 @@
+"""Sends orders off the screen's thread, so that a slow or missing service never freezes the console."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+
+from tui.orders import Order, Outcome
+from tui.protocol import CallFailed, Link
+
+
+class Dispatcher:
+    """One short-lived thread an order: an emergency stop never queues behind a plan that takes its time."""
+
+    def __init__(self, link: Link, deliver: Callable[[Outcome], object]) -> None:
+        """`deliver` is called from the order's thread, once for each order."""
+        self._link = link
+        self._deliver = deliver
+        self._under_way: set[str] = set()
+        self._lock = threading.Lock()
+
+    def send(self, order: Order) -> bool:
+        """Send it; False if one of the same name is still under way (an emergency stop is sent regardless)."""
+        with self._lock:
+            if order.name in self._under_way and order.name != "estop":
+                return False
+            self._under_way.add(order.name)
+        # A daemon, because leaving the console must not wait for an answer that may never come.
+        threading.Thread(target=self._run, args=(order,), name=f"order-{order.name}", daemon=True).start()
+        return True
+
+    def _run(self, order: Order) -> None:
+        outcome = self._ask(order)
+        with self._lock:
+            self._under_way.discard(order.name)
+        self._deliver(outcome)
+
+    def _ask(self, order: Order) -> Outcome:
+        failure = ""
+        for _ in range(order.attempts):
+            try:
+                return Outcome(order, self._link.call(order.service, order.request, order.timeout_s))
+            except CallFailed as error:
+                failure = str(error)
+        return Outcome(order, failure=failure)

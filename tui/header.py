@@ -1,0 +1,37 @@
+"""The line at the top: whose console it is, which processes are there, sim time and speed."""
+
+from __future__ import annotations
+
+from textual.content import Content
+
+from schemas.messages.touchline import TraversalStatus
+from tui import format, theme
+from tui.panels import NODE_LABELS, LinesPanel
+from tui.state import EXPECTED_NODES, ConsoleState
+
+
+def header_line(state: ConsoleState, width: int) -> Content:
+    """The header, `width` cells wide."""
+    left = Content.assemble((" TOUCHLINE ", f"bold {theme.BLACK} on {theme.GREEN}"), " ")
+    for name in EXPECTED_NODES:
+        alive = state.nodes[name].alive
+        mark = ("● ", theme.GREEN) if alive else ("○ ", theme.VERMILION)
+        left += Content.assemble(mark, (f"{NODE_LABELS.get(name, name)}  ", theme.INK if alive else theme.MUTED))
+    robot = state.robot
+    clock = format.duration(robot.sim_time_s)
+    asked, measured = state.speed_factor, state.real_time_factor
+    speed = format.factor(asked if asked is not None else measured)
+    if asked is not None and measured is not None:
+        speed += f" ({format.factor(measured)})"
+    right = Content.assemble(("sim ", theme.MUTED), f"{clock}   ", ("speed ", theme.MUTED), f"{speed} ")
+    gap = max(width - left.cell_length - right.cell_length, 1)
+    return left + Content(" " * gap) + right
+
+
+class HeaderBar(LinesPanel):
+    """The console's header."""
+
+    def show(self, state: ConsoleState) -> None:
+        """Redraw what changed; the line turns red while the robot is stopped."""
+        self.set_class(state.traversal == TraversalStatus.ESTOPPED, "-stopped")
+        self.show_lines([header_line(state, max(self.size.width, 40))])

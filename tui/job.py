@@ -1,0 +1,139 @@
+"""The job in view: a template and the path planned for it, as polylines and as rows of a table."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from schemas.curves import Curve
+from schemas.messages.touchline import PlanReport
+from schemas.messages.turf_tank import Trajectory
+from schemas.template import Template
+from tui.raster import Polyline
+
+SAGITTA_M = 0.004
+"""How far a drawn chord may be from its arc: less than a dot at the closest useful zoom."""
+
+PLAIN_LABELS = frozenset({"transition", "run-in", "run-out"})
+"""Labels of segments that are driven without painting."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """A painted segment as the table lists it."""
+
+    segment_id: str
+    label: str
+    length_m: float
+
+
+@dataclass(frozen=True, eq=False)
+class TemplateView:
+    """A template, the text it was read from, and its lines by segment id."""
+
+    template: Template
+    text: str
+    lines: dict[str, Polyline] = field(repr=False)
+
+    @classmethod
+    def of(cls, template: Template, text: str) -> TemplateView:
+        """Sample every segment."""
+        return cls(template, text, {segment.id: sample([segment.curve()]) for segment in template.segments})
+
+    @cached_property
+    def line(self) -> Polyline:
+        """All segments."""
+        return merge(list(self.lines.values()))
+
+    @cached_property
+    def lengths_m(self) -> dict[str, float]:
+        """Length of every segment in metres."""
+        return {segment.id: segment.curve().length_m for segment in self.template.segments}
+
+    @cached_property
+    def rows(self) -> tuple[Row, ...]:
+        """The segments in the template's order."""
+        return tuple(
+            Row(segment.id, segment.label or segment.id, self.lengths_m[segment.id])
+            for segment in self.template.segments
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class PathView:
+    """A trajectory: the axle's path by segment index, and which of it is only driven to get to the next line."""
+
+    trajectory: Trajectory = field(repr=False)
+    report: PlanReport | None
+    lines: tuple[Polyline, ...] = field(repr=False)
+    transition: tuple[bool, ...] = field(repr=False)
+    rows: tuple[Row, ...]
+    """The painted segments in the order in which they are driven."""
+    goals: tuple[int, ...] = field(repr=False)
+    """For each segment the row it paints or leads to; the number of rows behind the last one."""
+
+    @classmethod
+    def of(cls, trajectory: Trajectory, template: TemplateView | None, report: PlanReport | None = None) -> PathView:
+        """Sample every segment; one is painted if it has the id of a template segment.
+
+        Without a template its label tells. Raises ValueError when a curve makes no sense.
+        """
+        segments = trajectory.path.segments
+        lengths = template.lengths_m if template else {}
+        plain = tuple(segment.id not in lengths if lengths else segment.label in PLAIN_LABELS for segment in segments)
+        rows = tuple(
+            Row(segment.id, segment.label or segment.id, lengths.get(segment.id, math.nan))
+            for segment, transition in zip(segments, plain, strict=True)
+            if not transition
+        )
+        lines = tuple(sample([Curve.from_message(segment.curve)]) for segment in segments)
+        goals = tuple(np.cumsum([0, *(not transition for transition in plain)])[:-1].tolist())
+        return cls(trajectory, report, lines, plain, rows, goals)
+
+    @cached_property
+    def transitions(self) -> Polyline:
+        """All that is driven without painting."""
+        return merge([line for line, plain in zip(self.lines, self.transition, strict=True) if plain])
+
+    @cached_property
+    def painting(self) -> Polyline:
+        """The axle's path while painting."""
+        return merge([line for line, plain in zip(self.lines, self.transition, strict=True) if not plain])
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """A template and, once it is planned, the path for it."""
+
+    template: TemplateView | None = None
+    path: PathView | None = None
+
+
+NOTHING = Job()
+
+
+def sample(curves: list[Curve]) -> Polyline:
+    """Curves as separate strokes, bends finely enough for the eye."""
+    strokes: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
+    for curve in curves:
+        bend = abs(curve.curvature_1pm)
+        step = math.sqrt(8 * SAGITTA_M / bend) if bend > 1e-9 else math.inf
+        count = min(max(math.ceil(curve.length_m / step), 1), 2000)
+        x, y, _, _ = curve.at(np.linspace(0.0, curve.length_m, count + 1))
+        strokes.append((np.asarray(x), np.asarray(y)))
+    return Polyline.of(strokes)
+
+
+def merge(lines: list[Polyline]) -> Polyline:
+    """Several polylines as one, not joined to each other."""
+    if not lines:
+        return Polyline.of([])
+    return Polyline(
+        np.concatenate([line.x_m for line in lines]),
+        np.concatenate([line.y_m for line in lines]),
+        np.concatenate([line.joined for line in lines]),
+    )

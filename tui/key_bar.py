@@ -1,0 +1,115 @@
+"""The line at the bottom: the keys that fit, the next one set off, useless ones dimmed. A click presses a key."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from textual import events
+from textual.content import Content
+
+from schemas.messages.touchline import TraversalStatus
+from tui import theme
+from tui.panels import LinesPanel, hint
+from tui.state import ConsoleState
+
+
+@dataclass(frozen=True)
+class Key:
+    """A key as it is shown, what it does, the action behind it, and its rank when room is short (0 is first)."""
+
+    key: str
+    text: str
+    action: str
+    rank: int
+
+
+KEYS = (
+    Key("e", "E-STOP", "estop", 0),
+    Key("t", "Template", "template", 1),
+    Key("p", "Plan", "plan", 1),
+    Key("l", "Load", "load", 1),
+    Key("s", "Start", "command('start')", 1),
+    Key("space", "Pause", "pause_or_resume", 1),
+    Key("a", "Abort", "abort", 1),
+    Key("r", "Reset", "command('reset')", 1),
+    Key("[ ]", "Speed", "speed(1)", 1),
+    Key("f", "Follow", "follow", 3),
+    Key("0", "Fit", "fit", 4),
+    Key("+ -", "Zoom", "zoom(1)", 5),
+    Key("?", "Keys", "keys", 2),
+    Key("^p", "Commands", "command_palette", 6),
+    Key("q", "Quit", "quit", 7),
+)
+_USELESS_RANK = 8
+_PREPARING = frozenset("tpl")
+_DRIVING = frozenset(("space", "a"))
+
+
+def useless(state: ConsoleState) -> frozenset[str]:
+    """Keys whose order would be refused as things are; they still work, and say why."""
+    traversal = state.traversal
+    if state.busy:
+        return _PREPARING | {"s", "r"}
+    if traversal == TraversalStatus.READY:
+        return _DRIVING | {"r"}
+    if traversal in (TraversalStatus.ABORTED, TraversalStatus.ESTOPPED):
+        return _DRIVING | {"s", "l"}
+    if traversal == TraversalStatus.DONE:
+        return _DRIVING | {"s"}
+    return _DRIVING | {"s", "r"}
+
+
+def layout(state: ConsoleState, width: int) -> list[tuple[Key, int, int]]:
+    """The keys that fit into `width` cells, in order, each with its first and last column (exclusive)."""
+    idle = useless(state)
+    room, chosen = width, set[Key]()
+    for key in sorted(KEYS, key=lambda key: key.rank + (_USELESS_RANK if key.key in idle else 0)):
+        if _width(key) <= room:
+            chosen.add(key)
+            room -= _width(key)
+    placed, column = list[tuple[Key, int, int]](), 0
+    for key in KEYS:
+        if key in chosen:
+            placed.append((key, column, column + _width(key)))
+            column += _width(key)
+    return placed
+
+
+def _width(key: Key) -> int:
+    text = max(key.text, "Resume", key=len) if key.key == "space" else key.text
+    return len(key.key) + len(text) + 3
+
+
+def keys_line(state: ConsoleState, width: int) -> Content:
+    """The keys, `width` cells wide."""
+    (next_key, _), idle = hint(state), useless(state)
+    parts: list[Content] = []
+    for key, first, last in layout(state, width):
+        text = "Resume" if key.key == "space" and state.traversal == TraversalStatus.PAUSED else key.text
+        label = f" {key.key} {text} "
+        if key.key == "e":
+            part = Content.styled(label, f"bold {theme.WHITE} on {theme.VERMILION}")
+        elif key.key == next_key:
+            part = Content.styled(label, f"bold {theme.BLACK} on {theme.YELLOW}")
+        elif key.key in idle:
+            part = Content.styled(label, theme.FAINT)
+        else:
+            part = Content.assemble((f" {key.key} ", f"bold {theme.SKY}"), (f"{text} ", theme.INK))
+        parts += [part, Content(" " * (last - first - len(label)))]
+    return Content("").join(parts)
+
+
+class KeyBar(LinesPanel):
+    """The console's footer."""
+
+    def show(self, state: ConsoleState) -> None:
+        """Redraw what changed."""
+        width = max(self.size.width, 40)
+        self._layout_shown = layout(state, width)
+        self.show_lines([keys_line(state, width)])
+
+    async def on_click(self, event: events.Click) -> None:
+        """Press the key that was clicked."""
+        for key, first, last in self._layout_shown:
+            if first <= event.x < last:
+                await self.app.run_action(key.action, self.app)

@@ -1,0 +1,117 @@
+"""The console on the real bus: the only file of the console that knows it."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from schemas import topics
+from schemas.errors import PayloadError
+from schemas.messages.base import Message
+from schemas.messages.touchline import GetPaintRequest, GetPaintResponse
+from schemas.topics import Service
+from services.bus import Bus, BusConfig
+from tui.protocol import CallFailed, Incoming, Lost, NodeChanged, PaintFetched, Received, Rejected
+from tui.state import CONSOLE_TOPICS
+
+EVERY_ONE = (topics.PAINT, topics.EVENTS, topics.SUPERVISOR_EVENTS, topics.DIAGNOSTICS)
+"""Topics of which every message counts; diagnostics have several publishers."""
+PAINT_TIMEOUT_S = 3.0
+
+
+@contextmanager
+def open_link(config: BusConfig | None, node: str) -> Iterator[BusLink]:
+    """Join the bus as `node`; leaving the context leaves the bus. Raises SpecError for an unusable configuration."""
+    with Bus.open(node, config) as bus:
+        yield BusLink(bus)
+
+
+__all__ = ["BusConfig", "BusLink", "open_link"]
+
+
+class BusLink:
+    """A Link over a bus: two inboxes, the list of live processes, and calls."""
+
+    def __init__(self, bus: Bus) -> None:
+        """Begin to listen."""
+        self._bus = bus
+        self._states = bus.inbox([topic for topic in CONSOLE_TOPICS if topic not in EVERY_ONE], keep="latest")
+        self._lists = bus.inbox(EVERY_ONE, keep="all")
+        self._presence = bus.presence()
+        self._rejected = 0
+        self._lost = 0
+        self._fetched: deque[PaintFetched] = deque()
+        self._fetching = threading.Lock()
+
+    def poll(self) -> list[Incoming]:
+        """Everything that came in since the last poll.
+
+        What a process said before it went comes before its end, so that nothing of it outlives it.
+        """
+        came, went = self._presence_changes()
+        said: list[Incoming] = []
+        while self._fetched:
+            said.append(self._fetched.popleft())
+        for sample in (*self._states.drain(), *self._lists.drain()):
+            try:
+                said.append(Received(sample.topic.name, sample.decode(), sample.publisher.hex()))
+            except PayloadError as error:
+                said.append(Rejected(sample.topic.name, str(error)))
+        return came + said + went + self._counted()
+
+    def _presence_changes(self) -> tuple[list[Incoming], list[Incoming]]:
+        """(who came, who went or was replaced by another instance)."""
+        before = self._presence.alive()
+        changes = self._presence.poll()
+        after = self._presence.alive()
+        lost = {change.node for change in changes if not change.alive}
+        came: list[Incoming] = []
+        went: list[Incoming] = []
+        for node in dict.fromkeys(change.node for change in changes):
+            if node in before and node in lost:
+                went.append(NodeChanged(node, False))
+                if node in after:
+                    went.append(NodeChanged(node, True))
+            elif node in after:
+                came.append(NodeChanged(node, True))
+        return came, went
+
+    def _counted(self) -> list[Incoming]:
+        """What the bus itself turned away or found missing."""
+        counters, events = self._bus.counters, list[Incoming]()
+        for _ in range(counters.rejected - self._rejected):
+            topic, _, reason = counters.last_rejection.partition(": ")
+            events.append(Rejected(topic, reason))
+        self._rejected = counters.rejected
+        if counters.lost != self._lost:
+            self._lost = counters.lost
+            events.append(Lost(counters.lost))
+        return events
+
+    def call(self, service: Service[Any, Any], request: Message, timeout_s: float) -> Message:
+        """Ask a service. Raises CallFailed when there is no usable answer."""
+        try:
+            answer: Message = self._bus.call(service, request, timeout_s)
+        except Exception as error:  # a bus that is being left raises whatever it pleases
+            raise CallFailed(str(error) or type(error).__name__) from error
+        return answer
+
+    def fetch_paint(self) -> None:
+        """Ask the robot for everything painted so far, in a thread of its own; one at a time."""
+        if self._fetching.acquire(blocking=False):
+            threading.Thread(target=self._fetch_paint, name="fetch-paint", daemon=True).start()
+
+    def _fetch_paint(self) -> None:
+        strokes = None
+        try:
+            response = self.call(topics.GET_PAINT, GetPaintRequest(), PAINT_TIMEOUT_S)
+            if isinstance(response, GetPaintResponse):
+                strokes = response.strokes
+        except CallFailed:
+            pass  # the console goes on without, and asks again
+        finally:
+            self._fetched.append(PaintFetched(strokes))
+            self._fetching.release()

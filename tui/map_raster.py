@@ -1,0 +1,201 @@
+"""The field map as arrays of characters and styles: layers of braille, then marks and text on top."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from schemas.vehicle import Vehicle
+from tui import format
+from tui.raster import BRAILLE_BASE, EMPTY, GrowingLayer, Polyline, draw
+from tui.robot import Pose
+from tui.viewport import DOTS_Y, Viewport
+
+ARROWS = "→↗↑↖←↙↓↘"
+OFF_VIEW = "▷◥△◤◁◣▽◢"
+AXLE_PATH_DOT_M = 0.1
+"""From this scale on the axle's path beside a painted line is told apart from it, and shown."""
+BODY_DOT_M = 0.1
+"""From this scale on the robot has a shape."""
+GRID_MIN_CELLS = 7
+
+
+class Ink(IntEnum):
+    """What a cell shows; a higher one hides a lower one in the same cell."""
+
+    GROUND = 0
+    GRID = 1
+    PATH = 2
+    CURRENT_PATH = 3
+    TEMPLATE = 4
+    CURRENT = 5
+    PAINT = 6
+    BODY = 7
+    LABEL = 8
+    NOZZLE_OFF = 9
+    NOZZLE_ON = 10
+    ROBOT = 11
+    ROBOT_STOPPED = 12
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """What there is to draw. A revision that changes says that a line is another one; growth alone does not."""
+
+    template: Polyline = EMPTY
+    template_revision: int = 0
+    path: Polyline = EMPTY
+    axle_path: Polyline = EMPTY
+    path_revision: int = 0
+    current: Polyline = EMPTY
+    current_paints: bool = False
+    current_revision: int = 0
+    paint: Polyline = EMPTY
+    paint_revision: int = 0
+    robot: Pose | None = None
+    stopped: bool = False
+    spraying: bool = False
+
+    @property
+    def key(self) -> tuple[object, ...]:
+        """Equal for scenes that look the same."""
+        revisions = (self.template_revision, self.path_revision, self.current_revision, self.paint_revision)
+        return (*revisions, len(self.paint), self.robot, self.stopped, self.spraying)
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """The map: code points (rows, columns) and, of the same shape, inks; odd stripes of turf have `stripe` set."""
+
+    codes: NDArray[np.uint32]
+    inks: NDArray[np.uint8]
+    stripe: NDArray[np.bool_]
+
+
+class MapRaster:
+    """Composes scenes; keeps the layers so that a scene which only grew, or in which only the robot moved, is cheap."""
+
+    def __init__(self, vehicle: Vehicle | None = None) -> None:
+        """For a vehicle's nozzle and size."""
+        self.vehicle = vehicle or Vehicle()
+        self._grid = GrowingLayer()
+        self._path, self._axle_path = GrowingLayer(), GrowingLayer()
+        self._template, self._current, self._paint = GrowingLayer(), GrowingLayer(), GrowingLayer()
+
+    def compose(self, view: Viewport, scene: Scene) -> Cells:
+        """Draw a scene."""
+        self._path.update(view, scene.path, scene.path_revision)
+        axle_path = scene.axle_path if view.dot_m <= AXLE_PATH_DOT_M else EMPTY
+        self._axle_path.update(view, axle_path, scene.path_revision)
+        self._template.update(view, scene.template, scene.template_revision)
+        self._current.update(view, scene.current, scene.current_revision)
+        self._paint.update(view, scene.paint, scene.paint_revision)
+
+        bits = self._template.bits | self._paint.bits
+        inks = np.where(self._template.bits, np.uint8(Ink.TEMPLATE), np.uint8(Ink.GROUND))
+        way = self._path.bits | self._axle_path.bits
+        if scene.current_paints:
+            bits |= self._current.bits
+            inks[self._current.bits > 0] = Ink.CURRENT
+        else:
+            way |= self._current.bits
+        inks[self._paint.bits > 0] = Ink.PAINT
+        free = bits == 0
+        bits[free] = way[free]
+        inks[free & (way > 0)] = Ink.PATH
+        if not scene.current_paints:
+            inks[free & (self._current.bits > 0)] = Ink.CURRENT_PATH
+
+        step = grid_step_m(view)
+        self._draw_grid(view, step, bits, inks)
+        codes = bits.astype(np.uint32) + np.uint32(BRAILLE_BASE)
+        cells = Cells(codes, inks, stripes(view, step))
+        if scene.robot:
+            self._draw_robot(view, scene, scene.robot, bits, cells)
+        draw_scale(view, cells)
+        return cells
+
+    def _draw_grid(self, view: Viewport, step_m: float, bits: NDArray[np.uint8], inks: NDArray[np.uint8]) -> None:
+        x_min, y_max = view.to_field(0, 0)
+        x_max, y_min = view.to_field(view.columns, view.rows)
+        xs = np.arange(math.ceil(x_min / step_m), math.floor(x_max / step_m) + 1) * step_m
+        ys = np.arange(math.ceil(y_min / step_m), math.floor(y_max / step_m) + 1) * step_m
+        x, y = (axis.ravel().astype(np.float64) for axis in np.meshgrid(xs, ys))
+        self._grid.update(view, Polyline(x, y, np.zeros(len(x), dtype=np.bool_)), 0)
+        free = (bits == 0) & (self._grid.bits > 0)
+        bits[free] = self._grid.bits[free]
+        inks[free] = Ink.GRID
+
+    def _draw_robot(self, view: Viewport, scene: Scene, pose: Pose, bits: NDArray[np.uint8], cells: Cells) -> None:
+        cos, sin = math.cos(pose.heading_rad), math.sin(pose.heading_rad)
+        octant = round(pose.heading_rad / (math.pi / 4)) % 8
+        ink = Ink.ROBOT_STOPPED if scene.stopped else Ink.ROBOT
+        if view.dot_m <= BODY_DOT_M:
+            body = np.zeros_like(bits)
+            draw(body, view, self._outline(pose, cos, sin))
+            here = body > 0
+            cells.codes[here] = (bits[here] | body[here]).astype(np.uint32) + np.uint32(BRAILLE_BASE)
+            cells.inks[here] = Ink.BODY
+        nozzle_x = pose.x_m + cos * self.vehicle.nozzle_x_m - sin * self.vehicle.nozzle_y_m
+        nozzle_y = pose.y_m + sin * self.vehicle.nozzle_x_m + cos * self.vehicle.nozzle_y_m
+        nozzle = view.to_cell(nozzle_x, nozzle_y)
+        center = view.to_cell(pose.x_m, pose.y_m)
+        if nozzle:
+            _put(cells, nozzle, "●" if scene.spraying else "○", Ink.NOZZLE_ON if scene.spraying else Ink.NOZZLE_OFF)
+        if center:
+            _put(cells, center, ARROWS[octant], ink)
+        else:
+            _put(cells, *_edge(view, pose), ink)
+
+    def _outline(self, pose: Pose, cos: float, sin: float) -> Polyline:
+        half, nozzle = self.vehicle.half_track_m, self.vehicle.nozzle_y_m
+        x = np.array([0.45, -0.2, -0.2, 0.45, 0.0, self.vehicle.nozzle_x_m])
+        y = np.array([0.0, half, -half, 0.0, 0.0, nozzle])
+        joined = np.array([False, True, True, True, False, True])
+        return Polyline(pose.x_m + cos * x - sin * y, pose.y_m + sin * x + cos * y, joined)
+
+
+def grid_step_m(view: Viewport) -> float:
+    """The distance of grid points: 1, 2 or 5 times a power of ten metres, several cells apart."""
+    least = view.cell_m * GRID_MIN_CELLS
+    power = 10.0 ** math.floor(math.log10(least))
+    return next(power * factor for factor in (1, 2, 5, 10) if power * factor >= least * (1 - 1e-9))
+
+
+def stripes(view: Viewport, step_m: float) -> NDArray[np.bool_]:
+    """(columns,) whether a column lies in an odd stripe of the turf, stripes being a grid step wide."""
+    x = view.center_x_m + (np.arange(view.columns) + 0.5 - view.columns / 2) * view.cell_m
+    odd: NDArray[np.bool_] = np.floor(x / step_m).astype(np.int64) % 2 == 1
+    return odd
+
+
+def draw_scale(view: Viewport, cells: Cells) -> None:
+    """A bar in the lower left corner, one grid step long where that fits, with its length."""
+    step = grid_step_m(view)
+    width = round(step / view.cell_m)
+    text = f" {format.round_length(step)} "
+    if view.rows < 4 or width + len(text) + 3 > view.columns:
+        return
+    bar = "├" + "─" * max(width - 2, 0) + "┤"
+    for offset, character in enumerate(bar + text):
+        _put(cells, (1 + offset, view.rows - 1), character, Ink.LABEL)
+
+
+def _put(cells: Cells, at: tuple[int, int], character: str, ink: Ink) -> None:
+    column, row = at
+    cells.codes[row, column] = ord(character)
+    cells.inks[row, column] = ink
+
+
+def _edge(view: Viewport, pose: Pose) -> tuple[tuple[int, int], str]:
+    """The cell at the border nearest to a robot out of view, and a mark that points to it."""
+    x, y = np.array([pose.x_m]), np.array([pose.y_m])
+    u, v = (float(axis[0]) for axis in view.to_dots(x, y))
+    column = int(min(max(u / 2, 0), view.columns - 1))
+    row = int(min(max(v / DOTS_Y, 0), view.rows - 1))
+    octant = round(math.atan2(view.height / 2 - v, u - view.width / 2) / (math.pi / 4)) % 8
+    return (column, row), OFF_VIEW[octant]

@@ -1,0 +1,251 @@
+"""The field map widget: pan, zoom, follow, and redraw only of the rows that changed."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+from rich.markup import escape
+from rich.segment import Segment
+from rich.style import Style
+from textual import events
+from textual.binding import Binding, BindingType
+from textual.geometry import Region
+from textual.strip import Strip
+from textual.widget import Widget
+
+from schemas.messages.touchline import TraversalStatus
+from schemas.vehicle import Vehicle
+from tui import theme
+from tui.map_raster import Cells, Ink, MapRaster, Scene
+from tui.raster import EMPTY
+from tui.state import ConsoleState
+from tui.viewport import Viewport
+
+ZOOM_STEP = 1.4
+PAN_CELLS = 6
+
+_COLORS = {
+    Ink.GROUND: (theme.TURF_GRID, ""),
+    Ink.GRID: (theme.TURF_GRID, ""),
+    Ink.PATH: (theme.WAY, ""),
+    Ink.CURRENT_PATH: (theme.SKY, ""),
+    Ink.TEMPLATE: (theme.TO_PAINT, ""),
+    Ink.CURRENT: (theme.YELLOW, ""),
+    Ink.PAINT: (theme.WHITE, "bold"),
+    Ink.BODY: (theme.ORANGE, "bold"),
+    Ink.LABEL: ("#9db5a7", ""),
+    Ink.NOZZLE_OFF: (theme.ORANGE, "bold"),
+    Ink.NOZZLE_ON: (theme.YELLOW, "bold"),
+    Ink.ROBOT: (f"{theme.BLACK} on {theme.ORANGE}", "bold"),
+    Ink.ROBOT_STOPPED: (f"{theme.WHITE} on {theme.VERMILION}", "bold"),
+}
+
+
+def _styles() -> list[Style]:
+    """Styles by 2·ink + stripe."""
+    styles = []
+    for ink in Ink:
+        color, attributes = _COLORS[ink]
+        for turf in (theme.TURF, theme.TURF_STRIPE):
+            ground = "" if " on " in color else f" on {turf}"
+            styles.append(Style.parse(f"{attributes} {color}{ground}".strip()))
+    return styles
+
+
+class MapView(Widget, can_focus=True):
+    """The field with the template, the plan, what is painted, and the robot."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("up", "pan(0, -1)", "Pan", show=False),
+        Binding("down", "pan(0, 1)", "Pan", show=False),
+        Binding("left", "pan(-1, 0)", "Pan", show=False),
+        Binding("right", "pan(1, 0)", "Pan", show=False),
+    ]
+
+    def __init__(self, vehicle: Vehicle | None = None, *, id: str | None = None) -> None:
+        """For a vehicle's shape."""
+        super().__init__(id=id)
+        self._title = self.border_title = "Field"
+        self.view = Viewport(1, 1, dot_m=0.5)
+        self.follow = False
+        self._fitted = True
+        self._scene = Scene()
+        self._seen: tuple[object, object] = (None, None)
+        self._raster = MapRaster(vehicle)
+        self._cells: Cells | None = None
+        self._keys = np.zeros((0, 0), dtype=np.uint64)
+        self._strips: dict[int, Strip] = {}
+        self._styles = _styles()
+
+    # -- what is drawn -----------------------------------------------------------------------------------------------
+
+    def show(self, state: ConsoleState) -> None:
+        """Draw what changed."""
+        before = self._scene
+        self._scene = self._scene_of(state)
+        seen = (state.template, state.path)
+        if seen[0] is not self._seen[0]:
+            self._fitted = True
+            self._title = _title(state)
+            self._show_title()
+        if self._fitted and (seen[0] is not self._seen[0] or seen[1] is not self._seen[1]):
+            self.view = self._fit()
+        self._seen = seen
+        if self.follow and self._scene.robot:
+            self.view = self.view.centered(self._scene.robot.x_m, self._scene.robot.y_m)
+        if self._scene.key != before.key or self._cells is None or self.follow:
+            self._redraw()
+
+    def _scene_of(self, state: ConsoleState) -> Scene:
+        template, path, status = state.template, state.path, state.robot.status
+        current, paints = EMPTY, False
+        if state.busy and status:
+            paints = bool(template and status.segment_id in template.lines)
+            if template and paints:
+                current = template.lines[status.segment_id]
+            elif path and status.segment_index < len(path.lines):
+                current = path.lines[status.segment_index]
+        return Scene(
+            template=template.line if template else EMPTY,
+            template_revision=id(template),
+            path=path.transitions if path else EMPTY,
+            axle_path=path.painting if path else EMPTY,
+            path_revision=id(path),
+            current=current,
+            current_paints=paints,
+            current_revision=id(current),
+            paint=state.paint.line,
+            paint_revision=state.paint.revision,
+            robot=state.robot.pose if state.robot_alive else None,
+            stopped=state.traversal in (TraversalStatus.ESTOPPED, TraversalStatus.ABORTED),
+            spraying=bool(status and status.spraying),
+        )
+
+    def _redraw(self) -> None:
+        cells = self._raster.compose(self.view, self._scene)
+        keys = (cells.codes.astype(np.uint64) << np.uint64(16)) | (cells.inks.astype(np.uint64) << np.uint64(1))
+        keys |= cells.stripe.astype(np.uint64)
+        self._cells = cells
+        if keys.shape != self._keys.shape:
+            self._strips.clear()
+            self.refresh()
+        else:
+            for row in np.flatnonzero((keys != self._keys).any(axis=1)):
+                self._strips.pop(int(row), None)
+                self.refresh(Region(0, int(row), keys.shape[1], 1))
+        self._keys = keys
+
+    def render_line(self, y: int) -> Strip:
+        """One row of the map."""
+        cells = self._cells
+        if cells is None or y >= cells.codes.shape[0]:
+            return Strip.blank(self.size.width)
+        strip = self._strips.get(y)
+        if strip is None:
+            strip = self._strips[y] = self._strip(cells, y)
+        return strip
+
+    def _strip(self, cells: Cells, row: int) -> Strip:
+        styles = cells.inks[row] * np.uint8(2) + cells.stripe
+        starts = np.concatenate(([0], np.flatnonzero(np.diff(styles)) + 1, [len(styles)]))
+        text = cells.codes[row].astype("<u4").tobytes().decode("utf-32-le")
+        segments = [
+            Segment(text[first:last], self._styles[styles[first]])
+            for first, last in zip(starts[:-1].tolist(), starts[1:].tolist(), strict=True)
+        ]
+        return Strip(segments, len(text))
+
+    # -- where one looks ---------------------------------------------------------------------------------------------
+
+    def _fit(self) -> Viewport:
+        boxes = [line.bounds() for line in (self._scene.template, self._scene.path, self._scene.paint)]
+        found = [box for box in boxes if box]
+        if not found:
+            return self.view.fitted((-10.0, -10.0, 10.0, 10.0))
+        lows, highs = np.array(found)[:, :2].min(axis=0), np.array(found)[:, 2:].max(axis=0)
+        return self.view.fitted((float(lows[0]), float(lows[1]), float(highs[0]), float(highs[1])))
+
+    def _look(self, view: Viewport) -> None:
+        self._fitted = False
+        self.view = view
+        self._redraw()
+
+    def fit(self) -> None:
+        """Show the whole job, and keep doing so when the terminal's size changes."""
+        self.set_follow(False)
+        self._fitted = True
+        self.view = self._fit()
+        self._redraw()
+
+    def zoom(self, steps: float, column: float | None = None, row: float | None = None) -> None:
+        """Zoom in by so many steps, about a cell or the middle."""
+        if self.follow and self._scene.robot:
+            view = self.view.zoomed(ZOOM_STEP**steps)
+            self._look(view.centered(self._scene.robot.x_m, self._scene.robot.y_m))
+        else:
+            self._look(self.view.zoomed(ZOOM_STEP**steps, column, row))
+
+    def set_follow(self, follow: bool) -> None:
+        """Keep the robot in the middle, or no longer."""
+        self.follow = follow
+        self._show_title()
+        if follow and self._scene.robot:
+            self._look(self.view.centered(self._scene.robot.x_m, self._scene.robot.y_m))
+
+    def _show_title(self) -> None:
+        self.border_title = f"{self._title} · following the robot" if self.follow else self._title
+
+    def action_pan(self, columns: int, rows: int) -> None:
+        """Look further in a direction; this ends following."""
+        self.set_follow(False)
+        self._look(self.view.panned(columns * PAN_CELLS, rows * PAN_CELLS / 2))
+
+    def on_resize(self, event: events.Resize) -> None:
+        """Keep the view, or the fit if that is what is shown."""
+        self.view = self.view.resized(self.size.width, self.size.height)
+        if self._fitted:
+            self.view = self._fit()
+        self._redraw()
+
+    def on_mouse_scroll_up(self, event: events.MouseScrollUp) -> None:
+        """Zoom in at the pointer."""
+        self._wheel(event, 1)
+
+    def on_mouse_scroll_down(self, event: events.MouseScrollDown) -> None:
+        """Zoom out at the pointer."""
+        self._wheel(event, -1)
+
+    def _wheel(self, event: events.MouseEvent, steps: float) -> None:
+        event.stop()
+        offset = event.get_content_offset(self)
+        if offset is not None:
+            self.zoom(steps, offset.x + 0.5, offset.y + 0.5)
+
+    def on_mouse_down(self, event: events.MouseDown) -> None:
+        """Begin to drag."""
+        self.capture_mouse()
+
+    def on_mouse_up(self, event: events.MouseUp) -> None:
+        """Stop dragging."""
+        self.release_mouse()
+
+    def on_mouse_move(self, event: events.MouseMove) -> None:
+        """Drag the field, or tell the field coordinates under the pointer."""
+        if event.button and self.app.mouse_captured is self and (event.delta_x or event.delta_y):
+            self.set_follow(False)
+            self._look(self.view.panned(-event.delta_x, -event.delta_y))
+            return
+        offset = event.get_content_offset(self)
+        if offset is not None:
+            x, y = self.view.to_field(offset.x + 0.5, offset.y + 0.5)
+            self.border_subtitle = f"{x:.1f}, {y:.1f} m"
+
+    def on_leave(self) -> None:
+        """No pointer, no coordinates."""
+        self.border_subtitle = ""
+
+
+def _title(state: ConsoleState) -> str:
+    template = state.template.template if state.template else None
+    return escape(template.title or template.name) if template else "Field"

@@ -1,0 +1,115 @@
+"""The operator's orders as requests to services, and what came of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from schemas import topics
+from schemas.messages.base import Message
+from schemas.messages.touchline import (
+    CommandRequest,
+    LoadRequest,
+    PlanOptions,
+    PlanRequest,
+    SetSpeedRequest,
+)
+from schemas.messages.turf_tank import Trajectory
+from schemas.topics import Service
+
+SPEEDS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, -1.0)
+"""Speed factors on offer; a negative one is as fast as it goes."""
+METHODS = {
+    "ccd": "smooth: curvature-continuous turns",
+    "dubins-padded": "baseline: plain arcs with padding",
+}
+"""Planning methods on offer."""
+
+COMMANDS = {
+    "start": ("Start", topics.START),
+    "pause": ("Pause", topics.PAUSE),
+    "resume": ("Resume", topics.RESUME),
+    "abort": ("Abort", topics.ABORT),
+    "estop": ("Emergency stop", topics.ESTOP),
+    "reset": ("Reset", topics.RESET),
+}
+"""Orders without arguments: title and service by name."""
+
+COMMAND_TIMEOUT_S = 3.0
+PLAN_TIMEOUT_S = 120.0
+LOAD_TIMEOUT_S = 15.0
+ESTOP_TIMEOUT_S = 0.7
+ESTOP_ATTEMPTS = 6
+
+
+@dataclass(frozen=True)
+class Order:
+    """A request on its way. It is sent up to `attempts` times with the same request id, which is harmless."""
+
+    name: str
+    title: str
+    service: Service[Any, Any]
+    request: Message
+    timeout_s: float = COMMAND_TIMEOUT_S
+    attempts: int = 1
+
+    @property
+    def request_id(self) -> str:
+        """What its repeats and its progress are known by."""
+        return str(getattr(self.request, "request_id", ""))
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of an order: the answer, or the reason why there is none."""
+
+    order: Order
+    response: Any = None
+    failure: str = ""
+
+    @property
+    def ok(self) -> bool:
+        """Whether it was carried out."""
+        return not self.failure and bool(self.response.success)
+
+    @property
+    def reason(self) -> str:
+        """Why it was not, or what the service says about it."""
+        return self.failure or str(self.response.message)
+
+
+def command(name: str, request_id: str) -> Order:
+    """An order of `COMMANDS`; the emergency stop is repeated until it is answered."""
+    title, service = COMMANDS[name]
+    request = CommandRequest(request_id=request_id)
+    if name == "estop":
+        return Order(name, title, service, request, ESTOP_TIMEOUT_S, ESTOP_ATTEMPTS)
+    return Order(name, title, service, request)
+
+
+def plan(template_json: str, options: PlanOptions, request_id: str) -> Order:
+    """Plan a template."""
+    request = PlanRequest(request_id=request_id, template_json=template_json, options=options)
+    return Order("plan", "Plan", topics.PLAN_SERVICE, request, PLAN_TIMEOUT_S)
+
+
+def load(trajectory: Trajectory, template_json: str, request_id: str) -> Order:
+    """Load a plan into the robot."""
+    request = LoadRequest(request_id=request_id, trajectory=trajectory, template_json=template_json)
+    return Order("load", "Load", topics.LOAD, request, LOAD_TIMEOUT_S)
+
+
+def set_speed(factor: float, request_id: str) -> Order:
+    """Set how fast simulated time passes."""
+    return Order("speed", "Speed", topics.SET_SPEED, SetSpeedRequest(request_id=request_id, factor=factor))
+
+
+def next_speed(factor: float | None, steps: int) -> float:
+    """The speed factor so many steps faster (or slower, if negative) than `factor`."""
+    if factor is None:
+        return SPEEDS[0] if steps < 0 else SPEEDS[1]
+    ranked = [speed if speed > 0 else float("inf") for speed in SPEEDS]
+    now = factor if factor >= 0 else float("inf")
+    if steps > 0:
+        return next((SPEEDS[i] for i, speed in enumerate(ranked) if speed > now), SPEEDS[-1])
+    return next((SPEEDS[i] for i in reversed(range(len(ranked))) if ranked[i] < now), SPEEDS[0])

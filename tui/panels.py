@@ -1,0 +1,243 @@
+"""The panels beside the map: how the job and the robot are, and which services are there."""
+
+from __future__ import annotations
+
+import math
+from textwrap import wrap
+
+from textual.content import Content
+from textual.widgets import Static
+
+from schemas import topics
+from schemas.messages.touchline import GnssStatus, TraversalStatus
+from schemas.vehicle import Vehicle
+from tui import format, theme
+from tui.state import ConsoleState
+
+LOW_BATTERY = 0.2
+LOW_PAINT = 0.15
+GOOD_ERROR_M = 0.02
+"""Lateral error that still meets the accuracy that is promised."""
+
+ROOMY = 38
+"""From this width on the less urgent figures are shown too."""
+TANK_L = Vehicle().tank_l
+
+PEOPLE = (topics.CONSOLE, topics.OPERATOR)
+"""Nodes behind which somebody sits, this console among them."""
+NODE_LABELS = {topics.ROBOT_SIM: "robot"}
+
+
+def badge(state: ConsoleState) -> theme.Badge:
+    """The traversal's state as it is shown."""
+    if not state.robot_alive:
+        return theme.NO_ROBOT
+    if state.traversal is None:
+        return theme.WAITING
+    return theme.STATES[state.traversal]
+
+
+def hint(state: ConsoleState) -> tuple[str, str]:
+    """The step that comes next: (key, what it does); the key is empty when there is nothing to press."""
+    traversal = state.traversal
+    if traversal == TraversalStatus.ESTOPPED:
+        return "r", "reset, once it is safe"
+    if traversal == TraversalStatus.RUNNING:
+        return "space", "pause"
+    if traversal == TraversalStatus.PAUSED:
+        return "space", "resume"
+    if traversal == TraversalStatus.ABORTED:
+        return "r", "reset"
+    if state.progress is not None:
+        return "", f"planning: {state.progress.stage} {format.percent(state.progress.fraction)}"
+    if state.template is None:
+        return "t", "choose a template"
+    if state.path is None:
+        return "p", "plan the path"
+    if not state.robot_alive:
+        return "", "waiting for the robot"
+    if traversal == TraversalStatus.DONE:
+        return "t", "next template"
+    if not state.path_loaded:
+        return "l", "load the plan"
+    return "s", "start painting"
+
+
+def _row(name: str, *parts: Content | str | tuple[str, str]) -> Content:
+    return Content.assemble((f"{name:<9}", theme.MUTED), *parts)
+
+
+def _bar(fraction: float | None, width: int, color: str) -> Content:
+    filled, rest = format.bar(fraction, max(width - 18, 6))
+    return Content.assemble((filled, color), (rest, theme.TURF_GRID))
+
+
+def status_lines(state: ConsoleState, width: int) -> list[Content]:
+    """The status panel, line by line, `width` cells wide."""
+    shown, status = badge(state), state.robot.status if state.robot_alive else None
+    lines = [Content.styled(f" {shown.mark} {shown.text} ".center(width), f"bold {shown.on} on {shown.color}")]
+    if status and status.reason:
+        lines += [Content.styled(line, theme.ORANGE) for line in wrap(status.reason, width)[:2]]
+    key, text = hint(state)
+    lines.append(Content.assemble((f" {key} " if key else "", "reverse bold"), (f" {text}", theme.INK)))
+    if status is None or status.state in (TraversalStatus.IDLE, TraversalStatus.READY):
+        lines += _plan_lines(state)
+    else:
+        lines += _job_lines(state, status, width)
+    if not state.robot_alive:
+        return [*lines, Content.styled("touchline up  starts what is missing", theme.MUTED)]
+    return lines + _robot_lines(state, width) + _report_lines(state)
+
+
+def _job_lines(state: ConsoleState, status: TraversalStatus, width: int) -> list[Content]:
+    name, here = _line_name(state, status)
+    name = _cut(name, width - 11 - len(here))
+    coverage, driven = status.coverage_pct / 100, state.robot.driven_fraction
+    left = f"   {format.duration(status.remaining_s)} left" if state.busy else ""
+    speed = format.number(status.speed_mps, 2, "m/s")
+    return [
+        _row("line", name, (f" {here}", theme.MUTED)),
+        _row("driven", _bar(driven, width, theme.SKY), f" {format.percent(driven):>6}"),
+        _row("covered", _bar(coverage, width, theme.WHITE), f" {format.percent(coverage, 1):>7}"),
+        _row("time", format.duration(status.elapsed_s), (left, theme.MUTED)),
+        _row("speed", f"{speed:<10}", _lateral(status) if state.busy else ""),
+    ]
+
+
+def _cut(text: str, width: int) -> str:
+    return text if len(text) <= width else text[: max(width - 1, 0)] + "…"
+
+
+def _line_name(state: ConsoleState, status: TraversalStatus) -> tuple[str, str]:
+    """(the line being painted or driven to, which of how many it is)."""
+    path = state.path
+    if path is None or status.segment_index >= len(path.goals):
+        return status.segment_id or format.UNKNOWN, f"{status.segment_index + 1}/{status.segment_count}"
+    goal = path.goals[status.segment_index]
+    if goal >= len(path.rows):
+        return "to the end", f"{len(path.rows)}/{len(path.rows)}"
+    label = path.rows[goal].label
+    return f"to {label}" if path.transition[status.segment_index] else label, f"{goal + 1}/{len(path.rows)}"
+
+
+def _lateral(status: TraversalStatus) -> Content:
+    error = status.lateral_error_m
+    if not math.isfinite(error):
+        return Content("")
+    good = abs(error) <= GOOD_ERROR_M
+    return Content.assemble(
+        ("error ", theme.MUTED),
+        (f"{error * 1000:+.0f} mm{'' if good else ' ▲'}", theme.INK if good else theme.ORANGE),
+    )
+
+
+def _plan_lines(state: ConsoleState) -> list[Content]:
+    lines = []
+    if state.template:
+        lines.append(_row("template", state.template.template.name))
+    report = state.path.report if state.path else None
+    if report:
+        lines += [
+            _row(
+                "paint",
+                f"{format.length(report.paint_length_m)}",
+                (f" in {report.painted_segments} lines", theme.MUTED),
+            ),
+            _row("driving", f"{format.length(report.transition_length_m)}", (" between them", theme.MUTED)),
+            _row("takes", format.duration(report.total_time_s)),
+        ]
+    return lines
+
+
+def _robot_lines(state: ConsoleState, width: int) -> list[Content]:
+    robot, lines = state.robot, []
+    if robot.gnss:
+        fix = theme.FIXES[robot.gnss.fix]
+        accuracy = format.length(robot.gnss.horizontal_accuracy_m)
+        extra = "" if robot.gnss.fix == GnssStatus.NONE else f"  ±{accuracy}"
+        if extra and width >= ROOMY:
+            extra += f"  {robot.gnss.satellites} satellites"
+        lines.append(_row("fix", (f"{fix.mark} {fix.text}", fix.color), (extra, theme.MUTED)))
+    if robot.battery:
+        charge = robot.battery.percentage
+        color = theme.GREEN if charge > LOW_BATTERY else theme.VERMILION
+        lines.append(_row("battery", _bar(charge, width, color), f" {format.percent(charge):>6}"))
+    if robot.sprayer:
+        tank = robot.sprayer.tank_l
+        share = tank / TANK_L
+        color = theme.WHITE if share > LOW_PAINT else theme.VERMILION
+        lines.append(_row("paint", _bar(share, width, color), f" {format.number(tank, 1, 'L'):>7}"))
+        valve = ("● open", theme.YELLOW) if robot.sprayer.valve_open else ("○ shut", theme.MUTED)
+        disc = "down" if robot.sprayer.disc_down else "up"
+        lines.append(_row("valve", valve, ("   discs ", theme.MUTED), disc))
+    return lines
+
+
+def _report_lines(state: ConsoleState) -> list[Content]:
+    report = state.robot.report
+    if not report or state.traversal not in (TraversalStatus.DONE, TraversalStatus.ABORTED):
+        return []
+    verdict = ("✓ complete", theme.GREEN) if report.success else ("✗ incomplete", theme.ORANGE)
+    gaps = (f"  gaps {format.length(report.gap_m)}", theme.MUTED)
+    return [
+        _row("result", verdict, f"  {format.percent(report.coverage_pct / 100, 2)}"),
+        _row("accuracy", f"95 % within {format.length(report.lateral_error_p95_m)}"),
+        _row("excess", format.number(report.overspray_m2, 2, "m²"), gaps),
+    ]
+
+
+def service_lines(state: ConsoleState, width: int) -> list[Content]:
+    """One line per process, and one for the bus."""
+    lines = []
+    for node in state.nodes.values():
+        if node.name in PEOPLE:
+            continue
+        if node.silent(state.now_s):
+            mark, text, color = "▲", "silent", theme.ORANGE
+        elif node.alive:
+            mark, text, color = "●", node.message or "alive", theme.GREEN if node.level == 0 else theme.ORANGE
+        else:
+            mark, text, color = "○", "down" if node.seen else "not seen", theme.VERMILION if node.seen else theme.MUTED
+        name = NODE_LABELS.get(node.name, node.name)
+        text_color = theme.MUTED if color == theme.GREEN else color
+        lines.append(Content.assemble((f"{mark} ", color), f"{name:<11}", (_cut(text, width - 13), text_color)))
+    color = theme.MUTED if not state.lost and not state.rejected else theme.ORANGE
+    lines.append(Content.styled(f"bus: {state.lost} lost, {state.rejected} unreadable", color))
+    return lines
+
+
+class LinesPanel(Static):
+    """A panel of lines that is redrawn only when they changed."""
+
+    _shown: Content | None = None
+
+    def __init__(self, title: str = "", *, id: str | None = None) -> None:
+        """An empty panel."""
+        super().__init__(id=id)
+        self.border_title = title
+        self._height = 0
+
+    def show_lines(self, lines: list[Content]) -> None:
+        """Show these lines."""
+        content = Content("\n").join(lines)
+        if self._shown is None or not content.is_same(self._shown):
+            self._shown = content
+            # No line is wrapped, so the layout stands as long as there are as many.
+            self.update(content, layout=len(lines) != self._height)
+            self._height = len(lines)
+
+
+class StatusPanel(LinesPanel):
+    """How the job and the robot are."""
+
+    def show(self, state: ConsoleState) -> None:
+        """Redraw what changed."""
+        self.show_lines(status_lines(state, max(self.content_size.width, 20)))
+
+
+class ServicesPanel(LinesPanel):
+    """Which processes are there."""
+
+    def show(self, state: ConsoleState) -> None:
+        """Redraw what changed."""
+        self.show_lines(service_lines(state, max(self.content_size.width, 20)))

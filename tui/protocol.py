@@ -1,0 +1,73 @@
+"""What the console hears and asks, independent of the transport: the events of a link and the link's interface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from schemas.errors import TouchlineError
+from schemas.messages.base import Message
+from schemas.messages.touchline import PaintMarks
+from schemas.topics import Service
+
+
+class CallFailed(TouchlineError):
+    """A command that got no usable answer; the text says why."""
+
+
+@dataclass(frozen=True)
+class Received:
+    """A decoded message of a topic; `publisher` tells one run of a process from the next."""
+
+    topic: str
+    message: Message
+    publisher: str = ""
+
+
+@dataclass(frozen=True)
+class NodeChanged:
+    """A process appeared on the bus or vanished from it."""
+
+    node: str
+    alive: bool
+
+
+@dataclass(frozen=True)
+class Rejected:
+    """A payload that could not be read; nothing of it was used."""
+
+    topic: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class PaintFetched:
+    """Everything painted in the session, as the robot tells it; None when it did not answer."""
+
+    strokes: tuple[PaintMarks, ...] | None
+
+
+@dataclass(frozen=True)
+class Lost:
+    """Messages lost on the way to this console since it started."""
+
+    messages: int
+
+
+Incoming = Received | NodeChanged | Rejected | PaintFetched | Lost
+
+
+class Link(Protocol):
+    """The console's way to the bus. Only `call` blocks; it may be called from any thread."""
+
+    def poll(self) -> list[Incoming]:
+        """Everything that came in since the last poll, state topics thinned to their latest message."""
+        ...
+
+    def call(self, service: Service[Any, Any], request: Message, timeout_s: float) -> Message:
+        """Ask a service and wait for its answer. Raises CallFailed when there is none."""
+        ...
+
+    def fetch_paint(self) -> None:
+        """Ask for everything painted so far; a PaintFetched follows. Does nothing while one is under way."""
+        ...

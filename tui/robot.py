@@ -1,0 +1,107 @@
+"""What the robot has said about itself since it started."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from schemas import topics
+from schemas.messages.base import Message
+from schemas.messages.standard import BatteryState, Clock, Odometry, Time
+from schemas.messages.touchline import GnssStatus, SprayerState, TraversalReport, TraversalStatus
+
+BUSY_STATES = (TraversalStatus.RUNNING, TraversalStatus.PAUSED)
+
+
+@dataclass(frozen=True)
+class Pose:
+    """The robot's axle centre in the map frame: metres, radians."""
+
+    x_m: float
+    y_m: float
+    heading_rad: float
+
+
+@dataclass
+class Robot:
+    """The latest of everything; a restarted robot begins with an empty one."""
+
+    sim_time_s: float | None = None
+    pose: Pose | None = None
+    status: TraversalStatus | None = None
+    report: TraversalReport | None = None
+    gnss: GnssStatus | None = None
+    battery: BatteryState | None = None
+    sprayer: SprayerState | None = None
+
+    @property
+    def fractions(self) -> dict[str, float]:
+        """Painted share 0…1 by segment id."""
+        if not self.status:
+            return {}
+        shares = zip(self.status.painted_ids, self.status.painted_fraction.tolist(), strict=False)
+        return {name: min(max(share, 0.0), 1.0) for name, share in shares if math.isfinite(share)}
+
+    @property
+    def driven_fraction(self) -> float | None:
+        """Driven share of the path 0…1."""
+        status = self.status
+        if not status or not (status.total_length_m > 0 and math.isfinite(status.arc_length_m)):
+            return None
+        if status.state == TraversalStatus.DONE:
+            return 1.0
+        return min(max(status.arc_length_m / status.total_length_m, 0.0), 1.0)
+
+    def _clock(self, message: Clock) -> None:
+        self.sim_time_s = seconds(message.clock)
+
+    def _odometry(self, message: Odometry) -> None:
+        position, q = message.pose.pose.position, message.pose.pose.orientation
+        heading = math.atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z))
+        if all(map(math.isfinite, (position.x, position.y, heading))):
+            self.pose = Pose(position.x, position.y, heading)
+
+    def _status(self, message: TraversalStatus) -> None:
+        before = self.status.state if self.status else None
+        if message.state in BUSY_STATES and before not in BUSY_STATES:
+            self.report = None
+        self.status = message
+
+    def _report(self, message: TraversalReport) -> None:
+        self.report = message
+
+    def _gnss(self, message: GnssStatus) -> None:
+        self.gnss = message
+
+    def _battery(self, message: BatteryState) -> None:
+        self.battery = message
+
+    def _sprayer(self, message: SprayerState) -> None:
+        self.sprayer = message
+
+
+ROBOT_TOPICS: Mapping[str, Callable[[Robot, Any], None]] = {
+    topics.CLOCK.name: Robot._clock,
+    topics.ODOMETRY.name: Robot._odometry,
+    topics.STATUS.name: Robot._status,
+    topics.REPORT.name: Robot._report,
+    topics.GNSS_STATUS.name: Robot._gnss,
+    topics.BATTERY.name: Robot._battery,
+    topics.SPRAYER.name: Robot._sprayer,
+}
+"""How the robot takes the topics that are about itself alone."""
+
+
+def take(robot: Robot, topic: str, message: Message) -> bool:
+    """Note a message; False if its topic is not about the robot alone."""
+    handler = ROBOT_TOPICS.get(topic)
+    if handler is not None:
+        handler(robot, message)
+    return handler is not None
+
+
+def seconds(time: Time) -> float:
+    """A time stamp in seconds."""
+    return time.sec + time.nanosec * 1e-9

@@ -1,0 +1,100 @@
+"""The table of painted segments with a bar each; it keeps the current one in view."""
+
+from __future__ import annotations
+
+from rich.segment import Segment
+from rich.style import Style
+from textual import events
+from textual.geometry import Region, Size
+from textual.scroll_view import ScrollView
+from textual.strip import Strip
+
+from tui import format, theme
+from tui.state import ConsoleState
+
+BAR_WIDTH = 6
+SLACK_M = 0.03
+"""A line that lacks no more than this is done: the valve opens and closes to about that."""
+BEGUN = 0.02
+"""Less paint than this comes from a line that crosses it."""
+
+Line = tuple[str, float, float, bool]
+"""(label, length m, painted share, whether it is being painted or driven to)"""
+
+
+def is_done(line: Line) -> bool:
+    """Whether all of it is painted."""
+    _, length_m, share, _ = line
+    return share >= 1.0 or (1.0 - share) * length_m <= SLACK_M
+
+
+class SegmentsTable(ScrollView, can_focus=True):
+    """One line per segment to paint, in path order."""
+
+    def __init__(self, *, id: str | None = None) -> None:
+        """An empty table."""
+        super().__init__(id=id)
+        self.border_title = "Lines"
+        self._lines: list[Line] = []
+        self._active: int | None = None
+
+    def show(self, state: ConsoleState) -> None:
+        """Redraw the lines that changed, and scroll to the current one when it changes."""
+        fractions, goal = state.robot.fractions, state.goal
+        lines = [
+            (row.label, row.length_m, fractions.get(row.segment_id, 0.0), row.segment_id == goal) for row in state.rows
+        ]
+        if lines == self._lines:
+            return
+        before, self._lines = self._lines, lines
+        done = sum(map(is_done, lines))
+        self.border_title = f"Lines {done}/{len(lines)}" if lines else "Lines"
+        if len(before) != len(lines):
+            self.virtual_size = Size(self.content_size.width, len(lines))
+            self.refresh()
+        else:
+            for index, (old, new) in enumerate(zip(before, lines, strict=True)):
+                if old != new:
+                    self.refresh_line(index)
+        active = next((index for index, line in enumerate(lines) if line[3]), None)
+        if active is not None and active != self._active:
+            self._reveal(active)
+        self._active = active
+
+    def _reveal(self, index: int) -> None:
+        """Scroll so that a line is in the middle, once the layout knows how many there are."""
+        self.call_after_refresh(self.scroll_to, y=max(index - self.content_size.height // 2, 0), animate=False)
+
+    def on_resize(self, event: events.Resize) -> None:
+        """Keep the current line in view."""
+        self.virtual_size = Size(self.content_size.width, len(self._lines))
+        if self._active is not None:
+            self._reveal(self._active)
+
+    def refresh_line(self, y: int) -> None:
+        """Redraw one line of the table."""
+        self.refresh(Region(0, y - self.scroll_offset.y, self.content_size.width, 1))
+
+    def render_line(self, y: int) -> Strip:
+        """One line of the table."""
+        width, index = self.scrollable_content_region.width, y + self.scroll_offset.y
+        ground = self.rich_style
+        if index >= len(self._lines):
+            return Strip.blank(width, ground)
+        label, length_m, share, active = line = self._lines[index]
+        if active:
+            mark, color = "►", theme.YELLOW
+        elif is_done(line):
+            mark, color = "✓", theme.WHITE
+        else:
+            mark, color = ("◔", theme.INK) if share > BEGUN else ("·", theme.MUTED)
+        filled, rest = format.bar(1.0 if is_done(line) else share, BAR_WIDTH)
+        room = max(width - BAR_WIDTH - 11, 4)
+        name = label if len(label) <= room else label[: room - 1] + "…"
+        segments = [
+            Segment(f"{mark} {name:<{room}}", ground + Style(color=color, bold=active)),
+            Segment(f"{format.length(length_m):>7} ", ground + Style(color=theme.MUTED)),
+            Segment(filled, ground + Style(color=theme.YELLOW if active else theme.WHITE)),
+            Segment(rest, ground + Style(color=theme.TURF_GRID)),
+        ]
+        return Strip(segments).adjust_cell_length(width, ground)

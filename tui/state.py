@@ -1,0 +1,260 @@
+"""What the console knows: a pure reduction of what comes in over the link into what is shown."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from schemas import topics
+from schemas.errors import TouchlineError
+from schemas.messages.base import Message
+from schemas.messages.standard import DiagnosticArray, String
+from schemas.messages.touchline import Event, PaintMarks, PlanReport, Progress, TraversalStatus
+from schemas.messages.turf_tank import Trajectory
+from schemas.template import Template, parse_template
+from schemas.topics import Topic
+from tui import robot as robot_model
+from tui.event_log import ERROR, INFO, WARN, EventLog
+from tui.health import Node, take_report
+from tui.job import NOTHING, Job, PathView, Row, TemplateView
+from tui.paint_track import PaintTrack
+from tui.protocol import Incoming, Lost, NodeChanged, PaintFetched, Received, Rejected
+from tui.robot import BUSY_STATES, ROBOT_TOPICS, Robot, seconds
+
+EXPECTED_NODES = (topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE)
+"""Processes that are listed even before they have ever been seen."""
+SPEED_TOLD_S = 2.5
+"""How long the robot may take to tell a new speed factor; until then it may still tell the old one."""
+
+
+@dataclass
+class ConsoleState:
+    """Everything the console shows. Messages come in by `apply`; what came of the operator's orders by its own methods.
+
+    `draft` is the job that is being prepared here, `loaded` the one that the robot has. The robot's is in view while
+    it is busy, and whenever nothing is being prepared.
+    """
+
+    robot: Robot = field(default_factory=Robot)
+    nodes: dict[str, Node] = field(default_factory=lambda: {name: Node(name) for name in EXPECTED_NODES})
+    paint: PaintTrack = field(default_factory=PaintTrack)
+    log: EventLog = field(default_factory=EventLog)
+    draft: Job = NOTHING
+    loaded: Job = NOTHING
+    progress: Progress | None = None
+    plan_request: str = ""
+    lost: int = 0
+    rejected: int = 0
+    now_s: float = 0.0
+    _speed_set: tuple[float, float] = (1.0, -math.inf)
+    _publisher: str = ""
+    _rejected_topics: set[str] = field(default_factory=set)
+
+    # -- what is shown -----------------------------------------------------------------------------------------------
+
+    @property
+    def robot_alive(self) -> bool:
+        """Whether the robot is on the bus."""
+        return self.nodes[topics.ROBOT_SIM].alive
+
+    @property
+    def traversal(self) -> int | None:
+        """The traversal's state; None while no living robot has told it."""
+        status = self.robot.status
+        return status.state if status and self.robot_alive else None
+
+    @property
+    def busy(self) -> bool:
+        """Whether the robot is on a job, so that another cannot be prepared in its view."""
+        return self.traversal in BUSY_STATES
+
+    @property
+    def real_time_factor(self) -> float | None:
+        """Sim seconds per wall second, as the robot measures it."""
+        return self.nodes[topics.ROBOT_SIM].number("real_time_factor") if self.robot_alive else None
+
+    @property
+    def speed_factor(self) -> float | None:
+        """The speed factor asked for: what this console has just set, or else what the robot tells once a second."""
+        if not self.robot_alive:
+            return None
+        factor, set_s = self._speed_set
+        return factor if self.now_s - set_s < SPEED_TOLD_S else self.nodes[topics.ROBOT_SIM].number("speed_factor")
+
+    @property
+    def job(self) -> Job:
+        """The job in view."""
+        return self.loaded if self.busy or self.draft is NOTHING else self.draft
+
+    @property
+    def template(self) -> TemplateView | None:
+        """The template in view."""
+        return self.job.template
+
+    @property
+    def path(self) -> PathView | None:
+        """The path in view."""
+        return self.job.path
+
+    @property
+    def path_loaded(self) -> bool:
+        """Whether the robot has the path in view, so that it can be started."""
+        idle = self.traversal in (None, TraversalStatus.IDLE)
+        return self.job is self.loaded and self.loaded.path is not None and not idle
+
+    @property
+    def rows(self) -> tuple[Row, ...]:
+        """The segments to paint, in path order if there is a path."""
+        if self.path:
+            return self.path.rows
+        return self.template.rows if self.template else ()
+
+    @property
+    def goal(self) -> str:
+        """Id of the line being painted or driven to, empty when the robot is on no job."""
+        status = self.robot.status
+        if not self.busy or status is None:
+            return ""
+        if self.path is None or status.segment_index >= len(self.path.goals):
+            return status.segment_id
+        goal = self.path.goals[status.segment_index]
+        return self.path.rows[goal].segment_id if goal < len(self.path.rows) else ""
+
+    # -- what comes in -----------------------------------------------------------------------------------------------
+
+    def apply(self, event: Incoming, now_s: float) -> None:
+        """Take one event; `now_s` is a monotonic wall time, used to notice silence only."""
+        self.now_s = now_s
+        match event:
+            case Received(topic, message, publisher):
+                self._receive(topic, message, publisher)
+            case NodeChanged(node, alive):
+                self._node_changed(node, alive)
+            case PaintFetched(strokes):
+                if strokes is not None:
+                    self.paint.restore(strokes)
+            case Lost(messages):
+                self.lost = messages
+            case Rejected(topic, reason):
+                self._reject(topic, reason)
+
+    def note(self, severity: int, source: str, text: str) -> None:
+        """Write to the log at the robot's present time."""
+        self.log.add(self.robot.sim_time_s, severity, source, text)
+
+    def _receive(self, topic: str, message: Message, publisher: str) -> None:
+        if topic == topics.STATUS.name and publisher and publisher != self._publisher:
+            if self._publisher:
+                self._robot_restarted()
+            self._publisher = publisher
+        try:
+            if not robot_model.take(self.robot, topic, message) and topic in _HANDLERS:
+                _HANDLERS[topic](self, message)
+        except (TouchlineError, ValueError, AttributeError, TypeError, ArithmeticError) as error:
+            self._reject(topic, str(error))
+
+    def _node_changed(self, name: str, alive: bool) -> None:
+        node = self.nodes.setdefault(name, Node(name))
+        if node.alive == alive:
+            return
+        back = alive and node.seen
+        node.alive, node.report_s, node.level, node.message = alive, None, 0, ""
+        node.values.clear()
+        node.seen = node.seen or alive
+        if name not in (topics.CONSOLE, topics.OPERATOR):
+            text = f"{name} is {'back' if back else 'up'}" if alive else f"{name} is down"
+            self.note(INFO if alive else ERROR, "console", text)
+        if name == topics.ROBOT_SIM:
+            if alive:
+                self.paint.request_fetch()
+            else:
+                self._forget_robot()
+        if name == topics.PLANNER and not alive:
+            self.progress = None
+
+    def _robot_restarted(self) -> None:
+        self._forget_robot()
+        self.note(WARN, "console", "robot restarted: its job and its record of the paint are gone")
+        self.paint.request_fetch()
+
+    def _forget_robot(self) -> None:
+        self.robot = Robot()
+        self.paint.clear()
+        if self.draft is NOTHING:  # what it had can be loaded again
+            self.draft = self.loaded
+        self.loaded = NOTHING
+
+    def _reject(self, topic: str, reason: str) -> None:
+        self.rejected += 1
+        if topic not in self._rejected_topics:
+            self._rejected_topics.add(topic)
+            self.note(WARN, "console", f"unreadable message on {topic}: {reason} (further ones are only counted)")
+
+    # -- outcomes of the operator's own orders -----------------------------------------------------------------------
+
+    def choose_template(self, template: Template, text: str) -> None:
+        """Begin to prepare a job."""
+        self.draft = Job(TemplateView.of(template, text))
+
+    def planned(self, trajectory: Trajectory, report: PlanReport) -> None:
+        """Take a plan for the template in view. Raises ValueError when it makes no sense."""
+        self.draft = Job(self.template, PathView.of(trajectory, self.template, report))
+
+    def handed_over(self) -> None:
+        """The robot has taken the job in view."""
+        self.loaded, self.draft = self.job, NOTHING
+
+    def speed_set(self, factor: float) -> None:
+        """The robot has taken a speed factor; it will say so itself in a while."""
+        self._speed_set = (factor, self.now_s)
+
+    # -- one handler per topic ---------------------------------------------------------------------------------------
+
+    def _paint(self, message: PaintMarks) -> None:
+        self.paint.add(message)
+
+    def _template(self, message: String) -> None:
+        template, path = None, self.loaded.path
+        if message.data:
+            known = self.loaded.template
+            parsed = parse_template(message.data, "the robot's template")
+            template = known if known and known.template == parsed else TemplateView.of(parsed, message.data)
+        if path is not None and template is not self.loaded.template:
+            path = PathView.of(path.trajectory, template, path.report)
+        self.loaded = Job(template, path)
+
+    def _plan(self, message: Trajectory) -> None:
+        path = self.loaded.path
+        if path is None or path.trajectory != message:
+            path = PathView.of(message, self.loaded.template)
+        self.loaded = Job(self.loaded.template, path)
+        self.paint.request_fetch()
+
+    def _event(self, message: Event) -> None:
+        self.log.add(seconds(message.header.stamp), message.severity, message.source or "robot", message.text)
+
+    def _supervisor_event(self, message: Event) -> None:
+        self.note(message.severity, message.source or topics.SUPERVISOR, message.text)
+
+    def _progress(self, message: Progress) -> None:
+        if message.request_id == self.plan_request and math.isfinite(message.fraction):
+            self.progress = message
+
+    def _diagnostics(self, message: DiagnosticArray) -> None:
+        take_report(self.nodes, message, self.now_s)
+
+
+_HANDLERS: Mapping[str, Callable[[ConsoleState, Any], None]] = {
+    topics.PAINT.name: ConsoleState._paint,
+    topics.TEMPLATE.name: ConsoleState._template,
+    topics.PLAN.name: ConsoleState._plan,
+    topics.EVENTS.name: ConsoleState._event,
+    topics.SUPERVISOR_EVENTS.name: ConsoleState._supervisor_event,
+    topics.PLANNER_PROGRESS.name: ConsoleState._progress,
+    topics.DIAGNOSTICS.name: ConsoleState._diagnostics,
+}
+
+CONSOLE_TOPICS: tuple[Topic, ...] = tuple(topics.TOPIC_BY_NAME[name] for name in (*ROBOT_TOPICS, *_HANDLERS))
+"""What a link has to listen to."""

@@ -1,0 +1,80 @@
+"""Colours and marks. The hues are Okabe and Ito's, which colour-blind eyes tell apart; every meaning has a mark too."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from textual.theme import Theme
+
+from schemas.messages.touchline import GnssStatus, TraversalStatus
+
+BLACK = "#0b100e"
+INK = "#d7e0db"
+MUTED = "#7d8f86"
+FAINT = "#46564e"
+WHITE = "#ffffff"
+ORANGE = "#e69f00"
+SKY = "#56b4e9"
+GREEN = "#1fb88a"
+YELLOW = "#f0e442"
+VERMILION = "#e5622b"
+PURPLE = "#cc79a7"
+
+TURF = "#13261c"
+TURF_STRIPE = "#152b20"
+TURF_GRID = "#2b4a39"
+TO_PAINT = "#6b8a78"
+WAY = "#3f7391"
+
+THEME = Theme(
+    name="touchline",
+    primary=SKY,
+    secondary=GREEN,
+    accent=ORANGE,
+    warning=ORANGE,
+    error=VERMILION,
+    success=GREEN,
+    foreground=INK,
+    background=BLACK,
+    surface="#111a16",
+    panel="#18241e",
+    dark=True,
+    variables={
+        "border": "#2f4439",
+        "border-blurred": "#2f4439",
+        "block-cursor-text-style": "none",
+        "button-focus-text-style": "bold underline",
+    },
+)
+
+
+@dataclass(frozen=True)
+class Badge:
+    """How a state is shown: its mark, its name, and its colours."""
+
+    mark: str
+    text: str
+    color: str
+    on: str = BLACK
+
+
+STATES = {
+    TraversalStatus.IDLE: Badge("○", "IDLE", MUTED),
+    TraversalStatus.READY: Badge("●", "READY", SKY),
+    TraversalStatus.RUNNING: Badge("►", "RUNNING", GREEN),
+    TraversalStatus.PAUSED: Badge("‖", "PAUSED", ORANGE),
+    TraversalStatus.DONE: Badge("✓", "DONE", WHITE),
+    TraversalStatus.ABORTED: Badge("✗", "ABORTED", PURPLE),
+    TraversalStatus.ESTOPPED: Badge("■", "E-STOPPED", VERMILION, WHITE),
+}
+NO_ROBOT = Badge("–", "NO ROBOT", FAINT, INK)
+WAITING = Badge("…", "WAITING FOR STATUS", FAINT, INK)
+
+FIXES = {
+    GnssStatus.NONE: Badge("○", "no fix", VERMILION),
+    GnssStatus.SINGLE: Badge("◔", "single", VERMILION),
+    GnssStatus.FLOAT: Badge("◑", "float", ORANGE),
+    GnssStatus.FIXED: Badge("●", "fixed", GREEN),
+}
+
+SEVERITIES = (Badge("·", "info", MUTED), Badge("▲", "warning", ORANGE), Badge("■", "error", VERMILION))
