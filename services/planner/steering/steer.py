@@ -99,14 +99,20 @@ class Steering:
         capped = math.copysign(min(abs(curvature_1pm), self.curvature_cap_1pm), curvature_1pm)
         if capped == curvature_1pm:
             return (), curvature_1pm
-        sharpness = math.copysign(self.root * self.root, -curvature_1pm)
+        sharpness = math.copysign(self.words.sharpness_max_1pm2, -curvature_1pm)
         return (Piece((capped - curvature_1pm) / sharpness, curvature_1pm, sharpness),), capped
 
     def _pieces(self, table: Floats) -> tuple[Piece, ...]:
         """The pieces in metres (see construct.py)."""
-        root = self.root
+        # The unit must not round a curvature at the limit to above it.
+        cap = self.curvature_cap_1pm
         return tuple(
-            Piece(length / root, k * root, sharpness * root * root, int(direction))
+            Piece(
+                length / self.root,
+                min(max(k * self.root, -cap), cap),
+                sharpness * self.words.sharpness_max_1pm2,
+                int(direction),
+            )
             for length, k, sharpness, direction in table.tolist()
         )
 
