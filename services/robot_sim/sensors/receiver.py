@@ -65,7 +65,7 @@ G_READY_TICK: Final = 1  # when the next better solution is there; −1: nothing
 G_SINCE_TICK: Final = 2  # when the present solution began
 G_FELL: Final = 3  # whether it is what was left of a better one
 G_CLAIMS: Final = 4  # whether this float spell is over-confident
-G_HELD_S: Final = 5  # without corrections
+G_HELD_TICKS: Final = 5  # without corrections
 G_DRIFT_EAST: Final = 6  # unit vector
 G_DRIFT_NORTH: Final = 7
 G_WANDER: Final = 8  # three axes × four processes
@@ -184,12 +184,12 @@ def _solve(gnss: Floats, r: Floats, best: float, seed: int, tick: int) -> None:
 @kernel
 def _corrections(gnss: Floats, r: Floats, lost: bool, seed: int, tick: int) -> None:
     if not lost:
-        gnss[G_HELD_S] = 0.0
+        gnss[G_HELD_TICKS] = 0.0
         return
-    if gnss[G_HELD_S] == 0.0:
+    if gnss[G_HELD_TICKS] == 0.0:
         angle = 2.0 * math.pi * uniform(seed, STREAM_RECEIVER, tick, 2)
         gnss[G_DRIFT_EAST], gnss[G_DRIFT_NORTH] = math.cos(angle), math.sin(angle)
-    gnss[G_HELD_S] += r[R_PERIOD_TICKS] * 0.01
+    gnss[G_HELD_TICKS] += r[R_PERIOD_TICKS]
 
 
 @kernel
@@ -210,7 +210,7 @@ def _error(gnss: Floats, r: Floats, effects: Floats, axis: int, factor: float, s
     elif fix == SINGLE:
         error += gnss[at + 3]
     elif fix == FIXED and axis < 2:
-        error += gnss[G_HELD_S] * r[R_HOLD_DRIFT] * gnss[G_DRIFT_EAST + axis]
+        error += 0.01 * gnss[G_HELD_TICKS] * r[R_HOLD_DRIFT] * gnss[G_DRIFT_EAST + axis]
         error += effects[e.OFFSET_EAST_M + axis]
     return error
 
@@ -222,7 +222,7 @@ def _reported_variance(gnss: Floats, r: Floats, effects: Floats, factor: float) 
     if fix == NONE:
         return UNKNOWN_VARIANCE_M2
     if fix == FIXED:
-        drift = _HELD_ADMITTED * gnss[G_HELD_S] * r[R_HOLD_DRIFT]
+        drift = _HELD_ADMITTED * 0.01 * gnss[G_HELD_TICKS] * r[R_HOLD_DRIFT]
         noise = r[R_WHITE] * factor
         variance = noise * noise + r[R_SIGMA] * r[R_SIGMA] + r[R_SIGMA + 1] * r[R_SIGMA + 1] + drift * drift
     elif effects[e.CLAIMED_M] > 0.0:
@@ -277,7 +277,7 @@ def take(
     best, factor = _look_up(sky, vertices, east, north)
     best = min(best, effects[e.FIX_CAP])
     _corrections(gnss, r, effects[e.CORRECTIONS_LOST] > 0.0, seed, tick)
-    if gnss[G_HELD_S] > r[R_HOLD_S]:
+    if 0.01 * gnss[G_HELD_TICKS] > r[R_HOLD_S]:
         best = min(best, SINGLE)
     _solve(gnss, r, best, seed, tick)
     if gnss[G_FIX] > NONE:
@@ -294,5 +294,5 @@ def take(
     report[VERTICAL_VARIANCE] = report[VARIANCE] * VERTICAL_FACTOR * VERTICAL_FACTOR
     report[FIX] = gnss[G_FIX]
     report[SATELLITES] = math.floor(_SATELLITES[int(gnss[G_FIX])] / math.sqrt(factor))
-    report[CORRECTION_AGE] = (tick % 100) / 100 + gnss[G_HELD_S]
+    report[CORRECTION_AGE] = (tick % 100) / 100 + 0.01 * gnss[G_HELD_TICKS]
     report[EAST], report[NORTH], _ = to_local(frame, latitude, longitude, altitude)
