@@ -128,4 +128,4 @@ def _checked(kind: type[S], option: str, values: dict[str, float | bool]) -> S:
     try:
         return kind.model_validate(values)
     except ValidationError as error:
-        raise first_problem(error, option) from error
+        raise first_problem(error, option, values) from error

@@ -81,8 +81,9 @@ class Rig:
         """Let a tick pass under `command`; what the sensors say at its end."""
         self.tick += 1
         self._move(command)
+        fix = self._gnss()
         return SensorFrame(
-            self.tick, self.tick * TICK_S, self._imu(), self._mag(), EncoderSample(*self.angles), self._gnss()
+            self.tick, self.tick * TICK_S, self._imu(), self._mag(), EncoderSample(*self.angles), (fix,) if fix else ()
         )
 
     def nozzle(self) -> tuple[float, float]:
@@ -110,6 +111,7 @@ class Rig:
         self.speed = 0.5 * sum(ends)
         middle = self.heading + 0.5 * self.yaw_rate * TICK_S
         side = self.crab_mps if abs(speed) > 0.01 else 0.0
+        side -= v.side_slip_rad_per_mps2 * speed * speed * self.yaw_rate
         self.x += (speed * math.cos(middle) - side * math.sin(middle)) * TICK_S
         self.y += (speed * math.sin(middle) + side * math.cos(middle)) * TICK_S
         self.heading += self.yaw_rate * TICK_S
