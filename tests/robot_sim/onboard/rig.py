@@ -86,8 +86,9 @@ class Rig:
         """Let a tick pass under `command`; what the sensors say at its end."""
         self.tick += 1
         self._move(command)
+        fix = self._gnss()
         return SensorFrame(
-            self.tick, self.tick * TICK_S, self._imu(), self._mag(), EncoderSample(*self.angles), self._gnss()
+            self.tick, self.tick * TICK_S, self._imu(), self._mag(), EncoderSample(*self.angles), (fix,) if fix else ()
         )
 
     def nozzle(self) -> tuple[float, float]:

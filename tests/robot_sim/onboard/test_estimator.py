@@ -138,11 +138,10 @@ def test_a_pair_of_fixes_gives_the_same_estimate_in_either_order() -> None:
         pair = []
         while len(pair) < 2:
             frame = rig.step(wander(700))
-            if frame.gnss is not None:
-                pair.append(frame.gnss)
-            estimator.step(frame._replace(gnss=None))
+            pair += frame.gnss
+            estimator.step(frame._replace(gnss=()))
         for index in order:
-            estimator.step(rig.step(wander(700))._replace(gnss=pair[index]))
+            estimator.step(rig.step(wander(700))._replace(gnss=(pair[index],)))
         return estimator
 
     in_order, swapped = final((0, 1)), final((1, 0))
@@ -197,15 +196,15 @@ def test_duplicates_and_ancient_fixes_are_counted_and_ignored() -> None:
     estimator = Estimator(rig.vehicle, DEFAULT)
     drive(rig, estimator, 500)
     frame = rig.step(wander(600))
-    while frame.gnss is None:
+    while not frame.gnss:
         estimator.step(frame)
         frame = rig.step(wander(600))
-    fix = frame.gnss
+    (fix,) = frame.gnss
     estimator.step(frame)
-    estimator.step(rig.step(wander(600))._replace(gnss=fix))
+    estimator.step(rig.step(wander(600))._replace(gnss=(fix,)))
     assert report(estimator.counters).fixes_duplicate == 1
-    estimator.step(rig.step(wander(600))._replace(gnss=fix._replace(stamp_s=fix.stamp_s - 2.0)))
-    estimator.step(rig.step(wander(600))._replace(gnss=fix._replace(stamp_s=fix.stamp_s + 9.0)))
+    estimator.step(rig.step(wander(600))._replace(gnss=(fix._replace(stamp_s=fix.stamp_s - 2.0),)))
+    estimator.step(rig.step(wander(600))._replace(gnss=(fix._replace(stamp_s=fix.stamp_s + 9.0),)))
     assert report(estimator.counters).fixes_too_late == 2
 
 
@@ -216,8 +215,7 @@ def test_a_fix_that_is_not_a_number_is_ignored(bad: float) -> None:
     drive(rig, estimator, 500)
     for _ in range(20):
         frame = rig.step(wander(600))
-        if frame.gnss is not None:
-            frame = frame._replace(gnss=frame.gnss._replace(east_m=bad))
+        frame = frame._replace(gnss=tuple(fix._replace(east_m=bad) for fix in frame.gnss))
         estimator.step(frame)
     assert np.all(np.isfinite(estimator.state))
 

@@ -134,7 +134,7 @@ class Estimator:
         z[m.IN_STILL] = 1.0 if self._still_ticks >= _STILL_TICKS else 0.0
         z[m.IN_MAG] = math.atan2(mag.x_t, mag.y_t) if frame.tick % _MAG_EVERY_TICKS == 0 else math.nan
         self._last_accel = imu.accel_x_mps2
-        gnss = frame.gnss
+        gnss = frame.gnss[-1] if frame.gnss else None
         if gnss is not None:
             self.last_fix = gnss
         if not self.started:
@@ -179,7 +179,8 @@ class Estimator:
             self._sums[:] = 0.0
             self._sum_ticks = 0
             return
-        imu, mag, gnss = frame.imu, frame.mag, frame.gnss
+        imu, mag = frame.imu, frame.mag
+        gnss = frame.gnss[-1] if frame.gnss else None
         self._sums += (imu.gyro_z_radps, imu.accel_x_mps2, mag.x_t, mag.y_t)
         self._sum_ticks += 1
         if gnss is None or gnss.fix != FIX_FIXED or self._sum_ticks < _START_TICKS:
