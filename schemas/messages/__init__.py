@@ -27,6 +27,7 @@ from schemas.messages.standard import (
 from schemas.messages.touchline import (
     CommandRequest,
     CommandResponse,
+    EstimatorStatus,
     Event,
     GetDiagnosticsRequest,
     GetDiagnosticsResponse,
@@ -86,6 +87,7 @@ __all__ = [
     "CurveType",
     "DiagnosticArray",
     "DiagnosticStatus",
+    "EstimatorStatus",
     "Event",
     "GetDiagnosticsRequest",
     "GetDiagnosticsResponse",

@@ -16,7 +16,7 @@ from schemas.scenario import Scenario
 from schemas.template import Template
 from schemas.vehicle import Vehicle
 from services.robot_sim.faults import FaultTimeline
-from services.robot_sim.frames import STANDSTILL, Command, Estimate, OnboardEvent, SensorFrame, Status
+from services.robot_sim.frames import STANDSTILL, Command, Consistency, Estimate, OnboardEvent, SensorFrame, Status
 from services.robot_sim.onboard import Onboard
 from services.robot_sim.paint.ledger import PaintLedger
 from services.robot_sim.paint.metrics import PaintMetrics, paint_metrics
@@ -44,6 +44,10 @@ class OnboardComputer(Protocol):
     @property
     def state(self) -> int:
         """The state of `status`."""
+
+    @property
+    def consistency(self) -> Consistency:
+        """How consistent the estimate is."""
 
     def load(self, trajectory: Trajectory) -> float:
         """Take a trajectory; returns its planned duration [s]."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 from schemas.messages import Trajectory
 from schemas.scenario import Scenario
 from schemas.vehicle import Vehicle
-from services.robot_sim.frames import STANDSTILL, Command, Estimate, OnboardEvent, SensorFrame, Status
+from services.robot_sim.frames import STANDSTILL, Command, Consistency, Estimate, OnboardEvent, SensorFrame, Status
 from services.robot_sim.onboard.estimator.filter import Estimator
-from services.robot_sim.onboard.estimator.report import EstimatorReport, report
+from services.robot_sim.onboard.estimator.report import report
 from services.robot_sim.onboard.events import EventLog
 from services.robot_sim.onboard.followers import make_follower
 from services.robot_sim.onboard.hazards import Hazards
@@ -117,6 +117,9 @@ class Onboard:
         return job is not None and job.sprayer.valve
 
     @property
-    def counters(self) -> EstimatorReport:
-        """Consistency of the estimator: uses, rejections and mean NIS."""
-        return report(self._estimator.counters)
+    def consistency(self) -> Consistency:
+        """Consistency of the estimator: innovations, NIS, uses and rejections."""
+        estimator = self._estimator
+        if not estimator.started:
+            return Consistency()
+        return report(estimator.counters, estimator.position_sigma_m, estimator.heading_sigma_rad)
