@@ -129,6 +129,7 @@ ESTOP = Service("traversal/estop", m.CommandRequest, m.CommandResponse)
 RESET = Service("traversal/reset", m.CommandRequest, m.CommandResponse)
 SET_SPEED = Service("simulation/set_speed", m.SetSpeedRequest, m.SetSpeedResponse)
 INJECT_FAULT = Service("simulation/inject_fault", m.InjectFaultRequest, m.InjectFaultResponse)
+FOLLOWER_STEP = Service("follower/step", m.FollowerStepRequest, m.FollowerStepResponse)
 GET_PAINT = Service("paint/get", m.GetPaintRequest, m.GetPaintResponse)
 RECORD = Service("bridge/record", m.RecordRequest, m.RecordResponse)
 RECORD_STOP = Service("bridge/record_stop", m.RecordStopRequest, m.RecordStopResponse)
@@ -151,6 +152,7 @@ SERVICES: tuple[Service[Any, Any], ...] = (
     RESET,
     SET_SPEED,
     INJECT_FAULT,
+    FOLLOWER_STEP,
     GET_PAINT,
     RECORD,
     RECORD_STOP,

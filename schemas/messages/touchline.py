@@ -284,6 +284,38 @@ class InjectFaultResponse(Message):
     message: str = ""
 
 
+class FollowerStepRequest(Message):
+    """What an external follower is asked in every tick in which the robot is to move; sim time waits for the answer.
+
+    Errors are the robot's against its path (left positive), ``ahead_…`` the means over each of the next ticks of 10 ms.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/FollowerStep_Request"
+    step: UInt64 = 0
+    first: bool = False
+    lateral_m: float = 0.0
+    heading_error_rad: float = 0.0
+    nozzle_lateral_m: float = 0.0
+    speed_mps: float = 0.0
+    yaw_rate_radps: float = 0.0
+    reference_speed_mps: float = 0.0
+    left_radius_m: float = 0.0
+    right_radius_m: float = 0.0
+    left_command_radps: float = 0.0
+    right_command_radps: float = 0.0
+    ahead_speed_mps: Float64Array = zeros(0)
+    ahead_yaw_rate_radps: Float64Array = zeros(0)
+
+
+class FollowerStepResponse(Message):
+    """Wheel speeds (rad/s) until the next tick, and the ``step`` that they answer."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/FollowerStep_Response"
+    step: UInt64 = 0
+    left_radps: float = 0.0
+    right_radps: float = 0.0
+
+
 class RecordRequest(Message):
     """Start recording to ``path`` (on the bridge's machine)."""
 

@@ -9,7 +9,7 @@ from services.robot_sim.frames import STANDSTILL, Command, Consistency, Estimate
 from services.robot_sim.onboard.estimator.filter import Estimator
 from services.robot_sim.onboard.estimator.report import report
 from services.robot_sim.onboard.events import EventLog
-from services.robot_sim.onboard.followers import make_follower
+from services.robot_sim.onboard.followers import Ask, make_follower, nobody
 from services.robot_sim.onboard.hazards import Hazards
 from services.robot_sim.onboard.safety import Watch
 from services.robot_sim.onboard.traversal import Traversal
@@ -21,16 +21,17 @@ class Onboard:
     Args:
         vehicle: The nominal robot.
         scenario: The follower's name and the sensors' data sheets are taken from it, nothing else.
+        ask: How an external follower is asked.
 
     Commands raise `CommandRefused` with the reason and then change nothing.
     """
 
-    def __init__(self, vehicle: Vehicle, scenario: Scenario) -> None:
+    def __init__(self, vehicle: Vehicle, scenario: Scenario, ask: Ask = nobody) -> None:
         """See the class."""
         self._log = EventLog()
         self._estimator = Estimator(vehicle, scenario)
         self._watch = Watch(self._estimator)
-        self._follower = make_follower(scenario.follower, vehicle)
+        self._follower = make_follower(scenario.follower, vehicle, ask)
         self._hazards = Hazards(vehicle, self._estimator)
         self._traversal = Traversal(vehicle, self._follower, self._estimator, self._watch, self._hazards, self._log)
         self._command = STANDSTILL
