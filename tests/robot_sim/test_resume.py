@@ -39,6 +39,13 @@ def strokes(*emulators):
     return sorted((s.x_m[0], s.x_m[-1]) for emulator in emulators for s in emulator.ledger.strokes)
 
 
+def joints(*emulators):
+    """From where paint ends to where the next begins: positive is a gap, negative is painted twice."""
+    painted = strokes(*emulators)
+    ends = itertools.accumulate((end for _, end in painted), max)
+    return [max(begin - end, begin - stroke_end) for end, (begin, stroke_end) in zip(ends, painted[1:], strict=False)]
+
+
 def killed_at(arc_length_m, noise):
     emulator = Emulator(Vehicle(), Scenario(noise=noise, seed=3))
     emulator.load(PLAN)
@@ -60,8 +67,7 @@ def test_another_process_goes_on_without_a_gap(at, noise):
     assert painted[0][0] == pytest.approx(5.015, abs=0.03)
     assert max(end for _, end in painted) == pytest.approx(10.03, abs=0.03)
     loose = 0.01 if noise == "default" else 0.0  # the satellites' own error is another one after the restart
-    for (_, end), (begin, _) in itertools.pairwise(painted):
-        assert -0.02 - loose < begin - end < 0.01 + loose
+    assert all(-0.02 - loose < joint < 0.01 + loose for joint in joints(before, after))
 
 
 def test_killed_while_paused_and_while_going_back():
@@ -75,8 +81,7 @@ def test_killed_while_paused_and_while_going_back():
     after.load(PLAN, resume=before.onboard.checkpoint)
     after.start()
     drive(after)
-    for (_, end), (begin, _) in itertools.pairwise(strokes(before, after)):
-        assert -0.02 < begin - end < 0.01
+    assert all(-0.02 < joint < 0.01 for joint in joints(before, after))
 
 
 def test_nothing_to_resume_after_the_end():
@@ -143,9 +148,8 @@ def test_over_the_bus(bus_config, tmp_path):
         with Bus.open(topics.ROBOT_SIM, bus_config) as bus, Journal(path) as journal:
             robot = process(bus, journal)
             answer = ask(robot, topics.LOAD, trajectory=PLAN, resume=True)
-            assert answer.success and "to go on at 7." in answer.message
+            assert answer.success and "loaded, to go on at" in answer.message
             assert ask(robot, topics.START).success
             while robot.active:
                 robot.turn()
-            for (_, end), (begin, _) in itertools.pairwise(strokes(first, robot._emulator)):
-                assert -0.02 < begin - end < 0.01
+            assert all(-0.02 < joint < 0.01 for joint in joints(first, robot._emulator))
