@@ -17,7 +17,7 @@ from schemas.messages import (
     VelocityProfile,
     VelocityType,
 )
-from services.robot_sim.frames import STANDSTILL, Command, Estimate, OnboardEvent, SensorFrame, Status
+from services.robot_sim.frames import STANDSTILL, Command, Consistency, Estimate, OnboardEvent, SensorFrame, Status
 
 
 def trajectory(curves, sprayed, ids=None, directions=None, speed_mps=1.0):
@@ -56,13 +56,16 @@ class ScriptedOnboard:
         self._played = 0
         self._events = []
         self.state = TraversalStatus.IDLE
+        self.consistency = Consistency()
         self.estimate = Estimate(0.0, 0.0, 0.0, 0.0, 0.0, np.zeros(9))
 
     @property
     def status(self):
         return Status(state=self.state, segment_id="s0", segment_count=1, elapsed_s=self._played / 100)
 
-    def load(self, _trajectory):
+    checkpoint = None
+
+    def load(self, _trajectory, _resume=None):
         if self.state == TraversalStatus.RUNNING:
             raise CommandRefused("a traversal is under way")
         self.state, self._played = TraversalStatus.READY, 0

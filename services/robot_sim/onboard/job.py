@@ -1,8 +1,8 @@
 """One loaded trajectory being driven: phases of the motion, paint and progress.
 
-A job that runs goes through phases: ALIGN (stand until the estimator has settled), FORWARD, and after a pause BACK:
-where paint is owed lies behind the robot, so it reverses along the path, far enough to be at speed again when the
-nozzle comes to the place.
+A job that runs goes through phases: ALIGN (stand until the estimator has settled), ALONG (the plan, leg by leg), and
+after a pause BACK: where paint is owed lies behind the robot, so it reverses along the path, far enough to be at speed
+again when the nozzle comes to the place.
 """
 
 from __future__ import annotations
@@ -11,13 +11,15 @@ import math
 from enum import Enum, auto
 from typing import NamedTuple
 
+from schemas.errors import CommandRefused
 from schemas.messages import Actuation
 from schemas.vehicle import Vehicle
-from services.robot_sim.frames import STANDSTILL, Command
+from services.robot_sim.frames import STANDSTILL, Checkpoint, Command
 from services.robot_sim.onboard import tracking
 from services.robot_sim.onboard.driver import STOPPED_MPS, Driver
 from services.robot_sim.onboard.estimator.filter import Estimator
 from services.robot_sim.onboard.followers import Follower
+from services.robot_sim.onboard.path import FORWARD, pose_at
 from services.robot_sim.onboard.safety import Watch
 from services.robot_sim.onboard.sprayer import Sprayer
 from services.robot_sim.onboard.trajectory import LoadedTrajectory
@@ -25,6 +27,8 @@ from services.robot_sim.onboard.trajectory import LoadedTrajectory
 MAX_START_DISTANCE_M = 1.0
 MAX_START_HEADING_RAD = math.radians(35.0)
 """The magnetometer alone knows no better; the run-in straightens it out."""
+RESUMED_RUN_UP_M = 3.0
+"""After the process was started anew the heading is only the magnetometer's: driving makes it better."""
 RUN_UP_SETTLE_M = 0.25
 """Way beyond what regaining speed needs, so that the nozzle is on its line again."""
 
@@ -33,7 +37,7 @@ class Phase(Enum):
     """What a running job is doing."""
 
     ALIGN = auto()
-    FORWARD = auto()
+    ALONG = auto()
     STOP_TO_GO_BACK = auto()
     BACK = auto()
 
@@ -67,8 +71,28 @@ class Job:
         self._run_up_m = vehicle.paint_speed_mps**2 / (2.0 * vehicle.max_acceleration_mps2) + RUN_UP_SETTLE_M
         self._radius_m = vehicle.wheel_radius_m
         self._phase = Phase.ALIGN
+        self._resumed = False
         self._back_to_m = 0.0
         self._last = STANDSTILL
+
+    def resume_at(self, checkpoint: Checkpoint) -> None:
+        """Begin where another process left off: align there, and go back for what is owed.
+
+        Raises:
+            CommandRefused: It is no place on this path.
+        """
+        leg, arc_length_m, owed_from_m = checkpoint
+        if not 0 <= leg < len(self.plan.legs) or not 0.0 <= arc_length_m <= self.plan.total_length_m:
+            raise CommandRefused(f"cannot resume at {arc_length_m:.3f} m of leg {leg}: the path has no such place")
+        self.driver.resume_at(leg, arc_length_m)
+        self.sprayer.resume_at(arc_length_m, owed_from_m)
+        self._resumed = True
+
+    @property
+    def checkpoint(self) -> Checkpoint:
+        """Where another process could go on."""
+        arc_length_m = self.driver.arc_length_m
+        return Checkpoint(self.driver.leg_index, arc_length_m, self.sprayer.owed_if_it_ended(arc_length_m))
 
     @property
     def aligning(self) -> bool:
@@ -112,13 +136,18 @@ class Job:
 
     def close_valve(self) -> None:
         """Close the valve now; from where the last drop falls, paint is owed."""
-        if self._phase is Phase.FORWARD:
-            self.sprayer.close(self.driver.arc_length_m, float(self.driver.now[tracking.SPEED]))
+        if self._phase is Phase.ALONG:
+            self.sprayer.close(self.driver.arc_length_m, self.driver.speed_mps)
+
+    def owe_dry(self, dry_s: float) -> None:
+        """Close the valve, and owe what it has sprayed without paint in the last `dry_s` seconds."""
+        if self._phase is Phase.ALONG:
+            self.sprayer.dry(self.driver.arc_length_m, self.driver.speed_mps, dry_s)
 
     def locate(self) -> float:
         """Find the standing robot's place on the path anew; returns how far beside it that is [m]."""
         self.driver.locate(self._estimator)
-        if self._phase is Phase.FORWARD:
+        if self._phase is Phase.ALONG:
             self.sprayer.skip(self.driver.arc_length_m, 0.0)
         return abs(float(self.driver.now[tracking.LATERAL]))
 
@@ -126,10 +155,12 @@ class Job:
         """Forward again, by way of the place from which paint is owed."""
         if self._phase is Phase.ALIGN:
             return
-        self._phase = Phase.FORWARD
+        self._phase = Phase.ALONG
         owed = self.sprayer.owed_from_m
-        if owed is not None and self.sprayer.must_go_back(self.driver.arc_length_m):
-            self._back_to_m = max(owed - self._run_up_m, 0.0)
+        if owed is not None and (self._resumed or self.sprayer.must_go_back(self.driver.arc_length_m)):
+            run_up_m = max(self._run_up_m, RESUMED_RUN_UP_M if self._resumed else 0.0)
+            self._back_to_m = max(owed - run_up_m, self.driver.leg.start_m)
+            self._resumed = False
             self._phase = Phase.STOP_TO_GO_BACK
 
     def _run(self) -> Step:
@@ -140,27 +171,41 @@ class Job:
             if problem:
                 return Step(STANDSTILL, refusal=problem)
             self.driver.halt()
-            self._phase = Phase.FORWARD
+            self._phase = Phase.ALONG
+            if self._resumed:
+                self.locate()
+                self.go_on()
         problem = self._watch.drive_problem()
         if problem:
             return self._hold(problem)
-        if self._phase is Phase.FORWARD:
-            return self._forward()
+        if self._phase is Phase.ALONG:
+            return self._along()
         return self._back()
 
-    def _forward(self) -> Step:
+    def _along(self) -> Step:
         driver, sprayer = self.driver, self.sprayer
         left, right = driver.step(self._estimator, self._wheels(), tracking.MODE_PROFILE)
-        arc, speed = driver.arc_length_m, float(driver.now[tracking.SPEED])
+        arc, speed = driver.arc_length_m, driver.speed_mps
+        if driver.leg.sense != FORWARD:
+            sprayer.pass_by(arc)
+            return self._leg_done() if driver.leg_done else Step(Command(left, right, False, False))
         problem = self._watch.paint_problem(self.lateral_error_m) if sprayer.due(arc, speed) else ""
         valve = sprayer.step(arc, speed, not problem)
         if problem:
             return self._hold(problem)
         if sprayer.must_go_back(arc):
             self.go_on()
-        if driver.at_end and abs(speed) < 2.0 * tracking.CREEP_MPS:
-            return Step(self._rest(), done=True)
+        if driver.leg_done:
+            return self._leg_done()
         return Step(Command(left, right, valve, bool(sprayer.wanted_at(arc, speed) & Actuation.DISC)))
+
+    def _leg_done(self) -> Step:
+        """At a cusp or the end: the robot is all but at rest."""
+        self.sprayer.pass_by(self.driver.arc_length_m)
+        if not self.driver.next_leg():
+            return Step(self._rest(), done=True)
+        left, right = self.driver.step(self._estimator, self._wheels(), tracking.MODE_PROFILE)
+        return Step(Command(left, right, False, False))
 
     def _back(self) -> Step:
         """Stop, reverse to the run-up, stop, and forward again."""
@@ -170,7 +215,7 @@ class Job:
         if not self.standing:
             return Step(self._rest())
         self.driver.halt()
-        self._phase = Phase.BACK if self._phase is Phase.STOP_TO_GO_BACK else Phase.FORWARD
+        self._phase = Phase.BACK if self._phase is Phase.STOP_TO_GO_BACK else Phase.ALONG
         return Step(STANDSTILL)
 
     def _hold(self, problem: str) -> Step:
@@ -181,23 +226,21 @@ class Job:
         driver = self.driver
         if self._phase is Phase.ALIGN:
             return STANDSTILL
-        if self.standing and abs(driver.reference_mps) < STOPPED_MPS:
+        if self.standing and driver.still:
             driver.halt()
             return STANDSTILL
         left, right = driver.step(self._estimator, self._wheels(), tracking.MODE_BRAKE)
-        if self._phase is Phase.FORWARD:
-            self.sprayer.skip(driver.arc_length_m, float(driver.now[tracking.SPEED]))
+        if self._phase is Phase.ALONG:
+            self.sprayer.skip(driver.arc_length_m, driver.speed_mps)
         return Command(left, right, False, False)
 
     def _start_problem(self) -> str:
         east, north, heading = self._estimator.state[:3].tolist()
-        x, y, start_heading = self.plan.path[0, :3].tolist()
+        x, y, start_heading = pose_at(self.plan.path, self.driver.leg, self.driver.arc_length_m)
         distance = math.hypot(east - x, north - y)
         turn = abs(math.remainder(heading - start_heading, math.tau))
         if distance > MAX_START_DISTANCE_M or turn > MAX_START_HEADING_RAD:
-            return (
-                f"the robot stands {distance:.2f} m and {math.degrees(turn):.0f}° away from the start of the trajectory"
-            )
+            return f"the robot stands {distance:.2f} m and {math.degrees(turn):.0f}° away from where it is to begin"
         return ""
 
     def _wheels(self) -> tuple[float, float]:

@@ -5,11 +5,21 @@ from __future__ import annotations
 from schemas.messages import Trajectory
 from schemas.scenario import Scenario
 from schemas.vehicle import Vehicle
-from services.robot_sim.frames import Command, Estimate, OnboardEvent, SensorFrame, Status
+from services.robot_sim.frames import (
+    STANDSTILL,
+    Checkpoint,
+    Command,
+    Consistency,
+    Estimate,
+    OnboardEvent,
+    SensorFrame,
+    Status,
+)
 from services.robot_sim.onboard.estimator.filter import Estimator
-from services.robot_sim.onboard.estimator.report import EstimatorReport, report
+from services.robot_sim.onboard.estimator.report import report
 from services.robot_sim.onboard.events import EventLog
-from services.robot_sim.onboard.followers import make_follower
+from services.robot_sim.onboard.followers import Ask, make_follower, nobody
+from services.robot_sim.onboard.hazards import Hazards
 from services.robot_sim.onboard.safety import Watch
 from services.robot_sim.onboard.traversal import Traversal
 
@@ -20,25 +30,28 @@ class Onboard:
     Args:
         vehicle: The nominal robot.
         scenario: The follower's name and the sensors' data sheets are taken from it, nothing else.
+        ask: How an external follower is asked.
 
     Commands raise `CommandRefused` with the reason and then change nothing.
     """
 
-    def __init__(self, vehicle: Vehicle, scenario: Scenario) -> None:
+    def __init__(self, vehicle: Vehicle, scenario: Scenario, ask: Ask = nobody) -> None:
         """See the class."""
         self._log = EventLog()
         self._estimator = Estimator(vehicle, scenario)
         self._watch = Watch(self._estimator)
-        self._follower = make_follower(scenario.follower, vehicle)
-        self._traversal = Traversal(vehicle, self._follower, self._estimator, self._watch, self._log)
+        self._follower = make_follower(scenario.follower, vehicle, ask)
+        self._hazards = Hazards(vehicle, self._estimator)
+        self._traversal = Traversal(vehicle, self._follower, self._estimator, self._watch, self._hazards, self._log)
+        self._command = STANDSTILL
         self._estimate: Estimate | None = None
 
-    def load(self, trajectory: Trajectory) -> float:
-        """Take a trajectory; returns its planned duration [s].
+    def load(self, trajectory: Trajectory, resume: Checkpoint | None = None) -> float:
+        """Take a trajectory, to begin at its start or at a `checkpoint`; returns its planned duration [s].
 
         The estimator aligns anew: the robot may have been carried to the start.
         """
-        duration_s = self._traversal.load(trajectory)
+        duration_s = self._traversal.load(trajectory, resume)
         self._estimator.restart()
         self._estimate = None
         return duration_s
@@ -75,8 +88,10 @@ class Onboard:
         """One tick; frames must come in order, none left out."""
         self._estimate = None
         self._estimator.step(frame)
-        self._watch.look(frame.time_s)
-        return self._traversal.step(frame.time_s)
+        self._watch.look(frame.tick, frame.time_s)
+        self._hazards.look(frame, self._command)
+        self._command = self._traversal.step(frame.time_s)
+        return self._command
 
     def take_events(self) -> list[OnboardEvent]:
         """What happened since the last call."""
@@ -86,6 +101,11 @@ class Onboard:
     def state(self) -> int:
         """State of the traversal, as in `TraversalStatus`."""
         return self._traversal.state
+
+    @property
+    def checkpoint(self) -> Checkpoint | None:
+        """Where another process could go on with this traversal; None if none is under way."""
+        return self._traversal.checkpoint
 
     @property
     def status(self) -> Status:
@@ -112,6 +132,9 @@ class Onboard:
         return job is not None and job.sprayer.valve
 
     @property
-    def counters(self) -> EstimatorReport:
-        """Consistency of the estimator: uses, rejections and mean NIS."""
-        return report(self._estimator.counters)
+    def consistency(self) -> Consistency:
+        """Consistency of the estimator: innovations, NIS, uses and rejections."""
+        estimator = self._estimator
+        if not estimator.started:
+            return Consistency()
+        return report(estimator.counters, estimator.position_sigma_m, estimator.heading_sigma_rad)

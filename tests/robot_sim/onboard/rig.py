@@ -16,16 +16,20 @@ from schemas.curves import Curve
 from schemas.messages import (
     Actuation,
     ActuationProfile,
+    Arc,
+    CurveType,
     LinearDirection,
     Path,
     PathActuationParameter,
     PathVelocityParameter,
+    Point,
     Segment,
     Trajectory,
     Velocity,
     VelocityProfile,
     VelocityType,
 )
+from schemas.messages import Curve as CurveMessage
 from schemas.scenario import Scenario
 from schemas.vehicle import Vehicle
 from services.robot_sim.frames import (
@@ -39,6 +43,7 @@ from services.robot_sim.frames import (
     SensorFrame,
 )
 from services.robot_sim.onboard import Onboard
+from services.robot_sim.paint.targets import start_pose
 
 FIELD_T = 1.7e-5
 
@@ -58,6 +63,13 @@ class Rig:
     correction_age_s: float = 0.0
     silent: bool = False  # no fixes at all
     crab_mps: float = 0.0  # sideways drift while moving
+    blocked: int = -1  # wheel that is held fast
+    spin_share: float = 0.0  # of the ground speed that both wheels lose
+    valve_stuck: bool | None = None  # where it is, whatever is commanded
+    bumper: bool = False
+    battery: float = 1.0
+    tank_l: float = 20.0
+    operator: bool = True
 
     def __post_init__(self) -> None:
         noise = self.scenario.effective()
@@ -82,8 +94,19 @@ class Rig:
         self.tick += 1
         self._move(command)
         fix = self._gnss()
+        if command.valve if self.valve_stuck is None else self.valve_stuck:
+            self.tank_l = max(self.tank_l - self.vehicle.paint_l_per_m * self.vehicle.paint_speed_mps * TICK_S, 0.0)
         return SensorFrame(
-            self.tick, self.tick * TICK_S, self._imu(), self._mag(), EncoderSample(*self.angles), (fix,) if fix else ()
+            self.tick,
+            self.tick * TICK_S,
+            self._imu(),
+            self._mag(),
+            EncoderSample(*self.angles),
+            (fix,) if fix else (),
+            bumper=self.bumper,
+            battery_fraction=self.battery,
+            tank_l=self.tank_l,
+            operator_alive=self.operator,
         )
 
     def nozzle(self) -> tuple[float, float]:
@@ -101,12 +124,14 @@ class Rig:
         for i, target in enumerate(command[:2]):
             change = (target - self.wheels[i]) * (1.0 - stay)
             after = self.wheels[i] + min(max(change, -reach), reach)
+            if i == self.blocked:
+                after = 0.0
             means[i] = 0.5 * (self.wheels[i] + after)
             self.wheels[i] = after
             self.angles[i] += means[i] * TICK_S
-        left, right = (means[i] * self.radius[i] * (1.0 - self.slip[i]) for i in range(2))
+        left, right = (means[i] * self.radius[i] * (1.0 - self.slip[i] - self.spin_share) for i in range(2))
         speed, self.yaw_rate = 0.5 * (left + right), (right - left) / v.track_width_m
-        ends = [self.wheels[i] * self.radius[i] * (1.0 - self.slip[i]) for i in range(2)]
+        ends = [self.wheels[i] * self.radius[i] * (1.0 - self.slip[i] - self.spin_share) for i in range(2)]
         self.accel = (0.5 * sum(ends) - self.speed) / TICK_S
         self.speed = 0.5 * sum(ends)
         middle = self.heading + 0.5 * self.yaw_rate * TICK_S
@@ -180,8 +205,12 @@ def trajectory(
     sprays: tuple[tuple[float, float], ...] = (),
     acceleration: float = 1.0,
     speeds: list[tuple[float, float]] | None = None,
+    backward: tuple[int, ...] = (),
 ) -> Trajectory:
-    """A trajectory at one speed with ramps from and to standstill, spraying between the given arc lengths."""
+    """A trajectory at one speed with ramps from and to standstill, spraying between the given arc lengths.
+
+    Segments with the indices `backward` are driven backward.
+    """
     total = sum(curve.length_m for curve in curves)
     ramp = min(speed**2 / (2 * acceleration), total / 2)
     top = math.sqrt(2 * acceleration * ramp)
@@ -189,12 +218,13 @@ def trajectory(
     switches = [(0.0, Actuation.NONE)]
     for start, end in sprays:
         switches += [(start, Actuation.DISC_SPRAY), (end, Actuation.NONE)]
-    forward = LinearDirection(value=LinearDirection.FORWARD)
+    ways = [LinearDirection.BACKWARD if i in backward else LinearDirection.FORWARD for i in range(len(curves))]
     linear = VelocityType(value=VelocityType.LINEAR)
     return Trajectory(
         path=Path(
             segments=tuple(
-                Segment(id=f"s{i}", curve=curve.to_message(), direction=forward) for i, curve in enumerate(curves)
+                Segment(id=f"s{i}", curve=curve.to_message(), direction=LinearDirection(value=way))
+                for i, (curve, way) in enumerate(zip(curves, ways, strict=True))
             )
         ),
         actuation_profile=ActuationProfile(
@@ -207,6 +237,53 @@ def trajectory(
                 PathVelocityParameter(arc_length=s, velocity=Velocity(type=linear, value=v)) for s, v in profile
             )
         ),
+    )
+
+
+def reversing(
+    *legs: tuple[int, list[tuple[float, float]]] | float,
+    sprays: tuple[tuple[float, float], ...] = (),
+    speed: float = 1.0,
+    rate: float = 2.0,
+) -> Trajectory:
+    """A trajectory of legs from standstill to standstill.
+
+    A leg is (+1 or −1, pieces of (curvature of the tangent, length)), or the angle of a turn on the spot.
+    """
+    x = y = heading = at = 0.0
+    segments: list[Segment] = []
+    profile: list[PathVelocityParameter] = []
+
+    def enter(kind: int, s: float, value: float) -> None:
+        velocity = Velocity(type=VelocityType(value=kind), value=value)
+        profile.append(PathVelocityParameter(arc_length=s, velocity=velocity))
+
+    for leg in legs:
+        name = f"s{len(segments)}"
+        if isinstance(leg, float):
+            place = Point(x=x, y=y)
+            arc = Arc(start=place, center=place, sweep_angle=leg)
+            segments.append(Segment(id=name, curve=CurveMessage(type=CurveType(value=CurveType.ARC), arc=(arc,))))
+            enter(VelocityType.ANGULAR, at, math.copysign(rate, leg))
+            heading += leg
+            continue
+        sense, pieces = leg
+        tangent = heading if sense > 0 else heading + math.pi
+        for curve in chain(*pieces, x=x, y=y, heading=tangent):
+            direction = LinearDirection(value=sense)
+            segments.append(Segment(id=f"s{len(segments)}", curve=curve.to_message(), direction=direction))
+            x, y, tangent = curve.end
+        heading = tangent if sense > 0 else tangent - math.pi
+        length = sum(piece[1] for piece in pieces)
+        ramp = min(speed**2 / 2.0, length / 2.0)
+        for s, v in ((0.0, 0.0), (ramp, math.sqrt(2.0 * ramp)), (length - ramp, math.sqrt(2.0 * ramp)), (length, 0.0)):
+            enter(VelocityType.LINEAR, at + s, v)
+        at += length
+    plain = trajectory([Curve(0.0, 0.0, 0.0, 0.0, 1.0)], sprays=sprays)
+    return Trajectory(
+        path=Path(segments=tuple(segments)),
+        actuation_profile=plain.actuation_profile,
+        velocity_profile=VelocityProfile(parameters=tuple(profile)),
     )
 
 
@@ -261,8 +338,7 @@ def start(
     """A run whose traversal has been loaded and started, the robot at the start of the path."""
     vehicle = vehicle or Vehicle()
     scenario = Scenario(follower=follower, noise=noise)
-    first = Curve.from_message(plan.path.segments[0].curve)
-    rig = Rig(vehicle, scenario, seed, first.x_m, first.y_m, first.heading_rad)
+    rig = Rig(vehicle, scenario, seed, *start_pose(plan))
     run = Run(Onboard(vehicle, scenario), rig)
     run.onboard.load(plan)
     run.onboard.start()

@@ -45,4 +45,5 @@ class Wheels:
         return (twist[0] - rim) / radii_m[0], (twist[0] + rim) / radii_m[1]
 
     def _within_reach(self, wanted: float, turning: float) -> float:
-        return min(max(wanted, turning - self._reach_radps), turning + self._reach_radps)
+        near = min(max(wanted, turning - self._reach_radps), turning + self._reach_radps)
+        return min(max(near, -self._max_radps), self._max_radps)

@@ -1,0 +1,89 @@
+"""How closely the nozzle follows the lines of a soccer pitch: noise and followers compared, pooled over seeds.
+
+`python -m benchmarks accuracy`; TOUCHLINE_SEEDS sets the number of seeds (20) of the noisy cases.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+
+import numpy as np
+from numpy.typing import NDArray
+
+from schemas.messages import Trajectory
+from schemas.scenario import GnssNoise, Scenario
+from schemas.template import Template, load_template, shipped_templates
+from schemas.vehicle import Vehicle
+from services.planner.plan import plan
+from services.robot_sim.emulator import Emulator
+from services.robot_sim.onboard.followers import Follower
+
+VEHICLE = Vehicle()
+WHITE = GnssNoise(gauss_markov_1_m=0.0, gauss_markov_2_m=0.0)
+
+
+class Timed:
+    """A follower with a stopwatch."""
+
+    def __init__(self, inner: Follower) -> None:
+        self.inner = inner
+        self.times_s: list[float] = []
+
+    def __getattr__(self, name: str) -> object:
+        return getattr(self.inner, name)
+
+    def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> tuple[float, float]:
+        begun = time.perf_counter()
+        command = self.inner.step(now, ahead)
+        self.times_s.append(time.perf_counter() - begun)
+        return command
+
+
+def drive(trajectory: Trajectory, template: Template, scenario: Scenario) -> tuple[Emulator, list[float], Timed]:
+    """A whole session; also the nozzle's distance from its line by the estimate, and the follower's times."""
+    emulator = Emulator(VEHICLE, scenario)
+    onboard = emulator.onboard
+    timed = Timed(onboard._traversal._follower)  # type: ignore[attr-defined]
+    onboard._traversal._follower = timed  # type: ignore[attr-defined]
+    emulator.load(trajectory, template)
+    emulator.start()
+    followed = []
+    while emulator.active:
+        emulator.tick()
+        if emulator.command.valve:
+            followed.append(abs(onboard.lateral_error_m))  # type: ignore[attr-defined]
+    return emulator, followed, timed
+
+
+def _case(name: str, trajectory: Trajectory, template: Template, scenarios: list[Scenario]) -> None:
+    errors, followed, times, fallbacks, worst = [], [], [], 0, (0.0, 0)
+    for scenario in scenarios:
+        emulator, estimated, timed = drive(trajectory, template, scenario)
+        lateral = np.abs(emulator.ledger.deviation().lateral_m)
+        errors.append(lateral)
+        followed += estimated
+        times += timed.times_s
+        fallbacks += emulator.onboard.status.follower_fallbacks
+        worst = max(worst, (float(np.percentile(lateral, 95)), scenario.seed))
+    pooled = np.concatenate(errors) * 1e3
+    print(
+        f"{name:32s} {len(scenarios):3d} seeds: mean {pooled.mean():5.2f}  p95 {np.percentile(pooled, 95):5.2f}  "
+        f"max {pooled.max():5.2f} mm; against the estimate p95 {np.percentile(followed, 95) * 1e3:.2f} mm; "
+        f"worst p95 {worst[0] * 1e3:.1f} mm (seed {worst[1]})"
+    )
+    print(f"{'':32s} follower's tick p99 {np.percentile(times, 99) * 1e3:.2f} ms, fallbacks {fallbacks}")
+
+
+def main() -> None:
+    """Print the figures."""
+    seeds = range(1, int(os.environ.get("TOUCHLINE_SEEDS", "20")) + 1)
+    template = load_template(shipped_templates()["soccer-11"])
+    trajectory = plan(template, VEHICLE).trajectory
+    for follower in ("mpc", "pure-pursuit"):
+        quiet = [Scenario(noise="none", follower=follower)]
+        white = [Scenario(seed=seed, follower=follower, gnss=WHITE) for seed in seeds]
+        noisy = [Scenario(seed=seed, follower=follower) for seed in seeds]
+        _case(f"{follower}, no noise", trajectory, template, quiet)
+        _case(f"{follower}, fixes white", trajectory, template, white)
+        _case(f"{follower}, default noise", trajectory, template, noisy)
