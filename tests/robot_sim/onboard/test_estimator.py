@@ -305,3 +305,31 @@ def test_deterministic() -> None:
         return estimator.state.tobytes() + estimator.covariance.tobytes()
 
     assert final() == final()
+
+
+def test_a_gyro_that_turns_while_the_wheels_stand_makes_the_heading_uncertain() -> None:
+    rig = Rig(scenario=DEFAULT, seed=12)
+    estimator = Estimator(rig.vehicle, DEFAULT)
+    drive(rig, estimator, 1000)
+    drive(rig, estimator, 150, lambda t: STANDSTILL)
+    bias, sigma = float(estimator.state[m.GYRO_BIAS]), estimator.heading_sigma_rad
+    for _ in range(100):
+        frame = rig.step(STANDSTILL)
+        turned = frame.imu._replace(gyro_z_radps=frame.imu.gyro_z_radps + 0.3)
+        estimator.step(frame._replace(imu=turned))
+    assert report(estimator.counters).gyro_rejected == 100
+    assert abs(estimator.state[m.GYRO_BIAS] - bias) < 1e-3
+    assert estimator.heading_sigma_rad > 5.0 * sigma  # the magnetometer has a say, too
+    assert abs(error(rig, estimator)[2]) < 3.0 * estimator.heading_sigma_rad
+
+
+def test_a_frozen_imu_is_no_new_sample_once_the_wheels_change() -> None:
+    rig = Rig(scenario=DEFAULT, seed=13)
+    estimator = Estimator(rig.vehicle, DEFAULT)
+    drive(rig, estimator, 1000)
+    last = rig.step(wander(1000))
+    estimator.step(last)
+    for tick in range(60):
+        estimator.step(rig.step(Command(10.0 - 0.1 * tick, 10.0, False, False))._replace(imu=last.imu))
+    assert last.tick <= estimator.intake.imu_tick < last.tick + 20
+    assert abs(error(rig, estimator)[2]) < 0.1
