@@ -5,7 +5,7 @@ import sys
 import typer
 
 from schemas.errors import TouchlineError
-from services.cli import demo, plan, recordings, run, services, system, templates
+from services.cli import demo, picture, plan, recordings, run, services, simulate, system, templates
 from services.cli.options import ExitCode
 
 app = typer.Typer(
@@ -19,10 +19,12 @@ app = typer.Typer(
 demo.register(app)
 plan.register(app)
 run.register(app)
+simulate.register(app)
 templates.register(app)
 system.register(app)
 services.register(app)
 recordings.register(app)
+picture.register(app)
 
 
 def main() -> None:

@@ -10,30 +10,32 @@ from typing import Annotated, Any
 import typer
 
 from schemas import topics
-from schemas.errors import SpecError
+from schemas.digest import scenario_hash
 from schemas.messages import GetPaintRequest, PlanOptions
+from schemas.scenario import Scenario
 from schemas.template import Template, parse_template, template_text
+from schemas.vehicle import Vehicle
 from services.cli.display import Advance, print_event, print_figures, progress_bar, stderr
 from services.cli.options import (
     ExitCode,
-    Follower,
     FollowerOption,
     JsonOption,
     Method,
     MethodOption,
-    Noise,
     NoiseOption,
     ReportOption,
+    ScenarioOption,
     SeedOption,
     SpeedOption,
     TemplateArgument,
     check_plot,
+    chosen_scenario,
     plan_options,
     speed_factor,
     write_json,
 )
 from services.job import Job, JobFailed, JobOptions
-from services.local import LocalSystem, local_system, severity_of
+from services.local import LocalSystem, local_system, robot_arguments, severity_of
 
 
 def register(app: typer.Typer) -> None:
@@ -73,9 +75,10 @@ class Terminal:
 def run(
     template: TemplateArgument,
     speed: SpeedOption = "max",
-    seed: SeedOption = 1,
-    follower: FollowerOption = Follower.MPC,
-    noise: NoiseOption = Noise.DEFAULT,
+    scenario: ScenarioOption = None,
+    seed: SeedOption = None,
+    follower: FollowerOption = None,
+    noise: NoiseOption = None,
     method: MethodOption = Method.CCD,
     record: Annotated[
         Path | None, typer.Option(help="Record the session to this MCAP file.", show_default=False)
@@ -88,15 +91,16 @@ def run(
 ) -> None:
     """Paint a template once: start planner, robot and bridge, do the job over Zenoh, stop them, report."""
     check_plot(plot)
+    chosen = chosen_scenario(scenario, seed, follower, noise)
     figures = run_job(
         template,
         speed=speed_factor(speed),
-        robot=["--seed", str(seed), "--follower", follower.value, "--noise", noise.value],
+        scenario=chosen,
         options=plan_options(method, 0.0, 0.0, 0.0, 0.0),
         record=record,
         plot=plot,
     )
-    figures |= {"seed": seed, "follower": follower.value, "noise": noise.value}
+    figures |= {"seed": chosen.seed, "follower": chosen.follower, "noise": chosen.noise}
     if report is not None:
         write_json(figures, report)
     if as_json:
@@ -111,7 +115,7 @@ def run_job(
     template: str,
     *,
     speed: float,
-    robot: list[str],
+    scenario: Scenario,
     options: PlanOptions,
     record: Path | None,
     plot: Path | None = None,
@@ -124,8 +128,9 @@ def run_job(
     begun = time.monotonic()
     text, source = template_text(template)
     drawing = parse_template(text, source)  # a bad template is told before anything is started
-    job_options = JobOptions(text, options, speed, record)
-    with local_system(robot) as system, progress_bar("Touchline") as advance:
+    cause = scenario_hash(scenario, Vehicle(), drawing, options)
+    job_options = JobOptions(text, options, speed, record, cause)
+    with robot_arguments(scenario) as robot, local_system(robot) as system, progress_bar("Touchline") as advance:
         advance(0.0, "Starting the services")
         system.wait_until_ready(lambda doing: stderr.print(doing))
         job = Job(system.bus, job_options, Terminal(system, advance))
@@ -142,13 +147,7 @@ def run_job(
 
 
 def _draw(system: LocalSystem, template: Template, path: Path, figures: dict[str, Any]) -> None:
-    from services.picture import draw_painted
+    from services.picture import draw_or_refuse, painted_caption
 
     strokes = system.bus.call(topics.GET_PAINT, GetPaintRequest(), timeout_s=30.0).strokes
-    paint = figures["paint"]
-    error = paint["lateral_error_m"]
-    caption = f"{paint['coverage_pct']:.2f} % covered, off by {1e3 * error['p95']:.1f} mm (p95)"
-    try:
-        draw_painted(template, strokes, path, caption)
-    except OSError as problem:
-        raise SpecError(str(path), "", f"cannot be written ({problem.strerror})", "give a writable path") from problem
+    draw_or_refuse(template, strokes, path, painted_caption(figures["paint"]))

@@ -6,12 +6,13 @@ from typing import Annotated
 
 import typer
 
-from schemas.scenario import Scenario
-from schemas.spec import parse, read_text
 from services.cli.options import (
-    Follower,
-    Noise,
+    FollowerOption,
+    NoiseOption,
+    ScenarioOption,
+    SeedOption,
     SupervisedOption,
+    chosen_scenario,
     speed_factor,
 )
 
@@ -32,20 +33,17 @@ def planner(supervised: SupervisedOption = False) -> None:
 
 
 def robot_sim(
-    scenario: Annotated[Path | None, typer.Option(help="Scenario JSON file.", show_default=False)] = None,
-    seed: Annotated[int | None, typer.Option(help="Seed, instead of the scenario's.", min=0)] = None,
-    follower: Annotated[Follower | None, typer.Option(help="Follower, instead of the scenario's.")] = None,
-    noise: Annotated[Noise | None, typer.Option(help="Noise profile, instead of the scenario's.")] = None,
+    scenario: ScenarioOption = None,
+    seed: SeedOption = None,
+    follower: FollowerOption = None,
+    noise: NoiseOption = None,
     speed: Annotated[str, typer.Option(help="Times real time, or `max`; can be changed while it runs.")] = "1",
     supervised: SupervisedOption = False,
 ) -> None:
     """Run the emulated robot: waits on the bus for a trajectory and drives it, until Ctrl-C."""
     from services.robot_sim.service import run_service
 
-    changes = {"seed": seed, "follower": follower and follower.value, "noise": noise and noise.value}
-    text = read_text(scenario) if scenario else "{}"
-    given = parse(Scenario, text, scenario.name if scenario else "scenario")
-    chosen = given.model_copy(update={name: value for name, value in changes.items() if value is not None})
+    chosen = chosen_scenario(scenario, seed, follower, noise)
     run_service(scenario=chosen, speed=speed_factor(speed), supervised=supervised)
 
 

@@ -205,6 +205,13 @@ class Emulator:
         self.ledger.record(self.world.trace)
         self._follow_up()
 
+    def run(self, ticks: int) -> None:
+        """Let up to that many ticks pass, no more than the traversal takes; what they had to say is not looked at."""
+        for _ in range(ticks):
+            if not self.active:
+                return
+            self.tick()
+
     def metrics(self) -> PaintMetrics:
         """The figures of the paint so far; takes a moment."""
         return paint_metrics(self.ledger)

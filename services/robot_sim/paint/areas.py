@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from schemas.curves import Curve
-from services.robot_sim.paint.ledger import Stroke
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
@@ -25,7 +24,10 @@ GRID_M: Final = 1e-6
 _TURN_OF_A_PIECE: Final = 0.9 * math.pi
 
 
-class PaintAreas(NamedTuple):
+Points = NDArray[np.float64]
+
+
+class Areas(NamedTuple):
     """Areas [m²]; see `paint_areas`."""
 
     painted_m2: float
@@ -33,10 +35,28 @@ class PaintAreas(NamedTuple):
     double_paint_m2: float
 
 
+class PaintAreas(NamedTuple):
+    """Areas of all paint, and of that which belongs to each line."""
+
+    total: Areas
+    lines: list[Areas]
+
+
 def paint_areas(
-    strokes: Sequence[Stroke], lines: Sequence[Curve], spray_width_m: float, line_width_m: float
+    strokes: Sequence[Points],
+    by_line: Sequence[Sequence[Points]],
+    lines: Sequence[Curve],
+    spray_width_m: float,
+    line_width_m: float,
 ) -> PaintAreas:
     """Areas of the paint against the lines.
+
+    Args:
+        strokes: (n, 2) points [m] of each stroke.
+        by_line: Per line, the (n, 2) points of the stretches of strokes that belong to it.
+        lines: What should be painted.
+        spray_width_m: Of the paint.
+        line_width_m: Of the lines.
 
     `overspray_m2` is painted area outside the union of the lines' bands. `double_paint_m2` is area under two or more
     passes of the nozzle, except within half a line width of where two lines' bands (lengthened by half a width)
@@ -45,13 +65,19 @@ def paint_areas(
     import shapely
 
     bands = [_strip(_polyline(line), line_width_m, "flat") for line in lines]
-    passes = [_strip(_simplified(piece), spray_width_m, "flat") for stroke in strokes for piece in _pieces(stroke)]
-    painted = shapely.union_all(passes, grid_size=GRID_M)
     intended = shapely.union_all(bands, grid_size=GRID_M)
-    overspray = shapely.difference(painted, intended, grid_size=GRID_M)
     joints = _joints(lines, line_width_m)
-    twice = shapely.difference(_overlaps(passes), joints, grid_size=GRID_M)
-    return PaintAreas(float(painted.area), float(overspray.area), float(twice.area))
+
+    def measure(strokes: Sequence[Points]) -> Areas:
+        passes = [_strip(_simplified(piece), spray_width_m, "flat") for stroke in strokes for piece in _pieces(stroke)]
+        if not passes:
+            return Areas(0.0, 0.0, 0.0)
+        painted = shapely.union_all(passes, grid_size=GRID_M)
+        overspray = shapely.difference(painted, intended, grid_size=GRID_M)
+        twice = shapely.difference(_overlaps(passes), joints, grid_size=GRID_M)
+        return Areas(float(painted.area), float(overspray.area), float(twice.area))
+
+    return PaintAreas(measure(strokes), [measure(stretches) for stretches in by_line])
 
 
 def _strip(points: NDArray[np.float64], width_m: float, cap_style: Literal["flat", "square"]) -> BaseGeometry:
@@ -78,9 +104,8 @@ def _polyline(curve: Curve) -> NDArray[np.float64]:
     return np.column_stack((x, y))
 
 
-def _pieces(stroke: Stroke) -> list[NDArray[np.float64]]:
-    """A stroke cut where it turns back or has turned by half a circle, so that no piece overlaps itself."""
-    points = np.column_stack((stroke.x_m, stroke.y_m))
+def _pieces(points: Points) -> list[Points]:
+    """A stroke (n, 2) cut where it turns back or has turned by half a circle, so that no piece overlaps itself."""
     moved = np.concatenate(([True], np.any(np.diff(points, axis=0) != 0.0, axis=1)))
     points = points[moved]
     if len(points) < 2:
