@@ -8,11 +8,11 @@ from types import TracebackType
 from typing import Any, Self
 
 from schemas.digest import scenario_hash
-from schemas.messages import PaintMarks, PlanOptions, TraversalReport, TraversalStatus
+from schemas.messages import PaintMarks, PlanOptions, PlanReport, Trajectory, TraversalReport, TraversalStatus
 from schemas.scenario import Scenario
 from schemas.template import Template
 from schemas.vehicle import Vehicle
-from services.planner.plan import Plan, plan
+from services.planner.plan import plan
 from services.reports import hash_figures, paint_report, plan_figures, traversal_figures
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.packing import Payload
@@ -31,14 +31,15 @@ class Job:
     """What is painted with what: everything but the scenario, planned once.
 
     Attributes:
-        plan: The trajectory and its report, planning time included.
+        trajectory: The plan.
+        plan_report: Its figures, planning time included.
     """
 
     template: Template
     vehicle: Vehicle
     options: PlanOptions
-    plan: Plan
-    planning_time_s: float
+    trajectory: Trajectory
+    plan_report: PlanReport
 
     @classmethod
     def prepare(cls, template: Template, options: PlanOptions, progress: Progress = lambda done, doing: None) -> Self:
@@ -50,7 +51,8 @@ class Job:
         begun = time.perf_counter()
         vehicle = Vehicle()
         planned = plan(template, vehicle, options, lambda stage, fraction: progress(fraction, f"Planning: {stage}"))
-        return cls(template, vehicle, options, planned, time.perf_counter() - begun)
+        report = planned.report.model_copy(update={"planning_time_s": time.perf_counter() - begun})
+        return cls(template, vehicle, options, planned.trajectory, report)
 
 
 @dataclass(frozen=True)
@@ -74,11 +76,10 @@ class Outcome:
 
     def figures(self, job: Job) -> dict[str, Any]:
         """The report as ``touchline run`` gives it."""
-        timed = job.plan.report.model_copy(update={"planning_time_s": job.planning_time_s})
         return {
             "success": self.report.success,
             "reason": self.reason,
-            "plan": plan_figures(timed),
+            "plan": plan_figures(job.plan_report),
             "traversal": traversal_figures(self.report, self.wall_time_s),
             **paint_report(self.report),
             "recording": self.recording,
@@ -115,7 +116,7 @@ def simulate(
     emulator = Emulator(job.vehicle, scenario)
     telemetry = Telemetry(emulator)
     before = [telemetry.status()]
-    emulator.load(job.plan.trajectory, job.template)
+    emulator.load(job.trajectory, job.template)
     if record is None and not hashed:
         emulator.start()
         reason = _drive(emulator, lambda: emulator.run(_SLICE_TICKS), progress)
@@ -123,7 +124,7 @@ def simulate(
     else:
         with _Listener(record) as listener:
             listener.hear(before)
-            listener.hear(telemetry.loaded(job.plan.trajectory, job.template))
+            listener.hear(telemetry.loaded(job.trajectory, job.template))
             emulator.start()
             listener.hear(telemetry.news())
 

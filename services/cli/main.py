@@ -5,7 +5,7 @@ import sys
 import typer
 
 from schemas.errors import TouchlineError
-from services.cli import demo, picture, plan, recordings, run, services, simulate, system, templates
+from services.cli import demo, picture, plan, recordings, run, services, simulate, sweep, system, templates
 from services.cli.options import ExitCode
 
 app = typer.Typer(
@@ -20,6 +20,7 @@ demo.register(app)
 plan.register(app)
 run.register(app)
 simulate.register(app)
+sweep.register(app)
 templates.register(app)
 system.register(app)
 services.register(app)

@@ -20,6 +20,7 @@ COMMANDS = [
     "plan",
     "run",
     "simulate",
+    "sweep",
     "templates",
     "record",
     "replay",

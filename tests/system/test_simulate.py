@@ -1,11 +1,13 @@
 """In one process: the bits of the whole system, without it."""
 
 import json
+import signal
+import time
 
 import pytest
 
 from services.bridge.compare import compare
-from tests.system.commands import figures, touchline
+from tests.system.commands import figures, start_touchline, touchline
 
 SQUARE = ("study-square", "--json", "--seed", "7")
 WALL_CLOCK = ("wall_time_s", "real_time_factor")
@@ -65,3 +67,37 @@ def test_a_recording_is_drawn(over_zenoh, tmp_path):
     assert "nozzle off the template" in drawn
     assert touchline("picture", str(recorded), "--out", "painted.gif").returncode == 2
     assert touchline("picture", str(picture), "--out", str(picture)).returncode == 2
+
+
+def test_a_sweep_from_the_command_line(tmp_path):
+    scenario, report, csv = tmp_path / "calm.json", tmp_path / "report.json", tmp_path / "runs.csv"
+    scenario.write_text(json.dumps({"seed": 3, "gnss": {"white_m": 0.001}}))
+    options = ("--template", "study-square", "--seeds", "2", "--workers", "1")
+    outputs = ("--report", str(report), "--csv", str(csv))
+    done = touchline("sweep", str(scenario), *options, *outputs, "--set", "follower=mpc,pure-pursuit")
+    assert done.returncode == 0, done.stderr
+    assert "lateral error p95, mm" in done.stdout
+    assert "4 of 4 runs" in done.stdout
+    swept = json.loads(report.read_text())
+    assert [run["seed"] for run in swept["runs"]] == [3, 4, 3, 4]
+    single = figures(touchline("simulate", "study-square", "--scenario", str(scenario), "--json"))
+    assert swept["runs"][0]["scenario_hash"] == single["hash"]["scenario"]
+    assert swept["runs"][0]["coverage_pct"] == single["paint"]["coverage_pct"]
+    assert len(csv.read_text().splitlines()) == 5
+    refused = touchline("sweep", "no-such-thing")
+    assert refused.returncode == 2
+    assert "study-square" in refused.stderr
+
+
+def test_an_interrupted_sweep_gives_what_is_done(bus_config, tmp_path):
+    log = tmp_path / "log"
+    sweep = start_touchline(
+        "sweep", "study-square", "--seeds", "3000", "--workers", "2", "--json", config=bus_config, log=log
+    )
+    time.sleep(8.0)
+    sweep.send_signal(signal.SIGINT)
+    assert sweep.wait(timeout=30) == 130
+    text = log.read_text()
+    swept = json.loads(text[text.index("{") : text.rindex("}") + 1])
+    assert not swept["complete"]
+    assert len(swept["runs"]) == swept["combinations"][0]["runs"] < 3000
