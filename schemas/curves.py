@@ -19,6 +19,8 @@ Floats = npt.NDArray[np.float64]
 
 #: No place on a field, length of a path or curvature of a drivable arc is as large (m, 1/m).
 _LARGEST = 1e9
+#: An arc of a smaller radius is a turn on the spot (m).
+_SPIN_RADIUS_M = 1e-6
 
 
 def wrap_angle(angle_rad: float) -> float:
@@ -143,6 +145,18 @@ class Curve:
             self.curvature_1pm / scale,
             self.length_m * scale,
         )
+
+
+def spin_rad(message: CurveMessage) -> float | None:
+    """The angle of a turn on the spot, counter-clockwise positive; None for any other curve.
+
+    A turn on the spot is an ARC that starts at its center: it has no length and no tangent, so it is no `Curve`.
+    """
+    if message.type.value != CurveType.ARC or not message.arc:
+        return None
+    arc = message.arc[0]
+    at_center = float(np.hypot(arc.start.x - arc.center.x, arc.start.y - arc.center.y)) < _SPIN_RADIUS_M
+    return arc.sweep_angle if at_center else None
 
 
 @dataclass(frozen=True)

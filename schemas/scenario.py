@@ -4,6 +4,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field
 
+from schemas.faults import Fault
 from schemas.spec import Spec
 from schemas.vehicle import NotNegative, Positive
 
@@ -88,11 +89,13 @@ class Scenario(Spec):
     start: Pose2 | None = None
     """Where the robot stands at first; by default at the start of the plan."""
     origin: Origin = Origin()
+    faults: Annotated[tuple[Fault, ...], Field(max_length=1000)] = ()
+    """What goes wrong when, in sim time; see `schemas.faults`."""
     link_timeout_s: Positive = 2.0
     """Wall-clock seconds without operator and planner after which the robot stops by itself."""
 
     def effective(self) -> Self:
-        """This scenario with every noise figure at zero if ``noise`` is ``none``; latencies stay."""
+        """This scenario with every noise figure at zero if ``noise`` is ``none``; latencies and faults stay."""
         if self.noise == "default":
             return self
         return self.model_copy(

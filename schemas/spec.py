@@ -59,7 +59,7 @@ def parse(kind: type[S], text: str, source: str) -> S:
     try:
         return kind.model_validate(data)
     except ValidationError as error:
-        raise _first_problem(error, source) from error
+        raise _first_problem(error, source, data) from error
 
 
 def _unique_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -78,11 +78,26 @@ def field_path(location: tuple[int | str, ...]) -> str:
     return path
 
 
-def _first_problem(error: ValidationError, source: str) -> SpecError:
+def _without_tags(location: tuple[int | str, ...], data: Any, missing: bool) -> tuple[int | str, ...]:
+    """A pydantic location less the tags of tagged unions, which the author of the text has never seen."""
+    kept: list[int | str] = []
+    for index, part in enumerate(location):
+        if isinstance(data, dict) and part not in data and not (missing and index == len(location) - 1):
+            continue
+        kept.append(part)
+        if isinstance(data, dict):
+            data = data.get(part)
+        elif isinstance(data, list) and isinstance(part, int) and part < len(data):
+            data = data[part]
+    return tuple(kept)
+
+
+def _first_problem(error: ValidationError, source: str, data: Any) -> SpecError:
     problems = error.errors()
     first = problems[0]
     others = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
-    field, given = field_path(first["loc"]), first["input"]
+    field = field_path(_without_tags(first["loc"], data, first["type"] == "missing"))
+    given = first["input"]
     if first["type"] == "missing":
         return SpecError(source, field, "is missing", f"add it{others}")
     if first["type"] == "extra_forbidden":

@@ -126,6 +126,7 @@ ABORT = Service("traversal/abort", m.CommandRequest, m.CommandResponse)
 ESTOP = Service("traversal/estop", m.CommandRequest, m.CommandResponse)
 RESET = Service("traversal/reset", m.CommandRequest, m.CommandResponse)
 SET_SPEED = Service("simulation/set_speed", m.SetSpeedRequest, m.SetSpeedResponse)
+INJECT_FAULT = Service("simulation/inject_fault", m.InjectFaultRequest, m.InjectFaultResponse)
 GET_PAINT = Service("paint/get", m.GetPaintRequest, m.GetPaintResponse)
 RECORD = Service("bridge/record", m.RecordRequest, m.RecordResponse)
 RECORD_STOP = Service("bridge/record_stop", m.RecordStopRequest, m.RecordStopResponse)
@@ -147,6 +148,7 @@ SERVICES: tuple[Service[Any, Any], ...] = (
     ESTOP,
     RESET,
     SET_SPEED,
+    INJECT_FAULT,
     GET_PAINT,
     RECORD,
     RECORD_STOP,

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.curves import Curve
+from schemas.curves import Curve, spin_rad
 from schemas.messages.touchline import PlanReport
 from schemas.messages.turf_tank import Trajectory
 from schemas.template import Template
@@ -90,7 +90,10 @@ class PathView:
             for segment, transition in zip(segments, plain, strict=True)
             if not transition
         )
-        lines = tuple(sample([Curve.from_message(segment.curve)]) for segment in segments)
+        lines = tuple(
+            sample([Curve.from_message(segment.curve)] if spin_rad(segment.curve) is None else [])
+            for segment in segments
+        )
         goals = tuple(np.cumsum([0, *(not transition for transition in plain)])[:-1].tolist())
         return cls(trajectory, report, lines, plain, rows, goals)
 

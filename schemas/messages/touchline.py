@@ -260,6 +260,22 @@ class SetSpeedResponse(Message):
     message: str = ""
 
 
+class InjectFaultRequest(Message):
+    """Let something go wrong: one fault as JSON, its ``start_s`` counted from now."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/InjectFault_Request"
+    request_id: str = ""
+    fault_json: str = ""
+
+
+class InjectFaultResponse(Message):
+    """Whether the fault was taken, and why not."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/InjectFault_Response"
+    success: bool = False
+    message: str = ""
+
+
 class RecordRequest(Message):
     """Start recording to ``path`` (on the bridge's machine)."""
 

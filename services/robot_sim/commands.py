@@ -9,6 +9,7 @@ from typing import Any, Final
 from schemas import messages as m
 from schemas import topics
 from schemas.errors import CommandRefused, SpecError
+from schemas.faults import describe, parse_fault
 from schemas.messages.base import Message
 from schemas.template import parse_template
 from schemas.topics import Service
@@ -43,6 +44,7 @@ class Commands:
             topics.LOAD: self.load,
             topics.START_TRAVERSAL: self.start_traversal,
             topics.SET_SPEED: self.set_speed,
+            topics.INJECT_FAULT: self.inject_fault,
             topics.GET_PAINT: lambda _request: telemetry.strokes(),
             topics.START: self._plain(emulator.start),
             topics.PAUSE: self._plain(emulator.pause),
@@ -81,6 +83,16 @@ class Commands:
             return m.SetSpeedResponse(success=False, message=reason)
         self._set_speed(request.factor)
         return m.SetSpeedResponse(success=True, message="speed set")
+
+    def inject_fault(self, request: m.InjectFaultRequest) -> m.InjectFaultResponse:
+        """Let something go wrong; from the next tick on unless it says later."""
+        try:
+            fault = parse_fault(request.fault_json)
+            self._emulator.inject_fault(fault)
+        except (CommandRefused, SpecError) as error:
+            return m.InjectFaultResponse(success=False, message=str(error))
+        self.told += self._telemetry.news()
+        return m.InjectFaultResponse(success=True, message=describe(fault))
 
     def link_lost(self) -> None:
         """Nobody who could stop the robot is there any more."""

@@ -10,10 +10,12 @@ import math
 from typing import Final, Protocol
 
 from schemas.errors import CommandRefused
+from schemas.faults import Fault
 from schemas.messages import Trajectory, TraversalStatus
 from schemas.scenario import Scenario
 from schemas.template import Template
 from schemas.vehicle import Vehicle
+from services.robot_sim.faults import FaultTimeline
 from services.robot_sim.frames import STANDSTILL, Command, Estimate, OnboardEvent, SensorFrame, Status
 from services.robot_sim.onboard import Onboard
 from services.robot_sim.paint.ledger import PaintLedger
@@ -112,7 +114,7 @@ class Emulator:
 
     Attributes:
         tick_count: Ticks so far; sim time is a hundredth of it in seconds.
-        world, sensors, onboard, ledger: The parts; the ledger is that of the loaded traversal.
+        world, sensors, faults, onboard, ledger: The parts; the ledger is that of the loaded traversal.
         settled: Whether a traversal's watch ended with the last tick: its figures are final.
         frame, command: What the onboard computer saw and answered in the last tick.
         estimator_error: Of the loaded traversal.
@@ -123,6 +125,7 @@ class Emulator:
         self.vehicle, self.scenario = vehicle, scenario
         self.world = World(vehicle, scenario)
         self.sensors = Sensors(vehicle, scenario)
+        self.faults = FaultTimeline(scenario.faults)
         self.onboard = onboard if onboard is not None else Onboard(vehicle, scenario)
         self.ledger = PaintLedger([], vehicle.spray_width_m, vehicle.spray_width_m)
         self.estimator_error = EstimatorError()
@@ -196,11 +199,24 @@ class Emulator:
         """Nobody who could stop the robot is there any more: it pauses by itself."""
         self.onboard.link_lost()
 
+    def inject_fault(self, fault: Fault) -> None:
+        """Let something go wrong from the next tick on, or `start_s` later.
+
+        Raises:
+            CommandRefused: There are too many faults already.
+        """
+        self.faults.inject(fault, self.tick_count)
+
+    def take_events(self) -> list[OnboardEvent]:
+        """Faults that came and went, then what the onboard computer has to say."""
+        return self.faults.take_events() + self.onboard.take_events()
+
     def tick(self) -> None:
         """Let 10 ms pass."""
         self.tick_count += 1
-        self.world.step(self.command, self.tick_count)
-        self.frame = self.sensors.read(self.tick_count, self.world.state)
+        self.faults.step(self.tick_count)
+        self.world.step(self.command, self.tick_count, self.faults.effects)
+        self.frame = self.sensors.read(self.tick_count, self.world.state, self.faults.effects)
         self.command = self.onboard.step(self.frame)
         self.ledger.record(self.world.trace)
         self._follow_up()

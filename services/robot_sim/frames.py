@@ -21,7 +21,8 @@ PHYSICS_STEPS_PER_TICK: Final = 10
 class GnssSample(NamedTuple):
     """A position fix of the antenna, converted back from the reported latitude and longitude.
 
-    `stamp_s` is the time of validity, which lies `latency` before the tick in which the sample arrives.
+    `stamp_s` is the time of validity by the receiver's clock, some 0.11 s before the tick in which the sample arrives.
+    It need not be a whole tick, and with a clock that is off it may even lie ahead.
     """
 
     stamp_s: float
@@ -72,8 +73,22 @@ class SensorFrame(NamedTuple):
     imu: ImuSample
     mag: MagSample
     encoders: EncoderSample
-    gnss: GnssSample | None
-    """The fix that arrived in this tick, if one did (10 Hz; late by the receiver's latency)."""
+    gnss: tuple[GnssSample, ...] = ()
+    """The fixes that arrived in this tick, in the order of their arrival (10 Hz; late by the receiver's latency).
+
+    Usually none or one. When messages are delayed, several can arrive at once, out of order or again."""
+    imu_age_ticks: int = 0
+    """How old the newest sample of the IMU is: 0 is measured in this tick; more when messages are late or lost."""
+    mag_age_ticks: int = 0
+    encoder_age_ticks: int = 0
+    bumper: bool = False
+    """Whether the bumper is pressed."""
+    battery_fraction: float = 1.0
+    """State of charge, 0…1."""
+    tank_l: float = 20.0
+    """What the tank's level sensor says."""
+    operator_alive: bool = True
+    """Whether the operator was heard in this tick, in sim time. (The link over the bus is watched apart from this.)"""
 
 
 class Command(NamedTuple):

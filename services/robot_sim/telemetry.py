@@ -94,8 +94,8 @@ class Telemetry:
             ),
             (topics.WHEEL_COMMAND, layouts.WHEEL_COMMAND.pack(sec, nanosec, command.left_radps, command.right_radps)),
         ]
-        if emulator.sensors.gnss_report is not None:
-            due += gnss(emulator.sensors.gnss_report)
+        for report in emulator.sensors.gnss_reports:
+            due += gnss(report)
         if tick % _ODOMETRY_TICKS == 0:
             due.append((topics.ODOMETRY, self._estimate(time)))
         if tick % _TRUTH_TICKS == 0:
@@ -198,7 +198,7 @@ class Telemetry:
         )
 
     def _events(self) -> list[Payload]:
-        return [_event(event, self._emulator.tick_count) for event in self._emulator.onboard.take_events()]
+        return [_event(event, self._emulator.tick_count) for event in self._emulator.take_events()]
 
     @property
     def _spraying(self) -> bool:

@@ -1,4 +1,4 @@
-"""Drives along a loaded trajectory: tracking and follower joined, one call per tick."""
+"""Drives along a loaded trajectory, leg by leg: tracking or turning, and the follower, joined; one call per tick."""
 
 from __future__ import annotations
 
@@ -12,7 +12,9 @@ from services.robot_sim.onboard import tracking as t
 from services.robot_sim.onboard.estimator import model as m
 from services.robot_sim.onboard.estimator.filter import Estimator
 from services.robot_sim.onboard.followers import Follower
+from services.robot_sim.onboard.path import SPIN, Leg
 from services.robot_sim.onboard.trajectory import LoadedTrajectory
+from services.robot_sim.onboard.turning import Turning
 
 ACCELERATION_MARGIN = 1.2
 """The reference may speed up this much harder than the plan does, to catch up after a pause."""
@@ -28,6 +30,7 @@ class Driver:
 
     Attributes:
         now: (NOW,) of `tracking`, of the last tick.
+        leg_index: Of the leg that the robot is on.
     """
 
     def __init__(self, plan: LoadedTrajectory, vehicle: Vehicle, follower: Follower) -> None:
@@ -46,6 +49,20 @@ class Driver:
         self._ahead = np.zeros((t.AHEAD_TICKS, t.AHEAD_COLUMNS))
         self.now = np.zeros(t.NOW)
         follower.reset()
+        self.leg_index = 0
+        self._enter(0)
+
+    def _enter(self, index: int) -> None:
+        self.leg_index = index
+        leg = self.leg
+        self._rows = self._plan.path[leg.first : leg.last]
+        self._turning = Turning(self._plan.turns[index], leg.heading_rad) if leg.sense == SPIN else None
+        self._progress[t.P_ARC], self._progress[t.P_SEGMENT], self._progress[t.P_SPEED] = leg.start_m, 0.0, 0.0
+
+    @property
+    def leg(self) -> Leg:
+        """The leg that the robot is on."""
+        return self._plan.legs[self.leg_index]
 
     @property
     def arc_length_m(self) -> float:
@@ -53,9 +70,14 @@ class Driver:
         return float(self._progress[t.P_ARC])
 
     @property
+    def speed_mps(self) -> float:
+        """Speed along the path: positive the way the plan goes, whichever way the robot faces."""
+        return float(self.now[t.SPEED]) * self.leg.sense
+
+    @property
     def segment(self) -> int:
         """Index of the path segment under the robot."""
-        return int(self._progress[t.P_SEGMENT])
+        return self.leg.first + int(self._progress[t.P_SEGMENT])
 
     @property
     def reference_mps(self) -> float:
@@ -63,9 +85,23 @@ class Driver:
         return float(self._progress[t.P_SPEED])
 
     @property
-    def at_end(self) -> bool:
-        """Whether the whole path is done."""
-        return self.arc_length_m >= self._plan.total_length_m - END_TOLERANCE_M
+    def still(self) -> bool:
+        """Whether the reference neither drives nor turns."""
+        return abs(self.reference_mps) < STOPPED_MPS and (self._turning is None or not self._turning.moving)
+
+    @property
+    def leg_done(self) -> bool:
+        """Whether the leg is done but for coming to rest."""
+        if self._turning is not None:
+            return self._turning.arrived(self.now)
+        return self.arc_length_m >= self.leg.end_m - END_TOLERANCE_M and abs(self.speed_mps) < 2.0 * t.CREEP_MPS
+
+    def next_leg(self) -> bool:
+        """Begin the next leg; False if this was the last."""
+        if self.leg_index + 1 >= len(self._plan.legs):
+            return False
+        self._enter(self.leg_index + 1)
+        return True
 
     def halt(self) -> None:
         """The robot stands: the next motion starts from nothing."""
@@ -86,13 +122,20 @@ class Driver:
         # The estimate is the mean of the last tick; the motors' lag says how far it has moved on since its middle.
         commanded = (command[1] * now[t.RIGHT_RADIUS] - command[0] * now[t.LEFT_RADIUS]) / self._track_m
         now[t.YAW_RATE] = x[m.YAW_RATE] + self._half_tick * (commanded - x[m.YAW_RATE])
-        self._track(x, mode)
+        if self._turning is not None:
+            self._turning.step(x[m.HEADING], mode == t.MODE_BRAKE, now, self._ahead)
+        else:
+            self._track(x, mode)
         return self._follower.step(now, self._ahead)
 
     def locate(self, estimator: Estimator) -> None:
         """Find the standing robot's place on the path anew: it may have slid or been pushed, either way."""
         x = estimator.state.tolist()
-        self._limits[t.L_BACK_TO] = 0.0
+        if self._turning is not None:
+            self._turning.hold(x[m.HEADING])
+            self.halt()
+            return
+        self._limits[t.L_BACK_TO] = self.leg.start_m
         for mode in (t.MODE_BRAKE, t.MODE_BACK):
             for _ in range(_LOCATE_STEPS):
                 self._progress[t.P_SPEED] = 0.0
@@ -101,7 +144,8 @@ class Driver:
 
     def _track(self, x: list[float], mode: int) -> None:
         t.track(
-            self._plan.path,
+            self._rows,
+            self.leg.sense,
             self._plan.speeds,
             self._progress,
             self._limits,

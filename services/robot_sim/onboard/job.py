@@ -1,8 +1,8 @@
 """One loaded trajectory being driven: phases of the motion, paint and progress.
 
-A job that runs goes through phases: ALIGN (stand until the estimator has settled), FORWARD, and after a pause BACK:
-where paint is owed lies behind the robot, so it reverses along the path, far enough to be at speed again when the
-nozzle comes to the place.
+A job that runs goes through phases: ALIGN (stand until the estimator has settled), ALONG (the plan, leg by leg), and
+after a pause BACK: where paint is owed lies behind the robot, so it reverses along the path, far enough to be at speed
+again when the nozzle comes to the place.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from services.robot_sim.onboard import tracking
 from services.robot_sim.onboard.driver import STOPPED_MPS, Driver
 from services.robot_sim.onboard.estimator.filter import Estimator
 from services.robot_sim.onboard.followers import Follower
+from services.robot_sim.onboard.path import FORWARD
 from services.robot_sim.onboard.safety import Watch
 from services.robot_sim.onboard.sprayer import Sprayer
 from services.robot_sim.onboard.trajectory import LoadedTrajectory
@@ -33,7 +34,7 @@ class Phase(Enum):
     """What a running job is doing."""
 
     ALIGN = auto()
-    FORWARD = auto()
+    ALONG = auto()
     STOP_TO_GO_BACK = auto()
     BACK = auto()
 
@@ -112,13 +113,13 @@ class Job:
 
     def close_valve(self) -> None:
         """Close the valve now; from where the last drop falls, paint is owed."""
-        if self._phase is Phase.FORWARD:
-            self.sprayer.close(self.driver.arc_length_m, float(self.driver.now[tracking.SPEED]))
+        if self._phase is Phase.ALONG:
+            self.sprayer.close(self.driver.arc_length_m, self.driver.speed_mps)
 
     def locate(self) -> float:
         """Find the standing robot's place on the path anew; returns how far beside it that is [m]."""
         self.driver.locate(self._estimator)
-        if self._phase is Phase.FORWARD:
+        if self._phase is Phase.ALONG:
             self.sprayer.skip(self.driver.arc_length_m, 0.0)
         return abs(float(self.driver.now[tracking.LATERAL]))
 
@@ -126,10 +127,10 @@ class Job:
         """Forward again, by way of the place from which paint is owed."""
         if self._phase is Phase.ALIGN:
             return
-        self._phase = Phase.FORWARD
+        self._phase = Phase.ALONG
         owed = self.sprayer.owed_from_m
         if owed is not None and self.sprayer.must_go_back(self.driver.arc_length_m):
-            self._back_to_m = max(owed - self._run_up_m, 0.0)
+            self._back_to_m = max(owed - self._run_up_m, self.driver.leg.start_m)
             self._phase = Phase.STOP_TO_GO_BACK
 
     def _run(self) -> Step:
@@ -140,27 +141,38 @@ class Job:
             if problem:
                 return Step(STANDSTILL, refusal=problem)
             self.driver.halt()
-            self._phase = Phase.FORWARD
+            self._phase = Phase.ALONG
         problem = self._watch.drive_problem()
         if problem:
             return self._hold(problem)
-        if self._phase is Phase.FORWARD:
-            return self._forward()
+        if self._phase is Phase.ALONG:
+            return self._along()
         return self._back()
 
-    def _forward(self) -> Step:
+    def _along(self) -> Step:
         driver, sprayer = self.driver, self.sprayer
         left, right = driver.step(self._estimator, self._wheels(), tracking.MODE_PROFILE)
-        arc, speed = driver.arc_length_m, float(driver.now[tracking.SPEED])
+        arc, speed = driver.arc_length_m, driver.speed_mps
+        if driver.leg.sense != FORWARD:
+            sprayer.pass_by(arc)
+            return self._leg_done() if driver.leg_done else Step(Command(left, right, False, False))
         problem = self._watch.paint_problem(self.lateral_error_m) if sprayer.due(arc, speed) else ""
         valve = sprayer.step(arc, speed, not problem)
         if problem:
             return self._hold(problem)
         if sprayer.must_go_back(arc):
             self.go_on()
-        if driver.at_end and abs(speed) < 2.0 * tracking.CREEP_MPS:
-            return Step(self._rest(), done=True)
+        if driver.leg_done:
+            return self._leg_done()
         return Step(Command(left, right, valve, bool(sprayer.wanted_at(arc, speed) & Actuation.DISC)))
+
+    def _leg_done(self) -> Step:
+        """At a cusp or the end: the robot is all but at rest."""
+        self.sprayer.pass_by(self.driver.arc_length_m)
+        if not self.driver.next_leg():
+            return Step(self._rest(), done=True)
+        left, right = self.driver.step(self._estimator, self._wheels(), tracking.MODE_PROFILE)
+        return Step(Command(left, right, False, False))
 
     def _back(self) -> Step:
         """Stop, reverse to the run-up, stop, and forward again."""
@@ -170,7 +182,7 @@ class Job:
         if not self.standing:
             return Step(self._rest())
         self.driver.halt()
-        self._phase = Phase.BACK if self._phase is Phase.STOP_TO_GO_BACK else Phase.FORWARD
+        self._phase = Phase.BACK if self._phase is Phase.STOP_TO_GO_BACK else Phase.ALONG
         return Step(STANDSTILL)
 
     def _hold(self, problem: str) -> Step:
@@ -181,12 +193,12 @@ class Job:
         driver = self.driver
         if self._phase is Phase.ALIGN:
             return STANDSTILL
-        if self.standing and abs(driver.reference_mps) < STOPPED_MPS:
+        if self.standing and driver.still:
             driver.halt()
             return STANDSTILL
         left, right = driver.step(self._estimator, self._wheels(), tracking.MODE_BRAKE)
-        if self._phase is Phase.FORWARD:
-            self.sprayer.skip(driver.arc_length_m, float(driver.now[tracking.SPEED]))
+        if self._phase is Phase.ALONG:
+            self.sprayer.skip(driver.arc_length_m, driver.speed_mps)
         return Command(left, right, False, False)
 
     def _start_problem(self) -> str:

@@ -8,7 +8,8 @@ from services.robot_sim.frames import TICK_S
 from services.robot_sim.onboard.trajectory import LoadedTrajectory
 
 MISSED_TOLERANCE_M = 0.01
-"""How far beyond the place where paint stopped the robot may be and still go on from there."""
+"""How far beyond the place where paint stopped the robot may be and still go on from there; what is left of a line
+that is shorter than this is not owed."""
 
 
 class Sprayer:
@@ -58,8 +59,8 @@ class Sprayer:
         return self.valve
 
     def close(self, arc_length_m: float, speed_mps: float) -> None:
-        """Close the valve here; if it was open, paint is owed from where the last drop falls."""
-        if self.valve:
+        """Close the valve here; if it was open and the line goes on, paint is owed from where the last drop falls."""
+        if self.valve and self._goes_on(arc_length_m):
             self.owed_from_m = arc_length_m + max(speed_mps, 0.0) * self._off_delay_s
         self.valve = False
 
@@ -70,9 +71,20 @@ class Sprayer:
             owed = self._plan.first_spray_between(self._last_m, arc_length_m)
             if owed is not None and owed > self._last_m:  # where the command is due; paint falls when the valve is open
                 owed += self._on_delay_s * self._plan.speed_at(owed)
+            elif owed is not None and not self._goes_on(owed):
+                owed = None
             self.owed_from_m = owed
+        self._last_m = arc_length_m
+
+    def pass_by(self, arc_length_m: float) -> None:
+        """Be here on a leg that paints nothing, or at the end of one that does: all that was owed is painted."""
+        self.valve = False
+        self.owed_from_m = None
         self._last_m = arc_length_m
 
     def must_go_back(self, arc_length_m: float) -> bool:
         """Whether the place from which paint is owed lies behind."""
         return self.owed_from_m is not None and arc_length_m > self.owed_from_m + MISSED_TOLERANCE_M
+
+    def _goes_on(self, arc_length_m: float) -> bool:
+        return bool(self._plan.actuation_at(arc_length_m + MISSED_TOLERANCE_M) & Actuation.VALVE)

@@ -1,8 +1,9 @@
 """Where on the path the robot is and what lies ahead: one kernel call per tick.
 
-Progress is an arc length that only moves the way the robot is sent (forward, or back when it returns to where paint
-stopped) and only as far as the robot can have come in a tick: at a crossing the projection cannot jump to the other
-branch.
+Progress is an arc length that only moves the way the robot is sent (along the plan, or back when it returns to where
+paint stopped) and only as far as the robot can have come in a tick: at a crossing the projection cannot jump to the
+other branch. The kernel sees one leg at a time; it ends where the robot stands and changes direction. Headings are the
+robot's: on a leg driven backward the path runs opposite to them.
 """
 
 from __future__ import annotations
@@ -24,18 +25,18 @@ MODE_BACK: Final = 2
 
 # Progress, kept from tick to tick.
 P_ARC: Final = 0
-P_SEGMENT: Final = 1
+P_SEGMENT: Final = 1  # of the leg
 P_ENTRY: Final = 2  # of the speed profile
-P_SPEED: Final = 3  # reference speed, signed [m/s]
+P_SPEED: Final = 3  # reference speed along the path, negative when going back [m/s]
 PROGRESS: Final = 4
 
 # What the follower is told about now.
-LATERAL: Final = 0  # axle centre left of the path [m]
+LATERAL: Final = 0  # axle centre to the robot's left of the path [m]
 HEADING_ERROR: Final = 1  # rad, robot less path
 NOZZLE_LATERAL: Final = 2  # nozzle left of its own path [m]
 SPEED: Final = 3
 YAW_RATE: Final = 4
-REFERENCE_SPEED: Final = 5
+REFERENCE_SPEED: Final = 5  # of the robot, negative when it reverses
 LEFT_RADIUS: Final = 6  # effective, slip included [m]
 RIGHT_RADIUS: Final = 7
 LEFT_COMMAND: Final = 8  # in force during the last tick [rad/s]
@@ -74,22 +75,23 @@ def _segment_at(path: Floats, segment: int, s: float) -> int:
 
 
 @kernel
-def _pose(path: Floats, segment: int, s: float) -> tuple[float, float, float]:
-    """Point and unwrapped heading; beyond an end the path goes straight on."""
+def _pose(path: Floats, sense: float, segment: int, s: float) -> tuple[float, float, float]:
+    """Point and the robot's heading, unwrapped; beyond an end the leg goes straight on."""
     last = path.shape[0] - 1
     extra = 0.0
     end = path[last, 5] + path[last, 4]
     if s > end:
         extra, s = s - end, end
-    elif s < 0.0:
-        extra, s = s, 0.0
+    elif s < path[0, 5]:
+        extra, s = s - path[0, 5], path[0, 5]
     local = s - path[segment, 5]
     half = 0.5 * path[segment, 3] * local
-    chord = local * (math.sin(half) / half if abs(half) > 1e-9 else 1.0)
+    chord = sense * local * (math.sin(half) / half if abs(half) > 1e-9 else 1.0)
     heading = path[segment, 2]
     x = path[segment, 0] + chord * math.cos(heading + half)
     y = path[segment, 1] + chord * math.sin(heading + half)
     heading += 2.0 * half
+    extra *= sense
     return x + extra * math.cos(heading), y + extra * math.sin(heading), heading
 
 
@@ -131,6 +133,7 @@ def _next_speed(
 @kernel
 def track(
     path: Floats,
+    sense: float,
     speeds: Floats,
     progress: Floats,
     limits: Floats,
@@ -144,7 +147,8 @@ def track(
     """Project the pose, step the reference speed and look ahead.
 
     Args:
-        path: (n, 7) of `LoadedTrajectory`.
+        path: (n, 7) rows of a leg of `LoadedTrajectory`.
+        sense: +1 if the leg is driven forward, −1 if backward.
         speeds: (m, 2) of `LoadedTrajectory`.
         progress: (PROGRESS,) updated.
         limits: (LIMITS,) accelerations, speeds and the nozzle's place.
@@ -161,17 +165,17 @@ def track(
     end = path[last, 5] + path[last, 4]
     back = mode == MODE_BACK or (mode == MODE_BRAKE and progress[P_SPEED] < 0.0)
     low, high = (before - _MAX_STEP_M, before) if back else (before, before + _MAX_STEP_M)
-    low, high = max(low, 0.0), min(high, end)
+    low, high = max(low, path[0, 5]), min(high, end)
     s = before
     for _ in range(3):
-        x, y, theta = _pose(path, segment, s)
+        x, y, theta = _pose(path, sense, segment, s)
         cos, sin = math.cos(theta), math.sin(theta)
-        along = (east - x) * cos + (north - y) * sin
+        along = sense * ((east - x) * cos + (north - y) * sin)
         lateral = (north - y) * cos - (east - x) * sin
-        stretch = min(max(1.0 - path[segment, 3] * lateral, 0.5), 2.0)
+        stretch = min(max(1.0 - sense * path[segment, 3] * lateral, 0.5), 2.0)
         s = min(max(s + along / stretch, low), high)
         segment = _segment_at(path, segment, s)
-    x, y, theta = _pose(path, segment, s)
+    x, y, theta = _pose(path, sense, segment, s)
     cos, sin = math.cos(theta), math.sin(theta)
     lateral = (north - y) * cos - (east - x) * sin
     error = heading - theta
@@ -185,12 +189,13 @@ def track(
     now[LATERAL] = lateral
     now[HEADING_ERROR] = error
     now[NOZZLE_LATERAL] = lateral + limits[L_NOZZLE_X] * math.sin(error) + limits[L_NOZZLE_Y] * (math.cos(error) - 1.0)
-    now[REFERENCE_SPEED] = v
+    now[REFERENCE_SPEED] = sense * v
 
     for i in range(ahead.shape[0]):
         v_next, entry = _next_speed(v, s, _TICK_S, mode, speeds, entry, end, limits)
-        ahead[i, A_SPEED] = 0.5 * (v + v_next)
-        s = min(max(s + ahead[i, A_SPEED] * _TICK_S, 0.0), end)
+        mean = 0.5 * (v + v_next)
+        ahead[i, A_SPEED] = sense * mean
+        s = min(max(s + mean * _TICK_S, path[0, 5]), end)
         segment = _segment_at(path, segment, s)
         theta_next = path[segment, 2] + path[segment, 3] * (s - path[segment, 5])
         ahead[i, A_YAW_RATE] = (theta_next - theta) / _TICK_S

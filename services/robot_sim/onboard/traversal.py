@@ -174,7 +174,7 @@ class Traversal:
             arc,
             plan.total_length_m,
             self._elapsed_s,
-            0.0 if self.state in (DONE, ABORTED) else plan.total_time_s - plan.time_at(arc),
+            0.0 if self.state in (DONE, ABORTED) else plan.total_time_s - plan.time_at(arc, job.driver.leg_index),
             self._follower.fallbacks,
         )
 

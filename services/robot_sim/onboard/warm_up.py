@@ -33,9 +33,10 @@ def warm_up(vehicle: Vehicle | None = None, scenario: Scenario | None = None) ->
     onboard.load(_straight())
     onboard.start()
     for tick in range(1, _TICKS):
-        fix = GnssSample((tick - 11) / 100, 0.0, 0.0, 1e-4, 3, 20, 0.0) if tick % 10 == 1 and tick > 11 else None
+        fix = GnssSample((tick - 11) / 100, 0.0, 0.0, 1e-4, 3, 20, 0.0)
+        fixes = (fix,) if tick % 10 == 1 and tick > 11 else ()
         imu, mag = ImuSample(0.0, 0.0, 0.0, 0.0, 0.0, 9.81), MagSample(0.0, 1.7e-5, -4.8e-5)
-        onboard.step(SensorFrame(tick, tick / 100, imu, mag, EncoderSample(0.0, 0.0), fix))
+        onboard.step(SensorFrame(tick, tick / 100, imu, mag, EncoderSample(0.0, 0.0), fixes))
 
 
 def _straight() -> Trajectory:

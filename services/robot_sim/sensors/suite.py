@@ -12,6 +12,9 @@ from schemas.vehicle import Vehicle
 from services.robot_sim.frames import TICK_S, EncoderSample, ImuSample, MagSample, SensorFrame
 from services.robot_sim.sensors import fast
 from services.robot_sim.sensors.gnss import GnssReceiver, GnssReport
+from services.robot_sim.world import body
+from services.robot_sim.world import effects as e
+from services.robot_sim.world.world import NO_EFFECTS
 
 FIELD_HORIZONTAL_T = 17.2e-6
 """Horizontal component of the earth's field in northern Denmark."""
@@ -27,7 +30,7 @@ class Sensors:
         scenario: Seed and noise figures; `effective()` is taken here.
 
     Attributes:
-        gnss_report: The fix that arrived in the last tick as the receiver reported it, if one did.
+        gnss_reports: The fixes that arrived in the last tick as the receiver reported them.
     """
 
     def __init__(self, vehicle: Vehicle, scenario: Scenario) -> None:
@@ -39,20 +42,30 @@ class Sensors:
         self._readings: NDArray[np.float64] = np.zeros(fast.READINGS)
         fast.switch_on(self._state, self._parameters, self._seed)
         self._gnss = GnssReceiver(vehicle, scenario)
-        self.gnss_report: GnssReport | None = None
+        self.gnss_reports: tuple[GnssReport, ...] = ()
+        self._battery_full_wh = vehicle.battery_wh
 
-    def read(self, tick: int, world_state: NDArray[np.float64]) -> SensorFrame:
-        """Measure the world as it is at the end of `tick`."""
+    def read(
+        self, tick: int, world_state: NDArray[np.float64], effects: NDArray[np.float64] = NO_EFFECTS
+    ) -> SensorFrame:
+        """Measure the world as it is at the end of `tick`, under the `effects` of faults."""
         fast.measure(world_state, self._state, self._parameters, self._seed, tick, self._readings)
         values = self._readings.tolist()
-        self.gnss_report = self._gnss.step(tick, world_state)
+        report = self._gnss.step(tick, world_state)
+        self.gnss_reports = () if report is None else (report,)
         return SensorFrame(
             tick,
             tick / 100,
             ImuSample(*values[fast.IMU : fast.MAG]),
             MagSample(*values[fast.MAG : fast.ENCODER]),
             EncoderSample(*values[fast.ENCODER :]),
-            None if self.gnss_report is None else self._gnss.sample(self.gnss_report),
+            tuple(self._gnss.sample(report) for report in self.gnss_reports),
+            bumper=bool(effects[e.BUMPER]),
+            battery_fraction=min(
+                float(world_state[body.BATTERY_WH] / self._battery_full_wh), float(effects[e.BATTERY_MAX])
+            ),
+            tank_l=min(float(world_state[body.TANK_L]), float(effects[e.TANK_MAX_L])),
+            operator_alive=not effects[e.OPERATOR_LOST],
         )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,10 @@ from schemas.scenario import Scenario
 from schemas.vehicle import Vehicle
 from services.robot_sim.frames import TICK_S, Command
 from services.robot_sim.world import body
+from services.robot_sim.world.effects import neutral
 from services.robot_sim.world.randomness import STREAM_CHASSIS, normal
+
+NO_EFFECTS: Final = neutral()
 
 
 class Pose(NamedTuple):
@@ -55,8 +58,8 @@ class World:
         for quantity in (body.LEFT_RATE, body.RIGHT_RATE, body.SPEED, body.YAW_RATE):
             self.state[quantity] = 0.0
 
-    def step(self, command: Command, tick: int) -> None:
-        """Advance by one onboard tick under `command`; `tick` keys the randomness."""
+    def step(self, command: Command, tick: int, effects: NDArray[np.float64] = NO_EFFECTS) -> None:
+        """Advance by one onboard tick under `command` and the `effects` of faults; `tick` keys the randomness."""
         left, right, valve, disc = command
         body.advance(self.state, self._parameters, left, right, valve, disc, self._seed, tick, self.trace)
 

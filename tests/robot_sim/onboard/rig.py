@@ -16,16 +16,20 @@ from schemas.curves import Curve
 from schemas.messages import (
     Actuation,
     ActuationProfile,
+    Arc,
+    CurveType,
     LinearDirection,
     Path,
     PathActuationParameter,
     PathVelocityParameter,
+    Point,
     Segment,
     Trajectory,
     Velocity,
     VelocityProfile,
     VelocityType,
 )
+from schemas.messages import Curve as CurveMessage
 from schemas.scenario import Scenario
 from schemas.vehicle import Vehicle
 from services.robot_sim.frames import (
@@ -39,6 +43,7 @@ from services.robot_sim.frames import (
     SensorFrame,
 )
 from services.robot_sim.onboard import Onboard
+from services.robot_sim.paint.targets import start_pose
 
 FIELD_T = 1.7e-5
 
@@ -81,8 +86,9 @@ class Rig:
         """Let a tick pass under `command`; what the sensors say at its end."""
         self.tick += 1
         self._move(command)
+        fix = self._gnss()
         return SensorFrame(
-            self.tick, self.tick * TICK_S, self._imu(), self._mag(), EncoderSample(*self.angles), self._gnss()
+            self.tick, self.tick * TICK_S, self._imu(), self._mag(), EncoderSample(*self.angles), (fix,) if fix else ()
         )
 
     def nozzle(self) -> tuple[float, float]:
@@ -178,8 +184,12 @@ def trajectory(
     sprays: tuple[tuple[float, float], ...] = (),
     acceleration: float = 1.0,
     speeds: list[tuple[float, float]] | None = None,
+    backward: tuple[int, ...] = (),
 ) -> Trajectory:
-    """A trajectory at one speed with ramps from and to standstill, spraying between the given arc lengths."""
+    """A trajectory at one speed with ramps from and to standstill, spraying between the given arc lengths.
+
+    Segments with the indices `backward` are driven backward.
+    """
     total = sum(curve.length_m for curve in curves)
     ramp = min(speed**2 / (2 * acceleration), total / 2)
     top = math.sqrt(2 * acceleration * ramp)
@@ -187,12 +197,13 @@ def trajectory(
     switches = [(0.0, Actuation.NONE)]
     for start, end in sprays:
         switches += [(start, Actuation.DISC_SPRAY), (end, Actuation.NONE)]
-    forward = LinearDirection(value=LinearDirection.FORWARD)
+    ways = [LinearDirection.BACKWARD if i in backward else LinearDirection.FORWARD for i in range(len(curves))]
     linear = VelocityType(value=VelocityType.LINEAR)
     return Trajectory(
         path=Path(
             segments=tuple(
-                Segment(id=f"s{i}", curve=curve.to_message(), direction=forward) for i, curve in enumerate(curves)
+                Segment(id=f"s{i}", curve=curve.to_message(), direction=LinearDirection(value=way))
+                for i, (curve, way) in enumerate(zip(curves, ways, strict=True))
             )
         ),
         actuation_profile=ActuationProfile(
@@ -205,6 +216,53 @@ def trajectory(
                 PathVelocityParameter(arc_length=s, velocity=Velocity(type=linear, value=v)) for s, v in profile
             )
         ),
+    )
+
+
+def reversing(
+    *legs: tuple[int, list[tuple[float, float]]] | float,
+    sprays: tuple[tuple[float, float], ...] = (),
+    speed: float = 1.0,
+    rate: float = 2.0,
+) -> Trajectory:
+    """A trajectory of legs from standstill to standstill.
+
+    A leg is (+1 or −1, pieces of (curvature of the tangent, length)), or the angle of a turn on the spot.
+    """
+    x = y = heading = at = 0.0
+    segments: list[Segment] = []
+    profile: list[PathVelocityParameter] = []
+
+    def enter(kind: int, s: float, value: float) -> None:
+        velocity = Velocity(type=VelocityType(value=kind), value=value)
+        profile.append(PathVelocityParameter(arc_length=s, velocity=velocity))
+
+    for leg in legs:
+        name = f"s{len(segments)}"
+        if isinstance(leg, float):
+            place = Point(x=x, y=y)
+            arc = Arc(start=place, center=place, sweep_angle=leg)
+            segments.append(Segment(id=name, curve=CurveMessage(type=CurveType(value=CurveType.ARC), arc=(arc,))))
+            enter(VelocityType.ANGULAR, at, math.copysign(rate, leg))
+            heading += leg
+            continue
+        sense, pieces = leg
+        tangent = heading if sense > 0 else heading + math.pi
+        for curve in chain(*pieces, x=x, y=y, heading=tangent):
+            direction = LinearDirection(value=sense)
+            segments.append(Segment(id=f"s{len(segments)}", curve=curve.to_message(), direction=direction))
+            x, y, tangent = curve.end
+        heading = tangent if sense > 0 else tangent - math.pi
+        length = sum(piece[1] for piece in pieces)
+        ramp = min(speed**2 / 2.0, length / 2.0)
+        for s, v in ((0.0, 0.0), (ramp, math.sqrt(2.0 * ramp)), (length - ramp, math.sqrt(2.0 * ramp)), (length, 0.0)):
+            enter(VelocityType.LINEAR, at + s, v)
+        at += length
+    plain = trajectory([Curve(0.0, 0.0, 0.0, 0.0, 1.0)], sprays=sprays)
+    return Trajectory(
+        path=Path(segments=tuple(segments)),
+        actuation_profile=plain.actuation_profile,
+        velocity_profile=VelocityProfile(parameters=tuple(profile)),
     )
 
 
@@ -259,8 +317,7 @@ def start(
     """A run whose traversal has been loaded and started, the robot at the start of the path."""
     vehicle = vehicle or Vehicle()
     scenario = Scenario(follower=follower, noise=noise)
-    first = Curve.from_message(plan.path.segments[0].curve)
-    rig = Rig(vehicle, scenario, seed, first.x_m, first.y_m, first.heading_rad)
+    rig = Rig(vehicle, scenario, seed, *start_pose(plan))
     run = Run(Onboard(vehicle, scenario), rig)
     run.onboard.load(plan)
     run.onboard.start()

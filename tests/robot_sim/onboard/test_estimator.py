@@ -138,11 +138,10 @@ def test_a_pair_of_fixes_gives_the_same_estimate_in_either_order() -> None:
         pair = []
         while len(pair) < 2:
             frame = rig.step(wander(700))
-            if frame.gnss is not None:
-                pair.append(frame.gnss)
-            estimator.step(frame._replace(gnss=None))
+            pair += frame.gnss
+            estimator.step(frame._replace(gnss=()))
         for index in order:
-            estimator.step(rig.step(wander(700))._replace(gnss=pair[index]))
+            estimator.step(rig.step(wander(700))._replace(gnss=(pair[index],)))
         return estimator
 
     in_order, swapped = final((0, 1)), final((1, 0))
@@ -168,14 +167,48 @@ def test_outliers_are_rejected_and_counted() -> None:
     assert np.hypot(*error(rig, estimator)[:2]) < 0.03
 
 
-def test_recovers_from_a_lasting_jump() -> None:
+def test_accepts_a_lasting_jump_only_when_told() -> None:
     rig = Rig(scenario=DEFAULT, seed=4)
     estimator = Estimator(rig.vehicle, DEFAULT)
     drive(rig, estimator, 1000)
     rig.fix_offset_m = (1.0, 0.5)
+    drive(rig, estimator, 500, lambda t: STANDSTILL)
+    assert np.hypot(*error(rig, estimator)[:2]) < 0.05
+    assert estimator.jump_m == pytest.approx(math.hypot(1.0, 0.5), abs=0.05)
+    estimator.accept_jump()
+    assert estimator.jump_m == 0.0
+    drive(rig, estimator, 100, lambda t: STANDSTILL)
     drive(rig, estimator, 1000, lambda t: wander(2000))
-    assert report(estimator.counters).recoveries >= 1
+    assert report(estimator.counters).recoveries == 1
     assert np.hypot(*(error(rig, estimator)[:2] - (1.0, 0.5))) < 0.05
+
+
+def test_late_and_lost_samples_end_near_the_same_estimate() -> None:
+    """The IMU and the encoders 30 ms late: the ring puts them where they belong."""
+
+    def final(late: int, lost: bool) -> tuple[Estimator, Rig]:
+        rig = Rig(scenario=DEFAULT, seed=11)
+        estimator = Estimator(rig.vehicle, DEFAULT)
+        frames = [rig.step(wander(tick)) for tick in range(1500)]
+        for i, frame in enumerate(frames):
+            old = frames[max(i - late, 0)] if i >= 600 else frame
+            age = frame.tick - old.tick
+            if lost and i > 600 and i % 3:
+                age = i % 3
+                old = frames[i - age]
+            estimator.step(
+                frame._replace(
+                    imu=old.imu, encoders=old.encoders, imu_age_ticks=age, encoder_age_ticks=age, mag_age_ticks=0
+                )
+            )
+        return estimator, rig
+
+    exact, rig = final(0, False)
+    for late, lost in ((3, False), (0, True)):
+        other, _ = final(late, lost)
+        assert np.all(np.abs(error(rig, other)) < (0.04, 0.04, 0.01))
+        assert np.all(np.abs(other.state[:3] - exact.state[:3]) < (0.02, 0.02, 0.005))
+        assert report(other.counters).encoders_rejected < 20
 
 
 def test_outage_stays_within_what_is_reported() -> None:
@@ -197,15 +230,15 @@ def test_duplicates_and_ancient_fixes_are_counted_and_ignored() -> None:
     estimator = Estimator(rig.vehicle, DEFAULT)
     drive(rig, estimator, 500)
     frame = rig.step(wander(600))
-    while frame.gnss is None:
+    while not frame.gnss:
         estimator.step(frame)
         frame = rig.step(wander(600))
-    fix = frame.gnss
+    (fix,) = frame.gnss
     estimator.step(frame)
-    estimator.step(rig.step(wander(600))._replace(gnss=fix))
+    estimator.step(rig.step(wander(600))._replace(gnss=(fix,)))
     assert report(estimator.counters).fixes_duplicate == 1
-    estimator.step(rig.step(wander(600))._replace(gnss=fix._replace(stamp_s=fix.stamp_s - 2.0)))
-    estimator.step(rig.step(wander(600))._replace(gnss=fix._replace(stamp_s=fix.stamp_s + 9.0)))
+    estimator.step(rig.step(wander(600))._replace(gnss=(fix._replace(stamp_s=fix.stamp_s - 2.0),)))
+    estimator.step(rig.step(wander(600))._replace(gnss=(fix._replace(stamp_s=fix.stamp_s + 9.0),)))
     assert report(estimator.counters).fixes_too_late == 2
 
 
@@ -216,8 +249,7 @@ def test_a_fix_that_is_not_a_number_is_ignored(bad: float) -> None:
     drive(rig, estimator, 500)
     for _ in range(20):
         frame = rig.step(wander(600))
-        if frame.gnss is not None:
-            frame = frame._replace(gnss=frame.gnss._replace(east_m=bad))
+        frame = frame._replace(gnss=tuple(fix._replace(east_m=bad) for fix in frame.gnss))
         estimator.step(frame)
     assert np.all(np.isfinite(estimator.state))
 

@@ -12,18 +12,20 @@ from schemas.scenario import Scenario
 from schemas.vehicle import Vehicle
 from services.robot_sim.frames import TICK_S, Estimate, GnssSample, SensorFrame
 from services.robot_sim.onboard.estimator import model as m
-from services.robot_sim.onboard.estimator.kernels import tick_filter
+from services.robot_sim.onboard.estimator.intake import Intake
+from services.robot_sim.onboard.estimator.kernels import advance, take_fix
 
 FIX_NONE: Final = 0
 FIX_FIXED: Final = 3
 
-_STILL_RAD = 1e-4  # wheel angle in a tick below which the wheel stands (1 mm/s)
-_STILL_TICKS = 20
 _START_TICKS = 25  # at standstill before the biases are worth starting from
-_MAG_EVERY_TICKS = 10  # its error is a slow one: more samples say nothing new and cost time
 _ALIGNED_FIXES = 3
 _LOOSE_FIX_FACTOR = 20.0  # float and single fixes err slowly: their variance counts for two seconds, not for 0.1 s
 _LOOSE_FIX_FLOOR_M2 = {1: 1.0, 2: 0.04}
+_LEAD_S = 0.005  # by which a receiver's clock may be ahead and still be believed
+_ACCEPTED_HEADING_VAR = math.radians(0.3) ** 2
+JUMP_RUN: Final = 15
+"""Fixes rejected in a row (1.5 s) after which they are a jump that the operator may accept, and not outliers."""
 _NO_COVARIANCE = np.diag([1e6, 1e6, math.pi**2]).ravel()
 
 
@@ -39,30 +41,26 @@ class Estimator:
         self._c = m.noise_figures(vehicle, scenario)
         self._gyro_start_var = scenario.imu.gyro_density_radps_rthz**2
         self._accel_start_var = scenario.imu.accel_density_mps2_rthz**2
-        self._radius_m = vehicle.wheel_radius_m
+        self.intake = Intake(vehicle)
         self._xs = np.zeros((m.RING, m.STATES))
         self._covariances = np.zeros((m.RING, m.STATES, m.STATES))
         self._inputs = np.zeros((m.RING, m.INPUTS))
         self._fixes = np.zeros((m.RING + 1, m.FIXES))
         self.counters = np.zeros(m.COUNTERS)
         """(COUNTERS,) counts, NIS sums and the last innovation; indices in `model`."""
-        self._last_left = math.nan
-        self._last_right = math.nan
-        self._last_accel = 0.0
-        self._still_ticks = 0
         self._sums = np.zeros(4)
         self.restart()
 
     def restart(self) -> None:
         """Forget everything and start again from the sensors: the robot may have been carried elsewhere."""
         self._first_tick = -1
-        self._slot = 0
+        self._slot = self._tick = 0
         self._sums[:] = 0.0
         self._sum_ticks = 0
         self._fixes[:] = 0.0
         self.counters[:] = 0.0
         self.last_fix: GnssSample | None = None
-        """The newest fix that arrived, used or not."""
+        """The newest fix that arrived, used or not; by its stamp, and not from the future."""
         self.last_used_stamp_s = -math.inf
         """Time of validity of the newest RTK-fixed position that passed the gate."""
 
@@ -102,7 +100,7 @@ class Estimator:
     def speed_now_mps(self) -> float:
         """Speed at the end of the tick: the state is the tick's mean, the accelerometer gives the other half."""
         x = self._xs[self._slot]
-        return float(x[m.SPEED] + 0.5 * TICK_S * (self._last_accel - x[m.ACCEL_BIAS]))
+        return float(x[m.SPEED] + 0.5 * TICK_S * (self.intake.accel_mps2 - x[m.ACCEL_BIAS]))
 
     def estimate(self) -> Estimate:
         """Pose, twist and pose covariance of the axle centre at the tick's time."""
@@ -113,51 +111,57 @@ class Estimator:
         return Estimate(x[m.EAST], x[m.NORTH], x[m.HEADING], self.speed_now_mps(), x[m.YAW_RATE], covariance)
 
     def step(self, frame: SensorFrame) -> None:
-        """Take in a tick's measurements. Frames must come in order, one per tick."""
-        imu, mag, encoders = frame.imu, frame.mag, frame.encoders
-        turned_left = encoders.left_rad - self._last_left
-        turned_right = encoders.right_rad - self._last_right
-        self._last_left, self._last_right = encoders.left_rad, encoders.right_rad
-        if turned_left != turned_left:  # first frame: nothing to compare with yet
-            turned_left = turned_right = 0.0
-            self._last_accel = imu.accel_x_mps2
-        if abs(turned_left) < _STILL_RAD and abs(turned_right) < _STILL_RAD:
-            self._still_ticks += 1
-        else:
-            self._still_ticks = 0
-        slot = frame.tick % m.RING
-        z = self._inputs[slot]
-        z[m.IN_GYRO] = imu.gyro_z_radps
-        z[m.IN_ACCEL] = 0.5 * (imu.accel_x_mps2 + self._last_accel)
-        z[m.IN_LEFT] = turned_left * self._radius_m / TICK_S
-        z[m.IN_RIGHT] = turned_right * self._radius_m / TICK_S
-        z[m.IN_STILL] = 1.0 if self._still_ticks >= _STILL_TICKS else 0.0
-        z[m.IN_MAG] = math.atan2(mag.x_t, mag.y_t) if frame.tick % _MAG_EVERY_TICKS == 0 else math.nan
-        self._last_accel = imu.accel_x_mps2
-        gnss = frame.gnss
-        if gnss is not None:
-            self.last_fix = gnss
+        """Take in a tick's measurements. Frames must come in order, one per tick; what is in them need not."""
+        oldest, live = self.intake.take(frame, self._inputs)
+        for gnss in frame.gnss:
+            newer = self.last_fix is None or gnss.stamp_s > self.last_fix.stamp_s
+            if newer and gnss.stamp_s <= frame.time_s + _LEAD_S:
+                self.last_fix = gnss
         if not self.started:
             self._gather(frame)
             return
-        self._slot = slot
-        fix_tick = -1
-        if gnss is not None and gnss.fix != FIX_NONE and math.isfinite(gnss.east_m + gnss.north_m):
-            fix_tick = self._enter_fix(gnss)
-        used = self.counters[m.N_FIXES]
-        tick_filter(
-            self._xs,
-            self._covariances,
-            self._inputs,
-            self._fixes,
-            self._c,
-            self.counters,
-            frame.tick,
-            self._first_tick,
-            fix_tick,
-        )
-        if gnss is not None and gnss.fix == FIX_FIXED and self.counters[m.N_FIXES] > used:
-            self.last_used_stamp_s = max(self.last_used_stamp_s, gnss.stamp_s)
+        self._slot, self._tick = frame.tick % m.RING, frame.tick
+        ring = (self._xs, self._covariances, self._inputs, self._fixes, self._c, self.counters)
+        advance(*ring, frame.tick, max(oldest, self._first_tick + 1), live)
+        for gnss in frame.gnss:
+            if gnss.fix == FIX_NONE or not math.isfinite(gnss.stamp_s + gnss.east_m + gnss.north_m + gnss.variance_m2):
+                continue
+            used = self.counters[m.N_FIXES]
+            take_fix(*ring, frame.tick, self._first_tick, self._enter_fix(gnss))
+            if gnss.fix == FIX_FIXED and self.counters[m.N_FIXES] > used:
+                self.last_used_stamp_s = max(self.last_used_stamp_s, gnss.stamp_s)
+
+    @property
+    def jump_m(self) -> float:
+        """How far the receiver has lastingly jumped away from the estimate; 0 if it has not."""
+        if self.counters[m.N_FIX_REJECTED_RUN] < JUMP_RUN:
+            return 0.0
+        return math.hypot(self.counters[m.INNOVATION_EAST], self.counters[m.INNOVATION_NORTH])
+
+    def accept_jump(self) -> None:
+        """Believe the receiver, as the operator wants it: the robot stands where its last fix says.
+
+        The position and its slow error start anew there; heading, biases and slips stay.
+        """
+        fix = self.last_fix
+        assert fix is not None, "there is no jump without a fix"
+        c, x, p = self._c, self.state, self.covariance
+        cos, sin = math.cos(x[m.HEADING]), math.sin(x[m.HEADING])
+        ax, ay = c[m.C_ANTENNA_X], c[m.C_ANTENNA_Y]
+        x[m.EAST], x[m.NORTH] = fix.east_m - (cos * ax - sin * ay), fix.north_m - (sin * ax + cos * ay)
+        for axis, slow in ((m.EAST, m.GNSS_EAST), (m.NORTH, m.GNSS_NORTH)):
+            x[slow] = 0.0
+            p[[axis, slow], :] = 0.0
+            p[:, [axis, slow]] = 0.0
+            p[axis, axis] = c[m.C_R_GNSS] + c[m.C_GM_VAR]
+            p[slow, slow] = c[m.C_GM_VAR]
+            p[axis, slow] = p[slow, axis] = -c[m.C_GM_VAR]
+        p[m.HEADING, m.HEADING] += _ACCEPTED_HEADING_VAR
+        self._fixes[:] = 0.0
+        # Nothing from before this tick is run again.
+        self._first_tick = self._tick
+        self.counters[m.N_FIX_REJECTED_RUN] = self.counters[m.NIS_FIX_RECENT] = 0.0
+        self.counters[m.N_RECOVERIES] += 1.0
 
     def _enter_fix(self, gnss: GnssSample) -> int:
         tick = math.floor(gnss.stamp_s / TICK_S + 1e-6)
@@ -175,11 +179,12 @@ class Estimator:
 
     def _gather(self, frame: SensorFrame) -> None:
         """Average the sensors at standstill and start the filter when a fixed position arrives."""
-        if self._still_ticks == 0:
+        if self.intake.still_ticks == 0:
             self._sums[:] = 0.0
             self._sum_ticks = 0
             return
-        imu, mag, gnss = frame.imu, frame.mag, frame.gnss
+        imu, mag = frame.imu, frame.mag
+        gnss = max(frame.gnss, key=lambda fix: fix.stamp_s, default=None)
         self._sums += (imu.gyro_z_radps, imu.accel_x_mps2, mag.x_t, mag.y_t)
         self._sum_ticks += 1
         if gnss is None or gnss.fix != FIX_FIXED or self._sum_ticks < _START_TICKS:

@@ -4,7 +4,7 @@ Updates are sequential and scalar: P ← P − (PHᵀ)(PHᵀ)ᵀ/S keeps P symme
 numbers at once its gate is one χ² test with two degrees of freedom on both.
 
 A fix is valid some 110 ms before it arrives. The ring holds the posterior of each of the last `RING` ticks and what
-was measured in it; a late fix is applied to the posterior of its own tick and the ticks since are run again. Fixes
+was measured in it; whatever comes late is entered in its own tick, and the ticks since are run again. Fixes and samples
 that arrive out of order therefore end in the same estimate as in order.
 """
 
@@ -17,15 +17,16 @@ from numpy.typing import NDArray
 
 from schemas.jit import kernel
 from services.robot_sim.onboard.estimator.model import (
+    ACCEL_BIAS,
     C_ANTENNA_X,
     C_ANTENNA_Y,
-    C_GM_VAR,
     C_R_ENCODER,
     C_R_ENCODER_TURN,
     C_R_GYRO,
     C_R_MAG,
     C_TRACK,
     EAST,
+    ENCODER_REJECTED_RECENT,
     FIX_AFTER,
     FIX_EAST,
     FIX_NORTH,
@@ -43,6 +44,7 @@ from services.robot_sim.onboard.estimator.model import (
     IN_LEFT,
     IN_MAG,
     IN_RIGHT,
+    IN_SPAN,
     IN_STILL,
     INNOVATION_EAST,
     INNOVATION_NORTH,
@@ -59,14 +61,12 @@ from services.robot_sim.onboard.estimator.model import (
     N_FIXES,
     N_MAG,
     N_MAG_REJECTED,
-    N_RECOVERIES,
     NIS_ENCODER_SUM,
     NIS_FIX_LAST,
     NIS_FIX_RECENT,
     NIS_FIX_SUM,
     NIS_MAG_SUM,
     NORTH,
-    RECOVERY_RUN,
     RIGHT_SLIP,
     RING,
     SPEED,
@@ -81,8 +81,9 @@ Floats = NDArray[np.float64]
 _STILL_SPEED_VAR = 1e-6  # (1 mm/s)²
 _STILL_YAW_VAR = 4e-8  # (0.2 mrad/s)²
 _RECENT = 0.1  # weight of the newest fix in the running NIS
-_RECOVERY_POSITION_VAR = 0.25
-_RECOVERY_HEADING_VAR = 0.005
+_SLIP_RECENT = 1.0 / 30.0  # weight of the newest tick in the slip test
+_NO_IMU_SPEED_VAR = 1e-4  # (1 m/s² · a tick)²
+_SPAN_ACCEL_MPS2 = 1.0
 _ENCODER_REJECTED_RUN_LIMIT = 50.0
 _PATIENCE = 100.0  # factor on the encoders' variance once they have been rejected for half a second
 
@@ -98,11 +99,13 @@ def _encoders(x: Floats, P: Floats, z: Floats, c: Floats, n: Floats, live: bool,
     h[1, SPEED], h[1, YAW_RATE], h[1, RIGHT_SLIP] = 1.0, half, right
     y0 = left * (1.0 - x[LEFT_SLIP]) - (x[SPEED] - half * x[YAW_RATE])
     y1 = right * (1.0 - x[RIGHT_SLIP]) - (x[SPEED] + half * x[YAW_RATE])
-    r = c[C_R_ENCODER] + (c[C_R_ENCODER_TURN] * half * x[YAW_RATE]) ** 2
+    uneven = 0.5 * (z[IN_SPAN] - 1.0) * 0.01 * _SPAN_ACCEL_MPS2  # the mean of several ticks is not the last one
+    r = c[C_R_ENCODER] + (c[C_R_ENCODER_TURN] * half * x[YAW_RATE]) ** 2 + uneven * uneven
     nis = two(P, h, y0, y1, r, r)
     if live:
         n[N_ENCODER] += 1.0
         n[NIS_ENCODER_SUM] += nis
+        n[ENCODER_REJECTED_RECENT] += _SLIP_RECENT * ((1.0 if nis > GATE_2_DOF else 0.0) - n[ENCODER_REJECTED_RECENT])
         if nis > GATE_2_DOF:
             n[N_ENCODER_REJECTED] += 1.0
             n[N_ENCODER_REJECTED_RUN] += 1.0
@@ -121,8 +124,9 @@ def _measure(x: Floats, P: Floats, z: Floats, c: Floats, n: Floats, live: bool, 
     row = h[0]
     for k in range(STATES):
         row[k] = 0.0
-    row[YAW_RATE], row[GYRO_BIAS] = 1.0, 1.0
-    apply(x, P, row, z[IN_GYRO] - x[YAW_RATE] - x[GYRO_BIAS], c[C_R_GYRO], g)
+    if not math.isnan(z[IN_GYRO]):
+        row[YAW_RATE], row[GYRO_BIAS] = 1.0, 1.0
+        apply(x, P, row, z[IN_GYRO] - x[YAW_RATE] - x[GYRO_BIAS], c[C_R_GYRO], g)
     if z[IN_STILL] > 0.0:
         for k in range(STATES):
             row[k] = 0.0
@@ -130,7 +134,9 @@ def _measure(x: Floats, P: Floats, z: Floats, c: Floats, n: Floats, live: bool, 
         apply(x, P, row, -x[SPEED], _STILL_SPEED_VAR, g)
         row[SPEED], row[YAW_RATE] = 0.0, 1.0
         apply(x, P, row, -x[YAW_RATE], _STILL_YAW_VAR, g)
-    else:
+        if live:
+            n[ENCODER_REJECTED_RECENT] -= _SLIP_RECENT * n[ENCODER_REJECTED_RECENT]
+    elif not math.isnan(z[IN_LEFT]):
         _encoders(x, P, z, c, n, live, h, g)
     if not math.isnan(z[IN_MAG]):
         for k in range(STATES):
@@ -177,17 +183,6 @@ def _use_fix(x: Floats, P: Floats, fix: Floats, c: Floats, h: Floats, g: Floats)
 
 
 @kernel
-def _recover(P: Floats, c: Floats) -> None:
-    """Stated recovery policy: forget the position and the slow error, doubt the heading, keep the biases."""
-    for i in (EAST, NORTH, GNSS_EAST, GNSS_NORTH):
-        for k in range(STATES):
-            P[i, k], P[k, i] = 0.0, 0.0
-    P[EAST, EAST], P[NORTH, NORTH] = _RECOVERY_POSITION_VAR, _RECOVERY_POSITION_VAR
-    P[GNSS_EAST, GNSS_EAST], P[GNSS_NORTH, GNSS_NORTH] = c[C_GM_VAR], c[C_GM_VAR]
-    P[HEADING, HEADING] += _RECOVERY_HEADING_VAR
-
-
-@kernel
 def _step(
     xs: Floats, Ps: Floats, inputs: Floats, slot: int, c: Floats, n: Floats, live: bool, h: Floats, g: Floats
 ) -> None:
@@ -198,12 +193,69 @@ def _step(
         x[i] = xs[before, i]
         for k in range(STATES):
             P[i, k] = Ps[before, i, k]
-    predict(x, P, inputs[slot, IN_ACCEL], c)
+    accel = inputs[slot, IN_ACCEL]
+    if math.isnan(accel):
+        accel = x[ACCEL_BIAS]
+        P[SPEED, SPEED] += _NO_IMU_SPEED_VAR
+    predict(x, P, accel, c)
     _measure(x, P, inputs[slot], c, n, live, h, g)
 
 
 @kernel
-def tick_filter(
+def _rerun(
+    xs: Floats,
+    Ps: Floats,
+    inputs: Floats,
+    fixes: Floats,
+    c: Floats,
+    n: Floats,
+    first: int,
+    last: int,
+    live: int,
+    h: Floats,
+    g: Floats,
+) -> None:
+    """Run the ticks `first` … `last` again; statistics count in tick `live` only."""
+    for tick in range(first, last + 1):
+        slot = tick % RING
+        _step(xs, Ps, inputs, slot, c, n, tick == live, h, g)
+        if fixes[slot, FIX_USED] > 0.0:
+            _use_fix(xs[slot], Ps[slot], fixes[slot], c, h, g)
+
+
+@kernel
+def advance(
+    xs: Floats,
+    Ps: Floats,
+    inputs: Floats,
+    fixes: Floats,
+    c: Floats,
+    n: Floats,
+    tick: int,
+    oldest: int,
+    live: int,
+) -> None:
+    """Advance the filter by one tick, from the `oldest` tick on that learned something new.
+
+    Args:
+        xs: (RING, STATES) posterior states by tick modulo RING; `inputs[tick % RING]` is already filled.
+        Ps: (RING, STATES, STATES) their covariances.
+        inputs: (RING, INPUTS) measurements of each tick but GNSS.
+        fixes: (RING + 1, FIXES) fixes by the tick they are valid in; the last row holds the one that just arrived.
+        c: (FIGURES,) constants.
+        n: (COUNTERS,) counters and innovations, updated.
+        tick: This tick.
+        oldest: At most `tick`, later than the tick in which the filter was started.
+        live: The tick whose measurements are new and count in the statistics.
+    """
+    h = np.zeros((2, STATES))
+    g = np.zeros(STATES)
+    fixes[tick % RING, FIX_USED] = 0.0
+    _rerun(xs, Ps, inputs, fixes, c, n, oldest, tick, live, h, g)
+
+
+@kernel
+def take_fix(
     xs: Floats,
     Ps: Floats,
     inputs: Floats,
@@ -214,26 +266,12 @@ def tick_filter(
     first_tick: int,
     fix_tick: int,
 ) -> None:
-    """Advance the filter by one tick and take in the fix that arrived in it, if any.
+    """Take in a fix, `fixes[RING]`, that has arrived in `tick` and is valid in `fix_tick`; the rest as `advance`.
 
-    Args:
-        xs: (RING, STATES) posterior states by tick modulo RING; `inputs[tick % RING]` is already filled.
-        Ps: (RING, STATES, STATES) their covariances.
-        inputs: (RING, INPUTS) measurements of each tick but GNSS.
-        fixes: (RING + 1, FIXES) fixes by the tick they are valid in; the last row holds the one that just arrived.
-        c: (FIGURES,) constants.
-        n: (COUNTERS,) counters and innovations, updated.
-        tick: This tick.
-        first_tick: The tick the filter was started in; fixes from before are taken as of then.
-        fix_tick: The tick in which the arrived fix is valid, or −1 for none.
+    Fixes from before `first_tick`, in which the filter was started, are taken as of then.
     """
     h = np.zeros((2, STATES))
     g = np.zeros(STATES)
-    slot = tick % RING
-    fixes[slot, FIX_USED] = 0.0
-    _step(xs, Ps, inputs, slot, c, n, True, h, g)
-    if fix_tick < 0:
-        return
     at = max(fix_tick, first_tick)
     if at > tick or tick - at > RING - 2:
         n[N_FIX_LATE] += 1.0
@@ -249,15 +287,11 @@ def tick_filter(
     if nis > GATE_FIX:
         n[N_FIX_REJECTED] += 1.0
         n[N_FIX_REJECTED_RUN] += 1.0
-        if n[N_FIX_REJECTED_RUN] < RECOVERY_RUN:
-            return
-        n[N_RECOVERIES] += 1.0
-        n[NIS_FIX_RECENT] = 0.0
-        _recover(Ps[where], c)
+        return
     n[N_FIX_REJECTED_RUN] = 0.0
     n[N_FIXES] += 1.0
     n[NIS_FIX_SUM] += nis
-    n[NIS_FIX_RECENT] += _RECENT * (min(nis, GATE_FIX) - n[NIS_FIX_RECENT])
+    n[NIS_FIX_RECENT] += _RECENT * (nis - n[NIS_FIX_RECENT])
     for later in range(at + 1, tick + 1):
         if fixes[later % RING, FIX_USED] > 0.0:
             n[N_FIX_OUT_OF_ORDER] += 1.0
@@ -266,8 +300,4 @@ def tick_filter(
         fixes[where, k] = fix[k]
     fixes[where, FIX_USED] = 1.0
     _use_fix(xs[where], Ps[where], fixes[where], c, h, g)
-    for later in range(at + 1, tick + 1):
-        again = later % RING
-        _step(xs, Ps, inputs, again, c, n, False, h, g)
-        if fixes[again, FIX_USED] > 0.0:
-            _use_fix(xs[again], Ps[again], fixes[again], c, h, g)
+    _rerun(xs, Ps, inputs, fixes, c, n, at + 1, tick, -1, h, g)

@@ -47,14 +47,15 @@ STATES: Final = 12
 RING: Final = 64
 """Ticks of history kept for late fixes [0.64 s]."""
 
-# One tick's measurements other than GNSS, kept in the ring for replay.
+# One tick's measurements other than GNSS, kept in the ring for replay; nan where there is none.
 IN_GYRO: Final = 0  # rad/s, mean of the tick
 IN_ACCEL: Final = 1  # m/s², mean of this tick and the one before: what the mean speed changed by
 IN_LEFT: Final = 2  # m/s, nominal rim speed, mean of the tick
 IN_RIGHT: Final = 3
 IN_STILL: Final = 4  # 1 while no wheel has turned for a while
-IN_MAG: Final = 5  # rad, magnetic heading, or nan in ticks without one
-INPUTS: Final = 6
+IN_MAG: Final = 5  # rad, magnetic heading
+IN_SPAN: Final = 6  # ticks over which IN_LEFT and IN_RIGHT are means
+INPUTS: Final = 7
 
 # One fix in the ring.
 FIX_USED: Final = 0
@@ -106,14 +107,12 @@ INNOVATION_EAST: Final = 15
 INNOVATION_NORTH: Final = 16
 NIS_FIX_RECENT: Final = 17  # exponential mean over about the last ten fixes that were used
 N_FIX_OUT_OF_ORDER: Final = 18
-COUNTERS: Final = 19
+ENCODER_REJECTED_RECENT: Final = 19  # share, exponential over about 0.3 s: the slip test
+COUNTERS: Final = 20
 
 GATE_1_DOF: Final = 15.14  # χ², 99.99 %
 GATE_2_DOF: Final = 18.42
 GATE_FIX: Final = 13.82  # χ², 2 degrees of freedom, 99.9 %
-
-RECOVERY_RUN: Final = 15
-"""Fixes rejected in a row (1.5 s) after which the filter believes the receiver and widens its own position."""
 
 _SPEED_NOISE_MPS = 0.001  # per tick, from pitching and vibration, beyond the accelerometer's own noise
 _YAW_NOISE_RADPS = 0.08  # per tick: 8 rad/s² is half of what the wheels can do

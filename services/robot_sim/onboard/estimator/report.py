@@ -27,6 +27,8 @@ class EstimatorReport(NamedTuple):
     mag_rejected: int
     mag_nis_mean: float
     """1 expected."""
+    slip: float
+    """Share of the last wheel readings that contradict the rest."""
 
 
 def report(counters: NDArray[np.float64]) -> EstimatorReport:
@@ -44,4 +46,5 @@ def report(counters: NDArray[np.float64]) -> EstimatorReport:
         n[m.NIS_ENCODER_SUM] / max(n[m.N_ENCODER], 1.0),
         int(n[m.N_MAG_REJECTED]),
         n[m.NIS_MAG_SUM] / max(n[m.N_MAG], 1.0),
+        n[m.ENCODER_REJECTED_RECENT],
     )

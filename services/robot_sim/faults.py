@@ -1,0 +1,188 @@
+"""The timeline of faults: which are acting in a tick, and what they add up to."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from schemas import faults as f
+from schemas.errors import CommandRefused
+from schemas.messages import Event
+from services.robot_sim.frames import OnboardEvent
+from services.robot_sim.world import effects as e
+
+MAX_FAULTS: Final = 1000
+_TICKS_PER_S = 100
+_FIX = {"single": 1.0, "float": 2.0}
+_WHEELS = {"left": (0,), "right": (1,), "both": (0, 1)}
+
+
+class _Entry(NamedTuple):
+    first_tick: int
+    last_tick: float
+    fault: f.Fault
+
+
+class FaultTimeline:
+    """Follows the faults through sim time; costs one comparison in a tick in which nothing changes.
+
+    Attributes:
+        effects: (effects.SIZE,) the sum of what acts in the tick of the last `step`; changed in place.
+    """
+
+    def __init__(self, faults: Iterable[f.Fault]) -> None:
+        """The scenario's faults."""
+        self.effects: NDArray[np.float64] = e.neutral()
+        self._entries: list[_Entry] = []
+        self._active: list[_Entry] = []
+        self._next_change = math.inf
+        self._events: list[OnboardEvent] = []
+        for fault in faults:
+            self._add(fault, 0)
+
+    def inject(self, fault: f.Fault, tick: int) -> None:
+        """Add a fault whose `start_s` counts from the end of `tick`.
+
+        Raises:
+            CommandRefused: There are too many already.
+        """
+        if len(self._entries) >= MAX_FAULTS:
+            raise CommandRefused(f"{MAX_FAULTS} faults are acting or waiting already; start the robot anew")
+        self._add(fault, tick)
+        when = f"in {fault.start_s:g} s" if fault.start_s > 0.0 else "now"
+        lasting = "to the end" if fault.duration_s is None else f"for {fault.duration_s:g} s"
+        text = f"{f.describe(fault)}, {when}, {lasting}"
+        self._events.append(OnboardEvent(Event.WARN, "fault-injected", text))
+
+    def step(self, tick: int) -> None:
+        """Bring `effects` up to `tick`; ticks must not go back."""
+        if tick < self._next_change:
+            return
+        before = self._active
+        self._active = [entry for entry in self._entries if entry.first_tick <= tick <= entry.last_tick]
+        self._entries = [entry for entry in self._entries if entry.last_tick >= tick]
+        self._next_change = min(
+            (entry.first_tick if entry.first_tick > tick else entry.last_tick + 1 for entry in self._entries),
+            default=math.inf,
+        )
+        self.effects[:] = e.neutral()
+        for entry in self._active:
+            _apply(entry.fault, (entry.first_tick - 1) / _TICKS_PER_S, self.effects)
+        for entry in self._active:
+            if entry not in before:
+                self._events.append(OnboardEvent(Event.WARN, "fault-begins", f.describe(entry.fault)))
+        for entry in before:
+            if entry not in self._active:
+                self._events.append(OnboardEvent(Event.INFO, "fault-ends", f"no longer: {entry.fault.summary}"))
+
+    def take_events(self) -> list[OnboardEvent]:
+        """What began and ended since the last call."""
+        events, self._events = self._events, []
+        return events
+
+    def _add(self, fault: f.Fault, from_tick: int) -> None:
+        first = from_tick + round(fault.start_s * _TICKS_PER_S) + 1
+        last = math.inf if fault.duration_s is None else first + max(round(fault.duration_s * _TICKS_PER_S), 1) - 1
+        self._entries.append(_Entry(first, last, fault))
+        self._next_change = min(self._next_change, first)
+
+
+def _apply(fault: f.Fault, start_s: float, effects: NDArray[np.float64]) -> None:
+    """Add one acting fault to `effects`."""
+    match fault:
+        case f.GnssOutage() | f.GnssDegraded() | f.CorrectionsLost() | f.GnssWrongFix() | f.GnssNoisy() | f.ClockSkew():
+            _apply_gnss(fault, start_s, effects)
+        case f.MessagesLate() | f.MessagesDuplicated() | f.MessagesReordered() | f.MessagesLost():
+            _apply_messages(fault, effects)
+        case f.ImuBias():
+            effects[e.GYRO_BIAS] += fault.gyro_radps
+            effects[e.ACCEL_BIAS] += fault.accel_mps2
+        case f.ImuNoisy():
+            effects[e.GYRO_WHITE] = math.hypot(effects[e.GYRO_WHITE], fault.gyro_radps)
+            effects[e.ACCEL_WHITE] = math.hypot(effects[e.ACCEL_WHITE], fault.accel_mps2)
+        case f.ImuStuck():
+            effects[e.IMU_STUCK] = 1.0
+        case f.MagneticDisturbance():
+            effects[e.FIELD_EAST_T] += fault.east_t
+            effects[e.FIELD_NORTH_T] += fault.north_t
+        case f.EncoderDropout():
+            effects[[e.ENCODER_OUT + wheel for wheel in _WHEELS[fault.wheel]]] = 1.0
+        case _:
+            _apply_body(fault, effects)
+
+
+def _apply_gnss(
+    fault: f.GnssOutage | f.GnssDegraded | f.CorrectionsLost | f.GnssWrongFix | f.GnssNoisy | f.ClockSkew,
+    start_s: float,
+    effects: NDArray[np.float64],
+) -> None:
+    match fault:
+        case f.GnssOutage():
+            effects[e.FIX_CAP] = 0.0
+        case f.GnssDegraded():
+            effects[e.FIX_CAP] = min(effects[e.FIX_CAP], _FIX[fault.fix])
+            if fault.claimed_m is not None:
+                effects[e.CLAIMED_M] = fault.claimed_m
+        case f.CorrectionsLost():
+            effects[e.CORRECTIONS_LOST] = 1.0
+        case f.GnssWrongFix():
+            effects[e.OFFSET_EAST_M] += fault.east_m
+            effects[e.OFFSET_NORTH_M] += fault.north_m
+        case f.GnssNoisy():
+            effects[e.GNSS_WHITE_M] = math.hypot(effects[e.GNSS_WHITE_M], fault.white_m)
+            if not fault.honest:
+                effects[e.GNSS_HIDDEN_M] = math.hypot(effects[e.GNSS_HIDDEN_M], fault.white_m)
+        case f.ClockSkew():
+            drift = fault.drift_ppm * 1e-6
+            effects[e.CLOCK_OFFSET_S] += fault.offset_s - drift * start_s
+            effects[e.CLOCK_DRIFT] += drift
+
+
+def _apply_messages(
+    fault: f.MessagesLate | f.MessagesDuplicated | f.MessagesReordered | f.MessagesLost, effects: NDArray[np.float64]
+) -> None:
+    first = e.MESSAGES + e.PER_SENSOR * e.SENSORS.index(fault.sensor)
+    row = effects[first : first + e.PER_SENSOR]
+    match fault:
+        case f.MessagesLate():
+            row[e.LATE_TICKS] += _ticks(fault.delay_s)
+        case f.MessagesReordered():
+            row[e.SPREAD_TICKS] = max(row[e.SPREAD_TICKS], _ticks(fault.spread_s))
+        case f.MessagesLost():
+            row[e.LOST_SHARE] = max(row[e.LOST_SHARE], fault.share)
+        case f.MessagesDuplicated():
+            row[e.AGAIN_SHARE] = max(row[e.AGAIN_SHARE], fault.share)
+            row[e.AGAIN_TICKS] = max(row[e.AGAIN_TICKS], _ticks(fault.after_s))
+
+
+def _apply_body(fault: f.Fault, effects: NDArray[np.float64]) -> None:
+    match fault:
+        case f.WheelBlocked():
+            effects[[e.BLOCKED + wheel for wheel in _WHEELS[fault.wheel]]] = 1.0
+        case f.WheelSlip():
+            effects[[e.SLIP + wheel for wheel in _WHEELS[fault.wheel]]] = fault.share
+        case f.MotorWeak():
+            effects[[e.TORQUE + wheel for wheel in _WHEELS[fault.wheel]]] = fault.share
+        case f.ValveStuck():
+            effects[e.VALVE] = 1.0 if fault.position == "open" else 0.0
+        case f.DiscStuck():
+            effects[e.DISC] = 1.0 if fault.position == "down" else 0.0
+        case f.NozzleClogged():
+            effects[e.FLOW] = min(effects[e.FLOW], fault.share)
+        case f.Bumper():
+            effects[e.BUMPER] = 1.0
+        case f.BatteryLow():
+            effects[e.BATTERY_MAX] = min(effects[e.BATTERY_MAX], fault.fraction)
+        case f.TankEmpty():
+            effects[e.TANK_MAX_L] = min(effects[e.TANK_MAX_L], fault.litres)
+        case f.OperatorLost():
+            effects[e.OPERATOR_LOST] = 1.0
+
+
+def _ticks(seconds: float) -> float:
+    """Whole ticks, at least one for anything above zero."""
+    return float(max(round(seconds * _TICKS_PER_S), 1)) if seconds > 0.0 else 0.0

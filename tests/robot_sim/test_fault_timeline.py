@@ -1,0 +1,140 @@
+"""Faults in time: when they act, how they add up, and who hears of it."""
+
+import json
+
+import numpy as np
+import pytest
+
+from schemas import topics
+from schemas.cdr import decode
+from schemas.errors import CommandRefused
+from schemas.faults import parse_fault
+from schemas.messages import Event, InjectFaultRequest
+from schemas.scenario import Scenario
+from schemas.vehicle import Vehicle
+from services.robot_sim.commands import Commands
+from services.robot_sim.emulator import Emulator
+from services.robot_sim.faults import MAX_FAULTS, FaultTimeline
+from services.robot_sim.telemetry import Telemetry
+from services.robot_sim.world import effects as e
+from tests.robot_sim.scripted import ScriptedOnboard, line_script
+
+
+def fault(kind, **fields):
+    return parse_fault(json.dumps({"kind": kind, **fields}))
+
+
+def acting(timeline, index, ticks):
+    """The ticks in which an effect is not neutral."""
+    found = []
+    for tick in range(1, ticks + 1):
+        timeline.step(tick)
+        if timeline.effects[index] != e.neutral()[index]:
+            found.append(tick)
+    return found
+
+
+def test_a_fault_acts_from_its_start_for_its_duration():
+    assert acting(FaultTimeline([fault("bumper", start_s=0.1, duration_s=0.05)]), e.BUMPER, 40) == [11, 12, 13, 14, 15]
+    assert acting(FaultTimeline([fault("bumper", duration_s=0.01)]), e.BUMPER, 40) == [1]
+    assert acting(FaultTimeline([fault("bumper", start_s=0.37)]), e.BUMPER, 40) == [38, 39, 40]
+
+
+def test_overlapping_faults_add_up_and_end_one_by_one():
+    timeline = FaultTimeline(
+        [
+            fault("gnss-wrong-fix", east_m=1.0, duration_s=0.2),
+            fault("gnss-wrong-fix", east_m=0.5, start_s=0.1, duration_s=0.2),
+            fault("nozzle-clogged", share=0.4, duration_s=0.2),
+            fault("nozzle-clogged", share=0.6, start_s=0.1, duration_s=0.2),
+        ]
+    )
+    seen = []
+    for tick in range(1, 41):
+        timeline.step(tick)
+        seen.append((timeline.effects[e.OFFSET_EAST_M], timeline.effects[e.FLOW]))
+    assert [seen[tick - 1] for tick in (1, 10, 11, 20, 21, 30, 31)] == [
+        (1.0, 0.4),
+        (1.0, 0.4),
+        (1.5, 0.4),
+        (1.5, 0.4),
+        (0.5, 0.6),
+        (0.5, 0.6),
+        (0.0, 1.0),
+    ]
+    assert np.array_equal(timeline.effects, e.neutral())
+
+
+def test_beginning_and_end_are_told_once():
+    timeline = FaultTimeline([fault("bumper", start_s=0.1, duration_s=0.05)])
+    told = []
+    for tick in range(1, 40):
+        timeline.step(tick)
+        told += [(tick, event.code) for event in timeline.take_events()]
+    assert told == [(11, "fault-begins"), (16, "fault-ends")]
+
+
+def test_an_injected_fault_counts_from_now():
+    timeline = FaultTimeline([])
+    timeline.step(100)
+    timeline.inject(fault("bumper", start_s=0.02, duration_s=0.02), 100)
+    assert [tick for tick in acting(timeline, e.BUMPER, 110) if tick > 100] == [103, 104]
+
+
+def test_there_is_an_end_to_injecting():
+    timeline = FaultTimeline([])
+    for _ in range(MAX_FAULTS):
+        timeline.inject(fault("bumper"), 0)
+    with pytest.raises(CommandRefused, match="faults"):
+        timeline.inject(fault("bumper"), 0)
+
+
+def robot(*faults):
+    emulator = Emulator(Vehicle(), Scenario(faults=faults), ScriptedOnboard(line_script))
+    telemetry = Telemetry(emulator)
+    return emulator, telemetry, Commands(emulator, telemetry, lambda _factor: None)
+
+
+def test_the_command_is_answered_applied_from_the_next_tick_and_recorded():
+    emulator, telemetry, commands = robot()
+    emulator.tick()
+    answer = commands.inject_fault(
+        InjectFaultRequest(request_id="1", fault_json='{"kind": "bumper", "duration_s": 0.02}')
+    )
+    assert answer.success
+    said = [decode(Event, payload) for topic, payload in commands.take() if topic is topics.EVENTS]
+    assert [event.code for event in said] == ["fault-injected"]
+    assert "bumper is pressed, now, for 0.02 s" in said[0].text
+    telemetry.after_tick()
+    seen, said = [], []
+    for _ in range(4):
+        emulator.tick()
+        seen.append(emulator.frame.bumper)
+        said += [decode(Event, payload) for topic, payload in telemetry.after_tick() if topic is topics.EVENTS]
+    assert seen == [True, True, False, False]
+    assert [event.code for event in said] == ["fault-begins", "fault-ends"]
+
+
+@pytest.mark.parametrize("text", ["", "bumper", '{"kind": "gremlins"}', '{"kind": "bumper", "start_s": -3}'])
+def test_a_bad_command_is_refused_with_a_reason_and_changes_nothing(text):
+    emulator, _, commands = robot()
+    answer = commands.inject_fault(InjectFaultRequest(request_id="1", fault_json=text))
+    assert not answer.success
+    assert "fault" in answer.message
+    assert commands.take() == []
+    emulator.tick()
+    assert np.array_equal(emulator.faults.effects, e.neutral())
+
+
+def test_what_the_computer_is_told_of_the_body():
+    emulator, _, _ = robot(
+        fault("battery-low", fraction=0.1, start_s=0.01, duration_s=0.01),
+        fault("tank-empty", litres=0.5, start_s=0.01, duration_s=0.01),
+        fault("operator-lost", start_s=0.01, duration_s=0.01),
+    )
+    seen = []
+    for _ in range(3):
+        emulator.tick()
+        frame = emulator.frame
+        seen.append((round(frame.battery_fraction, 3), frame.tank_l, frame.operator_alive))
+    assert seen == [(1.0, 20.0, True), (0.1, 0.5, False), (1.0, 20.0, True)]
