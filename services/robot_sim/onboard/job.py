@@ -116,6 +116,11 @@ class Job:
         if self._phase is Phase.ALONG:
             self.sprayer.close(self.driver.arc_length_m, self.driver.speed_mps)
 
+    def owe_dry(self, dry_s: float) -> None:
+        """Close the valve, and owe what it has sprayed without paint in the last `dry_s` seconds."""
+        if self._phase is Phase.ALONG:
+            self.sprayer.dry(self.driver.arc_length_m, self.driver.speed_mps, dry_s)
+
     def locate(self) -> float:
         """Find the standing robot's place on the path anew; returns how far beside it that is [m]."""
         self.driver.locate(self._estimator)

@@ -5,11 +5,12 @@ from __future__ import annotations
 from schemas.messages import Trajectory
 from schemas.scenario import Scenario
 from schemas.vehicle import Vehicle
-from services.robot_sim.frames import Command, Estimate, OnboardEvent, SensorFrame, Status
+from services.robot_sim.frames import STANDSTILL, Command, Estimate, OnboardEvent, SensorFrame, Status
 from services.robot_sim.onboard.estimator.filter import Estimator
 from services.robot_sim.onboard.estimator.report import EstimatorReport, report
 from services.robot_sim.onboard.events import EventLog
 from services.robot_sim.onboard.followers import make_follower
+from services.robot_sim.onboard.hazards import Hazards
 from services.robot_sim.onboard.safety import Watch
 from services.robot_sim.onboard.traversal import Traversal
 
@@ -30,7 +31,9 @@ class Onboard:
         self._estimator = Estimator(vehicle, scenario)
         self._watch = Watch(self._estimator)
         self._follower = make_follower(scenario.follower, vehicle)
-        self._traversal = Traversal(vehicle, self._follower, self._estimator, self._watch, self._log)
+        self._hazards = Hazards(vehicle, self._estimator)
+        self._traversal = Traversal(vehicle, self._follower, self._estimator, self._watch, self._hazards, self._log)
+        self._command = STANDSTILL
         self._estimate: Estimate | None = None
 
     def load(self, trajectory: Trajectory) -> float:
@@ -75,8 +78,10 @@ class Onboard:
         """One tick; frames must come in order, none left out."""
         self._estimate = None
         self._estimator.step(frame)
-        self._watch.look(frame.time_s)
-        return self._traversal.step(frame.time_s)
+        self._watch.look(frame.tick, frame.time_s)
+        self._hazards.look(frame, self._command)
+        self._command = self._traversal.step(frame.time_s)
+        return self._command
 
     def take_events(self) -> list[OnboardEvent]:
         """What happened since the last call."""

@@ -17,6 +17,11 @@ MAX_REJECTED_RUN = 3
 MAX_LATERAL_M = 0.03
 MAX_BLIND_SIGMA_M = 0.15
 """Position σ beyond which the robot does not even drive."""
+MAX_SILENCE_TICKS = 20
+"""Without a new sample of the IMU or the encoders, to paint; driving stops after half a second."""
+MAX_BLIND_TICKS = 50
+MAX_SLIP = 0.5
+"""Share of the last 0.3 s of wheel readings that contradict IMU and GNSS."""
 SETTLE_S = 1.0
 """How long all must have been well again before painting goes on."""
 
@@ -36,9 +41,11 @@ class Watch:
         self._estimator = estimator
         self.pose_problem = "the estimator has not started"
         self._bad_until_s = -math.inf
+        self._tick = 0
 
-    def look(self, time_s: float) -> None:
+    def look(self, tick: int, time_s: float) -> None:
         """Judge the tick."""
+        self._tick = tick
         self.pose_problem = self._pose_problem(time_s)
         if self.pose_problem:
             self._bad_until_s = time_s
@@ -69,7 +76,11 @@ class Watch:
         sigma = self._estimator.position_sigma_m
         if sigma > MAX_BLIND_SIGMA_M:
             return f"the position is unknown (σ above {MAX_BLIND_SIGMA_M:.2f} m)"
-        return ""
+        return self._silence(MAX_BLIND_TICKS)
+
+    def accepts_jump(self) -> bool:
+        """Whether nothing but a jump speaks against the receiver: it is fixed, corrected and fresh."""
+        return self.pose_problem == CONTRADICTION
 
     def _pose_problem(self, time_s: float) -> str:
         estimator = self._estimator
@@ -90,4 +101,13 @@ class Watch:
             return "the fixes scatter more than the estimator can explain"
         if estimator.position_sigma_m > MAX_POSITION_SIGMA_M:
             return f"the position is uncertain (σ above {MAX_POSITION_SIGMA_M * 1e3:.0f} mm)"
+        if estimator.counters[m.ENCODER_REJECTED_RECENT] > MAX_SLIP:
+            return "the wheels slip: they contradict the other sensors"
+        return self._silence(MAX_SILENCE_TICKS)
+
+    def _silence(self, ticks: int) -> str:
+        intake = self._estimator.intake
+        for name, newest in (("IMU's samples", intake.imu_tick), ("wheel encoders' samples", intake.encoder_tick)):
+            if self._tick - newest > ticks:
+                return f"the {name} are older than {ticks / 100:.1f} s"
         return ""

@@ -64,6 +64,13 @@ class Sprayer:
             self.owed_from_m = arc_length_m + max(speed_mps, 0.0) * self._off_delay_s
         self.valve = False
 
+    def dry(self, arc_length_m: float, speed_mps: float, dry_s: float) -> None:
+        """Close the valve here; if it was open and dry for `dry_s`, paint is owed from where the last drop fell."""
+        if self.valve and dry_s > 0.0:
+            self.owed_from_m = arc_length_m - max(speed_mps, 0.0) * dry_s
+            self.valve = False
+        self.close(arc_length_m, speed_mps)
+
     def skip(self, arc_length_m: float, speed_mps: float) -> None:
         """Be here with the valve closed, whatever the plan says: what it sprays since the last place is owed."""
         self.close(arc_length_m, speed_mps)

@@ -4,11 +4,11 @@
                                     ▲     │ pause, link lost, pose lost
                               resume│     ▼
                                     PAUSED          abort: READY, RUNNING, PAUSED → ABORTED
-    any ──estop──► ESTOPPED ──reset──► PAUSED (a traversal was under way), READY or IDLE
+    any ──estop, bumper, fence──► ESTOPPED ──reset──► PAUSED (a traversal was under way), READY or IDLE
     DONE, ABORTED ──reset──► IDLE; DONE, ABORTED, READY ──load──► READY
 
 Leaving RUNNING closes the valve in the same tick. All but the emergency stop then brake along the path. A pause that
-the robot ordered itself ends by itself; one that a person or the lost link ordered does not.
+the robot ordered because of its pose ends by itself; one that a person, the lost link or a hazard ordered does not.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from services.robot_sim.frames import STANDSTILL, TICK_S, Command, Status
 from services.robot_sim.onboard.estimator.filter import Estimator
 from services.robot_sim.onboard.events import ERROR, INFO, WARN, EventLog
 from services.robot_sim.onboard.followers import Follower
+from services.robot_sim.onboard.hazards import Hazards
 from services.robot_sim.onboard.job import Job
 from services.robot_sim.onboard.safety import Watch
 from services.robot_sim.onboard.trajectory import load_trajectory
@@ -54,10 +55,18 @@ class Traversal:
         job: The loaded job, None while idle.
     """
 
-    def __init__(self, vehicle: Vehicle, follower: Follower, estimator: Estimator, watch: Watch, log: EventLog) -> None:
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        follower: Follower,
+        estimator: Estimator,
+        watch: Watch,
+        hazards: Hazards,
+        log: EventLog,
+    ) -> None:
         """Idle."""
         self._vehicle, self._follower, self._estimator = vehicle, follower, estimator
-        self._watch, self._log = watch, log
+        self._watch, self._hazards, self._log = watch, hazards, log
         self.state = IDLE
         self.reason = ""
         self.job: Job | None = None
@@ -78,6 +87,7 @@ class Traversal:
         self._require_standstill("load")
         plan = load_trajectory(trajectory, self._vehicle)
         self.job = Job(plan, self._vehicle, self._follower, self._estimator, self._watch)
+        self._hazards.fence_in(plan.path)
         self._elapsed_s = 0.0
         self._tries, self._tried_at_m = 0, -math.inf
         self._become(READY, "")
@@ -98,12 +108,23 @@ class Traversal:
         self._leave_running(PAUSED, reason)
 
     def resume(self) -> None:
-        """Go on, from where paint is owed."""
+        """Go on, from where paint is owed. If the receiver has jumped for good, this is to believe it."""
         self._require("resume", PAUSED)
         job = self._loaded()
+        problem = self._hazards.lasting
+        if problem:
+            raise CommandRefused(f"cannot resume: {problem}")
+        self._hazards.forget()
         if not job.aligning:
-            if self._watch.pose_problem:
+            jump_m = self._estimator.jump_m
+            accepts = jump_m > 0.0 and job.standing and self._watch.accepts_jump()
+            if self._watch.pose_problem and not accepts:
                 raise CommandRefused(f"cannot resume: {self._watch.pose_problem}")
+            if accepts:
+                self._estimator.accept_jump()
+                self._log.report(
+                    WARN, "position-accepted", f"the position was moved by {jump_m:.2f} m to the receiver's"
+                )
             distance = job.locate() if job.standing else 0.0
             if distance > MAX_RESUME_DISTANCE_M:
                 raise CommandRefused(f"cannot resume: the robot stands {distance:.2f} m beside its path")
@@ -117,16 +138,14 @@ class Traversal:
 
     def estop(self) -> None:
         """Stop as hard as the wheels can; allowed always."""
-        if self.state == ESTOPPED:
-            return
-        self._before_estop = self.state
-        if self.job is not None:
-            self.job.close_valve()
-        self._become(ESTOPPED, "emergency stop", ERROR)
+        if self.state != ESTOPPED:
+            self._stop_hard("emergency stop")
 
     def reset(self) -> None:
         """Release an emergency stop once the robot stands, or clear a finished or aborted traversal."""
         self._require("reset", ESTOPPED, DONE, ABORTED)
+        if self._hazards.bumper:
+            raise CommandRefused("cannot reset while the bumper is pressed")
         self._require_standstill("reset")
         self._automatic = False
         if self.state == ESTOPPED and self._before_estop in (RUNNING, PAUSED):
@@ -150,6 +169,7 @@ class Traversal:
             return STANDSTILL
         if self.state in (RUNNING, PAUSED):
             self._elapsed_s += TICK_S
+        self._heed_hazards(job)
         if self.state == RUNNING:
             return self._run(job)
         if self.state == ESTOPPED:
@@ -178,6 +198,23 @@ class Traversal:
             self._follower.fallbacks,
         )
 
+    def _heed_hazards(self, job: Job) -> None:
+        hazards = self._hazards
+        if hazards.emergency and self.state in (READY, RUNNING, PAUSED):
+            self._stop_hard(hazards.emergency)
+        elif hazards.stop and self.state == RUNNING:
+            job.owe_dry(hazards.dry_s)
+            self._leave_running(PAUSED, hazards.stop, ERROR)
+        elif hazards.stop and self.state == PAUSED and self._automatic:
+            self._automatic = False
+            self._become(PAUSED, hazards.stop, ERROR)
+
+    def _stop_hard(self, reason: str) -> None:
+        self._before_estop = self.state
+        if self.job is not None:
+            self.job.close_valve()
+        self._become(ESTOPPED, reason, ERROR)
+
     def _run(self, job: Job) -> Command:
         step = job.run()
         if step.done:
@@ -194,6 +231,11 @@ class Traversal:
     def _try_again(self, job: Job) -> None:
         """An automatic pause ends when the pose has been good for a while and the robot stands."""
         if not job.standing or not self._watch.settled(self._time_s):
+            return
+        distance = 0.0 if job.aligning else job.locate()
+        if distance > MAX_RESUME_DISTANCE_M:
+            self._automatic = False
+            self._become(PAUSED, f"the robot stands {distance:.2f} m beside its path", ERROR)
             return
         place = job.next_paint_m
         self._tries = self._tries + 1 if abs(place - self._tried_at_m) < SAME_PLACE_M else 1

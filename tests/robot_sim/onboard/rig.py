@@ -63,6 +63,13 @@ class Rig:
     correction_age_s: float = 0.0
     silent: bool = False  # no fixes at all
     crab_mps: float = 0.0  # sideways drift while moving
+    blocked: int = -1  # wheel that is held fast
+    spin_share: float = 0.0  # of the ground speed that both wheels lose
+    valve_stuck: bool | None = None  # where it is, whatever is commanded
+    bumper: bool = False
+    battery: float = 1.0
+    tank_l: float = 20.0
+    operator: bool = True
 
     def __post_init__(self) -> None:
         noise = self.scenario.effective()
@@ -87,8 +94,19 @@ class Rig:
         self.tick += 1
         self._move(command)
         fix = self._gnss()
+        if command.valve if self.valve_stuck is None else self.valve_stuck:
+            self.tank_l = max(self.tank_l - self.vehicle.paint_l_per_m * self.vehicle.paint_speed_mps * TICK_S, 0.0)
         return SensorFrame(
-            self.tick, self.tick * TICK_S, self._imu(), self._mag(), EncoderSample(*self.angles), (fix,) if fix else ()
+            self.tick,
+            self.tick * TICK_S,
+            self._imu(),
+            self._mag(),
+            EncoderSample(*self.angles),
+            (fix,) if fix else (),
+            bumper=self.bumper,
+            battery_fraction=self.battery,
+            tank_l=self.tank_l,
+            operator_alive=self.operator,
         )
 
     def nozzle(self) -> tuple[float, float]:
@@ -106,12 +124,14 @@ class Rig:
         for i, target in enumerate(command[:2]):
             change = (target - self.wheels[i]) * (1.0 - stay)
             after = self.wheels[i] + min(max(change, -reach), reach)
+            if i == self.blocked:
+                after = 0.0
             means[i] = 0.5 * (self.wheels[i] + after)
             self.wheels[i] = after
             self.angles[i] += means[i] * TICK_S
-        left, right = (means[i] * self.radius[i] * (1.0 - self.slip[i]) for i in range(2))
+        left, right = (means[i] * self.radius[i] * (1.0 - self.slip[i] - self.spin_share) for i in range(2))
         speed, self.yaw_rate = 0.5 * (left + right), (right - left) / v.track_width_m
-        ends = [self.wheels[i] * self.radius[i] * (1.0 - self.slip[i]) for i in range(2)]
+        ends = [self.wheels[i] * self.radius[i] * (1.0 - self.slip[i] - self.spin_share) for i in range(2)]
         self.accel = (0.5 * sum(ends) - self.speed) / TICK_S
         self.speed = 0.5 * sum(ends)
         middle = self.heading + 0.5 * self.yaw_rate * TICK_S
