@@ -52,6 +52,16 @@ class DriveNoise(Spec):
     slip_tau_s: Positive = 0.5
 
 
+class Ground(Spec):
+    """What the robot drives on: one surface, one slope."""
+
+    surface: Literal["grass", "wet-grass", "artificial-turf"] = "grass"
+    grade: Annotated[float, Field(ge=0, le=0.15)] = 0.0
+    """Rise over run; 0.02 is 2 %."""
+    uphill_rad: Annotated[float, Field(ge=-7, le=7)] = 0.0
+    """Direction of the rise in the map frame: 0 east, π/2 north."""
+
+
 class EncoderNoise(Spec):
     """Wheel encoders: quantised to whole ticks or not at all."""
 
@@ -86,6 +96,7 @@ class Scenario(Spec):
     magnetometer: MagnetometerNoise = MagnetometerNoise()
     drive: DriveNoise = DriveNoise()
     encoder: EncoderNoise = EncoderNoise()
+    ground: Ground = Ground()
     start: Pose2 | None = None
     """Where the robot stands at first; by default at the start of the plan."""
     origin: Origin = Origin()

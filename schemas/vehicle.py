@@ -10,6 +10,26 @@ Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
 
 
+class Motor(Spec):
+    """A DC motor with its gear and amplifier, as one wheel feels it.
+
+    The maker publishes none of this. The defaults are a common 36 V, 20:1 gear motor that reaches the known limits
+    of wheel speed and acceleration with a full tank, and uses the known energy on grass.
+    """
+
+    gear_ratio: Positive = 20.0
+    gear_efficiency: Annotated[float, Field(gt=0, le=1)] = 0.85
+    constant_nm_per_a: Positive = 0.08
+    """Torque constant, and the electromotive force in V per rad/s."""
+    resistance_ohm: Positive = 0.25
+    max_current_a: Positive = 25.0
+    inertia_kgm2: Positive = 0.08
+    """Of wheel, gear and rotor, at the wheel."""
+    friction_nm: NotNegative = 0.4
+    """Dry, at the wheel."""
+    viscous_nms: NotNegative = 0.02
+
+
 class Vehicle(Spec):
     """A differential-drive line marker; the body frame's origin is the middle of the wheel axle (REP-103)."""
 
@@ -21,8 +41,18 @@ class Vehicle(Spec):
     max_wheel_speed_radps: Positive = 20.0
     max_wheel_acceleration_radps2: Positive = 40.0
     motor_time_constant_s: NotNegative = 0.05
+    """Of the drives' speed profile: how the wheels follow their command as long as the motors can."""
+    motor: Motor = Motor()
     mass_empty_kg: Positive = 56.0
     mass_full_kg: Positive = 100.0
+    radius_of_gyration_m: Positive = 0.3
+    caster_x_m: float = 0.5
+    """The casters, taken together, ahead of the axle."""
+    caster_trail_m: Positive = 0.05
+    caster_load_share: Annotated[float, Field(ge=0, lt=1)] = 0.2
+    """Share of the weight on the casters."""
+    side_slip_rad_per_mps2: NotNegative = 0.0064
+    """Sideways slip angle per lateral acceleration on dry grass, as the robot's own computer assumes it."""
     max_acceleration_mps2: Positive = 1.0
     """Planned acceleration along the path: what a full tank and grass bear without slipping or slopping."""
 
@@ -38,8 +68,7 @@ class Vehicle(Spec):
 
     battery_wh: Positive = 680.0
     idle_power_w: NotNegative = 45.0
-    drive_power_w_per_mps: NotNegative = 85.0
-    """With the idle power this empties the battery in a bit over 5 h of work."""
+    """Computer, receiver, pump; with what the motors draw on grass the battery lasts a bit over 5 h of work."""
 
     encoder_ticks_per_revolution: Annotated[int, Field(gt=0)] = 4096 * 20
     """1024 lines × 4 on the motor shaft behind a 20:1 gear."""

@@ -16,7 +16,7 @@ from services.robot_sim.frames import STANDSTILL
 from services.robot_sim.paint.ledger import PaintLedger
 from services.robot_sim.paint.targets import Target
 from services.robot_sim.sensors.suite import Sensors
-from services.robot_sim.world import body
+from services.robot_sim.world import body, physics
 from services.robot_sim.world.world import World
 
 _STEPS: Final = ("world", "sensors", "paint", "onboard computer")
@@ -40,7 +40,7 @@ def warm_up(
 
 def _compiled() -> int:
     """How often this process has compiled the physics kernel."""
-    return sum(body.advance.stats.cache_misses.values())
+    return sum(physics.advance.stats.cache_misses.values())
 
 
 def _exercise(name: str, vehicle: Vehicle, scenario: Scenario) -> None:

@@ -22,24 +22,32 @@ def frames(scenario, ticks, state=STILL, vehicle=VEHICLE):
     return [sensors.read(tick, state) for tick in range(1, ticks + 1)]
 
 
+def speeds(world):
+    return float(world.state[body.SPEED]), float(world.state[body.SIDE_SPEED])
+
+
 def test_without_noise_everything_is_true():
     world = World(VEHICLE, Scenario(noise="none"))
     sensors = Sensors(VEHICLE, Scenario(noise="none"))
     world.place(Pose(5.0, -3.0, 0.3))
     for tick in range(1, 200):
-        heading, speed = world.pose.heading_rad, float(world.state[body.SPEED])
+        heading, (speed, side) = world.pose.heading_rad, speeds(world)
         world.step(Command(8.0, 10.0, False, False), tick)
         frame = sensors.read(tick, world.state)
         assert frame.time_s == tick / 100
         assert frame.imu.gyro_z_radps == pytest.approx((world.pose.heading_rad - heading) / 0.01, abs=1e-12)
-        assert frame.imu.accel_x_mps2 == pytest.approx((world.state[body.SPEED] - speed) / 0.01, abs=1e-12)
+        (speed_now, side_now), turn = speeds(world), frame.imu.gyro_z_radps
+        forward = (speed_now - speed) / 0.01 - 0.5 * (side_now + side) * turn
+        assert frame.imu.accel_x_mps2 == pytest.approx(forward, abs=2e-3)
+        leftward = (side_now - side) / 0.01 + 0.5 * (speed_now + speed) * turn
+        assert frame.imu.accel_y_mps2 == pytest.approx(leftward, abs=2e-2)
         assert frame.imu.accel_z_mps2 == 9.80665
         magnetic_heading = math.pi / 2 - math.atan2(frame.mag.y_t, frame.mag.x_t)
         assert math.remainder(math.atan2(frame.mag.x_t, frame.mag.y_t) - world.pose.heading_rad, math.tau) == (
             pytest.approx(0.0, abs=1e-12)
         ), magnetic_heading
         assert frame.encoders == (world.state[body.LEFT_ANGLE], world.state[body.RIGHT_ANGLE])
-    assert frame.imu.accel_y_mps2 == pytest.approx(world.state[body.SPEED] * world.state[body.YAW_RATE], rel=1e-3)
+    assert frame.imu.accel_y_mps2 == pytest.approx(world.state[body.SPEED] * world.state[body.YAW_RATE], rel=1e-2)
 
 
 def test_gnss_is_late_by_its_latency_and_true_at_its_stamp():

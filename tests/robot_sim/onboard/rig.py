@@ -136,6 +136,7 @@ class Rig:
         self.speed = 0.5 * sum(ends)
         middle = self.heading + 0.5 * self.yaw_rate * TICK_S
         side = self.crab_mps if abs(speed) > 0.01 else 0.0
+        side -= v.side_slip_rad_per_mps2 * speed * speed * self.yaw_rate
         self.x += (speed * math.cos(middle) - side * math.sin(middle)) * TICK_S
         self.y += (speed * math.sin(middle) + side * math.cos(middle)) * TICK_S
         self.heading += self.yaw_rate * TICK_S

@@ -85,7 +85,8 @@ C_R_MAG: Final = 15
 C_R_GNSS: Final = 16
 C_Q_SIDE: Final = 17  # m² of side slip per metre travelled
 C_R_ENCODER_TURN: Final = 18  # relative, of the wheel's share of the turn (track width error)
-FIGURES: Final = 19
+C_SIDE_SLIP: Final = 19  # rad of slip angle per m/s² of lateral acceleration
+FIGURES: Final = 20
 
 # Counters the kernel keeps.
 N_FIXES: Final = 0
@@ -157,6 +158,7 @@ def noise_figures(vehicle: Vehicle, scenario: Scenario) -> NDArray[np.float64]:
     c[C_R_MAG] = max(mag.white_rad, _MAG_FLOOR_RAD) ** 2
     c[C_R_GNSS] = max(gnss.white_m, _GNSS_FLOOR_M) ** 2
     c[C_Q_SIDE] = _SIDE_SLIP_M2PM
+    c[C_SIDE_SLIP] = vehicle.side_slip_rad_per_mps2
     c[C_R_ENCODER_TURN] = max(drive.track_width_relative, 0.001)
     return c
 

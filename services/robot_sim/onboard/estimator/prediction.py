@@ -19,6 +19,7 @@ from services.robot_sim.onboard.estimator.model import (
     C_Q_SIDE,
     C_Q_SPEED,
     C_Q_YAW,
+    C_SIDE_SLIP,
     C_SLIP_DECAY,
     C_SLIP_VAR,
     EAST,
@@ -38,6 +39,7 @@ from services.robot_sim.onboard.estimator.model import (
 Floats = NDArray[np.float64]
 
 _DT = 0.01
+_SLIP_ANGLE_SHARE = 0.3  # how far the slip angle may be from the assumed one, over a metre's way
 
 
 @kernel
@@ -48,7 +50,8 @@ def predict(x: Floats, P: Floats, accel: float, c: Floats) -> None:
     """
     x[SPEED] += (accel - x[ACCEL_BIAS]) * _DT
     turn = x[YAW_RATE] * _DT
-    middle = x[HEADING] + 0.5 * turn
+    slip_angle = c[C_SIDE_SLIP] * x[SPEED] * x[YAW_RATE]  # in a curve the robot drifts outward
+    middle = x[HEADING] + 0.5 * turn - slip_angle
     cos, sin = math.cos(middle), math.sin(middle)
     step = x[SPEED] * _DT
     x[EAST] += step * cos
@@ -87,7 +90,8 @@ def predict(x: Floats, P: Floats, accel: float, c: Floats) -> None:
     P[MAG_BIAS, MAG_BIAS] += c[C_MAG_VAR] * min(abs(turn), 1.0)
     P[GYRO_BIAS, GYRO_BIAS] += c[C_Q_GYRO_BIAS]
     P[ACCEL_BIAS, ACCEL_BIAS] += c[C_Q_ACCEL_BIAS]
-    side = c[C_Q_SIDE] * abs(step)
+    unsure = _SLIP_ANGLE_SHARE * slip_angle
+    side = (c[C_Q_SIDE] + unsure * unsure) * abs(step)
     P[EAST, EAST] += side * sin * sin
     P[NORTH, NORTH] += side * cos * cos
     P[EAST, NORTH] -= side * sin * cos

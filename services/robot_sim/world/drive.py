@@ -1,0 +1,102 @@
+"""The drives: a speed profile, a speed controller, and a DC motor with current and voltage limits, for each wheel."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from schemas.jit import kernel
+from services.robot_sim.world import effects as e
+from services.robot_sim.world.body import (
+    BATTERY_WH,
+    INTEGRAL,
+    LEFT_RATE,
+    P_AHEAD_COMMON,
+    P_AHEAD_TURN,
+    P_BATTERY_WH,
+    P_CURRENT_LAG,
+    P_EMF,
+    P_FRICTION,
+    P_GAIN,
+    P_INTEGRAL_GAIN,
+    P_LAG,
+    P_MAX_ACCEL,
+    P_MAX_CURRENT,
+    P_MAX_RATE,
+    P_RESISTANCE,
+    P_TORQUE_PER_A,
+    P_VISCOUS,
+    REFERENCE,
+    STEP_S,
+    TORQUE,
+)
+
+EMPTY_V = 33.0
+FULL_V = 42.0
+"""Ten lithium cells in series; linear in the charge."""
+_DRY_RADPS = 0.05  # dry friction is drag below this wheel speed
+_INTEGRAL_LIMIT_NM = 40.0
+
+Floats = NDArray[np.float64]
+
+
+@kernel
+def profile(reference: float, command: float, p: Floats) -> float:
+    """The drive's reference a step later: a first-order lag, then the acceleration limit, within the speed limit."""
+    target = min(max(command, -p[P_MAX_RATE]), p[P_MAX_RATE])
+    limit = p[P_MAX_ACCEL] * STEP_S
+    stepped: float = reference + min(max((target - reference) * p[P_LAG], -limit), limit)
+    return stepped
+
+
+@kernel
+def drag(rate: float, p: Floats) -> float:
+    """Friction of motor and gear [Nm per rad/s] at this wheel speed: dry and viscous."""
+    coefficient: float = p[P_VISCOUS] + p[P_FRICTION] / max(abs(rate), _DRY_RADPS)
+    return coefficient
+
+
+@kernel
+def drive(state: Floats, p: Floats, effects: Floats, left_radps: float, right_radps: float) -> float:
+    """Advance both drives by one step; returns the electrical power drawn [W].
+
+    The controllers follow the profile with feed-forward of the nominal inertia and friction, and a PI on the rest.
+    Torque is limited by the current that the amplifier gives and by the voltage that the motor's own leaves of the
+    battery's. An empty battery gives nothing.
+    """
+    left = profile(state[REFERENCE], left_radps, p)
+    right = profile(state[REFERENCE + 1], right_radps, p)
+    left_accel = (left - state[REFERENCE]) / STEP_S
+    right_accel = (right - state[REFERENCE + 1]) / STEP_S
+    state[REFERENCE], state[REFERENCE + 1] = left, right
+    both, turn = 0.5 * (left_accel + right_accel), 0.5 * (right_accel - left_accel)
+    charge = state[BATTERY_WH] / p[P_BATTERY_WH]
+    voltage = EMPTY_V + (FULL_V - EMPTY_V) * charge if charge > 0.0 else 0.0
+    power = 0.0
+    for wheel in range(2):
+        rate, reference = state[LEFT_RATE + wheel], state[REFERENCE + wheel]
+        error = reference - rate
+        ahead = p[P_AHEAD_COMMON] * both + (2 * wheel - 1) * p[P_AHEAD_TURN] * turn
+        ahead += (p[P_VISCOUS] + p[P_FRICTION] / max(abs(reference), _DRY_RADPS)) * reference
+        wanted = ahead + p[P_GAIN] * error + state[INTEGRAL + wheel]
+        most = p[P_TORQUE_PER_A] * p[P_MAX_CURRENT] * effects[e.TORQUE + wheel]
+        back = p[P_EMF] * rate
+        per_volt = p[P_TORQUE_PER_A] / p[P_RESISTANCE]
+        upper = max(min(most, per_volt * (voltage - back)), 0.0) if voltage > 0.0 else 0.0
+        lower = min(max(-most, per_volt * (-voltage - back)), 0.0) if voltage > 0.0 else 0.0
+        limited = min(max(wanted, lower), upper)
+        if limited == wanted:  # else the integral would wind up
+            integral = state[INTEGRAL + wheel] + p[P_INTEGRAL_GAIN] * error * STEP_S
+            state[INTEGRAL + wheel] = min(max(integral, -_INTEGRAL_LIMIT_NM), _INTEGRAL_LIMIT_NM)
+        state[TORQUE + wheel] += (limited - state[TORQUE + wheel]) * p[P_CURRENT_LAG]
+        current = state[TORQUE + wheel] / p[P_TORQUE_PER_A]
+        power += current * current * p[P_RESISTANCE] + back * current
+    return max(power, 0.0)
+
+
+@kernel
+def share_per_step(time_constant_s: float) -> float:
+    """How much of the way to its input a first-order lag comes in one step; all of it without a lag."""
+    return 1.0 - math.exp(-STEP_S / time_constant_s) if time_constant_s > 0.0 else 1.0

@@ -1,0 +1,154 @@
+"""The robot on the ground: tyres that slip, casters that drag, a slope, and the body's own inertia.
+
+A tyre's force grows with its slip and saturates at the grip: F = C·N·s / √(1 + (C·s/μ)²), with s the sliding speed over
+the larger of wheel and ground speed; the same for both directions together (friction circle). Forces are integrated
+implicitly, linear in the new speeds with the stiffness of the old slip, because on grass at walking pace a tyre settles
+within a millisecond. Casters roll along a direction that follows their motion within the trail's length; their
+rolling resistance acts along it, so after a turn or a reversal they pull the robot aside.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from schemas.jit import kernel
+from services.robot_sim.world import effects as e
+from services.robot_sim.world.body import (
+    CASTER_X,
+    CASTER_Y,
+    LEFT_RATE,
+    LEFT_SLIP,
+    LEFT_TRACTION,
+    P_CASTER_SHARE,
+    P_CASTER_TRAIL,
+    P_CASTER_X,
+    P_GRIP,
+    P_GYRATION2,
+    P_LEFT_RADIUS,
+    P_ROLLING,
+    P_STIFFNESS_X,
+    P_STIFFNESS_Y,
+    P_TRACK,
+    P_WHEEL_INERTIA,
+    REFERENCE,
+    RIGHT_RATE,
+    RIGHT_TRACTION,
+    SIDE_SPEED,
+    SPEED,
+    STEP_S,
+    TORQUE,
+    UP_X,
+    UP_Y,
+    UP_Z,
+    YAW_RATE,
+)
+from services.robot_sim.world.drive import drag
+
+GRAVITY_MPS2 = 9.80665
+_CREEP_MPS = 0.02  # slip is taken against no less than this
+_ROLLING_MPS = 0.01  # rolling resistance is drag below this speed
+_PARKED_MPS = 0.002
+_PARKED_RADPS = 1e-3
+
+Floats = NDArray[np.float64]
+
+
+@kernel
+def _stiffness(wheel_mps: float, ground_mps: float, side_mps: float, load_n: float, p: Floats) -> tuple[float, float]:
+    """Tyre force per sliding speed [N per m/s], along and across."""
+    reference = max(abs(wheel_mps), abs(ground_mps), _CREEP_MPS)
+    along = p[P_STIFFNESS_X] * (wheel_mps - ground_mps) / reference
+    across = p[P_STIFFNESS_Y] * side_mps / reference
+    factor = load_n / (reference * math.sqrt(1.0 + (along * along + across * across) / (p[P_GRIP] * p[P_GRIP])))
+    return p[P_STIFFNESS_X] * factor, p[P_STIFFNESS_Y] * factor
+
+
+@kernel
+def _caster(state: Floats, p: Floats, load_n: float) -> tuple[float, float]:
+    """Turn the casters by their motion; their force on the body (x, y) [N]."""
+    vx = state[SPEED]
+    vy = state[SIDE_SPEED] + p[P_CASTER_X] * state[YAW_RATE]
+    cx, cy = state[CASTER_X], state[CASTER_Y]
+    rolling = vx * cx + vy * cy
+    pull = min(STEP_S / p[P_CASTER_TRAIL], 1.0)
+    cx += pull * (vx - rolling * cx)
+    cy += pull * (vy - rolling * cy)
+    length = math.sqrt(cx * cx + cy * cy)
+    state[CASTER_X], state[CASTER_Y] = cx / length, cy / length
+    force = -p[P_ROLLING] * load_n * min(max(rolling / _ROLLING_MPS, -1.0), 1.0)
+    return force * state[CASTER_X], force * state[CASTER_Y]
+
+
+@kernel
+def _parked(state: Floats, p: Floats) -> bool:
+    """Whether the robot stands, is told to, and the tyres hold it on this slope."""
+    tilt = state[UP_X] * state[UP_X] + state[UP_Y] * state[UP_Y]
+    held = tilt < (0.5 * p[P_GRIP]) ** 2
+    told = abs(state[REFERENCE]) < _PARKED_RADPS and abs(state[REFERENCE + 1]) < _PARKED_RADPS
+    slow = abs(state[SPEED]) + abs(state[SIDE_SPEED]) + 0.3 * abs(state[YAW_RATE]) < _PARKED_MPS
+    parked: bool = held and told and slow
+    return parked
+
+
+@kernel
+def ground(state: Floats, p: Floats, effects: Floats, mass_kg: float) -> None:
+    """Advance the speeds of body and wheels by one step under the motors' torques."""
+    if _parked(state, p):
+        for quantity in (SPEED, SIDE_SPEED, YAW_RATE, LEFT_RATE, RIGHT_RATE, LEFT_TRACTION, RIGHT_TRACTION):
+            state[quantity] = 0.0
+        return
+    weight = mass_kg * GRAVITY_MPS2 * state[UP_Z]
+    load = 0.5 * weight * (1.0 - p[P_CASTER_SHARE])
+    half = 0.5 * p[P_TRACK]
+    caster_x, caster_y = _caster(state, p, weight * p[P_CASTER_SHARE])
+    speed, side, yaw = state[SPEED], state[SIDE_SPEED], state[YAW_RATE]
+
+    # Each wheel's new speed is linear in the ground's under it: force = stiff·(free − ground).
+    k0, f0, r0, k1, f1, r1, across = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for wheel in range(2):
+        rate = state[LEFT_RATE + wheel]
+        radius = p[P_LEFT_RADIUS + wheel]
+        grip = radius * (1.0 - state[LEFT_SLIP + wheel] - effects[e.SLIP + wheel])
+        beneath = speed + (2 * wheel - 1) * half * yaw
+        if effects[e.BLOCKED + wheel] > 0.0:
+            stiff, sideways = _stiffness(0.0, beneath, side, load, p)
+            free = 0.0
+        else:
+            stiff, sideways = _stiffness(grip * rate, beneath, side, load, p)
+            inertia = p[P_WHEEL_INERTIA] + STEP_S * drag(rate, p)
+            free = grip * (p[P_WHEEL_INERTIA] * rate + STEP_S * state[TORQUE + wheel]) / inertia
+            stiff /= 1.0 + stiff * STEP_S * grip * radius / inertia
+        across += sideways
+        rolling = p[P_ROLLING] * load / max(abs(beneath), _ROLLING_MPS)
+        if wheel == 0:
+            k0, f0, r0 = stiff, free, rolling
+        else:
+            k1, f1, r1 = stiff, free, rolling
+
+    inertia = mass_kg * p[P_GYRATION2]
+    a11 = mass_kg / STEP_S + k0 + r0 + k1 + r1
+    a12 = half * (k1 + r1 - k0 - r0)
+    a22 = inertia / STEP_S + half * half * (k0 + r0 + k1 + r1)
+    b1 = mass_kg / STEP_S * speed + k0 * f0 + k1 * f1 + caster_x
+    b1 += mass_kg * (side * yaw - GRAVITY_MPS2 * state[UP_X])
+    b2 = inertia / STEP_S * yaw + half * (k1 * f1 - k0 * f0) + p[P_CASTER_X] * caster_y
+    determinant = a11 * a22 - a12 * a12
+    speed = (b1 * a22 - b2 * a12) / determinant
+    yaw = (a11 * b2 - a12 * b1) / determinant
+    pushed = mass_kg / STEP_S * side + caster_y - mass_kg * (speed * yaw + GRAVITY_MPS2 * state[UP_Y])
+    state[SIDE_SPEED] = pushed / (mass_kg / STEP_S + across)
+    state[SPEED], state[YAW_RATE] = speed, yaw
+
+    for wheel in range(2):
+        beneath = speed + (2 * wheel - 1) * half * yaw
+        force = k0 * (f0 - beneath) if wheel == 0 else k1 * (f1 - beneath)
+        state[LEFT_TRACTION + wheel] = force
+        if effects[e.BLOCKED + wheel] > 0.0:
+            state[LEFT_RATE + wheel] = 0.0
+        else:
+            rate = state[LEFT_RATE + wheel]
+            momentum = p[P_WHEEL_INERTIA] * rate + STEP_S * (state[TORQUE + wheel] - p[P_LEFT_RADIUS + wheel] * force)
+            state[LEFT_RATE + wheel] = momentum / (p[P_WHEEL_INERTIA] + STEP_S * drag(rate, p))

@@ -1,0 +1,214 @@
+"""The 1 ms physics of a differential-drive robot with a sprayer: one kernel call per onboard tick.
+
+A step is: drives (`drive`), forces and speeds (`ground`), then the pose along the mean of the old and the new speeds.
+Valve and disc are plungers that travel at constant speed: open (down) when they reach the far end, closed (up) when
+they are back, so that a pulse shorter than the delay does nothing. Paint flows when the valve is open and the tank is
+not empty; the disc shapes the edge but does not gate the flow.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from schemas.jit import kernel
+from services.robot_sim.world import effects as e
+from services.robot_sim.world.body import (
+    BATTERY_RESERVE_WH,
+    BATTERY_WH,
+    DISC,
+    DISC_DOWN,
+    EAST,
+    FLOW_LPS,
+    HEADING,
+    HEIGHT,
+    LEFT_ANGLE,
+    LEFT_RATE,
+    LEFT_SLIP,
+    MEAN_ACCEL_X,
+    MEAN_ACCEL_Y,
+    MEAN_YAW_RATE,
+    NORTH,
+    P_BATTERY_WH,
+    P_DISC,
+    P_FLOW_LPS,
+    P_GRADE,
+    P_IDLE_W,
+    P_MASS,
+    P_NOZZLE_X,
+    P_NOZZLE_Y,
+    P_PAINT_KGPL,
+    P_SLIP_DECAY,
+    P_SLIP_SIGMA,
+    P_UPHILL_EAST,
+    P_UPHILL_NORTH,
+    P_VALVE_OFF,
+    P_VALVE_ON,
+    POWER_W,
+    RIGHT_ANGLE,
+    RIGHT_RATE,
+    RIGHT_SLIP,
+    SIDE_SPEED,
+    SPEED,
+    STEP_S,
+    STEPS,
+    TANK_L,
+    TANK_RESERVE_L,
+    TRACE_EAST,
+    TRACE_NORTH,
+    TRACE_SPRAYING,
+    UP_X,
+    UP_Y,
+    UP_Z,
+    VALVE,
+    VALVE_OPEN,
+    YAW_RATE,
+)
+from services.robot_sim.world.drive import drive
+from services.robot_sim.world.ground import GRAVITY_MPS2, ground
+from services.robot_sim.world.randomness import STREAM_SLIP, normal
+
+Floats = NDArray[np.float64]
+
+_ARRIVED = 1.0 - 1e-9
+_HOME = 1e-9
+_DRIBBLE = 0.05  # a smaller share of the flow leaves no line
+
+
+@kernel
+def _plunger(
+    position: float, engaged: float, commanded: bool, on: float, off: float, stuck: float
+) -> tuple[float, float]:
+    if stuck != e.FREE:
+        return stuck, stuck
+    if commanded:
+        position = min(position + on, 1.0)
+        return position, 1.0 if position >= _ARRIVED else engaged
+    position = max(position - off, 0.0)
+    return position, 0.0 if position <= _HOME else engaged
+
+
+@kernel
+def _spray(state: Floats, p: Floats, effects: Floats, valve: bool, disc: bool) -> float:
+    """Let paint flow for a step, then move the plungers; the share of the spray width painted, 0 without paint."""
+    flows = state[VALVE_OPEN] > 0.0 and state[TANK_L] > 0.0
+    share = effects[e.FLOW] if flows else 0.0
+    state[FLOW_LPS] = share * p[P_FLOW_LPS]
+    state[TANK_L] = max(state[TANK_L] - state[FLOW_LPS] * STEP_S, 0.0)
+    state[VALVE], state[VALVE_OPEN] = _plunger(
+        state[VALVE], state[VALVE_OPEN], valve, p[P_VALVE_ON], p[P_VALVE_OFF], effects[e.VALVE]
+    )
+    state[DISC], state[DISC_DOWN] = _plunger(state[DISC], state[DISC_DOWN], disc, p[P_DISC], p[P_DISC], effects[e.DISC])
+    width: float = math.sqrt(share) if share >= _DRIBBLE else 0.0
+    return width
+
+
+@kernel
+def _trace_row(state: Floats, p: Floats, cos: float, sin: float, width: float, row: Floats) -> None:
+    row[TRACE_EAST] = state[EAST] + cos * p[P_NOZZLE_X] - sin * p[P_NOZZLE_Y]
+    row[TRACE_NORTH] = state[NORTH] + sin * p[P_NOZZLE_X] + cos * p[P_NOZZLE_Y]
+    row[TRACE_SPRAYING] = width
+
+
+@kernel
+def tilt(state: Floats, p: Floats) -> None:
+    """The vertical in body axes on this slope at this heading, and the height above the origin's plane."""
+    if p[P_GRADE] == 0.0:
+        state[UP_X], state[UP_Y], state[UP_Z], state[HEIGHT] = 0.0, 0.0, 1.0, 0.0
+        return
+    cos, sin = math.cos(state[HEADING]), math.sin(state[HEADING])
+    ahead = p[P_GRADE] * (cos * p[P_UPHILL_EAST] + sin * p[P_UPHILL_NORTH])
+    left = p[P_GRADE] * (cos * p[P_UPHILL_NORTH] - sin * p[P_UPHILL_EAST])
+    state[UP_Z] = 1.0 / math.sqrt(1.0 + ahead * ahead + left * left)
+    level = 1.0 / math.sqrt(1.0 + ahead * ahead)
+    state[UP_X] = ahead * level
+    state[UP_Y] = left * state[UP_Z] * level
+    state[HEIGHT] = p[P_GRADE] * (state[EAST] * p[P_UPHILL_EAST] + state[NORTH] * p[P_UPHILL_NORTH])
+
+
+@kernel
+def _move(state: Floats, p: Floats, speed: float, side: float, yaw_rate: float) -> None:
+    """Move the pose by one step along these mean speeds; on a slope the map sees less of the way uphill."""
+    turn = yaw_rate * STEP_S
+    cos, sin = math.cos(state[HEADING] + 0.5 * turn), math.sin(state[HEADING] + 0.5 * turn)
+    east = (speed * cos - side * sin) * STEP_S
+    north = (speed * sin + side * cos) * STEP_S
+    if p[P_GRADE] != 0.0:
+        lost = 1.0 - 1.0 / math.sqrt(1.0 + p[P_GRADE] * p[P_GRADE])
+        uphill = lost * (east * p[P_UPHILL_EAST] + north * p[P_UPHILL_NORTH])
+        east -= uphill * p[P_UPHILL_EAST]
+        north -= uphill * p[P_UPHILL_NORTH]
+    state[EAST] += east
+    state[NORTH] += north
+    state[HEADING] += turn
+
+
+@kernel
+def _withhold(state: Floats, usable: int, reserve: int, most: float) -> None:
+    """Let no more than `most` be used; the rest comes back when the limit is gone."""
+    total = state[usable] + state[reserve]
+    state[usable] = min(total, most)
+    state[reserve] = total - state[usable]
+
+
+@kernel
+def advance(
+    state: Floats,
+    p: Floats,
+    left_radps: float,
+    right_radps: float,
+    valve: bool,
+    disc: bool,
+    effects: Floats,
+    seed: int,
+    tick: int,
+    trace: Floats,
+) -> None:
+    """Advance the world by one onboard tick of ten 1 ms steps, in place.
+
+    Args:
+        state: (STATE_SIZE,) the world, changed in place; indices in `body`.
+        p: (PARAMETER_SIZE,) constants of this vehicle and scenario.
+        left_radps: Commanded wheel speed, held over the tick.
+        right_radps: As `left_radps`.
+        valve: Whether the valve is commanded open.
+        disc: Whether the disc is commanded down.
+        effects: (effects.SIZE,) what faults do.
+        seed: Of the scenario.
+        tick: Onboard tick, the counter of the randomness.
+        trace: TRACE_SHAPE, filled with the nozzle's positions [m] and the share of its width that it paints.
+    """
+    fresh = p[P_SLIP_SIGMA] * math.sqrt(1.0 - p[P_SLIP_DECAY] * p[P_SLIP_DECAY])
+    if fresh > 0.0:
+        state[LEFT_SLIP] = p[P_SLIP_DECAY] * state[LEFT_SLIP] + fresh * normal(seed, STREAM_SLIP, tick, 0)
+        state[RIGHT_SLIP] = p[P_SLIP_DECAY] * state[RIGHT_SLIP] + fresh * normal(seed, STREAM_SLIP, tick, 1)
+    _withhold(state, TANK_L, TANK_RESERVE_L, effects[e.TANK_MAX_L])
+    _withhold(state, BATTERY_WH, BATTERY_RESERVE_WH, effects[e.BATTERY_MAX] * p[P_BATTERY_WH])
+    mass = p[P_MASS] + p[P_PAINT_KGPL] * (state[TANK_L] + state[TANK_RESERVE_L])
+    tilt(state, p)
+    speed_before, side_before, heading_before = state[SPEED], state[SIDE_SPEED], state[HEADING]
+    turned_x, turned_y, energy_j = 0.0, 0.0, 0.0
+    _trace_row(state, p, math.cos(state[HEADING]), math.sin(state[HEADING]), 0.0, trace[0])
+    for step in range(STEPS):
+        left_rate, right_rate = state[LEFT_RATE], state[RIGHT_RATE]
+        speed, side, yaw_rate = state[SPEED], state[SIDE_SPEED], state[YAW_RATE]
+        energy_j += (p[P_IDLE_W] + drive(state, p, effects, left_radps, right_radps)) * STEP_S
+        ground(state, p, effects, mass)
+        state[LEFT_ANGLE] += 0.5 * (left_rate + state[LEFT_RATE]) * STEP_S
+        state[RIGHT_ANGLE] += 0.5 * (right_rate + state[RIGHT_RATE]) * STEP_S
+        speed, side = 0.5 * (speed + state[SPEED]), 0.5 * (side + state[SIDE_SPEED])
+        yaw_rate = 0.5 * (yaw_rate + state[YAW_RATE])
+        _move(state, p, speed, side, yaw_rate)
+        turned_x -= side * yaw_rate
+        turned_y += speed * yaw_rate
+        width = _spray(state, p, effects, valve, disc)
+        _trace_row(state, p, math.cos(state[HEADING]), math.sin(state[HEADING]), width, trace[step + 1])
+    duration = STEPS * STEP_S
+    state[POWER_W] = energy_j / duration
+    state[BATTERY_WH] = max(state[BATTERY_WH] - energy_j / 3600.0, 0.0)
+    state[MEAN_YAW_RATE] = (state[HEADING] - heading_before) / duration
+    state[MEAN_ACCEL_X] = (state[SPEED] - speed_before) / duration + turned_x / STEPS + GRAVITY_MPS2 * state[UP_X]
+    state[MEAN_ACCEL_Y] = (state[SIDE_SPEED] - side_before) / duration + turned_y / STEPS + GRAVITY_MPS2 * state[UP_Y]
+    tilt(state, p)
