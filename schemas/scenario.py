@@ -89,7 +89,7 @@ class Scenario(Spec):
 
     name: str = "default"
     seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = 1
-    follower: Literal["mpc", "pure-pursuit"] = "mpc"
+    follower: Literal["mpc", "pure-pursuit", "external"] = "mpc"
     noise: Literal["default", "none"] = "default"
     gnss: GnssNoise = GnssNoise()
     imu: ImuNoise = ImuNoise()

@@ -68,6 +68,7 @@ MAGNETIC_FIELD = Topic("imu/mag", m.MagneticField, 100, units="T", tolerance=1e-
 JOINT_STATES = Topic("joint_states", m.JointState, 100, units="rad, rad/s", tolerance=1e-9)
 WHEEL_COMMAND = Topic("cmd/wheels", m.WheelCommand, 100, units="rad/s", tolerance=1e-6)
 ODOMETRY = Topic("odometry/filtered", m.Odometry, 50, latched=True, units="m, rad", tolerance=1e-6)
+ESTIMATOR = Topic("estimator/status", m.EstimatorStatus, 10, units="m, rad", tolerance=1e-6)
 TRUTH = Topic("truth/odometry", m.Odometry, 50, units="m, rad", tolerance=1e-6)
 SPRAYER = Topic("sprayer/state", m.SprayerState, 1, latched=True, units="l, l/s", tolerance=1e-9)
 PAINT = Topic("paint/marks", m.PaintMarks, 10, units="m", tolerance=1e-6)
@@ -90,6 +91,7 @@ TOPICS: tuple[Topic, ...] = (
     JOINT_STATES,
     WHEEL_COMMAND,
     ODOMETRY,
+    ESTIMATOR,
     TRUTH,
     SPRAYER,
     PAINT,
@@ -127,6 +129,7 @@ ESTOP = Service("traversal/estop", m.CommandRequest, m.CommandResponse)
 RESET = Service("traversal/reset", m.CommandRequest, m.CommandResponse)
 SET_SPEED = Service("simulation/set_speed", m.SetSpeedRequest, m.SetSpeedResponse)
 INJECT_FAULT = Service("simulation/inject_fault", m.InjectFaultRequest, m.InjectFaultResponse)
+FOLLOWER_STEP = Service("follower/step", m.FollowerStepRequest, m.FollowerStepResponse)
 GET_PAINT = Service("paint/get", m.GetPaintRequest, m.GetPaintResponse)
 RECORD = Service("bridge/record", m.RecordRequest, m.RecordResponse)
 RECORD_STOP = Service("bridge/record_stop", m.RecordStopRequest, m.RecordStopResponse)
@@ -149,6 +152,7 @@ SERVICES: tuple[Service[Any, Any], ...] = (
     RESET,
     SET_SPEED,
     INJECT_FAULT,
+    FOLLOWER_STEP,
     GET_PAINT,
     RECORD,
     RECORD_STOP,

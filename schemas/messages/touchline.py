@@ -33,6 +33,35 @@ class GnssStatus(Message):
     horizontal_accuracy_m: float = 0.0
 
 
+class EstimatorStatus(Message):
+    """How consistent the robot's estimator is: innovations, normalised squares (NIS) and what was not used.
+
+    A consistent estimator has a mean NIS of the measurement's dimension: 2 for fixes and wheels, 1 for the
+    magnetometer. Counts and means are since the estimator was last started.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/EstimatorStatus"
+    header: Header = Header()
+    innovation_east_m: float = 0.0
+    innovation_north_m: float = 0.0
+    fix_nis: float = 0.0
+    fix_nis_recent: float = 0.0
+    fix_nis_mean: float = 0.0
+    encoder_nis_mean: float = 0.0
+    magnetometer_nis_mean: float = 0.0
+    position_sigma_m: float = 0.0
+    heading_sigma_rad: float = 0.0
+    wheel_slip: float = 0.0
+    fixes: UInt32 = 0
+    fixes_rejected: UInt32 = 0
+    fixes_too_late: UInt32 = 0
+    fixes_duplicate: UInt32 = 0
+    fixes_out_of_order: UInt32 = 0
+    encoders_rejected: UInt32 = 0
+    magnetometer_rejected: UInt32 = 0
+    recoveries: UInt32 = 0
+
+
 class SprayerState(Message):
     """Valve, disc and tank; commanded against actual."""
 
@@ -274,6 +303,38 @@ class InjectFaultResponse(Message):
     ros_type: ClassVar[str] = "touchline_msgs/srv/InjectFault_Response"
     success: bool = False
     message: str = ""
+
+
+class FollowerStepRequest(Message):
+    """What an external follower is asked in every tick in which the robot is to move; sim time waits for the answer.
+
+    Errors are the robot's against its path (left positive), ``ahead_…`` the means over each of the next ticks of 10 ms.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/FollowerStep_Request"
+    step: UInt64 = 0
+    first: bool = False
+    lateral_m: float = 0.0
+    heading_error_rad: float = 0.0
+    nozzle_lateral_m: float = 0.0
+    speed_mps: float = 0.0
+    yaw_rate_radps: float = 0.0
+    reference_speed_mps: float = 0.0
+    left_radius_m: float = 0.0
+    right_radius_m: float = 0.0
+    left_command_radps: float = 0.0
+    right_command_radps: float = 0.0
+    ahead_speed_mps: Float64Array = zeros(0)
+    ahead_yaw_rate_radps: Float64Array = zeros(0)
+
+
+class FollowerStepResponse(Message):
+    """Wheel speeds (rad/s) until the next tick, and the ``step`` that they answer."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/FollowerStep_Response"
+    step: UInt64 = 0
+    left_radps: float = 0.0
+    right_radps: float = 0.0
 
 
 class RecordRequest(Message):

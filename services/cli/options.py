@@ -36,6 +36,7 @@ class Follower(StrEnum):
 
     MPC = "mpc"
     PURE_PURSUIT = "pure-pursuit"
+    EXTERNAL = "external"
 
 
 class Noise(StrEnum):

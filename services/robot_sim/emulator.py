@@ -16,8 +16,9 @@ from schemas.scenario import Scenario
 from schemas.template import Template
 from schemas.vehicle import Vehicle
 from services.robot_sim.faults import FaultTimeline
-from services.robot_sim.frames import STANDSTILL, Command, Estimate, OnboardEvent, SensorFrame, Status
+from services.robot_sim.frames import STANDSTILL, Command, Consistency, Estimate, OnboardEvent, SensorFrame, Status
 from services.robot_sim.onboard import Onboard
+from services.robot_sim.onboard.followers import Ask, nobody
 from services.robot_sim.paint.ledger import PaintLedger
 from services.robot_sim.paint.metrics import PaintMetrics, paint_metrics
 from services.robot_sim.paint.targets import start_pose, targets
@@ -44,6 +45,10 @@ class OnboardComputer(Protocol):
     @property
     def state(self) -> int:
         """The state of `status`."""
+
+    @property
+    def consistency(self) -> Consistency:
+        """How consistent the estimate is."""
 
     def load(self, trajectory: Trajectory) -> float:
         """Take a trajectory; returns its planned duration [s]."""
@@ -111,6 +116,7 @@ class Emulator:
         vehicle: The nominal robot, known to it and to its surroundings.
         scenario: Everything that may go differently.
         onboard: The robot's computer; by default Touchline's own.
+        ask: How an external follower is asked, if the scenario wants one.
 
     Attributes:
         tick_count: Ticks so far; sim time is a hundredth of it in seconds.
@@ -120,13 +126,15 @@ class Emulator:
         estimator_error: Of the loaded traversal.
     """
 
-    def __init__(self, vehicle: Vehicle, scenario: Scenario, onboard: OnboardComputer | None = None) -> None:
+    def __init__(
+        self, vehicle: Vehicle, scenario: Scenario, onboard: OnboardComputer | None = None, ask: Ask = nobody
+    ) -> None:
         """See the class."""
         self.vehicle, self.scenario = vehicle, scenario
         self.world = World(vehicle, scenario)
         self.sensors = Sensors(vehicle, scenario)
         self.faults = FaultTimeline(scenario.faults)
-        self.onboard = onboard if onboard is not None else Onboard(vehicle, scenario)
+        self.onboard = onboard if onboard is not None else Onboard(vehicle, scenario, ask)
         self.ledger = PaintLedger([], vehicle.spray_width_m, vehicle.spray_width_m)
         self.estimator_error = EstimatorError()
         self.tick_count = 0

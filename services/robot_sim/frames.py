@@ -116,6 +116,33 @@ class Estimate(NamedTuple):
     """(9,) row-major covariance of (east [m], north [m], heading [rad])."""
 
 
+class Consistency(NamedTuple):
+    """What the estimator says about itself, in the order of `EstimatorStatus`."""
+
+    innovation_east_m: float = 0.0
+    innovation_north_m: float = 0.0
+    fix_nis: float = 0.0
+    fix_nis_recent: float = 0.0
+    fix_nis_mean: float = 0.0
+    """2 expected of a consistent filter."""
+    encoder_nis_mean: float = 0.0
+    """2 expected."""
+    mag_nis_mean: float = 0.0
+    """1 expected."""
+    position_sigma_m: float = 0.0
+    heading_sigma_rad: float = 0.0
+    slip: float = 0.0
+    """Share of the last wheel readings that contradict the rest."""
+    fixes: int = 0
+    fixes_rejected: int = 0
+    fixes_too_late: int = 0
+    fixes_duplicate: int = 0
+    fixes_out_of_order: int = 0
+    encoders_rejected: int = 0
+    mag_rejected: int = 0
+    recoveries: int = 0
+
+
 class Status(NamedTuple):
     """Where the traversal stands, as the onboard executive sees it; states are those of `TraversalStatus`."""
 

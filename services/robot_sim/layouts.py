@@ -24,6 +24,7 @@ JOINT_STATES: Final = FixedLayout(
 )
 WHEEL_COMMAND: Final = FixedLayout(m.WheelCommand, {"header.frame_id": BODY_FRAME})
 ODOMETRY: Final = FixedLayout(m.Odometry, {"header.frame_id": MAP_FRAME, "child_frame_id": BODY_FRAME})
+ESTIMATOR: Final = FixedLayout(m.EstimatorStatus, {"header.frame_id": MAP_FRAME})
 SPRAYER: Final = FixedLayout(m.SprayerState, {"header.frame_id": BODY_FRAME})
 BATTERY: Final = FixedLayout(m.BatteryState, {"header.frame_id": BODY_FRAME, "location": "battery"})
 

@@ -13,6 +13,7 @@ from services.bus import Bus, BusConfig, HealthReporter
 from services.lifecycle import until_stopped
 from services.robot_sim.commands import Commands
 from services.robot_sim.emulator import Emulator
+from services.robot_sim.lockstep import Lockstep
 from services.robot_sim.pace import LONGEST_SLICE_S, Pacer
 from services.robot_sim.packing import Payload
 from services.robot_sim.telemetry import Telemetry
@@ -74,7 +75,7 @@ class RobotProcess:
         clock: ClockPolicy,
     ) -> None:
         """Serve at once; nothing moves before a command."""
-        self._emulator = Emulator(vehicle, scenario)
+        self._emulator = Emulator(vehicle, scenario, ask=Lockstep(bus))
         self._telemetry = Telemetry(self._emulator)
         self._pacer = Pacer(speed, time.monotonic())
         self._free = clock == "free"

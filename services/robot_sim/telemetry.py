@@ -31,6 +31,7 @@ def _period(topic: Topic) -> int:
 
 
 _ODOMETRY_TICKS: Final = _period(topics.ODOMETRY)
+_ESTIMATOR_TICKS: Final = _period(topics.ESTIMATOR)
 _TRUTH_TICKS: Final = _period(topics.TRUTH)
 _CLOCK_TICKS: Final = _period(topics.CLOCK)
 _STATUS_TICKS: Final = _period(topics.STATUS)
@@ -98,6 +99,8 @@ class Telemetry:
             due += gnss(report)
         if tick % _ODOMETRY_TICKS == 0:
             due.append((topics.ODOMETRY, self._estimate(time)))
+        if tick % _ESTIMATOR_TICKS == 0:
+            due.append((topics.ESTIMATOR, layouts.ESTIMATOR.pack(*time, *emulator.onboard.consistency)))
         if tick % _TRUTH_TICKS == 0:
             due.append((topics.TRUTH, self._truth(time)))
         due += self._sprayer_if_due(tick, time)

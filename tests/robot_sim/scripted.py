@@ -17,7 +17,7 @@ from schemas.messages import (
     VelocityProfile,
     VelocityType,
 )
-from services.robot_sim.frames import STANDSTILL, Command, Estimate, OnboardEvent, SensorFrame, Status
+from services.robot_sim.frames import STANDSTILL, Command, Consistency, Estimate, OnboardEvent, SensorFrame, Status
 
 
 def trajectory(curves, sprayed, ids=None, directions=None, speed_mps=1.0):
@@ -56,6 +56,7 @@ class ScriptedOnboard:
         self._played = 0
         self._events = []
         self.state = TraversalStatus.IDLE
+        self.consistency = Consistency()
         self.estimate = Estimate(0.0, 0.0, 0.0, 0.0, 0.0, np.zeros(9))
 
     @property

@@ -5,11 +5,11 @@ from __future__ import annotations
 from schemas.messages import Trajectory
 from schemas.scenario import Scenario
 from schemas.vehicle import Vehicle
-from services.robot_sim.frames import STANDSTILL, Command, Estimate, OnboardEvent, SensorFrame, Status
+from services.robot_sim.frames import STANDSTILL, Command, Consistency, Estimate, OnboardEvent, SensorFrame, Status
 from services.robot_sim.onboard.estimator.filter import Estimator
-from services.robot_sim.onboard.estimator.report import EstimatorReport, report
+from services.robot_sim.onboard.estimator.report import report
 from services.robot_sim.onboard.events import EventLog
-from services.robot_sim.onboard.followers import make_follower
+from services.robot_sim.onboard.followers import Ask, make_follower, nobody
 from services.robot_sim.onboard.hazards import Hazards
 from services.robot_sim.onboard.safety import Watch
 from services.robot_sim.onboard.traversal import Traversal
@@ -21,16 +21,17 @@ class Onboard:
     Args:
         vehicle: The nominal robot.
         scenario: The follower's name and the sensors' data sheets are taken from it, nothing else.
+        ask: How an external follower is asked.
 
     Commands raise `CommandRefused` with the reason and then change nothing.
     """
 
-    def __init__(self, vehicle: Vehicle, scenario: Scenario) -> None:
+    def __init__(self, vehicle: Vehicle, scenario: Scenario, ask: Ask = nobody) -> None:
         """See the class."""
         self._log = EventLog()
         self._estimator = Estimator(vehicle, scenario)
         self._watch = Watch(self._estimator)
-        self._follower = make_follower(scenario.follower, vehicle)
+        self._follower = make_follower(scenario.follower, vehicle, ask)
         self._hazards = Hazards(vehicle, self._estimator)
         self._traversal = Traversal(vehicle, self._follower, self._estimator, self._watch, self._hazards, self._log)
         self._command = STANDSTILL
@@ -117,6 +118,9 @@ class Onboard:
         return job is not None and job.sprayer.valve
 
     @property
-    def counters(self) -> EstimatorReport:
-        """Consistency of the estimator: uses, rejections and mean NIS."""
-        return report(self._estimator.counters)
+    def consistency(self) -> Consistency:
+        """Consistency of the estimator: innovations, NIS, uses and rejections."""
+        estimator = self._estimator
+        if not estimator.started:
+            return Consistency()
+        return report(estimator.counters, estimator.position_sigma_m, estimator.heading_sigma_rad)

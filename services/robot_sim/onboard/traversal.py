@@ -221,6 +221,9 @@ class Traversal:
             self._leave_running(DONE, "")
         elif step.refusal:
             self._leave_running(ABORTED, step.refusal, ERROR)
+        elif self._follower.problem:
+            self._leave_running(PAUSED, self._follower.problem, ERROR)
+            return step.command._replace(valve=False, disc=False)
         elif step.hold:
             self._leave_running(PAUSED, step.hold, WARN)
             self._automatic = True

@@ -2,49 +2,33 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
+from services.robot_sim.frames import Consistency
 from services.robot_sim.onboard.estimator import model as m
 
 
-class EstimatorReport(NamedTuple):
-    """Counts since the filter was started. A consistent filter has a mean NIS of the measurement's dimension."""
-
-    fixes: int
-    fixes_rejected: int
-    fixes_too_late: int
-    fixes_duplicate: int
-    fixes_out_of_order: int
-    recoveries: int
-    fix_nis_mean: float
-    """2 expected."""
-    encoders_rejected: int
-    encoder_nis_mean: float
-    """2 expected."""
-    mag_rejected: int
-    mag_nis_mean: float
-    """1 expected."""
-    slip: float
-    """Share of the last wheel readings that contradict the rest."""
-
-
-def report(counters: NDArray[np.float64]) -> EstimatorReport:
-    """The counters (COUNTERS,) of the filter's kernel in words."""
+def report(counters: NDArray[np.float64], position_sigma_m: float = 0.0, heading_sigma_rad: float = 0.0) -> Consistency:
+    """The counters (COUNTERS,) of the filter's kernels in words."""
     n = counters.tolist()
-    return EstimatorReport(
-        int(n[m.N_FIXES]),
-        int(n[m.N_FIX_REJECTED]),
-        int(n[m.N_FIX_LATE]),
-        int(n[m.N_FIX_DUPLICATE]),
-        int(n[m.N_FIX_OUT_OF_ORDER]),
-        int(n[m.N_RECOVERIES]),
-        n[m.NIS_FIX_SUM] / max(n[m.N_FIXES], 1.0),
-        int(n[m.N_ENCODER_REJECTED]),
-        n[m.NIS_ENCODER_SUM] / max(n[m.N_ENCODER], 1.0),
-        int(n[m.N_MAG_REJECTED]),
-        n[m.NIS_MAG_SUM] / max(n[m.N_MAG], 1.0),
-        n[m.ENCODER_REJECTED_RECENT],
+    return Consistency(
+        innovation_east_m=n[m.INNOVATION_EAST],
+        innovation_north_m=n[m.INNOVATION_NORTH],
+        fix_nis=n[m.NIS_FIX_LAST],
+        fix_nis_recent=n[m.NIS_FIX_RECENT],
+        fix_nis_mean=n[m.NIS_FIX_SUM] / max(n[m.N_FIXES], 1.0),
+        encoder_nis_mean=n[m.NIS_ENCODER_SUM] / max(n[m.N_ENCODER], 1.0),
+        mag_nis_mean=n[m.NIS_MAG_SUM] / max(n[m.N_MAG], 1.0),
+        position_sigma_m=position_sigma_m,
+        heading_sigma_rad=heading_sigma_rad,
+        slip=n[m.ENCODER_REJECTED_RECENT],
+        fixes=int(n[m.N_FIXES]),
+        fixes_rejected=int(n[m.N_FIX_REJECTED]),
+        fixes_too_late=int(n[m.N_FIX_LATE]),
+        fixes_duplicate=int(n[m.N_FIX_DUPLICATE]),
+        fixes_out_of_order=int(n[m.N_FIX_OUT_OF_ORDER]),
+        encoders_rejected=int(n[m.N_ENCODER_REJECTED]),
+        mag_rejected=int(n[m.N_MAG_REJECTED]),
+        recoveries=int(n[m.N_RECOVERIES]),
     )

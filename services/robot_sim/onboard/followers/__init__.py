@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from schemas.vehicle import Vehicle
+from services.robot_sim.onboard.followers.external import Ask, ExternalFollower, Question, nobody
 from services.robot_sim.onboard.followers.interface import Follower
 from services.robot_sim.onboard.followers.mpc import MpcFollower
 from services.robot_sim.onboard.followers.pure_pursuit import PurePursuitFollower
 
-__all__ = ["Follower", "MpcFollower", "PurePursuitFollower", "make_follower"]
+__all__ = ["Ask", "Follower", "MpcFollower", "PurePursuitFollower", "Question", "make_follower", "nobody"]
 
 
-def make_follower(name: str, vehicle: Vehicle) -> Follower:
-    """The follower of this name (`Scenario.follower`).
+def make_follower(name: str, vehicle: Vehicle, ask: Ask = nobody) -> Follower:
+    """The follower of this name (`Scenario.follower`); an external one is asked by `ask`.
 
     Raises:
         ValueError: There is none.
@@ -20,4 +21,6 @@ def make_follower(name: str, vehicle: Vehicle) -> Follower:
         return MpcFollower(vehicle)
     if name == "pure-pursuit":
         return PurePursuitFollower(vehicle)
-    raise ValueError(f'there is no follower "{name}"; choose mpc or pure-pursuit')
+    if name == "external":
+        return ExternalFollower(vehicle, ask)
+    raise ValueError(f'there is no follower "{name}"; choose mpc, pure-pursuit or external')

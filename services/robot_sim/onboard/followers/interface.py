@@ -26,6 +26,11 @@ class Follower(Protocol):
         """Ticks in which the follower could not do its own method and used a simpler one."""
         ...
 
+    @property
+    def problem(self) -> str:
+        """Why the robot must stop, "" if it need not; a `reset` clears it."""
+        ...
+
     def reset(self) -> None:
         """Forget what was learned about the motion: the robot stood still, or another path begins."""
         ...

@@ -43,6 +43,7 @@ class MpcFollower:
     """See the module."""
 
     name = "mpc"
+    problem = ""
 
     def __init__(self, vehicle: Vehicle) -> None:
         """A follower at rest; the solver's workspace is allocated at the first step."""

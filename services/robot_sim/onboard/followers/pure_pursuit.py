@@ -50,6 +50,7 @@ class PurePursuitFollower:
     """See the module."""
 
     name = "pure-pursuit"
+    problem = ""
 
     def __init__(self, vehicle: Vehicle) -> None:
         """A follower at rest."""

@@ -1,0 +1,118 @@
+"""An external follower in lock-step: the same session as the built-in that computes the same, and safe without one."""
+
+import math
+import threading
+
+import numpy as np
+import pytest
+
+from examples.external_follower import serve, steer
+from schemas import topics
+from schemas.curves import Curve
+from schemas.messages import TraversalStatus
+from schemas.scenario import Scenario
+from schemas.vehicle import Vehicle
+from services.bus import Bus
+from services.robot_sim.emulator import Emulator
+from services.robot_sim.lockstep import NOW_FIELDS, Lockstep
+from services.robot_sim.onboard.followers import PurePursuitFollower
+from services.robot_sim.telemetry import Telemetry
+from tests.robot_sim.scripted import trajectory
+
+PLAN = trajectory(
+    [Curve.from_line((0, 0), (2, 0)), Curve.from_line((2, 0), (4, 0)), Curve.from_line((4, 0), (5, 0))],
+    [0, 1, 0],
+    speed_mps=0.8,
+)
+VEHICLE = Vehicle()
+
+
+@pytest.fixture
+def buses(bus_config):
+    with Bus.open(topics.ROBOT_SIM, bus_config) as robot, Bus.open("follower", bus_config) as outside:
+        yield robot, outside
+
+
+@pytest.fixture
+def outside(buses):
+    """Call it with a controller: it then serves until the test ends."""
+    stop, threads = threading.Event(), []
+
+    def begin(controller):
+        thread = threading.Thread(target=serve, args=(buses[1], controller, stop.is_set))
+        thread.start()
+        threads.append(thread)
+
+    yield begin
+    stop.set()
+    for thread in threads:
+        thread.join()
+
+
+def session(follower, ask=None, ticks=1500):
+    scenario = Scenario(follower=follower)
+    emulator = Emulator(VEHICLE, scenario, **({"ask": ask} if ask else {}))
+    telemetry = Telemetry(emulator)
+    emulator.load(PLAN)
+    emulator.start()
+    payloads = []
+    while emulator.active and emulator.tick_count < ticks:
+        emulator.tick()
+        payloads += telemetry.after_tick()
+    return emulator, payloads
+
+
+def pursuit():
+    inner = PurePursuitFollower(VEHICLE)
+
+    def controller(request):
+        if request.first:
+            inner.reset()
+        now = np.array([getattr(request, name) for name in NOW_FIELDS])
+        return inner.step(now, np.column_stack((request.ahead_speed_mps, request.ahead_yaw_rate_radps)))
+
+    return controller
+
+
+def test_same_computation_gives_the_same_session(buses, outside):
+    outside(pursuit())
+    emulator, there = session("external", Lockstep(buses[0]))
+    _, here = session("pure-pursuit")
+    assert emulator.onboard.state == TraversalStatus.DONE
+    assert emulator.onboard.status.follower_fallbacks == 0
+    assert there == here
+
+
+def test_the_example_drives_a_line(buses, outside):
+    outside(steer)
+    emulator, _ = session("external", Lockstep(buses[0]))
+    assert emulator.onboard.state == TraversalStatus.DONE
+    assert np.abs(emulator.ledger.deviation().lateral_m).max() < 0.04
+
+
+def test_without_one_the_robot_pauses_and_says_so():
+    emulator, _ = session("external", ticks=400)
+    assert emulator.onboard.state == TraversalStatus.PAUSED
+    assert emulator.onboard.status.reason == "no external follower is connected"
+    assert emulator.world.pose.east_m < 0.05
+    assert not emulator.command.valve
+
+
+def test_one_that_stops_answering_is_replaced_for_braking(buses):
+    answers = iter(range(400))
+
+    def ask(question):
+        if next(answers, None) is None:
+            raise ConnectionError("gone")
+        return PurePursuitFollower(VEHICLE).step(question.now, question.ahead)
+
+    emulator, _ = session("external", ask, ticks=900)
+    assert emulator.onboard.status.reason == "gone"
+    assert emulator.onboard.status.follower_fallbacks > 10
+    assert abs(emulator.onboard.estimate.speed_mps) < 0.01
+    assert not emulator.command.valve
+
+
+def test_wheel_speeds_that_are_none_are_refused():
+    emulator, _ = session("external", lambda _question: (math.nan, 1.0), ticks=400)
+    assert "not finite" in emulator.onboard.status.reason
