@@ -2,43 +2,110 @@
 
 from typing import Annotated, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from schemas.faults import Fault
+from schemas.faults import Fault, Share
 from schemas.spec import Spec
 from schemas.vehicle import NotNegative, Positive
 
+Coordinate = Annotated[float, Field(ge=-10000, le=10000)]
+
+
+_Point = tuple[Coordinate, Coordinate]
+
 
 class GnssNoise(Spec):
-    """RTK-fixed GNSS: white noise plus two Gauss-Markov terms, per horizontal axis (1 σ).
+    """The RTK-GNSS receiver: errors per horizontal axis (1 σ; vertical ones are twice as large), delays, habits.
 
-    The defaults reproduce the 68/95/99.7 % quantiles of 4.6/6.8/11 mm published for moving ZED-F9P receivers.
+    Fixed: white noise plus two Gauss-Markov terms. The white part has the distribution of 12,510 moving ZED-F9P fixes,
+    whose 68/95/99.7 % quantiles are 4.6/6.8/11 mm; ``white_m`` is its standard deviation.
     """
 
-    white_m: NotNegative = 0.005
+    white_m: NotNegative = 0.00424
     gauss_markov_1_m: NotNegative = 0.005
     gauss_markov_1_tau_s: Positive = 115.0
     gauss_markov_2_m: NotNegative = 0.005
     gauss_markov_2_tau_s: Positive = 900.0
+    rate_hz: Literal[1, 2, 5, 10, 20] = 10
     latency_s: Annotated[float, Field(ge=0, le=0.5)] = 0.11
+    latency_jitter_s: Annotated[float, Field(ge=0, le=0.05)] = 0.01
+    """Every fix takes up to this much longer."""
+    float_m: NotNegative = 0.3
+    float_tau_s: Positive = 60.0
+    float_overconfident_share: Share = 0.2
+    """Share of the float spells in which the receiver claims ``float_claimed_m``."""
+    float_claimed_m: Positive = 0.02
+    single_m: NotNegative = 1.3
+    single_tau_s: Positive = 60.0
+    hold_s: NotNegative = 60.0
+    """How long a fix is held without corrections."""
+    hold_drift_mps: NotNegative = 0.0005
+    """How fast a held fix drifts off: 3 cm a minute."""
+    reacquire_s: NotNegative = 2.0
+    """From signals to the first position."""
+    float_after_s: NotNegative = 1.0
+    """From the first position to a float solution."""
+    converge_min_s: NotNegative = 2.0
+    converge_max_s: NotNegative = 6.5
+    """From a float solution to a fix: drawn evenly from this range."""
+
+    @model_validator(mode="after")
+    def _range_is_one(self) -> Self:
+        if self.converge_max_s < self.converge_min_s:
+            raise ValueError("converge_max_s must be at least converge_min_s")
+        return self
+
+
+class Obstruction(Spec):
+    """Trees, a stand, a roof: within its outline the solution is no better than ``best_fix``."""
+
+    name: str = ""
+    outline: Annotated[tuple[_Point, ...], Field(min_length=3, max_length=100)]
+    """Corners of a polygon in the map frame [m]."""
+    best_fix: Literal["none", "single", "float", "fixed"] = "float"
+    margin_m: Annotated[float, Field(ge=0, le=100)] = 3.0
+    """How far outside the outline a part of the sky is still hidden."""
+    noise_factor: Annotated[float, Field(ge=1, le=100)] = 2.0
+    """White noise at the outline, against that in the open; 1 again at the margin's end."""
+
+
+class Steel(Spec):
+    """Steel in or on the ground: a field towards it that falls with the third power of the distance."""
+
+    name: str = ""
+    outline: Annotated[tuple[_Point, ...], Field(min_length=1, max_length=100)]
+    """A point, or the corners of a polygon, in the map frame [m]."""
+    field_t: Annotated[float, Field(gt=0, le=1e-3)] = 10e-6
+    """Horizontal, at the outline and inside of it."""
+    reach_m: Annotated[float, Field(gt=0, le=100)] = 2.0
+    """Distance from the outline at which an eighth of it is left."""
 
 
 class ImuNoise(Spec):
-    """Gyroscope and accelerometer: densities, turn-on bias (1 σ) and bias walk."""
+    """Gyroscope and accelerometer: densities, turn-on bias (1 σ), bias walk, and drift with temperature (1 σ)."""
 
     gyro_density_radps_rthz: NotNegative = 0.000244
     gyro_turn_on_bias_radps: NotNegative = 0.01745
     gyro_bias_walk_radps_rts: NotNegative = 0.00001
+    gyro_temperature_radps_per_k: NotNegative = 0.00009
     accel_density_mps2_rthz: NotNegative = 0.001716
     accel_turn_on_bias_mps2: NotNegative = 0.196
     accel_bias_walk_mps2_rts: NotNegative = 0.0002
+    accel_temperature_mps2_per_k: NotNegative = 0.002
+    warming_k: NotNegative = 15.0
+    """How much warmer than at switch-on the sensor gets."""
+    warming_tau_s: Positive = 600.0
 
 
 class MagnetometerNoise(Spec):
-    """Magnetometer: white noise, a constant heading bias and a slowly wandering disturbance (1 σ, as heading)."""
+    """Magnetometer: white noise, hard iron, soft iron and a slowly wandering disturbance (1 σ, as heading).
+
+    ``bias_rad`` is the hard iron; ``soft_iron_relative`` is how far gains and cross-gains are from 1 and 0.
+    """
 
     white_rad: NotNegative = 0.01
     bias_rad: NotNegative = 0.04
+    soft_iron_relative: Annotated[float, Field(ge=0, le=0.3)] = 0.02
     disturbance_rad: NotNegative = 0.04
     disturbance_tau_s: Positive = 20.0
 
@@ -97,6 +164,10 @@ class Scenario(Spec):
     drive: DriveNoise = DriveNoise()
     encoder: EncoderNoise = EncoderNoise()
     ground: Ground = Ground()
+    sky: Annotated[tuple[Obstruction, ...], Field(max_length=100)] = ()
+    """What hides the sky from the GNSS antenna, and where."""
+    steel: Annotated[tuple[Steel, ...], Field(max_length=100)] = ()
+    """What disturbs the magnetometer, and where."""
     start: Pose2 | None = None
     """Where the robot stands at first; by default at the start of the plan."""
     origin: Origin = Origin()
@@ -106,15 +177,26 @@ class Scenario(Spec):
     """Wall-clock seconds without operator and planner after which the robot stops by itself."""
 
     def effective(self) -> Self:
-        """This scenario with every noise figure at zero if ``noise`` is ``none``; latencies and faults stay."""
+        """This scenario with every noise figure at zero if ``noise`` is ``none``.
+
+        Latency, ground, sky, steel and faults stay as they are.
+        """
         if self.noise == "default":
             return self
         return self.model_copy(
-            update={
-                "gnss": GnssNoise(white_m=0, gauss_markov_1_m=0, gauss_markov_2_m=0, latency_s=self.gnss.latency_s),
-                "imu": ImuNoise(**dict.fromkeys(ImuNoise.model_fields, 0.0)),
-                "magnetometer": MagnetometerNoise(white_rad=0, bias_rad=0, disturbance_rad=0),
-                "drive": DriveNoise(wheel_radius_relative=0, track_width_relative=0, slip_relative=0),
-                "encoder": EncoderNoise(quantised=False),
-            }
+            update={name: _silenced(getattr(self, name), figures) for name, figures in _NOISE_FIGURES.items()}
         )
+
+
+_NOISE_FIGURES: dict[str, tuple[str, ...]] = {
+    "gnss": ("white_m", "gauss_markov_1_m", "gauss_markov_2_m", "latency_jitter_s"),
+    "imu": tuple(name for name in ImuNoise.model_fields if name != "warming_tau_s"),
+    "magnetometer": ("white_rad", "bias_rad", "soft_iron_relative", "disturbance_rad"),
+    "drive": ("wheel_radius_relative", "track_width_relative", "slip_relative"),
+    "encoder": ("quantised",),
+}
+"""What ``noise: none`` puts to zero: what makes two runs in the same place differ. The places and faults stay."""
+
+
+def _silenced(group: Spec, figures: tuple[str, ...]) -> Spec:
+    return group.model_copy(update={name: type(getattr(group, name))(0) for name in figures})

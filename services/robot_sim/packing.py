@@ -23,11 +23,23 @@ EMPTY_VOLTAGE: Final = 33.0
 FULL_VOLTAGE: Final = 42.0
 NOMINAL_VOLTAGE: Final = 37.0
 """Ten lithium cells in series: empty, full and nominal."""
+_NAVSAT_STATUS: Final = {
+    m.GnssStatus.NONE: m.NavSatStatus.STATUS_NO_FIX,
+    m.GnssStatus.SINGLE: m.NavSatStatus.STATUS_FIX,
+    m.GnssStatus.FLOAT: m.NavSatStatus.STATUS_GBAS_FIX,
+    m.GnssStatus.FIXED: m.NavSatStatus.STATUS_GBAS_FIX,
+}
 
 
 def stamp(tick: int) -> Stamp:
     """(seconds, nanoseconds) of sim time at the end of `tick`."""
     return tick // 100, tick % 100 * 10_000_000
+
+
+def stamp_of(time_s: float) -> Stamp:
+    """(seconds, nanoseconds) of a time that need not be a whole tick; not before 0."""
+    nanoseconds = max(round(time_s * 1e9), 0)
+    return nanoseconds // 1_000_000_000, nanoseconds % 1_000_000_000
 
 
 def header(tick: int, frame_id: str = layouts.MAP_FRAME) -> m.Header:
@@ -38,17 +50,17 @@ def header(tick: int, frame_id: str = layouts.MAP_FRAME) -> m.Header:
 
 def gnss(report: GnssReport) -> list[Payload]:
     """A fix and its RTK state, stamped with the time of validity."""
-    time = stamp(report.tick)
+    time = stamp_of(report.stamp_s)
     variance = report.variance_m2
     fix = layouts.GNSS_FIX.pack(
         *time,
-        m.NavSatStatus.STATUS_GBAS_FIX if report.fix >= m.GnssStatus.FLOAT else m.NavSatStatus.STATUS_FIX,
+        _NAVSAT_STATUS[report.fix],
         m.NavSatStatus.SERVICE_GPS,
         report.latitude_deg,
         report.longitude_deg,
         report.altitude_m,
         *(variance, 0.0, 0.0, 0.0, variance, 0.0, 0.0, 0.0, report.vertical_variance_m2),
-        m.NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN,
+        m.NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN if report.fix else m.NavSatFix.COVARIANCE_TYPE_UNKNOWN,
     )
     status = layouts.GNSS_STATUS.pack(
         *time, report.fix, report.satellites, report.correction_age_s, math.sqrt(2.0 * variance)

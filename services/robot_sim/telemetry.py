@@ -15,7 +15,7 @@ from schemas.template import Template
 from schemas.topics import Topic
 from services.robot_sim import layouts
 from services.robot_sim.emulator import Emulator
-from services.robot_sim.frames import OnboardEvent
+from services.robot_sim.frames import OnboardEvent, SensorFrame
 from services.robot_sim.packing import NO_COVARIANCE_36, Payload, battery, gnss, header, odometry, stamp
 from services.robot_sim.paint.ledger import Marks
 from services.robot_sim.paint.metrics import SegmentMetrics
@@ -79,22 +79,11 @@ class Telemetry:
         if frame is None:
             return []
         sec, nanosec = time = stamp(tick)
-        imu, (left, right) = frame.imu, frame.encoders
         command = emulator.command
-        due: list[Payload] = [
-            (
-                topics.IMU,
-                layouts.IMU.pack(
-                    sec, nanosec, *_NO_ORIENTATION, *imu[:3], *self._gyro_covariance, *imu[3:], *self._accel_covariance
-                ),
-            ),
-            (topics.MAGNETIC_FIELD, layouts.MAGNETIC_FIELD.pack(sec, nanosec, *frame.mag, *_NO_COVARIANCE)),
-            (
-                topics.JOINT_STATES,
-                layouts.JOINT_STATES.pack(sec, nanosec, left, right, *self._wheel_rates(left, right)),
-            ),
-            (topics.WHEEL_COMMAND, layouts.WHEEL_COMMAND.pack(sec, nanosec, command.left_radps, command.right_radps)),
-        ]
+        due = self._samples(tick, frame)
+        due.append(
+            (topics.WHEEL_COMMAND, layouts.WHEEL_COMMAND.pack(sec, nanosec, command.left_radps, command.right_radps))
+        )
         for report in emulator.sensors.gnss_reports:
             due += gnss(report)
         if tick % _ODOMETRY_TICKS == 0:
@@ -206,6 +195,31 @@ class Telemetry:
     @property
     def _spraying(self) -> bool:
         return bool(self._emulator.world.state[body.FLOW_LPS] > 0.0)
+
+    def _samples(self, tick: int, frame: SensorFrame) -> list[Payload]:
+        """The samples of the 100 Hz sensors that arrived, stamped with the time of measurement."""
+        due: list[Payload] = []
+        imu_arrived, mag_arrived, encoder_arrived = self._emulator.sensors.arrived.tolist()
+        if imu_arrived:
+            imu = frame.imu
+            payload = layouts.IMU.pack(
+                *stamp(tick - frame.imu_age_ticks),
+                *_NO_ORIENTATION,
+                *imu[:3],
+                *self._gyro_covariance,
+                *imu[3:],
+                *self._accel_covariance,
+            )
+            due.append((topics.IMU, payload))
+        if mag_arrived:
+            time = stamp(tick - frame.mag_age_ticks)
+            due.append((topics.MAGNETIC_FIELD, layouts.MAGNETIC_FIELD.pack(*time, *frame.mag, *_NO_COVARIANCE)))
+        if encoder_arrived:
+            left, right = frame.encoders
+            time = stamp(tick - frame.encoder_age_ticks)
+            rates = self._wheel_rates(left, right)
+            due.append((topics.JOINT_STATES, layouts.JOINT_STATES.pack(*time, left, right, *rates)))
+        return due
 
     def _wheel_rates(self, left_rad: float, right_rad: float) -> tuple[float, float]:
         """Wheel rates as a driver derives them: the difference of two readings."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from schemas.messages import GnssStatus
-from schemas.scenario import EncoderNoise, GnssNoise, ImuNoise, MagnetometerNoise, Scenario
+from schemas.scenario import EncoderNoise, GnssNoise, Ground, ImuNoise, MagnetometerNoise, Scenario, Steel
 from schemas.vehicle import Vehicle
 from services.robot_sim.frames import Command
 from services.robot_sim.sensors.suite import FIELD_HORIZONTAL_T, Sensors
@@ -14,7 +14,8 @@ from services.robot_sim.world import body
 from services.robot_sim.world.world import Pose, World
 
 VEHICLE = Vehicle()
-STILL = np.zeros(body.STATE_SIZE)
+STILL = World(VEHICLE, Scenario(noise="none")).state
+PUNCTUAL = {"latency_jitter_s": 0.0}
 
 
 def frames(scenario, ticks, state=STILL, vehicle=VEHICLE):
@@ -72,24 +73,39 @@ def test_gnss_is_late_by_its_latency_and_true_at_its_stamp():
 
 @pytest.mark.parametrize("latency_s, ticks", [(0.0, 0), (0.104, 11), (0.25, 25)])
 def test_latency_is_rounded_up_to_a_tick(latency_s, ticks):
-    scenario = Scenario(noise="none", gnss=GnssNoise(latency_s=latency_s))
+    scenario = Scenario(gnss=GnssNoise(latency_s=latency_s, latency_jitter_s=0.0))
     arrivals = [frame.tick for frame in frames(scenario, 60) if frame.gnss]
     assert arrivals[0] == 10 + ticks
+
+
+def test_jitter_delays_each_fix_a_little_and_only_that():
+    late = [frame.tick - round(fix.stamp_s * 100) for frame in frames(Scenario(), 2000) for fix in frame.gnss]
+    assert set(late) == {12} or set(late) == {11, 12}
+    steady = [fix for frame in frames(Scenario(gnss=GnssNoise(**PUNCTUAL)), 2000) for fix in frame.gnss]
+    jittery = [fix for frame in frames(Scenario(), 2000) for fix in frame.gnss]
+    assert jittery == steady[: len(jittery)]
+
+
+@pytest.mark.parametrize("rate_hz", [1, 5, 20])
+def test_the_receiver_keeps_its_rate(rate_hz):
+    fixes = [fix for frame in frames(Scenario(gnss=GnssNoise(rate_hz=rate_hz)), 1020) for fix in frame.gnss]
+    assert len(fixes) == pytest.approx(10 * rate_hz, abs=1)
+    assert np.diff([fix.stamp_s for fix in fixes]) == pytest.approx(1 / rate_hz)
 
 
 def test_white_gnss_noise_and_its_reported_variance():
     scenario = Scenario(gnss=GnssNoise(gauss_markov_1_m=0, gauss_markov_2_m=0))
     fixes = [fix for frame in frames(scenario, 20_000) for fix in frame.gnss]
     east, north = np.array([(fix.east_m, fix.north_m) for fix in fixes]).T
-    assert np.std(east) == pytest.approx(0.005, rel=0.1)
-    assert np.std(north) == pytest.approx(0.005, rel=0.1)
+    assert np.std(east) == pytest.approx(0.00424, rel=0.1)
+    assert np.std(north) == pytest.approx(0.00424, rel=0.1)
     assert abs(np.corrcoef(east, north)[0, 1]) < 0.1
     assert abs(np.corrcoef(east[:-1], east[1:])[0, 1]) < 0.1
-    assert fixes[0].variance_m2 == pytest.approx(0.005**2)
+    assert fixes[0].variance_m2 == pytest.approx(0.00424**2)
 
 
 def test_gauss_markov_terms_are_stationary_and_as_slow_as_stated():
-    scenario = Scenario(gnss=GnssNoise(white_m=0, gauss_markov_2_m=0, gauss_markov_1_tau_s=2.0))
+    scenario = Scenario(gnss=GnssNoise(white_m=0, gauss_markov_2_m=0, gauss_markov_1_tau_s=2.0, **PUNCTUAL))
     east = np.array([fix.east_m for frame in frames(scenario, 100_000) for fix in frame.gnss])
     assert np.std(east) == pytest.approx(0.005, rel=0.12)
     assert np.corrcoef(east[:-20], east[20:])[0, 1] == pytest.approx(math.exp(-1), abs=0.08)
@@ -97,13 +113,33 @@ def test_gauss_markov_terms_are_stationary_and_as_slow_as_stated():
     assert np.std(first) == pytest.approx(0.005, rel=0.15)
 
 
-def test_default_gnss_error_matches_the_published_quantiles_in_size():
-    errors = [frames(Scenario(seed=seed), 21)[-1].gnss[0].east_m for seed in range(400)]
-    assert np.std(errors) == pytest.approx(0.005 * math.sqrt(3), rel=0.12)
+def test_moving_fixes_err_as_the_published_ones_do():
+    """68/95/99.7 % of |error| per axis, the slow wander apart: 4.6/6.8/11 mm."""
+    scenario = Scenario(gnss=GnssNoise(gauss_markov_1_m=0, gauss_markov_2_m=0, rate_hz=20))
+    world, sensors = World(VEHICLE, scenario), Sensors(VEHICLE, scenario)
+    true, errors = {}, []
+    for tick in range(1, 25_000):
+        world.step(Command(9.0, 10.0, False, False), tick)
+        true[tick] = world.pose
+        for fix in sensors.read(tick, world.state).gnss:
+            at = true[round(fix.stamp_s * 100)]
+            errors += [fix.east_m - at.east_m, fix.north_m - at.north_m]
+    quantiles = np.quantile(np.abs(errors), [0.68, 0.95, 0.997]) * 1e3
+    assert quantiles == pytest.approx([4.6, 6.8, 11.0], rel=0.06)
+
+
+def test_the_whole_fixed_error_is_what_is_reported():
+    errors, reported = [], set()
+    for seed in range(400):
+        fix = next(fix for frame in frames(Scenario(seed=seed), 25) for fix in frame.gnss)
+        errors.append(fix.east_m)
+        reported.add(fix.variance_m2)
+    assert len(reported) == 1
+    assert np.std(errors) == pytest.approx(math.sqrt(reported.pop()), rel=0.1)
 
 
 def test_gyro_noise_and_turn_on_bias():
-    still = Scenario(imu=ImuNoise(gyro_turn_on_bias_radps=0, gyro_bias_walk_radps_rts=0))
+    still = Scenario(imu=ImuNoise(gyro_turn_on_bias_radps=0, gyro_bias_walk_radps_rts=0, warming_k=0))
     gyro = np.array([frame.imu.gyro_z_radps for frame in frames(still, 20_000)])
     assert np.std(gyro) == pytest.approx(math.radians(0.014) * 10, rel=0.03)
     assert np.mean(gyro) == pytest.approx(0.0, abs=1e-4)
@@ -113,9 +149,70 @@ def test_gyro_noise_and_turn_on_bias():
 
 
 def test_bias_walk_grows_with_the_root_of_time():
-    walk = {"gyro_density_radps_rthz": 0.0, "gyro_turn_on_bias_radps": 0.0, "gyro_bias_walk_radps_rts": 0.01}
+    walk = {
+        "warming_k": 0.0,
+        "gyro_density_radps_rthz": 0.0,
+        "gyro_turn_on_bias_radps": 0.0,
+        "gyro_bias_walk_radps_rts": 0.01,
+    }
     ends = [frames(Scenario(seed=s, imu=ImuNoise(**walk)), 400)[-1].imu.gyro_z_radps for s in range(200)]
     assert np.std(ends) == pytest.approx(0.01 * 2.0, rel=0.15)
+
+
+def test_biases_drift_as_the_sensor_warms_up():
+    quiet = {"gyro_density_radps_rthz": 0.0, "gyro_bias_walk_radps_rts": 0.0, "gyro_turn_on_bias_radps": 0.0}
+    imu = ImuNoise(**quiet, gyro_temperature_radps_per_k=0.001, warming_k=10.0, warming_tau_s=2.0)
+    ends, half = [], []
+    for seed in range(300):
+        sensors = Sensors(VEHICLE, Scenario(seed=seed, imu=imu))
+        half.append(sensors.read(139, STILL).imu.gyro_z_radps)  # τ·ln 2
+        ends.append(sensors.read(5000, STILL).imu.gyro_z_radps)
+    assert np.std(ends) == pytest.approx(0.01, rel=0.12)
+    assert np.divide(half, ends) == pytest.approx(0.5, abs=0.01)
+
+
+def test_soft_iron_bends_the_heading_twice_a_turn():
+    scenario = Scenario(magnetometer=MagnetometerNoise(white_rad=0, bias_rad=0, disturbance_rad=0))
+    state, errors = STILL.copy(), []
+    sensors = Sensors(VEHICLE, scenario)
+    for tick in range(1, 181):
+        state[body.HEADING] = tick * math.tau / 180
+        mag = sensors.read(tick, state).mag
+        errors.append(math.remainder(math.atan2(mag.x_t, mag.y_t) - state[body.HEADING], math.tau))
+    twice = np.abs(np.fft.rfft(errors)) / 90
+    assert 0.001 < twice[2] < 0.08
+    assert twice[1] < 0.1 * twice[2]
+
+
+def test_steel_turns_the_field_towards_itself_and_falls_with_distance():
+    quiet = Scenario(
+        magnetometer=MagnetometerNoise(white_rad=0, bias_rad=0, disturbance_rad=0, soft_iron_relative=0),
+        steel=(Steel(outline=((10.0, 0.0),), field_t=8e-6, reach_m=2.0),),
+    )
+    sensors, fields = Sensors(VEHICLE, quiet), []
+    for tick, east in enumerate((9.99, 8.0, -1000.0), start=1):
+        state = STILL.copy()
+        state[body.EAST] = east
+        fields.append(sensors.read(tick, state).mag.x_t)
+    assert fields == pytest.approx([8e-6, 1e-6, 0.0], rel=0.02, abs=1e-12)
+
+
+def test_on_a_slope_accelerometer_magnetometer_and_antenna_lean():
+    scenario = Scenario(noise="none", ground=Ground(grade=0.1, uphill_rad=math.pi / 2))
+    world = World(VEHICLE, scenario)
+    world.place(Pose(0.0, 0.0, math.pi / 2))  # nose uphill
+    sensors = Sensors(VEHICLE, scenario)
+    for tick in range(1, 40):
+        world.step(Command(0.0, 0.0, False, False), tick)
+        frame = sensors.read(tick, world.state)
+        for fix in frame.gnss:
+            assert fix.north_m == pytest.approx(-VEHICLE.gnss_antenna_z_m * math.sin(math.atan(0.1)), abs=1e-6)
+            assert fix.east_m == pytest.approx(0.0, abs=1e-6)
+    angle = math.atan(0.1)
+    assert frame.imu.accel_x_mps2 == pytest.approx(9.80665 * math.sin(angle), rel=1e-9)
+    assert frame.imu.accel_z_mps2 == pytest.approx(9.80665 * math.cos(angle), rel=1e-9)
+    assert frame.mag.x_t == pytest.approx(17.2e-6 * math.cos(angle) - 47.6e-6 * math.sin(angle), rel=1e-9)
+    assert frame.mag.z_t == pytest.approx(-17.2e-6 * math.sin(angle) - 47.6e-6 * math.cos(angle), rel=1e-9)
 
 
 def test_magnetic_heading_is_off_by_about_three_degrees():
@@ -130,7 +227,7 @@ def test_magnetic_heading_is_off_by_about_three_degrees():
 
 
 def test_hard_iron_turns_with_the_body():
-    scenario = Scenario(magnetometer=MagnetometerNoise(white_rad=0, disturbance_rad=0))
+    scenario = Scenario(magnetometer=MagnetometerNoise(white_rad=0, disturbance_rad=0, soft_iron_relative=0))
     east, west = STILL.copy(), STILL.copy()
     west[body.HEADING] = math.pi
     forward, back = frames(scenario, 1, east)[0].mag, frames(scenario, 1, west)[0].mag

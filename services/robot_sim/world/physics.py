@@ -146,11 +146,14 @@ def _move(state: Floats, p: Floats, speed: float, side: float, yaw_rate: float) 
 
 
 @kernel
-def _withhold(state: Floats, usable: int, reserve: int, most: float) -> None:
-    """Let no more than `most` be used; the rest comes back when the limit is gone."""
-    total = state[usable] + state[reserve]
-    state[usable] = min(total, most)
-    state[reserve] = total - state[usable]
+def _withhold(state: Floats, usable: int, reserve: int, most: float, full: float) -> None:
+    """Set aside what exceeds `most`, once; it comes back when there is no such limit any more."""
+    if most >= full:
+        state[usable] += state[reserve]
+        state[reserve] = 0.0
+    elif state[usable] > most:
+        state[reserve] += state[usable] - most
+        state[usable] = most
 
 
 @kernel
@@ -184,8 +187,9 @@ def advance(
     if fresh > 0.0:
         state[LEFT_SLIP] = p[P_SLIP_DECAY] * state[LEFT_SLIP] + fresh * normal(seed, STREAM_SLIP, tick, 0)
         state[RIGHT_SLIP] = p[P_SLIP_DECAY] * state[RIGHT_SLIP] + fresh * normal(seed, STREAM_SLIP, tick, 1)
-    _withhold(state, TANK_L, TANK_RESERVE_L, effects[e.TANK_MAX_L])
-    _withhold(state, BATTERY_WH, BATTERY_RESERVE_WH, effects[e.BATTERY_MAX] * p[P_BATTERY_WH])
+    full_wh = p[P_BATTERY_WH]
+    _withhold(state, TANK_L, TANK_RESERVE_L, effects[e.TANK_MAX_L], math.inf)
+    _withhold(state, BATTERY_WH, BATTERY_RESERVE_WH, effects[e.BATTERY_MAX] * full_wh, full_wh)
     mass = p[P_MASS] + p[P_PAINT_KGPL] * (state[TANK_L] + state[TANK_RESERVE_L])
     tilt(state, p)
     speed_before, side_before, heading_before = state[SPEED], state[SIDE_SPEED], state[HEADING]

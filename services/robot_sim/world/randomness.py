@@ -20,6 +20,10 @@ STREAM_GNSS: Final = 3
 STREAM_IMU: Final = 4
 STREAM_MAGNETOMETER: Final = 5
 STREAM_ENCODER: Final = 6
+STREAM_RECEIVER: Final = 7  # when a GNSS receiver falls back and converges, and how late its messages are
+STREAM_LOOSE_FIX: Final = 8  # errors of float and single positions
+STREAM_TRANSPORT: Final = 9  # which messages are lost, late or sent again
+STREAM_FAULT: Final = 10  # noise that only faults add
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _MIX_1 = np.uint64(0xBF58476D1CE4E5B9)

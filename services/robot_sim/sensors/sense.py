@@ -1,0 +1,105 @@
+"""All of a tick's sensing in one kernel: measure, take a position when it is time, and carry the messages over."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from schemas.jit import kernel
+from services.robot_sim.sensors import fast, receiver, transport
+from services.robot_sim.sensors.fast import measure
+from services.robot_sim.sensors.receiver import take
+from services.robot_sim.sensors.transport import carry, collect, post, way
+from services.robot_sim.world.randomness import STREAM_RECEIVER, uniform
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+@kernel
+def sense(
+    world: Floats,
+    effects: Floats,
+    seed: int,
+    tick: int,
+    sensor: Floats,
+    p: Floats,
+    steel: Floats,
+    steel_vertices: Floats,
+    history: Floats,
+    schedule: Integers,
+    gnss: Floats,
+    r: Floats,
+    frame: Floats,
+    sky: Floats,
+    sky_vertices: Floats,
+    pending: Floats,
+    counts: Integers,
+    readings: Floats,
+    measured_tick: Integers,
+    arrived: Integers,
+    arrivals: Floats,
+) -> int:
+    """Sense the world at the end of a tick.
+
+    Args:
+        world: (body.STATE_SIZE,) the truth.
+        effects: (effects.SIZE,) what faults do.
+        seed: Of the scenario.
+        tick: Onboard tick.
+        sensor: (fast.STATE_SIZE,) state of the 100 Hz sensors.
+        p: (fast.PARAMETER_SIZE,) their figures.
+        steel: As of `fast.measure`, with `steel_vertices`.
+        steel_vertices: See `steel`.
+        history: (transport.HISTORY, fast.READINGS) what was measured, by tick.
+        schedule: (3, transport.HISTORY) what arrives when.
+        gnss: (receiver.STATE_SIZE,) state of the receiver.
+        r: (receiver.PARAMETERS,) its figures.
+        frame: The map's tangent plane.
+        sky: As of `receiver.take`, with `sky_vertices`.
+        sky_vertices: See `sky`.
+        pending: (transport.PENDING, 1 + receiver.COLUMNS) reports under way.
+        counts: (1,) how many.
+        readings: (fast.READINGS,) what the computer has of the 100 Hz sensors, updated.
+        measured_tick: (3,) when that was measured, updated.
+        arrived: (3,) filled: whether something of that sensor arrived in this tick.
+        arrivals: (transport.ARRIVALS, receiver.COLUMNS) filled with the reports that arrived.
+
+    Returns:
+        How many reports arrived.
+    """
+    now = history[tick % transport.HISTORY]
+    before = history[(tick - 1) % transport.HISTORY]
+    for column in range(fast.READINGS):
+        now[column] = before[column]
+    measure(world, sensor, p, steel, steel_vertices, effects, seed, tick, now)
+    bounds = (fast.IMU, fast.MAG, fast.ENCODER, fast.READINGS)
+    for index in range(3):
+        arrived[index] = carry(
+            effects,
+            index + 1,
+            bounds[index],
+            bounds[index + 1],
+            history,
+            schedule,
+            measured_tick,
+            seed,
+            tick,
+            readings,
+        )
+    if tick % int(r[receiver.R_PERIOD_TICKS]) == 0:
+        report = np.empty(receiver.COLUMNS)
+        take(world, gnss, r, frame, sky, sky_vertices, effects, seed, tick, report)
+        latency_s = r[receiver.R_LATENCY_S]
+        if r[receiver.R_JITTER_S] > 0.0:
+            latency_s += r[receiver.R_JITTER_S] * uniform(seed, STREAM_RECEIVER, tick, 3)
+        delay, again = way(effects, 0, seed, tick)
+        arrival = tick + math.ceil(latency_s * 100.0 - 1e-7)
+        if delay >= 0:
+            post(pending, counts, report, arrival + delay)
+        if again >= 0:
+            post(pending, counts, report, arrival + again)
+    count: int = collect(pending, counts, tick, arrivals)
+    return count
