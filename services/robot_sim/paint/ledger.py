@@ -20,6 +20,11 @@ _ROOM: Final = 2 * p.MOST_RUNS
 _MOST_STRETCHES: Final = 3 * p.MOST_RUNS  # of one line in a tick
 
 
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Arrays = tuple[Floats, Floats, Integers, Integers, Floats, Floats, Floats, Integers]
+
+
 class Marks(NamedTuple):
     """A stretch of one stroke that belongs to one line."""
 
@@ -78,26 +83,27 @@ class PaintLedger:
 
     def record(self, trace: NDArray[np.float64]) -> None:
         """Enter one tick; `trace` is (STEPS + 1, 3), the world's."""
-        state = self._state
-        if state[p.STATE_POINTS] + _ROOM > len(self._points):
-            self._points = np.concatenate((self._points, np.zeros_like(self._points)))
-        p.enter(
-            self._table,
-            self._grid.frame,
-            self._grid.starts,
-            self._grid.members,
-            0.5 * self.line_width_m,
-            trace,
-            self._points,
-            self._latest,
-            self._stretches,
-            state,
-        )
-        if state[p.STATE_STRETCHES]:
-            self._put_aside()
+        self.make_room()
+        table, frame, starts, members, points, latest, stretches, state = self.arrays
+        p.enter(table, frame, starts, members, 0.5 * self.line_width_m, trace, points, latest, stretches, state)
+        self.put_aside()
 
-    def _put_aside(self) -> None:
+    @property
+    def arrays(self) -> Arrays:
+        """What `projection.enter` works on: table, grid (frame, starts, members), points, latest, stretches, state."""
+        grid = self._grid
+        lines = (self._table, grid.frame, grid.starts, grid.members)
+        return (*lines, self._points, self._latest, self._stretches, self._state)
+
+    def make_room(self) -> None:
+        """Have room for the points of another tick at least."""
+        if self._state[p.STATE_POINTS] + _ROOM > len(self._points):
+            self._points = np.concatenate((self._points, np.zeros_like(self._points)))
+
+    def put_aside(self) -> None:
         """Take the stretches that have been left for good."""
+        if not self._state[p.STATE_STRETCHES]:
+            return
         for target, start, end in self._stretches[: self._state[p.STATE_STRETCHES]].tolist():
             self._covered[int(target)].add(start, end)
         self._state[p.STATE_STRETCHES] = 0
