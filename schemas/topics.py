@@ -129,6 +129,7 @@ ESTOP = Service("traversal/estop", m.CommandRequest, m.CommandResponse)
 RESET = Service("traversal/reset", m.CommandRequest, m.CommandResponse)
 SET_SPEED = Service("simulation/set_speed", m.SetSpeedRequest, m.SetSpeedResponse)
 INJECT_FAULT = Service("simulation/inject_fault", m.InjectFaultRequest, m.InjectFaultResponse)
+#: Served from outside, by a user's own follower, and asked by the robot; not one of ``SERVICES``.
 FOLLOWER_STEP = Service("follower/step", m.FollowerStepRequest, m.FollowerStepResponse)
 GET_PAINT = Service("paint/get", m.GetPaintRequest, m.GetPaintResponse)
 RECORD = Service("bridge/record", m.RecordRequest, m.RecordResponse)
@@ -140,6 +141,7 @@ def diagnostics_service(node: str) -> Service[m.GetDiagnosticsRequest, m.GetDiag
     return Service(f"{node}/diagnostics", m.GetDiagnosticsRequest, m.GetDiagnosticsResponse)
 
 
+#: What Touchline itself serves.
 SERVICES: tuple[Service[Any, Any], ...] = (
     PLAN_SERVICE,
     START_TRAVERSAL,
@@ -152,7 +154,6 @@ SERVICES: tuple[Service[Any, Any], ...] = (
     RESET,
     SET_SPEED,
     INJECT_FAULT,
-    FOLLOWER_STEP,
     GET_PAINT,
     RECORD,
     RECORD_STOP,

@@ -241,12 +241,16 @@ class PlanResponse(Message):
 
 
 class LoadRequest(Message):
-    """Load a trajectory; with the template (JSON text, may be empty) paint is judged against it."""
+    """Load a trajectory; with the template (JSON text, may be empty) paint is judged against it.
+
+    ``resume``: go on where the robot was in this very trajectory when its process died.
+    """
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/Load_Request"
     request_id: str = ""
     trajectory: Trajectory = Trajectory()
     template_json: str = ""
+    resume: bool = False
 
 
 class LoadResponse(Message):

@@ -14,7 +14,8 @@ from schemas.messages.base import Message
 from schemas.template import parse_template
 from schemas.topics import Service
 from services.robot_sim.emulator import Emulator
-from services.robot_sim.frames import OnboardEvent
+from services.robot_sim.frames import Checkpoint, OnboardEvent
+from services.robot_sim.journal import Journal, digest
 from services.robot_sim.packing import Payload
 from services.robot_sim.telemetry import Telemetry
 
@@ -30,14 +31,23 @@ class Commands:
         emulator: The robot.
         telemetry: Its voice.
         set_speed: Called with a new, checked speed factor.
+        journal: Where progress is kept for a process that comes after this one.
 
     Attributes:
         handlers: Per service, the function from request to response.
         told: Payloads to publish, which the caller takes away.
     """
 
-    def __init__(self, emulator: Emulator, telemetry: Telemetry, set_speed: Callable[[float], None]) -> None:
+    def __init__(
+        self,
+        emulator: Emulator,
+        telemetry: Telemetry,
+        set_speed: Callable[[float], None],
+        journal: Journal | None = None,
+    ) -> None:
         """See the class."""
+        self._journal = journal
+        self._digest = b""
         self._emulator, self._telemetry, self._set_speed = emulator, telemetry, set_speed
         self.told: list[Payload] = []
         self.handlers: dict[Service[Any, Any], Handler] = {
@@ -58,23 +68,42 @@ class Commands:
         """Take a trajectory and, if given, the template to judge the paint by."""
         try:
             template = parse_template(request.template_json) if request.template_json.strip() else None
-            total_time_s = self._emulator.load(request.trajectory, template)
+            resume = self._checkpoint(request) if request.resume else None
+            total_time_s = self._emulator.load(request.trajectory, template, resume)
         except (CommandRefused, SpecError) as error:
             return m.LoadResponse(success=False, message=str(error))
         self.told += self._telemetry.loaded(request.trajectory, template)
-        return m.LoadResponse(success=True, message="loaded", total_time=total_time_s)
+        self._note_trajectory(request.trajectory)
+        message = "loaded" if resume is None else f"loaded, to go on at {resume.arc_length_m:.2f} m"
+        return m.LoadResponse(success=True, message=message, total_time=total_time_s)
 
     def start_traversal(self, request: m.StartTraversalRequest) -> m.StartTraversalResponse:
         """Load and start in one, as the robot's own service does; a refusal's reason goes to the event log."""
         try:
             total_time_s = self._emulator.load(request.trajectory)
             self.told += self._telemetry.loaded(request.trajectory, None)
+            self._note_trajectory(request.trajectory)
             self._emulator.start()
         except CommandRefused as error:
             self.tell(m.Event.ERROR, "start-refused", str(error))
             return m.StartTraversalResponse(total_time=0.0, success=False)
         self.told += self._telemetry.news()
         return m.StartTraversalResponse(total_time=total_time_s, success=True)
+
+    def note_progress(self) -> None:
+        """Keep the journal; call it after every tick."""
+        if self._journal is not None and self._digest:
+            self._journal.write(self._digest, self._emulator.onboard.checkpoint)
+
+    def _checkpoint(self, request: m.LoadRequest) -> Checkpoint:
+        found = self._journal.unfinished(request.trajectory) if self._journal is not None else None
+        if found is None:
+            raise CommandRefused("there is nothing to resume: the robot was not under way in this trajectory")
+        return found
+
+    def _note_trajectory(self, trajectory: m.Trajectory) -> None:
+        if self._journal is not None:
+            self._digest = digest(trajectory)
 
     def set_speed(self, request: m.SetSpeedRequest) -> m.SetSpeedResponse:
         """Change the pace of sim time."""

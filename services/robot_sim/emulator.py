@@ -16,9 +16,19 @@ from schemas.template import Template
 from schemas.vehicle import Vehicle
 from services.robot_sim.estimator_error import EstimatorError
 from services.robot_sim.faults import FaultTimeline
-from services.robot_sim.frames import STANDSTILL, Command, Consistency, Estimate, OnboardEvent, SensorFrame, Status
+from services.robot_sim.frames import (
+    STANDSTILL,
+    Checkpoint,
+    Command,
+    Consistency,
+    Estimate,
+    OnboardEvent,
+    SensorFrame,
+    Status,
+)
 from services.robot_sim.onboard import Onboard
 from services.robot_sim.onboard.followers import Ask, nobody
+from services.robot_sim.onboard.trajectory import resume_pose
 from services.robot_sim.paint.ledger import PaintLedger
 from services.robot_sim.paint.metrics import PaintMetrics, paint_metrics
 from services.robot_sim.paint.targets import start_pose, targets
@@ -51,7 +61,11 @@ class OnboardComputer(Protocol):
     def consistency(self) -> Consistency:
         """How consistent the estimate is."""
 
-    def load(self, trajectory: Trajectory) -> float:
+    @property
+    def checkpoint(self) -> Checkpoint | None:
+        """Where another process could go on."""
+
+    def load(self, trajectory: Trajectory, resume: Checkpoint | None = None) -> float:
         """Take a trajectory; returns its planned duration [s]."""
 
     def start(self) -> None:
@@ -132,10 +146,11 @@ class Emulator:
         """Whether a traversal is under way or has not yet come to rest."""
         return self.onboard.state in UNDER_WAY or self._ended_ticks < SETTLE_TICKS
 
-    def load(self, trajectory: Trajectory, template: Template | None = None) -> float:
+    def load(self, trajectory: Trajectory, template: Template | None = None, resume: Checkpoint | None = None) -> float:
         """Take a trajectory and what it shall paint; returns its planned duration [s].
 
-        The robot is carried to the scenario's start or else to where the plan begins, and a new ledger is opened.
+        The robot is carried to the scenario's start or else to where the plan begins, and a new ledger is opened. With
+        `resume` it stands where another process left it, and only the rest is painted.
 
         Raises:
             CommandRefused: A traversal is under way or coming to rest, or the trajectory cannot be driven.
@@ -147,11 +162,13 @@ class Emulator:
             start = start_pose(trajectory)
         except ValueError as error:
             raise CommandRefused(f"the trajectory cannot be driven: {error}") from error
-        duration_s = self.onboard.load(trajectory)
+        duration_s = self.onboard.load(trajectory, resume)
+        if resume is not None:
+            start = resume_pose(trajectory, self.vehicle, resume)
         width_m = template.line_width_m if template is not None else self.vehicle.spray_width_m
         self.ledger = PaintLedger(wanted, width_m, self.vehicle.spray_width_m)
         self.estimator_error = EstimatorError()
-        if self.scenario.start is None:
+        if self.scenario.start is None or resume is not None:
             self.world.place(Pose(*start))
         return duration_s
 

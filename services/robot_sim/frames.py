@@ -161,6 +161,16 @@ class Status(NamedTuple):
     """Ticks in which the follower had to fall back to its simpler method."""
 
 
+class Checkpoint(NamedTuple):
+    """Where a traversal is, so that it can go on from there after the process has died."""
+
+    leg: int
+    """Index of the stretch between two standstills that the robot is on."""
+    arc_length_m: float
+    owed_from_m: float | None
+    """From where paint is owed: where it stopped, or would have if the process had died in this tick."""
+
+
 class OnboardEvent(NamedTuple):
     """Something the operator should know; severities are those of `Event`."""
 

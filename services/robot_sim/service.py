@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import time
+from pathlib import Path
 from typing import Final, Literal
 
 from schemas import messages as m
@@ -13,6 +15,7 @@ from services.bus import Bus, BusConfig, HealthReporter
 from services.lifecycle import until_stopped
 from services.robot_sim.commands import Commands
 from services.robot_sim.emulator import Emulator
+from services.robot_sim.journal import Journal
 from services.robot_sim.lockstep import Lockstep
 from services.robot_sim.pace import LONGEST_SLICE_S, Pacer
 from services.robot_sim.packing import Payload
@@ -55,10 +58,17 @@ def run_service(
         health = HealthReporter(bus)
         warm_up(health.starting, vehicle, scenario)
         bus.claim()
-        robot = RobotProcess(bus, health, vehicle, scenario, speed=speed, clock=clock)
-        while not stop:
-            robot.turn()
-        robot.close()
+        with Journal(journal_path(bus.config.namespace)) as journal:
+            robot = RobotProcess(bus, health, vehicle, scenario, speed=speed, clock=clock, journal=journal)
+            while not stop:
+                robot.turn()
+            robot.close()
+
+
+def journal_path(namespace: str) -> Path:
+    """Where the robot of this namespace keeps its journal."""
+    base = os.environ.get("XDG_STATE_HOME")
+    return (Path(base) if base else Path.home() / ".local" / "state") / "touchline" / f"{namespace}.journal"
 
 
 class RobotProcess:
@@ -73,6 +83,7 @@ class RobotProcess:
         *,
         speed: float,
         clock: ClockPolicy,
+        journal: Journal | None = None,
     ) -> None:
         """Serve at once; nothing moves before a command."""
         self._emulator = Emulator(vehicle, scenario, ask=Lockstep(bus))
@@ -86,7 +97,7 @@ class RobotProcess:
             for topic in topics.TOPICS
             if topic not in (topics.PLANNER_PROGRESS, topics.DIAGNOSTICS, topics.SUPERVISOR_EVENTS)
         }
-        self._commands = Commands(self._emulator, self._telemetry, self._set_speed)
+        self._commands = Commands(self._emulator, self._telemetry, self._set_speed, journal)
         self._servers = [(bus.serve(service), handler) for service, handler in self._commands.handlers.items()]
         self._health = health
         self._publish([self._telemetry.status()])
@@ -118,11 +129,13 @@ class RobotProcess:
         self._publish(self._commands.take())
         for _ in range(BRAKING_TICKS):
             self._emulator.tick()
+            self._commands.note_progress()
             self._publish(self._telemetry.after_tick())
 
     def _run(self, ticks: int, until_s: float) -> None:
         while ticks > 0 and (self._free or self._emulator.active):
             self._emulator.tick()
+            self._commands.note_progress()
             self._publish(self._telemetry.after_tick())
             ticks -= 1
             if time.monotonic() >= until_s:

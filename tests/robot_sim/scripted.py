@@ -63,7 +63,9 @@ class ScriptedOnboard:
     def status(self):
         return Status(state=self.state, segment_id="s0", segment_count=1, elapsed_s=self._played / 100)
 
-    def load(self, _trajectory):
+    checkpoint = None
+
+    def load(self, _trajectory, _resume=None):
         if self.state == TraversalStatus.RUNNING:
             raise CommandRefused("a traversal is under way")
         self.state, self._played = TraversalStatus.READY, 0

@@ -2,12 +2,14 @@
 
 import json
 import math
-from typing import NamedTuple
+from typing import NamedTuple, get_args
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from schemas.faults import parse_fault
+from schemas.faults import Fault, parse_fault
 from schemas.messages import GnssStatus
 from schemas.scenario import GnssNoise, Obstruction, Scenario
 from schemas.vehicle import Vehicle
@@ -18,6 +20,7 @@ from services.robot_sim.world import body
 from services.robot_sim.world.world import World
 
 VEHICLE = Vehicle()
+FAULTS = get_args(get_args(Fault)[0])
 AHEAD = Command(10.0, 10.0, True, True)
 REST = Command(0.0, 0.0, False, False)
 
@@ -490,3 +493,27 @@ def test_a_fault_of_the_drive_changes_no_sensor_noise():
         assert noise(a) == pytest.approx(noise(b), abs=1e-9)
     for a, b in zip(errors(run), errors(plain), strict=True):
         assert a == pytest.approx(b, abs=1e-6)
+
+
+# --- anything at all ---
+
+TIMES = {"start_s": st.floats(0, 3), "duration_s": st.none() | st.floats(0.01, 3)}
+NEEDED = {"delay_s": st.floats(0.01, 5), "white_m": st.floats(0.001, 100), "share": st.floats(0, 0.95)}
+ANY_FAULT = st.one_of(
+    [st.builds(model, **TIMES, **{k: v for k, v in NEEDED.items() if k in model.model_fields}) for model in FAULTS]
+)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(ANY_FAULT, max_size=12), st.integers(0, 2**62))
+def test_whatever_goes_wrong_the_world_stays_finite_and_the_same_again(faults, seed):
+    run = drive(300, *faults, seed=seed)
+    for tick in run:
+        assert np.isfinite(tick.state).all()
+        assert np.isfinite([*tick.frame.imu, *tick.frame.mag, *tick.frame.encoders]).all()
+        assert all(np.isfinite(fix).all() for fix in tick.frame.gnss)
+        assert 0.0 <= tick.frame.battery_fraction <= 1.0
+        assert 0.0 <= tick.frame.tank_l <= VEHICLE.tank_l
+        assert abs(tick.state[body.SPEED]) < 3.0
+    again = drive(300, *faults, seed=seed)
+    assert [tick.frame for tick in again] == [tick.frame for tick in run]

@@ -69,6 +69,13 @@ class Driver:
         self._turning = Turning(self._plan.turns[index], leg.heading_rad) if leg.sense == SPIN else None
         self._progress[t.P_ARC], self._progress[t.P_SEGMENT], self._progress[t.P_SPEED] = leg.start_m, 0.0, 0.0
 
+    def resume_at(self, leg: int, arc_length_m: float) -> None:
+        """Stand at an arc length of a leg."""
+        self._enter(leg)
+        rows = self._rows
+        self._progress[t.P_ARC] = arc_length_m
+        self._progress[t.P_SEGMENT] = max(int(np.searchsorted(rows[:, 5], arc_length_m, side="right")) - 1, 0)
+
     @property
     def leg(self) -> Leg:
         """The leg that the robot is on."""

@@ -11,14 +11,15 @@ import math
 from enum import Enum, auto
 from typing import NamedTuple
 
+from schemas.errors import CommandRefused
 from schemas.messages import Actuation
 from schemas.vehicle import Vehicle
-from services.robot_sim.frames import STANDSTILL, Command
+from services.robot_sim.frames import STANDSTILL, Checkpoint, Command
 from services.robot_sim.onboard import tracking
 from services.robot_sim.onboard.driver import STOPPED_MPS, Driver
 from services.robot_sim.onboard.estimator.filter import Estimator
 from services.robot_sim.onboard.followers import Follower
-from services.robot_sim.onboard.path import FORWARD
+from services.robot_sim.onboard.path import FORWARD, pose_at
 from services.robot_sim.onboard.safety import Watch
 from services.robot_sim.onboard.sprayer import Sprayer
 from services.robot_sim.onboard.trajectory import LoadedTrajectory
@@ -26,6 +27,8 @@ from services.robot_sim.onboard.trajectory import LoadedTrajectory
 MAX_START_DISTANCE_M = 1.0
 MAX_START_HEADING_RAD = math.radians(35.0)
 """The magnetometer alone knows no better; the run-in straightens it out."""
+RESUMED_RUN_UP_M = 3.0
+"""After the process was started anew the heading is only the magnetometer's: driving makes it better."""
 RUN_UP_SETTLE_M = 0.25
 """Way beyond what regaining speed needs, so that the nozzle is on its line again."""
 
@@ -68,8 +71,28 @@ class Job:
         self._run_up_m = vehicle.paint_speed_mps**2 / (2.0 * vehicle.max_acceleration_mps2) + RUN_UP_SETTLE_M
         self._radius_m = vehicle.wheel_radius_m
         self._phase = Phase.ALIGN
+        self._resumed = False
         self._back_to_m = 0.0
         self._last = STANDSTILL
+
+    def resume_at(self, checkpoint: Checkpoint) -> None:
+        """Begin where another process left off: align there, and go back for what is owed.
+
+        Raises:
+            CommandRefused: It is no place on this path.
+        """
+        leg, arc_length_m, owed_from_m = checkpoint
+        if not 0 <= leg < len(self.plan.legs) or not 0.0 <= arc_length_m <= self.plan.total_length_m:
+            raise CommandRefused(f"cannot resume at {arc_length_m:.3f} m of leg {leg}: the path has no such place")
+        self.driver.resume_at(leg, arc_length_m)
+        self.sprayer.resume_at(arc_length_m, owed_from_m)
+        self._resumed = True
+
+    @property
+    def checkpoint(self) -> Checkpoint:
+        """Where another process could go on."""
+        arc_length_m = self.driver.arc_length_m
+        return Checkpoint(self.driver.leg_index, arc_length_m, self.sprayer.owed_if_it_ended(arc_length_m))
 
     @property
     def aligning(self) -> bool:
@@ -134,8 +157,10 @@ class Job:
             return
         self._phase = Phase.ALONG
         owed = self.sprayer.owed_from_m
-        if owed is not None and self.sprayer.must_go_back(self.driver.arc_length_m):
-            self._back_to_m = max(owed - self._run_up_m, self.driver.leg.start_m)
+        if owed is not None and (self._resumed or self.sprayer.must_go_back(self.driver.arc_length_m)):
+            run_up_m = max(self._run_up_m, RESUMED_RUN_UP_M if self._resumed else 0.0)
+            self._back_to_m = max(owed - run_up_m, self.driver.leg.start_m)
+            self._resumed = False
             self._phase = Phase.STOP_TO_GO_BACK
 
     def _run(self) -> Step:
@@ -147,6 +172,9 @@ class Job:
                 return Step(STANDSTILL, refusal=problem)
             self.driver.halt()
             self._phase = Phase.ALONG
+            if self._resumed:
+                self.locate()
+                self.go_on()
         problem = self._watch.drive_problem()
         if problem:
             return self._hold(problem)
@@ -208,13 +236,11 @@ class Job:
 
     def _start_problem(self) -> str:
         east, north, heading = self._estimator.state[:3].tolist()
-        x, y, start_heading = self.plan.path[0, :3].tolist()
+        x, y, start_heading = pose_at(self.plan.path, self.driver.leg, self.driver.arc_length_m)
         distance = math.hypot(east - x, north - y)
         turn = abs(math.remainder(heading - start_heading, math.tau))
         if distance > MAX_START_DISTANCE_M or turn > MAX_START_HEADING_RAD:
-            return (
-                f"the robot stands {distance:.2f} m and {math.degrees(turn):.0f}° away from the start of the trajectory"
-            )
+            return f"the robot stands {distance:.2f} m and {math.degrees(turn):.0f}° away from where it is to begin"
         return ""
 
     def _wheels(self) -> tuple[float, float]:

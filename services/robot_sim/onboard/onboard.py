@@ -5,7 +5,16 @@ from __future__ import annotations
 from schemas.messages import Trajectory
 from schemas.scenario import Scenario
 from schemas.vehicle import Vehicle
-from services.robot_sim.frames import STANDSTILL, Command, Consistency, Estimate, OnboardEvent, SensorFrame, Status
+from services.robot_sim.frames import (
+    STANDSTILL,
+    Checkpoint,
+    Command,
+    Consistency,
+    Estimate,
+    OnboardEvent,
+    SensorFrame,
+    Status,
+)
 from services.robot_sim.onboard.estimator.filter import Estimator
 from services.robot_sim.onboard.estimator.report import report
 from services.robot_sim.onboard.events import EventLog
@@ -37,12 +46,12 @@ class Onboard:
         self._command = STANDSTILL
         self._estimate: Estimate | None = None
 
-    def load(self, trajectory: Trajectory) -> float:
-        """Take a trajectory; returns its planned duration [s].
+    def load(self, trajectory: Trajectory, resume: Checkpoint | None = None) -> float:
+        """Take a trajectory, to begin at its start or at a `checkpoint`; returns its planned duration [s].
 
         The estimator aligns anew: the robot may have been carried to the start.
         """
-        duration_s = self._traversal.load(trajectory)
+        duration_s = self._traversal.load(trajectory, resume)
         self._estimator.restart()
         self._estimate = None
         return duration_s
@@ -96,6 +105,11 @@ class Onboard:
     def state(self) -> int:
         """State of the traversal, as in `TraversalStatus`."""
         return self._traversal.state
+
+    @property
+    def checkpoint(self) -> Checkpoint | None:
+        """Where another process could go on with this traversal; None if none is under way."""
+        return self._traversal.checkpoint
 
     @property
     def status(self) -> Status:

@@ -125,6 +125,7 @@ def _head(rows: NDArray[np.float64], spins: NDArray[np.float64]) -> None:
 
 
 def _end(row: NDArray[np.float64]) -> tuple[float, float]:
+    """Where a row ends."""
     x, y, heading, curvature, length, _, sense = row.tolist()
     half = 0.5 * curvature * length
     chord = sense * length * float(np.sinc(half / math.pi))
@@ -155,3 +156,11 @@ def _legs(rows: NDArray[np.float64], spins: NDArray[np.float64]) -> list[Leg]:
         legs.append(Leg(first, i, sense, float(rows[first, 5]), end_m, float(rows[first, 2]), float(spins[first])))
         first = i
     return legs
+
+
+def pose_at(rows: NDArray[np.float64], leg: Leg, arc_length_m: float) -> tuple[float, float, float]:
+    """(x m, y m, heading rad) of the robot at an arc length of a leg; of a turn on the spot, before it."""
+    own = rows[leg.first : leg.last]
+    row = own[max(int(np.searchsorted(own[:, 5], arc_length_m, side="right")) - 1, 0)].copy()
+    row[4] = arc_length_m - row[5]
+    return *_end(row), float(row[2] + row[3] * row[4])

@@ -93,6 +93,16 @@ class Sprayer:
         self.owed_from_m = None
         self._last_m = arc_length_m
 
+    def resume_at(self, arc_length_m: float, owed_from_m: float | None) -> None:
+        """Go on where another process left off."""
+        self._last_m, self.owed_from_m = arc_length_m, owed_from_m
+
+    def owed_if_it_ended(self, arc_length_m: float) -> float | None:
+        """From where paint would be owed if this were the last tick: nothing flows without the computer."""
+        if self.valve and self._goes_on(arc_length_m):
+            return arc_length_m
+        return self.owed_from_m
+
     def must_go_back(self, arc_length_m: float) -> bool:
         """Whether the place from which paint is owed lies behind."""
         return self.owed_from_m is not None and arc_length_m > self.owed_from_m + MISSED_TOLERANCE_M

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from schemas.errors import CommandRefused
 from schemas.messages import Actuation, Trajectory
 from schemas.vehicle import Vehicle
-from services.robot_sim.onboard.path import Leg, cut_path
+from services.robot_sim.frames import Checkpoint
+from services.robot_sim.onboard.path import Leg, cut_path, pose_at
 from services.robot_sim.onboard.profiles import (
     actuation_steps,
     check_spray_direction,
@@ -117,3 +118,9 @@ def load_trajectory(trajectory: Trajectory, vehicle: Vehicle) -> LoadedTrajector
     ids = [segment.id for segment in segments]
     total_time_s = float(times[-1]) + sum(turn.time_s for turn in turns.values())
     return LoadedTrajectory(path, legs, turns, speeds, times, switch_m, actuation, ids, total, total_time_s)
+
+
+def resume_pose(trajectory: Trajectory, vehicle: Vehicle, checkpoint: Checkpoint) -> tuple[float, float, float]:
+    """(x m, y m, heading rad) of the robot at a checkpoint of a trajectory that was taken."""
+    path, legs = cut_path(trajectory.path.segments, vehicle)
+    return pose_at(path, legs[checkpoint.leg], checkpoint.arc_length_m)

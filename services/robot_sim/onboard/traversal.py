@@ -18,7 +18,7 @@ import math
 from schemas.errors import CommandRefused
 from schemas.messages import Trajectory, TraversalStatus
 from schemas.vehicle import Vehicle
-from services.robot_sim.frames import STANDSTILL, TICK_S, Command, Status
+from services.robot_sim.frames import STANDSTILL, TICK_S, Checkpoint, Command, Status
 from services.robot_sim.onboard.estimator.filter import Estimator
 from services.robot_sim.onboard.events import ERROR, INFO, WARN, EventLog
 from services.robot_sim.onboard.followers import Follower
@@ -77,16 +77,19 @@ class Traversal:
         self._time_s = 0.0
         self._elapsed_s = 0.0
 
-    def load(self, trajectory: Trajectory) -> float:
-        """Check and take a trajectory; returns its planned duration [s].
+    def load(self, trajectory: Trajectory, resume: Checkpoint | None = None) -> float:
+        """Check and take a trajectory, to begin at its start or at a checkpoint; returns its planned duration [s].
 
         Raises:
-            CommandRefused: In this state, or for what is wrong with the trajectory.
+            CommandRefused: In this state, or for what is wrong with the trajectory or the checkpoint.
         """
         self._require("load", IDLE, READY, DONE, ABORTED)
         self._require_standstill("load")
         plan = load_trajectory(trajectory, self._vehicle)
-        self.job = Job(plan, self._vehicle, self._follower, self._estimator, self._watch)
+        job = Job(plan, self._vehicle, self._follower, self._estimator, self._watch)
+        if resume is not None:
+            job.resume_at(resume)
+        self.job = job
         self._hazards.fence_in(plan.path)
         self._elapsed_s = 0.0
         self._tries, self._tried_at_m = 0, -math.inf
@@ -178,6 +181,12 @@ class Traversal:
         if self.state == PAUSED and self._automatic:
             self._try_again(job)
         return command
+
+    @property
+    def checkpoint(self) -> Checkpoint | None:
+        """Where another process could go on; None if no traversal is under way."""
+        state = self._before_estop if self.state == ESTOPPED else self.state
+        return self.job.checkpoint if self.job is not None and state in (RUNNING, PAUSED) else None
 
     def status(self) -> Status:
         """Where the traversal stands."""

@@ -1,0 +1,110 @@
+"""A robot whose noise is exactly what the 12-state filter assumes: what consistency is to be judged on."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+import numpy as np
+
+from schemas.scenario import Scenario
+from schemas.vehicle import Vehicle
+from services.robot_sim.frames import TICK_S, EncoderSample, GnssSample, ImuSample, MagSample, SensorFrame
+from services.robot_sim.onboard.estimator import model as m
+
+LATENCY_TICKS = 11
+SLIP_ANGLE_SHARE = 0.3
+"""As in the filter's prediction."""
+_BLOCK = 4096
+
+
+class MatchedRobot:
+    """Drives at a given speed and yaw rate; all randomness is Gaussian with the figures of `model.noise_figures`."""
+
+    def __init__(self, vehicle: Vehicle, scenario: Scenario, seed: int) -> None:
+        """At rest at the origin, heading by the seed."""
+        self._c = c = m.noise_figures(vehicle, scenario)
+        self._rng = np.random.default_rng(seed)
+        self._block, self._next = self._rng.standard_normal(_BLOCK).tolist(), 0
+        self._radius_m = vehicle.wheel_radius_m
+        self.x = self.y = 0.0
+        self.heading = 0.61 * seed
+        self.speed = self.yaw_rate = 0.0
+        self._gyro_bias = self._normal(scenario.imu.gyro_turn_on_bias_radps)
+        self._accel_bias = self._normal(scenario.imu.accel_turn_on_bias_mps2)
+        self._slip = [self._normal(math.sqrt(c[m.C_SLIP_VAR])) for _ in range(2)]
+        self._mag_bias = self._normal(math.sqrt(c[m.C_MAG_VAR]))
+        self._slow = [self._normal(math.sqrt(c[m.C_GM_VAR])) for _ in range(2)]
+        self._angles = [0.0, 0.0]
+        self._accel = 0.0
+        self._still_var = scenario.imu.accel_density_mps2_rthz**2 * TICK_S
+        self._in_flight: deque[tuple[int, GnssSample]] = deque()
+        self.tick = 0
+        self.silent = False
+
+    @property
+    def pose(self) -> tuple[float, float, float]:
+        """(x m, y m, heading rad)."""
+        return self.x, self.y, self.heading
+
+    def step(self, speed: float, yaw_rate: float) -> SensorFrame:
+        """A tick at that mean speed [m/s] and yaw rate [rad/s]."""
+        c = self._c
+        self.tick += 1
+        change, self.speed, self.yaw_rate = speed - self.speed, speed, yaw_rate
+        moving = speed != 0.0 or yaw_rate != 0.0
+        drift = c[m.C_SIDE_SLIP] * speed * yaw_rate
+        middle = self.heading + 0.5 * yaw_rate * TICK_S - drift
+        unsure = SLIP_ANGLE_SHARE * drift
+        side = self._normal(math.sqrt((c[m.C_Q_SIDE] + unsure * unsure) * abs(speed) * TICK_S))
+        self.x += speed * TICK_S * math.cos(middle) - side * math.sin(middle)
+        self.y += speed * TICK_S * math.sin(middle) + side * math.cos(middle)
+        self.heading += yaw_rate * TICK_S
+        self._gyro_bias += self._normal(math.sqrt(c[m.C_Q_GYRO_BIAS]))
+        self._accel_bias += self._normal(math.sqrt(c[m.C_Q_ACCEL_BIAS]))
+        self._slip = [self._markov(value, c[m.C_SLIP_DECAY], c[m.C_SLIP_VAR]) for value in self._slip]
+        self._slow = [self._markov(value, c[m.C_GM_DECAY], c[m.C_GM_VAR]) for value in self._slow]
+        self._mag_bias = self._markov(self._mag_bias, c[m.C_MAG_DECAY], c[m.C_MAG_VAR])
+        self._mag_bias += self._normal(math.sqrt(c[m.C_MAG_VAR] * min(abs(yaw_rate) * TICK_S, 1.0)))
+        return self._sense(change, moving)
+
+    def _sense(self, change: float, moving: bool) -> SensorFrame:
+        c = self._c
+        gyro = self.yaw_rate + self._gyro_bias + self._normal(math.sqrt(c[m.C_R_GYRO]))
+        # The filter takes the mean of two samples for what the mean speed changed by.
+        self._accel = 2.0 * change / TICK_S - self._accel
+        shaking = c[m.C_Q_SPEED] if moving else self._still_var
+        accel = self._accel + self._accel_bias + self._normal(math.sqrt(shaking) / TICK_S)
+        half = 0.5 * c[m.C_TRACK]
+        noise = math.sqrt(c[m.C_R_ENCODER] + (c[m.C_R_ENCODER_TURN] * half * self.yaw_rate) ** 2)
+        for i, sign in enumerate((-1.0, 1.0)):
+            if moving:
+                rim = (self.speed + sign * half * self.yaw_rate + self._normal(noise)) / (1.0 - self._slip[i])
+                self._angles[i] += rim * TICK_S / self._radius_m
+        seen = self.heading + self._mag_bias + self._normal(math.sqrt(c[m.C_R_MAG]))
+        fixes: tuple[GnssSample, ...] = ()
+        if self.tick % 10 == 0 and not self.silent:
+            white = math.sqrt(c[m.C_R_GNSS])
+            east, north = self.x + self._slow[0] + self._normal(white), self.y + self._slow[1] + self._normal(white)
+            variance = float(c[m.C_R_GNSS] + c[m.C_GM_VAR])
+            sample = GnssSample(self.tick * TICK_S, east, north, variance, 3, 20, 0.5)
+            self._in_flight.append((self.tick + LATENCY_TICKS, sample))
+        if self._in_flight and self._in_flight[0][0] <= self.tick:
+            fixes = (self._in_flight.popleft()[1],)
+        return SensorFrame(
+            self.tick,
+            self.tick * TICK_S,
+            ImuSample(0.0, 0.0, gyro, accel, 0.0, 9.81),
+            MagSample(1.7e-5 * math.sin(seen), 1.7e-5 * math.cos(seen), -4.8e-5),
+            EncoderSample(*self._angles),
+            fixes,
+        )
+
+    def _markov(self, value: float, decay: float, variance: float) -> float:
+        return decay * value + self._normal(math.sqrt(variance * (1.0 - decay * decay)))
+
+    def _normal(self, sigma: float) -> float:
+        if self._next >= _BLOCK:
+            self._block, self._next = self._rng.standard_normal(_BLOCK).tolist(), 0
+        self._next += 1
+        return sigma * self._block[self._next - 1]

@@ -1,0 +1,155 @@
+"""A killed process, and the one that comes after it: the journal, and paint without gaps or twice."""
+
+import itertools
+import uuid
+
+import pytest
+
+from schemas import topics
+from schemas.curves import Curve
+from schemas.errors import CommandRefused
+from schemas.messages import TraversalStatus
+from schemas.scenario import Scenario
+from schemas.vehicle import Vehicle
+from services.bus import Bus, HealthReporter
+from services.robot_sim.emulator import Emulator
+from services.robot_sim.frames import Checkpoint
+from services.robot_sim.journal import Journal, digest
+from services.robot_sim.service import RobotProcess
+from tests.robot_sim.scripted import trajectory
+
+PLAN = trajectory(
+    [Curve.from_line((0, 0), (5, 0)), Curve.from_line((5, 0), (10, 0)), Curve.from_line((10, 0), (12, 0))],
+    [0, 1, 0],
+)
+OTHER = trajectory([Curve.from_line((0, 0), (3, 0))], [0])
+RUNNING, DONE = TraversalStatus.RUNNING, TraversalStatus.DONE
+
+
+def drive(emulator, until=lambda emulator: False, limit=6000):
+    for _ in range(limit):
+        if not emulator.active or until(emulator):
+            return
+        emulator.tick()
+    raise AssertionError(f"still {emulator.onboard.status}")
+
+
+def strokes(*emulators):
+    """(from, to) of the paint along x, in the order of x."""
+    return sorted((s.x_m[0], s.x_m[-1]) for emulator in emulators for s in emulator.ledger.strokes)
+
+
+def joints(*emulators):
+    """From where paint ends to where the next begins: positive is a gap, negative is painted twice."""
+    painted = strokes(*emulators)
+    ends = itertools.accumulate((end for _, end in painted), max)
+    return [max(begin - end, begin - stroke_end) for end, (begin, stroke_end) in zip(ends, painted[1:], strict=False)]
+
+
+def killed_at(arc_length_m, noise):
+    emulator = Emulator(Vehicle(), Scenario(noise=noise, seed=3))
+    emulator.load(PLAN)
+    emulator.start()
+    drive(emulator, lambda e: e.onboard.status.arc_length_m >= arc_length_m)
+    return emulator
+
+
+@pytest.mark.parametrize("noise", ["none", "default"])
+@pytest.mark.parametrize("at", [2.0, 5.004, 6.2, 7.77, 9.9, 11.0])
+def test_another_process_goes_on_without_a_gap(at, noise):
+    before = killed_at(at, noise)
+    after = Emulator(Vehicle(), Scenario(noise=noise, seed=3))
+    after.load(PLAN, resume=before.onboard.checkpoint)
+    after.start()
+    drive(after)
+    assert after.onboard.state == DONE
+    painted = strokes(before, after)
+    assert painted[0][0] == pytest.approx(5.015, abs=0.03)
+    assert max(end for _, end in painted) == pytest.approx(10.03, abs=0.03)
+    loose = 0.01 if noise == "default" else 0.0  # the satellites' own error is another one after the restart
+    assert all(-0.02 - loose < joint < 0.01 + loose for joint in joints(before, after))
+
+
+def test_killed_while_paused_and_while_going_back():
+    before = killed_at(7.0, "none")
+    before.pause()
+    for _ in range(150):
+        before.tick()
+    before.resume()
+    drive(before, lambda e: e.onboard.status.arc_length_m < 7.0)
+    after = Emulator(Vehicle(), Scenario(noise="none"))
+    after.load(PLAN, resume=before.onboard.checkpoint)
+    after.start()
+    drive(after)
+    assert all(-0.02 < joint < 0.01 for joint in joints(before, after))
+
+
+def test_nothing_to_resume_after_the_end():
+    emulator = killed_at(6.0, "none")
+    drive(emulator)
+    assert emulator.onboard.state == DONE
+    assert emulator.onboard.checkpoint is None
+
+
+@pytest.mark.parametrize("checkpoint", [Checkpoint(3, 1.0, None), Checkpoint(0, 99.0, None), Checkpoint(-1, 0.0, None)])
+def test_a_checkpoint_of_another_path_is_refused(checkpoint):
+    with pytest.raises(CommandRefused, match="the path has no such place"):
+        Emulator(Vehicle(), Scenario(noise="none")).load(PLAN, resume=checkpoint)
+
+
+def test_journal_survives_and_knows_its_trajectory(tmp_path):
+    path = tmp_path / "deep" / "tt2.journal"
+    with Journal(path) as journal:
+        assert journal.unfinished(PLAN) is None
+        for tick in range(7):
+            journal.write(digest(PLAN), Checkpoint(0, tick / 100, None if tick % 2 else 0.5))
+    with Journal(path) as journal:
+        assert journal.unfinished(PLAN) == Checkpoint(0, 0.06, 0.5)
+        assert journal.unfinished(OTHER) is None
+        journal.write(digest(PLAN), None)
+    with Journal(path) as journal:
+        assert journal.unfinished(PLAN) is None
+
+
+@pytest.mark.parametrize("slot", [0, 64])
+def test_a_torn_record_leaves_the_one_before(tmp_path, slot):
+    path = tmp_path / "tt2.journal"
+    with Journal(path) as journal:
+        journal.write(digest(PLAN), Checkpoint(0, 1.0, None))
+        journal.write(digest(PLAN), Checkpoint(0, 2.0, None))
+    raw = bytearray(path.read_bytes())
+    raw[slot + 30] ^= 0xFF
+    path.write_bytes(raw)
+    with Journal(path) as journal:
+        assert journal.unfinished(PLAN) == Checkpoint(0, 1.0 if slot == 0 else 2.0, None)
+
+
+def test_over_the_bus(bus_config, tmp_path):
+    def process(bus, journal):
+        return RobotProcess(
+            bus, HealthReporter(bus), Vehicle(), Scenario(noise="none"), speed=-1.0, clock="held", journal=journal
+        )
+
+    def ask(robot, service, **fields):
+        request = service.request(request_id=str(uuid.uuid4()), **fields)
+        return operator.call(service, request, while_waiting=robot.turn)
+
+    path = tmp_path / "tt2.journal"
+    with Bus.open(topics.OPERATOR, bus_config) as operator:
+        with Bus.open(topics.ROBOT_SIM, bus_config) as bus, Journal(path) as journal:
+            robot = process(bus, journal)
+            answer = ask(robot, topics.LOAD, trajectory=PLAN, resume=True)
+            assert not answer.success and "nothing to resume" in answer.message
+            assert ask(robot, topics.LOAD, trajectory=PLAN).success
+            assert ask(robot, topics.START).success
+            while robot._emulator.onboard.status.arc_length_m < 7.0:
+                robot.turn()
+            first = robot._emulator
+        with Bus.open(topics.ROBOT_SIM, bus_config) as bus, Journal(path) as journal:
+            robot = process(bus, journal)
+            answer = ask(robot, topics.LOAD, trajectory=PLAN, resume=True)
+            assert answer.success and "loaded, to go on at" in answer.message
+            assert ask(robot, topics.START).success
+            while robot.active:
+                robot.turn()
+            assert all(-0.02 < joint < 0.01 for joint in joints(first, robot._emulator))
