@@ -61,7 +61,7 @@ def simulate(
     drawing = load_template(template)
     with progress_bar("Touchline") as advance:
         job = Job.prepare(drawing, plan_options(method, 0.0, 0.0, 0.0, 0.0), advance)
-        warm_up(stderr.print, scenario=chosen)
+        warm_up(stderr.print, scenario=chosen, loop=not hashed and record is None)
         outcome = paint(job, chosen, hashed=hashed, record=record, with_strokes=plot is not None, progress=advance)
         if plot is not None:
             advance(1.0, "Drawing")

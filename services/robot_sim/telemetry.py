@@ -174,14 +174,14 @@ class Telemetry:
 
     def strokes(self) -> m.GetPaintResponse:
         """Everything painted in this traversal."""
-        head, width = header(self._emulator.tick_count), self._emulator.ledger.spray_width_m
+        head = header(self._emulator.tick_count)
         return m.GetPaintResponse(
             strokes=tuple(
                 m.PaintMarks(
                     header=head,
                     segment_id=self._line(marks),
                     first_index=marks.first_index,
-                    width_m=width,
+                    width_m=marks.width_m,
                     x_m=marks.x_m,
                     y_m=marks.y_m,
                 )
@@ -264,7 +264,7 @@ class Telemetry:
             (
                 topics.PAINT,
                 layouts.paint_marks(self._line(marks), len(marks.x_m)).pack(
-                    *time, marks.first_index, ledger.spray_width_m, *marks.x_m.tolist(), *marks.y_m.tolist()
+                    *time, marks.first_index, marks.width_m, *marks.x_m.tolist(), *marks.y_m.tolist()
                 ),
             )
             for marks in ledger.take_marks()

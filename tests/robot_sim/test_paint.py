@@ -329,8 +329,8 @@ def test_a_ledger_takes_more_points_than_it_first_had_room_for():
     ledger = ledger_of(Curve.from_line((0, 0), (60, 0)))
     paint(ledger, line((0, 0), (60, 0)))
     (stroke,) = ledger.strokes()
-    assert len(stroke) == 6001
-    assert stroke[:, 0] == pytest.approx(np.linspace(0, 60, 6001))
+    assert stroke.points.shape == (6001, 2)
+    assert stroke.points[:, 0] == pytest.approx(np.linspace(0, 60, 6001))
 
 
 @given(
@@ -352,3 +352,21 @@ def test_the_grid_holds_every_line_within_reach(curves, point, direction):
             on_arc = curve.at(min(max(s, 0.0), curve.length_m))
             if math.hypot(x - float(on_arc[0]), y - float(on_arc[1])) <= math.sqrt(2) * REACH_M:
                 assert index in near
+
+
+def test_paint_from_a_clogged_nozzle_is_narrower():
+    ledger = ledger_of(EASTWARD)
+    rows = np.column_stack((line((0, 0), (10, 0)), np.ones(10001)))
+    rows[0, 2] = 0.0
+    rows[4001:6005, 2] = 0.5
+    for first in range(0, 10000, STEPS):
+        ledger.record(rows[first : first + STEPS + 1].copy())
+    wide, narrow, wide_again = ledger.strokes()
+    assert (wide.width_m, narrow.width_m, wide_again.width_m) == pytest.approx((0.12, 0.06, 0.12))
+    assert wide.points[-1] == pytest.approx(narrow.points[0])
+    assert narrow.points[-1] == pytest.approx((6.004, 0.0))
+    assert [marks.width_m for marks in ledger.all_marks()] == [wide.width_m, narrow.width_m, wide_again.width_m]
+    metrics = paint_metrics(ledger)
+    assert metrics.painted_m2 == pytest.approx(1.2 - 0.06 * 2.004, abs=1e-6)
+    assert metrics.segments[0].width_m == pytest.approx(0.12 - 0.06 * 0.2004, abs=1e-6)
+    assert metrics.coverage_pct == pytest.approx(100.0)

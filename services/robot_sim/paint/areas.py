@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from schemas.curves import Curve
+from services.robot_sim.paint.ledger import Stroke
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
@@ -43,19 +44,17 @@ class PaintAreas(NamedTuple):
 
 
 def paint_areas(
-    strokes: Sequence[Points],
-    by_line: Sequence[Sequence[Points]],
+    strokes: Sequence[Stroke],
+    by_line: Sequence[Sequence[Stroke]],
     lines: Sequence[Curve],
-    spray_width_m: float,
     line_width_m: float,
 ) -> PaintAreas:
     """Areas of the paint against the lines.
 
     Args:
-        strokes: (n, 2) points [m] of each stroke.
-        by_line: Per line, the (n, 2) points of the stretches of strokes that belong to it.
+        strokes: All paint.
+        by_line: Per line, the stretches of strokes that belong to it.
         lines: What should be painted.
-        spray_width_m: Of the paint.
         line_width_m: Of the lines.
 
     `overspray_m2` is painted area outside the union of the lines' bands. `double_paint_m2` is area under two or more
@@ -68,8 +67,10 @@ def paint_areas(
     intended = shapely.union_all(bands, grid_size=GRID_M)
     joints = _joints(lines, line_width_m)
 
-    def measure(strokes: Sequence[Points]) -> Areas:
-        passes = [_strip(_simplified(piece), spray_width_m, "flat") for stroke in strokes for piece in _pieces(stroke)]
+    def measure(strokes: Sequence[Stroke]) -> Areas:
+        passes = [
+            _strip(_simplified(piece), stroke.width_m, "flat") for stroke in strokes for piece in _pieces(stroke.points)
+        ]
         if not passes:
             return Areas(0.0, 0.0, 0.0)
         painted = shapely.union_all(passes, grid_size=GRID_M)

@@ -32,8 +32,16 @@ class Marks(NamedTuple):
     """The line, −1 for none."""
     first_index: int
     """Of its first point, in the count of all points of the session."""
+    width_m: float
     x_m: NDArray[np.float64]
     y_m: NDArray[np.float64]
+
+
+class Stroke(NamedTuple):
+    """The nozzle while paint flowed evenly: (n, 2) points [m], and how wide it painted [m]."""
+
+    points: Floats
+    width_m: float
 
 
 class Deviation(NamedTuple):
@@ -47,7 +55,8 @@ class PaintLedger:
     """Collects the true paint, tick by tick.
 
     A stroke is the true nozzle from the opening of the valve to its closing, in the map frame; its points lie 10 ms
-    apart, but for the first and the last, which are exact to 1 ms. A point takes 32 bytes.
+    apart, but for the first and the last, which are exact to 1 ms. Where the width of the paint changes, another stroke
+    begins. A point takes 40 bytes.
 
     Args:
         targets: What should be painted.
@@ -157,11 +166,23 @@ class PaintLedger:
         points = points[points[:, p.POINT_TARGET] >= 0.0]
         return Deviation(points[:, p.POINT_TARGET].astype(np.int64), points[:, p.POINT_LATERAL])
 
-    def strokes(self) -> list[NDArray[np.float64]]:
-        """(n, 2) points of each stroke so far, the open one last."""
+    def strokes(self) -> list[Stroke]:
+        """Each stroke so far, the open one last."""
         points = self._points[: self.points]
         begins = np.flatnonzero(points[:, p.POINT_TARGET] == p.STROKE_BEGINS).tolist()
-        return [points[first:end, :2] for first, end in pairwise((*begins, len(points)))]
+        return [self._stroke(points[first:end]) for first, end in pairwise((*begins, len(points)))]
+
+    def strokes_by_target(self) -> list[list[Stroke]]:
+        """Per target, the stretches of strokes that belong to it."""
+        parts: list[list[Stroke]] = [[] for _ in self.targets]
+        for marks in self.all_marks():
+            if marks.target >= 0:
+                end = marks.first_index + len(marks.x_m)
+                parts[marks.target].append(self._stroke(self._points[marks.first_index : end]))
+        return parts
+
+    def _stroke(self, points: Floats) -> Stroke:
+        return Stroke(points[:, :2], float(points[-1, p.POINT_WIDTH]) * self.spray_width_m)
 
     def take_marks(self) -> list[Marks]:
         """The paint since the last call, cut where it passes from one line to another."""
@@ -182,5 +203,7 @@ class PaintLedger:
         for begin, end in pairwise(cuts):
             if belongs[begin] != p.STROKE_BEGINS:
                 points = self._points[first + begin : first + end + 1]
-                marks.append(Marks(int(belongs[begin]), first + begin, points[:, p.POINT_X], points[:, p.POINT_Y]))
+                width_m = float(points[-1, p.POINT_WIDTH]) * self.spray_width_m
+                index = first + begin
+                marks.append(Marks(int(belongs[begin]), index, width_m, points[:, p.POINT_X], points[:, p.POINT_Y]))
         return marks

@@ -61,12 +61,8 @@ def paint_metrics(ledger: PaintLedger) -> PaintMetrics:
     deviation = ledger.deviation()
     distance = np.abs(deviation.lateral_m)
     strokes = ledger.strokes()
-    by_line: list[list[NDArray[np.float64]]] = [[] for _ in ledger.targets]
-    for marks in ledger.all_marks():
-        if marks.target >= 0:
-            by_line[marks.target].append(np.column_stack((marks.x_m, marks.y_m)))
     lines = [target.curve for target in ledger.targets]
-    areas = paint_areas(strokes, by_line, lines, ledger.spray_width_m, ledger.line_width_m)
+    areas = paint_areas(strokes, ledger.strokes_by_target(), lines, ledger.line_width_m)
     order = np.argsort(deviation.target, kind="stable")
     parts = np.split(distance[order], np.searchsorted(deviation.target[order], np.arange(1, len(lines))))
     segments = [
@@ -82,7 +78,7 @@ def paint_metrics(ledger: PaintLedger) -> PaintMetrics:
             ledger.targets, ledger.covered_by_target_m.tolist(), areas.lines, parts, strict=False
         )
     ]
-    painted = sum(float(np.hypot(*np.diff(stroke, axis=0).T).sum()) for stroke in strokes)
+    painted = sum(float(np.hypot(*np.diff(stroke.points, axis=0).T).sum()) for stroke in strokes)
     return PaintMetrics(
         coverage_pct=ledger.coverage_pct,
         gap_m=max(0.0, ledger.length_m - ledger.covered_m),

@@ -24,7 +24,8 @@ POINT_X: Final = 0
 POINT_Y: Final = 1
 POINT_TARGET: Final = 2  # the line that the paint up to here belongs to, −1 for none, `STROKE_BEGINS` for no paint
 POINT_LATERAL: Final = 3  # m, left of that line positive
-POINT_COLUMNS: Final = 4
+POINT_WIDTH: Final = 4  # share of the spray width that is painted, the same all along a stroke
+POINT_COLUMNS: Final = 5
 STROKE_BEGINS: Final = -2.0
 
 # Columns of the stretches of lines over which paint lies: (target, from arc length, to arc length).
@@ -36,8 +37,8 @@ STATE_POINTS: Final = 1
 STATE_STRETCHES: Final = 2
 STATE_SIZE: Final = 3
 
-MOST_RUNS: Final = (STEPS + 1) // 2
-"""Of flowing paint in a tick; each adds at most two points."""
+MOST_RUNS: Final = STEPS
+"""Of evenly flowing paint in a tick; each adds at most two points."""
 REACH_M: Final = 0.5
 """Paint further than this from every line belongs to none of them."""
 _ALIGNED: Final = math.cos(math.radians(45.0))
@@ -125,9 +126,15 @@ def _hit(
 
 @kernel
 def _point(
-    row: NDArray[np.float64], target: float, lateral: float, points: NDArray[np.float64], state: NDArray[np.int64]
+    row: NDArray[np.float64],
+    target: float,
+    lateral: float,
+    width: float,
+    points: NDArray[np.float64],
+    state: NDArray[np.int64],
 ) -> None:
     at = state[STATE_POINTS]
+    points[at, POINT_WIDTH] = width
     points[at, POINT_X], points[at, POINT_Y] = row[TRACE_EAST], row[TRACE_NORTH]
     points[at, POINT_TARGET], points[at, POINT_LATERAL] = target, lateral
     state[STATE_POINTS] = at + 1
@@ -169,8 +176,8 @@ def enter(
             state[STATE_OPEN] = 0
             row += 1
             continue
-        first = row - 1
-        while row < STEPS and trace[row + 1, TRACE_SPRAYING] > 0.0:
+        first, width = row - 1, trace[row, TRACE_SPRAYING]
+        while row < STEPS and trace[row + 1, TRACE_SPRAYING] == width:
             row += 1
         last = row
         row += 1
@@ -192,7 +199,7 @@ def enter(
             along = (bx - ax) * math.cos(tangent) + (by - ay) * math.sin(tangent)
             if abs(along) >= _ALIGNED * chord:
                 best, best_lateral = index, lateral
-        if state[STATE_OPEN] == 0:
-            _point(trace[first], STROKE_BEGINS, 0.0, points, state)
-        _point(trace[last], float(best), best_lateral, points, state)
-        state[STATE_OPEN] = 1 if last == STEPS else 0
+        if state[STATE_OPEN] == 0 or points[state[STATE_POINTS] - 1, POINT_WIDTH] != width:
+            _point(trace[first], STROKE_BEGINS, 0.0, width, points, state)
+        _point(trace[last], float(best), best_lateral, width, points, state)
+        state[STATE_OPEN] = 1
