@@ -57,6 +57,7 @@ class EstimatorStatus(Message):
     fixes_too_late: UInt32 = 0
     fixes_duplicate: UInt32 = 0
     fixes_out_of_order: UInt32 = 0
+    gyro_rejected: UInt32 = 0
     encoders_rejected: UInt32 = 0
     magnetometer_rejected: UInt32 = 0
     recoveries: UInt32 = 0

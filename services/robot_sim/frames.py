@@ -138,6 +138,7 @@ class Consistency(NamedTuple):
     fixes_too_late: int = 0
     fixes_duplicate: int = 0
     fixes_out_of_order: int = 0
+    gyro_rejected: int = 0
     encoders_rejected: int = 0
     mag_rejected: int = 0
     recoveries: int = 0

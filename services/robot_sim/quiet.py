@@ -142,7 +142,8 @@ def drive_quietly(
             return
         if at[FIXES] > 0:
             _read_fix(arrivals[0], fix)
-        take_in(tick, readings, at[FIXES], fix, ring, s, k)
+        if not take_in(tick, readings, at[FIXES], fix, ring, s, k):
+            return
         at[STAGE] = ESTIMATED
         battery = state[body.BATTERY_WH] / battery_wh
         at[WANTED] = steer(tick, battery, state[body.TANK_L], ring, way, ahead, saved, flows, s, k)

@@ -20,14 +20,14 @@ from numpy.typing import NDArray
 from schemas.jit import kernel
 from schemas.messages import Actuation, TraversalStatus
 from schemas.vehicle import Vehicle
-from services.robot_sim.frames import TICK_S, Command, GnssSample
+from services.robot_sim.frames import TICK_S, Command, GnssSample, ImuSample
 from services.robot_sim.onboard import hazards as h
 from services.robot_sim.onboard import safety
 from services.robot_sim.onboard import tracking as t
 from services.robot_sim.onboard.driver import END_TOLERANCE_M, observe
 from services.robot_sim.onboard.estimator import model as m
 from services.robot_sim.onboard.estimator.filter import FIX_FIXED, LEAD_S
-from services.robot_sim.onboard.estimator.intake import MAG_EVERY_TICKS, STILL_RAD, STILL_TICKS
+from services.robot_sim.onboard.estimator.intake import FROZEN_RADPS, MAG_EVERY_TICKS, STILL_RAD, STILL_TICKS
 from services.robot_sim.onboard.estimator.kernels import advance, take_fix
 from services.robot_sim.onboard.followers import Follower
 from services.robot_sim.onboard.job import Phase
@@ -60,7 +60,9 @@ ELAPSED: Final = 23  # Traversal
 COMMAND: Final = 24  # left, right [rad/s], valve, disc
 SPRAYED_TO: Final = 28  # Sprayer
 SWITCH: Final = 29  # index of the actuation under the robot
-STATE_SIZE: Final = 30
+READING: Final = 30  # Intake: the newest IMU sample, gyro and accelerometer
+RATE_THEN: Final = 36  # left, right, when it was last another one
+STATE_SIZE: Final = 38
 
 # Constants, `Cruise.constants`.
 K_RADIUS: Final = 0
@@ -82,9 +84,27 @@ F_SATELLITES: Final = 5
 F_AGE: Final = 6
 FIX_COLUMNS: Final = 7
 
-QUIET: Final = 0
-LOOK: Final = 1
-"""The estimator has had its tick; the rest is for the objects."""
+
+@kernel
+def _frozen(samples: Floats, s: Floats) -> bool:
+    """Whether the IMU repeats itself while the wheels change their rates."""
+    for axis in range(6):
+        if samples[axis] != s[READING + axis]:
+            return False
+    change = max(abs(s[RATE] - s[RATE_THEN]), abs(s[RATE + 1] - s[RATE_THEN + 1]))
+    frozen: bool = change > FROZEN_RADPS
+    return frozen
+
+
+@kernel
+def _remember(samples: Floats, s: Floats) -> None:
+    new = False
+    for axis in range(6):
+        if samples[axis] != s[READING + axis]:
+            new = True
+            s[READING + axis] = samples[axis]
+    if new:
+        s[RATE_THEN], s[RATE_THEN + 1] = s[RATE], s[RATE + 1]
 
 
 @kernel
@@ -93,6 +113,7 @@ def _take_samples(tick: int, samples: Floats, inputs: Floats, s: Floats, k: Floa
     row = inputs[tick % m.RING]
     for column in range(m.INPUTS):
         row[column] = math.nan
+    _remember(samples, s)
     row[m.IN_GYRO] = samples[2]
     row[m.IN_ACCEL] = 0.5 * (samples[3] + s[ACCEL])
     s[ACCEL] = samples[3]
@@ -112,7 +133,7 @@ def _take_samples(tick: int, samples: Floats, inputs: Floats, s: Floats, k: Floa
 
 
 @kernel
-def take_in(tick: int, samples: Floats, fixes: int, fix: Floats, ring: Ring, s: Floats, k: Floats) -> None:
+def take_in(tick: int, samples: Floats, fixes: int, fix: Floats, ring: Ring, s: Floats, k: Floats) -> bool:
     """As `Estimator.step`, for samples in time and at most one fix, which is an RTK-fixed one.
 
     Args:
@@ -123,7 +144,12 @@ def take_in(tick: int, samples: Floats, fixes: int, fix: Floats, ring: Ring, s: 
         ring: States, covariances, inputs, fixes, figures and counters of the filter.
         s: (STATE_SIZE,) updated.
         k: (CONSTANTS,).
+
+    Returns:
+        False if the samples are not to be trusted; then nothing has been done.
     """
+    if _frozen(samples, s):
+        return False
     xs, covariances, inputs, entered, c, n = ring
     _take_samples(tick, samples, inputs, s, k)
     if fixes > 0 and fix[F_STAMP] > s[FIX + F_STAMP] and fix[F_STAMP] <= tick / 100 + LEAD_S:
@@ -131,7 +157,7 @@ def take_in(tick: int, samples: Floats, fixes: int, fix: Floats, ring: Ring, s: 
             s[FIX + column] = fix[column]
     advance(xs, covariances, inputs, entered, c, n, tick, tick, tick)
     if fixes == 0:
-        return
+        return True
     valid = math.floor(fix[F_STAMP] / TICK_S + 1e-6)
     row = entered[m.RING]
     row[m.FIX_EAST], row[m.FIX_NORTH] = fix[F_EAST], fix[F_NORTH]
@@ -141,6 +167,7 @@ def take_in(tick: int, samples: Floats, fixes: int, fix: Floats, ring: Ring, s: 
     take_fix(xs, covariances, inputs, entered, c, n, tick, int(s[FIRST_TICK]), valid)
     if n[m.N_FIXES] > used:
         s[LAST_USED] = max(s[LAST_USED], fix[F_STAMP])
+    return True
 
 
 @kernel
@@ -311,7 +338,13 @@ class Cruise:
         """Take over after `tick`, if nothing is the matter."""
         job, estimator, hazards, intake = self._traversal.job, self._estimator, self._hazards, self._intake
         fix = estimator.last_fix
-        if job is None or fix is None or self._traversal.state != TraversalStatus.RUNNING or self._traversal.reason:
+        if (
+            job is None
+            or fix is None
+            or intake._reading is None
+            or self._traversal.state != TraversalStatus.RUNNING
+            or self._traversal.reason
+        ):
             return False
         driver, sprayer, plan = job.driver, job.sprayer, job.plan
         along = job._phase is Phase.ALONG and driver.leg.sense == FORWARD and sprayer.owed_from_m is None
@@ -322,6 +355,7 @@ class Cruise:
         s, k = self.state, self.constants
         s[STILL], s[ACCEL], s[RATE : RATE + 2] = intake.still_ticks, intake.accel_mps2, intake.encoder_rates
         s[ANGLE], s[ANGLE + 1] = intake._left_rad, intake._right_rad
+        s[READING : READING + 6], s[RATE_THEN : RATE_THEN + 2] = intake._reading, intake._rates_then
         s[FIX : FIX + FIX_COLUMNS] = fix
         s[LAST_USED], s[FIRST_TICK] = estimator.last_used_stamp_s, estimator._first_tick
         s[EXPECTED : EXPECTED + 2] = hazards._expected
@@ -348,6 +382,8 @@ class Cruise:
         intake.still_ticks, intake.accel_mps2 = int(s[STILL]), s[ACCEL]
         intake.encoder_rates = (s[RATE], s[RATE + 1])
         intake._left_rad, intake._right_rad = s[ANGLE], s[ANGLE + 1]
+        intake._reading = ImuSample(*s[READING : READING + 6])
+        intake._rates_then = (s[RATE_THEN], s[RATE_THEN + 1])
         stamp, east, north, variance, fix, satellites, age = s[FIX : FIX + FIX_COLUMNS]
         estimator.last_fix = GnssSample(stamp, east, north, variance, int(fix), int(satellites), age)
         estimator.last_used_stamp_s = s[LAST_USED]

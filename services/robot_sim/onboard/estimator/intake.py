@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from schemas.vehicle import Vehicle
-from services.robot_sim.frames import TICK_S, SensorFrame
+from services.robot_sim.frames import TICK_S, ImuSample, SensorFrame
 from services.robot_sim.onboard.estimator import model as m
 
 STILL_RAD: Final = 1e-4
@@ -22,6 +22,8 @@ STILL_TICKS: Final = 20
 MAG_EVERY_TICKS: Final = 10
 """The magnetometer's error is a slow one: more samples say nothing new and cost time."""
 OLDEST_TICKS: Final = m.RING - 2
+FROZEN_RADPS: Final = 0.05
+"""If the IMU repeats itself while the wheels' rates have changed by so much, it is frozen: that is no new sample."""
 
 
 class Intake:
@@ -42,6 +44,8 @@ class Intake:
         self.accel_mps2 = 0.0
         self.encoder_rates = (0.0, 0.0)
         self._left_rad = self._right_rad = 0.0
+        self._reading: ImuSample | None = None
+        self._rates_then = (0.0, 0.0)
 
     def take(self, frame: SensorFrame, inputs: NDArray[np.float64]) -> tuple[int, int]:
         """Enter a frame in `inputs` (RING, INPUTS); its row is emptied first.
@@ -59,6 +63,10 @@ class Intake:
     def _imu(self, frame: SensorFrame, inputs: NDArray[np.float64]) -> int:
         sampled = frame.tick - frame.imu_age_ticks
         if sampled <= self.imu_tick or frame.imu_age_ticks > OLDEST_TICKS:
+            return frame.tick
+        if frame.imu != self._reading:
+            self._reading, self._rates_then = frame.imu, self.encoder_rates
+        elif any(abs(a - b) > FROZEN_RADPS for a, b in zip(self.encoder_rates, self._rates_then, strict=True)):
             return frame.tick
         accel = frame.imu.accel_x_mps2
         before = self.accel_mps2 if sampled == self.imu_tick + 1 else accel

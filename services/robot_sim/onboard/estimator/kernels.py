@@ -59,6 +59,7 @@ from services.robot_sim.onboard.estimator.model import (
     N_FIX_REJECTED,
     N_FIX_REJECTED_RUN,
     N_FIXES,
+    N_GYRO_REJECTED,
     N_MAG,
     N_MAG_REJECTED,
     NIS_ENCODER_SUM,
@@ -119,12 +120,30 @@ def _encoders(x: Floats, P: Floats, z: Floats, c: Floats, n: Floats, live: bool,
 
 
 @kernel
+def _disputed(x: Floats, P: Floats, z: Floats, c: Floats, n: Floats, live: bool) -> bool:
+    """Whether the gyro says that the standing robot turns: it is broken, or somebody turns the robot.
+
+    Neither can be ruled out, so the reading is not used, and the heading becomes as uncertain as that turn is large.
+    """
+    if z[IN_STILL] == 0.0:
+        return False
+    turn = z[IN_GYRO] - x[GYRO_BIAS]
+    if turn * turn <= GATE_1_DOF * (P[GYRO_BIAS, GYRO_BIAS] + c[C_R_GYRO] + _STILL_YAW_VAR):
+        return False
+    if live:
+        n[N_GYRO_REJECTED] += 1.0
+    sigma = math.sqrt(P[HEADING, HEADING]) + abs(turn) * 0.01
+    P[HEADING, HEADING] = sigma * sigma
+    return True
+
+
+@kernel
 def _measure(x: Floats, P: Floats, z: Floats, c: Floats, n: Floats, live: bool, h: Floats, g: Floats) -> None:
     """All of a tick's measurements but GNSS."""
     row = h[0]
     for k in range(STATES):
         row[k] = 0.0
-    if not math.isnan(z[IN_GYRO]):
+    if not math.isnan(z[IN_GYRO]) and not _disputed(x, P, z, c, n, live):
         row[YAW_RATE], row[GYRO_BIAS] = 1.0, 1.0
         apply(x, P, row, z[IN_GYRO] - x[YAW_RATE] - x[GYRO_BIAS], c[C_R_GYRO], g)
     if z[IN_STILL] > 0.0:

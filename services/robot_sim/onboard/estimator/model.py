@@ -109,7 +109,8 @@ INNOVATION_NORTH: Final = 16
 NIS_FIX_RECENT: Final = 17  # exponential mean over about the last ten fixes that were used
 N_FIX_OUT_OF_ORDER: Final = 18
 ENCODER_REJECTED_RECENT: Final = 19  # share, exponential over about 0.3 s: the slip test
-COUNTERS: Final = 20
+N_GYRO_REJECTED: Final = 20  # at standstill: it turns, the wheels do not
+COUNTERS: Final = 21
 
 GATE_1_DOF: Final = 15.14  # χ², 99.99 %
 GATE_2_DOF: Final = 18.42

@@ -28,6 +28,7 @@ def report(counters: NDArray[np.float64], position_sigma_m: float = 0.0, heading
         fixes_too_late=int(n[m.N_FIX_LATE]),
         fixes_duplicate=int(n[m.N_FIX_DUPLICATE]),
         fixes_out_of_order=int(n[m.N_FIX_OUT_OF_ORDER]),
+        gyro_rejected=int(n[m.N_GYRO_REJECTED]),
         encoders_rejected=int(n[m.N_ENCODER_REJECTED]),
         mag_rejected=int(n[m.N_MAG_REJECTED]),
         recoveries=int(n[m.N_RECOVERIES]),

@@ -55,5 +55,6 @@ def command_wheels(speed_mps: float, yaw_rate_radps: float, now: Floats, p: Floa
         left, right = left * fastest / faster, right * fastest / faster
     left_now = (now[SPEED] - half * now[YAW_RATE]) / now[LEFT_RADIUS]
     right_now = (now[SPEED] + half * now[YAW_RATE]) / now[RIGHT_RADIUS]
-    wheels[0] = min(max(left, left_now - p[W_REACH]), left_now + p[W_REACH])
-    wheels[1] = min(max(right, right_now - p[W_REACH]), right_now + p[W_REACH])
+    left = min(max(left, left_now - p[W_REACH]), left_now + p[W_REACH])
+    right = min(max(right, right_now - p[W_REACH]), right_now + p[W_REACH])
+    wheels[0], wheels[1] = min(max(left, -fastest), fastest), min(max(right, -fastest), fastest)

@@ -1,0 +1,233 @@
+"""Random fault timelines on a short plan, with an operator who resumes and resets, and what must hold in every tick."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+import random
+from typing import Any, Final
+
+from schemas.curves import Curve
+from schemas.errors import CommandRefused
+from schemas.faults import Fault, parse_fault
+from schemas.messages import (
+    Actuation,
+    ActuationProfile,
+    LinearDirection,
+    Path,
+    PathActuationParameter,
+    PathVelocityParameter,
+    Segment,
+    Trajectory,
+    TraversalStatus,
+    Velocity,
+    VelocityProfile,
+    VelocityType,
+)
+from schemas.scenario import Scenario
+from schemas.vehicle import Vehicle
+from services.robot_sim.emulator import Emulator
+
+RUNNING, PAUSED, ESTOPPED = TraversalStatus.RUNNING, TraversalStatus.PAUSED, TraversalStatus.ESTOPPED
+SPRAYED: Final = ((3.0, 8.0), (11.0, 14.0))
+LENGTH_M: Final = 16.0
+LIMIT_TICKS: Final = 9000
+OPERATOR_TICKS: Final = 205
+PATIENCE_TICKS: Final = 300
+"""After which the operator resets or resumes."""
+SLACK_M: Final = 0.025
+"""A tick's way, and where the valve's delays put the command."""
+POSITION_FAULTS: Final = frozenset(("gnss-wrong-fix", "clock-skew", "gnss-degraded", "corrections-lost", "gnss-noisy"))
+
+_CHOICES: Final[dict[str, dict[str, tuple[Any, ...]]]] = {
+    "gnss-outage": {},
+    "gnss-degraded": {"fix": ("single", "float"), "claimed_m": (None, 0.02)},
+    "corrections-lost": {},
+    "gnss-wrong-fix": {"east_m": (-0.5, 0.1, 0.3), "north_m": (0.0, 0.15, -1.0)},
+    "gnss-noisy": {"white_m": (0.02, 0.2), "honest": (True, False)},
+    "messages-late": {"sensor": ("gnss", "imu", "magnetometer", "encoder"), "delay_s": (0.02, 0.2, 0.8)},
+    "messages-duplicated": {"sensor": ("gnss", "imu", "magnetometer", "encoder"), "after_s": (0.0, 0.3)},
+    "messages-reordered": {"sensor": ("gnss", "imu", "magnetometer", "encoder"), "spread_s": (0.05, 0.4)},
+    "messages-lost": {"sensor": ("gnss", "imu", "magnetometer", "encoder"), "share": (0.3, 1.0)},
+    "clock-skew": {"offset_s": (-0.2, 0.05, 0.3), "drift_ppm": (0.0, 1000.0)},
+    "imu-bias": {"gyro_radps": (-0.05, 0.02), "accel_mps2": (0.0, 1.0)},
+    "imu-noisy": {},
+    "imu-stuck": {},
+    "magnetic-disturbance": {"east_t": (1e-5, -5e-5)},
+    "encoder-dropout": {"wheel": ("left", "right", "both")},
+    "wheel-blocked": {"wheel": ("left", "right", "both")},
+    "wheel-slip": {"wheel": ("left", "both"), "share": (0.1, 0.5, 0.9)},
+    "motor-weak": {"wheel": ("left", "both"), "share": (0.0, 0.3)},
+    "valve-stuck": {"position": ("open", "closed")},
+    "disc-stuck": {"position": ("up", "down")},
+    "nozzle-clogged": {"share": (0.0, 0.5)},
+    "bumper": {},
+    "battery-low": {},
+    "tank-empty": {},
+    "operator-lost": {},
+}
+
+
+def fault(kind: str, **fields: Any) -> Fault:
+    """A fault of this kind."""
+    return parse_fault(
+        json.dumps({"kind": kind, **{name: value for name, value in fields.items() if value is not None}})
+    )
+
+
+def timeline(seed: int) -> tuple[Fault, ...]:
+    """One to five random faults, all of which pass."""
+    draw = random.Random(seed)
+    faults = []
+    for _ in range(draw.randint(1, 5)):
+        kind = draw.choice(sorted(_CHOICES))
+        fields = {name: draw.choice(values) for name, values in _CHOICES[kind].items()}
+        start, lasts = round(draw.uniform(0.5, 22.0), 2), round(draw.choice((0.05, 0.5, 3.0, 8.0)), 2)
+        faults.append(fault(kind, start_s=start, duration_s=lasts, **fields))
+    return tuple(faults)
+
+
+def plan() -> Trajectory:
+    """A line of 5 m, a bend to the left, and a line of 3 m, at 1 m/s."""
+    curves = [Curve(0.0, 0.0, 0.3, 0.0, 8.0)]
+    for curvature, length in ((0.35, 3.0), (0.0, 5.0)):
+        x, y, heading = curves[-1].end
+        curves.append(Curve(x, y, heading, curvature, length))
+    switches = [(0.0, Actuation.NONE)]
+    for start, end in SPRAYED:
+        switches += [(start, Actuation.DISC_SPRAY), (end, Actuation.NONE)]
+    forward, linear = LinearDirection(value=LinearDirection.FORWARD), VelocityType(value=VelocityType.LINEAR)
+    speeds = ((0.0, 0.0), (0.5, 1.0), (LENGTH_M - 0.5, 1.0), (LENGTH_M, 0.0))
+    return Trajectory(
+        path=Path(
+            segments=tuple(
+                Segment(id=f"s{i}", curve=curve.to_message(), direction=forward) for i, curve in enumerate(curves)
+            )
+        ),
+        actuation_profile=ActuationProfile(
+            parameters=tuple(
+                PathActuationParameter(arc_length=s, actuation=Actuation(value=mask)) for s, mask in switches
+            )
+        ),
+        velocity_profile=VelocityProfile(
+            parameters=tuple(
+                PathVelocityParameter(arc_length=s, velocity=Velocity(type=linear, value=v)) for s, v in speeds
+            )
+        ),
+    )
+
+
+class Broken(AssertionError):
+    """An invariant does not hold."""
+
+
+class Guarded:
+    """An emulator whose every tick is checked, and an operator who helps it on.
+
+    Args:
+        faults: The timeline.
+        seed: Of the noise.
+        patient: Whether there is an operator who resumes and resets.
+    """
+
+    def __init__(self, faults: tuple[Fault, ...], seed: int = 1, follower: str = "mpc", patient: bool = True) -> None:
+        """Loaded and started."""
+        self.emulator = Emulator(Vehicle(), Scenario(seed=seed, faults=faults, follower=follower))
+        self.emulator.load(plan())
+        self.emulator.start()
+        self.reasons: list[str] = []
+        self._patient = patient
+        self._kinds = {fault.kind for fault in faults}
+        self._unheard = self._waiting = 0
+        self._reset = False
+
+    def run(self, limit: int = LIMIT_TICKS) -> int:
+        """To the end or for `limit` ticks; returns the state."""
+        for _ in range(limit):
+            if not self.emulator.active and self.emulator.onboard.state != ESTOPPED:
+                break
+            self.tick()
+        return self.emulator.onboard.state
+
+    def tick(self) -> None:
+        """One tick, checked."""
+        emulator = self.emulator
+        before = emulator.onboard.state
+        emulator.tick()
+        status, command, frame = emulator.onboard.status, emulator.command, emulator.frame
+        assert frame is not None
+        if status.reason and (not self.reasons or self.reasons[-1] != status.reason):
+            self.reasons.append(status.reason)
+        self._unheard = 0 if frame.operator_alive else self._unheard + 1
+        limit = emulator.vehicle.max_wheel_speed_radps * 1.001
+        self._hold(all(abs(w) <= limit for w in command[:2]), f"wheel commands {command[:2]}")
+        if status.state != RUNNING:
+            self._hold(not command.valve and not command.disc, "valve or disc while not running")
+        if status.state == ESTOPPED:
+            self._hold(command[:2] == (0.0, 0.0), "wheels commanded while stopped")
+        self._hold(before != ESTOPPED or status.state == ESTOPPED or self._reset, "left the emergency stop by itself")
+        if frame.bumper:
+            self._hold(status.state not in (RUNNING, PAUSED), "on with a pressed bumper")
+        if self._unheard > OPERATOR_TICKS:
+            self._hold(status.state != RUNNING, "running without an operator")
+        if command.valve:
+            self._check_paint(status.arc_length_m)
+        self._reset = False
+        if self._patient:
+            self._help()
+
+    def _check_paint(self, arc_length_m: float) -> None:
+        estimator = self.emulator.onboard._estimator  # type: ignore[attr-defined]
+        fix, sigma = estimator.last_fix, estimator.position_sigma_m
+        self._hold(fix is not None and fix.fix == 3 and fix.correction_age_s <= 10.0, "paint without an RTK fix")
+        self._hold(self.emulator.time_s - fix.stamp_s <= 0.51 or "clock-skew" in self._kinds, "paint on an old fix")
+        self._hold(sigma <= 0.025, "paint without a position")
+        inside = any(start - SLACK_M <= arc_length_m <= end + SLACK_M for start, end in SPRAYED)
+        self._hold(inside, "paint outside what the plan sprays")
+        if not self._kinds & POSITION_FAULTS:
+            lateral = abs(self.emulator.ledger.lateral_m)
+            self._hold(lateral < 0.08, f"paint {lateral:.3f} m beside its line")
+
+    def _help(self) -> None:
+        onboard = self.emulator.onboard
+        self._waiting = self._waiting + 1 if onboard.state in (PAUSED, ESTOPPED) else 0
+        if self._waiting < PATIENCE_TICKS:
+            return
+        self._waiting = 0
+        try:
+            if onboard.state == ESTOPPED:
+                self._reset = True
+                self.emulator.reset()
+            else:
+                self.emulator.resume()
+        except CommandRefused as refusal:
+            self._hold(bool(str(refusal)), "a refusal without a reason")
+
+    def _hold(self, well: bool, what: str) -> None:
+        if not well:
+            emulator = self.emulator
+            raise Broken(f"{what} at {emulator.time_s:.2f} s: {emulator.onboard.status}, {emulator.scenario.faults}")
+
+
+def joints(emulator: Emulator) -> list[float]:
+    """Along every sprayed stretch, the gaps (positive) and doubles (negative) between strokes [m]."""
+    found = []
+    for target in emulator.ledger.targets:
+        curve = target.curve
+        spans = []
+        for stroke in emulator.ledger.strokes:
+            ends = [
+                (stroke.x_m[i] - curve.x_m) * math.cos(curve.heading_rad)
+                + (stroke.y_m[i] - curve.y_m) * math.sin(curve.heading_rad)
+                for i in (0, -1)
+            ]
+            beside = abs(
+                (stroke.y_m[0] - curve.y_m) * math.cos(curve.heading_rad)
+                - (stroke.x_m[0] - curve.x_m) * math.sin(curve.heading_rad)
+            )
+            if beside < 0.3 and ends[1] > -0.1 and ends[0] < curve.length_m + 0.1:
+                spans.append((ends[0], ends[1]))
+        spans.sort()
+        found += [after[0] - before[1] for before, after in itertools.pairwise(spans)]
+    return found

@@ -1,0 +1,87 @@
+"""What the robot does about every fault of the timeline, in the emulated world; and random ones break no invariant."""
+
+from __future__ import annotations
+
+import pytest
+
+from benchmarks._invariants import Guarded, fault, joints, timeline
+from schemas.messages import TraversalStatus
+
+DONE, PAUSED, ESTOPPED = TraversalStatus.DONE, TraversalStatus.PAUSED, TraversalStatus.ESTOPPED
+
+# kind, parameters, words of the reason to stop ("" if it drives on), whether it goes on without an operator afterwards
+# (None: that depends on how it went)
+STOPS = [
+    ("gnss-outage", {}, "GNSS has no fix", True),
+    ("gnss-degraded", {"fix": "float"}, "a float fix", True),
+    ("gnss-degraded", {"fix": "float", "claimed_m": 0.02}, "a float fix", True),
+    ("gnss-degraded", {"fix": "single"}, "a single fix", True),
+    ("corrections-lost", {"duration_s": 20.0}, "", True),
+    ("gnss-wrong-fix", {"east_m": 0.3}, "contradict", True),
+    ("gnss-noisy", {"white_m": 0.2}, "", True),
+    ("gnss-noisy", {"white_m": 0.2, "honest": False}, "contradict", True),
+    ("messages-late", {"sensor": "gnss", "delay_s": 0.2}, "", True),
+    ("messages-late", {"sensor": "gnss", "delay_s": 0.8}, "no fix for more than 0.5 s", True),
+    ("messages-late", {"sensor": "imu", "delay_s": 0.05}, "", True),
+    ("messages-late", {"sensor": "encoder", "delay_s": 0.05}, "", True),
+    ("messages-duplicated", {"sensor": "gnss"}, "", True),
+    ("messages-reordered", {"sensor": "gnss", "spread_s": 0.25}, "", True),
+    ("messages-lost", {"sensor": "gnss"}, "no fix for more than 0.5 s", True),
+    ("messages-lost", {"sensor": "imu"}, "IMU's samples are older", True),
+    ("messages-lost", {"sensor": "encoder"}, "encoders' samples are older", True),
+    ("messages-lost", {"sensor": "magnetometer"}, "", True),
+    ("clock-skew", {"offset_s": 0.1}, "contradict", True),
+    ("imu-bias", {"gyro_radps": 0.05}, "contradict", None),
+    ("imu-noisy", {}, "wheels slip", True),
+    ("imu-stuck", {}, "IMU's samples are older", None),
+    ("magnetic-disturbance", {"east_t": 1e-5}, "", True),
+    ("encoder-dropout", {"wheel": "left"}, "left wheel does not turn", False),
+    ("wheel-blocked", {}, "left wheel does not turn", False),
+    ("wheel-slip", {"share": 0.5}, "wheels slip", None),
+    ("motor-weak", {"share": 0.0}, "left wheel does not turn", False),
+    ("valve-stuck", {"position": "open"}, "although the valve is closed", False),
+    ("valve-stuck", {"position": "closed"}, "too little paint", False),
+    ("disc-stuck", {"position": "up"}, "", True),
+    ("nozzle-clogged", {"share": 0.3}, "too little paint", False),
+    ("bumper", {}, "bumper is pressed", False),
+    ("battery-low", {}, "battery is low", False),
+    ("tank-empty", {}, "tank is empty", False),
+    ("operator-lost", {}, "operator has not been heard", False),
+]
+EXACT = {"gnss-outage", "gnss-degraded", "messages-lost", "bumper", "battery-low", "tank-empty", "operator-lost"}
+
+
+@pytest.mark.parametrize(
+    ("kind", "fields", "words", "by_itself"), STOPS, ids=[f"{kind}-{i}" for i, (kind, *_) in enumerate(STOPS)]
+)
+def test_every_fault(kind: str, fields: dict[str, object], words: str, by_itself: bool | None) -> None:
+    """Invariants hold, the reason is said, and nothing needs an operator that should not."""
+    run = Guarded((fault(kind, **{"start_s": 6.5, "duration_s": 4.0, **fields}),), seed=2, patient=False)
+    state = run.run(4500)
+    reasons = run.reasons[1:]
+    if not words:
+        assert state == DONE and reasons == []
+        return
+    assert any(words in reason for reason in reasons), reasons
+    if by_itself:
+        assert state == DONE, reasons
+    elif by_itself is False:
+        assert state == (ESTOPPED if kind == "bumper" else PAUSED), reasons
+    assert abs(run.emulator.onboard.estimate.speed_mps) < 0.02
+
+
+@pytest.mark.parametrize(
+    ("kind", "fields"), [(kind, fields) for kind, fields, words, _ in STOPS if kind in EXACT and words]
+)
+def test_afterwards_the_lines_are_whole(kind: str, fields: dict[str, object]) -> None:
+    """With an operator who resumes: at most 2 cm of a joint painted twice, at most 1 cm of it open."""
+    run = Guarded((fault(kind, start_s=6.5, duration_s=4.0, **fields),), seed=2)
+    assert run.run() == DONE, run.reasons
+    found = joints(run.emulator)
+    assert found
+    assert all(-0.02 <= joint <= 0.01 for joint in found), found
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_random_timelines_break_no_invariant(seed: int) -> None:
+    Guarded(timeline(seed), seed=seed % 7 + 1, follower="pure-pursuit" if seed % 3 == 0 else "mpc").run(6000)
