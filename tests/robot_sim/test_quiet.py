@@ -4,14 +4,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from schemas import topics
 from schemas.cdr import decode
 from schemas.curves import Curve
 from schemas.messages import TraversalStatus
 from schemas.scenario import Scenario
 from schemas.template import Template
 from schemas.vehicle import Vehicle
-from services.robot_sim import quiet
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.telemetry import Telemetry
 from tests.robot_sim.scripted import trajectory
@@ -140,10 +138,3 @@ def test_nearly_all_ticks_are_quiet(monkeypatch):
         emulator.run(100)
     driving = [tick for tick in loud if 100 < tick < emulator.tick_count - 150]
     assert len(driving) < 0.1 * emulator.tick_count
-    assert quiet.WHOLE == 0
-
-
-def test_what_is_left_of_topics_is_there():
-    said, _, _ = session(Scenario(seed=4), 300, loop=True)
-    names = {topic.name for topic, _ in said}
-    assert names >= {topics.IMU.name, topics.GNSS_FIX.name, topics.PAINT.name, topics.REPORT.name}

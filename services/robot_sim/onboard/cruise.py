@@ -30,6 +30,7 @@ from services.robot_sim.onboard.estimator.filter import FIX_FIXED, LEAD_S
 from services.robot_sim.onboard.estimator.intake import FROZEN_RADPS, MAG_EVERY_TICKS, STILL_RAD, STILL_TICKS
 from services.robot_sim.onboard.estimator.kernels import advance, take_fix
 from services.robot_sim.onboard.followers import Follower
+from services.robot_sim.onboard.followers.external import ExternalFollower
 from services.robot_sim.onboard.job import Phase
 from services.robot_sim.onboard.onboard import Onboard
 from services.robot_sim.onboard.path import FORWARD
@@ -350,7 +351,8 @@ class Cruise:
         along = job._phase is Phase.ALONG and driver.leg.sense == FORWARD and sprayer.owed_from_m is None
         worried = self._watch.pose_problem or hazards.emergency or hazards.stop or any(hazards._wheel_s)
         away = hazards._fence is None or hazards._outside_s > 0.0 or hazards._unheard_s > 0.0 or hazards.dry_s > 0.0
-        if not along or worried or away or not intake.imu_tick == intake.encoder_tick == tick:
+        asked = isinstance(self.follower, ExternalFollower)  # which can fail in any tick
+        if not along or worried or away or asked or not intake.imu_tick == intake.encoder_tick == tick:
             return False
         s, k = self.state, self.constants
         s[STILL], s[ACCEL], s[RATE : RATE + 2] = intake.still_ticks, intake.accel_mps2, intake.encoder_rates
