@@ -27,7 +27,7 @@ from schemas.messages import (
 from schemas.topics import Request, Response, Service
 from services.bus import Bus, CallError, Inbox
 from services.bus.counters import Counters
-from services.reports import bus_figures, estimator_figures, paint_figures, plan_figures
+from services.reports import bus_figures, hash_figures, paint_report, plan_figures, traversal_figures
 
 #: A job whose robot does not move on for this long (wall clock) will not finish by itself.
 _STALLED_S = 20.0
@@ -64,12 +64,14 @@ class JobOptions:
         plan: How to plan it.
         speed: Sim seconds per wall second; negative for as fast as it goes.
         record: File to record to, if any.
+        scenario_hash: Of what decides the session; passed on to the report.
     """
 
     template_json: str
     plan: PlanOptions
     speed: float
     record: Path | None
+    scenario_hash: str = ""
 
 
 @dataclass
@@ -214,16 +216,11 @@ class Job:
             "success": report.success and recorded,
             "reason": status.reason,
             "plan": plan_figures(plan.report),
-            "traversal": {
-                "total_time_s": report.total_time_s,
-                "wall_time_s": wall_s,
-                "real_time_factor": report.total_time_s / wall_s,
-                "follower_fallbacks": report.follower_fallbacks,
-            },
-            "paint": paint_figures(report),
-            "estimator": estimator_figures(report),
+            "traversal": traversal_figures(report, wall_s),
+            **paint_report(report),
             "bus": bus_figures(self._counters()),
             "recording": recording,
+            "hash": hash_figures(self.options.scenario_hash, report),
         }
 
     def _counters(self) -> dict[str, Counters]:

@@ -12,6 +12,7 @@ from pathlib import Path
 from schemas import topics
 from schemas.errors import TouchlineError
 from schemas.messages import DiagnosticArray, Event, Header, Time
+from schemas.scenario import Scenario
 from services.bus import Bus, BusConfig
 from services.bus.health import STARTING
 from services.bus.presence import Presence
@@ -94,6 +95,15 @@ def local_system(robot_arguments: Sequence[str], config: BusConfig | None = None
                 yield LocalSystem(bus, supervisor, bus.presence(), [])
         finally:
             supervisor.stop()
+
+
+@contextmanager
+def robot_arguments(scenario: Scenario) -> Iterator[list[str]]:
+    """What makes ``touchline robot-sim`` live ``scenario``: a file that is there as long as this context."""
+    with tempfile.NamedTemporaryFile("w", prefix="touchline-", suffix=".json", encoding="utf-8") as file:
+        file.write(scenario.model_dump_json())
+        file.flush()
+        yield ["--scenario", file.name]
 
 
 def severity_of(notice: Notice) -> int:

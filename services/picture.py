@@ -1,13 +1,14 @@
 """A picture of what was painted: true strokes at their true width, coloured by distance from the template."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from schemas.curves import Curve
+from schemas.errors import SpecError
 from schemas.messages import PaintMarks
 from schemas.template import Template
 
@@ -54,6 +55,23 @@ def draw_painted(template: Template, strokes: Iterable[PaintMarks], path: Path, 
     axes.set_title(template.title or template.name, fontweight="bold", loc="left")
     axes.set_title(caption, fontsize="small", loc="right")
     figure.savefig(path, dpi=140)
+
+
+def draw_or_refuse(template: Template, strokes: Iterable[PaintMarks], path: Path, caption: str = "") -> None:
+    """As :func:`draw_painted`.
+
+    Raises:
+        SpecError: The file cannot be written.
+    """
+    try:
+        draw_painted(template, strokes, path, caption)
+    except OSError as error:
+        raise SpecError(str(path), "", f"cannot be written ({error.strerror})", "give a writable path") from error
+
+
+def painted_caption(paint: Mapping[str, Any]) -> str:
+    """The two figures of a report that say most."""
+    return f"{paint['coverage_pct']:.2f} % covered, off by {1e3 * paint['lateral_error_m']['p95']:.1f} mm (p95)"
 
 
 def lateral_error(curve: Curve, points_m: Floats) -> Floats:

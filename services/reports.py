@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from schemas.messages import PlanReport, TraversalReport
+from schemas.messages import PlanReport, SegmentPaint, TraversalReport
 from services.bus.counters import Counters
 
 
@@ -57,6 +57,48 @@ def paint_figures(report: TraversalReport) -> dict[str, Any]:
             "max": report.lateral_error_max_m,
         },
     }
+
+
+def paint_report(report: TraversalReport) -> dict[str, Any]:
+    """Everything that the robot's report says about paint, as a whole and line by line, and about the estimate."""
+    return {
+        "paint": paint_figures(report),
+        "segments": [segment_figures(segment) for segment in report.segments],
+        "estimator": estimator_figures(report),
+    }
+
+
+def segment_figures(segment: SegmentPaint) -> dict[str, Any]:
+    """One line of the template, as it was painted."""
+    return {
+        "id": segment.id,
+        "length_m": segment.length_m,
+        "coverage_pct": segment.coverage_pct,
+        "gap_m": segment.gap_m,
+        "width_m": segment.width_m,
+        "overspray_m2": segment.overspray_m2,
+        "double_paint_m2": segment.double_paint_m2,
+        "lateral_error_m": {
+            "mean": segment.lateral_error_mean_m,
+            "p95": segment.lateral_error_p95_m,
+            "max": segment.lateral_error_max_m,
+        },
+    }
+
+
+def traversal_figures(report: TraversalReport, wall_time_s: float) -> dict[str, Any]:
+    """How long the drive took, in sim time and by the clock on the wall."""
+    return {
+        "total_time_s": report.total_time_s,
+        "wall_time_s": wall_time_s,
+        "real_time_factor": report.total_time_s / wall_time_s,
+        "follower_fallbacks": report.follower_fallbacks,
+    }
+
+
+def hash_figures(scenario: str, report: TraversalReport) -> dict[str, Any]:
+    """Of what decided the session, and of all that was said in it (``None`` if that was not worked out)."""
+    return {"scenario": scenario, "session": report.session_hash or None}
 
 
 def estimator_figures(report: TraversalReport) -> dict[str, Any]:

@@ -121,8 +121,27 @@ class TraversalStatus(Message):
     spraying: bool = False
 
 
+class SegmentPaint(Message):
+    """One line of the template, as it was painted; ``width_m`` is the mean width of its paint, 0 without any."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/SegmentPaint"
+    id: str = ""
+    length_m: float = 0.0
+    coverage_pct: float = 0.0
+    gap_m: float = 0.0
+    width_m: float = 0.0
+    overspray_m2: float = 0.0
+    double_paint_m2: float = 0.0
+    lateral_error_mean_m: float = 0.0
+    lateral_error_p95_m: float = 0.0
+    lateral_error_max_m: float = 0.0
+
+
 class TraversalReport(Message):
-    """The figures of a finished traversal; errors are the true nozzle's against the template."""
+    """The figures of a finished traversal; errors are the true nozzle's against the template.
+
+    ``session_hash`` is that of every recorded payload since the load, this one with an empty hash included.
+    """
 
     ros_type: ClassVar[str] = "touchline_msgs/msg/TraversalReport"
     header: Header = Header()
@@ -140,6 +159,8 @@ class TraversalReport(Message):
     painted_length_m: float = 0.0
     template_length_m: float = 0.0
     follower_fallbacks: UInt32 = 0
+    segments: tuple[SegmentPaint, ...] = ()
+    session_hash: str = ""
 
 
 class Event(Message):

@@ -8,6 +8,7 @@ import typer
 
 from schemas import topics
 from schemas.messages import RecordRequest, RecordStopRequest
+from schemas.scenario import Scenario
 from schemas.template import load_template
 from services.cli.display import print_figures, stderr
 from services.cli.options import ExitCode, Method, plan_options
@@ -32,7 +33,7 @@ def demo(
     if sys.stdin.isatty() and sys.stdout.isatty() and not headless:
         _in_console()
         return
-    figures = run_job(_TEMPLATE, speed=-1.0, robot=[], options=plan_options(Method.G2), record=_RECORDING)
+    figures = run_job(_TEMPLATE, speed=-1.0, scenario=Scenario(), options=plan_options(Method.G2), record=_RECORDING)
     print_figures(f"{load_template(_TEMPLATE).title}, painted", figures)
     if not figures["success"]:
         sys.exit(ExitCode.FAILED)

@@ -55,7 +55,7 @@ def _flatten(figures: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str
         path = f"{prefix}{name}"
         if isinstance(value, Mapping):
             yield from _flatten(value, f"{path}.")
-        else:
+        elif not isinstance(value, list):  # a table in a table: the JSON report has it
             yield path, value
 
 

@@ -5,7 +5,19 @@ import sys
 import typer
 
 from schemas.errors import TouchlineError
-from services.cli import demo, plan, recordings, run, services, study, system, templates
+from services.cli import (
+    demo,
+    picture,
+    plan,
+    recordings,
+    run,
+    services,
+    simulate,
+    study,
+    sweep,
+    system,
+    templates,
+)
 from services.cli.options import ExitCode
 
 app = typer.Typer(
@@ -19,11 +31,14 @@ app = typer.Typer(
 demo.register(app)
 plan.register(app)
 run.register(app)
+simulate.register(app)
+sweep.register(app)
 templates.register(app)
 study.register(app)
 system.register(app)
 services.register(app)
 recordings.register(app)
+picture.register(app)
 
 
 def main() -> None:

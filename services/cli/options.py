@@ -9,6 +9,8 @@ import typer
 
 from schemas.errors import SpecError
 from schemas.messages import PlanOptions
+from schemas.scenario import Scenario
+from schemas.spec import parse, read_text
 
 PLOT_ENDINGS = (".svg", ".png")
 
@@ -92,9 +94,18 @@ DryingTimeOption = Annotated[
 HardDryingOption = Annotated[
     bool, typer.Option("--hard-drying", help="Rather give no plan than drive over paint that is wet.")
 ]
-SeedOption = Annotated[int, typer.Option(help="Seed of every noise: the same seed gives the same session.", min=0)]
-FollowerOption = Annotated[Follower, typer.Option(help="What steers the robot along the path.")]
-NoiseOption = Annotated[Noise, typer.Option(help="Sensor and actuator noise.")]
+ScenarioOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--scenario", help="Scenario JSON file; the options below take precedence over it.", show_default=False
+    ),
+]
+SeedOption = Annotated[
+    int | None,
+    typer.Option(help="Seed of every noise: the same seed gives the same session; default 1.", min=0),
+]
+FollowerOption = Annotated[Follower | None, typer.Option(help="What steers the robot along the path; default mpc.")]
+NoiseOption = Annotated[Noise | None, typer.Option(help="Sensor and actuator noise; default: on.")]
 SpeedOption = Annotated[
     str, typer.Option("--speed", help="Times real time (1, 20, 0.5 …), or `max` for as fast as it goes.")
 ]
@@ -105,6 +116,17 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print the figures as J
 SupervisedOption = Annotated[
     bool, typer.Option("--supervised", hidden=True, help="End when the parent process is gone.")
 ]
+
+
+def chosen_scenario(file: Path | None, seed: int | None, follower: Follower | None, noise: Noise | None) -> Scenario:
+    """The scenario in ``file`` (or the default one), with what is given on the command line instead of its own.
+
+    Raises:
+        SpecError: The file is not a scenario.
+    """
+    changes = {"seed": seed, "follower": follower and follower.value, "noise": noise and noise.value}
+    given = parse(Scenario, read_text(file), file.name) if file else Scenario()
+    return given.model_copy(update={name: value for name, value in changes.items() if value is not None})
 
 
 def plan_options(

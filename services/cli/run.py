@@ -10,38 +10,40 @@ from typing import Annotated, Any
 import typer
 
 from schemas import topics
-from schemas.errors import SpecError
+from schemas.digest import scenario_hash
 from schemas.messages import GetPaintRequest, PlanOptions
+from schemas.scenario import Scenario
 from schemas.template import Template, load_template
+from schemas.vehicle import Vehicle
 from services.cli.display import Advance, print_event, print_figures, progress_bar, stderr
 from services.cli.drawing import OriginOption, PlaceOption, SetOption, chosen_template
 from services.cli.options import (
     DryingTimeOption,
     ExitCode,
-    Follower,
     FollowerOption,
     ForwardOnlyOption,
     HardDryingOption,
     JsonOption,
     Method,
     MethodOption,
-    Noise,
     NoiseOption,
     Order,
     OrderOption,
     PaintSpeedOption,
     ReportOption,
+    ScenarioOption,
     SeedOption,
     SpeedOption,
     TemplateArgument,
     TransitSpeedOption,
     check_plot,
+    chosen_scenario,
     plan_options,
     speed_factor,
     write_json,
 )
 from services.job import Job, JobFailed, JobOptions
-from services.local import LocalSystem, local_system, severity_of
+from services.local import LocalSystem, local_system, robot_arguments, severity_of
 
 
 def register(app: typer.Typer) -> None:
@@ -84,9 +86,10 @@ def run(
     place: PlaceOption = None,
     origin: OriginOption = None,
     speed: SpeedOption = "max",
-    seed: SeedOption = 1,
-    follower: FollowerOption = Follower.MPC,
-    noise: NoiseOption = Noise.DEFAULT,
+    scenario: ScenarioOption = None,
+    seed: SeedOption = None,
+    follower: FollowerOption = None,
+    noise: NoiseOption = None,
     order: OrderOption = Order.OPTIMISED,
     method: MethodOption = Method.G2,
     paint_speed: PaintSpeedOption = 0.0,
@@ -106,11 +109,12 @@ def run(
     """Paint a template once: start planner, robot and bridge, do the job over Zenoh, stop them, report."""
     check_plot(plot)
     drawing = chosen_template(template, settings, place, origin)
+    chosen = chosen_scenario(scenario, seed, follower, noise)
     figures = run_job(
         template,
         drawing=drawing,
         speed=speed_factor(speed),
-        robot=["--seed", str(seed), "--follower", follower.value, "--noise", noise.value],
+        scenario=chosen,
         options=plan_options(
             method,
             paint_speed=paint_speed,
@@ -123,7 +127,7 @@ def run(
         record=record,
         plot=plot,
     )
-    figures |= {"seed": seed, "follower": follower.value, "noise": noise.value}
+    figures |= {"seed": chosen.seed, "follower": chosen.follower, "noise": chosen.noise}
     if report is not None:
         write_json(figures, report)
     if as_json:
@@ -138,7 +142,7 @@ def run_job(
     template: str,
     *,
     speed: float,
-    robot: list[str],
+    scenario: Scenario,
     options: PlanOptions,
     record: Path | None,
     plot: Path | None = None,
@@ -155,10 +159,10 @@ def run_job(
     begun = time.monotonic()
     drawing = drawing or load_template(template)  # a bad template is told before anything is started
     if drawing.origin is not None:
-        at = drawing.origin
-        robot = [*robot, "--origin", f"{at.latitude_deg!r},{at.longitude_deg!r},{at.altitude_m!r}"]
-    job_options = JobOptions(drawing.to_json(), options, speed, record)
-    with local_system(robot) as system, progress_bar("Touchline") as advance:
+        scenario = scenario.model_copy(update={"origin": drawing.origin})
+    cause = scenario_hash(scenario, Vehicle(), drawing, options)
+    job_options = JobOptions(drawing.to_json(), options, speed, record, cause)
+    with robot_arguments(scenario) as robot, local_system(robot) as system, progress_bar("Touchline") as advance:
         advance(0.0, "Starting the services")
         system.wait_until_ready(lambda doing: stderr.print(doing))
         job = Job(system.bus, job_options, Terminal(system, advance))
@@ -175,13 +179,7 @@ def run_job(
 
 
 def _draw(system: LocalSystem, template: Template, path: Path, figures: dict[str, Any]) -> None:
-    from services.picture import draw_painted
+    from services.picture import draw_or_refuse, painted_caption
 
     strokes = system.bus.call(topics.GET_PAINT, GetPaintRequest(), timeout_s=30.0).strokes
-    paint = figures["paint"]
-    error = paint["lateral_error_m"]
-    caption = f"{paint['coverage_pct']:.2f} % covered, off by {1e3 * error['p95']:.1f} mm (p95)"
-    try:
-        draw_painted(template, strokes, path, caption)
-    except OSError as problem:
-        raise SpecError(str(path), "", f"cannot be written ({problem.strerror})", "give a writable path") from problem
+    draw_or_refuse(template, strokes, path, painted_caption(figures["paint"]))

@@ -6,13 +6,14 @@ from typing import Annotated
 
 import typer
 
-from schemas.scenario import Scenario
-from schemas.spec import parse, read_text
 from services.cli.drawing import OriginOption, parse_origin
 from services.cli.options import (
-    Follower,
-    Noise,
+    FollowerOption,
+    NoiseOption,
+    ScenarioOption,
+    SeedOption,
     SupervisedOption,
+    chosen_scenario,
     speed_factor,
 )
 
@@ -33,10 +34,10 @@ def planner(supervised: SupervisedOption = False) -> None:
 
 
 def robot_sim(
-    scenario: Annotated[Path | None, typer.Option(help="Scenario JSON file.", show_default=False)] = None,
-    seed: Annotated[int | None, typer.Option(help="Seed, instead of the scenario's.", min=0)] = None,
-    follower: Annotated[Follower | None, typer.Option(help="Follower, instead of the scenario's.")] = None,
-    noise: Annotated[Noise | None, typer.Option(help="Noise profile, instead of the scenario's.")] = None,
+    scenario: ScenarioOption = None,
+    seed: SeedOption = None,
+    follower: FollowerOption = None,
+    noise: NoiseOption = None,
     origin: OriginOption = None,
     speed: Annotated[str, typer.Option(help="Times real time, or `max`; can be changed while it runs.")] = "1",
     supervised: SupervisedOption = False,
@@ -44,15 +45,9 @@ def robot_sim(
     """Run the emulated robot: waits on the bus for a trajectory and drives it, until Ctrl-C."""
     from services.robot_sim.service import run_service
 
-    changes = {
-        "seed": seed,
-        "follower": follower and follower.value,
-        "noise": noise and noise.value,
-        "origin": origin and parse_origin(origin, "--origin"),
-    }
-    text = read_text(scenario) if scenario else "{}"
-    given = parse(Scenario, text, scenario.name if scenario else "scenario")
-    chosen = given.model_copy(update={name: value for name, value in changes.items() if value is not None})
+    chosen = chosen_scenario(scenario, seed, follower, noise)
+    if origin is not None:
+        chosen = chosen.model_copy(update={"origin": parse_origin(origin, "--origin")})
     run_service(scenario=chosen, speed=speed_factor(speed), supervised=supervised)
 
 

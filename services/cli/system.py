@@ -13,9 +13,17 @@ from schemas import topics
 from schemas.messages import GetDiagnosticsRequest, TraversalStatus
 from services.bus import Bus, BusConfig, CallError
 from services.cli.display import print_event, stderr
-from services.cli.options import ExitCode, Follower, FollowerOption, JsonOption, Noise, NoiseOption, SeedOption
+from services.cli.options import (
+    ExitCode,
+    FollowerOption,
+    JsonOption,
+    NoiseOption,
+    ScenarioOption,
+    SeedOption,
+    chosen_scenario,
+)
 from services.lifecycle import until_stopped
-from services.local import local_system, publish_notices, severity_of
+from services.local import local_system, publish_notices, robot_arguments, severity_of
 from services.runtime import only_one, running_pid, stop_running
 
 _STOP_TIMEOUT_S = 20.0
@@ -33,15 +41,21 @@ def register(app: typer.Typer) -> None:
 
 
 def up(
-    seed: SeedOption = 1,
-    follower: FollowerOption = Follower.MPC,
-    noise: NoiseOption = Noise.DEFAULT,
+    scenario: ScenarioOption = None,
+    seed: SeedOption = None,
+    follower: FollowerOption = None,
+    noise: NoiseOption = None,
     speed: Annotated[str, typer.Option(help="Times real time, or `max`; the console can change it.")] = "1",
 ) -> None:
     """Start planner, robot and bridge, watch them and restart what dies, until Ctrl-C or `touchline down`."""
     config = BusConfig.from_environment()
-    robot = ["--seed", str(seed), "--follower", follower.value, "--noise", noise.value, "--speed", speed]
-    with until_stopped() as stop, only_one(config), local_system(robot, config) as system:
+    chosen = chosen_scenario(scenario, seed, follower, noise)
+    with (
+        until_stopped() as stop,
+        only_one(config),
+        robot_arguments(chosen) as robot,
+        local_system([*robot, "--speed", speed], config) as system,
+    ):
         system.wait_until_ready(lambda doing: stderr.print(doing))
         stderr.print(f"Touchline is up on {config.endpoint}; open a console with `touchline tui`, stop with Ctrl-C")
         publish_notices(system, lambda: bool(stop), lambda notice: print_event(severity_of(notice), notice.text))

@@ -151,7 +151,7 @@ class Commands:
 
     def tell(self, severity: int, code: str, text: str) -> None:
         """Add a line to the event log."""
-        self.told.append(self._telemetry.event(OnboardEvent(severity, code, text)))
+        self.told.append(self._telemetry.tell(OnboardEvent(severity, code, text)))
 
     def take(self) -> list[Payload]:
         """The payloads to publish since the last call."""

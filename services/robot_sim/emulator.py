@@ -6,7 +6,6 @@ same session to the bit, whatever the pace.
 
 from __future__ import annotations
 
-import math
 from typing import Final, Protocol
 
 from schemas.errors import CommandRefused
@@ -15,6 +14,7 @@ from schemas.messages import Trajectory, TraversalStatus
 from schemas.scenario import Scenario
 from schemas.template import Template
 from schemas.vehicle import Vehicle
+from services.robot_sim.estimator_error import EstimatorError
 from services.robot_sim.faults import FaultTimeline
 from services.robot_sim.frames import (
     STANDSTILL,
@@ -32,6 +32,7 @@ from services.robot_sim.onboard.trajectory import resume_pose
 from services.robot_sim.paint.ledger import PaintLedger
 from services.robot_sim.paint.metrics import PaintMetrics, paint_metrics
 from services.robot_sim.paint.targets import start_pose, targets
+from services.robot_sim.quiet import ESTIMATED, SENSED, WHOLE, Quiet
 from services.robot_sim.sensors.suite import Sensors
 from services.robot_sim.world import body
 from services.robot_sim.world.world import Pose, World
@@ -91,36 +92,11 @@ class OnboardComputer(Protocol):
     def step(self, frame: SensorFrame) -> Command:
         """One tick."""
 
+    def act(self, frame: SensorFrame) -> Command:
+        """A tick whose frame the estimator has seen already."""
+
     def take_events(self) -> list[OnboardEvent]:
         """Events since the last call."""
-
-
-class EstimatorError:
-    """Running sums of the estimate against the truth, from the first motion of a traversal to its end."""
-
-    def __init__(self) -> None:
-        """Start empty."""
-        self._count = 0
-        self._position = 0.0
-        self._heading = 0.0
-
-    def add(self, truth: Pose, speed_mps: float, estimate: Estimate) -> None:
-        """Enter one tick."""
-        if self._count == 0 and abs(speed_mps) < 0.01:
-            return
-        self._count += 1
-        self._position += (estimate.east_m - truth.east_m) ** 2 + (estimate.north_m - truth.north_m) ** 2
-        self._heading += math.remainder(estimate.heading_rad - truth.heading_rad, math.tau) ** 2
-
-    @property
-    def position_rmse_m(self) -> float:
-        """Root mean square of the distance."""
-        return math.sqrt(self._position / self._count) if self._count else 0.0
-
-    @property
-    def heading_rmse_rad(self) -> float:
-        """Root mean square of the heading error."""
-        return math.sqrt(self._heading / self._count) if self._count else 0.0
 
 
 class Emulator:
@@ -156,6 +132,7 @@ class Emulator:
         self.command = STANDSTILL
         self.settled = False
         self._ended_ticks = SETTLE_TICKS
+        self._quiet = Quiet(self, self.onboard) if isinstance(self.onboard, Onboard) else None
         if scenario.start is not None:
             self.world.place(Pose(scenario.start.x_m, scenario.start.y_m, scenario.start.heading_rad))
 
@@ -245,6 +222,29 @@ class Emulator:
         self.command = self.onboard.step(self.frame)
         self.ledger.record(self.world.trace)
         self._follow_up()
+
+    def run(self, ticks: int) -> None:
+        """Let up to that many ticks pass, no more than the traversal takes; what they had to say is not looked at.
+
+        It is what as many calls of `tick` would do, several times as fast.
+        """
+        last = self.tick_count + ticks
+        while self.tick_count < last and self.active:
+            if self._quiet is not None:
+                self._quiet.run(last)
+            if self.tick_count < last and self.active:
+                self.tick()
+
+    def end_tick(self, frame: SensorFrame, stage: int) -> None:
+        """End a tick of which `quiet` has done a part: the world and the sensors at least."""
+        self.frame = frame
+        if stage == SENSED:
+            self.command = self.onboard.step(frame)
+        elif stage == ESTIMATED:
+            self.command = self.onboard.act(frame)
+        if stage != WHOLE:
+            self.ledger.record(self.world.trace)
+            self._follow_up()
 
     def metrics(self) -> PaintMetrics:
         """The figures of the paint so far; takes a moment."""

@@ -16,6 +16,7 @@ from services.robot_sim.frames import OnboardEvent
 from services.robot_sim.world import effects as e
 
 MAX_FAULTS: Final = 1000
+_NEVER: Final = 1 << 60
 _TICKS_PER_S = 100
 _FIX = {"single": 1.0, "float": 2.0}
 _WHEELS = {"left": (0,), "right": (1,), "both": (0, 1)}
@@ -78,6 +79,11 @@ class FaultTimeline:
         for entry in before:
             if entry not in self._active:
                 self._events.append(OnboardEvent(Event.INFO, "fault-ends", f"no longer: {entry.fault.summary}"))
+
+    @property
+    def quiet_until(self) -> int:
+        """The last tick before something begins or ends."""
+        return int(min(self._next_change, _NEVER)) - 1
 
     def take_events(self) -> list[OnboardEvent]:
         """What began and ended since the last call."""

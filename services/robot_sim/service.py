@@ -93,7 +93,7 @@ class RobotProcess:
         self._link = LinkWatch(bus, scenario.link_timeout_s)
         self._rate = RateMeter()
         self._send = {
-            topic: bus.publisher(topic).send_bytes
+            topic.name: bus.publisher(topic).send_bytes
             for topic in topics.TOPICS
             if topic not in (topics.PLANNER_PROGRESS, topics.DIAGNOSTICS, topics.SUPERVISOR_EVENTS)
         }
@@ -161,7 +161,7 @@ class RobotProcess:
 
     def _publish(self, payloads: list[Payload]) -> None:
         for topic, payload in payloads:
-            self._send[topic](payload)
+            self._send[topic.name](payload)
 
     def _diagnostics(self) -> dict[str, object]:
         return {

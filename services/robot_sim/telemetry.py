@@ -5,18 +5,20 @@ Everything is stamped with sim time, so the same session gives the same bytes at
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Final
 
 from schemas import messages as m
 from schemas import topics
 from schemas.cdr import encode
+from schemas.digest import SessionDigest
 from schemas.template import Template
 from schemas.topics import Topic
 from services.robot_sim import layouts
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.frames import OnboardEvent, SensorFrame
 from services.robot_sim.packing import NO_COVARIANCE_36, Payload, battery, gnss, header, odometry, stamp
+from services.robot_sim.paint.ledger import Marks
+from services.robot_sim.paint.metrics import SegmentMetrics
 from services.robot_sim.world import body
 
 _NO_COVARIANCE: Final = (0.0,) * 9
@@ -39,7 +41,12 @@ _BATTERY_TICKS: Final = _period(topics.BATTERY)
 
 
 class Telemetry:
-    """Turns the emulator's state into payloads."""
+    """Turns the emulator's state into payloads.
+
+    Attributes:
+        digest: The hash of what was told since the last load.
+        final: The report that was told, once the traversal's watch has ended.
+    """
 
     def __init__(self, emulator: Emulator) -> None:
         """Watch `emulator`; nothing has been told yet."""
@@ -52,12 +59,18 @@ class Telemetry:
         self._wheels = (0.0, 0.0)
         self._sprayer: tuple[float, ...] = ()
         self._state = -1
+        self.digest = SessionDigest()
+        self.final: m.TraversalReport | None = None
 
-    def loaded(self, trajectory: m.Trajectory, template: Template | None) -> Iterator[Payload]:
-        """What is told once when a trajectory has been loaded."""
-        yield topics.PLAN, encode(trajectory)
-        yield topics.TEMPLATE, encode(m.String(data=template.model_dump_json() if template is not None else ""))
-        yield from self.news()
+    def loaded(self, trajectory: m.Trajectory, template: Template | None) -> list[Payload]:
+        """What is told once when a trajectory has been loaded; a new session begins."""
+        self.digest, self.final = SessionDigest(), None
+        told = [
+            (topics.PLAN, encode(trajectory)),
+            (topics.TEMPLATE, encode(m.String(data=template.model_dump_json() if template is not None else ""))),
+        ]
+        self.digest.add(told)
+        return told + self.news()
 
     def after_tick(self) -> list[Payload]:
         """What is due after the emulator's last tick."""
@@ -89,17 +102,34 @@ class Telemetry:
             due.append(self.status())
         if emulator.settled:
             due += self._paint(time)
-            due.append((topics.REPORT, encode(self.report())))
         if tick % _CLOCK_TICKS == 0:
             due.append((topics.CLOCK, layouts.CLOCK.pack(sec, nanosec)))
+        self.digest.add(due)
+        if emulator.settled:
+            due.append((topics.REPORT, encode(self._final_report())))
         return due
+
+    def _final_report(self) -> m.TraversalReport:
+        """The report with the hash of all that was told in the session, itself included."""
+        report = self.report()
+        self.digest.add([(topics.REPORT, encode(report))])
+        self.final = report.model_copy(update={"session_hash": self.digest.hexdigest()})
+        return self.final
 
     def news(self) -> list[Payload]:
         """What a command has changed: events and the status."""
-        return [*self._events(), self.status()]
+        told = [*self._events(), self.status()]
+        self.digest.add(told)
+        return told
+
+    def tell(self, event: OnboardEvent) -> Payload:
+        """Something the operator should know, from outside the onboard computer."""
+        told = _event(event, self._emulator.tick_count)
+        self.digest.add([told])
+        return told
 
     def status(self) -> Payload:
-        """Where the traversal stands."""
+        """Where the traversal stands; not entered in the digest."""
         emulator, status, ledger = self._emulator, self._emulator.onboard.status, self._emulator.ledger
         self._state = status.state
         layout = layouts.status(status.reason, status.segment_id, ledger.ids)
@@ -118,17 +148,6 @@ class Telemetry:
             ledger.lateral_m,
             self._spraying,
         )
-
-    def event(self, event: OnboardEvent) -> Payload:
-        """Something the operator should know."""
-        message = m.Event(
-            header=header(self._emulator.tick_count),
-            severity=event.severity,
-            source=topics.ROBOT_SIM,
-            code=event.code,
-            text=event.text,
-        )
-        return topics.EVENTS, encode(message)
 
     def report(self) -> m.TraversalReport:
         """The figures of the traversal; takes a moment."""
@@ -150,18 +169,19 @@ class Telemetry:
             painted_length_m=metrics.painted_length_m,
             template_length_m=metrics.template_length_m,
             follower_fallbacks=status.follower_fallbacks,
+            segments=tuple(_segment(segment) for segment in metrics.segments),
         )
 
     def strokes(self) -> m.GetPaintResponse:
         """Everything painted in this traversal."""
-        head, width = header(self._emulator.tick_count), self._emulator.ledger.spray_width_m
+        head = header(self._emulator.tick_count)
         return m.GetPaintResponse(
             strokes=tuple(
                 m.PaintMarks(
                     header=head,
-                    segment_id=marks.segment_id,
+                    segment_id=self._line(marks),
                     first_index=marks.first_index,
-                    width_m=width,
+                    width_m=marks.width_m,
                     x_m=marks.x_m,
                     y_m=marks.y_m,
                 )
@@ -170,7 +190,7 @@ class Telemetry:
         )
 
     def _events(self) -> list[Payload]:
-        return [self.event(event) for event in self._emulator.take_events()]
+        return [_event(event, self._emulator.tick_count) for event in self._emulator.take_events()]
 
     @property
     def _spraying(self) -> bool:
@@ -234,14 +254,40 @@ class Telemetry:
         self._sprayer = switches
         return [(topics.SPRAYER, layouts.SPRAYER.pack(*time, *switches, state[body.TANK_L - body.VALVE_OPEN]))]
 
+    def _line(self, marks: Marks) -> str:
+        """Id of the line that marks belong to, "" for none."""
+        return self._emulator.ledger.ids[marks.target] if marks.target >= 0 else ""
+
     def _paint(self, time: tuple[int, int]) -> list[Payload]:
         ledger = self._emulator.ledger
         return [
             (
                 topics.PAINT,
-                layouts.paint_marks(marks.segment_id, len(marks.x_m)).pack(
-                    *time, marks.first_index, ledger.spray_width_m, *marks.x_m, *marks.y_m
+                layouts.paint_marks(self._line(marks), len(marks.x_m)).pack(
+                    *time, marks.first_index, marks.width_m, *marks.x_m.tolist(), *marks.y_m.tolist()
                 ),
             )
             for marks in ledger.take_marks()
         ]
+
+
+def _segment(segment: SegmentMetrics) -> m.SegmentPaint:
+    return m.SegmentPaint(
+        id=segment.id,
+        length_m=segment.length_m,
+        coverage_pct=segment.coverage_pct,
+        gap_m=segment.gap_m,
+        width_m=segment.width_m,
+        overspray_m2=segment.areas.overspray_m2,
+        double_paint_m2=segment.areas.double_paint_m2,
+        lateral_error_mean_m=segment.lateral.mean_m,
+        lateral_error_p95_m=segment.lateral.p95_m,
+        lateral_error_max_m=segment.lateral.max_m,
+    )
+
+
+def _event(event: OnboardEvent, tick: int) -> Payload:
+    message = m.Event(
+        header=header(tick), severity=event.severity, source=topics.ROBOT_SIM, code=event.code, text=event.text
+    )
+    return topics.EVENTS, encode(message)

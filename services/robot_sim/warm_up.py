@@ -12,6 +12,7 @@ from schemas.curves import Curve
 from schemas.scenario import Scenario
 from schemas.vehicle import Vehicle
 from services.robot_sim import onboard
+from services.robot_sim.emulator import Emulator
 from services.robot_sim.frames import STANDSTILL
 from services.robot_sim.paint.ledger import PaintLedger
 from services.robot_sim.paint.targets import Target
@@ -20,19 +21,28 @@ from services.robot_sim.world import body, physics
 from services.robot_sim.world.world import World
 
 _STEPS: Final = ("world", "sensors", "paint", "onboard computer")
+_LOOP: Final = "loop"
+_LOOP_TICKS: Final = 150
+"""Enough to set off."""
 
 
 def warm_up(
     report: Callable[[str], None] = lambda _line: None,
     vehicle: Vehicle | None = None,
     scenario: Scenario | None = None,
+    *,
+    loop: bool = False,
 ) -> None:
-    """Run every kernel once on throw-away data; `report` is told what takes long, and nothing if all is cached."""
+    """Run every kernel once on throw-away data; `report` is told what takes long, and nothing if all is cached.
+
+    `loop` takes in the one of `Emulator.run`, which is not needed where every tick is listened to.
+    """
+    steps = (*_STEPS, _LOOP) if loop else _STEPS
     vehicle, scenario = vehicle or Vehicle(), scenario or Scenario()
     begun, compiled_before = time.perf_counter(), _compiled()
-    for index, name in enumerate(_STEPS, start=1):
+    for index, name in enumerate(steps, start=1):
         if _compiled() > compiled_before:  # the first step was not in the cache, and so will the others not be
-            report(f"compiling kernels for the first start, {index} of {len(_STEPS)}: {name}")
+            report(f"compiling kernels for the first start, {index} of {len(steps)}: {name}")
         _exercise(name, vehicle, scenario)
     if _compiled() > compiled_before:
         report(f"compiled in {time.perf_counter() - begun:.1f} s")
@@ -44,6 +54,12 @@ def _compiled() -> int:
 
 
 def _exercise(name: str, vehicle: Vehicle, scenario: Scenario) -> None:
+    if name == _LOOP:
+        emulator = Emulator(vehicle, scenario.model_copy(update={"faults": (), "start": None}))
+        emulator.load(onboard.straight())
+        emulator.start()
+        emulator.run(_LOOP_TICKS)
+        return
     if name == "onboard computer":
         onboard.warm_up(vehicle, scenario)
         return

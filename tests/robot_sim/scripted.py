@@ -105,6 +105,9 @@ class ScriptedOnboard:
             return STANDSTILL
         return command
 
+    def act(self, frame: SensorFrame) -> Command:
+        return self.step(frame)
+
     def take_events(self):
         events, self._events = self._events, []
         return events

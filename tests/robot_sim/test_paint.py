@@ -11,10 +11,11 @@ from hypothesis import strategies as st
 from schemas.curves import Curve
 from schemas.template import Template
 from schemas.vehicle import Vehicle
+from services.robot_sim.paint.grid import cell_of, make_grid
 from services.robot_sim.paint.intervals import Intervals
 from services.robot_sim.paint.ledger import PaintLedger
 from services.robot_sim.paint.metrics import paint_metrics
-from services.robot_sim.paint.projection import project
+from services.robot_sim.paint.projection import REACH_M, project
 from services.robot_sim.paint.targets import Target, segment_length_m, sprayed_stretches, start_pose, targets
 from services.robot_sim.world.body import STEPS, TRACE_SHAPE
 from tests.robot_sim.scripted import trajectory
@@ -199,8 +200,10 @@ def test_marks_join_and_are_numbered():
     assert ledger.take_marks() == []
     assert [marks.first_index for marks in first + second] == [0, len(first[0].x_m)]
     assert first[0].x_m == pytest.approx([*np.arange(11) * 0.01, 0.105])
-    assert first[0].segment_id == "s0"
-    assert ledger.all_marks() == first + second
+    assert first[0].target == 0
+    for marks, again in zip(ledger.all_marks(), first + second, strict=True):
+        assert marks.first_index == again.first_index
+        assert np.array_equal(marks.x_m, again.x_m)
 
 
 def test_marks_taken_in_the_middle_of_a_stroke_share_a_point():
@@ -219,7 +222,7 @@ def test_marks_are_cut_where_the_line_changes():
     ledger = ledger_of(Curve.from_line((0, 0), (1, 0)), Curve.from_line((1, 0), (1, 1)))
     paint(ledger, np.vstack((line((0, 0), (1, 0)), line((1, 0), (1, 1))[1:])))
     marks = ledger.take_marks()
-    assert [mark.segment_id for mark in marks] == ["s0", "s1"]
+    assert [mark.target for mark in marks] == [0, 1]
     assert marks[1].x_m[0] == marks[0].x_m[-1]
     assert marks[1].first_index == len(marks[0].x_m) - 1
 
@@ -283,3 +286,87 @@ def test_sprayed_stretches_and_start_pose():
     assert start_pose(plan) == pytest.approx((0.0, 0.0, math.pi))
     with pytest.raises(ValueError, match="no segment"):
         start_pose(trajectory([], []))
+
+
+def test_every_line_has_its_own_figures():
+    ledger = ledger_of(EASTWARD, Curve.from_line((0, 1), (10, 1)), Curve.from_line((0, 2), (10, 2)))
+    paint(ledger, line((0, 0.01), (9, 0.01)))
+    paint(ledger, line((10, 1), (0, 1)))
+    paint(ledger, line((2, 1.03), (8, 1.03)))
+    metrics = paint_metrics(ledger)
+    first, second, third = metrics.segments
+    assert [s.id for s in metrics.segments] == ["s0", "s1", "s2"]
+    assert first.gap_m == pytest.approx(1.0)
+    assert first.coverage_pct == pytest.approx(90.0)
+    assert first.width_m == pytest.approx(0.12)
+    assert first.areas.overspray_m2 == pytest.approx(0.09, abs=1e-6)
+    assert first.lateral.max_m == pytest.approx(0.01)
+    assert second.width_m == pytest.approx(0.12 + 0.6 * 0.03, abs=1e-6)
+    assert second.areas.double_paint_m2 == pytest.approx(6 * 0.09, abs=1e-6)
+    assert (second.lateral.mean_m, second.lateral.max_m) == pytest.approx((0.03 * 6 / 16, 0.03), abs=1e-4)
+    assert (third.coverage_pct, third.width_m, third.areas.painted_m2) == (0.0, 0.0, 0.0)
+    assert sum(s.areas.painted_m2 for s in metrics.segments) == pytest.approx(metrics.painted_m2, abs=1e-6)
+    assert metrics.gap_m == pytest.approx(sum(s.gap_m for s in metrics.segments))
+
+
+def test_looking_at_the_coverage_in_between_changes_no_bit():
+    rng = np.random.default_rng(3)
+    strokes = [
+        line(*np.sort(rng.uniform(0, 10, 2))[:, None] * (1, 0) + (0, rng.uniform(-0.05, 0.05))) for _ in range(9)
+    ]
+    looked, plain = ledger_of(EASTWARD, NORTHWARD), ledger_of(EASTWARD, NORTHWARD)
+    for stroke in strokes:
+        paint(looked, stroke)
+        assert 0.0 < looked.coverage_pct < 100.0
+        looked.take_marks()
+        paint(plain, stroke)
+    assert looked.coverage_pct == plain.coverage_pct
+    assert looked.fractions == plain.fractions
+    assert looked.covered[0].spans() == plain.covered[0].spans()
+
+
+def test_a_ledger_takes_more_points_than_it_first_had_room_for():
+    ledger = ledger_of(Curve.from_line((0, 0), (60, 0)))
+    paint(ledger, line((0, 0), (60, 0)))
+    (stroke,) = ledger.strokes()
+    assert stroke.points.shape == (6001, 2)
+    assert stroke.points[:, 0] == pytest.approx(np.linspace(0, 60, 6001))
+
+
+@given(
+    st.lists(st.one_of(ARC, STRAIGHT), min_size=1, max_size=12),
+    st.tuples(st.floats(-60, 60), st.floats(-60, 60)),
+    st.floats(-3.2, 3.2),
+)
+def test_the_grid_holds_every_line_within_reach(curves, point, direction):
+    grid = make_grid(curves, REACH_M)
+    x, y = curves[0].at(0.5 * curves[0].length_m)[:2] if direction > 0 else point
+    x, y = float(x) + 0.4 * math.cos(direction), float(y) + 0.4 * math.sin(direction)
+    cell = cell_of(x, y, grid.frame)
+    near = set() if cell < 0 else set(grid.members[grid.starts[cell] : grid.starts[cell + 1]].tolist())
+    for index, curve in enumerate(curves):
+        row = np.array([curve.x_m, curve.y_m, curve.heading_rad, curve.curvature_1pm, curve.length_m])
+        s, lateral = project(x, y, row)
+        if abs(lateral) <= REACH_M and -REACH_M <= s <= curve.length_m + REACH_M:
+            # The straight continuation of an arc turns away; what the ledger needs is within the reach of its end.
+            on_arc = curve.at(min(max(s, 0.0), curve.length_m))
+            if math.hypot(x - float(on_arc[0]), y - float(on_arc[1])) <= math.sqrt(2) * REACH_M:
+                assert index in near
+
+
+def test_paint_from_a_clogged_nozzle_is_narrower():
+    ledger = ledger_of(EASTWARD)
+    rows = np.column_stack((line((0, 0), (10, 0)), np.ones(10001)))
+    rows[0, 2] = 0.0
+    rows[4001:6005, 2] = 0.5
+    for first in range(0, 10000, STEPS):
+        ledger.record(rows[first : first + STEPS + 1].copy())
+    wide, narrow, wide_again = ledger.strokes()
+    assert (wide.width_m, narrow.width_m, wide_again.width_m) == pytest.approx((0.12, 0.06, 0.12))
+    assert wide.points[-1] == pytest.approx(narrow.points[0])
+    assert narrow.points[-1] == pytest.approx((6.004, 0.0))
+    assert [marks.width_m for marks in ledger.all_marks()] == [wide.width_m, narrow.width_m, wide_again.width_m]
+    metrics = paint_metrics(ledger)
+    assert metrics.painted_m2 == pytest.approx(1.2 - 0.06 * 2.004, abs=1e-6)
+    assert metrics.segments[0].width_m == pytest.approx(0.12 - 0.06 * 0.2004, abs=1e-6)
+    assert metrics.coverage_pct == pytest.approx(100.0)

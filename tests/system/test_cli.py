@@ -10,7 +10,21 @@ from schemas.template import parse_template
 from tests.system.commands import figures, touchline
 
 SERVICES = ["planner", "robot-sim", "bridge", "tui"]
-COMMANDS = ["demo", "up", "status", "down", *SERVICES, "plan", "run", "templates", "record", "replay"]
+COMMANDS = [
+    "demo",
+    "up",
+    "status",
+    "down",
+    *SERVICES,
+    "plan",
+    "run",
+    "simulate",
+    "sweep",
+    "templates",
+    "record",
+    "replay",
+    "picture",
+]
 
 
 @pytest.mark.parametrize("command", COMMANDS)

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
+from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
+from schemas.jit import kernel
 from schemas.vehicle import Vehicle
 from services.robot_sim.frames import TICK_S
 from services.robot_sim.onboard import tracking as t
@@ -24,6 +27,13 @@ END_TOLERANCE_M = 0.01
 _LOCATE_STEPS = 30  # of at most 5 cm each
 _SLIP_LIMIT = 0.15  # of what the feed-forward makes up for
 
+B_RADIUS: Final = 0  # m
+B_TRACK: Final = 1  # m
+B_HALF_TICK: Final = 2  # share of the way to the command that the motors make in half a tick
+BODY: Final = 3
+
+Floats = NDArray[np.float64]
+
 
 class Driver:
     """Progress along one trajectory.
@@ -37,16 +47,16 @@ class Driver:
         """At the start of `plan`."""
         self._plan = plan
         self._follower = follower
-        self._radius_m = vehicle.wheel_radius_m
-        self._track_m = vehicle.track_width_m
-        self._half_tick = 1.0 - math.exp(-0.5 * TICK_S / max(vehicle.motor_time_constant_s, TICK_S))
+        self._body = np.zeros(BODY)
+        self._body[B_RADIUS], self._body[B_TRACK] = vehicle.wheel_radius_m, vehicle.track_width_m
+        self._body[B_HALF_TICK] = 1.0 - math.exp(-0.5 * TICK_S / max(vehicle.motor_time_constant_s, TICK_S))
         self._progress = np.zeros(t.PROGRESS)
         self._limits = np.zeros(t.LIMITS)
         self._limits[t.L_ACCELERATE] = vehicle.max_acceleration_mps2 * ACCELERATION_MARGIN
         self._limits[t.L_BRAKE] = vehicle.max_acceleration_mps2
         self._limits[t.L_BACK_SPEED] = BACK_SPEED_MPS
         self._limits[t.L_NOZZLE_X], self._limits[t.L_NOZZLE_Y] = vehicle.nozzle_x_m, vehicle.nozzle_y_m
-        self._ahead = np.zeros((t.AHEAD_TICKS, t.AHEAD_COLUMNS))
+        self._ahead = np.zeros((follower.ahead_ticks, t.AHEAD_COLUMNS))
         self.now = np.zeros(t.NOW)
         follower.reset()
         self.leg_index = 0
@@ -119,27 +129,20 @@ class Driver:
         self, estimator: Estimator, command: tuple[float, float], mode: int, back_to_m: float = 0.0
     ) -> tuple[float, float]:
         """Wheel speeds (left, right) [rad/s] for the coming tick; `command` are those of the last one."""
-        x = estimator.state.tolist()
-        now = self.now
+        x, now = estimator.state, self.now
         self._limits[t.L_BACK_TO] = back_to_m
-        now[t.SPEED] = estimator.speed_now_mps()
-        now[t.LEFT_RADIUS] = self._radius_m * (1.0 - _bounded(x[m.LEFT_SLIP]))
-        now[t.RIGHT_RADIUS] = self._radius_m * (1.0 - _bounded(x[m.RIGHT_SLIP]))
-        now[t.LEFT_COMMAND], now[t.RIGHT_COMMAND] = command
-        # The estimate is the mean of the last tick; the motors' lag says how far it has moved on since its middle.
-        commanded = (command[1] * now[t.RIGHT_RADIUS] - command[0] * now[t.LEFT_RADIUS]) / self._track_m
-        now[t.YAW_RATE] = x[m.YAW_RATE] + self._half_tick * (commanded - x[m.YAW_RATE])
+        observe(x, estimator.speed_now_mps(), *command, self._body, now)
         if self._turning is not None:
-            self._turning.step(x[m.HEADING], mode == t.MODE_BRAKE, now, self._ahead)
+            self._turning.step(float(x[m.HEADING]), mode == t.MODE_BRAKE, now, self._ahead)
         else:
             self._track(x, mode)
         return self._follower.step(now, self._ahead)
 
     def locate(self, estimator: Estimator) -> None:
         """Find the standing robot's place on the path anew: it may have slid or been pushed, either way."""
-        x = estimator.state.tolist()
+        x = estimator.state
         if self._turning is not None:
-            self._turning.hold(x[m.HEADING])
+            self._turning.hold(float(x[m.HEADING]))
             self.halt()
             return
         self._limits[t.L_BACK_TO] = self.leg.start_m
@@ -149,7 +152,7 @@ class Driver:
                 self._track(x, mode)
         self.halt()
 
-    def _track(self, x: list[float], mode: int) -> None:
+    def _track(self, x: Floats, mode: int) -> None:
         t.track(
             self._rows,
             self.leg.sense,
@@ -165,5 +168,27 @@ class Driver:
         )
 
 
+@kernel
 def _bounded(slip: float) -> float:
     return min(max(slip, -_SLIP_LIMIT), _SLIP_LIMIT)
+
+
+@kernel
+def observe(x: Floats, speed_mps: float, left_radps: float, right_radps: float, body: Floats, now: Floats) -> None:
+    """What the follower is told about the robot itself.
+
+    Args:
+        x: (STATES,) of the estimator.
+        speed_mps: At the end of the tick.
+        left_radps: Commanded in the last tick, as `right_radps`.
+        right_radps: See `left_radps`.
+        body: (BODY,) of this vehicle.
+        now: (NOW,) of `tracking`: twist, effective radii and commands are filled in.
+    """
+    now[t.SPEED] = speed_mps
+    now[t.LEFT_RADIUS] = body[B_RADIUS] * (1.0 - _bounded(x[m.LEFT_SLIP]))
+    now[t.RIGHT_RADIUS] = body[B_RADIUS] * (1.0 - _bounded(x[m.RIGHT_SLIP]))
+    now[t.LEFT_COMMAND], now[t.RIGHT_COMMAND] = left_radps, right_radps
+    # The estimate is the mean of the last tick; the motors' lag says how far it has moved on since its middle.
+    commanded = (right_radps * now[t.RIGHT_RADIUS] - left_radps * now[t.LEFT_RADIUS]) / body[B_TRACK]
+    now[t.YAW_RATE] = x[m.YAW_RATE] + body[B_HALF_TICK] * (commanded - x[m.YAW_RATE])

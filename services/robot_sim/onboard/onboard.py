@@ -88,6 +88,10 @@ class Onboard:
         """One tick; frames must come in order, none left out."""
         self._estimate = None
         self._estimator.step(frame)
+        return self.act(frame)
+
+    def act(self, frame: SensorFrame) -> Command:
+        """The second half of a tick: the estimator has seen the frame already."""
         self._watch.look(frame.tick, frame.time_s)
         self._hazards.look(frame, self._command)
         self._command = self._traversal.step(frame.time_s)

@@ -26,6 +26,7 @@ class Sprayer:
         self._on_delay_s = vehicle.valve_on_delay_s
         self._off_delay_s = vehicle.valve_off_delay_s
         self._last_m = 0.0
+        self._same, self._same_from_m, self._same_to_m = Actuation.NONE, 0.0, 0.0
         self.valve = False
         self.owed_from_m: float | None = None
 
@@ -34,9 +35,12 @@ class Sprayer:
 
         A line is then never too short for the tick that it fell into, at most a tick's way too long.
         """
-        return self._plan.actuation_at(arc_length_m) | self._plan.actuation_at(
-            arc_length_m + TICK_S * max(speed_mps, 0.0)
-        )
+        ahead_m = arc_length_m + TICK_S * max(speed_mps, 0.0)
+        if self._same_from_m <= arc_length_m and ahead_m < self._same_to_m:
+            return self._same
+        at = self._plan.actuation_at(arc_length_m)
+        self._same_from_m, self._same_to_m, self._same = (*self._plan.actuated_alike(arc_length_m), at)
+        return at | self._plan.actuation_at(ahead_m)
 
     def due(self, arc_length_m: float, speed_mps: float) -> bool:
         """Whether the valve should be open in the coming tick: owed paint first, then the plan's."""

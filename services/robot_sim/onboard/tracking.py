@@ -47,7 +47,6 @@ NOW: Final = 10
 A_SPEED: Final = 0  # reference speed, mean over the tick, signed [m/s]
 A_YAW_RATE: Final = 1  # at which the path turns at that speed, mean over the tick [rad/s]
 AHEAD_COLUMNS: Final = 2
-AHEAD_TICKS: Final = 100
 
 # Limits.
 L_ACCELERATE: Final = 0
@@ -157,7 +156,7 @@ def track(
         north: See `east`.
         heading: See `east`.
         now: (NOW,) errors and references are filled in; the rest is the caller's.
-        ahead: (AHEAD_TICKS, AHEAD_COLUMNS) filled in.
+        ahead: (n, AHEAD_COLUMNS) filled in.
     """
     before = progress[P_ARC]
     segment = int(progress[P_SEGMENT])

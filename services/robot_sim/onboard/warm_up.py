@@ -30,7 +30,7 @@ _TICKS = 90
 def warm_up(vehicle: Vehicle | None = None, scenario: Scenario | None = None) -> None:
     """Drive a throw-away robot off its mark once; takes seconds if nothing is cached, milliseconds if all is."""
     onboard = Onboard(vehicle or Vehicle(), scenario or Scenario())
-    onboard.load(_straight())
+    onboard.load(straight())
     onboard.start()
     for tick in range(1, _TICKS):
         fix = GnssSample((tick - 11) / 100, 0.0, 0.0, 1e-4, 3, 20, 0.0)
@@ -39,7 +39,8 @@ def warm_up(vehicle: Vehicle | None = None, scenario: Scenario | None = None) ->
         onboard.step(SensorFrame(tick, tick / 100, imu, mag, EncoderSample(0.0, 0.0), fixes))
 
 
-def _straight() -> Trajectory:
+def straight() -> Trajectory:
+    """A metre straight ahead, nothing sprayed."""
     line = Line(start=Point(x=0.0, y=0.0), end=Point(x=1.0, y=0.0))
     curve = Curve(type=CurveType(value=CurveType.LINE), line=(line,))
     speed = Velocity(type=VelocityType(value=VelocityType.LINEAR), value=0.5)

@@ -25,7 +25,10 @@ GRID_M: Final = 1e-6
 _TURN_OF_A_PIECE: Final = 0.9 * math.pi
 
 
-class PaintAreas(NamedTuple):
+Points = NDArray[np.float64]
+
+
+class Areas(NamedTuple):
     """Areas [m²]; see `paint_areas`."""
 
     painted_m2: float
@@ -33,10 +36,26 @@ class PaintAreas(NamedTuple):
     double_paint_m2: float
 
 
+class PaintAreas(NamedTuple):
+    """Areas of all paint, and of that which belongs to each line."""
+
+    total: Areas
+    lines: list[Areas]
+
+
 def paint_areas(
-    strokes: Sequence[Stroke], lines: Sequence[Curve], spray_width_m: float, line_width_m: float
+    strokes: Sequence[Stroke],
+    by_line: Sequence[Sequence[Stroke]],
+    lines: Sequence[Curve],
+    line_width_m: float,
 ) -> PaintAreas:
     """Areas of the paint against the lines.
+
+    Args:
+        strokes: All paint.
+        by_line: Per line, the stretches of strokes that belong to it.
+        lines: What should be painted.
+        line_width_m: Of the lines.
 
     `overspray_m2` is painted area outside the union of the lines' bands. `double_paint_m2` is area under two or more
     passes of the nozzle, except within half a line width of where two lines' bands (lengthened by half a width)
@@ -45,13 +64,21 @@ def paint_areas(
     import shapely
 
     bands = [_strip(_polyline(line), line_width_m, "flat") for line in lines]
-    passes = [_strip(_simplified(piece), spray_width_m, "flat") for stroke in strokes for piece in _pieces(stroke)]
-    painted = shapely.union_all(passes, grid_size=GRID_M)
     intended = shapely.union_all(bands, grid_size=GRID_M)
-    overspray = shapely.difference(painted, intended, grid_size=GRID_M)
     joints = _joints(lines, line_width_m)
-    twice = shapely.difference(_overlaps(passes), joints, grid_size=GRID_M)
-    return PaintAreas(float(painted.area), float(overspray.area), float(twice.area))
+
+    def measure(strokes: Sequence[Stroke]) -> Areas:
+        passes = [
+            _strip(_simplified(piece), stroke.width_m, "flat") for stroke in strokes for piece in _pieces(stroke.points)
+        ]
+        if not passes:
+            return Areas(0.0, 0.0, 0.0)
+        painted = shapely.union_all(passes, grid_size=GRID_M)
+        overspray = shapely.difference(painted, intended, grid_size=GRID_M)
+        twice = shapely.difference(_overlaps(passes), joints, grid_size=GRID_M)
+        return Areas(float(painted.area), float(overspray.area), float(twice.area))
+
+    return PaintAreas(measure(strokes), [measure(stretches) for stretches in by_line])
 
 
 def _strip(points: NDArray[np.float64], width_m: float, cap_style: Literal["flat", "square"]) -> BaseGeometry:
@@ -78,9 +105,8 @@ def _polyline(curve: Curve) -> NDArray[np.float64]:
     return np.column_stack((x, y))
 
 
-def _pieces(stroke: Stroke) -> list[NDArray[np.float64]]:
-    """A stroke cut where it turns back or has turned by half a circle, so that no piece overlaps itself."""
-    points = np.column_stack((stroke.x_m, stroke.y_m))
+def _pieces(points: Points) -> list[Points]:
+    """A stroke (n, 2) cut where it turns back or has turned by half a circle, so that no piece overlaps itself."""
     moved = np.concatenate(([True], np.any(np.diff(points, axis=0) != 0.0, axis=1)))
     points = points[moved]
     if len(points) < 2:

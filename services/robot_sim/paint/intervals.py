@@ -6,17 +6,17 @@ from bisect import bisect_left, bisect_right
 
 
 class Intervals:
-    """Union of closed intervals of the real line.
-
-    Attributes:
-        length: Its total length.
-    """
+    """Union of closed intervals of the real line: the same whatever the order in which they were added."""
 
     def __init__(self) -> None:
         """Start empty."""
-        self.length = 0.0
         self._starts: list[float] = []
         self._ends: list[float] = []
+
+    @property
+    def length(self) -> float:
+        """Total length."""
+        return sum(end - start for start, end in zip(self._starts, self._ends, strict=True))
 
     def add(self, start: float, end: float) -> None:
         """Unite with [`start`, `end`]; `start` ≤ `end`."""
@@ -25,12 +25,6 @@ class Intervals:
         last = bisect_right(starts, end)
         if first < last:
             start, end = min(start, starts[first]), max(end, ends[last - 1])
-            if last - first == 1:
-                self.length += (end - start) - (ends[first] - starts[first])
-                starts[first], ends[first] = start, end
-                return
-        removed = sum(ends[i] - starts[i] for i in range(first, last))
-        self.length += (end - start) - removed
         starts[first:last], ends[first:last] = [start], [end]
 
     def spans(self) -> list[tuple[float, float]]:

@@ -2,53 +2,61 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import NamedTuple
+from itertools import pairwise
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from services.robot_sim.paint import projection
+from services.robot_sim.paint import projection as p
+from services.robot_sim.paint.grid import make_grid
 from services.robot_sim.paint.intervals import Intervals
 from services.robot_sim.paint.targets import Target
-from services.robot_sim.world.body import STEPS, TRACE_EAST, TRACE_NORTH
+
+_FIRST_POINTS: Final = 4096
+_ROOM: Final = 2 * p.MOST_RUNS
+_MOST_STRETCHES: Final = 3 * p.MOST_RUNS  # of one line in a tick
 
 
-@dataclass
-class Stroke:
-    """The true nozzle from the opening of the valve to its closing, in the map frame.
-
-    Points lie 10 ms apart, but for the first and the last, which are exact to 1 ms.
-    """
-
-    first_index: int
-    """Of its first point, in the count of all points of the session."""
-    x_m: list[float] = field(default_factory=list)
-    y_m: list[float] = field(default_factory=list)
-    target: list[int] = field(default_factory=list)
-    """For each point after the first: the line that the paint up to it belongs to, −1 for none."""
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Arrays = tuple[Floats, Floats, Integers, Integers, Floats, Floats, Floats, Integers]
 
 
 class Marks(NamedTuple):
     """A stretch of one stroke that belongs to one line."""
 
-    segment_id: str
+    target: int
+    """The line, −1 for none."""
     first_index: int
-    x_m: list[float]
-    y_m: list[float]
+    """Of its first point, in the count of all points of the session."""
+    width_m: float
+    x_m: NDArray[np.float64]
+    y_m: NDArray[np.float64]
+
+
+class Stroke(NamedTuple):
+    """The nozzle while paint flowed evenly: (n, 2) points [m], and how wide it painted [m]."""
+
+    points: Floats
+    width_m: float
 
 
 class Deviation(NamedTuple):
-    """The nozzle against its line, once per tick of spraying."""
+    """The nozzle against its line, once per tick of spraying that belongs to one."""
 
     target: NDArray[np.int64]
-    arc_length_m: NDArray[np.float64]
     lateral_m: NDArray[np.float64]
 
 
 class PaintLedger:
     """Collects the true paint, tick by tick.
+
+    A stroke is the true nozzle from the opening of the valve to its closing, in the map frame; its points lie 10 ms
+    apart, but for the first and the last, which are exact to 1 ms. Where the width of the paint changes, another stroke
+    begins. A point takes 40 bytes.
 
     Args:
         targets: What should be painted.
@@ -57,8 +65,7 @@ class PaintLedger:
 
     Attributes:
         ids: Of the targets.
-        strokes: All strokes so far, the open one last.
-        covered: Per target, the stretches over which paint lies.
+        length_m: To be painted.
     """
 
     def __init__(self, targets: Sequence[Target], line_width_m: float, spray_width_m: float) -> None:
@@ -66,58 +73,81 @@ class PaintLedger:
         self.targets = list(targets)
         self.ids = tuple(target.id for target in self.targets)
         self.line_width_m, self.spray_width_m = line_width_m, spray_width_m
-        self.strokes: list[Stroke] = []
-        self.covered = [Intervals() for _ in self.targets]
-        self.length_m = sum(target.curve.length_m for target in self.targets)
+        self._lengths: NDArray[np.float64] = np.array([t.curve.length_m for t in self.targets], dtype=np.float64)
+        self.length_m = math.fsum(self._lengths)
         self._table = np.array(
             [(c.x_m, c.y_m, c.heading_rad, c.curvature_1pm, c.length_m) for _, c in self.targets], dtype=np.float64
         ).reshape(-1, 5)
-        self._runs: NDArray[np.float64] = np.zeros(projection.RUN_SHAPE)
-        self._hits: NDArray[np.float64] = np.zeros((3 * max(1, len(self.targets)) * STEPS, projection.HIT_COLUMNS))
-        self._open = False
-        self._points = 0
-        self._deviations: list[tuple[float, float, float]] = []
-        self._sent = (0, 0)  # stroke and point from which the next batch begins
+        self._grid = make_grid([target.curve for target in self.targets], p.REACH_M)
+        self._points: NDArray[np.float64] = np.zeros((_FIRST_POINTS, p.POINT_COLUMNS))
+        self._state: NDArray[np.int64] = np.zeros(p.STATE_SIZE, dtype=np.int64)
+        self._latest: NDArray[np.float64] = np.tile((1.0, -1.0), (len(self.targets), 1))
+        self._seen: NDArray[np.float64] = self._latest.copy()
+        self._stretches: NDArray[np.float64] = np.zeros(
+            (_MOST_STRETCHES * max(1, self._grid.largest), p.STRETCH_COLUMNS)
+        )
+        self._covered = [Intervals() for _ in self.targets]
+        self._covered_m: NDArray[np.float64] = np.zeros(len(self.targets))
+        self._sent = 0  # point from which the next batch begins
 
     def record(self, trace: NDArray[np.float64]) -> None:
         """Enter one tick; `trace` is (STEPS + 1, 3), the world's."""
-        runs, hits = projection.mark(self._table, 0.5 * self.line_width_m, trace, self._runs, self._hits)
-        if runs == 0:
-            self._open = False
+        self.make_room()
+        table, frame, starts, members, points, latest, stretches, state = self.arrays
+        p.enter(table, frame, starts, members, 0.5 * self.line_width_m, trace, points, latest, stretches, state)
+        self.put_aside()
+
+    @property
+    def arrays(self) -> Arrays:
+        """What `projection.enter` works on: table, grid (frame, starts, members), points, latest, stretches, state."""
+        grid = self._grid
+        lines = (self._table, grid.frame, grid.starts, grid.members)
+        return (*lines, self._points, self._latest, self._stretches, self._state)
+
+    def make_room(self) -> None:
+        """Have room for the points of another tick at least."""
+        if self._state[p.STATE_POINTS] + _ROOM > len(self._points):
+            self._points = np.concatenate((self._points, np.zeros_like(self._points)))
+
+    def put_aside(self) -> None:
+        """Take the stretches that have been left for good."""
+        if not self._state[p.STATE_STRETCHES]:
             return
-        for first, last, target, arc_length, lateral in self._runs[:runs].tolist():
-            if first > 0 or not self._open:
-                self._begin(trace[int(first)])
-            self._append(trace[int(last)], int(target))
-            self._open = last == STEPS
-            if target >= 0:
-                self._deviations.append((target, arc_length, lateral))
-        for target, start, end in self._hits[:hits].tolist():
-            self.covered[int(target)].add(start, end)
+        for target, start, end in self._stretches[: self._state[p.STATE_STRETCHES]].tolist():
+            self._covered[int(target)].add(start, end)
+        self._state[p.STATE_STRETCHES] = 0
 
-    def _begin(self, row: NDArray[np.float64]) -> None:
-        self.strokes.append(Stroke(self._points, [float(row[TRACE_EAST])], [float(row[TRACE_NORTH])]))
-        self._points += 1
+    @property
+    def points(self) -> int:
+        """Points of all strokes so far."""
+        return int(self._state[p.STATE_POINTS])
 
-    def _append(self, row: NDArray[np.float64], target: int) -> None:
-        stroke = self.strokes[-1]
-        stroke.x_m.append(float(row[TRACE_EAST]))
-        stroke.y_m.append(float(row[TRACE_NORTH]))
-        stroke.target.append(target)
-        self._points += 1
+    @property
+    def covered(self) -> list[Intervals]:
+        """Per target, the stretches over which paint lies."""
+        changed = np.flatnonzero((self._latest != self._seen).any(axis=1))
+        for index in changed.tolist():
+            self._covered[index].add(*self._latest[index].tolist())
+            self._covered_m[index] = self._covered[index].length
+            self._seen[index] = self._latest[index]
+        return self._covered
+
+    @property
+    def covered_by_target_m(self) -> NDArray[np.float64]:
+        """Per target, the length over which paint lies."""
+        assert self.covered is self._covered, "which brings the lengths up to date"
+        return self._covered_m
 
     @property
     def fractions(self) -> list[float]:
         """Per target, the share of its length over which paint lies."""
-        return [
-            min(1.0, covered.length / target.curve.length_m)
-            for covered, target in zip(self.covered, self.targets, strict=True)
-        ]
+        shares: list[float] = np.minimum(1.0, self.covered_by_target_m / self._lengths).tolist()
+        return shares
 
     @property
     def covered_m(self) -> float:
         """Length of lines over which paint lies."""
-        return sum(covered.length for covered in self.covered)
+        return math.fsum(self.covered_by_target_m)
 
     @property
     def coverage_pct(self) -> float:
@@ -126,39 +156,54 @@ class PaintLedger:
 
     @property
     def lateral_m(self) -> float:
-        """The last painted nozzle position against its line [m]; left positive; 0 before any."""
-        return self._deviations[-1][2] if self._deviations else 0.0
+        """The last painted nozzle position against its line [m]; left positive; 0 before any or far from all."""
+        last = self._points[self.points - 1]
+        return float(last[p.POINT_LATERAL]) if self.points and last[p.POINT_TARGET] >= 0.0 else 0.0
 
     def deviation(self) -> Deviation:
         """Every painted tick's nozzle against its line."""
-        columns = np.array(self._deviations, dtype=np.float64).reshape(-1, 3)
-        return Deviation(columns[:, 0].astype(np.int64), columns[:, 1], columns[:, 2])
+        points = self._points[: self.points]
+        points = points[points[:, p.POINT_TARGET] >= 0.0]
+        return Deviation(points[:, p.POINT_TARGET].astype(np.int64), points[:, p.POINT_LATERAL])
+
+    def strokes(self) -> list[Stroke]:
+        """Each stroke so far, the open one last."""
+        points = self._points[: self.points]
+        begins = np.flatnonzero(points[:, p.POINT_TARGET] == p.STROKE_BEGINS).tolist()
+        return [self._stroke(points[first:end]) for first, end in pairwise((*begins, len(points)))]
+
+    def strokes_by_target(self) -> list[list[Stroke]]:
+        """Per target, the stretches of strokes that belong to it."""
+        parts: list[list[Stroke]] = [[] for _ in self.targets]
+        for marks in self.all_marks():
+            if marks.target >= 0:
+                end = marks.first_index + len(marks.x_m)
+                parts[marks.target].append(self._stroke(self._points[marks.first_index : end]))
+        return parts
+
+    def _stroke(self, points: Floats) -> Stroke:
+        return Stroke(points[:, :2], float(points[-1, p.POINT_WIDTH]) * self.spray_width_m)
 
     def take_marks(self) -> list[Marks]:
         """The paint since the last call, cut where it passes from one line to another."""
-        stroke_index, point = self._sent
-        marks: list[Marks] = []
-        for index in range(stroke_index, len(self.strokes)):
-            marks += self._cut(self.strokes[index], point)
-            point = 0
-        if self.strokes:
-            self._sent = (len(self.strokes) - 1, len(self.strokes[-1].x_m) - 1)
-        return marks
+        first, self._sent = self._sent, max(self.points - 1, 0)
+        return self._cut(first)
 
     def all_marks(self) -> list[Marks]:
         """Everything painted, stroke by stroke, cut where it passes from one line to another."""
-        return [marks for stroke in self.strokes for marks in self._cut(stroke, 0)]
+        return self._cut(0)
 
-    def _cut(self, stroke: Stroke, first: int) -> list[Marks]:
+    def _cut(self, first: int) -> list[Marks]:
         """Marks of the points from `first` on; neighbours share their end points."""
+        belongs = self._points[first + 1 : self.points, p.POINT_TARGET]
+        if not len(belongs):
+            return []
+        cuts = [0, *(np.flatnonzero(np.diff(belongs)) + 1).tolist(), len(belongs)]
         marks: list[Marks] = []
-        last = len(stroke.x_m) - 1
-        while first < last:
-            target, end = stroke.target[first], first + 1
-            while end < last and stroke.target[end] == target:
-                end += 1
-            name = self.targets[target].id if target >= 0 else ""
-            span = slice(first, end + 1)
-            marks.append(Marks(name, stroke.first_index + first, stroke.x_m[span], stroke.y_m[span]))
-            first = end
+        for begin, end in pairwise(cuts):
+            if belongs[begin] != p.STROKE_BEGINS:
+                points = self._points[first + begin : first + end + 1]
+                width_m = float(points[-1, p.POINT_WIDTH]) * self.spray_width_m
+                index = first + begin
+                marks.append(Marks(int(belongs[begin]), index, width_m, points[:, p.POINT_X], points[:, p.POINT_Y]))
         return marks

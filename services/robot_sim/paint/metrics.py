@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from services.robot_sim.paint.areas import paint_areas
+from services.robot_sim.paint.areas import Areas, paint_areas
 from services.robot_sim.paint.ledger import PaintLedger
 
 
@@ -24,7 +25,20 @@ class SegmentMetrics(NamedTuple):
     id: str
     length_m: float
     covered_m: float
+    width_m: float
+    """Painted area per covered length; 0 where nothing is covered."""
+    areas: Areas
     lateral: LateralError
+
+    @property
+    def gap_m(self) -> float:
+        """Length over which there is no paint."""
+        return max(0.0, self.length_m - self.covered_m)
+
+    @property
+    def coverage_pct(self) -> float:
+        """Share of the length over which paint lies."""
+        return min(100.0, 100.0 * self.covered_m / self.length_m)
 
 
 class PaintMetrics(NamedTuple):
@@ -46,29 +60,39 @@ def paint_metrics(ledger: PaintLedger) -> PaintMetrics:
     """Work out everything; the areas take a moment, so once at the end."""
     deviation = ledger.deviation()
     distance = np.abs(deviation.lateral_m)
+    strokes = ledger.strokes()
+    lines = [target.curve for target in ledger.targets]
+    areas = paint_areas(strokes, ledger.strokes_by_target(), lines, ledger.line_width_m)
+    order = np.argsort(deviation.target, kind="stable")
+    parts = np.split(distance[order], np.searchsorted(deviation.target[order], np.arange(1, len(lines))))
     segments = [
         SegmentMetrics(
-            target.id, target.curve.length_m, covered.length, _lateral_error(distance[deviation.target == index])
+            target.id,
+            target.curve.length_m,
+            covered_m,
+            area.painted_m2 / covered_m if covered_m > 0.0 else 0.0,
+            area,
+            _lateral_error(part),
         )
-        for index, (target, covered) in enumerate(zip(ledger.targets, ledger.covered, strict=True))
+        for target, covered_m, area, part in zip(
+            ledger.targets, ledger.covered_by_target_m.tolist(), areas.lines, parts, strict=False
+        )
     ]
-    lines = [target.curve for target in ledger.targets]
-    areas = paint_areas(ledger.strokes, lines, ledger.spray_width_m, ledger.line_width_m)
-    painted = sum(float(np.hypot(np.diff(s.x_m), np.diff(s.y_m)).sum()) for s in ledger.strokes)
+    painted = sum(float(np.hypot(*np.diff(stroke.points, axis=0).T).sum()) for stroke in strokes)
     return PaintMetrics(
         coverage_pct=ledger.coverage_pct,
         gap_m=max(0.0, ledger.length_m - ledger.covered_m),
         painted_length_m=painted,
         template_length_m=ledger.length_m,
-        painted_m2=areas.painted_m2,
-        overspray_m2=areas.overspray_m2,
-        double_paint_m2=areas.double_paint_m2,
+        painted_m2=areas.total.painted_m2,
+        overspray_m2=areas.total.overspray_m2,
+        double_paint_m2=areas.total.double_paint_m2,
         lateral=_lateral_error(distance),
         segments=segments,
     )
 
 
-def _lateral_error(distance_m: np.ndarray) -> LateralError:
+def _lateral_error(distance_m: NDArray[np.float64]) -> LateralError:
     if not len(distance_m):
         return LateralError(0.0, 0.0, 0.0)
     return LateralError(float(np.mean(distance_m)), float(np.quantile(distance_m, 0.95)), float(np.max(distance_m)))

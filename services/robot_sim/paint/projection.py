@@ -1,4 +1,4 @@
-"""Where a tick's paint fell: the nozzle's path projected on every line that should be painted, in one kernel."""
+"""Where a tick's paint fell: the nozzle's path projected on the lines near it, in one kernel."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from schemas.jit import kernel
+from services.robot_sim.paint.grid import cell_of
 from services.robot_sim.world.body import STEPS, TRACE_EAST, TRACE_NORTH, TRACE_SPRAYING
 
 # Columns of the target table (n, 5): the geometry of `schemas.curves.Curve`.
@@ -18,17 +19,26 @@ _HEADING: Final = 2
 _CURVATURE: Final = 3
 _LENGTH: Final = 4
 
-# Columns of the runs: a run is an unbroken stretch of flowing paint within one tick.
-RUN_FIRST_ROW: Final = 0  # of the trace: where paint began to flow
-RUN_LAST_ROW: Final = 1
-RUN_TARGET: Final = 2  # the line that this paint belongs to, −1 for none
-RUN_ARC_LENGTH: Final = 3  # m, along that line
-RUN_LATERAL: Final = 4  # m, left of that line positive
-RUN_SHAPE: Final = (STEPS, 5)
+# Columns of the points, one row each: the nozzle at the end of a run of flowing paint, or where a stroke begins.
+POINT_X: Final = 0
+POINT_Y: Final = 1
+POINT_TARGET: Final = 2  # the line that the paint up to here belongs to, −1 for none, `STROKE_BEGINS` for no paint
+POINT_LATERAL: Final = 3  # m, left of that line positive
+POINT_WIDTH: Final = 4  # share of the spray width that is painted, the same all along a stroke
+POINT_COLUMNS: Final = 5
+STROKE_BEGINS: Final = -2.0
 
-# Columns of the hits: (target, from arc length, to arc length).
-HIT_COLUMNS: Final = 3
+# Columns of the stretches of lines over which paint lies: (target, from arc length, to arc length).
+STRETCH_COLUMNS: Final = 3
 
+# State of the ledger between ticks.
+STATE_OPEN: Final = 0  # whether paint flowed up to the end of the last tick
+STATE_POINTS: Final = 1
+STATE_STRETCHES: Final = 2
+STATE_SIZE: Final = 3
+
+MOST_RUNS: Final = STEPS
+"""Of evenly flowing paint in a tick; each adds at most two points."""
 REACH_M: Final = 0.5
 """Paint further than this from every line belongs to none of them."""
 _ALIGNED: Final = math.cos(math.radians(45.0))
@@ -65,18 +75,39 @@ def _clip(a: float, b: float, limit: float) -> tuple[float, float]:
 
 
 @kernel
+def _cover(
+    index: int,
+    low: float,
+    high: float,
+    latest: NDArray[np.float64],
+    stretches: NDArray[np.float64],
+    state: NDArray[np.int64],
+) -> None:
+    """Unite a stretch with the latest one of its line, or put that aside and begin anew."""
+    if low <= latest[index, 1] and latest[index, 0] <= high:
+        latest[index, 0], latest[index, 1] = min(latest[index, 0], low), max(latest[index, 1], high)
+        return
+    if latest[index, 0] <= latest[index, 1]:
+        row = state[STATE_STRETCHES]
+        stretches[row, 0], stretches[row, 1], stretches[row, 2] = index, latest[index, 0], latest[index, 1]
+        state[STATE_STRETCHES] = row + 1
+    latest[index, 0], latest[index, 1] = low, high
+
+
+@kernel
 def _hit(
     index: int,
     target: NDArray[np.float64],
     a: tuple[float, float],
     b: tuple[float, float],
     half_width: float,
-    hits: NDArray[np.float64],
-    count: int,
-) -> int:
+    latest: NDArray[np.float64],
+    stretches: NDArray[np.float64],
+    state: NDArray[np.int64],
+) -> None:
     first, last = _clip(a[1], b[1], half_width)
     if first > last:
-        return count
+        return
     length, travel = target[_LENGTH], b[0] - a[0]
     if target[_CURVATURE] != 0.0 and abs(travel) > 0.5 * 2.0 * math.pi / abs(target[_CURVATURE]):
         # The chord passes the point opposite the arc's middle: only on a full circle is there paint on both sides.
@@ -90,62 +121,85 @@ def _hit(
             continue
         low, high = max(begin + shift * turn, 0.0), min(end + shift * turn, length)
         if low < high:
-            hits[count, 0], hits[count, 1], hits[count, 2] = index, low, high
-            count += 1
-    return count
+            _cover(index, low, high, latest, stretches, state)
 
 
 @kernel
-def mark(
+def _point(
+    row: NDArray[np.float64],
+    target: float,
+    lateral: float,
+    width: float,
+    points: NDArray[np.float64],
+    state: NDArray[np.int64],
+) -> None:
+    at = state[STATE_POINTS]
+    points[at, POINT_WIDTH] = width
+    points[at, POINT_X], points[at, POINT_Y] = row[TRACE_EAST], row[TRACE_NORTH]
+    points[at, POINT_TARGET], points[at, POINT_LATERAL] = target, lateral
+    state[STATE_POINTS] = at + 1
+
+
+@kernel
+def enter(
     targets: NDArray[np.float64],
+    frame: NDArray[np.float64],
+    starts: NDArray[np.int64],
+    members: NDArray[np.int64],
     half_width: float,
     trace: NDArray[np.float64],
-    runs: NDArray[np.float64],
-    hits: NDArray[np.float64],
-) -> tuple[int, int]:
-    """Find the runs of paint in a tick, the line each belongs to, and the stretches of lines they cover.
+    points: NDArray[np.float64],
+    latest: NDArray[np.float64],
+    stretches: NDArray[np.float64],
+    state: NDArray[np.int64],
+) -> None:
+    """Enter a tick: the runs of paint in it, the line each belongs to, and the stretches of lines they cover.
 
     A stretch is covered where the nozzle passes within `half_width` of the line. A run belongs to the nearest line
     within `REACH_M` that it follows (directions within 45°), up to `half_width` beyond the line's ends.
 
     Args:
         targets: (n, 5) x [m], y [m], heading [rad], curvature [1/m], length [m] of each line's start.
+        frame: As `starts` and `members`, of the `Grid` of the lines.
+        starts: See `frame`.
+        members: See `frame`.
         half_width: Half the line width [m].
         trace: (STEPS + 1, 3) of the world's tick.
-        runs: (STEPS, 5) filled, see the RUN columns.
-        hits: (at least 3·n·STEPS, 3) filled with (target, from, to).
-
-    Returns:
-        Number of runs, number of hits.
+        points: (at least 2·MOST_RUNS rows to spare, POINT_COLUMNS) appended to.
+        latest: (n, 2) the newest stretch of each line, from > to for none; updated.
+        stretches: (at least 3·MOST_RUNS rows per line within reach, STRETCH_COLUMNS) older ones, appended to.
+        state: (STATE_SIZE,) updated.
     """
-    run_count, hit_count, row = 0, 0, 1
+    row = 1
     while row <= STEPS:
         if trace[row, TRACE_SPRAYING] == 0.0:
+            state[STATE_OPEN] = 0
             row += 1
             continue
-        first = row - 1
-        while row < STEPS and trace[row + 1, TRACE_SPRAYING] > 0.0:
+        first, width = row - 1, trace[row, TRACE_SPRAYING]
+        while row < STEPS and trace[row + 1, TRACE_SPRAYING] == width:
             row += 1
         last = row
         row += 1
         ax, ay = trace[first, TRACE_EAST], trace[first, TRACE_NORTH]
         bx, by = trace[last, TRACE_EAST], trace[last, TRACE_NORTH]
         chord = math.hypot(bx - ax, by - ay)
-        best, best_s, best_lateral = -1, 0.0, REACH_M
-        for index in range(targets.shape[0]):
+        best, best_lateral = -1, REACH_M
+        cell = cell_of(bx, by, frame)
+        for member in range(starts[cell] if cell >= 0 else 0, starts[cell + 1] if cell >= 0 else 0):
+            index = members[member]
             target = targets[index]
             s, lateral = project(bx, by, target)
             if abs(lateral) > REACH_M or s < -REACH_M or s > target[_LENGTH] + REACH_M:
                 continue
-            hit_count = _hit(index, target, project(ax, ay, target), (s, lateral), half_width, hits, hit_count)
+            _hit(index, target, project(ax, ay, target), (s, lateral), half_width, latest, stretches, state)
             if abs(lateral) >= abs(best_lateral) or s < -half_width or s > target[_LENGTH] + half_width:
                 continue
             tangent = target[_HEADING] + target[_CURVATURE] * s
             along = (bx - ax) * math.cos(tangent) + (by - ay) * math.sin(tangent)
             if abs(along) >= _ALIGNED * chord:
-                best, best_s, best_lateral = index, s, lateral
-        runs[run_count, RUN_FIRST_ROW], runs[run_count, RUN_LAST_ROW] = first, last
-        runs[run_count, RUN_TARGET], runs[run_count, RUN_ARC_LENGTH] = best, best_s
-        runs[run_count, RUN_LATERAL] = best_lateral
-        run_count += 1
-    return run_count, hit_count
+                best, best_lateral = index, lateral
+        if state[STATE_OPEN] == 0 or points[state[STATE_POINTS] - 1, POINT_WIDTH] != width:
+            _point(trace[first], STROKE_BEGINS, 0.0, width, points, state)
+        _point(trace[last], float(best), best_lateral, width, points, state)
+        state[STATE_OPEN] = 1

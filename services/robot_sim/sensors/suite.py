@@ -36,6 +36,8 @@ class Sensors:
     Attributes:
         gnss_reports: The positions that arrived in the last tick as the receiver reported them.
         arrived: (3,) whether a sample of IMU, magnetometer, encoders arrived in it.
+        arguments: What `sense` keeps or reads, in its order from `sensor` to `arrivals`.
+        heard: Of that the readings, the ticks in which they were measured, and the arrivals.
     """
 
     def __init__(self, vehicle: Vehicle, scenario: Scenario) -> None:
@@ -48,13 +50,13 @@ class Sensors:
         self._readings: NDArray[np.float64] = np.zeros(fast.READINGS)
         self._measured_tick: NDArray[np.int64] = np.zeros(3, dtype=np.int64)
         self._arrivals: NDArray[np.float64] = np.zeros((transport.ARRIVALS, receiver.COLUMNS))
+        self.heard = (self._readings, self._measured_tick, self._arrivals)
         sensor, p = np.zeros(fast.STATE_SIZE), _parameters(vehicle, scenario)
         fast.switch_on(sensor, p, self._seed)
         state, r = np.zeros(receiver.STATE_SIZE), gnss.parameters(vehicle, scenario)
         receiver.switch_on(state, r, self._seed)
         origin = scenario.origin
-        # What `sense` keeps or reads, in its order from `sensor` to `arrivals`.
-        self._arguments = (
+        self.arguments = (
             sensor,
             p,
             *places.table((steel.outline, (steel.field_t, steel.reach_m, 0.0)) for steel in scenario.steel),
@@ -79,7 +81,13 @@ class Sensors:
         self, tick: int, world_state: NDArray[np.float64], effects: NDArray[np.float64] = NO_EFFECTS
     ) -> SensorFrame:
         """Measure the world as it is at the end of `tick`, under the `effects` of faults."""
-        count = sense(world_state, effects, self._seed, tick, *self._arguments)
+        count = sense(world_state, effects, self._seed, tick, *self.arguments)
+        return self.frame(tick, count, world_state, effects)
+
+    def frame(
+        self, tick: int, count: int, world_state: NDArray[np.float64], effects: NDArray[np.float64]
+    ) -> SensorFrame:
+        """What `sense` has left, `count` reports among it, as the onboard computer gets it."""
         values = self._readings.tolist()
         imu_tick, mag_tick, encoder_tick = self._measured_tick.tolist()
         fixes, self.gnss_reports = _NO_FIX, ()

@@ -113,7 +113,7 @@ def standing_inputs() -> tuple[np.ndarray, np.ndarray]:
     now[tracking.LEFT_RADIUS] = now[tracking.RIGHT_RADIUS] = VEHICLE.wheel_radius_m
     now[tracking.SPEED] = now[tracking.REFERENCE_SPEED] = 1.0
     now[tracking.LEFT_COMMAND] = now[tracking.RIGHT_COMMAND] = 10.0
-    ahead = np.zeros((tracking.AHEAD_TICKS, tracking.AHEAD_COLUMNS))
+    ahead = np.zeros((100, tracking.AHEAD_COLUMNS))
     ahead[:, tracking.A_SPEED] = 1.0
     return now, ahead
 

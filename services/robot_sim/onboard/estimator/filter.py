@@ -22,7 +22,7 @@ _START_TICKS = 25  # at standstill before the biases are worth starting from
 _ALIGNED_FIXES = 3
 _LOOSE_FIX_FACTOR = 20.0  # float and single fixes err slowly: their variance counts for two seconds, not for 0.1 s
 _LOOSE_FIX_FLOOR_M2 = {1: 1.0, 2: 0.04}
-_LEAD_S = 0.005  # by which a receiver's clock may be ahead and still be believed
+LEAD_S = 0.005  # by which a receiver's clock may be ahead and still be believed
 _ACCEPTED_HEADING_VAR = math.radians(0.3) ** 2
 JUMP_RUN: Final = 15
 """Fixes rejected in a row (1.5 s) after which they are a jump that the operator may accept, and not outliers."""
@@ -115,7 +115,7 @@ class Estimator:
         oldest, live = self.intake.take(frame, self._inputs)
         for gnss in frame.gnss:
             newer = self.last_fix is None or gnss.stamp_s > self.last_fix.stamp_s
-            if newer and gnss.stamp_s <= frame.time_s + _LEAD_S:
+            if newer and gnss.stamp_s <= frame.time_s + LEAD_S:
                 self.last_fix = gnss
         if not self.started:
             self._gather(frame)

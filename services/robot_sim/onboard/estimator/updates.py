@@ -23,13 +23,14 @@ def wrap(angle: float) -> float:
 
 @kernel
 def apply(x: Floats, P: Floats, h: Floats, innovation: float, variance: float, g: Floats) -> None:
-    """Scalar update with row `h`; `g` (STATES,) is scratch."""
+    """Scalar update with row `h`, of which most is zero; `g` (STATES,) is scratch."""
     s = variance
     for i in range(STATES):
-        total = 0.0
-        for k in range(STATES):
-            total += P[i, k] * h[k]
-        g[i] = total
+        g[i] = 0.0
+    for k in range(STATES):
+        if h[k] != 0.0:
+            for i in range(STATES):
+                g[i] += P[k, i] * h[k]  # P is symmetric to the bit: its rows lie together in memory
     for i in range(STATES):
         s += h[i] * g[i]
     for i in range(STATES):
@@ -44,13 +45,14 @@ def two(P: Floats, h: Floats, y0: float, y1: float, r0: float, r1: float) -> flo
     """Normalised innovation squared of two numbers measured at once with rows `h` (2, STATES)."""
     s00, s01, s11 = r0, 0.0, r1
     for i in range(STATES):
-        a, b = 0.0, 0.0
-        for k in range(STATES):
-            a += P[i, k] * h[0, k]
-            b += P[i, k] * h[1, k]
-        s00 += h[0, i] * a
-        s01 += h[0, i] * b
-        s11 += h[1, i] * b
+        if h[0, i] != 0.0 or h[1, i] != 0.0:
+            a, b = 0.0, 0.0
+            for k in range(STATES):
+                a += P[i, k] * h[0, k]
+                b += P[i, k] * h[1, k]
+            s00 += h[0, i] * a
+            s01 += h[0, i] * b
+            s11 += h[1, i] * b
     return (s11 * y0 * y0 - 2.0 * s01 * y0 * y1 + s00 * y1 * y1) / (s00 * s11 - s01 * s01)
 
 

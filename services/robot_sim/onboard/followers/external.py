@@ -8,13 +8,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from schemas.vehicle import Vehicle
 from services.robot_sim.onboard.followers.pure_pursuit import PurePursuitFollower
+
+AHEAD_TICKS: Final = 100
+"""An outside follower is told of the next second."""
 
 
 class Question(NamedTuple):
@@ -46,6 +49,7 @@ class ExternalFollower:
         self._limit_radps = vehicle.max_wheel_speed_radps
         self._pursuit = PurePursuitFollower(vehicle)
         self._first = True
+        self.ahead_ticks = AHEAD_TICKS
         self.fallbacks = 0
         """Ticks that pure pursuit had to take."""
         self.problem = ""

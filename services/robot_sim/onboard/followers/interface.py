@@ -17,6 +17,11 @@ class Follower(Protocol):
         ...
 
     @property
+    def ahead_ticks(self) -> int:
+        """How many ticks ahead it looks: rows of `ahead`."""
+        ...
+
+    @property
     def fallbacks(self) -> int:
         """Ticks in which the follower could not do its own method and used a simpler one."""
         ...
@@ -36,6 +41,6 @@ class Follower(Protocol):
         Args:
             now: (NOW,) of `tracking`: errors against the path, twist, reference speed, effective wheel radii and
                 the wheel command of the last tick.
-            ahead: (AHEAD_TICKS, AHEAD_COLUMNS) of `tracking`: reference speed and yaw rate in the next ticks.
+            ahead: (ahead_ticks, AHEAD_COLUMNS) of `tracking`: reference speed and yaw rate in the next ticks.
         """
         ...

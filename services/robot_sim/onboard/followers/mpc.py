@@ -59,6 +59,7 @@ class MpcFollower:
         self._pull = _pull_rows(float(self._p[k.M_LAG]))
         self._solver: daqp.Model | None = None
         self._pursuit = PurePursuitFollower(vehicle)
+        self.ahead_ticks = sum(HORIZON_TICKS) + max(1, int(self._p[k.M_LEAD]))
         self.fallbacks = 0
         """Ticks that pure pursuit had to take."""
 

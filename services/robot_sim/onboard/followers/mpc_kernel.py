@@ -155,7 +155,7 @@ def build(
 
     Args:
         now: (NOW,) of `tracking`.
-        ahead: (AHEAD_TICKS, AHEAD_COLUMNS) of `tracking`.
+        ahead: (enough rows for the horizon and the lead, AHEAD_COLUMNS) of `tracking`.
         ticks: (N,) lengths of the steps in ticks.
         p: (PARAMETERS,).
         memory: (MEMORY,) updated.

@@ -9,21 +9,22 @@ the heading error. The circle through it has curvature 2·sin α / lookahead (Co
 from __future__ import annotations
 
 import math
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from schemas.jit import kernel
 from schemas.vehicle import Vehicle
 from services.robot_sim.frames import TICK_S
-from services.robot_sim.onboard.followers.wheels import Wheels, lead_ticks
+from services.robot_sim.onboard.followers.wheels import command_wheels, lead_ticks, wheel_limits
 from services.robot_sim.onboard.tracking import (
+    A_SPEED,
     A_YAW_RATE,
     HEADING_ERROR,
     LATERAL,
-    LEFT_RADIUS,
     NOZZLE_LATERAL,
     REFERENCE_SPEED,
-    RIGHT_RADIUS,
     SPEED,
     YAW_RATE,
 )
@@ -38,6 +39,12 @@ SPEED_GAIN = 1.5
 SPEED_INTEGRAL_1PS = 3.0
 SPEED_INTEGRAL_LIMIT_MPS = 0.15
 
+LATERAL_SUM: Final = 0  # 1/m
+SPEED_SUM: Final = 1  # m/s
+MEMORY: Final = 2
+
+Floats = NDArray[np.float64]
+
 
 class PurePursuitFollower:
     """See the module."""
@@ -47,43 +54,60 @@ class PurePursuitFollower:
 
     def __init__(self, vehicle: Vehicle) -> None:
         """A follower at rest."""
-        self._wheels = Wheels(vehicle)
-        self._lead = lead_ticks(vehicle)
+        self.parameters = wheel_limits(vehicle)
+        """(PARAMETERS,) of `wheels`."""
+        self.lead = lead_ticks(vehicle)
+        """Row of `ahead` that the feed-forward is taken from."""
+        self.ahead_ticks = self.lead + 1
+        self.memory = np.zeros(MEMORY)
+        """(MEMORY,) the integrators."""
+        self._wheels = np.zeros(2)
         self.fallbacks = 0
         """Always 0: there is nothing simpler to fall back on."""
-        self._lateral_sum = 0.0
-        self._speed_sum = 0.0
 
     def reset(self) -> None:
         """Empty the integrators."""
-        self._lateral_sum = self._speed_sum = 0.0
+        self.memory[:] = 0.0
 
     def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> tuple[float, float]:
         """As `Follower.step`."""
-        n = now.tolist()
-        reference = n[REFERENCE_SPEED]
-        sense = 1.0 if reference >= 0.0 else -1.0
-        speed = max(abs(n[SPEED]), 0.05)
-        lookahead = max(LOOKAHEAD_MIN_M, LOOKAHEAD_S * speed)
-        # Driving backward mirrors the picture: the axis points the way the robot goes.
-        alpha = math.atan2(-sense * n[NOZZLE_LATERAL], lookahead) - n[HEADING_ERROR]
-        pursuit = sense * 2.0 * math.sin(alpha) / lookahead
-        self._lateral_sum = _clip(
-            self._lateral_sum - sense * LATERAL_INTEGRAL_1PM2S * n[LATERAL] * speed * TICK_S,
-            LATERAL_INTEGRAL_LIMIT_1PM,
-        )
-        correction = pursuit + self._lateral_sum
-        lead_speed, lead_yaw_rate = ahead[self._lead].tolist()
-        late = float(ahead[0, A_YAW_RATE]) + reference * correction - n[YAW_RATE]
-        yaw_rate = lead_yaw_rate + lead_speed * correction + YAW_RATE_GAIN * late
-        lag = reference - n[SPEED]
-        self._speed_sum = _clip(self._speed_sum + SPEED_INTEGRAL_1PS * lag * TICK_S, SPEED_INTEGRAL_LIMIT_MPS)
-        return self._wheels.command(
-            (lead_speed + SPEED_GAIN * lag + self._speed_sum, yaw_rate),
-            (n[SPEED], n[YAW_RATE]),
-            (n[LEFT_RADIUS], n[RIGHT_RADIUS]),
-        )
+        pursue(now, ahead, self.lead, self.parameters, self.memory, self._wheels)
+        left, right = self._wheels.tolist()
+        return left, right
 
 
+@kernel
 def _clip(value: float, limit: float) -> float:
     return min(max(value, -limit), limit)
+
+
+@kernel
+def pursue(now: Floats, ahead: Floats, lead: int, p: Floats, memory: Floats, wheels: Floats) -> None:
+    """One tick: the wheel speeds for the errors of `now`.
+
+    Args:
+        now: (NOW,) of `tracking`.
+        ahead: (more than `lead`, AHEAD_COLUMNS) of `tracking`.
+        lead: By how many ticks the feed-forward is ahead.
+        p: (PARAMETERS,) of `wheels`.
+        memory: (MEMORY,) updated.
+        wheels: (2,) filled with the commands of the left and right wheel [rad/s].
+    """
+    reference, speed_now = now[REFERENCE_SPEED], now[SPEED]
+    sense = 1.0 if reference >= 0.0 else -1.0
+    speed = max(abs(speed_now), 0.05)
+    lookahead = max(LOOKAHEAD_MIN_M, LOOKAHEAD_S * speed)
+    # Driving backward mirrors the picture: the axis points the way the robot goes.
+    alpha = math.atan2(-sense * now[NOZZLE_LATERAL], lookahead) - now[HEADING_ERROR]
+    pursuit = sense * 2.0 * math.sin(alpha) / lookahead
+    memory[LATERAL_SUM] = _clip(
+        memory[LATERAL_SUM] - sense * LATERAL_INTEGRAL_1PM2S * now[LATERAL] * speed * TICK_S,
+        LATERAL_INTEGRAL_LIMIT_1PM,
+    )
+    correction = pursuit + memory[LATERAL_SUM]
+    lead_speed, lead_yaw_rate = ahead[lead, A_SPEED], ahead[lead, A_YAW_RATE]
+    late = ahead[0, A_YAW_RATE] + reference * correction - now[YAW_RATE]
+    yaw_rate = lead_yaw_rate + lead_speed * correction + YAW_RATE_GAIN * late
+    lag = reference - speed_now
+    memory[SPEED_SUM] = _clip(memory[SPEED_SUM] + SPEED_INTEGRAL_1PS * lag * TICK_S, SPEED_INTEGRAL_LIMIT_MPS)
+    command_wheels(lead_speed + SPEED_GAIN * lag + memory[SPEED_SUM], yaw_rate, now, p, wheels)

@@ -2,10 +2,24 @@
 
 from __future__ import annotations
 
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from schemas.jit import kernel
 from schemas.vehicle import Vehicle
 from services.robot_sim.frames import TICK_S
+from services.robot_sim.onboard.tracking import LEFT_RADIUS, RIGHT_RADIUS, SPEED, YAW_RATE
 
 MAX_LEAD_TICKS = 14
+
+W_HALF_TRACK: Final = 0  # m
+W_MAX_RATE: Final = 1  # rad/s
+W_REACH: Final = 2  # rad/s by which a command may differ from the wheel's speed
+PARAMETERS: Final = 3
+
+Floats = NDArray[np.float64]
 
 
 def lead_ticks(vehicle: Vehicle) -> int:
@@ -16,34 +30,31 @@ def lead_ticks(vehicle: Vehicle) -> int:
     return min(round(vehicle.motor_time_constant_s / TICK_S), MAX_LEAD_TICKS)
 
 
-class Wheels:
-    """Differential drive, inverse kinematics and limits."""
+def wheel_limits(vehicle: Vehicle) -> NDArray[np.float64]:
+    """(PARAMETERS,) differential drive and limits of this vehicle."""
+    p = np.zeros(PARAMETERS)
+    p[W_HALF_TRACK] = vehicle.half_track_m
+    p[W_MAX_RATE] = vehicle.max_wheel_speed_radps
+    # A first-order motor accelerates by (command − speed) / lag.
+    p[W_REACH] = vehicle.max_wheel_acceleration_radps2 * max(vehicle.motor_time_constant_s, TICK_S)
+    return p
 
-    def __init__(self, vehicle: Vehicle) -> None:
-        """The limits of this vehicle."""
-        self._half_track_m = vehicle.half_track_m
-        self._max_radps = vehicle.max_wheel_speed_radps
-        # A first-order motor accelerates by (command − speed) / lag.
-        self._reach_radps = vehicle.max_wheel_acceleration_radps2 * max(vehicle.motor_time_constant_s, TICK_S)
 
-    def command(
-        self, wanted: tuple[float, float], actual: tuple[float, float], radii_m: tuple[float, float]
-    ) -> tuple[float, float]:
-        """Wheel speeds (left, right) [rad/s] for a wanted twist (m/s, rad/s), given the actual one.
+@kernel
+def command_wheels(speed_mps: float, yaw_rate_radps: float, now: Floats, p: Floats, wheels: Floats) -> None:
+    """Wheel speeds for a wanted twist, given the actual one and the effective radii of `now` (NOW,) of `tracking`.
 
-        Too fast is scaled down with the curvature kept; too sudden for the wheels is cut off.
-        """
-        left, right = self._wheels(wanted, radii_m)
-        fastest = max(abs(left), abs(right))
-        if fastest > self._max_radps:
-            left, right = left * self._max_radps / fastest, right * self._max_radps / fastest
-        turning = self._wheels(actual, radii_m)
-        return self._within_reach(left, turning[0]), self._within_reach(right, turning[1])
-
-    def _wheels(self, twist: tuple[float, float], radii_m: tuple[float, float]) -> tuple[float, float]:
-        rim = self._half_track_m * twist[1]
-        return (twist[0] - rim) / radii_m[0], (twist[0] + rim) / radii_m[1]
-
-    def _within_reach(self, wanted: float, turning: float) -> float:
-        near = min(max(wanted, turning - self._reach_radps), turning + self._reach_radps)
-        return min(max(near, -self._max_radps), self._max_radps)
+    Too fast is scaled down with the curvature kept; too sudden for the wheels is cut off. `p` is (PARAMETERS,),
+    `wheels` (2,) is filled [rad/s].
+    """
+    half, fastest = p[W_HALF_TRACK], p[W_MAX_RATE]
+    left = (speed_mps - half * yaw_rate_radps) / now[LEFT_RADIUS]
+    right = (speed_mps + half * yaw_rate_radps) / now[RIGHT_RADIUS]
+    faster = max(abs(left), abs(right))
+    if faster > fastest:
+        left, right = left * fastest / faster, right * fastest / faster
+    left_now = (now[SPEED] - half * now[YAW_RATE]) / now[LEFT_RADIUS]
+    right_now = (now[SPEED] + half * now[YAW_RATE]) / now[RIGHT_RADIUS]
+    left = min(max(left, left_now - p[W_REACH]), left_now + p[W_REACH])
+    right = min(max(right, right_now - p[W_REACH]), right_now + p[W_REACH])
+    wheels[0], wheels[1] = min(max(left, -fastest), fastest), min(max(right, -fastest), fastest)

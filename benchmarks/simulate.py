@@ -1,0 +1,98 @@
+"""Real-time factors in-process and over Zenoh, what sensors and telemetry cost, and memory over hours of sim time."""
+
+import json
+import os
+import platform
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from schemas.messages import PlanOptions
+from schemas.scenario import Scenario
+from schemas.template import load_template
+from services.robot_sim.emulator import Emulator
+from services.robot_sim.telemetry import Telemetry
+from services.robot_sim.warm_up import warm_up
+from services.simulation import Job, simulate
+
+TEMPLATE = "soccer-11"
+FOLLOWERS = ("mpc", "pure-pursuit")
+REPEATS = 3
+MEMORY_HOURS = (1, 3)
+
+
+def main() -> None:
+    """All of it, on this machine."""
+    print(f"{_processor()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}, {platform.python_version()}")
+    warm_up(print, loop=True)
+    job = Job.prepare(load_template(TEMPLATE), PlanOptions())
+    print(f"{TEMPLATE}: {job.plan_report.total_time_s / 60:.1f} min of driving; real-time factors, best of {REPEATS}")
+    print(f"{'follower':14} {'in-process':>12} {'CPU only':>10} {'with hash':>10} {'Zenoh + recording':>18}")
+    for follower in FOLLOWERS:
+        scenario = Scenario(follower=follower)
+        wall, cpu = _factor(job, scenario, hashed=False)
+        hashed, _ = _factor(job, scenario, hashed=True)
+        print(f"{follower:14} {wall:>11.0f}x {cpu:>9.0f}x {hashed:>9.0f}x {_over_zenoh(follower):>17.0f}x")
+    print(f"\n{'repeating it':14} {'sim time':>12} {'peak RSS':>10} {'RSS':>10}")
+    for follower in FOLLOWERS:
+        _memory(job, follower)
+
+
+def _factor(job: Job, scenario: Scenario, *, hashed: bool) -> tuple[float, float]:
+    """Sim time per wall time and per CPU time, the better of several runs: others use this machine too."""
+    walls, cpus = [], []
+    for _ in range(REPEATS):
+        cpu = time.process_time()
+        outcome = simulate(job, scenario, hashed=hashed)
+        cpus.append(outcome.report.total_time_s / (time.process_time() - cpu))
+        walls.append(outcome.report.total_time_s / outcome.wall_time_s)
+    return max(walls), max(cpus)
+
+
+def _over_zenoh(follower: str) -> float:
+    with tempfile.TemporaryDirectory() as folder:
+        options = ["--follower", follower, "--record", str(Path(folder) / "session.mcap"), "--json"]
+        command = [sys.executable, "-m", "services.cli", "run", TEMPLATE, *options]
+        reports = [
+            json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+            for _ in range(REPEATS)
+        ]
+    return max(report["traversal"]["real_time_factor"] for report in reports)
+
+
+def _memory(job: Job, follower: str) -> None:
+    """One emulator with all of its telemetry, painting the same again and again."""
+    emulator = Emulator(job.vehicle, Scenario(follower=follower))
+    telemetry = Telemetry(emulator)
+    begun_mb = _rss_mb()
+    print(f"{follower:14} {'start':>12} {_peak_mb():>9.1f}M {begun_mb:>9.1f}M")
+    for hours in MEMORY_HOURS:
+        while emulator.time_s < hours * 3600.0:
+            emulator.load(job.trajectory, job.template)
+            telemetry.loaded(job.trajectory, job.template)
+            emulator.start()
+            while emulator.active:
+                emulator.tick()
+                telemetry.after_tick()
+        print(f"{'':14} {emulator.time_s / 3600.0:>10.2f} h {_peak_mb():>9.1f}M {_rss_mb():>9.1f}M")
+
+
+def _rss_mb() -> float:
+    """Memory that this process holds now."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 2**20
+
+
+def _peak_mb() -> float:
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return platform.processor()
+    return next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), "")

@@ -1,0 +1,77 @@
+"""Hashes that tell whether two sessions had the same cause, and whether they were the same.
+
+Both are 64 bits of BLAKE2b in hex: enough to tell runs apart at a glance, not a defence against forgery.
+"""
+
+import hashlib
+import json
+import struct
+from collections.abc import Iterable
+
+from schemas.messages import PlanOptions
+from schemas.scenario import Scenario
+from schemas.template import Template
+from schemas.topics import RECORDED, Topic
+from schemas.vehicle import Vehicle
+
+#: Payloads of a topic that are hashed at once. Changing it changes every session hash.
+_BATCH = 64
+
+
+def _blake() -> "hashlib.blake2b":
+    return hashlib.blake2b(digest_size=8)
+
+
+def scenario_hash(scenario: Scenario, vehicle: Vehicle, template: Template, options: PlanOptions) -> str:
+    """16 hex digits for everything that decides what a session will be, except its name.
+
+    The noise figures count also with ``noise: none``: the onboard computer goes by the data sheets of its sensors
+    whether or not they err.
+    """
+    causes = {
+        "scenario": scenario.model_dump(mode="json", exclude={"name"}),
+        "vehicle": vehicle.model_dump(mode="json"),
+        "template": template.model_dump(mode="json"),
+        "plan": options.model_dump(mode="json"),
+    }
+    digest = _blake()
+    digest.update(json.dumps(causes, sort_keys=True, separators=(",", ":")).encode())
+    return digest.hexdigest()
+
+
+class SessionDigest:
+    """The session hash, kept up while payloads are produced.
+
+    Every recorded topic has a hash of its own over its payloads in order; the session's is that of these. So it does
+    not matter how topics interleave, and a topic without payloads counts too.
+    """
+
+    def __init__(self) -> None:
+        """Nothing said yet."""
+        self._digests = {topic.name: _blake() for topic in RECORDED}
+        self._waiting: dict[str, list[bytes]] = {topic.name: [] for topic in RECORDED}
+
+    def add(self, said: Iterable[tuple[Topic, bytes]]) -> None:
+        """Enter payloads in the order in which they are published; topics that are not recorded do not count."""
+        waiting = self._waiting
+        for topic, payload in said:
+            batch = waiting.get(topic.name)
+            if batch is not None:
+                batch.append(payload)
+                if len(batch) == _BATCH:
+                    self._take(self._digests[topic.name], batch)
+
+    def hexdigest(self) -> str:
+        """16 hex digits for what was said so far."""
+        session = _blake()
+        for name in sorted(self._digests):
+            digest = self._digests[name].copy()
+            self._take(digest, self._waiting[name].copy())
+            session.update(name.encode() + b"\0" + digest.digest())
+        return session.hexdigest()
+
+    @staticmethod
+    def _take(digest: "hashlib.blake2b", batch: list[bytes]) -> None:
+        digest.update(struct.pack(f"<{len(batch)}I", *map(len, batch)))
+        digest.update(b"".join(batch))
+        batch.clear()

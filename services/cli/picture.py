@@ -1,0 +1,28 @@
+"""``touchline picture``: what a recording says was painted."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from services.cli.options import check_plot
+from services.reports import paint_figures
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommand."""
+    app.command("picture")(picture)
+
+
+def picture(
+    file: Annotated[Path, typer.Argument(help="MCAP file to draw from.", show_default=False)],
+    out: Annotated[Path, typer.Option(help="The picture: an .svg or .png file.", show_default=False)],
+) -> None:
+    """Draw what was painted in a recording (in its last traversal), coloured by its distance from the template."""
+    from services.painted import read_painted
+    from services.picture import draw_or_refuse, painted_caption
+
+    check_plot(out)
+    session = read_painted(file)
+    caption = painted_caption(paint_figures(session.report)) if session.report else "not finished"
+    draw_or_refuse(session.template, session.strokes, out, caption)

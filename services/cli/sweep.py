@@ -1,0 +1,157 @@
+"""``touchline sweep``: many simulations at once."""
+
+import json
+import sys
+import time
+from contextlib import closing
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from schemas.errors import SpecError
+from schemas.scenario import Scenario
+from schemas.spec import read_text
+from schemas.template import shipped_templates
+from services.cli.display import progress_bar, stderr
+from services.cli.options import ExitCode, JsonOption, Method, ReportOption, chosen_scenario, plan_options, write_json
+
+#: Units are in the names of the JSON report; here they are scaled to what people say.
+_SHOWN = {
+    "coverage_pct": ("coverage, %", 1.0, 2),
+    "gap_m": ("gaps, m", 1.0, 3),
+    "overspray_m2": ("overspray, m²", 1.0, 3),
+    "double_paint_m2": ("double paint, m²", 1.0, 4),
+    "lateral_error_mean_m": ("lateral error mean, mm", 1e3, 2),
+    "lateral_error_p95_m": ("lateral error p95, mm", 1e3, 2),
+    "lateral_error_max_m": ("lateral error max, mm", 1e3, 2),
+    "position_rmse_m": ("position RMSE, mm", 1e3, 2),
+    "heading_rmse_rad": ("heading RMSE, mrad", 1e3, 2),
+    "total_time_s": ("time, s", 1.0, 1),
+    "follower_fallbacks": ("follower fallbacks", 1.0, 0),
+}
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommand."""
+    app.command("sweep")(sweep)
+
+
+def sweep(
+    subject: Annotated[
+        str,
+        typer.Argument(
+            metavar="SCENARIO|TEMPLATE",
+            help="A scenario file, or what to paint: a shipped template's name or a template file.",
+            show_default=False,
+        ),
+    ],
+    seeds: Annotated[
+        int, typer.Option(help="Runs of each combination, with the scenario's seed and those after it.", min=1)
+    ] = 20,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            help="NAME=VALUE,VALUE…: values to combine, of a scenario's field (gnss.white_m), `template`, or a plan's "
+            "option (plan.paint_speed_mps). Can be given several times.",
+            show_default=False,
+        ),
+    ] = None,
+    template: Annotated[str, typer.Option(help="What to paint when a scenario is given.")] = "soccer-11",
+    workers: Annotated[int, typer.Option(help="Processes; 0: one for each core.", min=0)] = 0,
+    dask: Annotated[
+        str | None, typer.Option(help="Address of a Dask scheduler, to use its workers instead.", show_default=False)
+    ] = None,
+    report: ReportOption = None,
+    csv: Annotated[Path | None, typer.Option(help="Write a line per run to this CSV file.", show_default=False)] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Simulate every combination of settings with many seeds; Ctrl-C ends it with what is done so far."""
+    from services.robot_sim.warm_up import warm_up
+    from services.sweep.grid import cases as all_cases
+    from services.sweep.grid import parse_settings
+    from services.sweep.places import cores, here, in_processes, on_dask
+    from services.sweep.summary import summarise, write_csv
+    from services.sweep.task import Run, prepare
+
+    painted, scenario = _subject(subject, template)
+    cases = all_cases(painted, scenario, plan_options(Method.G2), parse_settings(settings or []))
+    runs: list[Run] = []
+    interrupted = False
+    with progress_bar("Touchline") as advance:
+        jobs, tasks = prepare(cases, seeds, advance)
+        warm_up(stderr.print, loop=True)  # so that not every process compiles
+        count = min(workers or cores(), len(tasks))
+        if dask is not None:
+            place = on_dask(jobs, tasks, dask)
+        else:
+            place = in_processes(jobs, tasks, count) if count > 1 else here(jobs, tasks)
+        begun = time.monotonic()
+        advance(0.0, f"0 of {len(tasks)}")
+        try:
+            with closing(place):
+                for run in place:
+                    runs.append(run)
+                    advance(len(runs) / len(tasks), f"{len(runs)} of {len(tasks)}")
+        except KeyboardInterrupt:
+            interrupted = True
+        wall_s = time.monotonic() - begun
+    sim_s = sum(run.figures.get("total_time_s", 0.0) for run in runs)
+    figures = summarise(cases, runs) | {
+        "complete": len(runs) == len(tasks),
+        "wall_time_s": wall_s,
+        "real_time_factor": sim_s / wall_s,
+    }
+    if report is not None:
+        write_json(figures, report)
+    if csv is not None:
+        write_csv(figures, csv)
+    if as_json:
+        typer.echo(json.dumps(figures, indent=2))
+    else:
+        _print(figures, len(tasks))
+    if interrupted:
+        sys.exit(ExitCode.INTERRUPTED)
+    if not all(run.success for run in runs):
+        sys.exit(ExitCode.FAILED)
+
+
+def _subject(subject: str, template: str) -> tuple[str, Scenario]:
+    """(template, scenario) from what the first argument names."""
+    if subject in shipped_templates():
+        return subject, Scenario()
+    path = Path(subject)
+    if not path.exists():
+        names = ", ".join(shipped_templates())
+        raise SpecError(subject, "", "is no scenario file, template file or shipped template", f"use one of: {names}")
+    try:
+        content = json.loads(read_text(path))
+    except ValueError:
+        content = None
+    if isinstance(content, dict) and "segments" in content:
+        return subject, Scenario()
+    return template, chosen_scenario(path, None, None, None)
+
+
+def _print(figures: dict[str, Any], wanted: int) -> None:
+    console = Console()
+    for combination in figures["combinations"]:
+        setting = ", ".join(f"{name}={value}" for name, value in combination["set"].items())
+        failed = combination["failed_seeds"]
+        title = f"{combination['template']}  {setting}  ({combination['runs']} runs, {len(failed)} failed)"
+        table = Table(title=title, title_justify="left", box=None, padding=(0, 2))
+        for name in ("", "mean", "p95", "worst", "seed of the worst"):
+            table.add_column(name, justify="right" if name else "left")
+        for name, values in combination["figures"].items():
+            shown, scale, digits = _SHOWN.get(name, (name, 1.0, 4))
+            numbers = (f"{scale * values[column]:,.{digits}f}" for column in ("mean", "p95", "worst"))
+            table.add_row(shown, *numbers, str(values["worst_seed"]))
+        console.print(table)
+        if failed:
+            console.print(f"  failed with seeds {', '.join(map(str, failed[:20]))}{' …' if len(failed) > 20 else ''}")
+    done = len(figures["runs"])
+    wall_s, factor = figures["wall_time_s"], figures["real_time_factor"]
+    console.print(f"{done} of {wanted} runs in {wall_s:.1f} s, {factor:,.0f}× real time in all")

@@ -1,0 +1,63 @@
+"""What was painted in a recorded session."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from schemas import topics
+from schemas.cdr import decode
+from schemas.errors import SpecError
+from schemas.messages import PaintMarks, String, TraversalReport
+from schemas.template import Template, parse_template
+
+
+@dataclass(frozen=True)
+class Painted:
+    """A traversal's paint; ``report`` is missing from a recording that ends before it."""
+
+    template: Template
+    strokes: list[PaintMarks]
+    report: TraversalReport | None
+
+
+def read_painted(path: Path) -> Painted:
+    """The last traversal of the recording at ``path``, batches of marks joined to strokes again.
+
+    Raises:
+        RecordingError: The file cannot be read.
+        SpecError: No template is recorded in it.
+    """
+    from services.bridge.reader import RecordingReader
+
+    template_json, batches, report = "", list[PaintMarks](), None
+    for message in RecordingReader(path).messages():
+        name = message.topic.split("/", 2)[-1]
+        if name == topics.TEMPLATE.name:
+            template_json, batches, report = decode(String, message.payload).data, [], None
+        elif name == topics.PAINT.name:
+            batches.append(decode(PaintMarks, message.payload))
+        elif name == topics.REPORT.name:
+            report = decode(TraversalReport, message.payload)
+    if not template_json:
+        raise SpecError(str(path), "", "holds no template", "give the recording of a template's traversal")
+    return Painted(parse_template(template_json, f"the template in {path.name}"), _joined(batches), report)
+
+
+def _joined(batches: list[PaintMarks]) -> list[PaintMarks]:
+    """Batches that go on where the one before ended, as one."""
+    runs: list[list[PaintMarks]] = []
+    for batch in batches:
+        last = runs[-1][-1] if runs else None
+        goes_on = last is not None and batch.first_index == last.first_index + len(last.x_m) - 1
+        if last is not None and goes_on and batch.segment_id == last.segment_id:
+            runs[-1].append(batch)
+        else:
+            runs.append([batch])
+    return [_join(run) for run in runs]
+
+
+def _join(run: list[PaintMarks]) -> PaintMarks:
+    x = np.concatenate([run[0].x_m, *(batch.x_m[1:] for batch in run[1:])])
+    y = np.concatenate([run[0].y_m, *(batch.y_m[1:] for batch in run[1:])])
+    return run[0].model_copy(update={"x_m": x, "y_m": y})

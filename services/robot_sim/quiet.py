@@ -1,0 +1,232 @@
+"""Many quiet ticks in one kernel: the emulator's inner loop when nobody listens to every tick.
+
+A tick is the one of `Emulator.tick`, made of the same kernels. The loop stops before anything that is not quiet: a
+fault that begins or ends, a message that is late, a switch of state, a pose in doubt; the emulator then does that tick
+itself. The bits are the same either way.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from schemas.jit import kernel
+from services.robot_sim.estimator_error import enter_error
+from services.robot_sim.onboard import cruise as c
+from services.robot_sim.onboard import tracking
+from services.robot_sim.onboard.cruise import Cruise, obey, steer, take_in
+from services.robot_sim.onboard.estimator import model
+from services.robot_sim.onboard.followers import PurePursuitFollower
+from services.robot_sim.onboard.followers.pure_pursuit import pursue
+from services.robot_sim.onboard.onboard import Onboard
+from services.robot_sim.paint import projection
+from services.robot_sim.paint.projection import enter
+from services.robot_sim.sensors import receiver
+from services.robot_sim.sensors.sense import sense
+from services.robot_sim.world import body, physics
+from services.robot_sim.world import effects as e
+
+if TYPE_CHECKING:
+    from services.robot_sim.emulator import Emulator
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+# Where a tick stands, in `Quiet.at`.
+TICK: Final = 0
+STAGE: Final = 1
+FIXES: Final = 2  # that arrived in it
+WANTED: Final = 3  # actuation
+AT: Final = 4
+
+# Stages.
+WHOLE: Final = 0  # all is done
+SENSED: Final = 1  # the onboard computer has not seen it
+ESTIMATED: Final = 2  # only its estimator has
+ASKING: Final = 3  # the follower is to be asked
+
+RETRY_TICKS: Final = 10
+"""After a tick that was not quiet, the next ones are not likely to be."""
+
+
+@kernel
+def _arrived_in_time(fixes: int, tick: int, measured_tick: Integers, arrivals: Floats) -> bool:
+    for sensor in range(3):
+        if measured_tick[sensor] != tick:
+            return False
+    if fixes == 0:
+        return True
+    row = arrivals[0]
+    finite = math.isfinite(row[receiver.STAMP_S] + row[receiver.EAST] + row[receiver.NORTH] + row[receiver.VARIANCE])
+    return fixes == 1 and finite and row[receiver.FIX] == receiver.FIXED
+
+
+@kernel
+def _read_fix(row: Floats, fix: Floats) -> None:
+    fix[c.F_STAMP], fix[c.F_EAST], fix[c.F_NORTH] = row[receiver.STAMP_S], row[receiver.EAST], row[receiver.NORTH]
+    fix[c.F_VARIANCE], fix[c.F_FIX] = row[receiver.VARIANCE], row[receiver.FIX]
+    fix[c.F_SATELLITES], fix[c.F_AGE] = row[receiver.SATELLITES], row[receiver.CORRECTION_AGE]
+
+
+@kernel
+def drive_quietly(
+    at: Integers,
+    last_tick: int,
+    seed: int,
+    battery_wh: float,
+    effects: Floats,
+    world: tuple[Floats, Floats, Floats],
+    sensing: Any,
+    heard: tuple[Floats, Integers, Floats],
+    ring: c.Ring,
+    way: c.Way,
+    ahead: Floats,
+    scratch: tuple[Floats, Floats, Floats, Floats],
+    s: Floats,
+    k: Floats,
+    pursuit: tuple[int, Floats, Floats],
+    paint: tuple[Floats, Floats, Integers, Integers, Floats, Floats, Floats, Integers],
+    half_width: float,
+    error: Floats,
+) -> None:
+    """Run ticks until `last_tick` is done, one is not quiet, or the follower must be asked.
+
+    Args:
+        at: (AT,) the tick and its stage; WHOLE or, with the wheel speeds filled in, ASKING to go on from.
+        last_tick: To be done.
+        seed: Of the scenario.
+        battery_wh: Full.
+        effects: Of faults; they must not change before `last_tick` is done.
+        world: State, parameters and trace.
+        sensing: What `sense` is given from the sensors' own.
+        heard: Of that the readings, the ticks they were measured in, and the arrivals.
+        ring: As of `cruise.take_in`.
+        way: As of `cruise.steer`, with `ahead`.
+        ahead: See `way`.
+        scratch: Saved, flows, fix and wheel speeds.
+        s: Of `cruise`, with `k`.
+        k: See `s`.
+        pursuit: Lead (negative: the follower is asked outside), parameters and memory of `pursue`.
+        paint: Table, grid (3), points, latest, stretches and state of the ledger.
+        half_width: Of a line.
+        error: Sums of the estimator's error.
+    """
+    state, parameters, trace = world
+    readings, measured_tick, arrivals = heard
+    saved, flows, fix, wheels = scratch
+    lead, limits, memory = pursuit
+    table, frame, starts, members, points, latest, stretches, ledger = paint
+    tick = at[TICK]
+    while True:
+        if at[STAGE] == ASKING:
+            obey(wheels, at[WANTED], way[4][tracking.P_ARC], s)
+            enter(table, frame, starts, members, half_width, trace, points, latest, stretches, ledger)
+            x = ring[0][tick % model.RING]
+            truth = (state[body.EAST], state[body.NORTH], state[body.HEADING])
+            enter_error(error, state[body.SPEED], truth, (x[model.EAST], x[model.NORTH], x[model.HEADING]))
+            at[STAGE] = WHOLE
+            full = ledger[projection.STATE_POINTS] + 2 * projection.MOST_RUNS > len(points)
+            if tick >= last_tick or full or ledger[projection.STATE_STRETCHES] > 0:
+                return
+        tick += 1
+        at[TICK] = tick
+        left, right = s[c.COMMAND], s[c.COMMAND + 1]
+        valve, disc = s[c.COMMAND + 2] > 0.0, s[c.COMMAND + 3] > 0.0
+        physics.advance(state, parameters, left, right, valve, disc, effects, seed, tick, trace)
+        at[FIXES] = sense(state, effects, seed, tick, *sensing)
+        at[STAGE] = SENSED
+        if not _arrived_in_time(at[FIXES], tick, measured_tick, arrivals):
+            return
+        if at[FIXES] > 0:
+            _read_fix(arrivals[0], fix)
+        if not take_in(tick, readings, at[FIXES], fix, ring, s, k):
+            return
+        at[STAGE] = ESTIMATED
+        battery = state[body.BATTERY_WH] / battery_wh
+        at[WANTED] = steer(tick, battery, state[body.TANK_L], ring, way, ahead, saved, flows, s, k)
+        if at[WANTED] < 0:
+            return
+        at[STAGE] = ASKING
+        if lead < 0:
+            return
+        pursue(way[6], ahead, lead, limits, memory, wheels)
+
+
+class Quiet:
+    """Runs an emulator's quiet ticks.
+
+    Args:
+        emulator: Its onboard computer must be Touchline's own.
+    """
+
+    def __init__(self, emulator: Emulator, onboard: Onboard) -> None:
+        """See the class."""
+        self._emulator = emulator
+        self._cruise = Cruise(onboard, emulator.vehicle)
+        self._at: Integers = np.zeros(AT, dtype=np.int64)
+        self._fix: Floats = np.zeros(c.FIX_COLUMNS)
+        self._wheels: Floats = np.zeros(2)
+        self._not_before = 0
+
+    def run(self, last_tick: int) -> None:
+        """Run from the emulator's tick on, to `last_tick` at most; to the end of the first tick that is not quiet."""
+        emulator = self._emulator
+        first = emulator.tick_count
+        last_tick = min(last_tick, emulator.faults.quiet_until)
+        effects = emulator.faults.effects
+        if first < self._not_before or last_tick <= first or effects[e.BUMPER] > 0.0 or effects[e.OPERATOR_LOST] > 0.0:
+            return
+        if not self._cruise.begin(first):
+            self._not_before = first + RETRY_TICKS
+            return
+        self._drive(last_tick)
+        self._hand_over()
+
+    def _drive(self, last_tick: int) -> None:
+        emulator, cruise, at = self._emulator, self._cruise, self._at
+        world, sensors, ledger, follower = emulator.world, emulator.sensors, emulator.ledger, cruise.follower
+        if isinstance(follower, PurePursuitFollower):
+            pursuit = (follower.lead, follower.parameters, follower.memory)
+        else:
+            pursuit = (-1, self._wheels, self._wheels)
+        at[TICK], at[STAGE] = emulator.tick_count, WHOLE
+        ledger.make_room()
+        arguments = (
+            at,
+            last_tick,
+            emulator.scenario.seed,
+            emulator.vehicle.battery_wh,
+            emulator.faults.effects,
+            (world.state, world.parameters, world.trace),
+            sensors.arguments,
+            sensors.heard,
+            cruise.ring,
+            cruise.way,
+            cruise.ahead,
+            (cruise.saved, cruise.flows, self._fix, self._wheels),
+            cruise.state,
+            cruise.constants,
+            pursuit,
+            ledger.arrays,
+            0.5 * ledger.line_width_m,
+            emulator.estimator_error.sums,
+        )
+        drive_quietly(*arguments)
+        while at[STAGE] == ASKING:
+            self._wheels[:] = follower.step(cruise.way[6], cruise.ahead)
+            drive_quietly(*arguments)
+
+    def _hand_over(self) -> None:
+        """Give everything back, and let the emulator do what is left of the last tick."""
+        emulator, (tick, stage, fixes, _) = self._emulator, self._at.tolist()
+        sensed = tick - 1 if stage == SENSED else tick
+        emulator.command = self._cruise.end(tick if stage == WHOLE else tick - 1, sensed=sensed)
+        emulator.tick_count = tick
+        emulator.ledger.put_aside()
+        frame = emulator.sensors.frame(tick, fixes, emulator.world.state, emulator.faults.effects)
+        if stage != WHOLE:
+            self._not_before = tick + 1
+        emulator.end_tick(frame, stage)

@@ -1,0 +1,101 @@
+"""What a sweep consists of: every combination of the given settings, each with every seed."""
+
+import itertools
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+from schemas.errors import SpecError
+from schemas.messages import PlanOptions
+from schemas.scenario import Scenario
+from schemas.spec import parse
+
+Setting = dict[str, Any]
+"""Values by dotted name: a field of the scenario (``gnss.white_m``), ``template``, or ``plan.`` and an option."""
+
+TEMPLATE: Final = "template"
+PLAN_PREFIX: Final = "plan."
+
+
+@dataclass(frozen=True)
+class Case:
+    """One combination.
+
+    Attributes:
+        setting: The values that tell it from the others.
+        scenario: Its seed is the first of the sweep's.
+    """
+
+    setting: Setting
+    template: str
+    scenario: Scenario
+    options: PlanOptions
+
+
+def parse_settings(texts: Sequence[str]) -> dict[str, list[Any]]:
+    """``name=value,value,…`` each, as values by name; numbers, true and false are read as such.
+
+    Raises:
+        SpecError: A text has another form, or a name comes twice.
+    """
+    settings: dict[str, list[Any]] = {}
+    for text in texts:
+        name, equals, values = text.partition("=")
+        if not equals or not name or not all(values.split(",")):
+            raise SpecError("command line", "--set", f"is {text!r}", "give NAME=VALUE,VALUE…")
+        if name in settings:
+            raise SpecError("command line", "--set", f"names {name!r} twice", "give all of its values at once")
+        settings[name] = [_value(value) for value in values.split(",")]
+    return settings
+
+
+def cases(template: str, scenario: Scenario, options: PlanOptions, settings: Mapping[str, Sequence[Any]]) -> list[Case]:
+    """Every combination of ``settings``, the last name's values changing fastest.
+
+    Raises:
+        SpecError: A name is not a field, or a value not allowed.
+    """
+    combinations = [dict(zip(settings, values, strict=True)) for values in itertools.product(*settings.values())]
+    return [_case(template, scenario, options, setting) for setting in combinations]
+
+
+def _case(template: str, scenario: Scenario, options: PlanOptions, setting: Setting) -> Case:
+    lived = scenario.model_dump(mode="json")
+    planned: dict[str, Any] = {}
+    for name, value in setting.items():
+        if name.startswith(PLAN_PREFIX):
+            planned[name.removeprefix(PLAN_PREFIX)] = value
+        elif name != TEMPLATE:
+            _put(lived, name, value)
+    unknown = sorted(set(planned) - set(PlanOptions.model_fields))
+    if unknown:
+        known = ", ".join(f"{PLAN_PREFIX}{field}" for field in PlanOptions.model_fields)
+        raise SpecError(
+            "command line", f"--set {PLAN_PREFIX}{unknown[0]}", "is not an option of a plan", f"use {known}"
+        )
+    return Case(
+        setting,
+        str(setting.get(TEMPLATE, template)),
+        parse(Scenario, json.dumps(lived), "--set"),
+        PlanOptions.model_validate(options.model_dump() | planned),
+    )
+
+
+def _put(fields: dict[str, Any], name: str, value: Any) -> None:
+    *path, last = name.split(".")
+    for part in path:
+        inner = fields.get(part)
+        if not isinstance(inner, dict):
+            raise SpecError("command line", f"--set {name}", f"has no {part!r} in a scenario", "mend its name")
+        fields = inner
+    if last not in fields:
+        raise SpecError("command line", f"--set {name}", "is not a field of a scenario", "mend its name")
+    fields[last] = value
+
+
+def _value(text: str) -> Any:
+    try:
+        return json.loads(text)
+    except json.JSONDecodeError:
+        return text

@@ -1,0 +1,140 @@
+"""The loop kernel does what the ticks one by one do, to the bit, whatever happens."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from schemas.cdr import decode
+from schemas.curves import Curve
+from schemas.messages import TraversalStatus
+from schemas.scenario import Scenario
+from schemas.template import Template
+from schemas.vehicle import Vehicle
+from services.robot_sim.emulator import Emulator
+from services.robot_sim.telemetry import Telemetry
+from tests.robot_sim.scripted import trajectory
+
+ARC = Curve.from_arc((4, 0), (4, 2), 1.5)
+PLAN = trajectory(
+    [
+        Curve.from_line((0, 0), (1, 0)),
+        Curve.from_line((1, 0), (4, 0)),
+        ARC,
+        Curve(*(float(value) for value in ARC.at(ARC.length_m)[:3]), 0.0, 2.0),
+    ],
+    [0, 1, 1, 0],
+    ids=["t0", "line", "arc", "t1"],
+    speed_mps=0.8,
+)
+TEMPLATE = Template(name="one", segments=[{"id": "line", "line": {"start": (1.0, -0.41124), "end": (4.0, -0.41124)}}])
+LONGEST_TICKS = 2500
+FAULTS = {
+    "gnss-outage": {},
+    "gnss-degraded": {"fix": "float", "claimed_m": 0.01},
+    "corrections-lost": {},
+    "messages-late": {"sensor": "gnss", "delay_s": 0.2},
+    "messages-lost": {"sensor": "imu", "share": 0.3},
+    "messages-duplicated": {"sensor": "gnss", "share": 0.5},
+    "clock-skew": {"offset_s": 0.02},
+    "imu-bias": {"gyro_radps": 0.05},
+    "imu-stuck": {},
+    "encoder-dropout": {"wheel": "left"},
+    "wheel-blocked": {"wheel": "left"},
+    "wheel-slip": {"wheel": "right", "share": 0.5},
+    "valve-stuck": {"position": "open"},
+    "nozzle-clogged": {},
+    "bumper": {},
+    "tank-empty": {},
+    "operator-lost": {},
+}
+
+
+def session(scenario, listen_from, *, loop, plan=PLAN, template=TEMPLATE, vehicle=None):
+    """(every payload from a tick on, the report, the tick it ended in)."""
+    emulator = Emulator(vehicle or Vehicle(), scenario)
+    emulator.load(plan, template)
+    emulator.start()
+    if loop:
+        emulator.run(listen_from)
+    else:
+        for _ in range(listen_from):
+            if emulator.active:
+                emulator.tick()
+    telemetry = Telemetry(emulator)
+    said = list(telemetry.news())
+    while emulator.active and emulator.tick_count < LONGEST_TICKS:
+        emulator.tick()
+        said += telemetry.after_tick()
+    return said, telemetry.report(), emulator.tick_count
+
+
+def assert_same(scenario, listen_from, **things):
+    looped = session(scenario, listen_from, loop=True, **things)
+    ticked = session(scenario, listen_from, loop=False, **things)
+    assert looped[2] == ticked[2]
+    assert looped[1] == ticked[1]
+    assert [topic.name for topic, _ in looped[0]] == [topic.name for topic, _ in ticked[0]]
+    for (topic, payload), (_, other) in zip(looped[0], ticked[0], strict=True):
+        assert payload == other, (topic.name, decode(topic.type, payload), decode(topic.type, other))
+    return looped
+
+
+@pytest.mark.parametrize("follower", ["mpc", "pure-pursuit"])
+@pytest.mark.parametrize("listen_from", [1, 57, 333, 700, 1001, 9999])
+def test_the_loop_is_the_ticks(follower, listen_from):
+    _, report, _ = assert_same(Scenario(seed=4, follower=follower), listen_from)
+    assert report.success
+    assert report.coverage_pct > 90.0
+
+
+@pytest.mark.parametrize("kind", FAULTS)
+def test_the_loop_is_the_ticks_whatever_goes_wrong(kind):
+    fault = {"kind": kind, "start_s": 4.0, "duration_s": 2.0, **FAULTS[kind]}
+    scenario = Scenario.model_validate({"seed": 2, "follower": "pure-pursuit", "faults": [fault]})
+    for listen_from in (450, 700):
+        assert_same(scenario, listen_from)
+
+
+@settings(max_examples=12, deadline=None)
+@given(
+    st.integers(0, 2**63 - 1),
+    st.integers(1, 1500),
+    st.sampled_from(["mpc", "pure-pursuit"]),
+    st.lists(st.tuples(st.sampled_from(sorted(FAULTS)), st.floats(0.0, 14.0), st.floats(0.01, 3.0)), max_size=3),
+)
+def test_the_loop_is_the_ticks_on_any_day(seed, listen_from, follower, timeline):
+    faults = [
+        {"kind": kind, "start_s": start_s, "duration_s": duration_s, **FAULTS[kind]}
+        for kind, start_s, duration_s in timeline
+    ]
+    scenario = Scenario.model_validate({"seed": seed, "follower": follower, "faults": faults})
+    assert_same(scenario, listen_from)
+
+
+def test_commands_between_two_runs_act_as_between_ticks():
+    ends = []
+    for loop in (True, False):
+        emulator = Emulator(Vehicle(), Scenario(follower="pure-pursuit"))
+        emulator.load(PLAN, TEMPLATE)
+        emulator.start()
+        for command in (emulator.pause, emulator.resume, emulator.estop):
+            for _ in range(1 if loop else 430):
+                emulator.run(430) if loop else emulator.tick()
+            if emulator.onboard.state != TraversalStatus.DONE:
+                command()
+        for _ in range(100):
+            emulator.tick()
+        ends.append((emulator.world.state.tolist(), emulator.onboard.status, emulator.take_events()))
+    assert ends[0] == ends[1]
+
+
+def test_nearly_all_ticks_are_quiet(monkeypatch):
+    emulator = Emulator(Vehicle(), Scenario(follower="pure-pursuit"))
+    emulator.load(PLAN, TEMPLATE)
+    emulator.start()
+    loud = []
+    monkeypatch.setattr(emulator, "tick", lambda tick=emulator.tick: (loud.append(emulator.tick_count), tick()))
+    while emulator.active:
+        emulator.run(100)
+    driving = [tick for tick in loud if 100 < tick < emulator.tick_count - 150]
+    assert len(driving) < 0.1 * emulator.tick_count

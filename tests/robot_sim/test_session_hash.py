@@ -1,0 +1,95 @@
+"""One session, one hash: at every pace, held or not, on the bus or without it."""
+
+import pytest
+
+from schemas import topics
+from schemas.cdr import decode, encode
+from schemas.digest import SessionDigest
+from schemas.messages import TraversalReport
+from schemas.scenario import Scenario
+from schemas.vehicle import Vehicle
+from services.bus import Bus
+from services.robot_sim.emulator import Emulator
+from services.robot_sim.telemetry import Telemetry
+from tests.robot_sim.test_service import PLAN, TEMPLATE, ask, drain, process, session, turn_until
+
+
+def alone(**scenario):
+    """All that is said in-process, from the load on."""
+    emulator = Emulator(Vehicle(), Scenario(**scenario))
+    telemetry = Telemetry(emulator)
+    emulator.load(PLAN, TEMPLATE)
+    said = telemetry.loaded(PLAN, TEMPLATE)
+    emulator.start()
+    said += telemetry.news()
+    while emulator.active:
+        emulator.tick()
+        said += telemetry.after_tick()
+    return said
+
+
+def hash_in(said):
+    (report,) = [decode(TraversalReport, payload) for topic, payload in said if topic is topics.REPORT]
+    return report.session_hash
+
+
+@pytest.fixture(scope="module")
+def said():
+    return alone(seed=5)
+
+
+def test_the_report_carries_the_hash_of_all_that_was_said(said):
+    report = decode(TraversalReport, next(payload for topic, payload in said if topic is topics.REPORT))
+    blank = encode(report.model_copy(update={"session_hash": ""}))
+    digest = SessionDigest()
+    digest.add((topic, blank if topic is topics.REPORT else payload) for topic, payload in said)
+    assert digest.hexdigest() == report.session_hash
+
+
+def test_another_seed_or_follower_has_another_hash(said):
+    hashes = {hash_in(said), hash_in(alone(seed=6)), hash_in(alone(seed=5, follower="pure-pursuit"))}
+    assert len(hashes) == 3
+    assert "" not in hashes
+
+
+@pytest.mark.parametrize("speed", [-1.0, 40.0])
+def test_the_bus_and_the_pace_change_nothing(said, speed, bus_config):
+    with Bus.open(topics.ROBOT_SIM, bus_config) as bus, Bus.open(topics.OPERATOR, bus_config) as operator:
+        heard = session(process(bus, speed=speed, seed=5), operator)
+    assert hash_in([(topics.REPORT, payload) for payload in heard[topics.REPORT.name]]) == hash_in(said)
+
+
+def test_holding_the_clock_changes_nothing(said, bus_config):
+    with Bus.open(topics.ROBOT_SIM, bus_config) as bus, Bus.open(topics.OPERATOR, bus_config) as operator:
+        robot = process(bus, speed=100.0, seed=5)
+        inbox = operator.inbox([topics.REPORT, topics.PAINT])
+        ask(operator, robot, topics.LOAD, trajectory=PLAN, template_json=TEMPLATE.model_dump_json())
+        ask(operator, robot, topics.START)
+        heard: list = []
+        turn_until(robot, lambda: any(topic is topics.PAINT for topic, _ in drain(inbox, heard)))
+        ask(operator, robot, topics.SET_SPEED, factor=0.0)
+        for _ in range(10):
+            robot.turn()
+        assert robot.active
+        ask(operator, robot, topics.SET_SPEED, factor=-1.0)
+        turn_until(robot, lambda: any(topic is topics.REPORT for topic, _ in drain(inbox, heard)))
+    assert hash_in(heard) == hash_in(said)
+
+
+def test_a_second_traversal_begins_a_new_session():
+    emulator = Emulator(Vehicle(), Scenario(seed=5))
+    telemetry = Telemetry(emulator)
+    hashes = []
+    for _ in range(2):
+        emulator.load(PLAN, TEMPLATE)
+        telemetry.loaded(PLAN, TEMPLATE)
+        assert telemetry.final is None
+        emulator.start()
+        telemetry.news()
+        while emulator.active:
+            emulator.tick()
+            telemetry.after_tick()
+        assert telemetry.final is not None
+        hashes.append(telemetry.final.session_hash)
+    assert hashes[0] == hash_in(alone(seed=5))
+    assert hashes[1] != hashes[0], "sim time went on, and it is in every header"

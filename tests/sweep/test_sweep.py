@@ -1,0 +1,115 @@
+"""Sweeps: which runs, the same wherever they happen, and what is said about them."""
+
+import pytest
+
+from schemas.errors import SpecError, TouchlineError
+from schemas.messages import PlanOptions
+from schemas.scenario import Scenario
+from services.sweep.grid import Case, cases, parse_settings
+from services.sweep.places import here, in_processes, on_dask
+from services.sweep.summary import statistics, summarise, write_csv
+from services.sweep.task import Run, prepare
+
+
+def combined(*texts, scenario=None):
+    return cases("study-square", scenario or Scenario(), PlanOptions(), parse_settings(texts))
+
+
+def test_every_combination_once():
+    found = combined("follower=mpc,pure-pursuit", "gnss.white_m=0.005,0.01,0.02", "plan.paint_speed_mps=0.8")
+    assert [(c.scenario.follower, c.scenario.gnss.white_m) for c in found] == [
+        (follower, white) for follower in ("mpc", "pure-pursuit") for white in (0.005, 0.01, 0.02)
+    ]
+    assert {c.options.paint_speed_mps for c in found} == {0.8}
+    assert found[0].setting == {"follower": "mpc", "gnss.white_m": 0.005, "plan.paint_speed_mps": 0.8}
+    assert [case.setting for case in combined()] == [{}]
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        ("follower", "NAME=VALUE"),
+        ("follower=mpc,", "NAME=VALUE"),
+        ("follower=bang-bang", "follower"),
+        ("gnss.white=1", "gnss.white"),
+        ("gps.white_m=1", "gps"),
+        ("gnss.white_m=-1", "white_m"),
+        ("plan.speed=1", "plan.paint_speed_mps"),
+    ],
+)
+def test_what_cannot_be_set_is_refused_by_name(text, named):
+    with pytest.raises(SpecError, match=named):
+        combined(text)
+    with pytest.raises(SpecError, match="twice"):
+        combined("seed=1", "seed=2")
+
+
+def test_a_plan_is_made_once_per_template_and_options():
+    wanted = combined("template=study-square,soccer-11", "follower=mpc,pure-pursuit", "plan.method=ccd,dubins-padded")
+    jobs, tasks = prepare(wanted, 3)
+    assert len(jobs) == 4
+    assert len(tasks) == len(wanted) * 3
+    assert {task.scenario.seed for task in tasks} == {1, 2, 3}
+    assert all(jobs[task.job].template.name == wanted[task.case].template for task in tasks)
+
+
+@pytest.fixture(scope="module")
+def ran():
+    wanted = combined("follower=mpc,pure-pursuit", scenario=Scenario(seed=7))
+    jobs, tasks = prepare(wanted, 2)
+    return wanted, jobs, tasks, list(here(jobs, tasks))
+
+
+def test_processes_give_the_same_figures(ran):
+    wanted, jobs, tasks, alone = ran
+    spread = list(in_processes(jobs, tasks, 2))
+    assert summarise(wanted, spread) == summarise(wanted, alone)
+    assert len({run.scenario_hash for run in alone}) == 4
+
+
+def test_what_is_done_so_far_can_be_had(ran):
+    wanted, jobs, tasks, alone = ran
+    place = in_processes(jobs, tasks, 1)
+    first = next(place)
+    place.close()
+    assert first in alone
+    report = summarise(wanted, [first])
+    assert [combination["runs"] for combination in report["combinations"]] in ([1, 0], [0, 1])
+
+
+def test_the_report_and_its_csv(ran, tmp_path):
+    wanted, _, _, alone = ran
+    report = summarise(wanted, list(reversed(alone)))
+    assert [(run["set"]["follower"], run["seed"]) for run in report["runs"]] == [
+        ("mpc", 7),
+        ("mpc", 8),
+        ("pure-pursuit", 7),
+        ("pure-pursuit", 8),
+    ]
+    write_csv(report, tmp_path / "runs.csv")
+    lines = (tmp_path / "runs.csv").read_text().splitlines()
+    assert lines[0].startswith("follower,seed,success,reason,scenario_hash,coverage_pct")
+    assert len(lines) == 5
+
+
+def test_the_worst_is_the_least_coverage_and_the_largest_error():
+    runs = [Run(0, seed, True, "", {"coverage_pct": 100.0 - seed, "gap_m": float(seed % 10)}) for seed in range(1, 21)]
+    coverage, gap = statistics("coverage_pct", runs), statistics("gap_m", runs)
+    assert (coverage["worst"], coverage["worst_seed"]) == (80.0, 20)
+    assert (gap["worst"], gap["worst_seed"]) == (9.0, 9)
+    assert coverage["p95"] == pytest.approx(80.95)
+    assert coverage["mean"] == pytest.approx(89.5)
+
+
+def test_a_run_that_could_not_be_done_is_told_and_not_counted():
+    runs = [Run(0, 1, True, "", {"gap_m": 1.0}), Run(0, 2, False, "refused", {}), Run(0, 3, False, "", {"gap_m": 3.0})]
+    (combination,) = summarise([Case({}, "t", Scenario(), PlanOptions())], runs)["combinations"]
+    assert (combination["runs"], combination["failed_seeds"]) == (3, [2, 3])
+    assert combination["figures"]["gap_m"]["mean"] == 2.0
+
+
+def test_without_dask_its_absence_is_told(ran, monkeypatch):
+    _, jobs, tasks, _ = ran
+    monkeypatch.setitem(__import__("sys").modules, "distributed", None)
+    with pytest.raises(TouchlineError, match=r"touchline\[sweep\]"):
+        next(on_dask(jobs, tasks, "tcp://127.0.0.1:1"))

@@ -1,0 +1,103 @@
+"""In one process: the bits of the whole system, without it."""
+
+import json
+import signal
+import time
+
+import pytest
+
+from services.bridge.compare import compare
+from tests.system.commands import figures, start_touchline, touchline
+
+SQUARE = ("study-square", "--json", "--seed", "7")
+WALL_CLOCK = ("wall_time_s", "real_time_factor")
+
+
+@pytest.fixture(scope="module")
+def over_zenoh(tmp_path_factory):
+    recording = tmp_path_factory.mktemp("run") / "run.mcap"
+    return figures(touchline("run", *SQUARE, "--record", str(recording))), recording
+
+
+def test_a_simulation_says_byte_for_byte_what_a_run_says(over_zenoh, tmp_path):
+    run, recorded = over_zenoh
+    recording = tmp_path / "simulation.mcap"
+    simulation = figures(touchline("simulate", *SQUARE, "--record", str(recording)))
+    assert simulation["hash"] == run["hash"]
+    assert len(run["hash"]["session"]) == len(run["hash"]["scenario"]) == 16
+    comparison = compare(recorded, recording)
+    assert comparison.identical, "\n".join(comparison.lines())
+
+
+def test_the_figures_are_the_same_with_and_without_telemetry(over_zenoh):
+    run, _ = over_zenoh
+    simulation = figures(touchline("simulate", *SQUARE))
+    assert simulation["hash"] == {"scenario": run["hash"]["scenario"], "session": None}
+    for part in ("paint", "segments", "estimator"):
+        assert simulation[part] == run[part]
+    for report in (run, simulation):
+        for name in WALL_CLOCK:
+            del report["traversal"][name]
+    assert simulation["traversal"] == run["traversal"]
+
+
+def test_not_recorded_is_the_same_session(over_zenoh):
+    run, _ = over_zenoh
+    assert figures(touchline("run", *SQUARE))["hash"] == run["hash"]
+    assert figures(touchline("simulate", *SQUARE, "--hash"))["hash"] == run["hash"]
+
+
+def test_a_scenario_file_is_lived_by_both(tmp_path):
+    scenario = tmp_path / "calm.json"
+    scenario.write_text(json.dumps({"seed": 3, "follower": "pure-pursuit", "gnss": {"white_m": 0.001}}))
+    options = ("study-square", "--json", "--scenario", str(scenario))
+    run = figures(touchline("run", *options))
+    simulation = figures(touchline("simulate", *options, "--hash"))
+    assert simulation["hash"] == run["hash"]
+    assert (run["seed"], run["follower"]) == (3, "pure-pursuit")
+    assert figures(touchline("simulate", *options, "--hash", "--seed", "4"))["hash"] != run["hash"]
+
+
+def test_a_recording_is_drawn(over_zenoh, tmp_path):
+    _, recorded = over_zenoh
+    picture = tmp_path / "painted.svg"
+    done = touchline("picture", str(recorded), "--out", str(picture))
+    assert done.returncode == 0, done.stderr
+    drawn = picture.read_text()
+    assert "nozzle off the template" in drawn
+    assert touchline("picture", str(recorded), "--out", "painted.gif").returncode == 2
+    assert touchline("picture", str(picture), "--out", str(picture)).returncode == 2
+
+
+def test_a_sweep_from_the_command_line(tmp_path):
+    scenario, report, csv = tmp_path / "calm.json", tmp_path / "report.json", tmp_path / "runs.csv"
+    scenario.write_text(json.dumps({"seed": 3, "gnss": {"white_m": 0.001}}))
+    options = ("--template", "study-square", "--seeds", "2", "--workers", "1")
+    outputs = ("--report", str(report), "--csv", str(csv))
+    done = touchline("sweep", str(scenario), *options, *outputs, "--set", "follower=mpc,pure-pursuit")
+    assert done.returncode == 0, done.stderr
+    assert "lateral error p95, mm" in done.stdout
+    assert "4 of 4 runs" in done.stdout
+    swept = json.loads(report.read_text())
+    assert [run["seed"] for run in swept["runs"]] == [3, 4, 3, 4]
+    single = figures(touchline("simulate", "study-square", "--scenario", str(scenario), "--json"))
+    assert swept["runs"][0]["scenario_hash"] == single["hash"]["scenario"]
+    assert swept["runs"][0]["coverage_pct"] == single["paint"]["coverage_pct"]
+    assert len(csv.read_text().splitlines()) == 5
+    refused = touchline("sweep", "no-such-thing")
+    assert refused.returncode == 2
+    assert "study-square" in refused.stderr
+
+
+def test_an_interrupted_sweep_gives_what_is_done(bus_config, tmp_path):
+    log = tmp_path / "log"
+    sweep = start_touchline(
+        "sweep", "study-square", "--seeds", "3000", "--workers", "2", "--json", config=bus_config, log=log
+    )
+    time.sleep(8.0)
+    sweep.send_signal(signal.SIGINT)
+    assert sweep.wait(timeout=30) == 130
+    text = log.read_text()
+    swept = json.loads(text[text.index("{") : text.rindex("}") + 1])
+    assert not swept["complete"]
+    assert len(swept["runs"]) == swept["combinations"][0]["runs"] < 3000
