@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 from schemas.messages import PlanOptions
@@ -16,12 +17,14 @@ from schemas.template import load_template
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.telemetry import Telemetry
 from services.robot_sim.warm_up import warm_up
+from services.robot_sim.world import body
 from services.simulation import Job, simulate
 
 TEMPLATE = "soccer-11"
 FOLLOWERS = ("mpc", "pure-pursuit")
 REPEATS = 3
-MEMORY_HOURS = (1, 3)
+SIMULATED_HOURS = (1, 3, 10)
+TOLD_HOURS = (1, 3)
 
 
 def main() -> None:
@@ -36,9 +39,9 @@ def main() -> None:
         wall, cpu = _factor(job, scenario, hashed=False)
         hashed, _ = _factor(job, scenario, hashed=True)
         print(f"{follower:14} {wall:>11.0f}x {cpu:>9.0f}x {hashed:>9.0f}x {_over_zenoh(follower):>17.0f}x")
-    print(f"\n{'repeating it':14} {'sim time':>12} {'peak RSS':>10} {'RSS':>10}")
-    for follower in FOLLOWERS:
-        _memory(job, follower)
+    print(f"\n{'repeating it':20} {'sim time':>10} {'peak RSS':>10} {'RSS':>10}")
+    _memory(job, "as simulate", SIMULATED_HOURS, _run)
+    _memory(job, "with all telemetry", TOLD_HOURS, _listen)
 
 
 def _factor(job: Job, scenario: Scenario, *, hashed: bool) -> tuple[float, float]:
@@ -63,21 +66,32 @@ def _over_zenoh(follower: str) -> float:
     return max(report["traversal"]["real_time_factor"] for report in reports)
 
 
-def _memory(job: Job, follower: str) -> None:
-    """One emulator with all of its telemetry, painting the same again and again."""
-    emulator = Emulator(job.vehicle, Scenario(follower=follower))
+def _memory(job: Job, title: str, hours: tuple[int, ...], pass_time: Callable[[Emulator, Telemetry], None]) -> None:
+    """One emulator that paints the same again and again, with a full tank and battery each time."""
+    emulator = Emulator(job.vehicle, Scenario(follower="pure-pursuit"))
     telemetry = Telemetry(emulator)
-    begun_mb = _rss_mb()
-    print(f"{follower:14} {'start':>12} {_peak_mb():>9.1f}M {begun_mb:>9.1f}M")
-    for hours in MEMORY_HOURS:
-        while emulator.time_s < hours * 3600.0:
+    print(f"{title:20} {'start':>10} {_peak_mb():>9.1f}M {_rss_mb():>9.1f}M")
+    for until in hours:
+        while emulator.time_s < until * 3600.0:
+            emulator.world.state[body.TANK_L], emulator.world.state[body.BATTERY_WH] = (
+                job.vehicle.tank_l,
+                job.vehicle.battery_wh,
+            )
             emulator.load(job.trajectory, job.template)
             telemetry.loaded(job.trajectory, job.template)
             emulator.start()
             while emulator.active:
-                emulator.tick()
-                telemetry.after_tick()
-        print(f"{'':14} {emulator.time_s / 3600.0:>10.2f} h {_peak_mb():>9.1f}M {_rss_mb():>9.1f}M")
+                pass_time(emulator, telemetry)
+        print(f"{'':20} {emulator.time_s / 3600.0:>8.2f} h {_peak_mb():>9.1f}M {_rss_mb():>9.1f}M")
+
+
+def _listen(emulator: Emulator, telemetry: Telemetry) -> None:
+    emulator.tick()
+    telemetry.after_tick()
+
+
+def _run(emulator: Emulator, telemetry: Telemetry) -> None:
+    emulator.run(1000)
 
 
 def _rss_mb() -> float:
