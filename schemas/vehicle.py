@@ -56,6 +56,8 @@ class Vehicle(Spec):
     """Sideways slip angle per lateral acceleration on dry grass, as the robot's own computer assumes it."""
     max_acceleration_mps2: Positive = 1.0
     """Planned acceleration along the path: what a full tank and grass bear without slipping or slopping."""
+    planned_wheel_acceleration_radps2: Positive = 16.0
+    """Of the wheels' limit, what plans use: turning in harder makes tyres slip on grass, and a pitch takes no less."""
     max_lateral_acceleration_mps2: Positive = 1.2
     """Planned acceleration across the path: what tyres on grass bear with hardly any slip. (The study's 1.5 m/s in
     turns of 1.125 1/m need 2.53 m/s², at which the emulated robot slides.)"""

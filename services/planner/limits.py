@@ -49,7 +49,8 @@ class Limits:
             PlanningError: An option is not finite, not positive, or beyond what the vehicle can do.
         """
         rim_speed = vehicle.max_wheel_speed_radps * vehicle.wheel_radius_m
-        rim_acceleration = RIM_SHARE * vehicle.max_wheel_acceleration_radps2 * vehicle.wheel_radius_m
+        wheel_acceleration = min(vehicle.planned_wheel_acceleration_radps2, vehicle.max_wheel_acceleration_radps2)
+        rim_acceleration = RIM_SHARE * wheel_acceleration * vehicle.wheel_radius_m
         half_track = 0.5 * vehicle.track_width_m
         # In a tighter turn than 1/r the inner wheel would run backward, in the middle of a forward path.
         curvatures = (CURVATURE_MIN_1PM, 1.0 / half_track)

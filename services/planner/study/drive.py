@@ -127,4 +127,10 @@ def study_vehicle() -> Vehicle:
     """The study's robot: nothing but the wheels' speed and acceleration limits it."""
     vehicle = Vehicle()
     rim_acceleration = vehicle.max_wheel_acceleration_radps2 * vehicle.wheel_radius_m
-    return vehicle.model_copy(update={"max_acceleration_mps2": rim_acceleration, "max_lateral_acceleration_mps2": 1e3})
+    return vehicle.model_copy(
+        update={
+            "max_acceleration_mps2": rim_acceleration,
+            "planned_wheel_acceleration_radps2": vehicle.max_wheel_acceleration_radps2,
+            "max_lateral_acceleration_mps2": 1e3,
+        }
+    )
