@@ -3,6 +3,9 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
+# Tests of whole systems and of the screen have the machine to themselves; the others share its cores.
+TIMED := tests/bus tests/bridge tests/system tests/tui
+PURE := $(filter-out $(TIMED),$(patsubst %/,%,$(wildcard tests/*/)))
 
 .PHONY: demo test lint bench clean
 
@@ -10,7 +13,8 @@ demo: $(STAMP)
 	$(BIN)/touchline demo
 
 test: $(STAMP) lint
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -q -n 2 $(PURE)
+	$(BIN)/python -m pytest -q $(TIMED)
 
 lint: $(STAMP)
 	$(BIN)/ruff check .

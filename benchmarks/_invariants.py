@@ -216,15 +216,15 @@ def joints(emulator: Emulator) -> list[float]:
     for target in emulator.ledger.targets:
         curve = target.curve
         spans = []
-        for stroke in emulator.ledger.strokes:
+        for stroke in emulator.ledger.strokes():
             ends = [
-                (stroke.x_m[i] - curve.x_m) * math.cos(curve.heading_rad)
-                + (stroke.y_m[i] - curve.y_m) * math.sin(curve.heading_rad)
+                (stroke.points[i, 0] - curve.x_m) * math.cos(curve.heading_rad)
+                + (stroke.points[i, 1] - curve.y_m) * math.sin(curve.heading_rad)
                 for i in (0, -1)
             ]
             beside = abs(
-                (stroke.y_m[0] - curve.y_m) * math.cos(curve.heading_rad)
-                - (stroke.x_m[0] - curve.x_m) * math.sin(curve.heading_rad)
+                (stroke.points[0, 1] - curve.y_m) * math.cos(curve.heading_rad)
+                - (stroke.points[0, 0] - curve.x_m) * math.sin(curve.heading_rad)
             )
             if beside < 0.3 and ends[1] > -0.1 and ends[0] < curve.length_m + 0.1:
                 spans.append((ends[0], ends[1]))

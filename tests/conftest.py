@@ -1,10 +1,15 @@
 """What every test may need."""
 
+import signal
 import socket
 
 import pytest
 
 from services.bus import BusConfig
+
+# Started in the background by a shell, Python ignores Ctrl-C and hands that on to its children; tests send it to them.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture

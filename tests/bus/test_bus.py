@@ -206,7 +206,7 @@ def test_junk_on_a_topic_is_counted_and_dropped(pair, outsider):
     time.sleep(0.1)
     inbox.drain()
     for junk in (b"", b"junk", os.urandom(500), b"\x00\x01\x00\x00" + os.urandom(40), bytes(40_000_000)):
-        outsider.put(bridge.key(topics.EVENTS.name), junk)
+        outsider.put(bridge.key(topics.EVENTS.name), junk, congestion_control=zenoh.CongestionControl.BLOCK)
     assert eventually(lambda: not inbox.drain() and bridge.counters.rejected == 5)
     outsider.put(bridge.key(topics.EVENTS.name), foreign)
     assert [sample.decode().text for sample in inbox.wait(10.0)] == ["from a foreign publisher"]

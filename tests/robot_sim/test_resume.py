@@ -36,7 +36,9 @@ def drive(emulator, until=lambda emulator: False, limit=6000):
 
 def strokes(*emulators):
     """(from, to) of the paint along x, in the order of x."""
-    return sorted((s.x_m[0], s.x_m[-1]) for emulator in emulators for s in emulator.ledger.strokes)
+    return sorted(
+        (float(s.points[0, 0]), float(s.points[-1, 0])) for emulator in emulators for s in emulator.ledger.strokes()
+    )
 
 
 def joints(*emulators):

@@ -87,7 +87,8 @@ def test_a_hundred_megabytes(system, outsider):
     ids=["empty", "deep", "NaN", "undrivable"],
 )
 def test_the_planner_refuses_bad_templates(system, text, says):
-    response = system.bus.call(topics.PLAN_SERVICE, PlanRequest(template_json=text), 30.0)
+    request = PlanRequest(template_json=text, options={"kappa_max_1pm": 1.125})
+    response = system.bus.call(topics.PLAN_SERVICE, request, 30.0)
     assert not response.success
     assert says in response.message
     assert_all_answer(system)

@@ -162,8 +162,8 @@ def check_spray_direction(
     legs: list[Leg], switch_m: list[float], actuation: list[int], total_m: float, segments: tuple[Segment, ...]
 ) -> None:
     """Only forward legs may be painted."""
-    ends = [*switch_m[1:], total_m]
-    for start, end, mask in zip(switch_m, ends, actuation, strict=True):
+    borders = [*switch_m, total_m]
+    for (start, end), mask in zip(pairwise(borders), actuation, strict=True):
         if not mask & Actuation.VALVE:
             continue
         for leg in legs:

