@@ -26,23 +26,16 @@ _SERVICES = (topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE)
 
 @dataclass
 class LocalSystem:
-    """Planner, robot and bridge as processes, on ``bus``.
-
-    Attributes:
-        deaths: Nodes that died since the start, in order.
-    """
+    """Planner, robot and bridge as processes, on ``bus``."""
 
     bus: Bus
     supervisor: Supervisor
     presence: Presence
-    deaths: list[str]
 
     def poll(self) -> list[Notice]:
         """Watch the services; restarts what died."""
         self.presence.poll()
-        notices = self.supervisor.poll(self.presence)
-        self.deaths += [notice.node for notice in notices if notice.kind in ("died", "hung")]
-        return notices
+        return self.supervisor.poll(self.presence)
 
     def wait_until_ready(self, tell: Callable[[str], None]) -> None:
         """Wait until every service answers, passing on what they say they are doing.
@@ -92,7 +85,7 @@ def local_system(robot_arguments: Sequence[str], config: BusConfig | None = None
         supervisor.start()
         try:
             with Bus.open(topics.OPERATOR, config) as bus:
-                yield LocalSystem(bus, supervisor, bus.presence(), [])
+                yield LocalSystem(bus, supervisor, bus.presence())
         finally:
             supervisor.stop()
 

@@ -10,7 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
@@ -52,7 +52,6 @@ class Child:
     restart_at: float | None = None
     seen: bool = False
     missing_since: float | None = None
-    restarts: int = field(default=0)
 
 
 class Supervisor:
@@ -87,7 +86,6 @@ class Supervisor:
         for child in self.children:
             if child.process is None:
                 if child.restart_at is not None and now >= child.restart_at:
-                    child.restarts += 1
                     self._spawn(child)
                     notices.append(
                         Notice(child.node, "restarted", f"{child.node} restarted (pid {self.pid(child.node)})")

@@ -1,7 +1,6 @@
 """Keeping inside: the body, swept along a path, stays within the boundary and off the obstacles."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -84,11 +83,6 @@ class Yard:
                 poses.append(np.column_stack((x, y, heading)))
         poses.append(np.array([path.end]))
         return np.concatenate(poses)
-
-
-def collisions(yard: Yard | None, paths: Sequence[PiecePath]) -> list[Collision]:
-    """Every path's first collision."""
-    return [hit for path in paths if yard and (hit := yard.collision(path))]
 
 
 @kernel

@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 
 TICK_S: Final = 0.01
 """Period of the onboard computer [s]: one `SensorFrame` in, one `Command` out."""
-PHYSICS_STEPS_PER_TICK: Final = 10
-"""Physics steps of 1 ms in one onboard tick."""
 
 
 class GnssSample(NamedTuple):

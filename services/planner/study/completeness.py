@@ -10,7 +10,7 @@ from services.planner.study.table import Row
 
 CLOSE_SHARE = 0.1
 # What the study tried, and what ours must manage.
-STUDY_PAIRS, MUST_PAIRS = 100, 1_000_000
+MUST_PAIRS = 1_000_000
 LENGTH_PAIRS_MOST = 1000
 
 Progress = Callable[[str, float], None]
