@@ -70,7 +70,8 @@ def run_study(pairs: int, quick: bool, progress: Progress) -> Study:
         quick: Fewer transitions for row 4 and none of the largest templates for row 1.
         progress: Told what is being measured, and the fraction of it that is done.
     """
-    field = pitch.Pitch(load_template(FIELD))
+    shipped = pitch.Pitch(load_template(FIELD))
+    field = shipped.in_order_of_the_law()
     progress("planning the pitch", 0.0)
     ordered = field.plan(order="optimised", transit_speed_mps=field.vehicle.max_rim_speed_mps)
     rows = [continuity.template_row(_templates(quick), lambda done: progress("templates", done))]
@@ -85,8 +86,11 @@ def run_study(pairs: int, quick: bool, progress: Progress) -> Study:
     rows.append(completeness.completeness_row(pairs, progress))
     rows += [_hardware_row(), _framework_row()]
     *times, sharpness = durations.duration_rows(field, lambda done: progress("durations", done))
+    progress("the order by hand", 0.0)
+    times += durations.hand_ordered_rows(shipped)
     progress("lengths", 0.0)
-    rows += [*times, *pitch.length_rows(field), completeness.random_length_row(pairs), sharpness]
+    lengths = [*pitch.length_rows(field), *pitch.length_rows(shipped, pitch.HAND_ORDERED)]
+    rows += [*times, *lengths, completeness.random_length_row(pairs), sharpness]
     for number, tolerance_m in (("14", TOLERANCE_M), ("14, fine", FINE_M)):
         corners = {}
         for done, contestant in enumerate(CONTESTANTS):

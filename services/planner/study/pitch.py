@@ -25,6 +25,7 @@ STUDY_SIGMA_1PM2 = 1.0
 # (σ_max 1/m², most that ours may be longer than DPP without padding); the last is the σ of the dynamics at 1.5 m/s.
 LENGTH_TARGETS = ((1.0, 0.05), (2.1, 0.03), (7.0, 0.015))
 # Law 1 of the game describes the markings in this order; the shipped template has one that was optimised by hand.
+HAND_ORDERED = ", by hand"
 LAW_1 = (
     "touchline",
     "goal-line",
@@ -78,8 +79,13 @@ class Pitch:
         return Pitch(self.template.model_copy(update={"segments": segments}), self.vehicle)
 
 
-def length_rows(pitch: Pitch) -> list[Row]:
-    """Row 12 at each σ: the study's CCD and ours, longer than DPP without padding."""
+def length_rows(pitch: Pitch, suffix: str = "") -> list[Row]:
+    """Row 12 at each σ: the study's CCD and ours, longer than DPP without padding.
+
+    Args:
+        pitch: Driven in the order in which its template lists the lines.
+        suffix: Added to the rows' numbers.
+    """
     rows = []
     dpp, unpadded = pitch.drive(DPP), pitch.drive(UNPADDED)
     padding = dpp.length_m / unpadded.length_m - 1.0
@@ -89,7 +95,7 @@ def length_rows(pitch: Pitch) -> list[Row]:
         last = letter == "c"
         rows.append(
             Row(
-                f"12{letter}",
+                f"12{letter}{suffix}",
                 f"length at σ_max = {sigma:g}" + (" (the dynamics)" if last else ""),
                 (
                     f"{unpadded.length_m:.1f} m; {padding:+.1%} padded",
@@ -100,7 +106,7 @@ def length_rows(pitch: Pitch) -> list[Row]:
                 ours <= most and (below_padded or not last),
                 {"dpp_unpadded_m": unpadded.length_m, "dpp_m": dpp.length_m, "study_ccd": theirs, "ours": ours},
                 ""
-                if letter != "a"
+                if letter != "a" or suffix
                 else "against plain Dubins without padding, painted lines included, κ_max = 1.125 for all.",
             )
         )

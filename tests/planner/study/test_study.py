@@ -10,12 +10,12 @@ from typer.testing import CliRunner
 from services.cli.main import app
 from services.study import Study, run_study, save_study
 
-ROW_11 = ["11a", "11b", "11c", "11c, Law 1"]
-ROW_12 = ["12a", "12b", "12c", "12, pairs"]
+ROW_11 = ["11a", "11b", "11c", "11a, by hand", "11b, by hand", "11c, by hand"]
+ROW_12 = ["12a", "12b", "12c", "12a, by hand", "12b, by hand", "12c, by hand", "12, pairs"]
 #: The reference's rows, in its order; several have several targets.
 NUMBERS = ["1", "2", "3", "4", "5", "6, 7", "8", "9", "10", *ROW_11, *ROW_12, "13", "14", "14, fine"]
-#: Rows that must not be lost again.
-MET = {"1", "2", "3", "4", "5", "8", "9", "11a", "11b", "11c, Law 1", "12a", "12b", "12c", "14, fine"}
+#: For information only.
+UNJUDGED = {"11c, by hand", "12, pairs"}
 
 
 # With cold kernels on a busy machine the first use takes a minute or two.
@@ -33,7 +33,8 @@ def study() -> Study:
 
 def test_every_row_of_the_reference_is_there(study: Study) -> None:
     assert [row.number for row in study.rows] == NUMBERS
-    assert {row.number for row in study.rows if row.met} >= MET
+    assert {row.number for row in study.rows if row.met is False} == set()
+    assert {row.number for row in study.rows if row.met is None} == UNJUDGED
     for row in study.rows:
         assert all(row.results)
         assert (row.met is None) == (not row.must)
