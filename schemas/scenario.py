@@ -176,6 +176,10 @@ class Scenario(Spec):
     link_timeout_s: Positive = 2.0
     """Wall-clock seconds without operator and planner after which the robot stops by itself."""
 
+    def at(self, origin: Origin | None) -> Self:
+        """This scenario with its map frame there on the earth; as it is if ``origin`` is None."""
+        return self if origin is None else self.model_copy(update={"origin": origin})
+
     def effective(self) -> Self:
         """This scenario with every noise figure at zero if ``noise`` is ``none``.
 

@@ -10,8 +10,9 @@ from schemas import topics
 from schemas.messages import RecordRequest, RecordStopRequest
 from schemas.scenario import Scenario
 from schemas.template import load_template
+from services.cli.choices import PlanChoice
 from services.cli.display import print_figures, stderr
-from services.cli.options import ExitCode, Method, plan_options
+from services.cli.options import ExitCode
 from services.cli.run import run_job
 from services.local import local_system, watched
 from services.reports import estimator_figures, paint_figures
@@ -33,8 +34,9 @@ def demo(
     if sys.stdin.isatty() and sys.stdout.isatty() and not headless:
         _in_console()
         return
-    figures = run_job(_TEMPLATE, speed=-1.0, scenario=Scenario(), options=plan_options(Method.G2), record=_RECORDING)
-    print_figures(f"{load_template(_TEMPLATE).title}, painted", figures)
+    template, options = load_template(_TEMPLATE), PlanChoice().options()
+    figures = run_job(template, speed=-1.0, scenario=Scenario(), options=options, record=_RECORDING)
+    print_figures(f"{template.title}, painted", figures)
     if not figures["success"]:
         sys.exit(ExitCode.FAILED)
 

@@ -1,5 +1,6 @@
 """What the subcommands that take a template share: its parameters, where it lies, and reading them."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, TypeVar
 
@@ -14,6 +15,10 @@ from schemas.template import Template, load_template, placed
 
 S = TypeVar("S", bound=Spec)
 
+TemplateArgument = Annotated[
+    str,
+    typer.Argument(help="A shipped template's name (see `touchline templates`) or a JSON file.", show_default=False),
+]
 SetOption = Annotated[
     list[str] | None,
     typer.Option(
@@ -48,18 +53,27 @@ MapOriginOption = Annotated[
 ]
 
 
-def chosen_template(
-    name_or_path: str, settings: list[str] | None = None, place: str | None = None, origin: str | None = None
+@dataclass(frozen=True)
+class DrawingChoice:
+    """What to paint, and where."""
+
+    template: TemplateArgument
+    settings: SetOption = None
+    place: PlaceOption = None
+    origin: OriginOption = None
+
+    def chosen(self) -> Template:
+        """The template with its parameters set, where it shall lie.
+
+        Raises:
+            SpecError: It does not exist or is not a template, or an option cannot be read or is out of range.
+        """
+        return laid(load_template(self.template, parameters(self.settings)), self.place, self.origin)
+
+
+def laid(
+    template: Template, place: str | None = None, origin: str | None = None, map_origin: str | None = None
 ) -> Template:
-    """The template with its parameters set, where it shall lie.
-
-    Raises:
-        SpecError: It does not exist or is not a template, or an option cannot be read or is out of range.
-    """
-    return laid(load_template(name_or_path, parameters(settings)), place, origin)
-
-
-def laid(template: Template, place: str | None, origin: str | None, map_origin: str | None = None) -> Template:
     """``template`` where the options want it."""
     if place is not None:
         template = placed(template, parse_placement(place), "--place")

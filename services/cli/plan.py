@@ -13,34 +13,17 @@ import typer
 
 from schemas.errors import SpecError
 from schemas.vehicle import Vehicle
+from services.cli.choices import PlanChoice
 from services.cli.display import print_figures, progress_bar
-from services.cli.drawing import OriginOption, PlaceOption, SetOption, chosen_template
-from services.cli.options import (
-    Colour,
-    DryingTimeOption,
-    ForwardOnlyOption,
-    HardDryingOption,
-    JsonOption,
-    KappaOption,
-    Method,
-    MethodOption,
-    Order,
-    OrderOption,
-    PaintSpeedOption,
-    ReportOption,
-    SigmaOption,
-    TemplateArgument,
-    TransitSpeedOption,
-    check_plot,
-    plan_options,
-    write_json,
-)
+from services.cli.drawing import DrawingChoice
+from services.cli.groups import with_groups
+from services.cli.options import Colour, JsonOption, ReportOption, check_plot, write_json
 from services.reports import plan_figures
 
 
 def register(app: typer.Typer) -> None:
     """Add the subcommand."""
-    app.command("plan")(plan)
+    app.command("plan")(with_groups(plan))
 
 
 @contextmanager
@@ -61,19 +44,8 @@ def first_interrupt() -> Iterator[list[int]]:
 
 
 def plan(
-    template: TemplateArgument,
-    settings: SetOption = None,
-    place: PlaceOption = None,
-    origin: OriginOption = None,
-    order: OrderOption = Order.OPTIMISED,
-    method: MethodOption = Method.G2,
-    kappa_max: KappaOption = 0.0,
-    sigma_max: SigmaOption = 0.0,
-    paint_speed: PaintSpeedOption = 0.0,
-    transit_speed: TransitSpeedOption = 0.0,
-    forward_only: ForwardOnlyOption = False,
-    drying_time: DryingTimeOption = 0.0,
-    hard_drying: HardDryingOption = False,
+    drawing: DrawingChoice,
+    planning: PlanChoice,
     out: Annotated[
         Path | None, typer.Option(help="Write the trajectory (JSON, fields as in tt_trajectory_msgs/Trajectory).")
     ] = None,
@@ -95,23 +67,13 @@ def plan(
 
     check_plot(plot)
     check_plot(plot_wheels, "--plot-wheels")
-    options = plan_options(
-        method,
-        kappa_max=kappa_max,
-        sigma_max=sigma_max,
-        paint_speed=paint_speed,
-        transit_speed=transit_speed,
-        order=order,
-        forward_only=forward_only,
-        drying_time=drying_time,
-        hard_drying=hard_drying,
-    )
+    options = planning.options()
     begun = time.perf_counter()
-    drawing = chosen_template(template, settings, place, origin)
+    template = drawing.chosen()
     vehicle = Vehicle()
     with progress_bar("Planning") as advance, first_interrupt() as interrupted:
         planned = make_plan(
-            drawing, vehicle, options, lambda stage, fraction: advance(fraction, stage), lambda: bool(interrupted)
+            template, vehicle, options, lambda stage, fraction: advance(fraction, stage), lambda: bool(interrupted)
         )
     timed = planned.report.model_copy(update={"planning_time_s": time.perf_counter() - begun})
     figures = plan_figures(timed)
@@ -119,9 +81,9 @@ def plan(
         if out is not None:
             out.write_text(planned.trajectory.model_dump_json(indent=1) + "\n", encoding="utf-8")
         if plot is not None:
-            plot_plan(planned, drawing, plot, colour.value, vehicle)
+            plot_plan(planned, template, plot, colour.value, vehicle)
         if plot_wheels is not None:
-            draw_wheels(planned, drawing, vehicle, plot_wheels)
+            draw_wheels(planned, template, vehicle, plot_wheels)
     except OSError as error:
         problem = f"cannot be written ({error.strerror})"
         raise SpecError(str(error.filename), "", problem, "give a writable path") from error
@@ -130,4 +92,4 @@ def plan(
     if as_json:
         typer.echo(json.dumps(figures, indent=2))
     else:
-        print_figures(f"Plan of {drawing.title or drawing.name}", figures)
+        print_figures(f"Plan of {template.title or template.name}", figures)

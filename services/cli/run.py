@@ -13,42 +13,20 @@ from schemas import topics
 from schemas.digest import scenario_hash
 from schemas.messages import GetPaintRequest, PlanOptions
 from schemas.scenario import Scenario
-from schemas.template import Template, load_template
+from schemas.template import Template
 from schemas.vehicle import Vehicle
+from services.cli.choices import PlanChoice, ScenarioChoice
 from services.cli.display import Advance, print_event, print_figures, progress_bar, stderr
-from services.cli.drawing import OriginOption, PlaceOption, SetOption, chosen_template
-from services.cli.options import (
-    DryingTimeOption,
-    ExitCode,
-    FollowerOption,
-    ForwardOnlyOption,
-    HardDryingOption,
-    JsonOption,
-    Method,
-    MethodOption,
-    NoiseOption,
-    Order,
-    OrderOption,
-    PaintSpeedOption,
-    ReportOption,
-    ScenarioOption,
-    SeedOption,
-    SpeedOption,
-    TemplateArgument,
-    TransitSpeedOption,
-    check_plot,
-    chosen_scenario,
-    plan_options,
-    speed_factor,
-    write_json,
-)
+from services.cli.drawing import DrawingChoice
+from services.cli.groups import with_groups
+from services.cli.options import ExitCode, JsonOption, ReportOption, SpeedOption, check_plot, speed_factor, write_json
 from services.job import Job, JobFailed, JobOptions
 from services.local import LocalSystem, local_system, robot_arguments, severity_of
 
 
 def register(app: typer.Typer) -> None:
     """Add the subcommand."""
-    app.command("run")(run)
+    app.command("run")(with_groups(run))
 
 
 @dataclass
@@ -81,22 +59,10 @@ class Terminal:
 
 
 def run(
-    template: TemplateArgument,
-    settings: SetOption = None,
-    place: PlaceOption = None,
-    origin: OriginOption = None,
+    drawing: DrawingChoice,
+    robot: ScenarioChoice,
+    planning: PlanChoice,
     speed: SpeedOption = "max",
-    scenario: ScenarioOption = None,
-    seed: SeedOption = None,
-    follower: FollowerOption = None,
-    noise: NoiseOption = None,
-    order: OrderOption = Order.OPTIMISED,
-    method: MethodOption = Method.G2,
-    paint_speed: PaintSpeedOption = 0.0,
-    transit_speed: TransitSpeedOption = 0.0,
-    forward_only: ForwardOnlyOption = False,
-    drying_time: DryingTimeOption = 0.0,
-    hard_drying: HardDryingOption = False,
     record: Annotated[
         Path | None, typer.Option(help="Record the session to this MCAP file.", show_default=False)
     ] = None,
@@ -108,60 +74,48 @@ def run(
 ) -> None:
     """Paint a template once: start planner, robot and bridge, do the job over Zenoh, stop them, report."""
     check_plot(plot)
-    drawing = chosen_template(template, settings, place, origin)
-    chosen = chosen_scenario(scenario, seed, follower, noise)
+    template = drawing.chosen()
+    chosen = robot.chosen()
     figures = run_job(
         template,
-        drawing=drawing,
         speed=speed_factor(speed),
         scenario=chosen,
-        options=plan_options(
-            method,
-            paint_speed=paint_speed,
-            transit_speed=transit_speed,
-            order=order,
-            forward_only=forward_only,
-            drying_time=drying_time,
-            hard_drying=hard_drying,
-        ),
+        options=planning.options(),
         record=record,
         plot=plot,
     )
+    figures = {"template": drawing.template, **figures}
     figures |= {"seed": chosen.seed, "follower": chosen.follower, "noise": chosen.noise}
     if report is not None:
         write_json(figures, report)
     if as_json:
         typer.echo(json.dumps(figures, indent=2))
     else:
-        print_figures(f"Run of {template}", figures)
+        print_figures(f"Run of {drawing.template}", figures)
     if not figures["success"]:
         sys.exit(ExitCode.FAILED)
 
 
 def run_job(
-    template: str,
+    template: Template,
     *,
     speed: float,
     scenario: Scenario,
     options: PlanOptions,
     record: Path | None,
     plot: Path | None = None,
-    drawing: Template | None = None,
 ) -> dict[str, Any]:
     """Start a system of its own, do one job, stop it.
 
-    The robot's map frame is the drawing's: its origin on the earth, if it has one, becomes the scenario's.
-    ``drawing`` is what to paint if it is not simply the template of that name.
+    The robot's map frame is the template's: its origin on the earth, if it has one, becomes the scenario's.
 
     Returns:
         The run report; when the job ended early, ``success`` false and the reason.
     """
     begun = time.monotonic()
-    drawing = drawing or load_template(template)  # a bad template is told before anything is started
-    if drawing.origin is not None:
-        scenario = scenario.model_copy(update={"origin": drawing.origin})
-    cause = scenario_hash(scenario, Vehicle(), drawing, options)
-    job_options = JobOptions(drawing.to_json(), options, speed, record, cause)
+    scenario = scenario.at(template.origin)
+    cause = scenario_hash(scenario, Vehicle(), template, options)
+    job_options = JobOptions(template.to_json(), options, speed, record, cause)
     with robot_arguments(scenario) as robot, local_system(robot) as system, progress_bar("Touchline") as advance:
         advance(0.0, "Starting the services")
         system.wait_until_ready(lambda doing: stderr.print(doing))
@@ -170,12 +124,12 @@ def run_job(
             figures = job.run()
         except JobFailed as error:
             print_event(2, str(error))
-            return {"success": False, "reason": str(error), "template": template}
+            return {"success": False, "reason": str(error)}
         first_motion_s = job.started_at - begun
         if plot is not None:
             advance(1.0, "Drawing")
-            _draw(system, drawing, plot, figures)
-    return {"template": template, **figures, "first_motion_s": first_motion_s}
+            _draw(system, template, plot, figures)
+    return {**figures, "first_motion_s": first_motion_s}
 
 
 def _draw(system: LocalSystem, template: Template, path: Path, figures: dict[str, Any]) -> None:

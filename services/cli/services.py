@@ -6,22 +6,16 @@ from typing import Annotated
 
 import typer
 
+from services.cli.choices import ScenarioChoice
 from services.cli.drawing import OriginOption, parse_origin
-from services.cli.options import (
-    FollowerOption,
-    NoiseOption,
-    ScenarioOption,
-    SeedOption,
-    SupervisedOption,
-    chosen_scenario,
-    speed_factor,
-)
+from services.cli.groups import with_groups
+from services.cli.options import SupervisedOption, speed_factor
 
 
 def register(app: typer.Typer) -> None:
     """Add the subcommands."""
     app.command("planner")(planner)
-    app.command("robot-sim")(robot_sim)
+    app.command("robot-sim")(with_groups(robot_sim))
     app.command("bridge")(bridge)
     app.command("tui")(tui)
 
@@ -34,10 +28,7 @@ def planner(supervised: SupervisedOption = False) -> None:
 
 
 def robot_sim(
-    scenario: ScenarioOption = None,
-    seed: SeedOption = None,
-    follower: FollowerOption = None,
-    noise: NoiseOption = None,
+    robot: ScenarioChoice,
     origin: OriginOption = None,
     speed: Annotated[str, typer.Option(help="Times real time, or `max`; can be changed while it runs.")] = "1",
     supervised: SupervisedOption = False,
@@ -45,9 +36,7 @@ def robot_sim(
     """Run the emulated robot: waits on the bus for a trajectory and drives it, until Ctrl-C."""
     from services.robot_sim.service import run_service
 
-    chosen = chosen_scenario(scenario, seed, follower, noise)
-    if origin is not None:
-        chosen = chosen.model_copy(update={"origin": parse_origin(origin, "--origin")})
+    chosen = robot.chosen().at(None if origin is None else parse_origin(origin, "--origin"))
     run_service(scenario=chosen, speed=speed_factor(speed), supervised=supervised)
 
 

@@ -7,42 +7,23 @@ from typing import Annotated, Any
 
 import typer
 
-from schemas.template import load_template
+from services.cli.choices import PlanChoice, ScenarioChoice
 from services.cli.display import print_figures, progress_bar, stderr
-from services.cli.options import (
-    ExitCode,
-    FollowerOption,
-    JsonOption,
-    Method,
-    MethodOption,
-    NoiseOption,
-    Order,
-    OrderOption,
-    ReportOption,
-    ScenarioOption,
-    SeedOption,
-    TemplateArgument,
-    check_plot,
-    chosen_scenario,
-    plan_options,
-    write_json,
-)
+from services.cli.drawing import DrawingChoice
+from services.cli.groups import with_groups
+from services.cli.options import ExitCode, JsonOption, ReportOption, check_plot, write_json
 from services.reports import paint_figures
 
 
 def register(app: typer.Typer) -> None:
     """Add the subcommand."""
-    app.command("simulate")(simulate)
+    app.command("simulate")(with_groups(simulate))
 
 
 def simulate(
-    template: TemplateArgument,
-    scenario: ScenarioOption = None,
-    seed: SeedOption = None,
-    follower: FollowerOption = None,
-    noise: NoiseOption = None,
-    order: OrderOption = Order.OPTIMISED,
-    method: MethodOption = Method.G2,
+    drawing: DrawingChoice,
+    robot: ScenarioChoice,
+    planning: PlanChoice,
     hashed: Annotated[bool, typer.Option("--hash", help="Work out the session hash; takes a little longer.")] = False,
     record: Annotated[
         Path | None, typer.Option(help="Record the session to this MCAP file.", show_default=False)
@@ -60,22 +41,22 @@ def simulate(
     from services.simulation import simulate as paint
 
     check_plot(plot)
-    chosen = chosen_scenario(scenario, seed, follower, noise)
-    drawing = load_template(template)
+    template = drawing.chosen()
+    chosen = robot.chosen().at(template.origin)
     with progress_bar("Touchline") as advance:
-        job = Job.prepare(drawing, plan_options(method, order=order), advance)
+        job = Job.prepare(template, planning.options(), advance)
         warm_up(stderr.print, scenario=chosen, loop=not hashed and record is None)
         outcome = paint(job, chosen, hashed=hashed, record=record, with_strokes=plot is not None, progress=advance)
         if plot is not None:
             advance(1.0, "Drawing")
-            draw_or_refuse(drawing, outcome.strokes, plot, painted_caption(paint_figures(outcome.report)))
-    figures: dict[str, Any] = {"template": template, **outcome.figures(job)}
+            draw_or_refuse(template, outcome.strokes, plot, painted_caption(paint_figures(outcome.report)))
+    figures: dict[str, Any] = {"template": drawing.template, **outcome.figures(job)}
     figures |= {"seed": chosen.seed, "follower": chosen.follower, "noise": chosen.noise}
     if report is not None:
         write_json(figures, report)
     if as_json:
         typer.echo(json.dumps(figures, indent=2))
     else:
-        print_figures(f"Simulation of {template}", figures)
+        print_figures(f"Simulation of {drawing.template}", figures)
     if not figures["success"]:
         sys.exit(ExitCode.FAILED)

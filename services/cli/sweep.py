@@ -15,8 +15,9 @@ from schemas.errors import SpecError
 from schemas.scenario import Scenario
 from schemas.spec import read_text
 from schemas.template import shipped_templates
+from services.cli.choices import PlanChoice, ScenarioChoice
 from services.cli.display import progress_bar, stderr
-from services.cli.options import ExitCode, JsonOption, Method, ReportOption, chosen_scenario, plan_options, write_json
+from services.cli.options import ExitCode, JsonOption, ReportOption, write_json
 
 #: Units are in the names of the JSON report; here they are scaled to what people say.
 _SHOWN = {
@@ -78,7 +79,7 @@ def sweep(
     from services.sweep.task import Run, prepare
 
     painted, scenario = _subject(subject, template)
-    cases = all_cases(painted, scenario, plan_options(Method.G2), parse_settings(settings or []))
+    cases = all_cases(painted, scenario, PlanChoice().options(), parse_settings(settings or []))
     runs: list[Run] = []
     interrupted = False
     with progress_bar("Touchline") as advance:
@@ -133,7 +134,7 @@ def _subject(subject: str, template: str) -> tuple[str, Scenario]:
         content = None
     if isinstance(content, dict) and "segments" in content:
         return subject, Scenario()
-    return template, chosen_scenario(path, None, None, None)
+    return template, ScenarioChoice(path).chosen()
 
 
 def _print(figures: dict[str, Any], wanted: int) -> None:

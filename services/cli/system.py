@@ -12,16 +12,10 @@ from rich.table import Table
 from schemas import topics
 from schemas.messages import GetDiagnosticsRequest, TraversalStatus
 from services.bus import Bus, BusConfig, CallError
+from services.cli.choices import ScenarioChoice
 from services.cli.display import print_event, stderr
-from services.cli.options import (
-    ExitCode,
-    FollowerOption,
-    JsonOption,
-    NoiseOption,
-    ScenarioOption,
-    SeedOption,
-    chosen_scenario,
-)
+from services.cli.groups import with_groups
+from services.cli.options import ExitCode, JsonOption
 from services.lifecycle import until_stopped
 from services.local import local_system, publish_notices, robot_arguments, severity_of
 from services.runtime import only_one, running_pid, stop_running
@@ -35,26 +29,23 @@ _STATE_NAMES = {
 
 def register(app: typer.Typer) -> None:
     """Add the subcommands."""
-    app.command("up")(up)
+    app.command("up")(with_groups(up))
     app.command("status")(status)
     app.command("down")(down)
 
 
 def up(
-    scenario: ScenarioOption = None,
-    seed: SeedOption = None,
-    follower: FollowerOption = None,
-    noise: NoiseOption = None,
+    robot: ScenarioChoice,
     speed: Annotated[str, typer.Option(help="Times real time, or `max`; the console can change it.")] = "1",
 ) -> None:
     """Start planner, robot and bridge, watch them and restart what dies, until Ctrl-C or `touchline down`."""
     config = BusConfig.from_environment()
-    chosen = chosen_scenario(scenario, seed, follower, noise)
+    chosen = robot.chosen()
     with (
         until_stopped() as stop,
         only_one(config),
-        robot_arguments(chosen) as robot,
-        local_system([*robot, "--speed", speed], config) as system,
+        robot_arguments(chosen) as arguments,
+        local_system([*arguments, "--speed", speed], config) as system,
     ):
         system.wait_until_ready(lambda doing: stderr.print(doing))
         stderr.print(f"Touchline is up on {config.endpoint}; open a console with `touchline tui`, stop with Ctrl-C")

@@ -14,11 +14,11 @@ from schemas.lettering import Corners, write
 from schemas.template import Template
 from services.cli.display import print_event, stderr
 from services.cli.drawing import (
+    DrawingChoice,
     MapOriginOption,
     OriginOption,
     PlaceOption,
     SetOption,
-    chosen_template,
     laid,
     write_text,
 )
@@ -76,8 +76,8 @@ def show(
     from schemas.fields import FIELDS  # here: every process of the system starts through this command line
 
     if name is not None:
-        template = chosen_template(name, settings)
-        _deliver(laid(template, place, origin, map_origin), out, plot)
+        template = DrawingChoice(name, settings, place, origin).chosen()
+        _deliver(laid(template, map_origin=map_origin), out, plot)
         return
     given = {"--set": settings, "--place": place, "--origin": origin, "--out": out, "--plot": plot}
     for option, value in given.items():

@@ -47,14 +47,16 @@ def test_not_recorded_is_the_same_session(over_zenoh):
     assert figures(touchline("simulate", *SQUARE, "--hash"))["hash"] == run["hash"]
 
 
-def test_a_scenario_file_is_lived_by_both(tmp_path):
+def test_a_scenario_file_and_options_are_lived_by_both(tmp_path):
     scenario = tmp_path / "calm.json"
     scenario.write_text(json.dumps({"seed": 3, "follower": "pure-pursuit", "gnss": {"white_m": 0.001}}))
-    options = ("study-square", "--json", "--scenario", str(scenario))
+    laid = ("--place", "3,4,30", "--origin", "57.01,9.99", "--paint-speed", "0.8", "--forward-only")
+    options = ("study-square", "--json", "--scenario", str(scenario), *laid)
     run = figures(touchline("run", *options))
     simulation = figures(touchline("simulate", *options, "--hash"))
     assert simulation["hash"] == run["hash"]
     assert (run["seed"], run["follower"]) == (3, "pure-pursuit")
+    assert run["traversal"]["total_time_s"] > figures(touchline("simulate", *SQUARE))["traversal"]["total_time_s"]
     assert figures(touchline("simulate", *options, "--hash", "--seed", "4"))["hash"] != run["hash"]
 
 

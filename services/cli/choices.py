@@ -1,0 +1,138 @@
+"""Groups of options: how to plan, and with which robot in which world."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from schemas.errors import SpecError
+from schemas.messages import PlanOptions
+from schemas.scenario import Scenario
+from schemas.spec import parse, read_text
+
+
+class Method(StrEnum):
+    """Transition methods."""
+
+    G2 = "g2"
+    CCD = "ccd"
+    DUBINS_PADDED = "dubins-padded"
+
+
+class Order(StrEnum):
+    """Orders of painted segments."""
+
+    OPTIMISED = "optimised"
+    GIVEN = "given"
+
+
+class Follower(StrEnum):
+    """Path followers."""
+
+    MPC = "mpc"
+    PURE_PURSUIT = "pure-pursuit"
+    EXTERNAL = "external"
+
+
+class Noise(StrEnum):
+    """Noise profiles."""
+
+    DEFAULT = "default"
+    NONE = "none"
+
+
+@dataclass(frozen=True)
+class PlanChoice:
+    """How to plan."""
+
+    order: Annotated[Order, typer.Option("--order", help="Paint in an order that takes least time, or as given.")] = (
+        Order.OPTIMISED
+    )
+    method: Annotated[
+        Method,
+        typer.Option(
+            help="How painted lines are joined: by time, curvature-continuous; CC words; plain Dubins with padding."
+        ),
+    ] = Method.G2
+    kappa_max: Annotated[
+        float,
+        typer.Option(
+            "--kappa-max", help="Largest curvature of a turn, 1/m; 0: what the wheels allow.", show_default=False
+        ),
+    ] = 0.0
+    sigma_max: Annotated[
+        float,
+        typer.Option(
+            "--sigma-max", help="Largest sharpness dκ/ds, 1/m²; 0: what the wheels allow.", show_default=False
+        ),
+    ] = 0.0
+    paint_speed: Annotated[
+        float, typer.Option("--paint-speed", help="Speed while painting, m/s; 0: the vehicle's.", show_default=False)
+    ] = 0.0
+    transit_speed: Annotated[
+        float, typer.Option("--transit-speed", help="Speed in between, m/s; 0: the vehicle's.", show_default=False)
+    ] = 0.0
+    forward_only: Annotated[bool, typer.Option("--forward-only", help="Neither reverse nor turn on the spot.")] = False
+    drying_time: Annotated[
+        float, typer.Option("--drying-time", help="Paint stays wet so long, s; 0: the vehicle's.", show_default=False)
+    ] = 0.0
+    hard_drying: Annotated[
+        bool, typer.Option("--hard-drying", help="Rather give no plan than drive over paint that is wet.")
+    ] = False
+
+    def options(self) -> PlanOptions:
+        """The plan request's options.
+
+        Raises:
+            SpecError: One cannot be meant; it is named as on the command line.
+        """
+        for name in ("kappa_max", "sigma_max", "paint_speed", "transit_speed", "drying_time"):
+            value = getattr(self, name)
+            if not 0 <= value < float("inf"):
+                option = "--" + name.replace("_", "-")
+                raise SpecError("command line", option, f"is {value}", "give a positive number, or leave it out")
+        return PlanOptions(
+            method=self.method.value,
+            kappa_max_1pm=self.kappa_max,
+            sigma_max_1pm2=self.sigma_max,
+            paint_speed_mps=self.paint_speed,
+            transit_speed_mps=self.transit_speed,
+            order=self.order.value,
+            forward_only=self.forward_only,
+            drying_time_s=self.drying_time,
+            hard_drying=self.hard_drying,
+        )
+
+
+@dataclass(frozen=True)
+class ScenarioChoice:
+    """The robot and its world: a file, and what is said instead of its own."""
+
+    scenario: Annotated[
+        Path | None,
+        typer.Option(
+            "--scenario", help="Scenario JSON file; the options below take precedence over it.", show_default=False
+        ),
+    ] = None
+    seed: Annotated[
+        int | None,
+        typer.Option(help="Seed of every noise: the same seed gives the same session; default 1.", min=0),
+    ] = None
+    follower: Annotated[Follower | None, typer.Option(help="What steers the robot along the path; default mpc.")] = None
+    noise: Annotated[Noise | None, typer.Option(help="Sensor and actuator noise; default: on.")] = None
+
+    def chosen(self) -> Scenario:
+        """The scenario in the file, or the default one, changed as the other options say.
+
+        Raises:
+            SpecError: The file is not a scenario.
+        """
+        changes = {
+            "seed": self.seed,
+            "follower": self.follower and self.follower.value,
+            "noise": self.noise and self.noise.value,
+        }
+        given = parse(Scenario, read_text(self.scenario), self.scenario.name) if self.scenario else Scenario()
+        return given.model_copy(update={name: value for name, value in changes.items() if value is not None})
