@@ -55,7 +55,7 @@ def parse(kind: type[S], text: str, source: str) -> S:
     except ValueError as error:
         raise SpecError(source, "", f"is not usable JSON ({error})", "name every key once") from error
     if not isinstance(data, dict):
-        raise SpecError(source, "", f"is a JSON {type(data).__name__}", "give a JSON object")
+        raise SpecError(source, "", f"is a JSON {_json_name(data)}", "give a JSON object")
     try:
         return kind.model_validate(data)
     except ValidationError as error:
@@ -92,6 +92,24 @@ def _without_tags(location: tuple[int | str, ...], data: Any, missing: bool) -> 
     return tuple(kept)
 
 
+_JSON_NAMES = {list: "array", str: "string", int: "number", float: "number", bool: "boolean", type(None): "null"}
+
+
+def _json_name(value: object) -> str:
+    return _JSON_NAMES.get(type(value), "value")
+
+
+def _form(class_name: str) -> str:
+    """What an object of that class must have at least: ``an object {"corners": …}``."""
+    kinds = list(Spec.__subclasses__())
+    for kind in kinds:
+        kinds += kind.__subclasses__()
+        if kind.__name__ == class_name:
+            required = [f'"{name}": …' for name, field in kind.model_fields.items() if field.is_required()]
+            return f"an object {{{', '.join(required)}}}"
+    return "an object"
+
+
 def first_problem(error: ValidationError, source: str, data: Any) -> SpecError:
     """The first of the problems of validating ``data``, told by ``source``, field and remedy."""
     problems = error.errors()
@@ -103,6 +121,9 @@ def first_problem(error: ValidationError, source: str, data: Any) -> SpecError:
         return SpecError(source, field, "is missing", f"add it{others}")
     if first["type"] == "extra_forbidden":
         return SpecError(source, field, "is not a known field", f"remove it or mend its name{others}")
+    if first["type"] == "model_type":
+        form = _form(first["ctx"]["class_name"])
+        return SpecError(source, field, f"is a JSON {_json_name(given)}", f"give {form}{others}")
     if isinstance(given, float) and not math.isfinite(given):
         return SpecError(source, field, f"is {given}", f"give a finite number{others}")
     message = first["msg"].removeprefix("Value error, ")
