@@ -259,4 +259,4 @@ class ConsoleApp(App[None]):
 
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
         """The command palette: every order by name."""
-        yield from palette.commands(self)
+        yield from palette.commands(self, self.operator)

@@ -6,6 +6,7 @@ from contextlib import asynccontextmanager
 from pathlib import Path
 
 import pytest
+from textual.command import CommandList
 from textual.events import MouseMove, MouseScrollDown, MouseScrollUp
 from textual.pilot import Pilot
 from textual.widgets import Input, OptionList, Static
@@ -335,6 +336,11 @@ async def test_every_command_is_in_the_palette(template: Template) -> None:
         assert {"Emergency stop", "Choose template", "Plan", "Load", "Abort", "Reset", "Quit"} <= commands.keys()
         await pilot.press("ctrl+p")
         await until(pilot, lambda: len(app.screen_stack) == 2)
+        await pilot.press(*"emergency")
+        found = app.screen.query_one(CommandList)
+        await until(pilot, lambda: found.option_count == 1)
+        await pilot.press("enter", "enter")
+        await until(pilot, lambda: link.names()[-1] == topics.ESTOP.name)
 
 
 async def test_clicking_a_key_presses_it(template: Template) -> None:
