@@ -16,6 +16,14 @@ from services.cli.options import (
     chosen_scenario,
     speed_factor,
 )
+from services.cli.ros2 import (
+    Ros2ConnectOption,
+    Ros2ListenOption,
+    Ros2Option,
+    RosDomainOption,
+    RosNamespaceOption,
+    gateway_config,
+)
 
 
 def register(app: typer.Typer) -> None:
@@ -53,12 +61,18 @@ def robot_sim(
 
 def bridge(
     record: Annotated[Path | None, typer.Option(help="Record to this MCAP file from the start.")] = None,
+    ros2: Ros2Option = False,
+    ros_domain: RosDomainOption = 0,
+    ros_namespace: RosNamespaceOption = "",
+    ros2_listen: Ros2ListenOption = "",
+    ros2_connect: Ros2ConnectOption = "",
     supervised: SupervisedOption = False,
 ) -> None:
-    """Run the bridge: records the bus to MCAP on request, until Ctrl-C."""
+    """Run the bridge, until Ctrl-C: records the bus to MCAP on request, and with --ros2 shows the robot to ROS 2."""
     from services.bridge.service import run_service
 
-    report = run_service(record, supervised=supervised)
+    gateway = gateway_config(ros2, ros_domain, ros_namespace, ros2_listen, ros2_connect)
+    report = run_service(record, ros2=gateway, supervised=supervised)
     if report is not None:
         typer.echo(json.dumps({"path": str(report.path), "messages": report.messages, "lost": report.lost}))
 

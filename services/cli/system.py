@@ -22,6 +22,14 @@ from services.cli.options import (
     SeedOption,
     chosen_scenario,
 )
+from services.cli.ros2 import (
+    Ros2ConnectOption,
+    Ros2ListenOption,
+    Ros2Option,
+    RosDomainOption,
+    RosNamespaceOption,
+    gateway_config,
+)
 from services.lifecycle import until_stopped
 from services.local import local_system, publish_notices, robot_arguments, severity_of
 from services.runtime import only_one, running_pid, stop_running
@@ -46,15 +54,21 @@ def up(
     follower: FollowerOption = None,
     noise: NoiseOption = None,
     speed: Annotated[str, typer.Option(help="Times real time, or `max`; the console can change it.")] = "1",
+    ros2: Ros2Option = False,
+    ros_domain: RosDomainOption = 0,
+    ros_namespace: RosNamespaceOption = "",
+    ros2_listen: Ros2ListenOption = "",
+    ros2_connect: Ros2ConnectOption = "",
 ) -> None:
     """Start planner, robot and bridge, watch them and restart what dies, until Ctrl-C or `touchline down`."""
     config = BusConfig.from_environment()
     chosen = chosen_scenario(scenario, seed, follower, noise)
+    gateway = gateway_config(ros2, ros_domain, ros_namespace, ros2_listen, ros2_connect)
     with (
         until_stopped() as stop,
         only_one(config),
         robot_arguments(chosen) as robot,
-        local_system([*robot, "--speed", speed], config) as system,
+        local_system([*robot, "--speed", speed], config, gateway.arguments() if gateway else ()) as system,
     ):
         system.wait_until_ready(lambda doing: stderr.print(doing))
         stderr.print(f"Touchline is up on {config.endpoint}; open a console with `touchline tui`, stop with Ctrl-C")
