@@ -59,6 +59,8 @@ class Ros2Endpoint:
         return {
             "mode": "router" if self.listen else "peer",
             "scouting/multicast/enabled": False,
+            # Opening waits this long for others to show up.
+            "scouting/delay": 100,
             "scouting/gossip/target": {"router": ["router", "peer"], "peer": ["router"]},
             # Samples kept for late joiners are told apart by their time.
             "timestamping/enabled": True,
