@@ -35,7 +35,7 @@ def definition_files() -> list[tuple[str, str]]:
 
 def _package_definitions(package: Traversable) -> list[tuple[str, str]]:
     found: list[tuple[str, str]] = []
-    for folder in sorted(package.iterdir(), key=lambda entry: entry.name):
+    for folder in sorted((entry for entry in package.iterdir() if entry.is_dir()), key=lambda entry: entry.name):
         for entry in sorted(folder.iterdir(), key=lambda entry: entry.name):
             name = f"{package.name}/{folder.name}/{entry.name.rsplit('.', 1)[0]}"
             text = entry.read_text(encoding="utf-8")

@@ -155,6 +155,15 @@ def test_it_discovers_the_node_and_every_topic_and_service(system: System) -> No
     assert "/trajectory_controller/start_traversal" in named
 
 
+def test_the_documented_example_lists_and_calls(system: System) -> None:
+    command = [sys.executable, "examples/ros2_client.py", "pause", "--port", str(system.ros2_port), "--namespace", "/"]
+    with system.gateway():
+        environment = {**os.environ, "ROS_DOMAIN_ID": str(DOMAIN)}
+        done = subprocess.run(command, cwd=ROOT, env=environment, timeout=60, capture_output=True, text=True)
+    assert "/gnss/fix  sensor_msgs/msg/NavSatFix\n" in done.stdout
+    assert done.stdout.endswith("pause: False, nobody answers; is the service running?\n")
+
+
 def test_it_computes_the_same_type_hashes_from_the_shipped_files(definitions: Path) -> None:
     ours = {topic.type.ros_type: type_hash(topic.type) for topic in topics.TOPICS}
     ours |= {service.ros_type: service_type_hash(service.ros_type) for service in topics.SERVICES}
