@@ -1,6 +1,7 @@
 """How ROS 2's rmw_zenoh spells topics, services and the graph as Zenoh keys (its design document)."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import xxhash
 
@@ -49,7 +50,7 @@ class RosNode:
         """The key that a topic's messages have."""
         return self._data_key(topic.name, topic.type.ros_type, type_hash(topic.type))
 
-    def service_key(self, service: Service) -> str:  # type: ignore[type-arg]
+    def service_key(self, service: Service[Any, Any]) -> str:
         """The key at which a service is asked."""
         return self._data_key(service.name, service.ros_type, service_type_hash(service.ros_type))
 
@@ -58,7 +59,7 @@ class RosNode:
         qos = LATCHED_QOS if topic.latched else VOLATILE_QOS
         return self._endpoint_token(number, PUBLISHER, topic.name, topic.type.ros_type, type_hash(topic.type), qos)
 
-    def server_token(self, number: int, service: Service) -> str:  # type: ignore[type-arg]
+    def server_token(self, number: int, service: Service[Any, Any]) -> str:
         """The liveliness token of this node's server of ``service``."""
         digest = service_type_hash(service.ros_type)
         return self._endpoint_token(number, SERVER, service.name, service.ros_type, digest, VOLATILE_QOS)

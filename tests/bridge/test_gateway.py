@@ -221,6 +221,15 @@ def test_foreign_traffic_does_not_reach_the_bus(robot, gateway, ros, names):
     assert [sample.payload for sample in inbox.drain()] == [clock(1)]
 
 
+def test_nodes_find_each_other_by_the_gateway_as_by_rmw_zenohd(gateway, ros, endpoint):
+    with zenoh_session("peer", connect=[endpoint]) as other:
+        token = ros.liveliness().declare_token("@ros2_lv/3/x/0/0/NN/%/%/talker")
+        heard = other.declare_subscriber("3/chatter", handlers.FifoChannel(16))
+        turn_until(gateway, lambda: "@ros2_lv/3/x/0/0/NN/%/%/talker" in tokens(other))
+        turn_until(gateway, lambda: ros.put("3/chatter", b"hello") or heard.try_recv())
+        token.undeclare()
+
+
 def test_all_is_gone_when_the_gateway_is(bridge, endpoint):
     with zenoh_session("router", listen=[endpoint]) as router:
         with Ros2Session.open(Ros2Endpoint(endpoint, listen=False)) as session:
