@@ -20,6 +20,7 @@ M = TypeVar("M", bound=Message)
 
 #: Larger payloads are refused unread: the largest honest message, a trajectory of 100,000 segments, stays below.
 MAX_PAYLOAD_BYTES = 32 * 1024 * 1024
+_CLIENT_GID: Any = (Nodetype.ARRAY, ((Nodetype.BASE, ("uint8", 0)), 16))
 
 
 def definition_files() -> list[tuple[str, str]]:
@@ -34,7 +35,7 @@ def definition_files() -> list[tuple[str, str]]:
 
 def _package_definitions(package: Traversable) -> list[tuple[str, str]]:
     found: list[tuple[str, str]] = []
-    for folder in sorted(package.iterdir(), key=lambda entry: entry.name):
+    for folder in sorted((entry for entry in package.iterdir() if entry.is_dir()), key=lambda entry: entry.name):
         for entry in sorted(folder.iterdir(), key=lambda entry: entry.name):
             name = f"{package.name}/{folder.name}/{entry.name.rsplit('.', 1)[0]}"
             text = entry.read_text(encoding="utf-8")
@@ -93,6 +94,40 @@ def decode(kind: type[M], payload: bytes) -> M:
 def type_hash(kind: type[Message]) -> str:
     """The RIHS01 hash of a message type (ROS REP-2016), such as ``RIHS01_7d9a…``."""
     return typestore().hash_rihs01(kind.ros_type)
+
+
+@cache
+def service_type_hash(ros_type: str) -> str:
+    """The RIHS01 hash of a service type such as ``touchline_msgs/srv/Plan``.
+
+    It is that of a message that holds request, response and introspection event (rosidl's description of a service).
+    """
+    request, response, event = (f"{ros_type}_{part}" for part in ("Request", "Response", "Event"))
+    known = typestore().fielddefs
+    info = "service_msgs/msg/ServiceEventInfo"
+    descriptions = Typestore()
+    descriptions.fielddefs = {
+        **known,
+        # In a .msg file ``char`` is another name of uint8, also in the hash; rosbags takes it for IDL's.
+        info: ([], [(name, _CLIENT_GID if name == "client_gid" else kind) for name, kind in known[info][1]]),
+        event: (
+            [],
+            [
+                ("info", (Nodetype.NAME, info)),
+                ("request", (Nodetype.SEQUENCE, ((Nodetype.NAME, request), 1))),
+                ("response", (Nodetype.SEQUENCE, ((Nodetype.NAME, response), 1))),
+            ],
+        ),
+        ros_type: (
+            [],
+            [
+                ("request_message", (Nodetype.NAME, request)),
+                ("response_message", (Nodetype.NAME, response)),
+                ("event_message", (Nodetype.NAME, event)),
+            ],
+        ),
+    }
+    return descriptions.hash_rihs01(ros_type)
 
 
 @cache

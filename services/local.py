@@ -67,18 +67,21 @@ class LocalSystem:
 
 
 @contextmanager
-def local_system(robot_arguments: Sequence[str], config: BusConfig | None = None) -> Iterator[LocalSystem]:
+def local_system(
+    robot_arguments: Sequence[str], config: BusConfig | None = None, bridge_arguments: Sequence[str] = ()
+) -> Iterator[LocalSystem]:
     """Start planner, robot and bridge, and stop them at the end.
 
     Args:
         robot_arguments: Options of ``touchline robot-sim``.
         config: The bus to use; by default a private one, so that several jobs can run at once.
+        bridge_arguments: Options of ``touchline bridge``.
     """
     config = config or BusConfig(endpoint=f"tcp/127.0.0.1:{_free_port()}")
     children = [
         Child(topics.ROBOT_SIM, ["robot-sim", *robot_arguments]),
         Child(topics.PLANNER, ["planner"]),
-        Child(topics.BRIDGE, ["bridge"]),
+        Child(topics.BRIDGE, ["bridge", *bridge_arguments]),
     ]
     with tempfile.TemporaryDirectory(prefix="touchline-") as folder:
         supervisor = Supervisor(children, config, Path(folder))

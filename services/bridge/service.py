@@ -1,7 +1,8 @@
-"""The bridge as a process: records on request, and replays a recording onto the bus."""
+"""The bridge as a process: records on request, and shows the robot to ROS 2."""
 
 import time
 from collections.abc import Mapping
+from contextlib import ExitStack
 from pathlib import Path
 
 from schemas import topics
@@ -16,10 +17,12 @@ from schemas.messages import (
     RecordStopResponse,
     Time,
 )
+from services.bridge.gateway import Gateway, GatewayConfig
 from services.bridge.output import RecordingError
 from services.bridge.recorder import Existing, Recorder, RecordingReport
 from services.bridge.session import RecordingSession
 from services.bus import Bus, BusConfig, CallError, HealthReporter
+from services.bus.ros2 import Ros2Session
 from services.lifecycle import Stop, until_stopped
 
 _IDLE_S = 0.002
@@ -35,11 +38,15 @@ class BridgeService:
         bus: An open bus.
         existing: What to do when a recording's file is there already.
         metadata: Facts about the run, written into every recording.
+        gateway: To ROS 2, if there is to be one.
     """
 
-    def __init__(self, bus: Bus, existing: Existing, metadata: Mapping[str, str]) -> None:
+    def __init__(
+        self, bus: Bus, existing: Existing, metadata: Mapping[str, str], gateway: Gateway | None = None
+    ) -> None:
         """See the class."""
         self._bus = bus
+        self._gateway = gateway
         self._existing = existing
         self._metadata = metadata
         self._presence = bus.presence()
@@ -75,6 +82,8 @@ class BridgeService:
     def _turn(self) -> bool:
         """One round of the loop; returns whether there was anything to record."""
         busy = self._pump()
+        if self._gateway is not None:
+            busy |= self._gateway.turn()
         self._report_health()
         if (call := self._record.poll()) is not None:
             call.reply(self._answer_record(call.request))
@@ -109,10 +118,11 @@ class BridgeService:
         )
 
     def _report_health(self) -> None:
+        figures = self._gateway.figures() if self._gateway is not None else {}
         if self._failed is not None:
-            self._health.poll({"recording": ""}, level=DiagnosticStatus.ERROR, message=self._failed.problem)
+            self._health.poll({"recording": "", **figures}, level=DiagnosticStatus.ERROR, message=self._failed.problem)
         elif self._session is None:
-            self._health.poll({"recording": ""}, message="idle")
+            self._health.poll({"recording": "", **figures}, message="idle")
         else:
             recorder = self._session.recorder
             values = {
@@ -120,6 +130,7 @@ class BridgeService:
                 "messages": recorder.messages,
                 "bytes": recorder.size_bytes,
                 "lost_in_recording": recorder.lost,
+                **figures,
             }
             level = DiagnosticStatus.WARN if recorder.lost else DiagnosticStatus.OK
             self._health.poll(values, level=level, message="recording")
@@ -171,6 +182,8 @@ class BridgeService:
 
     def _while_waiting(self) -> None:
         self._pump()
+        if self._gateway is not None:
+            self._gateway.turn()
         self._report_health()
 
 
@@ -180,6 +193,7 @@ def run_service(
     *,
     existing: Existing = Existing.RENAME,
     metadata: Mapping[str, str] | None = None,
+    ros2: GatewayConfig | None = None,
     supervised: bool = False,
 ) -> RecordingReport | None:
     """Run the bridge until SIGTERM or SIGINT.
@@ -189,6 +203,7 @@ def run_service(
         config: Where the bus is; from the environment if not given.
         existing: What to do when a recording's file is there already.
         metadata: Facts about the run (scenario, seed), written into every recording.
+        ros2: Be a gateway to ROS 2, too.
         supervised: End when the parent process is gone.
 
     Returns:
@@ -197,10 +212,12 @@ def run_service(
     Raises:
         RecordingError: ``record`` cannot be created.
         SpecError: The bus configuration cannot be used.
+        TouchlineError: Another bridge is there, or ROS 2 nodes cannot be met where ``ros2`` says.
     """
-    with until_stopped(supervised=supervised) as stop, Bus.open(topics.BRIDGE, config) as bus:
+    with until_stopped(supervised=supervised) as stop, Bus.open(topics.BRIDGE, config) as bus, ExitStack() as stack:
         bus.claim()
-        service = BridgeService(bus, existing, metadata or {})
+        gateway = Gateway(bus, stack.enter_context(Ros2Session.open(ros2.endpoint)), ros2) if ros2 else None
+        service = BridgeService(bus, existing, metadata or {}, gateway)
         if record is not None:
             service.start(record)
         return service.run(stop)

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Literal, Self
+from typing import Any, Literal, Self
 
 import zenoh
 from zenoh import handlers
@@ -11,7 +11,7 @@ from zenoh import handlers
 from schemas.errors import TouchlineError
 from schemas.topics import Request, Response, Service, Topic
 from services.bus import calls
-from services.bus.calls import Server
+from services.bus.calls import Question, Server
 from services.bus.config import ENDPOINT_VARIABLE, NAMESPACE_VARIABLE, BusConfig
 from services.bus.counters import Counters
 from services.bus.inbox import Inbox
@@ -77,7 +77,7 @@ class Bus:
         """A publisher of ``topic``."""
         return Publisher(self._session, self.key(topic.name), topic, self.counters)
 
-    def inbox(self, topics: Sequence[Topic], keep: Literal["all", "latest"] = "all") -> Inbox:
+    def inbox(self, topics: Sequence[Topic], keep: Literal["all", "recent", "latest"] = "all") -> Inbox:
         """An inbox of ``topics``; see :class:`Inbox` for ``keep``."""
         return Inbox(self._session, [(self.key(topic.name), topic) for topic in topics], keep, self.counters)
 
@@ -99,6 +99,10 @@ class Bus:
             PayloadError: The answer is not a response of this service.
         """
         return calls.call(self._session, self.key(service.name), service, request, timeout_s, while_waiting)
+
+    def ask(self, service: Service[Any, Any], payload: bytes, timeout_s: float) -> Question:
+        """As :meth:`call` with a request that is CDR already, without waiting, and without looking for the service."""
+        return Question(self._session, self.key(service.name), payload, timeout_s)
 
     def presence(self) -> Presence:
         """A view of who is on the bus."""

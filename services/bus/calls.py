@@ -3,6 +3,7 @@
 import time
 from collections import OrderedDict
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Generic
 
 import zenoh
@@ -152,30 +153,56 @@ def call(
         time.sleep(_RETRY_S)  # the service may have been started this moment
 
 
+@dataclass(frozen=True)
+class Answer:
+    """What became of a question; neither field is set when there was nobody to answer.
+
+    Attributes:
+        payload: CDR of the response.
+        refusal: Why there is none.
+    """
+
+    payload: bytes | None = None
+    refusal: str | None = None
+
+
+class Question:
+    """One query under way; poll it for its answer."""
+
+    def __init__(self, session: zenoh.Session, key: str, payload: bytes, timeout_s: float) -> None:
+        """Ask; use :meth:`services.bus.Bus.ask`."""
+        self._replies = session.get(
+            key,
+            handlers.FifoChannel(4),
+            payload=payload,
+            encoding=zenoh.Encoding("application/cdr"),
+            target=zenoh.QueryTarget.ALL_COMPLETE,
+            congestion_control=zenoh.CongestionControl.BLOCK,
+            timeout=max(0.01, timeout_s),
+        )
+
+    def poll(self) -> Answer | None:
+        """The answer; ``None`` while it is still to come."""
+        try:
+            reply = self._replies.try_recv()
+        except zenoh.ZError:  # the channel is closed: every queryable has had its say
+            return Answer()
+        if reply is None:
+            return None
+        if reply.ok is not None:
+            return Answer(payload=reply.ok.payload.to_bytes())
+        return Answer(refusal=reply.err.payload.to_bytes().decode(errors="replace") if reply.err else "")
+
+
 def _ask_once(
     session: zenoh.Session, key: str, payload: bytes, timeout_s: float, while_waiting: Callable[[], None] | None
 ) -> bytes | None:
     """One query: the answer's payload, or ``None`` when there is nobody to answer."""
-    replies = session.get(
-        key,
-        handlers.FifoChannel(4),
-        payload=payload,
-        encoding=zenoh.Encoding("application/cdr"),
-        target=zenoh.QueryTarget.ALL_COMPLETE,
-        congestion_control=zenoh.CongestionControl.BLOCK,
-        timeout=max(0.01, timeout_s),
-    )
-    while True:
-        try:
-            reply = replies.try_recv()
-        except zenoh.ZError:  # the channel is closed: every queryable has had its say
-            return None
-        if reply is None:
-            if while_waiting:
-                while_waiting()
-            time.sleep(_POLL_S)
-        elif reply.ok is not None:
-            return reply.ok.payload.to_bytes()
-        elif reply.err is not None:
-            reason = reply.err.payload.to_bytes().decode(errors="replace")
-            raise CallError(f"{key}: {reason}")
+    question = Question(session, key, payload, timeout_s)
+    while (answer := question.poll()) is None:
+        if while_waiting:
+            while_waiting()
+        time.sleep(_POLL_S)
+    if answer.refusal is not None:
+        raise CallError(f"{key}: {answer.refusal}")
+    return answer.payload

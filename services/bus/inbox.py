@@ -17,6 +17,8 @@ from services.bus.counters import Counters, SequenceGaps
 
 #: Samples a lossless inbox holds before its publishers have to wait.
 _CAPACITY = 16_384
+#: Samples of one topic that wait at most where the oldest gives way.
+_RECENT = 1024
 _POLL_S = 0.002
 
 
@@ -51,14 +53,18 @@ class Inbox:
     """Samples of several topics.
 
     ``keep="all"`` loses nothing: when the inbox is full, publishers of blocking topics wait. ``keep="latest"`` holds
-    one sample a topic and lets newer ones replace it.
+    one sample a topic and lets newer ones replace it; ``keep="recent"`` holds a thousand, so that only who falls far
+    behind loses any, and publishers never wait.
+
+    Attributes:
+        lost: Messages that were published but never came out of this inbox, from gaps in the sequence numbers.
     """
 
     def __init__(
         self,
         session: zenoh.Session,
         keys: Sequence[tuple[str, Topic]],
-        keep: Literal["all", "latest"],
+        keep: Literal["all", "recent", "latest"],
         counters: Counters,
     ) -> None:
         """Declare the subscriptions; use :meth:`services.bus.Bus.inbox`."""
@@ -71,7 +77,10 @@ class Inbox:
         self, session: zenoh.Session, key: str, topic: Topic
     ) -> "zenoh.Subscriber[handlers.Handler[zenoh.Sample]] | ext.AdvancedSubscriber[handlers.Handler[zenoh.Sample]]":
         channel: handlers.FifoChannel[zenoh.Sample] | handlers.RingChannel[zenoh.Sample]
-        channel = handlers.FifoChannel(_CAPACITY) if self._keep == "all" else handlers.RingChannel(1)
+        if self._keep == "all":
+            channel = handlers.FifoChannel(_CAPACITY)
+        else:
+            channel = handlers.RingChannel(_RECENT if self._keep == "recent" else 1)
         if not topic.latched:
             return session.declare_subscriber(key, channel)
         history = ext.HistoryConfig(max_samples=1, detect_late_publishers=True)
@@ -118,8 +127,9 @@ class Inbox:
         missed = gaps.missed(numbered.publisher, numbered.sequence)
         if missed < 0:
             return None
-        if self._keep == "all":
+        if self._keep != "latest":
             self.lost += missed
+        if self._keep == "all":
             self._counters.lost += missed
         return Sample(topic, payload, *numbered)
 

@@ -10,13 +10,14 @@ from services.cli.choices import ScenarioChoice
 from services.cli.drawing import OriginOption, parse_origin
 from services.cli.groups import with_groups
 from services.cli.options import SupervisedOption, speed_factor
+from services.cli.ros2 import Ros2Choice
 
 
 def register(app: typer.Typer) -> None:
     """Add the subcommands."""
     app.command("planner")(planner)
     app.command("robot-sim")(with_groups(robot_sim))
-    app.command("bridge")(bridge)
+    app.command("bridge")(with_groups(bridge))
     app.command("tui")(tui)
 
 
@@ -41,13 +42,14 @@ def robot_sim(
 
 
 def bridge(
+    ros: Ros2Choice,
     record: Annotated[Path | None, typer.Option(help="Record to this MCAP file from the start.")] = None,
     supervised: SupervisedOption = False,
 ) -> None:
-    """Run the bridge: records the bus to MCAP on request, until Ctrl-C."""
+    """Run the bridge, until Ctrl-C: records the bus to MCAP on request, and with --ros2 shows the robot to ROS 2."""
     from services.bridge.service import run_service
 
-    report = run_service(record, supervised=supervised)
+    report = run_service(record, ros2=ros.gateway(), supervised=supervised)
     if report is not None:
         typer.echo(json.dumps({"path": str(report.path), "messages": report.messages, "lost": report.lost}))
 

@@ -16,6 +16,7 @@ from services.cli.choices import ScenarioChoice
 from services.cli.display import print_event, stderr
 from services.cli.groups import with_groups
 from services.cli.options import ExitCode, JsonOption
+from services.cli.ros2 import Ros2Choice
 from services.lifecycle import until_stopped
 from services.local import local_system, publish_notices, robot_arguments, severity_of
 from services.runtime import only_one, running_pid, stop_running
@@ -36,16 +37,17 @@ def register(app: typer.Typer) -> None:
 
 def up(
     robot: ScenarioChoice,
+    ros: Ros2Choice,
     speed: Annotated[str, typer.Option(help="Times real time, or `max`; the console can change it.")] = "1",
 ) -> None:
     """Start planner, robot and bridge, watch them and restart what dies, until Ctrl-C or `touchline down`."""
     config = BusConfig.from_environment()
-    chosen = robot.chosen()
+    gateway = ros.gateway()
     with (
         until_stopped() as stop,
         only_one(config),
-        robot_arguments(chosen) as arguments,
-        local_system([*arguments, "--speed", speed], config) as system,
+        robot_arguments(robot.chosen()) as arguments,
+        local_system([*arguments, "--speed", speed], config, gateway.arguments() if gateway else ()) as system,
     ):
         system.wait_until_ready(lambda doing: stderr.print(doing))
         stderr.print(f"Touchline is up on {config.endpoint}; open a console with `touchline tui`, stop with Ctrl-C")

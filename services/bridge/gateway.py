@@ -1,0 +1,99 @@
+"""The ROS 2 gateway: every topic and service of the tables, for nodes that use rmw_zenoh.
+
+Messages and requests pass as bytes, undecoded. A slow or hostile ROS 2 node can hold up nobody on the bus: messages
+that it does not take in time are dropped, and its requests are checked by whoever serves them, as everyone's are.
+"""
+
+from dataclasses import dataclass, field
+
+from schemas.errors import SpecError, TouchlineError
+from schemas.topics import SERVICES, TOPICS
+from services.bridge.rmw_zenoh import RosNode
+from services.bridge.routes import ServiceRoute, TopicRoute
+from services.bus import Bus
+from services.bus.ros2 import Ros2Endpoint, Ros2Session
+
+NODE_NAME = "touchline"
+
+
+@dataclass(frozen=True)
+class GatewayConfig:
+    """What ROS 2 nodes see, and where.
+
+    Attributes:
+        endpoint: Where they are met.
+        domain: ROS domain id.
+        namespace: ROS namespace of all names, with or without its leading slash; ``/`` for none, empty for the robot's.
+    """
+
+    endpoint: Ros2Endpoint = field(default_factory=Ros2Endpoint)
+    domain: int = 0
+    namespace: str = ""
+
+    def __post_init__(self) -> None:
+        """Refuse what is no ROS name."""
+        parts = self.namespace.strip("/").split("/")
+        if self.namespace.strip("/") and not all(part.isidentifier() and part.isascii() for part in parts):
+            remedy = "use letters, digits, _ and single /, no digit first"
+            raise SpecError("command line", "--ros-namespace", f"is {self.namespace!r}", remedy)
+
+    def arguments(self) -> list[str]:
+        """The options that hand this to ``touchline bridge``."""
+        return [
+            *("--ros2", self.endpoint.option, self.endpoint.locator),
+            *("--ros-domain", str(self.domain), "--ros-namespace", self.namespace),
+        ]
+
+
+class Gateway:
+    """Passes messages to ROS 2 and requests from it; call :meth:`turn` often.
+
+    Args:
+        bus: An open bus.
+        session: An open session among ROS 2 nodes.
+        config: What they are to see.
+
+    Raises:
+        TouchlineError: Another gateway shows the same robot there.
+    """
+
+    def __init__(self, bus: Bus, session: Ros2Session, config: GatewayConfig) -> None:
+        """See the class."""
+        self._bus = bus
+        self._config = config
+        namespace = config.namespace or bus.config.namespace
+        self._node = RosNode(config.domain, f"/{namespace.strip('/')}", NODE_NAME, session.id)
+        if session.tokens(self._node.twins()):
+            raise TouchlineError(
+                f"{config.endpoint.option} {config.endpoint.locator}: ROS 2 node {self._node.full_name(NODE_NAME)} is "
+                f"there already in domain {config.domain}; choose another --ros-namespace or --ros-domain"
+            )
+        session.declare_token(self._node.token())
+        self._topics = {
+            topic.name: TopicRoute(session, self._node, number, topic) for number, topic in enumerate(TOPICS, 1)
+        }
+        first = len(TOPICS) + 1
+        self._services = [
+            ServiceRoute(bus, session, self._node, number, service) for number, service in enumerate(SERVICES, first)
+        ]
+        self._inbox = bus.inbox(TOPICS, keep="recent")
+
+    def turn(self) -> bool:
+        """Pass on what has arrived on either side; returns whether anything had."""
+        samples = self._inbox.drain()
+        routes = self._topics
+        for sample in samples:
+            routes[sample.topic.name].send(sample)
+        for service in self._services:
+            service.turn()
+        return bool(samples)
+
+    def figures(self) -> dict[str, object]:
+        """What it has done so far, for the diagnostics."""
+        return {
+            "ros2": f"{self._config.endpoint.locator}, domain {self._node.domain}, {self._node.full_name(NODE_NAME)}",
+            "ros2_messages": sum(route.messages for route in self._topics.values()),
+            "ros2_dropped": self._inbox.lost,
+            "ros2_calls": sum(service.calls for service in self._services),
+            "ros2_refused": sum(service.refused for service in self._services),
+        }

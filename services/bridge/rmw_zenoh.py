@@ -1,0 +1,92 @@
+"""How ROS 2's rmw_zenoh spells topics, services and the graph as Zenoh keys (its design document)."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import xxhash
+
+from schemas.cdr import service_type_hash, type_hash
+from schemas.topics import Service, Topic
+
+_TOKENS = "@ros2_lv"
+_NO_ENCLAVE = "%"
+NODE, PUBLISHER, SERVER = "NN", "MP", "SS"
+
+#: Quality of service ``reliability:durability:history,depth:deadline:lifespan:liveliness``; what is empty is the
+#: default: reliable, volatile, keep last, without limits of time.
+VOLATILE_QOS = "::,10:,:,:,,"
+LATCHED_QOS = ":1:,1:,:,:,,"
+
+
+@dataclass(frozen=True)
+class RosNode:
+    """A node of the ROS 2 graph, and the keys of what it has.
+
+    Attributes:
+        domain: ROS domain id.
+        namespace: Namespace with its leading slash; ``/`` for none.
+        name: The node's name.
+        session: Zenoh id of the session that it lives in.
+    """
+
+    domain: int
+    namespace: str
+    name: str
+    session: str
+
+    def full_name(self, name: str) -> str:
+        """The fully qualified name of something in the node's namespace; ROS names have no hyphens."""
+        return f"{self.namespace.rstrip('/')}/{name.replace('-', '_')}"
+
+    def token(self) -> str:
+        """The node's liveliness token."""
+        return f"{_TOKENS}/{self.domain}/{self.session}/0/0/{NODE}/{self._place()}"
+
+    def twins(self) -> str:
+        """Matches the tokens of all nodes of this name in this domain."""
+        return f"{_TOKENS}/{self.domain}/*/*/*/{NODE}/{self._place()}"
+
+    def topic_key(self, topic: Topic) -> str:
+        """The key that a topic's messages have."""
+        return self._data_key(topic.name, topic.type.ros_type, type_hash(topic.type))
+
+    def service_key(self, service: Service[Any, Any]) -> str:
+        """The key at which a service is asked."""
+        return self._data_key(service.name, service.ros_type, service_type_hash(service.ros_type))
+
+    def publisher_token(self, number: int, topic: Topic) -> str:
+        """The liveliness token of this node's publisher of ``topic``; ``number`` tells its endpoints apart."""
+        qos = LATCHED_QOS if topic.latched else VOLATILE_QOS
+        return self._endpoint_token(number, PUBLISHER, topic.name, topic.type.ros_type, type_hash(topic.type), qos)
+
+    def server_token(self, number: int, service: Service[Any, Any]) -> str:
+        """The liveliness token of this node's server of ``service``."""
+        digest = service_type_hash(service.ros_type)
+        return self._endpoint_token(number, SERVER, service.name, service.ros_type, digest, VOLATILE_QOS)
+
+    def _place(self) -> str:
+        return f"{_NO_ENCLAVE}/{_mangled(self.namespace)}/{self.name}"
+
+    def _data_key(self, name: str, ros_type: str, digest: str) -> str:
+        return f"{self.domain}{self.full_name(name)}/{dds_type(ros_type)}/{digest}"
+
+    def _endpoint_token(self, number: int, kind: str, name: str, ros_type: str, digest: str, qos: str) -> str:
+        return (
+            f"{_TOKENS}/{self.domain}/{self.session}/0/{number}/{kind}/{self._place()}"
+            f"/{_mangled(self.full_name(name))}/{dds_type(ros_type)}/{digest}/{qos}"
+        )
+
+
+def dds_type(ros_type: str) -> str:
+    """``std_msgs/msg/String`` as ``std_msgs::msg::dds_::String_``."""
+    package, kind, name = ros_type.split("/")
+    return f"{package}::{kind}::dds_::{name}_"
+
+
+def gid(token: str) -> bytes:
+    """The 16-byte id of an endpoint: XXH3-128 of its liveliness token, low half first."""
+    return xxhash.xxh3_128_intdigest(token.encode()).to_bytes(16, "little")
+
+
+def _mangled(name: str) -> str:
+    return name.replace("/", "%")

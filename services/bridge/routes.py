@@ -1,0 +1,104 @@
+"""One topic or service on its way between the bus and ROS 2."""
+
+import time
+from typing import Any
+
+from schemas.cdr import MAX_PAYLOAD_BYTES, encode
+from schemas.topics import Service, Topic
+from services.bridge.rmw_zenoh import RosNode, gid
+from services.bus import Bus, Sample
+from services.bus.calls import Question
+from services.bus.counters import SequenceGaps
+from services.bus.ros2 import Ros2Request, Ros2Session
+
+#: The longest that a service may take to answer; planning takes longest.
+_ANSWER_TIMEOUT_S = 120.0
+#: Requests to one service that are under way at once; more wait their turn.
+_UNDER_WAY = 16
+
+
+class TopicRoute:
+    """Messages of one topic on their way to ROS 2.
+
+    Attributes:
+        messages: How many have been passed on.
+    """
+
+    def __init__(self, session: Ros2Session, node: RosNode, number: int, topic: Topic) -> None:
+        """Declare publisher and token; ``number`` tells the node's endpoints apart."""
+        token = node.publisher_token(number, topic)
+        self._publisher = session.publisher(node.topic_key(topic), gid(token), latched=topic.latched)
+        session.declare_token(token)
+        self._gaps = SequenceGaps()
+        self._sequence = 0
+        self.messages = 0
+
+    def send(self, sample: Sample) -> None:
+        """Pass ``sample`` on; a message that is missing before it is missing in ROS 2's numbers, too."""
+        missed = self._gaps.missed(sample.publisher, sample.sequence) if sample.sequence else 0
+        self._sequence += 1 + max(missed, 0)
+        self._publisher.send(sample.payload, self._sequence, sample.source_time_ns or time.time_ns())
+        self.messages += 1
+
+
+class ServiceRoute:
+    """Requests to one service on their way from ROS 2, and the answers back.
+
+    A client of rmw_zenoh waits forever for a response when it is sent an error. So whatever goes wrong is told in the
+    response where that has ``success``; only other services answer with an error.
+
+    Attributes:
+        calls: Requests so far.
+        refused: Those that were no requests, or that nobody answered with a response.
+    """
+
+    def __init__(self, bus: Bus, session: Ros2Session, node: RosNode, number: int, service: Service[Any, Any]) -> None:
+        """Declare server and token; ``number`` tells the node's endpoints apart."""
+        self._bus = bus
+        self._service = service
+        self._server = session.serve(node.service_key(service))
+        session.declare_token(node.server_token(number, service))
+        self._under_way: list[tuple[Ros2Request, Question]] = []
+        self.calls = 0
+        self.refused = 0
+
+    def turn(self) -> None:
+        """Take requests that wait, and pass answers back."""
+        while len(self._under_way) < _UNDER_WAY and (request := self._server.poll()) is not None:
+            self.calls += 1
+            if problem := _problem(request):
+                self._bus.counters.reject(f"ROS 2, {self._service.name}: {problem}")
+                self._refuse(request, problem)
+            else:
+                question = self._bus.ask(self._service, request.payload, _ANSWER_TIMEOUT_S)
+                self._under_way.append((request, question))
+        self._under_way = [(request, asked) for request, asked in self._under_way if not self._answered(request, asked)]
+
+    def _answered(self, request: Ros2Request, question: Question) -> bool:
+        answer = question.poll()
+        if answer is None:
+            return False
+        if answer.payload is not None:
+            request.reply(answer.payload)
+        else:
+            self._refuse(request, answer.refusal or "nobody answers; is the service running?")
+        return True
+
+    def _refuse(self, request: Ros2Request, reason: str) -> None:
+        self.refused += 1
+        response = self._service.response
+        said = {"success": False, "message": reason}
+        told = {name: value for name, value in said.items() if name in response.model_fields}
+        if "success" in told and request.client is not None:
+            request.reply(encode(response(**told)))
+        else:
+            request.fail(reason)
+
+
+def _problem(request: Ros2Request) -> str:
+    """Why a request is not passed on; what is in it is for the service to judge."""
+    if request.client is None:
+        return "a request without rmw_zenoh's attachment"
+    if len(request.payload) > MAX_PAYLOAD_BYTES:
+        return f"a request of {len(request.payload):,} bytes; at most {MAX_PAYLOAD_BYTES:,} are read"
+    return ""

@@ -1,0 +1,254 @@
+"""Robot and gateway as real processes, and a ROS 2 client that others wrote (zenoh-ros2-sdk) as another.
+
+Proves that the robot fits a ROS 2 framework: the client, given nothing but our message definitions and an address,
+finds everything, reads the values that our own bus has, and calls ``/trajectory_controller/start_traversal``.
+"""
+
+import os
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from schemas import topics
+from schemas.cdr import encode, service_type_hash, type_hash
+from schemas.curves import Curve
+from schemas.messages import GetDiagnosticsRequest, GetPaintRequest, StartTraversalRequest, TraversalStatus
+from schemas.topics import Service, Topic
+from services.bus import Bus, BusConfig, CallError
+from tests.bridge.ros2_machine import ForeignClient, foreign_client, write_definitions
+from tests.robot_sim.scripted import trajectory
+
+ROOT = Path(__file__).resolve().parents[2]
+DOMAIN = 42
+READ = (topics.GNSS_FIX, topics.IMU, topics.ODOMETRY, topics.STATUS)
+WAY = [Curve.from_line(start, end) for start, end in (((0, 0), (1, 0)), ((1, 0), (19, 0)), ((19, 0), (20, 0)))]
+PLAN = trajectory(WAY, [0, 1, 0], speed_mps=0.8)
+REQUEST = StartTraversalRequest(trajectory=PLAN)
+
+
+@dataclass
+class System:
+    """A robot, a gateway, and where they are met."""
+
+    bus: Bus
+    ros2_port: int
+    definitions: Path
+
+    @contextmanager
+    def running(self, *arguments: str) -> Iterator[subprocess.Popen[bytes]]:
+        """A service process."""
+        command = [sys.executable, "-m", "services.cli", *arguments]
+        process = subprocess.Popen(command, cwd=ROOT, env={**os.environ, **self.bus.config.environment()})
+        try:
+            yield process
+        finally:
+            process.kill()
+            process.wait()
+
+    @contextmanager
+    def gateway(self) -> Iterator[subprocess.Popen[bytes]]:
+        """A bridge whose names are the robot's own, without its namespace."""
+        where = ("--ros2-listen", f"tcp/127.0.0.1:{self.ros2_port}", "--ros-domain", str(DOMAIN))
+        with self.running("bridge", "--ros2", *where, "--ros-namespace", "/") as process:
+            until(self._bridge_answers)
+            yield process
+
+    def _bridge_answers(self) -> bool:
+        try:
+            self.bus.call(topics.diagnostics_service(topics.BRIDGE), GetDiagnosticsRequest())
+        except CallError:
+            return False
+        return True
+
+    def client(self) -> AbstractContextManager[ForeignClient]:
+        """A foreign client that meets the gateway."""
+        return foreign_client(self.definitions, self.ros2_port, DOMAIN)
+
+    def state(self) -> int:
+        """The traversal's state as our own bus has it."""
+        (sample,) = self.bus.inbox([topics.STATUS], keep="latest").wait(5.0)
+        message = sample.decode()
+        assert isinstance(message, TraversalStatus)
+        return message.state
+
+    def rejected(self, node: str) -> int:
+        """Payloads that ``node`` says it has rejected."""
+        answer = self.bus.call(topics.diagnostics_service(node), GetDiagnosticsRequest())
+        return int(next(entry.value for entry in answer.diagnostics.status[0].values if entry.key == "rejected"))
+
+
+def _free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+@pytest.fixture(scope="module")
+def definitions(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("ros2") / "share"
+    write_definitions(folder)
+    return folder
+
+
+@pytest.fixture
+def system(bus_config: BusConfig, definitions: Path) -> Iterator[System]:
+    """Without a robot as yet."""
+    with Bus.open(topics.OPERATOR, bus_config) as bus:
+        yield System(bus, _free_port(), definitions)
+
+
+@pytest.fixture
+def robot(system: System) -> Iterator[System]:
+    """With a robot that waits for a trajectory, four times as fast as a real one."""
+    with system.running("robot-sim", "--seed", "5", "--speed", "4"):
+        assert not system.bus.wait_for({topics.ROBOT_SIM}, 60.0)
+        system.bus.call(topics.GET_PAINT, GetPaintRequest(), 60.0)
+        yield system
+
+
+def until(condition: Callable[[], Any], timeout_s: float = 20.0) -> Any:
+    deadline = time.monotonic() + timeout_s
+    while not (value := condition()):
+        assert time.monotonic() < deadline, "waited in vain"
+        time.sleep(0.05)
+    return value
+
+
+def listen(client: ForeignClient, read: Sequence[Topic]) -> None:
+    for topic in read:
+        qos = ":1:,1:,:,:,," if topic.latched else None
+        client.do("listen", topic=f"/{topic.name}", type=topic.type.ros_type, qos=qos)
+
+
+def call(client: ForeignClient, service: Service[Any, Any], **request: Any) -> dict[str, Any]:
+    answer = client.do("call", service=f"/{service.name}", type=service.ros_type, request=request)
+    assert isinstance(answer, dict), "no response"
+    return answer
+
+
+def gateway_seen(client: ForeignClient) -> bool:
+    """Whether the client sees anything of the gateway beside what it has declared itself."""
+    graph = client.do("graph")
+    own = {f"/{topics.START_TRAVERSAL.name}"}
+    return (
+        "/touchline" in graph["nodes"]
+        or f"/{topics.IMU.name}" in graph["topics"]
+        or bool(graph["services"].keys() - own)
+    )
+
+
+def test_it_discovers_the_node_and_every_topic_and_service(system: System) -> None:
+    with system.gateway(), system.client() as client:
+        graph = until(lambda: (seen := client.do("graph"))["services"] and seen)
+    assert graph["nodes"] == ["/touchline"]
+    assert graph["topics"] == {f"/{topic.name}": [topic.type.ros_type] for topic in topics.TOPICS}
+    named = {f"/{service.name.replace('-', '_')}": [service.ros_type] for service in topics.SERVICES}
+    assert graph["services"] == named
+    assert "/trajectory_controller/start_traversal" in named
+
+
+def test_the_documented_example_lists_and_calls(system: System) -> None:
+    command = [sys.executable, "examples/ros2_client.py", "pause", "--port", str(system.ros2_port), "--namespace", "/"]
+    with system.gateway():
+        environment = {**os.environ, "ROS_DOMAIN_ID": str(DOMAIN)}
+        done = subprocess.run(command, cwd=ROOT, env=environment, timeout=60, capture_output=True, text=True)
+    assert "/gnss/fix  sensor_msgs/msg/NavSatFix\n" in done.stdout
+    assert done.stdout.endswith("pause: False, nobody answers; is the service running?\n")
+
+
+def test_it_computes_the_same_type_hashes_from_the_shipped_files(definitions: Path) -> None:
+    ours = {topic.type.ros_type: type_hash(topic.type) for topic in topics.TOPICS}
+    ours |= {service.ros_type: service_type_hash(service.ros_type) for service in topics.SERVICES}
+    with foreign_client(definitions, _free_port(), DOMAIN) as client:
+        assert client.do("hash", types=list(ours)) == ours
+
+
+def test_it_drives_the_robot_and_reads_what_our_own_bus_has(robot: System) -> None:
+    with robot.gateway(), robot.client() as client:
+        listen(client, [topics.STATUS])
+        (late,) = until(lambda: client.do("take")[f"/{topics.STATUS.name}"])  # said before it came
+        assert late["state"] == TraversalStatus.IDLE
+        listen(client, READ[:-1])
+        inbox = robot.bus.inbox(READ)
+        answer = call(client, topics.START_TRAVERSAL, **REQUEST.model_dump(mode="json"))
+        assert answer["success"]
+        assert answer["total_time"] == pytest.approx(20 / 0.8, rel=0.2)
+
+        theirs: dict[str, list[Any]] = {f"/{topic.name}": [] for topic in READ}
+        theirs[f"/{topics.STATUS.name}"] += [late]
+        ours: dict[str, list[Any]] = {f"/{topic.name}": [] for topic in READ}
+
+        def gather() -> float:
+            """Take what both have; returns how far the robot has come, m."""
+            for topic, messages in client.do("take").items():
+                theirs[topic] += messages
+            for sample, message in inbox.messages():
+                ours[f"/{sample.topic.name}"].append(message.model_dump(mode="json"))
+            odometry = theirs[f"/{topics.ODOMETRY.name}"]
+            return odometry[-1]["pose"]["pose"]["position"]["x"] if odometry else 0.0
+
+        until(lambda: gather() > 1.0)
+        assert call(client, topics.PAUSE, request_id="") == {"success": True, "message": "done"}
+        until(lambda: robot.state() == TraversalStatus.PAUSED)
+        until(lambda: gather() and theirs[f"/{topics.STATUS.name}"][-1]["state"] == TraversalStatus.PAUSED)
+        refused = call(client, topics.PAUSE, request_id="")
+        assert not refused["success"]
+        assert "paused" in refused["message"]
+        assert call(client, topics.ABORT, request_id="")["success"]
+        gather()
+        (painted,) = robot.bus.call(topics.GET_PAINT, GetPaintRequest()).strokes
+        (stroke,) = call(client, topics.GET_PAINT, request_id="")["strokes"]
+        settled = painted.x_m[:-1].tolist()  # the last drops may still be falling
+        assert stroke["x_m"][: len(settled)] == settled != []
+
+    for topic in READ:
+        read, said = theirs[f"/{topic.name}"], ours[f"/{topic.name}"]
+        both = min(len(read), len(said))
+        assert both > topic.rate_hz, topic.name  # more than a second of it
+        assert read[:both] == said[:both], topic.name
+
+
+def test_a_request_that_is_none_is_answered_with_a_reason_and_harms_nothing(robot: System) -> None:
+    whole = encode(REQUEST)
+    start = {"service": f"/{topics.START_TRAVERSAL.name}", "type": topics.START_TRAVERSAL.ros_type}
+    paint = {"service": f"/{topics.GET_PAINT.name}", "type": topics.GET_PAINT.ros_type}
+    pause = {"service": f"/{topics.PAUSE.name}", "type": topics.PAUSE.ros_type}
+    with robot.gateway() as process, robot.client() as client:
+        before, rejected = robot.state(), robot.rejected(topics.ROBOT_SIM)
+        truncated = client.do("ask", **start, payload=whole[: len(whole) // 2].hex(), number=7)
+        assert truncated == {"response": {"total_time": 0.0, "success": False}, "number": 7, "same_client": True}
+        told = client.do("ask", **pause, payload="", number=8)
+        assert not told["response"]["success"]
+        assert "does not begin with a CDR header" in told["response"]["message"]
+        assert "not a CDR message" in client.do("ask", **paint, payload="0001000000ff", number=9)["error"]
+        assert robot.rejected(topics.ROBOT_SIM) == rejected + 3
+        without = client.do("ask", **start, payload=whole.hex())
+        assert "attachment" in without["error"]
+        assert robot.rejected(topics.BRIDGE) == 1
+        assert robot.state() == before
+        assert process.poll() is None
+        assert call(client, topics.GET_PAINT, request_id="") == {"strokes": []}
+
+
+def test_when_the_gateway_dies_its_tokens_go_and_the_robot_drives_on(robot: System) -> None:
+    with robot.client() as client:
+        with robot.gateway() as process:
+            until(lambda: gateway_seen(client))
+            listen(client, [topics.STATUS])
+            assert call(client, topics.START_TRAVERSAL, **REQUEST.model_dump(mode="json"))["success"]
+            process.kill()
+            until(lambda: not gateway_seen(client))
+            assert robot.state() == TraversalStatus.RUNNING
+        with robot.gateway():
+            client.do("take")
+            until(lambda: client.do("take")[f"/{topics.STATUS.name}"])
+            assert robot.state() == TraversalStatus.RUNNING
+            assert call(client, topics.ABORT, request_id="")["success"]

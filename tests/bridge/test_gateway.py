@@ -1,0 +1,263 @@
+"""The gateway in one process, against a plain Zenoh session that is set up as rmw_zenoh sets up a node's."""
+
+import json
+import socket
+import time
+
+import pytest
+import zenoh
+from zenoh import ext, handlers
+
+from schemas import topics
+from schemas.cdr import decode, encode
+from schemas.errors import SpecError, TouchlineError
+from schemas.messages import Clock, CommandRequest, CommandResponse, GetPaintRequest, String, Time
+from services.bridge.gateway import Gateway, GatewayConfig
+from services.bridge.rmw_zenoh import RosNode, gid
+from services.bus import Bus, attachment
+from services.bus.ros2 import Ros2Endpoint, Ros2Session
+
+
+@pytest.fixture
+def endpoint():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+
+
+@pytest.fixture
+def robot(bus_config):
+    with Bus.open(topics.ROBOT_SIM, bus_config) as bus:
+        yield bus
+
+
+@pytest.fixture
+def bridge(robot):
+    with Bus.open(topics.BRIDGE, robot.config) as bus:
+        assert not bus.wait_for({topics.ROBOT_SIM}, 5.0)
+        yield bus
+
+
+@pytest.fixture
+def session(endpoint):
+    with Ros2Session.open(Ros2Endpoint(endpoint)) as session:
+        yield session
+
+
+@pytest.fixture
+def gateway(bridge, session):
+    return Gateway(bridge, session, GatewayConfig(domain=3))
+
+
+@pytest.fixture
+def names(session):
+    return RosNode(3, "/tt2", "touchline", session.id)
+
+
+def zenoh_session(mode, *, connect=(), listen=("tcp/127.0.0.1:0",)):
+    config = zenoh.Config()
+    for key, value in {
+        "mode": mode,
+        "scouting/multicast/enabled": False,
+        "connect/endpoints": list(connect),
+        "listen/endpoints": list(listen),
+        "timestamping/enabled": True,
+        "scouting/delay": 100,
+    }.items():
+        config.insert_json5(key, json.dumps(value))
+    return zenoh.open(config)
+
+
+@pytest.fixture
+def ros(gateway, endpoint):
+    with zenoh_session("peer", connect=[endpoint]) as ros:
+        yield ros
+
+
+def tokens(ros, domain=3):
+    replies = ros.liveliness().get(f"@ros2_lv/{domain}/**", handlers.FifoChannel(256))
+    return {str(reply.ok.key_expr) for reply in replies if reply.ok is not None}
+
+
+def turn_until(gateway, condition, timeout_s=10.0):
+    deadline = time.monotonic() + timeout_s
+    while not (value := condition()):
+        gateway.turn()
+        assert time.monotonic() < deadline, "waited in vain"
+        time.sleep(0.002)
+    return value
+
+
+def subscribe(ros, gateway, key):
+    subscriber = ros.declare_subscriber(key, handlers.FifoChannel(10_000))
+    time.sleep(0.2)  # the subscription has to reach the gateway
+    return subscriber
+
+
+def clock(seconds):
+    return encode(Clock(clock=Time(sec=seconds)))
+
+
+def ask(ros, gateway, key, payload, number=1):
+    """One request as rmw_zenoh sends it; the only reply."""
+    numbered = None if number is None else attachment.pack(number, time.time_ns(), b"c" * 16)
+    target = zenoh.QueryTarget.ALL_COMPLETE
+    replies = ros.get(key, handlers.FifoChannel(8), payload=payload, attachment=numbered, target=target)
+    reply = turn_until(gateway, replies.try_recv)
+    with pytest.raises(zenoh.ZError):
+        replies.try_recv()
+    return reply
+
+
+def test_a_message_passes_unchanged_with_number_time_and_the_publishers_id(robot, gateway, ros, names):
+    key = names.topic_key(topics.CLOCK)
+    heard = subscribe(ros, gateway, key)
+    publisher = robot.publisher(topics.CLOCK)
+    before_ns = time.time_ns()
+    for second in range(3):
+        publisher.send_bytes(clock(second))
+    after_ns = time.time_ns()
+    samples = [turn_until(gateway, heard.try_recv) for _ in range(3)]
+    assert [sample.payload.to_bytes() for sample in samples] == [clock(second) for second in range(3)]
+    said = [attachment.unpack(sample.attachment.to_bytes()) for sample in samples]
+    assert [numbered.sequence for numbered in said] == [1, 2, 3]
+    assert all(before_ns <= numbered.source_time_ns <= after_ns for numbered in said)
+    (token,) = [token for token in tokens(ros) if "/%tt2%clock/" in token]
+    assert {numbered.publisher for numbered in said} == {gid(token)}
+
+
+def test_who_comes_late_is_given_the_last_message_of_a_latched_topic_only(robot, gateway, endpoint, names):
+    latched = robot.publisher(topics.TEMPLATE)
+    latched.send(String(data="first"))
+    turn_until(gateway, lambda: gateway.figures()["ros2_messages"] == 1)
+    latched.send(String(data="second"))
+    robot.publisher(topics.CLOCK).send_bytes(clock(1))
+    turn_until(gateway, lambda: gateway.figures()["ros2_messages"] == 3)
+    with zenoh_session("peer", connect=[endpoint]) as late:
+        history = ext.HistoryConfig(max_samples=1, detect_late_publishers=True)
+        key = names.topic_key(topics.TEMPLATE)
+        template = ext.declare_advanced_subscriber(late, key, handlers.FifoChannel(16), history=history)
+        clocks = ext.declare_advanced_subscriber(
+            late, names.topic_key(topics.CLOCK), handlers.FifoChannel(16), history=history
+        )
+        sample = turn_until(gateway, template.try_recv)
+        assert decode(String, sample.payload.to_bytes()).data == "second"
+        assert attachment.unpack(sample.attachment.to_bytes()).sequence == 2
+        latched.send(String(data="third"))
+        assert decode(String, turn_until(gateway, template.try_recv).payload.to_bytes()).data == "third"
+        assert clocks.try_recv() is None
+
+
+def test_a_gateway_that_falls_behind_holds_up_nobody_and_says_what_it_dropped(robot, gateway, ros, names):
+    heard = subscribe(ros, gateway, names.topic_key(topics.CLOCK))
+    publisher = robot.publisher(topics.CLOCK)
+    publisher.send_bytes(clock(0))
+    turn_until(gateway, heard.try_recv)
+    for second in range(1, 40_001):  # more than a lossless inbox takes before its publishers wait
+        publisher.send_bytes(clock(second))
+    turn_until(gateway, lambda: gateway.figures()["ros2_dropped"])
+    last = None
+
+    def latest():
+        nonlocal last
+        while (sample := heard.try_recv()) is not None:
+            last = sample
+        return last is not None and last.payload.to_bytes() == clock(40_000)
+
+    turn_until(gateway, latest)
+    assert attachment.unpack(last.attachment.to_bytes()).sequence == 40_001  # the gap shows in the numbers
+
+
+def test_a_request_and_its_response_pass_unchanged(robot, gateway, ros, names):
+    server = robot.serve(topics.PAUSE)
+    key = names.service_key(topics.PAUSE)
+    numbered = attachment.pack(17, time.time_ns(), b"c" * 16)
+    time.sleep(0.2)  # the queryable has to reach the bridge
+    replies = ros.get(
+        key,
+        handlers.FifoChannel(8),
+        payload=encode(CommandRequest(request_id="r")),
+        attachment=numbered,
+        target=zenoh.QueryTarget.ALL_COMPLETE,
+    )
+    call = turn_until(gateway, server.poll)
+    assert call.request == CommandRequest(request_id="r")
+    assert gateway.figures()["ros2_calls"] == 1
+    response = CommandResponse(success=True, message="so be it")
+    call.reply(response)
+    reply = turn_until(gateway, replies.try_recv)
+    assert reply.ok.payload.to_bytes() == encode(response)
+    echoed = attachment.unpack(reply.ok.attachment.to_bytes())
+    assert (echoed.sequence, echoed.publisher) == (17, b"c" * 16)
+    assert echoed.source_time_ns > attachment.unpack(numbered).source_time_ns
+
+
+def test_a_call_that_nobody_serves_is_answered_in_the_response_if_it_can_tell(gateway, ros, names):
+    reply = ask(ros, gateway, names.service_key(topics.PAUSE), encode(CommandRequest()))
+    told = decode(CommandResponse, reply.ok.payload.to_bytes())
+    assert not told.success
+    assert "nobody answers" in told.message
+    reply = ask(ros, gateway, names.service_key(topics.GET_PAINT), encode(GetPaintRequest()))
+    assert "nobody answers" in reply.err.payload.to_string()
+    assert gateway.figures()["ros2_refused"] == 2
+
+
+def test_a_request_without_a_number_or_too_large_is_refused_and_counted(bridge, gateway, ros, names):
+    key = names.service_key(topics.PAUSE)
+    assert "attachment" in ask(ros, gateway, key, encode(CommandRequest()), None).err.payload.to_string()
+    reply = ask(ros, gateway, key, bytes(33 * 1024 * 1024))
+    assert "at most" in decode(CommandResponse, reply.ok.payload.to_bytes()).message
+    assert bridge.counters.rejected == 2
+    assert "traversal/pause" in bridge.counters.last_rejection
+
+
+def test_foreign_traffic_does_not_reach_the_bus(robot, gateway, ros, names):
+    inbox = robot.inbox([topics.CLOCK])
+    heard = subscribe(ros, gateway, names.topic_key(topics.CLOCK))
+    ros.put("tt2/clock", clock(666))
+    ros.put(names.topic_key(topics.CLOCK), clock(666), attachment=attachment.pack(1, 1, b"x" * 16))
+    robot.publisher(topics.CLOCK).send_bytes(clock(1))
+    turn_until(gateway, heard.try_recv)
+    assert [sample.payload for sample in inbox.drain()] == [clock(1)]
+
+
+def test_nodes_find_each_other_by_the_gateway_as_by_rmw_zenohd(gateway, ros, endpoint):
+    with zenoh_session("peer", connect=[endpoint]) as other:
+        token = ros.liveliness().declare_token("@ros2_lv/3/x/0/0/NN/%/%/talker")
+        heard = other.declare_subscriber("3/chatter", handlers.FifoChannel(16))
+        turn_until(gateway, lambda: "@ros2_lv/3/x/0/0/NN/%/%/talker" in tokens(other))
+        turn_until(gateway, lambda: ros.put("3/chatter", b"hello") or heard.try_recv())
+        token.undeclare()
+
+
+def test_all_is_gone_when_the_gateway_is(bridge, endpoint):
+    with zenoh_session("router", listen=[endpoint]) as router:
+        with Ros2Session.open(Ros2Endpoint(endpoint, listen=False)) as session:
+            gateway = Gateway(bridge, session, GatewayConfig(domain=3))
+            turn_until(gateway, lambda: len(tokens(router)) == 1 + len(topics.TOPICS) + len(topics.SERVICES))
+        turn_until(gateway, lambda: not tokens(router))
+
+
+def test_a_second_gateway_for_the_same_robot_is_refused_and_one_for_another_is_not(bridge, gateway, endpoint):
+    with Ros2Session.open(Ros2Endpoint(endpoint, listen=False)) as session:
+        with pytest.raises(TouchlineError, match=r"/tt2/touchline is there already in domain 3; choose .*--ros-domain"):
+            Gateway(bridge, session, GatewayConfig(Ros2Endpoint(endpoint, listen=False), domain=3))
+        Gateway(bridge, session, GatewayConfig(domain=3, namespace="/other"))
+        Gateway(bridge, session, GatewayConfig(domain=4))
+
+
+def test_an_endpoint_that_cannot_be_used_is_told_with_its_option(session, endpoint):
+    busy = rf"--ros2-listen {endpoint}: cannot listen .* --ros2-connect {endpoint}"
+    with pytest.raises(TouchlineError, match=busy), Ros2Session.open(Ros2Endpoint(endpoint)):
+        pass
+    with pytest.raises(SpecError, match="--ros2-connect is 'localhost'"):
+        Ros2Endpoint("localhost", listen=False)
+    with pytest.raises(SpecError, match="--ros-namespace"):
+        GatewayConfig(namespace="/robot 1")
+
+
+def test_nobody_at_the_router_is_told(endpoint, monkeypatch):
+    monkeypatch.setattr("services.bus.ros2._CONNECT_TIMEOUT_MS", 300)
+    expected = rf"--ros2-connect {endpoint}: nobody answers .*rmw_zenohd"
+    with pytest.raises(TouchlineError, match=expected), Ros2Session.open(Ros2Endpoint(endpoint, listen=False)):
+        pass

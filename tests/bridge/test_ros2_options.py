@@ -1,0 +1,61 @@
+"""The gateway's options: what they mean, and what is refused before anything is started."""
+
+import os
+import socket
+import subprocess
+import sys
+
+import pytest
+
+from schemas.errors import SpecError
+from services.bridge.gateway import GatewayConfig
+from services.bus import BusConfig
+from services.bus.ros2 import DEFAULT_ENDPOINT, Ros2Endpoint, Ros2Session
+from services.cli.ros2 import Ros2Choice
+
+
+def test_without_ros2_there_is_no_gateway() -> None:
+    assert Ros2Choice(False, 3, "", "", "").gateway() is None
+
+
+def test_by_default_it_is_the_router_on_loopback() -> None:
+    assert Ros2Choice(True, 0, "", "", "").gateway() == GatewayConfig(
+        Ros2Endpoint(DEFAULT_ENDPOINT, listen=True), 0, ""
+    )
+    assert DEFAULT_ENDPOINT.startswith("tcp/127.0.0.1:")
+
+
+def test_it_joins_a_router_that_is_named() -> None:
+    config = Ros2Choice(True, 7, "/a/b", "", "tcp/10.0.0.1:7447").gateway()
+    assert config == GatewayConfig(Ros2Endpoint("tcp/10.0.0.1:7447", listen=False), 7, "/a/b")
+
+
+@pytest.mark.parametrize(
+    ("given", "named"),
+    [
+        ((False, 0, "", "tcp/a:1", ""), "--ros2-listen is 'tcp/a:1'; give --ros2"),
+        ((False, 0, "", "", "tcp/a:1"), "--ros2-connect is 'tcp/a:1'; give --ros2"),
+        ((False, 0, "x", "", ""), "--ros-namespace is 'x'; give --ros2"),
+        ((True, 0, "", "tcp/a:1", "tcp/a:2"), "--ros2-connect is 'tcp/a:2'; give it or --ros2-listen, not both"),
+        ((True, 0, "2nd", "", ""), "--ros-namespace is '2nd'"),
+        ((True, 0, "", "7447", ""), "--ros2-listen is '7447'; give a locator like"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused_by_its_name(given: tuple[bool, int, str, str, str], named: str) -> None:
+    with pytest.raises(SpecError) as refusal:
+        Ros2Choice(*given).gateway()
+    assert named in str(refusal.value)
+
+
+def test_a_bridge_whose_endpoint_is_taken_ends_with_one_line_that_names_the_option(bus_config: BusConfig) -> None:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    command = [sys.executable, "-m", "services.cli", "bridge", "--ros2", "--ros2-listen", endpoint]
+    with Ros2Session.open(Ros2Endpoint(endpoint)):
+        done = subprocess.run(
+            command, env={**os.environ, **bus_config.environment()}, capture_output=True, text=True, timeout=60
+        )
+    assert done.returncode == 2
+    assert done.stderr.startswith(f"error: --ros2-listen {endpoint}: cannot listen there")
+    assert done.stderr.count("\n") == 1
