@@ -1,6 +1,7 @@
 """One topic or service on its way between the bus and ROS 2."""
 
 import time
+from dataclasses import dataclass
 from typing import Any
 
 from schemas.cdr import MAX_PAYLOAD_BYTES, encode
@@ -13,8 +14,22 @@ from services.bus.ros2 import Ros2Request, Ros2Session
 
 #: The longest that a service may take to answer; planning takes longest.
 _ANSWER_TIMEOUT_S = 120.0
+#: How long a service is looked for, and how often, before a client is told that nobody answers: on a bus that has just
+#: come up, processes learn of each other's services one after another.
+_DISCOVERY_S = 0.5
+_RETRY_S = 0.05
 #: Requests to one service that are under way at once; more wait their turn.
 _UNDER_WAY = 16
+
+
+@dataclass
+class _UnderWay:
+    """A request that the bus has not answered yet; ``question`` is empty between two attempts to find its service."""
+
+    request: Ros2Request
+    question: Question | None
+    begun_s: float
+    retry_s: float = 0.0
 
 
 class TopicRoute:
@@ -58,7 +73,7 @@ class ServiceRoute:
         self._service = service
         self._server = session.serve(node.service_key(service))
         session.declare_token(node.server_token(number, service))
-        self._under_way: list[tuple[Ros2Request, Question]] = []
+        self._under_way: list[_UnderWay] = []
         self.calls = 0
         self.refused = 0
 
@@ -70,18 +85,28 @@ class ServiceRoute:
                 self._bus.counters.reject(f"ROS 2, {self._service.name}: {problem}")
                 self._refuse(request, problem)
             else:
-                question = self._bus.ask(self._service, request.payload, _ANSWER_TIMEOUT_S)
-                self._under_way.append((request, question))
-        self._under_way = [(request, asked) for request, asked in self._under_way if not self._answered(request, asked)]
+                self._under_way.append(_UnderWay(request, self._ask(request), time.monotonic()))
+        self._under_way = [pending for pending in self._under_way if not self._answered(pending)]
 
-    def _answered(self, request: Ros2Request, question: Question) -> bool:
-        answer = question.poll()
+    def _ask(self, request: Ros2Request) -> Question:
+        return self._bus.ask(self._service, request.payload, _ANSWER_TIMEOUT_S)
+
+    def _answered(self, pending: _UnderWay) -> bool:
+        now_s = time.monotonic()
+        if pending.question is None:
+            if now_s >= pending.retry_s:
+                pending.question = self._ask(pending.request)
+            return False
+        answer = pending.question.poll()
         if answer is None:
             return False
         if answer.payload is not None:
-            request.reply(answer.payload)
+            pending.request.reply(answer.payload)
+        elif answer.refusal is None and now_s < pending.begun_s + _DISCOVERY_S:
+            pending.question, pending.retry_s = None, now_s + _RETRY_S
+            return False
         else:
-            self._refuse(request, answer.refusal or "nobody answers; is the service running?")
+            self._refuse(pending.request, answer.refusal or "nobody answers; is the service running?")
         return True
 
     def _refuse(self, request: Ros2Request, reason: str) -> None:

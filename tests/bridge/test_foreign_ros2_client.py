@@ -74,8 +74,7 @@ class System:
 
     def state(self) -> int:
         """The traversal's state as our own bus has it."""
-        (sample,) = self.bus.inbox([topics.STATUS], keep="latest").wait(5.0)
-        message = sample.decode()
+        message = self.bus.inbox([topics.STATUS], keep="latest").wait(5.0)[-1].decode()
         assert isinstance(message, TraversalStatus)
         return message.state
 

@@ -202,6 +202,20 @@ def test_a_call_that_nobody_serves_is_answered_in_the_response_if_it_can_tell(ga
     assert gateway.figures()["ros2_refused"] == 2
 
 
+def test_a_service_that_comes_up_this_moment_is_waited_for(robot, gateway, ros, names):
+    replies = ros.get(
+        names.service_key(topics.PAUSE),
+        handlers.FifoChannel(8),
+        payload=encode(CommandRequest()),
+        attachment=attachment.pack(1, 1, b"c" * 16),
+        target=zenoh.QueryTarget.ALL_COMPLETE,
+    )
+    turn_until(gateway, lambda: gateway.figures()["ros2_calls"])
+    server = robot.serve(topics.PAUSE)
+    turn_until(gateway, server.poll).reply(CommandResponse(success=True))
+    assert decode(CommandResponse, turn_until(gateway, replies.try_recv).ok.payload.to_bytes()).success
+
+
 def test_a_request_without_a_number_or_too_large_is_refused_and_counted(bridge, gateway, ros, names):
     key = names.service_key(topics.PAUSE)
     assert "attachment" in ask(ros, gateway, key, encode(CommandRequest()), None).err.payload.to_string()
