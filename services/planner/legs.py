@@ -27,6 +27,10 @@ STEADY_S = 0.5
 BENDS_RAD = tuple(side * math.radians(angle) for angle in (45, 90, 135, 180) for side in (1, -1))
 
 
+# Ways between ends that lie alike to one another but for rounding (m, rad, 1/m) are the same.
+ALIKE = 1e-11
+
+
 class Leg(NamedTuple):
     """A way that was chosen, what it runs over of the lines painted so far, and what it collides with if it has to."""
 
@@ -68,7 +72,7 @@ class Driver:
     wheels: Wheels
     crossing_s: float
     start: Pose | None
-    known: dict[tuple[CurveEnd, CurveEnd], list[Way]] = field(default_factory=dict)
+    known: dict[tuple[int, ...], list[Way]] = field(default_factory=dict)
 
     def drive(self, strokes: list[Stroke]) -> Drive:
         """The drive along the strokes in this order."""
@@ -110,9 +114,10 @@ class Driver:
 
     def _between(self, start: CurveEnd, goal: CurveEnd) -> Iterator[Way]:
         """The ways on offer, the quickest first; behind them, for the case that all collide, ways round about."""
-        if (start, goal) not in self.known:
-            self.known[start, goal] = self.ways.between(start, goal)
-        direct = self.known[start, goal]
+        key = alike(start, goal)
+        if key not in self.known:
+            self.known[key] = self.ways.between(start, goal)
+        direct = [way._replace(path=PiecePath(start.pose, way.path.pieces)) for way in self.known[key]]
         yield from direct
         if self.yard and all(self.yard.collision(way.path) for way in direct):
             yield from detours(start, goal, self.ways, self.yard)
@@ -157,3 +162,10 @@ class Driver:
         for angle in BENDS_RAD:
             pieces = turn.pieces(abs(angle))
             yield (Piece(least_m), *(pieces if angle > 0.0 else (p.mirrored() for p in pieces)), *into)
+
+
+def alike(start: CurveEnd, goal: CurveEnd) -> tuple[int, ...]:
+    """The same for all pairs of ends that differ in their place alone: fields repeat themselves."""
+    apart, turn = goal.pose.seen_from(start.pose)
+    values = (apart.real, apart.imag, math.remainder(turn, math.tau), start.curvature_1pm, goal.curvature_1pm)
+    return tuple(round(value / ALIKE) for value in values)

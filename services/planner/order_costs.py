@@ -5,14 +5,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from services.planner.ccd import ContinuousDubins
-from services.planner.clothoid import Floats, Piece, PiecePath
+from services.planner.clothoid import Floats, Piece, PiecePath, Pose
 from services.planner.method import CurveEnd, before
 from services.planner.offset import Stroke
 from services.planner.order import Problem
 from services.planner.order_search import Ints
 from services.planner.steering.batch import lengths
 from services.planner.steering.circles import LIMIT, circle
-from services.planner.way_times import COLUMNS, way_times
+from services.planner.way_times import HEADING, X, Y, way_times
 from services.planner.ways import Turns, Ways, turned_round
 
 # Every node's nearest neighbours are timed exactly; of the nearest of these, short hops are tried as well.
@@ -21,6 +21,9 @@ TIMED, HOPPED = 12, 3
 ALL_NODES = 200
 # A segment is not painted twice, nor reached from itself.
 NEVER_S = 1e6
+# Pairs that differ by no more than rounding (m, rad, 1/m) take the same time.
+ALIKE = 1e-7
+ORIGIN = Pose(0.0, 0.0, 0.0)
 
 
 def nodes_of(modes: Sequence[Sequence[Stroke]]) -> tuple[list[Stroke], Ints, Ints]:
@@ -74,7 +77,7 @@ def seconds_between(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, se
 
 def _rough(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways) -> Floats:
     """Seconds by the length of the words, with the turns driven at the speed that they are made for."""
-    starts, goals = (np.array([(*e.pose, e.curvature_1pm) for e in side]) for side in (ends, begins))
+    starts, goals = _table(ends), _table(begins)
     fast = ways.limits.transit_speed_mps
     tables = [
         lengths(
@@ -107,27 +110,56 @@ def _all_pairs(starts: int, goals: int) -> Ints:
 
 
 def _timed(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, pairs: Ints, *, hops: bool) -> Floats:
+    """Seconds (n,) of the quickest way of every pair (n, 2); those that are alike but for their place are timed once."""
     circles = [circle(t.curvature_1pm / t.sharpness_1pm2**0.5) for t in ways.turns]
     roots = np.array([t.sharpness_1pm2**0.5 for t in ways.turns])
     starts = np.array([_rows(ends, ways, *each, leaving=True) for each in zip(ways.turns, circles, strict=True)])
     goals = np.array([_rows(begins, ways, *each, leaving=False) for each in zip(ways.turns, circles, strict=True)])
-    return np.asarray(way_times(starts, goals, np.array(circles), roots, ways.limits.row, pairs, hops))
+    first, alike = _alike(_table(ends)[pairs[:, 0]], _table(begins)[pairs[:, 1]])
+    return np.asarray(way_times(starts, goals, np.array(circles), roots, ways.limits.row, pairs[first], hops)[alike])
+
+
+def _table(ends: list[CurveEnd]) -> Floats:
+    """(n, 4) x, y, heading, curvature."""
+    return np.array([(*end.pose, end.curvature_1pm) for end in ends])
+
+
+def _alike(starts: Floats, goals: Floats) -> tuple[Ints, Ints]:
+    """The first of the pairs (rows of both) that are the same but for their place; which of them each is like.
+
+    Fields repeat themselves: of the pairs of an American football field one in ten is unlike all before it.
+    """
+    apart = (goals[:, 0] - starts[:, 0] + 1j * (goals[:, 1] - starts[:, 1])) * np.exp(-1j * starts[:, 2])
+    turn = np.angle(np.exp(1j * (goals[:, 2] - starts[:, 2])))
+    seen = np.column_stack((apart.real, apart.imag, turn, starts[:, 3], goals[:, 3]))
+    grid = np.rint(seen / ALIKE).astype(np.int64)
+    _, first, alike = np.unique(grid, axis=0, return_index=True, return_inverse=True)
+    return first, alike.reshape(-1)
 
 
 def _rows(ends: list[CurveEnd], ways: Ways, turns: Turns, figures: Floats, *, leaving: bool) -> Floats:
     """The rows of `way_times` for ends (or beginnings) with one kind of turn."""
-    rows = np.zeros((len(ends), COLUMNS))
-    for row, end in zip(rows, ends, strict=True):
-        lead = ways.lead(turns, end.curvature_1pm)
-        pieces, curvature = lead.pieces, lead.curvature_1pm
-        if abs(curvature) > figures[LIMIT] * turns.sharpness_1pm2**0.5:
-            # Too tight for these turns to begin with: they begin where it is straight.
-            words = ContinuousDubins(turns.curvature_1pm, turns.sharpness_1pm2)
-            pieces, curvature = words.lead_out(curvature), 0.0
-            lead = lead._replace(pieces=pieces, curvature_1pm=curvature)
-        pose = PiecePath(end.pose, pieces).end if leaving else before(end.pose, turned_round(lead).pieces)
-        bend: Piece | None = next((p for p in pieces if p.sharpness_1pm2), None)
-        straight = sum(p.length_m for p in pieces if not p.sharpness_1pm2)
-        painted, sharpness = (bend.curvature_1pm, abs(bend.sharpness_1pm2)) if bend else (0.0, 1.0)
-        row[:] = *pose, curvature, ways.speed_mps(end.curvature_1pm), painted, sharpness, straight
+    known: dict[float, tuple[float, ...]] = {}
+    for end in ends:
+        if end.curvature_1pm not in known:
+            known[end.curvature_1pm] = _lead_row(end.curvature_1pm, ways, turns, figures, leaving=leaving)
+    rows = np.array([known[end.curvature_1pm] for end in ends])
+    poses = np.array([end.pose for end in ends])
+    moved = (rows[:, X] + 1j * rows[:, Y]) * np.exp(1j * poses[:, 2])
+    rows[:, X], rows[:, Y] = poses[:, 0] + moved.real, poses[:, 1] + moved.imag
+    rows[:, HEADING] += poses[:, 2]
     return rows
+
+
+def _lead_row(curvature: float, ways: Ways, turns: Turns, figures: Floats, *, leaving: bool) -> tuple[float, ...]:
+    """The row for an end of this curvature (1/m) at the origin."""
+    lead = ways.lead(turns, curvature)
+    if abs(lead.curvature_1pm) > figures[LIMIT] * turns.sharpness_1pm2**0.5:
+        # Too tight for these turns to begin with: they begin where it is straight.
+        words = ContinuousDubins(turns.curvature_1pm, turns.sharpness_1pm2)
+        lead = lead._replace(pieces=words.lead_out(lead.curvature_1pm), curvature_1pm=0.0)
+    pose = PiecePath(ORIGIN, lead.pieces).end if leaving else before(ORIGIN, turned_round(lead).pieces)
+    bend: Piece | None = next((p for p in lead.pieces if p.sharpness_1pm2), None)
+    straight = sum(p.length_m for p in lead.pieces if not p.sharpness_1pm2)
+    painted, sharpness = (bend.curvature_1pm, abs(bend.sharpness_1pm2)) if bend else (0.0, 1.0)
+    return *pose, lead.curvature_1pm, ways.speed_mps(curvature), painted, sharpness, straight

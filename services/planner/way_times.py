@@ -20,7 +20,6 @@ from services.planner.steering.spiral import unit
 # Columns of an end's row: pose and curvature (1/m) where the turns begin, speed (m/s) on the painted curve; between
 # both a clothoid from the painted curvature to 0 (or none: 0) at a sharpness (1/m²), and a straight (m).
 X, Y, HEADING, CURVATURE, SPEED, PAINTED, LEAD, PAD = range(8)
-COLUMNS = 8
 
 
 @kernel
@@ -58,7 +57,7 @@ def way_times(
 ) -> Floats:
     """Seconds (n,) of the quickest way of every pair (n, 2) of start and goal.
 
-    `starts` and `goals` are (turns, ends, COLUMNS), `circles` (turns, 6) and `roots` (turns,) the square roots of their
+    `starts` and `goals` are (turns, ends, columns), `circles` (turns, 6) and `roots` (turns,) the square roots of their
     sharpness.
     """
     pieces, seconds = np.zeros((MAX_PIECES + 4, 5)), np.full(len(pairs), np.inf)
