@@ -138,6 +138,11 @@ class Driver:
             path = PiecePath(before(begin.pose, pieces), pieces)
             yield Way(self.ways.seconds(pieces, 0.0, speed), path)
 
+    @property
+    def run_out_m(self) -> float:
+        """The straight behind a last line at paint speed."""
+        return self.ways.limits.stopping_distance_m(self.ways.limits.paint_speed_mps) + RUN_OUT_SPARE_M
+
     def run_outs(self, end: CurveEnd) -> Iterator[Way]:
         """A straight behind the last line, or what else there is room for."""
         speed = self.ways.speed_mps(end.curvature_1pm)

@@ -72,7 +72,7 @@ def test_the_estimated_cost_is_the_time_that_is_planned() -> None:
     template, options = load_template("soccer-11"), PlanOptions(drying_time_s=1e-3)
     limits = Limits.of(VEHICLE, options)
     choices = modes(template.segments, VEHICLE, limits.curvature_max_1pm, free=True)
-    asked = problem(choices, ways_of(VEHICLE, options, limits), None)
+    asked, _ = problem(choices, ways_of(VEHICLE, options, limits), None)
     nodes, _, _ = nodes_of(choices)
     planned = plan(template, VEHICLE, options)
     lines = [section.stroke for section in planned.sections if section.stroke]

@@ -1,0 +1,120 @@
+"""The order that keeps wheels off wet paint, where that is worth the time."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from services.planner.clothoid import Floats
+from services.planner.offset import Stroke
+from services.planner.order import Problem, cheapest
+from services.planner.order_costs import Tracks
+from services.planner.order_search import Ints
+from services.planner.wet import Wheels, painted_row, painted_rows
+from services.planner.wet_search import UNKNOWN, Known, Scene, anneal
+
+# The budget: so many moves for every segment, within bounds, as often as there are heats (s) to begin with, each time from
+# the best order so far. Many segments would not get back to it from the greater heats within so few moves.
+MOVES_PER_SEGMENT, MOVES_MIN, MOVES_MAX = 4000, 20_000, 200_000
+HEATS_S, HEATS_MANY_S, MANY = (4.0, 2.0, 1.0, 4.0, 2.0, 1.0), (0.6, 0.3), 150
+# Moves between two looks at whether that is enough.
+RUN = 10_000
+SEED = 5
+# Rows of what is run over that are remembered at a time.
+KNOWN_MAX = 1_000_000
+
+
+@dataclass(frozen=True)
+class Ground:
+    """What painting the nodes of a problem runs over.
+
+    Attributes:
+        nodes: The strokes.
+        lines: The segments as rows of wet.py, wet from the beginning.
+        over: (nodes, segments) how often a node's wheels and casters run over each segment.
+    """
+
+    nodes: Sequence[Stroke]
+    wheels: Wheels
+    lines: Floats
+    over: Ints
+
+    @classmethod
+    def of(cls, nodes: Sequence[Stroke], segment: Ints, wheels: Wheels) -> "Ground":
+        """The ground under nodes, of which each paints a `segment`."""
+        first = np.unique(segment, return_index=True)[1]
+        lines = painted_rows([painted_row(nodes[k].nozzle, -1.0, np.inf) for k in first])
+        ever = Wheels(wheels.contacts, wheels.half_width_m, np.inf)
+        over = np.array([ever.crossings(node.path, 0.0, 0.0, lines) for node in nodes])
+        over[np.arange(len(nodes)), segment] = 0
+        return cls(nodes, wheels, lines, over)
+
+    def least(self, segment: Ints) -> Ints:
+        """(segments, segments) how often painting one of two segments runs over the other, whatever the order."""
+        count = len(self.lines)
+        either = np.full((count, count), np.iinfo(np.int64).max)
+        np.minimum.at(either, segment, self.over)
+        return np.asarray(np.minimum(either, either.T))
+
+
+def ordered_dry(
+    problem: Problem,
+    tracks: Tracks,
+    ground: Ground,
+    crossing_s: float,
+    run_out_m: float,
+    begin: Ints,
+    step: Callable[[float], None] = lambda fraction: None,
+    enough: Callable[[], bool] = lambda: False,
+) -> Ints:
+    """The nodes (segments,) in the best order found from `begin` on, where a crossing of wet paint costs `crossing_s`.
+
+    `step` is told the fraction done; `enough` is asked now and then whether to stop early with the best so far.
+    """
+    depot = len(problem.segment)
+    scene = _scene(problem, tracks, ground, crossing_s, run_out_m)
+    known = Known(
+        np.full((depot + 1, depot + 1), UNKNOWN, dtype=np.int32),
+        np.empty((KNOWN_MAX, 2), dtype=np.int32),
+        np.zeros(1, dtype=np.int64),
+    )
+    best, costs = np.concatenate(([depot], begin)), np.full(2, np.inf)
+    moves = min(max(MOVES_PER_SEGMENT * problem.segments, MOVES_MIN), MOVES_MAX)
+    heats = HEATS_S if problem.segments <= MANY else HEATS_MANY_S
+    for turn, heat in enumerate(heats):
+        tour = best.copy()
+        for first in range(0, moves, RUN):
+            if enough():
+                return best[1:]
+            count = min(RUN, moves - first)
+            anneal(scene, known, tour, best, costs, heat, SEED + turn, first, count, moves)
+            step((turn * moves + first + count) / (len(heats) * moves))
+    return best[1:]
+
+
+def _scene(problem: Problem, tracks: Tracks, ground: Ground, crossing_s: float, run_out_m: float) -> Scene:
+    depot = len(problem.segment)
+    cost = np.ascontiguousarray(problem.cost)
+    segment, flip = np.append(problem.segment, problem.segments), np.append(problem.flip, depot)
+    node, line = np.nonzero(ground.over)
+    return Scene(
+        cost=cost,
+        segment=segment,
+        flip=flip,
+        modes=problem.modes,
+        after=cheapest(cost, segment),
+        paint=np.append(tracks.paint_s, 0.0),
+        begins=np.array([stroke.begin.pose for stroke in ground.nodes]),
+        ends=np.array([stroke.end.pose for stroke in ground.nodes]),
+        kind=tracks.kind,
+        pieces=tracks.pieces,
+        counts=tracks.counts,
+        over_from=np.searchsorted(node, np.arange(depot + 2)),
+        over=np.column_stack((line, ground.over[node, line])),
+        lines=ground.lines,
+        contacts=ground.wheels.contacts,
+        half_width=ground.wheels.half_width_m,
+        drying=ground.wheels.drying_s,
+        crossing=crossing_s,
+        run_out=run_out_m,
+    )
