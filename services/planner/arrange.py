@@ -112,13 +112,11 @@ def _optimised(
         order = ordered(asked.priced(cost), tell, enough, int((AGAIN if turn else 1.0) * kicks), order)
         tell = Stage(step, 2 * turn + 1)
         dry = ordered_dry(asked.priced(cost), tracks, ground, crossing_s, driver.run_out_m, order, tell, enough)
-        changed = False
-        for tried in (order, dry) if crossing_s else (order,):
-            drive = driver.drive([nodes[k] for k in tried.tolist()])
-            total = drive.seconds + driver.crossing_s * drive.wet_crossings + NEVER_S * len(drive.blocked)
-            if total < least - 1e-6:
-                best, least = drive, total
-            changed |= _learn(cost, drive, tried.tolist(), NEVER_S)
+        drive = driver.drive([nodes[k] for k in dry.tolist()])
+        total = drive.seconds + driver.crossing_s * drive.wet_crossings + NEVER_S * len(drive.blocked)
+        if total < least - 1e-6:
+            best, least = drive, total
+        changed = _learn(cost, drive, dry.tolist(), NEVER_S)
         if not changed or enough():
             break
     step(1.0)

@@ -40,7 +40,7 @@ class Wheels:
         x, y, heading, _ = path.sample(station)
         times = begun_s + seconds * station / path.length_m
         poses = np.column_stack((x, y, heading, times))
-        return np.asarray(wet_crossings(poses, self.contacts, painted, self.half_width_m, self.drying_s))
+        return np.asarray(wet_crossings(poses, self.contacts, painted, self.half_width_m, self.drying_s, STEP_M))
 
 
 def painted_row(nozzle: Curve, begun_s: float, speed_mps: float) -> tuple[float, ...]:
@@ -70,26 +70,43 @@ def _on_line(px: float, py: float, line: Floats) -> tuple[float, float]:
 
 
 @kernel
+def _beside(line: Floats, low_x: float, high_x: float, low_y: float, high_y: float) -> bool:
+    """Whether a line (of an arc its circle) is outside of a box."""
+    x, y, c, s = line[X], line[Y], math.cos(line[HEADING]), math.sin(line[HEADING])
+    if line[CURVATURE] == 0.0:
+        ends = (x, x + c * line[LENGTH], y, y + s * line[LENGTH])
+    else:
+        radius = 1.0 / line[CURVATURE]
+        ends = (x - s * radius - radius, x - s * radius + radius, y + c * radius - radius, y + c * radius + radius)
+    beside_x = max(ends[0], ends[1]) < low_x or min(ends[0], ends[1]) > high_x
+    return beside_x or max(ends[2], ends[3]) < low_y or min(ends[2], ends[3]) > high_y
+
+
+@kernel
 def wet_crossings(
-    poses: Floats, contacts: Floats, painted: Floats, half_width: float, drying: float
+    poses: Floats, contacts: Floats, painted: Floats, half_width: float, drying: float, step: float
 ) -> NDArray[np.int64]:
-    """How often a contact enters the wet part of each painted line; `poses` are x, y, heading, time."""
+    """How often a contact enters the wet part of each painted line; `poses` are x, y, heading, time, `step` m apart."""
     counts = np.zeros(len(painted), dtype=np.int64)
     reach = 0.0
     for k in range(len(contacts)):
         reach = max(reach, math.hypot(contacts[k, 0], contacts[k, 1]))
+    low_x, high_x = poses[:, 0].min() - reach - half_width, poses[:, 0].max() + reach + half_width
+    low_y, high_y = poses[:, 1].min() - reach - half_width, poses[:, 1].max() + reach + half_width
     for j in range(len(painted)):
         line = painted[j]
+        if _beside(line, low_x, high_x, low_y, high_y):
+            continue
         length, on = line[LENGTH], np.zeros(len(contacts), dtype=np.bool_)
         i = 0
         while i < len(poses):
             along, left = _on_line(poses[i, 0], poses[i, 1], line)
             far = max(abs(left), -along, along - length) - reach - half_width if line[CURVATURE] == 0.0 else abs(left)
             far = far - reach - half_width if line[CURVATURE] != 0.0 else far
-            if far > 2.0 * STEP_M:
+            if far > 2.0 * step:
                 # No contact gets there within so many poses.
                 on[:] = False
-                i += int(far / STEP_M)
+                i += int(far / step)
                 continue
             c, s = math.cos(poses[i, 2]), math.sin(poses[i, 2])
             for k in range(len(contacts)):

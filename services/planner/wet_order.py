@@ -15,7 +15,7 @@ from services.planner.wet_search import UNKNOWN, Known, Scene, anneal
 
 # The budget: so many moves for every segment, within bounds, as often as there are heats (s) to begin with, each time from
 # the best order so far. Many segments would not get back to it from the greater heats within so few moves.
-MOVES_PER_SEGMENT, MOVES_MIN, MOVES_MAX = 4000, 20_000, 200_000
+MOVES_PER_SEGMENT, MOVES_MIN, MOVES_MAX = 4000, 20_000, 120_000
 HEATS_S, HEATS_MANY_S, MANY = (4.0, 2.0, 1.0, 4.0, 2.0, 1.0), (0.6, 0.3), 150
 # Moves between two looks at whether that is enough.
 RUN = 10_000
@@ -71,6 +71,8 @@ def ordered_dry(
 
     `step` is told the fraction done; `enough` is asked now and then whether to stop early with the best so far.
     """
+    if not crossing_s:
+        return begin
     depot = len(problem.segment)
     scene = _scene(problem, tracks, ground, crossing_s, run_out_m)
     known = Known(

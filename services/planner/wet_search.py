@@ -14,12 +14,14 @@ from numpy.typing import NDArray
 from schemas.jit import kernel
 from services.planner.clothoid import Floats
 from services.planner.order_search import GAIN, Ints, put_behind, random, reverse, swap
-from services.planner.wet import STEP_M, wet_crossings
+from services.planner.wet import wet_crossings
 
 # Blocks that are moved are of at most so many segments, now and then (and if they are turned round) of so many.
 BLOCK, TURNED = 8, 30
 # A move that does away with more crossings than this may take no longer than if it were so many.
 FEWER = 12
+# Ways are looked at this often (m), lines being no narrower.
+STEP_M = 0.08
 # How much worse an order (s) is taken at last, e-fold.
 COLD_S = 0.05
 UNKNOWN = -1
@@ -108,7 +110,7 @@ def way_over(scene: Scene, known: Known, a: int, b: int) -> int:
             dx, dy = scene.begins[b, 0] - start[0], scene.begins[b, 1] - start[1]
             straight[0, 0], from_[2] = math.hypot(dx, dy), math.atan2(dy, dx)
         poses = _poses(straight, 1, from_)
-    counts = wet_crossings(poses, scene.contacts, scene.lines, scene.half_width, np.inf)
+    counts = wet_crossings(poses, scene.contacts, scene.lines, scene.half_width, np.inf, STEP_M)
     if known.used[0] + len(counts) + 1 > len(known.rows):
         # No more room: begin again.
         known.first[:] = UNKNOWN
