@@ -16,8 +16,8 @@ from services.planner.steering.circles import LIMIT, circle
 from services.planner.way_times import HEADING, TRACK_PIECES, X, Y, way_times
 from services.planner.ways import Turns, Ways, turned_round
 
-# Every node's nearest neighbours are timed exactly; of the nearest of these, short hops, cusps and turns on the spot are
-# tried as well.
+# Every node's nearest neighbours are timed exactly; of the nearest of these, short hops, cusps and turns on the spot
+# are tried as well.
 TIMED, HOPPED = 12, 3
 # Up to this many nodes all pairs are timed.
 ALL_NODES = 200
@@ -48,7 +48,9 @@ class Tracks:
         """With these `pieces` and `counts` too, of which the pairs (n, 2) have those number `which` (n,)."""
         kind = self.kind.copy()
         kind[pairs[:, 0], pairs[:, 1]] = len(self.counts) + which
-        return replace(self, kind=kind, pieces=np.concatenate((self.pieces, pieces)), counts=np.concatenate((self.counts, counts)))
+        return replace(
+            self, kind=kind, pieces=np.concatenate((self.pieces, pieces)), counts=np.concatenate((self.counts, counts))
+        )
 
 
 def nodes_of(modes: Sequence[Sequence[Stroke]]) -> tuple[list[Stroke], Ints, Ints]:

@@ -147,6 +147,7 @@ def put_behind(tour: Ints, flip: Ints, i: int, j: int, e: int, flips: bool, scra
 
 @kernel
 def reverse(tour: Ints, flip: Ints, i: int, j: int) -> None:
+    """Turn the block i…j round."""
     while i < j:
         tour[i], tour[j] = flip[tour[j]], flip[tour[i]]
         i += 1

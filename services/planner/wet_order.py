@@ -13,8 +13,8 @@ from services.planner.order_search import Ints
 from services.planner.wet import Wheels, painted_row, painted_rows
 from services.planner.wet_search import UNKNOWN, Known, Scene, anneal
 
-# The budget: so many moves for every segment, within bounds, as often as there are heats (s) to begin with, each time from
-# the best order so far. Many segments would not get back to it from the greater heats within so few moves.
+# The budget: so many moves for every segment, within bounds, as often as there are heats (s) to begin with, each time
+# from the best order so far. Many segments would not get back to it from the greater heats within so few moves.
 MOVES_PER_SEGMENT, MOVES_MIN, MOVES_MAX = 4000, 20_000, 120_000
 HEATS_S, HEATS_MANY_S, MANY = (4.0, 2.0, 1.0, 4.0, 2.0, 1.0), (0.6, 0.3), 150
 # Moves between two looks at whether that is enough.
@@ -30,6 +30,7 @@ class Ground:
 
     Attributes:
         nodes: The strokes.
+        wheels: What touches the ground.
         lines: The segments as rows of wet.py, wet from the beginning.
         over: (nodes, segments) how often a node's wheels and casters run over each segment.
     """

@@ -32,9 +32,9 @@ class Scene(NamedTuple):
 
     `cost`, `segment`, `flip`, `modes` and `after` as in order_search.py; `paint` (nodes + 1,) seconds of each node;
     `begins` and `ends` (nodes, 3) poses; `kind`, `pieces`, `counts` the ways (see `Tracks`), straight where unknown;
-    `over_from` (nodes + 1,) and `over` what painting a node runs over: rows of segment and times; `lines` the segments as
-    in wet.py, without times; `contacts`, `half_width` and `drying` as in `Wheels`; `crossing` seconds that one crossing may cost; `run_out`
-    metres driven straight on behind the last segment.
+    `over_from` (nodes + 1,) and `over` what painting a node runs over: rows of segment and times; `lines` the segments
+    as in wet.py, without times; `contacts`, `half_width` and `drying` as in `Wheels`; `crossing` seconds that one
+    crossing may cost; `run_out` metres driven straight on behind the last segment.
     """
 
     cost: Floats
@@ -175,7 +175,8 @@ def anneal(
 ) -> None:
     """Moves number `first` to `first + count` of `budget`, in place: `tour`, `best` and their `costs` (2,) in seconds.
 
-    At first orders are taken that are worse by about `hot_s`. Within one call, that a move lets later segments be painted a little earlier or later is left out of account.
+    At first orders are taken that are worse by about `hot_s`. Within one call, that a move lets later segments be
+    painted a little earlier or later is left out of account.
     """
     n = len(tour)
     place, scratch, trial = np.zeros(len(scene.segment), np.int64), np.empty(n, np.int64), tour.copy()
@@ -239,7 +240,7 @@ def _seconds(cost: Floats, tour: Ints, low: int, high: int) -> float:
 def _block(seed: int, at: int) -> int:
     """One less than the segments of a block to move."""
     size = random(seed, at, 4 * TURNED)
-    return size // 4 if size % 4 == 0 else size % BLOCK
+    return int(size // 4 if size % 4 == 0 else size % BLOCK)
 
 
 @kernel
