@@ -191,7 +191,8 @@ class PlanOptions(Message):
 
     ``start`` is empty or (x m, y m, heading rad) in the map frame. ``order`` is "optimised" (also if empty) or "given".
     Curvature and sharpness of 0 leave both to the wheels' dynamics, point by point. Wet paint is kept off
-    ``drying_time_s`` long: at the cost of some time, or, if ``hard_drying``, without exception.
+    ``drying_time_s`` long: at the cost of some time, or, if ``hard_drying``, without exception. The robot stops behind
+    the last line, at the pose ``end`` if that is given, or, if it shall ``return_to_start``, where it began.
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/msg/PlanOptions"
@@ -205,6 +206,8 @@ class PlanOptions(Message):
     forward_only: bool = False
     drying_time_s: float = 0.0
     hard_drying: bool = False
+    return_to_start: bool = False
+    end: Annotated[Float64Array, Field(max_length=3)] = zeros(0)
 
 
 class PlanReport(Message):

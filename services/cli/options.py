@@ -88,6 +88,7 @@ TransitSpeedOption = Annotated[
 ]
 OrderOption = Annotated[Order, typer.Option("--order", help="Paint in an order that takes least time, or as given.")]
 ForwardOnlyOption = Annotated[bool, typer.Option("--forward-only", help="Neither reverse nor turn on the spot.")]
+ReturnOption = Annotated[bool, typer.Option("--return", help="End where it began, not behind the last line.")]
 DryingTimeOption = Annotated[
     float, typer.Option("--drying-time", help="Paint stays wet so long, s; 0: the vehicle's.", show_default=False)
 ]
@@ -140,6 +141,7 @@ def plan_options(
     forward_only: bool = False,
     drying_time: float = 0.0,
     hard_drying: bool = False,
+    return_to_start: bool = False,
 ) -> PlanOptions:
     """The plan request's options; what cannot be meant is refused here, by the option's name."""
     named = {
@@ -162,6 +164,7 @@ def plan_options(
         forward_only=forward_only,
         drying_time_s=drying_time,
         hard_drying=hard_drying,
+        return_to_start=return_to_start,
     )
 
 

@@ -28,6 +28,7 @@ from services.cli.options import (
     OrderOption,
     PaintSpeedOption,
     ReportOption,
+    ReturnOption,
     SigmaOption,
     TemplateArgument,
     TransitSpeedOption,
@@ -74,6 +75,7 @@ def plan(
     forward_only: ForwardOnlyOption = False,
     drying_time: DryingTimeOption = 0.0,
     hard_drying: HardDryingOption = False,
+    return_to_start: ReturnOption = False,
     out: Annotated[
         Path | None, typer.Option(help="Write the trajectory (JSON, fields as in tt_trajectory_msgs/Trajectory).")
     ] = None,
@@ -105,6 +107,7 @@ def plan(
         forward_only=forward_only,
         drying_time=drying_time,
         hard_drying=hard_drying,
+        return_to_start=return_to_start,
     )
     begun = time.perf_counter()
     drawing = chosen_template(template, settings, place, origin)

@@ -31,6 +31,7 @@ from services.cli.options import (
     OrderOption,
     PaintSpeedOption,
     ReportOption,
+    ReturnOption,
     ScenarioOption,
     SeedOption,
     SpeedOption,
@@ -97,6 +98,7 @@ def run(
     forward_only: ForwardOnlyOption = False,
     drying_time: DryingTimeOption = 0.0,
     hard_drying: HardDryingOption = False,
+    return_to_start: ReturnOption = False,
     record: Annotated[
         Path | None, typer.Option(help="Record the session to this MCAP file.", show_default=False)
     ] = None,
@@ -123,6 +125,7 @@ def run(
             forward_only=forward_only,
             drying_time=drying_time,
             hard_drying=hard_drying,
+            return_to_start=return_to_start,
         ),
         record=record,
         plot=plot,

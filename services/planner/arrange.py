@@ -1,7 +1,7 @@
 """The order and direction in which the segments are painted, and the ways between: as given, or in the least time."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ GIVEN, OPTIMISED = "given", "optimised"
 # What it may cost in time not to run over a wet line once; if that is forbidden, as good as anything. The search does
 # not need to know how bad it is then.
 CROSSING_S, FORBIDDEN_S, SEARCHED_CROSSING_S = 1.25, 1000.0, 15.0
+COLLISION_S = 1e6
 DRYING_MAX_S = 1e6
 # The matrix of more segments would not fit; a plan of more would be too long for a message.
 ORDERED_MAX, SEGMENTS_MAX = 1500, 10_000
@@ -95,12 +96,27 @@ def arranged(
 def _optimised(
     modes: Sequence[Sequence[Stroke]], driver: Driver, step: Callable[[float], None], enough: Callable[[], bool]
 ) -> Drive:
+    """The best drive found; one that returns is ordered anew for where the one that need not would begin."""
+    drive = _found(modes, driver, step, enough)
+    if driver.returns and driver.start is None and not enough():
+        begin = drive.legs[0].path.start
+        again = _found(modes, replace(driver, start=begin, end=begin), step, enough)
+        drive = min(drive, again, key=lambda each: _total(each, driver))
+    return drive
+
+
+def _found(
+    modes: Sequence[Sequence[Stroke]], driver: Driver, step: Callable[[float], None], enough: Callable[[], bool]
+) -> Drive:
     from services.planner.order import kicks_for, ordered
-    from services.planner.order_costs import NEVER_S, nodes_of, problem
+    from services.planner.order_costs import nodes_of, problem
     from services.planner.wet_order import Ground, ordered_dry
 
     nodes, segment, _ = nodes_of(modes)
-    asked, tracks = problem(modes, driver.ways, CurveEnd(driver.start, 0.0) if driver.start else None)
+    end = driver.start if driver.returns else driver.end
+    asked, tracks = problem(
+        modes, driver.ways, *(CurveEnd(pose, 0.0) if pose else None for pose in (driver.start, end))
+    )
     ground = Ground.of(nodes, segment, driver.wheels)
     crossing_s = min(driver.crossing_s, SEARCHED_CROSSING_S)
     cost, kicks = asked.cost.copy(), kicks_for(asked)
@@ -111,17 +127,21 @@ def _optimised(
         tell = Stage(step, 2 * turn)
         order = ordered(asked.priced(cost), tell, enough, int((AGAIN if turn else 1.0) * kicks), order)
         tell = Stage(step, 2 * turn + 1)
-        dry = ordered_dry(asked.priced(cost), tracks, ground, crossing_s, driver.run_out_m, order, tell, enough)
+        dry = ordered_dry(asked.priced(cost), tracks, ground, crossing_s, driver.run_out_m, end, order, tell, enough)
         drive = driver.drive([nodes[k] for k in dry.tolist()])
-        total = drive.seconds + driver.crossing_s * drive.wet_crossings + NEVER_S * len(drive.blocked)
-        if total < least - 1e-6:
+        if (total := _total(drive, driver)) < least - 1e-6:
             best, least = drive, total
-        changed = _learn(cost, drive, dry.tolist(), NEVER_S)
+        changed = _learn(cost, drive, dry.tolist())
         if not changed or enough():
             break
     step(1.0)
     assert best  # there is at least one round
     return best
+
+
+def _total(drive: Drive, driver: Driver) -> float:
+    """Seconds, with those that crossings and collisions are worth."""
+    return drive.seconds + driver.crossing_s * drive.wet_crossings + COLLISION_S * len(drive.blocked)
 
 
 @dataclass(frozen=True)
@@ -136,15 +156,15 @@ class Stage:
         self.step(1.0 - 0.5 ** min(self.number, 2) * (1.0 - 0.5 * part))
 
 
-def _learn(cost: Floats, drive: Drive, order: list[int], never_s: float) -> bool:
+def _learn(cost: Floats, drive: Drive, order: list[int]) -> bool:
     """Close the pairs between which the drive has collided; whether anything has changed."""
     depot = len(cost) - 1
     changed = False
     stops = [depot, *order, depot]
     for i, leg in enumerate(drive.legs):
         a, b = stops[i], stops[i + 1]
-        if leg.collision and cost[a, b] < never_s:
-            cost[a, b], changed = cost[a, b] + never_s, True
+        if leg.collision and cost[a, b] < COLLISION_S:
+            cost[a, b], changed = cost[a, b] + COLLISION_S, True
     return changed
 
 

@@ -65,13 +65,19 @@ class Drive:
 
 @dataclass(frozen=True)
 class Driver:
-    """Chooses the legs between painted segments: the least seconds, wet crossings counted as `crossing_s` each."""
+    """Chooses the legs between painted segments: the least seconds, wet crossings counted as `crossing_s` each.
+
+    The first leads from `start`, or from a straight before the first segment; the last to `end`, or, if the robot
+    `returns`, to where it began, or to a straight behind the last segment.
+    """
 
     ways: Ways
     yard: Yard | None
     wheels: Wheels
     crossing_s: float
     start: Pose | None
+    end: Pose | None = None
+    returns: bool = False
     known: dict[tuple[int, ...], list[Way]] = field(default_factory=dict)
 
     def drive(self, strokes: list[Stroke]) -> Drive:
@@ -86,7 +92,8 @@ class Driver:
             drive.over.append(self.wheels.crossings(stroke.path, drive.seconds, seconds, painted_rows(painted)))
             painted.append(painted_row(stroke.nozzle, drive.seconds, stroke.nozzle.length_m / seconds))
             drive.seconds += seconds
-        offers = self.run_outs(strokes[-1].end)
+        end = drive.legs[0].path.start if self.returns else self.end
+        offers = self.run_outs(strokes[-1].end, end)
         self._take(drive, self.choose(offers, drive.seconds, painted_rows(painted), in_turn=True))
         return drive
 
@@ -143,10 +150,16 @@ class Driver:
         """The straight behind a last line at paint speed."""
         return self.ways.limits.stopping_distance_m(self.ways.limits.paint_speed_mps) + RUN_OUT_SPARE_M
 
-    def run_outs(self, end: CurveEnd) -> Iterator[Way]:
-        """A straight behind the last line, or what else there is room for."""
+    def run_outs(self, end: CurveEnd, goal: Pose | None) -> Iterator[Way]:
+        """To the goal; without one, a straight behind the last line, or what else there is room for."""
         speed = self.ways.speed_mps(end.curvature_1pm)
         length = self.ways.limits.stopping_distance_m(speed) + RUN_OUT_SPARE_M
+        if goal is not None:
+            way = self.ways.to_rest(end, goal, 0.0)
+            yield way if way.path.length_m >= length else self.ways.to_rest(end, goal, length)
+            if self.yard:
+                yield from detours(end, CurveEnd(goal, 0.0), self.ways, self.yard)
+            return
         out = self.ways.widest(end.curvature_1pm).method.lead_out(end.curvature_1pm)
         back = turned_round(Lead(out, 0.0)).pieces
         for pieces in self._runs(back, length, length, end):

@@ -73,8 +73,13 @@ def _same_points(stroke: Stroke, other: Stroke) -> bool:
     return abs(complex(stroke.nozzle.x_m - x, stroke.nozzle.y_m - y)) < 1e-6
 
 
-def problem(modes: Sequence[Sequence[Stroke]], ways: Ways, start: CurveEnd | None) -> tuple[Problem, Tracks]:
-    """The ordering problem, and the ways behind it; without a `start` every segment may come first."""
+def problem(
+    modes: Sequence[Sequence[Stroke]], ways: Ways, start: CurveEnd | None, end: CurveEnd | None = None
+) -> tuple[Problem, Tracks]:
+    """The ordering problem, and the ways behind it.
+
+    Without a `start` every segment may come first, without an `end` every one last, at no cost.
+    """
     nodes, segment, flip = nodes_of(modes)
     count = len(nodes)
     begins, ends = [n.begin for n in nodes], [n.end for n in nodes]
@@ -83,6 +88,8 @@ def problem(modes: Sequence[Sequence[Stroke]], ways: Ways, start: CurveEnd | Non
     cost[:-1, :-1], tracks = seconds_between(ends, begins, ways, segment, paint)
     if start is not None:
         cost[-1, :-1] = _timed([start], begins, ways, _all_pairs(1, count), hops=False)[0]
+    if end is not None:
+        cost[:-1, -1] = _timed(ends, [end], ways, _all_pairs(count, 1), hops=False)[0]
     cost[:-1, :-1][segment[:, None] == segment[None, :]] = NEVER_S
     cost[:, :-1] += paint
     return Problem(cost, segment, flip), tracks

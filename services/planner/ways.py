@@ -96,6 +96,17 @@ class Ways:
             ways.append(Way(self.seconds(path.pieces, 0.0, self.speed_mps(goal.curvature_1pm)), path))
         return min(ways, key=lambda way: way.seconds)
 
+    def to_rest(self, start: CurveEnd, goal: Pose, run_out_m: float) -> Way:
+        """The quickest way from a painted curve to standstill, over a straight of `run_out_m` behind its lead-out."""
+        out = self.widest(start.curvature_1pm).method.lead_out(start.curvature_1pm)
+        pieces = (*out, Piece(run_out_m)) if run_out_m else out
+        leaving = PiecePath(start.pose, pieces).end
+        ways = []
+        for turns in self.turns:
+            path = PiecePath(start.pose, joined((*pieces, *turns.method.connect(leaving, goal))))
+            ways.append(Way(self.seconds(path.pieces, self.speed_mps(start.curvature_1pm), 0.0), path))
+        return min(ways, key=lambda way: way.seconds)
+
     def between(self, start: CurveEnd, goal: CurveEnd) -> list[Way]:
         """Every way from the end of one painted segment to the beginning of the next, the quickest first."""
         speeds = self.speed_mps(start.curvature_1pm), self.speed_mps(goal.curvature_1pm)

@@ -1,11 +1,12 @@
 """The order that keeps wheels off wet paint, where that is worth the time."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from services.planner.clothoid import Floats
+from services.planner.clothoid import Floats, Pose
 from services.planner.offset import Stroke
 from services.planner.order import Problem, cheapest
 from services.planner.order_costs import Tracks
@@ -64,18 +65,20 @@ def ordered_dry(
     ground: Ground,
     crossing_s: float,
     run_out_m: float,
+    end: Pose | None,
     begin: Ints,
     step: Callable[[float], None] = lambda fraction: None,
     enough: Callable[[], bool] = lambda: False,
 ) -> Ints:
     """The nodes (segments,) in the best order found from `begin` on, where a crossing of wet paint costs `crossing_s`.
 
+    Behind the last one the robot drives to `end`, or straight on for `run_out_m`.
     `step` is told the fraction done; `enough` is asked now and then whether to stop early with the best so far.
     """
     if not crossing_s:
         return begin
     depot = len(problem.segment)
-    scene = _scene(problem, tracks, ground, crossing_s, run_out_m)
+    scene = _scene(problem, tracks, ground, crossing_s, run_out_m, end)
     known = Known(
         np.full((depot + 1, depot + 1), UNKNOWN, dtype=np.int32),
         np.empty((KNOWN_MAX, 2), dtype=np.int32),
@@ -95,11 +98,14 @@ def ordered_dry(
     return best[1:]
 
 
-def _scene(problem: Problem, tracks: Tracks, ground: Ground, crossing_s: float, run_out_m: float) -> Scene:
+def _scene(
+    problem: Problem, tracks: Tracks, ground: Ground, crossing_s: float, run_out_m: float, end: Pose | None
+) -> Scene:
     depot = len(problem.segment)
     cost = np.ascontiguousarray(problem.cost)
     segment, flip = np.append(problem.segment, problem.segments), np.append(problem.flip, depot)
     node, line = np.nonzero(ground.over)
+    stop = end or Pose(math.nan, math.nan, math.nan)
     return Scene(
         cost=cost,
         segment=segment,
@@ -107,7 +113,7 @@ def _scene(problem: Problem, tracks: Tracks, ground: Ground, crossing_s: float, 
         modes=problem.modes,
         after=cheapest(cost, segment),
         paint=np.append(tracks.paint_s, 0.0),
-        begins=np.array([stroke.begin.pose for stroke in ground.nodes]),
+        begins=np.array([*(stroke.begin.pose for stroke in ground.nodes), stop]),
         ends=np.array([stroke.end.pose for stroke in ground.nodes]),
         kind=tracks.kind,
         pieces=tracks.pieces,

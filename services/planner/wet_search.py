@@ -31,10 +31,11 @@ class Scene(NamedTuple):
     """What is ordered.
 
     `cost`, `segment`, `flip`, `modes` and `after` as in order_search.py; `paint` (nodes + 1,) seconds of each node;
-    `begins` and `ends` (nodes, 3) poses; `kind`, `pieces`, `counts` the ways (see `Tracks`), straight where unknown;
-    `over_from` (nodes + 1,) and `over` what painting a node runs over: rows of segment and times; `lines` the segments
-    as in wet.py, without times; `contacts`, `half_width` and `drying` as in `Wheels`; `crossing` seconds that one
-    crossing may cost; `run_out` metres driven straight on behind the last segment.
+    `begins` (nodes + 1, 3) poses, the last one where to stop, or nan; `ends` (nodes, 3) poses; `kind`, `pieces` and
+    `counts` the ways (see `Tracks`), straight where unknown; `over_from` (nodes + 1,) and `over` what painting a node
+    runs over: rows of segment and times; `lines` the segments as in wet.py, without times; `contacts`, `half_width` and
+    `drying` as in `Wheels`; `crossing` seconds that one crossing may cost; `run_out` metres driven straight on behind
+    the last segment, unless there is a place to stop.
     """
 
     cost: Floats
@@ -106,7 +107,7 @@ def way_over(scene: Scene, known: Known, a: int, b: int) -> int:
         straight, from_ = np.zeros((1, 5)), start.copy()
         straight[0, 3] = 1.0
         straight[0, 0] = scene.run_out
-        if b < depot:
+        if not math.isnan(scene.begins[b, 0]):
             dx, dy = scene.begins[b, 0] - start[0], scene.begins[b, 1] - start[1]
             straight[0, 0], from_[2] = math.hypot(dx, dy), math.atan2(dy, dx)
         poses = _poses(straight, 1, from_)
