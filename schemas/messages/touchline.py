@@ -214,7 +214,8 @@ class PlanReport(Message):
     """The figures of a plan, as it is sent to the robot.
 
     ``max_curvature_step_1pm`` is the largest step of curvature from one line or arc to the next; ``wet_crossings``
-    counts how often a wheel or caster meets paint that is not dry yet.
+    counts how often a wheel or caster meets paint that is not dry yet, ``wet_crossings_unavoidable`` those of them that
+    no other order or direction of painting would do away with.
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/msg/PlanReport"
@@ -238,6 +239,7 @@ class PlanReport(Message):
     cusps: UInt32 = 0
     spins: UInt32 = 0
     wet_crossings: UInt32 = 0
+    wet_crossings_unavoidable: UInt32 = 0
     paint_l: float = 0.0
     battery_wh: float = 0.0
 

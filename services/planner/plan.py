@@ -20,6 +20,7 @@ from services.planner.output import trajectory_message
 from services.planner.route import Section, route
 from services.planner.sending import Sent, send
 from services.planner.timing import SpeedProfile, Steady, speed_profile
+from services.planner.unavoidable import unavoidable_crossings
 from services.planner.ways import DEFAULT_METHOD, METHODS, REVERSING, SPINNING, Ways
 from services.planner.wet import Wheels
 
@@ -83,7 +84,8 @@ def plan(
 
     switches = actuation_profile(painted, speeds, vehicle)
     trajectory = trajectory_message(sent, speeds, switches)
-    report = measure(trajectory, drive, sections, sent, speeds, vehicle)
+    unavoidable = unavoidable_crossings(drive, choices, wheels)
+    report = measure(trajectory, drive, sections, sent, speeds, vehicle, unavoidable)
     progress("report", 1.0)
     return Plan(trajectory, report, sections, sent, painted, speeds, limits)
 

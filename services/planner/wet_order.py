@@ -12,7 +12,7 @@ from services.planner.order import Problem, cheapest
 from services.planner.order_costs import Tracks
 from services.planner.order_search import Ints
 from services.planner.wet import Wheels, painted_row, painted_rows
-from services.planner.wet_search import UNKNOWN, Known, Scene, anneal
+from services.planner.wet_search import UNKNOWN, Known, Scene, anneal, judged
 
 # The budget: so many moves for every segment, within bounds, as often as there are heats (s) to begin with, each time
 # from the best order so far. Many segments would not get back to it from the greater heats within so few moves.
@@ -51,13 +51,6 @@ class Ground:
         over[np.arange(len(nodes)), segment] = 0
         return cls(nodes, wheels, lines, over)
 
-    def least(self, segment: Ints) -> Ints:
-        """(segments, segments) how often painting one of two segments runs over the other, whatever the order."""
-        count = len(self.lines)
-        either = np.full((count, count), np.iinfo(np.int64).max)
-        np.minimum.at(either, segment, self.over)
-        return np.asarray(np.minimum(either, either.T))
-
 
 def ordered_dry(
     problem: Problem,
@@ -78,13 +71,11 @@ def ordered_dry(
     if not crossing_s:
         return begin
     depot = len(problem.segment)
-    scene = _scene(problem, tracks, ground, crossing_s, run_out_m, end)
-    known = Known(
-        np.full((depot + 1, depot + 1), UNKNOWN, dtype=np.int32),
-        np.empty((KNOWN_MAX, 2), dtype=np.int32),
-        np.zeros(1, dtype=np.int64),
-    )
+    scene = scene_of(problem, tracks, ground, crossing_s, run_out_m, end)
+    known = unknown_yet(depot)
     best, costs = np.concatenate(([depot], begin)), np.full(2, np.inf)
+    if not wet_times(scene, known, best).any():
+        return begin
     moves = min(max(MOVES_PER_SEGMENT * problem.segments, MOVES_MIN), MOVES_MAX)
     heats = HEATS_S if problem.segments <= MANY else HEATS_MANY_S
     for turn, heat in enumerate(heats):
@@ -98,9 +89,23 @@ def ordered_dry(
     return best[1:]
 
 
-def _scene(
+def wet_times(scene: Scene, known: Known, tour: Ints) -> Ints:
+    """(n,) how often wheels meet wet paint behind each position of a tour (the depot first), and on the next segment."""
+    wet = np.zeros(len(tour), dtype=np.int64)
+    judged(scene, known, tour, 0, len(tour) - 1, 0.0, np.full(len(tour), np.inf), wet)
+    return wet
+
+
+def unknown_yet(nodes: int) -> Known:
+    """Nothing known of what is run over between so many nodes and the depot."""
+    first = np.full((nodes + 1, nodes + 1), UNKNOWN, dtype=np.int32)
+    return Known(first, np.empty((KNOWN_MAX, 2), dtype=np.int32), np.zeros(1, dtype=np.int64))
+
+
+def scene_of(
     problem: Problem, tracks: Tracks, ground: Ground, crossing_s: float, run_out_m: float, end: Pose | None
 ) -> Scene:
+    """What the search needs to judge an order."""
     depot = len(problem.segment)
     cost = np.ascontiguousarray(problem.cost)
     segment, flip = np.append(problem.segment, problem.segments), np.append(problem.flip, depot)
