@@ -48,7 +48,7 @@ def of_template(name: str) -> Problem:
     vehicle, options = Vehicle(), PlanOptions()
     limits = Limits.of(vehicle, options)
     choices = modes(load_template(name).segments, vehicle, limits.curvature_max_1pm)
-    return problem(choices, ways_of(vehicle, options, limits), None)
+    return problem(choices, ways_of(vehicle, options, limits), None)[0]
 
 
 def instances() -> dict[str, Callable[[], Problem]]:

@@ -61,9 +61,9 @@ class Vehicle(Spec):
     max_lateral_acceleration_mps2: Positive = 1.2
     """Planned acceleration across the path: what tyres on grass bear with hardly any slip. (The study's 1.5 m/s in
     turns of 1.125 1/m need 2.53 m/s², at which the emulated robot slides.)"""
-    can_reverse: bool = False
-    can_spin: bool = False
-    """What the robot's own executive drives: segments of direction BACKWARD, turns on the spot (ANGULAR velocity)."""
+    can_reverse: bool = True
+    can_spin: bool = True
+    """What the robot's own computer drives: segments of direction BACKWARD, turns on the spot (ANGULAR velocity)."""
 
     footprint_m: Annotated[tuple[BodyPoint, ...], Field(min_length=3)] = (
         (0.75, -0.33),

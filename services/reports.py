@@ -38,7 +38,7 @@ def plan_figures(report: PlanReport) -> dict[str, Any]:
             "curvature_step_1pm": report.max_curvature_step_1pm,
         },
         "standstills": {"cusps": report.cusps, "spins": report.spins},
-        "wet_crossings": report.wet_crossings,
+        "wet_crossings": {"total": report.wet_crossings, "unavoidable": report.wet_crossings_unavoidable},
         "estimate": {"paint_l": report.paint_l, "battery_wh": report.battery_wh},
         "planning_time_s": report.planning_time_s,
     }

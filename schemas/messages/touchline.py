@@ -191,7 +191,8 @@ class PlanOptions(Message):
 
     ``start`` is empty or (x m, y m, heading rad) in the map frame. ``order`` is "optimised" (also if empty) or "given".
     Curvature and sharpness of 0 leave both to the wheels' dynamics, point by point. Wet paint is kept off
-    ``drying_time_s`` long: at the cost of some time, or, if ``hard_drying``, without exception.
+    ``drying_time_s`` long: at the cost of some time, or, if ``hard_drying``, without exception. The robot stops behind
+    the last line, at the pose ``end`` if that is given, or, if it shall ``return_to_start``, where it began.
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/msg/PlanOptions"
@@ -205,13 +206,16 @@ class PlanOptions(Message):
     forward_only: bool = False
     drying_time_s: float = 0.0
     hard_drying: bool = False
+    return_to_start: bool = False
+    end: Annotated[Float64Array, Field(max_length=3)] = zeros(0)
 
 
 class PlanReport(Message):
     """The figures of a plan, as it is sent to the robot.
 
     ``max_curvature_step_1pm`` is the largest step of curvature from one line or arc to the next; ``wet_crossings``
-    counts how often a wheel or caster meets paint that is not dry yet.
+    counts how often a wheel or caster meets paint that is not dry yet, ``wet_crossings_unavoidable`` those of them that
+    no other order or direction of painting would do away with.
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/msg/PlanReport"
@@ -235,6 +239,7 @@ class PlanReport(Message):
     cusps: UInt32 = 0
     spins: UInt32 = 0
     wet_crossings: UInt32 = 0
+    wet_crossings_unavoidable: UInt32 = 0
     paint_l: float = 0.0
     battery_wh: float = 0.0
 

@@ -81,6 +81,9 @@ class PlanChoice:
     hard_drying: Annotated[
         bool, typer.Option("--hard-drying", help="Rather give no plan than drive over paint that is wet.")
     ] = False
+    return_to_start: Annotated[bool, typer.Option("--return", help="End where it began, not behind the last line.")] = (
+        False
+    )
 
     def options(self) -> PlanOptions:
         """The plan request's options.
@@ -103,6 +106,7 @@ class PlanChoice:
             forward_only=self.forward_only,
             drying_time_s=self.drying_time,
             hard_drying=self.hard_drying,
+            return_to_start=self.return_to_start,
         )
 
 

@@ -1,7 +1,7 @@
 """The order and direction in which the segments are painted, and the ways between: as given, or in the least time."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,14 +15,15 @@ from services.planner.method import CurveEnd
 from services.planner.offset import Stroke
 
 GIVEN, OPTIMISED = "given", "optimised"
-# What it may cost in time not to run over a wet line once; if that is forbidden, as good as anything.
-CROSSING_S, FORBIDDEN_S = 0.25, 1000.0
+# What it may cost in time not to run over a wet line once; if that is forbidden, as good as anything. The search does
+# not need to know how bad it is then.
+CROSSING_S, FORBIDDEN_S, SEARCHED_CROSSING_S = 1.25, 1000.0, 15.0
+COLLISION_S = 1e6
 DRYING_MAX_S = 1e6
 # The matrix of more segments would not fit; a plan of more would be too long for a message.
 ORDERED_MAX, SEGMENTS_MAX = 1500, 10_000
-# What the matrix cannot know (collisions, wet paint) is learned from the drive and the order searched again, so often;
-# less often where there are many segments, unless the robot would collide.
-ROUNDS, ROUNDS_MANY, MANY = 6, 2, 150
+# What the matrix cannot know (collisions) is learned from the drive and the order searched again, so often.
+ROUNDS = 6
 # Later searches begin with the last order and take this share of the kicks.
 AGAIN = 0.25
 
@@ -95,57 +96,75 @@ def arranged(
 def _optimised(
     modes: Sequence[Sequence[Stroke]], driver: Driver, step: Callable[[float], None], enough: Callable[[], bool]
 ) -> Drive:
-    from services.planner.order import kicks_for, ordered
-    from services.planner.order_costs import NEVER_S, nodes_of, problem
+    """The best drive found; one that returns is ordered anew for where the one that need not would begin."""
+    drive = _found(modes, driver, step, enough)
+    if driver.returns and driver.start is None and not enough():
+        begin = drive.legs[0].path.start
+        again = _found(modes, replace(driver, start=begin, end=begin), step, enough)
+        drive = min(drive, again, key=lambda each: _total(each, driver))
+    return drive
 
-    nodes, _, _ = nodes_of(modes)
-    asked = problem(modes, driver.ways, CurveEnd(driver.start, 0.0) if driver.start else None)
-    kicks = kicks_for(asked)
-    cost = asked.cost.copy()
+
+def _found(
+    modes: Sequence[Sequence[Stroke]], driver: Driver, step: Callable[[float], None], enough: Callable[[], bool]
+) -> Drive:
+    from services.planner.order import kicks_for, ordered
+    from services.planner.order_costs import nodes_of, problem
+    from services.planner.wet_order import Ground, ordered_dry
+
+    nodes, segment, _ = nodes_of(modes)
+    end = driver.start if driver.returns else driver.end
+    asked, tracks = problem(
+        modes, driver.ways, *(CurveEnd(pose, 0.0) if pose else None for pose in (driver.start, end))
+    )
+    ground = Ground.of(nodes, segment, driver.wheels)
+    crossing_s = min(driver.crossing_s, SEARCHED_CROSSING_S)
+    cost, kicks = asked.cost.copy(), kicks_for(asked)
     best: Drive | None = None
     least, order = np.inf, None
     for turn in range(ROUNDS):
-        share = AGAIN if turn else 1.0
-        tell = Stage(step, turn)
-        order = ordered(asked.priced(cost), tell, enough, int(share * kicks), order)
-        drive = driver.drive([nodes[k] for k in order.tolist()])
-        total = drive.seconds + driver.crossing_s * drive.wet_crossings + NEVER_S * len(drive.blocked)
-        if total < least - 1e-6:
+        # The quickest order, and from there on the one that is worth more time for fewer wet crossings.
+        tell = Stage(step, 2 * turn)
+        order = ordered(asked.priced(cost), tell, enough, int((AGAIN if turn else 1.0) * kicks), order)
+        tell = Stage(step, 2 * turn + 1)
+        dry = ordered_dry(asked.priced(cost), tracks, ground, crossing_s, driver.run_out_m, end, order, tell, enough)
+        drive = driver.drive([nodes[k] for k in dry.tolist()])
+        if (total := _total(drive, driver)) < least - 1e-6:
             best, least = drive, total
-        if not _learn(cost, asked.cost, drive, order.tolist(), driver, NEVER_S) or enough():
-            break
-        if len(modes) > MANY and turn + 1 >= ROUNDS_MANY and not drive.blocked:
+        changed = _learn(cost, drive, dry.tolist())
+        if not changed or enough():
             break
     step(1.0)
     assert best  # there is at least one round
     return best
 
 
+def _total(drive: Drive, driver: Driver) -> float:
+    """Seconds, with those that crossings and collisions are worth."""
+    return drive.seconds + driver.crossing_s * drive.wet_crossings + COLLISION_S * len(drive.blocked)
+
+
 @dataclass(frozen=True)
 class Stage:
-    """Tells `step` how much of all rounds is done."""
+    """Tells `step` how much of all is done; mostly the first two searches are all there is."""
 
     step: Callable[[float], None]
-    turn: int
+    number: int
 
     def __call__(self, part: float) -> None:
-        """So much of this round is done."""
-        before = (1.0 + (self.turn - 1) * AGAIN) if self.turn else 0.0
-        share = AGAIN if self.turn else 1.0
-        self.step(min((before + share * part) / (1.0 + ROUNDS * AGAIN), 1.0))
+        """So much of this search is done."""
+        self.step(1.0 - 0.5 ** min(self.number, 2) * (1.0 - 0.5 * part))
 
 
-def _learn(cost: Floats, first: Floats, drive: Drive, order: list[int], driver: Driver, never_s: float) -> bool:
-    """Raise the matrix' entries to what the drive has met; whether anything has changed."""
+def _learn(cost: Floats, drive: Drive, order: list[int]) -> bool:
+    """Close the pairs between which the drive has collided; whether anything has changed."""
     depot = len(cost) - 1
     changed = False
     stops = [depot, *order, depot]
     for i, leg in enumerate(drive.legs):
         a, b = stops[i], stops[i + 1]
-        wet = driver.crossing_s * float(leg.crossings.sum() + (drive.over[i].sum() if i < len(order) else 0))
-        extra = never_s if leg.collision else wet
-        if extra and cost[a, b] < first[a, b] + extra:
-            cost[a, b], changed = first[a, b] + extra, True
+        if leg.collision and cost[a, b] < COLLISION_S:
+            cost[a, b], changed = cost[a, b] + COLLISION_S, True
     return changed
 
 

@@ -20,6 +20,7 @@ SPAN_MIN_M = 5e-3
 BLEND_M = 0.03
 # An arc that turns less than this is a line; the heading gap that it leaves is far below 1e-9.
 STRAIGHT_TURN_RAD = 1e-11
+ROUNDING_1PM = 1e-9
 
 
 class Cut(NamedTuple):
@@ -46,7 +47,7 @@ def cut(path: PiecePath, goal: Pose | None = None, tolerance_m: float = TOLERANC
     The last one ends at `goal` if given, which is the path's end but for rounding.
     """
     cuts: list[Cut] = []
-    for span in _without_slivers(_spans(path, tolerance_m)):
+    for span in _without_slivers(path, _spans(path, tolerance_m)):
         if not span.biarcs:
             pose, piece = path.pose_at(span.start_m), path.pieces[path.index_at(0.5 * (span.start_m + span.end_m))]
             cuts.append(Cut(_curve(pose, piece.curvature_1pm, span.length_m), span.start_m, span.end_m))
@@ -107,22 +108,46 @@ def _spans(path: PiecePath, tolerance_m: float) -> list[_Span]:
     return spans
 
 
-def _without_slivers(spans: list[_Span]) -> list[_Span]:
-    """The spans with every one that is too short widened into its longer neighbour and drawn as one biarc."""
-    spans = list(spans)
+def _without_slivers(path: PiecePath, spans: list[_Span]) -> list[_Span]:
+    """The spans with every one that is too short drawn as one biarc with some of what is beside it.
+
+    That is its longer neighbour, unless the biarc would be bent tighter than the path, as it makes up for a sliver bent
+    the other way; then it is the other one, or both, whatever takes least.
+    """
     while len(spans) > 1:
         i = min(range(len(spans)), key=lambda k: spans[k].length_m)
         if spans[i].length_m >= SPAN_MIN_M:
             break
         beside = [k for k in (i - 1, i + 1) if 0 <= k < len(spans)]
-        j = max(beside, key=lambda k: spans[k].length_m)
-        first, second = spans[min(i, j)], spans[max(i, j)]
-        if spans[j].length_m < 2.0 * BLEND_M:
-            spans[min(i, j) : max(i, j) + 1] = [_Span(first.start_m, second.end_m, 1)]
-        elif j > i:
-            border = first.end_m + BLEND_M
-            spans[i : j + 1] = [_Span(first.start_m, border, 1), _Span(border, second.end_m, second.biarcs)]
-        else:
-            border = second.start_m - BLEND_M
-            spans[j : i + 1] = [_Span(first.start_m, border, first.biarcs), _Span(border, second.end_m, 1)]
+        beside.sort(key=lambda k: spans[k].length_m, reverse=True)
+        offers = [_blended(spans, i, taken) for taken in (*((k,) for k in beside), tuple(beside))]
+        tighter = [_tighter_1pm(path, blend) for blend, _ in offers]
+        spans = offers[tighter.index(min(tighter))][1]
     return spans
+
+
+def _blended(spans: list[_Span], i: int, taken: tuple[int, ...]) -> tuple[_Span, list[_Span]]:
+    """Span `i` with 3 cm of each of the neighbours `taken`, or all of a short one; and all spans with that."""
+    start, end = spans[i].start_m, spans[i].end_m
+    first, last = spans[:i], spans[i + 1 :]
+    if i - 1 in taken:
+        short = first[-1].length_m < 2.0 * BLEND_M
+        start = first[-1].start_m if short else start - BLEND_M
+        first = [*first[:-1], *([] if short else [first[-1]._replace(end_m=start)])]
+    if i + 1 in taken:
+        short = last[0].length_m < 2.0 * BLEND_M
+        end = last[0].end_m if short else end + BLEND_M
+        last = [*([] if short else [last[0]._replace(start_m=end)]), *last[1:]]
+    blend = _Span(start, end, 1)
+    return blend, [*first, blend, *last]
+
+
+def _tighter_1pm(path: PiecePath, span: _Span) -> float:
+    """By how much the biarc over a span is bent tighter than the path is anywhere on it (1/m), 0 if it is not."""
+    arcs = biarc(path.pose_at(span.start_m), path.pose_at(span.end_m))
+    ideal = 0.0
+    for start, end, piece in zip(path.stations, path.stations[1:], path.pieces, strict=False):
+        if start < span.end_m and end > span.start_m:
+            at = (max(span.start_m - start, 0.0), min(span.end_m - start, piece.length_m))
+            ideal = max(ideal, *(abs(piece.curvature_at(s)) for s in at))
+    return max(0.0, max(abs(arc.curvature_1pm) for arc in arcs) - ideal - ROUNDING_1PM)

@@ -27,6 +27,10 @@ STEADY_S = 0.5
 BENDS_RAD = tuple(side * math.radians(angle) for angle in (45, 90, 135, 180) for side in (1, -1))
 
 
+# Ways between ends that lie alike to one another but for rounding (m, rad, 1/m) are the same.
+ALIKE = 1e-11
+
+
 class Leg(NamedTuple):
     """A way that was chosen, what it runs over of the lines painted so far, and what it collides with if it has to."""
 
@@ -61,14 +65,20 @@ class Drive:
 
 @dataclass(frozen=True)
 class Driver:
-    """Chooses the legs between painted segments: the least seconds, wet crossings counted as `crossing_s` each."""
+    """Chooses the legs between painted segments: the least seconds, wet crossings counted as `crossing_s` each.
+
+    The first leads from `start`, or from a straight before the first segment; the last to `end`, or, if the robot
+    `returns`, to where it began, or to a straight behind the last segment.
+    """
 
     ways: Ways
     yard: Yard | None
     wheels: Wheels
     crossing_s: float
     start: Pose | None
-    known: dict[tuple[CurveEnd, CurveEnd], list[Way]] = field(default_factory=dict)
+    end: Pose | None = None
+    returns: bool = False
+    known: dict[tuple[int, ...], list[Way]] = field(default_factory=dict)
 
     def drive(self, strokes: list[Stroke]) -> Drive:
         """The drive along the strokes in this order."""
@@ -82,7 +92,8 @@ class Driver:
             drive.over.append(self.wheels.crossings(stroke.path, drive.seconds, seconds, painted_rows(painted)))
             painted.append(painted_row(stroke.nozzle, drive.seconds, stroke.nozzle.length_m / seconds))
             drive.seconds += seconds
-        offers = self.run_outs(strokes[-1].end)
+        end = drive.legs[0].path.start if self.returns else self.end
+        offers = self.run_outs(strokes[-1].end, end)
         self._take(drive, self.choose(offers, drive.seconds, painted_rows(painted), in_turn=True))
         return drive
 
@@ -110,9 +121,10 @@ class Driver:
 
     def _between(self, start: CurveEnd, goal: CurveEnd) -> Iterator[Way]:
         """The ways on offer, the quickest first; behind them, for the case that all collide, ways round about."""
-        if (start, goal) not in self.known:
-            self.known[start, goal] = self.ways.between(start, goal)
-        direct = self.known[start, goal]
+        key = alike(start, goal)
+        if key not in self.known:
+            self.known[key] = self.ways.between(start, goal)
+        direct = [way._replace(path=PiecePath(start.pose, way.path.pieces)) for way in self.known[key]]
         yield from direct
         if self.yard and all(self.yard.collision(way.path) for way in direct):
             yield from detours(start, goal, self.ways, self.yard)
@@ -133,10 +145,21 @@ class Driver:
             path = PiecePath(before(begin.pose, pieces), pieces)
             yield Way(self.ways.seconds(pieces, 0.0, speed), path)
 
-    def run_outs(self, end: CurveEnd) -> Iterator[Way]:
-        """A straight behind the last line, or what else there is room for."""
+    @property
+    def run_out_m(self) -> float:
+        """The straight behind a last line at paint speed."""
+        return self.ways.limits.stopping_distance_m(self.ways.limits.paint_speed_mps) + RUN_OUT_SPARE_M
+
+    def run_outs(self, end: CurveEnd, goal: Pose | None) -> Iterator[Way]:
+        """To the goal; without one, a straight behind the last line, or what else there is room for."""
         speed = self.ways.speed_mps(end.curvature_1pm)
         length = self.ways.limits.stopping_distance_m(speed) + RUN_OUT_SPARE_M
+        if goal is not None:
+            way = self.ways.to_rest(end, goal, 0.0)
+            yield way if way.path.length_m >= length else self.ways.to_rest(end, goal, length)
+            if self.yard:
+                yield from detours(end, CurveEnd(goal, 0.0), self.ways, self.yard)
+            return
         out = self.ways.widest(end.curvature_1pm).method.lead_out(end.curvature_1pm)
         back = turned_round(Lead(out, 0.0)).pieces
         for pieces in self._runs(back, length, length, end):
@@ -157,3 +180,10 @@ class Driver:
         for angle in BENDS_RAD:
             pieces = turn.pieces(abs(angle))
             yield (Piece(least_m), *(pieces if angle > 0.0 else (p.mirrored() for p in pieces)), *into)
+
+
+def alike(start: CurveEnd, goal: CurveEnd) -> tuple[int, ...]:
+    """The same for all pairs of ends that differ in their place alone: fields repeat themselves."""
+    apart, turn = goal.pose.seen_from(start.pose)
+    values = (apart.real, apart.imag, math.remainder(turn, math.tau), start.curvature_1pm, goal.curvature_1pm)
+    return tuple(round(value / ALIKE) for value in values)

@@ -36,8 +36,9 @@ def measure(
     sent: list[Sent],
     speeds: SpeedProfile,
     vehicle: Vehicle,
+    unavoidable: int,
 ) -> PlanReport:
-    """The report on a plan, its planning time left at 0."""
+    """The report on a plan, its planning time left at 0; so many of its wet crossings are `unavoidable`."""
     painted = [s for s in sent if s.stroke]
     paint_length = sum(s.end_m - s.start_m for s in painted)
     paint_time = sum(speeds.time_at(s.end_m) - speeds.time_at(s.start_m) for s in painted)
@@ -67,6 +68,7 @@ def measure(
         cusps=sum(last.direction != following.direction for last, following in pairwise(pieces)),
         spins=sum(piece.spin_rad != 0.0 for piece in pieces),
         wet_crossings=drive.wet_crossings,
+        wet_crossings_unavoidable=unavoidable,
         # The pump's flow is that of a line painted at the vehicle's own speed.
         paint_l=vehicle.paint_l_per_m * vehicle.paint_speed_mps * paint_time,
         battery_wh=power_w * speeds.total_time_s / SECONDS_PER_HOUR,

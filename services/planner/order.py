@@ -71,7 +71,7 @@ def ordered(
     depot = len(problem.segment)
     segment, flip = np.append(problem.segment, problem.segments), np.append(problem.flip, depot)
     cost = np.ascontiguousarray(problem.cost)
-    after, before = (_cheapest(table, segment) for table in (cost, cost.T))
+    after, before = (cheapest(table, segment) for table in (cost, cost.T))
     tour = _nearest(cost, segment, problem.segments) if begin is None else np.concatenate(([depot], begin))
     best, lengths = tour.copy(), np.zeros(2)
     kicks = kicks_for(problem) if kicks is None else kicks
@@ -90,7 +90,7 @@ def kicks_for(problem: Problem) -> int:
     return min(max(KICKS_PER_SEGMENT * problem.segments, KICKS_MIN), KICKS_MAX)
 
 
-def _cheapest(cost: Floats, segment: Ints) -> Ints:
+def cheapest(cost: Floats, segment: Ints) -> Ints:
     """(nodes, NEIGHBOURS) the cheapest partners of each node that are of other segments, cheapest first."""
     table = np.where(segment[:, None] == segment[None, :], np.inf, cost)
     count = min(NEIGHBOURS, len(segment) - 1)

@@ -1,26 +1,56 @@
 """The cost matrix of an ordering problem: seconds from every end to every beginning, and for painting."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from services.planner.ccd import ContinuousDubins
-from services.planner.clothoid import Floats, Piece, PiecePath
+from services.planner.clothoid import Floats, Piece, PiecePath, Pose
 from services.planner.method import CurveEnd, before
 from services.planner.offset import Stroke
 from services.planner.order import Problem
 from services.planner.order_search import Ints
 from services.planner.steering.batch import lengths
 from services.planner.steering.circles import LIMIT, circle
-from services.planner.way_times import COLUMNS, way_times
+from services.planner.way_times import HEADING, TRACK_PIECES, X, Y, way_times
 from services.planner.ways import Turns, Ways, turned_round
 
-# Every node's nearest neighbours are timed exactly; of the nearest of these, short hops are tried as well.
+# Every node's nearest neighbours are timed exactly; of the nearest of these, short hops, cusps and turns on the spot
+# are tried as well.
 TIMED, HOPPED = 12, 3
 # Up to this many nodes all pairs are timed.
 ALL_NODES = 200
 # A segment is not painted twice, nor reached from itself.
 NEVER_S = 1e6
+# Pairs that differ by no more than rounding (m, rad, 1/m) take the same time.
+ALIKE = 1e-7
+ORIGIN = Pose(0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Tracks:
+    """The quickest ways of a matrix.
+
+    Attributes:
+        paint_s: (nodes,) seconds that painting takes.
+        kind: (ends, beginnings) which way, −1 where it has only been timed roughly.
+        pieces: (ways, TRACK_PIECES, 5) the columns of `Piece`, from the end of the painted segment on.
+        counts: (ways,) how many of them there are.
+    """
+
+    paint_s: Floats
+    kind: Ints
+    pieces: Floats
+    counts: Ints
+
+    def with_pairs(self, pairs: Ints, which: Ints, pieces: Floats, counts: Ints) -> "Tracks":
+        """With these `pieces` and `counts` too, of which the pairs (n, 2) have those number `which` (n,)."""
+        kind = self.kind.copy()
+        kind[pairs[:, 0], pairs[:, 1]] = len(self.counts) + which
+        return replace(
+            self, kind=kind, pieces=np.concatenate((self.pieces, pieces)), counts=np.concatenate((self.counts, counts))
+        )
 
 
 def nodes_of(modes: Sequence[Sequence[Stroke]]) -> tuple[list[Stroke], Ints, Ints]:
@@ -43,38 +73,52 @@ def _same_points(stroke: Stroke, other: Stroke) -> bool:
     return abs(complex(stroke.nozzle.x_m - x, stroke.nozzle.y_m - y)) < 1e-6
 
 
-def problem(modes: Sequence[Sequence[Stroke]], ways: Ways, start: CurveEnd | None) -> Problem:
-    """The ordering problem; without a `start` every segment may come first."""
+def problem(
+    modes: Sequence[Sequence[Stroke]], ways: Ways, start: CurveEnd | None, end: CurveEnd | None = None
+) -> tuple[Problem, Tracks]:
+    """The ordering problem, and the ways behind it.
+
+    Without a `start` every segment may come first, without an `end` every one last, at no cost.
+    """
     nodes, segment, flip = nodes_of(modes)
     count = len(nodes)
     begins, ends = [n.begin for n in nodes], [n.end for n in nodes]
     cost = np.full((count + 1, count + 1), 0.0)
-    cost[:-1, :-1] = seconds_between(ends, begins, ways, segment)
+    paint = np.array([n.robot.length_m / ways.speed_mps(n.robot.curvature_1pm) for n in nodes])
+    cost[:-1, :-1], tracks = seconds_between(ends, begins, ways, segment, paint)
     if start is not None:
-        cost[-1, :-1] = _timed([start], begins, ways, _all_pairs(1, count), hops=False)
+        cost[-1, :-1] = _timed([start], begins, ways, _all_pairs(1, count), hops=False)[0]
+    if end is not None:
+        cost[:-1, -1] = _timed(ends, [end], ways, _all_pairs(count, 1), hops=False)[0]
     cost[:-1, :-1][segment[:, None] == segment[None, :]] = NEVER_S
-    paint = [n.robot.length_m / ways.speed_mps(n.robot.curvature_1pm) for n in nodes]
     cost[:, :-1] += paint
-    return Problem(cost, segment, flip)
+    return Problem(cost, segment, flip), tracks
 
 
-def seconds_between(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, segment: Ints) -> Floats:
-    """Seconds (ends, begins) of the quickest ways; rough ones for pairs that are far from each other."""
+def seconds_between(
+    ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, segment: Ints, paint_s: Floats
+) -> tuple[Floats, Tracks]:
+    """Seconds (ends, begins) of the quickest ways, rough ones for pairs that are far from each other; and the ways."""
     count = len(ends)
+    none = np.zeros((0, TRACK_PIECES, 5)), np.zeros(0, dtype=np.int64)
+    tracks = Tracks(paint_s, np.full((count, count), -1), *none)
     if count <= ALL_NODES:
-        table = _timed(ends, begins, ways, _all_pairs(count, count), hops=False).reshape(count, count)
+        table, pairs = np.zeros((count, count)), _all_pairs(count, count)
     else:
         table = _rough(ends, begins, ways)
         pairs = _nearest(table, segment, TIMED)
-        table[pairs[:, 0], pairs[:, 1]] = _timed(ends, begins, ways, pairs, hops=False)
-    pairs = _nearest(table, segment, HOPPED)
-    table[pairs[:, 0], pairs[:, 1]] = _timed(ends, begins, ways, pairs, hops=True)
-    return table
+    for hops in (False, True):
+        if hops:
+            pairs = _nearest(table, segment, HOPPED)
+        seconds, which, pieces, counts = _timed(ends, begins, ways, pairs, hops=hops)
+        table[pairs[:, 0], pairs[:, 1]] = seconds
+        tracks = tracks.with_pairs(pairs, which, pieces, counts)
+    return table, tracks
 
 
 def _rough(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways) -> Floats:
     """Seconds by the length of the words, with the turns driven at the speed that they are made for."""
-    starts, goals = (np.array([(*e.pose, e.curvature_1pm) for e in side]) for side in (ends, begins))
+    starts, goals = _table(ends), _table(begins)
     fast = ways.limits.transit_speed_mps
     tables = [
         lengths(
@@ -106,28 +150,72 @@ def _all_pairs(starts: int, goals: int) -> Ints:
     return np.stack(np.divmod(np.arange(starts * goals), goals), axis=1)
 
 
-def _timed(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, pairs: Ints, *, hops: bool) -> Floats:
+def _timed(
+    ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, pairs: Ints, *, hops: bool
+) -> tuple[Floats, Ints, Floats, Ints]:
+    """Seconds (n,) of the quickest way of every pair (n, 2), and which (n,) of the ways that follow it is.
+
+    These are pieces (m, TRACK_PIECES, 5) and their number (m,): pairs that are alike but for their place have one.
+    With `hops` short hops and, as far as the robot drives them, cusps and turns on the spot compete.
+    """
     circles = [circle(t.curvature_1pm / t.sharpness_1pm2**0.5) for t in ways.turns]
     roots = np.array([t.sharpness_1pm2**0.5 for t in ways.turns])
     starts = np.array([_rows(ends, ways, *each, leaving=True) for each in zip(ways.turns, circles, strict=True)])
     goals = np.array([_rows(begins, ways, *each, leaving=False) for each in zip(ways.turns, circles, strict=True)])
-    return np.asarray(way_times(starts, goals, np.array(circles), roots, ways.limits.row, pairs, hops))
+    first, alike = _alike(_table(ends)[pairs[:, 0]], _table(begins)[pairs[:, 1]])
+    pairs = pairs[first]
+    pieces, counts = np.zeros((len(pairs), TRACK_PIECES, 5)), np.zeros(len(pairs), dtype=np.int64)
+    seconds = way_times(starts, goals, np.array(circles), roots, ways.limits.row, pairs, hops, pieces, counts)
+    if hops and ways.standing:
+        for i, (a, b) in enumerate(pairs.tolist()):
+            way = ways.quickest_standing(ends[a], begins[b], float(seconds[i]))
+            if way:
+                seconds[i], counts[i] = way.seconds, len(way.path.pieces)
+                pieces[i, : counts[i]] = way.path.pieces
+    return seconds[alike], alike, pieces, counts
+
+
+def _table(ends: list[CurveEnd]) -> Floats:
+    """(n, 4) x, y, heading, curvature."""
+    return np.array([(*end.pose, end.curvature_1pm) for end in ends])
+
+
+def _alike(starts: Floats, goals: Floats) -> tuple[Ints, Ints]:
+    """The first of the pairs (rows of both) that are the same but for their place; which of them each is like.
+
+    Fields repeat themselves: of the pairs of an American football field one in ten is unlike all before it.
+    """
+    apart = (goals[:, 0] - starts[:, 0] + 1j * (goals[:, 1] - starts[:, 1])) * np.exp(-1j * starts[:, 2])
+    turn = np.angle(np.exp(1j * (goals[:, 2] - starts[:, 2])))
+    seen = np.column_stack((apart.real, apart.imag, turn, starts[:, 3], goals[:, 3]))
+    grid = np.rint(seen / ALIKE).astype(np.int64)
+    _, first, alike = np.unique(grid, axis=0, return_index=True, return_inverse=True)
+    return first, alike.reshape(-1)
 
 
 def _rows(ends: list[CurveEnd], ways: Ways, turns: Turns, figures: Floats, *, leaving: bool) -> Floats:
     """The rows of `way_times` for ends (or beginnings) with one kind of turn."""
-    rows = np.zeros((len(ends), COLUMNS))
-    for row, end in zip(rows, ends, strict=True):
-        lead = ways.lead(turns, end.curvature_1pm)
-        pieces, curvature = lead.pieces, lead.curvature_1pm
-        if abs(curvature) > figures[LIMIT] * turns.sharpness_1pm2**0.5:
-            # Too tight for these turns to begin with: they begin where it is straight.
-            words = ContinuousDubins(turns.curvature_1pm, turns.sharpness_1pm2)
-            pieces, curvature = words.lead_out(curvature), 0.0
-            lead = lead._replace(pieces=pieces, curvature_1pm=curvature)
-        pose = PiecePath(end.pose, pieces).end if leaving else before(end.pose, turned_round(lead).pieces)
-        bend: Piece | None = next((p for p in pieces if p.sharpness_1pm2), None)
-        straight = sum(p.length_m for p in pieces if not p.sharpness_1pm2)
-        painted, sharpness = (bend.curvature_1pm, abs(bend.sharpness_1pm2)) if bend else (0.0, 1.0)
-        row[:] = *pose, curvature, ways.speed_mps(end.curvature_1pm), painted, sharpness, straight
+    known: dict[float, tuple[float, ...]] = {}
+    for end in ends:
+        if end.curvature_1pm not in known:
+            known[end.curvature_1pm] = _lead_row(end.curvature_1pm, ways, turns, figures, leaving=leaving)
+    rows = np.array([known[end.curvature_1pm] for end in ends])
+    poses = np.array([end.pose for end in ends])
+    moved = (rows[:, X] + 1j * rows[:, Y]) * np.exp(1j * poses[:, 2])
+    rows[:, X], rows[:, Y] = poses[:, 0] + moved.real, poses[:, 1] + moved.imag
+    rows[:, HEADING] += poses[:, 2]
     return rows
+
+
+def _lead_row(curvature: float, ways: Ways, turns: Turns, figures: Floats, *, leaving: bool) -> tuple[float, ...]:
+    """The row for an end of this curvature (1/m) at the origin."""
+    lead = ways.lead(turns, curvature)
+    if abs(lead.curvature_1pm) > figures[LIMIT] * turns.sharpness_1pm2**0.5:
+        # Too tight for these turns to begin with: they begin where it is straight.
+        words = ContinuousDubins(turns.curvature_1pm, turns.sharpness_1pm2)
+        lead = lead._replace(pieces=words.lead_out(lead.curvature_1pm), curvature_1pm=0.0)
+    pose = PiecePath(ORIGIN, lead.pieces).end if leaving else before(ORIGIN, turned_round(lead).pieces)
+    bend: Piece | None = next((p for p in lead.pieces if p.sharpness_1pm2), None)
+    straight = sum(p.length_m for p in lead.pieces if not p.sharpness_1pm2)
+    painted, sharpness = (bend.curvature_1pm, abs(bend.sharpness_1pm2)) if bend else (0.0, 1.0)
+    return *pose, lead.curvature_1pm, ways.speed_mps(curvature), painted, sharpness, straight

@@ -61,20 +61,20 @@ def improve(
     for k in range(first, first + count):
         kept[:] = tour
         length = forth[n]
-        i = 1 + _random(seed, 4 * k, n - 2)
+        i = 1 + random(seed, 4 * k, n - 2)
         reach = KICK if k % 4 == 0 else KICK_NEAR
-        j = i + 1 + _random(seed, 4 * k + 1, min(reach, n - i - 1))
-        e = j + _random(seed, 4 * k + 2, min(reach, n - j)) if j < n else i
+        j = i + 1 + random(seed, 4 * k + 1, min(reach, n - i - 1))
+        e = j + random(seed, 4 * k + 2, min(reach, n - j)) if j < n else i
         waiting = 0
         if e >= j:
-            flips = _random(seed, 4 * k + 3, 4) == 0
+            flips = random(seed, 4 * k + 3, 4) == 0
             ends = (i - 1, i, j - 1, j, e, (e + 1) % n)
             for p in ends:
                 s = segment[tour[p]]
                 if not queued[s]:
                     queue[waiting], queued[s] = s, True
                     waiting += 1
-            _swap(tour, flip, i, j, e, flips, scratch)
+            swap(tour, flip, i, j, e, flips, scratch)
             _index(cost, flip, segment, tour, place, forth, back, i, e)
         _descend(cost, flip, segment, modes, after, before, tour, place, forth, back, queue, queued, waiting, scratch)
         if forth[n] < lengths[1] - GAIN:
@@ -94,7 +94,7 @@ def improve(
 
 
 @kernel
-def _random(seed: int, counter: int, below: int) -> int:
+def random(seed: int, counter: int, below: int) -> int:
     """A whole number in 0 … below − 1 (SplitMix64 of the counter)."""
     z = np.uint64(seed) + np.uint64(counter + 1) * np.uint64(0x9E3779B97F4A7C15)
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
@@ -124,7 +124,7 @@ def _index(
 
 
 @kernel
-def _swap(tour: Ints, flip: Ints, i: int, j: int, e: int, flips: bool, scratch: Ints) -> None:
+def swap(tour: Ints, flip: Ints, i: int, j: int, e: int, flips: bool, scratch: Ints) -> None:
     """Put the block j…e before the block i…j−1, flipped or not."""
     moved = e - j + 1
     for k in range(moved):
@@ -135,7 +135,7 @@ def _swap(tour: Ints, flip: Ints, i: int, j: int, e: int, flips: bool, scratch: 
 
 
 @kernel
-def _put_behind(tour: Ints, flip: Ints, i: int, j: int, e: int, flips: bool, scratch: Ints) -> None:
+def put_behind(tour: Ints, flip: Ints, i: int, j: int, e: int, flips: bool, scratch: Ints) -> None:
     """Put the block i…j−1 behind the block j…e, flipped or not."""
     moved = j - i
     for k in range(moved):
@@ -146,7 +146,8 @@ def _put_behind(tour: Ints, flip: Ints, i: int, j: int, e: int, flips: bool, scr
 
 
 @kernel
-def _reverse(tour: Ints, flip: Ints, i: int, j: int) -> None:
+def reverse(tour: Ints, flip: Ints, i: int, j: int) -> None:
+    """Turn the block i…j round."""
     while i < j:
         tour[i], tour[j] = flip[tour[j]], flip[tour[i]]
         i += 1
@@ -230,7 +231,7 @@ def _move(
             gain = here + cost[t, tour[(j + 1) % n]] + forth[j] - forth[i + 1]
             gain -= cost[a, b] + cost[flip[follows], tour[(j + 1) % n]] + back[j] - back[i + 1]
             if gain > GAIN:
-                _reverse(tour, flip, i + 1, j)
+                reverse(tour, flip, i + 1, j)
                 return i, j
         if b == t or b == flip[t]:
             flips = b != t
@@ -251,9 +252,9 @@ def _move(
                     gain -= cost[tour[last], follows]
                 if gain > GAIN:
                     if first > i:
-                        _swap(tour, flip, i + 1, first, last, flips, scratch)
+                        swap(tour, flip, i + 1, first, last, flips, scratch)
                         return i, last
-                    _put_behind(tour, flip, first, last + 1, i, flips, scratch)
+                    put_behind(tour, flip, first, last + 1, i, flips, scratch)
                     return first, i
     if i == 0:
         return -1, -1
@@ -268,7 +269,7 @@ def _move(
         gain = here + cost[tour[j - 1], tour[j]] + forth[i - 1] - forth[j]
         gain -= cost[b, a] + cost[tour[j - 1], flip[leads]] + back[i - 1] - back[j]
         if gain > GAIN:
-            _reverse(tour, flip, j, i - 1)
+            reverse(tour, flip, j, i - 1)
             return j, i
     return -1, -1
 

@@ -9,7 +9,7 @@ from schemas.template import Template
 from schemas.vehicle import Vehicle
 from services.planner.actuation import Painted, actuation_profile
 from services.planner.arrange import arranged, crossing_cost_s, drying_s, ordering, refuse_too_many
-from services.planner.clothoid import Pose
+from services.planner.clothoid import Floats, Pose
 from services.planner.course import course
 from services.planner.inside import Yard
 from services.planner.legs import Driver
@@ -20,11 +20,12 @@ from services.planner.output import trajectory_message
 from services.planner.route import Section, route
 from services.planner.sending import Sent, send
 from services.planner.timing import SpeedProfile, Steady, speed_profile
+from services.planner.unavoidable import unavoidable_crossings
 from services.planner.ways import DEFAULT_METHOD, METHODS, REVERSING, SPINNING, Ways
 from services.planner.wet import Wheels
 
-# A start pose further out than this (m) is a mistake.
-START_MAX = 20_000.0
+# A pose further out than this (m) is a mistake.
+POSE_MAX = 20_000.0
 
 Progress = Callable[[str, float], None]
 
@@ -64,11 +65,13 @@ def plan(
     options = options or PlanOptions()
     refuse_too_many(len(template.segments), options)
     limits = Limits.of(vehicle, options)
-    ways, start = ways_of(vehicle, options, limits), _start(options)
+    ways, start, end = ways_of(vehicle, options, limits), _pose("start", options.start), _end(options)
     wheels = Wheels.of(vehicle, template.line_width_m, drying_s(vehicle, options))
 
     choices = modes(template.segments, vehicle, limits.curvature_max_1pm, free=ordering(options))
-    driver = Driver(ways, Yard.of(template, vehicle), wheels, crossing_cost_s(options), start)
+    driver = Driver(
+        ways, Yard.of(template, vehicle), wheels, crossing_cost_s(options), start, end, options.return_to_start
+    )
     drive = arranged(choices, driver, options, lambda done: progress("order", done), enough)
     sections = route(drive)
     sent = send(sections, lambda done: progress("cutting into arcs", done))
@@ -81,7 +84,8 @@ def plan(
 
     switches = actuation_profile(painted, speeds, vehicle)
     trajectory = trajectory_message(sent, speeds, switches)
-    report = measure(trajectory, drive, sections, sent, speeds, vehicle)
+    unavoidable = unavoidable_crossings(drive, choices, wheels)
+    report = measure(trajectory, drive, sections, sent, speeds, vehicle, unavoidable)
     progress("report", 1.0)
     return Plan(trajectory, report, sections, sent, painted, speeds, limits)
 
@@ -101,13 +105,19 @@ def ways_of(vehicle: Vehicle, options: PlanOptions, limits: Limits) -> Ways:
     return replace(make(limits), standing=standing)
 
 
-def _start(options: PlanOptions) -> Pose | None:
-    if not len(options.start):
+def _pose(name: str, given: Floats) -> Pose | None:
+    if not len(given):
         return None
-    start = Pose(*options.start.tolist()) if len(options.start) == len(Pose._fields) else None
-    if start is None or not all(abs(value) < START_MAX for value in start):
-        raise PlanningError("", "has an unusable start pose", "give x (m), y (m) and heading (rad) on the field")
-    return start
+    pose = Pose(*given.tolist()) if len(given) == len(Pose._fields) else None
+    if pose is None or not all(abs(value) < POSE_MAX for value in pose):
+        raise PlanningError("", f"has an unusable {name} pose", "give x (m), y (m) and heading (rad) on the field")
+    return pose
+
+
+def _end(options: PlanOptions) -> Pose | None:
+    if options.return_to_start and len(options.end):
+        raise PlanningError("", "shall end where it began and at another pose", "give one of both")
+    return _pose("end", options.end)
 
 
 def _steady(painted: list[Painted], limits: Limits, vehicle: Vehicle) -> list[Steady]:

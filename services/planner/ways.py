@@ -96,6 +96,17 @@ class Ways:
             ways.append(Way(self.seconds(path.pieces, 0.0, self.speed_mps(goal.curvature_1pm)), path))
         return min(ways, key=lambda way: way.seconds)
 
+    def to_rest(self, start: CurveEnd, goal: Pose, run_out_m: float) -> Way:
+        """The quickest way from a painted curve to standstill, over a straight of `run_out_m` behind its lead-out."""
+        out = self.widest(start.curvature_1pm).method.lead_out(start.curvature_1pm)
+        pieces = (*out, Piece(run_out_m)) if run_out_m else out
+        leaving = PiecePath(start.pose, pieces).end
+        ways = []
+        for turns in self.turns:
+            path = PiecePath(start.pose, joined((*pieces, *turns.method.connect(leaving, goal))))
+            ways.append(Way(self.seconds(path.pieces, self.speed_mps(start.curvature_1pm), 0.0), path))
+        return min(ways, key=lambda way: way.seconds)
+
     def between(self, start: CurveEnd, goal: CurveEnd) -> list[Way]:
         """Every way from the end of one painted segment to the beginning of the next, the quickest first."""
         speeds = self.speed_mps(start.curvature_1pm), self.speed_mps(goal.curvature_1pm)
@@ -115,15 +126,31 @@ class Ways:
         path = PiecePath(start.pose, joined((*out.pieces, *turns.method.between(leaving, reaching), *into.pieces)))
         return Way(self.seconds(path.pieces, *speeds), path)
 
+    def quickest_standing(self, start: CurveEnd, goal: CurveEnd, least_s: float) -> Way | None:
+        """The quickest way with cusps or turns on the spot, if it takes less than `least_s`."""
+        speeds = self.speed_mps(start.curvature_1pm), self.speed_mps(goal.curvature_1pm)
+        apart = abs(goal.pose.point - start.pose.point)
+        if self._standing_bound_s(apart, speeds) >= least_s:
+            return None
+        ways = [way for way in self._standing(start, goal, speeds) if way.seconds < least_s]
+        return min(ways, key=lambda way: way.seconds, default=None)
+
+    def _standing_bound_s(self, apart_m: float, speeds: tuple[float, float]) -> float:
+        """No way with a standstill takes less (s): to brake and gather speed, and for the distance beyond that."""
+        limits = self.limits
+        beyond = apart_m - sum(limits.stopping_distance_m(speed) for speed in speeds)
+        return sum(speeds) / limits.acceleration_mps2 + max(beyond, 0.0) / limits.transit_speed_mps
+
     def _standing(self, start: CurveEnd, goal: CurveEnd, speeds: tuple[float, float]) -> list[Way]:
-        """Ways with cusps and turns on the spot; before and after them the painted curve is carried on to brake."""
+        """Ways with cusps and turns on the spot; before and after them the painted curve is carried on to brake.
+
+        A robot that has to stand anyway gains nothing by wide turns: these are the tightest.
+        """
+        method = self.turns[0].method
+        if not isinstance(method, Steering):
+            return []
         room = max(self.limits.stopping_distance_m(speed) for speed in speeds) / BRAKING_SHARE
-        found = [
-            pieces
-            for turns in self.turns
-            if isinstance(turns.method, Steering)
-            for pieces in turns.method.ways(start, goal, room)[1:]
-        ]
+        found = method.standing_ways(start, goal, room)
         return [Way(self.seconds(p, *speeds), PiecePath(start.pose, p)) for p in found if self._may(p)]
 
     def _may(self, pieces: Sequence[Piece]) -> bool:

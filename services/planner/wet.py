@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from schemas.curves import Curve
 from schemas.jit import kernel
 from schemas.vehicle import Vehicle
-from services.planner.clothoid import Floats, PiecePath
+from services.planner.clothoid import Floats, PiecePath, Pose
 
 # Tracks are looked at this often (m): less than half the width of a line.
 STEP_M = 0.04
@@ -38,9 +38,20 @@ class Wheels:
             return np.zeros(len(painted), dtype=np.int64)
         station = np.linspace(0.0, path.length_m, 2 + math.ceil(path.length_m / STEP_M))
         x, y, heading, _ = path.sample(station)
-        times = begun_s + seconds * station / path.length_m
-        poses = np.column_stack((x, y, heading, times))
-        return np.asarray(wet_crossings(poses, self.contacts, painted, self.half_width_m, self.drying_s))
+        poses = np.column_stack((x, y, heading, station))
+        for piece, start, knot in zip(path.pieces, path.stations, path.knots, strict=False):
+            if piece.spin_rad:
+                poses = self._with_spin(poses, start, knot, piece.spin_rad)
+        poses[:, 3] = begun_s + seconds * poses[:, 3] / path.length_m
+        return np.asarray(wet_crossings(poses, self.contacts, painted, self.half_width_m, self.drying_s, STEP_M))
+
+    def _with_spin(self, poses: Floats, station_m: float, at: Pose, angle_rad: float) -> Floats:
+        """Poses (n, 4), their last column the station, with those of a turn on the spot."""
+        count = 2 + math.ceil(abs(angle_rad) * float(np.hypot(*self.contacts.T).max()) / STEP_M)
+        spin = np.tile((at.x_m, at.y_m, 0.0, station_m), (count, 1))
+        spin[:, 2] = at.heading_rad + np.linspace(0.0, angle_rad, count)
+        before = int(np.searchsorted(poses[:, 3], station_m))
+        return np.concatenate((poses[:before], spin, poses[before:]))
 
 
 def painted_row(nozzle: Curve, begun_s: float, speed_mps: float) -> tuple[float, ...]:
@@ -70,26 +81,43 @@ def _on_line(px: float, py: float, line: Floats) -> tuple[float, float]:
 
 
 @kernel
+def _beside(line: Floats, low_x: float, high_x: float, low_y: float, high_y: float) -> bool:
+    """Whether a line (of an arc its circle) is outside of a box."""
+    x, y, c, s = line[X], line[Y], math.cos(line[HEADING]), math.sin(line[HEADING])
+    if line[CURVATURE] == 0.0:
+        ends = (x, x + c * line[LENGTH], y, y + s * line[LENGTH])
+    else:
+        radius = 1.0 / line[CURVATURE]
+        ends = (x - s * radius - radius, x - s * radius + radius, y + c * radius - radius, y + c * radius + radius)
+    beside_x = max(ends[0], ends[1]) < low_x or min(ends[0], ends[1]) > high_x
+    return bool(beside_x or max(ends[2], ends[3]) < low_y or min(ends[2], ends[3]) > high_y)
+
+
+@kernel
 def wet_crossings(
-    poses: Floats, contacts: Floats, painted: Floats, half_width: float, drying: float
+    poses: Floats, contacts: Floats, painted: Floats, half_width: float, drying: float, step: float
 ) -> NDArray[np.int64]:
-    """How often a contact enters the wet part of each painted line; `poses` are x, y, heading, time."""
+    """How often a contact enters the wet part of each painted line; `poses` are x, y, heading, time, `step` m apart."""
     counts = np.zeros(len(painted), dtype=np.int64)
     reach = 0.0
     for k in range(len(contacts)):
         reach = max(reach, math.hypot(contacts[k, 0], contacts[k, 1]))
+    low_x, high_x = poses[:, 0].min() - reach - half_width, poses[:, 0].max() + reach + half_width
+    low_y, high_y = poses[:, 1].min() - reach - half_width, poses[:, 1].max() + reach + half_width
     for j in range(len(painted)):
         line = painted[j]
+        if _beside(line, low_x, high_x, low_y, high_y):
+            continue
         length, on = line[LENGTH], np.zeros(len(contacts), dtype=np.bool_)
         i = 0
         while i < len(poses):
             along, left = _on_line(poses[i, 0], poses[i, 1], line)
             far = max(abs(left), -along, along - length) - reach - half_width if line[CURVATURE] == 0.0 else abs(left)
             far = far - reach - half_width if line[CURVATURE] != 0.0 else far
-            if far > 2.0 * STEP_M:
+            if far > 2.0 * step:
                 # No contact gets there within so many poses.
                 on[:] = False
-                i += int(far / STEP_M)
+                i += int(far / step)
                 continue
             c, s = math.cos(poses[i, 2]), math.sin(poses[i, 2])
             for k in range(len(contacts)):

@@ -87,3 +87,18 @@ def test_biarcs_meet_both_poses(start: Pose, distance: float, bearing: float, tu
     assert math.hypot(x - goal.x_m, y - goal.y_m) < 1e-10
     assert abs(cmath.phase(cmath.rect(1.0, heading - goal.heading_rad))) < 1e-10
     assert abs(cmath.phase(cmath.rect(1.0, first.end[2] - second.heading_rad))) < 1e-10
+
+
+def test_a_sliver_bent_the_other_way_is_not_made_up_for_by_a_tighter_arc() -> None:
+    """Arcs and straights of a padded Dubins way, with one of 3 mm: blended into the long arc it took 1.28 1/m."""
+    sliver = Piece(0.0027565595500644116, -1.125)
+    around = (Piece(0.0155980671599, -1.125), Piece(4.943686010869605, 1.125))
+    for path in (
+        PiecePath(Pose(0.0, 0.0, 0.0), (Piece(0.1), *around, sliver, Piece(0.5))),
+        PiecePath(Pose(0.0, 0.0, 0.0), (Piece(0.5), sliver, *around[::-1], Piece(0.1))),
+        PiecePath(Pose(0.0, 0.0, 0.0), (Piece(1.0, 1.125), sliver, Piece(1.0, 1.125))),
+    ):
+        cuts = cut(path, path.end)
+        check(path, cuts, path.end)
+        assert max(abs(piece.curve.curvature_1pm) for piece in cuts) <= 1.125 * (1 + 1e-9)
+        assert min(piece.curve.length_m for piece in cuts) >= SEGMENT_MIN_M

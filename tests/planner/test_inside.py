@@ -17,6 +17,7 @@ from services.planner.clothoid import Piece, PiecePath, Pose
 from services.planner.inside import MARGIN_M, Yard
 from services.planner.plan import Plan, plan
 from tests.planner.strategies import floats
+from tests.planner.test_standing import SPINNING, there_and_back
 
 VEHICLE = Vehicle()
 BODY = shapely.Polygon(VEHICLE.footprint_m)
@@ -43,7 +44,11 @@ def check_clear(planned: Plan, template: Template) -> None:
     obstacles = [shapely.Polygon(o.corners) for o in template.obstacles]
     for section in planned.sections:
         station = np.linspace(0.0, section.path.length_m, 2 + int(section.path.length_m / 0.01))
-        for x, y, heading in zip(*section.path.sample(station)[:3], strict=True):
+        poses = list(zip(*section.path.sample(station)[:3], strict=True))
+        for piece, knot in zip(section.path.pieces, section.path.knots, strict=False):
+            turned = np.linspace(0.0, piece.spin_rad, 2 + int(abs(piece.spin_rad) / 0.02)) if piece.spin_rad else []
+            poses += [(knot.x_m, knot.y_m, knot.heading_rad + angle) for angle in turned]
+        for x, y, heading in poses:
             body = body_at(x, y, heading)
             assert boundary is None or boundary.contains(body)
             assert not any(o.intersects(body) for o in obstacles)
@@ -174,3 +179,18 @@ def test_bad_outlines_are_refused_with_the_field(corners: str, expected: str) ->
     with pytest.raises(SpecError, match=expected) as error:
         parse_template(f'{{"name": "n", "segments": [{line}], "boundary": {{"corners": {corners}}}}}')
     assert "boundary" in str(error.value)
+
+
+def test_the_body_is_clear_where_it_reverses_and_turns_on_the_spot() -> None:
+    """Between two walls, with a start pose between them too."""
+    lane = lines((0, 0, 6, 0), (0, 0.8, 6, 0.8))
+    for segments, vehicle in ((lane, VEHICLE), (there_and_back().segments, SPINNING)):
+        template = Template(name="lane", segments=segments, boundary=box((-5.9, -0.8), (9.0, 1.5)))
+        planned = plan(template, vehicle, PlanOptions(start=[-4.0, 0.5, 0.0]))
+        assert planned.report.cusps + planned.report.spins > 0
+        check_clear(planned, template)
+    # A post where the casters would sweep round: another way is taken, and it is clear as well.
+    post = box((4.6, 0.85), (4.7, 0.95), "post")
+    posted = template.model_copy(update={"obstacles": (post,)})
+    assert Yard.of(posted, SPINNING).collision(planned.sections[2].path)
+    check_clear(plan(posted, SPINNING, PlanOptions(start=[-4.0, 0.5, 0.0])), posted)

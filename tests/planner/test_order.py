@@ -72,7 +72,7 @@ def test_the_estimated_cost_is_the_time_that_is_planned() -> None:
     template, options = load_template("soccer-11"), PlanOptions(drying_time_s=1e-3)
     limits = Limits.of(VEHICLE, options)
     choices = modes(template.segments, VEHICLE, limits.curvature_max_1pm, free=True)
-    asked = problem(choices, ways_of(VEHICLE, options, limits), None)
+    asked, _ = problem(choices, ways_of(VEHICLE, options, limits), None)
     nodes, _, _ = nodes_of(choices)
     planned = plan(template, VEHICLE, options)
     lines = [section.stroke for section in planned.sections if section.stroke]
@@ -104,6 +104,32 @@ def test_a_line_in_parts_is_painted_in_one_go() -> None:
     planned = plan(Template(name="parts", segments=segments), VEHICLE)
     assert planned.report.transitions == 0
     assert planned.painted[-1].end_m - planned.painted[0].start_m == pytest.approx(6.0)
+
+
+def test_a_circle_in_parts_is_painted_in_one_go() -> None:
+    quarters = [
+        ArcSpec(start=(9.0 * math.cos(a), 9.0 * math.sin(a)), center=(0.0, 0.0), sweep_angle=math.pi / 2)
+        for a in (0.0, math.pi, 1.5 * math.pi, 0.5 * math.pi)
+    ]
+    segments = tuple(TemplateSegment(id=f"s{k}", arc=quarter) for k, quarter in enumerate(quarters))
+    planned = plan(Template(name="parts", segments=segments), VEHICLE)
+    assert planned.report.transitions == 0
+    # The robot is inside of the circle, or outside.
+    driven = planned.painted[-1].end_m - planned.painted[0].start_m
+    assert abs(driven - math.tau * 9.0) == pytest.approx(math.tau * abs(VEHICLE.nozzle_y_m))
+
+
+def test_the_nozzles_side_is_kept_to_as_far_as_it_saves_time() -> None:
+    """Round a rectangle clockwise, the robot outside, a corner is a quarter turn; the other way it is a loop."""
+    corners = [(0.0, 0.0), (0.0, 20.0), (30.0, 20.0), (30.0, 0.0)]
+    lines = [LineSpec(start=a, end=b) for a, b in zip(corners, [*corners[1:], corners[0]], strict=True)]
+    segments = tuple(TemplateSegment(id=f"s{k}", line=line) for k, line in enumerate(lines))
+    box = Template(name="box", segments=segments)
+    backward = [LineSpec(start=line.end, end=line.start) for line in reversed(lines)]
+    segments = tuple(TemplateSegment(id=f"s{k}", line=line) for k, line in enumerate(backward))
+    clockwise = plan(box, VEHICLE, PlanOptions(order="given")).report.total_time_s
+    against = plan(Template(name="box", segments=segments), VEHICLE, PlanOptions(order="given")).report.total_time_s
+    assert plan(box, VEHICLE).report.total_time_s <= min(clockwise, against) + 1e-6
 
 
 def test_an_unknown_order_is_refused() -> None:

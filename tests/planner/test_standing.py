@@ -45,7 +45,7 @@ def stops(planned: Plan) -> list[float]:
 
 
 def test_a_robot_that_can_only_go_forward_is_sent_no_standstill() -> None:
-    planned = plan(comb(), Vehicle())
+    planned = plan(comb(), Vehicle(can_reverse=False, can_spin=False))
     assert (planned.report.cusps, planned.report.spins) == (0, 0)
     assert {s.direction.value for s in planned.trajectory.path.segments} == {LinearDirection.FORWARD}
     assert planned.trajectory == plan(comb(), Vehicle(), PlanOptions(forward_only=True)).trajectory

@@ -90,6 +90,24 @@ def test_hard_drying_is_kept_or_refused_with_both_lines() -> None:
     assert plan(Template(name="x", segments=cross), VEHICLE, quick).report.wet_crossings == 0
 
 
+def test_hard_drying_finds_the_one_order_without_a_crossing() -> None:
+    """Rungs end on both rails: they are painted first, and the rails so that the wheels are outside."""
+    rungs = [LineSpec(start=(4.0 * k, 0.0), end=(4.0 * k, 5.0)) for k in range(3)]
+    rails = [LineSpec(start=(-2.0, y), end=(10.0, y)) for y in (0.0, 5.0)]
+    segments = tuple(TemplateSegment(id=f"s{k}", line=line) for k, line in enumerate((*rails, *rungs)))
+    ladder = Template(name="ladder", segments=segments)
+    assert plan(ladder, VEHICLE, PlanOptions(order="given")).report.wet_crossings > 0
+    report = plan(ladder, VEHICLE, PlanOptions(hard_drying=True)).report
+    assert (report.wet_crossings, report.wet_crossings_unavoidable) == (0, 0)
+
+
+def test_a_turn_on_the_spot_runs_over_what_its_casters_sweep() -> None:
+    beside = Curve.from_line((0.3, 0.3), (0.6, 0.6))
+    assert crossings(PiecePath(Pose(-5.0, 0.0, 0.0), (Piece(5.0),)), beside) == 0
+    turned = PiecePath(Pose(-5.0, 0.0, 0.0), (Piece(5.0), Piece.spin(math.pi / 2)))
+    assert crossings(turned, beside) == 2
+
+
 @pytest.mark.parametrize("seconds", [-1.0, math.inf, math.nan])
 def test_an_unusable_drying_time_is_refused(seconds: float) -> None:
     options = PlanOptions.model_construct(**{**PlanOptions().model_dump(), "drying_time_s": seconds})

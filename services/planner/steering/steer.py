@@ -44,17 +44,20 @@ class Steering:
         return self._capped(start, goal, self._forward)[0]
 
     def ways(self, start: CurveEnd, goal: CurveEnd, room_m: float = 0.0) -> list[tuple[Piece, ...]]:
-        """Ways worth comparing by time: the shortest forward one, shorter ones with cusps, turns on the spot.
+        """Ways worth comparing by time: the shortest forward one, and those with standstills."""
+        return [self.between(start, goal), *self.standing_ways(start, goal, room_m)]
 
-        For every number of cusps it is the shortest. Before the first and after the last standstill of these ways the
-        painted curves are carried on for `room_m`, to brake and to gather speed.
+    def standing_ways(self, start: CurveEnd, goal: CurveEnd, room_m: float = 0.0) -> list[tuple[Piece, ...]]:
+        """Ways with cusps, for every number of them the shortest, and with turns on the spot.
+
+        Before the first and after the last standstill the painted curves are carried on for `room_m`, to brake and to
+        gather speed.
         """
-        forward = self.between(start, goal)
         run_out, run_in = Piece(room_m, start.curvature_1pm), Piece(room_m, goal.curvature_1pm)
         stop = CurveEnd(PiecePath(start.pose, (run_out,)).end, start.curvature_1pm)
         go = CurveEnd(before(goal.pose, (run_in,)), goal.curvature_1pm)
         standing = [*self._capped(stop, go, self._reversing), *turns_on_the_spot(stop, go)]
-        return [forward, *(joined((run_out, *way, run_in)) for way in standing)]
+        return [joined((run_out, *way, run_in)) for way in standing]
 
     def _capped(self, start: CurveEnd, goal: CurveEnd, find: Find) -> list[tuple[Piece, ...]]:
         """The ways that `find` finds between two poses and curvatures, after ramps down to what a way may have.

@@ -1,0 +1,134 @@
+"""The order that keeps wheels off wet paint, where that is worth the time."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from services.planner.clothoid import Floats, Pose
+from services.planner.offset import Stroke
+from services.planner.order import Problem, cheapest
+from services.planner.order_costs import Tracks
+from services.planner.order_search import Ints
+from services.planner.wet import Wheels, painted_row, painted_rows
+from services.planner.wet_search import UNKNOWN, Known, Scene, anneal, judged
+
+# The budget: so many moves for every segment, within bounds, as often as there are heats (s) to begin with, each time
+# from the best order so far. Many segments would not get back to it from the greater heats within so few moves.
+MOVES_PER_SEGMENT, MOVES_MIN, MOVES_MAX = 4000, 20_000, 120_000
+HEATS_S, HEATS_MANY_S, MANY = (4.0, 2.0, 1.0, 4.0, 2.0, 1.0), (0.6, 0.3), 150
+# Moves between two looks at whether that is enough.
+RUN = 10_000
+SEED = 5
+# Rows of what is run over that are remembered at a time.
+KNOWN_MAX = 1_000_000
+
+
+@dataclass(frozen=True)
+class Ground:
+    """What painting the nodes of a problem runs over.
+
+    Attributes:
+        nodes: The strokes.
+        wheels: What touches the ground.
+        lines: The segments as rows of wet.py, wet from the beginning.
+        over: (nodes, segments) how often a node's wheels and casters run over each segment.
+    """
+
+    nodes: Sequence[Stroke]
+    wheels: Wheels
+    lines: Floats
+    over: Ints
+
+    @classmethod
+    def of(cls, nodes: Sequence[Stroke], segment: Ints, wheels: Wheels) -> "Ground":
+        """The ground under nodes, of which each paints a `segment`."""
+        first = np.unique(segment, return_index=True)[1]
+        lines = painted_rows([painted_row(nodes[k].nozzle, -1.0, np.inf) for k in first])
+        ever = Wheels(wheels.contacts, wheels.half_width_m, np.inf)
+        over = np.array([ever.crossings(node.path, 0.0, 0.0, lines) for node in nodes])
+        over[np.arange(len(nodes)), segment] = 0
+        return cls(nodes, wheels, lines, over)
+
+
+def ordered_dry(
+    problem: Problem,
+    tracks: Tracks,
+    ground: Ground,
+    crossing_s: float,
+    run_out_m: float,
+    end: Pose | None,
+    begin: Ints,
+    step: Callable[[float], None] = lambda fraction: None,
+    enough: Callable[[], bool] = lambda: False,
+) -> Ints:
+    """The nodes (segments,) in the best order found from `begin` on, where a crossing of wet paint costs `crossing_s`.
+
+    Behind the last one the robot drives to `end`, or straight on for `run_out_m`.
+    `step` is told the fraction done; `enough` is asked now and then whether to stop early with the best so far.
+    """
+    if not crossing_s:
+        return begin
+    depot = len(problem.segment)
+    scene = scene_of(problem, tracks, ground, crossing_s, run_out_m, end)
+    known = unknown_yet(depot)
+    best, costs = np.concatenate(([depot], begin)), np.full(2, np.inf)
+    if not wet_times(scene, known, best).any():
+        return begin
+    moves = min(max(MOVES_PER_SEGMENT * problem.segments, MOVES_MIN), MOVES_MAX)
+    heats = HEATS_S if problem.segments <= MANY else HEATS_MANY_S
+    for turn, heat in enumerate(heats):
+        tour = best.copy()
+        for first in range(0, moves, RUN):
+            if enough():
+                return best[1:]
+            count = min(RUN, moves - first)
+            anneal(scene, known, tour, best, costs, heat, SEED + turn, first, count, moves)
+            step((turn * moves + first + count) / (len(heats) * moves))
+    return best[1:]
+
+
+def wet_times(scene: Scene, known: Known, tour: Ints) -> Ints:
+    """(n,) how often wheels meet wet paint after each position of a tour (the depot first), next segment included."""
+    wet = np.zeros(len(tour), dtype=np.int64)
+    judged(scene, known, tour, 0, len(tour) - 1, 0.0, np.full(len(tour), np.inf), wet)
+    return wet
+
+
+def unknown_yet(nodes: int) -> Known:
+    """Nothing known of what is run over between so many nodes and the depot."""
+    first = np.full((nodes + 1, nodes + 1), UNKNOWN, dtype=np.int32)
+    return Known(first, np.empty((KNOWN_MAX, 2), dtype=np.int32), np.zeros(1, dtype=np.int64))
+
+
+def scene_of(
+    problem: Problem, tracks: Tracks, ground: Ground, crossing_s: float, run_out_m: float, end: Pose | None
+) -> Scene:
+    """What the search needs to judge an order."""
+    depot = len(problem.segment)
+    cost = np.ascontiguousarray(problem.cost)
+    segment, flip = np.append(problem.segment, problem.segments), np.append(problem.flip, depot)
+    node, line = np.nonzero(ground.over)
+    stop = end or Pose(math.nan, math.nan, math.nan)
+    return Scene(
+        cost=cost,
+        segment=segment,
+        flip=flip,
+        modes=problem.modes,
+        after=cheapest(cost, segment),
+        paint=np.append(tracks.paint_s, 0.0),
+        begins=np.array([*(stroke.begin.pose for stroke in ground.nodes), stop]),
+        ends=np.array([stroke.end.pose for stroke in ground.nodes]),
+        kind=tracks.kind,
+        pieces=tracks.pieces,
+        counts=tracks.counts,
+        over_from=np.searchsorted(node, np.arange(depot + 2)),
+        over=np.column_stack((line, ground.over[node, line])),
+        lines=ground.lines,
+        contacts=ground.wheels.contacts,
+        half_width=ground.wheels.half_width_m,
+        drying=ground.wheels.drying_s,
+        crossing=crossing_s,
+        run_out=run_out_m,
+    )

@@ -1,0 +1,304 @@
+"""Compiled: simulated annealing of an order and its modes, by time and by what is run over while it is wet.
+
+Nodes, tours and matrices are those of order_search.py. What a way or a painted segment runs over depends on its place
+alone, and is found when it is first asked for; whether that is wet then follows from the order. So a whole order is
+judged in microseconds, and every move is judged by the whole order.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from schemas.jit import kernel
+from services.planner.clothoid import Floats
+from services.planner.order_search import GAIN, Ints, put_behind, random, reverse, swap
+from services.planner.wet import wet_crossings
+
+# Blocks that are moved are of at most so many segments, now and then (and if they are turned round) of so many.
+BLOCK, TURNED = 8, 30
+# A move that does away with more crossings than this may take no longer than if it were so many.
+FEWER = 12
+# Ways are looked at this often (m), lines being no narrower.
+STEP_M = 0.08
+# How much worse an order (s) is taken at last, e-fold.
+COLD_S = 0.05
+UNKNOWN = -1
+
+
+class Scene(NamedTuple):
+    """What is ordered.
+
+    `cost`, `segment`, `flip`, `modes` and `after` as in order_search.py; `paint` (nodes + 1,) seconds of each node;
+    `begins` (nodes + 1, 3) poses, the last one where to stop, or nan; `ends` (nodes, 3) poses; `kind`, `pieces` and
+    `counts` the ways (see `Tracks`), straight where unknown; `over_from` (nodes + 1,) and `over` what painting a node
+    runs over: rows of segment and times; `lines` the segments as in wet.py, without times; `contacts`, `half_width` and
+    `drying` as in `Wheels`; `crossing` seconds that one crossing may cost; `run_out` metres driven straight on behind
+    the last segment, unless there is a place to stop.
+    """
+
+    cost: Floats
+    segment: Ints
+    flip: Ints
+    modes: Ints
+    after: Ints
+    paint: Floats
+    begins: Floats
+    ends: Floats
+    kind: Ints
+    pieces: Floats
+    counts: Ints
+    over_from: Ints
+    over: Ints
+    lines: Floats
+    contacts: Floats
+    half_width: float
+    drying: float
+    crossing: float
+    run_out: float
+
+
+class Known(NamedTuple):
+    """What is run over on the way from node to node: rows of segment and times from `first` on, closed by −1."""
+
+    first: NDArray[np.int32]
+    rows: NDArray[np.int32]
+    used: Ints
+
+
+@kernel
+def _poses(pieces: Floats, count: int, start: Floats) -> Floats:
+    """(n, 4) poses about STEP_M apart along pieces, at time 0."""
+    n = 1
+    for k in range(count):
+        n += 1 + int(pieces[k, 0] / STEP_M)
+    poses = np.zeros((n, 4))
+    x, y, heading = start[0], start[1], start[2]
+    i = 0
+    for k in range(count):
+        length, curvature, sharpness, direction = pieces[k, 0], pieces[k, 1], pieces[k, 2], pieces[k, 3]
+        heading += pieces[k, 4]
+        parts = 1 + int(length / STEP_M)
+        h = length / parts
+        for _ in range(parts):
+            poses[i, 0], poses[i, 1], poses[i, 2] = x, y, heading
+            i += 1
+            turn = direction * h * (curvature + 0.5 * sharpness * h)
+            x += direction * h * math.cos(heading + 0.5 * turn)
+            y += direction * h * math.sin(heading + 0.5 * turn)
+            heading += turn
+            curvature += sharpness * h
+    poses[i, 0], poses[i, 1], poses[i, 2] = x, y, heading
+    return poses
+
+
+@kernel
+def way_over(scene: Scene, known: Known, a: int, b: int) -> int:
+    """The first of the rows that say what is run over on the way from node `a` to node `b`."""
+    if known.first[a, b] != UNKNOWN:
+        return int(known.first[a, b])
+    depot = len(scene.paint) - 1
+    start = scene.ends[a]
+    if b < depot and scene.kind[a, b] >= 0:
+        which = scene.kind[a, b]
+        poses = _poses(scene.pieces[which], scene.counts[which], start)
+    else:
+        straight, from_ = np.zeros((1, 5)), start.copy()
+        straight[0, 3] = 1.0
+        straight[0, 0] = scene.run_out
+        if not math.isnan(scene.begins[b, 0]):
+            dx, dy = scene.begins[b, 0] - start[0], scene.begins[b, 1] - start[1]
+            straight[0, 0], from_[2] = math.hypot(dx, dy), math.atan2(dy, dx)
+        poses = _poses(straight, 1, from_)
+    counts = wet_crossings(poses, scene.contacts, scene.lines, scene.half_width, np.inf, STEP_M)
+    if known.used[0] + len(counts) + 1 > len(known.rows):
+        # No more room: begin again.
+        known.first[:] = UNKNOWN
+        known.used[0] = 0
+    first = known.used[0]
+    at = first
+    for k in range(len(counts)):
+        if counts[k]:
+            known.rows[at, 0], known.rows[at, 1] = k, counts[k]
+            at += 1
+    known.rows[at, 0] = -1
+    known.used[0] = at + 1
+    known.first[a, b] = first
+    return int(first)
+
+
+@kernel
+def judged(
+    scene: Scene, known: Known, tour: Ints, low: int, high: int, begun: float, painted: Floats, wet: Ints
+) -> float:
+    """Fill `wet` (n,): how often wheels meet wet paint behind the positions `low` … `high` and on the next segments.
+
+    `begun` is when (s) the segment at `low` is done, `painted` (segments,) when each is half painted: those of the tour
+    from `low` on are filled in. Returns when the last one is done.
+    """
+    n, depot, time = len(tour), len(scene.paint) - 1, begun
+    for i in range(low, high + 1):
+        if i + 1 < n:
+            painted[scene.segment[tour[i + 1]]] = np.inf
+    for i in range(low, high + 1):
+        a, b = tour[i], tour[(i + 1) % n]
+        way, count = scene.cost[a, b] - scene.paint[b], 0
+        if a != depot:
+            row, middle = way_over(scene, known, a, b), time + 0.5 * way
+            while known.rows[row, 0] >= 0:
+                if 0.0 <= middle - painted[known.rows[row, 0]] <= scene.drying:
+                    count += known.rows[row, 1]
+                row += 1
+        time += way + scene.paint[b]
+        if b != depot:
+            middle = time - 0.5 * scene.paint[b]
+            for row in range(scene.over_from[b], scene.over_from[b + 1]):
+                if 0.0 <= middle - painted[scene.over[row, 0]] <= scene.drying:
+                    count += scene.over[row, 1]
+            painted[scene.segment[b]] = middle
+        wet[i] = count
+    return time
+
+
+@kernel
+def anneal(
+    scene: Scene,
+    known: Known,
+    tour: Ints,
+    best: Ints,
+    costs: Floats,
+    hot_s: float,
+    seed: int,
+    first: int,
+    count: int,
+    budget: int,
+) -> None:
+    """Moves number `first` to `first + count` of `budget`, in place: `tour`, `best` and their `costs` (2,) in seconds.
+
+    At first orders are taken that are worse by about `hot_s`. Within one call, that a move lets later segments be
+    painted a little earlier or later is left out of account.
+    """
+    n = len(tour)
+    place, scratch, trial = np.zeros(len(scene.segment), np.int64), np.empty(n, np.int64), tour.copy()
+    painted, tried = np.full(n, np.inf), np.empty(n)
+    wet, trial_wet = np.zeros(n, np.int64), np.zeros(n, np.int64)
+    for i in range(n):
+        place[scene.segment[tour[i]]] = i
+    total = judged(scene, known, tour, 0, n - 1, 0.0, painted, wet)
+    costs[0] = total + scene.crossing * wet.sum()
+    if costs[0] < costs[1]:
+        costs[1] = costs[0]
+        best[:] = tour
+    if n < 3:
+        return
+    for k in range(first, first + count):
+        heat = hot_s * (COLD_S / hot_s) ** (k / budget)
+        low, high = _propose(scene, tour, trial, place, scratch, seed, 8 * k)
+        if low < 0:
+            continue
+        low, high = max(low - 1, 0), min(high, n - 1)
+        slower = _seconds(scene.cost, trial, low, high) - _seconds(scene.cost, tour, low, high)
+        allowed = -heat * math.log((1.0 + random(seed, 8 * k + 7, 1 << 30)) / (1 << 30))
+        wetter = -wet[low : high + 1].sum()
+        # What does away with many crossings seldom takes much longer: that is not even looked at.
+        taken = slower + scene.crossing * max(wetter, -FEWER) <= allowed
+        if taken:
+            done = 0.0
+            if low > 0:
+                done = painted[scene.segment[tour[low]]] + 0.5 * scene.paint[tour[low]]
+            for i in range(low, min(high + 2, n)):
+                tried[i] = painted[scene.segment[tour[i]]]
+            judged(scene, known, trial, low, high, done, painted, trial_wet)
+            wetter += trial_wet[low : high + 1].sum()
+            taken = slower + scene.crossing * wetter <= allowed
+            if not taken:
+                for i in range(low, min(high + 2, n)):
+                    painted[scene.segment[tour[i]]] = tried[i]
+        if not taken:
+            trial[low : high + 1] = tour[low : high + 1]
+            continue
+        tour[low : high + 1] = trial[low : high + 1]
+        wet[low : high + 1] = trial_wet[low : high + 1]
+        for i in range(low, high + 1):
+            place[scene.segment[tour[i]]] = i
+        costs[0] += slower + scene.crossing * wetter
+        if costs[0] < costs[1] - GAIN:
+            costs[1] = costs[0]
+            best[:] = tour
+
+
+@kernel
+def _seconds(cost: Floats, tour: Ints, low: int, high: int) -> float:
+    """Seconds of the edges from position `low` to behind position `high`."""
+    n, total = len(tour), 0.0
+    for i in range(low, high + 1):
+        total += cost[tour[i], tour[(i + 1) % n]]
+    return total
+
+
+@kernel
+def _block(seed: int, at: int) -> int:
+    """One less than the segments of a block to move."""
+    size = random(seed, at, 4 * TURNED)
+    return int(size // 4 if size % 4 == 0 else size % BLOCK)
+
+
+@kernel
+def _propose(scene: Scene, tour: Ints, trial: Ints, place: Ints, scratch: Ints, seed: int, at: int) -> tuple[int, int]:
+    """Change `trial` from `tour` by one move; the positions between which it differs, or −1."""
+    n, flip = len(tour), scene.flip
+    what = random(seed, at, 8)
+    if what == 0:
+        i = 1 + random(seed, at + 1, n - 1)
+        choice = scene.modes[scene.segment[tour[i]]]
+        m = choice[random(seed, at + 2, len(choice))]
+        if m < 0 or m == tour[i]:
+            return -1, -1
+        trial[i] = m
+        return i, i
+    if what == 1:
+        i = 1 + random(seed, at + 1, n - 1)
+        j = min(i + 1 + random(seed, at + 2, TURNED), n - 1)
+        reverse(trial, flip, i, j)
+        return i, j
+    flips = random(seed, at + 3, 2) == 0
+    if what <= 3:
+        # A block changes places with its neighbour.
+        i = 1 + random(seed, at + 1, n - 1)
+        j = i + 1 + random(seed, at + 2, TURNED)
+        e = j + _block(seed, at + 4)
+        if e >= n:
+            return -1, -1
+        if what == 2:
+            swap(trial, flip, i, j, e, flips, scratch)
+        else:
+            back = min(i + _block(seed, at + 4), j - 1)
+            put_behind(trial, flip, i, back + 1, j, flips, scratch)
+            return i, j
+        return i, e
+    # A near successor is brought behind a segment, with what follows it or turned round with what leads to it.
+    i = random(seed, at + 1, n)
+    b = scene.after[tour[i], random(seed, at + 2, scene.after.shape[1])]
+    j = place[scene.segment[b]]
+    if j == 0 or j == i:
+        return -1, -1
+    if b != tour[j] and b != flip[tour[j]]:
+        trial[j] = b
+    flips = b == flip[tour[j]] and b != tour[j]
+    if flips and j > i and what <= 5:
+        reverse(trial, flip, i + 1, j)
+        return i + 1, j
+    extra = _block(seed, at + 4)
+    first, last = (j - extra, j) if flips else (j, j + extra)
+    if first < 1 or last >= n or first <= i <= last or (first == i + 1 and not flips):
+        trial[j] = tour[j]
+        return -1, -1
+    if first > i + 1:
+        swap(trial, flip, i + 1, first, last, flips, scratch)
+        return i + 1, last
+    if first == i + 1:
+        reverse(trial, flip, first, last)
+        return first, last
+    put_behind(trial, flip, first, last + 1, i, flips, scratch)
+    return first, i

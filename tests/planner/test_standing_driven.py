@@ -1,0 +1,42 @@
+"""Plans with cusps and turns on the spot, driven and painted by the emulated robot."""
+
+import pytest
+
+from schemas.messages import LinearDirection, PlanOptions
+from schemas.scenario import Scenario
+from schemas.template import Template, load_template
+from schemas.vehicle import Vehicle
+from services.planner.plan import Plan, plan
+from services.robot_sim.emulator import Emulator
+from services.robot_sim.paint.metrics import PaintMetrics
+from tests.planner.test_standing import there_and_back
+
+VEHICLE = Vehicle()
+STEPS_MAX = 20_000
+
+
+def painted(planned: Plan, template: Template, scenario: Scenario) -> PaintMetrics:
+    robot = Emulator(VEHICLE, scenario)
+    robot.load(planned.trajectory, template)
+    robot.start()
+    for _ in range(STEPS_MAX):
+        robot.tick()
+        if not robot.active:
+            break
+    assert not robot.active
+    return robot.metrics()
+
+
+@pytest.mark.parametrize("follower", ["mpc", "pure-pursuit"])
+def test_what_is_planned_with_standstills_is_painted_as_well_as_without(follower: str) -> None:
+    scenario = Scenario(seed=3, follower=follower)
+    spinning = VEHICLE.model_copy(update={"can_reverse": False, "paint_speed_mps": 0.5})
+    for template, vehicle in ((load_template("study-square"), VEHICLE), (there_and_back(), spinning)):
+        standing = plan(template, vehicle)
+        forward = plan(template, vehicle, PlanOptions(forward_only=True))
+        assert standing.report.total_time_s < forward.report.total_time_s
+        directions = {s.direction.value for s in standing.trajectory.path.segments}
+        assert directions & {LinearDirection.BACKWARD, LinearDirection.NONE}
+        ours, theirs = painted(standing, template, scenario), painted(forward, template, scenario)
+        assert ours.gap_m <= theirs.gap_m + 0.01
+        assert ours.lateral.p95_m <= theirs.lateral.p95_m + 2e-3

@@ -1,0 +1,96 @@
+"""The order that keeps off wet paint: what it counts is what is met, and it is as good as an exhaustive search."""
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from schemas.messages import PlanOptions
+from schemas.template import LineSpec, Template, TemplateSegment, load_template
+from schemas.vehicle import Vehicle
+from services.planner.legs import Driver
+from services.planner.limits import Limits
+from services.planner.offset import Stroke, modes
+from services.planner.order import Problem, ordered
+from services.planner.order_costs import Tracks, nodes_of, problem
+from services.planner.order_search import Ints
+from services.planner.plan import plan, ways_of
+from services.planner.wet import Wheels
+from services.planner.wet_order import Ground, ordered_dry, scene_of, unknown_yet, wet_times
+
+VEHICLE, OPTIONS = Vehicle(), PlanOptions()
+LIMITS = Limits.of(VEHICLE, OPTIONS)
+WAYS = ways_of(VEHICLE, OPTIONS, LIMITS)
+CROSSING_S, RUN_OUT_M = 1.5, 0.6
+
+
+def asked(template: Template) -> tuple[list[Stroke], Problem, Tracks, Ground]:
+    choices = modes(template.segments, VEHICLE, LIMITS.curvature_max_1pm, free=True)
+    nodes, segment, _ = nodes_of(choices)
+    matrix, tracks = problem(choices, WAYS, None)
+    return nodes, matrix, tracks, Ground.of(nodes, segment, Wheels.of(VEHICLE, template.line_width_m, 900.0))
+
+
+def total(order: Ints, matrix: Problem, tracks: Tracks, ground: Ground) -> float:
+    scene = scene_of(matrix, tracks, ground, CROSSING_S, RUN_OUT_M, None)
+    tour = np.concatenate(([len(matrix.segment)], order))
+    wet = int(wet_times(scene, unknown_yet(len(matrix.segment)), tour).sum())
+    return matrix.cost_of(order) + CROSSING_S * wet
+
+
+def test_what_the_search_counts_is_what_the_drive_meets() -> None:
+    template = load_template("soccer-11")
+    nodes, matrix, tracks, ground = asked(template)
+    scene = scene_of(matrix, tracks, ground, CROSSING_S, RUN_OUT_M, None)
+    driver = Driver(WAYS, None, ground.wheels, 0.0, None)
+    for kicks in (1, 100):
+        order = ordered(matrix, kicks=kicks)
+        wet = wet_times(scene, unknown_yet(len(nodes)), np.concatenate(([len(nodes)], order)))
+        met = driver.drive([nodes[k] for k in order.tolist()]).wet_crossings
+        assert met > 50
+        # Far ways are known roughly, and are looked at half as often.
+        assert abs(int(wet.sum()) - met) <= 0.1 * met
+
+
+@given(st.integers(0, 10_000))
+@settings(max_examples=10)
+def test_few_segments_are_ordered_as_well_as_can_be(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    points = rng.random((4, 2, 2)) * 12.0
+    lines = [LineSpec(start=tuple(a), end=tuple(b)) for a, b in points.tolist()]
+    segments = tuple(TemplateSegment(id=f"s{k}", line=line) for k, line in enumerate(lines))
+    _, matrix, tracks, ground = asked(Template(name="few", segments=segments))
+    pairs = [np.flatnonzero(matrix.segment == k).tolist() for k in range(4)]
+    best = min(
+        total(np.array(picked), matrix, tracks, ground)
+        for order in itertools.permutations(range(4))
+        for picked in itertools.product(*(pairs[k] for k in order))
+    )
+    found = ordered_dry(matrix, tracks, ground, CROSSING_S, RUN_OUT_M, None, ordered(matrix, kicks=50))
+    assert sorted(matrix.segment[found].tolist()) == list(range(4))
+    assert total(found, matrix, tracks, ground) == pytest.approx(best, abs=1e-6)
+
+
+def test_half_the_crossings_are_worth_a_twentieth_of_the_time() -> None:
+    template = load_template("soccer-11")
+    nodes, matrix, _, ground = asked(template)
+    quickest = Driver(WAYS, None, ground.wheels, 0.0, None).drive([nodes[k] for k in ordered(matrix).tolist()])
+    careful = plan(template, VEHICLE).report
+    assert careful.wet_crossings <= 0.6 * quickest.wet_crossings
+    assert careful.total_time_s <= 1.05 * quickest.seconds
+    # The halfway line and the centre circle cross each other twice, whichever comes first.
+    assert 8 <= careful.wet_crossings_unavoidable <= careful.wet_crossings
+
+
+def test_what_is_enough_at_once_gives_a_whole_plan() -> None:
+    template = load_template("rugby-union")
+    told: list[str] = []
+    planned = plan(template, VEHICLE, progress=lambda stage, fraction: told.append(stage), enough=lambda: True)
+    assert planned.report.painted_segments == len(template.segments)
+    patient = plan(template, VEHICLE)
+    assert patient.report.total_time_s + patient.report.wet_crossings < (
+        planned.report.total_time_s + planned.report.wet_crossings
+    )
+    assert told[-1] == "report"
