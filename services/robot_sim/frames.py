@@ -96,6 +96,8 @@ class Command(NamedTuple):
     right_radps: float
     valve: bool
     disc: bool
+    valve_after_s: float = 0.0
+    """How far into the tick the valve is to be so; until then it is to be the opposite. 0 if nothing changes."""
 
 
 STANDSTILL: Final = Command(0.0, 0.0, False, False)

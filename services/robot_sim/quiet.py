@@ -122,7 +122,7 @@ def drive_quietly(
     tick = at[TICK]
     while True:
         if at[STAGE] == ASKING:
-            obey(wheels, at[WANTED], way[4][tracking.P_ARC], s)
+            obey(wheels, at[WANTED], way[4][tracking.P_ARC], way[6][tracking.SPEED], s, k)
             enter(table, frame, starts, members, half_width, trace, points, latest, stretches, ledger)
             x = ring[0][tick % model.RING]
             truth = (state[body.EAST], state[body.NORTH], state[body.HEADING])
@@ -135,7 +135,8 @@ def drive_quietly(
         at[TICK] = tick
         left, right = s[c.COMMAND], s[c.COMMAND + 1]
         valve, disc = s[c.COMMAND + 2] > 0.0, s[c.COMMAND + 3] > 0.0
-        physics.advance(state, parameters, left, right, valve, disc, effects, seed, tick, trace)
+        after_s = s[c.VALVE_AFTER]
+        physics.advance(state, parameters, left, right, valve, disc, after_s, effects, seed, tick, trace)
         at[FIXES] = sense(state, effects, seed, tick, *sensing)
         at[STAGE] = SENSED
         if not _arrived_in_time(at[FIXES], tick, measured_tick, arrivals):

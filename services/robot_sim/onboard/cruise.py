@@ -59,11 +59,16 @@ FLOW_COUNT: Final = 21
 FLOW_FIRST: Final = 22  # in the ring of flows
 ELAPSED: Final = 23  # Traversal
 COMMAND: Final = 24  # left, right [rad/s], valve, disc
-SPRAYED_TO: Final = 28  # Sprayer
-SWITCH: Final = 29  # index of the actuation under the robot
-READING: Final = 30  # Intake: the newest IMU sample, gyro and accelerometer
-RATE_THEN: Final = 36  # left, right, when it was last another one
-STATE_SIZE: Final = 38
+VALVE_AFTER: Final = 28  # the command's valve_after_s
+SPRAYED_TO: Final = 29  # Sprayer
+FALLS_FROM: Final = 30
+FALLS_TO: Final = 31
+SWITCH: Final = 32  # index of the actuation under the robot
+OPEN: Final = 33  # whether the valve is to be open by the end of the coming tick
+SWITCH_AT: Final = 34  # where the robot is when it has to change
+READING: Final = 35  # Intake: the newest IMU sample, gyro and accelerometer
+RATE_THEN: Final = 41  # left, right, when it was last another one
+STATE_SIZE: Final = 43
 
 # Constants, `Cruise.constants`.
 K_RADIUS: Final = 0
@@ -73,7 +78,9 @@ K_NOMINAL_L: Final = 3
 K_SETTLE_TICKS: Final = 4
 K_FENCE: Final = 5  # west, east, south, north
 K_LEG_END: Final = 9
-CONSTANTS: Final = 10
+K_VALVE_ON: Final = 10  # delays [s]
+K_VALVE_OFF: Final = 11
+CONSTANTS: Final = 12
 
 # Columns of a fix in `FIX`, and of what `take_in` is given.
 F_STAMP: Final = 0
@@ -226,15 +233,21 @@ def _unharmed(x: Floats, battery: float, tank_l: float, flows: Floats, s: Floats
 
 @kernel
 def _wanted(arc_m: float, ahead_m: float, switch_m: Floats, actuation: Floats, s: Floats) -> int:
-    """As `Sprayer.wanted_at`: what the plan asks for at either place."""
+    """As `Sprayer.wanted_at`, what the plan asks for at either place; and as `Sprayer.step` while nothing is owed."""
     at = int(s[SWITCH])
     while at + 1 < len(switch_m) and switch_m[at + 1] <= arc_m:
         at += 1
     s[SWITCH] = at
-    wanted = int(actuation[at]) if at >= 0 else 0
+    now = int(actuation[at]) if at >= 0 else 0
+    next_m = switch_m[at + 1] if at + 1 < len(switch_m) else math.inf
     while at + 1 < len(switch_m) and switch_m[at + 1] <= ahead_m:
         at += 1
-    return wanted | (int(actuation[at]) if at >= 0 else 0)
+    then = int(actuation[at]) if at >= 0 else 0
+    sprays, is_open = now & _VALVE != 0, s[COMMAND + 2] > 0.0
+    s[OPEN], s[SWITCH_AT] = 1.0 if (now | then) & _VALVE else 0.0, arc_m
+    if sprays == is_open and (then & _VALVE != 0) != sprays:
+        s[OPEN], s[SWITCH_AT] = 0.0 if is_open else 1.0, next_m
+    return now | then
 
 
 @kernel
@@ -289,10 +302,19 @@ def steer(
 
 
 @kernel
-def obey(wheels: Floats, wanted: int, arc_m: float, s: Floats) -> None:
+def obey(wheels: Floats, wanted: int, arc_m: float, speed_mps: float, s: Floats, k: Floats) -> None:
     """End a quiet tick with the follower's wheel speeds (2,) [rad/s] and the plan's actuation."""
     s[COMMAND], s[COMMAND + 1] = wheels[0], wheels[1]
-    s[COMMAND + 2] = 1.0 if wanted & _VALVE else 0.0
+    s[VALVE_AFTER] = 0.0
+    if s[OPEN] != s[COMMAND + 2]:
+        speed_mps, place_m = max(speed_mps, 0.0), s[SWITCH_AT]
+        if place_m > arc_m:
+            s[VALVE_AFTER] = min((place_m - arc_m) / speed_mps, TICK_S)
+        if s[OPEN] > 0.0:
+            s[FALLS_FROM], s[FALLS_TO] = place_m + speed_mps * k[K_VALVE_ON], math.inf
+        else:
+            s[FALLS_TO] = place_m + speed_mps * k[K_VALVE_OFF]
+    s[COMMAND + 2] = s[OPEN]
     s[COMMAND + 3] = 1.0 if wanted & _DISC else 0.0
     s[SPRAYED_TO] = arc_m
     s[ELAPSED] += TICK_S
@@ -329,6 +351,7 @@ class Cruise:
         k[K_RADIUS] = vehicle.wheel_radius_m
         k[K_LAG], k[K_MAX_STEP], k[K_NOMINAL_L] = hazards._lag, hazards._max_step, hazards._nominal_l
         k[K_SETTLE_TICKS] = hazards._settle_ticks
+        k[K_VALVE_ON], k[K_VALVE_OFF] = vehicle.valve_on_delay_s, vehicle.valve_off_delay_s
 
     @property
     def follower(self) -> Follower:
@@ -364,8 +387,8 @@ class Cruise:
         s[TANK], s[FLOW_SUM], s[FLOW_VALVE] = hazards._tank_l, hazards._flow_sum_l, hazards._valve
         s[FLOW_TICKS], s[FLOW_COUNT], s[FLOW_FIRST] = hazards._valve_ticks, len(hazards._flow), 0
         self.flows[: len(hazards._flow)] = hazards._flow
-        s[ELAPSED], s[COMMAND : COMMAND + 4] = self._traversal._elapsed_s, self._onboard._command
-        s[SPRAYED_TO] = sprayer._last_m
+        s[ELAPSED], s[COMMAND : VALVE_AFTER + 1] = self._traversal._elapsed_s, self._onboard._command
+        s[SPRAYED_TO], s[FALLS_FROM], s[FALLS_TO] = sprayer._last_m, sprayer.falls_from_m, sprayer.falls_to_m
         s[SWITCH] = bisect_right(plan.switch_m, driver.arc_length_m) - 1
         k[K_FENCE : K_FENCE + 4], k[K_LEG_END] = hazards._fence, driver.leg.end_m
         self.ahead = driver._ahead
@@ -396,9 +419,10 @@ class Cruise:
         hazards._tank_l, hazards._flow_sum_l = s[TANK], s[FLOW_SUM]
         hazards._valve, hazards._valve_ticks = s[FLOW_VALVE] > 0.0, int(s[FLOW_TICKS])
         self._watch._tick = tick
-        command = Command(s[COMMAND], s[COMMAND + 1], s[COMMAND + 2] > 0.0, s[COMMAND + 3] > 0.0)
+        command = Command(s[COMMAND], s[COMMAND + 1], s[COMMAND + 2] > 0.0, s[COMMAND + 3] > 0.0, s[VALVE_AFTER])
         job._last = self._onboard._command = command
         job.sprayer.valve, job.sprayer._last_m = command.valve, s[SPRAYED_TO]
+        job.sprayer.falls_from_m, job.sprayer.falls_to_m = s[FALLS_FROM], s[FALLS_TO]
         self._traversal._elapsed_s, self._traversal._time_s = s[ELAPSED], tick / 100
         self._onboard._estimate = None
         return command

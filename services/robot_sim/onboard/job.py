@@ -14,7 +14,7 @@ from typing import NamedTuple
 from schemas.errors import CommandRefused
 from schemas.messages import Actuation
 from schemas.vehicle import Vehicle
-from services.robot_sim.frames import STANDSTILL, Checkpoint, Command
+from services.robot_sim.frames import STANDSTILL, TICK_S, Checkpoint, Command
 from services.robot_sim.onboard import tracking
 from services.robot_sim.onboard.driver import STOPPED_MPS, Driver
 from services.robot_sim.onboard.estimator.filter import Estimator
@@ -134,15 +134,23 @@ class Job:
         self._last = STANDSTILL
         return self._last
 
-    def close_valve(self) -> None:
-        """Close the valve now; from where the last drop falls, paint is owed."""
+    def close_valve(self, in_s: float = TICK_S) -> None:
+        """Close the valve; from where the last drop falls, paint is owed.
+
+        Args:
+            in_s: When the command takes effect, counted from the tick that the driver has seen last. Between ticks, and
+                before the driver has seen the present one, the last command is in force for a tick still.
+        """
         if self._phase is Phase.ALONG:
-            self.sprayer.close(self.driver.arc_length_m, self.driver.speed_mps)
+            self.sprayer.close(self._place_m(in_s), self.driver.speed_mps)
 
     def owe_dry(self, dry_s: float) -> None:
-        """Close the valve, and owe what it has sprayed without paint in the last `dry_s` seconds."""
+        """Close the valve, and owe what it has sprayed without paint in the last `dry_s` seconds, this tick included."""
         if self._phase is Phase.ALONG:
-            self.sprayer.dry(self.driver.arc_length_m, self.driver.speed_mps, dry_s)
+            self.sprayer.dry(self._place_m(TICK_S), self.driver.speed_mps, dry_s)
+
+    def _place_m(self, in_s: float) -> float:
+        return self.driver.arc_length_m + max(self.driver.speed_mps, 0.0) * in_s
 
     def locate(self) -> float:
         """Find the standing robot's place on the path anew; returns how far beside it that is [m]."""
@@ -156,6 +164,7 @@ class Job:
         if self._phase is Phase.ALIGN:
             return
         self._phase = Phase.ALONG
+        self.sprayer.closed()
         owed = self.sprayer.owed_from_m
         if owed is not None and (self._resumed or self.sprayer.must_go_back(self.driver.arc_length_m)):
             run_up_m = max(self._run_up_m, RESUMED_RUN_UP_M if self._resumed else 0.0)
@@ -190,14 +199,15 @@ class Job:
             sprayer.pass_by(arc)
             return self._leg_done() if driver.leg_done else Step(Command(left, right, False, False))
         problem = self._watch.paint_problem(self.lateral_error_m) if sprayer.due(arc, speed) else ""
-        valve = sprayer.step(arc, speed, not problem)
+        valve, valve_after_s = sprayer.step(arc, speed, not problem)
         if problem:
             return self._hold(problem)
         if sprayer.must_go_back(arc):
             self.go_on()
         if driver.leg_done:
             return self._leg_done()
-        return Step(Command(left, right, valve, bool(sprayer.wanted_at(arc, speed) & Actuation.DISC)))
+        disc = bool(sprayer.wanted_at(arc, speed) & Actuation.DISC)
+        return Step(Command(left, right, valve, disc, valve_after_s))
 
     def _leg_done(self) -> Step:
         """At a cusp or the end: the robot is all but at rest."""

@@ -231,8 +231,9 @@ class Traversal:
         elif step.refusal:
             self._leave_running(ABORTED, step.refusal, ERROR)
         elif self._follower.problem:
+            job.close_valve(in_s=0.0)
             self._leave_running(PAUSED, self._follower.problem, ERROR)
-            return step.command._replace(valve=False, disc=False)
+            return step.command._replace(valve=False, disc=False, valve_after_s=0.0)
         elif step.hold:
             self._leave_running(PAUSED, step.hold, WARN)
             self._automatic = True
