@@ -122,7 +122,7 @@ def drive_quietly(
     tick = at[TICK]
     while True:
         if at[STAGE] == ASKING:
-            obey(wheels, at[WANTED], way[4][tracking.P_ARC], way[6][tracking.SPEED], s, k)
+            obey(wheels, at[WANTED], way[6][tracking.SPEED], s, k)
             enter(table, frame, starts, members, half_width, trace, points, latest, stretches, ledger)
             x = ring[0][tick % model.RING]
             truth = (state[body.EAST], state[body.NORTH], state[body.HEADING])

@@ -65,10 +65,11 @@ FALLS_FROM: Final = 30
 FALLS_TO: Final = 31
 SWITCH: Final = 32  # index of the actuation under the robot
 OPEN: Final = 33  # whether the valve is to be open by the end of the coming tick
-SWITCH_AT: Final = 34  # where the robot is when it has to change
-READING: Final = 35  # Intake: the newest IMU sample, gyro and accelerometer
-RATE_THEN: Final = 41  # left, right, when it was last another one
-STATE_SIZE: Final = 43
+SWITCH_AT: Final = 34  # where the nozzle is when it has to change
+NOZZLE_AT: Final = 35  # where the nozzle is, as `Job` has it
+READING: Final = 36  # Intake: the newest IMU sample, gyro and accelerometer
+RATE_THEN: Final = 42  # left, right, when it was last another one
+STATE_SIZE: Final = 44
 
 # Constants, `Cruise.constants`.
 K_RADIUS: Final = 0
@@ -235,6 +236,8 @@ def _unharmed(x: Floats, battery: float, tank_l: float, flows: Floats, s: Floats
 def _wanted(arc_m: float, ahead_m: float, switch_m: Floats, actuation: Floats, s: Floats) -> int:
     """As `Sprayer.wanted_at`, what the plan asks for at either place; and as `Sprayer.step` while nothing is owed."""
     at = int(s[SWITCH])
+    while at >= 0 and switch_m[at] > arc_m:  # the nozzle goes back a little when a standing robot turns
+        at -= 1
     while at + 1 < len(switch_m) and switch_m[at + 1] <= arc_m:
         at += 1
     s[SWITCH] = at
@@ -290,7 +293,8 @@ def steer(
     observe(x, x[m.SPEED] + 0.5 * TICK_S * (s[ACCEL] - x[m.ACCEL_BIAS]), s[COMMAND], s[COMMAND + 1], body, now)
     track(rows, FORWARD, speeds, progress, limits, t.MODE_PROFILE, x[m.EAST], x[m.NORTH], x[m.HEADING], now, ahead)
     arc, speed = progress[t.P_ARC], now[t.SPEED]
-    wanted: int = _wanted(arc, arc + TICK_S * max(speed, 0.0), switch_m, actuation, s)
+    s[NOZZLE_AT] = arc - limits[t.L_NOZZLE_Y] * now[t.HEADING_ERROR]
+    wanted: int = _wanted(s[NOZZLE_AT], s[NOZZLE_AT] + TICK_S * max(speed, 0.0), switch_m, actuation, s)
     astray = abs(now[t.NOZZLE_LATERAL]) > safety.MAX_LATERAL_M
     doubtful = math.sqrt(P[m.HEADING, m.HEADING]) > safety.MAX_HEADING_SIGMA_RAD
     arrived = arc >= k[K_LEG_END] - END_TOLERANCE_M and abs(speed) < 2.0 * t.CREEP_MPS
@@ -302,21 +306,21 @@ def steer(
 
 
 @kernel
-def obey(wheels: Floats, wanted: int, arc_m: float, speed_mps: float, s: Floats, k: Floats) -> None:
+def obey(wheels: Floats, wanted: int, speed_mps: float, s: Floats, k: Floats) -> None:
     """End a quiet tick with the follower's wheel speeds (2,) [rad/s] and the plan's actuation."""
     s[COMMAND], s[COMMAND + 1] = wheels[0], wheels[1]
     s[VALVE_AFTER] = 0.0
     if s[OPEN] != s[COMMAND + 2]:
         speed_mps, place_m = max(speed_mps, 0.0), s[SWITCH_AT]
-        if place_m > arc_m:
-            s[VALVE_AFTER] = min((place_m - arc_m) / speed_mps, TICK_S)
+        if place_m > s[NOZZLE_AT]:
+            s[VALVE_AFTER] = min((place_m - s[NOZZLE_AT]) / speed_mps, TICK_S)
         if s[OPEN] > 0.0:
             s[FALLS_FROM], s[FALLS_TO] = place_m + speed_mps * k[K_VALVE_ON], math.inf
         else:
             s[FALLS_TO] = place_m + speed_mps * k[K_VALVE_OFF]
     s[COMMAND + 2] = s[OPEN]
     s[COMMAND + 3] = 1.0 if wanted & _DISC else 0.0
-    s[SPRAYED_TO] = arc_m
+    s[SPRAYED_TO] = s[NOZZLE_AT]
     s[ELAPSED] += TICK_S
 
 
@@ -389,7 +393,7 @@ class Cruise:
         self.flows[: len(hazards._flow)] = hazards._flow
         s[ELAPSED], s[COMMAND : VALVE_AFTER + 1] = self._traversal._elapsed_s, self._onboard._command
         s[SPRAYED_TO], s[FALLS_FROM], s[FALLS_TO] = sprayer._last_m, sprayer.falls_from_m, sprayer.falls_to_m
-        s[SWITCH] = bisect_right(plan.switch_m, driver.arc_length_m) - 1
+        s[SWITCH] = bisect_right(plan.switch_m, sprayer._last_m) - 1
         k[K_FENCE : K_FENCE + 4], k[K_LEG_END] = hazards._fence, driver.leg.end_m
         self.ahead = driver._ahead
         switch_m, actuation = np.array(plan.switch_m), np.array(plan.actuation, dtype=np.float64)

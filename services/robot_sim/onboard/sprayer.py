@@ -85,7 +85,7 @@ class Sprayer:
         if not due:
             return False, arc_length_m
         now = self._sprays_at(arc_length_m)
-        if now == self.valve and not self._sprays_at(arc_length_m + TICK_S * speed_mps) == now:
+        if now == self.valve and self._sprays_at(arc_length_m + TICK_S * speed_mps) != now:
             return not now, self._plan.actuated_alike(arc_length_m)[1]
         return True, arc_length_m
 
