@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
 import json
-import math
 import random
 from typing import Any, Final
 
@@ -208,26 +206,3 @@ class Guarded:
         if not well:
             emulator = self.emulator
             raise Broken(f"{what} at {emulator.time_s:.2f} s: {emulator.onboard.status}, {emulator.scenario.faults}")
-
-
-def joints(emulator: Emulator) -> list[float]:
-    """Along every sprayed stretch, the gaps (positive) and doubles (negative) between strokes [m]."""
-    found = []
-    for target in emulator.ledger.targets:
-        curve = target.curve
-        spans = []
-        for stroke in emulator.ledger.strokes():
-            ends = [
-                (stroke.points[i, 0] - curve.x_m) * math.cos(curve.heading_rad)
-                + (stroke.points[i, 1] - curve.y_m) * math.sin(curve.heading_rad)
-                for i in (0, -1)
-            ]
-            beside = abs(
-                (stroke.points[0, 1] - curve.y_m) * math.cos(curve.heading_rad)
-                - (stroke.points[0, 0] - curve.x_m) * math.sin(curve.heading_rad)
-            )
-            if beside < 0.3 and ends[1] > -0.1 and ends[0] < curve.length_m + 0.1:
-                spans.append((ends[0], ends[1]))
-        spans.sort()
-        found += [after[0] - before[1] for before, after in itertools.pairwise(spans)]
-    return found

@@ -82,7 +82,7 @@ def field(speed_mps: float = 1.0) -> Trajectory:
 
 
 def joints(*ledgers: PaintLedger) -> list[Joint]:
-    """Every place along the lines of the first ledger where a stroke ends and another goes on, true paint.
+    """Every place along the lines of the first ledger where a full stroke ends and another goes on, true paint.
 
     Ledgers are of the same lines, which continue one another; paint of all of them counts. Exact to the millisecond of
     the valve.
@@ -92,6 +92,7 @@ def joints(*ledgers: PaintLedger) -> list[Joint]:
         (_station(stroke.points[0], curves), _station(stroke.points[-1], curves))
         for ledger in ledgers
         for stroke in ledger.strokes()
+        if stroke.width_m > 0.99 * ledger.spray_width_m
     )
     ends = itertools.accumulate((end for _, end in spans), max)
     return [
@@ -126,6 +127,9 @@ CAUSES: Final[dict[str, Callable[[Emulator], None] | None]] = {
     "bumper": _faulty("bumper"),
     "operator lost": _faulty("operator-lost"),
     "empty tank": _faulty("tank-empty"),
+    "clogged nozzle": _faulty("nozzle-clogged", share=0.3),
+    "half-clogged nozzle": _faulty("nozzle-clogged", share=0.6),
+    "valve stuck closed": _faulty("valve-stuck", position="closed"),
     "process killed": None,
 }
 """How the robot is interrupted; None: another process goes on from its checkpoint."""

@@ -32,8 +32,8 @@ WHEEL_TOLERANCE: Final = 0.4
 FLOW_WINDOW_TICKS: Final = 50
 LEAK_SHARE: Final = 0.4
 """Of the nominal flow, over the window, while the valve is closed: the valve is stuck open."""
-DRY_SHARE: Final = 0.4
-"""Of the nominal flow, over the window, while it is open: nothing comes out, or too little."""
+DRY_SHARE: Final = 0.8
+"""Of the nominal flow, over the window, while it is open: nothing comes out, or so little that the line is narrow."""
 REFILL_L: Final = 0.02
 """No flow changes the level so much in a tick: somebody filled or changed the tank, or the sensor did."""
 
@@ -46,7 +46,7 @@ class Hazards:
         stop: Why to stop until told to resume, "" if nothing is wrong.
         lasting: The part of it that can be seen at standstill, too, and speaks against going on.
         bumper: Whether the bumper is pressed.
-        dry_s: For how long no paint has come out of the open valve, when that is why to stop.
+        dry_s: For how long no paint, or too little, has come out of the open valve, when that is why to stop.
     """
 
     def __init__(self, vehicle: Vehicle, estimator: Estimator) -> None:
@@ -151,11 +151,24 @@ class Hazards:
         if len(self._flow) == FLOW_WINDOW_TICKS:
             share = self._flow_sum_l / (FLOW_WINDOW_TICKS * self._nominal_l)
             if valve and share < DRY_SHARE:
-                self.dry_s = (1.0 - share) * FLOW_WINDOW_TICKS * TICK_S
+                self.dry_s = self._dry_ticks() * TICK_S
                 return "the valve is open, but too little paint comes out"
             if not valve and share > LEAK_SHARE:
                 return "paint comes out although the valve is closed"
         return ""
+
+    def _dry_ticks(self) -> int:
+        """For how many ticks the flow has been what it is now: the step from nominal that fits the window best."""
+        best, fewest, total, squares = math.inf, 0, 0.0, 0.0
+        before = sum((used - self._nominal_l) ** 2 for used in self._flow)
+        for ticks, used in enumerate(reversed(self._flow), start=1):
+            total, squares = total + used, squares + used * used
+            before -= (used - self._nominal_l) ** 2
+            misfit = before + squares - total * total / ticks
+            if misfit < best:
+                best, fewest = misfit, ticks
+        begins_with_it = fewest == len(self._flow) and self._valve_ticks <= self._settle_ticks + FLOW_WINDOW_TICKS
+        return self._valve_ticks if begins_with_it else fewest
 
     def _restart_flow(self) -> None:
         self._flow.clear()

@@ -145,7 +145,7 @@ class Job:
             self.sprayer.close(self._nozzle_m(in_s), self.driver.speed_mps)
 
     def owe_dry(self, dry_s: float) -> None:
-        """Close the valve, and owe what it has sprayed dry in the last `dry_s` seconds, to this tick's end."""
+        """Close the valve, and owe what it has sprayed dry, or too thin, in the last `dry_s` seconds."""
         if self._phase is Phase.ALONG:
             self.sprayer.dry(self._nozzle_m(TICK_S), self.driver.speed_mps, dry_s)
 

@@ -101,9 +101,10 @@ class Sprayer:
             self.owed_from_m = self.falls_to_m - JOINT_OVERLAP_M if opened else self.falls_from_m
 
     def dry(self, arc_length_m: float, speed_mps: float, dry_s: float) -> None:
-        """Close the valve here; if it was open and dry for `dry_s`, paint is owed from where the last drop fell."""
+        """Close the valve here; if it was open and dry for `dry_s`, paint is owed from the last good drop on."""
         if self.valve and dry_s > 0.0:
-            self.owed_from_m = arc_length_m - max(speed_mps, 0.0) * dry_s - JOINT_OVERLAP_M
+            fell_m = arc_length_m - self._plan.way_m(arc_length_m, dry_s)
+            self.owed_from_m = max(fell_m - JOINT_OVERLAP_M, self.falls_from_m)
             self.valve = False
         self.close(arc_length_m, speed_mps)
 
