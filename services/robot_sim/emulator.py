@@ -6,6 +6,7 @@ same session to the bit, whatever the pace.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final, Protocol
 
 from schemas.errors import CommandRefused
@@ -65,8 +66,13 @@ class OnboardComputer(Protocol):
     def checkpoint(self) -> Checkpoint | None:
         """Where another process could go on."""
 
-    def load(self, trajectory: Trajectory, resume: Checkpoint | None = None) -> float:
-        """Take a trajectory; returns its planned duration [s]."""
+    def load(
+        self,
+        trajectory: Trajectory,
+        resume: Checkpoint | None = None,
+        boundary: Sequence[tuple[float, float]] = (),
+    ) -> float:
+        """Take a trajectory, not to be left beyond the boundary; returns its planned duration [s]."""
 
     def start(self) -> None:
         """Begin the traversal."""
@@ -162,7 +168,8 @@ class Emulator:
             start = start_pose(trajectory)
         except ValueError as error:
             raise CommandRefused(f"the trajectory cannot be driven: {error}") from error
-        duration_s = self.onboard.load(trajectory, resume)
+        boundary = template.boundary.corners if template is not None and template.boundary is not None else ()
+        duration_s = self.onboard.load(trajectory, resume, boundary)
         if resume is not None:
             start = resume_pose(trajectory, self.vehicle, resume)
         width_m = template.line_width_m if template is not None else self.vehicle.spray_width_m

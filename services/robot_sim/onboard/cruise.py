@@ -29,6 +29,7 @@ from services.robot_sim.onboard.estimator import model as m
 from services.robot_sim.onboard.estimator.filter import FIX_FIXED, LEAD_S
 from services.robot_sim.onboard.estimator.intake import FROZEN_RADPS, MAG_EVERY_TICKS, STILL_RAD, STILL_TICKS
 from services.robot_sim.onboard.estimator.kernels import advance, take_fix
+from services.robot_sim.onboard.fence import beyond_m
 from services.robot_sim.onboard.followers import Follower
 from services.robot_sim.onboard.followers.external import ExternalFollower
 from services.robot_sim.onboard.job import Phase
@@ -40,7 +41,7 @@ _VALVE, _DISC = Actuation.VALVE, Actuation.DISC
 
 Floats = NDArray[np.float64]
 Ring = tuple[Floats, Floats, Floats, Floats, Floats, Floats]
-Way = tuple[Floats, Floats, Floats, Floats, Floats, Floats, Floats, Floats]
+Way = tuple[Floats, Floats, Floats, Floats, Floats, Floats, Floats, Floats, Floats, Floats]
 
 # What is carried across, `Cruise.state`.
 STILL: Final = 0  # Intake
@@ -77,11 +78,12 @@ K_LAG: Final = 1
 K_MAX_STEP: Final = 2
 K_NOMINAL_L: Final = 3
 K_SETTLE_TICKS: Final = 4
-K_FENCE: Final = 5  # west, east, south, north
-K_LEG_END: Final = 9
-K_VALVE_ON: Final = 10  # delays [s]
-K_VALVE_OFF: Final = 11
-CONSTANTS: Final = 12
+K_FENCE_MARGIN: Final = 5
+K_BODY_RADIUS: Final = 6
+K_LEG_END: Final = 7
+K_VALVE_ON: Final = 8  # delays [s]
+K_VALVE_OFF: Final = 9
+CONSTANTS: Final = 10
 
 # Columns of a fix in `FIX`, and of what `take_in` is given.
 F_STAMP: Final = 0
@@ -193,11 +195,13 @@ def _trusted(tick: int, P: Floats, n: Floats, s: Floats) -> bool:
 
 
 @kernel
-def _unharmed(x: Floats, battery: float, tank_l: float, flows: Floats, s: Floats, k: Floats) -> bool:
+def _unharmed(
+    x: Floats, battery: float, tank_l: float, fence: Floats, shape: Floats, flows: Floats, s: Floats, k: Floats
+) -> bool:
     """As `Hazards.look`, if it finds nothing; else nothing is changed."""
     if battery < h.LOW_BATTERY or tank_l <= h.DRY_TANK_L or tank_l < h.LOW_TANK_L:
         return False
-    if not (k[K_FENCE] <= x[m.EAST] <= k[K_FENCE + 1] and k[K_FENCE + 2] <= x[m.NORTH] <= k[K_FENCE + 3]):
+    if beyond_m(fence, shape, k[K_BODY_RADIUS], x[m.EAST], x[m.NORTH], x[m.HEADING]) > k[K_FENCE_MARGIN]:
         return False
     left = s[EXPECTED] + min(max(k[K_LAG] * (s[COMMAND] - s[EXPECTED]), -k[K_MAX_STEP]), k[K_MAX_STEP])
     right = s[EXPECTED + 1] + min(max(k[K_LAG] * (s[COMMAND + 1] - s[EXPECTED + 1]), -k[K_MAX_STEP]), k[K_MAX_STEP])
@@ -273,7 +277,8 @@ def steer(
         battery: State of charge, 0…1.
         tank_l: Level of the tank.
         ring: As in `take_in`.
-        way: Rows of the leg, speeds, switches, actuation, then the driver's progress, limits, now and body.
+        way: Rows of the leg, speeds, switches, actuation, the driver's progress, limits, now and body, the fence and
+            the body's shape.
         ahead: Of the driver.
         saved: (PROGRESS + NOW,) scratch.
         flows: (FLOW_WINDOW_TICKS,) ring of what left the tank.
@@ -283,7 +288,7 @@ def steer(
     Returns:
         The actuation for the coming tick; −1 if the tick is not quiet, then only the estimator has had it.
     """
-    rows, speeds, switch_m, actuation, progress, limits, now, body = way
+    rows, speeds, switch_m, actuation, progress, limits, now, body, fence, shape = way
     x, P = ring[0][tick % m.RING], ring[1][tick % m.RING]
     if not _trusted(tick, P, ring[5], s):
         return -1
@@ -298,7 +303,8 @@ def steer(
     astray = abs(now[t.NOZZLE_LATERAL]) > safety.MAX_LATERAL_M
     doubtful = math.sqrt(P[m.HEADING, m.HEADING]) > safety.MAX_HEADING_SIGMA_RAD
     arrived = arc >= k[K_LEG_END] - END_TOLERANCE_M and abs(speed) < 2.0 * t.CREEP_MPS
-    if ((astray or doubtful) and wanted & _VALVE) or arrived or not _unharmed(x, battery, tank_l, flows, s, k):
+    well = not arrived and not ((astray or doubtful) and wanted & _VALVE)
+    if not well or not _unharmed(x, battery, tank_l, fence, shape, flows, s, k):
         progress[:] = saved[: t.PROGRESS]
         now[:] = saved[t.PROGRESS :]
         return -1
@@ -350,7 +356,7 @@ class Cruise:
         self.flows = np.zeros(h.FLOW_WINDOW_TICKS)
         self.saved = np.zeros(t.PROGRESS + t.NOW)
         self.ahead = np.zeros((0, t.AHEAD_COLUMNS))
-        self.way: Way = (*(np.zeros((0, 0)),) * 2, *(np.zeros(0),) * 6)
+        self.way: Way = (*(np.zeros((0, 0)),) * 2, *(np.zeros(0),) * 6, *(np.zeros((0, 2)),) * 2)
         hazards, k = self._hazards, self.constants
         k[K_RADIUS] = vehicle.wheel_radius_m
         k[K_LAG], k[K_MAX_STEP], k[K_NOMINAL_L] = hazards._lag, hazards._max_step, hazards._nominal_l
@@ -365,10 +371,11 @@ class Cruise:
     def begin(self, tick: int) -> bool:
         """Take over after `tick`, if nothing is the matter."""
         job, estimator, hazards, intake = self._traversal.job, self._estimator, self._hazards, self._intake
-        fix = estimator.last_fix
+        fix, fence = estimator.last_fix, hazards.fence
         if (
             job is None
             or fix is None
+            or fence is None
             or intake._reading is None
             or self._traversal.state != TraversalStatus.RUNNING
             or self._traversal.reason
@@ -377,7 +384,7 @@ class Cruise:
         driver, sprayer, plan = job.driver, job.sprayer, job.plan
         along = job._phase is Phase.ALONG and driver.leg.sense == FORWARD and sprayer.owed_from_m is None
         worried = self._watch.pose_problem or hazards.emergency or hazards.stop or any(hazards._wheel_s)
-        away = hazards._fence is None or hazards._outside_s > 0.0 or hazards._unheard_s > 0.0 or hazards.dry_s > 0.0
+        away = hazards._outside_s > 0.0 or hazards._unheard_s > 0.0 or hazards.dry_s > 0.0
         asked = isinstance(self.follower, ExternalFollower)  # which can fail in any tick
         if not along or worried or away or asked or not intake.imu_tick == intake.encoder_tick == tick:
             return False
@@ -394,11 +401,11 @@ class Cruise:
         s[ELAPSED], s[COMMAND : VALVE_AFTER + 1] = self._traversal._elapsed_s, self._onboard._command
         s[SPRAYED_TO], s[FALLS_FROM], s[FALLS_TO] = sprayer._last_m, sprayer.falls_from_m, sprayer.falls_to_m
         s[SWITCH] = bisect_right(plan.switch_m, sprayer._last_m) - 1
-        k[K_FENCE : K_FENCE + 4], k[K_LEG_END] = hazards._fence, driver.leg.end_m
+        k[K_FENCE_MARGIN], k[K_BODY_RADIUS], k[K_LEG_END] = fence.margin_m, fence.radius_m, driver.leg.end_m
         self.ahead = driver._ahead
         switch_m, actuation = np.array(plan.switch_m), np.array(plan.actuation, dtype=np.float64)
         moving = (driver._progress, driver._limits, driver.now, driver._body)
-        self.way = (driver._rows, plan.speeds, switch_m, actuation, *moving)
+        self.way = (driver._rows, plan.speeds, switch_m, actuation, *moving, fence.outline, fence.body)
         return True
 
     def end(self, tick: int, *, sensed: int) -> Command:

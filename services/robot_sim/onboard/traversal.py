@@ -14,13 +14,16 @@ the robot ordered because of its pose ends by itself; one that a person, the los
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from schemas.errors import CommandRefused
 from schemas.messages import Trajectory, TraversalStatus
+from schemas.scenario import FenceLimits
 from schemas.vehicle import Vehicle
 from services.robot_sim.frames import STANDSTILL, TICK_S, Checkpoint, Command, Status
 from services.robot_sim.onboard.estimator.filter import Estimator
 from services.robot_sim.onboard.events import ERROR, INFO, WARN, EventLog
+from services.robot_sim.onboard.fence import Fence
 from services.robot_sim.onboard.followers import Follower
 from services.robot_sim.onboard.hazards import Hazards
 from services.robot_sim.onboard.job import Job
@@ -62,9 +65,11 @@ class Traversal:
         estimator: Estimator,
         watch: Watch,
         hazards: Hazards,
+        fence_limits: FenceLimits,
         log: EventLog,
     ) -> None:
         """Idle."""
+        self._fence_limits = fence_limits
         self._vehicle, self._follower, self._estimator = vehicle, follower, estimator
         self._watch, self._hazards, self._log = watch, hazards, log
         self.state = IDLE
@@ -77,8 +82,15 @@ class Traversal:
         self._time_s = 0.0
         self._elapsed_s = 0.0
 
-    def load(self, trajectory: Trajectory, resume: Checkpoint | None = None) -> float:
+    def load(
+        self,
+        trajectory: Trajectory,
+        resume: Checkpoint | None = None,
+        boundary: Sequence[tuple[float, float]] = (),
+    ) -> float:
         """Check and take a trajectory, to begin at its start or at a checkpoint; returns its planned duration [s].
+
+        The robot is not to leave the `boundary`, corners (x, y) [m]; without one, the plan's surroundings.
 
         Raises:
             CommandRefused: In this state, or for what is wrong with the trajectory or the checkpoint.
@@ -89,8 +101,8 @@ class Traversal:
         job = Job(plan, self._vehicle, self._follower, self._estimator, self._watch)
         if resume is not None:
             job.resume_at(resume)
-        self.job = job
-        self._hazards.fence_in(plan.path)
+        fence = Fence(plan.path, boundary, self._vehicle, self._fence_limits)
+        self.job, self._hazards.fence = job, fence
         self._elapsed_s = 0.0
         self._tries, self._tried_at_m = 0, -math.inf
         self._become(READY, "")
