@@ -15,6 +15,9 @@ from services.bus.counters import Counters
 
 _WAITING_CALLS = 64
 _REMEMBERED_ANSWERS = 16
+#: Between two looks for an answer or a request: short at first, since most come at once, longer while they wait.
+_FIRST_POLL_S = 0.00005
+_POLL_GROWTH = 1.1
 _POLL_S = 0.002
 _RETRY_S = 0.05
 #: How long a call looks for its service before it says that nobody answers.
@@ -75,8 +78,10 @@ class Server(Generic[Request, Response]):
     def wait(self, timeout_s: float) -> ServedCall[Request, Response] | None:
         """As :meth:`poll`, but waits up to ``timeout_s`` for a request."""
         deadline = time.monotonic() + timeout_s
+        pause_s = _FIRST_POLL_S
         while (call := self.poll()) is None and time.monotonic() < deadline:
-            time.sleep(_POLL_S)
+            time.sleep(pause_s)
+            pause_s = min(_POLL_GROWTH * pause_s, _POLL_S)
         return call
 
     def _admit(self, query: zenoh.Query) -> ServedCall[Request, Response] | None:
@@ -165,6 +170,7 @@ def _ask_once(
         congestion_control=zenoh.CongestionControl.BLOCK,
         timeout=max(0.01, timeout_s),
     )
+    pause_s = _FIRST_POLL_S
     while True:
         try:
             reply = replies.try_recv()
@@ -173,7 +179,8 @@ def _ask_once(
         if reply is None:
             if while_waiting:
                 while_waiting()
-            time.sleep(_POLL_S)
+            time.sleep(pause_s)
+            pause_s = min(_POLL_GROWTH * pause_s, _POLL_S)
         elif reply.ok is not None:
             return reply.ok.payload.to_bytes()
         elif reply.err is not None:
