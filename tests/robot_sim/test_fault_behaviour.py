@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from benchmarks._invariants import Guarded, fault, timeline
+from benchmarks._invariants import Guarded, fault, random_run
 from schemas.messages import TraversalStatus
 
 DONE, PAUSED, ESTOPPED = TraversalStatus.DONE, TraversalStatus.PAUSED, TraversalStatus.ESTOPPED
@@ -71,4 +71,4 @@ def test_every_fault(kind: str, fields: dict[str, object], words: str, by_itself
 
 @pytest.mark.parametrize("seed", range(25))
 def test_random_timelines_break_no_invariant(seed: int) -> None:
-    Guarded(timeline(seed), seed=seed % 7 + 1, follower="pure-pursuit" if seed % 3 == 0 else "mpc").run(6000)
+    random_run(seed).run(6000)

@@ -196,12 +196,21 @@ def _trusted(tick: int, P: Floats, n: Floats, s: Floats) -> bool:
 
 @kernel
 def _unharmed(
-    x: Floats, battery: float, tank_l: float, fence: Floats, shape: Floats, flows: Floats, s: Floats, k: Floats
+    x: Floats,
+    sigma_rad: float,
+    battery: float,
+    tank_l: float,
+    fence: Floats,
+    shape: Floats,
+    flows: Floats,
+    s: Floats,
+    k: Floats,
 ) -> bool:
     """As `Hazards.look`, if it finds nothing; else nothing is changed."""
     if battery < h.LOW_BATTERY or tank_l <= h.DRY_TANK_L or tank_l < h.LOW_TANK_L:
         return False
-    if beyond_m(fence, shape, k[K_BODY_RADIUS], x[m.EAST], x[m.NORTH], x[m.HEADING]) > k[K_FENCE_MARGIN]:
+    doubt_m = h.HEADING_DOUBT * sigma_rad * k[K_BODY_RADIUS]
+    if beyond_m(fence, shape, k[K_BODY_RADIUS], x[m.EAST], x[m.NORTH], x[m.HEADING]) > k[K_FENCE_MARGIN] + doubt_m:
         return False
     left = s[EXPECTED] + min(max(k[K_LAG] * (s[COMMAND] - s[EXPECTED]), -k[K_MAX_STEP]), k[K_MAX_STEP])
     right = s[EXPECTED + 1] + min(max(k[K_LAG] * (s[COMMAND + 1] - s[EXPECTED + 1]), -k[K_MAX_STEP]), k[K_MAX_STEP])
@@ -301,10 +310,11 @@ def steer(
     s[NOZZLE_AT] = arc - limits[t.L_NOZZLE_Y] * now[t.HEADING_ERROR]
     wanted: int = _wanted(s[NOZZLE_AT], s[NOZZLE_AT] + TICK_S * max(speed, 0.0), switch_m, actuation, s)
     astray = abs(now[t.NOZZLE_LATERAL]) > safety.MAX_LATERAL_M
-    doubtful = math.sqrt(P[m.HEADING, m.HEADING]) > safety.MAX_HEADING_SIGMA_RAD
+    sigma_rad = math.sqrt(P[m.HEADING, m.HEADING])
+    doubtful = sigma_rad > safety.MAX_HEADING_SIGMA_RAD
     arrived = arc >= k[K_LEG_END] - END_TOLERANCE_M and abs(speed) < 2.0 * t.CREEP_MPS
     well = not arrived and not ((astray or doubtful) and wanted & _VALVE)
-    if not well or not _unharmed(x, battery, tank_l, fence, shape, flows, s, k):
+    if not well or not _unharmed(x, sigma_rad, battery, tank_l, fence, shape, flows, s, k):
         progress[:] = saved[: t.PROGRESS]
         now[:] = saved[t.PROGRESS :]
         return -1

@@ -16,6 +16,8 @@ from services.robot_sim.onboard.estimator.filter import Estimator
 from services.robot_sim.onboard.fence import Fence
 
 OPERATOR_TIMEOUT_S: Final = 2.0
+HEADING_DOUBT: Final = 2.0
+"""σ of the heading: until driving has made it known, the body may be turned by so much, and is not beyond the fence."""
 LOW_BATTERY: Final = 0.08
 LOW_TANK_L: Final = 0.03
 """Some four metres of line: stopping there leaves a clean end, an empty nozzle would sputter."""
@@ -86,7 +88,8 @@ class Hazards:
     def _outside(self) -> str:
         if self.fence is None or not self._estimator.started:
             return ""
-        inside = self.fence.beyond_m(*self._estimator.state[:3].tolist()) <= self.fence.margin_m
+        doubt_m = HEADING_DOUBT * self._estimator.heading_sigma_rad * self.fence.radius_m
+        inside = self.fence.beyond_m(*self._estimator.state[:3].tolist()) <= self.fence.margin_m + doubt_m
         self._outside_s = 0.0 if inside else self._outside_s + TICK_S
         if self._outside_s < self._fence_timeout_s:
             return ""
