@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import get_args
+
 import pytest
 
 from benchmarks._invariants import Guarded, fault, random_run
+from schemas.faults import Fault
 from schemas.messages import TraversalStatus
 
 DONE, PAUSED, ESTOPPED = TraversalStatus.DONE, TraversalStatus.PAUSED, TraversalStatus.ESTOPPED
@@ -43,11 +46,18 @@ STOPS = [
     ("valve-stuck", {"position": "closed"}, "too little paint", False),
     ("disc-stuck", {"position": "up"}, "", True),
     ("nozzle-clogged", {"share": 0.3}, "too little paint", False),
+    ("nozzle-clogged", {"share": 0.7}, "too little paint", False),
+    ("nozzle-clogged", {"share": 0.9}, "", True),
     ("bumper", {}, "bumper is pressed", False),
     ("battery-low", {}, "battery is low", False),
     ("tank-empty", {}, "tank is empty", False),
     ("operator-lost", {}, "operator has not been heard", False),
 ]
+
+
+def test_no_kind_is_left_out() -> None:
+    kinds = {get_args(model.model_fields["kind"].annotation)[0] for model in get_args(get_args(Fault)[0])}
+    assert {kind for kind, *_ in STOPS} == kinds
 
 
 @pytest.mark.parametrize(
