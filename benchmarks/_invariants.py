@@ -242,7 +242,7 @@ class Guarded:
             self._hold(lateral < 0.08, f"paint {lateral:.3f} m beside its line")
             points = self.emulator.ledger.arrays[4][: self.emulator.ledger.points]
             astray = len(points) and points[-1, projection.POINT_TARGET] == -1.0
-            self._hold(not astray, "paint that belongs to no line")
+            self._hold(not astray or "valve-stuck" in self._kinds, "paint that belongs to no line")
 
     def _help(self) -> None:
         onboard = self.emulator.onboard

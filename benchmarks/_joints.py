@@ -32,6 +32,7 @@ from schemas.messages import (
 from schemas.scenario import Scenario
 from schemas.vehicle import Vehicle
 from services.robot_sim.emulator import Emulator
+from services.robot_sim.frames import Checkpoint
 from services.robot_sim.paint.ledger import PaintLedger
 from services.robot_sim.paint.projection import project
 
@@ -43,6 +44,8 @@ ENDS_M: Final = tuple(itertools.accumulate(length for _, length, _ in PIECES))
 PATIENCE_TICKS: Final = 300
 """After which the operator resets and resumes."""
 FAULT_S: Final = 4.0
+BEGINS_TICK: Final = 60_000
+"""The robot has been at work for ten minutes, and the satellites' error has wandered."""
 LIMIT_TICKS: Final = 20000
 
 
@@ -151,7 +154,7 @@ def interrupted(cause: str, seed: int, noise: str = "default", follower: str = "
     vehicle, plan, interrupt = Vehicle(), field(), CAUSES[cause]
     scenario = Scenario.model_validate({"seed": seed, "noise": noise, "follower": follower})
     emulator = Emulator(vehicle, scenario)
-    emulator.load(plan)
+    emulator.load(plan, resume=Checkpoint(0, 0.0, None, BEGINS_TICK))
     emulator.start()
     ledgers, ahead, waiting = [emulator.ledger], places(seed), 0
     for _ in range(LIMIT_TICKS):

@@ -170,6 +170,8 @@ class Checkpoint(NamedTuple):
     arc_length_m: float
     owed_from_m: float | None
     """From where paint is owed: where it stopped, or would have if the process had died in this tick."""
+    tick: int = 0
+    """At the end of which this was so; sim time goes on from there."""
 
 
 class OnboardEvent(NamedTuple):

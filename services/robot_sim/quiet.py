@@ -156,6 +156,22 @@ def drive_quietly(
         pursue(way[6], ahead, lead, limits, memory, wheels)
 
 
+@kernel
+def stand_by(state: Floats, effects: Floats, seed: int, first_tick: int, last_tick: int, sensing: Any) -> None:
+    """Let the sensors live through ticks, first and last included, in which the robot stands and nobody listens.
+
+    Args:
+        state: Of the world.
+        effects: Of faults.
+        seed: Of the scenario.
+        first_tick: See above, as `last_tick`.
+        last_tick: See `first_tick`.
+        sensing: What `sense` is given from the sensors' own.
+    """
+    for tick in range(first_tick, last_tick + 1):
+        sense(state, effects, seed, tick, *sensing)
+
+
 class Quiet:
     """Runs an emulator's quiet ticks.
 

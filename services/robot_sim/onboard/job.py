@@ -81,7 +81,7 @@ class Job:
         Raises:
             CommandRefused: It is no place on this path.
         """
-        leg, arc_length_m, owed_from_m = checkpoint
+        leg, arc_length_m, owed_from_m, _ = checkpoint
         if not 0 <= leg < len(self.plan.legs) or not 0.0 <= arc_length_m <= self.plan.total_length_m:
             raise CommandRefused(f"cannot resume at {arc_length_m:.3f} m of leg {leg}: the path has no such place")
         self.driver.resume_at(leg, arc_length_m)

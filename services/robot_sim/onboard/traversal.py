@@ -198,7 +198,9 @@ class Traversal:
     def checkpoint(self) -> Checkpoint | None:
         """Where another process could go on; None if no traversal is under way."""
         state = self._before_estop if self.state == ESTOPPED else self.state
-        return self.job.checkpoint if self.job is not None and state in (RUNNING, PAUSED) else None
+        if self.job is None or state not in (RUNNING, PAUSED):
+            return None
+        return self.job.checkpoint._replace(tick=round(self._time_s / TICK_S))
 
     def status(self) -> Status:
         """Where the traversal stands."""
