@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import itertools
 import json
-import math
 import random
+from contextlib import suppress
 from typing import Any, Final
 
 from schemas.curves import Curve
@@ -25,9 +24,12 @@ from schemas.messages import (
     VelocityProfile,
     VelocityType,
 )
-from schemas.scenario import Scenario
+from schemas.scenario import FenceLimits, Scenario
 from schemas.vehicle import Vehicle
 from services.robot_sim.emulator import Emulator
+from services.robot_sim.onboard.estimator import model
+from services.robot_sim.paint import projection
+from services.robot_sim.world import body
 
 RUNNING, PAUSED, ESTOPPED = TraversalStatus.RUNNING, TraversalStatus.PAUSED, TraversalStatus.ESTOPPED
 SPRAYED: Final = ((3.0, 8.0), (11.0, 14.0))
@@ -36,6 +38,9 @@ LIMIT_TICKS: Final = 9000
 OPERATOR_TICKS: Final = 205
 PATIENCE_TICKS: Final = 300
 """After which the operator resets or resumes."""
+FENCE_TICKS: Final = 21
+CLOSING_TICKS: Final = 4
+"""The valve's delay."""
 SLACK_M: Final = 0.025
 """A tick's way, and where the valve's delays put the command."""
 POSITION_FAULTS: Final = frozenset(("gnss-wrong-fix", "clock-skew", "gnss-degraded", "corrections-lost", "gnss-noisy"))
@@ -88,6 +93,17 @@ def timeline(seed: int) -> tuple[Fault, ...]:
     return tuple(faults)
 
 
+def orders(seed: int) -> dict[int, str]:
+    """What an operator does without need, by tick."""
+    draw = random.Random(-1 - seed)
+    return {draw.randint(50, 2200): draw.choice(("pause", "estop", "link_lost")) for _ in range(draw.randint(0, 2))}
+
+
+def limits(seed: int) -> FenceLimits:
+    """A fence that is close enough to be met, every fourth time."""
+    return FenceLimits(margin_m=0.02) if seed % 4 == 0 else FenceLimits()
+
+
 def plan() -> Trajectory:
     """A line of 5 m, a bend to the left, and a line of 3 m, at 1 m/s."""
     curves = [Curve(0.0, 0.0, 0.3, 0.0, 8.0)]
@@ -129,11 +145,25 @@ class Guarded:
         faults: The timeline.
         seed: Of the noise.
         patient: Whether there is an operator who resumes and resets.
+        orders: What else the operator does, by tick.
+        fence: Of the scenario.
     """
 
-    def __init__(self, faults: tuple[Fault, ...], seed: int = 1, follower: str = "mpc", patient: bool = True) -> None:
+    def __init__(
+        self,
+        faults: tuple[Fault, ...],
+        seed: int = 1,
+        follower: str = "mpc",
+        patient: bool = True,
+        orders: dict[int, str] | None = None,
+        fence: FenceLimits | None = None,
+    ) -> None:
         """Loaded and started."""
-        self.emulator = Emulator(Vehicle(), Scenario(seed=seed, faults=faults, follower=follower))
+        fence = fence or FenceLimits()
+        scenario = {"seed": seed, "faults": faults, "follower": follower, "fence": fence}
+        self.emulator = Emulator(Vehicle(), Scenario.model_validate(scenario))
+        self._orders = orders or {}
+        self._closed = self._outside = 0
         self.emulator.load(plan())
         self.emulator.start()
         self.reasons: list[str] = []
@@ -153,6 +183,10 @@ class Guarded:
     def tick(self) -> None:
         """One tick, checked."""
         emulator = self.emulator
+        order = self._orders.pop(emulator.tick_count, "")
+        if order:
+            with suppress(CommandRefused):
+                getattr(emulator, order)()
         before = emulator.onboard.state
         emulator.tick()
         status, command, frame = emulator.onboard.status, emulator.command, emulator.frame
@@ -171,11 +205,25 @@ class Guarded:
             self._hold(status.state not in (RUNNING, PAUSED), "on with a pressed bumper")
         if self._unheard > OPERATOR_TICKS:
             self._hold(status.state != RUNNING, "running without an operator")
+        self._closed = 0 if command.valve or command.valve_after_s > 0.0 else self._closed + 1
+        if self._closed > CLOSING_TICKS and "valve-stuck" not in self._kinds:
+            self._hold(not emulator.world.state[body.VALVE_OPEN], "the valve stays open")
+        self._check_fence(status.state)
         if command.valve:
             self._check_paint(status.arc_length_m)
         self._reset = False
         if self._patient:
             self._help()
+
+    def _check_fence(self, state: int) -> None:
+        onboard = self.emulator.onboard
+        fence, estimator = onboard._hazards.fence, onboard._estimator  # type: ignore[attr-defined]
+        if not estimator.started:
+            return
+        allowed_m = fence.margin_m + 3.0 * estimator.heading_sigma_rad * fence.radius_m
+        beyond = fence.beyond_m(*estimator.state[:3].tolist()) > allowed_m
+        self._outside = self._outside + 1 if beyond and state in (RUNNING, PAUSED) else 0
+        self._hold(self._outside < FENCE_TICKS, "on beyond the fence")
 
     def _check_paint(self, arc_length_m: float) -> None:
         estimator = self.emulator.onboard._estimator  # type: ignore[attr-defined]
@@ -183,11 +231,18 @@ class Guarded:
         self._hold(fix is not None and fix.fix == 3 and fix.correction_age_s <= 10.0, "paint without an RTK fix")
         self._hold(self.emulator.time_s - fix.stamp_s <= 0.51 or "clock-skew" in self._kinds, "paint on an old fix")
         self._hold(sigma <= 0.025, "paint without a position")
+        counters = estimator.counters
+        self._hold(counters[model.N_FIX_REJECTED_RUN] < 3, "paint against the fixes")
+        self._hold(counters[model.NIS_FIX_RECENT] <= 6.0, "paint on scattering fixes")
+        self._hold(counters[model.ENCODER_REJECTED_RECENT] <= 0.5, "paint on slipping wheels")
         inside = any(start - SLACK_M <= arc_length_m <= end + SLACK_M for start, end in SPRAYED)
         self._hold(inside, "paint outside what the plan sprays")
         if not self._kinds & POSITION_FAULTS:
             lateral = abs(self.emulator.ledger.lateral_m)
             self._hold(lateral < 0.08, f"paint {lateral:.3f} m beside its line")
+            points = self.emulator.ledger.arrays[4][: self.emulator.ledger.points]
+            astray = len(points) and points[-1, projection.POINT_TARGET] == -1.0
+            self._hold(not astray or "valve-stuck" in self._kinds, "paint that belongs to no line")
 
     def _help(self) -> None:
         onboard = self.emulator.onboard
@@ -210,24 +265,7 @@ class Guarded:
             raise Broken(f"{what} at {emulator.time_s:.2f} s: {emulator.onboard.status}, {emulator.scenario.faults}")
 
 
-def joints(emulator: Emulator) -> list[float]:
-    """Along every sprayed stretch, the gaps (positive) and doubles (negative) between strokes [m]."""
-    found = []
-    for target in emulator.ledger.targets:
-        curve = target.curve
-        spans = []
-        for stroke in emulator.ledger.strokes():
-            ends = [
-                (stroke.points[i, 0] - curve.x_m) * math.cos(curve.heading_rad)
-                + (stroke.points[i, 1] - curve.y_m) * math.sin(curve.heading_rad)
-                for i in (0, -1)
-            ]
-            beside = abs(
-                (stroke.points[0, 1] - curve.y_m) * math.cos(curve.heading_rad)
-                - (stroke.points[0, 0] - curve.x_m) * math.sin(curve.heading_rad)
-            )
-            if beside < 0.3 and ends[1] > -0.1 and ends[0] < curve.length_m + 0.1:
-                spans.append((ends[0], ends[1]))
-        spans.sort()
-        found += [after[0] - before[1] for before, after in itertools.pairwise(spans)]
-    return found
+def random_run(seed: int) -> Guarded:
+    """A run with random faults and orders."""
+    follower = "pure-pursuit" if seed % 3 == 0 else "mpc"
+    return Guarded(timeline(seed), seed % 7 + 1, follower, orders=orders(seed), fence=limits(seed))

@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 from collections import Counter
 
-from benchmarks._invariants import Broken, Guarded, timeline
+from benchmarks._invariants import Broken, random_run
 from schemas.messages import TraversalStatus
 
 
@@ -17,7 +17,7 @@ def main() -> None:
     runs = int(os.environ.get("TOUCHLINE_RUNS", "200"))
     ends: Counter[str] = Counter()
     for seed in range(runs):
-        run = Guarded(timeline(seed), seed=seed % 7 + 1, follower="pure-pursuit" if seed % 3 == 0 else "mpc")
+        run = random_run(seed)
         try:
             state = run.run()
         except Broken as broken:

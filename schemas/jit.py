@@ -3,8 +3,8 @@
 Kernels are cached on disk, so only the first start after an installation or a change compiles. ``fastmath`` stays off:
 the same scenario must give the same bits on every run.
 
-Numba notices a change of a kernel's own file, but not of a kernel that it calls from another file. So the cache's
-folder is named after the text of all files with kernels in them: whatever changes, nothing stale is ever run.
+Numba notices a change of a kernel's own file, but not of a kernel or a constant that it takes from another file. So the
+cache's folder is named after the text of all files beside kernels: whatever changes, nothing stale is ever run.
 """
 
 import hashlib
@@ -20,13 +20,14 @@ _PACKAGES = ("schemas", "services")
 
 
 def _fingerprint() -> str:
-    """A hash of every source file that holds kernels."""
+    """A hash of every source file in the folders that hold kernels."""
     digest = hashlib.blake2b(digest_size=8)
-    for package in _PACKAGES:
-        for path in sorted((_ROOT / package).rglob("*.py")):
-            text = path.read_bytes()
-            if b"schemas.jit" in text:
-                digest.update(text)
+    paths = [path for package in _PACKAGES for path in sorted((_ROOT / package).rglob("*.py"))]
+    texts = {path: path.read_bytes() for path in paths}
+    folders = {path.parent for path, text in texts.items() if b"schemas.jit" in text}
+    for path, text in texts.items():
+        if path.parent in folders:
+            digest.update(text)
     return digest.hexdigest()
 
 

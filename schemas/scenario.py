@@ -135,6 +135,17 @@ class EncoderNoise(Spec):
     quantised: bool = True
 
 
+class FenceLimits(Spec):
+    """How far any part of the robot's body may leave the fence, and for how long, before it stops hard."""
+
+    margin_m: Annotated[float, Field(ge=0, le=1000)] = 2.0
+    """Beyond the convex hull of what the body sweeps along the plan, for a template without a boundary."""
+    boundary_margin_m: Annotated[float, Field(ge=0, le=1000)] = 0.1
+    """Beyond a template's boundary."""
+    timeout_s: Annotated[float, Field(ge=0.01, le=10)] = 0.2
+    """In sim time."""
+
+
 class Pose2(Spec):
     """Position (m) and heading (rad) in the map frame."""
 
@@ -168,6 +179,7 @@ class Scenario(Spec):
     """What hides the sky from the GNSS antenna, and where."""
     steel: Annotated[tuple[Steel, ...], Field(max_length=100)] = ()
     """What disturbs the magnetometer, and where."""
+    fence: FenceLimits = FenceLimits()
     start: Pose2 | None = None
     """Where the robot stands at first; by default at the start of the plan."""
     origin: Origin = Origin()

@@ -16,6 +16,9 @@ from services.bus.counters import Counters
 
 _WAITING_CALLS = 64
 _REMEMBERED_ANSWERS = 16
+#: Between two looks for an answer or a request: short at first, since most come at once, longer while they wait.
+_FIRST_POLL_S = 0.00005
+_POLL_GROWTH = 1.1
 _POLL_S = 0.002
 _RETRY_S = 0.05
 #: How long a call looks for its service before it says that nobody answers.
@@ -76,8 +79,10 @@ class Server(Generic[Request, Response]):
     def wait(self, timeout_s: float) -> ServedCall[Request, Response] | None:
         """As :meth:`poll`, but waits up to ``timeout_s`` for a request."""
         deadline = time.monotonic() + timeout_s
+        pause_s = _FIRST_POLL_S
         while (call := self.poll()) is None and time.monotonic() < deadline:
-            time.sleep(_POLL_S)
+            time.sleep(pause_s)
+            pause_s = min(_POLL_GROWTH * pause_s, _POLL_S)
         return call
 
     def _admit(self, query: zenoh.Query) -> ServedCall[Request, Response] | None:
@@ -199,10 +204,12 @@ def _ask_once(
 ) -> bytes | None:
     """One query: the answer's payload, or ``None`` when there is nobody to answer."""
     question = Question(session, key, payload, timeout_s)
+    pause_s = _FIRST_POLL_S
     while (answer := question.poll()) is None:
         if while_waiting:
             while_waiting()
-        time.sleep(_POLL_S)
+        time.sleep(pause_s)
+        pause_s = min(_POLL_GROWTH * pause_s, _POLL_S)
     if answer.refusal is not None:
         raise CallError(f"{key}: {answer.refusal}")
     return answer.payload

@@ -6,6 +6,7 @@ same session to the bit, whatever the pace.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final, Protocol
 
 from schemas.errors import CommandRefused
@@ -32,10 +33,10 @@ from services.robot_sim.onboard.trajectory import resume_pose
 from services.robot_sim.paint.ledger import PaintLedger
 from services.robot_sim.paint.metrics import PaintMetrics, paint_metrics
 from services.robot_sim.paint.targets import start_pose, targets
-from services.robot_sim.quiet import ESTIMATED, SENSED, WHOLE, Quiet
+from services.robot_sim.quiet import ESTIMATED, SENSED, WHOLE, Quiet, stand_by
 from services.robot_sim.sensors.suite import Sensors
 from services.robot_sim.world import body
-from services.robot_sim.world.world import Pose, World
+from services.robot_sim.world.world import NO_EFFECTS, Pose, World
 
 SETTLE_TICKS: Final = 100
 """A traversal that has ended is watched for this long, so that the robot has come to rest and the paint is all out."""
@@ -65,8 +66,13 @@ class OnboardComputer(Protocol):
     def checkpoint(self) -> Checkpoint | None:
         """Where another process could go on."""
 
-    def load(self, trajectory: Trajectory, resume: Checkpoint | None = None) -> float:
-        """Take a trajectory; returns its planned duration [s]."""
+    def load(
+        self,
+        trajectory: Trajectory,
+        resume: Checkpoint | None = None,
+        boundary: Sequence[tuple[float, float]] = (),
+    ) -> float:
+        """Take a trajectory, not to be left beyond the boundary; returns its planned duration [s]."""
 
     def start(self) -> None:
         """Begin the traversal."""
@@ -150,7 +156,7 @@ class Emulator:
         """Take a trajectory and what it shall paint; returns its planned duration [s].
 
         The robot is carried to the scenario's start or else to where the plan begins, and a new ledger is opened. With
-        `resume` it stands where another process left it, and only the rest is painted.
+        `resume` it stands where another process left it, sim time goes on from then, and only the rest is painted.
 
         Raises:
             CommandRefused: A traversal is under way or coming to rest, or the trajectory cannot be driven.
@@ -162,7 +168,8 @@ class Emulator:
             start = start_pose(trajectory)
         except ValueError as error:
             raise CommandRefused(f"the trajectory cannot be driven: {error}") from error
-        duration_s = self.onboard.load(trajectory, resume)
+        boundary = template.boundary.corners if template is not None and template.boundary is not None else ()
+        duration_s = self.onboard.load(trajectory, resume, boundary)
         if resume is not None:
             start = resume_pose(trajectory, self.vehicle, resume)
         width_m = template.line_width_m if template is not None else self.vehicle.spray_width_m
@@ -170,7 +177,16 @@ class Emulator:
         self.estimator_error = EstimatorError()
         if self.scenario.start is None or resume is not None:
             self.world.place(Pose(*start))
+        if resume is not None and resume.tick > self.tick_count:
+            self._stand_by(resume.tick)
         return duration_s
+
+    def _stand_by(self, tick: int) -> None:
+        """Be where another process ended: satellites and sensors have gone on, what was to go wrong until then has."""
+        sensors, seed = self.sensors, self.scenario.seed
+        stand_by(self.world.state, NO_EFFECTS, seed, self.tick_count + 1, tick, sensors.arguments)
+        self.tick_count = tick
+        self.faults.step(tick)
 
     def start(self) -> None:
         """Begin the loaded traversal."""

@@ -96,6 +96,8 @@ class Command(NamedTuple):
     right_radps: float
     valve: bool
     disc: bool
+    valve_after_s: float = 0.0
+    """How far into the tick the valve is to be so; until then it is to be the opposite. 0 if nothing changes."""
 
 
 STANDSTILL: Final = Command(0.0, 0.0, False, False)
@@ -168,6 +170,8 @@ class Checkpoint(NamedTuple):
     arc_length_m: float
     owed_from_m: float | None
     """From where paint is owed: where it stopped, or would have if the process had died in this tick."""
+    tick: int = 0
+    """At the end of which this was so; sim time goes on from there."""
 
 
 class OnboardEvent(NamedTuple):

@@ -19,7 +19,8 @@ from schemas.cdr import encode
 from schemas.messages import Trajectory
 from services.robot_sim.frames import Checkpoint
 
-_RECORD: Final = struct.Struct("<Q16siddI")  # count, trajectory, leg, arc length, owed from (nan: none), checksum
+_RECORD: Final = struct.Struct("<Q16siddQI")
+"""Count, trajectory, leg, arc length, owed from (nan: none), tick, checksum."""
 _SLOT: Final = 64
 _SIZE: Final = 2 * _SLOT
 
@@ -68,17 +69,17 @@ class Journal:
             return
         self._count += 1
         self._trajectory, self._checkpoint = trajectory, checkpoint
-        leg, arc_length_m, owed_from_m = checkpoint if checkpoint is not None else (-1, 0.0, None)
+        leg, arc_length_m, owed_from_m, tick = checkpoint if checkpoint is not None else (-1, 0.0, None, 0)
         owed = math.nan if owed_from_m is None else owed_from_m
-        record = _RECORD.pack(self._count, trajectory, leg, arc_length_m, owed, 0)[:-4]
+        record = _RECORD.pack(self._count, trajectory, leg, arc_length_m, owed, tick, 0)[:-4]
         start = self._count % 2 * _SLOT
         self._map[start : start + _RECORD.size] = record + struct.pack("<I", zlib.crc32(record))
 
     def _read(self, slot: int) -> tuple[int, bytes, Checkpoint | None]:
         raw = self._map[slot * _SLOT : slot * _SLOT + _RECORD.size]
-        count, trajectory, leg, arc_length_m, owed, check = _RECORD.unpack(raw)
+        count, trajectory, leg, arc_length_m, owed, tick, check = _RECORD.unpack(raw)
         if count == 0 or check != zlib.crc32(raw[:-4]):
             return 0, b"", None
         if leg < 0:
             return count, trajectory, None
-        return count, trajectory, Checkpoint(leg, arc_length_m, None if math.isnan(owed) else owed)
+        return count, trajectory, Checkpoint(leg, arc_length_m, None if math.isnan(owed) else owed, tick)

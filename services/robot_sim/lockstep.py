@@ -2,24 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Final
 
 from schemas import messages as m
 from schemas import topics
 from schemas.errors import PayloadError
 from services.bus import Bus, CallError
-from services.robot_sim.onboard.followers import Question
+from services.robot_sim.onboard.followers import Interrupted, Question
 
 TIMEOUT_S: Final = 1.0
-"""Wall clock. Sim time stands still meanwhile, and so do the robot's other services."""
+"""Wall clock. Sim time stands still meanwhile, and so do all services but those that `interrupted` looks for."""
 
 
 class Lockstep:
-    """`Ask` of an external follower, over the service `follower/step`."""
+    """`Ask` of an external follower, over the service `follower/step`.
 
-    def __init__(self, bus: Bus) -> None:
-        """Ask on this bus."""
+    Args:
+        bus: To ask on.
+        interrupted: Whether somebody who has to be answered at once is waiting; asked every few milliseconds.
+    """
+
+    def __init__(self, bus: Bus, interrupted: Callable[[], bool] = lambda: False) -> None:
+        """See the class."""
         self._bus = bus
+        self._interrupted = interrupted
         self._step = 0
 
     def __call__(self, question: Question) -> tuple[float, float]:
@@ -27,6 +34,7 @@ class Lockstep:
 
         Raises:
             ConnectionError: Nobody answered in time, or with something else.
+            Interrupted: The wait was broken off.
         """
         self._step += 1
         request = m.FollowerStepRequest(
@@ -37,12 +45,16 @@ class Lockstep:
             ahead_yaw_rate_radps=question.ahead[:, 1].tolist(),
         )
         try:
-            answer = self._bus.call(topics.FOLLOWER_STEP, request, timeout_s=TIMEOUT_S)
+            answer = self._bus.call(topics.FOLLOWER_STEP, request, TIMEOUT_S, self._look)
         except (CallError, PayloadError) as error:
             raise ConnectionError(f"the external follower does not answer: {error}") from error
         if answer.step != self._step:
             raise ConnectionError(f"the external follower answered step {answer.step} instead of {self._step}")
         return answer.left_radps, answer.right_radps
+
+    def _look(self) -> None:
+        if self._interrupted():
+            raise Interrupted
 
 
 NOW_FIELDS: Final = (

@@ -122,7 +122,7 @@ def drive_quietly(
     tick = at[TICK]
     while True:
         if at[STAGE] == ASKING:
-            obey(wheels, at[WANTED], way[4][tracking.P_ARC], s)
+            obey(wheels, at[WANTED], way[6][tracking.SPEED], s, k)
             enter(table, frame, starts, members, half_width, trace, points, latest, stretches, ledger)
             x = ring[0][tick % model.RING]
             truth = (state[body.EAST], state[body.NORTH], state[body.HEADING])
@@ -135,7 +135,8 @@ def drive_quietly(
         at[TICK] = tick
         left, right = s[c.COMMAND], s[c.COMMAND + 1]
         valve, disc = s[c.COMMAND + 2] > 0.0, s[c.COMMAND + 3] > 0.0
-        physics.advance(state, parameters, left, right, valve, disc, effects, seed, tick, trace)
+        after_s = s[c.VALVE_AFTER]
+        physics.advance(state, parameters, left, right, valve, disc, after_s, effects, seed, tick, trace)
         at[FIXES] = sense(state, effects, seed, tick, *sensing)
         at[STAGE] = SENSED
         if not _arrived_in_time(at[FIXES], tick, measured_tick, arrivals):
@@ -153,6 +154,22 @@ def drive_quietly(
         if lead < 0:
             return
         pursue(way[6], ahead, lead, limits, memory, wheels)
+
+
+@kernel
+def stand_by(state: Floats, effects: Floats, seed: int, first_tick: int, last_tick: int, sensing: Any) -> None:
+    """Let the sensors live through ticks, first and last included, in which the robot stands and nobody listens.
+
+    Args:
+        state: Of the world.
+        effects: Of faults.
+        seed: Of the scenario.
+        first_tick: See above, as `last_tick`.
+        last_tick: See `first_tick`.
+        sensing: What `sense` is given from the sensors' own.
+    """
+    for tick in range(first_tick, last_tick + 1):
+        sense(state, effects, seed, tick, *sensing)
 
 
 class Quiet:

@@ -5,15 +5,15 @@ from __future__ import annotations
 import os
 import time
 from pathlib import Path
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
 from schemas import messages as m
 from schemas import topics
 from schemas.scenario import Scenario
 from schemas.vehicle import Vehicle
-from services.bus import Bus, BusConfig, HealthReporter
+from services.bus import Bus, BusConfig, HealthReporter, ServedCall
 from services.lifecycle import until_stopped
-from services.robot_sim.commands import Commands
+from services.robot_sim.commands import Commands, Handler
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.journal import Journal
 from services.robot_sim.lockstep import Lockstep
@@ -24,6 +24,8 @@ from services.robot_sim.warm_up import warm_up
 
 GUARDIANS: Final = frozenset((topics.CONSOLE, topics.OPERATOR, topics.PLANNER))
 """Of these nodes at least one must be on the bus while the robot drives by itself."""
+STOPS: Final = (topics.ESTOP, topics.PAUSE, topics.ABORT)
+"""What is looked for also while a tick waits for an external follower."""
 BRAKING_TICKS: Final = 300
 """More than enough to come to rest."""
 ClockPolicy = Literal["held", "free"]
@@ -86,7 +88,7 @@ class RobotProcess:
         journal: Journal | None = None,
     ) -> None:
         """Serve at once; nothing moves before a command."""
-        self._emulator = Emulator(vehicle, scenario, ask=Lockstep(bus))
+        self._emulator = Emulator(vehicle, scenario, ask=Lockstep(bus, self._stop_waits))
         self._telemetry = Telemetry(self._emulator)
         self._pacer = Pacer(speed, time.monotonic())
         self._free = clock == "free"
@@ -99,6 +101,8 @@ class RobotProcess:
         }
         self._commands = Commands(self._emulator, self._telemetry, self._set_speed, journal)
         self._servers = [(bus.serve(service), handler) for service, handler in self._commands.handlers.items()]
+        self._stops = [pair for pair in self._servers if pair[0].service in STOPS]
+        self._waiting: list[tuple[ServedCall[Any, Any], Handler]] = []
         self._health = health
         self._publish([self._telemetry.status()])
 
@@ -138,16 +142,33 @@ class RobotProcess:
             self._commands.note_progress()
             self._publish(self._telemetry.after_tick())
             ticks -= 1
+            self._answer_stops()
             if time.monotonic() >= until_s:
                 self._pacer.give_back(ticks)
                 return
 
     def _serve(self) -> None:
+        self._answer_stops()
         for server, handler in self._servers:
             while (call := server.poll()) is not None:
-                response = handler(call.request)
-                self._publish(self._commands.take())
-                call.reply(response)
+                self._answer(call, handler)
+
+    def _answer(self, call: ServedCall[Any, Any], handler: Handler) -> None:
+        response = handler(call.request)
+        self._publish(self._commands.take())
+        call.reply(response)
+
+    def _stop_waits(self) -> bool:
+        """Whether somebody wants to stop the robot; in the middle of a tick, so it is answered after that."""
+        for server, handler in self._stops:
+            while (call := server.poll()) is not None:
+                self._waiting.append((call, handler))
+        return bool(self._waiting)
+
+    def _answer_stops(self) -> None:
+        waiting, self._waiting = self._waiting, []
+        for call, handler in waiting:
+            self._answer(call, handler)
 
     def _mind_link(self) -> None:
         driving = self._emulator.onboard.state == m.TraversalStatus.RUNNING

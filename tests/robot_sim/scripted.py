@@ -65,7 +65,7 @@ class ScriptedOnboard:
 
     checkpoint = None
 
-    def load(self, _trajectory, _resume=None):
+    def load(self, _trajectory, _resume=None, _boundary=()):
         if self.state == TraversalStatus.RUNNING:
             raise CommandRefused("a traversal is under way")
         self.state, self._played = TraversalStatus.READY, 0

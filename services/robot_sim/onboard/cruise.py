@@ -29,6 +29,7 @@ from services.robot_sim.onboard.estimator import model as m
 from services.robot_sim.onboard.estimator.filter import FIX_FIXED, LEAD_S
 from services.robot_sim.onboard.estimator.intake import FROZEN_RADPS, MAG_EVERY_TICKS, STILL_RAD, STILL_TICKS
 from services.robot_sim.onboard.estimator.kernels import advance, take_fix
+from services.robot_sim.onboard.fence import beyond_m
 from services.robot_sim.onboard.followers import Follower
 from services.robot_sim.onboard.followers.external import ExternalFollower
 from services.robot_sim.onboard.job import Phase
@@ -40,7 +41,7 @@ _VALVE, _DISC = Actuation.VALVE, Actuation.DISC
 
 Floats = NDArray[np.float64]
 Ring = tuple[Floats, Floats, Floats, Floats, Floats, Floats]
-Way = tuple[Floats, Floats, Floats, Floats, Floats, Floats, Floats, Floats]
+Way = tuple[Floats, Floats, Floats, Floats, Floats, Floats, Floats, Floats, Floats, Floats]
 
 # What is carried across, `Cruise.state`.
 STILL: Final = 0  # Intake
@@ -59,11 +60,17 @@ FLOW_COUNT: Final = 21
 FLOW_FIRST: Final = 22  # in the ring of flows
 ELAPSED: Final = 23  # Traversal
 COMMAND: Final = 24  # left, right [rad/s], valve, disc
-SPRAYED_TO: Final = 28  # Sprayer
-SWITCH: Final = 29  # index of the actuation under the robot
-READING: Final = 30  # Intake: the newest IMU sample, gyro and accelerometer
-RATE_THEN: Final = 36  # left, right, when it was last another one
-STATE_SIZE: Final = 38
+VALVE_AFTER: Final = 28  # the command's valve_after_s
+SPRAYED_TO: Final = 29  # Sprayer
+FALLS_FROM: Final = 30
+FALLS_TO: Final = 31
+SWITCH: Final = 32  # index of the actuation under the robot
+OPEN: Final = 33  # whether the valve is to be open by the end of the coming tick
+SWITCH_AT: Final = 34  # where the nozzle is when it has to change
+NOZZLE_AT: Final = 35  # where the nozzle is, as `Job` has it
+READING: Final = 36  # Intake: the newest IMU sample, gyro and accelerometer
+RATE_THEN: Final = 42  # left, right, when it was last another one
+STATE_SIZE: Final = 44
 
 # Constants, `Cruise.constants`.
 K_RADIUS: Final = 0
@@ -71,8 +78,11 @@ K_LAG: Final = 1
 K_MAX_STEP: Final = 2
 K_NOMINAL_L: Final = 3
 K_SETTLE_TICKS: Final = 4
-K_FENCE: Final = 5  # west, east, south, north
-K_LEG_END: Final = 9
+K_FENCE_MARGIN: Final = 5
+K_BODY_RADIUS: Final = 6
+K_LEG_END: Final = 7
+K_VALVE_ON: Final = 8  # delays [s]
+K_VALVE_OFF: Final = 9
 CONSTANTS: Final = 10
 
 # Columns of a fix in `FIX`, and of what `take_in` is given.
@@ -185,11 +195,22 @@ def _trusted(tick: int, P: Floats, n: Floats, s: Floats) -> bool:
 
 
 @kernel
-def _unharmed(x: Floats, battery: float, tank_l: float, flows: Floats, s: Floats, k: Floats) -> bool:
+def _unharmed(
+    x: Floats,
+    sigma_rad: float,
+    battery: float,
+    tank_l: float,
+    fence: Floats,
+    shape: Floats,
+    flows: Floats,
+    s: Floats,
+    k: Floats,
+) -> bool:
     """As `Hazards.look`, if it finds nothing; else nothing is changed."""
     if battery < h.LOW_BATTERY or tank_l <= h.DRY_TANK_L or tank_l < h.LOW_TANK_L:
         return False
-    if not (k[K_FENCE] <= x[m.EAST] <= k[K_FENCE + 1] and k[K_FENCE + 2] <= x[m.NORTH] <= k[K_FENCE + 3]):
+    doubt_m = h.HEADING_DOUBT * sigma_rad * k[K_BODY_RADIUS]
+    if beyond_m(fence, shape, k[K_BODY_RADIUS], x[m.EAST], x[m.NORTH], x[m.HEADING]) > k[K_FENCE_MARGIN] + doubt_m:
         return False
     left = s[EXPECTED] + min(max(k[K_LAG] * (s[COMMAND] - s[EXPECTED]), -k[K_MAX_STEP]), k[K_MAX_STEP])
     right = s[EXPECTED + 1] + min(max(k[K_LAG] * (s[COMMAND + 1] - s[EXPECTED + 1]), -k[K_MAX_STEP]), k[K_MAX_STEP])
@@ -226,15 +247,23 @@ def _unharmed(x: Floats, battery: float, tank_l: float, flows: Floats, s: Floats
 
 @kernel
 def _wanted(arc_m: float, ahead_m: float, switch_m: Floats, actuation: Floats, s: Floats) -> int:
-    """As `Sprayer.wanted_at`: what the plan asks for at either place."""
+    """As `Sprayer.wanted_at`, what the plan asks for at either place; and as `Sprayer.step` while nothing is owed."""
     at = int(s[SWITCH])
+    while at >= 0 and switch_m[at] > arc_m:  # the nozzle goes back a little when a standing robot turns
+        at -= 1
     while at + 1 < len(switch_m) and switch_m[at + 1] <= arc_m:
         at += 1
     s[SWITCH] = at
-    wanted = int(actuation[at]) if at >= 0 else 0
+    now = int(actuation[at]) if at >= 0 else 0
+    next_m = switch_m[at + 1] if at + 1 < len(switch_m) else math.inf
     while at + 1 < len(switch_m) and switch_m[at + 1] <= ahead_m:
         at += 1
-    return wanted | (int(actuation[at]) if at >= 0 else 0)
+    then = int(actuation[at]) if at >= 0 else 0
+    sprays, is_open = now & _VALVE != 0, s[COMMAND + 2] > 0.0
+    s[OPEN], s[SWITCH_AT] = 1.0 if (now | then) & _VALVE else 0.0, arc_m
+    if sprays == is_open and (then & _VALVE != 0) != sprays:
+        s[OPEN], s[SWITCH_AT] = 0.0 if is_open else 1.0, next_m
+    return now | then
 
 
 @kernel
@@ -257,7 +286,8 @@ def steer(
         battery: State of charge, 0…1.
         tank_l: Level of the tank.
         ring: As in `take_in`.
-        way: Rows of the leg, speeds, switches, actuation, then the driver's progress, limits, now and body.
+        way: Rows of the leg, speeds, switches, actuation, the driver's progress, limits, now and body, the fence and
+            the body's shape.
         ahead: Of the driver.
         saved: (PROGRESS + NOW,) scratch.
         flows: (FLOW_WINDOW_TICKS,) ring of what left the tank.
@@ -267,7 +297,7 @@ def steer(
     Returns:
         The actuation for the coming tick; −1 if the tick is not quiet, then only the estimator has had it.
     """
-    rows, speeds, switch_m, actuation, progress, limits, now, body = way
+    rows, speeds, switch_m, actuation, progress, limits, now, body, fence, shape = way
     x, P = ring[0][tick % m.RING], ring[1][tick % m.RING]
     if not _trusted(tick, P, ring[5], s):
         return -1
@@ -277,11 +307,14 @@ def steer(
     observe(x, x[m.SPEED] + 0.5 * TICK_S * (s[ACCEL] - x[m.ACCEL_BIAS]), s[COMMAND], s[COMMAND + 1], body, now)
     track(rows, FORWARD, speeds, progress, limits, t.MODE_PROFILE, x[m.EAST], x[m.NORTH], x[m.HEADING], now, ahead)
     arc, speed = progress[t.P_ARC], now[t.SPEED]
-    wanted: int = _wanted(arc, arc + TICK_S * max(speed, 0.0), switch_m, actuation, s)
+    s[NOZZLE_AT] = arc - limits[t.L_NOZZLE_Y] * now[t.HEADING_ERROR]
+    wanted: int = _wanted(s[NOZZLE_AT], s[NOZZLE_AT] + TICK_S * max(speed, 0.0), switch_m, actuation, s)
     astray = abs(now[t.NOZZLE_LATERAL]) > safety.MAX_LATERAL_M
-    doubtful = math.sqrt(P[m.HEADING, m.HEADING]) > safety.MAX_HEADING_SIGMA_RAD
+    sigma_rad = math.sqrt(P[m.HEADING, m.HEADING])
+    doubtful = sigma_rad > safety.MAX_HEADING_SIGMA_RAD
     arrived = arc >= k[K_LEG_END] - END_TOLERANCE_M and abs(speed) < 2.0 * t.CREEP_MPS
-    if ((astray or doubtful) and wanted & _VALVE) or arrived or not _unharmed(x, battery, tank_l, flows, s, k):
+    well = not arrived and not ((astray or doubtful) and wanted & _VALVE)
+    if not well or not _unharmed(x, sigma_rad, battery, tank_l, fence, shape, flows, s, k):
         progress[:] = saved[: t.PROGRESS]
         now[:] = saved[t.PROGRESS :]
         return -1
@@ -289,12 +322,21 @@ def steer(
 
 
 @kernel
-def obey(wheels: Floats, wanted: int, arc_m: float, s: Floats) -> None:
+def obey(wheels: Floats, wanted: int, speed_mps: float, s: Floats, k: Floats) -> None:
     """End a quiet tick with the follower's wheel speeds (2,) [rad/s] and the plan's actuation."""
     s[COMMAND], s[COMMAND + 1] = wheels[0], wheels[1]
-    s[COMMAND + 2] = 1.0 if wanted & _VALVE else 0.0
+    s[VALVE_AFTER] = 0.0
+    if s[OPEN] != s[COMMAND + 2]:
+        speed_mps, place_m = max(speed_mps, 0.0), s[SWITCH_AT]
+        if place_m > s[NOZZLE_AT]:
+            s[VALVE_AFTER] = min((place_m - s[NOZZLE_AT]) / speed_mps, TICK_S)
+        if s[OPEN] > 0.0:
+            s[FALLS_FROM], s[FALLS_TO] = place_m + speed_mps * k[K_VALVE_ON], math.inf
+        else:
+            s[FALLS_TO] = place_m + speed_mps * k[K_VALVE_OFF]
+    s[COMMAND + 2] = s[OPEN]
     s[COMMAND + 3] = 1.0 if wanted & _DISC else 0.0
-    s[SPRAYED_TO] = arc_m
+    s[SPRAYED_TO] = s[NOZZLE_AT]
     s[ELAPSED] += TICK_S
 
 
@@ -324,11 +366,12 @@ class Cruise:
         self.flows = np.zeros(h.FLOW_WINDOW_TICKS)
         self.saved = np.zeros(t.PROGRESS + t.NOW)
         self.ahead = np.zeros((0, t.AHEAD_COLUMNS))
-        self.way: Way = (*(np.zeros((0, 0)),) * 2, *(np.zeros(0),) * 6)
+        self.way: Way = (*(np.zeros((0, 0)),) * 2, *(np.zeros(0),) * 6, *(np.zeros((0, 2)),) * 2)
         hazards, k = self._hazards, self.constants
         k[K_RADIUS] = vehicle.wheel_radius_m
         k[K_LAG], k[K_MAX_STEP], k[K_NOMINAL_L] = hazards._lag, hazards._max_step, hazards._nominal_l
         k[K_SETTLE_TICKS] = hazards._settle_ticks
+        k[K_VALVE_ON], k[K_VALVE_OFF] = vehicle.valve_on_delay_s, vehicle.valve_off_delay_s
 
     @property
     def follower(self) -> Follower:
@@ -338,10 +381,11 @@ class Cruise:
     def begin(self, tick: int) -> bool:
         """Take over after `tick`, if nothing is the matter."""
         job, estimator, hazards, intake = self._traversal.job, self._estimator, self._hazards, self._intake
-        fix = estimator.last_fix
+        fix, fence = estimator.last_fix, hazards.fence
         if (
             job is None
             or fix is None
+            or fence is None
             or intake._reading is None
             or self._traversal.state != TraversalStatus.RUNNING
             or self._traversal.reason
@@ -350,7 +394,7 @@ class Cruise:
         driver, sprayer, plan = job.driver, job.sprayer, job.plan
         along = job._phase is Phase.ALONG and driver.leg.sense == FORWARD and sprayer.owed_from_m is None
         worried = self._watch.pose_problem or hazards.emergency or hazards.stop or any(hazards._wheel_s)
-        away = hazards._fence is None or hazards._outside_s > 0.0 or hazards._unheard_s > 0.0 or hazards.dry_s > 0.0
+        away = hazards._outside_s > 0.0 or hazards._unheard_s > 0.0 or hazards.dry_s > 0.0
         asked = isinstance(self.follower, ExternalFollower)  # which can fail in any tick
         if not along or worried or away or asked or not intake.imu_tick == intake.encoder_tick == tick:
             return False
@@ -364,14 +408,14 @@ class Cruise:
         s[TANK], s[FLOW_SUM], s[FLOW_VALVE] = hazards._tank_l, hazards._flow_sum_l, hazards._valve
         s[FLOW_TICKS], s[FLOW_COUNT], s[FLOW_FIRST] = hazards._valve_ticks, len(hazards._flow), 0
         self.flows[: len(hazards._flow)] = hazards._flow
-        s[ELAPSED], s[COMMAND : COMMAND + 4] = self._traversal._elapsed_s, self._onboard._command
-        s[SPRAYED_TO] = sprayer._last_m
-        s[SWITCH] = bisect_right(plan.switch_m, driver.arc_length_m) - 1
-        k[K_FENCE : K_FENCE + 4], k[K_LEG_END] = hazards._fence, driver.leg.end_m
+        s[ELAPSED], s[COMMAND : VALVE_AFTER + 1] = self._traversal._elapsed_s, self._onboard._command
+        s[SPRAYED_TO], s[FALLS_FROM], s[FALLS_TO] = sprayer._last_m, sprayer.falls_from_m, sprayer.falls_to_m
+        s[SWITCH] = bisect_right(plan.switch_m, sprayer._last_m) - 1
+        k[K_FENCE_MARGIN], k[K_BODY_RADIUS], k[K_LEG_END] = fence.margin_m, fence.radius_m, driver.leg.end_m
         self.ahead = driver._ahead
         switch_m, actuation = np.array(plan.switch_m), np.array(plan.actuation, dtype=np.float64)
         moving = (driver._progress, driver._limits, driver.now, driver._body)
-        self.way = (driver._rows, plan.speeds, switch_m, actuation, *moving)
+        self.way = (driver._rows, plan.speeds, switch_m, actuation, *moving, fence.outline, fence.body)
         return True
 
     def end(self, tick: int, *, sensed: int) -> Command:
@@ -396,9 +440,10 @@ class Cruise:
         hazards._tank_l, hazards._flow_sum_l = s[TANK], s[FLOW_SUM]
         hazards._valve, hazards._valve_ticks = s[FLOW_VALVE] > 0.0, int(s[FLOW_TICKS])
         self._watch._tick = tick
-        command = Command(s[COMMAND], s[COMMAND + 1], s[COMMAND + 2] > 0.0, s[COMMAND + 3] > 0.0)
+        command = Command(s[COMMAND], s[COMMAND + 1], s[COMMAND + 2] > 0.0, s[COMMAND + 3] > 0.0, s[VALVE_AFTER])
         job._last = self._onboard._command = command
         job.sprayer.valve, job.sprayer._last_m = command.valve, s[SPRAYED_TO]
+        job.sprayer.falls_from_m, job.sprayer.falls_to_m = s[FALLS_FROM], s[FALLS_TO]
         self._traversal._elapsed_s, self._traversal._time_s = s[ELAPSED], tick / 100
         self._onboard._estimate = None
         return command

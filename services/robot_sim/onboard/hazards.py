@@ -10,17 +10,14 @@ import math
 from collections import deque
 from typing import Final
 
-import numpy as np
-from numpy.typing import NDArray
-
 from schemas.vehicle import Vehicle
 from services.robot_sim.frames import TICK_S, Command, SensorFrame
 from services.robot_sim.onboard.estimator.filter import Estimator
+from services.robot_sim.onboard.fence import Fence
 
 OPERATOR_TIMEOUT_S: Final = 2.0
-FENCE_MARGIN_M: Final = 2.0
-"""Round the bounding box of the path of the axle's middle."""
-FENCE_TIMEOUT_S: Final = 0.2
+HEADING_DOUBT: Final = 2.0
+"""σ of the heading: until driving has made it known, the body may be turned by so much, and is not beyond the fence."""
 LOW_BATTERY: Final = 0.08
 LOW_TANK_L: Final = 0.03
 """Some four metres of line: stopping there leaves a clean end, an empty nozzle would sputter."""
@@ -32,8 +29,8 @@ WHEEL_TOLERANCE: Final = 0.4
 FLOW_WINDOW_TICKS: Final = 50
 LEAK_SHARE: Final = 0.4
 """Of the nominal flow, over the window, while the valve is closed: the valve is stuck open."""
-DRY_SHARE: Final = 0.4
-"""Of the nominal flow, over the window, while it is open: nothing comes out, or too little."""
+DRY_SHARE: Final = 0.8
+"""Of the nominal flow, over the window, while it is open: nothing comes out, or so little that the line is narrow."""
 REFILL_L: Final = 0.02
 """No flow changes the level so much in a tick: somebody filled or changed the tank, or the sensor did."""
 
@@ -46,12 +43,14 @@ class Hazards:
         stop: Why to stop until told to resume, "" if nothing is wrong.
         lasting: The part of it that can be seen at standstill, too, and speaks against going on.
         bumper: Whether the bumper is pressed.
-        dry_s: For how long no paint has come out of the open valve, when that is why to stop.
+        fence: Round the loaded plan.
+        dry_s: For how long no paint, or too little, has come out of the open valve, when that is why to stop.
     """
 
-    def __init__(self, vehicle: Vehicle, estimator: Estimator) -> None:
+    def __init__(self, vehicle: Vehicle, estimator: Estimator, fence_timeout_s: float) -> None:
         """Nothing seen yet."""
         self._estimator = estimator
+        self._fence_timeout_s = fence_timeout_s
         self._lag = 1.0 - math.exp(-TICK_S / max(vehicle.motor_time_constant_s, TICK_S))
         self._max_step = vehicle.max_wheel_acceleration_radps2 * TICK_S
         self._nominal_l = vehicle.paint_l_per_m * vehicle.paint_speed_mps * TICK_S
@@ -59,7 +58,7 @@ class Hazards:
         self.emergency = self.stop = self.lasting = ""
         self.bumper = False
         self.dry_s = 0.0
-        self._fence: tuple[float, float, float, float] | None = None
+        self.fence: Fence | None = None
         self._outside_s = 0.0
         self._unheard_s = 0.0
         self._expected = [0.0, 0.0]
@@ -69,21 +68,6 @@ class Hazards:
         self._flow_sum_l = 0.0
         self._valve = False
         self._valve_ticks = 0
-
-    def fence_in(self, path: NDArray[np.float64]) -> None:
-        """Fence the robot in round a path: (n, 7) rows of `path.cut_path`."""
-        local = path[:, 4:5] * np.linspace(0.0, 1.0, 9)
-        half = 0.5 * path[:, 3:4] * local
-        chord = path[:, 6:7] * local * np.sinc(half / math.pi)
-        x = path[:, 0:1] + chord * np.cos(path[:, 2:3] + half)
-        y = path[:, 1:2] + chord * np.sin(path[:, 2:3] + half)
-        margin = FENCE_MARGIN_M
-        self._fence = (
-            float(x.min()) - margin,
-            float(x.max()) + margin,
-            float(y.min()) - margin,
-            float(y.max()) + margin,
-        )
 
     def forget(self) -> None:
         """The operator wants to go on: what was observed over time starts anew."""
@@ -102,15 +86,14 @@ class Hazards:
         self.stop = self.lasting or wheels or flow
 
     def _outside(self) -> str:
-        if self._fence is None or not self._estimator.started:
+        if self.fence is None or not self._estimator.started:
             return ""
-        east, north = self._estimator.state[:2].tolist()
-        west_m, east_m, south_m, north_m = self._fence
-        inside = west_m <= east <= east_m and south_m <= north <= north_m
+        doubt_m = HEADING_DOUBT * self._estimator.heading_sigma_rad * self.fence.radius_m
+        inside = self.fence.beyond_m(*self._estimator.state[:3].tolist()) <= self.fence.margin_m + doubt_m
         self._outside_s = 0.0 if inside else self._outside_s + TICK_S
-        if self._outside_s < FENCE_TIMEOUT_S:
+        if self._outside_s < self._fence_timeout_s:
             return ""
-        return f"the robot has left its plan's surroundings by more than {FENCE_MARGIN_M:.0f} m"
+        return f"the robot has left {self.fence.name} by more than {self.fence.margin_m:g} m"
 
     def _operator(self, alive: bool) -> str:
         self._unheard_s = 0.0 if alive else self._unheard_s + TICK_S
@@ -151,11 +134,24 @@ class Hazards:
         if len(self._flow) == FLOW_WINDOW_TICKS:
             share = self._flow_sum_l / (FLOW_WINDOW_TICKS * self._nominal_l)
             if valve and share < DRY_SHARE:
-                self.dry_s = (1.0 - share) * FLOW_WINDOW_TICKS * TICK_S
+                self.dry_s = self._dry_ticks() * TICK_S
                 return "the valve is open, but too little paint comes out"
             if not valve and share > LEAK_SHARE:
                 return "paint comes out although the valve is closed"
         return ""
+
+    def _dry_ticks(self) -> int:
+        """For how many ticks the flow has been what it is now: the step from nominal that fits the window best."""
+        best, fewest, total, squares = math.inf, 0, 0.0, 0.0
+        before = sum((used - self._nominal_l) ** 2 for used in self._flow)
+        for ticks, used in enumerate(reversed(self._flow), start=1):
+            total, squares = total + used, squares + used * used
+            before -= (used - self._nominal_l) ** 2
+            misfit = before + squares - total * total / ticks
+            if misfit < best:
+                best, fewest = misfit, ticks
+        begins_with_it = fewest == len(self._flow) and self._valve_ticks <= self._settle_ticks + FLOW_WINDOW_TICKS
+        return self._valve_ticks if begins_with_it else fewest
 
     def _restart_flow(self) -> None:
         self._flow.clear()

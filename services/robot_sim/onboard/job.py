@@ -14,7 +14,7 @@ from typing import NamedTuple
 from schemas.errors import CommandRefused
 from schemas.messages import Actuation
 from schemas.vehicle import Vehicle
-from services.robot_sim.frames import STANDSTILL, Checkpoint, Command
+from services.robot_sim.frames import STANDSTILL, TICK_S, Checkpoint, Command
 from services.robot_sim.onboard import tracking
 from services.robot_sim.onboard.driver import STOPPED_MPS, Driver
 from services.robot_sim.onboard.estimator.filter import Estimator
@@ -69,7 +69,7 @@ class Job:
         self.sprayer = Sprayer(plan, vehicle)
         self._estimator, self._watch = estimator, watch
         self._run_up_m = vehicle.paint_speed_mps**2 / (2.0 * vehicle.max_acceleration_mps2) + RUN_UP_SETTLE_M
-        self._radius_m = vehicle.wheel_radius_m
+        self._radius_m, self._nozzle_y_m = vehicle.wheel_radius_m, vehicle.nozzle_y_m
         self._phase = Phase.ALIGN
         self._resumed = False
         self._back_to_m = 0.0
@@ -81,7 +81,7 @@ class Job:
         Raises:
             CommandRefused: It is no place on this path.
         """
-        leg, arc_length_m, owed_from_m = checkpoint
+        leg, arc_length_m, owed_from_m, _ = checkpoint
         if not 0 <= leg < len(self.plan.legs) or not 0.0 <= arc_length_m <= self.plan.total_length_m:
             raise CommandRefused(f"cannot resume at {arc_length_m:.3f} m of leg {leg}: the path has no such place")
         self.driver.resume_at(leg, arc_length_m)
@@ -91,8 +91,8 @@ class Job:
     @property
     def checkpoint(self) -> Checkpoint:
         """Where another process could go on."""
-        arc_length_m = self.driver.arc_length_m
-        return Checkpoint(self.driver.leg_index, arc_length_m, self.sprayer.owed_if_it_ended(arc_length_m))
+        owed_from_m = self.sprayer.owed_if_it_ended(self._nozzle_m())
+        return Checkpoint(self.driver.leg_index, self.driver.arc_length_m, owed_from_m)
 
     @property
     def aligning(self) -> bool:
@@ -134,21 +134,35 @@ class Job:
         self._last = STANDSTILL
         return self._last
 
-    def close_valve(self) -> None:
-        """Close the valve now; from where the last drop falls, paint is owed."""
+    def close_valve(self, in_s: float = TICK_S) -> None:
+        """Close the valve; from where the last drop falls, paint is owed.
+
+        Args:
+            in_s: When the command takes effect, counted from the tick that the driver has seen last. Between ticks, and
+                before the driver has seen the present one, the last command is in force for a tick still.
+        """
         if self._phase is Phase.ALONG:
-            self.sprayer.close(self.driver.arc_length_m, self.driver.speed_mps)
+            self.sprayer.close(self._nozzle_m(in_s), self.driver.speed_mps)
 
     def owe_dry(self, dry_s: float) -> None:
-        """Close the valve, and owe what it has sprayed without paint in the last `dry_s` seconds."""
+        """Close the valve, and owe what it has sprayed dry, or too thin, in the last `dry_s` seconds."""
         if self._phase is Phase.ALONG:
-            self.sprayer.dry(self.driver.arc_length_m, self.driver.speed_mps, dry_s)
+            self.sprayer.dry(self._nozzle_m(TICK_S), self.driver.speed_mps, dry_s)
+
+    def _nozzle_m(self, in_s: float = 0.0) -> float:
+        """The arc length at which the nozzle would be if the robot's heading were the path's, in a moment.
+
+        The nozzle is beside the axle: a robot turned by an angle carries it ahead by that times its distance.
+        """
+        driver = self.driver
+        ahead_m = -self._nozzle_y_m * float(driver.now[tracking.HEADING_ERROR])
+        return driver.arc_length_m + ahead_m + max(driver.speed_mps, 0.0) * in_s
 
     def locate(self) -> float:
         """Find the standing robot's place on the path anew; returns how far beside it that is [m]."""
         self.driver.locate(self._estimator)
         if self._phase is Phase.ALONG:
-            self.sprayer.skip(self.driver.arc_length_m, 0.0)
+            self.sprayer.skip(self._nozzle_m(), 0.0)
         return abs(float(self.driver.now[tracking.LATERAL]))
 
     def go_on(self) -> None:
@@ -156,8 +170,9 @@ class Job:
         if self._phase is Phase.ALIGN:
             return
         self._phase = Phase.ALONG
+        self.sprayer.closed()
         owed = self.sprayer.owed_from_m
-        if owed is not None and (self._resumed or self.sprayer.must_go_back(self.driver.arc_length_m)):
+        if owed is not None and (self._resumed or self.sprayer.must_go_back(self._nozzle_m())):
             run_up_m = max(self._run_up_m, RESUMED_RUN_UP_M if self._resumed else 0.0)
             self._back_to_m = max(owed - run_up_m, self.driver.leg.start_m)
             self._resumed = False
@@ -185,23 +200,24 @@ class Job:
     def _along(self) -> Step:
         driver, sprayer = self.driver, self.sprayer
         left, right = driver.step(self._estimator, self._wheels(), tracking.MODE_PROFILE)
-        arc, speed = driver.arc_length_m, driver.speed_mps
+        place, speed = self._nozzle_m(), driver.speed_mps
         if driver.leg.sense != FORWARD:
-            sprayer.pass_by(arc)
+            sprayer.pass_by(place)
             return self._leg_done() if driver.leg_done else Step(Command(left, right, False, False))
-        problem = self._watch.paint_problem(self.lateral_error_m) if sprayer.due(arc, speed) else ""
-        valve = sprayer.step(arc, speed, not problem)
+        problem = self._watch.paint_problem(self.lateral_error_m) if sprayer.due(place, speed) else ""
+        valve, valve_after_s = sprayer.step(place, speed, not problem)
         if problem:
             return self._hold(problem)
-        if sprayer.must_go_back(arc):
+        if sprayer.must_go_back(place):
             self.go_on()
         if driver.leg_done:
             return self._leg_done()
-        return Step(Command(left, right, valve, bool(sprayer.wanted_at(arc, speed) & Actuation.DISC)))
+        disc = bool(sprayer.wanted_at(place, speed) & Actuation.DISC)
+        return Step(Command(left, right, valve, disc, valve_after_s))
 
     def _leg_done(self) -> Step:
         """At a cusp or the end: the robot is all but at rest."""
-        self.sprayer.pass_by(self.driver.arc_length_m)
+        self.sprayer.pass_by(self._nozzle_m())
         if not self.driver.next_leg():
             return Step(self._rest(), done=True)
         left, right = self.driver.step(self._estimator, self._wheels(), tracking.MODE_PROFILE)
@@ -231,7 +247,7 @@ class Job:
             return STANDSTILL
         left, right = driver.step(self._estimator, self._wheels(), tracking.MODE_BRAKE)
         if self._phase is Phase.ALONG:
-            self.sprayer.skip(driver.arc_length_m, driver.speed_mps)
+            self.sprayer.skip(self._nozzle_m(), driver.speed_mps)
         return Command(left, right, False, False)
 
     def _start_problem(self) -> str:

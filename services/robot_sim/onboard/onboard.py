@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from schemas.messages import Trajectory
 from schemas.scenario import Scenario
 from schemas.vehicle import Vehicle
@@ -29,7 +31,7 @@ class Onboard:
 
     Args:
         vehicle: The nominal robot.
-        scenario: The follower's name and the sensors' data sheets are taken from it, nothing else.
+        scenario: The follower's name, the fence and the sensors' data sheets are taken from it, nothing else.
         ask: How an external follower is asked.
 
     Commands raise `CommandRefused` with the reason and then change nothing.
@@ -41,17 +43,26 @@ class Onboard:
         self._estimator = Estimator(vehicle, scenario)
         self._watch = Watch(self._estimator)
         self._follower = make_follower(scenario.follower, vehicle, ask)
-        self._hazards = Hazards(vehicle, self._estimator)
-        self._traversal = Traversal(vehicle, self._follower, self._estimator, self._watch, self._hazards, self._log)
+        fence = scenario.fence
+        self._hazards = Hazards(vehicle, self._estimator, fence.timeout_s)
+        self._traversal = Traversal(
+            vehicle, self._follower, self._estimator, self._watch, self._hazards, fence, self._log
+        )
         self._command = STANDSTILL
         self._estimate: Estimate | None = None
 
-    def load(self, trajectory: Trajectory, resume: Checkpoint | None = None) -> float:
+    def load(
+        self,
+        trajectory: Trajectory,
+        resume: Checkpoint | None = None,
+        boundary: Sequence[tuple[float, float]] = (),
+    ) -> float:
         """Take a trajectory, to begin at its start or at a `checkpoint`; returns its planned duration [s].
 
-        The estimator aligns anew: the robot may have been carried to the start.
+        The robot stays inside the `boundary`, corners (x, y) [m]; without one, in the plan's surroundings. The
+        estimator aligns anew: the robot may have been carried to the start.
         """
-        duration_s = self._traversal.load(trajectory, resume)
+        duration_s = self._traversal.load(trajectory, resume, boundary)
         self._estimator.restart()
         self._estimate = None
         return duration_s

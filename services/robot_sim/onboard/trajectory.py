@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from schemas.errors import CommandRefused
 from schemas.messages import Actuation, Trajectory
 from schemas.vehicle import Vehicle
-from services.robot_sim.frames import Checkpoint
+from services.robot_sim.frames import TICK_S, Checkpoint
 from services.robot_sim.onboard.path import Leg, cut_path, pose_at
 from services.robot_sim.onboard.profiles import (
     actuation_steps,
@@ -81,6 +81,13 @@ class LoadedTrajectory:
     def speed_at(self, arc_length_m: float) -> float:
         """Planned speed [m/s] at an arc length."""
         return float(speed_at(self.speeds, np.array([arc_length_m]))[0])
+
+    def way_m(self, arc_length_m: float, seconds: float) -> float:
+        """How far the robot comes in the seconds up to an arc length of a leg at the profile's speeds [m]."""
+        way_m = 0.0
+        for _ in range(round(seconds / TICK_S)):
+            way_m += TICK_S * self.speed_at(arc_length_m - way_m)
+        return way_m
 
     def time_at(self, arc_length_m: float, leg: int) -> float:
         """Seconds from the start to an arc length on a leg at the profile's speeds; a turn of that leg is to come."""

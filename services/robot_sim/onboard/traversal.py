@@ -14,13 +14,16 @@ the robot ordered because of its pose ends by itself; one that a person, the los
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from schemas.errors import CommandRefused
 from schemas.messages import Trajectory, TraversalStatus
+from schemas.scenario import FenceLimits
 from schemas.vehicle import Vehicle
 from services.robot_sim.frames import STANDSTILL, TICK_S, Checkpoint, Command, Status
 from services.robot_sim.onboard.estimator.filter import Estimator
 from services.robot_sim.onboard.events import ERROR, INFO, WARN, EventLog
+from services.robot_sim.onboard.fence import Fence
 from services.robot_sim.onboard.followers import Follower
 from services.robot_sim.onboard.hazards import Hazards
 from services.robot_sim.onboard.job import Job
@@ -62,9 +65,11 @@ class Traversal:
         estimator: Estimator,
         watch: Watch,
         hazards: Hazards,
+        fence_limits: FenceLimits,
         log: EventLog,
     ) -> None:
         """Idle."""
+        self._fence_limits = fence_limits
         self._vehicle, self._follower, self._estimator = vehicle, follower, estimator
         self._watch, self._hazards, self._log = watch, hazards, log
         self.state = IDLE
@@ -77,8 +82,15 @@ class Traversal:
         self._time_s = 0.0
         self._elapsed_s = 0.0
 
-    def load(self, trajectory: Trajectory, resume: Checkpoint | None = None) -> float:
+    def load(
+        self,
+        trajectory: Trajectory,
+        resume: Checkpoint | None = None,
+        boundary: Sequence[tuple[float, float]] = (),
+    ) -> float:
         """Check and take a trajectory, to begin at its start or at a checkpoint; returns its planned duration [s].
+
+        The robot is not to leave the `boundary`, corners (x, y) [m]; without one, the plan's surroundings.
 
         Raises:
             CommandRefused: In this state, or for what is wrong with the trajectory or the checkpoint.
@@ -89,8 +101,8 @@ class Traversal:
         job = Job(plan, self._vehicle, self._follower, self._estimator, self._watch)
         if resume is not None:
             job.resume_at(resume)
-        self.job = job
-        self._hazards.fence_in(plan.path)
+        fence = Fence(plan.path, boundary, self._vehicle, self._fence_limits)
+        self.job, self._hazards.fence = job, fence
         self._elapsed_s = 0.0
         self._tries, self._tried_at_m = 0, -math.inf
         self._become(READY, "")
@@ -186,7 +198,9 @@ class Traversal:
     def checkpoint(self) -> Checkpoint | None:
         """Where another process could go on; None if no traversal is under way."""
         state = self._before_estop if self.state == ESTOPPED else self.state
-        return self.job.checkpoint if self.job is not None and state in (RUNNING, PAUSED) else None
+        if self.job is None or state not in (RUNNING, PAUSED):
+            return None
+        return self.job.checkpoint._replace(tick=round(self._time_s / TICK_S))
 
     def status(self) -> Status:
         """Where the traversal stands."""
@@ -231,8 +245,9 @@ class Traversal:
         elif step.refusal:
             self._leave_running(ABORTED, step.refusal, ERROR)
         elif self._follower.problem:
+            job.close_valve(in_s=0.0)
             self._leave_running(PAUSED, self._follower.problem, ERROR)
-            return step.command._replace(valve=False, disc=False)
+            return step.command._replace(valve=False, disc=False, valve_after_s=0.0)
         elif step.hold:
             self._leave_running(PAUSED, step.hold, WARN)
             self._automatic = True

@@ -164,6 +164,7 @@ def advance(
     right_radps: float,
     valve: bool,
     disc: bool,
+    valve_after_s: float,
     effects: Floats,
     seed: int,
     tick: int,
@@ -178,6 +179,7 @@ def advance(
         right_radps: As `left_radps`.
         valve: Whether the valve is commanded open.
         disc: Whether the disc is commanded down.
+        valve_after_s: How far into the tick the valve is to be so; before it is the opposite.
         effects: (effects.SIZE,) what faults do.
         seed: Of the scenario.
         tick: Onboard tick, the counter of the randomness.
@@ -195,6 +197,7 @@ def advance(
     speed_before, side_before, heading_before = state[SPEED], state[SIDE_SPEED], state[HEADING]
     turned_x, turned_y, energy_j = 0.0, 0.0, 0.0
     _trace_row(state, p, math.cos(state[HEADING]), math.sin(state[HEADING]), 0.0, trace[0])
+    late = math.floor(valve_after_s / STEP_S + 0.5)
     for step in range(STEPS):
         left_rate, right_rate = state[LEFT_RATE], state[RIGHT_RATE]
         speed, side, yaw_rate = state[SPEED], state[SIDE_SPEED], state[YAW_RATE]
@@ -207,7 +210,7 @@ def advance(
         _move(state, p, speed, side, yaw_rate)
         turned_x -= side * yaw_rate
         turned_y += speed * yaw_rate
-        width = _spray(state, p, effects, valve, disc)
+        width = _spray(state, p, effects, valve == (step >= late), disc)
         _trace_row(state, p, math.cos(state[HEADING]), math.sin(state[HEADING]), width, trace[step + 1])
     duration = STEPS * STEP_S
     state[POWER_W] = energy_j / duration

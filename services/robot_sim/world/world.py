@@ -66,5 +66,4 @@ class World:
 
     def step(self, command: Command, tick: int, effects: NDArray[np.float64] = NO_EFFECTS) -> None:
         """Advance by one onboard tick under `command` and the `effects` of faults; `tick` keys the randomness."""
-        left, right, valve, disc = command
-        physics.advance(self.state, self.parameters, left, right, valve, disc, effects, self._seed, tick, self.trace)
+        physics.advance(self.state, self.parameters, *command, effects, self._seed, tick, self.trace)

@@ -303,10 +303,11 @@ class Run:
         x, _ = self.rig.nozzle()
         ahead = self.rig.speed * math.cos(self.rig.heading)
         if self.command.valve and not before.valve:
-            place = x + ahead * self.rig.vehicle.valve_on_delay_s
+            place = x + ahead * (self.command.valve_after_s + self.rig.vehicle.valve_on_delay_s)
             self.painted.append((place, place))
         if before.valve:
-            end = x + ahead * (0.0 if self.command.valve else self.rig.vehicle.valve_off_delay_s)
+            closes_s = self.command.valve_after_s + self.rig.vehicle.valve_off_delay_s
+            end = x + ahead * (0.0 if self.command.valve else closes_s)
             self.painted[-1] = (self.painted[-1][0], end)
         return self.command
 

@@ -127,8 +127,8 @@ def test_paint_goes_where_the_plan_says() -> None:
     run.until(DONE)
     ((begin, end),) = run.painted
     # The plan's arc lengths are those of the commands: the valve's delays come on top.
-    assert -0.0102 <= begin - (5.0 + Vehicle().valve_on_delay_s) <= 1e-3
-    assert -1e-3 <= end - (10.0 + Vehicle().valve_off_delay_s) <= 0.0102
+    assert begin == pytest.approx(5.0 + Vehicle().valve_on_delay_s, abs=1e-3)
+    assert end == pytest.approx(10.0 + Vehicle().valve_off_delay_s, abs=1e-3)
 
 
 def joints(painted: list[tuple[float, float]]) -> list[float]:

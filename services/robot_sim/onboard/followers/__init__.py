@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 from schemas.vehicle import Vehicle
-from services.robot_sim.onboard.followers.external import Ask, ExternalFollower, Question, nobody
+from services.robot_sim.onboard.followers.external import Ask, ExternalFollower, Interrupted, Question, nobody
 from services.robot_sim.onboard.followers.interface import Follower
 from services.robot_sim.onboard.followers.mpc import MpcFollower
 from services.robot_sim.onboard.followers.pure_pursuit import PurePursuitFollower
 
-__all__ = ["Ask", "Follower", "MpcFollower", "PurePursuitFollower", "Question", "make_follower", "nobody"]
+__all__ = [
+    "Ask",
+    "Follower",
+    "Interrupted",
+    "MpcFollower",
+    "PurePursuitFollower",
+    "Question",
+    "make_follower",
+    "nobody",
+]
 
 
 def make_follower(name: str, vehicle: Vehicle, ask: Ask = nobody) -> Follower:

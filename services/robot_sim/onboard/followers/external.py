@@ -29,8 +29,13 @@ class Question(NamedTuple):
     ahead: NDArray[np.float64]
 
 
+class Interrupted(Exception):
+    """The wait for an answer was broken off, because somebody waits to stop the robot."""
+
+
 Ask = Callable[[Question], tuple[float, float]]
-"""Answers with wheel speeds (left, right) [rad/s]; raises `ConnectionError` with the reason if there is no answer."""
+"""Answers with wheel speeds (left, right) [rad/s]; raises `ConnectionError` with the reason if there is no answer, and
+`Interrupted` if it was not waited for."""
 
 
 def nobody(_question: Question) -> tuple[float, float]:
@@ -49,6 +54,7 @@ class ExternalFollower:
         self._limit_radps = vehicle.max_wheel_speed_radps
         self._pursuit = PurePursuitFollower(vehicle)
         self._first = True
+        self._stopping = False
         self.ahead_ticks = AHEAD_TICKS
         self.fallbacks = 0
         """Ticks that pure pursuit had to take."""
@@ -57,16 +63,19 @@ class ExternalFollower:
     def reset(self) -> None:
         """The next question begins a motion."""
         self._first = True
+        self._stopping = False
         self.problem = ""
         self._pursuit.reset()
 
     def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> tuple[float, float]:
-        """As `Follower.step`. After a failure it is not asked again before the robot has come to rest."""
-        if not self.problem:
+        """As `Follower.step`. After a failure, or if the wait is broken off, it is not asked before the robot rests."""
+        if not self.problem and not self._stopping:
             try:
                 left, right = self._ask(Question(self._first, now, ahead))
             except ConnectionError as error:
                 self.problem = str(error)
+            except Interrupted:
+                self._stopping = True
             else:
                 self._first = False
                 if math.isfinite(left) and math.isfinite(right):

@@ -1,0 +1,71 @@
+"""An external follower in a process of its own, asked over loopback in every tick: ticks a second.
+
+`python -m benchmarks lockstep`.
+"""
+
+from __future__ import annotations
+
+import os
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks._joints import field
+from schemas import topics
+from schemas.scenario import Scenario
+from schemas.vehicle import Vehicle
+from services.bus import Bus, BusConfig
+from services.robot_sim.emulator import Emulator
+from services.robot_sim.lockstep import Lockstep
+from services.robot_sim.onboard.followers import Question
+
+EXAMPLE = Path(__file__).parent.parent / "examples" / "external_follower.py"
+START_S = 20.0
+
+
+class _Timed:
+    """A lockstep that notes how long each answer took."""
+
+    def __init__(self, ask: Lockstep) -> None:
+        self._ask = ask
+        self.took_s: list[float] = []
+
+    def __call__(self, question: Question) -> tuple[float, float]:
+        begun = time.perf_counter()
+        wheels = self._ask(question)
+        self.took_s.append(time.perf_counter() - begun)
+        return wheels
+
+
+def main() -> None:
+    """Drive 35 m with the example controller and print how long the answers took."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        config = BusConfig(endpoint=f"tcp/127.0.0.1:{probe.getsockname()[1]}")
+    with Bus.open(topics.ROBOT_SIM, config) as bus:
+        environment = {**os.environ, **config.environment(), "PYTHONPATH": os.pathsep.join(sys.path)}
+        outside = subprocess.Popen([sys.executable, str(EXAMPLE)], env=environment)
+        try:
+            if bus.wait_for({"follower"}, START_S):
+                sys.exit("the example controller did not come up")
+            ask = _Timed(Lockstep(bus))
+            emulator = Emulator(Vehicle(), Scenario(follower="external"), ask=ask)
+            emulator.load(field())
+            emulator.start()
+            begun = time.perf_counter()
+            while emulator.active:
+                emulator.tick()
+            wall_s = time.perf_counter() - begun
+        finally:
+            outside.terminate()
+            outside.wait()
+    median, p99 = np.quantile(ask.took_s, (0.5, 0.99))
+    rate = len(ask.took_s) / sum(ask.took_s)
+    print(
+        f"{len(ask.took_s)} questions: {rate:.0f} a second, {1e3 * median:.2f} ms in the median, p99 {1e3 * p99:.2f} ms"
+    )
+    print(f"{emulator.time_s / wall_s:.1f}x real time, {emulator.onboard.status.follower_fallbacks} not answered")

@@ -1,0 +1,82 @@
+"""An open-loop robot under faults: what is true and what its computer is told, tick by tick."""
+
+import json
+import math
+from typing import NamedTuple, get_args
+
+import numpy as np
+
+from schemas.faults import Fault, parse_fault
+from schemas.scenario import Scenario
+from schemas.vehicle import Vehicle
+from services.robot_sim.faults import FaultTimeline
+from services.robot_sim.frames import Command, SensorFrame
+from services.robot_sim.sensors.suite import Sensors
+from services.robot_sim.world import body
+from services.robot_sim.world.world import World
+
+VEHICLE = Vehicle()
+FAULTS = get_args(get_args(Fault)[0])
+AHEAD = Command(10.0, 10.0, True, True)
+REST = Command(0.0, 0.0, False, False)
+
+
+class Tick(NamedTuple):
+    frame: SensorFrame
+    state: np.ndarray
+    sprayed: bool
+    width: float
+
+
+def drive(ticks, *faults, command=AHEAD, seed=1, **scenario):
+    """An open-loop run: the same commands, whatever the sensors say."""
+    scenario = Scenario(seed=seed, faults=faults, **scenario)
+    world, sensors, timeline = World(VEHICLE, scenario), Sensors(VEHICLE, scenario), FaultTimeline(scenario.faults)
+    run = []
+    for tick in range(1, ticks + 1):
+        timeline.step(tick)
+        world.step(command, tick, timeline.effects)
+        frame = sensors.read(tick, world.state, timeline.effects)
+        widths = world.trace[1:, body.TRACE_SPRAYING]
+        run.append(Tick(frame, world.state.copy(), bool(widths.any()), float(widths.max())))
+    return run
+
+
+def fault(kind, **fields):
+    return parse_fault(json.dumps({"kind": kind, **fields}))
+
+
+def second(kind, **fields):
+    """A fault that acts in the second second."""
+    return fault(kind, start_s=1.0, duration_s=1.0, **fields)
+
+
+def fixes(run):
+    return [fix for tick in run for fix in tick.frame.gnss]
+
+
+def errors(run):
+    """(stamp, distance of the fix from the antenna's truth) of every fix."""
+    return [
+        (
+            fix.stamp_s,
+            math.hypot(
+                fix.east_m - run[round(fix.stamp_s * 100) - 1].state[body.EAST],
+                fix.north_m - run[round(fix.stamp_s * 100) - 1].state[body.NORTH],
+            ),
+        )
+        for fix in fixes(run)
+    ]
+
+
+def solutions(run):
+    """(first stamp, solution) of every spell."""
+    spells = []
+    for fix in fixes(run):
+        if not spells or spells[-1][1] != fix.fix:
+            spells.append((round(fix.stamp_s, 3), fix.fix))
+    return spells
+
+
+def ages(run, sensor):
+    return [getattr(tick.frame, f"{sensor}_age_ticks") for tick in run]

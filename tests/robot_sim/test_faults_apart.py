@@ -1,0 +1,91 @@
+"""A fault changes no noise but its own, and whatever happens the world stays finite."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from services.robot_sim.world import body
+from tests.robot_sim.open_loop import FAULTS, REST, VEHICLE, ages, drive, errors, fixes, second
+
+TOUCHES = {
+    "gnss-outage": ({}, {"gnss"}),
+    "gnss-degraded": ({}, {"gnss"}),
+    "corrections-lost": ({}, {"gnss"}),
+    "gnss-wrong-fix": ({}, {"gnss"}),
+    "gnss-noisy": ({}, {"gnss"}),
+    "clock-skew": ({}, {"gnss"}),
+    "imu-bias": ({}, {"imu"}),
+    "imu-noisy": ({}, {"imu"}),
+    "imu-stuck": ({}, {"imu"}),
+    "magnetic-disturbance": ({}, {"mag"}),
+    "encoder-dropout": ({}, {"encoders"}),
+    "bumper": ({}, set()),
+    "operator-lost": ({}, set()),
+    "valve-stuck": ({"position": "open"}, set()),
+    "disc-stuck": ({"position": "up"}, set()),
+}
+SENSED = ("imu", "mag", "encoders", "gnss")
+
+
+@pytest.mark.parametrize("kind", TOUCHES)
+def test_a_fault_of_one_sensor_changes_no_bit_of_another_nor_of_itself_once_it_is_over(kind):
+    fields, touched = TOUCHES[kind]
+    run = drive(1300, second(kind, **fields), command=REST)
+    plain = drive(1300, command=REST)
+    if kind == "encoder-dropout":
+        touched = set()  # at rest nothing is missed
+    for name in SENSED:
+        same = [getattr(a.frame, name) == getattr(b.frame, name) for a, b in zip(run, plain, strict=True)]
+        assert all(same[:100]), name
+        assert all(same) == (name not in touched), name
+        assert all(same[-50:]), name
+
+
+@pytest.mark.parametrize("sensor", ["gnss", "imu", "magnetometer", "encoder"])
+@pytest.mark.parametrize("kind", ["messages-late", "messages-lost", "messages-duplicated", "messages-reordered"])
+def test_messages_that_go_astray_change_no_measurement(kind, sensor):
+    fields = {"sensor": sensor, **({"delay_s": 0.1} if kind == "messages-late" else {})}
+    run, plain = drive(400, second(kind, **fields)), drive(400)
+    assert set(fixes(run)) <= set(fixes(plain))
+    for name, age in (("imu", "imu"), ("mag", "mag"), ("encoders", "encoder")):
+        for index, tick in enumerate(run):
+            assert getattr(tick.frame, name) == getattr(plain[index - ages([tick], age)[0]].frame, name)
+    assert np.array_equal(run[-1].state, plain[-1].state)
+
+
+def test_a_fault_of_the_drive_changes_no_sensor_noise():
+    run, plain = drive(300, second("wheel-blocked")), drive(300)
+
+    def noise(tick):
+        return (
+            tick.frame.imu.gyro_z_radps - tick.state[body.MEAN_YAW_RATE],
+            tick.frame.imu.accel_x_mps2 - tick.state[body.MEAN_ACCEL_X],
+        )
+
+    for a, b in zip(run, plain, strict=True):
+        assert noise(a) == pytest.approx(noise(b), abs=1e-9)
+    for a, b in zip(errors(run), errors(plain), strict=True):
+        assert a == pytest.approx(b, abs=1e-6)
+
+
+TIMES = {"start_s": st.floats(0, 3), "duration_s": st.none() | st.floats(0.01, 3)}
+NEEDED = {"delay_s": st.floats(0.01, 5), "white_m": st.floats(0.001, 100), "share": st.floats(0, 0.95)}
+ANY_FAULT = st.one_of(
+    [st.builds(model, **TIMES, **{k: v for k, v in NEEDED.items() if k in model.model_fields}) for model in FAULTS]
+)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(ANY_FAULT, max_size=12), st.integers(0, 2**62))
+def test_whatever_goes_wrong_the_world_stays_finite_and_the_same_again(faults, seed):
+    run = drive(300, *faults, seed=seed)
+    for tick in run:
+        assert np.isfinite(tick.state).all()
+        assert np.isfinite([*tick.frame.imu, *tick.frame.mag, *tick.frame.encoders]).all()
+        assert all(np.isfinite(fix).all() for fix in tick.frame.gnss)
+        assert 0.0 <= tick.frame.battery_fraction <= 1.0
+        assert 0.0 <= tick.frame.tank_l <= VEHICLE.tank_l
+        assert abs(tick.state[body.SPEED]) < 3.0
+    again = drive(300, *faults, seed=seed)
+    assert [tick.frame for tick in again] == [tick.frame for tick in run]

@@ -1,0 +1,83 @@
+"""The check of the invariants can fail: with a guard taken out, each of them is seen to be broken."""
+
+from __future__ import annotations
+
+import pytest
+
+from benchmarks._invariants import Broken, Guarded, fault
+from schemas.messages import Actuation, TraversalStatus
+from schemas.scenario import FenceLimits
+from services.robot_sim.frames import Command
+from services.robot_sim.onboard.hazards import Hazards
+from services.robot_sim.onboard.job import Job
+from services.robot_sim.onboard.safety import Watch
+from services.robot_sim.onboard.sprayer import Sprayer
+from services.robot_sim.onboard.traversal import Traversal
+from services.robot_sim.world.world import Pose
+
+RUNNING = TraversalStatus.RUNNING
+
+
+def release(traversal: Traversal, time_s: float) -> Command:
+    """As `Traversal.step`, but the emergency stop does not latch."""
+    command = STEP(traversal, time_s)
+    if traversal.state == TraversalStatus.ESTOPPED:
+        traversal.state = RUNNING
+    return command
+
+
+def sprays_on(_sprayer: Sprayer, arc_length_m: float, *_: float) -> int:
+    """From the first line on the valve stays open."""
+    return Actuation.SPRAY if arc_length_m >= 3.0 else Actuation.NONE
+
+
+STEP = Traversal.step
+REST = Job.rest
+OUT = {"start_s": 6.5, "duration_s": 4.0}
+QUIET, NOTHING = (lambda *_: ""), (lambda *_: None)
+# what is broken, the guards that are taken out and what is put in their place, the fault, what the operator does
+GUARDS = [
+    ("without an RTK fix", {(Watch, "paint_problem"): QUIET}, "gnss-outage", None),
+    ("against the fixes", {(Watch, "paint_problem"): QUIET, (Watch, "drive_problem"): QUIET}, "gnss-wrong-fix", None),
+    ("on slipping wheels", {(Watch, "paint_problem"): QUIET}, "imu-noisy", None),
+    ("without an operator", {(Hazards, "_operator"): QUIET}, "operator-lost", None),
+    ("pressed bumper", {(Traversal, "_heed_hazards"): NOTHING}, "bumper", None),
+    ("left the emergency stop", {(Traversal, "step"): release}, None, "estop"),
+    ("wheels commanded while stopped", {(Job, "stop_hard"): REST}, None, "estop"),
+    ("while not running", {(Job, "rest"): lambda job: REST(job)._replace(valve=True)}, None, "pause"),
+    (
+        "outside what the plan sprays",
+        {(Sprayer, "wanted_at"): sprays_on, (Sprayer, "_sprays_at"): sprays_on},
+        None,
+        None,
+    ),
+]
+
+
+@pytest.mark.parametrize(("broken", "guards", "kind", "order"), GUARDS, ids=[broken for broken, *_ in GUARDS])
+def test_without_its_guard_an_invariant_breaks(monkeypatch, broken, guards, kind, order) -> None:
+    def run() -> None:
+        faults = (fault(kind, **OUT),) if kind else ()
+        Guarded(faults, follower="pure-pursuit", orders={700: order} if order else {}).run(1500)
+
+    run()
+    for (room, guard), instead in guards.items():
+        monkeypatch.setattr(room, guard, instead)
+    with pytest.raises(Broken, match=broken):
+        run()
+
+
+@pytest.mark.parametrize("guarded", [True, False])
+def test_without_the_fence_a_robot_that_is_carried_off_goes_on(monkeypatch, guarded: bool) -> None:
+    run = Guarded((), follower="pure-pursuit", patient=False, fence=FenceLimits(margin_m=0.2))
+    run.run(700)
+    emulator = run.emulator
+    east, north, heading = emulator.world.pose
+    emulator.world.place(Pose(east, north - 1.0, heading))
+    emulator.onboard._estimator._xs[:, 1] -= 1.0  # type: ignore[attr-defined]
+    if guarded:
+        assert run.run(200) == TraversalStatus.ESTOPPED
+        return
+    monkeypatch.setattr(Hazards, "_outside", lambda *_: "")
+    with pytest.raises(Broken, match="beyond the fence"):
+        run.run(200)

@@ -1,0 +1,27 @@
+"""After whatever interrupts it the robot goes on where it stopped: at most 1 cm of a joint open, at most 2 cm twice.
+
+True paint, default noise. `python -m benchmarks joints` has the same over more seeds.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from benchmarks._joints import CAUSES, PIECES, interrupted, joints
+
+LINES = sum(sprayed for _, _, sprayed in PIECES)
+
+
+@pytest.mark.parametrize("cause", CAUSES)
+@pytest.mark.parametrize("seed", [1, 2])
+def test_joints_are_closed_and_not_painted_twice(cause: str, seed: int) -> None:
+    found = joints(*interrupted(cause, seed))
+    assert len(found) == LINES
+    assert all(joint.gap_m <= 0.01 and joint.double_m <= 0.02 for joint in found), found
+
+
+@pytest.mark.parametrize("cause", ["pause", "process killed"])
+def test_without_noise_they_are_where_they_are_meant_to_be(cause: str) -> None:
+    found = joints(*interrupted(cause, 1, noise="none", follower="pure-pursuit"))
+    assert [joint.gap_m for joint in found] == [0.0] * LINES
+    assert [joint.double_m for joint in found] == pytest.approx([0.005] * LINES, abs=0.0015)
