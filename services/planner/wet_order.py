@@ -90,7 +90,7 @@ def ordered_dry(
 
 
 def wet_times(scene: Scene, known: Known, tour: Ints) -> Ints:
-    """(n,) how often wheels meet wet paint behind each position of a tour (the depot first), and on the next segment."""
+    """(n,) how often wheels meet wet paint behind each position of a tour (the depot first) and on the next segment."""
     wet = np.zeros(len(tour), dtype=np.int64)
     judged(scene, known, tour, 0, len(tour) - 1, 0.0, np.full(len(tour), np.inf), wet)
     return wet
