@@ -12,7 +12,8 @@ from services.planner.order import Problem, cheapest
 from services.planner.order_costs import Tracks
 from services.planner.order_search import Ints
 from services.planner.wet import Wheels, painted_row, painted_rows
-from services.planner.wet_search import UNKNOWN, Known, Scene, anneal, judged
+from services.planner.wet_scene import UNKNOWN, Known, Scene, judged
+from services.planner.wet_search import anneal
 
 # The budget: so many moves for every segment, within bounds, as often as there are heats (s) to begin with, each time
 # from the best order so far. Many segments would not get back to it from the greater heats within so few moves.
@@ -90,7 +91,7 @@ def ordered_dry(
 
 
 def wet_times(scene: Scene, known: Known, tour: Ints) -> Ints:
-    """(n,) how often wheels meet wet paint after each position of a tour (the depot first), next segment included."""
+    """(n,) how often wheels meet wet paint behind each position of a tour (the depot first) and on the next segment."""
     wet = np.zeros(len(tour), dtype=np.int64)
     judged(scene, known, tour, 0, len(tour) - 1, 0.0, np.full(len(tour), np.inf), wet)
     return wet
