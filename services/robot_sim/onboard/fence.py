@@ -33,11 +33,13 @@ def _outside(outline: Floats, x: float, y: float) -> float:
         dx, dy = bx - ax, by - ay
         squared = dx * dx + dy * dy
         part = min(max(((x - ax) * dx + (y - ay) * dy) / squared, 0.0), 1.0) if squared > 0.0 else 0.0
-        nearest = min(nearest, math.hypot(x - ax - part * dx, y - ay - part * dy))
+        aside, along = x - ax - part * dx, y - ay - part * dy
+        nearest = min(nearest, aside * aside + along * along)
         if (ay > y) != (by > y) and x < ax + (y - ay) / dy * dx:
             inside = not inside
         ax, ay = bx, by
-    return -nearest if inside else nearest
+    distance = math.sqrt(nearest)
+    return -distance if inside else distance
 
 
 @kernel
