@@ -96,10 +96,13 @@ def _encoders(x: Floats, P: Floats, z: Floats, c: Floats, n: Floats, live: bool,
     left, right = z[IN_LEFT], z[IN_RIGHT]
     for k in range(STATES):
         h[0, k], h[1, k] = 0.0, 0.0
-    h[0, SPEED], h[0, YAW_RATE], h[0, LEFT_SLIP] = 1.0, -half, left
-    h[1, SPEED], h[1, YAW_RATE], h[1, RIGHT_SLIP] = 1.0, half, right
-    y0 = left * (1.0 - x[LEFT_SLIP]) - (x[SPEED] - half * x[YAW_RATE])
-    y1 = right * (1.0 - x[RIGHT_SLIP]) - (x[SPEED] + half * x[YAW_RATE])
+    over_left, over_right = x[SPEED] - half * x[YAW_RATE], x[SPEED] + half * x[YAW_RATE]
+    # The rim speeds in the rows are the predicted ones: measured ones would share their noise with the innovations,
+    # and slip be biased by it.
+    h[0, SPEED], h[0, YAW_RATE], h[0, LEFT_SLIP] = 1.0, -half, over_left / (1.0 - x[LEFT_SLIP])
+    h[1, SPEED], h[1, YAW_RATE], h[1, RIGHT_SLIP] = 1.0, half, over_right / (1.0 - x[RIGHT_SLIP])
+    y0 = left * (1.0 - x[LEFT_SLIP]) - over_left
+    y1 = right * (1.0 - x[RIGHT_SLIP]) - over_right
     uneven = 0.5 * (z[IN_SPAN] - 1.0) * 0.01 * _SPAN_ACCEL_MPS2  # the mean of several ticks is not the last one
     r = c[C_R_ENCODER] + (c[C_R_ENCODER_TURN] * half * x[YAW_RATE]) ** 2 + uneven * uneven
     nis = two(P, h, y0, y1, r, r)
