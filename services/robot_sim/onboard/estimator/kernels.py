@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from schemas.jit import kernel
 from services.robot_sim.onboard.estimator.learning import lay_down, learn
-from services.robot_sim.onboard.estimator.measurements import fix_rows, measure, use_fix
+from services.robot_sim.onboard.estimator.measurements import fix_rows, measure, smooth_rims, use_fix
 from services.robot_sim.onboard.estimator.model import (
     ACCEL_BIAS,
     C_MAST,
@@ -65,6 +65,7 @@ def _step(
     # The fixes have put the position where it is: it moves with what is learned of the mast's lean.
     x[EAST] += c[C_MAST] * (inputs[slot, IN_RISE_EAST] - inputs[before, IN_RISE_EAST])
     x[NORTH] += c[C_MAST] * (inputs[slot, IN_RISE_NORTH] - inputs[before, IN_RISE_NORTH])
+    smooth_rims(inputs[before], inputs[slot])
     accel = inputs[slot, IN_ACCEL]
     if math.isnan(accel):
         accel = x[ACCEL_BIAS]

@@ -35,8 +35,10 @@ from services.robot_sim.onboard.estimator.model import (
     HEADING,
     IN_GYRO,
     IN_LEFT,
+    IN_LEFT_SMOOTH,
     IN_MAG,
     IN_RIGHT,
+    IN_RIGHT_SMOOTH,
     IN_RISE_EAST,
     IN_RISE_NORTH,
     IN_SPAN,
@@ -65,8 +67,27 @@ _STILL_SPEED_VAR = 1e-6  # (1 mm/s)²
 _STILL_YAW_VAR = 4e-8  # (0.2 mrad/s)²
 _SLIP_RECENT = 1.0 / 30.0  # weight of the newest tick in the slip test
 _SPAN_ACCEL_MPS2 = 1.0
+_SMOOTHING = 1.0 / 30.0  # per tick
+_SUDDEN_SHARE = 0.1
+_SUDDEN_MPS = 0.02
 _ENCODER_REJECTED_RUN_LIMIT = 50.0
 _PATIENCE = 100.0  # factor on the encoders' variance once they have been rejected for half a second
+
+
+@kernel
+def smooth_rims(before: Floats, z: Floats) -> None:
+    """The rim speeds that slip is a share of, from the inputs (INPUTS,) of the tick before and of this one.
+
+    Taken from the tick's own reading or from the state they would share its noise, and the gain with the innovation:
+    noise would become a bias of the slip. So they are smooth, but keep up with a wheel that changes its speed.
+    """
+    for wheel in range(2):
+        smooth, last, rim = before[IN_LEFT_SMOOTH + wheel], before[IN_LEFT + wheel], z[IN_LEFT + wheel]
+        if not math.isnan(last):
+            smooth += _SMOOTHING * (last - smooth)
+        if abs(rim - smooth) > _SUDDEN_SHARE * abs(rim) + _SUDDEN_MPS:
+            smooth = rim
+        z[IN_LEFT_SMOOTH + wheel] = smooth
 
 
 @kernel
@@ -77,12 +98,10 @@ def _encoders(x: Floats, P: Floats, z: Floats, c: Floats, n: Floats, live: bool,
     for k in range(STATES):
         h[0, k], h[1, k] = 0.0, 0.0
     over_left, over_right = x[SPEED] - half * x[YAW_RATE], x[SPEED] + half * x[YAW_RATE]
-    # The rim speeds in the rows are the predicted ones: measured ones would share their noise with the innovations,
-    # and slip be biased by it.
-    h[0, SPEED], h[0, YAW_RATE], h[0, LEFT_SLIP] = 1.0, -half, over_left / (1.0 - x[LEFT_SLIP])
-    h[1, SPEED], h[1, YAW_RATE], h[1, RIGHT_SLIP] = 1.0, half, over_right / (1.0 - x[RIGHT_SLIP])
-    y0 = left * (1.0 - x[LEFT_SLIP]) - over_left
-    y1 = right * (1.0 - x[RIGHT_SLIP]) - over_right
+    h[0, SPEED], h[0, YAW_RATE], h[0, LEFT_SLIP] = 1.0, -half, z[IN_LEFT_SMOOTH]
+    h[1, SPEED], h[1, YAW_RATE], h[1, RIGHT_SLIP] = 1.0, half, z[IN_RIGHT_SMOOTH]
+    y0 = left - z[IN_LEFT_SMOOTH] * x[LEFT_SLIP] - over_left
+    y1 = right - z[IN_RIGHT_SMOOTH] * x[RIGHT_SLIP] - over_right
     uneven = 0.5 * (z[IN_SPAN] - 1.0) * 0.01 * _SPAN_ACCEL_MPS2  # the mean of several ticks is not the last one
     r = c[C_R_ENCODER] + (c[C_R_ENCODER_TURN] * half * x[YAW_RATE]) ** 2 + uneven * uneven
     nis = two(P, h, y0, y1, r, r)

@@ -65,7 +65,9 @@ IN_RISE_NORTH: Final = 9
 IN_RISE_VAR: Final = 10  # (m/s²)², of both axes together
 IN_LEFT_MEAN: Final = 11  # slip
 IN_RIGHT_MEAN: Final = 12
-INPUTS: Final = 13
+IN_LEFT_SMOOTH: Final = 13  # m/s, nominal rim speed that slip is a share of
+IN_RIGHT_SMOOTH: Final = 14
+INPUTS: Final = 15
 
 # What is learned beside the states.
 SIDE_BIAS: Final = 0  # m/s²
