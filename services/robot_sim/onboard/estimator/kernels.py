@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from schemas.jit import kernel
-from services.robot_sim.onboard.estimator.learning import lay_down, learn
+from services.robot_sim.onboard.estimator.learning import LEARN_TICKS, lay_down, learn
 from services.robot_sim.onboard.estimator.measurements import fix_rows, measure, smooth_rims, use_fix
 from services.robot_sim.onboard.estimator.model import (
     ACCEL_BIAS,
@@ -127,7 +127,8 @@ def advance(
     g = np.zeros(STATES)
     fixes[tick % RING, FIX_USED] = 0.0
     settled = (tick + 1) % RING
-    learn(settled, xs[settled], inputs[settled], fixes[settled], c, slow)
+    if settled % LEARN_TICKS == 0 or fixes[settled, FIX_USED] > 0.0:
+        learn(settled, xs[settled], inputs[settled], fixes[settled], c, slow)
     lay_down(slow, inputs[tick % RING])
     _rerun(xs, Ps, inputs, fixes, c, n, oldest, tick, live, h, g)
 

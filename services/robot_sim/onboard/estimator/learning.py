@@ -14,11 +14,13 @@ lead to the same figures.
 from __future__ import annotations
 
 import math
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from schemas.jit import kernel
+from services.robot_sim.frames import TICK_S
 from services.robot_sim.onboard.estimator.model import (
     C_MEAN_SLIP_VAR,
     C_Q_RISE,
@@ -38,10 +40,15 @@ from services.robot_sim.onboard.estimator.model import (
     LEFT_MEAN,
     LEFT_SLIP,
     MEAN_VAR,
+    P_BIAS,
+    P_BIAS_EAST,
+    P_BIAS_NORTH,
+    P_EAST,
+    P_EAST_NORTH,
+    P_NORTH,
     RIGHT_MEAN,
     RISE_EAST,
     RISE_NORTH,
-    RISE_P,
     SIDE_BIAS,
     SPEED,
     YAW_RATE,
@@ -49,7 +56,8 @@ from services.robot_sim.onboard.estimator.model import (
 
 Floats = NDArray[np.float64]
 
-_EVERY_TICKS = 4  # a divisor of the ring's length; samples nearer to each other say nothing new
+LEARN_TICKS: Final = 8
+"""Between two samples of the slope; a divisor of the ring's length. Nearer ones say nothing new."""
 _CURVE_SHARE = 0.05  # of the curve's acceleration that may be wrong: slip, and the tyres' settling
 _CLIP = 3.0  # σ: a bump or a skid may not teach more than that
 _MOVING_MPS = 0.2
@@ -59,8 +67,8 @@ _MEAN_SLIP_WALK = 4e-9  # per fix: about a minute is remembered
 def start_learning(c: Floats, slow: Floats) -> None:
     """Forget everything: level ground and no slip, as far as is known."""
     slow[:] = 0.0
-    slow[RISE_P] = c[C_SIDE_BIAS_VAR]
-    slow[[RISE_P + 4, RISE_P + 8]] = c[C_RISE_VAR]
+    slow[P_BIAS] = c[C_SIDE_BIAS_VAR]
+    slow[[P_EAST, P_NORTH]] = c[C_RISE_VAR]
     slow[[MEAN_VAR, MEAN_VAR + 1]] = c[C_MEAN_SLIP_VAR]
 
 
@@ -68,7 +76,7 @@ def start_learning(c: Floats, slow: Floats) -> None:
 def lay_down(slow: Floats, z: Floats) -> None:
     """Note in a tick's inputs `z` (INPUTS,) what it is run with."""
     z[IN_RISE_EAST], z[IN_RISE_NORTH] = slow[RISE_EAST], slow[RISE_NORTH]
-    z[IN_RISE_VAR] = slow[RISE_P + 4] + slow[RISE_P + 8]
+    z[IN_RISE_VAR] = slow[P_EAST] + slow[P_NORTH]
     z[IN_LEFT_MEAN], z[IN_RIGHT_MEAN] = slow[LEFT_MEAN], slow[RIGHT_MEAN]
 
 
@@ -86,7 +94,7 @@ def learn(slot: int, x: Floats, z: Floats, fix: Floats, c: Floats, slow: Floats)
     """
     if math.isnan(z[IN_RISE_EAST]):
         return
-    if slot % _EVERY_TICKS == 0 and not math.isnan(z[IN_SIDE]):
+    if slot % LEARN_TICKS == 0 and not math.isnan(z[IN_SIDE]):
         _learn_slope(x, z, c, slow)
     if fix[FIX_USED] > 0.0 and abs(x[SPEED]) > _MOVING_MPS:
         for wheel in range(2):
@@ -99,26 +107,26 @@ def learn(slot: int, x: Floats, z: Floats, fix: Floats, c: Floats, slow: Floats)
 
 @kernel
 def _learn_slope(x: Floats, z: Floats, c: Floats, slow: Floats) -> None:
-    P = slow[RISE_P : RISE_P + 9].reshape(3, 3)
-    P[0, 0] += c[C_Q_SIDE_BIAS] * _EVERY_TICKS
-    grown = c[C_Q_RISE] * abs(x[SPEED]) * 0.01 * _EVERY_TICKS
-    P[1, 1] += grown
-    P[2, 2] += grown
+    """Kalman update of (bias, rise east, rise north) by what the left axis feels beyond the curve."""
+    slow[P_BIAS] += c[C_Q_SIDE_BIAS] * LEARN_TICKS
+    grown = c[C_Q_RISE] * abs(x[SPEED]) * TICK_S * LEARN_TICKS
+    slow[P_EAST] += grown
+    slow[P_NORTH] += grown
     curve = x[SPEED] * x[YAW_RATE]
-    h = (1.0, -math.sin(x[HEADING]), math.cos(x[HEADING]))
-    innovation = z[IN_SIDE] - curve
-    s = c[C_R_SIDE] + (_CURVE_SHARE * curve) ** 2
-    gain = np.zeros(3)
-    for i in range(3):
-        innovation -= h[i] * slow[SIDE_BIAS + i]
-        for k in range(3):
-            gain[i] += P[i, k] * h[k]
-    for i in range(3):
-        s += h[i] * gain[i]
+    east, north = -math.sin(x[HEADING]), math.cos(x[HEADING])  # of the row; that of the bias is 1
+    g0 = slow[P_BIAS] + east * slow[P_BIAS_EAST] + north * slow[P_BIAS_NORTH]
+    g1 = slow[P_BIAS_EAST] + east * slow[P_EAST] + north * slow[P_EAST_NORTH]
+    g2 = slow[P_BIAS_NORTH] + east * slow[P_EAST_NORTH] + north * slow[P_NORTH]
+    s = g0 + east * g1 + north * g2 + c[C_R_SIDE] + (_CURVE_SHARE * curve) ** 2
+    innovation = z[IN_SIDE] - curve - slow[SIDE_BIAS] - east * slow[RISE_EAST] - north * slow[RISE_NORTH]
     most = _CLIP * math.sqrt(s)
     innovation = min(max(innovation, -most), most)
-    for i in range(3):
-        slow[SIDE_BIAS + i] += gain[i] * innovation / s
-        for k in range(i, 3):
-            P[i, k] -= gain[i] * gain[k] / s
-            P[k, i] = P[i, k]
+    slow[SIDE_BIAS] += g0 * innovation / s
+    slow[RISE_EAST] += g1 * innovation / s
+    slow[RISE_NORTH] += g2 * innovation / s
+    slow[P_BIAS] -= g0 * g0 / s
+    slow[P_BIAS_EAST] -= g0 * g1 / s
+    slow[P_BIAS_NORTH] -= g0 * g2 / s
+    slow[P_EAST] -= g1 * g1 / s
+    slow[P_EAST_NORTH] -= g1 * g2 / s
+    slow[P_NORTH] -= g2 * g2 / s

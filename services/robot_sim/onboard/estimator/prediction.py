@@ -56,11 +56,13 @@ def predict(x: Floats, P: Floats, accel: float, z: Floats, c: Floats) -> None:
     """
     x[SPEED] += (accel - x[ACCEL_BIAS]) * _DT
     turn = x[YAW_RATE] * _DT
-    pull = math.cos(x[HEADING]) * z[IN_RISE_NORTH] - math.sin(x[HEADING]) * z[IN_RISE_EAST]
-    # In a curve the robot drifts outward, on a slope downward.
+    ahead = x[HEADING] + 0.5 * turn
+    cos, sin = math.cos(ahead), math.sin(ahead)
+    pull = cos * z[IN_RISE_NORTH] - sin * z[IN_RISE_EAST]
+    # In a curve the robot drifts outward, on a slope downward: by an angle so small that its series will do.
     slip_angle = c[C_SIDE_SLIP] * (x[SPEED] * x[YAW_RATE] + math.copysign(pull, x[SPEED]))
-    middle = x[HEADING] + 0.5 * turn - slip_angle
-    cos, sin = math.cos(middle), math.sin(middle)
+    straight = 1.0 - 0.5 * slip_angle * slip_angle
+    cos, sin = straight * cos + slip_angle * sin, straight * sin - slip_angle * cos
     step = x[SPEED] * _DT
     x[EAST] += step * cos
     x[NORTH] += step * sin
