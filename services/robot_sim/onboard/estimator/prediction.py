@@ -44,6 +44,7 @@ from services.robot_sim.onboard.estimator.model import (
 Floats = NDArray[np.float64]
 
 _DT = 0.01
+_TURNS_FOR_S = 1.0
 _SLIP_ANGLE_SHARE = 0.3  # how far the slip angle may be from the assumed one, over a metre's way
 
 
@@ -100,7 +101,10 @@ def predict(x: Floats, P: Floats, accel: float, z: Floats, c: Floats) -> None:
     # A hard-iron error is a vector fixed in the body: seen as heading it changes as fast as the robot turns.
     P[MAG_BIAS, MAG_BIAS] += c[C_MAG_VAR] * min(abs(turn), 1.0)
     P[GYRO_BIAS, GYRO_BIAS] += c[C_Q_GYRO_BIAS]
-    P[ACCEL_BIAS, ACCEL_BIAS] += c[C_Q_ACCEL_BIAS] + z[IN_RISE_VAR] * min(abs(turn), 1.0)
+    # What is not known of the slope acts alike for as long as the robot turns on, and not at all when it only wavers.
+    P[ACCEL_BIAS, ACCEL_BIAS] += c[C_Q_ACCEL_BIAS] + z[IN_RISE_VAR] * abs(turn) * min(
+        abs(x[YAW_RATE]) * _TURNS_FOR_S, 1.0
+    )
     unsure = _SLIP_ANGLE_SHARE * slip_angle
     side = (c[C_Q_SIDE] + unsure * unsure) * abs(step)
     P[EAST, EAST] += side * sin * sin
