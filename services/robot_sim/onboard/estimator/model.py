@@ -151,7 +151,7 @@ GATE_1_DOF: Final = 15.14  # χ², 99.99 %
 GATE_2_DOF: Final = 18.42
 GATE_FIX: Final = 13.82  # χ², 2 degrees of freedom, 99.9 %
 
-_SPEED_NOISE_MPS = 0.001  # per tick, from pitching and vibration, beyond the accelerometer's own noise
+_SPEED_NOISE_MPS = 0.0005  # per tick, from pitching and vibration, beyond the accelerometer's own noise
 _YAW_NOISE_RADPS = 0.08  # per tick: 8 rad/s² is half of what the wheels can do
 _SIDE_SLIP_M2PM = 1e-6
 _ENCODER_FLOOR_MPS = 0.002
