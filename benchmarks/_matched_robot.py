@@ -94,7 +94,7 @@ class MatchedRobot:
         return SensorFrame(
             self.tick,
             self.tick * TICK_S,
-            ImuSample(0.0, 0.0, gyro, accel, 0.0, 9.81),
+            ImuSample(0.0, 0.0, gyro, accel, self._accel_bias + self.speed * self.yaw_rate, 9.81),
             MagSample(1.7e-5 * math.sin(seen), 1.7e-5 * math.cos(seen), -4.8e-5),
             EncoderSample(*self._angles),
             fixes,

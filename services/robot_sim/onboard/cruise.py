@@ -40,7 +40,7 @@ from services.robot_sim.onboard.tracking import track
 _VALVE, _DISC = Actuation.VALVE, Actuation.DISC
 
 Floats = NDArray[np.float64]
-Ring = tuple[Floats, Floats, Floats, Floats, Floats, Floats]
+Ring = tuple[Floats, Floats, Floats, Floats, Floats, Floats, Floats]
 Way = tuple[Floats, Floats, Floats, Floats, Floats, Floats, Floats, Floats, Floats, Floats]
 
 # What is carried across, `Cruise.state`.
@@ -127,6 +127,7 @@ def _take_samples(tick: int, samples: Floats, inputs: Floats, s: Floats, k: Floa
     _remember(samples, s)
     row[m.IN_GYRO] = samples[2]
     row[m.IN_ACCEL] = 0.5 * (samples[3] + s[ACCEL])
+    row[m.IN_SIDE] = samples[4]
     s[ACCEL] = samples[3]
     still = True
     for wheel in range(2):
@@ -152,7 +153,7 @@ def take_in(tick: int, samples: Floats, fixes: int, fix: Floats, ring: Ring, s: 
         samples: (11,) gyro, accelerometer, magnetometer (3 each), wheel angles (2), as in a `SensorFrame`.
         fixes: 1 if a fix arrived, else 0.
         fix: (FIX_COLUMNS,) it.
-        ring: States, covariances, inputs, fixes, figures and counters of the filter.
+        ring: States, covariances, inputs, fixes, figures and counters of the filter, and what it learns beside.
         s: (STATE_SIZE,) updated.
         k: (CONSTANTS,).
 
@@ -161,12 +162,12 @@ def take_in(tick: int, samples: Floats, fixes: int, fix: Floats, ring: Ring, s: 
     """
     if _frozen(samples, s):
         return False
-    xs, covariances, inputs, entered, c, n = ring
+    xs, covariances, inputs, entered, c, n, slow = ring
     _take_samples(tick, samples, inputs, s, k)
     if fixes > 0 and fix[F_STAMP] > s[FIX + F_STAMP] and fix[F_STAMP] <= tick / 100 + LEAD_S:
         for column in range(FIX_COLUMNS):
             s[FIX + column] = fix[column]
-    advance(xs, covariances, inputs, entered, c, n, tick, tick, tick)
+    advance(xs, covariances, inputs, entered, c, n, slow, tick, tick, tick)
     if fixes == 0:
         return True
     valid = math.floor(fix[F_STAMP] / TICK_S + 1e-6)
@@ -360,6 +361,7 @@ class Cruise:
             estimator._fixes,
             estimator._c,
             estimator.counters,
+            estimator._slow,
         )
         self.state = np.zeros(STATE_SIZE)
         self.constants = np.zeros(CONSTANTS)

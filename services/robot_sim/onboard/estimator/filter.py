@@ -14,6 +14,7 @@ from services.robot_sim.frames import TICK_S, Estimate, GnssSample, SensorFrame
 from services.robot_sim.onboard.estimator import model as m
 from services.robot_sim.onboard.estimator.intake import Intake
 from services.robot_sim.onboard.estimator.kernels import advance, take_fix
+from services.robot_sim.onboard.estimator.learning import start_learning
 
 FIX_NONE: Final = 0
 FIX_FIXED: Final = 3
@@ -48,6 +49,7 @@ class Estimator:
         self._fixes = np.zeros((m.RING + 1, m.FIXES))
         self.counters = np.zeros(m.COUNTERS)
         """(COUNTERS,) counts, NIS sums and the last innovation; indices in `model`."""
+        self._slow = np.zeros(m.SLOW)
         self._sums = np.zeros(4)
         self.restart()
 
@@ -58,6 +60,8 @@ class Estimator:
         self._sums[:] = 0.0
         self._sum_ticks = 0
         self._fixes[:] = 0.0
+        self._inputs[:] = math.nan  # nothing of it is learned from
+        start_learning(self._c, self._slow)
         self.counters[:] = 0.0
         self.last_fix: GnssSample | None = None
         """The newest fix that arrived, used or not; by its stamp, and not from the future."""
@@ -122,7 +126,7 @@ class Estimator:
             return
         self._slot, self._tick = frame.tick % m.RING, frame.tick
         ring = (self._xs, self._covariances, self._inputs, self._fixes, self._c, self.counters)
-        advance(*ring, frame.tick, max(oldest, self._first_tick + 1), live)
+        advance(*ring, self._slow, frame.tick, max(oldest, self._first_tick + 1), live)
         for gnss in frame.gnss:
             if gnss.fix == FIX_NONE or not math.isfinite(gnss.stamp_s + gnss.east_m + gnss.north_m + gnss.variance_m2):
                 continue
@@ -221,4 +225,5 @@ class Estimator:
         for axis, arm in ((m.EAST, sin * ax + cos * ay), (m.NORTH, -(cos * ax - sin * ay))):
             p[axis, m.HEADING] = p[m.HEADING, axis] = arm * diagonal[m.HEADING]
             p[axis, m.MAG_BIAS] = p[m.MAG_BIAS, axis] = -arm * c[m.C_MAG_VAR]
+        self._inputs[self._slot, m.IN_RISE_EAST :] = 0.0  # nothing has been learned yet
         self._first_tick = frame.tick

@@ -73,6 +73,7 @@ class Intake:
         row = inputs[sampled % m.RING]
         row[m.IN_GYRO] = frame.imu.gyro_z_radps
         row[m.IN_ACCEL] = 0.5 * (accel + before)
+        row[m.IN_SIDE] = frame.imu.accel_y_mps2
         self.accel_mps2, self.imu_tick = accel, sampled
         return sampled
 

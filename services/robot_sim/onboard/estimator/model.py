@@ -9,13 +9,16 @@ States (index, unit; "tick" is the 10 ms period):
 | SPEED | m/s, mean of the last tick | driven by the accelerometer less its bias | accelerometer density, vibration |
 | YAW_RATE | rad/s, mean of the last tick | random walk | largest yaw acceleration of the wheels |
 | GYRO_BIAS | rad/s | random walk | data sheet: turn-on bias, bias walk |
-| ACCEL_BIAS | m/s² | random walk; holds the ground's slope too | data sheet |
-| LEFT_SLIP, RIGHT_SLIP | – | Gauss-Markov: ground speed = wheel speed·r·(1 − slip) | grass; holds the radius error |
+| ACCEL_BIAS | m/s² | random walk; holds gravity's part too, and turns with it on a slope | data sheet |
+| LEFT_SLIP, RIGHT_SLIP | – | Gauss-Markov about its mean: ground speed = wheel speed·r·(1 − slip) | grass |
 | MAG_BIAS | rad | Gauss-Markov plus a walk with rotation (hard iron moves with heading) | data sheet |
 | GNSS_EAST, GNSS_NORTH | m | Gauss-Markov: the slow part of the RTK error | quantiles of a moving receiver |
 
 The slow GNSS error is what keeps the filter honest: averaging a hundred fixes does not make a centimetre into a
 millimetre when their errors are the same error.
+
+Beside the states five figures are learned that change too slowly to be states (`learning`): the slope of the ground
+(two), the bias of the accelerometer's left axis, and the mean slip of each wheel, which holds its radius error.
 """
 
 from __future__ import annotations
@@ -55,7 +58,31 @@ IN_RIGHT: Final = 3
 IN_STILL: Final = 4  # 1 while no wheel has turned for a while
 IN_MAG: Final = 5  # rad, magnetic heading
 IN_SPAN: Final = 6  # ticks over which IN_LEFT and IN_RIGHT are means
-INPUTS: Final = 7
+IN_SIDE: Final = 7  # m/s², of the accelerometer's left axis
+# What the tick is run with of that which is learned beside the states; nan before the filter has started.
+IN_RISE_EAST: Final = 8  # m/s²: gravity times the ground's rise over run
+IN_RISE_NORTH: Final = 9
+IN_RISE_VAR: Final = 10  # (m/s²)², of both axes together
+IN_LEFT_MEAN: Final = 11  # slip
+IN_RIGHT_MEAN: Final = 12
+IN_LEFT_SMOOTH: Final = 13  # m/s, nominal rim speed that slip is a share of
+IN_RIGHT_SMOOTH: Final = 14
+INPUTS: Final = 15
+
+# What is learned beside the states.
+SIDE_BIAS: Final = 0  # m/s²
+RISE_EAST: Final = 1  # m/s²: gravity times the ground's rise over run
+RISE_NORTH: Final = 2
+P_BIAS: Final = 3  # covariance of these three
+P_BIAS_EAST: Final = 4
+P_BIAS_NORTH: Final = 5
+P_EAST: Final = 6
+P_EAST_NORTH: Final = 7
+P_NORTH: Final = 8
+LEFT_MEAN: Final = 9  # slip
+RIGHT_MEAN: Final = 10
+MEAN_VAR: Final = 11  # left, right
+SLOW: Final = 13
 
 # One fix in the ring.
 FIX_USED: Final = 0
@@ -86,7 +113,15 @@ C_R_GNSS: Final = 16
 C_Q_SIDE: Final = 17  # m² of side slip per metre travelled
 C_R_ENCODER_TURN: Final = 18  # relative, of the wheel's share of the turn (track width error)
 C_SIDE_SLIP: Final = 19  # rad of slip angle per m/s² of lateral acceleration
-FIGURES: Final = 20
+C_MAST: Final = 20  # s²: height of the antenna over gravity
+C_RISE_VAR: Final = 21  # (m/s²)²: at the start
+C_Q_RISE: Final = 22  # per metre
+C_SIDE_BIAS_VAR: Final = 23
+C_Q_SIDE_BIAS: Final = 24  # per tick
+C_R_SIDE: Final = 25
+C_MEAN_SLIP_VAR: Final = 26
+C_R_MEAN_SLIP: Final = 27  # of one fix's slip as a sample of the mean
+FIGURES: Final = 28
 
 # Counters the kernel keeps.
 N_FIXES: Final = 0
@@ -116,7 +151,7 @@ GATE_1_DOF: Final = 15.14  # χ², 99.99 %
 GATE_2_DOF: Final = 18.42
 GATE_FIX: Final = 13.82  # χ², 2 degrees of freedom, 99.9 %
 
-_SPEED_NOISE_MPS = 0.001  # per tick, from pitching and vibration, beyond the accelerometer's own noise
+_SPEED_NOISE_MPS = 0.0005  # per tick, from pitching and vibration, beyond the accelerometer's own noise
 _YAW_NOISE_RADPS = 0.08  # per tick: 8 rad/s² is half of what the wheels can do
 _SIDE_SLIP_M2PM = 1e-6
 _ENCODER_FLOOR_MPS = 0.002
@@ -124,6 +159,14 @@ _GYRO_FLOOR_RADPS = 1e-4
 _MAG_FLOOR_RAD = 0.005
 _GNSS_FLOOR_M = 0.002
 _SLIP_FLOOR = 0.002
+_GRAVITY_MPS2 = 9.81
+_RISE = 0.007  # 1 σ an axis: fields are drained by a fall of 0.5 to 2 %
+_RISE_CHANGE_PM = 0.003**2 / 50.0  # per metre: the fall of a crowned field changes
+_SIDE_FLOOR_MPS2 = 0.02
+_MEAN_SLIP = 0.007  # 1 σ: rolling resistance takes half a per cent
+_LEARNED_SLIP = 0.004  # 1 σ of what is left of it once it has been learned
+_BRIDGED_S = 30.0  # an outage that the reported σ has to cover
+_WARMING_S = 60.0  # over which a bias that drifts with the temperature counts as a random walk
 
 
 def noise_figures(vehicle: Vehicle, scenario: Scenario) -> NDArray[np.float64]:
@@ -138,10 +181,24 @@ def noise_figures(vehicle: Vehicle, scenario: Scenario) -> NDArray[np.float64]:
     c[C_ANTENNA_X], c[C_ANTENNA_Y] = vehicle.gnss_antenna_x_m, vehicle.gnss_antenna_y_m
     c[C_Q_SPEED] = imu.accel_density_mps2_rthz**2 * TICK_S + _SPEED_NOISE_MPS**2
     c[C_Q_YAW] = _YAW_NOISE_RADPS**2
-    c[C_Q_GYRO_BIAS] = max(imu.gyro_bias_walk_radps_rts, 1e-6) ** 2 * TICK_S
-    c[C_Q_ACCEL_BIAS] = max(imu.accel_bias_walk_mps2_rts, 1e-4) ** 2 * TICK_S
-    c[C_SLIP_DECAY] = math.exp(-TICK_S / drive.slip_tau_s)
-    c[C_SLIP_VAR] = max(drive.slip_relative, _SLIP_FLOOR) ** 2 + drive.wheel_radius_relative**2
+    warming_kps = imu.warming_k / imu.warming_tau_s
+    gyro_drift, accel_drift = (
+        per_k * warming_kps * math.sqrt(_WARMING_S)
+        for per_k in (imu.gyro_temperature_radps_per_k, imu.accel_temperature_mps2_per_k)
+    )
+    c[C_Q_GYRO_BIAS] = (max(imu.gyro_bias_walk_radps_rts, 1e-6) ** 2 + gyro_drift**2) * TICK_S
+    c[C_Q_ACCEL_BIAS] = (max(imu.accel_bias_walk_mps2_rts, 1e-4) ** 2 + accel_drift**2) * TICK_S
+    fast = max(drive.slip_relative, _SLIP_FLOOR) ** 2
+    c[C_SLIP_VAR], tau = _bridging_term(fast, drive.slip_tau_s, _LEARNED_SLIP**2)
+    c[C_SLIP_DECAY] = math.exp(-TICK_S / tau)
+    c[C_MEAN_SLIP_VAR] = _MEAN_SLIP**2
+    c[C_R_MEAN_SLIP] = fast * 2.0 * drive.slip_tau_s * gnss.rate_hz
+    c[C_MAST] = vehicle.gnss_antenna_z_m / _GRAVITY_MPS2
+    c[C_RISE_VAR] = (_RISE * _GRAVITY_MPS2) ** 2
+    c[C_Q_RISE] = _RISE_CHANGE_PM * _GRAVITY_MPS2**2
+    c[C_SIDE_BIAS_VAR] = imu.accel_turn_on_bias_mps2**2 + 1e-6
+    c[C_Q_SIDE_BIAS] = c[C_Q_ACCEL_BIAS]
+    c[C_R_SIDE] = imu.accel_density_mps2_rthz**2 / TICK_S + _SIDE_FLOOR_MPS2**2
     c[C_MAG_VAR], tau = _one_term(
         ((max(mag.bias_rad, 0.01), 1e4), (max(mag.disturbance_rad, 0.01), mag.disturbance_tau_s))
     )
@@ -172,3 +229,13 @@ def _one_term(terms: tuple[tuple[float, float], ...]) -> tuple[float, float]:
     """
     variance = sum(sigma**2 for sigma, _ in terms)
     return variance, variance / sum(sigma**2 / tau for sigma, tau in terms)
+
+
+def _bridging_term(variance: float, tau_s: float, constant: float) -> tuple[float, float]:
+    """Variance and time constant [s] of the Gauss-Markov term that stands for another one plus a constant error.
+
+    The slope of its autocorrelation at lag 0 is that of the fast term, and its spectral density at frequency 0
+    lets the distance travelled in an outage of `_BRIDGED_S` be as uncertain as both together make it.
+    """
+    slope, density = variance / tau_s, 2.0 * variance * tau_s + constant * _BRIDGED_S
+    return math.sqrt(0.5 * density * slope), math.sqrt(0.5 * density / slope)

@@ -27,6 +27,11 @@ from services.robot_sim.onboard.estimator.model import (
     GNSS_NORTH,
     GYRO_BIAS,
     HEADING,
+    IN_LEFT_MEAN,
+    IN_RIGHT_MEAN,
+    IN_RISE_EAST,
+    IN_RISE_NORTH,
+    IN_RISE_VAR,
     LEFT_SLIP,
     MAG_BIAS,
     NORTH,
@@ -39,26 +44,33 @@ from services.robot_sim.onboard.estimator.model import (
 Floats = NDArray[np.float64]
 
 _DT = 0.01
+_TURNS_FOR_S = 1.0
 _SLIP_ANGLE_SHARE = 0.3  # how far the slip angle may be from the assumed one, over a metre's way
 
 
 @kernel
-def predict(x: Floats, P: Floats, accel: float, c: Floats) -> None:
-    """One tick ahead, in place.
+def predict(x: Floats, P: Floats, accel: float, z: Floats, c: Floats) -> None:
+    """One tick ahead, in place, with forward acceleration `accel` [m/s²] and the tick's inputs `z` (INPUTS,).
 
-    Mean speed and yaw rate step first, then the pose integrates them.
+    Mean speed and yaw rate step first, then the pose integrates them. On a slope gravity pulls across, too: it adds to
+    what makes the robot drift, and as the robot turns it comes into the forward accelerometer's bias.
     """
     x[SPEED] += (accel - x[ACCEL_BIAS]) * _DT
     turn = x[YAW_RATE] * _DT
-    slip_angle = c[C_SIDE_SLIP] * x[SPEED] * x[YAW_RATE]  # in a curve the robot drifts outward
-    middle = x[HEADING] + 0.5 * turn - slip_angle
-    cos, sin = math.cos(middle), math.sin(middle)
+    ahead = x[HEADING] + 0.5 * turn
+    cos, sin = math.cos(ahead), math.sin(ahead)
+    pull = cos * z[IN_RISE_NORTH] - sin * z[IN_RISE_EAST]
+    # In a curve the robot drifts outward, on a slope downward: by an angle so small that its series will do.
+    slip_angle = c[C_SIDE_SLIP] * (x[SPEED] * x[YAW_RATE] + math.copysign(pull, x[SPEED]))
+    straight = 1.0 - 0.5 * slip_angle * slip_angle
+    cos, sin = straight * cos + slip_angle * sin, straight * sin - slip_angle * cos
     step = x[SPEED] * _DT
     x[EAST] += step * cos
     x[NORTH] += step * sin
     x[HEADING] += turn
-    x[LEFT_SLIP] *= c[C_SLIP_DECAY]
-    x[RIGHT_SLIP] *= c[C_SLIP_DECAY]
+    x[ACCEL_BIAS] += pull * turn
+    x[LEFT_SLIP] = z[IN_LEFT_MEAN] + c[C_SLIP_DECAY] * (x[LEFT_SLIP] - z[IN_LEFT_MEAN])
+    x[RIGHT_SLIP] = z[IN_RIGHT_MEAN] + c[C_SLIP_DECAY] * (x[RIGHT_SLIP] - z[IN_RIGHT_MEAN])
     x[MAG_BIAS] *= c[C_MAG_DECAY]
     x[GNSS_EAST] *= c[C_GM_DECAY]
     x[GNSS_NORTH] *= c[C_GM_DECAY]
@@ -89,7 +101,10 @@ def predict(x: Floats, P: Floats, accel: float, c: Floats) -> None:
     # A hard-iron error is a vector fixed in the body: seen as heading it changes as fast as the robot turns.
     P[MAG_BIAS, MAG_BIAS] += c[C_MAG_VAR] * min(abs(turn), 1.0)
     P[GYRO_BIAS, GYRO_BIAS] += c[C_Q_GYRO_BIAS]
-    P[ACCEL_BIAS, ACCEL_BIAS] += c[C_Q_ACCEL_BIAS]
+    # What is not known of the slope acts alike for as long as the robot turns on, and not at all when it only wavers.
+    P[ACCEL_BIAS, ACCEL_BIAS] += c[C_Q_ACCEL_BIAS] + z[IN_RISE_VAR] * abs(turn) * min(
+        abs(x[YAW_RATE]) * _TURNS_FOR_S, 1.0
+    )
     unsure = _SLIP_ANGLE_SHARE * slip_angle
     side = (c[C_Q_SIDE] + unsure * unsure) * abs(step)
     P[EAST, EAST] += side * sin * sin

@@ -1,0 +1,47 @@
+"""A field that falls as real ones do: the robot learns the slope and paints as on level ground."""
+
+import math
+
+import numpy as np
+import pytest
+
+from schemas.curves import Curve
+from schemas.messages import TraversalStatus
+from schemas.scenario import GnssNoise, Ground, Scenario
+from schemas.template import Template
+from schemas.vehicle import Vehicle
+from services.robot_sim.emulator import Emulator
+from services.robot_sim.onboard.estimator import model as m
+from tests.robot_sim.scripted import trajectory
+
+TURN = Curve.from_arc((8, 0), (8, 2), math.pi)
+BACK = Curve.from_line((8, 4), (0, 4))
+AGAIN = Curve.from_arc((0, 4), (0, 2), math.pi)
+THERE = Curve.from_line((0, 0), (8, 0))
+CURVES = [THERE, TURN, BACK, AGAIN, THERE, Curve.from_line((8, 0), (9, 0))]
+PLAN = trajectory(CURVES, [0, 0, 1, 0, 1, 0], ids=["t0", "t1", "far", "t2", "near", "t3"], speed_mps=0.8)
+OFFSET = Vehicle().nozzle_y_m
+TEMPLATE = Template(
+    name="two",
+    segments=[
+        {"id": "far", "line": {"start": (8.0, 4.0 - OFFSET), "end": (0.0, 4.0 - OFFSET)}},
+        {"id": "near", "line": {"start": (0.0, OFFSET), "end": (8.0, OFFSET)}},
+    ],
+)
+WHITE = GnssNoise(gauss_markov_1_m=0.0, gauss_markov_2_m=0.0)
+
+
+@pytest.mark.parametrize("grade", [0.01, 0.02])
+@pytest.mark.parametrize("uphill_rad", [0.0, 1.6, 2.4, 4.0])
+def test_paints_on_a_slope_without_a_pause(grade: float, uphill_rad: float) -> None:
+    scenario = Scenario(seed=3, gnss=WHITE, ground=Ground(grade=grade, uphill_rad=uphill_rad))
+    emulator = Emulator(Vehicle(), scenario)
+    emulator.load(PLAN, TEMPLATE)
+    emulator.start()
+    while emulator.active:
+        emulator.run(1000)
+    assert emulator.onboard.state == TraversalStatus.DONE
+    assert not [event.text for event in emulator.take_events() if event.severity]
+    assert np.percentile(np.abs(emulator.ledger.deviation().lateral_m), 95) < 0.01
+    learned = emulator.onboard._estimator._slow[m.RISE_EAST : m.RISE_NORTH + 1] / 9.81
+    assert learned == pytest.approx([grade * math.cos(uphill_rad), grade * math.sin(uphill_rad)], abs=0.003)
