@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from schemas.messages import Trajectory
 from schemas.scenario import GnssNoise, Scenario
-from schemas.template import Template, load_template, shipped_templates
+from schemas.template import Template, load_template
 from schemas.vehicle import Vehicle
 from services.planner.plan import plan
 from services.robot_sim.emulator import Emulator
@@ -78,7 +78,7 @@ def _case(name: str, trajectory: Trajectory, template: Template, scenarios: list
 def main() -> None:
     """Print the figures."""
     seeds = range(1, int(os.environ.get("TOUCHLINE_SEEDS", "20")) + 1)
-    template = load_template(shipped_templates()["soccer-11"])
+    template = load_template("soccer-11")
     trajectory = plan(template, VEHICLE).trajectory
     for follower in ("mpc", "pure-pursuit"):
         quiet = [Scenario(noise="none", follower=follower)]

@@ -15,7 +15,7 @@ ROW_12 = ["12a", "12b", "12c", "12, pairs"]
 #: The reference's rows, in its order; several have several targets.
 NUMBERS = ["1", "2", "3", "4", "5", "6, 7", "8", "9", "10", *ROW_11, *ROW_12, "13", "14", "14, fine"]
 #: Rows that must not be lost again.
-MET = {"1", "2", "3", "4", "5", "8", "9", "11a", "11b", "11c, Law 1", "12a", "12b", "12c", "14, fine"}
+MET = {"1", "2", "3", "4", "5", "8", "9", "11a", "11b", "11c, Law 1", "12a", "12b", "12c", "14", "14, fine"}
 
 
 # With cold kernels on a busy machine the first use takes a minute or two.
@@ -46,7 +46,7 @@ def test_the_corner_on_the_robot(study: Study) -> None:
     """
     asked = 1.5**2 * 1.0 * 0.25395 / 0.1
     assert study.corners["DPP"].peak_radps2 > 30.0
-    assert asked < study.corners["ours"].peak_radps2 < 2.0 * asked
+    assert asked < study.corners["ours"].peak_radps2 < 1.5 * asked
 
 
 def test_what_is_saved_can_be_read(study: Study, tmp_path: Path) -> None:
