@@ -26,9 +26,9 @@ Floats = NDArray[np.float64]
 
 # Parameters.
 M_HALF_TRACK: Final = 0
-M_LAG: Final = 1
+M_LAG: Final = 1  # of motors and tyres
 M_MAX_RATE: Final = 2
-M_MAX_ACCEL: Final = 3
+M_REACH: Final = 3  # rad/s by which a command may differ from the wheel's speed
 M_NOZZLE_X: Final = 4
 M_W_LATERAL: Final = 5
 M_W_HEADING: Final = 6
@@ -184,7 +184,7 @@ def build(
 
     sens = np.zeros((_STATES, size))
     row = np.zeros(size)
-    reach = p[M_MAX_ACCEL] * lag  # a first-order motor accelerates by (command − speed)/lag
+    reach = p[M_REACH]
     for j in range(steps):
         h, kappa, travel = ticks[j] * _TICK_S, nominal[j, N_CURVATURE], nominal[j, N_TRAVEL]
         stay = math.exp(-h / lag)
