@@ -22,7 +22,7 @@ LEG_M = 3.0
 RUN_M = 5.0
 GAIN_MPS2 = 0.5
 CORNER_SIGMA_1PM2 = 1.0
-# Every arc that is sent steps in curvature, which the follower passes on to the wheels; this is fine enough for them.
+# Every arc that is sent steps in curvature; at this, even a follower that passes the steps on spares the wheels.
 FINE_M = 3e-6
 
 

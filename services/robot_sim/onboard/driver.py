@@ -18,6 +18,7 @@ from services.robot_sim.onboard.followers import Follower
 from services.robot_sim.onboard.path import SPIN, Leg
 from services.robot_sim.onboard.trajectory import LoadedTrajectory
 from services.robot_sim.onboard.turning import Turning
+from services.robot_sim.onboard.way import W_SEGMENT, W_START
 
 ACCELERATION_MARGIN = 1.2
 """The reference may speed up this much harder than the plan does, to catch up after a pause."""
@@ -65,16 +66,16 @@ class Driver:
     def _enter(self, index: int) -> None:
         self.leg_index = index
         leg = self.leg
-        self._rows = self._plan.path[leg.first : leg.last]
+        self._rows = self._plan.ways[index]
         self._turning = Turning(self._plan.turns[index], leg.heading_rad) if leg.sense == SPIN else None
-        self._progress[t.P_ARC], self._progress[t.P_SEGMENT], self._progress[t.P_SPEED] = leg.start_m, 0.0, 0.0
+        self._progress[t.P_ARC], self._progress[t.P_PIECE], self._progress[t.P_SPEED] = leg.start_m, 0.0, 0.0
 
     def resume_at(self, leg: int, arc_length_m: float) -> None:
         """Stand at an arc length of a leg."""
         self._enter(leg)
         rows = self._rows
         self._progress[t.P_ARC] = arc_length_m
-        self._progress[t.P_SEGMENT] = max(int(np.searchsorted(rows[:, 5], arc_length_m, side="right")) - 1, 0)
+        self._progress[t.P_PIECE] = max(int(np.searchsorted(rows[:, W_START], arc_length_m, side="right")) - 1, 0)
 
     @property
     def leg(self) -> Leg:
@@ -94,7 +95,7 @@ class Driver:
     @property
     def segment(self) -> int:
         """Index of the path segment under the robot."""
-        return self.leg.first + int(self._progress[t.P_SEGMENT])
+        return int(self._rows[int(self._progress[t.P_PIECE]), W_SEGMENT])
 
     @property
     def reference_mps(self) -> float:

@@ -158,6 +158,20 @@ def check_spray_speed(speeds: NDArray[np.float64], switch_m: list[float], actuat
             )
 
 
+def painted_rows(path: NDArray[np.float64], switch_m: list[float], actuation: list[int]) -> NDArray[np.bool_]:
+    """(n,) on which rows of the path (n, 7) the valve is to be open most of the way.
+
+    It is opened on the row before a line, too: by its delay too early.
+    """
+    starts, ends = path[:, 5], path[:, 5] + path[:, 4]
+    sprayed = np.zeros(len(path))
+    for start, end, mask in zip(switch_m, [*switch_m[1:], math.inf], actuation, strict=False):
+        if mask & Actuation.VALVE:
+            sprayed += np.maximum(np.minimum(ends, end) - np.maximum(starts, start), 0.0)
+    most: NDArray[np.bool_] = sprayed > 0.5 * path[:, 4]
+    return most
+
+
 def check_spray_direction(
     legs: list[Leg], switch_m: list[float], actuation: list[int], total_m: float, segments: tuple[Segment, ...]
 ) -> None:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from schemas.jit import kernel
+from services.robot_sim.onboard.way import W_CURVATURE, W_LENGTH, W_SHARPNESS, W_START
 
 Floats = NDArray[np.float64]
 
@@ -25,7 +26,7 @@ MODE_BACK: Final = 2
 
 # Progress, kept from tick to tick.
 P_ARC: Final = 0
-P_SEGMENT: Final = 1  # of the leg
+P_PIECE: Final = 1  # of the leg
 P_ENTRY: Final = 2  # of the speed profile
 P_SPEED: Final = 3  # reference speed along the path, negative when going back [m/s]
 PROGRESS: Final = 4
@@ -62,34 +63,49 @@ CREEP_MPS: Final = 0.05
 _TICK_S = 0.01
 _MAX_STEP_M = 0.05  # of progress in a tick
 _HARD_BRAKE_MPS2 = 3.0
+_GAUSS_NEAR = 0.5 - 0.5 / math.sqrt(3.0)
+_GAUSS_FAR = 0.5 + 0.5 / math.sqrt(3.0)
 
 
 @kernel
-def _segment_at(path: Floats, segment: int, s: float) -> int:
-    while segment + 1 < path.shape[0] and s >= path[segment + 1, 5]:
-        segment += 1
-    while segment > 0 and s < path[segment, 5]:
-        segment -= 1
-    return segment
+def _piece_at(way: Floats, piece: int, s: float) -> int:
+    while piece + 1 < way.shape[0] and s >= way[piece + 1, W_START]:
+        piece += 1
+    while piece > 0 and s < way[piece, W_START]:
+        piece -= 1
+    return piece
 
 
 @kernel
-def _pose(path: Floats, sense: float, segment: int, s: float) -> tuple[float, float, float]:
+def _heading(way: Floats, piece: int, s: float) -> float:
+    """The robot's heading on a piece, unwrapped."""
+    u = s - way[piece, W_START]
+    heading: float = way[piece, 2] + (way[piece, W_CURVATURE] + 0.5 * way[piece, W_SHARPNESS] * u) * u
+    return heading
+
+
+@kernel
+def _pose(way: Floats, sense: float, piece: int, s: float) -> tuple[float, float, float]:
     """Point and the robot's heading, unwrapped; beyond an end the leg goes straight on."""
-    last = path.shape[0] - 1
+    last = way.shape[0] - 1
     extra = 0.0
-    end = path[last, 5] + path[last, 4]
+    end = way[last, W_START] + way[last, W_LENGTH]
     if s > end:
         extra, s = s - end, end
-    elif s < path[0, 5]:
-        extra, s = s - path[0, 5], path[0, 5]
-    local = s - path[segment, 5]
-    half = 0.5 * path[segment, 3] * local
-    chord = sense * local * (math.sin(half) / half if abs(half) > 1e-9 else 1.0)
-    heading = path[segment, 2]
-    x = path[segment, 0] + chord * math.cos(heading + half)
-    y = path[segment, 1] + chord * math.sin(heading + half)
-    heading += 2.0 * half
+    elif s < way[0, W_START]:
+        extra, s = s - way[0, W_START], way[0, W_START]
+    u = s - way[piece, W_START]
+    heading = _heading(way, piece, s)
+    if way[piece, W_SHARPNESS] == 0.0:
+        half = 0.5 * way[piece, W_CURVATURE] * u
+        chord = sense * u * (math.sin(half) / half if abs(half) > 1e-9 else 1.0)
+        x = way[piece, 0] + chord * math.cos(heading - half)
+        y = way[piece, 1] + chord * math.sin(heading - half)
+    else:  # a short piece of a clothoid, by Gauss's rule of two points
+        near = _heading(way, piece, s - _GAUSS_FAR * u)
+        far = _heading(way, piece, s - _GAUSS_NEAR * u)
+        x = way[piece, 0] + 0.5 * sense * u * (math.cos(near) + math.cos(far))
+        y = way[piece, 1] + 0.5 * sense * u * (math.sin(near) + math.sin(far))
     extra *= sense
     return x + extra * math.cos(heading), y + extra * math.sin(heading), heading
 
@@ -131,7 +147,7 @@ def _next_speed(
 
 @kernel
 def track(
-    path: Floats,
+    way: Floats,
     sense: float,
     speeds: Floats,
     progress: Floats,
@@ -146,7 +162,7 @@ def track(
     """Project the pose, step the reference speed and look ahead.
 
     Args:
-        path: (n, 7) rows of a leg of `LoadedTrajectory`.
+        way: (n, COLUMNS) pieces of a leg, of `way`.
         sense: +1 if the leg is driven forward, −1 if backward.
         speeds: (m, 2) of `LoadedTrajectory`.
         progress: (PROGRESS,) updated.
@@ -159,28 +175,28 @@ def track(
         ahead: (n, AHEAD_COLUMNS) filled in.
     """
     before = progress[P_ARC]
-    segment = int(progress[P_SEGMENT])
-    last = path.shape[0] - 1
-    end = path[last, 5] + path[last, 4]
+    piece = int(progress[P_PIECE])
+    last = way.shape[0] - 1
+    end = way[last, W_START] + way[last, W_LENGTH]
     back = mode == MODE_BACK or (mode == MODE_BRAKE and progress[P_SPEED] < 0.0)
     low, high = (before - _MAX_STEP_M, before) if back else (before, before + _MAX_STEP_M)
-    low, high = max(low, path[0, 5]), min(high, end)
+    low, high = max(low, way[0, W_START]), min(high, end)
     s = before
     for _ in range(3):
-        x, y, theta = _pose(path, sense, segment, s)
+        x, y, theta = _pose(way, sense, piece, s)
         cos, sin = math.cos(theta), math.sin(theta)
         along = sense * ((east - x) * cos + (north - y) * sin)
         lateral = (north - y) * cos - (east - x) * sin
-        stretch = min(max(1.0 - sense * path[segment, 3] * lateral, 0.5), 2.0)
+        stretch = min(max(1.0 - sense * way[piece, W_CURVATURE] * lateral, 0.5), 2.0)
         s = min(max(s + along / stretch, low), high)
-        segment = _segment_at(path, segment, s)
-    x, y, theta = _pose(path, sense, segment, s)
+        piece = _piece_at(way, piece, s)
+    x, y, theta = _pose(way, sense, piece, s)
     cos, sin = math.cos(theta), math.sin(theta)
     lateral = (north - y) * cos - (east - x) * sin
     error = heading - theta
     error = math.pi - (math.pi - error) % (2.0 * math.pi)
     progress[P_ARC] = s
-    progress[P_SEGMENT] = segment
+    progress[P_PIECE] = piece
 
     v, entry = _next_speed(progress[P_SPEED], s, _TICK_S, mode, speeds, int(progress[P_ENTRY]), end, limits)
     progress[P_SPEED] = v
@@ -194,8 +210,8 @@ def track(
         v_next, entry = _next_speed(v, s, _TICK_S, mode, speeds, entry, end, limits)
         mean = 0.5 * (v + v_next)
         ahead[i, A_SPEED] = sense * mean
-        s = min(max(s + mean * _TICK_S, path[0, 5]), end)
-        segment = _segment_at(path, segment, s)
-        theta_next = path[segment, 2] + path[segment, 3] * (s - path[segment, 5])
+        s = min(max(s + mean * _TICK_S, way[0, W_START]), end)
+        piece = _piece_at(way, piece, s)
+        theta_next = _heading(way, piece, s)
         ahead[i, A_YAW_RATE] = (theta_next - theta) / _TICK_S
         theta, v = theta_next, v_next

@@ -20,12 +20,14 @@ from services.robot_sim.onboard.profiles import (
     check_spray_speed,
     check_stops,
     check_wheels,
+    painted_rows,
     speed_at,
     speed_rows,
     turns_on_the_spot,
     velocities,
 )
 from services.robot_sim.onboard.turning import Turn
+from services.robot_sim.onboard.way import smooth_way
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,7 @@ class LoadedTrajectory:
     Attributes:
         path: (n, 7) rows of `path.cut_path`, one a segment.
         legs: What is driven without stopping, in order.
+        ways: The pieces (m, COLUMNS) of `way` that the robot follows, by leg.
         turns: The turns on the spot, by index of their leg.
         speeds: (m, 2) arc length [m] and speed [m/s]; v² is linear in between.
         times_s: (m,) time at each of these arc lengths, turns on the spot left out.
@@ -47,6 +50,7 @@ class LoadedTrajectory:
 
     path: NDArray[np.float64]
     legs: list[Leg]
+    ways: list[NDArray[np.float64]]
     turns: dict[int, Turn]
     speeds: NDArray[np.float64]
     times_s: NDArray[np.float64]
@@ -124,7 +128,9 @@ def load_trajectory(trajectory: Trajectory, vehicle: Vehicle) -> LoadedTrajector
     times = np.concatenate(([0.0], np.cumsum(2.0 * np.diff(speeds[:, 0]) / np.where(pace > 0.0, pace, 1.0))))
     ids = [segment.id for segment in segments]
     total_time_s = float(times[-1]) + sum(turn.time_s for turn in turns.values())
-    return LoadedTrajectory(path, legs, turns, speeds, times, switch_m, actuation, ids, total, total_time_s)
+    painted = painted_rows(path, switch_m, actuation)
+    ways = [smooth_way(path, leg, painted) for leg in legs]
+    return LoadedTrajectory(path, legs, ways, turns, speeds, times, switch_m, actuation, ids, total, total_time_s)
 
 
 def resume_pose(trajectory: Trajectory, vehicle: Vehicle, checkpoint: Checkpoint) -> tuple[float, float, float]:

@@ -50,11 +50,11 @@ def offsets(run: Run, curves: list, from_m: float = 0.0, to_m: float = math.inf)
 
 @pytest.mark.parametrize("follower", FOLLOWERS)
 @pytest.mark.parametrize("course", COURSES)
-def test_perfect_robot_stays_within_two_and_a_half_millimetres(follower: str, course: str) -> None:
+def test_perfect_robot_stays_within_a_millimetre_and_a_half(follower: str, course: str) -> None:
     run = start(trajectory(COURSES[course]), follower)
     off = offsets(run, COURSES[course])
     assert run.onboard.state == TraversalStatus.DONE
-    assert off.max() < 2.5e-3
+    assert off.max() < 1.5e-3
     assert run.onboard.status.follower_fallbacks == 0
 
 

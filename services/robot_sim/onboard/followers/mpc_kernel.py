@@ -26,9 +26,9 @@ Floats = NDArray[np.float64]
 
 # Parameters.
 M_HALF_TRACK: Final = 0
-M_LAG: Final = 1
+M_LAG: Final = 1  # of motors and tyres
 M_MAX_RATE: Final = 2
-M_MAX_ACCEL: Final = 3
+M_REACH: Final = 3  # rad/s by which a command may differ from the wheel's speed
 M_NOZZLE_X: Final = 4
 M_W_LATERAL: Final = 5
 M_W_HEADING: Final = 6
@@ -38,7 +38,8 @@ M_W_TERMINAL: Final = 9  # factor on the last step
 M_DISTURBANCE_GAIN: Final = 10  # per tick, of the speed and yaw rate disturbances
 M_DRIFT_GAIN: Final = 11  # per tick, of the lateral drift
 M_LEAD: Final = 12  # ticks by which the feed-forward is ahead
-PARAMETERS: Final = 13
+M_SIDE_SLIP: Final = 13  # rad per m/s² across
+PARAMETERS: Final = 14
 
 # The nominal way at the end of each step, one row a step.
 N_LATERAL: Final = 0  # errors if nothing is added to the feed-forward
@@ -50,12 +51,13 @@ N_DRIVE: Final = 5  # mean feed-forward speed over the step
 N_TURN: Final = 6  # mean feed-forward yaw rate
 N_LEFT: Final = 7  # wheel speeds at the step's start [rad/s]
 N_RIGHT: Final = 8
-NOMINAL: Final = 9
+N_DRIFT: Final = 9  # lateral drift at the step's end [m/s]
+NOMINAL: Final = 10
 
 # Memory from tick to tick.
 D_SPEED: Final = 0  # disturbance of the speed that a command leads to [m/s]
 D_YAW_RATE: Final = 1  # of the yaw rate [rad/s]
-D_DRIFT: Final = 2  # lateral drift [m/s]
+D_DRIFT: Final = 2  # lateral drift beyond the nominal side slip [m/s]
 D_LAST: Final = 3  # speed, yaw rate, lateral and heading error of the last tick
 D_VALID: Final = 7
 D_ADDED: Final = 8  # what was added to the feed-forward of the left and right wheel in the last tick
@@ -89,7 +91,7 @@ def _observe(now: Floats, p: Floats, memory: Floats) -> None:
         gain = p[M_DISTURBANCE_GAIN] / (1.0 - stay)
         memory[D_SPEED] = _bound(memory[D_SPEED] + gain * (v - v_model), _SPEED_LIMIT_MPS)
         memory[D_YAW_RATE] = _bound(memory[D_YAW_RATE] + gain * (w - w_model), _YAW_LIMIT_RADPS)
-        expected = memory[D_LAST + 2] + _TICK_S * v * math.sin(memory[D_LAST + 3])
+        expected = memory[D_LAST + 2] + _TICK_S * (v * math.sin(memory[D_LAST + 3]) - p[M_SIDE_SLIP] * v * v * w)
         drift = (now[LATERAL] - expected) / _TICK_S
         memory[D_DRIFT] = _bound(memory[D_DRIFT] + p[M_DRIFT_GAIN] * (drift - memory[D_DRIFT]), _DRIFT_LIMIT_MPS)
     memory[D_LAST], memory[D_LAST + 1] = v, w
@@ -103,7 +105,8 @@ def _roll_out(now: Floats, ahead: Floats, ticks: NDArray[np.int64], p: Floats, m
     lag, lead = p[M_LAG], int(p[M_LEAD])
     stay = math.exp(-_TICK_S / lag)
     settle = lag * (1.0 - stay) / _TICK_S  # share of the old value in the tick's mean
-    drift, push, twist = memory[D_DRIFT], memory[D_SPEED], memory[D_YAW_RATE]
+    push, twist = memory[D_SPEED], memory[D_YAW_RATE]
+    drift = memory[D_DRIFT]
     lateral, heading, speed, yaw_rate = now[LATERAL], now[HEADING_ERROR], now[SPEED], now[YAW_RATE]
     tick = 0
     for j in range(ticks.shape[0]):
@@ -117,6 +120,7 @@ def _roll_out(now: Floats, ahead: Floats, ticks: NDArray[np.int64], p: Floats, m
             v_c, w_c = v_c + push, w_c + twist
             v_mean = v_c + settle * (speed - v_c)
             w_mean = w_c + settle * (yaw_rate - w_c)
+            drift = memory[D_DRIFT] - p[M_SIDE_SLIP] * v_ref * v_ref * w_ref
             kappa = w_ref / v_ref if abs(v_ref) > _CREEP_MPS else 0.0
             change = (w_mean - w_ref - kappa * (v_mean - v_ref)) * _TICK_S
             lateral += (v_ref * (heading + 0.5 * change) + drift) * _TICK_S
@@ -129,6 +133,7 @@ def _roll_out(now: Floats, ahead: Floats, ticks: NDArray[np.int64], p: Floats, m
         nominal[j, N_SPEED] = speed - 0.5 * (ahead[tick - 1, A_SPEED] + ahead[tick, A_SPEED])
         nominal[j, N_TRAVEL] = travel / ticks[j]
         nominal[j, N_CURVATURE] = turned / travel if abs(travel) > _CREEP_MPS * ticks[j] else 0.0
+        nominal[j, N_DRIFT] = drift
         nominal[j, N_DRIVE], nominal[j, N_TURN] = drive / ticks[j], turn / ticks[j]
 
 
@@ -179,7 +184,7 @@ def build(
 
     sens = np.zeros((_STATES, size))
     row = np.zeros(size)
-    reach = p[M_MAX_ACCEL] * lag  # a first-order motor accelerates by (command − speed)/lag
+    reach = p[M_REACH]
     for j in range(steps):
         h, kappa, travel = ticks[j] * _TICK_S, nominal[j, N_CURVATURE], nominal[j, N_TRAVEL]
         stay = math.exp(-h / lag)
@@ -207,7 +212,7 @@ def build(
         weight = h * (p[M_W_TERMINAL] if j == steps - 1 else 1.0)
         crab = nominal[j, N_HEADING]
         if abs(travel) > _CRAB_SPEED_MPS:
-            crab += memory[D_DRIFT] / travel  # the heading error that a drift makes necessary is none
+            crab += nominal[j, N_DRIFT] / travel  # the heading error that a drift makes necessary is none
         for output in range(3):
             if output == 0:
                 error, q = nominal[j, N_LATERAL] + p[M_NOZZLE_X] * crab, weight * p[M_W_LATERAL]

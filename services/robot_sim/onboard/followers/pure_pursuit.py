@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from schemas.jit import kernel
 from schemas.vehicle import Vehicle
 from services.robot_sim.frames import TICK_S
-from services.robot_sim.onboard.followers.wheels import command_wheels, lead_ticks, wheel_limits
+from services.robot_sim.onboard.followers.wheels import W_SIDE_SLIP, command_wheels, lead_ticks, wheel_limits
 from services.robot_sim.onboard.tracking import (
     A_SPEED,
     A_YAW_RATE,
@@ -98,7 +98,8 @@ def pursue(now: Floats, ahead: Floats, lead: int, p: Floats, memory: Floats, whe
     speed = max(abs(speed_now), 0.05)
     lookahead = max(LOOKAHEAD_MIN_M, LOOKAHEAD_S * speed)
     # Driving backward mirrors the picture: the axis points the way the robot goes.
-    alpha = math.atan2(-sense * now[NOZZLE_LATERAL], lookahead) - now[HEADING_ERROR]
+    crab = p[W_SIDE_SLIP] * speed_now * ahead[0, A_YAW_RATE]  # into a curve, as much as the tyres drift out of it
+    alpha = math.atan2(-sense * now[NOZZLE_LATERAL], lookahead) - (now[HEADING_ERROR] - crab)
     pursuit = sense * 2.0 * math.sin(alpha) / lookahead
     memory[LATERAL_SUM] = _clip(
         memory[LATERAL_SUM] - sense * LATERAL_INTEGRAL_1PM2S * now[LATERAL] * speed * TICK_S,
