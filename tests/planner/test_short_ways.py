@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from services.planner.ccd import ContinuousDubins
@@ -187,6 +187,7 @@ def test_going_back_a_little_is_reversing() -> None:
 
 
 @given(end_pairs())
+@example((CurveEnd(ORIGIN, 0.0), CurveEnd(Pose(-3e-11, 0.0, 0.0), 0.0), 1.0, 1.0))
 @settings(max_examples=50)
 def test_no_stretch_between_standstills_is_too_short_to_drive(ends: tuple[CurveEnd, CurveEnd, float, float]) -> None:
     start, goal, curvature, sharpness = ends

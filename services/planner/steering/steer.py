@@ -123,9 +123,12 @@ class Steering:
 def turns_on_the_spot(start: CurveEnd, goal: CurveEnd) -> list[tuple[Piece, ...]]:
     """Turn on the spot, drive straight, turn on the spot: forward, and backward.
 
-    A way is left out if it would step in curvature where it neither turns on the spot nor changes direction.
+    A way is left out if it would step in curvature where it neither turns on the spot nor changes direction, or if
+    the straight is too short to drive.
     """
     z, turn = goal.pose.seen_from(start.pose)
+    if 0.0 < abs(z) < STRETCH_MIN_M:
+        return []
     if not z:
         spin = math.remainder(turn, math.tau)
         smooth = spin or start.curvature_1pm == goal.curvature_1pm
