@@ -11,9 +11,10 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
+from schemas.catalogue import load_template
 from schemas.messages import Trajectory
 from schemas.scenario import GnssNoise, Scenario
-from schemas.template import Template, load_template
+from schemas.template import Template
 from schemas.vehicle import Vehicle
 from services.planner.plan import plan
 from services.robot_sim.emulator import Emulator

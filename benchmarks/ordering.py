@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from schemas.catalogue import load_template
 from schemas.messages import PlanOptions
-from schemas.template import load_template
 from schemas.vehicle import Vehicle
 from services.planner.limits import Limits
 from services.planner.offset import modes

@@ -11,9 +11,9 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from schemas.catalogue import load_template
 from schemas.messages import PlanOptions
 from schemas.scenario import Scenario
-from schemas.template import load_template
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.telemetry import Telemetry
 from services.robot_sim.warm_up import warm_up

@@ -8,15 +8,10 @@ Both must be the same place, or the drawing is carried over with :func:`to_map`.
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Self
-
-from pydantic import Field
+from typing import Self
 
 from schemas.scenario import Origin
-from schemas.spec import Spec
-
-if TYPE_CHECKING:
-    from schemas.template import ArcSpec, LineSpec, Template, TemplateSegment
+from schemas.template import ArcSpec, LineSpec, Placement, Template, TemplateSegment
 
 Point = tuple[float, float]
 
@@ -24,26 +19,6 @@ Point = tuple[float, float]
 SEMI_MAJOR_M, ECCENTRICITY_2 = 6_378_137.0, 6.694_379_990_141_316_5e-3
 #: Two map origins closer than this (m) are the same.
 SAME_ORIGIN_M = 0.001
-
-
-class Placement(Spec):
-    """A rigid motion of the drawing: mirrored about its x axis, then turned about its origin, then moved."""
-
-    x_m: Annotated[float, Field(ge=-10_000, le=10_000)] = 0.0
-    y_m: Annotated[float, Field(ge=-10_000, le=10_000)] = 0.0
-    rotation_deg: Annotated[float, Field(ge=-360, le=360)] = 0.0
-    mirror: bool = False
-
-    def __str__(self) -> str:
-        """In words."""
-        turned = f", turned by {self.rotation_deg:g} degrees" if self.rotation_deg else ""
-        mirrored = "mirrored, " if self.mirror else ""
-        return f"Placed: {mirrored}its origin at x {self.x_m:g}, y {self.y_m:g} m{turned}."
-
-    @property
-    def transform(self) -> "Transform":
-        """This placement as a map of points."""
-        return Transform.of(self.x_m, self.y_m, math.radians(self.rotation_deg), self.mirror)
 
 
 @dataclass(frozen=True)
@@ -77,37 +52,38 @@ class Transform:
         # + 0.0 turns −0.0 into 0.0
         return (self.cos * x - self.sin * y + self.x_m + 0.0, self.sin * x + self.cos * y + self.y_m + 0.0)
 
-    def line(self, line: "LineSpec") -> "LineSpec":
+    def line(self, line: LineSpec) -> LineSpec:
         """The line where it goes."""
         return type(line)(start=self.point(line.start), end=self.point(line.end))
 
-    def arc(self, arc: "ArcSpec") -> "ArcSpec":
+    def arc(self, arc: ArcSpec) -> ArcSpec:
         """The arc where it goes; a mirror turns its sweep round."""
         sweep = -arc.sweep_angle if self.mirror else arc.sweep_angle
         return type(arc)(start=self.point(arc.start), center=self.point(arc.center), sweep_angle=sweep)
 
-    def segment(self, segment: "TemplateSegment") -> "TemplateSegment":
+    def segment(self, segment: TemplateSegment) -> TemplateSegment:
         """The segment where it goes, under its own id."""
         if segment.line is not None:
             return segment.model_copy(update={"line": self.line(segment.line)})
         assert segment.arc is not None
         return segment.model_copy(update={"arc": self.arc(segment.arc)})
 
-    def template(self, template: "Template") -> "Template":
+    def template(self, template: Template) -> Template:
         """Every segment where it goes."""
         return template.model_copy(update={"segments": tuple(self.segment(s) for s in template.segments)})
 
 
-def place(template: "Template", placement: Placement) -> "Template":
+def place(template: Template, placement: Placement) -> Template:
     """``template`` carried into the map frame; lengths and curvatures stay, a mirror turns arcs round.
 
     Its source, which speaks of the drawing's own origin, says so.
     """
-    moved = placement.transform.template(template)
+    rotation_rad = math.radians(placement.rotation_deg)
+    moved = Transform.of(placement.x_m, placement.y_m, rotation_rad, placement.mirror).template(template)
     return moved.model_copy(update={"source": f"{template.source} {placement}".strip()})
 
 
-def to_map(template: "Template", map_origin: Origin) -> "Template":
+def to_map(template: Template, map_origin: Origin) -> Template:
     """``template`` in the map frame whose (0, 0) is ``map_origin``.
 
     East at the two origins differs by the convergence of the meridians, Δλ·sin φ; this rigid motion takes it along and

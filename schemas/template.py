@@ -2,17 +2,13 @@
 
 import json
 import math
-from collections.abc import Mapping
-from pathlib import Path
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, ValidationError, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from schemas.curves import Curve
-from schemas.errors import SpecError
-from schemas.placement import Placement, place
 from schemas.scenario import Origin
-from schemas.spec import Spec, parse, read_text
+from schemas.spec import Spec
 
 #: A radio-corrected robot works within about a kilometre of its base; beyond this a coordinate is a mistake.
 MAX_COORDINATE_M = 10_000.0
@@ -78,6 +74,21 @@ class TemplateSegment(Spec):
         return Curve.from_arc(self.arc.start, self.arc.center, self.arc.sweep_angle)
 
 
+class Placement(Spec):
+    """A rigid motion of the drawing: mirrored about its x axis, then turned about its origin, then moved."""
+
+    x_m: Annotated[float, Field(ge=-10_000, le=10_000)] = 0.0
+    y_m: Annotated[float, Field(ge=-10_000, le=10_000)] = 0.0
+    rotation_deg: Annotated[float, Field(ge=-360, le=360)] = 0.0
+    mirror: bool = False
+
+    def __str__(self) -> str:
+        """In words."""
+        turned = f", turned by {self.rotation_deg:g} degrees" if self.rotation_deg else ""
+        mirrored = "mirrored, " if self.mirror else ""
+        return f"Placed: {mirrored}its origin at x {self.x_m:g}, y {self.y_m:g} m{turned}."
+
+
 class Polygon(Spec):
     """A closed outline, corner by corner (either way round; the last corner joins the first), metres."""
 
@@ -105,7 +116,7 @@ class Template(Spec):
     source: str = ""
     line_width_m: Annotated[float, Field(ge=0.02, le=0.3)] = 0.12
     placement: Placement | None = None
-    """Where a file's drawing lies in the map frame; :func:`parse_template` carries it there, so it is None after."""
+    """Where a file's drawing lies in the map frame; None once it has been carried there (`schemas.catalogue`)."""
     origin: Origin | None = None
     """Where on the earth the map frame's (0, 0) lies; None: wherever the robot's is."""
     segments: Annotated[tuple[TemplateSegment, ...], Field(min_length=1)]
@@ -130,70 +141,8 @@ class Template(Spec):
         return sum(segment.curve().length_m for segment in self.segments)
 
     def to_json(self) -> str:
-        """This template as a file's text, one segment a line; :func:`parse_template` reads the same template again."""
+        """This template as a file's text, one segment a line; reading it gives the same template again."""
         head = self.model_dump(mode="json", exclude={"segments"}, exclude_none=True)
         lines = [f"  {json.dumps(name)}: {json.dumps(value, ensure_ascii=False)},\n" for name, value in head.items()]
         segments = ",\n".join(f"    {s.model_dump_json(exclude_none=True)}" for s in self.segments)
         return "{\n" + "".join(lines) + f'  "segments": [\n{segments}\n  ]\n}}\n'
-
-
-def parse_template(text: str, source: str = "template") -> Template:
-    """The template in a JSON text, in the map frame: its placement is carried out.
-
-    Raises:
-        SpecError: See :func:`schemas.spec.parse`; or the placement carries it further than a coordinate may be.
-    """
-    template = parse(Template, text, source)
-    if template.placement is None:
-        return template
-    return placed(template.model_copy(update={"placement": None}), template.placement, source)
-
-
-def placed(template: Template, placement: Placement, source: str = "placement") -> Template:
-    """``template`` carried to where ``placement`` says.
-
-    Raises:
-        SpecError: It would end further out than a coordinate may be.
-    """
-    try:
-        return place(template, placement)
-    except ValidationError as error:
-        problem = f"carries a point beyond {MAX_COORDINATE_M:g} m"
-        raise SpecError(source, "placement", problem, "place it nearer to the map frame's origin") from error
-
-
-def shipped_templates() -> tuple[str, ...]:
-    """Names of the templates that come with Touchline, sorted."""
-    from schemas.fields import FIELDS  # here: the fields are made of this module's templates
-
-    return tuple(sorted(FIELDS))
-
-
-def template_text(name_or_path: str, parameters: Mapping[str, float | bool | str] | None = None) -> tuple[str, str]:
-    """(JSON text, source) of a shipped template's name, with its parameters, or of a file's path.
-
-    Raises:
-        SpecError: There is no such template or file, or a parameter is not the template's or out of its range.
-    """
-    from schemas.fields import FIELDS  # here: the fields are made of this module's templates
-
-    if name_or_path in FIELDS:
-        return FIELDS[name_or_path].template(parameters).to_json(), name_or_path
-    path = Path(name_or_path)
-    if not path.exists():
-        names = ", ".join(FIELDS)
-        raise SpecError(name_or_path, "", "is neither a shipped template nor a file", f"give a path or one of: {names}")
-    if parameters:
-        problem = "has no parameters"
-        raise SpecError(path.name, next(iter(parameters)), problem, "set parameters of shipped templates only")
-    return read_text(path), path.name
-
-
-def load_template(name_or_path: str | Path, parameters: Mapping[str, float | bool | str] | None = None) -> Template:
-    """The template of that shipped name, with its parameters, or of that file.
-
-    Raises:
-        SpecError: See :func:`template_text`; or the file is not a template.
-    """
-    text, source = template_text(str(name_or_path), parameters)
-    return parse_template(text, source)

@@ -6,10 +6,11 @@ from pathlib import Path
 import numpy as np
 
 from schemas import topics
+from schemas.catalogue import parse_template
 from schemas.cdr import decode
 from schemas.errors import SpecError
 from schemas.messages import PaintMarks, String, TraversalReport
-from schemas.template import Template, parse_template
+from schemas.template import Template
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,12 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from schemas.catalogue import load_template, parse_template, shipped_templates
 from schemas.errors import TouchlineError
 from schemas.lettering import write
 from schemas.messages import TraversalStatus
 from schemas.scenario import Scenario
-from schemas.template import LineSpec, Template, TemplateSegment, load_template, parse_template, shipped_templates
+from schemas.template import LineSpec, Template, TemplateSegment
 from schemas.vehicle import Vehicle
 from services.drawings.hatch import hatch
 from services.planner.fit_arcs import TOLERANCE_M

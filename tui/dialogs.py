@@ -13,9 +13,10 @@ from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Label, OptionList, RadioButton, RadioSet, Static
 from textual.widgets.option_list import Option
 
+from schemas.catalogue import parse_template, shipped_templates, template_text
 from schemas.errors import TouchlineError
 from schemas.messages.touchline import PlanOptions
-from schemas.template import Template, parse_template, shipped_templates, template_text
+from schemas.template import Template
 from schemas.vehicle import Vehicle
 from tui import format, theme
 from tui.orders import METHODS

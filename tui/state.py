@@ -8,12 +8,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from schemas import topics
+from schemas.catalogue import parse_template
 from schemas.errors import TouchlineError
 from schemas.messages.base import Message
 from schemas.messages.standard import DiagnosticArray, String
 from schemas.messages.touchline import Event, PaintMarks, PlanReport, Progress, TraversalStatus
 from schemas.messages.turf_tank import Trajectory
-from schemas.template import Template, parse_template
+from schemas.template import Template
 from schemas.topics import Topic
 from tui import robot as robot_model
 from tui.event_log import ERROR, INFO, WARN, EventLog

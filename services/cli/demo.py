@@ -7,9 +7,9 @@ from typing import Annotated
 import typer
 
 from schemas import topics
+from schemas.catalogue import load_template
 from schemas.messages import RecordRequest, RecordStopRequest
 from schemas.scenario import Scenario
-from schemas.template import load_template
 from services.cli.choices import PlanChoice
 from services.cli.display import print_figures, stderr
 from services.cli.options import ExitCode

@@ -7,11 +7,12 @@ from typing import Annotated, TypeVar
 import typer
 from pydantic import ValidationError
 
+from schemas.catalogue import load_template, placed
 from schemas.errors import SpecError
-from schemas.placement import Placement, to_map
+from schemas.placement import to_map
 from schemas.scenario import Origin
 from schemas.spec import Spec, first_problem
-from schemas.template import Template, load_template, placed
+from schemas.template import Placement, Template
 
 S = TypeVar("S", bound=Spec)
 

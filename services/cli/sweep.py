@@ -11,10 +11,10 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from schemas.catalogue import shipped_templates
 from schemas.errors import SpecError
 from schemas.scenario import Scenario
 from schemas.spec import read_text
-from schemas.template import shipped_templates
 from services.cli.choices import PlanChoice, ScenarioChoice
 from services.cli.display import progress_bar, stderr
 from services.cli.options import ExitCode, JsonOption, ReportOption, write_json

@@ -3,9 +3,9 @@
 import time
 from collections.abc import Callable
 
+from schemas.catalogue import parse_template
 from schemas.errors import TouchlineError
 from schemas.messages import PlanRequest, PlanResponse
-from schemas.template import parse_template
 from schemas.vehicle import Vehicle
 from services.planner.arrange import ordering
 from services.planner.plan import plan

@@ -8,11 +8,12 @@ from typing import Any, Final
 
 from schemas import messages as m
 from schemas import topics
+from schemas.catalogue import parse_template
 from schemas.errors import CommandRefused, SpecError
 from schemas.faults import describe, parse_fault
 from schemas.messages.base import Message
 from schemas.placement import same_place
-from schemas.template import Template, parse_template
+from schemas.template import Template
 from schemas.topics import Service
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.frames import Checkpoint, OnboardEvent

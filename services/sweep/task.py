@@ -5,10 +5,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from schemas.catalogue import load_template
 from schemas.errors import TouchlineError
 from schemas.messages import TraversalReport
 from schemas.scenario import Scenario
-from schemas.template import load_template
 from services.simulation import Job, Progress, simulate
 from services.sweep.grid import Case
 

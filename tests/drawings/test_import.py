@@ -8,8 +8,8 @@ import ezdxf
 import numpy as np
 import pytest
 
+from schemas.catalogue import parse_template
 from schemas.errors import SpecError
-from schemas.template import parse_template
 from schemas.vehicle import Vehicle
 from services.drawings.fit import distance_m
 from services.drawings.importer import Anchor, ImportOptions, import_drawing, smallest_radius_m

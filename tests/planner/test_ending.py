@@ -5,9 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from schemas.catalogue import load_template
 from schemas.errors import PlanningError
 from schemas.messages import PlanOptions
-from schemas.template import LineSpec, Polygon, Template, TemplateSegment, load_template
+from schemas.template import LineSpec, Polygon, Template, TemplateSegment
 from schemas.vehicle import Vehicle
 from services.planner.inside import Yard
 from services.planner.plan import Plan, plan

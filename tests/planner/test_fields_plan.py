@@ -4,10 +4,11 @@ from collections.abc import Iterator
 
 import pytest
 
+from schemas.catalogue import load_template, shipped_templates
 from schemas.fields import FIELDS
 from schemas.lettering import Corners, write
-from schemas.placement import Placement, place
-from schemas.template import Template, load_template, shipped_templates
+from schemas.placement import place
+from schemas.template import Placement, Template
 from schemas.vehicle import Vehicle
 from services.planner.plan import plan
 

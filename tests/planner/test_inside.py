@@ -9,9 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import affinity
 
+from schemas.catalogue import parse_template
 from schemas.errors import PlanningError, SpecError
 from schemas.messages import PlanOptions
-from schemas.template import LineSpec, Polygon, Template, TemplateSegment, parse_template
+from schemas.template import LineSpec, Polygon, Template, TemplateSegment
 from schemas.vehicle import Vehicle
 from services.planner.clothoid import Piece, PiecePath, Pose
 from services.planner.inside import MARGIN_M, Yard

@@ -9,9 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.ordering import random_lines
+from schemas.catalogue import load_template
 from schemas.errors import PlanningError
 from schemas.messages import PlanOptions
-from schemas.template import ArcSpec, LineSpec, Template, TemplateSegment, load_template
+from schemas.template import ArcSpec, LineSpec, Template, TemplateSegment
 from schemas.vehicle import Vehicle
 from services.planner.limits import Limits
 from services.planner.offset import modes

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from schemas.catalogue import load_template, shipped_templates
 from schemas.cdr import decode, encode
 from schemas.curves import Curve, PathTable
 from schemas.errors import PlanningError
@@ -21,7 +22,7 @@ from schemas.messages import (
     Trajectory,
     VelocityType,
 )
-from schemas.template import LineSpec, Template, TemplateSegment, load_template, shipped_templates
+from schemas.template import LineSpec, Template, TemplateSegment
 from schemas.vehicle import Vehicle
 from services.planner import sending
 from services.planner.answer import answer

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 import pytest
 
 from schemas import topics
+from schemas.catalogue import template_text
 from schemas.messages import GetDiagnosticsRequest, PlanOptions, PlanRequest, Progress
-from schemas.template import template_text
 from services.bus import Bus, BusConfig
 
 START = (

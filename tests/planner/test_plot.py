@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from schemas.template import load_template
+from schemas.catalogue import load_template
 from schemas.vehicle import Vehicle
 from services.planner.plan import plan
 from services.planner.plot import plot_plan

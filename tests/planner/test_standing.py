@@ -6,8 +6,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from schemas.catalogue import load_template
 from schemas.messages import CurveType, LinearDirection, PlanOptions, VelocityType
-from schemas.template import LineSpec, Template, TemplateSegment, load_template
+from schemas.template import LineSpec, Template, TemplateSegment
 from schemas.vehicle import Vehicle
 from services.planner.clothoid import Piece, PiecePath, Pose
 from services.planner.plan import Plan, plan

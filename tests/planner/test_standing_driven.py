@@ -2,9 +2,10 @@
 
 import pytest
 
+from schemas.catalogue import load_template
 from schemas.messages import LinearDirection, PlanOptions
 from schemas.scenario import Scenario
-from schemas.template import Template, load_template
+from schemas.template import Template
 from schemas.vehicle import Vehicle
 from services.planner.plan import Plan, plan
 from services.robot_sim.emulator import Emulator

@@ -7,10 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from schemas.catalogue import load_template
 from schemas.curves import Curve
 from schemas.errors import PlanningError
 from schemas.messages import PlanOptions
-from schemas.template import LineSpec, Template, TemplateSegment, load_template
+from schemas.template import LineSpec, Template, TemplateSegment
 from schemas.vehicle import Vehicle
 from services.planner import arrange
 from services.planner.clothoid import Piece, PiecePath, Pose

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from schemas.catalogue import load_template
 from schemas.messages import PlanOptions
-from schemas.template import LineSpec, Template, TemplateSegment, load_template
+from schemas.template import LineSpec, Template, TemplateSegment
 from schemas.vehicle import Vehicle
 from services.planner.legs import Driver
 from services.planner.limits import Limits

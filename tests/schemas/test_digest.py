@@ -6,10 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from schemas import topics
+from schemas.catalogue import load_template
 from schemas.digest import SessionDigest, scenario_hash
 from schemas.messages import PlanOptions
 from schemas.scenario import GnssNoise, Scenario
-from schemas.template import load_template
 from schemas.vehicle import Vehicle
 
 SQUARE = load_template("study-square")

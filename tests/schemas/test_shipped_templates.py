@@ -9,7 +9,8 @@ from shapely import LineString, Point, Polygon, box
 from shapely.geometry.base import BaseGeometry
 from shapely.ops import unary_union
 
-from schemas.template import Template, load_template, shipped_templates
+from schemas.catalogue import load_template, shipped_templates
+from schemas.template import Template
 from schemas.vehicle import Vehicle
 
 WIDTH_M = 0.12

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from schemas.catalogue import load_template, parse_template
 from schemas.errors import SpecError
 from schemas.scenario import Scenario
 from schemas.spec import MAX_SPEC_BYTES, parse, read_text
-from schemas.template import load_template, parse_template
 from schemas.vehicle import Vehicle
 
 LINE = {"id": "a", "line": {"start": [0, 0], "end": [1, 0]}}

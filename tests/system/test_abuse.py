@@ -8,8 +8,8 @@ import pytest
 import zenoh
 
 from schemas import topics
+from schemas.catalogue import template_text
 from schemas.messages import GetDiagnosticsRequest, PlanRequest
-from schemas.template import template_text
 from services.local import LocalSystem, local_system
 
 NODES = (topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE)

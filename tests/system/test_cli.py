@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from schemas.catalogue import parse_template
 from schemas.messages import Trajectory
-from schemas.template import parse_template
 from tests.system.commands import figures, touchline
 
 SERVICES = ["planner", "robot-sim", "bridge", "tui"]

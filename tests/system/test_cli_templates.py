@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from schemas.template import load_template, parse_template
+from schemas.catalogue import load_template, parse_template
 from tests.system.commands import figures, touchline
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from schemas import topics
+from schemas.catalogue import template_text
 from schemas.messages import (
     CommandRequest,
     LoadRequest,
@@ -18,7 +19,6 @@ from schemas.messages import (
     SprayerState,
     TraversalStatus,
 )
-from schemas.template import template_text
 from services.bridge.reader import RecordingReader
 from services.bus import Bus, BusConfig
 from services.local import LocalSystem, local_system

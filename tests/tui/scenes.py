@@ -12,8 +12,9 @@ import numpy as np
 
 from schemas import messages as m
 from schemas import topics
+from schemas.catalogue import load_template
 from schemas.messages.base import Message
-from schemas.template import Template, load_template
+from schemas.template import Template
 from schemas.topics import Service, Topic
 from tui.protocol import CallFailed, Incoming, NodeChanged, PaintFetched, Received
 

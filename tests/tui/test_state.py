@@ -7,7 +7,8 @@ import pytest
 
 from schemas import messages as m
 from schemas import topics
-from schemas.template import Template, load_template
+from schemas.catalogue import load_template
+from schemas.template import Template
 from tests.tui import scenes
 from tests.tui.scenes import received
 from tui import panels

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
+from schemas.catalogue import load_template
 from schemas.errors import PlanningError
-from schemas.template import load_template
 from services.planner.clothoid import PiecePath, Pose
 from services.planner.method import CurveEnd
 from services.planner.study.ccd import CLOSEST_M, StudyContinuousDubins

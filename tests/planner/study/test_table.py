@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from schemas.catalogue import load_template
 from schemas.messages import PlanOptions
-from schemas.template import Template, load_template
+from schemas.template import Template
 from schemas.vehicle import Vehicle
 from services.planner.plan import plan
 from services.planner.plot import plot_plan

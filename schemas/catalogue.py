@@ -1,0 +1,70 @@
+"""Templates by name and from files: the shipped ones, drawn with their parameters, and the user's own."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from schemas.errors import SpecError
+from schemas.fields import FIELDS
+from schemas.placement import place
+from schemas.spec import parse, read_text
+from schemas.template import MAX_COORDINATE_M, Placement, Template
+
+
+def parse_template(text: str, source: str = "template") -> Template:
+    """The template in a JSON text, in the map frame: its placement is carried out.
+
+    Raises:
+        SpecError: See :func:`schemas.spec.parse`; or the placement carries it further than a coordinate may be.
+    """
+    template = parse(Template, text, source)
+    if template.placement is None:
+        return template
+    return placed(template.model_copy(update={"placement": None}), template.placement, source)
+
+
+def placed(template: Template, placement: Placement, source: str = "placement") -> Template:
+    """``template`` carried to where ``placement`` says.
+
+    Raises:
+        SpecError: It would end further out than a coordinate may be.
+    """
+    try:
+        return place(template, placement)
+    except ValidationError as error:
+        problem = f"carries a point beyond {MAX_COORDINATE_M:g} m"
+        raise SpecError(source, "placement", problem, "place it nearer to the map frame's origin") from error
+
+
+def shipped_templates() -> tuple[str, ...]:
+    """Names of the templates that come with Touchline, sorted."""
+    return tuple(sorted(FIELDS))
+
+
+def template_text(name_or_path: str, parameters: Mapping[str, float | bool | str] | None = None) -> tuple[str, str]:
+    """(JSON text, source) of a shipped template's name, with its parameters, or of a file's path.
+
+    Raises:
+        SpecError: There is no such template or file, or a parameter is not the template's or out of its range.
+    """
+    if name_or_path in FIELDS:
+        return FIELDS[name_or_path].template(parameters).to_json(), name_or_path
+    path = Path(name_or_path)
+    if not path.exists():
+        names = ", ".join(FIELDS)
+        raise SpecError(name_or_path, "", "is neither a shipped template nor a file", f"give a path or one of: {names}")
+    if parameters:
+        problem = "has no parameters"
+        raise SpecError(path.name, next(iter(parameters)), problem, "set parameters of shipped templates only")
+    return read_text(path), path.name
+
+
+def load_template(name_or_path: str | Path, parameters: Mapping[str, float | bool | str] | None = None) -> Template:
+    """The template of that shipped name, with its parameters, or of that file.
+
+    Raises:
+        SpecError: See :func:`template_text`; or the file is not a template.
+    """
+    text, source = template_text(str(name_or_path), parameters)
+    return parse_template(text, source)
