@@ -3,9 +3,11 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
-# Tests of whole systems and of the screen have the machine to themselves; the others share its cores.
-TIMED := tests/bus tests/bridge tests/system tests/tui
-PURE := $(filter-out $(TIMED),$(patsubst %/,%,$(wildcard tests/*/)))
+# Tests of whole systems have the machine to themselves; those that mostly wait for others or for the screen share it
+# with their like, and so do those that reckon.
+SYSTEM := tests/system
+WAITING := tests/bus tests/bridge tests/tui
+PURE := $(filter-out $(SYSTEM) $(WAITING),$(patsubst %/,%,$(wildcard tests/*/)))
 
 .PHONY: demo test lint bench clean
 
@@ -14,7 +16,8 @@ demo: $(STAMP)
 
 test: $(STAMP) lint
 	$(BIN)/python -m pytest -q -n 2 $(PURE)
-	$(BIN)/python -m pytest -q $(TIMED)
+	$(BIN)/python -m pytest -q -n 2 $(WAITING)
+	$(BIN)/python -m pytest -q $(SYSTEM)
 
 lint: $(STAMP)
 	$(BIN)/ruff check .
