@@ -8,13 +8,13 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 from schemas.catalogue import load_template
 from schemas.messages import PlanOptions
 from schemas.scenario import Scenario
 from services.robot_sim.emulator import Emulator
+from services.robot_sim.quiet import Quiet
 from services.robot_sim.telemetry import Telemetry
 from services.robot_sim.warm_up import warm_up
 from services.robot_sim.world import body
@@ -40,8 +40,8 @@ def main() -> None:
         hashed, _ = _factor(job, scenario, hashed=True)
         print(f"{follower:14} {wall:>11.0f}x {cpu:>9.0f}x {hashed:>9.0f}x {_over_zenoh(follower):>17.0f}x")
     print(f"\n{'repeating it':20} {'sim time':>10} {'peak RSS':>10} {'RSS':>10}")
-    _memory(job, "as simulate", SIMULATED_HOURS, _run)
-    _memory(job, "with all telemetry", TOLD_HOURS, _listen)
+    _memory(job, "as simulate", SIMULATED_HOURS, listening=False)
+    _memory(job, "with all telemetry", TOLD_HOURS, listening=True)
 
 
 def _factor(job: Job, scenario: Scenario, *, hashed: bool) -> tuple[float, float]:
@@ -66,10 +66,10 @@ def _over_zenoh(follower: str) -> float:
     return max(report["traversal"]["real_time_factor"] for report in reports)
 
 
-def _memory(job: Job, title: str, hours: tuple[int, ...], pass_time: Callable[[Emulator, Telemetry], None]) -> None:
+def _memory(job: Job, title: str, hours: tuple[int, ...], listening: bool) -> None:
     """One emulator that paints the same again and again, with a full tank and battery each time."""
     emulator = Emulator(job.vehicle, Scenario(follower="pure-pursuit"))
-    telemetry = Telemetry(emulator)
+    telemetry, quiet = Telemetry(emulator), Quiet(emulator)
     print(f"{title:20} {'start':>10} {_peak_mb():>9.1f}M {_rss_mb():>9.1f}M")
     for until in hours:
         while emulator.time_s < until * 3600.0:
@@ -81,17 +81,12 @@ def _memory(job: Job, title: str, hours: tuple[int, ...], pass_time: Callable[[E
             telemetry.loaded(job.trajectory, job.template)
             emulator.start()
             while emulator.active:
-                pass_time(emulator, telemetry)
+                if listening:
+                    emulator.tick()
+                    telemetry.after_tick()
+                else:
+                    quiet.run(1000)
         print(f"{'':20} {emulator.time_s / 3600.0:>8.2f} h {_peak_mb():>9.1f}M {_rss_mb():>9.1f}M")
-
-
-def _listen(emulator: Emulator, telemetry: Telemetry) -> None:
-    emulator.tick()
-    telemetry.after_tick()
-
-
-def _run(emulator: Emulator, telemetry: Telemetry) -> None:
-    emulator.run(1000)
 
 
 def _rss_mb() -> float:

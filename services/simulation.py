@@ -16,6 +16,7 @@ from services.planner.plan import plan
 from services.reports import hash_figures, paint_report, plan_figures, traversal_figures
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.packing import Payload
+from services.robot_sim.quiet import Quiet
 from services.robot_sim.telemetry import Telemetry
 
 Progress = Callable[[float, str], None]
@@ -119,7 +120,8 @@ def simulate(
     emulator.load(job.trajectory, job.template)
     if record is None and not hashed:
         emulator.start()
-        reason = _drive(emulator, lambda: emulator.run(_SLICE_TICKS), progress)
+        quiet = Quiet(emulator)
+        reason = _drive(emulator, lambda: quiet.run(_SLICE_TICKS), progress)
         report, recording = telemetry.report(), None
     else:
         with _Listener(record) as listener:

@@ -33,7 +33,7 @@ from services.robot_sim.onboard.trajectory import resume_pose
 from services.robot_sim.paint.ledger import PaintLedger
 from services.robot_sim.paint.metrics import PaintMetrics, paint_metrics
 from services.robot_sim.paint.targets import start_pose, targets
-from services.robot_sim.quiet import ESTIMATED, SENSED, WHOLE, Quiet, stand_by
+from services.robot_sim.sensors.sense import stand_by
 from services.robot_sim.sensors.suite import Sensors
 from services.robot_sim.world import body
 from services.robot_sim.world.world import NO_EFFECTS, Pose, World
@@ -41,6 +41,11 @@ from services.robot_sim.world.world import NO_EFFECTS, Pose, World
 SETTLE_TICKS: Final = 100
 """A traversal that has ended is watched for this long, so that the robot has come to rest and the paint is all out."""
 UNDER_WAY: Final = (TraversalStatus.RUNNING, TraversalStatus.PAUSED)
+
+# How far a tick is that was begun elsewhere.
+WHOLE: Final = 0  # all is done
+SENSED: Final = 1  # the onboard computer has not seen it
+ESTIMATED: Final = 2  # only its estimator has
 
 
 class OnboardComputer(Protocol):
@@ -138,7 +143,6 @@ class Emulator:
         self.command = STANDSTILL
         self.settled = False
         self._ended_ticks = SETTLE_TICKS
-        self._quiet = Quiet(self, self.onboard) if isinstance(self.onboard, Onboard) else None
         if scenario.start is not None:
             self.world.place(Pose(scenario.start.x_m, scenario.start.y_m, scenario.start.heading_rad))
 
@@ -239,20 +243,8 @@ class Emulator:
         self.ledger.record(self.world.trace)
         self._follow_up()
 
-    def run(self, ticks: int) -> None:
-        """Let up to that many ticks pass, no more than the traversal takes; what they had to say is not looked at.
-
-        It is what as many calls of `tick` would do, several times as fast.
-        """
-        last = self.tick_count + ticks
-        while self.tick_count < last and self.active:
-            if self._quiet is not None:
-                self._quiet.run(last)
-            if self.tick_count < last and self.active:
-                self.tick()
-
     def end_tick(self, frame: SensorFrame, stage: int) -> None:
-        """End a tick of which `quiet` has done a part: the world and the sensors at least."""
+        """End a tick of which a part was done elsewhere: the world and the sensors at least."""
         self.frame = frame
         if stage == SENSED:
             self.command = self.onboard.step(frame)

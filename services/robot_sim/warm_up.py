@@ -16,6 +16,7 @@ from services.robot_sim.emulator import Emulator
 from services.robot_sim.frames import STANDSTILL
 from services.robot_sim.paint.ledger import PaintLedger
 from services.robot_sim.paint.targets import Target
+from services.robot_sim.quiet import Quiet
 from services.robot_sim.sensors.suite import Sensors
 from services.robot_sim.world import body, physics
 from services.robot_sim.world.world import World
@@ -35,7 +36,7 @@ def warm_up(
 ) -> None:
     """Run every kernel once on throw-away data; `report` is told what takes long, and nothing if all is cached.
 
-    `loop` takes in the one of `Emulator.run`, which is not needed where every tick is listened to.
+    `loop` takes in the one of `quiet`, which is not needed where every tick is listened to.
     """
     steps = (*_STEPS, _LOOP) if loop else _STEPS
     vehicle, scenario = vehicle or Vehicle(), scenario or Scenario()
@@ -58,7 +59,7 @@ def _exercise(name: str, vehicle: Vehicle, scenario: Scenario) -> None:
         emulator = Emulator(vehicle, scenario.model_copy(update={"faults": (), "start": None}))
         emulator.load(onboard.straight())
         emulator.start()
-        emulator.run(_LOOP_TICKS)
+        Quiet(emulator).run(_LOOP_TICKS)
         return
     if name == "onboard computer":
         onboard.warm_up(vehicle, scenario)

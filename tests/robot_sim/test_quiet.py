@@ -11,6 +11,7 @@ from schemas.scenario import Scenario
 from schemas.template import Template
 from schemas.vehicle import Vehicle
 from services.robot_sim.emulator import Emulator
+from services.robot_sim.quiet import Quiet
 from services.robot_sim.telemetry import Telemetry
 from tests.robot_sim.scripted import trajectory
 
@@ -55,7 +56,7 @@ def session(scenario, listen_from, *, loop, plan=PLAN, template=TEMPLATE, vehicl
     emulator.load(plan, template)
     emulator.start()
     if loop:
-        emulator.run(listen_from)
+        Quiet(emulator).run(listen_from)
     else:
         for _ in range(listen_from):
             if emulator.active:
@@ -117,9 +118,10 @@ def test_commands_between_two_runs_act_as_between_ticks():
         emulator = Emulator(Vehicle(), Scenario(follower="pure-pursuit"))
         emulator.load(PLAN, TEMPLATE)
         emulator.start()
+        quiet = Quiet(emulator)
         for command in (emulator.pause, emulator.resume, emulator.estop):
             for _ in range(1 if loop else 430):
-                emulator.run(430) if loop else emulator.tick()
+                quiet.run(430) if loop else emulator.tick()
             if emulator.onboard.state != TraversalStatus.DONE:
                 command()
         for _ in range(100):
@@ -134,7 +136,8 @@ def test_nearly_all_ticks_are_quiet(monkeypatch):
     emulator.start()
     loud = []
     monkeypatch.setattr(emulator, "tick", lambda tick=emulator.tick: (loud.append(emulator.tick_count), tick()))
+    quiet = Quiet(emulator)
     while emulator.active:
-        emulator.run(100)
+        quiet.run(100)
     driving = [tick for tick in loud if 100 < tick < emulator.tick_count - 150]
     assert len(driving) < 0.1 * emulator.tick_count

@@ -12,6 +12,7 @@ from schemas.template import Template
 from schemas.vehicle import Vehicle
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.onboard.estimator import model as m
+from services.robot_sim.quiet import Quiet
 from tests.robot_sim.scripted import trajectory
 
 TURN = Curve.from_arc((8, 0), (8, 2), math.pi)
@@ -38,8 +39,7 @@ def test_paints_on_a_slope_without_a_pause(grade: float, uphill_rad: float) -> N
     emulator = Emulator(Vehicle(), scenario)
     emulator.load(PLAN, TEMPLATE)
     emulator.start()
-    while emulator.active:
-        emulator.run(1000)
+    Quiet(emulator).run(60_000)
     assert emulator.onboard.state == TraversalStatus.DONE
     assert not [event.text for event in emulator.take_events() if event.severity]
     assert np.percentile(np.abs(emulator.ledger.deviation().lateral_m), 95) < 0.01

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,3 +104,19 @@ def sense(
             post(pending, counts, report, arrival + again)
     count: int = collect(pending, counts, tick, arrivals)
     return count
+
+
+@kernel
+def stand_by(state: Floats, effects: Floats, seed: int, first_tick: int, last_tick: int, sensing: Any) -> None:
+    """Let the sensors live through ticks, first and last included, in which the robot stands and nobody listens.
+
+    Args:
+        state: Of the world.
+        effects: Of faults.
+        seed: Of the scenario.
+        first_tick: See above, as `last_tick`.
+        last_tick: See `first_tick`.
+        sensing: What `sense` is given from the sensors' own.
+    """
+    for tick in range(first_tick, last_tick + 1):
+        sense(state, effects, seed, tick, *sensing)

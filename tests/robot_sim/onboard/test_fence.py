@@ -18,6 +18,7 @@ from schemas.vehicle import Vehicle
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.onboard.fence import Fence, beyond_m
 from services.robot_sim.onboard.path import cut_path
+from services.robot_sim.quiet import Quiet
 from services.robot_sim.world.world import Pose
 from tests.robot_sim.onboard.rig import chain, trajectory
 
@@ -98,8 +99,7 @@ def pushed(robot, north_m, at_m=3.0):
 
 def test_inside_the_boundary_it_paints_to_the_end() -> None:
     robot = emulator(NEAR)
-    while robot.active:
-        robot.run(500)
+    Quiet(robot).run(60_000)
     assert robot.onboard.state == DONE
 
 
