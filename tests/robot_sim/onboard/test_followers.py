@@ -12,7 +12,7 @@ from schemas.messages import TraversalStatus
 from schemas.vehicle import Vehicle
 from services.robot_sim.frames import Command
 from services.robot_sim.onboard import tracking
-from services.robot_sim.onboard.followers import MpcFollower, make_follower
+from services.robot_sim.onboard.followers import MpcFollower, make_follower, mpc
 from tests.robot_sim.onboard.rig import Run, chain, clothoid, start, trajectory
 
 FOLLOWERS = ["mpc", "pure-pursuit"]
@@ -145,6 +145,18 @@ def test_solver_failure_falls_back_and_is_counted(monkeypatch: pytest.MonkeyPatc
     left, right = follower.step(now, ahead)
     assert follower.fallbacks == 1
     assert (left, right) == pytest.approx((10.0, 10.0), abs=1e-6)
+
+
+def test_at_its_iteration_cap_the_solver_gives_up_and_pure_pursuit_drives_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(mpc, "ITERATION_CAP", 1)
+    curves = chain((0.0, 8.0))
+    run = start(trajectory(curves))
+    run.rig.heading += 0.4
+    run.rig.y += 0.3
+    off = offsets(run, curves, from_m=6.0)
+    assert run.onboard.state == TraversalStatus.DONE
+    assert run.onboard.status.follower_fallbacks > 0
+    assert off.max() < 5e-3
 
 
 def test_far_off_the_path_the_tangent_model_is_not_used() -> None:

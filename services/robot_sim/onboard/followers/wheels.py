@@ -18,7 +18,9 @@ W_HALF_TRACK: Final = 0  # m
 W_MAX_RATE: Final = 1  # rad/s
 W_REACH: Final = 2  # rad/s by which a command may differ from the wheel's speed
 W_SIDE_SLIP: Final = 3  # rad per m/s² across
-PARAMETERS: Final = 4
+W_ACROSS: Final = 4  # m/s², planned at most across the path
+W_BRAKE: Final = 5  # m/s² along it
+PARAMETERS: Final = 6
 
 Floats = NDArray[np.float64]
 
@@ -32,13 +34,14 @@ def lead_ticks(vehicle: Vehicle) -> int:
 
 
 def wheel_limits(vehicle: Vehicle) -> NDArray[np.float64]:
-    """(PARAMETERS,) differential drive, limits and nominal side slip of this vehicle."""
+    """(PARAMETERS,) differential drive, limits, nominal side slip and planned accelerations of this vehicle."""
     p = np.zeros(PARAMETERS)
     p[W_HALF_TRACK] = vehicle.half_track_m
     p[W_MAX_RATE] = vehicle.max_wheel_speed_radps
     # A first-order motor accelerates by (command − speed) / lag.
     p[W_REACH] = vehicle.max_wheel_acceleration_radps2 * max(vehicle.motor_time_constant_s, TICK_S)
     p[W_SIDE_SLIP] = vehicle.side_slip_rad_per_mps2
+    p[W_ACROSS], p[W_BRAKE] = vehicle.max_lateral_acceleration_mps2, vehicle.max_acceleration_mps2
     return p
 
 
