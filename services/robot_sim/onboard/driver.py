@@ -26,7 +26,9 @@ BACK_SPEED_MPS = 0.4
 STOPPED_MPS = 0.02
 END_TOLERANCE_M = 0.01
 _LOCATE_STEPS = 30  # of at most 5 cm each
-_SLIP_LIMIT = 0.15  # of what the feed-forward makes up for
+# Of what the feed-forward makes up for: random slip is within it. A tyre at the end of its grip slips more, and faster
+# wheels would only make it slip more still.
+_SLIP_LIMIT = 0.05
 
 B_RADIUS: Final = 0  # m
 B_TRACK: Final = 1  # m
