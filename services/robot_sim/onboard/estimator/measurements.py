@@ -76,7 +76,7 @@ _ENCODER_REJECTED_RUN_LIMIT = 50.0
 _SLIP_PER_MPS = 0.4  # 1 σ, of a wheel's change of speed in a tick
 _JUMP_TICKS = 10
 _JUMP_VAR = 0.05**2
-_JUMP_FROM_MPS = 0.3  # slip is a share: it explains little of a slow wheel's error
+_JUMP_FROM_MPS = 0.6  # slip is a share: it explains little of a slow wheel's error
 _PATIENCE = 100.0  # factor on the encoders' variance once they have been rejected for half a second
 
 
