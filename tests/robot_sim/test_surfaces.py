@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 
-from schemas.messages import TraversalStatus
+from schemas.messages import PlanOptions, TraversalStatus
 from schemas.scenario import Scenario
+from schemas.template import LineSpec, Template, TemplateSegment
 from schemas.vehicle import Vehicle
+from services.planner.plan import Plan, plan
 from services.robot_sim.emulator import Emulator
+from services.robot_sim.world import body
 from tests.robot_sim.onboard.rig import chain, trajectory
 
 
@@ -27,3 +32,41 @@ def test_no_limit_cycle_on_a_straight_at_transit_speed(follower: str, surface: s
     assert emulator.onboard.status.arc_length_m > 19.0
     assert np.percentile(lateral, 95) < 0.006
     assert np.std(np.diff(apart)) < 0.15
+
+
+CORNER = Template(
+    name="corner",
+    title="Corner",
+    segments=(
+        TemplateSegment(id="a", line=LineSpec(start=(0.0, 0.0), end=(3.0, 0.0)), actuation="SPRAY"),
+        TemplateSegment(id="b", line=LineSpec(start=(3.0, 0.0), end=(3.0, 3.0)), actuation="SPRAY"),
+    ),
+)
+
+
+@cache
+def corner() -> Plan:
+    return plan(CORNER, Vehicle(), PlanOptions())
+
+
+@pytest.mark.parametrize("follower", ["mpc", "pure-pursuit"])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_plan_for_dry_grass_is_driven_to_the_end_of_the_grip(follower: str, seed: int) -> None:
+    """Wheels at the end of their grip are not sped up until they spin, and what they slip is known."""
+    emulator = Emulator(Vehicle(), Scenario(seed=seed, follower=follower, ground={"surface": "wet-grass"}))
+    emulator.load(corner().trajectory, CORNER)
+    emulator.start()
+    worst = 0.0
+    while emulator.active and emulator.time_s < 60.0:
+        emulator.tick()
+        state = emulator.world.state
+        beneath = state[body.SPEED] + np.array((-0.5, 0.5)) * Vehicle().track_width_m * state[body.YAW_RATE]
+        slid = Vehicle().wheel_radius_m * state[body.LEFT_RATE : body.RIGHT_RATE + 1] - beneath
+        worst = max(worst, float(np.abs(slid).max()))
+    assert worst > 0.15  # the plan asks for all of the grip
+    assert emulator.onboard.state == TraversalStatus.DONE
+    assert [event.text for event in emulator.take_events() if event.severity] == []
+    metrics = emulator.metrics()
+    assert metrics.gap_m < 0.03  # four ends of lines, some millimetres each
+    assert metrics.lateral.p95_m < 0.025
+    assert emulator.onboard.status.follower_fallbacks == 0

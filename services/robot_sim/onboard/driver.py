@@ -24,9 +24,13 @@ ACCELERATION_MARGIN = 1.2
 """The reference may speed up this much harder than the plan does, to catch up after a pause."""
 BACK_SPEED_MPS = 0.4
 STOPPED_MPS = 0.02
+BRAKED_TICKS = 60
+"""After the reference has come to rest the robot is stopped by its wheels alone, wherever it believes to be going."""
 END_TOLERANCE_M = 0.01
 _LOCATE_STEPS = 30  # of at most 5 cm each
-_SLIP_LIMIT = 0.15  # of what the feed-forward makes up for
+# Of what the feed-forward makes up for: random slip is within it. A tyre at the end of its grip slips more, and faster
+# wheels would only make it slip more still.
+_SLIP_LIMIT = 0.05
 
 B_RADIUS: Final = 0  # m
 B_TRACK: Final = 1  # m
@@ -60,6 +64,7 @@ class Driver:
         self._ahead = np.zeros((follower.ahead_ticks, t.AHEAD_COLUMNS))
         self.now = np.zeros(t.NOW)
         follower.reset()
+        self._braked_ticks = 0
         self.leg_index = 0
         self._enter(0)
 
@@ -137,6 +142,9 @@ class Driver:
             self._turning.step(float(x[m.HEADING]), mode == t.MODE_BRAKE, now, self._ahead)
         else:
             self._track(x, mode)
+        self._braked_ticks = self._braked_ticks + 1 if mode == t.MODE_BRAKE and self.still else 0
+        if self._braked_ticks > BRAKED_TICKS:
+            return 0.0, 0.0
         return self._follower.step(now, self._ahead)
 
     def locate(self, estimator: Estimator) -> None:

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from schemas.errors import CommandRefused
 from schemas.messages import TraversalStatus
 from services.robot_sim.onboard import Onboard
+from services.robot_sim.onboard.estimator.filter import Estimator
 from services.robot_sim.onboard.safety import MAX_HEADING_SIGMA_RAD
 from tests.robot_sim.onboard.rig import Rig, Run, chain, start, trajectory
 
@@ -79,6 +80,18 @@ def test_fixes_that_contradict_the_estimate_stop_the_paint() -> None:
     run.until(DONE)
     (first, second) = run.painted
     assert -0.02 < second[0] - first[1] < 0.02
+
+
+@pytest.mark.parametrize("follower", ["mpc", "pure-pursuit"])
+def test_a_pause_ends_at_rest_whatever_speed_is_believed(follower: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """After a slide the estimate may have the robot going backward: braking on it would drive it on for ever."""
+    run = start(LINE, follower, noise="none")
+    run.until_arc(4.0)
+    true_speed = Estimator.speed_now_mps
+    monkeypatch.setattr(Estimator, "speed_now_mps", lambda estimator: true_speed(estimator) - 0.3)
+    run.onboard.pause()
+    run.ticks(250)
+    assert abs(run.rig.speed) < 1e-3
 
 
 def test_one_outlier_does_not_stop_the_work() -> None:

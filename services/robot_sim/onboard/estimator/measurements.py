@@ -33,10 +33,12 @@ from services.robot_sim.onboard.estimator.model import (
     GNSS_NORTH,
     GYRO_BIAS,
     HEADING,
+    IN_ACCEL,
     IN_GYRO,
     IN_LEFT,
     IN_LEFT_SMOOTH,
     IN_MAG,
+    IN_REFUSED,
     IN_RIGHT,
     IN_RIGHT_SMOOTH,
     IN_RISE_EAST,
@@ -71,6 +73,10 @@ _SMOOTHING = 1.0 / 30.0  # per tick
 _SUDDEN_SHARE = 0.1
 _SUDDEN_MPS = 0.02
 _ENCODER_REJECTED_RUN_LIMIT = 50.0
+_SLIP_PER_MPS = 0.4  # 1 σ, of a wheel's change of speed in a tick
+_JUMP_TICKS = 10
+_JUMP_VAR = 0.05**2
+_JUMP_FROM_MPS = 0.6  # slip is a share: it explains little of a slow wheel's error
 _PATIENCE = 100.0  # factor on the encoders' variance once they have been rejected for half a second
 
 
@@ -91,6 +97,27 @@ def smooth_rims(before: Floats, z: Floats) -> None:
 
 
 @kernel
+def strain_tyres(P: Floats, before: Floats, z: Floats) -> None:
+    """Let the slips be as uncertain as wheels that change their speed make them; inputs as of `smooth_rims`.
+
+    A tyre pushes by slipping: on grass by 1 % and on wet grass by 2 % per m/s², and by far more at the end of its grip,
+    which the robot does not know. That comes and goes as fast as the wheel is sped up. Readings that are rejected again
+    and again are a slip that jumped: taken for outliers they would be rejected until the slip is forgotten. Without
+    the accelerometer nothing but the wheels tells the speed, and their slip cannot be told.
+    """
+    z[IN_REFUSED] = before[IN_REFUSED] if before[IN_REFUSED] > 0.0 else 0.0
+    if math.isnan(z[IN_ACCEL]):
+        return
+    for wheel in range(2):
+        i = LEFT_SLIP + wheel
+        change = z[IN_LEFT + wheel] - before[IN_LEFT + wheel]
+        if not math.isnan(change):
+            P[i, i] += (_SLIP_PER_MPS * change) ** 2
+        if z[IN_REFUSED] >= _JUMP_TICKS and abs(z[IN_LEFT_SMOOTH + wheel]) > _JUMP_FROM_MPS:
+            P[i, i] = max(P[i, i], _JUMP_VAR)
+
+
+@kernel
 def _encoders(x: Floats, P: Floats, z: Floats, c: Floats, n: Floats, live: bool, h: Floats, g: Floats) -> None:
     """Rim speeds: ground speed of a wheel is its nominal rim speed less slip."""
     half = 0.5 * c[C_TRACK]
@@ -105,6 +132,7 @@ def _encoders(x: Floats, P: Floats, z: Floats, c: Floats, n: Floats, live: bool,
     uneven = 0.5 * (z[IN_SPAN] - 1.0) * 0.01 * _SPAN_ACCEL_MPS2  # the mean of several ticks is not the last one
     r = c[C_R_ENCODER] + (c[C_R_ENCODER_TURN] * half * x[YAW_RATE]) ** 2 + uneven * uneven
     nis = two(P, h, y0, y1, r, r)
+    z[IN_REFUSED] = z[IN_REFUSED] + 1.0 if nis > GATE_2_DOF else 0.0
     if live:
         n[N_ENCODER] += 1.0
         n[NIS_ENCODER_SUM] += nis
@@ -149,6 +177,7 @@ def measure(x: Floats, P: Floats, z: Floats, c: Floats, n: Floats, live: bool, h
         row[YAW_RATE], row[GYRO_BIAS] = 1.0, 1.0
         apply(x, P, row, z[IN_GYRO] - x[YAW_RATE] - x[GYRO_BIAS], c[C_R_GYRO], g)
     if z[IN_STILL] > 0.0:
+        z[IN_REFUSED] = 0.0
         for k in range(STATES):
             row[k] = 0.0
         row[SPEED] = 1.0

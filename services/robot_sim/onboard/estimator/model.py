@@ -67,7 +67,8 @@ IN_LEFT_MEAN: Final = 11  # slip
 IN_RIGHT_MEAN: Final = 12
 IN_LEFT_SMOOTH: Final = 13  # m/s, nominal rim speed that slip is a share of
 IN_RIGHT_SMOOTH: Final = 14
-INPUTS: Final = 15
+IN_REFUSED: Final = 15  # ticks in a row, up to this one, in which the wheels' readings were rejected
+INPUTS: Final = 16
 
 # What is learned beside the states.
 SIDE_BIAS: Final = 0  # m/s²
