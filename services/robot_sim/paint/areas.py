@@ -92,7 +92,7 @@ def _strip(points: NDArray[np.float64], width_m: float, cap_style: Literal["flat
 def _simplified(points: NDArray[np.float64]) -> NDArray[np.float64]:
     import shapely
 
-    return np.asarray(shapely.LineString(points).simplify(TOLERANCE_M).coords)
+    return np.asarray(shapely.LineString(points).simplify(TOLERANCE_M, preserve_topology=False).coords)
 
 
 def _polyline(curve: Curve) -> NDArray[np.float64]:
@@ -113,14 +113,14 @@ def _pieces(points: Points) -> list[Points]:
         return []
     headings = np.arctan2(np.diff(points[:, 1]), np.diff(points[:, 0]))
     turns = (np.diff(headings) + np.pi) % (2.0 * np.pi) - np.pi
+    back = np.abs(turns) > 0.5 * math.pi
     pieces: list[NDArray[np.float64]] = []
-    first, turned = 0, 0.0
-    for index, turn in enumerate(turns.tolist(), start=1):
-        turned += turn
-        if abs(turn) > 0.5 * math.pi or abs(turned) > _TURN_OF_A_PIECE:
-            pieces.append(points[first : index + 1])
-            first, turned = index, 0.0
-    pieces.append(points[first:])
+    first = 0
+    while first < len(points) - 1:
+        over = back[first:] | (np.abs(np.cumsum(turns[first:])) > _TURN_OF_A_PIECE)
+        last = first + int(np.argmax(over)) + 1 if over.any() else len(points) - 1
+        pieces.append(points[first : last + 1])
+        first = last
     return pieces
 
 
