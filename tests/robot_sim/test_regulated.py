@@ -67,9 +67,8 @@ def test_where_nothing_asks_for_it_the_speed_is_the_plans() -> None:
 
 def test_off_its_path_it_is_slow_until_it_is_back() -> None:
     near, far = drive(), drive(start=Pose2(x_m=0.0, y_m=0.2, heading_rad=0.0))
-    place = (0.8, 1.2)
-    assert between(near, *place)[:, SPEED].mean() > 1.3
-    assert between(far, *place)[:, SPEED].mean() < 0.95
+    place = (0.2, 0.7)
+    assert between(far, *place)[:, SPEED].mean() < 0.8 * between(near, *place)[:, SPEED].mean()
     assert between(far, 2.0, IN_M)[:, OFF].max() < 0.02
 
 
@@ -81,7 +80,7 @@ def test_distance_alone_makes_it_slower(off_m: float, slower: bool) -> None:
     now[tracking.NOZZLE_LATERAL] = off_m
     now[tracking.HEADING_ERROR] = math.atan2(-off_m, LOOKAHEAD_S)  # it aims where it goes: no curvature is commanded
     follower = PurePursuitFollower(VEHICLE)
-    ahead = np.zeros((follower.ahead_ticks, tracking.AHEAD_COLUMNS))
+    ahead = np.zeros((follower.ahead_rows, tracking.AHEAD_COLUMNS))
     ahead[:, tracking.A_SPEED] = 1.0
     for _ in range(10):
         left, right = follower.step(now, ahead)

@@ -61,7 +61,8 @@ class Driver:
         self._limits[t.L_BRAKE] = vehicle.max_acceleration_mps2
         self._limits[t.L_BACK_SPEED] = BACK_SPEED_MPS
         self._limits[t.L_NOZZLE_X], self._limits[t.L_NOZZLE_Y] = vehicle.nozzle_x_m, vehicle.nozzle_y_m
-        self._ahead = np.zeros((follower.ahead_ticks, t.AHEAD_COLUMNS))
+        self._ahead = np.zeros((follower.ahead_rows, t.AHEAD_COLUMNS))
+        self._limits[t.L_FINE] = follower.fine_rows
         self.now = np.zeros(t.NOW)
         follower.reset()
         self._braked_ticks = 0

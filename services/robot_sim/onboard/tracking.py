@@ -56,7 +56,9 @@ L_BACK_SPEED: Final = 2
 L_BACK_TO: Final = 3  # arc length to return to
 L_NOZZLE_X: Final = 4
 L_NOZZLE_Y: Final = 5
-LIMITS: Final = 6
+L_FINE: Final = 6  # rows of `ahead` that are a tick apart; later ones are COARSE_TICKS apart
+LIMITS: Final = 7
+COARSE_TICKS: Final = 4
 
 CREEP_MPS: Final = 0.05
 """Reference speed where the profile says zero but the way is not done: a start from 0, the last centimetres."""
@@ -166,7 +168,7 @@ def track(
         sense: +1 if the leg is driven forward, −1 if backward.
         speeds: (m, 2) of `LoadedTrajectory`.
         progress: (PROGRESS,) updated.
-        limits: (LIMITS,) accelerations, speeds and the nozzle's place.
+        limits: (LIMITS,) accelerations, speeds, the nozzle's place, and how finely to look ahead.
         mode: MODE_PROFILE, MODE_BRAKE or MODE_BACK.
         east: Estimated pose [m], as `north`, and `heading` [rad].
         north: See `east`.
@@ -207,11 +209,12 @@ def track(
     now[REFERENCE_SPEED] = sense * v
 
     for i in range(ahead.shape[0]):
-        v_next, entry = _next_speed(v, s, _TICK_S, mode, speeds, entry, end, limits)
+        h = _TICK_S if i < limits[L_FINE] else COARSE_TICKS * _TICK_S
+        v_next, entry = _next_speed(v, s, h, mode, speeds, entry, end, limits)
         mean = 0.5 * (v + v_next)
         ahead[i, A_SPEED] = sense * mean
-        s = min(max(s + mean * _TICK_S, way[0, W_START]), end)
+        s = min(max(s + mean * h, way[0, W_START]), end)
         piece = _piece_at(way, piece, s)
         theta_next = _heading(way, piece, s)
-        ahead[i, A_YAW_RATE] = (theta_next - theta) / _TICK_S
+        ahead[i, A_YAW_RATE] = (theta_next - theta) / h
         theta, v = theta_next, v_next

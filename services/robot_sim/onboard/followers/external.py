@@ -55,7 +55,7 @@ class ExternalFollower:
         self._pursuit = PurePursuitFollower(vehicle)
         self._first = True
         self._stopping = False
-        self.ahead_ticks = AHEAD_TICKS
+        self.ahead_rows = self.fine_rows = AHEAD_TICKS
         self.fallbacks = 0
         """Ticks that pure pursuit had to take."""
         self.problem = ""
@@ -82,7 +82,7 @@ class ExternalFollower:
                     return self._bounded(left), self._bounded(right)
                 self.problem = "the external follower's wheel speeds are not finite"
         self.fallbacks += 1
-        return self._pursuit.step(now, ahead)
+        return self._pursuit.step(now, ahead[: self._pursuit.fine_rows])
 
     def _bounded(self, speed_radps: float) -> float:
         return min(max(speed_radps, -self._limit_radps), self._limit_radps)

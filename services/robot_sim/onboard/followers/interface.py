@@ -17,8 +17,13 @@ class Follower(Protocol):
         ...
 
     @property
-    def ahead_ticks(self) -> int:
-        """How many ticks ahead it looks: rows of `ahead`."""
+    def ahead_rows(self) -> int:
+        """Rows of `ahead`: how far it looks."""
+        ...
+
+    @property
+    def fine_rows(self) -> int:
+        """How many of these are a tick apart; those after them are COARSE_TICKS of `tracking` apart."""
         ...
 
     @property
@@ -41,6 +46,6 @@ class Follower(Protocol):
         Args:
             now: (NOW,) of `tracking`: errors against the path, twist, reference speed, effective wheel radii and
                 the wheel command of the last tick.
-            ahead: (ahead_ticks, AHEAD_COLUMNS) of `tracking`: reference speed and yaw rate in the next ticks.
+            ahead: (ahead_rows, AHEAD_COLUMNS) of `tracking`: reference speed and yaw rate in the time to come.
         """
         ...

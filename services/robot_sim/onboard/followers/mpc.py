@@ -63,7 +63,7 @@ class MpcFollower:
         self._pull = _pull_rows(max(vehicle.motor_time_constant_s, _MIN_LAG_S))
         self._solver: daqp.Model | None = None
         self._pursuit = PurePursuitFollower(vehicle)
-        self.ahead_ticks = sum(HORIZON_TICKS) + max(1, int(self._p[k.M_LEAD]))
+        self.ahead_rows = self.fine_rows = sum(HORIZON_TICKS) + max(1, int(self._p[k.M_LEAD]))
         self.fallbacks = 0
         """Ticks that pure pursuit had to take."""
 
@@ -93,7 +93,7 @@ class MpcFollower:
                 return solution
         self._memory[k.D_ADDED : k.D_ADDED + 2] = 0.0
         self.fallbacks += 1
-        return self._pursuit.step(now, ahead)
+        return self._pursuit.step(now, ahead[: self._pursuit.fine_rows])
 
     def _solve(self) -> tuple[float, float] | None:
         solver = self._solver

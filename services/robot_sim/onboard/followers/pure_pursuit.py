@@ -33,6 +33,7 @@ from services.robot_sim.onboard.followers.wheels import (
 from services.robot_sim.onboard.tracking import (
     A_SPEED,
     A_YAW_RATE,
+    COARSE_TICKS,
     HEADING_ERROR,
     LATERAL,
     NOZZLE_LATERAL,
@@ -81,7 +82,8 @@ class PurePursuitFollower:
         """(PARAMETERS,) of `wheels`."""
         self.lead = lead_ticks(vehicle)
         """Row of `ahead` that the feed-forward is taken from."""
-        self.ahead_ticks = max(self.lead + 1, PREVIEW_TICKS)
+        self.fine_rows = self.lead + 1
+        self.ahead_rows = self.fine_rows + max(0, math.ceil((PREVIEW_TICKS - self.fine_rows) / COARSE_TICKS))
         self.memory = np.zeros(MEMORY)
         """(MEMORY,) the integrators, and by how much the speed is reduced."""
         self._wheels = np.zeros(2)
@@ -115,12 +117,12 @@ def _allowed_mps(reference: float, correction: float, off_m: float, ahead: Float
     if across > most:
         allowed = min(allowed, speed * math.sqrt(most / across))
     way_m = 0.0
-    for i in range(min(ahead.shape[0], PREVIEW_TICKS)):
+    for i in range(ahead.shape[0]):
         speed = abs(ahead[i, A_SPEED])
         across = abs(ahead[i, A_YAW_RATE]) * speed
         if across > most:
             allowed = min(allowed, math.sqrt(speed * speed * most / across + 2.0 * p[W_BRAKE] * way_m))
-        way_m += speed * TICK_S
+        way_m += speed * (TICK_S if i <= lead else COARSE_TICKS * TICK_S)
     if off_m > NEAR_M:
         far = min((off_m - NEAR_M) / (FAR_M - NEAR_M), 1.0)
         allowed = min(allowed, reference - far * (reference - SLOWEST_MPS))
@@ -133,7 +135,7 @@ def pursue(now: Floats, ahead: Floats, lead: int, p: Floats, memory: Floats, whe
 
     Args:
         now: (NOW,) of `tracking`.
-        ahead: (more than `lead`, AHEAD_COLUMNS) of `tracking`.
+        ahead: (more than `lead`, AHEAD_COLUMNS) of `tracking`, up to row `lead` by ticks, then by COARSE_TICKS.
         lead: By how many ticks the feed-forward is ahead.
         p: (PARAMETERS,) of `wheels`.
         memory: (MEMORY,) updated.
