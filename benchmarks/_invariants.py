@@ -210,7 +210,7 @@ class Guarded:
             self._hold(not emulator.world.state[body.VALVE_OPEN], "the valve stays open")
         self._check_fence(status.state)
         if command.valve:
-            self._check_paint(status.arc_length_m)
+            self._check_paint()
         self._reset = False
         if self._patient:
             self._help()
@@ -225,8 +225,10 @@ class Guarded:
         self._outside = self._outside + 1 if beyond and state in (RUNNING, PAUSED) else 0
         self._hold(self._outside < FENCE_TICKS, "on beyond the fence")
 
-    def _check_paint(self, arc_length_m: float) -> None:
-        estimator = self.emulator.onboard._estimator  # type: ignore[attr-defined]
+    def _check_paint(self) -> None:
+        onboard = self.emulator.onboard
+        estimator = onboard._estimator  # type: ignore[attr-defined]
+        nozzle_m = onboard._traversal.job._nozzle_m()  # type: ignore[attr-defined]
         fix, sigma = estimator.last_fix, estimator.position_sigma_m
         self._hold(fix is not None and fix.fix == 3 and fix.correction_age_s <= 10.0, "paint without an RTK fix")
         self._hold(self.emulator.time_s - fix.stamp_s <= 0.51 or "clock-skew" in self._kinds, "paint on an old fix")
@@ -235,7 +237,7 @@ class Guarded:
         self._hold(counters[model.N_FIX_REJECTED_RUN] < 3, "paint against the fixes")
         self._hold(counters[model.NIS_FIX_RECENT] <= 6.0, "paint on scattering fixes")
         self._hold(counters[model.ENCODER_REJECTED_RECENT] <= 0.5, "paint on slipping wheels")
-        inside = any(start - SLACK_M <= arc_length_m <= end + SLACK_M for start, end in SPRAYED)
+        inside = any(start - SLACK_M <= nozzle_m <= end + SLACK_M for start, end in SPRAYED)
         self._hold(inside, "paint outside what the plan sprays")
         if not self._kinds & POSITION_FAULTS:
             lateral = abs(self.emulator.ledger.lateral_m)
