@@ -40,3 +40,12 @@ _settings: Any = numba.config
 _settings.CACHE_DIR = str(Path(_settings.CACHE_DIR or _cache_folder()) / _fingerprint())
 
 kernel: Callable[..., Any] = numba.njit(cache=True, error_model="numpy")
+
+
+def kernel_of(signature: str) -> Callable[..., Any]:
+    """As `kernel`, for arguments of these types only.
+
+    Numba compiles a kernel anew for every constant that another one gives it, and a much used one a dozen times.
+    """
+    decorate: Callable[..., Any] = numba.njit(signature, cache=True, error_model="numpy")
+    return decorate
