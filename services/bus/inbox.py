@@ -2,8 +2,7 @@
 
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import zenoh
 from zenoh import ext, handlers
@@ -22,8 +21,7 @@ _RECENT = 1024
 _POLL_S = 0.002
 
 
-@dataclass(frozen=True, slots=True)
-class Sample:
+class Sample(NamedTuple):
     """One message as it arrived.
 
     Attributes:
