@@ -30,7 +30,7 @@ TOLD_HOURS = (1, 3)
 def main() -> None:
     """All of it, on this machine."""
     print(f"{_processor()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}, {platform.python_version()}")
-    warm_up(print, loop=True)
+    warm_up(print)
     job = Job.prepare(load_template(TEMPLATE), PlanOptions())
     print(f"{TEMPLATE}: {job.plan_report.total_time_s / 60:.1f} min of driving; real-time factors, best of {REPEATS}")
     print(f"{'follower':14} {'in-process':>12} {'CPU only':>10} {'with hash':>10} {'Zenoh + recording':>18}")

@@ -6,6 +6,10 @@ have a constant length is a fixed pattern of bytes with numbers in it, so packin
 
 import struct
 from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from schemas.cdr import NUMPY_CODES, flat_fields
 from schemas.errors import PayloadError
@@ -95,6 +99,23 @@ class FixedLayout:
             for (formats, offset, start), stop in zip(runs, stops, strict=True)
         ]
 
+    def place(self, path: str, count: int) -> tuple[int, np.dtype[Any]]:
+        """Where `count` numbers of one kind begin that follow one another, and their kind.
+
+        Raises:
+            KeyError: There is no such number.
+            ValueError: They do not follow one another.
+        """
+        if path not in self.leaves:
+            raise KeyError(f"{self.kind.ros_type} has no number {path}")
+        first = self.leaves.index(path)
+        offset, code = self._codes[first]
+        kind = np.dtype(f"<{code}")
+        expected = [(offset + index * kind.itemsize, code) for index in range(count)]
+        if self._codes[first : first + count] != expected:
+            raise ValueError(f"{self.kind.ros_type}: {count} numbers do not follow one another from {path} on")
+        return offset, kind
+
     def pack(self, *values: float) -> bytes:
         """The payload with ``values`` as its numbers, in the order of :attr:`leaves`."""
         buffer = bytearray(self._template)
@@ -116,3 +137,32 @@ class FixedLayout:
         if self.pack(*numbers) != payload:
             raise PayloadError(f"{self.kind.ros_type}: other frame or names than expected")
         return tuple(numbers)
+
+
+class Records:
+    """Packs many messages of one layout at once: some of their numbers as columns, all else as in a sample.
+
+    Args:
+        layout: Of each message.
+        sample: A payload of it, from which all that is not in a column is taken.
+        columns: Path of the first number of each column, and how many follow on it without a gap.
+        most: Messages that can be packed at once.
+    """
+
+    def __init__(self, layout: FixedLayout, sample: bytes, columns: Mapping[str, int], most: int) -> None:
+        """See the class."""
+        self._size = layout.size
+        self._bytes = np.tile(np.frombuffer(sample, dtype=np.uint8), (most, 1))
+        self._fields = [self._field(layout, path, count) for path, count in columns.items()]
+
+    def _field(self, layout: FixedLayout, path: str, count: int) -> NDArray[Any]:
+        offset, kind = layout.place(path, count)
+        return np.ndarray((len(self._bytes), count), kind, self._bytes, offset, (self._size, kind.itemsize))
+
+    def pack(self, *columns: NDArray[Any]) -> list[bytes]:
+        """The payloads of n messages: of each column (n, count) values."""
+        n, size = len(columns[0]), self._size
+        for field, values in zip(self._fields, columns, strict=True):
+            field[:n] = values
+        data = self._bytes[:n].tobytes()
+        return [data[begin : begin + size] for begin in range(0, n * size, size)]

@@ -118,9 +118,9 @@ def simulate(
     telemetry = Telemetry(emulator)
     before = [telemetry.status()]
     emulator.load(job.trajectory, job.template)
+    quiet = Quiet(emulator)
     if record is None and not hashed:
         emulator.start()
-        quiet = Quiet(emulator)
         reason = _drive(emulator, lambda: quiet.run(_SLICE_TICKS), progress)
         report, recording = telemetry.report(), None
     else:
@@ -131,11 +131,10 @@ def simulate(
             listener.hear(telemetry.news())
 
             def run_slice() -> None:
-                for _ in range(_SLICE_TICKS):
-                    if not emulator.active:
-                        return
-                    emulator.tick()
-                    listener.hear(telemetry.after_tick())
+                last = emulator.tick_count + _SLICE_TICKS
+                while emulator.tick_count < last and emulator.active:
+                    done = quiet.step(telemetry.until_due(_SLICE_TICKS), telemetry.rows)
+                    listener.hear(telemetry.after(done))
 
             reason = _drive(emulator, run_slice, progress)
             report = telemetry.final or telemetry.report()

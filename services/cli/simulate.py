@@ -45,7 +45,7 @@ def simulate(
     chosen = robot.chosen().at(template.origin)
     with progress_bar("Touchline") as advance:
         job = Job.prepare(template, planning.options(), advance)
-        warm_up(stderr.print, scenario=chosen, loop=not hashed and record is None)
+        warm_up(stderr.print, scenario=chosen)
         outcome = paint(job, chosen, hashed=hashed, record=record, with_strokes=plot is not None, progress=advance)
         if plot is not None:
             advance(1.0, "Drawing")

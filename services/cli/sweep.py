@@ -84,7 +84,7 @@ def sweep(
     interrupted = False
     with progress_bar("Touchline") as advance:
         jobs, tasks = prepare(cases, seeds, advance)
-        warm_up(stderr.print, loop=True)  # so that not every process compiles
+        warm_up(stderr.print)  # so that not every process compiles
         count = min(workers or cores(), len(tasks))
         if dask is not None:
             place = on_dask(jobs, tasks, dask)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Final
 
 from schemas import messages as m
@@ -18,7 +17,6 @@ Payload = tuple[Topic, bytes]
 Stamp = tuple[int, int]
 """Seconds and nanoseconds of sim time."""
 
-NO_COVARIANCE_36: Final = (0.0,) * 36
 EMPTY_VOLTAGE: Final = 33.0
 FULL_VOLTAGE: Final = 42.0
 NOMINAL_VOLTAGE: Final = 37.0
@@ -66,24 +64,6 @@ def gnss(report: GnssReport) -> list[Payload]:
         *time, report.fix, report.satellites, report.correction_age_s, math.sqrt(2.0 * variance)
     )
     return [(topics.GNSS_FIX, fix), (topics.GNSS_STATUS, status)]
-
-
-def odometry(
-    time: Stamp,
-    pose: tuple[float, float, float],
-    pose_covariance: Sequence[float],
-    twist: tuple[float, float],
-) -> bytes:
-    """Odometry in the map frame: pose (m, m, rad), its (36,) covariance, twist (m/s, rad/s)."""
-    east, north, heading = pose
-    return layouts.ODOMETRY.pack(
-        *time,
-        *(east, north, 0.0),
-        *(0.0, 0.0, math.sin(0.5 * heading), math.cos(0.5 * heading)),
-        *pose_covariance,
-        *(twist[0], 0.0, 0.0, 0.0, 0.0, twist[1]),
-        *NO_COVARIANCE_36,
-    )
 
 
 def battery(time: Stamp, emulator: Emulator) -> bytes:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from schemas.jit import kernel
+from services.robot_sim import ticks
 from services.robot_sim.emulator import ESTIMATED, SENSED, WHOLE, Emulator
 from services.robot_sim.estimator_error import enter_error
 from services.robot_sim.onboard import cruise as c
@@ -27,6 +28,7 @@ from services.robot_sim.paint import projection
 from services.robot_sim.paint.projection import enter
 from services.robot_sim.sensors import receiver
 from services.robot_sim.sensors.sense import sense
+from services.robot_sim.ticks import Rows
 from services.robot_sim.world import body, physics
 from services.robot_sim.world import effects as e
 
@@ -38,9 +40,12 @@ TICK: Final = 0
 STAGE: Final = 1
 FIXES: Final = 2  # that arrived in it
 WANTED: Final = 3  # actuation
-AT: Final = 4
+FIRST: Final = 4  # tick of the first row of `rows`
+AT: Final = 5
 
 ASKING: Final = 3  # a stage more than the emulator's: the follower is to be asked
+
+_NO_ROWS: Final[Rows] = np.zeros((0, ticks.COLUMNS))
 
 RETRY_TICKS: Final = 10
 """After a tick that was not quiet, the next ones are not likely to be."""
@@ -66,6 +71,30 @@ def _read_fix(row: Floats, fix: Floats) -> None:
 
 
 @kernel
+def _keep(
+    row: Floats,
+    tick: int,
+    state: Floats,
+    heard: tuple[Floats, Integers, Floats],
+    fixes: int,
+    x: Floats,
+    P: Floats,
+    s: Floats,
+) -> None:
+    readings, _, arrivals = heard
+    ticks.note(row, tick, state, readings, (s[c.COMMAND], s[c.COMMAND + 1]), s[c.COMMAND + 2], s[c.COMMAND + 3])
+    pose = row[ticks.ESTIMATE : ticks.COVARIANCE]
+    pose[0], pose[1], pose[2] = x[model.EAST], x[model.NORTH], x[model.HEADING]
+    pose[3], pose[4] = c.speed_now_mps(x, s), x[model.YAW_RATE]
+    for i in range(3):
+        for j in range(3):
+            row[ticks.COVARIANCE + 3 * i + j] = P[i, j]
+    row[ticks.FIXES] = fixes
+    if fixes > 0:
+        row[ticks.REPORT :] = arrivals[0]
+
+
+@kernel
 def drive_quietly(
     at: Integers,
     last_tick: int,
@@ -85,6 +114,7 @@ def drive_quietly(
     paint: tuple[Floats, Floats, Integers, Integers, Floats, Floats, Floats, Integers],
     half_width: float,
     error: Floats,
+    rows: Floats,
 ) -> None:
     """Run ticks until `last_tick` is done, one is not quiet, or the follower must be asked.
 
@@ -107,6 +137,7 @@ def drive_quietly(
         paint: Table, grid (3), points, latest, stretches and state of the ledger.
         half_width: Of a line.
         error: Sums of the estimator's error.
+        rows: (n, ticks.COLUMNS) in which the ticks are kept, if n > 0.
     """
     state, parameters, trace = world
     readings, measured_tick, arrivals = heard
@@ -122,6 +153,9 @@ def drive_quietly(
             truth = (state[body.EAST], state[body.NORTH], state[body.HEADING])
             enter_error(error, state[body.SPEED], truth, (x[model.EAST], x[model.NORTH], x[model.HEADING]))
             at[STAGE] = WHOLE
+            if len(rows) > 0:
+                slot = tick % model.RING
+                _keep(rows[tick - at[FIRST]], tick, state, heard, at[FIXES], ring[0][slot], ring[1][slot], s)
             full = ledger[projection.STATE_POINTS] + 2 * projection.MOST_RUNS > len(points)
             if tick >= last_tick or full or ledger[projection.STATE_STRETCHES] > 0:
                 return
@@ -163,20 +197,30 @@ class Quiet:
         self._wheels: Floats = np.zeros(2)
         self._not_before = 0
 
-    def run(self, ticks: int) -> None:
+    def run(self, most: int) -> None:
         """Let up to that many ticks pass, no more than the traversal takes; what they had to say is not looked at.
 
         It is what as many calls of `Emulator.tick` would do, several times as fast.
         """
         emulator = self._emulator
-        last = emulator.tick_count + ticks
+        last = emulator.tick_count + most
         while emulator.tick_count < last and emulator.active:
-            if self._cruise is not None:
-                self._run_quietly(self._cruise, last)
-            if emulator.tick_count < last and emulator.active:
-                emulator.tick()
+            self.step(last - emulator.tick_count, _NO_ROWS)
 
-    def _run_quietly(self, cruise: Cruise, last_tick: int) -> None:
+    def step(self, most: int, rows: Rows) -> int:
+        """Let 1 to `most` ticks pass: quiet ones, and at the end perhaps one that is not; returns how many.
+
+        The quiet ones are kept in `rows`, (`most`, ticks.COLUMNS) or none at all; the last one need not be.
+        """
+        emulator = self._emulator
+        first = emulator.tick_count
+        if self._cruise is not None:
+            self._run_quietly(self._cruise, first + most, rows)
+        if emulator.tick_count == first:
+            emulator.tick()
+        return emulator.tick_count - first
+
+    def _run_quietly(self, cruise: Cruise, last_tick: int, rows: Rows) -> None:
         """Run from the emulator's tick on, to `last_tick` at most; to the end of the first tick that is not quiet."""
         emulator = self._emulator
         first = emulator.tick_count
@@ -187,17 +231,17 @@ class Quiet:
         if not cruise.begin(first):
             self._not_before = first + RETRY_TICKS
             return
-        self._drive(cruise, last_tick)
+        self._drive(cruise, last_tick, rows)
         self._hand_over(cruise)
 
-    def _drive(self, cruise: Cruise, last_tick: int) -> None:
+    def _drive(self, cruise: Cruise, last_tick: int, rows: Rows) -> None:
         emulator, at = self._emulator, self._at
         world, sensors, ledger, follower = emulator.world, emulator.sensors, emulator.ledger, cruise.follower
         if isinstance(follower, PurePursuitFollower):
             pursuit = (follower.lead, follower.parameters, follower.memory)
         else:
             pursuit = (-1, self._wheels, self._wheels)
-        at[TICK], at[STAGE] = emulator.tick_count, WHOLE
+        at[TICK], at[STAGE], at[FIRST] = emulator.tick_count, WHOLE, emulator.tick_count + 1
         ledger.make_room()
         arguments = (
             at,
@@ -218,6 +262,7 @@ class Quiet:
             ledger.arrays,
             0.5 * ledger.line_width_m,
             emulator.estimator_error.sums,
+            rows,
         )
         drive_quietly(*arguments)
         while at[STAGE] == ASKING:
@@ -226,7 +271,7 @@ class Quiet:
 
     def _hand_over(self, cruise: Cruise) -> None:
         """Give everything back, and let the emulator do what is left of the last tick."""
-        emulator, (tick, stage, fixes, _) = self._emulator, self._at.tolist()
+        emulator, (tick, stage, fixes, *_) = self._emulator, self._at.tolist()
         sensed = tick - 1 if stage == SENSED else tick
         emulator.command = cruise.end(tick if stage == WHOLE else tick - 1, sensed=sensed)
         emulator.tick_count = tick

@@ -19,6 +19,7 @@ from services.robot_sim.journal import Journal
 from services.robot_sim.lockstep import Lockstep
 from services.robot_sim.pace import LONGEST_SLICE_S, Pacer
 from services.robot_sim.packing import Payload
+from services.robot_sim.quiet import Quiet
 from services.robot_sim.telemetry import Telemetry
 from services.robot_sim.warm_up import warm_up
 
@@ -90,6 +91,7 @@ class RobotProcess:
         """Serve at once; nothing moves before a command."""
         self._emulator = Emulator(vehicle, scenario, ask=Lockstep(bus, self._stop_waits))
         self._telemetry = Telemetry(self._emulator)
+        self._quiet = Quiet(self._emulator)
         self._pacer = Pacer(speed, time.monotonic())
         self._free = clock == "free"
         self._link = LinkWatch(bus, scenario.link_timeout_s)
@@ -138,10 +140,10 @@ class RobotProcess:
 
     def _run(self, ticks: int, until_s: float) -> None:
         while ticks > 0 and (self._free or self._emulator.active):
-            self._emulator.tick()
+            done = self._quiet.step(self._telemetry.until_due(ticks), self._telemetry.rows)
             self._commands.note_progress()
-            self._publish(self._telemetry.after_tick())
-            ticks -= 1
+            self._publish(self._telemetry.after(done))
+            ticks -= done
             self._answer_stops()
             if time.monotonic() >= until_s:
                 self._pacer.give_back(ticks)

@@ -5,45 +5,43 @@ Everything is stamped with sim time, so the same session gives the same bytes at
 
 from __future__ import annotations
 
+import math
 from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
 
 from schemas import messages as m
 from schemas import topics
 from schemas.cdr import encode
 from schemas.digest import SessionDigest
 from schemas.template import Template
-from schemas.topics import Topic
-from services.robot_sim import layouts
+from services.robot_sim import layouts, ticks
 from services.robot_sim.emulator import Emulator
-from services.robot_sim.frames import OnboardEvent, SensorFrame
-from services.robot_sim.packing import NO_COVARIANCE_36, Payload, battery, gnss, header, odometry, stamp
+from services.robot_sim.frames import OnboardEvent
+from services.robot_sim.packing import Payload, battery, gnss, header, stamp
 from services.robot_sim.paint.ledger import Marks
 from services.robot_sim.paint.metrics import SegmentMetrics
+from services.robot_sim.samples import Samples
+from services.robot_sim.sensors.gnss import unpack
+from services.robot_sim.ticks import Rows, period
 from services.robot_sim.world import body
 
-_NO_COVARIANCE: Final = (0.0,) * 9
-_NO_ORIENTATION: Final = (0.0, 0.0, 0.0, 1.0, -1.0, *(0.0,) * 8)
-
-
-def _period(topic: Topic) -> int:
-    """Ticks between two messages of a periodic topic."""
-    return round(100 / topic.rate_hz)
-
-
-_ODOMETRY_TICKS: Final = _period(topics.ODOMETRY)
-_ESTIMATOR_TICKS: Final = _period(topics.ESTIMATOR)
-_TRUTH_TICKS: Final = _period(topics.TRUTH)
-_CLOCK_TICKS: Final = _period(topics.CLOCK)
-_STATUS_TICKS: Final = _period(topics.STATUS)
-_PAINT_TICKS: Final = _period(topics.PAINT)
-_SPRAYER_TICKS: Final = _period(topics.SPRAYER)
-_BATTERY_TICKS: Final = _period(topics.BATTERY)
+_ESTIMATOR_TICKS: Final = period(topics.ESTIMATOR)
+_CLOCK_TICKS: Final = period(topics.CLOCK)
+_STATUS_TICKS: Final = period(topics.STATUS)
+_PAINT_TICKS: Final = period(topics.PAINT)
+_SPRAYER_TICKS: Final = period(topics.SPRAYER)
+_BATTERY_TICKS: Final = period(topics.BATTERY)
+QUIET_TICKS: Final = math.gcd(_ESTIMATOR_TICKS, _CLOCK_TICKS, _STATUS_TICKS, _PAINT_TICKS, _BATTERY_TICKS)
+"""Most ticks that can be told at once."""
 
 
 class Telemetry:
     """Turns the emulator's state into payloads.
 
     Attributes:
+        rows: (QUIET_TICKS, ticks.COLUMNS) where quiet ticks are kept until they are told.
         digest: The hash of what was told since the last load.
         final: The report that was told, once the traversal's watch has ended.
     """
@@ -51,13 +49,9 @@ class Telemetry:
     def __init__(self, emulator: Emulator) -> None:
         """Watch `emulator`; nothing has been told yet."""
         self._emulator = emulator
-        noise = emulator.scenario.effective()
-        gyro = (noise.imu.gyro_density_radps_rthz**2) * 100.0
-        accel = (noise.imu.accel_density_mps2_rthz**2) * 100.0
-        self._gyro_covariance = (gyro, 0.0, 0.0, 0.0, gyro, 0.0, 0.0, 0.0, gyro)
-        self._accel_covariance = (accel, 0.0, 0.0, 0.0, accel, 0.0, 0.0, 0.0, accel)
-        self._wheels = (0.0, 0.0)
-        self._sprayer: tuple[float, ...] = ()
+        self._samples = Samples(emulator.scenario, QUIET_TICKS)
+        self.rows: Rows = np.zeros((QUIET_TICKS, ticks.COLUMNS))
+        self._sprayer: Rows = np.full((1, ticks.TANK_L - ticks.SPRAYER), math.nan)  # as last told
         self._state = -1
         self.digest = SessionDigest()
         self.final: m.TraversalReport | None = None
@@ -74,40 +68,91 @@ class Telemetry:
 
     def after_tick(self) -> list[Payload]:
         """What is due after the emulator's last tick."""
-        emulator = self._emulator
-        tick, frame = emulator.tick_count, emulator.frame
-        if frame is None:
+        return self.after(1)
+
+    def after(self, count: int) -> list[Payload]:
+        """What is due after the emulator's last `count` ticks, no more than `until_due` allowed.
+
+        All but the last of them were quiet and are in `rows`.
+        """
+        emulator, rows = self._emulator, self.rows[:count]
+        tick = emulator.tick_count
+        if emulator.frame is None:
             return []
-        sec, nanosec = time = stamp(tick)
-        command = emulator.command
-        due = self._samples(tick, frame)
-        due.append(
-            (topics.WHEEL_COMMAND, layouts.WHEEL_COMMAND.pack(sec, nanosec, command.left_radps, command.right_radps))
-        )
-        for report in emulator.sensors.gnss_reports:
-            due += gnss(report)
-        if tick % _ODOMETRY_TICKS == 0:
-            due.append((topics.ODOMETRY, self._estimate(time)))
+        self._note(rows[-1])
+        due = self._of_rows(rows)
         if tick % _ESTIMATOR_TICKS == 0:
-            due.append((topics.ESTIMATOR, layouts.ESTIMATOR.pack(*time, *emulator.onboard.consistency)))
-        if tick % _TRUTH_TICKS == 0:
-            due.append((topics.TRUTH, self._truth(time)))
-        due += self._sprayer_if_due(tick, time)
+            due.append((topics.ESTIMATOR, layouts.ESTIMATOR.pack(*stamp(tick), *emulator.onboard.consistency)))
         if tick % _PAINT_TICKS == 0:
-            due += self._paint(time)
+            due += self._paint(stamp(tick))
         if tick % _BATTERY_TICKS == 0:
-            due.append((topics.BATTERY, battery(time, emulator)))
+            due.append((topics.BATTERY, battery(stamp(tick), emulator)))
         due += self._events()
         if tick % _STATUS_TICKS == 0 or emulator.onboard.state != self._state:
             due.append(self.status())
         if emulator.settled:
-            due += self._paint(time)
+            due += self._paint(stamp(tick))
         if tick % _CLOCK_TICKS == 0:
-            due.append((topics.CLOCK, layouts.CLOCK.pack(sec, nanosec)))
+            due.append((topics.CLOCK, layouts.CLOCK.pack(*stamp(tick))))
         self.digest.add(due)
         if emulator.settled:
             due.append((topics.REPORT, encode(self._final_report())))
         return due
+
+    def until_due(self, most: int) -> int:
+        """How many of `most` ticks may run before something is due that does not come with every tick or other."""
+        return min(most, QUIET_TICKS - self._emulator.tick_count % QUIET_TICKS)
+
+    def _note(self, row: NDArray[np.float64]) -> None:
+        """Fill in the emulator's last tick."""
+        emulator = self._emulator
+        command, sensors, tick = emulator.command, emulator.sensors, emulator.tick_count
+        wheels, readings, measured = (command.left_radps, command.right_radps), *sensors.heard[:2]
+        ticks.note(row, tick, emulator.world.state, readings, wheels, float(command.valve), float(command.disc))
+        row[ticks.MEASURED : ticks.READINGS] = np.where(sensors.arrived, measured, -1)
+        if tick % ticks.ODOMETRY_TICKS == 0:
+            *estimate, covariance = emulator.onboard.estimate
+            row[ticks.ESTIMATE : ticks.COVARIANCE] = estimate
+            row[ticks.COVARIANCE : ticks.TRUTH] = covariance
+
+    def _of_rows(self, rows: Rows) -> list[Payload]:
+        """What comes with every tick or every other, tick by tick."""
+        sensors = self._samples.sensors(rows)
+        first = round(rows[0, ticks.TICK])
+        odd = first % ticks.ODOMETRY_TICKS
+        odometry = self._samples.odometry(rows[odd :: ticks.ODOMETRY_TICKS])
+        switched = self._switched(rows)
+        reports = rows[:, ticks.FIXES].tolist()
+        due: list[Payload] = []
+        for index in range(len(rows)):
+            for topic, payloads in sensors:
+                if index < len(payloads):
+                    due.append((topic, payloads[index]))
+            if reports[index]:
+                due += gnss(unpack(rows[index, ticks.REPORT :].tolist())[0])
+            if index == len(rows) - 1:
+                for report in self._emulator.sensors.gnss_reports:
+                    due += gnss(report)
+            if (index - odd) % ticks.ODOMETRY_TICKS == 0:
+                due += [(topic, payloads[(index - odd) // ticks.ODOMETRY_TICKS]) for topic, payloads in odometry]
+            if switched[index]:
+                due.append((topics.SPRAYER, self._sprayer_state(rows[index])))
+        return due
+
+    def _switched(self, rows: Rows) -> list[bool]:
+        """Per row, whether the sprayer's state is due: because it is another one, or it is time."""
+        states = np.concatenate((self._sprayer, rows[:, ticks.SPRAYER : ticks.TANK_L]))
+        self._sprayer = states[-1:]
+        other = (states[1:] != states[:-1]).any(axis=1)
+        other |= rows[:, ticks.TICK] % _SPRAYER_TICKS == 0
+        due: list[bool] = other.tolist()
+        return due
+
+    @staticmethod
+    def _sprayer_state(row: NDArray[np.float64]) -> bytes:
+        valve, is_open, disc, down, flow, tank_l = row[ticks.SPRAYER : ticks.TANK_L + 1].tolist()
+        time = stamp(round(row[ticks.TICK]))
+        return layouts.SPRAYER.pack(*time, bool(valve), bool(is_open), bool(disc), bool(down), flow, tank_l)
 
     def _final_report(self) -> m.TraversalReport:
         """The report with the hash of all that was told in the session, itself included."""
@@ -195,64 +240,6 @@ class Telemetry:
     @property
     def _spraying(self) -> bool:
         return bool(self._emulator.world.state[body.FLOW_LPS] > 0.0)
-
-    def _samples(self, tick: int, frame: SensorFrame) -> list[Payload]:
-        """The samples of the 100 Hz sensors that arrived, stamped with the time of measurement."""
-        due: list[Payload] = []
-        imu_arrived, mag_arrived, encoder_arrived = self._emulator.sensors.arrived.tolist()
-        if imu_arrived:
-            imu = frame.imu
-            payload = layouts.IMU.pack(
-                *stamp(tick - frame.imu_age_ticks),
-                *_NO_ORIENTATION,
-                *imu[:3],
-                *self._gyro_covariance,
-                *imu[3:],
-                *self._accel_covariance,
-            )
-            due.append((topics.IMU, payload))
-        if mag_arrived:
-            time = stamp(tick - frame.mag_age_ticks)
-            due.append((topics.MAGNETIC_FIELD, layouts.MAGNETIC_FIELD.pack(*time, *frame.mag, *_NO_COVARIANCE)))
-        if encoder_arrived:
-            left, right = frame.encoders
-            time = stamp(tick - frame.encoder_age_ticks)
-            rates = self._wheel_rates(left, right)
-            due.append((topics.JOINT_STATES, layouts.JOINT_STATES.pack(*time, left, right, *rates)))
-        return due
-
-    def _wheel_rates(self, left_rad: float, right_rad: float) -> tuple[float, float]:
-        """Wheel rates as a driver derives them: the difference of two readings."""
-        before, self._wheels = self._wheels, (left_rad, right_rad)
-        return (left_rad - before[0]) * 100.0, (right_rad - before[1]) * 100.0
-
-    def _estimate(self, time: tuple[int, int]) -> bytes:
-        east, north, heading, speed, yaw_rate, covariance = self._emulator.onboard.estimate
-        xx, xy, xh, _, yy, yh, _, _, hh = covariance.tolist()
-        pose_covariance = [0.0] * 36
-        pose_covariance[0], pose_covariance[1], pose_covariance[5] = xx, xy, xh
-        pose_covariance[6], pose_covariance[7], pose_covariance[11] = xy, yy, yh
-        pose_covariance[30], pose_covariance[31], pose_covariance[35] = xh, yh, hh
-        return odometry(time, (east, north, heading), pose_covariance, (speed, yaw_rate))
-
-    def _truth(self, time: tuple[int, int]) -> bytes:
-        speed, yaw_rate = self._emulator.world.state[body.SPEED : body.YAW_RATE + 1].tolist()
-        return odometry(time, self._emulator.world.pose, NO_COVARIANCE_36, (speed, yaw_rate))
-
-    def _sprayer_if_due(self, tick: int, time: tuple[int, int]) -> list[Payload]:
-        emulator = self._emulator
-        state = emulator.world.state[body.VALVE_OPEN : body.FLOW_LPS + 1].tolist()
-        switches = (
-            emulator.command.valve,
-            state[0] > 0.0,
-            emulator.command.disc,
-            state[body.DISC_DOWN - body.VALVE_OPEN] > 0.0,
-            state[body.FLOW_LPS - body.VALVE_OPEN],
-        )
-        if switches == self._sprayer and tick % _SPRAYER_TICKS:
-            return []
-        self._sprayer = switches
-        return [(topics.SPRAYER, layouts.SPRAYER.pack(*time, *switches, state[body.TANK_L - body.VALVE_OPEN]))]
 
     def _line(self, marks: Marks) -> str:
         """Id of the line that marks belong to, "" for none."""

@@ -21,8 +21,8 @@ from services.robot_sim.sensors.suite import Sensors
 from services.robot_sim.world import body, physics
 from services.robot_sim.world.world import World
 
-_STEPS: Final = ("world", "sensors", "paint", "onboard computer")
 _LOOP: Final = "loop"
+_STEPS: Final = ("world", "sensors", "paint", "onboard computer", _LOOP)
 _LOOP_TICKS: Final = 150
 """Enough to set off."""
 
@@ -31,19 +31,13 @@ def warm_up(
     report: Callable[[str], None] = lambda _line: None,
     vehicle: Vehicle | None = None,
     scenario: Scenario | None = None,
-    *,
-    loop: bool = False,
 ) -> None:
-    """Run every kernel once on throw-away data; `report` is told what takes long, and nothing if all is cached.
-
-    `loop` takes in the one of `quiet`, which is not needed where every tick is listened to.
-    """
-    steps = (*_STEPS, _LOOP) if loop else _STEPS
+    """Run every kernel once on throw-away data; `report` is told what takes long, and nothing if all is cached."""
     vehicle, scenario = vehicle or Vehicle(), scenario or Scenario()
     begun, compiled_before = time.perf_counter(), _compiled()
-    for index, name in enumerate(steps, start=1):
+    for index, name in enumerate(_STEPS, start=1):
         if _compiled() > compiled_before:  # the first step was not in the cache, and so will the others not be
-            report(f"compiling kernels for the first start, {index} of {len(steps)}: {name}")
+            report(f"compiling kernels for the first start, {index} of {len(_STEPS)}: {name}")
         _exercise(name, vehicle, scenario)
     if _compiled() > compiled_before:
         report(f"compiled in {time.perf_counter() - begun:.1f} s")

@@ -268,6 +268,13 @@ def _wanted(arc_m: float, ahead_m: float, switch_m: Floats, actuation: Floats, s
 
 
 @kernel
+def speed_now_mps(x: Floats, s: Floats) -> float:
+    """As `Estimator.speed_now_mps`."""
+    speed_mps: float = x[m.SPEED] + 0.5 * TICK_S * (s[ACCEL] - x[m.ACCEL_BIAS])
+    return speed_mps
+
+
+@kernel
 def steer(
     tick: int,
     battery: float,
@@ -305,7 +312,7 @@ def steer(
     saved[: t.PROGRESS] = progress
     saved[t.PROGRESS :] = now
     limits[t.L_BACK_TO] = 0.0
-    observe(x, x[m.SPEED] + 0.5 * TICK_S * (s[ACCEL] - x[m.ACCEL_BIAS]), s[COMMAND], s[COMMAND + 1], body, now)
+    observe(x, speed_now_mps(x, s), s[COMMAND], s[COMMAND + 1], body, now)
     track(rows, FORWARD, speeds, progress, limits, t.MODE_PROFILE, x[m.EAST], x[m.NORTH], x[m.HEADING], now, ahead)
     arc, speed = progress[t.P_ARC], now[t.SPEED]
     s[NOZZLE_AT] = arc - limits[t.L_NOZZLE_Y] * now[t.HEADING_ERROR]

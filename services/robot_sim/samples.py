@@ -1,0 +1,129 @@
+"""The payloads of the topics that come with every tick or every other, packed for several ticks at once."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from schemas import topics
+from schemas.layout import Records
+from schemas.scenario import Scenario
+from schemas.topics import Topic
+from services.robot_sim import layouts, ticks
+from services.robot_sim.sensors import fast
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+_STAMP: Final = {"header.stamp.sec": 1, "header.stamp.nanosec": 1}
+_NO_STAMP: Final = (0, 0)
+_NO_VECTOR: Final = (0.0, 0.0, 0.0)
+_NO_COVARIANCE: Final = (0.0,) * 9
+_NO_ORIENTATION: Final = (0.0, 0.0, 0.0, 1.0, -1.0, *(0.0,) * 8)
+_NO_ODOMETRY: Final = (0.0,) * (7 + 36 + 6 + 36)
+_C: Final = ticks.COVARIANCE
+_POSE_COVARIANCE: Final = {
+    "pose.covariance[0]": slice(_C, _C + 2),
+    "pose.covariance[5]": slice(_C + 2, _C + 3),
+    "pose.covariance[6]": slice(_C + 1, _C + 5, 3),
+    "pose.covariance[11]": slice(_C + 5, _C + 6),
+    "pose.covariance[30]": slice(_C + 2, _C + 6, 3),
+    "pose.covariance[35]": slice(_C + 8, _C + 9),
+}
+"""Where the columns of `ticks` go in the covariance of (x, y, z, roll, pitch, yaw)."""
+
+_GYRO: Final = slice(ticks.READINGS + fast.IMU, ticks.READINGS + fast.IMU + 3)
+_ACCEL: Final = slice(ticks.READINGS + fast.IMU + 3, ticks.READINGS + fast.MAG)
+_FIELD: Final = slice(ticks.READINGS + fast.MAG, ticks.READINGS + fast.ENCODER)
+_ANGLES: Final = slice(ticks.READINGS + fast.ENCODER, ticks.WHEELS)
+_WHEELS: Final = slice(ticks.WHEELS, ticks.ESTIMATE)
+
+
+class Samples:
+    """Packs rows of `ticks`.
+
+    Args:
+        scenario: Has the IMU's noise, of which the covariances that it reports are made.
+        most: Rows at once.
+    """
+
+    def __init__(self, scenario: Scenario, most: int) -> None:
+        """See the class."""
+        noise = scenario.effective().imu
+        gyro, accel = (noise.gyro_density_radps_rthz**2) * 100.0, (noise.accel_density_mps2_rthz**2) * 100.0
+        imu = layouts.IMU.pack(
+            *_NO_STAMP, *_NO_ORIENTATION, *_NO_VECTOR, *_diagonal(gyro), *_NO_VECTOR, *_diagonal(accel)
+        )
+        mag = layouts.MAGNETIC_FIELD.pack(*_NO_STAMP, *_NO_VECTOR, *_NO_COVARIANCE)
+        joints = layouts.JOINT_STATES.pack(*_NO_STAMP, 0.0, 0.0, 0.0, 0.0)
+        command = layouts.WHEEL_COMMAND.pack(*_NO_STAMP, 0.0, 0.0)
+        vectors = {"angular_velocity.x": 3, "linear_acceleration.x": 3}
+        self._imu = Records(layouts.IMU, imu, _STAMP | vectors, most)
+        self._mag = Records(layouts.MAGNETIC_FIELD, mag, _STAMP | {"magnetic_field.x": 3}, most)
+        self._joints = Records(layouts.JOINT_STATES, joints, _STAMP | {"position[0]": 2, "velocity[0]": 2}, most)
+        self._command = Records(layouts.WHEEL_COMMAND, command, _STAMP | {"left_radps": 2}, most)
+        pose = {"pose.pose.position.x": 2, "pose.pose.orientation.z": 2}
+        twist = {"twist.twist.linear.x": 1, "twist.twist.angular.z": 1}
+        odometry = layouts.ODOMETRY.pack(*_NO_STAMP, *_NO_ODOMETRY)
+        covariance = {path: len(range(_C + 9)[columns]) for path, columns in _POSE_COVARIANCE.items()}
+        self._estimate = Records(layouts.ODOMETRY, odometry, _STAMP | pose | twist | covariance, most)
+        self._truth = Records(layouts.ODOMETRY, odometry, _STAMP | pose | twist, most)
+        self._angles: Floats = np.zeros((1, 2))  # of the wheels, as last read
+
+    def sensors(self, rows: Floats) -> list[tuple[Topic, list[bytes]]]:
+        """Per topic the payloads, tick by tick, of the samples that arrived, stamped with the time of measurement.
+
+        The wheel commands are among them. A topic may be short of the last row's.
+        """
+        imu, mag, encoders = (_arrived(rows, column) for column in range(ticks.MEASURED, ticks.READINGS))
+        angles = encoders[:, _ANGLES]
+        return [
+            (topics.IMU, self._imu.pack(*_stamps(imu, ticks.MEASURED), imu[:, _GYRO], imu[:, _ACCEL])),
+            (topics.MAGNETIC_FIELD, self._mag.pack(*_stamps(mag, ticks.MEASURED + 1), mag[:, _FIELD])),
+            (
+                topics.JOINT_STATES,
+                self._joints.pack(*_stamps(encoders, ticks.MEASURED + 2), angles, self._rates(angles)),
+            ),
+            (topics.WHEEL_COMMAND, self._command.pack(*_stamps(rows, ticks.TICK), rows[:, _WHEELS])),
+        ]
+
+    def _rates(self, angles: Floats) -> Floats:
+        """Wheel rates (n, 2) [rad/s] as a driver derives them: the differences of two readings."""
+        read = np.concatenate((self._angles, angles))
+        self._angles = read[-1:]
+        rates: Floats = (read[1:] - read[:-1]) * 100.0
+        return rates
+
+    def odometry(self, rows: Floats) -> list[tuple[Topic, list[bytes]]]:
+        """The estimates and the truths of rows in which they are due."""
+        stamps = _stamps(rows, ticks.TICK)
+        estimate, truth = rows[:, ticks.ESTIMATE : ticks.COVARIANCE], rows[:, ticks.TRUTH : ticks.SPRAYER]
+        covariance = (rows[:, columns] for columns in _POSE_COVARIANCE.values())
+        return [
+            (topics.ODOMETRY, self._estimate.pack(*stamps, *_motion(estimate), *covariance)),
+            (topics.TRUTH, self._truth.pack(*stamps, *_motion(truth))),
+        ]
+
+
+def _diagonal(variance: float) -> tuple[float, ...]:
+    return (variance, 0.0, 0.0, 0.0, variance, 0.0, 0.0, 0.0, variance)
+
+
+def _arrived(rows: Floats, measured: int) -> Floats:
+    """The rows in which the sample measured in that column's tick arrived: only the last may be without."""
+    return rows[:-1] if rows[-1, measured] < 0.0 else rows
+
+
+def _stamps(rows: Floats, column: int) -> tuple[Integers, Integers]:
+    """Seconds and nanoseconds (n, 1) of sim time at the ends of the ticks in a column."""
+    whole = rows[:, column : column + 1].astype(np.int64)
+    return whole // 100, whole % 100 * 10_000_000
+
+
+def _motion(rows: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+    """Position (n, 2), the quaternion's z and w (n, 2), speed and yaw rate (n, 1) of rows (n, 5)."""
+    turned = [(math.sin(0.5 * heading), math.cos(0.5 * heading)) for heading in rows[:, 2].tolist()]
+    return rows[:, :2], np.array(turned).reshape(-1, 2), rows[:, 3:4], rows[:, 4:5]
