@@ -158,14 +158,11 @@ def _timed(
     These are pieces (m, TRACK_PIECES, 5) and their number (m,): pairs that are alike but for their place have one.
     With `hops` short hops and, as far as the robot drives them, cusps and turns on the spot compete.
     """
-    circles = [circle(t.curvature_1pm / t.sharpness_1pm2**0.5) for t in ways.turns]
-    roots = np.array([t.sharpness_1pm2**0.5 for t in ways.turns])
-    starts = np.array([_rows(ends, ways, *each, leaving=True) for each in zip(ways.turns, circles, strict=True)])
-    goals = np.array([_rows(begins, ways, *each, leaving=False) for each in zip(ways.turns, circles, strict=True)])
+    rows = way_rows(ends, begins, ways)
     first, alike = _alike(_table(ends)[pairs[:, 0]], _table(begins)[pairs[:, 1]])
     pairs = pairs[first]
     pieces, counts = np.zeros((len(pairs), TRACK_PIECES, 5)), np.zeros(len(pairs), dtype=np.int64)
-    seconds = way_times(starts, goals, np.array(circles), roots, ways.limits.row, pairs, hops, pieces, counts)
+    seconds = way_times(*rows, ways.limits.row, pairs, hops, pieces, counts)
     if hops and ways.standing:
         for i, (a, b) in enumerate(pairs.tolist()):
             way = ways.quickest_standing(ends[a], begins[b], float(seconds[i]))
@@ -173,6 +170,15 @@ def _timed(
                 seconds[i], counts[i] = way.seconds, len(way.path.pieces)
                 pieces[i, : counts[i]] = way.path.pieces
     return seconds[alike], alike, pieces, counts
+
+
+def way_rows(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways) -> tuple[Floats, Floats, Floats, Floats]:
+    """The starts, goals, circles and roots that `way_times` takes."""
+    circles = [circle(t.curvature_1pm / t.sharpness_1pm2**0.5) for t in ways.turns]
+    roots = np.array([t.sharpness_1pm2**0.5 for t in ways.turns])
+    starts = np.array([_rows(ends, ways, *each, leaving=True) for each in zip(ways.turns, circles, strict=True)])
+    goals = np.array([_rows(begins, ways, *each, leaving=False) for each in zip(ways.turns, circles, strict=True)])
+    return starts, goals, np.array(circles), roots
 
 
 def _table(ends: list[CurveEnd]) -> Floats:
