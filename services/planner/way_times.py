@@ -117,5 +117,5 @@ def way_times(
             taken, count = way_time(starts[k, a], goals[k, b], circles[k], roots[k], limits, hops, pieces)
             if taken < seconds[p] or (taken == seconds[p] and k < chosen):
                 seconds[p], counts[p], chosen = taken, count, k
-                tracks[p] = pieces
+                tracks[p, :count] = pieces[:count]
     return seconds
