@@ -46,7 +46,7 @@ def first_interrupt() -> Iterator[list[int]]:
 
 @contextmanager
 def without_collecting() -> Iterator[None]:
-    """No search for garbage meanwhile: a plan's many small objects all stay, and looking for it takes a tenth of the time."""
+    """No search for garbage meanwhile: the objects of a plan all stay, and going through them takes time."""
     usual = gc.isenabled()
     gc.disable()
     try:

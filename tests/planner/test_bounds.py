@@ -21,6 +21,7 @@ from services.planner.steering.plain import least_plain
 from services.planner.steering.profile import amount_of, solve
 from services.planner.steering.three import solve_three
 from services.planner.way_times import TRACK_PIECES, least_time, way_time, way_times
+from services.planner.ways import BRAKING_SHARE
 from tests.planner.strategies import floats, headings, pose_pairs
 
 ORIGIN = Pose(0.0, 0.0, 0.0)
@@ -89,3 +90,32 @@ def test_of_all_turns_the_quickest_is_found_without_trying_all(curvature: float)
         assert seconds[p] == min(times)
         way = PiecePath(ends[a].pose, tuple(Piece(*row) for row in tracks[p, : counts[p]].tolist()))
         assert abs(way.end.point - ends[b].pose.point) < 1e-9
+
+
+@given(pose_pairs(), floats(-0.5, 0.5), st.sampled_from([0.0, 0.2]))
+@settings(max_examples=50)
+def test_no_way_with_a_standstill_is_quicker_than_its_bound(pair: tuple[Pose, Pose], first: float, last: float) -> None:
+    ways = ways_of(Vehicle(), PlanOptions(), Limits.of(Vehicle(), PlanOptions()))
+    start, goal = CurveEnd(pair[0], first), CurveEnd(pair[1], last)
+    speeds = ways.speed_mps(first), ways.speed_mps(last)
+    bound = ways.standing_bound_s(start, goal, speeds)
+    for way in ways.between(start, goal):
+        pieces = way.path.pieces
+        if any(p.spin_rad or p.direction < 0 for p in pieces):
+            assert way.seconds >= bound - 1e-9
+    quickest = ways.quickest_standing(start, goal, math.inf)
+    if quickest:
+        # One that just has to be quicker than something slower is found all the same.
+        again = ways.quickest_standing(start, goal, quickest.seconds + 1e-6)
+        assert again is not None
+        assert again.seconds == quickest.seconds
+
+
+def test_the_bound_of_ways_with_a_standstill_is_what_braking_and_gathering_speed_take() -> None:
+    """At 1 m/s² two seconds, if what lies between the places where the robot may stand is nothing, and more beyond."""
+    ways = ways_of(Vehicle(), PlanOptions(), Limits.of(Vehicle(), PlanOptions()))
+    room = ways.limits.stopping_distance_m(1.0) / BRAKING_SHARE
+    start = CurveEnd(ORIGIN, 0.0)
+    near, far = (CurveEnd(Pose(2.0 * room + gap, 0.0, 0.0), 0.0) for gap in (0.0, 14.0))
+    assert ways.standing_bound_s(start, near, (1.0, 1.0)) == pytest.approx(2.0, abs=0.05)
+    assert ways.standing_bound_s(start, far, (1.0, 1.0)) >= 2.0 + 14.0 / ways.limits.transit_speed_mps
