@@ -1,5 +1,6 @@
 """``touchline plan``: a template's trajectory, without any service running."""
 
+import gc
 import json
 import signal
 import time
@@ -43,6 +44,18 @@ def first_interrupt() -> Iterator[list[int]]:
         signal.signal(signal.SIGINT, usual)
 
 
+@contextmanager
+def without_collecting() -> Iterator[None]:
+    """No search for garbage meanwhile: the objects of a plan all stay, and going through them takes time."""
+    usual = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if usual:
+            gc.enable()
+
+
 def plan(
     drawing: DrawingChoice,
     planning: PlanChoice,
@@ -61,9 +74,10 @@ def plan(
     as_json: JsonOption = False,
 ) -> None:
     """Plan a template: from what is to be painted to the trajectory that the robot drives."""
-    from services.planner.plan import plan as make_plan
-    from services.planner.plot import plot_plan
-    from services.planner.plot_wheels import plot_wheels as draw_wheels
+    with without_collecting():
+        from services.planner.plan import plan as make_plan
+        from services.planner.plot import plot_plan
+        from services.planner.plot_wheels import plot_wheels as draw_wheels
 
     check_plot(plot)
     check_plot(plot_wheels, "--plot-wheels")
@@ -71,7 +85,7 @@ def plan(
     begun = time.perf_counter()
     template = drawing.chosen()
     vehicle = Vehicle()
-    with progress_bar("Planning") as advance, first_interrupt() as interrupted:
+    with progress_bar("Planning") as advance, first_interrupt() as interrupted, without_collecting():
         planned = make_plan(
             template, vehicle, options, lambda stage, fraction: advance(fraction, stage), lambda: bool(interrupted)
         )

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -13,8 +14,11 @@ from services.planner.inside import Yard
 from services.planner.legs import Drive, Driver
 from services.planner.method import CurveEnd
 from services.planner.offset import Stroke
+from services.planner.watch import Progress, Watch
 
 GIVEN, OPTIMISED = "given", "optimised"
+# The stages of progress: timing the ways from segment to segment, and looking for the best order.
+TIMING, ORDER = "timing ways", "order"
 # What it may cost in time not to run over a wet line once; if that is forbidden, as good as anything. The search does
 # not need to know how bad it is then.
 CROSSING_S, FORBIDDEN_S, SEARCHED_CROSSING_S = 1.25, 1000.0, 15.0
@@ -72,7 +76,7 @@ def arranged(
     modes: Sequence[Sequence[Stroke]],
     driver: Driver,
     options: PlanOptions,
-    step: Callable[[float], None],
+    progress: Progress,
     enough: Callable[[], bool],
 ) -> Drive:
     """One mode of every segment in painting order, and the ways between them.
@@ -83,10 +87,10 @@ def arranged(
     """
     modes = [_clear_of_outlines(choice, driver.yard) for choice in modes]
     if ordering(options):
-        drive = _optimised(modes, driver, step, enough)
+        drive = _optimised(modes, driver, progress, enough)
     else:
         drive = driver.drive([choice[0] for choice in modes])
-        step(1.0)
+        progress(ORDER, 1.0)
     _refuse_collisions(drive)
     if options.hard_drying:
         _refuse_crossings(drive)
@@ -94,33 +98,31 @@ def arranged(
 
 
 def _optimised(
-    modes: Sequence[Sequence[Stroke]], driver: Driver, step: Callable[[float], None], enough: Callable[[], bool]
+    modes: Sequence[Sequence[Stroke]], driver: Driver, progress: Progress, enough: Callable[[], bool]
 ) -> Drive:
     """The best drive found; one that returns is ordered anew for where the one that need not would begin."""
-    drive = _found(modes, driver, step, enough)
+    drive = _found(modes, driver, progress, enough)
     if driver.returns and driver.start is None and not enough():
         begin = drive.legs[0].path.start
-        again = _found(modes, replace(driver, start=begin, end=begin), step, enough)
+        again = _found(modes, replace(driver, start=begin, end=begin), progress, enough)
         drive = min(drive, again, key=lambda each: _total(each, driver))
     return drive
 
 
-def _found(
-    modes: Sequence[Sequence[Stroke]], driver: Driver, step: Callable[[float], None], enough: Callable[[], bool]
-) -> Drive:
+def _found(modes: Sequence[Sequence[Stroke]], driver: Driver, progress: Progress, enough: Callable[[], bool]) -> Drive:
     from services.planner.order import kicks_for, ordered
     from services.planner.order_costs import nodes_of, problem
     from services.planner.wet_order import Ground, ordered_dry
 
     nodes, segment, _ = nodes_of(modes)
     end = driver.start if driver.returns else driver.end
-    asked, tracks = problem(
-        modes, driver.ways, *(CurveEnd(pose, 0.0) if pose else None for pose in (driver.start, end))
-    )
+    first, last = (CurveEnd(pose, 0.0) if pose else None for pose in (driver.start, end))
+    asked, tracks = problem(modes, driver.ways, first, last, Watch(partial(progress, TIMING), enough))
     ground = Ground.of(nodes, segment, driver.wheels)
     crossing_s = min(driver.crossing_s, SEARCHED_CROSSING_S)
     cost, kicks = asked.cost.copy(), kicks_for(asked)
     best: Drive | None = None
+    step = partial(progress, ORDER)
     least, order = np.inf, None
     for turn in range(ROUNDS):
         # The quickest order, and from there on the one that is worth more time for fewer wet crossings.

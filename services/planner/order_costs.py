@@ -13,6 +13,7 @@ from services.planner.order import Problem
 from services.planner.order_search import Ints
 from services.planner.steering.batch import lengths
 from services.planner.steering.circles import LIMIT, circle
+from services.planner.watch import UNWATCHED, Watch
 from services.planner.way_times import HEADING, TRACK_PIECES, X, Y, way_times
 from services.planner.ways import Turns, Ways, turned_round
 
@@ -21,6 +22,10 @@ from services.planner.ways import Turns, Ways, turned_round
 TIMED, HOPPED = 12, 3
 # Up to this many nodes all pairs are timed.
 ALL_NODES = 200
+# So many pairs take about 50 ms: roughly, by words, and with short hops and cusps. In between it may be enough.
+ROUGH_PART, WORDS_PART, HOPS_PART = 150_000, 3000, 120
+# The shares of the time when these are done.
+ROUGH_DONE, WORDS_DONE = 0.15, 0.25
 # A segment is not painted twice, nor reached from itself.
 NEVER_S = 1e6
 # Pairs that differ by no more than rounding (m, rad, 1/m) take the same time.
@@ -74,64 +79,80 @@ def _same_points(stroke: Stroke, other: Stroke) -> bool:
 
 
 def problem(
-    modes: Sequence[Sequence[Stroke]], ways: Ways, start: CurveEnd | None, end: CurveEnd | None = None
+    modes: Sequence[Sequence[Stroke]],
+    ways: Ways,
+    start: CurveEnd | None,
+    end: CurveEnd | None = None,
+    watch: Watch = UNWATCHED,
 ) -> tuple[Problem, Tracks]:
     """The ordering problem, and the ways behind it.
 
-    Without a `start` every segment may come first, without an `end` every one last, at no cost.
+    Without a `start` every segment may come first, without an `end` every one last, at no cost. If the `watch` has
+    enough early, the costs are rougher.
     """
     nodes, segment, flip = nodes_of(modes)
     count = len(nodes)
     begins, ends = [n.begin for n in nodes], [n.end for n in nodes]
     cost = np.full((count + 1, count + 1), 0.0)
     paint = np.array([n.robot.length_m / ways.speed_mps(n.robot.curvature_1pm) for n in nodes])
-    cost[:-1, :-1], tracks = seconds_between(ends, begins, ways, segment, paint)
+    cost[:-1, :-1], tracks = seconds_between(ends, begins, ways, segment, paint, watch)
     if start is not None:
-        cost[-1, :-1] = _timed([start], begins, ways, _all_pairs(1, count), hops=False)[0]
+        cost[-1, :-1] = _timed_all([start], begins, ways)
     if end is not None:
-        cost[:-1, -1] = _timed(ends, [end], ways, _all_pairs(count, 1), hops=False)[0]
+        cost[:-1, -1] = _timed_all(ends, [end], ways)
     cost[:-1, :-1][segment[:, None] == segment[None, :]] = NEVER_S
     cost[:, :-1] += paint
     return Problem(cost, segment, flip), tracks
 
 
 def seconds_between(
-    ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, segment: Ints, paint_s: Floats
+    ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, segment: Ints, paint_s: Floats, watch: Watch
 ) -> tuple[Floats, Tracks]:
     """Seconds (ends, begins) of the quickest ways, rough ones for pairs that are far from each other; and the ways."""
     count = len(ends)
     none = np.zeros((0, TRACK_PIECES, 5)), np.zeros(0, dtype=np.int64)
     tracks = Tracks(paint_s, np.full((count, count), -1), *none)
+    table = _straight(ends, begins, ways)
     if count <= ALL_NODES:
-        table, pairs = np.zeros((count, count)), _all_pairs(count, count)
+        pairs = _all_pairs(count, count)
     else:
-        table = _rough(ends, begins, ways)
+        _rough(ends, begins, ways, table, watch)
         pairs = _nearest(table, segment, TIMED)
     for hops in (False, True):
         if hops:
             pairs = _nearest(table, segment, HOPPED)
-        seconds, which, pieces, counts = _timed(ends, begins, ways, pairs, hops=hops)
-        table[pairs[:, 0], pairs[:, 1]] = seconds
-        tracks = tracks.with_pairs(pairs, which, pieces, counts)
+        parts = (HOPS_PART, WORDS_DONE, 1.0) if hops else (WORDS_PART, ROUGH_DONE, WORDS_DONE)
+        chosen, seconds, which, pieces, counts = _timed(ends, begins, ways, pairs, hops, watch, *parts)
+        done = pairs[chosen]
+        table[done[:, 0], done[:, 1]] = seconds
+        tracks = tracks.with_pairs(done, which, pieces, counts)
     return table, tracks
 
 
-def _rough(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways) -> Floats:
+def _straight(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways) -> Floats:
+    """Seconds straight on from each end to each beginning, whichever way they look."""
+    starts, goals = _table(ends), _table(begins)
+    apart = np.hypot(*(goals[None, :, axis] - starts[:, None, axis] for axis in (X, Y)))
+    return np.asarray(apart / ways.limits.transit_speed_mps)
+
+
+def _rough(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, table: Floats, watch: Watch) -> None:
     """Seconds by the length of the words, with the turns driven at the speed that they are made for."""
     starts, goals = _table(ends), _table(begins)
     fast = ways.limits.transit_speed_mps
-    tables = [
-        lengths(
-            starts,
-            goals,
-            turns.curvature_1pm,
-            turns.sharpness_1pm2,
-            short_hops=False,
-            turn_weight=max(fast / turns.speed_mps, 1.0),
-        )
-        for turns in ways.turns[1::2] or ways.turns
-    ]
-    return np.asarray(np.minimum.reduce(tables)) / fast
+    for part in watch.parts(len(starts), max(ROUGH_PART // len(goals), 1), 0.0, ROUGH_DONE):
+        tables = [
+            lengths(
+                starts[part],
+                goals,
+                turns.curvature_1pm,
+                turns.sharpness_1pm2,
+                short_hops=False,
+                turn_weight=max(fast / turns.speed_mps, 1.0),
+            )
+            for turns in ways.turns[1::2] or ways.turns
+        ]
+        table[part] = np.minimum.reduce(tables) / fast
 
 
 def _nearest(table: Floats, segment: Ints, count: int) -> Ints:
@@ -150,29 +171,56 @@ def _all_pairs(starts: int, goals: int) -> Ints:
     return np.stack(np.divmod(np.arange(starts * goals), goals), axis=1)
 
 
-def _timed(
-    ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, pairs: Ints, *, hops: bool
-) -> tuple[Floats, Ints, Floats, Ints]:
-    """Seconds (n,) of the quickest way of every pair (n, 2), and which (n,) of the ways that follow it is.
+def _timed_all(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways) -> Floats:
+    """Seconds (n,) by words from one end to all beginnings, or from all ends to one beginning."""
+    pairs = _all_pairs(len(ends), len(begins))
+    return _timed(ends, begins, ways, pairs, False, UNWATCHED, WORDS_PART, 0.0, 1.0)[1]
 
-    These are pieces (m, TRACK_PIECES, 5) and their number (m,): pairs that are alike but for their place have one.
-    With `hops` short hops and, as far as the robot drives them, cusps and turns on the spot compete.
+
+def _timed(
+    ends: list[CurveEnd],
+    begins: list[CurveEnd],
+    ways: Ways,
+    pairs: Ints,
+    hops: bool,
+    watch: Watch,
+    size: int,
+    begun: float,
+    ended: float,
+) -> tuple[Ints, Floats, Ints, Floats, Ints]:
+    """Which (n,) of the `pairs` were timed before it was enough; seconds (n,) of the quickest way of each, and which.
+
+    These ways are pieces (m, TRACK_PIECES, 5) and their number (m,): pairs that are alike but for their place have one.
+    With `hops` short hops and, as far as the robot drives them, cusps and turns on the spot compete. The watch is told
+    fractions from `begun` to `ended`, after every `size` ways.
     """
+    rows = way_rows(ends, begins, ways)
+    first, alike = _alike(_table(ends)[pairs[:, 0]], _table(begins)[pairs[:, 1]])
+    pairs = pairs[first]
+    pieces, counts = np.zeros((len(pairs), TRACK_PIECES, 5)), np.zeros(len(pairs), dtype=np.int64)
+    seconds, done = np.zeros(len(pairs)), 0
+    for part in watch.parts(len(pairs), size, begun, ended):
+        seconds[part] = way_times(*rows, ways.limits.row, pairs[part], hops, pieces[part], counts[part])
+        done = part.stop
+        if not (hops and ways.standing):
+            continue
+        for i in range(part.start, part.stop):
+            way = ways.quickest_standing(ends[pairs[i, 0]], begins[pairs[i, 1]], float(seconds[i]))
+            if way:
+                seconds[i], counts[i] = way.seconds, len(way.path.pieces)
+                pieces[i, : counts[i]] = way.path.pieces
+    chosen = np.flatnonzero(alike < done)
+    which = alike[chosen]
+    return chosen, seconds[which], which, pieces[:done], counts[:done]
+
+
+def way_rows(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways) -> tuple[Floats, Floats, Floats, Floats]:
+    """The starts, goals, circles and roots that `way_times` takes."""
     circles = [circle(t.curvature_1pm / t.sharpness_1pm2**0.5) for t in ways.turns]
     roots = np.array([t.sharpness_1pm2**0.5 for t in ways.turns])
     starts = np.array([_rows(ends, ways, *each, leaving=True) for each in zip(ways.turns, circles, strict=True)])
     goals = np.array([_rows(begins, ways, *each, leaving=False) for each in zip(ways.turns, circles, strict=True)])
-    first, alike = _alike(_table(ends)[pairs[:, 0]], _table(begins)[pairs[:, 1]])
-    pairs = pairs[first]
-    pieces, counts = np.zeros((len(pairs), TRACK_PIECES, 5)), np.zeros(len(pairs), dtype=np.int64)
-    seconds = way_times(starts, goals, np.array(circles), roots, ways.limits.row, pairs, hops, pieces, counts)
-    if hops and ways.standing:
-        for i, (a, b) in enumerate(pairs.tolist()):
-            way = ways.quickest_standing(ends[a], begins[b], float(seconds[i]))
-            if way:
-                seconds[i], counts[i] = way.seconds, len(way.path.pieces)
-                pieces[i, : counts[i]] = way.path.pieces
-    return seconds[alike], alike, pieces, counts
+    return starts, goals, np.array(circles), roots
 
 
 def _table(ends: list[CurveEnd]) -> Floats:

@@ -21,13 +21,12 @@ from services.planner.route import Section, route
 from services.planner.sending import Sent, send
 from services.planner.timing import SpeedProfile, Steady, speed_profile
 from services.planner.unavoidable import unavoidable_crossings
+from services.planner.watch import Progress
 from services.planner.ways import DEFAULT_METHOD, METHODS, REVERSING, SPINNING, Ways
 from services.planner.wet import Wheels
 
 # A pose further out than this (m) is a mistake.
 POSE_MAX = 20_000.0
-
-Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True)
@@ -72,7 +71,7 @@ def plan(
     driver = Driver(
         ways, Yard.of(template, vehicle), wheels, crossing_cost_s(options), start, end, options.return_to_start
     )
-    drive = arranged(choices, driver, options, lambda done: progress("order", done), enough)
+    drive = arranged(choices, driver, options, progress, enough)
     sections = route(drive)
     sent = send(sections, lambda done: progress("cutting into arcs", done))
 

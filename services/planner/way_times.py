@@ -11,10 +11,11 @@ import numpy as np
 from schemas.jit import kernel
 from services.planner.clothoid import Floats
 from services.planner.order_search import Ints
-from services.planner.passes import path_time
-from services.planner.steering.circles import TAU
+from services.planner.passes import ACCELERATION, TRANSIT, path_time
+from services.planner.steering.circles import LIMIT, TAU
 from services.planner.steering.construct import MAX_PIECES, forward_pieces, put, put_ramp, word_pieces
 from services.planner.steering.forward import lead_poses
+from services.planner.steering.plain import least_plain
 from services.planner.steering.spiral import unit
 
 # Columns of an end's row: pose and curvature (1/m) where the turns begin, speed (m/s) on the painted curve; between
@@ -22,6 +23,8 @@ from services.planner.steering.spiral import unit
 X, Y, HEADING, CURVATURE, SPEED, PAINTED, LEAD, PAD = range(8)
 
 
+# Rounding does not blur more than this (s).
+SLACK_S = 1e-9
 # A way has no more pieces: those between the leads, and a clothoid and a straight at both ends.
 TRACK_PIECES = MAX_PIECES + 4
 
@@ -61,6 +64,25 @@ def way_time(
 
 
 @kernel
+def least_time(start: Floats, goal: Floats, curvature: float, limits: Floats) -> float:
+    """Seconds: with turns of at most this curvature (1/m), as for `way_time`, no way takes fewer.
+
+    It is as long as the plain Dubins path at least, and driven at best as fast as acceleration and transit speed allow.
+    """
+    seen = complex(goal[X] - start[X], goal[Y] - start[Y]) * unit(-start[HEADING]) * curvature
+    length = least_plain(seen.real, seen.imag, goal[HEADING] - start[HEADING]) / curvature
+    for end in (start, goal):
+        length += end[PAD] + abs(end[PAINTED]) / end[LEAD]
+    first, last, most, gain = start[SPEED], goal[SPEED], limits[TRANSIT], limits[ACCELERATION]
+    fast: float = math.sqrt(gain * length + 0.5 * (first * first + last * last))
+    if fast < max(first, last):
+        return float(length / max(first, last))
+    fast = min(fast, max(most, first, last))
+    rest = length - (2.0 * fast * fast - first * first - last * last) / (2.0 * gain)
+    return float((2.0 * fast - first - last) / gain + max(rest, 0.0) / fast)
+
+
+@kernel
 def way_times(
     starts: Floats,
     goals: Floats,
@@ -78,11 +100,22 @@ def way_times(
     sharpness, `tracks` (n, TRACK_PIECES, 5) and `counts` (n,).
     """
     pieces, seconds = np.zeros((TRACK_PIECES, 5)), np.full(len(pairs), np.inf)
+    turns = len(circles)
+    words, least = np.zeros(turns), np.zeros(turns)
     for p in range(len(pairs)):
-        for k in range(len(circles)):
-            start, goal = starts[k, pairs[p, 0]], goals[k, pairs[p, 1]]
-            taken, count = way_time(start, goal, circles[k], roots[k], limits, hops, pieces)
-            if taken < seconds[p]:
-                seconds[p], counts[p] = taken, count
-                tracks[p] = pieces
+        a, b = pairs[p, 0], pairs[p, 1]
+        if hops:
+            # Those first whose words are quick: of the others many need not be looked at then.
+            for k in range(turns):
+                start, goal, curvature = starts[k, a], goals[k, b], circles[k, LIMIT] * roots[k]
+                words[k], _ = way_time(start, goal, circles[k], roots[k], limits, False, pieces)
+                least[k] = least_time(start, goal, curvature, limits)
+        chosen = turns
+        for k in np.argsort(words):
+            if least[k] > seconds[p] + SLACK_S:
+                continue
+            taken, count = way_time(starts[k, a], goals[k, b], circles[k], roots[k], limits, hops, pieces)
+            if taken < seconds[p] or (taken == seconds[p] and k < chosen):
+                seconds[p], counts[p], chosen = taken, count, k
+                tracks[p, :count] = pieces[:count]
     return seconds

@@ -1,5 +1,6 @@
 """Ways between painted segments: of all turns on offer, tight and slow to wide and fast, those that take least time."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -7,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from services.planner.ccd import ContinuousDubins
-from services.planner.clothoid import Floats, Piece, PiecePath, Pose, joined
+from services.planner.clothoid import Floats, Piece, PiecePath, Pose, arc_displacement, joined
 from services.planner.dubins_padded import PaddedDubins
 from services.planner.limits import TURN_SPEEDS_MPS, Limits
 from services.planner.method import CurveEnd, TransitionMethod, before, carried_on
@@ -129,17 +130,35 @@ class Ways:
     def quickest_standing(self, start: CurveEnd, goal: CurveEnd, least_s: float) -> Way | None:
         """The quickest way with cusps or turns on the spot, if it takes less than `least_s`."""
         speeds = self.speed_mps(start.curvature_1pm), self.speed_mps(goal.curvature_1pm)
-        apart = abs(goal.pose.point - start.pose.point)
-        if self._standing_bound_s(apart, speeds) >= least_s:
+        if self.standing_bound_s(start, goal, speeds) >= least_s:
             return None
         ways = [way for way in self._standing(start, goal, speeds) if way.seconds < least_s]
         return min(ways, key=lambda way: way.seconds, default=None)
 
-    def _standing_bound_s(self, apart_m: float, speeds: tuple[float, float]) -> float:
-        """No way with a standstill takes less (s): to brake and gather speed, and for the distance beyond that."""
-        limits = self.limits
-        beyond = apart_m - sum(limits.stopping_distance_m(speed) for speed in speeds)
-        return sum(speeds) / limits.acceleration_mps2 + max(beyond, 0.0) / limits.transit_speed_mps
+    def standing_bound_s(self, start: CurveEnd, goal: CurveEnd, speeds: tuple[float, float]) -> float:
+        """No way of `_standing` with a standstill takes less (s).
+
+        The painted curves are carried on, and what lies between the ends of that is driven before the first standstill
+        or after it; best of all on one side alone, as more at once is driven faster.
+        """
+        room = self._room_m(speeds)
+        stop = start.pose.moved(arc_displacement(room, start.curvature_1pm), 0.0)
+        go = goal.pose.moved(arc_displacement(-room, goal.curvature_1pm), 0.0)
+        between = abs(go.point - stop.point)
+        first, last = (self._from_rest_s(room, speed) for speed in speeds)
+        further = [self._from_rest_s(room + between, speed) for speed in speeds]
+        return min(first + further[1], further[0] + last)
+
+    def _from_rest_s(self, length_m: float, speed_mps: float) -> float:
+        """The least time (s) from standstill over a length to a speed, or the other way round."""
+        gain = self.limits.acceleration_mps2
+        fast = min(math.sqrt(gain * length_m + 0.5 * speed_mps**2), max(self.limits.transit_speed_mps, speed_mps))
+        rest = length_m - (2.0 * fast**2 - speed_mps**2) / (2.0 * gain)
+        return (2.0 * fast - speed_mps) / gain + max(rest, 0.0) / fast
+
+    def _room_m(self, speeds: tuple[float, float]) -> float:
+        """Room to brake before the first standstill, and to gather speed after the last."""
+        return max(self.limits.stopping_distance_m(speed) for speed in speeds) / BRAKING_SHARE
 
     def _standing(self, start: CurveEnd, goal: CurveEnd, speeds: tuple[float, float]) -> list[Way]:
         """Ways with cusps and turns on the spot; before and after them the painted curve is carried on to brake.
@@ -149,8 +168,7 @@ class Ways:
         method = self.turns[0].method
         if not isinstance(method, Steering):
             return []
-        room = max(self.limits.stopping_distance_m(speed) for speed in speeds) / BRAKING_SHARE
-        found = method.standing_ways(start, goal, room)
+        found = method.standing_ways(start, goal, self._room_m(speeds))
         return [Way(self.seconds(p, *speeds), PiecePath(start.pose, p)) for p in found if self._may(p)]
 
     def _may(self, pieces: Sequence[Piece]) -> bool:

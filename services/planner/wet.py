@@ -43,7 +43,8 @@ class Wheels:
             if piece.spin_rad:
                 poses = self._with_spin(poses, start, knot, piece.spin_rad)
         poses[:, 3] = begun_s + seconds * poses[:, 3] / path.length_m
-        return np.asarray(wet_crossings(poses, self.contacts, painted, self.half_width_m, self.drying_s, STEP_M))
+        figures = self.half_width_m, self.drying_s, STEP_M
+        return np.asarray(wet_crossings(poses, self.contacts, painted, boxes_of(painted), *figures))
 
     def _with_spin(self, poses: Floats, station_m: float, at: Pose, angle_rad: float) -> Floats:
         """Poses (n, 4), their last column the station, with those of a turn on the spot."""
@@ -81,23 +82,36 @@ def _on_line(px: float, py: float, line: Floats) -> tuple[float, float]:
 
 
 @kernel
-def _beside(line: Floats, low_x: float, high_x: float, low_y: float, high_y: float) -> bool:
-    """Whether a line (of an arc its circle) is outside of a box."""
-    x, y, c, s = line[X], line[Y], math.cos(line[HEADING]), math.sin(line[HEADING])
-    if line[CURVATURE] == 0.0:
-        ends = (x, x + c * line[LENGTH], y, y + s * line[LENGTH])
-    else:
-        radius = 1.0 / line[CURVATURE]
-        ends = (x - s * radius - radius, x - s * radius + radius, y + c * radius - radius, y + c * radius + radius)
-    beside_x = max(ends[0], ends[1]) < low_x or min(ends[0], ends[1]) > high_x
-    return bool(beside_x or max(ends[2], ends[3]) < low_y or min(ends[2], ends[3]) > high_y)
+def boxes_of(painted: Floats) -> Floats:
+    """(n, 4) the least and greatest x and y of each painted line (of an arc its whole circle)."""
+    boxes = np.empty((len(painted), 4))
+    for j in range(len(painted)):
+        line = painted[j]
+        x, y, c, s = line[X], line[Y], math.cos(line[HEADING]), math.sin(line[HEADING])
+        if line[CURVATURE] == 0.0:
+            ends = (x, x + c * line[LENGTH], y, y + s * line[LENGTH])
+        else:
+            radius = 1.0 / line[CURVATURE]
+            ends = (x - s * radius - radius, x - s * radius + radius, y + c * radius - radius, y + c * radius + radius)
+        boxes[j, 0], boxes[j, 1] = min(ends[0], ends[1]), max(ends[0], ends[1])
+        boxes[j, 2], boxes[j, 3] = min(ends[2], ends[3]), max(ends[2], ends[3])
+    return boxes
 
 
 @kernel
 def wet_crossings(
-    poses: Floats, contacts: Floats, painted: Floats, half_width: float, drying: float, step: float
+    poses: Floats,
+    contacts: Floats,
+    painted: Floats,
+    boxes: Floats,
+    half_width: float,
+    drying: float,
+    step: float,
 ) -> NDArray[np.int64]:
-    """How often a contact enters the wet part of each painted line; `poses` are x, y, heading, time, `step` m apart."""
+    """How often a contact enters the wet part of each painted line; `poses` are x, y, heading, time, `step` m apart.
+
+    `boxes` are those of the lines.
+    """
     counts = np.zeros(len(painted), dtype=np.int64)
     reach = 0.0
     for k in range(len(contacts)):
@@ -105,9 +119,10 @@ def wet_crossings(
     low_x, high_x = poses[:, 0].min() - reach - half_width, poses[:, 0].max() + reach + half_width
     low_y, high_y = poses[:, 1].min() - reach - half_width, poses[:, 1].max() + reach + half_width
     for j in range(len(painted)):
-        line = painted[j]
-        if _beside(line, low_x, high_x, low_y, high_y):
+        box = boxes[j]
+        if box[1] < low_x or box[0] > high_x or box[3] < low_y or box[2] > high_y:
             continue
+        line = painted[j]
         length, on = line[LENGTH], np.zeros(len(contacts), dtype=np.bool_)
         i = 0
         while i < len(poses):

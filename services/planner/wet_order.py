@@ -11,7 +11,7 @@ from services.planner.offset import Stroke
 from services.planner.order import Problem, cheapest
 from services.planner.order_costs import Tracks
 from services.planner.order_search import Ints
-from services.planner.wet import Wheels, painted_row, painted_rows
+from services.planner.wet import Wheels, boxes_of, painted_row, painted_rows
 from services.planner.wet_scene import UNKNOWN, Known, Scene, judged
 from services.planner.wet_search import anneal
 
@@ -127,6 +127,7 @@ def scene_of(
         over_from=np.searchsorted(node, np.arange(depot + 2)),
         over=np.column_stack((line, ground.over[node, line])),
         lines=ground.lines,
+        boxes=boxes_of(ground.lines),
         contacts=ground.wheels.contacts,
         half_width=ground.wheels.half_width_m,
         drying=ground.wheels.drying_s,

@@ -27,9 +27,9 @@ class Scene(NamedTuple):
     `cost`, `segment`, `flip`, `modes` and `after` as in order_search.py; `paint` (nodes + 1,) seconds of each node;
     `begins` (nodes + 1, 3) poses, the last one where to stop, or nan; `ends` (nodes, 3) poses; `kind`, `pieces` and
     `counts` the ways (see `Tracks`), straight where unknown; `over_from` (nodes + 1,) and `over` what painting a node
-    runs over: rows of segment and times; `lines` the segments as in wet.py, without times; `contacts`, `half_width` and
-    `drying` as in `Wheels`; `crossing` seconds that one crossing may cost; `run_out` metres driven straight on behind
-    the last segment, unless there is a place to stop.
+    runs over: rows of segment and times; `lines` the segments as in wet.py, without times, and their `boxes`;
+    `contacts`, `half_width` and `drying` as in `Wheels`; `crossing` seconds that one crossing may cost; `run_out`
+    metres driven straight on behind the last segment, unless there is a place to stop.
     """
 
     cost: Floats
@@ -46,6 +46,7 @@ class Scene(NamedTuple):
     over_from: Ints
     over: Ints
     lines: Floats
+    boxes: Floats
     contacts: Floats
     half_width: float
     drying: float
@@ -105,7 +106,7 @@ def way_over(scene: Scene, known: Known, a: int, b: int) -> int:
             dx, dy = scene.begins[b, 0] - start[0], scene.begins[b, 1] - start[1]
             straight[0, 0], from_[2] = math.hypot(dx, dy), math.atan2(dy, dx)
         poses = _poses(straight, 1, from_)
-    counts = wet_crossings(poses, scene.contacts, scene.lines, scene.half_width, np.inf, STEP_M)
+    counts = wet_crossings(poses, scene.contacts, scene.lines, scene.boxes, scene.half_width, np.inf, STEP_M)
     if known.used[0] + len(counts) + 1 > len(known.rows):
         # No more room: begin again.
         known.first[:] = UNKNOWN

@@ -12,8 +12,9 @@ import numpy as np
 from schemas.jit import kernel
 from services.planner.clothoid import Floats
 from services.planner.steering.circles import LIMIT, RADIUS, TAU, cost, shortest_word, word_table
-from services.planner.steering.profile import AMOUNT, DIRECTION, STRAIGHT, UNKNOWN, amount_of, solve
+from services.planner.steering.profile import AMOUNT, DIRECTION, FAILED, STRAIGHT, UNKNOWN, amount_of
 from services.planner.steering.spiral import ramp, unit
+from services.planner.steering.three import solve_three
 
 # A profile must be this much shorter to replace an earlier one, so that ties do not depend on rounding.
 TIE = 1e-10
@@ -130,7 +131,6 @@ def polished_words(
     limit = c[LIMIT]
     table = np.empty((8, 3))
     word_table(between.real, between.imag, turn_between, c, table)
-    elements = (three_elements(False), three_elements(True))
     family = -1
     u = np.empty(3)
     for row in range(8):
@@ -145,7 +145,7 @@ def polished_words(
             u[i] = amount_of(table[row, i] + _ramp_deflection(table[row, i], i, ends), limit)
         if straight:
             u[1] = table[row, 1]
-        length = attempt(u, straight, elements, ends, limit, goal, turn)
+        length = attempt(u, straight, ends, limit, goal, turn, best)
         if length < best - TIE:
             best, family = length, int(straight)
             amounts[:] = u
@@ -163,14 +163,13 @@ def short_hop(
     ends: Floats, goal: complex, turn: float, limit: float, best: float, amounts: Floats
 ) -> tuple[float, int]:
     """The shortest profile below `best` that Newton's method reaches from the fixed starts."""
-    elements = (three_elements(False), three_elements(True))
     family = -1
     u = np.empty(3)
     for s in range(len(STARTS)):
         straight = WITH_STRAIGHT[s]
         for i in range(3):
             u[i] = STARTS[s, i] if straight and i == 1 else amount_of(STARTS[s, i], limit)
-        length = attempt(u, straight, elements, ends, limit, goal, turn)
+        length = attempt(u, straight, ends, limit, goal, turn, best)
         if length < best - TIE:
             best, family = length, int(straight)
             amounts[:] = u
@@ -178,7 +177,7 @@ def short_hop(
         u[0] = ends[0] + WIGGLES[s, 0] * limit
         u[1] = 0.5 * (ends[0] + ends[1]) + WIGGLES[s, 1] * limit
         u[2] = ends[1] + WIGGLES[s, 2] * limit
-        length = attempt(u, False, elements, ends, limit, goal, turn)
+        length = attempt(u, False, ends, limit, goal, turn, best)
         if length < best - TIE:
             best, family = length, BENDS_ONLY
             amounts[:] = u
@@ -186,21 +185,29 @@ def short_hop(
 
 
 @kernel
-def attempt(
-    u: Floats, straight: bool, elements: tuple[Floats, Floats], ends: Floats, limit: float, goal: complex, turn: float
-) -> float:
-    """Length of the profile that Newton's method reaches from `u`, with the number of full turns that `u` intends."""
+def attempt(u: Floats, straight: bool, ends: Floats, limit: float, goal: complex, turn: float, longest: float) -> float:
+    """Length of the profile that Newton's method reaches from `u`, with the number of full turns that `u` intends.
+
+    FAILED if there is none, or none shorter than `longest`.
+    """
     intended = turn_of(u, straight, ends, limit)
-    return float(
-        solve(
-            elements[1] if straight else elements[0],
-            u,
-            ends,
-            limit,
-            goal,
-            turn + TAU * round((intended - turn) / TAU),
-        )
-    )
+    whole = turn + TAU * round((intended - turn) / TAU)
+    if least_length(whole, ends, limit) >= longest:
+        return FAILED
+    return float(solve_three(u, straight, ends, limit, goal, whole, longest))
+
+
+@kernel
+def least_length(turn: float, ends: Floats, limit: float) -> float:
+    """No way from curvature to curvature that turns by `turn` in all is shorter."""
+    side = 1.0 if turn >= 0.0 else -1.0
+    size = abs(turn)
+    first, last = limit - side * ends[0], limit - side * ends[1]
+    # Up to the limit and down again it turns by less than at the limit, by so much.
+    lost = 0.5 * (first * first + last * last)
+    if size > limit * (first + last) - lost:
+        size += lost
+    return size / limit
 
 
 @kernel

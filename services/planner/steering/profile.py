@@ -33,7 +33,7 @@ WORSE, SHORTEN, SHORTEN_MAX = 1.05, 0.4, 3
 # far goals are allowed more in proportion to their distance over HOPE_NEAR.
 HOPE_FROM, HOPE, HOPE_NEAR = 5, 0.3, 6.0
 # Stand-in for the rate of a bend that is none: one that lies between its neighbours' curvatures.
-_FLAT = 1e-3
+FLAT = 1e-3
 FAILED = math.inf
 
 
@@ -79,7 +79,7 @@ def shape(elements: Floats, u: Floats, ends: Floats, limit: float, extreme: Floa
             extreme[i], hold[i], rate[i] = side * limit, abs(amount), side
         else:
             hold[i] = ramps * (abs(amount) - abs(extreme[i]))
-            rate[i] = rising if rising != 0.0 else side * _FLAT
+            rate[i] = rising if rising != 0.0 else side * FLAT
 
 
 @kernel
@@ -116,7 +116,7 @@ def solve(elements: Floats, u: Floats, ends: Floats, limit: float, goal: complex
     n = len(elements)
     extreme, hold, rate = np.empty(n), np.empty(n), np.empty(n)
     points, headings = np.empty(n, np.complex128), np.empty(n)
-    jacobian = np.empty((3, 3))
+    moves, turns = np.empty(3, np.complex128), np.empty(3)
     hope = HOPE * max(1.0, abs(goal) / HOPE_NEAR)
     close = TOLERANCE + 4e-16 * abs(goal)
     last_error, shortened, last_u = math.inf, 0, u.copy()
@@ -139,38 +139,51 @@ def solve(elements: Floats, u: Floats, ends: Floats, limit: float, goal: complex
                 if hold[i] < 0.0:
                     return FAILED
             return float(length)
-        jacobian[:] = 0.0
+        moves[:], turns[:] = 0.0, 0.0
         for i in range(n):
             which = int(elements[i, UNKNOWN])
             if which < 0:
                 continue
             added = elements[i, DIRECTION] * rate[i] * elements[i, AMOUNT]
-            move = added * (unit(headings[i]) + extreme[i] * 1j * (p - points[i]))
-            jacobian[0, which] += move.real
-            jacobian[1, which] += move.imag
-            jacobian[2, which] += added * extreme[i]
-        if not newton_step(jacobian, off, off_turn, u):
+            moves[which] += added * (unit(headings[i]) + extreme[i] * 1j * (p - points[i]))
+            turns[which] += added * extreme[i]
+        found, step0, step1, step2 = newton_step(
+            moves[0], moves[1], moves[2], turns[0], turns[1], turns[2], off, off_turn
+        )
+        if not found:
             return FAILED
+        u[0] += step0
+        u[1] += step1
+        u[2] += step2
     return FAILED
 
 
 @kernel
-def newton_step(a: Floats, off: complex, off_turn: float, u: Floats) -> bool:
-    """Move `u` by the solution of the 3×3 system `a`, shortened to STEP_MAX; false if there is none."""
-    minor0 = a[1, 1] * a[2, 2] - a[1, 2] * a[2, 1]
-    minor1 = a[1, 0] * a[2, 2] - a[1, 2] * a[2, 0]
-    minor2 = a[1, 0] * a[2, 1] - a[1, 1] * a[2, 0]
-    determinant = a[0, 0] * minor0 - a[0, 1] * minor1 + a[0, 2] * minor2
+def newton_step(
+    move0: complex,
+    move1: complex,
+    move2: complex,
+    turn0: float,
+    turn1: float,
+    turn2: float,
+    off: complex,
+    off_turn: float,
+) -> tuple[bool, float, float, float]:
+    """Whether there is one, and the step of three amounts towards an end that is `off` and turned by `off_turn`.
+
+    Per unit of each amount the end moves and turns by so much. No amount changes by more than STEP_MAX.
+    """
+    minor0 = move1.imag * turn2 - move2.imag * turn1
+    minor1 = move0.imag * turn2 - move2.imag * turn0
+    minor2 = move0.imag * turn1 - move1.imag * turn0
+    determinant = move0.real * minor0 - move1.real * minor1 + move2.real * minor2
     if abs(determinant) < 1e-14:
-        return False
+        return False, 0.0, 0.0, 0.0
     x, y, z = off.real, off.imag, off_turn
-    yz2, yz1, yz0 = y * a[2, 2] - z * a[1, 2], y * a[2, 1] - z * a[1, 1], y * a[2, 0] - z * a[1, 0]
-    d0 = (x * minor0 - a[0, 1] * yz2 + a[0, 2] * yz1) / determinant
-    d1 = (a[0, 0] * yz2 - x * minor1 - a[0, 2] * yz0) / determinant
-    d2 = (-a[0, 0] * yz1 + a[0, 1] * yz0 + x * minor2) / determinant
+    yz2, yz1, yz0 = y * turn2 - z * move2.imag, y * turn1 - z * move1.imag, y * turn0 - z * move0.imag
+    d0 = (x * minor0 - move1.real * yz2 + move2.real * yz1) / determinant
+    d1 = (move0.real * yz2 - x * minor1 - move2.real * yz0) / determinant
+    d2 = (-move0.real * yz1 + move1.real * yz0 + x * minor2) / determinant
     largest = max(abs(d0), abs(d1), abs(d2))
     share = 1.0 if largest < STEP_MAX else STEP_MAX / largest
-    u[0] += share * d0
-    u[1] += share * d1
-    u[2] += share * d2
-    return math.isfinite(largest)
+    return math.isfinite(largest), share * d0, share * d1, share * d2

@@ -1,0 +1,28 @@
+"""Long computations in parts: told how far they are, and asked whether that is enough."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+# What is told the stage and the fraction of it that is done. It may raise, which ends the computation.
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class Watch:
+    """Whoever waits: `step` is told the fraction done, `enough` asked whether to stop early with what there is."""
+
+    step: Callable[[float], None] = lambda fraction: None
+    enough: Callable[[], bool] = lambda: False
+
+    def parts(self, count: int, size: int, begun: float, ended: float) -> Iterator[slice]:
+        """So many items in slices of `size` until it is enough; the fraction goes from `begun` to `ended`."""
+        for first in range(0, count, size):
+            if self.enough():
+                return
+            last = min(first + size, count)
+            yield slice(first, last)
+            self.step(begun + (ended - begun) * last / count)
+
+
+# Nobody waits.
+UNWATCHED = Watch()

@@ -1,0 +1,121 @@
+"""What spares work in finding short hops changes nothing: bounds are bounds, and the quick solver finds the same."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from schemas.messages import PlanOptions
+from schemas.vehicle import Vehicle
+from services.planner.clothoid import Piece, PiecePath, Pose
+from services.planner.dubins import dubins_pieces
+from services.planner.limits import Limits
+from services.planner.method import CurveEnd
+from services.planner.order_costs import way_rows
+from services.planner.plan import ways_of
+from services.planner.steering.forward import STARTS, WITH_STRAIGHT, least_length, three_elements, turn_of
+from services.planner.steering.plain import least_plain
+from services.planner.steering.profile import amount_of, solve
+from services.planner.steering.three import solve_three
+from services.planner.way_times import TRACK_PIECES, least_time, way_time, way_times
+from services.planner.ways import BRAKING_SHARE
+from tests.planner.strategies import floats, headings, pose_pairs
+
+ORIGIN = Pose(0.0, 0.0, 0.0)
+
+
+@given(pose_pairs())
+@settings(max_examples=300)
+def test_no_plain_dubins_path_is_shorter_than_its_bound(pair: tuple[Pose, Pose]) -> None:
+    z, turn = pair[1].seen_from(pair[0])
+    length = sum(piece.length_m for piece in dubins_pieces(*pair, 1.0))
+    bound = least_plain(z.real, z.imag, turn)
+    assert length - 1e-5 <= bound <= length + 1e-9 or bound < length - 6.0
+
+
+@given(st.lists(floats(-0.8, 0.8), max_size=4), floats(-0.8, 0.8), floats(-0.8, 0.8), st.lists(floats(0.0, 3.0)))
+def test_no_way_that_turns_so_much_is_shorter_than_its_bound(
+    inner: list[float], first: float, last: float, holds: list[float]
+) -> None:
+    limit, extremes = 0.8, [first, *inner, last]
+    pieces = [Piece(hold, k) for hold, k in zip(holds, inner, strict=False)]
+    pieces += [Piece(abs(b - a), a, math.copysign(1.0, b - a)) for a, b in pairwise(extremes)]
+    turn = sum(piece.turn_at(piece.length_m) for piece in pieces)
+    assert least_length(turn, np.array([first, last]), limit) <= sum(piece.length_m for piece in pieces) + 1e-12
+
+
+def test_the_bound_on_what_turns_a_lot_is_met() -> None:
+    """Up to the limit, a full turn's worth of arc, and down again."""
+    limit, arc = 0.8, 7.0
+    turn = limit * limit + limit * arc
+    assert least_length(-turn, np.zeros(2), limit) == pytest.approx(2.0 * limit + arc)
+
+
+@given(floats(-5, 5), floats(-5, 5), headings, floats(-0.8, 0.8), floats(-0.8, 0.8))
+@settings(max_examples=30)
+def test_the_quick_solver_finds_what_the_general_one_finds(x: float, y: float, h: float, a: float, b: float) -> None:
+    limit, ends, goal = 0.8, np.array([a, b]), complex(x, y)
+    for straight, start in zip(WITH_STRAIGHT, STARTS, strict=True):
+        u = np.array([u if straight and i == 1 else amount_of(u, limit) for i, u in enumerate(start)])
+        turn = h + math.tau * round((turn_of(u, straight, ends, limit) - h) / math.tau)
+        general, quick = u.copy(), u.copy()
+        length = solve(three_elements(straight), general, ends, limit, goal, turn)
+        assert solve_three(quick, straight, ends, limit, goal, turn, math.inf) == length
+        if length < math.inf:
+            assert quick.tolist() == general.tolist()
+            # With what is just long enough it is found all the same.
+            assert solve_three(u.copy(), straight, ends, limit, goal, turn, length + 1e-9) == length
+
+
+@pytest.mark.parametrize("curvature", [0.0, 0.4])
+def test_of_all_turns_the_quickest_is_found_without_trying_all(curvature: float) -> None:
+    limits = Limits.of(Vehicle(), PlanOptions())
+    ways = ways_of(Vehicle(), PlanOptions(), limits)
+    rng = np.random.default_rng(3)
+    poses = [Pose(x, y, h) for x, y, h in rng.uniform((0, 0, -4), (5, 5, 4), (12, 3)).tolist()]
+    ends = [CurveEnd(pose, curvature * (i % 2)) for i, pose in enumerate(poses)]
+    starts, goals, circles, roots = way_rows(ends, ends, ways)
+    pairs = np.array([(a, b) for a in range(12) for b in range(12) if a != b])
+    tracks, counts = np.zeros((len(pairs), TRACK_PIECES, 5)), np.zeros(len(pairs), dtype=np.int64)
+    seconds = way_times(starts, goals, circles, roots, limits.row, pairs, True, tracks, counts)
+    pieces = np.zeros((TRACK_PIECES, 5))
+    for p, (a, b) in enumerate(pairs.tolist()):
+        times = []
+        for k, turns in enumerate(ways.turns):
+            times.append(way_time(starts[k, a], goals[k, b], circles[k], roots[k], limits.row, True, pieces)[0])
+            assert least_time(starts[k, a], goals[k, b], turns.curvature_1pm, limits.row) <= times[-1] + 1e-9
+        assert seconds[p] == min(times)
+        way = PiecePath(ends[a].pose, tuple(Piece(*row) for row in tracks[p, : counts[p]].tolist()))
+        assert abs(way.end.point - ends[b].pose.point) < 1e-9
+
+
+@given(pose_pairs(), floats(-0.5, 0.5), st.sampled_from([0.0, 0.2]))
+@settings(max_examples=50)
+def test_no_way_with_a_standstill_is_quicker_than_its_bound(pair: tuple[Pose, Pose], first: float, last: float) -> None:
+    ways = ways_of(Vehicle(), PlanOptions(), Limits.of(Vehicle(), PlanOptions()))
+    start, goal = CurveEnd(pair[0], first), CurveEnd(pair[1], last)
+    speeds = ways.speed_mps(first), ways.speed_mps(last)
+    bound = ways.standing_bound_s(start, goal, speeds)
+    for way in ways.between(start, goal):
+        pieces = way.path.pieces
+        if any(p.spin_rad or p.direction < 0 for p in pieces):
+            assert way.seconds >= bound - 1e-9
+    quickest = ways.quickest_standing(start, goal, math.inf)
+    if quickest:
+        # One that just has to be quicker than something slower is found all the same.
+        again = ways.quickest_standing(start, goal, quickest.seconds + 1e-6)
+        assert again is not None
+        assert again.seconds == quickest.seconds
+
+
+def test_the_bound_of_ways_with_a_standstill_is_what_braking_and_gathering_speed_take() -> None:
+    """At 1 m/s² two seconds, if what lies between the places where the robot may stand is nothing, and more beyond."""
+    ways = ways_of(Vehicle(), PlanOptions(), Limits.of(Vehicle(), PlanOptions()))
+    room = ways.limits.stopping_distance_m(1.0) / BRAKING_SHARE
+    start = CurveEnd(ORIGIN, 0.0)
+    near, far = (CurveEnd(Pose(2.0 * room + gap, 0.0, 0.0), 0.0) for gap in (0.0, 14.0))
+    assert ways.standing_bound_s(start, near, (1.0, 1.0)) == pytest.approx(2.0, abs=0.05)
+    assert ways.standing_bound_s(start, far, (1.0, 1.0)) >= 2.0 + 14.0 / ways.limits.transit_speed_mps

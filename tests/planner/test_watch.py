@@ -1,0 +1,116 @@
+"""Timing the ways from line to line is done in parts: between any two of them it can be stopped, and it tells."""
+
+import numpy as np
+import pytest
+
+from schemas.messages import PlanOptions
+from schemas.template import LineSpec, Template, TemplateSegment
+from schemas.vehicle import Vehicle
+from services.planner import order_costs
+from services.planner.arrange import ORDER, TIMING
+from services.planner.clothoid import Floats
+from services.planner.limits import Limits
+from services.planner.offset import modes
+from services.planner.plan import plan, ways_of
+from services.planner.watch import Watch
+
+# Paint dries at once: wet paint has its own tests.
+VEHICLE, OPTIONS = Vehicle(), PlanOptions(drying_time_s=1e-3)
+LINES = 20
+
+
+class Stop(Exception):
+    """Somebody does not want to wait any longer."""
+
+
+@pytest.fixture
+def parts(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """What has been timed part by part; the matrix is that of many lines, in many small parts."""
+    done: list[str] = []
+    words, rough = order_costs.way_times, order_costs.lengths
+
+    def way_times(*given: object) -> Floats:
+        done.append("hops" if given[6] else "words")
+        return words(*given)
+
+    def lengths(*given: object, **named: object) -> Floats:
+        done.append("rough")
+        return rough(*given, **named)
+
+    for name, value in (("ALL_NODES", 10), ("ROUGH_PART", 200), ("WORDS_PART", 50), ("HOPS_PART", 10)):
+        monkeypatch.setattr(order_costs, name, value)
+    monkeypatch.setattr(order_costs, "way_times", way_times)
+    monkeypatch.setattr(order_costs, "lengths", lengths)
+    return done
+
+
+def strewn() -> Template:
+    rng = np.random.default_rng(4)
+    starts, angles = rng.random((LINES, 2)) * 20.0, rng.random(LINES) * 7.0
+    ends = starts + 3.0 * np.stack((np.cos(angles), np.sin(angles)), axis=1)
+    lines = [LineSpec(start=tuple(a), end=tuple(b)) for a, b in zip(starts.tolist(), ends.tolist(), strict=True)]
+    return Template(name="strewn", segments=tuple(TemplateSegment(id=f"s{k}", line=x) for k, x in enumerate(lines)))
+
+
+def test_parts_are_all_there_is_and_end_when_it_is_enough() -> None:
+    told: list[float] = []
+    slices = list(Watch(told.append).parts(10, 4, 0.2, 0.7))
+    assert [list(range(10))[part] for part in slices] == [[0, 1, 2, 3], [4, 5, 6, 7], [8, 9]]
+    assert told == pytest.approx([0.4, 0.6, 0.7])
+    assert len(list(Watch(enough=lambda: True).parts(10, 4, 0.0, 1.0))) == 0
+
+
+@pytest.mark.parametrize("stopped", ["rough", "words", "hops"])
+def test_progress_that_raises_ends_the_timing_at_once(parts: list[str], stopped: str) -> None:
+    plan(strewn(), VEHICLE, OPTIONS)
+    whole = len(parts)
+    assert [parts.count(each) >= 4 for each in ("rough", "words", "hops")] == [True] * 3
+    parts.clear()
+
+    def tell(stage: str, fraction: float) -> None:
+        assert stage == TIMING
+        if parts[-1] == stopped:
+            raise Stop
+
+    with pytest.raises(Stop):
+        plan(strewn(), VEHICLE, OPTIONS, progress=tell)
+    # One part of that kind, which for rough times is made of several kinds of turns, and none behind it.
+    first = parts.index(stopped)
+    assert len(parts) < 0.9 * whole
+    assert set(parts[first:]) == {stopped}
+    assert len(parts) - first == (2 if stopped == "rough" else 1)
+
+
+@pytest.mark.parametrize("after", [0, 1, 8, 16])
+def test_what_is_enough_while_timing_gives_a_whole_plan(parts: list[str], after: int) -> None:
+    planned = plan(strewn(), VEHICLE, OPTIONS, enough=lambda: len(parts) >= after)
+    # A part of rough times is of more than one kind of turns.
+    assert after <= len(parts) <= after + 1
+    assert planned.report.painted_segments == LINES
+
+
+def test_progress_grows_all_the_while(parts: list[str]) -> None:
+    told: list[tuple[str, float, int]] = []
+    plan(strewn(), VEHICLE, OPTIONS, progress=lambda stage, fraction: told.append((stage, fraction, len(parts))))
+    timing = [(fraction, done) for stage, fraction, done in told if stage == TIMING]
+    assert [fraction for fraction, _ in timing] == sorted(fraction for fraction, _ in timing)
+    assert timing[-1][0] == 1.0
+    # It is told after every part: of rough times after those of two kinds of turns.
+    assert [done for _, done in timing] == [
+        k + 1 for k, part in enumerate(parts) if part != "rough" or parts[: k + 1].count("rough") % 2 == 0
+    ]
+    assert [stage for stage, _, _ in told].index(ORDER) == len(timing)
+
+
+def test_the_matrix_does_not_depend_on_the_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    limits = Limits.of(VEHICLE, OPTIONS)
+    ways = ways_of(VEHICLE, OPTIONS, limits)
+    choices = modes(strewn().segments, VEHICLE, limits.curvature_max_1pm)
+    monkeypatch.setattr(order_costs, "ALL_NODES", 10)
+    whole, tracks = order_costs.problem(choices, ways, None)
+    for name, value in (("ROUGH_PART", 70), ("WORDS_PART", 9), ("HOPS_PART", 3)):
+        monkeypatch.setattr(order_costs, name, value)
+    cut, cut_tracks = order_costs.problem(choices, ways, None)
+    assert np.array_equal(whole.cost, cut.cost)
+    assert np.array_equal(tracks.kind, cut_tracks.kind)
+    assert np.array_equal(tracks.pieces, cut_tracks.pieces)
