@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 from schemas.jit import kernel
 from services.robot_sim.emulator import ESTIMATED, SENSED, WHOLE, Emulator
 from services.robot_sim.estimator_error import enter_error
-from services.robot_sim.onboard import cruise as c
+from services.robot_sim.onboard import carried as c
 from services.robot_sim.onboard import tracking
-from services.robot_sim.onboard.cruise import Cruise, obey, steer, take_in
+from services.robot_sim.onboard.carry import Cruise
+from services.robot_sim.onboard.cruise import obey, steer, take_in
 from services.robot_sim.onboard.estimator import model
 from services.robot_sim.onboard.followers import PurePursuitFollower
 from services.robot_sim.onboard.followers.pure_pursuit import pursue
