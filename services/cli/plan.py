@@ -11,14 +11,14 @@ from typing import Annotated
 
 import typer
 
-from schemas.errors import SpecError
 from schemas.vehicle import Vehicle
 from services.cli.choices import PlanChoice
 from services.cli.display import print_figures, progress_bar
 from services.cli.drawing import DrawingChoice
 from services.cli.groups import with_groups
-from services.cli.options import Colour, JsonOption, ReportOption, check_plot, write_json
+from services.cli.options import Colour, JsonOption, ReportOption, check_plot
 from services.reports import plan_figures
+from services.writing import write_json, write_text, writing
 
 
 def register(app: typer.Typer) -> None:
@@ -77,16 +77,14 @@ def plan(
         )
     timed = planned.report.model_copy(update={"planning_time_s": time.perf_counter() - begun})
     figures = plan_figures(timed)
-    try:
-        if out is not None:
-            out.write_text(planned.trajectory.model_dump_json(indent=1) + "\n", encoding="utf-8")
-        if plot is not None:
+    if out is not None:
+        write_text(planned.trajectory.model_dump_json(indent=1) + "\n", out)
+    if plot is not None:
+        with writing(plot):
             plot_plan(planned, template, plot, colour.value, vehicle)
-        if plot_wheels is not None:
+    if plot_wheels is not None:
+        with writing(plot_wheels):
             draw_wheels(planned, template, vehicle, plot_wheels)
-    except OSError as error:
-        problem = f"cannot be written ({error.strerror})"
-        raise SpecError(str(error.filename), "", problem, "give a writable path") from error
     if report is not None:
         write_json(figures, report)
     if as_json:

@@ -19,9 +19,10 @@ from services.cli.choices import PlanChoice, ScenarioChoice
 from services.cli.display import Advance, print_event, print_figures, progress_bar, stderr
 from services.cli.drawing import DrawingChoice
 from services.cli.groups import with_groups
-from services.cli.options import ExitCode, JsonOption, ReportOption, SpeedOption, check_plot, speed_factor, write_json
+from services.cli.options import ExitCode, JsonOption, ReportOption, SpeedOption, check_plot, speed_factor
 from services.job import Job, JobFailed, JobOptions
 from services.local import LocalSystem, local_system, robot_arguments, severity_of
+from services.writing import write_json
 
 
 def register(app: typer.Typer) -> None:
@@ -133,7 +134,7 @@ def run_job(
 
 
 def _draw(system: LocalSystem, template: Template, path: Path, figures: dict[str, Any]) -> None:
-    from services.picture import draw_or_refuse, painted_caption
+    from services.picture import draw_painted, painted_caption
 
     strokes = system.bus.call(topics.GET_PAINT, GetPaintRequest(), timeout_s=30.0).strokes
-    draw_or_refuse(template, strokes, path, painted_caption(figures["paint"]))
+    draw_painted(template, strokes, path, painted_caption(figures["paint"]))

@@ -11,8 +11,9 @@ from services.cli.choices import PlanChoice, ScenarioChoice
 from services.cli.display import print_figures, progress_bar, stderr
 from services.cli.drawing import DrawingChoice
 from services.cli.groups import with_groups
-from services.cli.options import ExitCode, JsonOption, ReportOption, check_plot, write_json
+from services.cli.options import ExitCode, JsonOption, ReportOption, check_plot
 from services.reports import paint_figures
+from services.writing import write_json
 
 
 def register(app: typer.Typer) -> None:
@@ -35,7 +36,7 @@ def simulate(
     as_json: JsonOption = False,
 ) -> None:
     """Paint a template once in this process, without Zenoh: the figures of `run`, many times faster."""
-    from services.picture import draw_or_refuse, painted_caption
+    from services.picture import draw_painted, painted_caption
     from services.robot_sim.warm_up import warm_up
     from services.simulation import Job
     from services.simulation import simulate as paint
@@ -49,7 +50,7 @@ def simulate(
         outcome = paint(job, chosen, hashed=hashed, record=record, with_strokes=plot is not None, progress=advance)
         if plot is not None:
             advance(1.0, "Drawing")
-            draw_or_refuse(template, outcome.strokes, plot, painted_caption(paint_figures(outcome.report)))
+            draw_painted(template, outcome.strokes, plot, painted_caption(paint_figures(outcome.report)))
     figures: dict[str, Any] = {"template": drawing.template, **outcome.figures(job)}
     figures |= {"seed": chosen.seed, "follower": chosen.follower, "noise": chosen.noise}
     if report is not None:
