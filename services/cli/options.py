@@ -1,6 +1,6 @@
 """Options that several subcommands share, and the exit codes."""
 
-from enum import IntEnum, StrEnum
+from enum import IntEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -18,14 +18,6 @@ class ExitCode(IntEnum):
     FAILED = 1
     UNUSABLE = 2
     INTERRUPTED = 130
-
-
-class Colour(StrEnum):
-    """What colours the plot of a plan."""
-
-    PLAIN = "plain"
-    SPEED = "speed"
-    CURVATURE = "curvature"
 
 
 SpeedOption = Annotated[

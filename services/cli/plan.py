@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -16,7 +16,7 @@ from services.cli.choices import PlanChoice
 from services.cli.display import print_figures, progress_bar
 from services.cli.drawing import DrawingChoice
 from services.cli.groups import with_groups
-from services.cli.options import Colour, JsonOption, ReportOption, check_plot
+from services.cli.options import JsonOption, ReportOption, check_plot
 from services.reports import plan_figures
 from services.writing import write_json, write_text, writing
 
@@ -52,8 +52,9 @@ def plan(
     report: ReportOption = None,
     plot: Annotated[Path | None, typer.Option(help="Draw the plan to this .svg or .png file.")] = None,
     colour: Annotated[
-        Colour, typer.Option(help="What colours the plot: kind of line, speed, or curvature.")
-    ] = Colour.PLAIN,
+        Literal["plain", "speed", "curvature"],
+        typer.Option(help="What colours the plot: kind of line, speed, or curvature."),
+    ] = "plain",
     plot_wheels: Annotated[
         Path | None,
         typer.Option("--plot-wheels", help="Draw wheel speed and acceleration over time to this .svg or .png file."),
@@ -81,7 +82,7 @@ def plan(
         write_text(planned.trajectory.model_dump_json(indent=1) + "\n", out)
     if plot is not None:
         with writing(plot):
-            plot_plan(planned, template, plot, colour.value, vehicle)
+            plot_plan(planned, template, plot, colour, vehicle)
     if plot_wheels is not None:
         with writing(plot_wheels):
             draw_wheels(planned, template, vehicle, plot_wheels)
