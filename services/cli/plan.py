@@ -1,6 +1,5 @@
 """``touchline plan``: a template's trajectory, without any service running."""
 
-import json
 import signal
 import time
 from collections.abc import Iterator
@@ -13,12 +12,13 @@ import typer
 
 from schemas.vehicle import Vehicle
 from services.cli.choices import PlanChoice
-from services.cli.display import print_figures, progress_bar
+from services.cli.display import progress_bar
 from services.cli.drawing import DrawingChoice
 from services.cli.groups import with_groups
 from services.cli.options import JsonOption, ReportOption, check_plot
+from services.cli.output import deliver
 from services.reports import plan_figures
-from services.writing import write_json, write_text, writing
+from services.writing import write_text, writing
 
 
 def register(app: typer.Typer) -> None:
@@ -86,9 +86,4 @@ def plan(
     if plot_wheels is not None:
         with writing(plot_wheels):
             draw_wheels(planned, template, vehicle, plot_wheels)
-    if report is not None:
-        write_json(figures, report)
-    if as_json:
-        typer.echo(json.dumps(figures, indent=2))
-    else:
-        print_figures(f"Plan of {template.title or template.name}", figures)
+    deliver(f"Plan of {template.title or template.name}", figures, report, as_json)
