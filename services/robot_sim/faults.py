@@ -13,12 +13,12 @@ from schemas import faults as f
 from schemas.errors import CommandRefused
 from schemas.messages import Event
 from services.robot_sim.frames import OnboardEvent
+from services.robot_sim.sensors.gnss import FIX_NAMES
 from services.robot_sim.world import effects as e
 
 MAX_FAULTS: Final = 1000
 _NEVER: Final = 1 << 60
 _TICKS_PER_S = 100
-_FIX = {"single": 1.0, "float": 2.0}
 _WHEELS = {"left": (0,), "right": (1,), "both": (0, 1)}
 
 
@@ -128,9 +128,9 @@ def _apply_gnss(
 ) -> None:
     match fault:
         case f.GnssOutage():
-            effects[e.FIX_CAP] = 0.0
+            effects[e.FIX_CAP] = FIX_NAMES["none"]
         case f.GnssDegraded():
-            effects[e.FIX_CAP] = min(effects[e.FIX_CAP], _FIX[fault.fix])
+            effects[e.FIX_CAP] = min(effects[e.FIX_CAP], FIX_NAMES[fault.fix])
             if fault.claimed_m is not None:
                 effects[e.CLAIMED_M] = fault.claimed_m
         case f.CorrectionsLost():
