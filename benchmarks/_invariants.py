@@ -10,21 +10,9 @@ from typing import Any, Final
 from schemas.curves import Curve
 from schemas.errors import CommandRefused
 from schemas.faults import Fault, parse_fault
-from schemas.messages import (
-    Actuation,
-    ActuationProfile,
-    LinearDirection,
-    Path,
-    PathActuationParameter,
-    PathVelocityParameter,
-    Segment,
-    Trajectory,
-    TraversalStatus,
-    Velocity,
-    VelocityProfile,
-    VelocityType,
-)
+from schemas.messages import Actuation, Trajectory, TraversalStatus
 from schemas.scenario import FenceLimits, Scenario
+from schemas.trajectories import assemble, segment, velocity
 from schemas.vehicle import Vehicle
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.onboard.estimator import model
@@ -113,24 +101,9 @@ def plan() -> Trajectory:
     switches = [(0.0, Actuation.NONE)]
     for start, end in SPRAYED:
         switches += [(start, Actuation.DISC_SPRAY), (end, Actuation.NONE)]
-    forward, linear = LinearDirection(value=LinearDirection.FORWARD), VelocityType(value=VelocityType.LINEAR)
     speeds = ((0.0, 0.0), (0.5, 1.0), (LENGTH_M - 0.5, 1.0), (LENGTH_M, 0.0))
-    return Trajectory(
-        path=Path(
-            segments=tuple(
-                Segment(id=f"s{i}", curve=curve.to_message(), direction=forward) for i, curve in enumerate(curves)
-            )
-        ),
-        actuation_profile=ActuationProfile(
-            parameters=tuple(
-                PathActuationParameter(arc_length=s, actuation=Actuation(value=mask)) for s, mask in switches
-            )
-        ),
-        velocity_profile=VelocityProfile(
-            parameters=tuple(
-                PathVelocityParameter(arc_length=s, velocity=Velocity(type=linear, value=v)) for s, v in speeds
-            )
-        ),
+    return assemble(
+        (segment(f"s{i}", curve) for i, curve in enumerate(curves)), switches, (velocity(s, v) for s, v in speeds)
     )
 
 

@@ -15,21 +15,9 @@ from numpy.typing import NDArray
 from benchmarks._invariants import fault
 from schemas.curves import Curve
 from schemas.errors import CommandRefused
-from schemas.messages import (
-    Actuation,
-    ActuationProfile,
-    LinearDirection,
-    Path,
-    PathActuationParameter,
-    PathVelocityParameter,
-    Segment,
-    Trajectory,
-    TraversalStatus,
-    Velocity,
-    VelocityProfile,
-    VelocityType,
-)
+from schemas.messages import Actuation, Trajectory, TraversalStatus
 from schemas.scenario import Scenario
+from schemas.trajectories import assemble, segment, velocity
 from schemas.vehicle import Vehicle
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.frames import Checkpoint
@@ -62,26 +50,12 @@ def field(speed_mps: float = 1.0) -> Trajectory:
     segments, switches = [], []
     for i, (curvature, length, sprayed) in enumerate(PIECES):
         curve = Curve(x, y, heading, curvature, length)
-        direction = LinearDirection(value=LinearDirection.FORWARD)
-        segments.append(Segment(id=f"s{i}", curve=curve.to_message(), direction=direction))
+        segments.append(segment(f"s{i}", curve))
         switches.append((at, Actuation.DISC_SPRAY if sprayed else Actuation.NONE))
         (x, y, heading), at = curve.end, at + length
     ramp = 0.5 * speed_mps**2
-    linear = VelocityType(value=VelocityType.LINEAR)
-    return Trajectory(
-        path=Path(segments=tuple(segments)),
-        actuation_profile=ActuationProfile(
-            parameters=tuple(
-                PathActuationParameter(arc_length=s, actuation=Actuation(value=mask)) for s, mask in switches
-            )
-        ),
-        velocity_profile=VelocityProfile(
-            parameters=tuple(
-                PathVelocityParameter(arc_length=s, velocity=Velocity(type=linear, value=v))
-                for s, v in ((0.0, 0.0), (ramp, speed_mps), (at - ramp, speed_mps), (at, 0.0))
-            )
-        ),
-    )
+    speeds = ((0.0, 0.0), (ramp, speed_mps), (at - ramp, speed_mps), (at, 0.0))
+    return assemble(segments, switches, (velocity(s, v) for s, v in speeds))
 
 
 def joints(*ledgers: PaintLedger) -> list[Joint]:

@@ -8,7 +8,6 @@ the grass, a receiver has to converge anew.
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
@@ -34,11 +33,6 @@ class _Fault(Spec):
     """Sim time at which it begins [s]; in the live command, counted from the command."""
     duration_s: _Duration | None = None
     """How long it lasts [s], at least a tick; without it, to the end."""
-
-    @property
-    def end_s(self) -> float:
-        """Sim time at which it ends [s]; infinite if it lasts."""
-        return math.inf if self.duration_s is None else self.start_s + self.duration_s
 
 
 class GnssOutage(_Fault):

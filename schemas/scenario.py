@@ -8,6 +8,8 @@ from schemas.faults import Fault, Share
 from schemas.spec import Spec
 from schemas.vehicle import NotNegative, Positive
 
+Follower = Literal["mpc", "pure-pursuit", "external"]
+Noise = Literal["default", "none"]
 Coordinate = Annotated[float, Field(ge=-10000, le=10000)]
 
 
@@ -167,8 +169,8 @@ class Scenario(Spec):
 
     name: str = "default"
     seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = 1
-    follower: Literal["mpc", "pure-pursuit", "external"] = "mpc"
-    noise: Literal["default", "none"] = "default"
+    follower: Follower = "mpc"
+    noise: Noise = "default"
     gnss: GnssNoise = GnssNoise()
     imu: ImuNoise = ImuNoise()
     magnetometer: MagnetometerNoise = MagnetometerNoise()

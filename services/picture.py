@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from schemas.curves import Curve
-from schemas.errors import SpecError
 from schemas.messages import PaintMarks
 from schemas.template import Template
+from services.writing import writing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,7 +30,7 @@ def draw_painted(template: Template, strokes: Iterable[PaintMarks], path: Path, 
     """Draw ``strokes`` to ``path`` (.svg or .png).
 
     Raises:
-        OSError: The file cannot be written.
+        SpecError: The file cannot be written.
         ValueError: The file's ending names no known format.
     """
     from matplotlib.collections import LineCollection
@@ -54,19 +54,8 @@ def draw_painted(template: Template, strokes: Iterable[PaintMarks], path: Path, 
         figure.colorbar(colours, ax=axes, label="nozzle off the template (mm)", shrink=0.7, extend="max")
     axes.set_title(template.title or template.name, fontweight="bold", loc="left")
     axes.set_title(caption, fontsize="small", loc="right")
-    figure.savefig(path, dpi=140)
-
-
-def draw_or_refuse(template: Template, strokes: Iterable[PaintMarks], path: Path, caption: str = "") -> None:
-    """As :func:`draw_painted`.
-
-    Raises:
-        SpecError: The file cannot be written.
-    """
-    try:
-        draw_painted(template, strokes, path, caption)
-    except OSError as error:
-        raise SpecError(str(path), "", f"cannot be written ({error.strerror})", "give a writable path") from error
+    with writing(path):
+        figure.savefig(path, dpi=140)
 
 
 def painted_caption(paint: Mapping[str, Any]) -> str:

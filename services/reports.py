@@ -51,11 +51,7 @@ def paint_figures(report: TraversalReport) -> dict[str, Any]:
         "gap_m": report.gap_m,
         "overspray_m2": report.overspray_m2,
         "double_paint_m2": report.double_paint_m2,
-        "lateral_error_m": {
-            "mean": report.lateral_error_mean_m,
-            "p95": report.lateral_error_p95_m,
-            "max": report.lateral_error_max_m,
-        },
+        "lateral_error_m": _lateral_error(report),
     }
 
 
@@ -78,11 +74,7 @@ def segment_figures(segment: SegmentPaint) -> dict[str, Any]:
         "width_m": segment.width_m,
         "overspray_m2": segment.overspray_m2,
         "double_paint_m2": segment.double_paint_m2,
-        "lateral_error_m": {
-            "mean": segment.lateral_error_mean_m,
-            "p95": segment.lateral_error_p95_m,
-            "max": segment.lateral_error_max_m,
-        },
+        "lateral_error_m": _lateral_error(segment),
     }
 
 
@@ -112,6 +104,14 @@ def bus_figures(counters: Mapping[str, Counters]) -> dict[str, Any]:
         "published": sum(c.published for c in counters.values()),
         "received": sum(c.received for c in counters.values()),
         "lost": sum(c.lost for c in counters.values()),
+    }
+
+
+def _lateral_error(painted: TraversalReport | SegmentPaint) -> dict[str, float]:
+    return {
+        "mean": painted.lateral_error_mean_m,
+        "p95": painted.lateral_error_p95_m,
+        "max": painted.lateral_error_max_m,
     }
 
 

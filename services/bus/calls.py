@@ -2,7 +2,7 @@
 
 import time
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Generic
 
@@ -16,7 +16,6 @@ from services.bus.counters import Counters
 
 _WAITING_CALLS = 64
 _REMEMBERED_ANSWERS = 16
-#: Between two looks for an answer or a request: short at first, since most come at once, longer while they wait.
 _FIRST_POLL_S = 0.00005
 _POLL_GROWTH = 1.1
 _POLL_S = 0.002
@@ -79,10 +78,9 @@ class Server(Generic[Request, Response]):
     def wait(self, timeout_s: float) -> ServedCall[Request, Response] | None:
         """As :meth:`poll`, but waits up to ``timeout_s`` for a request."""
         deadline = time.monotonic() + timeout_s
-        pause_s = _FIRST_POLL_S
+        pauses = _pauses_s()
         while (call := self.poll()) is None and time.monotonic() < deadline:
-            time.sleep(pause_s)
-            pause_s = min(_POLL_GROWTH * pause_s, _POLL_S)
+            time.sleep(next(pauses))
         return call
 
     def _admit(self, query: zenoh.Query) -> ServedCall[Request, Response] | None:
@@ -126,6 +124,14 @@ class Server(Generic[Request, Response]):
         with query:
             query.reply(self._key, payload, encoding=zenoh.Encoding("application/cdr"))
         self._counters.published += 1
+
+
+def _pauses_s() -> Iterator[float]:
+    """Between two looks for an answer or a request: short at first, since most come at once, then longer."""
+    pause_s = _FIRST_POLL_S
+    while True:
+        yield pause_s
+        pause_s = min(_POLL_GROWTH * pause_s, _POLL_S)
 
 
 def _refuse(query: zenoh.Query, reason: str) -> None:
@@ -204,12 +210,11 @@ def _ask_once(
 ) -> bytes | None:
     """One query: the answer's payload, or ``None`` when there is nobody to answer."""
     question = Question(session, key, payload, timeout_s)
-    pause_s = _FIRST_POLL_S
+    pauses = _pauses_s()
     while (answer := question.poll()) is None:
         if while_waiting:
             while_waiting()
-        time.sleep(pause_s)
-        pause_s = min(_POLL_GROWTH * pause_s, _POLL_S)
+        time.sleep(next(pauses))
     if answer.refusal is not None:
         raise CallError(f"{key}: {answer.refusal}")
     return answer.payload

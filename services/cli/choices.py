@@ -1,46 +1,18 @@
 """Groups of options: how to plan, and with which robot in which world."""
 
 from dataclasses import dataclass
-from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
 from schemas.errors import SpecError
 from schemas.messages import PlanOptions
-from schemas.scenario import Scenario
+from schemas.scenario import Follower, Noise, Scenario
 from schemas.spec import parse, read_text
 
-
-class Method(StrEnum):
-    """Transition methods."""
-
-    G2 = "g2"
-    CCD = "ccd"
-    DUBINS_PADDED = "dubins-padded"
-
-
-class Order(StrEnum):
-    """Orders of painted segments."""
-
-    OPTIMISED = "optimised"
-    GIVEN = "given"
-
-
-class Follower(StrEnum):
-    """Path followers."""
-
-    MPC = "mpc"
-    PURE_PURSUIT = "pure-pursuit"
-    EXTERNAL = "external"
-
-
-class Noise(StrEnum):
-    """Noise profiles."""
-
-    DEFAULT = "default"
-    NONE = "none"
+Method = Literal["g2", "ccd", "dubins-padded"]
+Order = Literal["optimised", "given"]
 
 
 @dataclass(frozen=True)
@@ -48,14 +20,14 @@ class PlanChoice:
     """How to plan."""
 
     order: Annotated[Order, typer.Option("--order", help="Paint in an order that takes least time, or as given.")] = (
-        Order.OPTIMISED
+        "optimised"
     )
     method: Annotated[
         Method,
         typer.Option(
             help="How painted lines are joined: by time, curvature-continuous; CC words; plain Dubins with padding."
         ),
-    ] = Method.G2
+    ] = "g2"
     kappa_max: Annotated[
         float,
         typer.Option(
@@ -97,12 +69,12 @@ class PlanChoice:
                 option = "--" + name.replace("_", "-")
                 raise SpecError("command line", option, f"is {value}", "give a positive number, or leave it out")
         return PlanOptions(
-            method=self.method.value,
+            method=self.method,
             kappa_max_1pm=self.kappa_max,
             sigma_max_1pm2=self.sigma_max,
             paint_speed_mps=self.paint_speed,
             transit_speed_mps=self.transit_speed,
-            order=self.order.value,
+            order=self.order,
             forward_only=self.forward_only,
             drying_time_s=self.drying_time,
             hard_drying=self.hard_drying,
@@ -133,10 +105,6 @@ class ScenarioChoice:
         Raises:
             SpecError: The file is not a scenario.
         """
-        changes = {
-            "seed": self.seed,
-            "follower": self.follower and self.follower.value,
-            "noise": self.noise and self.noise.value,
-        }
+        changes = {"seed": self.seed, "follower": self.follower, "noise": self.noise}
         given = parse(Scenario, read_text(self.scenario), self.scenario.name) if self.scenario else Scenario()
         return given.model_copy(update={name: value for name, value in changes.items() if value is not None})

@@ -1,7 +1,6 @@
 """What the subcommands that take a template share: its parameters, where it lies, and reading them."""
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, TypeVar
 
 import typer
@@ -118,18 +117,6 @@ def parse_origin(text: str, option: str) -> Origin:
         raise SpecError("command line", option, f"is {text!r}", "give latitude,longitude[,altitude]")
     names = ("latitude_deg", "longitude_deg", "altitude_m")
     return _checked(Origin, option, dict(zip(names, numbers, strict=False)))
-
-
-def write_text(text: str, path: Path) -> None:
-    """Write ``text`` to ``path``.
-
-    Raises:
-        SpecError: It cannot be written.
-    """
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise SpecError(str(path), "", f"cannot be written ({error.strerror})", "give a writable path") from error
 
 
 def _numbers(parts: list[str]) -> list[float] | None:

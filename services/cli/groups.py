@@ -11,7 +11,8 @@ def with_groups(command: Callable[..., None]) -> Callable[..., None]:
     """``command`` as Typer wants it: every parameter that is a dataclass is replaced by the dataclass's fields.
 
     A field's annotation and default are the option's. Groups come first in the command's signature, since an argument
-    without a default, a template's name say, can only stand before the options.
+    without a default, a template's name say, can only stand before the options; one that is to come last in the help
+    is keyword-only.
     """
     hints = get_type_hints(command, include_extras=True)
     groups: dict[str, Any] = {name: kind for name, kind in hints.items() if is_dataclass(kind)}

@@ -1,9 +1,8 @@
 """Options that several subcommands share, and the exit codes."""
 
-import json
-from enum import IntEnum, StrEnum
+from enum import IntEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -19,14 +18,6 @@ class ExitCode(IntEnum):
     FAILED = 1
     UNUSABLE = 2
     INTERRUPTED = 130
-
-
-class Colour(StrEnum):
-    """What colours the plot of a plan."""
-
-    PLAIN = "plain"
-    SPEED = "speed"
-    CURVATURE = "curvature"
 
 
 SpeedOption = Annotated[
@@ -66,15 +57,3 @@ def check_plot(path: Path | None, option: str = "--plot") -> None:
     """
     if path is not None and path.suffix not in PLOT_ENDINGS:
         raise SpecError("command line", option, f"ends in {path.suffix!r}", f"use {' or '.join(PLOT_ENDINGS)}")
-
-
-def write_json(figures: dict[str, Any], path: Path) -> None:
-    """Write ``figures`` to ``path``.
-
-    Raises:
-        SpecError: It cannot be written.
-    """
-    try:
-        path.write_text(json.dumps(figures, indent=2, allow_nan=False) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise SpecError(str(path), "", f"cannot be written ({error.strerror})", "give a writable path") from error

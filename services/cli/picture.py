@@ -20,9 +20,9 @@ def picture(
 ) -> None:
     """Draw what was painted in a recording (in its last traversal), coloured by its distance from the template."""
     from services.painted import read_painted
-    from services.picture import draw_or_refuse, painted_caption
+    from services.picture import draw_painted, painted_caption
 
     check_plot(out)
     session = read_painted(file)
     caption = painted_caption(paint_figures(session.report)) if session.report else "not finished"
-    draw_or_refuse(session.template, session.strokes, out, caption)
+    draw_painted(session.template, session.strokes, out, caption)

@@ -1,25 +1,25 @@
 """``touchline plan``: a template's trajectory, without any service running."""
 
 import gc
-import json
 import signal
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
-from schemas.errors import SpecError
 from schemas.vehicle import Vehicle
 from services.cli.choices import PlanChoice
-from services.cli.display import print_figures, progress_bar
+from services.cli.display import progress_bar
 from services.cli.drawing import DrawingChoice
 from services.cli.groups import with_groups
-from services.cli.options import Colour, JsonOption, ReportOption, check_plot, write_json
+from services.cli.options import JsonOption, ReportOption, check_plot
+from services.cli.output import deliver
 from services.reports import plan_figures
+from services.writing import write_text, writing
 
 
 def register(app: typer.Typer) -> None:
@@ -65,8 +65,9 @@ def plan(
     report: ReportOption = None,
     plot: Annotated[Path | None, typer.Option(help="Draw the plan to this .svg or .png file.")] = None,
     colour: Annotated[
-        Colour, typer.Option(help="What colours the plot: kind of line, speed, or curvature.")
-    ] = Colour.PLAIN,
+        Literal["plain", "speed", "curvature"],
+        typer.Option(help="What colours the plot: kind of line, speed, or curvature."),
+    ] = "plain",
     plot_wheels: Annotated[
         Path | None,
         typer.Option("--plot-wheels", help="Draw wheel speed and acceleration over time to this .svg or .png file."),
@@ -91,19 +92,12 @@ def plan(
         )
     timed = planned.report.model_copy(update={"planning_time_s": time.perf_counter() - begun})
     figures = plan_figures(timed)
-    try:
-        if out is not None:
-            out.write_text(planned.trajectory.model_dump_json(indent=1) + "\n", encoding="utf-8")
-        if plot is not None:
-            plot_plan(planned, template, plot, colour.value, vehicle)
-        if plot_wheels is not None:
+    if out is not None:
+        write_text(planned.trajectory.model_dump_json(indent=1) + "\n", out)
+    if plot is not None:
+        with writing(plot):
+            plot_plan(planned, template, plot, colour, vehicle)
+    if plot_wheels is not None:
+        with writing(plot_wheels):
             draw_wheels(planned, template, vehicle, plot_wheels)
-    except OSError as error:
-        problem = f"cannot be written ({error.strerror})"
-        raise SpecError(str(error.filename), "", problem, "give a writable path") from error
-    if report is not None:
-        write_json(figures, report)
-    if as_json:
-        typer.echo(json.dumps(figures, indent=2))
-    else:
-        print_figures(f"Plan of {template.title or template.name}", figures)
+    deliver(f"Plan of {template.title or template.name}", figures, report, as_json)

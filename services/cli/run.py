@@ -1,11 +1,9 @@
 """``touchline run``: one job from template to report, with real service processes."""
 
-import json
-import sys
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import typer
 
@@ -16,10 +14,11 @@ from schemas.scenario import Scenario
 from schemas.template import Template
 from schemas.vehicle import Vehicle
 from services.cli.choices import PlanChoice, ScenarioChoice
-from services.cli.display import Advance, print_event, print_figures, progress_bar, stderr
+from services.cli.display import Advance, print_event, progress_bar, stderr
 from services.cli.drawing import DrawingChoice
 from services.cli.groups import with_groups
-from services.cli.options import ExitCode, JsonOption, ReportOption, SpeedOption, check_plot, speed_factor, write_json
+from services.cli.options import SpeedOption, speed_factor
+from services.cli.output import OutputChoice
 from services.job import Job, JobFailed, JobOptions
 from services.local import LocalSystem, local_system, robot_arguments, severity_of
 
@@ -63,17 +62,10 @@ def run(
     robot: ScenarioChoice,
     planning: PlanChoice,
     speed: SpeedOption = "max",
-    record: Annotated[
-        Path | None, typer.Option(help="Record the session to this MCAP file.", show_default=False)
-    ] = None,
-    report: ReportOption = None,
-    plot: Annotated[
-        Path | None, typer.Option(help="Draw what was painted to this .svg or .png file.", show_default=False)
-    ] = None,
-    as_json: JsonOption = False,
+    *,
+    output: OutputChoice,
 ) -> None:
     """Paint a template once: start planner, robot and bridge, do the job over Zenoh, stop them, report."""
-    check_plot(plot)
     template = drawing.chosen()
     chosen = robot.chosen()
     figures = run_job(
@@ -81,19 +73,10 @@ def run(
         speed=speed_factor(speed),
         scenario=chosen,
         options=planning.options(),
-        record=record,
-        plot=plot,
+        record=output.record,
+        plot=output.plot,
     )
-    figures = {"template": drawing.template, **figures}
-    figures |= {"seed": chosen.seed, "follower": chosen.follower, "noise": chosen.noise}
-    if report is not None:
-        write_json(figures, report)
-    if as_json:
-        typer.echo(json.dumps(figures, indent=2))
-    else:
-        print_figures(f"Run of {drawing.template}", figures)
-    if not figures["success"]:
-        sys.exit(ExitCode.FAILED)
+    output.conclude("Run", drawing.template, chosen, figures)
 
 
 def run_job(
@@ -133,7 +116,7 @@ def run_job(
 
 
 def _draw(system: LocalSystem, template: Template, path: Path, figures: dict[str, Any]) -> None:
-    from services.picture import draw_or_refuse, painted_caption
+    from services.picture import draw_painted, painted_caption
 
     strokes = system.bus.call(topics.GET_PAINT, GetPaintRequest(), timeout_s=30.0).strokes
-    draw_or_refuse(template, strokes, path, painted_caption(figures["paint"]))
+    draw_painted(template, strokes, path, painted_caption(figures["paint"]))

@@ -1,17 +1,14 @@
 """``touchline simulate``: one job in this process, without services, as fast as it goes."""
 
-import json
-import sys
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from services.cli.choices import PlanChoice, ScenarioChoice
-from services.cli.display import print_figures, progress_bar, stderr
+from services.cli.display import progress_bar, stderr
 from services.cli.drawing import DrawingChoice
 from services.cli.groups import with_groups
-from services.cli.options import ExitCode, JsonOption, ReportOption, check_plot, write_json
+from services.cli.output import OutputChoice
 from services.reports import paint_figures
 
 
@@ -25,38 +22,23 @@ def simulate(
     robot: ScenarioChoice,
     planning: PlanChoice,
     hashed: Annotated[bool, typer.Option("--hash", help="Work out the session hash; takes a little longer.")] = False,
-    record: Annotated[
-        Path | None, typer.Option(help="Record the session to this MCAP file.", show_default=False)
-    ] = None,
-    report: ReportOption = None,
-    plot: Annotated[
-        Path | None, typer.Option(help="Draw what was painted to this .svg or .png file.", show_default=False)
-    ] = None,
-    as_json: JsonOption = False,
+    *,
+    output: OutputChoice,
 ) -> None:
     """Paint a template once in this process, without Zenoh: the figures of `run`, many times faster."""
-    from services.picture import draw_or_refuse, painted_caption
+    from services.picture import draw_painted, painted_caption
     from services.robot_sim.warm_up import warm_up
     from services.simulation import Job
     from services.simulation import simulate as paint
 
-    check_plot(plot)
     template = drawing.chosen()
     chosen = robot.chosen().at(template.origin)
     with progress_bar("Touchline") as advance:
         job = Job.prepare(template, planning.options(), advance)
         warm_up(stderr.print, scenario=chosen)
-        outcome = paint(job, chosen, hashed=hashed, record=record, with_strokes=plot is not None, progress=advance)
-        if plot is not None:
+        drawn = output.plot is not None
+        outcome = paint(job, chosen, hashed=hashed, record=output.record, with_strokes=drawn, progress=advance)
+        if output.plot is not None:
             advance(1.0, "Drawing")
-            draw_or_refuse(template, outcome.strokes, plot, painted_caption(paint_figures(outcome.report)))
-    figures: dict[str, Any] = {"template": drawing.template, **outcome.figures(job)}
-    figures |= {"seed": chosen.seed, "follower": chosen.follower, "noise": chosen.noise}
-    if report is not None:
-        write_json(figures, report)
-    if as_json:
-        typer.echo(json.dumps(figures, indent=2))
-    else:
-        print_figures(f"Simulation of {drawing.template}", figures)
-    if not figures["success"]:
-        sys.exit(ExitCode.FAILED)
+            draw_painted(template, outcome.strokes, output.plot, painted_caption(paint_figures(outcome.report)))
+    output.conclude("Simulation", drawing.template, chosen, outcome.figures(job))

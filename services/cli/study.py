@@ -8,9 +8,9 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from schemas.errors import SpecError
 from services.cli.display import progress_bar, stderr
 from services.cli.options import ExitCode, JsonOption
+from services.writing import writing
 
 _PAIRS, _QUICK_PAIRS = 100, 20
 _STYLES = {True: "green", False: "bold red", None: "dim"}
@@ -39,11 +39,8 @@ def study(
     with progress_bar("Study") as advance:
         result = run_study(pairs or (_QUICK_PAIRS if quick else _PAIRS), quick, lambda what, done: advance(done, what))
     if out is not None:
-        try:
+        with writing(out, "folder"):
             files = save_study(result, out)
-        except OSError as error:
-            problem = f"cannot be written ({error.strerror})"
-            raise SpecError(str(error.filename), "", problem, "give a writable folder") from error
         stderr.print(f"wrote {', '.join(path.name for path in files)} to {out}")
     if as_json:
         typer.echo(json_text(result.rows), nl=False)

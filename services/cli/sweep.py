@@ -17,7 +17,8 @@ from schemas.scenario import Scenario
 from schemas.spec import read_text
 from services.cli.choices import PlanChoice, ScenarioChoice
 from services.cli.display import progress_bar, stderr
-from services.cli.options import ExitCode, JsonOption, ReportOption, write_json
+from services.cli.options import ExitCode, JsonOption, ReportOption
+from services.writing import write_json
 
 #: Units are in the names of the JSON report; here they are scaled to what people say.
 _SHOWN = {

@@ -13,16 +13,9 @@ from schemas.errors import SpecError
 from schemas.lettering import Corners, write
 from schemas.template import Template
 from services.cli.display import print_event, stderr
-from services.cli.drawing import (
-    DrawingChoice,
-    MapOriginOption,
-    OriginOption,
-    PlaceOption,
-    SetOption,
-    laid,
-    write_text,
-)
+from services.cli.drawing import DrawingChoice, MapOriginOption, OriginOption, PlaceOption, SetOption, laid
 from services.cli.options import JsonOption
+from services.writing import write_text
 
 if TYPE_CHECKING:
     from schemas.fields import Field

@@ -13,6 +13,7 @@ from services.planner.clothoid import Floats, PiecePath
 from services.planner.offset import Stroke
 from services.planner.plan import Plan
 from services.planner.plot_along import PAINTED_PT, QUANTITIES, WAY_PT, draw_along
+from services.planner.plot_style import INK, plan_style, save
 from services.planner.route import RUN_IN, RUN_OUT
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ ARROW_EVERY_M, ARROW_MIN_M = 12.0, 1.0
 WIDTH_IN, HEIGHT_MAX_IN, MARGIN_SHARE, DPI = 11.0, 11.0, 0.03, 160
 COLOUR_BAR_IN = 1.6
 
-GRASS, PAINT, INK = "#dfe9d8", "#ffffff", "#26332a"
+GRASS, PAINT = "#dfe9d8", "#ffffff"
 NOZZLE, CENTRE, TRANSITION, RUN = "#1769aa", "#6b8fb3", "#d9480f", "#7b4fa3"
 
 
@@ -40,14 +41,13 @@ def plot_plan(
         ValueError: There is no such format.
         OSError: The file cannot be written.
     """
-    from matplotlib import rc_context
     from matplotlib.figure import Figure
 
     low, high = _bounds(plan)
     width, height = high - low
     drawn = WIDTH_IN if colour == "plain" else WIDTH_IN - COLOUR_BAR_IN
     size = (WIDTH_IN, min(max(drawn * height / width, 3.0) + 1.3, HEIGHT_MAX_IN))
-    with rc_context({"svg.hashsalt": "touchline", "font.size": 9, "axes.edgecolor": INK}):
+    with plan_style():
         figure = Figure(figsize=size, layout="constrained")
         axes = figure.add_subplot()
         axes.set(aspect="equal", xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="x (m)", ylabel="y (m)")
@@ -68,8 +68,7 @@ def plot_plan(
         else:
             _draw_along(axes, plan, template, vehicle or Vehicle(), colour)
         figure.legend(loc="outside lower center", ncols=4, frameon=False)
-        metadata = {"Date": None} if str(path).endswith(".svg") else None
-        figure.savefig(path, dpi=DPI, metadata=metadata)
+        save(figure, path, DPI)
 
 
 def _draw(axes: "Axes", plan: Plan, template: Template) -> None:

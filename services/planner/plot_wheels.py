@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING
 from schemas.template import Template
 from schemas.vehicle import Vehicle
 from services.planner.plan import Plan
+from services.planner.plot_style import INK, plan_style, save
 from services.planner.wheels import wheel_series
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 STEP_M = 0.02
-LEFT, RIGHT, LIMIT, PAINTING, INK = "#1769aa", "#d9480f", "#8a8f98", "#dfe9d8", "#26332a"
+LEFT, RIGHT, LIMIT, PAINTING = "#1769aa", "#d9480f", "#8a8f98", "#dfe9d8"
 DPI = 160
 
 
@@ -23,11 +24,10 @@ def plot_wheels(plan: Plan, template: Template, vehicle: Vehicle, path: Path | s
         ValueError: There is no such format.
         OSError: The file cannot be written.
     """
-    from matplotlib import rc_context
     from matplotlib.figure import Figure
 
     series = wheel_series(plan, vehicle, STEP_M)
-    with rc_context({"svg.hashsalt": "touchline", "font.size": 9, "axes.edgecolor": INK}):
+    with plan_style():
         figure = Figure(figsize=(11.0, 6.0), layout="constrained")
         speed, acceleration = figure.subplots(2, 1, sharex=True)
         for axes, values, limit, text in (
@@ -47,7 +47,7 @@ def plot_wheels(plan: Plan, template: Template, vehicle: Vehicle, path: Path | s
         speed.set_title(template.title or template.name, fontsize=14, fontweight="bold", color=INK)
         handles, labels = speed.get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=4, frameon=False)
-        figure.savefig(path, dpi=DPI, metadata={"Date": None} if str(path).endswith(".svg") else None)
+        save(figure, path, DPI)
 
 
 def _shade(axes: "Axes", plan: Plan) -> None:

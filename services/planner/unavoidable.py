@@ -6,7 +6,7 @@ import numpy as np
 
 from services.planner.legs import Drive
 from services.planner.offset import Stroke
-from services.planner.wet import Wheels, painted_row, painted_rows
+from services.planner.wet import Wheels, wet_rows
 
 
 def unavoidable_crossings(drive: Drive, modes: Sequence[Sequence[Stroke]], wheels: Wheels) -> int:
@@ -15,7 +15,7 @@ def unavoidable_crossings(drive: Drive, modes: Sequence[Sequence[Stroke]], wheel
     That is so whichever of both comes first, and in all their `modes`; but for waiting, nothing helps.
     """
     choices = {choice[0].id: choice for choice in modes}
-    ever = Wheels(wheels.contacts, wheels.half_width_m, np.inf)
+    ever = wheels.never_dry
     count = 0
     for stroke, over in zip(drive.strokes, drive.over, strict=True):
         for k in np.flatnonzero(over).tolist():
@@ -26,5 +26,5 @@ def unavoidable_crossings(drive: Drive, modes: Sequence[Sequence[Stroke]], wheel
 
 def _least(modes: Sequence[Stroke], line: Stroke, wheels: Wheels) -> int:
     """How often painting a segment runs over a line at the least."""
-    rows = painted_rows([painted_row(line.nozzle, -1.0, np.inf)])
+    rows = wet_rows([line.nozzle])
     return min(int(wheels.crossings(stroke.path, 0.0, 0.0, rows).sum()) for stroke in modes)

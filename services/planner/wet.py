@@ -1,8 +1,8 @@
 """Wet paint: how often a wheel or a caster runs over a line that is not dry yet."""
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,11 @@ class Wheels:
         """The wheels and casters of a vehicle."""
         side = vehicle.half_track_m
         return cls(np.array(((0.0, side), (0.0, -side), *vehicle.casters_m)), 0.5 * line_width_m, drying_s)
+
+    @property
+    def never_dry(self) -> "Wheels":
+        """The same, where paint stays wet for ever."""
+        return replace(self, drying_s=math.inf)
 
     def crossings(self, path: PiecePath, begun_s: float, seconds: float, painted: Floats) -> NDArray[np.int64]:
         """How often each of the `painted` lines (rows) is run over on a path that is driven from `begun_s` on."""
@@ -63,6 +68,11 @@ def painted_row(nozzle: Curve, begun_s: float, speed_mps: float) -> tuple[float,
 def painted_rows(rows: Sequence[tuple[float, ...]]) -> Floats:
     """(n, 7) rows of painted lines."""
     return np.array(rows, dtype=np.float64).reshape(-1, 7)
+
+
+def wet_rows(nozzles: Iterable[Curve]) -> Floats:
+    """(n, 7) rows of lines that are there from the beginning."""
+    return painted_rows([painted_row(nozzle, -1.0, math.inf) for nozzle in nozzles])
 
 
 @kernel
@@ -127,8 +137,8 @@ def wet_crossings(
         i = 0
         while i < len(poses):
             along, left = _on_line(poses[i, 0], poses[i, 1], line)
-            far = max(abs(left), -along, along - length) - reach - half_width if line[CURVATURE] == 0.0 else abs(left)
-            far = far - reach - half_width if line[CURVATURE] != 0.0 else far
+            away = max(abs(left), -along, along - length) if line[CURVATURE] == 0.0 else abs(left)
+            far = away - reach - half_width
             if far > 2.0 * step:
                 # No contact gets there within so many poses.
                 on[:] = False

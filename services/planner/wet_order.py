@@ -11,7 +11,7 @@ from services.planner.offset import Stroke
 from services.planner.order import Problem, cheapest
 from services.planner.order_costs import Tracks
 from services.planner.order_search import Ints
-from services.planner.wet import Wheels, boxes_of, painted_row, painted_rows
+from services.planner.wet import Wheels, boxes_of, wet_rows
 from services.planner.wet_scene import UNKNOWN, Known, Scene, judged
 from services.planner.wet_search import anneal
 
@@ -46,8 +46,7 @@ class Ground:
     def of(cls, nodes: Sequence[Stroke], segment: Ints, wheels: Wheels) -> "Ground":
         """The ground under nodes, of which each paints a `segment`."""
         first = np.unique(segment, return_index=True)[1]
-        lines = painted_rows([painted_row(nodes[k].nozzle, -1.0, np.inf) for k in first])
-        ever = Wheels(wheels.contacts, wheels.half_width_m, np.inf)
+        lines, ever = wet_rows(nodes[k].nozzle for k in first), wheels.never_dry
         over = np.array([ever.crossings(node.path, 0.0, 0.0, lines) for node in nodes])
         over[np.arange(len(nodes)), segment] = 0
         return cls(nodes, wheels, lines, over)

@@ -13,13 +13,13 @@ from schemas import faults as f
 from schemas.errors import CommandRefused
 from schemas.messages import Event
 from services.robot_sim.frames import OnboardEvent
+from services.robot_sim.sensors.gnss import FIX_NAMES
 from services.robot_sim.world import effects as e
 
 MAX_FAULTS: Final = 1000
 _NEVER: Final = 1 << 60
 _TICKS_PER_S = 100
-_FIX = {"single": 1.0, "float": 2.0}
-_WHEELS = {"left": (0,), "right": (1,), "both": (0, 1)}
+_WHEELS = {"left": np.array([0]), "right": np.array([1]), "both": np.array([0, 1])}
 
 
 class _Entry(NamedTuple):
@@ -116,7 +116,7 @@ def _apply(fault: f.Fault, start_s: float, effects: NDArray[np.float64]) -> None
             effects[e.FIELD_EAST_T] += fault.east_t
             effects[e.FIELD_NORTH_T] += fault.north_t
         case f.EncoderDropout():
-            effects[[e.ENCODER_OUT + wheel for wheel in _WHEELS[fault.wheel]]] = 1.0
+            effects[e.ENCODER_OUT + _WHEELS[fault.wheel]] = 1.0
         case _:
             _apply_body(fault, effects)
 
@@ -128,9 +128,9 @@ def _apply_gnss(
 ) -> None:
     match fault:
         case f.GnssOutage():
-            effects[e.FIX_CAP] = 0.0
+            effects[e.FIX_CAP] = FIX_NAMES["none"]
         case f.GnssDegraded():
-            effects[e.FIX_CAP] = min(effects[e.FIX_CAP], _FIX[fault.fix])
+            effects[e.FIX_CAP] = min(effects[e.FIX_CAP], FIX_NAMES[fault.fix])
             if fault.claimed_m is not None:
                 effects[e.CLAIMED_M] = fault.claimed_m
         case f.CorrectionsLost():
@@ -168,11 +168,11 @@ def _apply_messages(
 def _apply_body(fault: f.Fault, effects: NDArray[np.float64]) -> None:
     match fault:
         case f.WheelBlocked():
-            effects[[e.BLOCKED + wheel for wheel in _WHEELS[fault.wheel]]] = 1.0
+            effects[e.BLOCKED + _WHEELS[fault.wheel]] = 1.0
         case f.WheelSlip():
-            effects[[e.SLIP + wheel for wheel in _WHEELS[fault.wheel]]] = fault.share
+            effects[e.SLIP + _WHEELS[fault.wheel]] = fault.share
         case f.MotorWeak():
-            effects[[e.TORQUE + wheel for wheel in _WHEELS[fault.wheel]]] = fault.share
+            effects[e.TORQUE + _WHEELS[fault.wheel]] = fault.share
         case f.ValveStuck():
             effects[e.VALVE] = 1.0 if fault.position == "open" else 0.0
         case f.DiscStuck():

@@ -17,9 +17,10 @@ from schemas.jit import kernel
 from services.robot_sim import ticks
 from services.robot_sim.emulator import ESTIMATED, SENSED, WHOLE, Emulator
 from services.robot_sim.estimator_error import enter_error
-from services.robot_sim.onboard import cruise as c
+from services.robot_sim.onboard import carried as c
 from services.robot_sim.onboard import tracking
-from services.robot_sim.onboard.cruise import Cruise, obey, steer, take_in
+from services.robot_sim.onboard.carry import Cruise
+from services.robot_sim.onboard.cruise import obey, speed_now_mps, steer, take_in
 from services.robot_sim.onboard.estimator import model
 from services.robot_sim.onboard.followers import PurePursuitFollower
 from services.robot_sim.onboard.followers.pure_pursuit import pursue
@@ -85,7 +86,7 @@ def _keep(
     ticks.note(row, tick, state, readings, (s[c.COMMAND], s[c.COMMAND + 1]), s[c.COMMAND + 2], s[c.COMMAND + 3])
     pose = row[ticks.ESTIMATE : ticks.COVARIANCE]
     pose[0], pose[1], pose[2] = x[model.EAST], x[model.NORTH], x[model.HEADING]
-    pose[3], pose[4] = c.speed_now_mps(x, s), x[model.YAW_RATE]
+    pose[3], pose[4] = speed_now_mps(x, s), x[model.YAW_RATE]
     for i in range(3):
         for j in range(3):
             row[ticks.COVARIANCE + 3 * i + j] = P[i, j]

@@ -7,9 +7,9 @@ from typing import Any, Final
 
 import numpy as np
 
-from schemas.errors import SpecError
 from services.sweep.grid import Case
 from services.sweep.task import Run
+from services.writing import writing
 
 #: Figures of which more is better; of all others less is.
 MORE_IS_BETTER: Final = ("coverage_pct",)
@@ -71,10 +71,7 @@ def write_csv(report: dict[str, Any], path: Path) -> None:
     """
     rows = [{**run["set"], **{name: value for name, value in run.items() if name != "set"}} for run in report["runs"]]
     names = list(dict.fromkeys(name for row in rows for name in row))
-    try:
-        with path.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, names)
-            writer.writeheader()
-            writer.writerows(rows)
-    except OSError as error:
-        raise SpecError(str(path), "", f"cannot be written ({error.strerror})", "give a writable path") from error
+    with writing(path), path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, names)
+        writer.writeheader()
+        writer.writerows(rows)

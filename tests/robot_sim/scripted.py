@@ -3,48 +3,23 @@
 import numpy as np
 
 from schemas.errors import CommandRefused
-from schemas.messages import (
-    Actuation,
-    ActuationProfile,
-    LinearDirection,
-    Path,
-    PathActuationParameter,
-    PathVelocityParameter,
-    Segment,
-    Trajectory,
-    TraversalStatus,
-    Velocity,
-    VelocityProfile,
-    VelocityType,
-)
+from schemas.messages import Actuation, TraversalStatus
+from schemas.trajectories import assemble, segment, velocity
 from services.robot_sim.frames import STANDSTILL, Command, Consistency, Estimate, OnboardEvent, SensorFrame, Status
 
 
 def trajectory(curves, sprayed, ids=None, directions=None, speed_mps=1.0):
     """A Trajectory of `curves` from rest to rest; `sprayed` says for each whether the valve is open."""
-    at, steps = 0.0, []
+    at, switches = 0.0, []
     for curve, on in zip(curves, sprayed, strict=True):
-        value = Actuation.DISC_SPRAY if on else Actuation.NONE
-        steps.append(PathActuationParameter(arc_length=at, actuation=Actuation(value=value)))
+        switches.append((at, Actuation.DISC_SPRAY if on else Actuation.NONE))
         at += curve.length_m
     ids = ids or [f"s{i}" for i in range(len(curves))]
     directions = directions or [1] * len(curves)
-    return Trajectory(
-        path=Path(
-            segments=tuple(
-                Segment(id=name, curve=curve.to_message(), direction=LinearDirection(value=direction))
-                for name, curve, direction in zip(ids, curves, directions, strict=True)
-            )
-        ),
-        actuation_profile=ActuationProfile(parameters=tuple(steps)),
-        velocity_profile=VelocityProfile(
-            parameters=tuple(
-                PathVelocityParameter(
-                    arc_length=s, velocity=Velocity(type=VelocityType(value=VelocityType.LINEAR), value=v)
-                )
-                for s, v in ((0.0, 0.0), (0.5, speed_mps), (at - 0.5, speed_mps), (at, 0.0))
-            )
-        ),
+    return assemble(
+        [segment(*row) for row in zip(ids, curves, directions, strict=True)],
+        switches,
+        (velocity(s, v) for s, v in ((0.0, 0.0), (0.5, speed_mps), (at - 0.5, speed_mps), (at, 0.0))),
     )
 
 

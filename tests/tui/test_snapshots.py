@@ -16,11 +16,6 @@ from tui.protocol import Incoming
 Compare = Callable[..., bool]
 
 
-@pytest.fixture(scope="module")
-def template() -> Template:
-    return scenes.pitch()
-
-
 def app_with(events: list[Incoming]) -> ConsoleApp:
     return ConsoleApp(FakeLink(incoming=list(events)), clock=lambda: 1.0)
 

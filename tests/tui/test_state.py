@@ -17,11 +17,6 @@ from tui.protocol import Incoming, Lost, NodeChanged, PaintFetched, Rejected
 from tui.state import ConsoleState
 
 
-@pytest.fixture
-def template() -> Template:
-    return scenes.pitch()
-
-
 def reduced(events: list[Incoming], state: ConsoleState | None = None, now_s: float = 1.0) -> ConsoleState:
     state = state or ConsoleState()
     for event in events:

@@ -6,7 +6,7 @@ from functools import partial
 from services.planner.study.drive import CONTESTANTS, OURS, STUDY_CCD, STUDY_KAPPA_1PM, UNPADDED
 from services.planner.study.pairs import Tally, close_pairs, random_pairs, tally
 from services.planner.study.pitch import LENGTH_TARGETS, STUDY_SIGMA_1PM2
-from services.planner.study.table import Row
+from services.planner.study.table import Row, of_each
 
 CLOSE_SHARE = 0.1
 # What the study tried, and what ours must manage.
@@ -30,8 +30,8 @@ def completeness_row(count: int, progress: Progress) -> Row:
     return Row(
         "8",
         "complete: random pairs in 10 × 10 m; closer than 0.1 m",
-        _three(
-            [f"{a.complete:,} of {a.tried:,}; {n.complete:,} of {n.tried:,}" for a, n in zip(apart, near, strict=True)]
+        of_each(
+            f"{a.complete:,} of {a.tried:,}; {n.complete:,} of {n.tried:,}" for a, n in zip(apart, near, strict=True)
         ),
         f"all of {MUST_PAIRS:,}, coincident poses included",
         apart[-1].feasible == apart[-1].tried and near[-1].feasible == near[-1].tried,
@@ -73,8 +73,3 @@ def random_length_row(count: int) -> Row:
         {f"{name} σ={s:g}": v for name, vs in shares.items() for (s, _), v in zip(LENGTH_TARGETS, vs, strict=True)},
         "where the ways are short, its full circles cost the study's CCD most.",
     )
-
-
-def _three(texts: list[str]) -> tuple[str, str, str]:
-    first, second, third = texts
-    return first, second, third

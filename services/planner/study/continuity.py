@@ -1,6 +1,6 @@
 """Rows 1 to 7: which templates, how smooth, between which curves, within which limits."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from services.planner.study.pairs import joints, tally
 from services.planner.study.pitch import STUDY_SIGMA_1PM2, Pitch
 from services.planner.study.sent import as_biarcs, as_chords
 from services.planner.study.sent import joints as joints_of
-from services.planner.study.table import Row
+from services.planner.study.table import Row, of_each
 from services.planner.wheels import wheel_series
 
 GAP_M, KINK_RAD = 1e-9, 1e-9
@@ -39,7 +39,7 @@ def template_row(templates: Mapping[str, Template], step: Callable[[float], None
     return Row(
         "1",
         "any 2D template of lines and arcs",
-        _texts(f"{managed[c.name]} of {total}" for c in CONTESTANTS),
+        of_each(f"{managed[c.name]} of {total}" for c in CONTESTANTS),
         "all, and points, circles, text and filled areas",
         ours == total,
         {"templates": total, **managed},
@@ -68,7 +68,7 @@ def smoothness_rows(pitch: Pitch, planned: Plan) -> list[Row]:
         Row(
             "2",
             "C¹: largest gap and kink of what is sent",
-            _texts(f"{gap:.0e} m, {kink:.0e} rad" for gap, kink in gaps),
+            of_each(f"{gap:.0e} m, {kink:.0e} rad" for gap, kink in gaps),
             "100 %, joints within 1e-9 m",
             smooth and max(gaps[-1]) <= GAP_M,
             {
@@ -82,7 +82,7 @@ def smoothness_rows(pitch: Pitch, planned: Plan) -> list[Row]:
         Row(
             "3",
             "G²: transitions, and those that join their arcs so",
-            _texts(f"{within} and {joined} of {total}" for within, joined in ways),
+            of_each(f"{within} and {joined} of {total}" for within, joined in ways),
             "100 % of the whole trajectory",
             ways[-1] == (total, total) and steps <= STEP_1PM,
             {
@@ -117,7 +117,7 @@ def joint_row(count: int, sigma_1pm2: float = STUDY_SIGMA_1PM2) -> Row:
     return Row(
         "4",
         "transitions between lines and arcs, G² with both",
-        _texts(f"{each.continuous} of {total}" for each in found),
+        of_each(f"{each.continuous} of {total}" for each in found),
         "all",
         found[-1].continuous == found[-1].feasible == total,
         {"tried": total, "study_ccd": found[1].continuous, "ours": found[-1].continuous},
@@ -164,8 +164,3 @@ def _sent_gaps(pitch: Pitch, contestant: Contestant) -> tuple[float, float]:
     rows: Floats = np.concatenate([cut(path) for path in pitch.drive(contestant).paths])
     gap, kink, _ = joints_of(rows)
     return float(gap.max()), float(kink.max())
-
-
-def _texts(texts: Iterable[str]) -> tuple[str, str, str]:
-    first, second, third = texts
-    return first, second, third

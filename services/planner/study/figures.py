@@ -8,16 +8,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from services.planner.clothoid import Floats, Piece, PiecePath
+from services.planner.plot_style import INK, save
 from services.planner.study.corner import LEG_M, corner_path
 from services.planner.study.drive import CONTESTANTS, Drive
 from services.planner.study.pitch import LENGTH_TARGETS, STUDY_SIGMA_1PM2, Pitch
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 COLOURS = {"DPP": "#8a8f98", "study CCD": "#d9480f", "ours": "#1769aa"}
-INK = "#26332a"
 STEP_M = 0.005
 DPI = 130
 BESIDE_M, RIGHT_ANGLE_RAD = 2.0, 1e-6
@@ -40,7 +39,7 @@ def plot_curvature(pitch: Pitch, path: Path) -> None:
         under.set_aspect("equal")
     curvature_axes[0].legend(frameon=False)
     figure.suptitle(f"Curvature in corners, σ_max = {STUDY_SIGMA_1PM2:g} m⁻²", fontsize=11, color=INK)
-    _save(figure, path)
+    save(figure, path, DPI)
 
 
 def _way(way: PiecePath, name: str, over: "Axes", under: "Axes") -> None:
@@ -85,7 +84,7 @@ def plot_acceleration(series: Mapping[str, tuple[Floats, Floats]], path: Path) -
     _axes(axes, "time since the corner's first leg (s)", "wheel acceleration (rad/s²)")
     axes.set_title("The emulated robot in the corner at 1.5 m/s (fine arcs): the wheel that accelerates harder")
     axes.legend(frameon=False)
-    _save(figure, path)
+    save(figure, path, DPI)
 
 
 def plot_length(sigmas: Sequence[float], longer: Mapping[str, Sequence[float]], padded: float, path: Path) -> None:
@@ -114,7 +113,7 @@ def plot_length(sigmas: Sequence[float], longer: Mapping[str, Sequence[float]], 
     axes.set_title("The whole pitch, one order, κ_max = 1.125 1/m: length against sharpness")
     axes.set_ylim(bottom=0.0)
     axes.legend(frameon=False)
-    _save(figure, path)
+    save(figure, path, DPI)
 
 
 def _look(name: str) -> dict[str, Any]:
@@ -128,10 +127,3 @@ def _axes(axes: "Axes", x: str, y: str) -> None:
     axes.grid(color="#e3e6e4", linewidth=0.7)
     axes.set_axisbelow(True)
     axes.title.set_fontsize(10)
-
-
-def _save(figure: "Figure", path: Path) -> None:
-    from matplotlib import rc_context
-
-    with rc_context({"svg.hashsalt": "touchline"}):
-        figure.savefig(path, dpi=DPI, metadata={"Date": None} if path.suffix == ".svg" else None)

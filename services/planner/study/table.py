@@ -3,7 +3,7 @@
 import csv
 import io
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from services.planner.study.drive import CONTESTANTS
@@ -38,6 +38,12 @@ class Row:
     def cells(self) -> tuple[str, ...]:
         """The row as texts under `HEADINGS`."""
         return (self.number, self.requirement, *self.results, self.must, verdict(self.met))
+
+
+def of_each(texts: Iterable[str]) -> tuple[str, str, str]:
+    """The planners' results, one for each of `NAMES`."""
+    first, second, third = texts
+    return first, second, third
 
 
 def verdict(met: bool | None) -> str:

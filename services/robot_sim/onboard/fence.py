@@ -17,6 +17,7 @@ from schemas.errors import CommandRefused
 from schemas.jit import kernel
 from schemas.scenario import FenceLimits
 from schemas.vehicle import Vehicle
+from services.robot_sim.onboard.path import poses_along
 
 Floats = NDArray[np.float64]
 
@@ -113,10 +114,7 @@ def _poses(path: Floats) -> Floats:
     rows = np.repeat(path, counts, axis=0)
     place = np.arange(len(rows)) - np.repeat(np.cumsum(counts) - counts, counts)
     local = rows[:, 4] * place / np.maximum(np.repeat(counts, counts) - 1, 1)
-    half = 0.5 * rows[:, 3] * local
-    chord = rows[:, 6] * local * np.sinc(half / math.pi)
-    x, y = rows[:, 0] + chord * np.cos(rows[:, 2] + half), rows[:, 1] + chord * np.sin(rows[:, 2] + half)
-    return np.column_stack((x, y, rows[:, 2] + 2.0 * half))
+    return poses_along(rows, local)
 
 
 def _swept(poses: Floats, body: Floats) -> Floats:

@@ -158,6 +158,14 @@ def _legs(rows: NDArray[np.float64], spins: NDArray[np.float64]) -> list[Leg]:
     return legs
 
 
+def poses_along(rows: NDArray[np.float64], along_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(n, 3) x, y [m] and heading [rad] of the robot, so far [m] along each of the rows (n, 7)."""
+    half = 0.5 * rows[:, 3] * along_m
+    chord = rows[:, 6] * along_m * np.sinc(half / math.pi)
+    x, y = rows[:, 0] + chord * np.cos(rows[:, 2] + half), rows[:, 1] + chord * np.sin(rows[:, 2] + half)
+    return np.column_stack((x, y, rows[:, 2] + 2.0 * half))
+
+
 def pose_at(rows: NDArray[np.float64], leg: Leg, arc_length_m: float) -> tuple[float, float, float]:
     """(x m, y m, heading rad) of the robot at an arc length of a leg; of a turn on the spot, before it."""
     own = rows[leg.first : leg.last]

@@ -2,24 +2,10 @@
 
 from __future__ import annotations
 
-from schemas.messages import (
-    Actuation,
-    ActuationProfile,
-    Curve,
-    CurveType,
-    Line,
-    LinearDirection,
-    Path,
-    PathActuationParameter,
-    PathVelocityParameter,
-    Point,
-    Segment,
-    Trajectory,
-    Velocity,
-    VelocityProfile,
-    VelocityType,
-)
+from schemas.curves import Curve
+from schemas.messages import Actuation, Trajectory
 from schemas.scenario import Scenario
+from schemas.trajectories import assemble, segment, velocity
 from schemas.vehicle import Vehicle
 from services.robot_sim.frames import EncoderSample, GnssSample, ImuSample, MagSample, SensorFrame
 from services.robot_sim.onboard.onboard import Onboard
@@ -41,13 +27,5 @@ def warm_up(vehicle: Vehicle | None = None, scenario: Scenario | None = None) ->
 
 def straight() -> Trajectory:
     """A metre straight ahead, nothing sprayed."""
-    line = Line(start=Point(x=0.0, y=0.0), end=Point(x=1.0, y=0.0))
-    curve = Curve(type=CurveType(value=CurveType.LINE), line=(line,))
-    speed = Velocity(type=VelocityType(value=VelocityType.LINEAR), value=0.5)
-    return Trajectory(
-        path=Path(segments=(Segment(id="w", curve=curve, direction=LinearDirection(value=LinearDirection.FORWARD)),)),
-        actuation_profile=ActuationProfile(
-            parameters=(PathActuationParameter(arc_length=0.0, actuation=Actuation(value=Actuation.NONE)),)
-        ),
-        velocity_profile=VelocityProfile(parameters=(PathVelocityParameter(arc_length=0.0, velocity=speed),)),
-    )
+    line = segment("w", Curve(0.0, 0.0, 0.0, 0.0, 1.0))
+    return assemble([line], [(0.0, Actuation.NONE)], [velocity(0.0, 0.5)])

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from schemas.jit import kernel
-from services.robot_sim.onboard.path import SPIN, Leg
+from services.robot_sim.onboard.path import SPIN, Leg, poses_along
 
 W_CURVATURE: Final = 3
 W_LENGTH: Final = 4
@@ -89,11 +89,7 @@ def _pieces(path: Floats, leg: Leg, painted: NDArray[np.bool_]) -> tuple[Floats,
     pieces = np.zeros((len(rows), COLUMNS))
     index = np.array([row[0] for row in rows])
     start, end = (np.array([row[column] for row in rows]) for column in (1, 2))
-    half = 0.5 * path[index, 3] * start
-    chord = leg.sense * start * np.sinc(half / math.pi)
-    pieces[:, 0] = path[index, 0] + chord * np.cos(path[index, 2] + half)
-    pieces[:, 1] = path[index, 1] + chord * np.sin(path[index, 2] + half)
-    pieces[:, 2] = path[index, 2] + 2.0 * half
+    pieces[:, :3] = poses_along(path[index], start)
     pieces[:, W_CURVATURE], pieces[:, W_LENGTH] = path[index, 3], end - start
     pieces[:, W_START], pieces[:, W_SEGMENT] = path[index, 5] + start, index
     return pieces, np.array([row[3] for row in rows])

@@ -13,7 +13,12 @@ from schemas.vehicle import Vehicle
 from services.robot_sim.frames import GnssSample
 from services.robot_sim.sensors import receiver
 
-FIX_NAMES: Final = {"none": 0.0, "single": 1.0, "float": 2.0, "fixed": 3.0}
+FIX_NAMES: Final = {
+    "none": receiver.NONE,
+    "single": receiver.SINGLE,
+    "float": receiver.FLOAT,
+    "fixed": receiver.FIXED,
+}
 
 
 class GnssReport(NamedTuple):

@@ -31,7 +31,7 @@ from services.robot_sim.world.randomness import (
 NONE: Final = 0.0
 SINGLE: Final = 1.0
 FLOAT: Final = 2.0
-FIXED: Final = 3.0
+FIXED: Final = e.FIXED
 
 MIN_REPORTED_VARIANCE_M2: Final = 1e-6
 """A receiver never claims better than a millimetre."""

@@ -13,24 +13,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from schemas.curves import Curve
-from schemas.messages import (
-    Actuation,
-    ActuationProfile,
-    Arc,
-    CurveType,
-    LinearDirection,
-    Path,
-    PathActuationParameter,
-    PathVelocityParameter,
-    Point,
-    Segment,
-    Trajectory,
-    Velocity,
-    VelocityProfile,
-    VelocityType,
-)
-from schemas.messages import Curve as CurveMessage
+from schemas.messages import Actuation, LinearDirection, PathVelocityParameter, Segment, Trajectory, VelocityType
 from schemas.scenario import Scenario
+from schemas.trajectories import assemble, segment, turn, velocity
 from schemas.vehicle import Vehicle
 from services.robot_sim.frames import (
     STANDSTILL,
@@ -215,29 +200,9 @@ def trajectory(
     ramp = min(speed**2 / (2 * acceleration), total / 2)
     top = math.sqrt(2 * acceleration * ramp)
     profile = speeds or [(0.0, 0.0), (ramp, top), (total - ramp, top), (total, 0.0)]
-    switches = [(0.0, Actuation.NONE)]
-    for start, end in sprays:
-        switches += [(start, Actuation.DISC_SPRAY), (end, Actuation.NONE)]
     ways = [LinearDirection.BACKWARD if i in backward else LinearDirection.FORWARD for i in range(len(curves))]
-    linear = VelocityType(value=VelocityType.LINEAR)
-    return Trajectory(
-        path=Path(
-            segments=tuple(
-                Segment(id=f"s{i}", curve=curve.to_message(), direction=LinearDirection(value=way))
-                for i, (curve, way) in enumerate(zip(curves, ways, strict=True))
-            )
-        ),
-        actuation_profile=ActuationProfile(
-            parameters=tuple(
-                PathActuationParameter(arc_length=s, actuation=Actuation(value=mask)) for s, mask in switches
-            )
-        ),
-        velocity_profile=VelocityProfile(
-            parameters=tuple(
-                PathVelocityParameter(arc_length=s, velocity=Velocity(type=linear, value=v)) for s, v in profile
-            )
-        ),
-    )
+    segments = [segment(f"s{i}", curve, way) for i, (curve, way) in enumerate(zip(curves, ways, strict=True))]
+    return assemble(segments, _switches(sprays), (velocity(s, v) for s, v in profile))
 
 
 def reversing(
@@ -253,38 +218,31 @@ def reversing(
     x = y = heading = at = 0.0
     segments: list[Segment] = []
     profile: list[PathVelocityParameter] = []
-
-    def enter(kind: int, s: float, value: float) -> None:
-        velocity = Velocity(type=VelocityType(value=kind), value=value)
-        profile.append(PathVelocityParameter(arc_length=s, velocity=velocity))
-
     for leg in legs:
-        name = f"s{len(segments)}"
         if isinstance(leg, float):
-            place = Point(x=x, y=y)
-            arc = Arc(start=place, center=place, sweep_angle=leg)
-            segments.append(Segment(id=name, curve=CurveMessage(type=CurveType(value=CurveType.ARC), arc=(arc,))))
-            enter(VelocityType.ANGULAR, at, math.copysign(rate, leg))
+            segments.append(turn(f"s{len(segments)}", x, y, leg))
+            profile.append(velocity(at, math.copysign(rate, leg), VelocityType.ANGULAR))
             heading += leg
             continue
         sense, pieces = leg
         tangent = heading if sense > 0 else heading + math.pi
         for curve in chain(*pieces, x=x, y=y, heading=tangent):
-            direction = LinearDirection(value=sense)
-            segments.append(Segment(id=f"s{len(segments)}", curve=curve.to_message(), direction=direction))
+            segments.append(segment(f"s{len(segments)}", curve, sense))
             x, y, tangent = curve.end
         heading = tangent if sense > 0 else tangent - math.pi
         length = sum(piece[1] for piece in pieces)
         ramp = min(speed**2 / 2.0, length / 2.0)
         for s, v in ((0.0, 0.0), (ramp, math.sqrt(2.0 * ramp)), (length - ramp, math.sqrt(2.0 * ramp)), (length, 0.0)):
-            enter(VelocityType.LINEAR, at + s, v)
+            profile.append(velocity(at + s, v))
         at += length
-    plain = trajectory([Curve(0.0, 0.0, 0.0, 0.0, 1.0)], sprays=sprays)
-    return Trajectory(
-        path=Path(segments=tuple(segments)),
-        actuation_profile=plain.actuation_profile,
-        velocity_profile=VelocityProfile(parameters=tuple(profile)),
-    )
+    return assemble(segments, _switches(sprays), profile)
+
+
+def _switches(sprays: tuple[tuple[float, float], ...]) -> list[tuple[float, int]]:
+    switches = [(0.0, Actuation.NONE)]
+    for start, end in sprays:
+        switches += [(start, Actuation.DISC_SPRAY), (end, Actuation.NONE)]
+    return switches
 
 
 @dataclass

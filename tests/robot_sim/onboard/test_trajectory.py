@@ -16,13 +16,12 @@ from schemas.messages import (
     Actuation,
     LinearDirection,
     Path,
-    PathVelocityParameter,
     Point,
     Trajectory,
-    Velocity,
     VelocityProfile,
     VelocityType,
 )
+from schemas.trajectories import velocity
 from schemas.vehicle import Vehicle
 from services.robot_sim.onboard.trajectory import load_trajectory
 from tests.robot_sim.onboard.rig import chain, trajectory
@@ -36,9 +35,7 @@ def with_segments(change: Callable[[list], list]) -> Trajectory:
 
 
 def with_speeds(*rows: tuple[float, float], kind: int = VelocityType.LINEAR) -> Trajectory:
-    entries = tuple(
-        PathVelocityParameter(arc_length=s, velocity=Velocity(type=VelocityType(value=kind), value=v)) for s, v in rows
-    )
+    entries = tuple(velocity(s, v, kind) for s, v in rows)
     return GOOD.model_copy(update={"velocity_profile": VelocityProfile(parameters=entries)})
 
 

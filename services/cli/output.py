@@ -1,0 +1,58 @@
+"""What comes of a command's work: figures as a table or as JSON; of a painted job a recording and a picture, too."""
+
+import json
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from schemas.scenario import Scenario
+from services.cli.display import print_figures
+from services.cli.options import ExitCode, JsonOption, ReportOption, check_plot
+from services.writing import write_json
+
+
+def deliver(title: str, figures: dict[str, Any], report: Path | None, as_json: bool) -> None:
+    """Write ``figures`` to the file ``report``, if one is given, and print them.
+
+    Raises:
+        SpecError: The file cannot be written.
+    """
+    if report is not None:
+        write_json(figures, report)
+    if as_json:
+        typer.echo(json.dumps(figures, indent=2))
+    else:
+        print_figures(title, figures)
+
+
+@dataclass(frozen=True)
+class OutputChoice:
+    """Where to put what comes of a painted job.
+
+    Raises:
+        SpecError: The picture is of a kind that cannot be drawn.
+    """
+
+    record: Annotated[Path | None, typer.Option(help="Record the session to this MCAP file.", show_default=False)] = (
+        None
+    )
+    report: ReportOption = None
+    plot: Annotated[
+        Path | None, typer.Option(help="Draw what was painted to this .svg or .png file.", show_default=False)
+    ] = None
+    as_json: JsonOption = False
+
+    def __post_init__(self) -> None:
+        check_plot(self.plot)
+
+    def conclude(self, doing: str, template: str, scenario: Scenario, figures: Mapping[str, Any]) -> None:
+        """Deliver the figures of ``doing`` that template; the exit code says whether it went well."""
+        named = {"template": template, **figures}
+        named |= {"seed": scenario.seed, "follower": scenario.follower, "noise": scenario.noise}
+        deliver(f"{doing} of {template}", named, self.report, self.as_json)
+        if not figures["success"]:
+            sys.exit(ExitCode.FAILED)

@@ -1,0 +1,59 @@
+"""Finding every order: the list of keys, the key bar, the palette; and leaving."""
+
+from textual.command import CommandList
+from textual.widgets import Static
+
+from schemas import topics
+from schemas.template import Template
+from tests.tui import scenes
+from tests.tui.console import console, until
+from tui.dialogs import ConfirmDialog, KeysDialog
+from tui.key_bar import KeyBar
+
+
+async def test_keys_list_names_every_key_of_the_bar() -> None:
+    async with console() as (app, _link, pilot):
+        await pilot.press("question_mark")
+        listed = str(app.screen.query(Static).last().visual)
+        for key in ("e, ctrl+e", "t ", "p ", "l ", "s ", "space", "a ", "r ", "[ ,", "f ", "0, home", "ctrl+p", "q "):
+            assert key in listed
+        await pilot.press("question_mark")
+        assert not isinstance(app.screen, KeysDialog)
+
+
+async def test_quit_asks_while_the_robot_is_on_a_job(template: Template) -> None:
+    async with console(*scenes.mid_run(template)) as (app, _link, pilot):
+        await pilot.press("q")
+        assert isinstance(app.screen, ConfirmDialog)
+        await pilot.press("ctrl+q")
+        assert len(app.screen_stack) == 2
+        await pilot.press("y")
+        assert app._exit
+    async with console(*scenes.loaded(template)) as (app, _link, pilot):
+        await pilot.press("q")
+        assert app._exit
+
+
+async def test_every_command_is_in_the_palette(template: Template) -> None:
+    async with console(*scenes.loaded(template)) as (app, link, pilot):
+        commands = {command.title: command.callback for command in app.get_system_commands(app.screen)}
+        for title, service in (("Start", topics.START), ("Pause", topics.PAUSE), ("Resume", topics.RESUME)):
+            commands[title]()
+            await until(pilot, lambda service=service: link.names()[-1:] == [service.name])
+        commands["Speed max"]()
+        await until(pilot, lambda: link.names()[-1] == topics.SET_SPEED.name)
+        assert link.asked[-1][1].factor == -1
+        assert {"Emergency stop", "Choose template", "Plan", "Load", "Abort", "Reset", "Quit"} <= commands.keys()
+        await pilot.press("ctrl+p")
+        await until(pilot, lambda: len(app.screen_stack) == 2)
+        await pilot.press(*"emergency")
+        found = app.screen.query_one(CommandList)
+        await until(pilot, lambda: found.option_count == 1)
+        await pilot.press("enter", "enter")
+        await until(pilot, lambda: link.names()[-1] == topics.ESTOP.name)
+
+
+async def test_clicking_a_key_presses_it(template: Template) -> None:
+    async with console(*scenes.mid_run(template)) as (_app, link, pilot):
+        await pilot.click(KeyBar, offset=(3, 0))
+        await until(pilot, lambda: link.names() == [topics.ESTOP.name])

@@ -1,0 +1,38 @@
+"""What the panels beside the map tell, whatever happens to services and to the window."""
+
+from schemas import topics
+from schemas.template import Template
+from tests.tui import scenes
+from tests.tui.console import console, plain, until
+from tui.header import HeaderBar
+from tui.log_view import LogView
+from tui.panels import ServicesPanel, StatusPanel
+from tui.protocol import NodeChanged
+from tui.segments import SegmentsTable
+
+
+async def test_a_dead_service_is_shown_at_once(template: Template) -> None:
+    async with console(*scenes.mid_run(template)) as (app, link, pilot):
+        link.incoming.append(NodeChanged(topics.ROBOT_SIM, False))
+        await until(pilot, lambda: "NO ROBOT" in plain(app, StatusPanel))
+        assert "○ robot" in plain(app, HeaderBar)
+        assert "○ robot      down" in plain(app, ServicesPanel)
+        assert len(app.query_one(LogView).lines) > 0
+
+
+async def test_resizing_to_nothing_and_back(template: Template) -> None:
+    async with console(*scenes.mid_run(template)) as (app, _link, pilot):
+        for size in ((20, 5), (1, 1), (300, 90), (80, 24), (120, 40)):
+            await pilot.resize_terminal(*size)
+            app.tick()
+            await pilot.pause()
+        assert "RUNNING" in plain(app, StatusPanel)
+
+
+async def test_the_current_line_is_kept_in_view(template: Template) -> None:
+    async with console(*scenes.mid_run(template, done=25), size=(80, 24)) as (app, _link, pilot):
+        table = app.query_one(SegmentsTable)
+        await until(pilot, lambda: table.scroll_offset.y > 0)
+        rows = range(table.scroll_offset.y, table.scroll_offset.y + table.content_size.height)
+        assert 25 in rows
+        assert "25/27" in str(table.border_title)

@@ -1,0 +1,143 @@
+"""Preparing a job from the console: choosing a template, planning it, loading the plan."""
+
+import threading
+from pathlib import Path
+
+from textual.widgets import Input, OptionList, Static
+
+from schemas import messages as m
+from schemas import topics
+from schemas.template import Template
+from tests.tui import scenes
+from tests.tui.console import console, last, plain, until
+from tests.tui.scenes import received
+from tui.dialogs import PlanDialog, TemplateDialog
+from tui.event_log import ERROR, INFO
+from tui.map_view import MapView
+from tui.panels import StatusPanel
+
+
+async def test_choosing_a_shipped_template(template: Template) -> None:
+    async with console(*scenes.up()) as (app, _link, pilot):
+        await pilot.press("t")
+        names = [str(option.id) for option in app.screen.query_one(OptionList).options]
+        assert "soccer-11" in names
+        app.screen.query_one(OptionList).highlighted = names.index("soccer-11")
+        await pilot.press("enter")
+        assert app.state.template is not None
+        assert app.state.template.template == template
+        assert "Soccer" in str(app.query_one(MapView).border_title)
+        assert last(app)[1] == "Template soccer-11: 27 lines, 715.0 m of paint"
+
+
+async def test_a_template_file_that_is_wrong_is_explained_and_can_be_mended(tmp_path: Path, template: Template) -> None:
+    file = tmp_path / "mine.json"
+    file.write_text('{"name": "mine", "segments": []}')
+    async with console(*scenes.up()) as (app, _link, pilot):
+        await pilot.press("t")
+        await until(pilot, lambda: isinstance(app.screen, TemplateDialog))
+        field = app.screen.query_one(Input)
+        field.focus()
+        for wrong, problem in ((str(tmp_path / "none.json"), "neither"), (str(file), "segments"), (str(tmp_path), "")):
+            field.value = wrong
+            await pilot.press("enter")
+            assert isinstance(app.screen, TemplateDialog)
+            assert problem in str(app.screen.query_one("#problem", Static).visual)
+            assert str(app.screen.query_one("#problem", Static).visual)
+        file.write_text(template.model_dump_json())
+        field.value = str(file)
+        await pilot.press("enter")
+        assert app.state.template is not None
+
+
+async def test_planning_with_options(template: Template) -> None:
+    async with console(*scenes.up()) as (app, link, pilot):
+        app.operator.choose(template, template.model_dump_json())
+        link.answers[topics.PLAN_SERVICE.name] = scenes.plan_response(template)
+        await pilot.press("p")
+        assert isinstance(app.screen, PlanDialog)
+        app.screen.query_one("#paint_speed_mps", Input).value = "-1"
+        await pilot.press("enter")
+        assert isinstance(app.screen, PlanDialog)
+        assert "above 0" in str(app.screen.query_one("#problem", Static).visual)
+        app.screen.query_one("#paint_speed_mps", Input).value = "0.8"
+        await pilot.press("enter")
+        await until(pilot, lambda: app.state.path is not None)
+        (name, request) = link.asked[0]
+        assert name == topics.PLAN_SERVICE.name
+        assert request.template_json == template.model_dump_json()
+        assert request.options == m.PlanOptions(method="ccd", paint_speed_mps=0.8)
+        assert last(app) == (INFO, "Plan: 1.53 km in 26:23")
+        await pilot.press("p")
+        assert app.screen.query_one("#paint_speed_mps", Input).value == "0.8"
+
+
+async def test_progress_is_shown_while_planning(template: Template) -> None:
+    async with console(*scenes.up()) as (app, link, pilot):
+        app.operator.choose(template, template.model_dump_json())
+        link.held = threading.Event()
+        link.answers[topics.PLAN_SERVICE.name] = scenes.plan_response(template)
+        await pilot.press("p", "enter")
+        await until(pilot, lambda: link.asked)
+        progress = m.Progress(request_id=link.asked[0][1].request_id, stage="transitions", fraction=0.4)
+        link.incoming.append(received(topics.PLANNER_PROGRESS, progress))
+        await until(pilot, lambda: "planning: transitions 40 %" in plain(app, StatusPanel))
+        link.held.set()
+        await until(pilot, lambda: app.state.path is not None)
+        assert app.state.progress is None
+
+
+async def test_a_plan_for_a_template_that_was_left_is_dropped(template: Template) -> None:
+    async with console(*scenes.up()) as (app, link, pilot):
+        app.operator.choose(template, "one")
+        link.held = threading.Event()
+        link.answers[topics.PLAN_SERVICE.name] = scenes.plan_response(template)
+        await pilot.press("p", "enter")
+        await until(pilot, lambda: link.asked)
+        app.operator.choose(template, "another")
+        link.held.set()
+        await until(pilot, lambda: app.state.log.entries[-1].severity == ERROR)
+        assert app.state.path is None
+
+
+async def test_a_plan_that_makes_no_sense_is_not_taken(template: Template) -> None:
+    nonsense = m.Trajectory(path=m.Path(segments=(m.Segment(id="x"),)))
+    async with console(*scenes.up()) as (app, link, pilot):
+        app.operator.choose(template, "text")
+        link.answers[topics.PLAN_SERVICE.name] = m.PlanResponse(success=True, trajectory=nonsense)
+        await pilot.press("p", "enter")
+        await until(pilot, lambda: app.state.log.entries[-1].severity == ERROR)
+        assert "of no use" in last(app)[1]
+        assert app.state.path is None
+
+
+async def test_loading_hands_over_plan_and_template(template: Template) -> None:
+    async with console(*scenes.up()) as (app, link, pilot):
+        await pilot.press("l")
+        assert last(app)[1] == "Load: plan a template first (p)"
+        app.operator.choose(template, template.model_dump_json())
+        app.state.planned(scenes.trajectory(template), m.PlanReport())
+        link.answers[topics.LOAD.name] = m.LoadResponse(success=True, total_time=100.0)
+        await pilot.press("l")
+        await until(pilot, lambda: link.asked and app.state.loaded.path is not None)
+        link.incoming.append(received(topics.STATUS, scenes.status(template, m.TraversalStatus.READY)))
+        await until(pilot, lambda: app.state.path_loaded)
+        (name, request) = link.asked[0]
+        assert name == topics.LOAD.name
+        assert request.trajectory == scenes.trajectory(template)
+        assert request.template_json == template.model_dump_json()
+        assert last(app)[1] == "Load: takes 1:40"
+
+
+async def test_no_other_job_is_prepared_while_the_robot_is_on_one(template: Template) -> None:
+    async with console(*scenes.mid_run(template)) as (app, _link, pilot):
+        for key in ("t", "p"):
+            await pilot.press(key)
+            assert len(app.screen_stack) == 1
+            assert "on a job" in last(app)[1]
+
+
+async def test_planning_needs_a_template() -> None:
+    async with console(*scenes.up()) as (app, _link, pilot):
+        await pilot.press("p")
+        assert last(app)[1] == "Plan: choose a template first (t)"
