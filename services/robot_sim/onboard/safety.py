@@ -25,8 +25,8 @@ MAX_SLIP = 0.5
 SETTLE_S = 1.0
 """How long all must have been well again before painting goes on."""
 SLIP_SETTLE_S = 5.0
-"""The same after the wheels slipped: that is known by driving only. A robot that stands turns no wheel and shakes no IMU
-against it, so all is well at once whatever the cause, and a try a second would be spent while that lasts."""
+"""The same after the wheels slipped, which only driving can show: a robot that stands turns no wheel, so all seems well
+at once whatever the cause, and all tries would be spent while that lasts."""
 
 CONTRADICTION = "the fixes contradict the estimate"
 SLIP = "the wheels slip: they contradict the other sensors"
