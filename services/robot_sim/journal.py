@@ -135,9 +135,10 @@ class Journal:
         except OSError as error:
             self._lose_paint(error)
 
-    def go_on(self, points: int) -> None:
-        """Go on with what `unfinished` gave, of which this many points of paint could be entered."""
-        self.problem, self._keeps_paint = "", self._paint is not None and self._paint.points == points
+    def go_on(self) -> None:
+        """Go on with what `unfinished` gave: paint that is written comes after that."""
+        if self._paint is not None:
+            self.problem, self._keeps_paint = "", True
 
     def write(self, checkpoint: Checkpoint, totals: Totals, paint: Paint) -> None:
         """Note where the traversal is, after the paint that has fallen since the last time."""

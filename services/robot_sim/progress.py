@@ -57,7 +57,7 @@ class Progress:
         if not self._under_way:
             self._under_way = True
             if self._resumed:
-                journal.go_on(emulator.ledger.points)
+                journal.go_on()
             else:
                 journal.begin(self._digest)
         journal.write(checkpoint, emulator.totals, emulator.ledger)
