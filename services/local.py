@@ -77,13 +77,15 @@ def local_system(
         config: The bus to use; by default a private one, so that several jobs can run at once.
         bridge_arguments: Options of ``touchline bridge``.
     """
+    private = config is None
     config = config or BusConfig(endpoint=f"tcp/127.0.0.1:{_free_port()}")
-    children = [
-        Child(topics.ROBOT_SIM, ["robot-sim", *robot_arguments]),
-        Child(topics.PLANNER, ["planner"]),
-        Child(topics.BRIDGE, ["bridge", *bridge_arguments]),
-    ]
     with tempfile.TemporaryDirectory(prefix="touchline-") as folder:
+        journal = ["--journal", f"{folder}/robot.journal"] if private else []  # nobody comes back to a private bus
+        children = [
+            Child(topics.ROBOT_SIM, ["robot-sim", *robot_arguments, *journal]),
+            Child(topics.PLANNER, ["planner"]),
+            Child(topics.BRIDGE, ["bridge", *bridge_arguments]),
+        ]
         supervisor = Supervisor(children, config, Path(folder))
         supervisor.start()
         try:

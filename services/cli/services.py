@@ -32,13 +32,16 @@ def robot_sim(
     robot: ScenarioChoice,
     origin: OriginOption = None,
     speed: Annotated[str, typer.Option(help="Times real time, or `max`; can be changed while it runs.")] = "1",
+    journal: Annotated[
+        Path | None, typer.Option(help="Where to keep what a restart goes on from; default: the user's state folder.")
+    ] = None,
     supervised: SupervisedOption = False,
 ) -> None:
     """Run the emulated robot: waits on the bus for a trajectory and drives it, until Ctrl-C."""
     from services.robot_sim.service import run_service
 
     chosen = robot.chosen().at(None if origin is None else parse_origin(origin, "--origin"))
-    run_service(scenario=chosen, speed=speed_factor(speed), supervised=supervised)
+    run_service(scenario=chosen, speed=speed_factor(speed), journal=journal, supervised=supervised)
 
 
 def bridge(

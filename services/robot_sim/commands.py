@@ -9,6 +9,7 @@ from typing import Any, Final
 from schemas import messages as m
 from schemas import topics
 from schemas.catalogue import parse_template
+from schemas.cdr import encode
 from schemas.errors import CommandRefused, SpecError
 from schemas.faults import describe, parse_fault
 from schemas.messages.base import Message
@@ -16,9 +17,10 @@ from schemas.placement import same_place
 from schemas.template import Template
 from schemas.topics import Service
 from services.robot_sim.emulator import Emulator
-from services.robot_sim.frames import Checkpoint, OnboardEvent
-from services.robot_sim.journal import Journal, digest
-from services.robot_sim.packing import Payload
+from services.robot_sim.frames import OnboardEvent
+from services.robot_sim.journal import Journal
+from services.robot_sim.packing import Payload, header
+from services.robot_sim.progress import Progress
 from services.robot_sim.telemetry import Telemetry
 
 Handler = Callable[[Any], Message]
@@ -48,8 +50,7 @@ class Commands:
         journal: Journal | None = None,
     ) -> None:
         """See the class."""
-        self._journal = journal
-        self._digest = b""
+        self._progress = Progress(emulator, journal)
         self._emulator, self._telemetry, self._set_speed = emulator, telemetry, set_speed
         self.told: list[Payload] = []
         self.handlers: dict[Service[Any, Any], Handler] = {
@@ -72,13 +73,17 @@ class Commands:
             template = parse_template(request.template_json) if request.template_json.strip() else None
             if template is not None:
                 self._check_origin(template)
-            resume = self._checkpoint(request) if request.resume else None
-            total_time_s = self._emulator.load(request.trajectory, template, resume)
+            resume, remains = self._progress.unfinished(request.trajectory) if request.resume else (None, None)
+            total_time_s = self._emulator.load(request.trajectory, template, resume, remains)
         except (CommandRefused, SpecError) as error:
             return m.LoadResponse(success=False, message=str(error))
         self.told += self._telemetry.loaded(request.trajectory, template)
-        self._note_trajectory(request.trajectory)
+        self.told += self._of_journal(self._progress.loaded(request.trajectory, resumed=request.resume))
         message = "loaded" if resume is None else f"loaded, to go on at {resume.arc_length_m:.2f} m"
+        if remains is not None and (lost := remains.totals.points - len(remains.paint)):
+            lack = f"{lost} of {remains.totals.points} points of the paint so far are missing in all figures"
+            self.told += self._of_journal(lack)
+            message += f"; {lack}"
         return m.LoadResponse(success=True, message=message, total_time=total_time_s)
 
     def _check_origin(self, template: Template) -> None:
@@ -97,7 +102,7 @@ class Commands:
         try:
             total_time_s = self._emulator.load(request.trajectory)
             self.told += self._telemetry.loaded(request.trajectory, None)
-            self._note_trajectory(request.trajectory)
+            self.told += self._of_journal(self._progress.loaded(request.trajectory, resumed=False))
             self._emulator.start()
         except CommandRefused as error:
             self.tell(m.Event.ERROR, "start-refused", str(error))
@@ -105,20 +110,21 @@ class Commands:
         self.told += self._telemetry.news()
         return m.StartTraversalResponse(total_time=total_time_s, success=True)
 
-    def note_progress(self) -> None:
-        """Keep the journal; call it after every tick."""
-        if self._journal is not None and self._digest:
-            self._journal.write(self._digest, self._emulator.onboard.checkpoint)
+    def note_progress(self) -> list[Payload]:
+        """Keep the journal, after every tick or every few, but before the paint of these is published.
 
-    def _checkpoint(self, request: m.LoadRequest) -> Checkpoint:
-        found = self._journal.unfinished(request.trajectory) if self._journal is not None else None
-        if found is None:
-            raise CommandRefused("there is nothing to resume: the robot was not under way in this trajectory")
-        return found
+        Returns what is to be published about that: nothing, if all is well.
+        """
+        problem = self._progress.note()
+        return self._of_journal(problem) if problem else []
 
-    def _note_trajectory(self, trajectory: m.Trajectory) -> None:
-        if self._journal is not None:
-            self._digest = digest(trajectory)
+    def _of_journal(self, problem: str) -> list[Payload]:
+        """A line of the event log; it is about this machine's disk, so it has no part in the session's hash."""
+        if not problem:
+            return []
+        head = header(self._emulator.tick_count)
+        event = m.Event(header=head, severity=m.Event.WARN, source=topics.ROBOT_SIM, code="journal", text=problem)
+        return [(topics.EVENTS, encode(event))]
 
     def set_speed(self, request: m.SetSpeedRequest) -> m.SetSpeedResponse:
         """Change the pace of sim time."""

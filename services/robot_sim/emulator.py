@@ -33,6 +33,7 @@ from services.robot_sim.onboard.trajectory import resume_pose
 from services.robot_sim.paint.ledger import PaintLedger
 from services.robot_sim.paint.metrics import PaintMetrics, paint_metrics
 from services.robot_sim.paint.targets import start_pose, targets
+from services.robot_sim.remains import Remains, Totals
 from services.robot_sim.sensors.sense import stand_by
 from services.robot_sim.sensors.suite import Sensors
 from services.robot_sim.world import body
@@ -156,11 +157,18 @@ class Emulator:
         """Whether a traversal is under way or has not yet come to rest."""
         return self.onboard.state in UNDER_WAY or self._ended_ticks < SETTLE_TICKS
 
-    def load(self, trajectory: Trajectory, template: Template | None = None, resume: Checkpoint | None = None) -> float:
+    def load(
+        self,
+        trajectory: Trajectory,
+        template: Template | None = None,
+        resume: Checkpoint | None = None,
+        remains: Remains | None = None,
+    ) -> float:
         """Take a trajectory and what it shall paint; returns its planned duration [s].
 
         The robot is carried to the scenario's start or else to where the plan begins, and a new ledger is opened. With
-        `resume` it stands where another process left it, sim time goes on from then, and only the rest is painted.
+        `resume` it stands where another process left it, sim time goes on from then, and only the rest is painted. With
+        its `remains` it also has no more paint and charge than that had, and the figures are those of the whole job.
 
         Raises:
             CommandRefused: A traversal is under way or coming to rest, or the trajectory cannot be driven.
@@ -179,6 +187,10 @@ class Emulator:
         width_m = template.line_width_m if template is not None else self.vehicle.spray_width_m
         self.ledger = PaintLedger(wanted, width_m, self.vehicle.spray_width_m)
         self.estimator_error = EstimatorError()
+        if remains is not None:
+            self.estimator_error = EstimatorError(remains.totals.errors)
+            self.world.supply(remains.totals.supplies)
+            self.ledger.restore(remains.paint, remains.totals.sent)
         if self.scenario.start is None or resume is not None:
             self.world.place(Pose(*start))
         if resume is not None and resume.tick > self.tick_count:
@@ -253,6 +265,11 @@ class Emulator:
         if stage != WHOLE:
             self.ledger.record(self.world.trace)
             self._follow_up()
+
+    @property
+    def totals(self) -> Totals:
+        """What has been used up and summed up in the loaded traversal."""
+        return Totals(self.world.supplies, self.estimator_error.totals, self.ledger.points, self.ledger.sent)
 
     def metrics(self) -> PaintMetrics:
         """The figures of the paint so far; takes a moment."""

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from operator import add
 from typing import Final
 
 import numpy as np
@@ -40,13 +42,22 @@ def enter_error(
 class EstimatorError:
     """The estimate against the truth, from the first motion of a traversal to its end.
 
+    Args:
+        before: Sums of the part of the traversal that another process has driven.
+
     Attributes:
-        sums: (SUMS,) for kernels.
+        sums: (SUMS,) for kernels; without those `before`, since a count tells that the robot has moved.
     """
 
-    def __init__(self) -> None:
-        """Start empty."""
+    def __init__(self, before: Sequence[float] = (0.0,) * SUMS) -> None:
+        """See the class."""
+        self._before = tuple(before)
         self.sums: NDArray[np.float64] = np.zeros(SUMS)
+
+    @property
+    def totals(self) -> tuple[float, ...]:
+        """(SUMS,) those before included."""
+        return tuple(map(add, self._before, self.sums.tolist()))
 
     def add(self, truth: Pose, speed_mps: float, estimate: Estimate) -> None:
         """Enter one tick."""
@@ -63,5 +74,5 @@ class EstimatorError:
         return self._root_mean(HEADING)
 
     def _root_mean(self, quantity: int) -> float:
-        count = float(self.sums[COUNT])
-        return math.sqrt(float(self.sums[quantity]) / count) if count else 0.0
+        totals = self.totals
+        return math.sqrt(totals[quantity] / totals[COUNT]) if totals[COUNT] else 0.0

@@ -172,6 +172,9 @@ class Checkpoint(NamedTuple):
     """From where paint is owed: where it stopped, or would have if the process had died in this tick."""
     tick: int = 0
     """At the end of which this was so; sim time goes on from there."""
+    elapsed_s: float = 0.0
+    """As of `Status`, like the next."""
+    follower_fallbacks: int = 0
 
 
 class OnboardEvent(NamedTuple):

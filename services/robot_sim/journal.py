@@ -1,28 +1,42 @@
 """Where the robot is in its traversal, kept on disk from tick to tick, so that a killed process can be told to go on.
 
 A small file mapped into memory: writing is a copy of some bytes, and what was written survives the process. Two slots
-are written in turn and carry a checksum, so that a process killed in the middle of writing leaves the tick before.
+are written in turn and carry a checksum, so that a process killed in the middle of writing leaves what it wrote before.
+The paint is in a file beside it, `paint/record.py`; a slot says how much of that has fallen.
 """
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
 import math
 import mmap
+import os
 import struct
 import zlib
 from pathlib import Path
 from types import TracebackType
-from typing import Final, Self
+from typing import Final, NamedTuple, Protocol, Self
+
+import numpy as np
+from numpy.typing import NDArray
 
 from schemas.cdr import encode
 from schemas.messages import Trajectory
 from services.robot_sim.frames import Checkpoint
+from services.robot_sim.paint.record import PaintRecord
+from services.robot_sim.remains import Remains, Totals
 
-_RECORD: Final = struct.Struct("<Q16siddQI")
-"""Count, trajectory, leg, arc length, owed from (nan: none), tick, checksum."""
-_SLOT: Final = 64
+_RECORD: Final = struct.Struct("<Q16siddQdI4d3dQQ")
+"""Number, trajectory, the checkpoint (leg −1: over; owed from nan: nothing), the totals."""
+_CHECK: Final = struct.Struct("<I")
+_USED: Final = _RECORD.size + _CHECK.size
+_VERSION: Final = 2
+"""Where the checksum begins: a record of another layout is none."""
+_SLOT: Final = 256
 _SIZE: Final = 2 * _SLOT
+_OVER: Final = Checkpoint(-1, 0.0, None)
+_NOTHING: Final = Totals((0.0,) * 4, (0.0,) * 3, 0, 0)
 
 
 def digest(trajectory: Trajectory) -> bytes:
@@ -30,23 +44,56 @@ def digest(trajectory: Trajectory) -> bytes:
     return hashlib.blake2b(encode(trajectory), digest_size=16).digest()
 
 
-class Journal:
-    """The journal of one robot.
+class Paint(Protocol):
+    """What the journal needs of a `PaintLedger`."""
 
-    Raises:
-        OSError: The file cannot be made or mapped.
+    def rows(self, first: int) -> NDArray[np.float64]:
+        """The points from one on."""
+
+
+class _Entry(NamedTuple):
+    number: int  # counts up; 0 is none
+    trajectory: bytes
+    checkpoint: Checkpoint
+    totals: Totals
+
+
+_NO_ENTRY: Final = _Entry(0, b"", _OVER, _NOTHING)
+
+
+class Journal:
+    """The journal of one robot. A file that cannot be used stops nobody: the robot drives without it.
+
+    Attributes:
+        problem: Why nothing, or not all, is kept; "" if all is well.
     """
 
     def __init__(self, path: Path) -> None:
-        """Open the journal at `path`, or begin one."""
+        """Open the journal at `path`, or begin one; what is none is overwritten in time."""
+        self.problem = ""
+        self._file = -1
+        self._map: mmap.mmap | None = None
+        self._paint: PaintRecord | None = None
+        self._keeps_paint = False
+        self._number, self._trajectory = 0, b""
+        try:
+            self._open(path)
+        except BlockingIOError:
+            self.problem = f"another robot keeps its journal in {path}"
+        except OSError as error:
+            self.problem = f"the journal {path} cannot be kept: {error.strerror or error}"
+        if self.problem:
+            self._close()
+
+    def _open(self, path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
-        self._file = path.open("a+b")
-        if self._file.seek(0, 2) < _SIZE:
-            self._file.truncate(_SIZE)
-            self._file.flush()
-        self._map = mmap.mmap(self._file.fileno(), _SIZE)
-        newest = max((self._read(0), self._read(1)), key=lambda record: record[0])
-        self._count, self._trajectory, self._checkpoint = newest
+        self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+        fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # let go of when the process dies
+        os.posix_fallocate(self._file, 0, _SIZE)  # a mapped page without room on the disk would kill the process
+        self._map = mmap.mmap(self._file, _SIZE)
+        newest = self._newest()
+        self._number, self._trajectory = newest.number, newest.trajectory
+        self._paint = PaintRecord(path.with_suffix(".paint"))
 
     def __enter__(self) -> Self:
         """Use as a context."""
@@ -55,31 +102,88 @@ class Journal:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Unmap the file; what it says stays."""
-        self._map.close()
-        self._file.close()
+        """Unmap the files; what they say stays."""
+        self._close()
 
-    def unfinished(self, trajectory: Trajectory) -> Checkpoint | None:
-        """From where this trajectory can go on; None if it was not under way when the journal ended."""
-        return self._checkpoint if self._trajectory == digest(trajectory) else None
+    def _close(self) -> None:
+        if self._paint is not None:
+            self._paint.close()
+        if self._map is not None:
+            self._map.close()
+        if self._file >= 0:
+            os.close(self._file)
+        self._paint, self._map, self._file = None, None, -1
 
-    def write(self, trajectory: bytes, checkpoint: Checkpoint | None) -> None:
-        """Note where the trajectory of this digest is; None: it is over. Costs next to nothing if nothing changed."""
-        if checkpoint == self._checkpoint and trajectory == self._trajectory:
+    def unfinished(self, trajectory: Trajectory) -> tuple[Checkpoint, Remains] | None:
+        """From where this trajectory can go on, and what is left of it; None if it was not under way at the end."""
+        if self._paint is None:
+            return None
+        _, whose, checkpoint, totals = self._newest()
+        if checkpoint.leg < 0 or whose != digest(trajectory):
+            return None
+        return checkpoint, Remains(totals, self._paint.read(whose, totals.points))
+
+    def begin(self, trajectory: bytes) -> None:
+        """Begin the traversal of the trajectory of this digest: no paint has fallen."""
+        if self._paint is None:
             return
-        self._count += 1
-        self._trajectory, self._checkpoint = trajectory, checkpoint
-        leg, arc_length_m, owed_from_m, tick = checkpoint if checkpoint is not None else (-1, 0.0, None, 0)
-        owed = math.nan if owed_from_m is None else owed_from_m
-        record = _RECORD.pack(self._count, trajectory, leg, arc_length_m, owed, tick, 0)[:-4]
-        start = self._count % 2 * _SLOT
-        self._map[start : start + _RECORD.size] = record + struct.pack("<I", zlib.crc32(record))
+        self._trajectory = trajectory
+        self._write(_OVER, _NOTHING)  # there is nothing to resume once the last one's paint is gone
+        self.problem, self._keeps_paint = "", True
+        try:
+            self._paint.begin(trajectory)
+        except OSError as error:
+            self._lose_paint(error)
 
-    def _read(self, slot: int) -> tuple[int, bytes, Checkpoint | None]:
-        raw = self._map[slot * _SLOT : slot * _SLOT + _RECORD.size]
-        count, trajectory, leg, arc_length_m, owed, tick, check = _RECORD.unpack(raw)
-        if count == 0 or check != zlib.crc32(raw[:-4]):
-            return 0, b"", None
-        if leg < 0:
-            return count, trajectory, None
-        return count, trajectory, Checkpoint(leg, arc_length_m, None if math.isnan(owed) else owed, tick)
+    def go_on(self) -> None:
+        """Go on with what `unfinished` gave: paint that is written comes after that."""
+        if self._paint is not None:
+            self.problem, self._keeps_paint = "", True
+
+    def write(self, checkpoint: Checkpoint, totals: Totals, paint: Paint) -> None:
+        """Note where the traversal is, after the paint that has fallen since the last time."""
+        if self._paint is None:
+            return
+        if self._keeps_paint and totals.points > self._paint.points:
+            try:
+                self._paint.append(paint.rows(self._paint.points))
+            except OSError as error:
+                self._lose_paint(error)
+        self._write(checkpoint, totals)
+
+    def end(self) -> None:
+        """The traversal is over."""
+        if self._paint is not None:
+            self._write(_OVER, _NOTHING)
+
+    def _lose_paint(self, error: OSError) -> None:
+        self._keeps_paint = False
+        self.problem = f"the paint is not kept for a restart any more: {error.strerror or error}"
+
+    def _write(self, checkpoint: Checkpoint, totals: Totals) -> None:
+        self._number += 1
+        leg, arc_length_m, owed_from_m, *rest = checkpoint
+        owed = math.nan if owed_from_m is None else owed_from_m
+        supplies, errors, points, sent = totals
+        record = _RECORD.pack(
+            self._number, self._trajectory, leg, arc_length_m, owed, *rest, *supplies, *errors, points, sent
+        )
+        start = self._number % 2 * _SLOT
+        assert self._map is not None, "open"
+        self._map[start : start + _USED] = record + _CHECK.pack(zlib.crc32(record, _VERSION))
+
+    def _newest(self) -> _Entry:
+        return max(self._read(0), self._read(1), key=lambda entry: entry.number)
+
+    def _read(self, slot: int) -> _Entry:
+        assert self._map is not None, "open"
+        raw = self._map[slot * _SLOT : slot * _SLOT + _USED]
+        number, trajectory, *place, points, sent = _RECORD.unpack(raw[: _RECORD.size])
+        if number == 0 or raw[_RECORD.size :] != _CHECK.pack(zlib.crc32(raw[: _RECORD.size], _VERSION)):
+            return _NO_ENTRY
+        leg, arc_length_m, owed, tick, elapsed_s, fallbacks, *figures = place
+        owed_from_m = None if math.isnan(owed) else owed
+        checkpoint = Checkpoint(leg, arc_length_m, owed_from_m, tick, elapsed_s, fallbacks)
+        tank_l, battery_wh, tank_reserve_l, battery_reserve_wh, *errors = figures
+        supplies = (tank_l, battery_wh, tank_reserve_l, battery_reserve_wh)
+        return _Entry(number, trajectory, checkpoint, Totals(supplies, tuple(errors), points, sent))

@@ -39,6 +39,7 @@ def run_service(
     *,
     speed: float = 1.0,
     clock: ClockPolicy = "held",
+    journal: Path | None = None,
     supervised: bool = False,
 ) -> None:
     """Be the robot until SIGTERM or SIGINT (or, `supervised`, until the parent process is gone).
@@ -50,6 +51,7 @@ def run_service(
         speed: Sim time per wall time: N is N× real time, 0 holds, negative is as fast as it goes.
         clock: `held`: sim time passes only while a traversal is under way or coming to rest, so that runs are
             reproducible; `free`: always.
+        journal: Where is kept what another process would go on from; default: in the user's state folder.
         supervised: Whether to end with the parent process.
 
     Raises:
@@ -61,8 +63,8 @@ def run_service(
         health = HealthReporter(bus)
         warm_up(health.starting, vehicle, scenario)
         bus.claim()
-        with Journal(journal_path(bus.config.namespace)) as journal:
-            robot = RobotProcess(bus, health, vehicle, scenario, speed=speed, clock=clock, journal=journal)
+        with Journal(journal or journal_path(bus.config.namespace)) as kept:
+            robot = RobotProcess(bus, health, vehicle, scenario, speed=speed, clock=clock, journal=kept)
             while not stop:
                 robot.turn()
             robot.close()
@@ -135,13 +137,13 @@ class RobotProcess:
         self._publish(self._commands.take())
         for _ in range(BRAKING_TICKS):
             self._emulator.tick()
-            self._commands.note_progress()
+            self._publish(self._commands.note_progress())
             self._publish(self._telemetry.after_tick())
 
     def _run(self, ticks: int, until_s: float) -> None:
         while ticks > 0 and (self._free or self._emulator.active):
             done = self._quiet.step(self._telemetry.until_due(ticks), self._telemetry.rows)
-            self._commands.note_progress()
+            self._publish(self._commands.note_progress())
             self._publish(self._telemetry.after(done))
             ticks -= done
             self._answer_stops()

@@ -1,4 +1,4 @@
-"""A killed process, and the one that comes after it: the journal, and paint without gaps or twice."""
+"""A killed process, and the one that comes after it: paint without gaps or twice, and figures of the whole job."""
 
 import itertools
 import uuid
@@ -14,7 +14,8 @@ from schemas.vehicle import Vehicle
 from services.bus import Bus, HealthReporter
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.frames import Checkpoint
-from services.robot_sim.journal import Journal, digest
+from services.robot_sim.journal import Journal
+from services.robot_sim.remains import Remains
 from services.robot_sim.service import RobotProcess
 from tests.robot_sim.scripted import trajectory
 
@@ -120,31 +121,68 @@ def test_a_checkpoint_of_another_path_is_refused(checkpoint):
         Emulator(Vehicle(), Scenario(noise="none")).load(PLAN, resume=checkpoint)
 
 
-def test_journal_survives_and_knows_its_trajectory(tmp_path):
-    path = tmp_path / "deep" / "tt2.journal"
-    with Journal(path) as journal:
-        assert journal.unfinished(PLAN) is None
-        for tick in range(7):
-            journal.write(digest(PLAN), Checkpoint(0, tick / 100, None if tick % 2 else 0.5, tick))
-    with Journal(path) as journal:
-        assert journal.unfinished(PLAN) == Checkpoint(0, 0.06, 0.5, 6)
-        assert journal.unfinished(OTHER) is None
-        journal.write(digest(PLAN), None)
-    with Journal(path) as journal:
-        assert journal.unfinished(PLAN) is None
+@pytest.mark.parametrize("at", [5.5, 7.77])
+def test_figures_and_supplies_are_those_of_the_whole_job(at):
+    """As if there had been no crash, but for the joint, the second run-up and what that takes."""
+    whole, before = killed_at(99.0, "none"), killed_at(at, "none")
+    after = Emulator(Vehicle(), Scenario(noise="none", seed=3))
+    remains = Remains(before.totals, before.ledger.rows(0))
+    after.load(PLAN, None, before.onboard.checkpoint, remains)
+    assert after.totals == before.totals
+    assert after.metrics() == before.metrics()
+    assert after.onboard.status.elapsed_s == before.onboard.status.elapsed_s
+    after.start()
+    drive(after)
+    figures, known = after.metrics(), whole.metrics()
+    assert len(after.ledger.strokes()) == 2
+    assert figures.coverage_pct == pytest.approx(known.coverage_pct, abs=1e-9)
+    assert 0.0 < figures.painted_length_m - known.painted_length_m < 0.02
+    twice_m = figures.double_paint_m2 / Vehicle().spray_width_m
+    assert twice_m == pytest.approx(figures.painted_length_m - known.painted_length_m, abs=1e-3)
+    used, known_used = (Vehicle().tank_l - e.world.supplies[0] for e in (after, whole))
+    assert used == pytest.approx(known_used, rel=0.005)
+    assert used > known_used
+    assert after.world.supplies[1] < whole.world.supplies[1] < before.world.supplies[1]
+    assert after.onboard.status.elapsed_s > whole.onboard.status.elapsed_s + 3.0
+    assert after.time_s == pytest.approx(after.onboard.status.elapsed_s + 1.0, abs=0.02)
+    moving = before.totals.errors[0] + after.estimator_error.sums[0]
+    assert after.totals.errors[0] == moving > whole.totals.errors[0]
 
 
-@pytest.mark.parametrize("slot", [0, 64])
-def test_a_torn_record_leaves_the_one_before(tmp_path, slot):
-    path = tmp_path / "tt2.journal"
-    with Journal(path) as journal:
-        journal.write(digest(PLAN), Checkpoint(0, 1.0, None))
-        journal.write(digest(PLAN), Checkpoint(0, 2.0, None))
-    raw = bytearray(path.read_bytes())
-    raw[slot + 30] ^= 0xFF
-    path.write_bytes(raw)
-    with Journal(path) as journal:
-        assert journal.unfinished(PLAN) == Checkpoint(0, 1.0 if slot == 0 else 2.0, None)
+def test_what_a_fault_keeps_from_use_comes_back_when_it_ends():
+    fault = {"kind": "tank-empty", "litres": 1.0, "start_s": 2.0, "duration_s": 10.0}
+    scenario = Scenario.model_validate({"noise": "none", "faults": [fault]})
+    before, after = Emulator(Vehicle(), scenario), Emulator(Vehicle(), scenario)
+    before.load(PLAN)
+    before.start()
+    drive(before, lambda e: e.time_s >= 9.0)
+    assert before.world.supplies[0] < 1.0
+    after.load(PLAN, None, before.onboard.checkpoint, Remains(before.totals, before.ledger.rows(0)))
+    after.start()
+    drive(after)
+    assert Vehicle().tank_l - 0.05 < after.world.supplies[0] < Vehicle().tank_l
+
+
+def test_a_gap_at_the_joint_shows_in_the_figures():
+    """Paint that is lost, here the last 30 cm before the kill, is missing in the figures of the whole job."""
+    before = killed_at(8.0, "none")
+    after = Emulator(Vehicle(), Scenario(noise="none", seed=3))
+    paint = before.ledger.rows(0)[:-30]
+    after.load(PLAN, None, before.onboard.checkpoint, Remains(before.totals, paint))
+    after.start()
+    drive(after)
+    assert after.metrics().gap_m == pytest.approx(0.3, abs=0.03)
+
+
+def test_marks_that_nobody_heard_come_once_more():
+    before = killed_at(7.0, "none")
+    told = before.ledger.take_marks()
+    drive(before, lambda e: e.onboard.status.arc_length_m >= 7.05)
+    after = Emulator(Vehicle(), Scenario(noise="none", seed=3))
+    after.load(PLAN, None, before.onboard.checkpoint, Remains(before.totals, before.ledger.rows(0)))
+    (again,) = after.ledger.take_marks()
+    assert again.first_index == told[-1].first_index + len(told[-1].x_m) - 1
+    assert again.first_index + len(again.x_m) == before.ledger.points
 
 
 def test_over_the_bus(bus_config, tmp_path):
@@ -175,4 +213,6 @@ def test_over_the_bus(bus_config, tmp_path):
             assert ask(robot, topics.START).success
             while robot.active:
                 robot.turn()
-            assert all(-0.02 < joint < 0.01 for joint in joints(first, robot._emulator))
+            whole = strokes(robot._emulator)
+            assert whole[0] == strokes(first)[0] and len(whole) == 2
+            assert all(-0.02 < joint < 0.01 for joint in joints(robot._emulator))

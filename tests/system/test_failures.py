@@ -10,15 +10,23 @@ import pytest
 
 from schemas import topics
 from schemas.catalogue import template_text
+from schemas.cdr import decode
 from schemas.messages import (
     CommandRequest,
+    GetPaintRequest,
     LoadRequest,
+    PaintMarks,
     PlanRequest,
     RecordRequest,
+    RecordStopRequest,
     SetSpeedRequest,
     SprayerState,
+    Trajectory,
+    TraversalReport,
     TraversalStatus,
 )
+from schemas.messages.base import Message
+from schemas.vehicle import Vehicle
 from services.bridge.reader import RecordingReader
 from services.bus import Bus, BusConfig
 from services.local import LocalSystem, local_system
@@ -51,13 +59,14 @@ class Observer:
         return self
 
 
-def start_painting(bus: Bus, speed: float) -> None:
-    plan = bus.call(topics.PLAN_SERVICE, PlanRequest(request_id="plan", template_json=TEMPLATE), 30.0)
+def start_painting(bus: Bus, speed: float, template: str = TEMPLATE) -> Trajectory:
+    plan = bus.call(topics.PLAN_SERVICE, PlanRequest(request_id="plan", template_json=template), 30.0)
     assert plan.success, plan.message
-    load = LoadRequest(request_id="load", trajectory=plan.trajectory, template_json=TEMPLATE)
+    load = LoadRequest(request_id="load", trajectory=plan.trajectory, template_json=template)
     assert bus.call(topics.LOAD, load).success
     assert bus.call(topics.SET_SPEED, SetSpeedRequest(request_id="speed", factor=speed)).success
     assert bus.call(topics.START, CommandRequest(request_id="start")).success
+    return plan.trajectory
 
 
 @pytest.fixture
@@ -111,6 +120,56 @@ def test_the_robot_may_die_and_comes_back_with_its_valve_closed(painting):
     wait_until(lambda: start_again.look().status.state == TraversalStatus.IDLE)
     assert not start_again.sprayer.valve_open
     assert any(m.topic.endswith("paint/marks") for m in RecordingReader(recording).messages())
+
+
+THREE_LINES = """{"name": "three", "title": "Three lines", "line_width_m": 0.12, "segments": [
+    {"id": "a", "line": {"start": [0, 0], "end": [9, 0]}, "actuation": "DISC_SPRAY"},
+    {"id": "b", "line": {"start": [9, 4], "end": [0, 4]}, "actuation": "DISC_SPRAY"},
+    {"id": "c", "line": {"start": [0, 8], "end": [9, 8]}, "actuation": "DISC_SPRAY"}]}"""
+
+
+def test_a_killed_robot_goes_on_and_reports_the_whole_job(tmp_path: Path):
+    recording = tmp_path / "session.mcap"
+    with local_system(["--noise", "none"]) as system:
+        system.wait_until_ready(lambda doing: None)
+        bus, observer = system.bus, Observer(system.bus)
+        reports = bus.inbox([topics.REPORT])
+        assert bus.call(topics.RECORD, RecordRequest(request_id="r", path=str(recording))).success
+        plan = start_painting(bus, 20.0, THREE_LINES)
+        wait_until(lambda: observer.look().status.coverage_pct > 45.0)
+        before = bus.call(topics.GET_PAINT, GetPaintRequest()).strokes
+        kill(system, topics.ROBOT_SIM)
+        load = LoadRequest(request_id="go on", trajectory=plan, template_json=THREE_LINES, resume=True)
+        answer = bus.call(topics.LOAD, load)
+        assert "to go on at" in answer.message, answer.message
+        restored = bus.call(topics.GET_PAINT, GetPaintRequest()).strokes
+        assert restored[: len(before) - 1] == tuple(
+            mark.model_copy(update={"header": restored[0].header}) for mark in before[:-1]
+        )
+        assert observer.look().status.coverage_pct > 45.0
+        assert bus.call(topics.SET_SPEED, SetSpeedRequest(request_id="fast", factor=-1.0)).success
+        assert bus.call(topics.START, CommandRequest(request_id="again")).success
+        heard: list[Message] = []
+        wait_until(lambda: bool(heard.extend(message for _, message in reports.messages()) or heard))
+        report = heard[-1]
+        assert isinstance(report, TraversalReport)
+        strokes = bus.call(topics.GET_PAINT, GetPaintRequest()).strokes
+        tank_l = observer.look().sprayer.tank_l
+        bus.call(topics.RECORD_STOP, RecordStopRequest(request_id="s"))
+    assert report.success
+    assert report.coverage_pct >= 99.9
+    assert 27.0 < report.painted_length_m < 27.2, "the joint is painted twice by less than 2 cm"
+    assert 0.0 < report.double_paint_m2 < 0.02 * 0.12
+    assert strokes[: len(restored) - 1] == tuple(
+        mark.model_copy(update={"header": strokes[0].header}) for mark in restored[:-1]
+    )
+    assert len(strokes) > len(restored)
+    used_l = report.painted_length_m * Vehicle().paint_l_per_m
+    assert tank_l == pytest.approx(Vehicle().tank_l - used_l, abs=0.002)
+    recorded = [message for message in RecordingReader(recording).messages() if message.topic.endswith("paint/marks")]
+    marks = [decode(PaintMarks, message.payload) for message in recorded]
+    heard_points = {index for mark in marks for index in range(mark.first_index, mark.first_index + len(mark.x_m))}
+    assert heard_points == set(range(strokes[-1].first_index + len(strokes[-1].x_m))), "nothing is missing in between"
 
 
 def test_the_bridge_may_die_and_its_recording_can_be_read(painting):

@@ -82,7 +82,7 @@ class Job:
         Raises:
             CommandRefused: It is no place on this path.
         """
-        leg, arc_length_m, owed_from_m, _ = checkpoint
+        leg, arc_length_m, owed_from_m = checkpoint[:3]
         if not 0 <= leg < len(self.plan.legs) or not 0.0 <= arc_length_m <= self.plan.total_length_m:
             raise CommandRefused(f"cannot resume at {arc_length_m:.3f} m of leg {leg}: the path has no such place")
         self.driver.resume_at(leg, arc_length_m)
@@ -90,10 +90,9 @@ class Job:
         self._resumed = True
 
     @property
-    def checkpoint(self) -> Checkpoint:
-        """Where another process could go on."""
-        owed_from_m = self.sprayer.owed_if_it_ended(self._nozzle_m())
-        return Checkpoint(self.driver.leg_index, self.driver.arc_length_m, owed_from_m)
+    def place(self) -> tuple[int, float, float | None]:
+        """Where another process could go on: the first three of `Checkpoint`."""
+        return self.driver.leg_index, self.driver.arc_length_m, self.sprayer.owed_if_it_ended(self._nozzle_m())
 
     @property
     def aligning(self) -> bool:

@@ -24,8 +24,12 @@ MAX_SLIP = 0.5
 """Share of the last 0.3 s of wheel readings that contradict IMU and GNSS."""
 SETTLE_S = 1.0
 """How long all must have been well again before painting goes on."""
+SLIP_SETTLE_S = 5.0
+"""The same after the wheels slipped, which only driving can show: a robot that stands turns no wheel, so all seems well
+at once whatever the cause, and all tries would be spent while that lasts."""
 
 CONTRADICTION = "the fixes contradict the estimate"
+SLIP = "the wheels slip: they contradict the other sensors"
 FIX_NAMES = {0: "no fix", 1: "a single fix", 2: "a float fix"}
 
 
@@ -40,7 +44,7 @@ class Watch:
         """A watch over this estimator."""
         self._estimator = estimator
         self.pose_problem = "the estimator has not started"
-        self._bad_until_s = -math.inf
+        self._settled_at_s = -math.inf
         self._tick = 0
 
     def look(self, tick: int, time_s: float) -> None:
@@ -48,11 +52,12 @@ class Watch:
         self._tick = tick
         self.pose_problem = self._pose_problem(time_s)
         if self.pose_problem:
-            self._bad_until_s = time_s
+            settle_s = SLIP_SETTLE_S if self.pose_problem == SLIP else SETTLE_S
+            self._settled_at_s = max(self._settled_at_s, time_s + settle_s)
 
     def settled(self, time_s: float) -> bool:
-        """Whether the pose has been good for `SETTLE_S`."""
-        return not self.pose_problem and time_s - self._bad_until_s >= SETTLE_S
+        """Whether the pose has been good for `SETTLE_S`, or `SLIP_SETTLE_S` if the wheels slipped."""
+        return not self.pose_problem and time_s >= self._settled_at_s
 
     def heading_problem(self) -> str:
         """Why the heading is not good enough to paint, "" if it is. Only driving makes it better."""
@@ -102,7 +107,7 @@ class Watch:
         if estimator.position_sigma_m > MAX_POSITION_SIGMA_M:
             return f"the position is uncertain (σ above {MAX_POSITION_SIGMA_M * 1e3:.0f} mm)"
         if estimator.counters[m.ENCODER_REJECTED_RECENT] > MAX_SLIP:
-            return "the wheels slip: they contradict the other sensors"
+            return SLIP
         return self._silence(MAX_SILENCE_TICKS)
 
     def _silence(self, ticks: int) -> str:

@@ -81,6 +81,7 @@ class Traversal:
         self._before_estop = IDLE
         self._time_s = 0.0
         self._elapsed_s = 0.0
+        self._fallbacks_before = 0  # of a process that came before
 
     def load(
         self,
@@ -103,7 +104,8 @@ class Traversal:
             job.resume_at(resume)
         fence = Fence(plan.path, boundary, self._vehicle, self._fence_limits)
         self.job, self._hazards.fence = job, fence
-        self._elapsed_s = 0.0
+        self._elapsed_s = resume.elapsed_s if resume is not None else 0.0
+        self._fallbacks_before = resume.follower_fallbacks if resume is not None else 0
         self._tries, self._tried_at_m = 0, -math.inf
         self._become(READY, "")
         return plan.total_time_s
@@ -200,13 +202,20 @@ class Traversal:
         state = self._before_estop if self.state == ESTOPPED else self.state
         if self.job is None or state not in (RUNNING, PAUSED):
             return None
-        return self.job.checkpoint._replace(tick=round(self._time_s / TICK_S))
+        leg, arc_length_m, owed_from_m = self.job.place
+        return Checkpoint(
+            leg, arc_length_m, owed_from_m, round(self._time_s / TICK_S), self._elapsed_s, self._fallbacks
+        )
+
+    @property
+    def _fallbacks(self) -> int:
+        return self._fallbacks_before + self._follower.fallbacks
 
     def status(self) -> Status:
         """Where the traversal stands."""
         job = self.job
         if job is None:
-            return Status(state=self.state, reason=self.reason, follower_fallbacks=self._follower.fallbacks)
+            return Status(state=self.state, reason=self.reason, follower_fallbacks=self._fallbacks)
         plan, segment, arc = job.plan, job.driver.segment, job.driver.arc_length_m
         return Status(
             self.state,
@@ -218,7 +227,7 @@ class Traversal:
             plan.total_length_m,
             self._elapsed_s,
             0.0 if self.state in (DONE, ABORTED) else plan.total_time_s - plan.time_at(arc, job.driver.leg_index),
-            self._follower.fallbacks,
+            self._fallbacks,
         )
 
     def _heed_hazards(self, job: Job) -> None:

@@ -14,6 +14,7 @@ from services.robot_sim.paint import projection as p
 from services.robot_sim.paint.grid import make_grid
 from services.robot_sim.paint.intervals import Intervals
 from services.robot_sim.paint.targets import Target
+from services.robot_sim.world import body
 
 _FIRST_POINTS: Final = 4096
 _ROOM: Final = 2 * p.MOST_RUNS
@@ -66,6 +67,7 @@ class PaintLedger:
     Attributes:
         ids: Of the targets.
         length_m: To be painted.
+        sent: Point from which the next batch of marks begins.
     """
 
     def __init__(self, targets: Sequence[Target], line_width_m: float, spray_width_m: float) -> None:
@@ -88,7 +90,7 @@ class PaintLedger:
         )
         self._covered = [Intervals() for _ in self.targets]
         self._covered_m: NDArray[np.float64] = np.zeros(len(self.targets))
-        self._sent = 0  # point from which the next batch begins
+        self.sent = 0
 
     def record(self, trace: NDArray[np.float64]) -> None:
         """Enter one tick; `trace` is (STEPS + 1, 3), the world's."""
@@ -166,6 +168,31 @@ class PaintLedger:
         points = points[points[:, p.POINT_TARGET] >= 0.0]
         return Deviation(points[:, p.POINT_TARGET].astype(np.int64), points[:, p.POINT_LATERAL])
 
+    def rows(self, first: int) -> Floats:
+        """(n, POINT_COLUMNS) the points from `first` on; a view."""
+        return self._points[first : self.points]
+
+    def restore(self, rows: Floats, sent: int) -> None:
+        """Enter (n, POINT_COLUMNS) `rows` of another ledger in this empty one; the strokes are complete.
+
+        Only where they lie and how wide is taken from them: which line they belong to is found out anew.
+
+        Args:
+            rows: See there.
+            sent: The other one's: from there on, `take_marks` gives them once more.
+        """
+        trace: Floats = np.zeros(body.TRACE_SHAPE)
+        begins = rows[:, p.POINT_TARGET] == p.STROKE_BEGINS
+        for row, begun in zip(rows[:, [p.POINT_X, p.POINT_Y, p.POINT_WIDTH]], begins.tolist(), strict=True):
+            if begun:
+                self._state[p.STATE_OPEN] = 0
+            else:
+                trace[1:] = row
+                self.record(trace)
+            trace[0, :2] = row[:2]
+        self._state[p.STATE_OPEN] = 0
+        self.sent = min(sent, max(self.points - 1, 0))
+
     def strokes(self) -> list[Stroke]:
         """Each stroke so far, the open one last."""
         points = self._points[: self.points]
@@ -186,7 +213,7 @@ class PaintLedger:
 
     def take_marks(self) -> list[Marks]:
         """The paint since the last call, cut where it passes from one line to another."""
-        first, self._sent = self._sent, max(self.points - 1, 0)
+        first, self.sent = self.sent, max(self.points - 1, 0)
         return self._cut(first)
 
     def all_marks(self) -> list[Marks]:

@@ -57,6 +57,18 @@ class World:
         """Where the robot truly is."""
         return Pose(*self.state[body.EAST : body.HEADING + 1].tolist())
 
+    @property
+    def supplies(self) -> tuple[float, float, float, float]:
+        """What is left of paint [l] and charge [Wh], then what faults keep from use of either."""
+        tank_l, battery_wh = self.state[body.TANK_L : body.BATTERY_WH + 1].tolist()
+        tank_reserve_l, battery_reserve_wh = self.state[body.TANK_RESERVE_L : body.BATTERY_RESERVE_WH + 1].tolist()
+        return tank_l, battery_wh, tank_reserve_l, battery_reserve_wh
+
+    def supply(self, supplies: tuple[float, float, float, float]) -> None:
+        """Have these, as `supplies` gives them."""
+        self.state[body.TANK_L : body.BATTERY_WH + 1] = supplies[:2]
+        self.state[body.TANK_RESERVE_L : body.BATTERY_RESERVE_WH + 1] = supplies[2:]
+
     def place(self, pose: Pose) -> None:
         """Put the robot at rest at `pose`, as if carried there; tank, battery and wheel angles stay."""
         self.state[body.EAST], self.state[body.NORTH], self.state[body.HEADING] = pose

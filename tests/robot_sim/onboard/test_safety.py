@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 
 from schemas.errors import CommandRefused
 from schemas.messages import TraversalStatus
+from services.robot_sim.frames import TICK_S
 from services.robot_sim.onboard import Onboard
 from services.robot_sim.onboard.estimator.filter import Estimator
-from services.robot_sim.onboard.safety import MAX_HEADING_SIGMA_RAD
+from services.robot_sim.onboard.safety import MAX_HEADING_SIGMA_RAD, SLIP, SLIP_SETTLE_S
 from tests.robot_sim.onboard.rig import Rig, Run, chain, start, trajectory
 
 RUNNING, PAUSED, DONE = TraversalStatus.RUNNING, TraversalStatus.PAUSED, TraversalStatus.DONE
@@ -67,6 +68,17 @@ def test_a_fault_stops_the_paint_and_it_goes_on_by_itself(fault: str) -> None:
     assert first[0] == pytest.approx(5.015, abs=0.01)
     assert -0.02 < second[0] - first[1] < 0.01
     assert any(event.severity == 1 and words in event.text for event in run.onboard.take_events())
+
+
+def test_after_a_slip_the_robot_waits_longer_since_nothing_slips_at_standstill() -> None:
+    run = start(LINE, noise="default", seed=3)
+    run.until_arc(8.0)
+    run.rig.spin_share = 0.5
+    run.until(PAUSED, limit=200)
+    assert run.onboard.status.reason == SLIP
+    run.rig.spin_share = 0.0
+    waited = run.until(RUNNING, limit=1500) * TICK_S
+    assert SLIP_SETTLE_S <= waited < SLIP_SETTLE_S + 3.0, "the last seconds are those of braking"
 
 
 def test_fixes_that_contradict_the_estimate_stop_the_paint() -> None:

@@ -1,0 +1,183 @@
+"""A robot that keeps a journal: on a full disk, beside another robot, and from note to note."""
+
+import errno
+import os
+import resource
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+
+from schemas import messages as m
+from schemas import topics
+from schemas.cdr import decode
+from schemas.scenario import Scenario
+from schemas.vehicle import Vehicle
+from services.robot_sim.commands import Commands
+from services.robot_sim.emulator import Emulator
+from services.robot_sim.journal import Journal
+from services.robot_sim.paint import record
+from services.robot_sim.telemetry import Telemetry
+from tests.robot_sim.test_journal import PLAN, found
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "deep" / "tt2.journal"
+
+
+@contextmanager
+def disk_of(size):
+    """Files cannot grow beyond this many bytes: what a full disk is to a program."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+class Robot:
+    """One that is told to drive the plan, and keeps this journal."""
+
+    def __init__(self, journal):
+        self.emulator = Emulator(Vehicle(), Scenario(noise="none"))
+        self.telemetry = Telemetry(self.emulator)
+        self.commands = Commands(self.emulator, self.telemetry, lambda factor: None, journal)
+        self.warnings = []
+
+    def load(self, **fields):
+        answer = self.commands.load(m.LoadRequest(request_id="load", trajectory=PLAN, **fields))
+        self.hear(self.commands.take())
+        return answer
+
+    def hear(self, payloads):
+        events = [decode(m.Event, payload) for topic, payload in payloads if topic is topics.EVENTS]
+        self.warnings += [event.text for event in events if event.code == "journal"]
+
+    def drive(self, until_m=99.0):
+        if self.emulator.onboard.state == m.TraversalStatus.READY:
+            self.emulator.start()
+        while self.emulator.active and self.emulator.onboard.status.arc_length_m < until_m:
+            self.emulator.tick()
+            self.hear(self.commands.note_progress())
+            self.telemetry.after_tick()
+
+
+def hash_without_a_journal():
+    robot = Robot(None)
+    assert robot.load().success
+    robot.drive()
+    return robot.telemetry.final.session_hash
+
+
+def test_a_disk_that_is_full_from_the_start_stops_nobody(path):
+    with disk_of(100), Journal(path) as journal:
+        robot = Robot(journal)
+        assert robot.load().success
+        (warning,) = robot.warnings
+        assert os.strerror(errno.EFBIG) in warning and "cannot be kept" in warning
+        robot.drive()
+        assert robot.emulator.onboard.state == m.TraversalStatus.DONE
+        assert robot.warnings == [warning]
+        assert robot.telemetry.final.session_hash == hash_without_a_journal()
+        refused = robot.load(resume=True)
+    assert not refused.success and warning in refused.message
+
+
+def test_a_disk_that_fills_up_costs_the_paint_only_and_says_so_once(path, monkeypatch):
+    monkeypatch.setattr(record, "_CHUNK", 4096)
+    with disk_of(4096), Journal(path) as journal:
+        robot = Robot(journal)
+        assert robot.load().success
+        assert robot.warnings == []
+        robot.drive(until_m=3.8)
+        (warning,) = robot.warnings
+        assert "not kept for a restart any more" in warning and os.strerror(errno.EFBIG) in warning
+    painted = robot.emulator.ledger.points
+    with Journal(path) as journal:
+        robot = Robot(journal)
+        answer = robot.load(resume=True)
+        assert answer.success
+        (warning,) = robot.warnings
+        lost = painted - robot.emulator.ledger.points
+        assert 0 < lost < painted
+        assert warning == f"{lost} of {painted} points of the paint so far are missing in all figures"
+        assert warning in answer.message
+        robot.drive()
+        assert robot.emulator.metrics().gap_m == pytest.approx(lost / 100, abs=0.05)
+
+
+@pytest.mark.parametrize("where", ["journal", "paint", "directory"])
+def test_a_path_that_is_no_file_stops_nobody(path, where):
+    if where == "directory":
+        path.parent.write_text("a file where the directory should be")
+    else:
+        path.with_suffix(f".{where}").mkdir(parents=True)
+    with Journal(path) as journal:
+        assert "cannot be kept" in journal.problem
+        robot = Robot(journal)
+        assert robot.load().success
+        robot.drive(until_m=0.5)
+        assert robot.warnings == [journal.problem]
+
+
+def test_the_second_of_two_copies_leaves_the_firsts_journal_alone(path):
+    with Journal(path) as first, Journal(path) as second:
+        assert first.problem == ""
+        assert "another robot keeps its journal in" in second.problem
+        one, two = Robot(first), Robot(second)
+        assert one.load().success and two.load().success
+        one.drive(until_m=3.0)
+        two.drive()
+        assert one.warnings == []
+        assert two.warnings == [second.problem]
+        refused = two.load(resume=True)
+        assert not refused.success and second.problem in refused.message
+        place = one.emulator.onboard.checkpoint
+    with Journal(path) as third:
+        checkpoint, remains = third.unfinished(PLAN)
+        assert checkpoint == place
+        assert len(remains.paint) == one.emulator.ledger.points > 0
+
+
+def test_a_kept_journal_does_not_change_the_session(path):
+    with Journal(path) as journal:
+        robot = Robot(journal)
+        assert robot.load().success
+        robot.drive()
+        assert robot.warnings == []
+        assert robot.telemetry.final.session_hash == hash_without_a_journal()
+
+
+def test_what_was_under_way_can_be_resumed_until_something_else_is(path):
+    with Journal(path) as journal:
+        robot = Robot(journal)
+        robot.load()
+        robot.drive(until_m=3.0)
+    with Journal(path) as journal:
+        robot = Robot(journal)
+        assert robot.load().success, "anew, and not started"
+        robot.hear(robot.commands.note_progress())
+        assert robot.load(resume=True).success
+    with Journal(path) as journal:
+        robot = Robot(journal)
+        assert robot.load().success
+        robot.drive(until_m=1.0)
+        assert journal.unfinished(PLAN)[0].arc_length_m < 1.1
+        assert len(journal.unfinished(PLAN)[1].paint) == 0
+
+
+@pytest.mark.parametrize("every", [1, 7, 10])
+def test_a_note_every_few_ticks_will_do(path, every):
+    with Journal(path) as journal:
+        robot = Robot(journal)
+        robot.load()
+        robot.emulator.start()
+        while robot.emulator.onboard.status.arc_length_m < 3.0:
+            for _ in range(every):
+                robot.emulator.tick()
+            assert robot.commands.note_progress() == []
+        points = robot.emulator.ledger.rows(0)
+    _, remains = found(path)
+    assert np.array_equal(remains.paint, points)
