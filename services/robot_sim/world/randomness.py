@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from schemas.jit import kernel_of
+from schemas.jit import kernel
 
 STREAM_CHASSIS: Final = 1
 STREAM_SLIP: Final = 2
@@ -36,14 +36,14 @@ _UNIT = 1.0 / 9007199254740992.0
 _TWO_PI = 2.0 * math.pi
 
 
-@kernel_of("uint64(uint64)")
+@kernel
 def _mix(word: np.uint64) -> np.uint64:
     word = (word ^ (word >> _S30)) * _MIX_1
     word = (word ^ (word >> _S27)) * _MIX_2
     return word ^ (word >> _S31)
 
 
-@kernel_of("uint64(int64, int64, int64, int64)")
+@kernel
 def _hash(seed: int, stream: int, tick: int, channel: int) -> np.uint64:
     word = _mix(np.uint64(seed) + _GOLDEN)
     word = _mix((word ^ np.uint64(stream)) + _GOLDEN)
@@ -52,13 +52,13 @@ def _hash(seed: int, stream: int, tick: int, channel: int) -> np.uint64:
     return hashed
 
 
-@kernel_of("float64(int64, int64, int64, int64)")
+@kernel
 def uniform(seed: int, stream: int, tick: int, channel: int) -> float:
     """Draw from [0, 1) for this key: the top 53 bits of its hash."""
     return float(_hash(seed, stream, tick, channel) >> _S11) * _UNIT
 
 
-@kernel_of("float64(int64, int64, int64, int64)")
+@kernel
 def normal(seed: int, stream: int, tick: int, channel: int) -> float:
     """Draw from N(0, 1) for this key. Finite for every key (|value| < 8.6)."""
     word = _hash(seed, stream, tick, channel)
