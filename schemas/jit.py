@@ -45,7 +45,7 @@ def kernel(function: Callable[..., Any]) -> Any:
     """Compile a function for the types that it is called with.
 
     Numba would compile one kernel anew for every constant that another one gives it, as a type of its own, though none
-    here makes use of that: a third of all compilations of a first start.
+    here makes use of that: a quarter of all compilations at the robot's first start.
     """
     compiled: Any = numba.njit(cache=True, error_model="numpy")(function)
     by_types = compiled.get_call_template
