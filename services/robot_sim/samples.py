@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -13,7 +14,10 @@ from schemas.layout import Records
 from schemas.scenario import Scenario
 from schemas.topics import Topic
 from services.robot_sim import layouts, ticks
+from services.robot_sim.packing import Payload, gnss, stamp
 from services.robot_sim.sensors import fast
+from services.robot_sim.sensors.gnss import GnssReport, unpack
+from services.robot_sim.ticks import Rows, period
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -35,6 +39,7 @@ _POSE_COVARIANCE: Final = {
 }
 """Where the columns of `ticks` go in the covariance of (x, y, z, roll, pitch, yaw)."""
 
+_SPRAYER_TICKS: Final = period(topics.SPRAYER)
 _GYRO: Final = slice(ticks.READINGS + fast.IMU, ticks.READINGS + fast.IMU + 3)
 _ACCEL: Final = slice(ticks.READINGS + fast.IMU + 3, ticks.READINGS + fast.MAG)
 _FIELD: Final = slice(ticks.READINGS + fast.MAG, ticks.READINGS + fast.ENCODER)
@@ -72,8 +77,29 @@ class Samples:
         self._estimate = Records(layouts.ODOMETRY, odometry, _STAMP | pose | twist | covariance, most)
         self._truth = Records(layouts.ODOMETRY, odometry, _STAMP | pose | twist, most)
         self._angles: Floats = np.zeros((1, 2))  # of the wheels, as last read
+        self._sprayer: Floats = np.full((1, ticks.TANK_L - ticks.SPRAYER), math.nan)  # its state, as last told
 
-    def sensors(self, rows: Floats) -> list[tuple[Topic, list[bytes]]]:
+    def payloads(self, rows: Rows, reports: Sequence[GnssReport]) -> list[Payload]:
+        """All that is due in these ticks, tick by tick; `reports` are the receiver's in the last of them."""
+        sensors = self._of_sensors(rows)
+        before = -round(rows[0, ticks.TICK]) % ticks.ODOMETRY_TICKS  # the first tick with odometry
+        odometry = self._of_odometry(rows[before :: ticks.ODOMETRY_TICKS])
+        fixes, switched = rows[:, ticks.FIXES].tolist(), self._switched(rows)
+        due: list[Payload] = []
+        for index in range(len(rows)):
+            due += [(topic, payloads[index]) for topic, payloads in sensors if index < len(payloads)]
+            if fixes[index]:
+                due += gnss(unpack(rows[index, ticks.REPORT :].tolist())[0])
+            if index == len(rows) - 1:
+                due += [payload for report in reports for payload in gnss(report)]
+            turn, between = divmod(index - before, ticks.ODOMETRY_TICKS)
+            if not between:
+                due += [(topic, payloads[turn]) for topic, payloads in odometry]
+            if switched[index]:
+                due.append((topics.SPRAYER, _sprayer_state(rows[index])))
+        return due
+
+    def _of_sensors(self, rows: Rows) -> list[tuple[Topic, list[bytes]]]:
         """Per topic the payloads, tick by tick, of the samples that arrived, stamped with the time of measurement.
 
         The wheel commands are among them. A topic may be short of the last row's.
@@ -97,7 +123,7 @@ class Samples:
         rates: Floats = (read[1:] - read[:-1]) * 100.0
         return rates
 
-    def odometry(self, rows: Floats) -> list[tuple[Topic, list[bytes]]]:
+    def _of_odometry(self, rows: Rows) -> list[tuple[Topic, list[bytes]]]:
         """The estimates and the truths of rows in which they are due."""
         stamps = _stamps(rows, ticks.TICK)
         estimate, truth = rows[:, ticks.ESTIMATE : ticks.COVARIANCE], rows[:, ticks.TRUTH : ticks.SPRAYER]
@@ -107,17 +133,31 @@ class Samples:
             (topics.TRUTH, self._truth.pack(*stamps, *_motion(truth))),
         ]
 
+    def _switched(self, rows: Rows) -> list[bool]:
+        """Per row, whether the sprayer's state is due: because it is another one, or it is time."""
+        states = np.concatenate((self._sprayer, rows[:, ticks.SPRAYER : ticks.TANK_L]))
+        self._sprayer = states[-1:]
+        other = (states[1:] != states[:-1]).any(axis=1)
+        due: list[bool] = (other | (rows[:, ticks.TICK] % _SPRAYER_TICKS == 0)).tolist()
+        return due
+
+
+def _sprayer_state(row: Floats) -> bytes:
+    valve, is_open, disc, down, flow, tank_l = row[ticks.SPRAYER : ticks.TANK_L + 1].tolist()
+    time = stamp(round(row[ticks.TICK]))
+    return layouts.SPRAYER.pack(*time, bool(valve), bool(is_open), bool(disc), bool(down), flow, tank_l)
+
 
 def _diagonal(variance: float) -> tuple[float, ...]:
     return (variance, 0.0, 0.0, 0.0, variance, 0.0, 0.0, 0.0, variance)
 
 
-def _arrived(rows: Floats, measured: int) -> Floats:
+def _arrived(rows: Rows, measured: int) -> Rows:
     """The rows in which the sample measured in that column's tick arrived: only the last may be without."""
     return rows[:-1] if rows[-1, measured] < 0.0 else rows
 
 
-def _stamps(rows: Floats, column: int) -> tuple[Integers, Integers]:
+def _stamps(rows: Rows, column: int) -> tuple[Integers, Integers]:
     """Seconds and nanoseconds (n, 1) of sim time at the ends of the ticks in a column."""
     whole = rows[:, column : column + 1].astype(np.int64)
     return whole // 100, whole % 100 * 10_000_000

@@ -19,11 +19,10 @@ from schemas.template import Template
 from services.robot_sim import layouts, ticks
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.frames import OnboardEvent
-from services.robot_sim.packing import Payload, battery, gnss, header, stamp
+from services.robot_sim.packing import Payload, battery, header, stamp
 from services.robot_sim.paint.ledger import Marks
 from services.robot_sim.paint.metrics import SegmentMetrics
 from services.robot_sim.samples import Samples
-from services.robot_sim.sensors.gnss import unpack
 from services.robot_sim.ticks import Rows, period
 from services.robot_sim.world import body
 
@@ -31,7 +30,6 @@ _ESTIMATOR_TICKS: Final = period(topics.ESTIMATOR)
 _CLOCK_TICKS: Final = period(topics.CLOCK)
 _STATUS_TICKS: Final = period(topics.STATUS)
 _PAINT_TICKS: Final = period(topics.PAINT)
-_SPRAYER_TICKS: Final = period(topics.SPRAYER)
 _BATTERY_TICKS: Final = period(topics.BATTERY)
 QUIET_TICKS: Final = math.gcd(_ESTIMATOR_TICKS, _CLOCK_TICKS, _STATUS_TICKS, _PAINT_TICKS, _BATTERY_TICKS)
 """Most ticks that can be told at once."""
@@ -51,7 +49,6 @@ class Telemetry:
         self._emulator = emulator
         self._samples = Samples(emulator.scenario, QUIET_TICKS)
         self.rows: Rows = np.zeros((QUIET_TICKS, ticks.COLUMNS))
-        self._sprayer: Rows = np.full((1, ticks.TANK_L - ticks.SPRAYER), math.nan)  # as last told
         self._state = -1
         self.digest = SessionDigest()
         self.final: m.TraversalReport | None = None
@@ -80,7 +77,7 @@ class Telemetry:
         if emulator.frame is None:
             return []
         self._note(rows[-1])
-        due = self._of_rows(rows)
+        due = self._samples.payloads(rows, emulator.sensors.gnss_reports)
         if tick % _ESTIMATOR_TICKS == 0:
             due.append((topics.ESTIMATOR, layouts.ESTIMATOR.pack(*stamp(tick), *emulator.onboard.consistency)))
         if tick % _PAINT_TICKS == 0:
@@ -114,45 +111,6 @@ class Telemetry:
             *estimate, covariance = emulator.onboard.estimate
             row[ticks.ESTIMATE : ticks.COVARIANCE] = estimate
             row[ticks.COVARIANCE : ticks.TRUTH] = covariance
-
-    def _of_rows(self, rows: Rows) -> list[Payload]:
-        """What comes with every tick or every other, tick by tick."""
-        sensors = self._samples.sensors(rows)
-        first = round(rows[0, ticks.TICK])
-        odd = first % ticks.ODOMETRY_TICKS
-        odometry = self._samples.odometry(rows[odd :: ticks.ODOMETRY_TICKS])
-        switched = self._switched(rows)
-        reports = rows[:, ticks.FIXES].tolist()
-        due: list[Payload] = []
-        for index in range(len(rows)):
-            for topic, payloads in sensors:
-                if index < len(payloads):
-                    due.append((topic, payloads[index]))
-            if reports[index]:
-                due += gnss(unpack(rows[index, ticks.REPORT :].tolist())[0])
-            if index == len(rows) - 1:
-                for report in self._emulator.sensors.gnss_reports:
-                    due += gnss(report)
-            if (index - odd) % ticks.ODOMETRY_TICKS == 0:
-                due += [(topic, payloads[(index - odd) // ticks.ODOMETRY_TICKS]) for topic, payloads in odometry]
-            if switched[index]:
-                due.append((topics.SPRAYER, self._sprayer_state(rows[index])))
-        return due
-
-    def _switched(self, rows: Rows) -> list[bool]:
-        """Per row, whether the sprayer's state is due: because it is another one, or it is time."""
-        states = np.concatenate((self._sprayer, rows[:, ticks.SPRAYER : ticks.TANK_L]))
-        self._sprayer = states[-1:]
-        other = (states[1:] != states[:-1]).any(axis=1)
-        other |= rows[:, ticks.TICK] % _SPRAYER_TICKS == 0
-        due: list[bool] = other.tolist()
-        return due
-
-    @staticmethod
-    def _sprayer_state(row: NDArray[np.float64]) -> bytes:
-        valve, is_open, disc, down, flow, tank_l = row[ticks.SPRAYER : ticks.TANK_L + 1].tolist()
-        time = stamp(round(row[ticks.TICK]))
-        return layouts.SPRAYER.pack(*time, bool(valve), bool(is_open), bool(disc), bool(down), flow, tank_l)
 
     def _final_report(self) -> m.TraversalReport:
         """The report with the hash of all that was told in the session, itself included."""
