@@ -12,6 +12,7 @@ from schemas.scenario import GnssNoise, Scenario
 from services.robot_sim.frames import STANDSTILL, Command, SensorFrame
 from services.robot_sim.onboard.estimator import model as m
 from services.robot_sim.onboard.estimator.filter import Estimator
+from services.robot_sim.onboard.estimator.measurements import strain_tyres
 from services.robot_sim.onboard.estimator.report import report
 from tests.robot_sim.onboard.rig import Rig
 
@@ -112,3 +113,33 @@ def test_gates_are_those_of_as_many_numbers_as_are_judged() -> None:
     assert pytest.approx(chi2.ppf(0.999, 2), abs=0.01) == m.GATE_FIX
     assert pytest.approx(chi2.ppf(0.9999, 2), abs=0.01) == m.GATE_2_DOF
     assert pytest.approx(chi2.ppf(0.9999, 1), abs=0.01) == m.GATE_1_DOF
+
+
+def test_a_slip_that_jumps_is_believed_after_ten_readings_and_a_short_one_is_no_slip_yet() -> None:
+    """The slip test looks at 0.3 s: ten rejected readings of 10 ms are 1 − exp(−1/3) of it, less than the half."""
+    rig = Rig(scenario=DEFAULT, seed=24)
+    estimator = Estimator(rig.vehicle, DEFAULT)
+    steady = Command(8.0, 8.0, False, False)
+    for tick in range(1500):
+        estimator.step(rig.step(STANDSTILL if tick < 80 else steady))
+    rig.spin_share, seen = 0.08, []
+    for _ in range(150):
+        estimator.step(rig.step(steady))
+        seen.append(report(estimator.counters).slip)
+    assert 8 <= report(estimator.counters).encoders_rejected <= 20
+    assert max(seen) == pytest.approx(1.0 - math.exp(-1.0 / 3.0), abs=0.05)
+    assert abs(estimator.state[m.LEFT_SLIP] - 0.08) < 0.03
+
+
+def test_a_wheel_that_is_sped_up_slips_by_nobody_knows_how_much() -> None:
+    """Of the tyres' slip 1 σ more for each m/s of change, but only where the accelerometer tells the speed."""
+
+    def added(change_mps: float, accel: float) -> list[float]:
+        before, now, covariance = np.zeros(m.INPUTS), np.zeros(m.INPUTS), np.zeros((m.STATES, m.STATES))
+        now[m.IN_LEFT], now[m.IN_ACCEL] = change_mps, accel
+        strain_tyres(covariance, before, now)
+        return [math.sqrt(covariance[i, i]) for i in (m.LEFT_SLIP, m.RIGHT_SLIP)]
+
+    assert added(0.0, 0.1) == [0.0, 0.0]
+    assert added(0.02, 0.1) == pytest.approx([0.008, 0.0])
+    assert added(0.02, math.nan) == [0.0, 0.0]
