@@ -9,7 +9,9 @@ import pytest
 
 from schemas.vehicle import Vehicle
 from services.robot_sim.onboard import tracking
-from services.robot_sim.onboard.followers import make_follower
+from services.robot_sim.onboard.followers import MpcFollower, make_follower, mpc
+from services.robot_sim.onboard.followers.wheels import lead_ticks
+from tests.robot_sim.onboard.test_followers import standing_inputs
 
 TICK_S = 0.01
 
@@ -55,3 +57,34 @@ def test_wheels_that_are_slower_than_told_cost_no_speed(name: str) -> None:
     off, speed = settled(name, share=0.95)
     assert speed == pytest.approx(1.0, abs=2e-3)
     assert abs(off) < 1e-6
+
+
+def test_pure_pursuits_integral_takes_a_drift_away() -> None:
+    """Without it the robot settles 9 mm beside its line."""
+    off, _ = settled("pure-pursuit", drift_mps=0.03)
+    assert abs(off) < 6e-3
+
+
+@pytest.mark.parametrize("name", ["mpc", "pure-pursuit"])
+def test_curves_are_fed_forward_as_far_ahead_as_the_motors_lag(name: str) -> None:
+    vehicle = Vehicle()
+    lead = lead_ticks(vehicle)
+    assert lead == round(vehicle.motor_time_constant_s / TICK_S)
+    apart = []
+    for begins in (lead, lead + 1):
+        now, ahead = standing_inputs()
+        ahead[begins:, tracking.A_YAW_RATE] = 0.5
+        left, right = make_follower(name, vehicle).step(now, ahead)
+        apart.append((right - left) * vehicle.wheel_radius_m / vehicle.track_width_m)
+    assert apart == pytest.approx([0.5, 0.0], abs=0.02)
+
+
+@pytest.mark.parametrize(("cap", "fallbacks"), [(1, 1), (mpc.ITERATION_CAP, 0)])
+def test_the_solver_gets_its_iteration_cap(monkeypatch: pytest.MonkeyPatch, cap: int, fallbacks: int) -> None:
+    monkeypatch.setattr(mpc, "ITERATION_CAP", cap)
+    follower = MpcFollower(Vehicle())
+    now, ahead = standing_inputs()
+    now[tracking.LATERAL] = now[tracking.NOZZLE_LATERAL] = 0.3
+    now[tracking.HEADING_ERROR] = 0.4
+    follower.step(now, ahead)
+    assert follower.fallbacks == fallbacks
