@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,11 +17,13 @@ from schemas.scenario import FenceLimits, Scenario
 from schemas.template import Polygon, Template
 from schemas.vehicle import Vehicle
 from services.robot_sim.emulator import Emulator
+from services.robot_sim.frames import STANDSTILL
 from services.robot_sim.onboard.fence import Fence, beyond_m
+from services.robot_sim.onboard.hazards import Hazards
 from services.robot_sim.onboard.path import cut_path
 from services.robot_sim.quiet import Quiet
 from services.robot_sim.world.world import Pose
-from tests.robot_sim.onboard.rig import chain, trajectory
+from tests.robot_sim.onboard.rig import Rig, chain, trajectory
 
 VEHICLE = Vehicle()
 ESTOPPED, RUNNING, DONE = TraversalStatus.ESTOPPED, TraversalStatus.RUNNING, TraversalStatus.DONE
@@ -122,3 +125,19 @@ def test_over_the_fence_it_stops_hard_after_the_time_out(boundary, limits, push_
         name = "the template's boundary" if boundary else "its plan's surroundings"
         assert f"has left {name}" in robot.onboard.status.reason
         assert robot.command[:3] == (0.0, 0.0, False)
+
+
+@pytest.mark.parametrize(("sigma_rad", "stops"), [(0.0, True), (0.02, True), (0.1, False)])
+def test_a_body_that_may_be_turned_is_not_yet_beyond_the_fence(sigma_rad: float, stops: bool) -> None:
+    """Two σ of the heading at the farthest corner, some 80 cm away, are added to the margin."""
+    surroundings = fence(margin_m=0.1)
+    state = np.array([0.0, surroundings.outline[:, 1].min() - min(y for _, y in VEHICLE.footprint_m) - 0.17, 0.0])
+    estimator = SimpleNamespace(
+        started=True, heading_sigma_rad=sigma_rad, state=state, intake=SimpleNamespace(encoder_rates=(0.0, 0.0))
+    )
+    hazards = Hazards(VEHICLE, estimator, 0.2)  # type: ignore[arg-type]
+    hazards.fence = surroundings
+    rig = Rig()
+    for _ in range(25):
+        hazards.look(rig.step(STANDSTILL), STANDSTILL)
+    assert bool(hazards.emergency) is stops

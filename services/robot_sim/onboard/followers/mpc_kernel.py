@@ -215,7 +215,9 @@ def build(
             crab += nominal[j, N_DRIFT] / travel  # the heading error that a drift makes necessary is none
         for output in range(3):
             if output == 0:
-                error, q = nominal[j, N_LATERAL] + p[M_NOZZLE_X] * crab, weight * p[M_W_LATERAL]
+                # The nozzle is where the heading has it, whatever the heading is good for.
+                error = nominal[j, N_LATERAL] + p[M_NOZZLE_X] * nominal[j, N_HEADING]
+                q = weight * p[M_W_LATERAL]
                 for k in range(cols):
                     row[k] = sens[0, k] + p[M_NOZZLE_X] * sens[1, k]
             elif output == 1:

@@ -1,0 +1,45 @@
+"""Single messages say what the robot has."""
+
+import pytest
+
+from schemas.cdr import decode
+from schemas.messages import BatteryState, GnssStatus, NavSatFix, NavSatStatus
+from schemas.scenario import Scenario
+from schemas.vehicle import Vehicle
+from services.robot_sim.emulator import Emulator
+from services.robot_sim.packing import battery, gnss
+from services.robot_sim.sensors.gnss import GnssReport
+from services.robot_sim.world import body
+
+
+def said(fix, variance_m2=4e-4):
+    report = GnssReport(12.345, 57.0, 9.9, 21.5, variance_m2, 16e-4, fix, 18, 1.5)
+    (_, position), (_, status) = gnss(report)
+    return decode(NavSatFix, position), decode(GnssStatus, status)
+
+
+def test_a_position_with_its_covariance():
+    position, status = said(GnssStatus.FIXED)
+    assert (position.header.stamp.sec, position.header.stamp.nanosec) == (12, 345_000_000)
+    assert (position.latitude, position.longitude, position.altitude) == (57.0, 9.9, 21.5)
+    assert list(position.position_covariance) == [4e-4, 0, 0, 0, 4e-4, 0, 0, 0, 16e-4]
+    assert position.position_covariance_type == NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN
+    assert (status.fix, status.satellites, status.correction_age_s) == (GnssStatus.FIXED, 18, 1.5)
+    assert status.horizontal_accuracy_m == pytest.approx((2 * 4e-4) ** 0.5)
+
+
+def test_the_fix_and_its_status_go_together():
+    kinds = {fix: said(fix)[0].status.status for fix in range(4)}
+    assert kinds[GnssStatus.NONE] == NavSatStatus.STATUS_NO_FIX
+    assert kinds[GnssStatus.SINGLE] == NavSatStatus.STATUS_FIX
+    assert kinds[GnssStatus.FLOAT] == kinds[GnssStatus.FIXED] == NavSatStatus.STATUS_GBAS_FIX
+    assert said(GnssStatus.NONE)[0].position_covariance_type == NavSatFix.COVARIANCE_TYPE_UNKNOWN
+
+
+def test_a_battery_that_is_half_empty():
+    emulator = Emulator(Vehicle(), Scenario(noise="none"))
+    emulator.world.state[body.BATTERY_WH] = 340.0
+    message = decode(BatteryState, battery((1, 0), emulator))
+    assert message.percentage == pytest.approx(0.5)
+    assert message.voltage == pytest.approx(37.5)
+    assert message.charge / message.design_capacity == pytest.approx(0.5)
