@@ -19,9 +19,10 @@ WAITING_MAX = 8
 # Progress is published when it has grown by this much, and at every new stage.
 PROGRESS_STEP = 0.02
 
-# Two lines, so that every kernel is needed.
+# Lines that cross, so that every kernel is needed.
 WARM_UP = """{"name": "warm-up", "segments": [
-    {"id": "a", "line": {"start": [0, 0], "end": [1, 0]}}, {"id": "b", "line": {"start": [0, 3], "end": [1, 3]}}]}"""
+    {"id": "a", "line": {"start": [0, 0], "end": [2, 0]}}, {"id": "b", "line": {"start": [0, 3], "end": [2, 3]}},
+    {"id": "c", "line": {"start": [1, -1], "end": [1, 4]}}]}"""
 
 PlanCall = ServedCall[PlanRequest, PlanResponse]
 
