@@ -20,6 +20,8 @@ from services.bus.publisher import Publisher
 
 #: A newcomer knows all of its peers after this long: it hears of them from the first one.
 _GETTING_TO_KNOW_S = 0.3
+#: One that is just leaving is gone by then.
+_LEAVING_S = 0.5
 
 
 class Bus:
@@ -60,14 +62,21 @@ class Bus:
             TouchlineError: There is another one.
         """
         time.sleep(max(0.0, self._opened_at + _GETTING_TO_KNOW_S - time.monotonic()))
+        deadline = time.monotonic() + _LEAVING_S
+        while self._namesakes():
+            if time.monotonic() > deadline:
+                raise TouchlineError(
+                    f'{self.node} is already running for robot "{self.config.namespace}" on {self.config.endpoint}; '
+                    f"stop it first, or choose another {NAMESPACE_VARIABLE} or {ENDPOINT_VARIABLE}"
+                )
+            time.sleep(0.02)
+
+    def _namesakes(self) -> set[str]:
+        """Other sessions of this name."""
         key = f"{token_prefix(self.config.namespace)}/{self.node}/*"
         replies = self._session.liveliness().get(key, handlers.FifoChannel(16))
         holders = {str(reply.ok.key_expr).rsplit("/", 1)[1] for reply in replies if reply.ok is not None}
-        if holders - {str(self._session.zid())}:
-            raise TouchlineError(
-                f'{self.node} is already running for robot "{self.config.namespace}" on {self.config.endpoint}; '
-                f"stop it first, or choose another {NAMESPACE_VARIABLE} or {ENDPOINT_VARIABLE}"
-            )
+        return holders - {str(self._session.zid())}
 
     def key(self, name: str) -> str:
         """The key of a topic or service name."""
