@@ -39,7 +39,7 @@ QUIET, NOTHING = (lambda *_: ""), (lambda *_: None)
 GUARDS = [
     ("without an RTK fix", {(Watch, "paint_problem"): QUIET}, "gnss-outage", None),
     ("against the fixes", {(Watch, "paint_problem"): QUIET, (Watch, "drive_problem"): QUIET}, "gnss-wrong-fix", None),
-    ("on slipping wheels", {(Watch, "paint_problem"): QUIET}, "imu-noisy", None),
+    ("on slipping wheels", {(Watch, "paint_problem"): QUIET}, "wheel-slip", None),
     ("without an operator", {(Hazards, "_operator"): QUIET}, "operator-lost", None),
     ("pressed bumper", {(Traversal, "_heed_hazards"): NOTHING}, "bumper", None),
     ("left the emergency stop", {(Traversal, "step"): release}, None, "estop"),

@@ -15,7 +15,14 @@ from numpy.typing import NDArray
 
 from schemas.jit import kernel
 from services.robot_sim.onboard.estimator.learning import LEARN_TICKS, lay_down, learn
-from services.robot_sim.onboard.estimator.measurements import fix_rows, measure, smooth_rims, strain_tyres, use_fix
+from services.robot_sim.onboard.estimator.measurements import (
+    doubt_accelerometer,
+    fix_rows,
+    measure,
+    smooth_rims,
+    strain_tyres,
+    use_fix,
+)
 from services.robot_sim.onboard.estimator.model import (
     ACCEL_BIAS,
     C_MAST,
@@ -72,6 +79,7 @@ def _step(
         P[SPEED, SPEED] += _NO_IMU_SPEED_VAR
     predict(x, P, accel, inputs[slot], c)
     strain_tyres(P, inputs[before], inputs[slot])
+    doubt_accelerometer(P, inputs[before], inputs[slot])
     measure(x, P, inputs[slot], c, n, live, h, g)
 
 

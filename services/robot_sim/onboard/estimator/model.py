@@ -68,7 +68,8 @@ IN_RIGHT_MEAN: Final = 12
 IN_LEFT_SMOOTH: Final = 13  # m/s, nominal rim speed that slip is a share of
 IN_RIGHT_SMOOTH: Final = 14
 IN_REFUSED: Final = 15  # ticks in a row, up to this one, in which the wheels' readings were rejected
-INPUTS: Final = 16
+IN_ROUGH: Final = 16  # (m/s²)², mean square step of IN_ACCEL over the last ticks
+INPUTS: Final = 17
 
 # What is learned beside the states.
 SIDE_BIAS: Final = 0  # m/s²
