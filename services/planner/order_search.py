@@ -12,6 +12,7 @@ Randomness is counter-based: the k-th kick is the same however the search is cut
 import numpy as np
 from numpy.typing import NDArray
 
+from schemas.arrays import copy, least
 from schemas.jit import kernel
 from services.planner.clothoid import Floats
 
@@ -54,12 +55,12 @@ def improve(
         for i in range(n):
             queue[i], queued[i] = segment[tour[i]], True
         _descend(cost, flip, segment, modes, after, before, tour, place, forth, back, queue, queued, n, scratch)
-        best[:] = tour
-        lengths[:] = forth[n]
+        copy(tour, best)
+        lengths[0] = lengths[1] = forth[n]
     if n < 4:
         return
     for k in range(first, first + count):
-        kept[:] = tour
+        copy(tour, kept)
         length = forth[n]
         i = 1 + random(seed, 4 * k, n - 2)
         reach = KICK if k % 4 == 0 else KICK_NEAR
@@ -79,7 +80,7 @@ def improve(
         _descend(cost, flip, segment, modes, after, before, tour, place, forth, back, queue, queued, waiting, scratch)
         if forth[n] < lengths[1] - GAIN:
             lengths[1] = forth[n]
-            best[:] = tour
+            copy(tour, best)
         # A little worse is accepted, less and less of it: a local optimum's way out.
         slack = 0.02 * (1.0 - k / budget) * lengths[1] / n
         if forth[n] > length + GAIN and forth[n] > lengths[1] + slack * 4.0:
@@ -88,7 +89,7 @@ def improve(
                 low += 1
             while tour[high] == kept[high]:
                 high -= 1
-            tour[low : high + 1] = kept[low : high + 1]
+            copy(kept[low : high + 1], tour[low:])
             _index(cost, flip, segment, tour, place, forth, back, low, high)
     lengths[0] = forth[n]
 
@@ -131,7 +132,7 @@ def swap(tour: Ints, flip: Ints, i: int, j: int, e: int, flips: bool, scratch: I
         scratch[k] = flip[tour[e - k]] if flips else tour[j + k]
     for k in range(j - 1, i - 1, -1):
         tour[k + moved] = tour[k]
-    tour[i : i + moved] = scratch[:moved]
+    copy(scratch[:moved], tour[i:])
 
 
 @kernel
@@ -142,7 +143,7 @@ def put_behind(tour: Ints, flip: Ints, i: int, j: int, e: int, flips: bool, scra
         scratch[k] = flip[tour[j - 1 - k]] if flips else tour[i + k]
     for k in range(j, e + 1):
         tour[k - moved] = tour[k]
-    tour[e - moved + 1 : e + 1] = scratch[:moved]
+    copy(scratch[:moved], tour[e - moved + 1 :])
 
 
 @kernel
@@ -296,7 +297,7 @@ def best_modes(cost: Floats, segment: Ints, modes: Ints, tour: Ints) -> Ints:
         if node >= 0:
             value[n - 1, m] += cost[node, depot]
     result = np.empty(n, dtype=np.int64)
-    m = int(np.argmin(value[n - 1]))
+    m = least(value[n - 1])
     for i in range(n - 1, -1, -1):
         result[i] = modes[segment[tour[i]], m]
         m = chosen[i, m]

@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 
+from schemas.arrays import ascending, copy
 from schemas.jit import kernel
 from services.planner.clothoid import Floats
 from services.planner.order_search import Ints
@@ -101,21 +102,23 @@ def way_times(
     """
     pieces, seconds = np.zeros((TRACK_PIECES, 5)), np.full(len(pairs), np.inf)
     turns = len(circles)
-    words, least = np.zeros(turns), np.zeros(turns)
+    words, least, order = np.zeros(turns), np.zeros(turns), np.empty(turns, np.int64)
     for p in range(len(pairs)):
         a, b = pairs[p, 0], pairs[p, 1]
         if hops:
             # Those first whose words are quick: of the others many need not be looked at then.
-            for k in range(turns):
-                start, goal, curvature = starts[k, a], goals[k, b], circles[k, LIMIT] * roots[k]
-                words[k], _ = way_time(start, goal, circles[k], roots[k], limits, False, pieces)
-                least[k] = least_time(start, goal, curvature, limits)
+            for t in range(turns):
+                start, goal, curvature = starts[t, a], goals[t, b], circles[t, LIMIT] * roots[t]
+                words[t], _ = way_time(start, goal, circles[t], roots[t], limits, False, pieces)
+                least[t] = least_time(start, goal, curvature, limits)
         chosen = turns
-        for k in np.argsort(words):
+        ascending(words, order)
+        for k in order:
             if least[k] > seconds[p] + SLACK_S:
                 continue
             taken, count = way_time(starts[k, a], goals[k, b], circles[k], roots[k], limits, hops, pieces)
             if taken < seconds[p] or (taken == seconds[p] and k < chosen):
-                seconds[p], counts[p], chosen = taken, count, k
-                tracks[p, :count] = pieces[:count]
+                seconds[p], counts[p], chosen = taken, count, int(k)
+                for i in range(count):
+                    copy(pieces[i], tracks[p, i])
     return seconds

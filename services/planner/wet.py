@@ -126,8 +126,13 @@ def wet_crossings(
     reach = 0.0
     for k in range(len(contacts)):
         reach = max(reach, math.hypot(contacts[k, 0], contacts[k, 1]))
-    low_x, high_x = poses[:, 0].min() - reach - half_width, poses[:, 0].max() + reach + half_width
-    low_y, high_y = poses[:, 1].min() - reach - half_width, poses[:, 1].max() + reach + half_width
+    low_x = low_y = math.inf
+    high_x = high_y = -math.inf
+    for i in range(len(poses)):
+        low_x, high_x = min(low_x, poses[i, 0]), max(high_x, poses[i, 0])
+        low_y, high_y = min(low_y, poses[i, 1]), max(high_y, poses[i, 1])
+    low_x, high_x = low_x - reach - half_width, high_x + reach + half_width
+    low_y, high_y = low_y - reach - half_width, high_y + reach + half_width
     for j in range(len(painted)):
         box = boxes[j]
         if box[1] < low_x or box[0] > high_x or box[3] < low_y or box[2] > high_y:

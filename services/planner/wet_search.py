@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from schemas.arrays import copy
 from schemas.jit import kernel
 from services.planner.clothoid import Floats
 from services.planner.order_search import GAIN, Ints, put_behind, random, reverse, swap
@@ -45,10 +46,10 @@ def anneal(
     for i in range(n):
         place[scene.segment[tour[i]]] = i
     total = judged(scene, known, tour, 0, n - 1, 0.0, painted, wet)
-    costs[0] = total + scene.crossing * wet.sum()
+    costs[0] = total + scene.crossing * _count(wet, 0, n - 1)
     if costs[0] < costs[1]:
         costs[1] = costs[0]
-        best[:] = tour
+        copy(tour, best)
     if n < 3:
         return
     for k in range(first, first + count):
@@ -59,7 +60,7 @@ def anneal(
         low, high = max(low - 1, 0), min(high, n - 1)
         slower = _seconds(scene.cost, trial, low, high) - _seconds(scene.cost, tour, low, high)
         allowed = -heat * math.log((1.0 + random(seed, 8 * k + 7, 1 << 30)) / (1 << 30))
-        wetter = -wet[low : high + 1].sum()
+        wetter = -_count(wet, low, high)
         # What does away with many crossings seldom takes much longer: that is not even looked at.
         taken = slower + scene.crossing * max(wetter, -FEWER) <= allowed
         if taken:
@@ -69,22 +70,31 @@ def anneal(
             for i in range(low, min(high + 2, n)):
                 tried[i] = painted[scene.segment[tour[i]]]
             judged(scene, known, trial, low, high, done, painted, trial_wet)
-            wetter += trial_wet[low : high + 1].sum()
+            wetter += _count(trial_wet, low, high)
             taken = slower + scene.crossing * wetter <= allowed
             if not taken:
                 for i in range(low, min(high + 2, n)):
                     painted[scene.segment[tour[i]]] = tried[i]
         if not taken:
-            trial[low : high + 1] = tour[low : high + 1]
+            copy(tour[low : high + 1], trial[low:])
             continue
-        tour[low : high + 1] = trial[low : high + 1]
-        wet[low : high + 1] = trial_wet[low : high + 1]
+        copy(trial[low : high + 1], tour[low:])
+        copy(trial_wet[low : high + 1], wet[low:])
         for i in range(low, high + 1):
             place[scene.segment[tour[i]]] = i
         costs[0] += slower + scene.crossing * wetter
         if costs[0] < costs[1] - GAIN:
             costs[1] = costs[0]
-            best[:] = tour
+            copy(tour, best)
+
+
+@kernel
+def _count(wet: Ints, low: int, high: int) -> int:
+    """Crossings from position `low` to position `high`."""
+    count = 0
+    for i in range(low, high + 1):
+        count += wet[i]
+    return count
 
 
 @kernel

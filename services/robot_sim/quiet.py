@@ -13,6 +13,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from schemas.arrays import copy
 from schemas.jit import kernel
 from services.robot_sim import ticks
 from services.robot_sim.emulator import ESTIMATED, SENSED, WHOLE, Emulator
@@ -92,7 +93,7 @@ def _keep(
             row[ticks.COVARIANCE + 3 * i + j] = P[i, j]
     row[ticks.FIXES] = fixes
     if fixes > 0:
-        row[ticks.REPORT :] = arrivals[0]
+        copy(arrivals[0], row[ticks.REPORT :])
 
 
 @kernel

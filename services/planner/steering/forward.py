@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from schemas.arrays import copy
 from schemas.jit import kernel
 from services.planner.clothoid import Floats
 from services.planner.steering.circles import LIMIT, RADIUS, TAU, cost, shortest_word, word_table
@@ -148,7 +149,7 @@ def polished_words(
         length = attempt(u, straight, ends, limit, goal, turn, best)
         if length < best - TIE:
             best, family = length, int(straight)
-            amounts[:] = u
+            copy(u, amounts)
     return best, family
 
 
@@ -172,7 +173,7 @@ def short_hop(
         length = attempt(u, straight, ends, limit, goal, turn, best)
         if length < best - TIE:
             best, family = length, int(straight)
-            amounts[:] = u
+            copy(u, amounts)
     for s in range(len(WIGGLES)):
         u[0] = ends[0] + WIGGLES[s, 0] * limit
         u[1] = 0.5 * (ends[0] + ends[1]) + WIGGLES[s, 1] * limit
@@ -180,7 +181,7 @@ def short_hop(
         length = attempt(u, False, ends, limit, goal, turn, best)
         if length < best - TIE:
             best, family = length, BENDS_ONLY
-            amounts[:] = u
+            copy(u, amounts)
     return best, family
 
 

@@ -15,6 +15,7 @@ import math
 
 import numpy as np
 
+from schemas.arrays import copy
 from schemas.jit import kernel
 from services.planner.clothoid import Floats
 from services.planner.steering.spiral import arc, ramp, unit
@@ -133,7 +134,7 @@ def solve(elements: Floats, u: Floats, ends: Floats, limit: float, goal: complex
             shortened += 1
             continue
         last_error, shortened = error, 0
-        last_u[:] = u
+        copy(u, last_u)
         if error < close:
             for i in range(n):
                 if hold[i] < 0.0:

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from schemas.arrays import copy
 from schemas.jit import kernel
 from services.planner.clothoid import Floats
 from services.planner.steering.circles import TAU
@@ -197,5 +198,5 @@ def shortest_reversing(
         cusps = CUSPS[row]
         if length < lengths[cusps] - TIE and shortest_stretch(elements, u, ends, limit, pieces) >= stretch_min:
             lengths[cusps] = length
-            amounts[cusps] = u
+            copy(u, amounts[cusps])
             rows[cusps] = row

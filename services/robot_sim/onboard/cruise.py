@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 
+from schemas.arrays import copy
 from schemas.jit import kernel
 from schemas.messages import Actuation
 from services.robot_sim.frames import TICK_S
@@ -245,8 +246,8 @@ def steer(
     x, P = ring[0][tick % m.RING], ring[1][tick % m.RING]
     if not _trusted(tick, P, ring[5], s):
         return -1
-    saved[: t.PROGRESS] = progress
-    saved[t.PROGRESS :] = now
+    copy(progress, saved)
+    copy(now, saved[t.PROGRESS :])
     limits[t.L_BACK_TO] = 0.0
     observe(x, speed_now_mps(x, s), s[c.COMMAND], s[c.COMMAND + 1], body, now)
     track(rows, FORWARD, speeds, progress, limits, t.MODE_PROFILE, x[m.EAST], x[m.NORTH], x[m.HEADING], now, ahead)
@@ -259,8 +260,8 @@ def steer(
     arrived = arc >= k[c.K_LEG_END] - END_TOLERANCE_M and abs(speed) < 2.0 * t.CREEP_MPS
     well = not arrived and not ((astray or doubtful) and wanted & _VALVE)
     if not well or not _unharmed(x, sigma_rad, battery, tank_l, fence, shape, flows, s, k):
-        progress[:] = saved[: t.PROGRESS]
-        now[:] = saved[t.PROGRESS :]
+        copy(saved[: t.PROGRESS], progress)
+        copy(saved[t.PROGRESS :], now)
         return -1
     return wanted
 

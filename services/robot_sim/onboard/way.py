@@ -117,15 +117,33 @@ def even_out(
         last = first
         while last < count and free[last]:
             last += 1
-        if last > first and not np.any(steps[first : min(last + 1, count)]):
+        if last > first and not _any(steps, first, min(last + 1, count)):
             before = pieces[first - 1, W_CURVATURE] if first > 0 else pieces[first, W_CURVATURE]
             after = pieces[last, W_CURVATURE] if last < count else pieces[last - 1, W_CURVATURE]
             for width in widths:
                 state = _stretch(pieces, first, last, sense, before, after, width)
-                if np.max(np.abs(state[:, 0])) <= limit and abs(state[-1, 0]) <= _END_TOLERANCE_M:
+                if _greatest(state) <= limit and abs(state[-1, 0]) <= _END_TOLERANCE_M:
                     _move(pieces, first, last, sense, state)
                     break
         first = last + 1
+
+
+@kernel
+def _any(steps: NDArray[np.bool_], first: int, end: int) -> bool:
+    """Whether there is one before `end`."""
+    found = False
+    for i in range(first, end):
+        found = found or steps[i]
+    return found
+
+
+@kernel
+def _greatest(state: Floats) -> float:
+    """The greatest distance from the path (m)."""
+    greatest = 0.0
+    for i in range(len(state)):
+        greatest = max(greatest, abs(state[i, 0]))
+    return greatest
 
 
 @kernel

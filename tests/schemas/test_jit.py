@@ -1,0 +1,89 @@
+"""Kernels: what is compiled for Python, and what only as a part of another kernel."""
+
+import gc
+from pathlib import Path
+from typing import Any
+
+import numba
+import numpy as np
+import pytest
+from numba.core.errors import TypingError
+
+from schemas.arrays import ascending, copy, least
+from schemas.jit import kernel
+
+
+@pytest.fixture(autouse=True)
+def compiled_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+
+
+def chain() -> tuple[Any, Any]:
+    """A kernel, and one that calls it, both never called before."""
+
+    @kernel
+    def inner(x: float, factor: int = 3) -> float:
+        return x * factor
+
+    @kernel
+    def outer(x: float) -> float:
+        return inner(x) + inner(x, 4) + inner(x, factor=5)
+
+    return inner, outer
+
+
+def test_a_kernel_that_only_kernels_call_is_not_made_for_python() -> None:
+    inner, outer = chain()
+    assert outer(2.0) == 24.0
+    assert not inner.overloads
+    assert inner(2.0, 7) == 14.0
+    assert outer(2) == 24
+
+
+def test_what_was_made_for_python_serves_kernels_as_well() -> None:
+    inner, outer = chain()
+    assert inner(2.0, 4) == 8.0
+    assert outer(2.0) == 24.0
+    assert len(inner._parts) == 1  # with the factor left out
+
+
+def test_constants_are_no_types_of_their_own() -> None:
+    @kernel
+    def inner(x: int) -> int:
+        return 2 * x
+
+    @kernel
+    def outer() -> int:
+        return inner(1) + inner(2) + inner(3)
+
+    assert outer() == 12
+    assert len(inner._parts) == 1
+
+
+def test_a_kernel_that_cannot_be_typed_is_told() -> None:
+    _, outer = chain()
+    with pytest.raises(TypingError, match="inner"):
+        outer(None)
+    assert outer(1.0) == 12.0
+
+
+def test_garbage_is_collected_as_before() -> None:
+    _, outer = chain()
+    before = gc.get_threshold()
+    gc.set_threshold(701, 11, 9)
+    try:
+        outer(1.0)
+        assert gc.get_threshold() == (701, 11, 9)
+    finally:
+        gc.set_threshold(*before)
+
+
+def test_arrays() -> None:
+    values = np.array([3.0, -1.0, 2.0, -1.0, 5.0])
+    target = np.zeros(7)
+    copy(values, target[1:])
+    assert target.tolist() == [0.0, *values, 0.0]
+    order = np.empty(5, dtype=np.int64)
+    ascending(values, order)
+    assert order.tolist() == np.argsort(values, kind="stable").tolist()
+    assert least(values) == 1
