@@ -89,6 +89,27 @@ def test_corrections_that_come_back_in_time_leave_the_fix_as_it_was():
     ]
 
 
+@pytest.mark.parametrize("lost_s", [1.0, 1.45, 1.96])
+def test_corrections_come_every_second_and_grow_old_without_a_leap_when_they_do_not(lost_s):
+    """The age is the time since the last whole second in which there were some."""
+    run = fixes(drive(700, fault("corrections-lost", start_s=lost_s, duration_s=4.0), command=REST))
+    ages = {round(fix.stamp_s, 1): fix.correction_age_s for fix in run}
+    for stamp_s, age_s in ages.items():
+        last_s = 1.0 if lost_s + 0.005 < stamp_s <= lost_s + 4.005 else math.floor(stamp_s + 1e-9)
+        assert age_s == pytest.approx(stamp_s - last_s, abs=1e-9), stamp_s
+
+
+def test_without_corrections_a_fix_that_was_lost_is_not_found_again():
+    """Neither from nothing nor from float: what is there can be held, and without any there is a single position."""
+    lost = fault("corrections-lost", start_s=1.0, duration_s=8.0)
+    out = fault("gnss-outage", start_s=2.0, duration_s=1.0)
+    spells = solutions(drive(1300, lost, out, gnss=GnssNoise(**QUICK), command=REST))
+    assert spells == [(0.1, 3), (2.1, 0), (3.6, 1), (9.6, 2), (10.7, 3)]
+    degraded = fault("gnss-degraded", start_s=2.0, duration_s=1.0)
+    spells = solutions(drive(1300, lost, degraded, gnss=GnssNoise(**QUICK), command=REST))
+    assert spells == [(0.1, 3), (2.1, 2), (10.1, 3)]
+
+
 def test_a_wrong_fix_is_off_and_looks_right():
     run, plain = drive(320, second("gnss-wrong-fix", east_m=0.5, north_m=-0.2)), drive(320)
     for fix, right in zip(fixes(run), fixes(plain), strict=True):

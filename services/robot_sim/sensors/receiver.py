@@ -271,12 +271,16 @@ def take(
         level = math.sqrt(1.0 - world[body.UP_X] * world[body.UP_X])
         lean_y = -world[body.UP_Y] / level
         lean_x = -world[body.UP_X] * world[body.UP_Z] / level
-        x, y, z = x * level + z * lean_x, y + z * lean_y, z * world[body.UP_Z]
+        lean_xy, level_y = lean_y * world[body.UP_X], level * world[body.UP_Z] - lean_x * world[body.UP_X]
+        rise = world[body.UP_X] * x + world[body.UP_Y] * y + world[body.UP_Z] * z
+        x, y, z = x * level + y * lean_xy + z * lean_x, y * level_y + z * lean_y, rise
     east = world[body.EAST] + cos * x - sin * y
     north = world[body.NORTH] + sin * x + cos * y
     best, factor = _look_up(sky, vertices, east, north)
     best = min(best, effects[e.FIX_CAP])
     _corrections(gnss, r, effects[e.CORRECTIONS_LOST] > 0.0, seed, tick)
+    if gnss[G_HELD_TICKS] > 0.0:  # what there is can be held, but nothing better be had than a single position
+        best = min(best, max(gnss[G_FIX], SINGLE))
     if 0.01 * gnss[G_HELD_TICKS] > r[R_HOLD_S]:
         best = min(best, SINGLE)
     _solve(gnss, r, best, seed, tick)
@@ -294,5 +298,5 @@ def take(
     report[VERTICAL_VARIANCE] = report[VARIANCE] * VERTICAL_FACTOR * VERTICAL_FACTOR
     report[FIX] = gnss[G_FIX]
     report[SATELLITES] = math.floor(_SATELLITES[int(gnss[G_FIX])] / math.sqrt(factor))
-    report[CORRECTION_AGE] = (tick % 100) / 100 + 0.01 * gnss[G_HELD_TICKS]
+    report[CORRECTION_AGE] = (tick - gnss[G_HELD_TICKS]) % 100.0 / 100.0 + 0.01 * gnss[G_HELD_TICKS]
     report[EAST], report[NORTH], _ = to_local(frame, latitude, longitude, altitude)
