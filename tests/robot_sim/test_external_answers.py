@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from schemas.curves import Curve
 from schemas.errors import PayloadError
 from schemas.messages import FollowerStepResponse, TraversalStatus
 from schemas.scenario import Scenario
@@ -15,8 +16,13 @@ from services.robot_sim.lockstep import NOW_FIELDS, Lockstep
 from services.robot_sim.onboard import tracking as t
 from services.robot_sim.onboard.followers import Interrupted, PurePursuitFollower, Question
 from services.robot_sim.onboard.followers.external import AHEAD_TICKS, ExternalFollower
-from tests.robot_sim.test_external import PLAN
+from tests.robot_sim.scripted import trajectory
 
+PLAN = trajectory(
+    [Curve.from_line((0, 0), (2, 0)), Curve.from_line((2, 0), (4, 0)), Curve.from_line((4, 0), (5, 0))],
+    [0, 1, 0],
+    speed_mps=0.8,
+)
 VEHICLE = Vehicle()
 LIMIT_RADPS = VEHICLE.max_wheel_speed_radps
 

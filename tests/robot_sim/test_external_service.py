@@ -14,8 +14,7 @@ from services.bus import Bus
 from services.robot_sim import lockstep
 from services.robot_sim.lockstep import NOW_FIELDS
 from services.robot_sim.onboard.followers import PurePursuitFollower
-from tests.robot_sim.test_service import PLAN, ask, process, session, turn_until
-from tests.robot_sim.test_session_hash import alone, hash_in
+from tests.robot_sim.bus_rig import PLAN, alone, ask, hash_in, process, session, turn_until
 
 PAUSED, DONE = TraversalStatus.PAUSED, TraversalStatus.DONE
 SOME_STEPS = 150

@@ -7,15 +7,16 @@ import pytest
 
 from schemas import topics
 from schemas.cdr import decode
+from schemas.curves import Curve
 from schemas.faults import parse_fault
 from schemas.messages import JointState
 from schemas.scenario import Scenario
 from schemas.vehicle import Vehicle
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.telemetry import Telemetry
-from tests.robot_sim.scripted import ScriptedOnboard, line_script
-from tests.robot_sim.test_emulator import PLAN
+from tests.robot_sim.scripted import ScriptedOnboard, line_script, trajectory
 
+PLAN = trajectory([Curve.from_line((0, 0), (12, 0))], [0])
 TOPICS = {
     "gnss": (topics.GNSS_FIX, topics.GNSS_STATUS),
     "imu": (topics.IMU,),

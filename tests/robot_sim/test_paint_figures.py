@@ -17,7 +17,7 @@ from services.robot_sim.paint.metrics import paint_metrics
 from services.robot_sim.paint.targets import Target, nozzle_curve, start_pose
 from services.robot_sim.world.body import STEPS
 from services.robot_sim.world.world import Pose
-from tests.robot_sim.test_paint import EASTWARD, NORTHWARD, WIDTH, along, ledger_of, line, paint
+from tests.robot_sim.strokes import EASTWARD, NORTHWARD, WIDTH, along, ledger_of, line, paint
 
 
 def sprayed(ledger, points, width):

@@ -18,7 +18,7 @@ from services.sweep import task as sweep_task
 from services.sweep.places import here
 from services.sweep.summary import statistics, summarise, write_csv
 from services.sweep.task import Run, Task, prepare, run_figures
-from tests.sweep.test_sweep import combined
+from tests.sweep.combining import combined
 
 
 @pytest.fixture(scope="module")

@@ -17,8 +17,8 @@ from schemas.vehicle import Vehicle
 from services.robot_sim.frames import STANDSTILL
 from services.robot_sim.onboard.estimator import model as m
 from services.robot_sim.onboard.estimator.filter import Estimator
+from tests.robot_sim.onboard.driven import drive, error, wander
 from tests.robot_sim.onboard.rig import Rig
-from tests.robot_sim.onboard.test_estimator import drive, error, wander
 
 SCENARIO = Scenario()
 WHITE_VAR_M2 = SCENARIO.gnss.white_m**2
