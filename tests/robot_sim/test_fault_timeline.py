@@ -42,6 +42,10 @@ def test_a_fault_acts_from_its_start_for_its_duration():
     assert acting(FaultTimeline([fault("bumper", start_s=0.1, duration_s=0.05)]), e.BUMPER, 40) == [11, 12, 13, 14, 15]
     assert acting(FaultTimeline([fault("bumper", duration_s=0.01)]), e.BUMPER, 40) == [1]
     assert acting(FaultTimeline([fault("bumper", start_s=0.37)]), e.BUMPER, 40) == [38, 39, 40]
+    for hundredths in (7, 14, 28, 29, 57, 58):  # 0.29 · 100 is less than 29
+        short = fault("bumper", start_s=hundredths / 100, duration_s=hundredths / 100)
+        acts = acting(FaultTimeline([short]), e.BUMPER, 130)
+        assert acts == list(range(hundredths + 1, 2 * hundredths + 1))
 
 
 def test_overlapping_faults_add_up_and_end_one_by_one():
@@ -189,6 +193,23 @@ def test_there_is_an_end_to_injecting():
         timeline.inject(fault("bumper"), 0)
     with pytest.raises(CommandRefused, match="faults"):
         timeline.inject(fault("bumper"), 0)
+
+
+def test_faults_that_are_over_make_room_for_others():
+    timeline = FaultTimeline([])
+    for _ in range(MAX_FAULTS):
+        timeline.inject(fault("bumper", duration_s=0.05), 0)
+    for tick in range(1, 8):
+        timeline.step(tick)
+    timeline.inject(fault("operator-lost"), 7)
+    assert acting(timeline, e.OPERATOR_LOST, 9)[-2:] == [8, 9]
+
+
+def test_an_injection_says_when_and_for_how_long():
+    timeline = FaultTimeline([])
+    timeline.inject(fault("wheel-slip", wheel="left", share=0.3, start_s=1.5), 100)
+    (event,) = timeline.take_events()
+    assert event.text == "a wheel slips (wheel left, share 0.3), in 1.5 s, to the end"
 
 
 def robot(*faults):
