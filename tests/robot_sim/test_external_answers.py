@@ -146,10 +146,11 @@ class Answering:
     """A bus on which the follower answers a request with what `answer` makes of it."""
 
     def __init__(self, answer):
-        self.answer, self.requests = answer, []
+        self.answer, self.requests, self.timeouts_s = answer, [], []
 
-    def call(self, _service, request, _timeout_s, while_waiting):
+    def call(self, _service, request, timeout_s, while_waiting):
         while_waiting()
+        self.timeouts_s.append(timeout_s)
         self.requests.append(request)
         return self.answer(request)
 
@@ -172,6 +173,7 @@ def test_a_question_is_told_field_by_field_and_the_answer_is_left_then_right():
     assert list(told.ahead_yaw_rate_radps) == list(range(1, 200, 2))
     assert (told.first, again.first) == (True, False)
     assert again.step == told.step + 1
+    assert bus.timeouts_s == [1.0, 1.0], "as long as the documentation says"
 
 
 def refuse(error):

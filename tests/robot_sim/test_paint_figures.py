@@ -66,6 +66,13 @@ def test_the_painted_length_is_what_was_driven_spraying_wherever_that_was():
     assert metrics.segments[0].areas.painted_m2 == pytest.approx(10 * WIDTH), "paint far away belongs to no line"
 
 
+def test_three_passes_are_as_much_double_paint_as_two():
+    ledger = ledger_of(EASTWARD)
+    for first, last in ((0, 10), (5, 7), (5, 7), (6, 8)):
+        paint(ledger, line((first, 0), (last, 0)))
+    assert paint_metrics(ledger).double_paint_m2 == pytest.approx(3 * WIDTH, abs=1e-6)
+
+
 def test_a_stroke_that_crosses_itself_is_painted_twice_there():
     """East, three quarters of a circle to the left, and south across the beginning at a right angle."""
     loop = Curve.from_arc((6.0, 0.0), (6.0, 2.0), 1.5 * math.pi)
