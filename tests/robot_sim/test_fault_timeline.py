@@ -154,6 +154,12 @@ def test_offsets_delays_and_noises_add_up(fields, index, twice):
     assert effects_of(fault, fault)[index] == pytest.approx(twice, rel=1e-12)
 
 
+@pytest.mark.parametrize(("delay_s", "ticks"), [(0.29, 29), (0.57, 57), (0.001, 1), (5.0, 500)])
+def test_a_delay_is_told_in_whole_ticks_and_is_one_at_least(delay_s, ticks):
+    late = fault("messages-late", sensor="encoder", delay_s=delay_s)
+    assert effects_of(late)[sensor("encoder", e.LATE_TICKS)] == ticks
+
+
 TIMES = {"start_s": st.just(0.0), "duration_s": st.none()}
 NEEDED = {"delay_s": st.floats(0.01, 5), "white_m": st.floats(0.001, 100), "share": st.floats(0, 0.95)}
 ANY_FAULT = st.one_of(

@@ -174,6 +174,21 @@ def test_what_was_under_way_can_be_resumed_until_something_else_is(path):
         assert len(journal.unfinished(PLAN)[1].paint) == 0
 
 
+@pytest.mark.parametrize("end", ["done", "aborted"])
+def test_what_is_over_cannot_be_resumed(path, end):
+    with Journal(path) as journal:
+        robot = Robot(journal)
+        robot.load()
+        robot.drive(until_m=99.0 if end == "done" else 3.0)
+        if end == "aborted":
+            assert journal.unfinished(PLAN)
+            robot.emulator.abort()
+            robot.drive()
+    with Journal(path) as journal:
+        refused = Robot(journal).load(resume=True)
+    assert not refused.success and "nothing to resume" in refused.message
+
+
 @pytest.mark.parametrize("every", [1, 7, 10])
 def test_a_note_every_few_ticks_will_do(path, every):
     with Journal(path) as journal:
