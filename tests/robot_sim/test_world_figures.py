@@ -67,6 +67,22 @@ def test_a_way_across_the_slope_is_as_long_on_the_map_as_on_level_ground():
         assert lengths[1] == pytest.approx(lengths[0], rel=2e-3)
 
 
+@pytest.mark.parametrize(("heading_rad", "uphill_rad"), [(0.0, 0.0), (0.0, math.pi / 2), (1.0, 2.8), (-2.0, 0.4)])
+def test_on_a_slope_the_map_sees_less_of_the_nozzles_lever(heading_rad, uphill_rad):
+    """The lever lies in the ground's plane: along the robot's way, and at a right angle to that in the plane."""
+    vehicle, grade = Vehicle(nozzle_x_m=0.3, nozzle_y_m=-0.4), 0.15
+    world = World(vehicle, level(grade=grade, uphill_rad=uphill_rad))
+    world.place(Pose(3.0, 4.0, heading_rad))
+    drive(world, STAND, 1)
+    rise = grade * np.array([math.cos(uphill_rad), math.sin(uphill_rad)])
+    ahead = np.array([math.cos(heading_rad), math.sin(heading_rad), 0.0])
+    ahead[2] = rise @ ahead[:2]
+    left = np.cross((-rise[0], -rise[1], 1.0), ahead)
+    nozzle = 0.3 * ahead / np.linalg.norm(ahead) - 0.4 * left / np.linalg.norm(left)
+    assert world.trace[-1, :2] - (3.0, 4.0) == pytest.approx(nozzle[:2], abs=1e-12)
+    assert nozzle[2] == pytest.approx(rise @ nozzle[:2]), "it is on the ground"
+
+
 def test_discs_are_lifted_as_slowly_as_they_are_lowered():
     world = drive(World(VEHICLE, level()), Command(0.0, 0.0, False, True), 60)
     assert world.state[body.DISC_DOWN] == 1.0

@@ -19,6 +19,7 @@ from services.robot_sim.sensors.geodesy import to_geodetic, to_local
 from services.robot_sim.sensors.places import VALUE_1, VALUE_2, VALUE_3, distance
 from services.robot_sim.world import body
 from services.robot_sim.world import effects as e
+from services.robot_sim.world.physics import leaning
 from services.robot_sim.world.randomness import (
     STREAM_FAULT,
     STREAM_GNSS,
@@ -266,14 +267,7 @@ def take(
     """
     _wander(gnss, r, seed, tick)
     cos, sin = math.cos(world[body.HEADING]), math.sin(world[body.HEADING])
-    x, y, z = r[R_ANTENNA], r[R_ANTENNA + 1], r[R_ANTENNA + 2]
-    if world[body.UP_Z] < 1.0:  # on a slope the mast leans
-        level = math.sqrt(1.0 - world[body.UP_X] * world[body.UP_X])
-        lean_y = -world[body.UP_Y] / level
-        lean_x = -world[body.UP_X] * world[body.UP_Z] / level
-        lean_xy, level_y = lean_y * world[body.UP_X], level * world[body.UP_Z] - lean_x * world[body.UP_X]
-        rise = world[body.UP_X] * x + world[body.UP_Y] * y + world[body.UP_Z] * z
-        x, y, z = x * level + y * lean_xy + z * lean_x, y * level_y + z * lean_y, rise
+    x, y, z = leaning(world, r[R_ANTENNA], r[R_ANTENNA + 1], r[R_ANTENNA + 2])
     east = world[body.EAST] + cos * x - sin * y
     north = world[body.NORTH] + sin * x + cos * y
     best, factor = _look_up(sky, vertices, east, north)
