@@ -132,7 +132,7 @@ def _apply_gnss(
         case f.GnssDegraded():
             effects[e.FIX_CAP] = min(effects[e.FIX_CAP], FIX_NAMES[fault.fix])
             if fault.claimed_m is not None:
-                effects[e.CLAIMED_M] = fault.claimed_m
+                effects[e.CLAIMED_M] = min(effects[e.CLAIMED_M] or math.inf, fault.claimed_m)
         case f.CorrectionsLost():
             effects[e.CORRECTIONS_LOST] = 1.0
         case f.GnssWrongFix():
@@ -170,13 +170,15 @@ def _apply_body(fault: f.Fault, effects: NDArray[np.float64]) -> None:
         case f.WheelBlocked():
             effects[e.BLOCKED + _WHEELS[fault.wheel]] = 1.0
         case f.WheelSlip():
-            effects[e.SLIP + _WHEELS[fault.wheel]] = fault.share
+            for wheel in (e.SLIP + _WHEELS[fault.wheel]).tolist():
+                effects[wheel] = max(float(effects[wheel]), fault.share, key=lambda share: (abs(share), share))
         case f.MotorWeak():
-            effects[e.TORQUE + _WHEELS[fault.wheel]] = fault.share
+            wheels = e.TORQUE + _WHEELS[fault.wheel]
+            effects[wheels] = np.minimum(effects[wheels], fault.share)
         case f.ValveStuck():
-            effects[e.VALVE] = 1.0 if fault.position == "open" else 0.0
+            effects[e.VALVE] = max(effects[e.VALVE], 1.0 if fault.position == "open" else 0.0)
         case f.DiscStuck():
-            effects[e.DISC] = 1.0 if fault.position == "down" else 0.0
+            effects[e.DISC] = max(effects[e.DISC], 1.0 if fault.position == "down" else 0.0)
         case f.NozzleClogged():
             effects[e.FLOW] = min(effects[e.FLOW], fault.share)
         case f.Bumper():

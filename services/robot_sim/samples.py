@@ -52,10 +52,11 @@ class Samples:
 
     Args:
         scenario: Has the IMU's noise, of which the covariances that it reports are made.
+        history: (transport.HISTORY, fast.READINGS) what was measured, by tick.
         most: Rows at once.
     """
 
-    def __init__(self, scenario: Scenario, most: int) -> None:
+    def __init__(self, scenario: Scenario, history: Floats, most: int) -> None:
         """See the class."""
         noise = scenario.effective().imu
         gyro, accel = (noise.gyro_density_radps_rthz**2) * 100.0, (noise.accel_density_mps2_rthz**2) * 100.0
@@ -76,7 +77,7 @@ class Samples:
         covariance = {path: len(range(_C + 9)[columns]) for path, columns in _POSE_COVARIANCE.items()}
         self._estimate = Records(layouts.ODOMETRY, odometry, _STAMP | pose | twist | covariance, most)
         self._truth = Records(layouts.ODOMETRY, odometry, _STAMP | pose | twist, most)
-        self._angles: Floats = np.zeros((1, 2))  # of the wheels, as last read
+        self._history = history
         self._sprayer: Floats = np.full((1, ticks.TANK_L - ticks.SPRAYER), math.nan)  # its state, as last told
 
     def payloads(self, rows: Rows, reports: Sequence[GnssReport]) -> list[Payload]:
@@ -105,22 +106,23 @@ class Samples:
         The wheel commands are among them. A topic may be short of the last row's.
         """
         imu, mag, encoders = (_arrived(rows, column) for column in range(ticks.MEASURED, ticks.READINGS))
-        angles = encoders[:, _ANGLES]
         return [
             (topics.IMU, self._imu.pack(*_stamps(imu, ticks.MEASURED), imu[:, _GYRO], imu[:, _ACCEL])),
             (topics.MAGNETIC_FIELD, self._mag.pack(*_stamps(mag, ticks.MEASURED + 1), mag[:, _FIELD])),
             (
                 topics.JOINT_STATES,
-                self._joints.pack(*_stamps(encoders, ticks.MEASURED + 2), angles, self._rates(angles)),
+                self._joints.pack(*_stamps(encoders, ticks.MEASURED + 2), encoders[:, _ANGLES], self._rates(encoders)),
             ),
             (topics.WHEEL_COMMAND, self._command.pack(*_stamps(rows, ticks.TICK), rows[:, _WHEELS])),
         ]
 
-    def _rates(self, angles: Floats) -> Floats:
-        """Wheel rates (n, 2) [rad/s] as a driver derives them: the differences of two readings."""
-        read = np.concatenate((self._angles, angles))
-        self._angles = read[-1:]
-        rates: Floats = (read[1:] - read[:-1]) * 100.0
+    def _rates(self, encoders: Rows) -> Floats:
+        """Wheel rates (n, 2) [rad/s] as the encoders' driver derives them: by the reading of the tick before.
+
+        That is where they are read, so a message that is late, lost or sent again changes no other one's.
+        """
+        before = (encoders[:, ticks.MEASURED + 2].astype(np.int64) - 1) % len(self._history)
+        rates: Floats = (encoders[:, _ANGLES] - self._history[before, fast.ENCODER :]) * 100.0
         return rates
 
     def _of_odometry(self, rows: Rows) -> list[tuple[Topic, list[bytes]]]:

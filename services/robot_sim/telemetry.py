@@ -47,7 +47,7 @@ class Telemetry:
     def __init__(self, emulator: Emulator) -> None:
         """Watch `emulator`; nothing has been told yet."""
         self._emulator = emulator
-        self._samples = Samples(emulator.scenario, QUIET_TICKS)
+        self._samples = Samples(emulator.scenario, emulator.sensors.history, QUIET_TICKS)
         self.rows: Rows = np.zeros((QUIET_TICKS, ticks.COLUMNS))
         self._state = -1
         self.digest = SessionDigest()

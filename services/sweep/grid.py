@@ -6,10 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
+from pydantic import ValidationError
+
 from schemas.errors import SpecError
 from schemas.messages import PlanOptions
 from schemas.scenario import Scenario
-from schemas.spec import parse
+from schemas.spec import first_problem, parse
 
 Setting = dict[str, Any]
 """Values by dotted name: a field of the scenario (``gnss.white_m``), ``template``, or ``plan.`` and an option."""
@@ -74,12 +76,11 @@ def _case(template: str, scenario: Scenario, options: PlanOptions, setting: Sett
         raise SpecError(
             "command line", f"--set {PLAN_PREFIX}{unknown[0]}", "is not an option of a plan", f"use {known}"
         )
-    return Case(
-        setting,
-        str(setting.get(TEMPLATE, template)),
-        parse(Scenario, json.dumps(lived), "--set"),
-        PlanOptions.model_validate(options.model_dump() | planned),
-    )
+    try:
+        chosen = PlanOptions.model_validate(options.model_dump() | planned)
+    except ValidationError as error:
+        raise first_problem(error, "--set plan", planned) from error
+    return Case(setting, str(setting.get(TEMPLATE, template)), parse(Scenario, json.dumps(lived), "--set"), chosen)
 
 
 def _put(fields: dict[str, Any], name: str, value: Any) -> None:

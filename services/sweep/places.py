@@ -50,7 +50,7 @@ def on_dask(jobs: list[Job], tasks: Sequence[Task], address: str) -> Generator[R
         raise TouchlineError("--dask needs Dask: pip install 'touchline[sweep]'") from error
     try:
         client = Client(address, timeout="10s")
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, TypeError) as error:  # the last for tls:// without certificates
         raise TouchlineError(f"no Dask scheduler answers at {address}: {error}") from error
     with client:
         shared = client.scatter([jobs], broadcast=True)[0]

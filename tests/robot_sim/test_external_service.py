@@ -14,8 +14,7 @@ from services.bus import Bus
 from services.robot_sim import lockstep
 from services.robot_sim.lockstep import NOW_FIELDS
 from services.robot_sim.onboard.followers import PurePursuitFollower
-from tests.robot_sim.test_service import PLAN, ask, process, session, turn_until
-from tests.robot_sim.test_session_hash import alone, hash_in
+from tests.robot_sim.bus_rig import PLAN, alone, ask, hash_in, process, session, turn_until
 
 PAUSED, DONE = TraversalStatus.PAUSED, TraversalStatus.DONE
 SOME_STEPS = 150
@@ -142,6 +141,28 @@ def test_one_that_is_late_is_not_believed(bus_config, robot_bus, operator, monke
         assert ask(operator, robot, topics.RESUME).success
         turn_until(robot, lambda: not robot.active)
     assert robot._emulator.onboard.state == DONE, robot._emulator.onboard.status
+
+
+def test_whoever_does_not_want_to_stop_it_waits(bus_config, robot_bus, operator):
+    """The answer is waited for all the same, and they are answered after it."""
+    robot, answers = process(robot_bus, follower="external"), []
+
+    def ask_and_ask():
+        for number in range(12):
+            request = topics.SET_SPEED.request(request_id=f"pace {number}", factor=-1.0)
+            answers.append(operator.call(topics.SET_SPEED, request, timeout_s=30.0))
+            time.sleep(0.05)
+
+    with controller(bus_config, late_at=SOME_STEPS, late_s=0.6):
+        begin(robot, operator)
+        asking = threading.Thread(target=ask_and_ask)
+        turn_until(robot, lambda: robot._emulator.tick_count > SOME_STEPS // 2)
+        asking.start()
+        turn_until(robot, lambda: not robot.active and len(answers) == 12)
+        asking.join()
+    assert all(answer.success for answer in answers)
+    assert robot._emulator.onboard.state == DONE
+    assert robot._emulator.onboard.status.follower_fallbacks == 0
 
 
 def test_the_same_controller_gives_the_same_session_as_often_as_you_like(bus_config):

@@ -1,14 +1,18 @@
 """Faults in time: when they act, how they add up, and who hears of it."""
 
 import json
+import math
+from typing import get_args
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from schemas import topics
 from schemas.cdr import decode
 from schemas.errors import CommandRefused
-from schemas.faults import parse_fault
+from schemas.faults import Fault, parse_fault
 from schemas.messages import Event, InjectFaultRequest
 from schemas.scenario import Scenario
 from schemas.vehicle import Vehicle
@@ -38,6 +42,10 @@ def test_a_fault_acts_from_its_start_for_its_duration():
     assert acting(FaultTimeline([fault("bumper", start_s=0.1, duration_s=0.05)]), e.BUMPER, 40) == [11, 12, 13, 14, 15]
     assert acting(FaultTimeline([fault("bumper", duration_s=0.01)]), e.BUMPER, 40) == [1]
     assert acting(FaultTimeline([fault("bumper", start_s=0.37)]), e.BUMPER, 40) == [38, 39, 40]
+    for hundredths in (7, 14, 28, 29, 57, 58):  # 0.29 · 100 is less than 29
+        short = fault("bumper", start_s=hundredths / 100, duration_s=hundredths / 100)
+        acts = acting(FaultTimeline([short]), e.BUMPER, 130)
+        assert acts == list(range(hundredths + 1, 2 * hundredths + 1))
 
 
 def test_overlapping_faults_add_up_and_end_one_by_one():
@@ -65,6 +73,110 @@ def test_overlapping_faults_add_up_and_end_one_by_one():
     assert np.array_equal(timeline.effects, e.neutral())
 
 
+def effects_of(*faults):
+    timeline = FaultTimeline(faults)
+    timeline.step(1)
+    return timeline.effects.copy()
+
+
+def sensor(which, what):
+    return e.MESSAGES + e.PER_SENSOR * e.SENSORS.index(which) + what
+
+
+WORSE = [  # a fault, a worse one, where it is told, and what the worse one alone amounts to
+    ({"kind": "wheel-slip", "share": 0.1}, {"kind": "wheel-slip", "share": 0.4}, e.SLIP, 0.4),
+    ({"kind": "wheel-slip", "share": 0.1}, {"kind": "wheel-slip", "share": -0.4}, e.SLIP + 1, -0.4),
+    ({"kind": "motor-weak", "share": 0.5}, {"kind": "motor-weak", "share": 0.2}, e.TORQUE, 0.2),
+    ({"kind": "nozzle-clogged", "share": 0.5}, {"kind": "nozzle-clogged", "share": 0.2}, e.FLOW, 0.2),
+    ({"kind": "battery-low", "fraction": 0.5}, {"kind": "battery-low", "fraction": 0.2}, e.BATTERY_MAX, 0.2),
+    ({"kind": "tank-empty", "litres": 5.0}, {"kind": "tank-empty", "litres": 2.0}, e.TANK_MAX_L, 2.0),
+    ({"kind": "valve-stuck", "position": "closed"}, {"kind": "valve-stuck", "position": "open"}, e.VALVE, 1.0),
+    ({"kind": "disc-stuck", "position": "up"}, {"kind": "disc-stuck", "position": "down"}, e.DISC, 1.0),
+    ({"kind": "gnss-degraded", "fix": "float"}, {"kind": "gnss-degraded", "fix": "single"}, e.FIX_CAP, 1.0),
+    ({"kind": "gnss-degraded"}, {"kind": "gnss-outage"}, e.FIX_CAP, 0.0),
+    ({"kind": "gnss-degraded", "claimed_m": 0.5}, {"kind": "gnss-degraded", "claimed_m": 0.1}, e.CLAIMED_M, 0.1),
+    ({"kind": "gnss-degraded"}, {"kind": "gnss-degraded", "claimed_m": 0.1}, e.CLAIMED_M, 0.1),
+    (
+        {"kind": "messages-lost", "sensor": "imu", "share": 0.1},
+        {"kind": "messages-lost", "sensor": "imu", "share": 0.3},
+        sensor("imu", e.LOST_SHARE),
+        0.3,
+    ),
+    (
+        {"kind": "messages-reordered", "sensor": "gnss", "spread_s": 0.1},
+        {"kind": "messages-reordered", "sensor": "gnss", "spread_s": 0.3},
+        sensor("gnss", e.SPREAD_TICKS),
+        30.0,
+    ),
+    (
+        {"kind": "messages-duplicated", "sensor": "encoder", "after_s": 0.1},
+        {"kind": "messages-duplicated", "sensor": "encoder", "after_s": 0.3},
+        sensor("encoder", e.AGAIN_TICKS),
+        30.0,
+    ),
+    (
+        {"kind": "messages-duplicated", "sensor": "magnetometer", "share": 0.1},
+        {"kind": "messages-duplicated", "sensor": "magnetometer", "share": 0.3},
+        sensor("magnetometer", e.AGAIN_SHARE),
+        0.3,
+    ),
+]
+
+
+@pytest.mark.parametrize(("mild", "worse", "index", "amounts"), WORSE)
+def test_of_two_the_worse_counts_whichever_began_first(mild, worse, index, amounts):
+    one, other = parse_fault(json.dumps(mild)), parse_fault(json.dumps(worse))
+    assert effects_of(other)[index] == amounts
+    assert effects_of(one)[index] != amounts
+    assert effects_of(one, other)[index] == effects_of(other, one)[index] == amounts
+
+
+SUMS = [  # what adds up, and to what
+    ({"kind": "gnss-wrong-fix", "east_m": 0.0, "north_m": 0.2}, e.OFFSET_NORTH_M, 0.4),
+    ({"kind": "clock-skew", "offset_s": 0.1}, e.CLOCK_OFFSET_S, 0.2),
+    ({"kind": "clock-skew", "drift_ppm": 100.0}, e.CLOCK_DRIFT, 2e-4),
+    ({"kind": "imu-bias", "gyro_radps": 0.1}, e.GYRO_BIAS, 0.2),
+    ({"kind": "imu-bias", "accel_mps2": 0.1}, e.ACCEL_BIAS, 0.2),
+    ({"kind": "magnetic-disturbance", "east_t": 1e-6}, e.FIELD_EAST_T, 2e-6),
+    ({"kind": "magnetic-disturbance", "north_t": 1e-6}, e.FIELD_NORTH_T, 2e-6),
+    ({"kind": "messages-late", "sensor": "gnss", "delay_s": 0.2}, sensor("gnss", e.LATE_TICKS), 40.0),
+    # White noises do so as independent ones: by their squares.
+    ({"kind": "imu-noisy", "gyro_radps": 0.3}, e.GYRO_WHITE, 0.3 * math.sqrt(2)),
+    ({"kind": "imu-noisy", "accel_mps2": 0.3}, e.ACCEL_WHITE, 0.3 * math.sqrt(2)),
+    ({"kind": "gnss-noisy", "white_m": 0.3}, e.GNSS_WHITE_M, 0.3 * math.sqrt(2)),
+    ({"kind": "gnss-noisy", "white_m": 0.3, "honest": False}, e.GNSS_HIDDEN_M, 0.3 * math.sqrt(2)),
+]
+
+
+@pytest.mark.parametrize(("fields", "index", "twice"), SUMS)
+def test_offsets_delays_and_noises_add_up(fields, index, twice):
+    fault = parse_fault(json.dumps(fields))
+    assert effects_of(fault, fault)[index] == pytest.approx(twice, rel=1e-12)
+
+
+@pytest.mark.parametrize(("delay_s", "ticks"), [(0.29, 29), (0.57, 57), (0.001, 1), (5.0, 500)])
+def test_a_delay_is_told_in_whole_ticks_and_is_one_at_least(delay_s, ticks):
+    late = fault("messages-late", sensor="encoder", delay_s=delay_s)
+    assert effects_of(late)[sensor("encoder", e.LATE_TICKS)] == ticks
+
+
+TIMES = {"start_s": st.just(0.0), "duration_s": st.none()}
+NEEDED = {"delay_s": st.floats(0.01, 5), "white_m": st.floats(0.001, 100), "share": st.floats(0, 0.95)}
+ANY_FAULT = st.one_of(
+    [
+        st.builds(model, **TIMES, **{k: v for k, v in NEEDED.items() if k in model.model_fields})
+        for model in get_args(get_args(Fault)[0])
+    ]
+)
+
+
+@given(st.lists(ANY_FAULT, min_size=2, max_size=6), st.randoms(use_true_random=False))
+def test_the_order_of_faults_does_not_matter(faults, rng):
+    mixed = list(faults)
+    rng.shuffle(mixed)
+    assert effects_of(*mixed) == pytest.approx(effects_of(*faults), rel=1e-12)
+
+
 def test_beginning_and_end_are_told_once():
     timeline = FaultTimeline([fault("bumper", start_s=0.1, duration_s=0.05)])
     told = []
@@ -87,6 +199,23 @@ def test_there_is_an_end_to_injecting():
         timeline.inject(fault("bumper"), 0)
     with pytest.raises(CommandRefused, match="faults"):
         timeline.inject(fault("bumper"), 0)
+
+
+def test_faults_that_are_over_make_room_for_others():
+    timeline = FaultTimeline([])
+    for _ in range(MAX_FAULTS):
+        timeline.inject(fault("bumper", duration_s=0.05), 0)
+    for tick in range(1, 8):
+        timeline.step(tick)
+    timeline.inject(fault("operator-lost"), 7)
+    assert acting(timeline, e.OPERATOR_LOST, 9)[-2:] == [8, 9]
+
+
+def test_an_injection_says_when_and_for_how_long():
+    timeline = FaultTimeline([])
+    timeline.inject(fault("wheel-slip", wheel="left", share=0.3, start_s=1.5), 100)
+    (event,) = timeline.take_events()
+    assert event.text == "a wheel slips (wheel left, share 0.3), in 1.5 s, to the end"
 
 
 def robot(*faults):

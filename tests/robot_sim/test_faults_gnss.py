@@ -53,6 +53,24 @@ def test_a_float_solution_leaves_the_fix_slowly_and_is_sometimes_over_confident(
     assert 2 <= sum(sigma < 0.1 for sigma in claimed) <= 16  # a fifth of 40
 
 
+def test_a_float_solution_has_left_the_fix_by_63_percent_after_five_seconds():
+    """Its own error stands still here, so the distance is that times 1 − exp(−t / 5 s)."""
+    still = GnssNoise(white_m=0, gauss_markov_1_m=0, gauss_markov_2_m=0, float_tau_s=1e12)
+    degraded = fault("gnss-degraded", start_s=0.9)  # the first float solution is that of second 1
+    away = {round(stamp, 1): error for stamp, error in errors(drive(6200, degraded, gnss=still, command=REST))}
+    assert away[1.0] < 1e-6
+    assert [away[3.0] / away[61.0], away[6.0] / away[61.0]] == pytest.approx(
+        [1 - math.exp(-0.4), 1 - math.exp(-1)], rel=1e-3
+    )
+
+
+def test_a_wrong_fix_is_a_fix_and_no_fault_of_a_float_or_single_solution():
+    both = drive(500, fault("gnss-wrong-fix", east_m=5.0), second("gnss-degraded", fix="single"), command=REST)
+    plain = drive(500, second("gnss-degraded", fix="single"), command=REST)
+    for fix, right in zip(fixes(both), fixes(plain), strict=True):
+        assert fix.east_m - right.east_m == pytest.approx(5.0 if fix.fix == GnssStatus.FIXED else 0.0, abs=1e-6)
+
+
 def test_what_a_float_solution_claims_can_be_given():
     run = drive(230, second("gnss-degraded", claimed_m=0.05))
     spell = [fix.variance_m2 for fix in fixes(run) if 1.0 < fix.stamp_s <= 2.0]
@@ -87,6 +105,27 @@ def test_corrections_that_come_back_in_time_leave_the_fix_as_it_was():
     assert [fix for fix in fixes(run) if 1.05 < fix.stamp_s < 2.0] != [
         fix for fix in fixes(plain) if 1.05 < fix.stamp_s < 2.0
     ]
+
+
+@pytest.mark.parametrize("lost_s", [1.0, 1.45, 1.96])
+def test_corrections_come_every_second_and_grow_old_without_a_leap_when_they_do_not(lost_s):
+    """The age is the time since the last whole second in which there were some."""
+    run = fixes(drive(700, fault("corrections-lost", start_s=lost_s, duration_s=4.0), command=REST))
+    ages = {round(fix.stamp_s, 1): fix.correction_age_s for fix in run}
+    for stamp_s, age_s in ages.items():
+        last_s = 1.0 if lost_s + 0.005 < stamp_s <= lost_s + 4.005 else math.floor(stamp_s + 1e-9)
+        assert age_s == pytest.approx(stamp_s - last_s, abs=1e-9), stamp_s
+
+
+def test_without_corrections_a_fix_that_was_lost_is_not_found_again():
+    """Neither from nothing nor from float: what is there can be held, and without any there is a single position."""
+    lost = fault("corrections-lost", start_s=1.0, duration_s=8.0)
+    out = fault("gnss-outage", start_s=2.0, duration_s=1.0)
+    spells = solutions(drive(1300, lost, out, gnss=GnssNoise(**QUICK), command=REST))
+    assert spells == [(0.1, 3), (2.1, 0), (3.6, 1), (9.6, 2), (10.7, 3)]
+    degraded = fault("gnss-degraded", start_s=2.0, duration_s=1.0)
+    spells = solutions(drive(1300, lost, degraded, gnss=GnssNoise(**QUICK), command=REST))
+    assert spells == [(0.1, 3), (2.1, 2), (10.1, 3)]
 
 
 def test_a_wrong_fix_is_off_and_looks_right():

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from schemas.scenario import GnssNoise
 from services.robot_sim.world import body
 from tests.robot_sim.open_loop import ages, drive, fault, fixes, second
 
@@ -77,6 +78,14 @@ def test_fixes_come_twice_out_of_order_or_never():
     lost = [round(fix.stamp_s, 1) for fix in fixes(drive(330, second("messages-lost", sensor="gnss")))]
     assert lost[:10] == [round(0.1 + k / 10, 1) for k in range(10)]
     assert lost[10] == 2.1
+
+
+def test_fixes_take_any_extra_time_up_to_the_spread():
+    spread = fault("messages-reordered", sensor="gnss", spread_s=0.03)
+    run = drive(6000, spread, gnss=GnssNoise(latency_jitter_s=0, rate_hz=20))
+    extra = [round((tick.frame.time_s - fix.stamp_s) * 100) - 11 for tick in run for fix in tick.frame.gnss]
+    shares = np.bincount(extra) / len(extra)
+    assert shares == pytest.approx([0.25] * 4, abs=0.05)
 
 
 def test_several_fixes_can_arrive_in_one_tick():

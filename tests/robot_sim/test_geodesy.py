@@ -39,6 +39,24 @@ def test_a_degree_is_as_long_as_the_radii_of_curvature_say():
     assert east == pytest.approx(math.radians(step) * (normal + 20.0) * math.cos(math.radians(57.0124)), abs=1e-4)
 
 
+def test_the_published_example_of_a_topocentric_frame():
+    """EPSG guidance note 7-2, geographic/topocentric conversions (methods 9602 and 9837), WGS 84."""
+    frame = local_frame(55.0, 5.0, 200.0)
+    there = (53.0 + 48.0 / 60.0 + 33.82 / 3600.0, 2.0 + 7.0 / 60.0 + 46.38 / 3600.0, 73.0)
+    assert to_local(frame, *there) == pytest.approx((-189_013.869, -128_642.040, -4_220.171), abs=1e-3)
+    latitude, longitude, height = to_geodetic(frame, -189_013.869, -128_642.040, -4_220.171)
+    assert (latitude, longitude) == pytest.approx(there[:2], abs=1e-8)
+    assert height == pytest.approx(there[2], abs=1e-3)
+    assert _earth_centred(55.0, 5.0, 200.0) == pytest.approx((3_652_755.3058, 319_574.6799, 5_201_547.3536), abs=1e-4)
+    assert _earth_centred(*there) == pytest.approx((3_771_793.968, 140_253.342, 5_124_304.349), abs=1e-3)
+
+
+def _earth_centred(latitude, longitude, height):
+    """(X, Y, Z) by the plane at (0°, 0°, 0 m), whose up, east and north they are, beside the semi-major axis."""
+    east, north, up = to_local(local_frame(0.0, 0.0, 0.0), latitude, longitude, height)
+    return up + 6_378_137.0, east, north
+
+
 def test_the_plane_leaves_the_curved_earth():
     _, _, altitude = to_geodetic(DENMARK, 1000.0, 0.0, 0.0)
     assert altitude - 20.0 == pytest.approx(1000.0**2 / (2 * 6.39e6), rel=0.01)

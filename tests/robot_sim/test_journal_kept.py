@@ -37,6 +37,12 @@ def disk_of(size):
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
+@pytest.fixture(scope="module", autouse=True)
+def compiled():
+    """What a kernel's cache takes on the disk is had before there is no room on it."""
+    hash_without_a_journal()
+
+
 class Robot:
     """One that is told to drive the plan, and keeps this journal."""
 
@@ -166,6 +172,21 @@ def test_what_was_under_way_can_be_resumed_until_something_else_is(path):
         robot.drive(until_m=1.0)
         assert journal.unfinished(PLAN)[0].arc_length_m < 1.1
         assert len(journal.unfinished(PLAN)[1].paint) == 0
+
+
+@pytest.mark.parametrize("end", ["done", "aborted"])
+def test_what_is_over_cannot_be_resumed(path, end):
+    with Journal(path) as journal:
+        robot = Robot(journal)
+        robot.load()
+        robot.drive(until_m=99.0 if end == "done" else 3.0)
+        if end == "aborted":
+            assert journal.unfinished(PLAN)
+            robot.emulator.abort()
+            robot.drive()
+    with Journal(path) as journal:
+        refused = Robot(journal).load(resume=True)
+    assert not refused.success and "nothing to resume" in refused.message
 
 
 @pytest.mark.parametrize("every", [1, 7, 10])

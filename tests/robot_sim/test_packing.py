@@ -39,7 +39,10 @@ def test_the_fix_and_its_status_go_together():
 def test_a_battery_that_is_half_empty():
     emulator = Emulator(Vehicle(), Scenario(noise="none"))
     emulator.world.state[body.BATTERY_WH] = 340.0
+    emulator.world.state[body.POWER_W] = 75.0
     message = decode(BatteryState, battery((1, 0), emulator))
     assert message.percentage == pytest.approx(0.5)
     assert message.voltage == pytest.approx(37.5)
+    assert message.current == pytest.approx(-2.0), "negative while it gives: 75 W at 37.5 V"
     assert message.charge / message.design_capacity == pytest.approx(0.5)
+    assert message.design_capacity == pytest.approx(680.0 / 37.0)

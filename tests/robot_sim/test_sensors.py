@@ -215,6 +215,31 @@ def test_on_a_slope_accelerometer_magnetometer_and_antenna_lean():
     assert frame.mag.z_t == pytest.approx(-17.2e-6 * math.sin(angle) - 47.6e-6 * math.cos(angle), rel=1e-9)
 
 
+@pytest.mark.parametrize("heading_rad", [0.0, 1.0, 2.5, -2.0])
+@pytest.mark.parametrize("uphill_rad", [0.0, 0.7, 4.0])
+def test_on_a_slope_the_antenna_is_where_the_bodys_axes_put_it(heading_rad, uphill_rad):
+    """The axes by cross products from the plane's normal, the lever along them."""
+    lever, grade = (0.3, -0.2, 0.6), 0.15
+    vehicle = Vehicle(gnss_antenna_x_m=lever[0], gnss_antenna_y_m=lever[1], gnss_antenna_z_m=lever[2])
+    scenario = Scenario(noise="none", ground=Ground(grade=grade, uphill_rad=uphill_rad))
+    world, sensors = World(vehicle, scenario), Sensors(vehicle, scenario)
+    world.place(Pose(10.0, -20.0, heading_rad))
+    rise = np.array([math.cos(uphill_rad), math.sin(uphill_rad)]) * grade
+    upright = np.array([-rise[0], -rise[1], 1.0]) / math.hypot(grade, 1.0)
+    ahead = np.array([math.cos(heading_rad), math.sin(heading_rad), 0.0])
+    ahead[2] = rise @ ahead[:2]
+    ahead /= np.linalg.norm(ahead)
+    antenna = np.column_stack((ahead, np.cross(upright, ahead), upright)) @ lever + (10.0, -20.0, rise @ (10.0, -20.0))
+    reports, found = [], []
+    for tick in range(1, 30):
+        found += sensors.read(tick, world.state).gnss
+        reports += sensors.gnss_reports
+    assert (found[0].east_m, found[0].north_m) == pytest.approx(antenna[:2], abs=1e-7)
+    assert reports[0].altitude_m - scenario.origin.altitude_m == pytest.approx(
+        antenna[2], abs=1e-4
+    )  # the earth is round
+
+
 def test_magnetic_heading_is_off_by_about_three_degrees():
     errors = []
     for seed in range(300):

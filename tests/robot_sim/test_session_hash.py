@@ -11,26 +11,7 @@ from schemas.vehicle import Vehicle
 from services.bus import Bus
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.telemetry import Telemetry
-from tests.robot_sim.test_service import PLAN, TEMPLATE, ask, drain, process, session, turn_until
-
-
-def alone(**scenario):
-    """All that is said in-process, from the load on."""
-    emulator = Emulator(Vehicle(), Scenario(**scenario))
-    telemetry = Telemetry(emulator)
-    emulator.load(PLAN, TEMPLATE)
-    said = telemetry.loaded(PLAN, TEMPLATE)
-    emulator.start()
-    said += telemetry.news()
-    while emulator.active:
-        emulator.tick()
-        said += telemetry.after_tick()
-    return said
-
-
-def hash_in(said):
-    (report,) = [decode(TraversalReport, payload) for topic, payload in said if topic is topics.REPORT]
-    return report.session_hash
+from tests.robot_sim.bus_rig import PLAN, TEMPLATE, alone, ask, drain, hash_in, process, session, turn_until
 
 
 @pytest.fixture(scope="module")

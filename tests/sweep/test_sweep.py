@@ -5,14 +5,11 @@ import pytest
 from schemas.errors import SpecError, TouchlineError
 from schemas.messages import PlanOptions
 from schemas.scenario import Scenario
-from services.sweep.grid import Case, cases, parse_settings
+from services.sweep.grid import Case
 from services.sweep.places import here, in_processes, on_dask
 from services.sweep.summary import statistics, summarise, write_csv
 from services.sweep.task import Run, prepare
-
-
-def combined(*texts, scenario=None):
-    return cases("study-square", scenario or Scenario(), PlanOptions(), parse_settings(texts))
+from tests.sweep.combining import combined
 
 
 def test_every_combination_once():
@@ -35,6 +32,8 @@ def test_every_combination_once():
         ("gps.white_m=1", "gps"),
         ("gnss.white_m=-1", "white_m"),
         ("plan.speed=1", "plan.paint_speed_mps"),
+        ("plan.paint_speed_mps=fast", "paint_speed_mps is 'fast'"),
+        ("plan.start=3", "start is 3"),
     ],
 )
 def test_what_cannot_be_set_is_refused_by_name(text, named):
@@ -45,12 +44,17 @@ def test_what_cannot_be_set_is_refused_by_name(text, named):
 
 
 def test_a_plan_is_made_once_per_template_and_options():
-    wanted = combined("template=study-square,soccer-11", "follower=mpc,pure-pursuit", "plan.method=ccd,dubins-padded")
+    methods, speeds = "plan.method=ccd,dubins-padded", "plan.paint_speed_mps=0.8,1.0"
+    wanted = combined("template=study-square,tennis", "follower=mpc,pure-pursuit", methods)
+    wanted += combined("template=study-square", speeds)
     jobs, tasks = prepare(wanted, 3)
-    assert len(jobs) == 4
+    assert len(jobs) == 6
     assert len(tasks) == len(wanted) * 3
     assert {task.scenario.seed for task in tasks} == {1, 2, 3}
-    assert all(jobs[task.job].template.name == wanted[task.case].template for task in tasks)
+    for task in tasks:
+        job, case = jobs[task.job], wanted[task.case]
+        assert (job.template.name, job.options) == (case.template, case.options)
+        assert task.scenario.follower == case.scenario.follower
 
 
 @pytest.fixture(scope="module")

@@ -19,6 +19,7 @@ from services.robot_sim.sensors.geodesy import to_geodetic, to_local
 from services.robot_sim.sensors.places import VALUE_1, VALUE_2, VALUE_3, distance
 from services.robot_sim.world import body
 from services.robot_sim.world import effects as e
+from services.robot_sim.world.physics import leaning
 from services.robot_sim.world.randomness import (
     STREAM_FAULT,
     STREAM_GNSS,
@@ -266,17 +267,14 @@ def take(
     """
     _wander(gnss, r, seed, tick)
     cos, sin = math.cos(world[body.HEADING]), math.sin(world[body.HEADING])
-    x, y, z = r[R_ANTENNA], r[R_ANTENNA + 1], r[R_ANTENNA + 2]
-    if world[body.UP_Z] < 1.0:  # on a slope the mast leans
-        level = math.sqrt(1.0 - world[body.UP_X] * world[body.UP_X])
-        lean_y = -world[body.UP_Y] / level
-        lean_x = -world[body.UP_X] * world[body.UP_Z] / level
-        x, y, z = x * level + z * lean_x, y + z * lean_y, z * world[body.UP_Z]
+    x, y, z = leaning(world, r[R_ANTENNA], r[R_ANTENNA + 1], r[R_ANTENNA + 2])
     east = world[body.EAST] + cos * x - sin * y
     north = world[body.NORTH] + sin * x + cos * y
     best, factor = _look_up(sky, vertices, east, north)
     best = min(best, effects[e.FIX_CAP])
     _corrections(gnss, r, effects[e.CORRECTIONS_LOST] > 0.0, seed, tick)
+    if gnss[G_HELD_TICKS] > 0.0:  # what there is can be held, but nothing better be had than a single position
+        best = min(best, max(gnss[G_FIX], SINGLE))
     if 0.01 * gnss[G_HELD_TICKS] > r[R_HOLD_S]:
         best = min(best, SINGLE)
     _solve(gnss, r, best, seed, tick)
@@ -294,5 +292,5 @@ def take(
     report[VERTICAL_VARIANCE] = report[VARIANCE] * VERTICAL_FACTOR * VERTICAL_FACTOR
     report[FIX] = gnss[G_FIX]
     report[SATELLITES] = math.floor(_SATELLITES[int(gnss[G_FIX])] / math.sqrt(factor))
-    report[CORRECTION_AGE] = (tick % 100) / 100 + 0.01 * gnss[G_HELD_TICKS]
+    report[CORRECTION_AGE] = (tick - gnss[G_HELD_TICKS]) % 100.0 / 100.0 + 0.01 * gnss[G_HELD_TICKS]
     report[EAST], report[NORTH], _ = to_local(frame, latitude, longitude, altitude)

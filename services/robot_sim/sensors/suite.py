@@ -36,6 +36,7 @@ class Sensors:
     Attributes:
         gnss_reports: The positions that arrived in the last tick as the receiver reported them.
         arrived: (3,) whether a sample of IMU, magnetometer, encoders arrived in it.
+        history: (transport.HISTORY, fast.READINGS) what was measured, by tick, whether or not it has arrived.
         arguments: What `sense` keeps or reads, in its order from `sensor` to `arrivals`.
         heard: Of that the readings, the ticks in which they were measured, and the arrivals.
     """
@@ -50,6 +51,7 @@ class Sensors:
         self._readings: NDArray[np.float64] = np.zeros(fast.READINGS)
         self._measured_tick: NDArray[np.int64] = np.zeros(3, dtype=np.int64)
         self._arrivals: NDArray[np.float64] = np.zeros((transport.ARRIVALS, receiver.COLUMNS))
+        self.history: NDArray[np.float64] = np.zeros((transport.HISTORY, fast.READINGS))
         self.heard = (self._readings, self._measured_tick, self._arrivals)
         sensor, p = np.zeros(fast.STATE_SIZE), _parameters(vehicle, scenario)
         fast.switch_on(sensor, p, self._seed)
@@ -60,7 +62,7 @@ class Sensors:
             sensor,
             p,
             *places.table((steel.outline, (steel.field_t, steel.reach_m, 0.0)) for steel in scenario.steel),
-            np.zeros((transport.HISTORY, fast.READINGS)),
+            self.history,
             np.full((3, transport.HISTORY), -1, dtype=np.int64),
             state,
             r,

@@ -106,9 +106,21 @@ def _spray(state: Floats, p: Floats, effects: Floats, valve: bool, disc: bool) -
 
 
 @kernel
+def leaning(state: Floats, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """How far a point of the body (x, y, z) [m] is ahead, to the left and up on the map, as the robot leans."""
+    if state[UP_Z] == 1.0:
+        return x, y, z
+    up_x, up_y, up_z = state[UP_X], state[UP_Y], state[UP_Z]
+    level = math.sqrt(1.0 - up_x * up_x)
+    ahead = level * x - (up_x * up_y * y + up_x * up_z * z) / level
+    return ahead, (up_z * y - up_y * z) / level, up_x * x + up_y * y + up_z * z
+
+
+@kernel
 def _trace_row(state: Floats, p: Floats, cos: float, sin: float, width: float, row: Floats) -> None:
-    row[TRACE_EAST] = state[EAST] + cos * p[P_NOZZLE_X] - sin * p[P_NOZZLE_Y]
-    row[TRACE_NORTH] = state[NORTH] + sin * p[P_NOZZLE_X] + cos * p[P_NOZZLE_Y]
+    x, y, _ = leaning(state, p[P_NOZZLE_X], p[P_NOZZLE_Y], 0.0)
+    row[TRACE_EAST] = state[EAST] + cos * x - sin * y
+    row[TRACE_NORTH] = state[NORTH] + sin * x + cos * y
     row[TRACE_SPRAYING] = width
 
 

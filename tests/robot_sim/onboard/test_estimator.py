@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -11,41 +10,18 @@ from scipy.stats import chi2
 
 from schemas.scenario import DriveNoise, GnssNoise, Scenario
 from schemas.vehicle import Vehicle
-from services.robot_sim.frames import STANDSTILL, Command, SensorFrame
+from services.robot_sim.frames import STANDSTILL, Command
 from services.robot_sim.onboard.estimator import model as m
 from services.robot_sim.onboard.estimator.filter import Estimator
 from services.robot_sim.onboard.estimator.report import report
+from tests.robot_sim.onboard.driven import drive, error, wander
 from tests.robot_sim.onboard.rig import Rig
 
 DEFAULT = Scenario()
 
 
-def wander(tick: int) -> Command:
-    """Stand, then drive with gentle turns both ways."""
-    if tick < 80:
-        return STANDSTILL
-    turn = 2.0 * math.sin(tick / 250.0)
-    return Command(9.0 - turn, 9.0 + turn, False, False)
-
-
 def straight(tick: int) -> Command:
     return STANDSTILL if tick < 80 else Command(10.0, 10.0, False, False)
-
-
-def drive(
-    rig: Rig,
-    estimator: Estimator,
-    ticks: int,
-    command: Callable[[int], Command] = wander,
-    change: Callable[[SensorFrame], SensorFrame] = lambda frame: frame,
-) -> None:
-    for tick in range(ticks):
-        estimator.step(change(rig.step(command(tick))))
-
-
-def error(rig: Rig, estimator: Estimator) -> np.ndarray:
-    x = estimator.state
-    return np.array([x[0] - rig.x, x[1] - rig.y, math.remainder(x[2] - rig.heading, math.tau)])
 
 
 def nees(rig: Rig, estimator: Estimator) -> float:

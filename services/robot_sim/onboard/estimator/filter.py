@@ -27,6 +27,7 @@ LEAD_S = 0.005  # by which a receiver's clock may be ahead and still be believed
 _ACCEPTED_HEADING_VAR = math.radians(0.3) ** 2
 JUMP_RUN: Final = 15
 """Fixes rejected in a row (1.5 s) after which they are a jump that the operator may accept, and not outliers."""
+_PLACE: Final = [m.EAST, m.NORTH]
 _NO_COVARIANCE = np.diag([1e6, 1e6, math.pi**2]).ravel()
 
 
@@ -149,23 +150,35 @@ class Estimator:
         """
         fix = self.last_fix
         assert fix is not None, "there is no jump without a fix"
-        c, x, p = self._c, self.state, self.covariance
-        cos, sin = math.cos(x[m.HEADING]), math.sin(x[m.HEADING])
-        ax, ay = c[m.C_ANTENNA_X], c[m.C_ANTENNA_Y]
-        x[m.EAST], x[m.NORTH] = fix.east_m - (cos * ax - sin * ay), fix.north_m - (sin * ax + cos * ay)
-        for axis, slow in ((m.EAST, m.GNSS_EAST), (m.NORTH, m.GNSS_NORTH)):
-            x[slow] = 0.0
-            p[[axis, slow], :] = 0.0
-            p[:, [axis, slow]] = 0.0
-            p[axis, axis] = c[m.C_R_GNSS] + c[m.C_GM_VAR]
-            p[slow, slow] = c[m.C_GM_VAR]
-            p[axis, slow] = p[slow, axis] = -c[m.C_GM_VAR]
-        p[m.HEADING, m.HEADING] += _ACCEPTED_HEADING_VAR
+        self.covariance[m.HEADING, m.HEADING] += _ACCEPTED_HEADING_VAR
+        self._place(self.state, self.covariance, fix)
         self._fixes[:] = 0.0
         # Nothing from before this tick is run again.
         self._first_tick = self._tick
         self.counters[m.N_FIX_REJECTED_RUN] = self.counters[m.NIS_FIX_RECENT] = 0.0
         self.counters[m.N_RECOVERIES] += 1.0
+
+    def _place(self, x: NDArray[np.float64], p: NDArray[np.float64], fix: GnssSample) -> None:
+        """Put the axle where a fix says, into a state and its covariance, whose heading is known already.
+
+        Its place is the fix less the fix's error and less the lever, which turns with the heading and all that goes
+        with that.
+        """
+        c, slows = self._c, [m.GNSS_EAST, m.GNSS_NORTH]
+        cos, sin = math.cos(x[m.HEADING]), math.sin(x[m.HEADING])
+        ax, ay = c[m.C_ANTENNA_X], c[m.C_ANTENNA_Y]
+        x[_PLACE] = fix.east_m - (cos * ax - sin * ay), fix.north_m - (sin * ax + cos * ay)
+        x[slows] = 0.0
+        p[_PLACE + slows, :] = 0.0
+        p[:, _PLACE + slows] = 0.0
+        p[slows, slows] = c[m.C_GM_VAR]
+        p[_PLACE, slows] = p[slows, _PLACE] = -c[m.C_GM_VAR]
+        lever = np.zeros((2, m.STATES))
+        lever[:, m.HEADING] = sin * ax + cos * ay, sin * ay - cos * ax
+        turned = lever @ p
+        p[_PLACE, :] += turned
+        p[:, _PLACE] += turned.T
+        p[np.ix_(_PLACE, _PLACE)] += turned @ lever.T + np.eye(2) * (c[m.C_R_GNSS] + c[m.C_GM_VAR])
 
     def _enter_fix(self, gnss: GnssSample) -> int:
         tick = math.floor(gnss.stamp_s / TICK_S + 1e-6)
@@ -199,31 +212,19 @@ class Estimator:
         c = self._c
         self._slot = frame.tick % m.RING
         x, p = self._xs[self._slot], self._covariances[self._slot]
-        heading = math.atan2(mag_x, mag_y)
-        cos, sin = math.cos(heading), math.sin(heading)
-        ax, ay = c[m.C_ANTENNA_X], c[m.C_ANTENNA_Y]
-        x[m.HEADING], x[m.GYRO_BIAS], x[m.ACCEL_BIAS] = heading, gyro, accel
-        x[m.EAST] = gnss.east_m - (cos * ax - sin * ay)
-        x[m.NORTH] = gnss.north_m - (sin * ax + cos * ay)
+        x[m.HEADING], x[m.GYRO_BIAS], x[m.ACCEL_BIAS] = math.atan2(mag_x, mag_y), gyro, accel
         span_s = self._sum_ticks * TICK_S
-        arm2 = ax * ax + ay * ay
-        position = c[m.C_R_GNSS] + c[m.C_GM_VAR] + arm2 * c[m.C_MAG_VAR]
         diagonal = np.zeros(m.STATES)
-        diagonal[[m.EAST, m.NORTH]] = position
         diagonal[m.HEADING] = c[m.C_MAG_VAR] + c[m.C_R_MAG] / self._sum_ticks
         diagonal[m.SPEED], diagonal[m.YAW_RATE] = 1e-6, 1e-6
         diagonal[m.GYRO_BIAS] = self._gyro_start_var / span_s + 1e-10
         diagonal[m.ACCEL_BIAS] = self._accel_start_var / span_s + 1e-6
         diagonal[[m.LEFT_SLIP, m.RIGHT_SLIP]] = c[m.C_SLIP_VAR]
         diagonal[m.MAG_BIAS] = c[m.C_MAG_VAR]
-        diagonal[[m.GNSS_EAST, m.GNSS_NORTH]] = c[m.C_GM_VAR]
         p[:] = np.diag(diagonal)
-        # The heading's error is the magnetometer's, and the position's holds the slow error of the fix.
-        p[m.HEADING, m.MAG_BIAS] = p[m.MAG_BIAS, m.HEADING] = -c[m.C_MAG_VAR]
-        for axis, slow in ((m.EAST, m.GNSS_EAST), (m.NORTH, m.GNSS_NORTH)):
-            p[axis, slow] = p[slow, axis] = -c[m.C_GM_VAR]
-        for axis, arm in ((m.EAST, sin * ax + cos * ay), (m.NORTH, -(cos * ax - sin * ay))):
-            p[axis, m.HEADING] = p[m.HEADING, axis] = arm * diagonal[m.HEADING]
-            p[axis, m.MAG_BIAS] = p[m.MAG_BIAS, axis] = -arm * c[m.C_MAG_VAR]
+        p[m.HEADING, m.MAG_BIAS] = p[m.MAG_BIAS, m.HEADING] = -c[
+            m.C_MAG_VAR
+        ]  # the heading's error is the magnetometer's
+        self._place(x, p, gnss)
         self._inputs[self._slot, m.IN_RISE_EAST :] = 0.0  # nothing has been learned yet
         self._first_tick = frame.tick

@@ -1,0 +1,81 @@
+"""A short job, and the robot doing it: on a bus, turn by turn, or in this process alone."""
+
+import time
+import uuid
+
+from schemas import topics
+from schemas.cdr import decode, encode
+from schemas.curves import Curve
+from schemas.messages import Header, TraversalReport, TraversalStatus
+from schemas.scenario import Scenario
+from schemas.template import Template
+from schemas.vehicle import Vehicle
+from services.bus import HealthReporter
+from services.robot_sim.emulator import Emulator
+from services.robot_sim.service import RobotProcess
+from services.robot_sim.telemetry import Telemetry
+from tests.robot_sim.scripted import trajectory
+
+PLAN = trajectory(
+    [Curve.from_line((0, 0), (2, 0)), Curve.from_line((2, 0), (4, 0)), Curve.from_line((4, 0), (5, 0))],
+    [0, 1, 0],
+    ids=["t0", "line", "t1"],
+    speed_mps=0.5,
+)
+TEMPLATE = Template(name="one", segments=[{"id": "line", "line": {"start": (2.0, -0.41124), "end": (4.0, -0.41124)}}])
+
+
+def process(bus, speed=-1.0, **changes):
+    return RobotProcess(bus, HealthReporter(bus), Vehicle(), Scenario(**changes), speed=speed, clock="held")
+
+
+def ask(operator, robot, service, **fields):
+    if "request_id" in service.request.model_fields:
+        fields["request_id"] = str(uuid.uuid4())
+    return operator.call(service, service.request(**fields), while_waiting=robot.turn)
+
+
+def turn_until(robot, condition, timeout_s=30.0):
+    deadline = time.monotonic() + timeout_s
+    while not condition():
+        assert time.monotonic() < deadline, "it never happened"
+        robot.turn()
+
+
+def drain(inbox, into):
+    into += [(sample.topic, sample.payload) for sample in inbox.drain()]
+    return into
+
+
+def session(robot, operator):
+    """Load and run a whole session; every recorded payload, per topic."""
+    inbox = operator.inbox(topics.RECORDED)
+    before = (topics.STATUS, encode(TraversalStatus(header=Header(frame_id="map"))))  # latched: may arrive or not
+    time.sleep(0.2)  # the subscriptions have to reach the publishers
+    assert ask(operator, robot, topics.LOAD, trajectory=PLAN, template_json=TEMPLATE.model_dump_json()).success
+    assert ask(operator, robot, topics.START).success
+    said = []
+    turn_until(robot, lambda: any(topic is topics.REPORT for topic, _ in drain(inbox, said)))
+    time.sleep(0.1)
+    drain(inbox, said)
+    said = [pair for pair in said if pair != before]
+    return {topic.name: [payload for name, payload in said if name is topic] for topic in topics.RECORDED}
+
+
+def alone(**scenario):
+    """All that is said in-process, from the load on."""
+    emulator = Emulator(Vehicle(), Scenario(**scenario))
+    telemetry = Telemetry(emulator)
+    emulator.load(PLAN, TEMPLATE)
+    said = telemetry.loaded(PLAN, TEMPLATE)
+    emulator.start()
+    said += telemetry.news()
+    while emulator.active:
+        emulator.tick()
+        said += telemetry.after_tick()
+    return said
+
+
+def hash_in(said):
+    (report,) = [decode(TraversalReport, payload) for topic, payload in said if topic is topics.REPORT]
+    return report.session_hash

@@ -1,0 +1,36 @@
+"""A rig driven open loop with an estimator that watches."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from services.robot_sim.frames import STANDSTILL, Command, SensorFrame
+from services.robot_sim.onboard.estimator.filter import Estimator
+from tests.robot_sim.onboard.rig import Rig
+
+
+def wander(tick: int) -> Command:
+    """Stand, then drive with gentle turns both ways."""
+    if tick < 80:
+        return STANDSTILL
+    turn = 2.0 * math.sin(tick / 250.0)
+    return Command(9.0 - turn, 9.0 + turn, False, False)
+
+
+def drive(
+    rig: Rig,
+    estimator: Estimator,
+    ticks: int,
+    command: Callable[[int], Command] = wander,
+    change: Callable[[SensorFrame], SensorFrame] = lambda frame: frame,
+) -> None:
+    for tick in range(ticks):
+        estimator.step(change(rig.step(command(tick))))
+
+
+def error(rig: Rig, estimator: Estimator) -> np.ndarray:
+    x = estimator.state
+    return np.array([x[0] - rig.x, x[1] - rig.y, math.remainder(x[2] - rig.heading, math.tau)])

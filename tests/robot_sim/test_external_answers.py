@@ -1,0 +1,208 @@
+"""What an external follower is asked, and what is made of its answers, good and bad; without a bus."""
+
+import math
+
+import numpy as np
+import pytest
+
+from schemas.curves import Curve
+from schemas.errors import PayloadError
+from schemas.messages import FollowerStepResponse, TraversalStatus
+from schemas.scenario import Scenario
+from schemas.vehicle import Vehicle
+from services.bus import CallError
+from services.robot_sim.emulator import Emulator
+from services.robot_sim.lockstep import NOW_FIELDS, Lockstep
+from services.robot_sim.onboard import tracking as t
+from services.robot_sim.onboard.followers import Interrupted, PurePursuitFollower, Question
+from services.robot_sim.onboard.followers.external import AHEAD_TICKS, ExternalFollower
+from tests.robot_sim.scripted import trajectory
+
+PLAN = trajectory(
+    [Curve.from_line((0, 0), (2, 0)), Curve.from_line((2, 0), (4, 0)), Curve.from_line((4, 0), (5, 0))],
+    [0, 1, 0],
+    speed_mps=0.8,
+)
+VEHICLE = Vehicle()
+LIMIT_RADPS = VEHICLE.max_wheel_speed_radps
+
+
+def inputs(speed_mps=1.0):
+    """On the path at this speed."""
+    now, ahead = np.zeros(t.NOW), np.zeros((AHEAD_TICKS, t.AHEAD_COLUMNS))
+    now[[t.LEFT_RADIUS, t.RIGHT_RADIUS]] = VEHICLE.wheel_radius_m
+    now[[t.SPEED, t.REFERENCE_SPEED]] = ahead[:, t.A_SPEED] = speed_mps
+    now[[t.LEFT_COMMAND, t.RIGHT_COMMAND]] = speed_mps / VEHICLE.wheel_radius_m
+    return now, ahead
+
+
+class Outside:
+    """An outside follower; `answers` are wheel speeds or exceptions, the last one for good."""
+
+    def __init__(self, *answers):
+        self.answers, self.questions = list(answers), []
+
+    def __call__(self, question):
+        self.questions.append(question)
+        answer = self.answers.pop(0) if len(self.answers) > 1 else self.answers[0]
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
+
+
+def test_its_wheel_speeds_are_driven_as_far_as_the_wheels_can():
+    follower = ExternalFollower(VEHICLE, Outside((3.0, -4.0), (1e3, -1e3), (-1e300, 20.0)))
+    got = [follower.step(*inputs()) for _ in range(3)]
+    assert got == [(3.0, -4.0), (LIMIT_RADPS, -LIMIT_RADPS), (-LIMIT_RADPS, 20.0)]
+    assert (follower.fallbacks, follower.problem) == (0, "")
+
+
+@pytest.mark.parametrize("bad", [(math.nan, 1.0), (1.0, math.nan), (math.inf, 1.0), (1.0, -math.inf)])
+def test_what_is_no_wheel_speed_is_not_driven(bad):
+    outside = Outside(bad, (1.0, 2.0))
+    follower = ExternalFollower(VEHICLE, outside)
+    assert follower.step(*inputs()) == pytest.approx((10.0, 10.0), abs=1e-6), "pure pursuit's, on the path"
+    assert "not finite" in follower.problem
+
+
+@pytest.mark.parametrize("failure", [ConnectionError("gone"), Interrupted()])
+def test_after_a_failure_it_is_not_asked_before_the_robot_rests(failure):
+    outside = Outside((1.0, 2.0), failure, (3.0, 4.0))
+    follower = ExternalFollower(VEHICLE, outside)
+    follower.step(*inputs())
+    for _ in range(5):
+        assert follower.step(*inputs()) == pytest.approx((10.0, 10.0), abs=1e-6)
+    assert len(outside.questions) == 2
+    assert follower.fallbacks == 5
+    assert follower.problem == str(failure), "only a lack of answers is a reason to pause"
+    follower.reset()
+    assert follower.step(*inputs()) == (3.0, 4.0)
+    assert (follower.fallbacks, follower.problem) == (5, "")
+
+
+def test_it_hears_where_a_motion_begins():
+    outside = Outside((1.0, 1.0), (1.0, 1.0), Interrupted(), (1.0, 1.0))
+    follower = ExternalFollower(VEHICLE, outside)
+    for _ in range(4):
+        follower.step(*inputs())
+    follower.reset()
+    for _ in range(2):
+        follower.step(*inputs())
+    assert [question.first for question in outside.questions] == [True, False, False, True, False]
+
+
+def test_the_pursuit_that_brakes_for_it_has_learned_nothing_from_before():
+    """Whatever went wrong in an earlier motion, it takes a tick in the next one as a new one would."""
+    follower = ExternalFollower(VEHICLE, Outside(ConnectionError("gone")))
+    now, ahead = inputs()
+    off = now.copy()
+    off[[t.LATERAL, t.NOZZLE_LATERAL]] = 0.05
+    for _ in range(300):
+        follower.step(off, ahead)
+    spoiled = follower.step(now, ahead)
+    follower.reset()
+    assert follower.step(now, ahead) == PurePursuitFollower(VEHICLE).step(now, ahead) != spoiled
+
+
+def test_a_session_is_asked_about_the_next_second_and_anew_after_a_pause():
+    questions, pursuit = [], PurePursuitFollower(VEHICLE)
+
+    def ask(question):
+        questions.append(Question(question.first, question.now.copy(), question.ahead.copy()))
+        return pursuit.step(question.now, question.ahead)
+
+    emulator = Emulator(VEHICLE, Scenario(follower="external", noise="none"), ask=ask)
+    emulator.load(PLAN)
+    emulator.start()
+
+    def run(ticks):
+        for _ in range(ticks):
+            emulator.tick()
+
+    run(350)
+    assert emulator.onboard.state == TraversalStatus.RUNNING
+    emulator.pause()
+    run(300)
+    asked = len(questions)
+    run(50)
+    assert len(questions) == asked, "it is not asked while the robot stands"
+    emulator.resume()
+    while emulator.active:
+        emulator.tick()
+    assert emulator.onboard.state == TraversalStatus.DONE
+    begins = [index for index, question in enumerate(questions) if question.first]
+    assert begins[0] == 0
+    assert begins[1] == asked
+    moving = questions[200]
+    assert moving.ahead.shape == (100, 2)
+    # A straight line at 0.8 m/s: a tick is 10 ms, so this is where it wants to be in a second.
+    assert moving.ahead[:, t.A_SPEED] == pytest.approx(0.8)
+    assert moving.ahead[:, t.A_YAW_RATE] == pytest.approx(0.0, abs=1e-9)
+    braking = questions[begins[1] - 1].ahead[:, t.A_SPEED]
+    assert abs(braking).max() < 0.05
+
+
+class Answering:
+    """A bus on which the follower answers a request with what `answer` makes of it."""
+
+    def __init__(self, answer):
+        self.answer, self.requests, self.timeouts_s = answer, [], []
+
+    def call(self, _service, request, timeout_s, while_waiting):
+        while_waiting()
+        self.timeouts_s.append(timeout_s)
+        self.requests.append(request)
+        return self.answer(request)
+
+
+def question():
+    now, ahead = np.arange(1.0, t.NOW + 1), np.arange(2.0 * AHEAD_TICKS).reshape(-1, 2)
+    return Question(True, now, ahead)
+
+
+def test_a_question_is_told_field_by_field_and_the_answer_is_left_then_right():
+    bus = Answering(lambda request: FollowerStepResponse(step=request.step, left_radps=3.0, right_radps=4.0))
+    ask = Lockstep(bus)
+    assert ask(question()) == (3.0, 4.0)
+    ask(question()._replace(first=False))
+    told, again = bus.requests
+    assert [getattr(told, name) for name in NOW_FIELDS] == list(range(1, t.NOW + 1))
+    assert (told.lateral_m, told.right_command_radps) == (1.0 + t.LATERAL, 1.0 + t.RIGHT_COMMAND)
+    assert (told.speed_mps, told.reference_speed_mps) == (1.0 + t.SPEED, 1.0 + t.REFERENCE_SPEED)
+    assert list(told.ahead_speed_mps) == list(range(0, 200, 2))
+    assert list(told.ahead_yaw_rate_radps) == list(range(1, 200, 2))
+    assert (told.first, again.first) == (True, False)
+    assert again.step == told.step + 1
+    assert bus.timeouts_s == [1.0, 1.0], "as long as the documentation says"
+
+
+def refuse(error):
+    def answer(_request):
+        raise error
+
+    return answer
+
+
+@pytest.mark.parametrize(
+    ("answer", "says"),
+    [
+        (lambda request: FollowerStepResponse(step=request.step - 1), "answered step"),
+        (lambda request: FollowerStepResponse(step=request.step + 1), "answered step"),
+        (refuse(CallError("no answer within 1.0 s")), "no answer within 1.0 s"),
+        (refuse(PayloadError("truncated")), "truncated"),
+    ],
+    ids=["late", "early", "silent", "garbage"],
+)
+def test_no_answer_or_another_ones_is_no_answer(answer, says):
+    ask = Lockstep(Answering(answer))
+    with pytest.raises(ConnectionError, match=says):
+        ask(question())
+    with pytest.raises(ConnectionError, match=says):
+        ask(question())
+
+
+def test_whoever_wants_to_stop_the_robot_breaks_the_wait_off():
+    answered = Answering(lambda request: FollowerStepResponse(step=request.step))
+    with pytest.raises(Interrupted):
+        Lockstep(answered, lambda: True)(question())
+    assert answered.requests == []

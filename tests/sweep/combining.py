@@ -1,0 +1,9 @@
+"""Cases of a sweep as the command line's texts make them."""
+
+from schemas.messages import PlanOptions
+from schemas.scenario import Scenario
+from services.sweep.grid import cases, parse_settings
+
+
+def combined(*texts, scenario=None):
+    return cases("study-square", scenario or Scenario(), PlanOptions(), parse_settings(texts))

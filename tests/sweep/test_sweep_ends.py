@@ -1,0 +1,145 @@
+"""Runs of a sweep that go wrong, figures that must be the report's own, and how a sweep ends."""
+
+import csv
+import dataclasses
+import itertools
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from schemas.catalogue import load_template
+from schemas.messages import PlanOptions, Trajectory, TraversalReport
+from schemas.scenario import Scenario
+from services.cli.main import app
+from services.cli.options import ExitCode
+from services.simulation import Job, simulate
+from services.sweep import task as sweep_task
+from services.sweep.places import here
+from services.sweep.summary import statistics, summarise, write_csv
+from services.sweep.task import Run, Task, prepare, run_figures
+from tests.sweep.combining import combined
+
+
+@pytest.fixture(scope="module")
+def job():
+    return Job.prepare(load_template("study-square"), PlanOptions())
+
+
+def test_a_run_that_the_robot_refuses_fails_alone(job):
+    nothing = dataclasses.replace(job, trajectory=Trajectory())
+    refused = [Task(0, 0, Scenario(seed=seed)) for seed in (3, 4)]
+    first, second = here([nothing], refused)
+    assert (first.seed, first.success, first.figures) == (3, False, {})
+    assert "no segment" in first.reason
+    assert (second.seed, second.success) == (4, False)
+
+
+def test_a_robot_that_waits_for_an_operator_is_given_up_after_three_minutes(job):
+    scenario = Scenario(noise="none", faults=({"kind": "operator-lost", "start_s": 12.0},))
+    outcome = simulate(job, scenario)
+    assert not outcome.report.success
+    assert "operator has not been heard" in outcome.reason
+    assert 0.0 < outcome.report.coverage_pct < 100.0
+    waited_s = outcome.report.header.stamp.sec - 12.0
+    assert 180.0 <= waited_s < 200.0
+
+
+def test_a_runs_figures_are_those_of_its_report():
+    numbers = itertools.count(1)
+    given = {name: next(numbers) for name in run_figures(TraversalReport())}
+    assert run_figures(TraversalReport(**given)) == given
+
+
+def test_the_worst_seed_is_that_of_the_worst_run_whatever_seeds_there_are():
+    runs = [Run(0, seed, True, "", {"gap_m": gap}) for seed, gap in ((40, 0.1), (7, 0.3), (19, 0.2))]
+    assert statistics("gap_m", runs)["worst_seed"] == 7
+
+
+def test_a_line_of_the_csv_says_what_was_set(tmp_path):
+    wanted = combined("follower=mpc,pure-pursuit", "gnss.white_m=0.01")
+    runs = [Run(case, 5, True, "", {"gap_m": 0.1 * case}, f"hash{case}") for case in range(2)]
+    write_csv(summarise(wanted, runs), tmp_path / "runs.csv")
+    with (tmp_path / "runs.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["follower"], row["gnss.white_m"], row["seed"], row["gap_m"]) for row in rows] == [
+        ("mpc", "0.01", "5", "0.0"),
+        ("pure-pursuit", "0.01", "5", "0.1"),
+    ]
+
+
+def test_each_combination_begins_with_its_own_seed():
+    wanted = combined("seed=5,50", scenario=Scenario(seed=9))
+    _, tasks = prepare(wanted, 2)
+    assert [(task.case, task.scenario.seed) for task in tasks] == [(0, 5), (0, 6), (1, 50), (1, 51)]
+
+
+@pytest.fixture
+def sweep(monkeypatch):
+    """The command with one worker, each run of it done by `perform(seed)`."""
+
+    def begin(perform, *options):
+        def performed(_jobs, task):
+            return dataclasses.replace(perform(task.scenario.seed), case=task.case, seed=task.scenario.seed)
+
+        monkeypatch.setattr("services.robot_sim.warm_up.warm_up", lambda *_: None)
+        monkeypatch.setattr("services.sweep.places.perform", performed)
+        return CliRunner().invoke(app, ["sweep", "study-square", "--seeds", "4", "--workers", "1", *options])
+
+    return begin
+
+
+def done(seed):
+    return Run(0, seed, True, "", {"coverage_pct": 100.0 - seed, "lateral_error_p95_m": 0.001 * seed})
+
+
+def test_a_failed_run_makes_the_sweep_fail_and_is_named(sweep):
+    ended = sweep(lambda seed: done(seed) if seed != 3 else Run(0, 3, False, "refused", {}), "--json")
+    assert ended.exit_code == ExitCode.FAILED
+    told = json.loads(ended.stdout[ended.stdout.index("{") :])
+    assert told["complete"]
+    assert told["combinations"][0]["failed_seeds"] == [3]
+    assert told["combinations"][0]["figures"]["coverage_pct"]["worst"] == 96.0
+
+
+def test_the_table_has_mean_p95_worst_and_its_seed_in_peoples_units(sweep):
+    ended = sweep(done)
+    assert ended.exit_code == ExitCode.OK
+    rows = {line.split(",")[0].strip(): line.split() for line in ended.stdout.splitlines() if "," in line}
+    assert rows["coverage"][-4:] == ["97.50", "96.15", "96.00", "4"]  # of 99, 98, 97, 96
+    assert rows["lateral error p95"][-4:] == ["2.50", "3.85", "4.00", "4"]
+    assert "4 of 4 runs" in ended.stdout
+
+
+def test_ctrl_c_in_the_only_process_gives_what_is_done(sweep):
+    def interrupted(seed):
+        if seed == 3:
+            raise KeyboardInterrupt
+        return done(seed)
+
+    ended = sweep(interrupted, "--json")
+    assert ended.exit_code == ExitCode.INTERRUPTED
+    told = json.loads(ended.stdout[ended.stdout.index("{") :])
+    assert not told["complete"]
+    assert [run["seed"] for run in told["runs"]] == [1, 2]
+
+
+def test_a_worker_leaves_ctrl_c_to_its_parent(job):
+    """A terminal sends it to all of them; a worker that dies of it would break the pool that is told to end."""
+    import signal
+    from concurrent.futures import ProcessPoolExecutor
+    from multiprocessing import get_context
+
+    with ProcessPoolExecutor(1, get_context("spawn"), sweep_task.begin_worker, ([job],)) as pool:
+        assert pool.submit(_interrupt_itself, signal.SIGINT).exception() is None
+        assert pool.submit(_jobs_here).result() == 1
+
+
+def _interrupt_itself(number):
+    import os
+
+    os.kill(os.getpid(), number)
+
+
+def _jobs_here():
+    return len(sweep_task._jobs)
