@@ -3,6 +3,8 @@
 import json
 import signal
 import time
+from contextlib import suppress
+from pathlib import Path
 
 import pytest
 
@@ -91,12 +93,24 @@ def test_a_sweep_from_the_command_line(tmp_path):
     assert "study-square" in refused.stderr
 
 
+def _children(pid):
+    found = 0
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):  # it has ended meanwhile
+            found += stat.read_text().rpartition(")")[2].split()[1] == str(pid)
+    return found
+
+
 def test_an_interrupted_sweep_gives_what_is_done(bus_config, tmp_path):
     log = tmp_path / "log"
     sweep = start_touchline(
         "sweep", "study-square", "--seeds", "3000", "--workers", "2", "--json", config=bus_config, log=log
     )
-    time.sleep(8.0)
+    deadline = time.monotonic() + 60.0
+    while _children(sweep.pid) < 2:  # its workers: until then it loads, plans and compiles
+        assert time.monotonic() < deadline, log.read_text()
+        time.sleep(0.2)
+    time.sleep(4.0)
     sweep.send_signal(signal.SIGINT)
     assert sweep.wait(timeout=30) == 130
     text = log.read_text()
