@@ -43,10 +43,6 @@ class Steering:
         """The shortest forward way."""
         return self._capped(start, goal, self._forward)[0]
 
-    def ways(self, start: CurveEnd, goal: CurveEnd, room_m: float = 0.0) -> list[tuple[Piece, ...]]:
-        """Ways worth comparing by time: the shortest forward one, and those with standstills."""
-        return [self.between(start, goal), *self.standing_ways(start, goal, room_m)]
-
     def standing_ways(self, start: CurveEnd, goal: CurveEnd, room_m: float = 0.0) -> list[tuple[Piece, ...]]:
         """Ways with cusps, for every number of them the shortest, and with turns on the spot.
 
