@@ -2,6 +2,7 @@
 
 import math
 from itertools import pairwise
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -22,6 +23,7 @@ from schemas.messages import (
     Trajectory,
     VelocityType,
 )
+from schemas.planning import Method
 from schemas.template import LineSpec, Template, TemplateSegment
 from schemas.vehicle import Vehicle
 from services.planner import sending
@@ -181,6 +183,10 @@ def speed(planned: Plan, station: float) -> float:
 
 
 METHOD_NAMES = sorted(METHODS)
+
+
+def test_every_method_that_can_be_asked_for_is_there() -> None:
+    assert tuple(METHODS) == get_args(Method)
 
 
 # Ordering the largest fields takes seconds, and shows nothing that smaller ones do not.
