@@ -49,10 +49,11 @@ class FixedLayout:
             elif count is None:
                 self._place_number(path, NUMPY_CODES[primitive])
             else:
+                length = count
                 if count < 0:
-                    count = lengths.pop(path, 0)
-                    self._place_constant(struct.pack("<I", count), 4)
-                for index in range(count):
+                    length = lengths.pop(path, 0)
+                    self._place_constant(struct.pack("<I", length), 4)
+                for index in range(length):
                     self._place_number(f"{path}[{index}]", NUMPY_CODES[primitive])
         if strings or lengths:
             raise KeyError(f"{kind.ros_type} has no field {', '.join([*strings, *lengths])}")
