@@ -12,8 +12,8 @@ from schemas.vehicle import Vehicle
 from services.planner.clothoid import Floats
 from services.planner.inside import Yard
 from services.planner.legs import Drive, Driver
-from services.planner.method import CurveEnd
 from services.planner.offset import Stroke
+from services.planner.transitions.method import CurveEnd
 from services.planner.watch import Progress, Watch
 
 GIVEN, OPTIMISED = "given", "optimised"

@@ -7,8 +7,8 @@ import numpy as np
 
 from services.planner.clothoid import Floats, PiecePath, Pose
 from services.planner.inside import Yard
-from services.planner.method import CurveEnd
 from services.planner.steering.word_lengths import word_lengths
+from services.planner.transitions.method import CurveEnd
 from services.planner.ways import Way, Ways
 
 # Poses in between: a grid over the neighbourhood of both ends and beside the outlines' corners, in so many headings.

@@ -6,12 +6,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from services.planner.ccd import ContinuousDubins
 from services.planner.clothoid import Floats, Piece, PiecePath, Pose, joined
-from services.planner.method import CurveEnd, before
 from services.planner.steering.circles import circle
 from services.planner.steering.construct import MAX_PIECES, forward_pieces, profile_pieces
 from services.planner.steering.reversing import MAX_CUSPS, STRETCH_MIN_M, shortest_reversing, started
+from services.planner.transitions.ccd import ContinuousDubins
+from services.planner.transitions.method import CurveEnd, before
 
 Find = Callable[[CurveEnd, CurveEnd], list[tuple[Piece, ...]]]
 

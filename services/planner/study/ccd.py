@@ -15,9 +15,9 @@ import math
 
 from schemas.errors import PlanningError
 from services.planner.clothoid import Piece, Pose
-from services.planner.method import CurveEnd
-from services.planner.turns import ArcTurn, ContinuousTurn
-from services.planner.words import TAU, Word, words
+from services.planner.transitions.method import CurveEnd
+from services.planner.transitions.turns import ArcTurn, ContinuousTurn
+from services.planner.transitions.words import TAU, Word, words
 
 FAMILIES = ("LSL", "RSR", "LRL", "RLR")
 CLOSEST_M = 0.1
