@@ -16,7 +16,6 @@ from textual.widgets.option_list import Option
 from schemas.catalogue import parse_template, shipped_templates, template_text
 from schemas.errors import TouchlineError
 from schemas.messages.touchline import PlanOptions
-from schemas.planning import DEFAULT_METHOD
 from schemas.template import Template
 from schemas.vehicle import Vehicle
 from tui import format, theme
@@ -88,7 +87,7 @@ class TemplateDialog(Dialog[Chosen | None]):
 
 
 class PlanDialog(Dialog[PlanOptions | None]):
-    """Choose how to plan; a limit that is left empty is the method's default, which the empty field shows."""
+    """Choose how to plan; what is left empty is the vehicle's default."""
 
     FIELDS: ClassVar[dict[str, tuple[str, str]]] = {
         "paint_speed_mps": ("painting speed  m/s", "paint_speed_mps"),
@@ -97,8 +96,6 @@ class PlanDialog(Dialog[PlanOptions | None]):
         "sigma_max_1pm2": ("sharpness ≤  1/m²", "default_sigma_max_1pm2"),
     }
     """Option → (label, the vehicle's field that holds its default)."""
-    BY_WHEELS = ("kappa_max_1pm", "sigma_max_1pm2")
-    """Options that the default method leaves to the wheels."""
 
     def __init__(self, options: PlanOptions, vehicle: Vehicle) -> None:
         """Start from the options used last."""
@@ -109,17 +106,17 @@ class PlanDialog(Dialog[PlanOptions | None]):
         """Method, limits, buttons."""
         with Vertical(id="dialog"):
             yield Label("Plan the path", classes="title")
-            chosen = self._options.method or DEFAULT_METHOD
+            chosen = self._options.method or next(iter(METHODS))
             with RadioSet(id="method"):
                 for name, text in METHODS.items():
                     yield RadioButton(f"{name}  [dim]{text}[/]", value=name == chosen, name=name)
             with Grid(id="limits"):
-                for field, (label, _) in self.FIELDS.items():
+                for field, (label, default) in self.FIELDS.items():
                     value = getattr(self._options, field)
                     yield Label(label)
                     yield Input(
                         f"{value:g}" if value else "",
-                        placeholder=self._default(field, chosen),
+                        placeholder=f"{getattr(self._vehicle, default):g}",
                         type="number",
                         id=field,
                         compact=True,
@@ -134,11 +131,6 @@ class PlanDialog(Dialog[PlanOptions | None]):
         """Enter at once plans as before."""
         self.query_one("#ok").focus()
 
-    def on_radio_set_changed(self, event: RadioSet.Changed) -> None:
-        """Show the defaults of the method chosen."""
-        for field in self.FIELDS:
-            self.query_one(f"#{field}", Input).placeholder = self._default(field, str(event.pressed.name))
-
     def on_button_pressed(self, event: Button.Pressed) -> None:
         """Plan or leave."""
         if event.button.id == "ok":
@@ -149,11 +141,6 @@ class PlanDialog(Dialog[PlanOptions | None]):
     def on_input_submitted(self) -> None:
         """Enter in a field plans."""
         self._accept()
-
-    def _default(self, field: str, method: str) -> str:
-        if method == DEFAULT_METHOD and field in self.BY_WHEELS:
-            return "as the wheels allow"
-        return f"{getattr(self._vehicle, self.FIELDS[field][1]):g}"
 
     def _accept(self) -> None:
         values: dict[str, float] = {}

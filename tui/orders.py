@@ -15,17 +15,15 @@ from schemas.messages.touchline import (
     SetSpeedRequest,
 )
 from schemas.messages.turf_tank import Trajectory
-from schemas.planning import Method
 from schemas.topics import Service
 
 SPEEDS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, -1.0)
 """Speed factors on offer; a negative one is as fast as it goes."""
-METHODS: dict[Method, str] = {
-    "g2": "quickest: turns as the wheels allow",
-    "ccd": "smooth: turns of one curvature",
+METHODS = {
+    "ccd": "smooth: curvature-continuous turns",
     "dubins-padded": "baseline: plain arcs with padding",
 }
-"""Planning methods on offer, the default one first."""
+"""Planning methods on offer."""
 
 COMMANDS = {
     "start": ("Start", topics.START),

@@ -8,10 +8,10 @@ import typer
 
 from schemas.errors import SpecError
 from schemas.messages import PlanOptions
-from schemas.planning import DEFAULT_METHOD, Method
 from schemas.scenario import Follower, Noise, Scenario
 from schemas.spec import parse, read_text
 
+Method = Literal["g2", "ccd", "dubins-padded"]
 Order = Literal["optimised", "given"]
 
 
@@ -27,7 +27,7 @@ class PlanChoice:
         typer.Option(
             help="How painted lines are joined: by time, curvature-continuous; CC words; plain Dubins with padding."
         ),
-    ] = DEFAULT_METHOD
+    ] = "g2"
     kappa_max: Annotated[
         float,
         typer.Option(

@@ -7,7 +7,6 @@ import numpy as np
 
 from schemas.errors import PlanningError
 from schemas.messages import PlanOptions
-from schemas.planning import DEFAULT_METHOD
 from schemas.vehicle import Vehicle
 from services.planner.clothoid import Floats
 
@@ -22,6 +21,8 @@ CURVATURE_SHARE = 0.98
 # Turns on offer are made for these speeds, the slower the tighter; of the wheels' acceleration they take this share.
 TURN_SPEEDS_MPS = (0.6, 0.8, 1.0, 1.25, 1.5, 1.8)
 TURNING_SHARE = 0.8
+# Methods that choose turns by time; "" is the default one.
+BY_DYNAMICS = ("", "g2")
 # Curvature (1/m) and sharpness (1/m²) below this limit no speed.
 STRAIGHT = 1e-9
 
@@ -53,8 +54,8 @@ class Limits:
         half_track = 0.5 * vehicle.track_width_m
         # In a tighter turn than 1/r the inner wheel would run backward, in the middle of a forward path.
         curvatures = (CURVATURE_MIN_1PM, 1.0 / half_track)
-        # The default method turns as the wheels' dynamics allow; one with one turn for all speeds as the vehicle says.
-        by_dynamics = options.method in ("", DEFAULT_METHOD)
+        # A method with one turn for all speeds turns as the vehicle's data say; else the wheels' dynamics do.
+        by_dynamics = options.method in BY_DYNAMICS
         tightest = CURVATURE_SHARE / half_track if by_dynamics else vehicle.default_kappa_max_1pm
         curvature = _option("kappa_max_1pm", options.kappa_max_1pm, tightest, *curvatures, "1/m")
         sharpest = turn_sharpness_1pm2(TURN_SPEEDS_MPS[0], rim_acceleration, half_track)

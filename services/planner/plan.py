@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 
 from schemas.errors import PlanningError
 from schemas.messages import PlanOptions, PlanReport, Trajectory
-from schemas.planning import DEFAULT_METHOD
 from schemas.template import Template
 from schemas.vehicle import Vehicle
 from services.planner.actuation import Painted, actuation_profile
@@ -23,7 +22,7 @@ from services.planner.sending import Sent, send
 from services.planner.timing import SpeedProfile, Steady, speed_profile
 from services.planner.unavoidable import unavoidable_crossings
 from services.planner.watch import Progress
-from services.planner.ways import METHODS, REVERSING, SPINNING, Ways
+from services.planner.ways import DEFAULT_METHOD, METHODS, REVERSING, SPINNING, Ways
 from services.planner.wet import Wheels
 
 # A pose further out than this (m) is a mistake.

@@ -192,3 +192,4 @@ METHODS: dict[str, Callable[[Limits], Ways]] = {
     ContinuousDubins.name: lambda limits: Ways.of_one(ContinuousDubins, limits),
     PaddedDubins.name: lambda limits: Ways.of_one(lambda curvature, sharpness: PaddedDubins(curvature), limits),
 }
+DEFAULT_METHOD = Steering.name

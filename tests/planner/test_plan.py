@@ -2,7 +2,6 @@
 
 import math
 from itertools import pairwise
-from typing import get_args
 
 import numpy as np
 import pytest
@@ -23,7 +22,6 @@ from schemas.messages import (
     Trajectory,
     VelocityType,
 )
-from schemas.planning import Method
 from schemas.template import LineSpec, Template, TemplateSegment
 from schemas.vehicle import Vehicle
 from services.planner import sending
@@ -183,10 +181,6 @@ def speed(planned: Plan, station: float) -> float:
 
 
 METHOD_NAMES = sorted(METHODS)
-
-
-def test_every_method_that_can_be_asked_for_is_there() -> None:
-    assert tuple(METHODS) == get_args(Method)
 
 
 # Ordering the largest fields takes seconds, and shows nothing that smaller ones do not.

@@ -2,13 +2,11 @@
 
 import threading
 from pathlib import Path
-from typing import get_args
 
-from textual.widgets import Input, OptionList, RadioButton, Static
+from textual.widgets import Input, OptionList, Static
 
 from schemas import messages as m
 from schemas import topics
-from schemas.planning import DEFAULT_METHOD, Method
 from schemas.template import Template
 from tests.tui import scenes
 from tests.tui.console import console, last, plain, until
@@ -68,26 +66,10 @@ async def test_planning_with_options(template: Template) -> None:
         (name, request) = link.asked[0]
         assert name == topics.PLAN_SERVICE.name
         assert request.template_json == template.model_dump_json()
-        assert request.options == m.PlanOptions(method="g2", paint_speed_mps=0.8)
+        assert request.options == m.PlanOptions(method="ccd", paint_speed_mps=0.8)
         assert last(app) == (INFO, "Plan: 1.53 km in 26:23")
         await pilot.press("p")
         assert app.screen.query_one("#paint_speed_mps", Input).value == "0.8"
-
-
-async def test_the_plan_dialog_offers_every_method_and_shows_its_defaults(template: Template) -> None:
-    async with console(*scenes.up()) as (app, link, pilot):
-        app.operator.choose(template, template.model_dump_json())
-        await pilot.press("p")
-        buttons = app.screen.query(RadioButton)
-        assert tuple(button.name for button in buttons) == get_args(Method)
-        assert [button.name for button in buttons if button.value] == [DEFAULT_METHOD]
-        curvature = app.screen.query_one("#kappa_max_1pm", Input)
-        assert curvature.placeholder == "as the wheels allow"
-        buttons[1].value = True
-        await until(pilot, lambda: curvature.placeholder == "1.125")
-        await pilot.click("#ok")
-        await until(pilot, lambda: topics.PLAN_SERVICE.name in link.names())
-        assert link.asked[0][1].options == m.PlanOptions(method="ccd")
 
 
 async def test_progress_is_shown_while_planning(template: Template) -> None:
