@@ -7,7 +7,6 @@ import pytest
 
 from schemas.catalogue import parse_template
 from schemas.messages import Trajectory
-from tests.bridge.said import messages, record
 from tests.system.commands import figures, touchline
 
 SERVICES = ["planner", "robot-sim", "bridge", "tui"]
@@ -103,6 +102,7 @@ def test_a_bad_template_is_told_in_one_line(command, text, says, tmp_path):
     ("arguments", "says"),
     [
         (("plan", "no-such"), "soccer-11"),
+        (("compare", "/no/such.mcap", "/no/other.mcap"), "no/such.mcap"),
         (("plan", "study-square", "--kappa-max", "-1"), "--kappa-max"),
         (("plan", "study-square", "--plot", "x.bmp"), ".svg"),
         (("plan", "study-square", "--out", "/no/such/folder/x.json"), "cannot be written"),
@@ -110,7 +110,6 @@ def test_a_bad_template_is_told_in_one_line(command, text, says, tmp_path):
         (("run", "study-square", "--follower", "lqr"), "follower"),
         (("robot-sim", "--scenario", "/no/such.json"), "cannot be read"),
         (("replay", "/no/such.mcap"), "no/such.mcap"),
-        (("compare", "/no/such.mcap", "/no/other.mcap"), "no/such.mcap"),
     ],
 )
 def test_bad_arguments_are_told_in_one_line(arguments, says):
@@ -118,18 +117,6 @@ def test_bad_arguments_are_told_in_one_line(arguments, says):
     assert done.returncode == 2
     assert says in done.stderr
     assert "Traceback" not in done.stderr
-
-
-def test_recordings_are_compared(tmp_path: Path) -> None:
-    record(tmp_path / "one.mcap", messages(50)).finish()
-    record(tmp_path / "same.mcap", messages(50)).finish()
-    record(tmp_path / "short.mcap", messages(40)).finish()
-    same = touchline("compare", str(tmp_path / "one.mcap"), str(tmp_path / "same.mcap"))
-    assert same.returncode == 0
-    assert "messages of 6 topics are identical" in same.stdout
-    short = touchline("compare", str(tmp_path / "one.mcap"), str(tmp_path / "short.mcap"))
-    assert short.returncode == 1
-    assert "messages against" in short.stdout
 
 
 def test_commands_without_services_say_so(bus_config, tmp_path):
