@@ -1,4 +1,4 @@
-"""``touchline record|replay|compare``: sessions to files, back onto the bus, and side by side."""
+"""``touchline record|replay``: sessions to files and back onto the bus."""
 
 import sys
 import time
@@ -24,7 +24,6 @@ def register(app: typer.Typer) -> None:
     """Add the subcommands."""
     app.command("record")(record)
     app.command("replay")(replay)
-    app.command("compare")(compare)
 
 
 def record(
@@ -63,16 +62,3 @@ def replay(
             stop=lambda: bool(stop),
         )
     print_figures(f"Replay of {file}", asdict(sent))
-
-
-def compare(
-    left: Annotated[Path, typer.Argument(help="MCAP file to compare with.", show_default=False)],
-    right: Annotated[Path, typer.Argument(help="MCAP file to compare.", show_default=False)],
-) -> None:
-    """Tell whether two recordings hold the same messages; exit code 1 if one differs by more than its tolerance."""
-    from services.bridge import compare as recordings
-
-    comparison = recordings.compare(left, right)
-    typer.echo("\n".join(comparison.lines()))
-    if not comparison.same:
-        sys.exit(ExitCode.FAILED)

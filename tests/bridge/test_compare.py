@@ -13,7 +13,6 @@ from schemas.topics import Topic
 from services.bridge.compare import compare
 from services.bridge.recorder import Recorder
 from tests.bridge.said import messages, record, stamp
-from tests.system.commands import touchline
 
 Said = Iterator[tuple[Topic, Message]]
 
@@ -104,15 +103,3 @@ def test_a_broken_recording_is_not_the_same(tmp_path: Path, recording: Path) -> 
     result = compare(recording, cut)
     assert not result.same
     assert next(result.lines()) == f"{cut}: broken off"
-
-
-def test_the_command_tells_whether_two_recordings_are_the_same(tmp_path: Path) -> None:
-    record(tmp_path / "one.mcap", messages(50)).finish()
-    record(tmp_path / "same.mcap", messages(50)).finish()
-    record(tmp_path / "short.mcap", messages(40)).finish()
-    same = touchline("compare", str(tmp_path / "one.mcap"), str(tmp_path / "same.mcap"))
-    assert same.returncode == 0
-    assert "messages of 6 topics are identical" in same.stdout
-    short = touchline("compare", str(tmp_path / "one.mcap"), str(tmp_path / "short.mcap"))
-    assert short.returncode == 1
-    assert "messages against" in short.stdout

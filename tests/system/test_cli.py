@@ -23,7 +23,6 @@ COMMANDS = [
     "templates",
     "record",
     "replay",
-    "compare",
     "picture",
 ]
 
@@ -102,7 +101,6 @@ def test_a_bad_template_is_told_in_one_line(command, text, says, tmp_path):
     ("arguments", "says"),
     [
         (("plan", "no-such"), "soccer-11"),
-        (("compare", "/no/such.mcap", "/no/other.mcap"), "no/such.mcap"),
         (("plan", "study-square", "--kappa-max", "-1"), "--kappa-max"),
         (("plan", "study-square", "--plot", "x.bmp"), ".svg"),
         (("plan", "study-square", "--out", "/no/such/folder/x.json"), "cannot be written"),
