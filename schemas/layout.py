@@ -37,7 +37,6 @@ class FixedLayout:
         strings: Mapping[str, str | tuple[str, ...]] | None = None,
         lengths: Mapping[str, int] | None = None,
     ) -> None:
-        """See the class."""
         strings, lengths = dict(strings or {}), dict(lengths or {})
         self.kind = kind
         self.leaves: list[str] = []
@@ -151,7 +150,6 @@ class Records:
     """
 
     def __init__(self, layout: FixedLayout, sample: bytes, columns: Mapping[str, int], most: int) -> None:
-        """See the class."""
         self._size = layout.size
         self._bytes = np.tile(np.frombuffer(sample, dtype=np.uint8), (most, 1))
         self._fields = [self._field(layout, path, count) for path, count in columns.items()]

@@ -91,7 +91,6 @@ class RecordingReader:
     """
 
     def __init__(self, path: Path) -> None:
-        """See the class."""
         try:
             self._stream = path.open("rb")
         except OSError as error:

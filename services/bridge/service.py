@@ -44,7 +44,6 @@ class BridgeService:
     def __init__(
         self, bus: Bus, existing: Existing, metadata: Mapping[str, str], gateway: Gateway | None = None
     ) -> None:
-        """See the class."""
         self._bus = bus
         self._gateway = gateway
         self._existing = existing

@@ -4,7 +4,7 @@
 - A turn below θ_lim = κ²/σ winds a full circle more.
 - A transition begins and ends with curvature 0 whatever it joins, so every joint with an arc steps.
 - Poses closer than 0.1 m fail.
-- Clothoids are sent as evenly spaced straight lines (see chords.py).
+- Clothoids are sent as evenly spaced straight lines (see sent.py).
 
 Where the description leaves something open, this takes what suits the study best: a goal straight ahead is reached
 straight, a family that has no continuous-curvature path gives way to the next, and the middle circle of LRL is the
