@@ -107,4 +107,4 @@ class MatchedRobot:
         if self._next >= _BLOCK:
             self._block, self._next = self._rng.standard_normal(_BLOCK).tolist(), 0
         self._next += 1
-        return sigma * self._block[self._next - 1]
+        return sigma * float(self._block[self._next - 1])

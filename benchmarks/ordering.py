@@ -10,6 +10,7 @@ import argparse
 import sys
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -55,7 +56,7 @@ def instances() -> dict[str, Callable[[], Problem]]:
     """Name and maker of every instance."""
     found: dict[str, Callable[[], Problem]] = {"soccer-11": lambda: of_template("soccer-11")}
     for count, seed in RANDOM:
-        found[f"random-{count}"] = lambda count=count, seed=seed: random_lines(count, seed)
+        found[f"random-{count}"] = partial(random_lines, count, seed)
     return found
 
 

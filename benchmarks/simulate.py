@@ -63,7 +63,7 @@ def _over_zenoh(follower: str) -> float:
             json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
             for _ in range(REPEATS)
         ]
-    return max(report["traversal"]["real_time_factor"] for report in reports)
+    return max(float(report["traversal"]["real_time_factor"]) for report in reports)
 
 
 def _memory(job: Job, title: str, hours: tuple[int, ...], listening: bool) -> None:

@@ -9,16 +9,17 @@ import numpy as np
 
 from schemas.jit import kernel
 from services.planner.clothoid import NODES, WEIGHTS, Floats, PiecePath, Pose
-from services.planner.method import CurveEnd
-from services.planner.steering.batch import lengths, pair_lengths
 from services.planner.steering.circles import circle
 from services.planner.steering.construct import MAX_PIECES, forward_pieces
 from services.planner.steering.steer import Steering
+from services.planner.steering.word_lengths import word_lengths
+from services.planner.transitions.method import CurveEnd
 
 ROWS = Path(__file__).parents[1] / "tests" / "planner" / "data" / "steering_lengths.csv"
 CURVATURE_1PM, SHARPNESS_1PM2 = 1.125, 2.1
 # What steering_functions' CC00-Dubins takes a query, as quoted for a machine like this one.
 QUOTED_US = (1.0, 1.4)
+SIDE = 1000
 PAIRS, CHUNK = 1_000_000, 50_000
 ENDS_TOLERANCE = LIMIT_TOLERANCE = 1e-9
 # Panels short enough for sixteen nodes, whatever the piece.
@@ -40,29 +41,19 @@ def _random_poses(rng: np.random.Generator, count: int, box_m: float, curvature_
 def _queries() -> None:
     rng = np.random.default_rng(1)
     print(f"one query in a matrix, κ {CURVATURE_1PM} 1/m, σ {SHARPNESS_1PM2} 1/m²:")
-    for box, bent, hops, count in (
-        (10.0, 0.0, False, 1000),
-        (100.0, 0.0, False, 1000),
-        (100.0, CURVATURE_1PM, False, 1000),
-        (10.0, CURVATURE_1PM, True, 100),
-        (100.0, CURVATURE_1PM, True, 300),
-    ):
-        starts, goals = _random_poses(rng, count, box, bent), _random_poses(rng, count, box, bent)
-        lengths(starts[:2], goals[:2], CURVATURE_1PM, SHARPNESS_1PM2, short_hops=hops)
-        took = min(_seconds(starts, goals, hops) for _ in range(3)) / count**2 * 1e6
-        what = (
-            "with short hops"
-            if hops
-            else f"words, {took / QUOTED_US[0]:.2f}–{took / QUOTED_US[1]:.2f} of CC00's quoted"
-        )
+    for box, bent in ((10.0, 0.0), (100.0, 0.0), (100.0, CURVATURE_1PM)):
+        starts, goals = _random_poses(rng, SIDE, box, bent), _random_poses(rng, SIDE, box, bent)
+        word_lengths(starts[:2], goals[:2], CURVATURE_1PM, SHARPNESS_1PM2)
+        total = min(_seconds(starts, goals) for _ in range(3))
+        took = total / SIDE**2 * 1e6
+        what = f"{took / QUOTED_US[0]:.2f}–{took / QUOTED_US[1]:.2f} of CC00's quoted"
         ends = "bent" if bent else "straight"
-        total = took * count**2 / 1e6
-        print(f"  {box:5.0f} m box, {ends:8} ends: {took:8.3f} µs, {count**2:9,} in {total:.2f} s ({what})")
+        print(f"  {box:5.0f} m box, {ends:8} ends: {took:8.3f} µs, {SIDE**2:9,} words in {total:.2f} s ({what})")
 
 
-def _seconds(starts: Floats, goals: Floats, hops: bool) -> float:
+def _seconds(starts: Floats, goals: Floats) -> float:
     begin = time.perf_counter()
-    lengths(starts, goals, CURVATURE_1PM, SHARPNESS_1PM2, short_hops=hops)
+    word_lengths(starts, goals, CURVATURE_1PM, SHARPNESS_1PM2)
     return time.perf_counter() - begin
 
 
@@ -82,7 +73,8 @@ def _reference_rows() -> None:
 def _row_lengths(row: dict[str, float]) -> tuple[float, float]:
     start = CurveEnd(Pose(row["x0"], row["y0"], row["theta0"]), 0.0)
     goal = CurveEnd(Pose(row["x1"], row["y1"], row["theta1"]), 0.0)
-    ways = Steering(row["kappa_max"], row["sigma_max"]).ways(start, goal)
+    steering = Steering(row["kappa_max"], row["sigma_max"])
+    ways = [steering.between(start, goal), *steering.standing_ways(start, goal)]
     driven = [PiecePath(start.pose, way).length_m for way in ways if not any(piece.spin_rad for piece in way)]
     return driven[0], min(driven)
 
@@ -107,13 +99,8 @@ def _million() -> None:
         begin = time.perf_counter()
         complete += int(_verify(starts, goals, root, c, worst))
         took += time.perf_counter() - begin
-    pair_lengths(starts[:2], goals[:2], CURVATURE_1PM, SHARPNESS_1PM2, short_hops=False)
-    begin = time.perf_counter()
-    pair_lengths(starts, goals, CURVATURE_1PM, SHARPNESS_1PM2, short_hops=False)
-    words = time.perf_counter() - begin
     print(f"{PAIRS:,} pairs in a 10 m box, a fifth of them coincident or nearly, random end curvatures:")
     print(f"  {complete:,} complete and feasible, {took / PAIRS * 1e6:.1f} µs each to find, build and verify")
-    print(f"  (words alone: {words / CHUNK * 1e6:.2f} µs)")
     print(f"  worst: position {worst[0]:.1e} m, heading {worst[1]:.1e} rad,")
     print(f"  curvature over its limit or stepping {worst[2]:.1e} 1/m, sharpness over its limit {worst[3]:.1e} 1/m²")
 

@@ -5,6 +5,7 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
 
 RUNS = 3
 
@@ -24,10 +25,11 @@ def _spread(values: list[float], unit: str) -> str:
     return f"{values[0]:.1f} / {values[len(values) // 2]:.1f} / {values[-1]:.1f}{unit}"
 
 
-def _run(follower: str, seed: int) -> dict:
+def _run(follower: str, seed: int) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         recording = Path(folder) / "session.mcap"
         command = [sys.executable, "-m", "services.cli", "run", "soccer-11", "--json"]
         options = ["--follower", follower, "--seed", str(seed), "--record", str(recording)]
         done = subprocess.run([*command, *options], capture_output=True, text=True, check=True)
-        return json.loads(done.stdout)
+        report: dict[str, Any] = json.loads(done.stdout)
+        return report

@@ -80,7 +80,7 @@ def decode(kind: type[M], payload: bytes) -> M:
         raw = typestore().deserialize_cdr(payload, kind.ros_type)
     except Exception as error:  # the generated decoder raises whatever the bytes lead it into
         raise PayloadError(
-            f"{kind.ros_type}: not a CDR message of this type ({error or type(error).__name__})"
+            f"{kind.ros_type}: not a CDR message of this type ({str(error) or type(error).__name__})"
         ) from error
     try:
         return kind.model_validate(raw)

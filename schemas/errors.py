@@ -16,7 +16,6 @@ class SpecError(TouchlineError):
     """
 
     def __init__(self, source: str, field: str, problem: str, remedy: str) -> None:
-        """See the class."""
         self.source, self.field, self.problem, self.remedy = source, field, problem, remedy
         place = f"{source}: {field}" if field else source
         super().__init__(f"{place} {problem}; {remedy}")
@@ -32,7 +31,6 @@ class PlanningError(TouchlineError):
     """
 
     def __init__(self, segment_id: str, problem: str, remedy: str) -> None:
-        """See the class."""
         self.segment_id, self.problem, self.remedy = segment_id, problem, remedy
         place = f'segment "{segment_id}"' if segment_id else "plan"
         super().__init__(f"{place} {problem}; {remedy}")

@@ -37,7 +37,6 @@ class FixedLayout:
         strings: Mapping[str, str | tuple[str, ...]] | None = None,
         lengths: Mapping[str, int] | None = None,
     ) -> None:
-        """See the class."""
         strings, lengths = dict(strings or {}), dict(lengths or {})
         self.kind = kind
         self.leaves: list[str] = []
@@ -49,10 +48,11 @@ class FixedLayout:
             elif count is None:
                 self._place_number(path, NUMPY_CODES[primitive])
             else:
+                length = count
                 if count < 0:
-                    count = lengths.pop(path, 0)
-                    self._place_constant(struct.pack("<I", count), 4)
-                for index in range(count):
+                    length = lengths.pop(path, 0)
+                    self._place_constant(struct.pack("<I", length), 4)
+                for index in range(length):
                     self._place_number(f"{path}[{index}]", NUMPY_CODES[primitive])
         if strings or lengths:
             raise KeyError(f"{kind.ros_type} has no field {', '.join([*strings, *lengths])}")
@@ -150,7 +150,6 @@ class Records:
     """
 
     def __init__(self, layout: FixedLayout, sample: bytes, columns: Mapping[str, int], most: int) -> None:
-        """See the class."""
         self._size = layout.size
         self._bytes = np.tile(np.frombuffer(sample, dtype=np.uint8), (most, 1))
         self._fields = [self._field(layout, path, count) for path, count in columns.items()]

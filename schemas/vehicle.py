@@ -125,12 +125,3 @@ class Vehicle(Spec):
     def max_rim_speed_mps(self) -> float:
         """Speed of the robot with both wheels at their limit."""
         return self.max_wheel_speed_radps * self.wheel_radius_m
-
-    def curvature_limit_1pm(self, speed_mps: float) -> float:
-        """Largest curvature at ``speed_mps`` before the outer wheel is too fast: (v_w − v) / (v·r)."""
-        return max(0.0, (self.max_rim_speed_mps - speed_mps) / (speed_mps * self.half_track_m))
-
-    def sharpness_limit_1pm2(self, speed_mps: float) -> float:
-        """Largest dκ/ds at constant ``speed_mps`` before the wheels accelerate too hard: ω̇_max / v²."""
-        angular = self.max_wheel_acceleration_radps2 * self.wheel_radius_m / self.half_track_m
-        return angular / speed_mps**2

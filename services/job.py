@@ -27,7 +27,7 @@ from schemas.messages import (
 from schemas.topics import Request, Response, Service
 from services.bus import Bus, CallError, Inbox
 from services.bus.counters import Counters
-from services.reports import bus_figures, hash_figures, paint_report, plan_figures, traversal_figures
+from services.reports import hash_figures, paint_report, plan_figures, traversal_figures
 
 #: A job whose robot does not move on for this long (wall clock) will not finish by itself.
 _STALLED_S = 20.0
@@ -218,14 +218,14 @@ class Job:
             "plan": plan_figures(plan.report),
             "traversal": traversal_figures(report, wall_s),
             **paint_report(report),
-            "bus": bus_figures(self._counters()),
+            "bus": self._bus_figures(),
             "recording": recording,
             "hash": hash_figures(self.options.scenario_hash, report),
         }
 
-    def _counters(self) -> dict[str, Counters]:
-        """The bus counters of every process, as each tells them."""
-        found = {self.bus.node: self.bus.counters}
+    def _bus_figures(self) -> dict[str, int]:
+        """Messages published, received and lost, over all processes, as each tells them."""
+        counters = [self.bus.counters]
         for node in (topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE):
             try:
                 response = self._ask(topics.diagnostics_service(node), GetDiagnosticsRequest())
@@ -233,8 +233,12 @@ class Job:
                 self.watcher.event(Event.WARN, str(error))
                 continue
             values = {entry.key: entry.value for entry in response.diagnostics.status[0].values}
-            found[node] = Counters(int(values["published"]), int(values["received"]), int(values["lost"]))
-        return found
+            counters.append(Counters(int(values["published"]), int(values["received"]), int(values["lost"])))
+        return {
+            "published": sum(each.published for each in counters),
+            "received": sum(each.received for each in counters),
+            "lost": sum(each.lost for each in counters),
+        }
 
     def _ask(
         self,

@@ -134,9 +134,8 @@ def watched(system: LocalSystem) -> Iterator[None]:
 
 def _event(notice: Notice) -> Event:
     """A notice as the console shows it; its stamp is wall-clock time."""
-    now_ns = time.time_ns()
     return Event(
-        header=Header(stamp=Time(sec=now_ns // 10**9, nanosec=now_ns % 10**9)),
+        header=Header(stamp=Time.of_ns(time.time_ns())),
         severity=severity_of(notice),
         source=topics.SUPERVISOR,
         code=notice.kind,

@@ -1,11 +1,9 @@
 """The figures of a plan and of a run, as JSON objects."""
 
 import math
-from collections.abc import Mapping
 from typing import Any
 
 from schemas.messages import PlanReport, SegmentPaint, TraversalReport
-from services.bus.counters import Counters
 
 
 def plan_figures(report: PlanReport) -> dict[str, Any]:
@@ -96,15 +94,6 @@ def hash_figures(scenario: str, report: TraversalReport) -> dict[str, Any]:
 def estimator_figures(report: TraversalReport) -> dict[str, Any]:
     """How far the estimated pose was from the true one."""
     return {"position_rmse_m": report.position_rmse_m, "heading_rmse_rad": report.heading_rmse_rad}
-
-
-def bus_figures(counters: Mapping[str, Counters]) -> dict[str, Any]:
-    """Messages published, received and lost, over all processes."""
-    return {
-        "published": sum(c.published for c in counters.values()),
-        "received": sum(c.received for c in counters.values()),
-        "lost": sum(c.lost for c in counters.values()),
-    }
 
 
 def _lateral_error(painted: TraversalReport | SegmentPaint) -> dict[str, float]:

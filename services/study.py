@@ -92,13 +92,18 @@ def run_study(pairs: int, quick: bool, progress: Progress) -> Study:
     progress("lengths", 0.0)
     lengths = [*pitch.length_rows(field), *pitch.length_rows(shipped, pitch.HAND_ORDERED)]
     rows += [*times, *lengths, completeness.random_length_row(pairs), sharpness]
-    for number, tolerance_m in (("14", TOLERANCE_M), ("14, fine", FINE_M)):
-        corners = {}
-        for done, contestant in enumerate(CONTESTANTS):
-            progress(f"the robot in the corner, {number}", done / len(CONTESTANTS))
-            corners[contestant.name] = drive_corner(contestant, tolerance_m)
-        rows.append(_corner_row(number, corners))
-    return Study(rows, field, corners)
+    corners = _corners("14", TOLERANCE_M, progress)
+    finer = _corners("14, fine", FINE_M, progress)
+    rows += [_corner_row("14", corners), _corner_row("14, fine", finer)]
+    return Study(rows, field, finer)
+
+
+def _corners(row: str, tolerance_m: float, progress: Progress) -> dict[str, Corner]:
+    corners = {}
+    for done, contestant in enumerate(CONTESTANTS):
+        progress(f"the robot in the corner, {row}", done / len(CONTESTANTS))
+        corners[contestant.name] = drive_corner(contestant, tolerance_m)
+    return corners
 
 
 def save_study(study: Study, folder: Path) -> list[Path]:

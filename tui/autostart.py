@@ -27,11 +27,6 @@ class AutoStart:
         self._steps += ["speed"] if self.speed is not None else []
         self._steps += ["start"] if self.run else []
 
-    @property
-    def finished(self) -> bool:
-        """Whether there is nothing left to do."""
-        return not self._steps
-
     def due(self, state: ConsoleState) -> str | None:
         """The order to give now; it counts as given. None while one is under way or its process is not there."""
         if not self._steps or self._under_way or not state.nodes[NEEDS[self._steps[0]]].alive:

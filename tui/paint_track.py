@@ -12,7 +12,7 @@ from tui.raster import Polyline
 
 SAME_POINT_M = 1e-6
 THINNING = 10
-"""Every so manieth point is kept: the robot gives one each centimetre or so, the eye needs one each decimetre."""
+"""One point in so many is kept: the robot gives one each centimetre or so, the eye needs one each decimetre."""
 
 
 class PaintTrack:

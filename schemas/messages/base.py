@@ -1,10 +1,12 @@
 """The base of every message model, and the ROS 2 field types."""
 
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer
+
+_Float = TypeVar("_Float", np.float64, np.float32)
 
 UInt8 = Annotated[int, Field(ge=0, le=2**8 - 1)]
 Int8 = Annotated[int, Field(ge=-(2**7), le=2**7 - 1)]
@@ -14,22 +16,20 @@ UInt32 = Annotated[int, Field(ge=0, le=2**32 - 1)]
 UInt64 = Annotated[int, Field(ge=0, le=2**64 - 1)]
 
 
-def _float_array(value: object) -> npt.NDArray[np.float64]:
-    """One-dimensional, contiguous and read-only: a message never changes after it is made."""
-    array = np.array(value, dtype=np.float64)
+def _checked(array: npt.NDArray[_Float]) -> npt.NDArray[_Float]:
+    """One-dimensional and read-only: a message never changes after it is made."""
     if array.ndim != 1:
         raise ValueError(f"needs one dimension, has {array.ndim}")
     array.flags.writeable = False
     return array
+
+
+def _float_array(value: object) -> npt.NDArray[np.float64]:
+    return _checked(np.array(value, dtype=np.float64))
 
 
 def _float32_array(value: object) -> npt.NDArray[np.float32]:
-    """As :func:`_float_array`, in single precision."""
-    array = np.array(value, dtype=np.float32)
-    if array.ndim != 1:
-        raise ValueError(f"needs one dimension, has {array.ndim}")
-    array.flags.writeable = False
-    return array
+    return _checked(np.array(value, dtype=np.float32))
 
 
 def _list(array: npt.NDArray[Any]) -> list[float]:

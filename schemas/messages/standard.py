@@ -1,6 +1,6 @@
 """The standard ROS 2 messages that Touchline uses; field meanings are those of their packages."""
 
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, Self
 
 from pydantic import Field
 
@@ -23,6 +23,11 @@ class Time(Message):
     ros_type: ClassVar[str] = "builtin_interfaces/msg/Time"
     sec: Int32 = 0
     nanosec: Annotated[UInt32, Field(lt=1_000_000_000)] = 0
+
+    @classmethod
+    def of_ns(cls, nanoseconds: int) -> Self:
+        """From nanoseconds."""
+        return cls(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
 
 
 class Header(Message):

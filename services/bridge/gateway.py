@@ -58,7 +58,6 @@ class Gateway:
     """
 
     def __init__(self, bus: Bus, session: Ros2Session, config: GatewayConfig) -> None:
-        """See the class."""
         self._bus = bus
         self._config = config
         namespace = config.namespace or bus.config.namespace

@@ -29,7 +29,6 @@ class RecordingFile:
     """
 
     def __init__(self, path: Path) -> None:
-        """See the class."""
         self.path = path
         try:
             self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o644)

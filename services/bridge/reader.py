@@ -91,7 +91,6 @@ class RecordingReader:
     """
 
     def __init__(self, path: Path) -> None:
-        """See the class."""
         try:
             self._stream = path.open("rb")
         except OSError as error:
@@ -148,7 +147,7 @@ class RecordingReader:
         try:
             stream, length = get_chunk_data_stream(chunk, validate_crc=True)
             return stream.read(length)
-        except Exception as error:  # each compressor raises its own kind
+        except Exception as error:  # noqa: BLE001, each compressor raises its own kind
             self.summary.problem = f"broken off in a chunk ({error})"
             return None
 

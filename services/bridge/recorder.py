@@ -98,7 +98,6 @@ class Recorder:
         metadata: Mapping[str, str] | None = None,
         existing: Existing = Existing.RENAME,
     ) -> None:
-        """See the class."""
         _make_room(path, existing)
         self.path = path
         self._file = RecordingFile(path)

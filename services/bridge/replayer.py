@@ -39,7 +39,6 @@ class Timeline:
     """
 
     def __init__(self, path: Path) -> None:
-        """See the class."""
         self.reader = RecordingReader(path)
         self.skipped = 0
         self._topics: dict[str, Topic | None] = {}

@@ -44,7 +44,6 @@ class BridgeService:
     def __init__(
         self, bus: Bus, existing: Existing, metadata: Mapping[str, str], gateway: Gateway | None = None
     ) -> None:
-        """See the class."""
         self._bus = bus
         self._gateway = gateway
         self._existing = existing
@@ -104,8 +103,7 @@ class BridgeService:
         """End a recording that cannot be written; leaving the bus's topics lets their publishers go on."""
         assert self._session is not None
         self._failed = self._session.finish()
-        now_ns = self._session.recorder.now_ns
-        stamp = Time(sec=now_ns // 10**9, nanosec=now_ns % 10**9)
+        stamp = Time.of_ns(self._session.recorder.now_ns)
         self._session = None
         self._events.send(
             Event(

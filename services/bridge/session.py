@@ -28,7 +28,6 @@ class RecordingSession:
     """
 
     def __init__(self, recorder: Recorder, inbox: Inbox) -> None:
-        """See the class."""
         self.recorder = recorder
         self._inbox = inbox
         self._sequencer = Sequencer()

@@ -52,6 +52,4 @@ class HealthReporter:
             message=message,
             values=tuple(KeyValue(key=key, value=str(value)) for key, value in everything.items()),
         )
-        now_ns = time.time_ns()
-        stamp = Time(sec=now_ns // 10**9, nanosec=now_ns % 10**9)
-        return DiagnosticArray(header=Header(stamp=stamp), status=(status,))
+        return DiagnosticArray(header=Header(stamp=Time.of_ns(time.time_ns())), status=(status,))

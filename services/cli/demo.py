@@ -46,7 +46,7 @@ def _in_console() -> None:
 
     with local_system([]) as system:
         stderr.print("Starting the services")
-        system.wait_until_ready(lambda doing: stderr.print(doing))
+        system.wait_until_ready(stderr.print)
         system.bus.call(topics.RECORD, RecordRequest(request_id="demo", path=str(_RECORDING.absolute())))
         with watched(system):
             report = run_console(system.bus.config, template=_TEMPLATE, auto_start=True, speed=_CONSOLE_SPEED)

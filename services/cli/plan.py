@@ -77,8 +77,8 @@ def plan(
     """Plan a template: from what is to be painted to the trajectory that the robot drives."""
     with without_collecting():
         from services.planner.plan import plan as make_plan
-        from services.planner.plot import plot_plan
-        from services.planner.plot_wheels import plot_wheels as draw_wheels
+        from services.planner.plots.plan import plot_plan
+        from services.planner.plots.wheels import plot_wheels as draw_wheels
 
     check_plot(plot)
     check_plot(plot_wheels, "--plot-wheels")

@@ -101,7 +101,7 @@ def run_job(
     job_options = JobOptions(template.to_json(), options, speed, record, cause)
     with robot_arguments(scenario) as robot, local_system(robot) as system, progress_bar("Touchline") as advance:
         advance(0.0, "Starting the services")
-        system.wait_until_ready(lambda doing: stderr.print(doing))
+        system.wait_until_ready(stderr.print)
         job = Job(system.bus, job_options, Terminal(system, advance))
         try:
             figures = job.run()

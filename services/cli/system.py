@@ -49,7 +49,7 @@ def up(
         robot_arguments(robot.chosen()) as arguments,
         local_system([*arguments, "--speed", speed], config, gateway.arguments() if gateway else ()) as system,
     ):
-        system.wait_until_ready(lambda doing: stderr.print(doing))
+        system.wait_until_ready(stderr.print)
         stderr.print(f"Touchline is up on {config.endpoint}; open a console with `touchline tui`, stop with Ctrl-C")
         publish_notices(system, lambda: bool(stop), lambda notice: print_event(severity_of(notice), notice.text))
     stderr.print("Touchline is down")

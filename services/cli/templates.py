@@ -25,7 +25,7 @@ PlotOption = Annotated[Path | None, typer.Option("--plot", help="Draw the templa
 LineWidthOption = Annotated[float, typer.Option(help="Width of the strokes, m.", min=0.02, max=0.3)]
 
 _SHOW = "show"
-#: So many arcs that are too tight are named one by one.
+#: So many of what was left out are named one by one.
 _NAMED = 5
 
 
@@ -101,7 +101,6 @@ def text(
     strokes = tuple(write(words, height, line_width, corners))
     source = f"Text, {height:g} m high. Origin at the lower left corner, x along the text, y up, in m."
     template = Template(name="text", title=words, source=source, line_width_m=line_width, segments=strokes)
-    _warn_of_tight_arcs(template)
     _deliver(laid(template, place, origin), out, plot)
 
 
@@ -133,7 +132,6 @@ def import_(
     stderr.print(f"{drawing.name}: {figures}")
     if imported.skipped:
         print_event(1, f"left out: {', '.join(imported.skipped[:_NAMED])}{_more(len(imported.skipped))}")
-    _warn_of_tight_arcs(template)
     _deliver(laid(template, place, origin), out, plot)
 
 
@@ -150,18 +148,6 @@ def _row(field: "Field") -> dict[str, Any]:
             for p in field.parameters
         ],
     }
-
-
-def _warn_of_tight_arcs(template: Template) -> None:
-    from schemas.vehicle import Vehicle
-    from services.drawings.importer import smallest_radius_m, tight_arcs
-
-    vehicle = Vehicle()
-    tight = tight_arcs(template, vehicle)
-    if tight:
-        named = ", ".join(f"{name} ({radius:.3f} m)" for name, radius in tight[:_NAMED])
-        limit = f"{len(tight)} arcs are tighter than the {smallest_radius_m(vehicle):.3f} m that the robot can drive"
-        print_event(1, f"{limit}: {named}{_more(len(tight))}; enlarge the drawing")
 
 
 def _more(count: int) -> str:

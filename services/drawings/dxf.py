@@ -31,11 +31,12 @@ def read_dxf(path: Path, scale_m: float | None, skip_others: bool) -> tuple[list
     Raises:
         SpecError: It is no DXF, it states no unit, or an entity cannot be painted; it names which.
     """
-    import ezdxf
+    from ezdxf.filemanagement import readfile
+    from ezdxf.lldxf.const import DXFError
 
     try:
-        drawing = ezdxf.readfile(path)  # type: ignore[attr-defined]
-    except (OSError, UnicodeDecodeError, ezdxf.DXFError) as error:  # type: ignore[attr-defined]
+        drawing = readfile(path)
+    except (OSError, UnicodeDecodeError, DXFError) as error:
         raise SpecError(path.name, "", f"is not a readable DXF ({error})", "save it as DXF R2000 or newer") from error
     scale = scale_m if scale_m is not None else _metres_per_unit(path.name, drawing)
     reader = _Reader(path.name, scale, skip_others)

@@ -13,7 +13,6 @@ from schemas.errors import SpecError
 from schemas.placement import Transform
 from schemas.spec import MAX_SPEC_BYTES
 from schemas.template import MAX_COORDINATE_M, MIN_LENGTH_M, ArcSpec, LineSpec, Template, TemplateSegment
-from schemas.vehicle import Vehicle
 from services.drawings.dxf import read_dxf
 from services.drawings.fit import deviation_m, fit_outline
 from services.drawings.hatch import Ring, hatch
@@ -56,23 +55,21 @@ class Imported:
     Attributes:
         template: The strokes.
         deviation_m: How far the strokes are from the drawn lines at most.
-        tight: (segment id, radius m) of arcs that the vehicle cannot drive.
         skipped: Elements left out: unpaintable ones, and those too small to paint.
     """
 
     template: Template
     deviation_m: float
-    tight: tuple[tuple[str, float], ...]
     skipped: tuple[str, ...]
 
 
-def import_drawing(path: Path, options: ImportOptions | None = None, vehicle: Vehicle | None = None) -> Imported:
+def import_drawing(path: Path, options: ImportOptions | None = None) -> Imported:
     """The template of an SVG or DXF file.
 
     Raises:
         SpecError: It names the file, the element and the remedy.
     """
-    options, vehicle = options or ImportOptions(), vehicle or Vehicle()
+    options = options or ImportOptions()
     reader = READERS.get(path.suffix.lower())
     if reader is None:
         raise SpecError(path.name, "", f"ends in {path.suffix!r}", f"give a file that ends in {' or '.join(READERS)}")
@@ -107,19 +104,7 @@ def import_drawing(path: Path, options: ImportOptions | None = None, vehicle: Ve
         segments=_unique(segments),
     )
     template = _anchored(path.name, template, options.anchor)
-    return Imported(template, worst, tuple(tight_arcs(template, vehicle)), tuple(skipped))
-
-
-def tight_arcs(template: Template, vehicle: Vehicle) -> list[tuple[str, float]]:
-    """(segment id, radius m) of every arc that the vehicle's nozzle can follow in neither direction."""
-    smallest = smallest_radius_m(vehicle)
-    curves = ((segment.id, segment.curve()) for segment in template.segments)
-    return [(name, 1 / abs(c.curvature_1pm)) for name, c in curves if abs(c.curvature_1pm) * smallest > 1.0 + 1e-9]
-
-
-def smallest_radius_m(vehicle: Vehicle) -> float:
-    """Radius (m) of the tightest arc for the nozzle: on the inside of the robot's own tightest turn."""
-    return max(1.0 / vehicle.default_kappa_max_1pm - abs(vehicle.nozzle_y_m), 0.0)
+    return Imported(template, worst, tuple(skipped))
 
 
 def _check(path: Path, options: ImportOptions) -> None:

@@ -12,8 +12,8 @@ from schemas.vehicle import Vehicle
 from services.planner.clothoid import Floats
 from services.planner.inside import Yard
 from services.planner.legs import Drive, Driver
-from services.planner.method import CurveEnd
 from services.planner.offset import Stroke
+from services.planner.transitions.method import CurveEnd
 from services.planner.watch import Progress, Watch
 
 GIVEN, OPTIMISED = "given", "optimised"
@@ -198,10 +198,10 @@ def _refuse_collisions(drive: Drive) -> None:
 
 def _refuse_crossings(drive: Drive) -> None:
     for i, leg in enumerate(drive.legs):
-        for over, doing in ((leg.crossings, "reached"), (drive.over[i] if i < len(drive.over) else None, "painted")):
+        arriving = "reached" if i < len(drive.strokes) else "left"
+        for over, doing in ((leg.crossings, arriving), (drive.over[i] if i < len(drive.over) else None, "painted")):
             if over is not None and over.any():
                 wet = drive.strokes[int(np.flatnonzero(over)[0])].id
                 stroke = drive.strokes[min(i, len(drive.strokes) - 1)]
-                doing = doing if i < len(drive.strokes) else "left"
                 problem = f'cannot be {doing} without driving over "{wet}" while that is wet'
                 raise PlanningError(stroke.id, problem, "shorten the drying time, or let wet paint be crossed")

@@ -109,11 +109,6 @@ class Piece(NamedTuple):
         """The same piece turning to the other side."""
         return Piece(self.length_m, -self.curvature_1pm, -self.sharpness_1pm2, self.direction, -self.spin_rad)
 
-    def turned_back(self) -> "Piece":
-        """The piece with which the robot, facing the same way, undoes this one: from its end to its start."""
-        curvature = self.curvature_end_1pm
-        return Piece(self.length_m, curvature, -self.sharpness_1pm2, -self.direction, -self.spin_rad)
-
 
 def arc_displacement(length_m: float, curvature_1pm: float) -> complex:
     """Displacement (m) along an arc or a line, in the frame of its start: the chord, at half the turn."""

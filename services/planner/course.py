@@ -9,13 +9,12 @@ import numpy as np
 
 from services.planner.clothoid import Floats, Piece
 from services.planner.limits import Limits
+from services.planner.passes import CELL_CURVATURE_1PM
 from services.planner.route import Section
 from services.planner.sending import Sent
 
 # Borders closer than this (m) are one.
 BORDER_M = 1e-9
-# A cell of a clothoid changes curvature by at most this (1/m): its speed is capped for the tighter end.
-CELL_CURVATURE_1PM = 0.15
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ import numpy as np
 
 from services.planner.clothoid import Floats, PiecePath, Pose
 from services.planner.inside import Yard
-from services.planner.method import CurveEnd
-from services.planner.steering.batch import lengths
+from services.planner.steering.word_lengths import word_lengths
+from services.planner.transitions.method import CurveEnd
 from services.planner.ways import Way, Ways
 
 # Poses in between: a grid over the neighbourhood of both ends and beside the outlines' corners, in so many headings.
@@ -26,7 +26,7 @@ def detours(start: CurveEnd, goal: CurveEnd, ways: Ways, yard: Yard) -> Iterator
     tight = ways.turns[0]
     limits = (tight.curvature_1pm, tight.sharpness_1pm2)
     first, last = ends
-    around = lengths(first, via, *limits, short_hops=False)[0] + lengths(via, last, *limits, short_hops=False)[:, 0]
+    around = word_lengths(first, via, *limits)[0] + word_lengths(via, last, *limits)[:, 0]
     offered = 0
     for k in np.argsort(around, kind="stable")[:TRIED]:
         middle = CurveEnd(Pose(*via[k, :3].tolist()), 0.0)

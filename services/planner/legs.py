@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from services.planner.clothoid import Floats, Piece, PiecePath, Pose
 from services.planner.detour import detours
 from services.planner.inside import Collision, Yard
-from services.planner.method import CurveEnd, before
 from services.planner.offset import Stroke
-from services.planner.turns import ContinuousTurn
+from services.planner.transitions.method import CurveEnd, before
+from services.planner.transitions.turns import ContinuousTurn
 from services.planner.ways import Lead, Way, Ways, turned_round
 from services.planner.wet import Wheels, painted_row, painted_rows
 

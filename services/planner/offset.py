@@ -11,7 +11,7 @@ from schemas.errors import PlanningError
 from schemas.template import TemplateSegment
 from schemas.vehicle import Vehicle
 from services.planner.clothoid import Piece, PiecePath, Pose
-from services.planner.method import CurveEnd
+from services.planner.transitions.method import CurveEnd
 
 # Rounding may put an arc at exactly the largest curvature a little above it.
 CURVATURE_SLACK = 1e-9

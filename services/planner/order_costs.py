@@ -5,14 +5,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from services.planner.ccd import ContinuousDubins
 from services.planner.clothoid import Floats, Piece, PiecePath, Pose
-from services.planner.method import CurveEnd, before
 from services.planner.offset import Stroke
 from services.planner.order import Problem
 from services.planner.order_search import Ints
-from services.planner.steering.batch import lengths
 from services.planner.steering.circles import LIMIT, circle
+from services.planner.steering.word_lengths import word_lengths
+from services.planner.transitions.ccd import ContinuousDubins
+from services.planner.transitions.method import CurveEnd, before
 from services.planner.watch import UNWATCHED, Watch
 from services.planner.way_times import HEADING, TRACK_PIECES, X, Y, way_times
 from services.planner.ways import Turns, Ways, turned_round
@@ -142,12 +142,11 @@ def _rough(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, table: Floa
     fast = ways.limits.transit_speed_mps
     for part in watch.parts(len(starts), max(ROUGH_PART // len(goals), 1), 0.0, ROUGH_DONE):
         tables = [
-            lengths(
+            word_lengths(
                 starts[part],
                 goals,
                 turns.curvature_1pm,
                 turns.sharpness_1pm2,
-                short_hops=False,
                 turn_weight=max(fast / turns.speed_mps, 1.0),
             )
             for turns in ways.turns[1::2] or ways.turns

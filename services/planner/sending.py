@@ -21,9 +21,9 @@ class Sent:
     """One line or arc as it is sent.
 
     The curve is as travelled; `direction` is −1 where the robot faces backward along it. A turn on the spot by
-    `spin_rad` is sent as a segment of its own, without length. `start_m` and `end_m` are arc lengths of what is sent,
-    `ideal_from_m` and `ideal_to_m` of the ideal curve that it
-    stands for; curvature (1/m) and sharpness (1/m²) are the largest magnitudes of both.
+    `spin_rad` is sent as a segment of its own, without length. `start_m` and `end_m` are arc lengths along what is
+    sent, `ideal_from_m` and `ideal_to_m` along the ideal curve that it stands for. Curvature (1/m) and sharpness (1/m²)
+    are the largest magnitudes on either of the two.
     """
 
     id: str

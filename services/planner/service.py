@@ -66,7 +66,7 @@ class Worker:
                 response: PlanResponse | None = answer(call.request, self.vehicle, self._teller(call.request_id))
             except Stopping:
                 return
-            except Exception:  # a defect of the planner must not end the service
+            except Exception:  # noqa: BLE001, a defect of the planner must not end the service
                 traceback.print_exc(file=sys.stderr)
                 response = None
             self.said.put(Planned(call, response))

@@ -49,7 +49,6 @@ class Commands:
         set_speed: Callable[[float], None],
         journal: Journal | None = None,
     ) -> None:
-        """See the class."""
         self._progress = Progress(emulator, journal)
         self._emulator, self._telemetry, self._set_speed = emulator, telemetry, set_speed
         self.told: list[Payload] = []

@@ -131,7 +131,6 @@ class Emulator:
     def __init__(
         self, vehicle: Vehicle, scenario: Scenario, onboard: OnboardComputer | None = None, ask: Ask = nobody
     ) -> None:
-        """See the class."""
         self.vehicle, self.scenario = vehicle, scenario
         self.world = World(vehicle, scenario)
         self.sensors = Sensors(vehicle, scenario)

@@ -50,7 +50,6 @@ class EstimatorError:
     """
 
     def __init__(self, before: Sequence[float] = (0.0,) * SUMS) -> None:
-        """See the class."""
         self._before = tuple(before)
         self.sums: NDArray[np.float64] = np.zeros(SUMS)
 

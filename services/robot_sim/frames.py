@@ -173,7 +173,7 @@ class Checkpoint(NamedTuple):
     tick: int = 0
     """At the end of which this was so; sim time goes on from there."""
     elapsed_s: float = 0.0
-    """As of `Status`, like the next."""
+    """This and the next have the meaning that they have in `Status`."""
     follower_fallbacks: int = 0
 
 

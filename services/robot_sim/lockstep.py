@@ -24,7 +24,6 @@ class Lockstep:
     """
 
     def __init__(self, bus: Bus, interrupted: Callable[[], bool] = lambda: False) -> None:
-        """See the class."""
         self._bus = bus
         self._interrupted = interrupted
         self._step = 0

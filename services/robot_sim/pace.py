@@ -22,7 +22,6 @@ class Pacer:
     """
 
     def __init__(self, factor: float, now_s: float) -> None:
-        """See the class."""
         self.factor = factor
         self._anchor_s = now_s
         self._given = 0

@@ -12,15 +12,14 @@ from services.robot_sim import layouts
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.sensors.gnss import GnssReport
 from services.robot_sim.world import body
+from services.robot_sim.world.drive import EMPTY_V, FULL_V
 
 Payload = tuple[Topic, bytes]
 Stamp = tuple[int, int]
 """Seconds and nanoseconds of sim time."""
 
-EMPTY_VOLTAGE: Final = 33.0
-FULL_VOLTAGE: Final = 42.0
-NOMINAL_VOLTAGE: Final = 37.0
-"""Ten lithium cells in series: empty, full and nominal."""
+NOMINAL_V: Final = 37.0
+"""Ten lithium cells in series, as in world/drive.py."""
 _NAVSAT_STATUS: Final = {
     m.GnssStatus.NONE: m.NavSatStatus.STATUS_NO_FIX,
     m.GnssStatus.SINGLE: m.NavSatStatus.STATUS_FIX,
@@ -71,15 +70,15 @@ def battery(time: Stamp, emulator: Emulator) -> bytes:
     state, capacity_wh = emulator.world.state, emulator.vehicle.battery_wh
     left_wh, power_w = float(state[body.BATTERY_WH]), float(state[body.POWER_W])
     share = left_wh / capacity_wh
-    voltage = EMPTY_VOLTAGE + (FULL_VOLTAGE - EMPTY_VOLTAGE) * share
+    voltage = EMPTY_V + (FULL_V - EMPTY_V) * share
     return layouts.BATTERY.pack(
         *time,
         voltage,
         math.nan,
         -power_w / voltage,
-        left_wh / NOMINAL_VOLTAGE,
-        capacity_wh / NOMINAL_VOLTAGE,
-        capacity_wh / NOMINAL_VOLTAGE,
+        left_wh / NOMINAL_V,
+        capacity_wh / NOMINAL_V,
+        capacity_wh / NOMINAL_V,
         share,
         m.BatteryState.POWER_SUPPLY_STATUS_DISCHARGING,
         m.BatteryState.POWER_SUPPLY_HEALTH_GOOD,

@@ -190,7 +190,6 @@ class Quiet:
     """Runs an emulator fast; one with another onboard computer than Touchline's own tick by tick."""
 
     def __init__(self, emulator: Emulator) -> None:
-        """See the class."""
         self._emulator = emulator
         onboard = emulator.onboard
         self._cruise = Cruise(onboard, emulator.vehicle) if isinstance(onboard, Onboard) else None

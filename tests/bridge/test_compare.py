@@ -25,11 +25,12 @@ def changed(tick: int, change: Callable[[float], float]) -> Said:
     """The usual messages, with the yaw rate of one IMU message changed."""
     count = 0
     for topic, message in messages(200):
+        said = message
         if isinstance(message, Imu):
             if count == tick:
-                message = imu(tick, change(message.angular_velocity.z))
+                said = imu(tick, change(message.angular_velocity.z))
             count += 1
-        yield topic, message
+        yield topic, said
 
 
 def test_a_recording_is_identical_to_itself_in_another_order(tmp_path: Path, recording: Path) -> None:

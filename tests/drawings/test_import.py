@@ -12,7 +12,7 @@ from schemas.catalogue import parse_template
 from schemas.errors import SpecError
 from schemas.vehicle import Vehicle
 from services.drawings.fit import distance_m
-from services.drawings.importer import Anchor, ImportOptions, import_drawing, smallest_radius_m
+from services.drawings.importer import Anchor, ImportOptions, import_drawing
 from services.drawings.picture import bounds, picture
 from services.planner.plan import plan
 
@@ -247,13 +247,10 @@ def test_dxf_that_cannot_be_painted_is_told(tmp_path: Path) -> None:
         import_drawing(path)
 
 
-def test_tight_arcs_are_reported_as_the_planner_sees_them(tmp_path: Path) -> None:
-    limit = smallest_radius_m(Vehicle())
-    body = "".join(f'<circle cx="{4 * i}" cy="2" r="{limit * share}"/>' for i, share in ((0, 0.99), (1, 1.01)))
-    imported = import_drawing(svg(tmp_path, body), ImportOptions(scale_m=1.0))
-    assert [name for name, _ in imported.tight] == [f"circle-1-{i}" for i in (1, 2, 3, 4)]
-    rest = imported.template.segments[4:]
-    plan(imported.template.model_copy(update={"segments": rest}), Vehicle())
+def test_the_smallest_arcs_that_can_be_imported_can_be_planned(tmp_path: Path) -> None:
+    template = import_drawing(svg(tmp_path, '<circle cx="4" cy="2" r="0.05"/>'), METRES).template
+    assert all(abs(segment.curve().curvature_1pm) == pytest.approx(20.0) for segment in template.segments)
+    plan(template, Vehicle())
 
 
 def test_an_imported_template_is_one(tmp_path: Path) -> None:

@@ -87,8 +87,10 @@ def test_turning_on_the_spot_moves_nothing() -> None:
 
 
 @given(poses, st.lists(moves, max_size=4))
-def test_turned_back_pieces_lead_back(start: Pose, chain: list[Piece]) -> None:
-    path = PiecePath(start, (*chain, *(piece.turned_back() for piece in reversed(chain))))
+def test_the_way_back_leads_back(start: Pose, chain: list[Piece]) -> None:
+    """The pieces in reverse order and direction, bent as before: backward with (κ, σ) undoes forward."""
+    back = (Piece(p.length_m, p.curvature_end_1pm, -p.sharpness_1pm2, -p.direction, -p.spin_rad) for p in chain[::-1])
+    path = PiecePath(start, (*chain, *back))
     assert abs(path.end.point - start.point) < 1e-12
     assert path.end.heading_rad == pytest.approx(start.heading_rad, abs=1e-12)
 

@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from schemas.curves import Curve
-from services.planner.ccd import ContinuousDubins
 from services.planner.clothoid import Floats, Piece, PiecePath, Pose
 from services.planner.fit_arcs import TOLERANCE_M, Cut, biarc, cut
-from services.planner.method import CurveEnd, transition
+from services.planner.transitions.ccd import ContinuousDubins
+from services.planner.transitions.method import CurveEnd, transition
 from tests.planner.strategies import floats, forward_pieces, pose_pairs, poses
 
 GAP_TOLERANCE = 1e-9

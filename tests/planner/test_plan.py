@@ -2,6 +2,7 @@
 
 import math
 from itertools import pairwise
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -24,6 +25,7 @@ from schemas.messages import (
 )
 from schemas.template import LineSpec, Template, TemplateSegment
 from schemas.vehicle import Vehicle
+from services.cli import choices
 from services.planner import sending
 from services.planner.answer import answer
 from services.planner.measure import wheels
@@ -181,6 +183,10 @@ def speed(planned: Plan, station: float) -> float:
 
 
 METHOD_NAMES = sorted(METHODS)
+
+
+def test_every_method_can_be_asked_for_on_the_command_line() -> None:
+    assert get_args(choices.Method) == tuple(METHODS)
 
 
 # Ordering the largest fields takes seconds, and shows nothing that smaller ones do not.

@@ -7,7 +7,7 @@ import pytest
 from schemas.catalogue import load_template
 from schemas.vehicle import Vehicle
 from services.planner.plan import plan
-from services.planner.plot import plot_plan
+from services.planner.plots.plan import plot_plan
 
 
 def test_svg_and_png(tmp_path: Path) -> None:

@@ -11,13 +11,13 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from services.planner.ccd import ContinuousDubins
 from services.planner.clothoid import Floats, Piece, PiecePath, Pose
-from services.planner.method import CurveEnd, before, through_straights
-from services.planner.steering.batch import cusp_lengths, lengths, pair_lengths
 from services.planner.steering.reversing import CUSPS, ELEMENTS, MAX_CUSPS, STRETCH_MIN_M
 from services.planner.steering.spiral import CURVATURE_CAP, ramp, spiral
 from services.planner.steering.steer import Steering
+from services.planner.steering.word_lengths import word_lengths
+from services.planner.transitions.ccd import ContinuousDubins
+from services.planner.transitions.method import CurveEnd, before, through_straights
 from tests.planner.strategies import floats, limits, pose_pairs
 
 DATA = Path(__file__).parent / "data" / "steering_lengths.csv"
@@ -58,6 +58,10 @@ def cusps(way: tuple[Piece, ...]) -> int:
     return sum(a != b for a, b in pairwise(directions))
 
 
+def all_ways(steering: Steering, start: CurveEnd, goal: CurveEnd) -> list[tuple[Piece, ...]]:
+    return [steering.between(start, goal), *steering.standing_ways(start, goal)]
+
+
 def reference_rows() -> list[dict[str, float]]:
     with DATA.open() as file:
         return [{key: float(text) for key, text in row.items()} for row in csv.DictReader(file)]
@@ -86,7 +90,7 @@ def test_no_forward_way_is_longer_than_the_reference() -> None:
 def test_no_way_with_cusps_is_longer_than_the_reference() -> None:
     for row in reference_rows():
         start, goal, curvature, sharpness = row_ends(row)
-        ways = Steering(curvature, sharpness).ways(start, goal)
+        ways = all_ways(Steering(curvature, sharpness), start, goal)
         measured = [check(way, start, goal, curvature, sharpness) for way in ways]
         driven = [m for m, way in zip(measured, ways, strict=True) if not any(piece.spin_rad for piece in way)]
         assert min(driven) <= row["hc00_reeds_shepp_m"] * 1.01
@@ -105,14 +109,15 @@ def test_forward_ways_join_any_poses_and_curvatures(ends: tuple[CurveEnd, CurveE
 
 @given(end_pairs(), st.sampled_from([0.0, 0.7]))
 @settings(max_examples=200)
-def test_all_ways_join_any_poses_and_curvatures(ends: tuple[CurveEnd, CurveEnd, float, float], room: float) -> None:
+def test_ways_with_standstills_join_any_poses_and_curvatures(
+    ends: tuple[CurveEnd, CurveEnd, float, float], room: float
+) -> None:
     start, goal, curvature, sharpness = ends
     steering = Steering(curvature, sharpness)
-    ways = steering.ways(start, goal, room)
-    assert ways[0] == steering.between(start, goal)
+    ways = steering.standing_ways(start, goal, room)
     for way in ways:
         check(way, start, goal, curvature, sharpness)
-    for way in ways[1:] if room else ():
+    for way in ways if room else ():
         for end, piece in ((start, way[0]), (goal, way[-1])):
             assert piece.length_m >= room - TOLERANCE
             assert (piece.direction, piece.sharpness_1pm2) == (1, 0.0)
@@ -164,15 +169,16 @@ def test_curvatures_above_what_a_way_may_have_are_left_first() -> None:
     steering = Steering(curvature, sharpness)
     assert steering.curvature_cap_1pm < 1.3
     start, goal = CurveEnd(ORIGIN, 1.9), CurveEnd(Pose(9.0, 3.0, 1.0), -1.7)
-    for way in steering.ways(start, goal):
+    for way in all_ways(steering, start, goal):
         check(way, start, goal, curvature, sharpness)
-    measured = lengths(np.array([[*start.pose, 1.9]]), np.array([[*goal.pose, -1.7]]), curvature, sharpness)
-    assert measured[0, 0] == pytest.approx(PiecePath(ORIGIN, steering.between(start, goal)).length_m, abs=TOLERANCE)
+    measured = word_lengths(np.array([[*start.pose, 1.9]]), np.array([[*goal.pose, -1.7]]), curvature, sharpness)
+    words = PiecePath(ORIGIN, through_straights(steering.words, start, goal))
+    assert measured[0, 0] == pytest.approx(words.length_m, abs=TOLERANCE)
 
 
 def test_turning_on_the_spot_leads_straight_there() -> None:
     start, goal = CurveEnd(ORIGIN, 0.0), CurveEnd(Pose(0.0, 2.0, -math.pi / 2), 0.0)
-    spins = [way for way in Steering(1.125, 2.1).ways(start, goal) if any(piece.spin_rad for piece in way)]
+    spins = [way for way in Steering(1.125, 2.1).standing_ways(start, goal) if any(piece.spin_rad for piece in way)]
     forward, backward = spins
     assert forward[1] == Piece(2.0)
     assert abs(forward[0].spin_rad) + abs(forward[2].spin_rad) == pytest.approx(1.5 * math.pi)
@@ -182,7 +188,7 @@ def test_turning_on_the_spot_leads_straight_there() -> None:
 def test_going_back_a_little_is_reversing() -> None:
     """The shortest way to a place straight behind is straight backward, with a cusp at each end."""
     start, goal = CurveEnd(ORIGIN, 0.0), CurveEnd(Pose(-1.0, 0.0, 0.0), 0.0)
-    ways = Steering(1.125, 2.1).ways(start, goal)
+    ways = Steering(1.125, 2.1).standing_ways(start, goal)
     assert min(PiecePath(ORIGIN, way).length_m for way in ways) == pytest.approx(1.0, abs=1e-9)
 
 
@@ -191,7 +197,7 @@ def test_going_back_a_little_is_reversing() -> None:
 @settings(max_examples=50)
 def test_no_stretch_between_standstills_is_too_short_to_drive(ends: tuple[CurveEnd, CurveEnd, float, float]) -> None:
     start, goal, curvature, sharpness = ends
-    for way in Steering(curvature, sharpness).ways(start, goal):
+    for way in Steering(curvature, sharpness).standing_ways(start, goal):
         if any(piece.spin_rad for piece in way) or not cusps(way):
             continue
         stretches = [sum(p.length_m for p in stretch) for _, stretch in groupby(way, key=lambda p: p.direction)]
@@ -221,44 +227,26 @@ def random_rows(count: int, box_m: float, curvature: float) -> Floats:
 
 
 @pytest.mark.parametrize("box_m", [2.5, 10.0, 80.0])
-def test_batch_lengths_are_those_of_single_ways(box_m: float) -> None:
+def test_lengths_of_words_are_those_of_single_ways(box_m: float) -> None:
     curvature, sharpness = 1.125, 2.1
     starts, goals = random_rows(12, box_m, curvature), random_rows(15, box_m, curvature)
     starts[::3, 3] = 0.0
     goals[::4, 3] = 0.0
     # Coincident poses, too.
     goals[0] = starts[0]
-    hops = lengths(starts, goals, curvature, sharpness)
-    words = lengths(starts, goals, curvature, sharpness, short_hops=False)
-    steering = Steering(curvature, sharpness)
+    measured = word_lengths(starts, goals, curvature, sharpness)
+    words = ContinuousDubins(curvature, sharpness)
     for i, s in enumerate(starts.tolist()):
         for j, g in enumerate(goals.tolist()):
             start, goal = CurveEnd(Pose(*s[:3]), s[3]), CurveEnd(Pose(*g[:3]), g[3])
-            way = steering.between(start, goal)
-            assert hops[i, j] == pytest.approx(PiecePath(start.pose, way).length_m, abs=TOLERANCE)
-            plain = through_straights(steering.words, start, goal)
-            assert words[i, j] == pytest.approx(PiecePath(start.pose, plain).length_m, abs=TOLERANCE)
-    assert np.array_equal(pair_lengths(starts, goals[:12], curvature, sharpness), np.diag(hops[:, :12]))
-    assert np.all(hops <= words + TOLERANCE)
-
-
-def test_batch_lengths_with_cusps_are_those_of_single_ways() -> None:
-    curvature, sharpness = 1.125, 2.1
-    starts, goals = random_rows(20, 5.0, curvature), random_rows(21, 5.0, curvature)[:20]
-    table = cusp_lengths(starts, goals, curvature, sharpness)
-    assert table.shape == (20, MAX_CUSPS + 1)
-    assert np.array_equal(table[:, 0], pair_lengths(starts, goals, curvature, sharpness))
-    for s, g, row in zip(starts.tolist(), goals.tolist(), table, strict=True):
-        start, goal = CurveEnd(Pose(*s[:3]), s[3]), CurveEnd(Pose(*g[:3]), g[3])
-        for way in Steering(curvature, sharpness).ways(start, goal):
-            if not any(piece.spin_rad for piece in way):
-                assert PiecePath(start.pose, way).length_m == pytest.approx(row[cusps(way)], abs=TOLERANCE)
+            way = through_straights(words, start, goal)
+            assert measured[i, j] == pytest.approx(PiecePath(start.pose, way).length_m, abs=TOLERANCE)
 
 
 def test_weighted_turns_are_the_dearer_part_of_the_length() -> None:
     starts, goals = random_rows(20, 30.0, 0.0), random_rows(21, 30.0, 0.0)[:20]
     plain, dear, dearer = (
-        pair_lengths(starts, goals, 1.125, 2.1, short_hops=False, turn_weight=weight) for weight in (1.0, 2.0, 4.0)
+        np.diag(word_lengths(starts, goals, 1.125, 2.1, turn_weight=weight)) for weight in (1.0, 2.0, 4.0)
     )
     turns = dear - plain
     assert np.all(turns > 0.0)

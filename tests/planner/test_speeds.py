@@ -211,6 +211,18 @@ def test_options_out_of_range_are_named(field: str, value: float) -> None:
         Limits.of(VEHICLE, PlanOptions.model_construct(**{**PlanOptions().model_dump(), field: value}))
 
 
+def test_turns_are_as_tight_as_the_wheels_and_the_grass_allow() -> None:
+    """The outer wheel at its limit turns 1.5 m/s into 1.3126 1/m; tyres on grass (1.2 m/s²) bear less than half."""
+    given = Limits.of(VEHICLE, PlanOptions())
+    gripping = replace(given, lateral_mps2=1e9)
+    assert gripping.turn_at(1.5)[0] == pytest.approx(1.3126, abs=1e-4)
+    assert gripping.turn_at(1.556)[0] == pytest.approx(1.125, abs=2e-3)
+    assert given.turn_at(1.5)[0] * 1.5**2 == pytest.approx(1.2)
+    # Turning in at full sharpness leaves a fifth of the planned 16 rad/s² to the driving.
+    wheel_acceleration = given.turn_at(1.5)[1] * 1.5**2 * VEHICLE.half_track_m / VEHICLE.wheel_radius_m
+    assert wheel_acceleration == pytest.approx(12.8, rel=1e-5)
+
+
 @given(floats(0.0, 4.0), floats(-3.9, 3.9), floats(-30.0, 30.0), floats(1e-4, 0.02))
 def test_no_gain_drives_a_wheel_beyond_its_limit(square: float, curvature: float, slope: float, length: float) -> None:
     cap = LIMITS.square_cap(np.array([abs(curvature)]), np.array([abs(slope)]))[0]

@@ -10,14 +10,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import fresnel
 
-from services.planner.ccd import ContinuousDubins
 from services.planner.clothoid import Piece, PiecePath, Pose, joined
-from services.planner.dubins import dubins_pieces
-from services.planner.dubins_padded import PADDING_AFTER_M, PADDING_BEFORE_M, PaddedDubins
-from services.planner.method import CurveEnd, TransitionMethod, before, transition
 from services.planner.steering.steer import Steering
-from services.planner.turns import ArcTurn, ContinuousTurn
-from services.planner.words import shortest_word, words
+from services.planner.transitions.ccd import ContinuousDubins
+from services.planner.transitions.dubins import dubins_pieces
+from services.planner.transitions.dubins_padded import PADDING_AFTER_M, PADDING_BEFORE_M, PaddedDubins
+from services.planner.transitions.method import CurveEnd, TransitionMethod, before, transition
+from services.planner.transitions.turns import ArcTurn, ContinuousTurn
+from services.planner.transitions.words import shortest_word, words
 from tests.planner.strategies import floats, limits, pieces, pose_pairs, poses
 
 ROWS = Path(__file__).parent / "data" / "steering_lengths.csv"

@@ -27,20 +27,20 @@ class Stop(Exception):
 def parts(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """What has been timed part by part; the matrix is that of many lines, in many small parts."""
     done: list[str] = []
-    words, rough = order_costs.way_times, order_costs.lengths
+    words, rough = order_costs.way_times, order_costs.word_lengths
 
     def way_times(*given: object) -> Floats:
         done.append("hops" if given[6] else "words")
         return words(*given)
 
-    def lengths(*given: object, **named: object) -> Floats:
+    def word_lengths(*given: object, **named: object) -> Floats:
         done.append("rough")
         return rough(*given, **named)
 
     for name, value in (("ALL_NODES", 10), ("ROUGH_PART", 200), ("WORDS_PART", 50), ("HOPS_PART", 10)):
         monkeypatch.setattr(order_costs, name, value)
     monkeypatch.setattr(order_costs, "way_times", way_times)
-    monkeypatch.setattr(order_costs, "lengths", lengths)
+    monkeypatch.setattr(order_costs, "word_lengths", word_lengths)
     return done
 
 

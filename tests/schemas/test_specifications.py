@@ -102,13 +102,6 @@ def test_noise_none_silences_everything_but_latency():
     assert Scenario().effective() == Scenario()
 
 
-def test_limits_of_the_reference_robot():
-    vehicle = Vehicle()
-    assert vehicle.curvature_limit_1pm(1.5) == pytest.approx(1.3126, abs=1e-4)
-    assert vehicle.curvature_limit_1pm(1.556) == pytest.approx(1.125, abs=2e-3)
-    assert vehicle.sharpness_limit_1pm2(1.5) == pytest.approx(7.0, abs=1e-3)
-
-
 def test_a_vehicle_that_cannot_keep_its_speed_is_refused():
     with pytest.raises(SpecError, match="transit_speed_mps must not exceed"):
         parse(Vehicle, '{"transit_speed_mps": 2.5}', "robot.json")

@@ -6,12 +6,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from services.planner.ccd import ContinuousDubins
 from services.planner.clothoid import Floats, Piece, PiecePath, Pose, joined
-from services.planner.method import CurveEnd, before
 from services.planner.steering.circles import circle
 from services.planner.steering.construct import MAX_PIECES, forward_pieces, profile_pieces
 from services.planner.steering.reversing import MAX_CUSPS, STRETCH_MIN_M, shortest_reversing, started
+from services.planner.transitions.ccd import ContinuousDubins
+from services.planner.transitions.method import CurveEnd, before
 
 Find = Callable[[CurveEnd, CurveEnd], list[tuple[Piece, ...]]]
 
@@ -42,10 +42,6 @@ class Steering:
     def between(self, start: CurveEnd, goal: CurveEnd) -> tuple[Piece, ...]:
         """The shortest forward way."""
         return self._capped(start, goal, self._forward)[0]
-
-    def ways(self, start: CurveEnd, goal: CurveEnd, room_m: float = 0.0) -> list[tuple[Piece, ...]]:
-        """Ways worth comparing by time: the shortest forward one, and those with standstills."""
-        return [self.between(start, goal), *self.standing_ways(start, goal, room_m)]
 
     def standing_ways(self, start: CurveEnd, goal: CurveEnd, room_m: float = 0.0) -> list[tuple[Piece, ...]]:
         """Ways with cusps, for every number of them the shortest, and with turns on the spot.

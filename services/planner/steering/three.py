@@ -24,8 +24,8 @@ from services.planner.steering.profile import (
 )
 from services.planner.steering.spiral import arc, spiral, unit
 
-# A way is given up that is longer than what is wanted, by more than this times how far off it still is, once that is
-# near: its length would hardly change so much.
+# Once a way is this near, it is given up if it is longer than what is wanted by more than so many times how far off it
+# still is. Its length rarely changes so much: of a hundred ways that are just short enough, fewer than one is given up.
 NEAR, SHORTER = 1.0, 3.0
 
 
@@ -66,7 +66,7 @@ def solve_three(
 ) -> float:
     """Length of the profile that leads to `goal` with `turn`, its amounts in `u` (their start on entry).
 
-    FAILED if there is none; it may be FAILED, too, if the profile is longer than `longest`.
+    FAILED if there is none; it may be FAILED, too, if the profile is longer than `longest` or, rarely, hardly shorter.
     """
     u0, u1, u2 = u[0], u[1], u[2]
     l0, l1, l2 = u0, u1, u2

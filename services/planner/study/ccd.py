@@ -4,7 +4,7 @@
 - A turn below θ_lim = κ²/σ winds a full circle more.
 - A transition begins and ends with curvature 0 whatever it joins, so every joint with an arc steps.
 - Poses closer than 0.1 m fail.
-- Clothoids are sent as evenly spaced straight lines (see chords.py).
+- Clothoids are sent as evenly spaced straight lines (see sent.py).
 
 Where the description leaves something open, this takes what suits the study best: a goal straight ahead is reached
 straight, a family that has no continuous-curvature path gives way to the next, and the middle circle of LRL is the
@@ -15,9 +15,9 @@ import math
 
 from schemas.errors import PlanningError
 from services.planner.clothoid import Piece, Pose
-from services.planner.method import CurveEnd
-from services.planner.turns import ArcTurn, ContinuousTurn
-from services.planner.words import TAU, Word, words
+from services.planner.transitions.method import CurveEnd
+from services.planner.transitions.turns import ArcTurn, ContinuousTurn
+from services.planner.transitions.words import TAU, Word, words
 
 FAMILIES = ("LSL", "RSR", "LRL", "RLR")
 CLOSEST_M = 0.1

@@ -9,12 +9,12 @@ import numpy as np
 
 from schemas.vehicle import Vehicle
 from services.planner.clothoid import Floats, Piece, PiecePath
-from services.planner.dubins import dubins_pieces
-from services.planner.dubins_padded import PADDING_AFTER_M, PADDING_BEFORE_M, PaddedDubins
-from services.planner.method import CurveEnd, TransitionMethod, transition
 from services.planner.offset import Stroke
 from services.planner.steering.steer import Steering
 from services.planner.study.ccd import StudyContinuousDubins
+from services.planner.transitions.dubins import dubins_pieces
+from services.planner.transitions.dubins_padded import PADDING_AFTER_M, PADDING_BEFORE_M, PaddedDubins
+from services.planner.transitions.method import CurveEnd, TransitionMethod, transition
 
 STUDY_KAPPA_1PM = 1.125
 STUDY_SPEED_MPS = 1.5

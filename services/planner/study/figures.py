@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from services.planner.clothoid import Floats, Piece, PiecePath
-from services.planner.plot_style import INK, save
+from services.planner.plots.style import INK, save
 from services.planner.study.corner import LEG_M, corner_path
 from services.planner.study.drive import CONTESTANTS, Drive
 from services.planner.study.pitch import LENGTH_TARGETS, STUDY_SIGMA_1PM2, Pitch

@@ -10,7 +10,7 @@ import numpy as np
 
 from schemas.errors import PlanningError
 from services.planner.clothoid import PiecePath, Pose
-from services.planner.method import CurveEnd, TransitionMethod
+from services.planner.transitions.method import CurveEnd, TransitionMethod
 
 BOX_M = 10.0
 ON_GOAL = 1e-9

@@ -1,7 +1,7 @@
 """The fence: where no part of the robot's body may be.
 
 It is the template's boundary if there is one, else the convex hull of what the body sweeps along the plan; in both
-cases with a margin (`schemas.scenario.Fence`).
+cases with a margin (`schemas.scenario.FenceLimits`).
 """
 
 from __future__ import annotations
@@ -52,9 +52,9 @@ def beyond_m(outline: Floats, body: Floats, radius_m: float, east: float, north:
         outline: (n, 2) corners in the map frame.
         body: (m, 2) corners of the body in its own frame.
         radius_m: Of the circle about its origin that holds them; a body that is deep inside is not looked at further.
-        east: Pose of the body, as `north`, and `heading`.
-        north: See `east`.
-        heading: See `east` [rad].
+        east: Of the body's origin [m].
+        north: Of the body's origin [m].
+        heading: Of the body [rad].
     """
     middle: float = _outside(outline, east, north) + radius_m
     if middle <= 0.0:
@@ -89,7 +89,6 @@ class Fence:
     def __init__(
         self, path: Floats, boundary: Sequence[tuple[float, float]], vehicle: Vehicle, limits: FenceLimits
     ) -> None:
-        """See the class."""
         self.body: Floats = np.array(vehicle.footprint_m, dtype=np.float64)
         self.radius_m = float(np.hypot(*self.body.T).max())
         poses = _poses(path)
@@ -104,7 +103,7 @@ class Fence:
             self.margin_m, self.name = limits.margin_m, "its plan's surroundings"
 
     def beyond_m(self, east: float, north: float, heading: float) -> float:
-        """See the function."""
+        """How far the body reaches over the fence at this pose [m, m, rad] of the map frame; not above 0 if inside."""
         return float(beyond_m(self.outline, self.body, self.radius_m, east, north, heading))
 
 

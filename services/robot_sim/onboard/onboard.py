@@ -38,7 +38,6 @@ class Onboard:
     """
 
     def __init__(self, vehicle: Vehicle, scenario: Scenario, ask: Ask = nobody) -> None:
-        """See the class."""
         self._log = EventLog()
         self._estimator = Estimator(vehicle, scenario)
         self._watch = Watch(self._estimator)

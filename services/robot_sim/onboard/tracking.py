@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from schemas.jit import kernel
+from services.robot_sim.frames import TICK_S
 from services.robot_sim.onboard.way import W_CURVATURE, W_LENGTH, W_SHARPNESS, W_START
 
 Floats = NDArray[np.float64]
@@ -62,7 +63,6 @@ COARSE_TICKS: Final = 4
 
 CREEP_MPS: Final = 0.05
 """Reference speed where the profile says zero but the way is not done: a start from 0, the last centimetres."""
-_TICK_S = 0.01
 _MAX_STEP_M = 0.05  # of progress in a tick
 _HARD_BRAKE_MPS2 = 3.0
 _GAUSS_NEAR = 0.5 - 0.5 / math.sqrt(3.0)
@@ -200,7 +200,7 @@ def track(
     progress[P_ARC] = s
     progress[P_PIECE] = piece
 
-    v, entry = _next_speed(progress[P_SPEED], s, _TICK_S, mode, speeds, int(progress[P_ENTRY]), end, limits)
+    v, entry = _next_speed(progress[P_SPEED], s, TICK_S, mode, speeds, int(progress[P_ENTRY]), end, limits)
     progress[P_SPEED] = v
     progress[P_ENTRY] = entry
     now[LATERAL] = lateral
@@ -209,7 +209,7 @@ def track(
     now[REFERENCE_SPEED] = sense * v
 
     for i in range(ahead.shape[0]):
-        h = _TICK_S if i < limits[L_FINE] else COARSE_TICKS * _TICK_S
+        h = TICK_S if i < limits[L_FINE] else COARSE_TICKS * TICK_S
         v_next, entry = _next_speed(v, s, h, mode, speeds, entry, end, limits)
         mean = 0.5 * (v + v_next)
         ahead[i, A_SPEED] = sense * mean

@@ -13,7 +13,6 @@ the robot ordered because of its pose ends by itself; one that a person, the los
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 from schemas.errors import CommandRefused
@@ -29,6 +28,7 @@ from services.robot_sim.onboard.hazards import Hazards
 from services.robot_sim.onboard.job import Job
 from services.robot_sim.onboard.safety import Watch
 from services.robot_sim.onboard.trajectory import load_trajectory
+from services.robot_sim.onboard.tries import MAX_TRIES, Tries
 
 IDLE, READY, RUNNING = TraversalStatus.IDLE, TraversalStatus.READY, TraversalStatus.RUNNING
 PAUSED, DONE = TraversalStatus.PAUSED, TraversalStatus.DONE
@@ -44,9 +44,6 @@ NAMES = {
 }
 
 MAX_RESUME_DISTANCE_M = 0.5
-MAX_TRIES = 3
-"""Automatic resumes from about the same place before the operator is asked."""
-SAME_PLACE_M = 1.0
 
 
 class Traversal:
@@ -76,8 +73,7 @@ class Traversal:
         self.reason = ""
         self.job: Job | None = None
         self._automatic = False  # the pause was ordered by the robot and ends by itself
-        self._tries = 0
-        self._tried_at_m = -math.inf
+        self._tries = Tries()
         self._before_estop = IDLE
         self._time_s = 0.0
         self._elapsed_s = 0.0
@@ -106,7 +102,7 @@ class Traversal:
         self.job, self._hazards.fence = job, fence
         self._elapsed_s = resume.elapsed_s if resume is not None else 0.0
         self._fallbacks_before = resume.follower_fallbacks if resume is not None else 0
-        self._tries, self._tried_at_m = 0, -math.inf
+        self._tries = Tries()
         self._become(READY, "")
         return plan.total_time_s
 
@@ -145,7 +141,7 @@ class Traversal:
             distance = job.locate() if job.standing else 0.0
             if distance > MAX_RESUME_DISTANCE_M:
                 raise CommandRefused(f"cannot resume: the robot stands {distance:.2f} m beside its path")
-        self._tries = 0
+        self._tries.forgive()
         self._go_on(job)
 
     def abort(self) -> None:
@@ -202,10 +198,8 @@ class Traversal:
         state = self._before_estop if self.state == ESTOPPED else self.state
         if self.job is None or state not in (RUNNING, PAUSED):
             return None
-        leg, arc_length_m, owed_from_m = self.job.place
-        return Checkpoint(
-            leg, arc_length_m, owed_from_m, round(self._time_s / TICK_S), self._elapsed_s, self._fallbacks
-        )
+        tick = round(self._time_s / TICK_S)
+        return Checkpoint(*self.job.place, tick, self._elapsed_s, self._fallbacks)
 
     @property
     def _fallbacks(self) -> int:
@@ -273,10 +267,7 @@ class Traversal:
             self._automatic = False
             self._become(PAUSED, f"the robot stands {distance:.2f} m beside its path", ERROR)
             return
-        place = job.next_paint_m
-        self._tries = self._tries + 1 if abs(place - self._tried_at_m) < SAME_PLACE_M else 1
-        self._tried_at_m = place
-        if self._tries > MAX_TRIES:
+        if not self._tries.another(job.next_paint_m):
             self._automatic = False
             self._become(PAUSED, f"gave up after {MAX_TRIES} tries: {self.reason}", ERROR)
             return

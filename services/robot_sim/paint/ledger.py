@@ -71,7 +71,6 @@ class PaintLedger:
     """
 
     def __init__(self, targets: Sequence[Target], line_width_m: float, spray_width_m: float) -> None:
-        """See the class."""
         self.targets = list(targets)
         self.ids = tuple(target.id for target in self.targets)
         self.line_width_m, self.spray_width_m = line_width_m, spray_width_m
@@ -178,8 +177,8 @@ class PaintLedger:
         Only where they lie and how wide is taken from them: which line they belong to is found out anew.
 
         Args:
-            rows: See there.
-            sent: The other one's: from there on, `take_marks` gives them once more.
+            rows: What the other ledger's `rows` gave.
+            sent: Point from which the other ledger's next batch of marks would have begun: `take_marks` goes on there.
         """
         trace: Floats = np.zeros(body.TRACE_SHAPE)
         begins = rows[:, p.POINT_TARGET] == p.STROKE_BEGINS

@@ -52,15 +52,15 @@ def sense(
         tick: Onboard tick.
         sensor: (fast.STATE_SIZE,) state of the 100 Hz sensors.
         p: (fast.PARAMETER_SIZE,) their figures.
-        steel: As of `fast.measure`, with `steel_vertices`.
-        steel_vertices: See `steel`.
+        steel: (n, places.COLUMNS) magnetic places: field [T], reach [m].
+        steel_vertices: (m, 2) their outlines [m].
         history: (transport.HISTORY, fast.READINGS) what was measured, by tick.
         schedule: (3, transport.HISTORY) what arrives when.
         gnss: (receiver.STATE_SIZE,) state of the receiver.
         r: (receiver.PARAMETERS,) its figures.
         frame: The map's tangent plane.
-        sky: As of `receiver.take`, with `sky_vertices`.
-        sky_vertices: See `sky`.
+        sky: (n, places.COLUMNS) obstructions: best solution, margin [m], noise factor.
+        sky_vertices: (m, 2) their outlines [m].
         pending: (transport.PENDING, 1 + receiver.COLUMNS) reports under way.
         counts: (1,) how many.
         readings: (fast.READINGS,) what the computer has of the 100 Hz sensors, updated.

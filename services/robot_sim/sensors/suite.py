@@ -42,7 +42,6 @@ class Sensors:
     """
 
     def __init__(self, vehicle: Vehicle, scenario: Scenario) -> None:
-        """See the class."""
         scenario = scenario.effective()
         self._seed = scenario.seed
         self._battery_wh = vehicle.battery_wh

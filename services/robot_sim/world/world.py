@@ -43,7 +43,6 @@ class World:
     """
 
     def __init__(self, vehicle: Vehicle, scenario: Scenario) -> None:
-        """See the class."""
         self.state: NDArray[np.float64] = np.zeros(body.STATE_SIZE)
         self.trace: NDArray[np.float64] = np.zeros(body.TRACE_SHAPE)
         self.parameters = constants(vehicle, scenario.effective())

@@ -13,8 +13,8 @@ from schemas.messages import PlanOptions
 from schemas.template import Template
 from schemas.vehicle import Vehicle
 from services.planner.plan import plan
-from services.planner.plot import plot_plan
-from services.planner.plot_wheels import plot_wheels
+from services.planner.plots.plan import plot_plan
+from services.planner.plots.wheels import plot_wheels
 from services.planner.study import continuity, figures
 from services.planner.study.drive import DPP, OURS, STUDY_CCD
 from services.planner.study.pitch import Pitch, length_rows

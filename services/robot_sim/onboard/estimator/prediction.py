@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from schemas.jit import kernel
+from services.robot_sim.frames import TICK_S
 from services.robot_sim.onboard.estimator.model import (
     ACCEL_BIAS,
     C_GM_DECAY,
@@ -43,7 +44,6 @@ from services.robot_sim.onboard.estimator.model import (
 
 Floats = NDArray[np.float64]
 
-_DT = 0.01
 _TURNS_FOR_S = 1.0
 _SLIP_ANGLE_SHARE = 0.3  # how far the slip angle may be from the assumed one, over a metre's way
 
@@ -55,8 +55,8 @@ def predict(x: Floats, P: Floats, accel: float, z: Floats, c: Floats) -> None:
     Mean speed and yaw rate step first, then the pose integrates them. On a slope gravity pulls across, too: it adds to
     what makes the robot drift, and as the robot turns it comes into the forward accelerometer's bias.
     """
-    x[SPEED] += (accel - x[ACCEL_BIAS]) * _DT
-    turn = x[YAW_RATE] * _DT
+    x[SPEED] += (accel - x[ACCEL_BIAS]) * TICK_S
+    turn = x[YAW_RATE] * TICK_S
     ahead = x[HEADING] + 0.5 * turn
     cos, sin = math.cos(ahead), math.sin(ahead)
     pull = cos * z[IN_RISE_NORTH] - sin * z[IN_RISE_EAST]
@@ -64,7 +64,7 @@ def predict(x: Floats, P: Floats, accel: float, z: Floats, c: Floats) -> None:
     slip_angle = c[C_SIDE_SLIP] * (x[SPEED] * x[YAW_RATE] + math.copysign(pull, x[SPEED]))
     straight = 1.0 - 0.5 * slip_angle * slip_angle
     cos, sin = straight * cos + slip_angle * sin, straight * sin - slip_angle * cos
-    step = x[SPEED] * _DT
+    step = x[SPEED] * TICK_S
     x[EAST] += step * cos
     x[NORTH] += step * sin
     x[HEADING] += turn
@@ -77,22 +77,22 @@ def predict(x: Floats, P: Floats, accel: float, z: Floats, c: Floats) -> None:
 
     # F P Fᵀ for the sparse F, first rows then columns: speed, yaw rate and biases before the pose that uses them.
     for k in range(STATES):
-        P[SPEED, k] -= _DT * P[ACCEL_BIAS, k]
+        P[SPEED, k] -= TICK_S * P[ACCEL_BIAS, k]
     for k in range(STATES):
-        P[k, SPEED] -= _DT * P[k, ACCEL_BIAS]
+        P[k, SPEED] -= TICK_S * P[k, ACCEL_BIAS]
     P[SPEED, SPEED] += c[C_Q_SPEED]
     P[YAW_RATE, YAW_RATE] += c[C_Q_YAW]
-    de_dv, dn_dv = _DT * cos, _DT * sin
+    de_dv, dn_dv = TICK_S * cos, TICK_S * sin
     de_dh, dn_dh = -step * sin, step * cos
-    de_dw, dn_dw = 0.5 * _DT * de_dh, 0.5 * _DT * dn_dh
+    de_dw, dn_dw = 0.5 * TICK_S * de_dh, 0.5 * TICK_S * dn_dh
     for k in range(STATES):
         P[EAST, k] += de_dv * P[SPEED, k] + de_dh * P[HEADING, k] + de_dw * P[YAW_RATE, k]
         P[NORTH, k] += dn_dv * P[SPEED, k] + dn_dh * P[HEADING, k] + dn_dw * P[YAW_RATE, k]
-        P[HEADING, k] += _DT * P[YAW_RATE, k]
+        P[HEADING, k] += TICK_S * P[YAW_RATE, k]
     for k in range(STATES):
         P[k, EAST] += de_dv * P[k, SPEED] + de_dh * P[k, HEADING] + de_dw * P[k, YAW_RATE]
         P[k, NORTH] += dn_dv * P[k, SPEED] + dn_dh * P[k, HEADING] + dn_dw * P[k, YAW_RATE]
-        P[k, HEADING] += _DT * P[k, YAW_RATE]
+        P[k, HEADING] += TICK_S * P[k, YAW_RATE]
     _decay(P, LEFT_SLIP, c[C_SLIP_DECAY], c[C_SLIP_VAR])
     _decay(P, RIGHT_SLIP, c[C_SLIP_DECAY], c[C_SLIP_VAR])
     _decay(P, MAG_BIAS, c[C_MAG_DECAY], c[C_MAG_VAR])

@@ -126,8 +126,8 @@ def _parameters(vehicle: Vehicle) -> NDArray[np.float64]:
     p[k.M_W_SPEED] = SPEED_SCALE_MPS**-2
     p[k.M_W_MOVE] = MOVE_SCALE_RADPS**-2
     p[k.M_W_TERMINAL] = TERMINAL_FACTOR
-    p[k.M_DISTURBANCE_GAIN] = 0.01 / DISTURBANCE_TIME_S
-    p[k.M_DRIFT_GAIN] = 0.01 / DRIFT_TIME_S
+    p[k.M_DISTURBANCE_GAIN] = TICK_S / DISTURBANCE_TIME_S
+    p[k.M_DRIFT_GAIN] = TICK_S / DRIFT_TIME_S
     p[k.M_LEAD] = lead_ticks(vehicle)
     p[k.M_SIDE_SLIP] = vehicle.side_slip_rad_per_mps2
     return p

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from schemas.jit import kernel
+from services.robot_sim.frames import TICK_S
 from services.robot_sim.onboard.tracking import (
     A_SPEED,
     A_YAW_RATE,
@@ -63,7 +64,6 @@ D_VALID: Final = 7
 D_ADDED: Final = 8  # what was added to the feed-forward of the left and right wheel in the last tick
 MEMORY: Final = 10
 
-_TICK_S = 0.01
 _STATES = 4  # lateral error, heading error, speed, yaw rate
 _SPEED_LIMIT_MPS = 0.3  # of the disturbances
 _YAW_LIMIT_RADPS = 0.5
@@ -82,7 +82,7 @@ def _observe(now: Floats, p: Floats, memory: Floats) -> None:
     """Learn what the model misses: the offset-free part of the MPC."""
     v, w = now[SPEED], now[YAW_RATE]
     if memory[D_VALID] > 0.0:
-        stay = math.exp(-_TICK_S / p[M_LAG])
+        stay = math.exp(-TICK_S / p[M_LAG])
         left = now[LEFT_COMMAND] * now[LEFT_RADIUS]
         right = now[RIGHT_COMMAND] * now[RIGHT_RADIUS]
         v_then, w_then = memory[D_LAST], memory[D_LAST + 1]
@@ -91,8 +91,8 @@ def _observe(now: Floats, p: Floats, memory: Floats) -> None:
         gain = p[M_DISTURBANCE_GAIN] / (1.0 - stay)
         memory[D_SPEED] = _bound(memory[D_SPEED] + gain * (v - v_model), _SPEED_LIMIT_MPS)
         memory[D_YAW_RATE] = _bound(memory[D_YAW_RATE] + gain * (w - w_model), _YAW_LIMIT_RADPS)
-        expected = memory[D_LAST + 2] + _TICK_S * (v * math.sin(memory[D_LAST + 3]) - p[M_SIDE_SLIP] * v * v * w)
-        drift = (now[LATERAL] - expected) / _TICK_S
+        expected = memory[D_LAST + 2] + TICK_S * (v * math.sin(memory[D_LAST + 3]) - p[M_SIDE_SLIP] * v * v * w)
+        drift = (now[LATERAL] - expected) / TICK_S
         memory[D_DRIFT] = _bound(memory[D_DRIFT] + p[M_DRIFT_GAIN] * (drift - memory[D_DRIFT]), _DRIFT_LIMIT_MPS)
     memory[D_LAST], memory[D_LAST + 1] = v, w
     memory[D_LAST + 2], memory[D_LAST + 3] = now[LATERAL], now[HEADING_ERROR]
@@ -103,8 +103,8 @@ def _observe(now: Floats, p: Floats, memory: Floats) -> None:
 def _roll_out(now: Floats, ahead: Floats, ticks: NDArray[np.int64], p: Floats, memory: Floats, nominal: Floats) -> None:
     """Where the feed-forward alone would lead, tick by tick: fine enough to see every arc of the path."""
     lag, lead = p[M_LAG], int(p[M_LEAD])
-    stay = math.exp(-_TICK_S / lag)
-    settle = lag * (1.0 - stay) / _TICK_S  # share of the old value in the tick's mean
+    stay = math.exp(-TICK_S / lag)
+    settle = lag * (1.0 - stay) / TICK_S  # share of the old value in the tick's mean
     push, twist = memory[D_SPEED], memory[D_YAW_RATE]
     drift = memory[D_DRIFT]
     lateral, heading, speed, yaw_rate = now[LATERAL], now[HEADING_ERROR], now[SPEED], now[YAW_RATE]
@@ -122,8 +122,8 @@ def _roll_out(now: Floats, ahead: Floats, ticks: NDArray[np.int64], p: Floats, m
             w_mean = w_c + settle * (yaw_rate - w_c)
             drift = memory[D_DRIFT] - p[M_SIDE_SLIP] * v_ref * v_ref * w_ref
             kappa = w_ref / v_ref if abs(v_ref) > _CREEP_MPS else 0.0
-            change = (w_mean - w_ref - kappa * (v_mean - v_ref)) * _TICK_S
-            lateral += (v_ref * (heading + 0.5 * change) + drift) * _TICK_S
+            change = (w_mean - w_ref - kappa * (v_mean - v_ref)) * TICK_S
+            lateral += (v_ref * (heading + 0.5 * change) + drift) * TICK_S
             heading += change
             speed = v_c + stay * (speed - v_c)
             yaw_rate = w_c + stay * (yaw_rate - w_c)
@@ -186,7 +186,7 @@ def build(
     row = np.zeros(size)
     reach = p[M_REACH]
     for j in range(steps):
-        h, kappa, travel = ticks[j] * _TICK_S, nominal[j, N_CURVATURE], nominal[j, N_TRAVEL]
+        h, kappa, travel = ticks[j] * TICK_S, nominal[j, N_CURVATURE], nominal[j, N_TRAVEL]
         stay = math.exp(-h / lag)
         once = lag * (1.0 - stay)  # ∫ of the decaying part
         once_in = h - once

@@ -12,8 +12,8 @@ from schemas.vehicle import Vehicle
 from services.planner.clothoid import Floats, PiecePath
 from services.planner.offset import Stroke
 from services.planner.plan import Plan
-from services.planner.plot_along import PAINTED_PT, QUANTITIES, WAY_PT, draw_along
-from services.planner.plot_style import INK, plan_style, save
+from services.planner.plots.along import PAINTED_PT, QUANTITIES, WAY_PT, draw_along
+from services.planner.plots.style import INK, plan_style, save
 from services.planner.route import RUN_IN, RUN_OUT
 
 if TYPE_CHECKING:

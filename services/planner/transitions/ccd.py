@@ -3,9 +3,9 @@
 import math
 
 from services.planner.clothoid import Piece, Pose
-from services.planner.method import CurveEnd, through_straights
-from services.planner.turns import ContinuousTurn
-from services.planner.words import shortest_word
+from services.planner.transitions.method import CurveEnd, through_straights
+from services.planner.transitions.turns import ContinuousTurn
+from services.planner.transitions.words import shortest_word
 
 
 class ContinuousDubins:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from schemas.template import Template
 from schemas.vehicle import Vehicle
 from services.planner.plan import Plan
-from services.planner.plot_style import INK, plan_style, save
+from services.planner.plots.style import INK, plan_style, save
 from services.planner.wheels import wheel_series
 
 if TYPE_CHECKING:

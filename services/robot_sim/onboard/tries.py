@@ -1,0 +1,27 @@
+"""How often the robot goes on by itself before it asks its operator."""
+
+from __future__ import annotations
+
+import math
+
+MAX_TRIES = 3
+"""From about the same place."""
+SAME_PLACE_M = 1.0
+
+
+class Tries:
+    """The times in a row that the robot went on by itself from one place."""
+
+    def __init__(self) -> None:
+        """None yet."""
+        self._count, self._place_m = 0, -math.inf
+
+    def another(self, place_m: float) -> bool:
+        """Count one at this arc length [m]; False if that is one too many."""
+        self._count = self._count + 1 if abs(place_m - self._place_m) < SAME_PLACE_M else 1
+        self._place_m = place_m
+        return self._count <= MAX_TRIES
+
+    def forgive(self) -> None:
+        """The operator has looked: count anew."""
+        self._count = 0
