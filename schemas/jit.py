@@ -10,6 +10,7 @@ cache's folder is named after the text of all files beside kernels: whatever cha
 import hashlib
 import os
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -50,4 +51,16 @@ def kernel(function: Callable[..., Any]) -> Any:
     compiled: Any = numba.njit(cache=True, error_model="numpy")(function)
     by_types = compiled.get_call_template
     compiled.get_call_template = lambda args, kws: by_types(tuple(map(types.unliteral, args)), kws)
+    _save_if_possible(compiled._cache)
     return compiled
+
+
+def _save_if_possible(cache: Any) -> None:
+    """A full disk costs the next start its time, not this one its kernel."""
+    save = cache.save_overload
+
+    def save_overload(*what: Any) -> None:
+        with suppress(OSError):
+            save(*what)
+
+    cache.save_overload = save_overload
