@@ -8,7 +8,7 @@ import typer
 
 from schemas.errors import SpecError
 from schemas.messages import PlanOptions
-from schemas.scenario import Follower, Noise, Scenario
+from schemas.scenario import MAX_SEED, Follower, Noise, Scenario
 from schemas.spec import parse, read_text
 
 Method = Literal["g2", "ccd", "dubins-padded"]
@@ -94,7 +94,7 @@ class ScenarioChoice:
     ] = None
     seed: Annotated[
         int | None,
-        typer.Option(help="Seed of every noise: the same seed gives the same session; default 1.", min=0),
+        typer.Option(help="Seed of every noise: the same seed gives the same session; default 1.", min=0, max=MAX_SEED),
     ] = None
     follower: Annotated[Follower | None, typer.Option(help="What steers the robot along the path; default mpc.")] = None
     noise: Annotated[Noise | None, typer.Option(help="Sensor and actuator noise; default: on.")] = None

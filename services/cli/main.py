@@ -1,5 +1,6 @@
 """The command's entry: every subcommand, and how its errors reach a person."""
 
+import io
 import sys
 
 import typer
@@ -41,13 +42,23 @@ recordings.register(app)
 picture.register(app)
 
 
-def main() -> None:
-    """Run the command; what a person can mend is told in one line, without a traceback."""
+def run_command() -> int:
+    """Run the command; what a person can mend is told in one line, without a traceback.
+
+    Returns:
+        The exit code.
+
+    Raises:
+        KeyboardInterrupt: It was interrupted before or after the work of a subcommand.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # where the locale has no ² or ·, a question mark will do
     try:
         app()
     except TouchlineError as error:
         sys.stderr.write(f"error: {error}\n")
-        sys.exit(ExitCode.UNUSABLE)
-    except KeyboardInterrupt:
-        sys.stderr.write("interrupted\n")
-        sys.exit(ExitCode.INTERRUPTED)
+        return ExitCode.UNUSABLE
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else ExitCode.OK
+    return ExitCode.OK
