@@ -243,17 +243,6 @@ def test_services_end_with_a_killed_supervisor(bus_config: BusConfig, tmp_path: 
         wait_until(lambda: (presence.poll(), presence.alive())[1] == {"bystander"})
 
 
-def test_ctrl_c_ends_the_system_while_it_compiles(tmp_path: Path, bus_config: BusConfig, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
-    log = tmp_path / "up.log"
-    up = start_touchline("up", config=bus_config, log=log)
-    wait_until(lambda: "compiling" in log.read_text(), 60.0)
-    up.send_signal(signal.SIGINT)
-    assert up.wait(20) == 0
-    assert "is up" not in log.read_text()
-
-
 def test_ctrl_c_ends_a_run_in_order(tmp_path: Path, bus_config: BusConfig, monkeypatch):
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     recording, log = tmp_path / "run.mcap", tmp_path / "run.log"
