@@ -2,12 +2,15 @@
 
 import io
 import sys
+from typing import Annotated
 
 import typer
 
 from schemas.errors import TouchlineError
 from services.cli import (
+    compare,
     demo,
+    orders,
     picture,
     plan,
     recordings,
@@ -25,6 +28,7 @@ app = typer.Typer(
     name="touchline",
     help="Plan, drive and paint sports-field line markings with an emulated line-marking robot.",
     no_args_is_help=True,
+    invoke_without_command=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
@@ -38,8 +42,22 @@ templates.register(app)
 study.register(app)
 system.register(app)
 services.register(app)
+orders.register(app)
 recordings.register(app)
+compare.register(app)
 picture.register(app)
+
+
+@app.callback()
+def touchline(
+    version: Annotated[bool, typer.Option("--version", help="Print the version and leave.", is_eager=True)] = False,
+) -> None:
+    """Plan, drive and paint sports-field line markings with an emulated line-marking robot."""
+    if version:
+        from importlib.metadata import version as version_of
+
+        typer.echo(f"touchline {version_of('touchline')}")
+        raise typer.Exit
 
 
 def run_command() -> int:
