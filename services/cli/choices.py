@@ -82,6 +82,16 @@ class PlanChoice:
         )
 
 
+def check_follower(scenario: Scenario) -> None:
+    """Refuse an external follower where there is no bus by which it could be asked.
+
+    Raises:
+        SpecError: The scenario wants one.
+    """
+    if scenario.follower == "external":
+        raise SpecError("scenario", "follower", "is 'external'", "use `touchline run` or `up`, whose bus it can join")
+
+
 @dataclass(frozen=True)
 class ScenarioChoice:
     """The robot and its world: a file, and what is said instead of its own."""

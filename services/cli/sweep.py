@@ -15,7 +15,7 @@ from schemas.catalogue import shipped_templates
 from schemas.errors import SpecError
 from schemas.scenario import Scenario
 from schemas.spec import read_text
-from services.cli.choices import PlanChoice, ScenarioChoice
+from services.cli.choices import PlanChoice, ScenarioChoice, check_follower
 from services.cli.display import progress_bar, stderr
 from services.cli.options import ExitCode, JsonOption, ReportOption
 from services.writing import check_writable, write_json
@@ -82,6 +82,8 @@ def sweep(
     check_writable(report, csv)
     painted, scenario = _subject(subject, template)
     cases = all_cases(painted, scenario, PlanChoice().options(), parse_settings(settings or []))
+    for case in cases:
+        check_follower(case.scenario)
     runs: list[Run] = []
     interrupted = False
     with progress_bar("Touchline") as advance:

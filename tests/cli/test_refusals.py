@@ -36,6 +36,8 @@ def touchline(monkeypatch, capsys):
         (("picture", "/no/such.mcap", "--out", "x.gif"), "--out ends in '.gif'"),
         (("simulate", "study-square", "--seed", str(2**63)), "--seed"),
         (("up", "--speed", "fast"), "--speed"),
+        (("simulate", "study-square", "--follower", "external"), "use `touchline run` or `up`"),
+        (("sweep", "study-square", "--set", "follower=mpc,external"), "use `touchline run` or `up`"),
         (("tui",), "needs a terminal"),
     ],
 )
