@@ -12,6 +12,7 @@ from services.planner import ways
 from tests.tui import scenes
 from tests.tui.console import console, last, plain, until
 from tests.tui.scenes import received
+from tui import format
 from tui.dialogs import PlanDialog, TemplateDialog, Tick
 from tui.event_log import ERROR, INFO
 from tui.map_view import MapView
@@ -104,6 +105,18 @@ async def test_a_plan_can_be_loaded_to_go_on_after_a_crash(template: Template) -
         command.callback()
         await until(pilot, lambda: link.asked)
         assert link.asked[0][1].resume
+
+
+async def test_the_paint_of_a_plan_is_as_long_as_the_template(template: Template) -> None:
+    """Not as the axle's way beside it, which on arcs is another."""
+    async with console(*scenes.up()) as (app, link, pilot):
+        app.operator.choose(template, template.model_dump_json())
+        response = scenes.plan_response(template)
+        report = response.report.model_copy(update={"paint_length_m": 1.0})
+        link.answers[topics.PLAN_SERVICE.name] = response.model_copy(update={"report": report})
+        await pilot.press("p", "enter")
+        await until(pilot, lambda: app.state.path is not None)
+        await until(pilot, lambda: f"paint    {format.length(template.length_m)} in" in plain(app, StatusPanel))
 
 
 async def test_progress_is_shown_while_planning(template: Template) -> None:
