@@ -152,9 +152,9 @@ class FenceLimits(Spec):
 class Pose2(Spec):
     """Position (m) and heading (rad) in the map frame."""
 
-    x_m: float
-    y_m: float
-    heading_rad: float
+    x_m: Coordinate
+    y_m: Coordinate
+    heading_rad: Annotated[float, Field(ge=-7, le=7)]
 
 
 class Origin(Spec):

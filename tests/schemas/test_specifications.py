@@ -78,6 +78,11 @@ def test_bad_template(text: str, field: str, says: str):
         ({"seed": 1.5}, "seed", "is 1.5; give a whole number"),
         ({"seed": 2**63}, "seed", "give at most 9223372036854775807"),
         ({"follower": "lqr"}, "follower", "is 'lqr'; give 'mpc', 'pure-pursuit' or 'external'"),
+        (
+            {"start": {"x_m": 0, "y_m": 0, "heading_rad": 90}},
+            "start.heading_rad",
+            "is 90; give at most 7 rad (in radians, not degrees)",
+        ),
         ({"link_timeout_s": 0}, "link_timeout_s", "is 0; give more than 0 s"),
         ({"faults": [{"start_s": 3}]}, "faults[0].kind", "is missing"),
         (
