@@ -20,7 +20,7 @@ def main() -> None:
     heard = [number for number in _ENDS if signal.getsignal(number) is not signal.SIG_IGN]  # as under nohup
     for number in heard:
         signal.signal(number, lambda number, frame: _leave(number))  # an exception could get lost in an import
-    from services.cli.main import run_command
+    from services.cli.commands import run_command
 
     for number in heard:
         signal.signal(number, end)
@@ -28,6 +28,10 @@ def main() -> None:
         code = run_command()
     except KeyboardInterrupt:
         code = 128 + signal.SIGINT
+    except Exception:
+        if not told:
+            raise
+        code = 128 + signal.SIGINT  # Numba trips over itself when it is interrupted while it compiles
     if told and code == 128 + signal.SIGINT:
         _leave(told[-1])
     sys.exit(code)

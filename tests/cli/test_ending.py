@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 
 from services.lifecycle import Stop, until_stopped
 from services.local import LocalSystem
@@ -29,3 +31,26 @@ def test_waiting_for_services_that_compile_can_be_ended():
     system = LocalSystem(Silent(), None, None)
     assert system.wait_until_ready(print, lambda: not asked.append(1)) is False
     assert len(asked) == 1
+
+
+TRIPPING = """
+import os, signal
+import services.cli
+from services.cli import commands
+
+def tripping():
+    try:
+        os.kill(os.getpid(), signal.SIGTERM)
+        while True:
+            pass
+    except KeyboardInterrupt:
+        raise RuntimeError("no compiled object yet") from None
+
+commands.run_command = tripping
+services.cli.main()
+"""
+
+
+def test_what_trips_over_an_interruption_is_interrupted():
+    done = subprocess.run([sys.executable, "-c", TRIPPING], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (143, "interrupted\n")

@@ -9,7 +9,7 @@ import pytest
 from schemas import messages as m
 from schemas import topics
 from services.bus import Bus
-from services.cli.main import run_command
+from services.cli.commands import run_command
 
 
 @pytest.fixture

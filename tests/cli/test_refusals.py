@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from schemas.errors import SpecError
-from services.cli.main import run_command
+from services.cli.commands import run_command
 from services.writing import write_text
 
 SEGMENT = {"id": "a", "line": {"start": [0, 0], "end": [5, 0]}}
