@@ -55,8 +55,8 @@ def template_text(name_or_path: str, parameters: Mapping[str, float | bool | str
         names = ", ".join(FIELDS)
         raise SpecError(name_or_path, "", "is neither a shipped template nor a file", f"give a path or one of: {names}")
     if parameters:
-        problem = "has no parameters"
-        raise SpecError(path.name, next(iter(parameters)), problem, "set parameters of shipped templates only")
+        problem = f"has no parameters, so {next(iter(parameters))} cannot be set"
+        raise SpecError(path.name, "", problem, "change the file, or name a shipped template")
     return read_text(path), path.name
 
 

@@ -11,11 +11,13 @@ import gc
 import hashlib
 import os
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numba
 from numba.core import types
+from numba.core.caching import FunctionCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Flags, compile_extra
 from numba.core.compiler_lock import global_compiler_lock
@@ -51,6 +53,14 @@ _settings.CACHE_DIR = str(Path(_settings.CACHE_DIR or _cache_folder()) / _finger
 _OBJECTS = 100_000
 
 
+class _Cache(FunctionCache):
+    """Compiled code on disk. A full disk costs the next start its time, not this one its kernel."""
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        with suppress(OSError):
+            super().save_overload(sig, data)  # type: ignore[no-untyped-call]
+
+
 class _Part(JITCodeLibrary):
     """Code that callers link into theirs: they make the machine code. They get faster if it is optimised before."""
 
@@ -69,7 +79,7 @@ class Kernel(CPUDispatcher):
     def __init__(self, function: Callable[..., Any]) -> None:
         """Nothing is compiled before the first call."""
         super().__init__(function, targetoptions={"nopython": True, "error_model": "numpy"})
-        self.enable_caching()
+        self._cache: Any = _Cache(function)  # type: ignore[no-untyped-call]
         self._parts: dict[tuple[Any, ...], Any] = {}
 
     def compile(self, sig: Any) -> Any:

@@ -10,6 +10,7 @@ from schemas.vehicle import NotNegative, Positive
 
 Follower = Literal["mpc", "pure-pursuit", "external"]
 Noise = Literal["default", "none"]
+MAX_SEED = 2**63 - 1
 Coordinate = Annotated[float, Field(ge=-10000, le=10000)]
 
 
@@ -151,9 +152,9 @@ class FenceLimits(Spec):
 class Pose2(Spec):
     """Position (m) and heading (rad) in the map frame."""
 
-    x_m: float
-    y_m: float
-    heading_rad: float
+    x_m: Coordinate
+    y_m: Coordinate
+    heading_rad: Annotated[float, Field(ge=-7, le=7)]
 
 
 class Origin(Spec):
@@ -168,7 +169,7 @@ class Scenario(Spec):
     """One emulated session."""
 
     name: str = "default"
-    seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = 1
+    seed: Annotated[int, Field(ge=0, le=MAX_SEED)] = 1
     follower: Follower = "mpc"
     noise: Noise = "default"
     gnss: GnssNoise = GnssNoise()

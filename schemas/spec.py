@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from schemas.errors import SpecError
+from schemas.remedies import told
 
 S = TypeVar("S", bound=BaseModel)
 
@@ -30,7 +31,7 @@ def read_text(path: Path) -> str:
     try:
         if path.stat().st_size > MAX_SPEC_BYTES:
             raise SpecError(path.name, "", f"has {path.stat().st_size:,} bytes", f"give at most {MAX_SPEC_BYTES:,}")
-        return path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8-sig")  # some editors begin a file with a mark
     except OSError as error:
         raise SpecError(
             str(path), "", f"cannot be read ({error.strerror})", "give the path of a readable file"
@@ -52,8 +53,10 @@ def parse(kind: type[S], text: str, source: str) -> S:
     except json.JSONDecodeError as error:
         place = f"line {error.lineno}, column {error.colno}"
         raise SpecError(source, place, f"is not JSON ({error.msg})", "mend the JSON there") from error
-    except ValueError as error:
+    except _RepeatedKey as error:
         raise SpecError(source, "", f"is not usable JSON ({error})", "name every key once") from error
+    except ValueError as error:  # of the interpreter's own limit
+        raise SpecError(source, "", "has a number of thousands of digits", "give a number within range") from error
     if not isinstance(data, dict):
         raise SpecError(source, "", f"is a JSON {_json_name(data)}", "give a JSON object")
     try:
@@ -62,11 +65,15 @@ def parse(kind: type[S], text: str, source: str) -> S:
         raise first_problem(error, source, data) from error
 
 
+class _RepeatedKey(ValueError):
+    """An object names a key twice."""
+
+
 def _unique_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     keys = [key for key, _ in pairs]
     repeated = sorted({key for key in keys if keys.count(key) > 1}) if len(set(keys)) < len(keys) else []
     if repeated:
-        raise ValueError(f"key {repeated[0]!r} is given twice")
+        raise _RepeatedKey(f"key {repeated[0]!r} is given twice")
     return dict(pairs)
 
 
@@ -126,6 +133,16 @@ def first_problem(error: ValidationError, source: str, data: Any) -> SpecError:
         return SpecError(source, field, f"is a JSON {_json_name(given)}", f"give {form}{others}")
     if isinstance(given, float) and not math.isfinite(given):
         return SpecError(source, field, f"is {given}", f"give a finite number{others}")
+    if first["type"].startswith("union_tag_"):
+        name = first["ctx"]["discriminator"].strip("'")
+        field = f"{field}.{name}" if field else name
+        if first["type"] == "union_tag_not_found":
+            return SpecError(source, field, "is missing", f"add it{others}")
+        tags = first["ctx"]["expected_tags"].replace("'", "")
+        return SpecError(source, field, f"is {first['ctx']['tag']!r}", f"give one of {tags}{others}")
+    if found := told(first["type"], first["loc"], given, first.get("ctx", {})):
+        problem, remedy = found
+        return SpecError(source, field, problem if len(problem) < 80 else "is not allowed", f"{remedy}{others}")
     message = first["msg"].removeprefix("Value error, ")
     shown = f"is {given!r}" if isinstance(given, str | int | float | bool) or given is None else "is not allowed"
     return SpecError(source, field, shown if len(shown) < 80 else "is not allowed", f"{message}{others}")

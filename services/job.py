@@ -187,7 +187,7 @@ class Job:
         if response.success:
             figures |= {"messages": response.messages, "bytes": response.bytes, "lost": response.lost}
         else:
-            figures["problem"] = response.message
+            figures["problem"] = response.message or "the bridge does not say why"
         return figures
 
     def _give_up(self, recording: Path | None) -> None:
@@ -211,10 +211,10 @@ class Job:
         wall_s: float,
         recording: dict[str, Any] | None,
     ) -> dict[str, Any]:
-        recorded = recording is None or bool(recording["complete"])
+        lacking = recording["problem"] if recording is not None and not recording["complete"] else ""
         return {
-            "success": report.success and recorded,
-            "reason": status.reason,
+            "success": report.success and not lacking,
+            "reason": status.reason or (lacking and f"the recording is not complete: {lacking}"),
             "plan": plan_figures(plan.report),
             "traversal": traversal_figures(report, wall_s),
             **paint_report(report),

@@ -6,14 +6,19 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
+_SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
+
 
 class Stop:
     """Whether this process has been asked to end."""
 
-    def __init__(self, *, supervised: bool) -> None:
-        """Note the parent, if it is a supervisor that this process must not outlive."""
+    def __init__(self, supervisor: int | None) -> None:
+        """`supervisor` is the process id of the parent, if this process must not outlive it.
+
+        It is the parent that says so: by the time that one looks for it here, it may be gone, and another in its place.
+        """
         self._signalled = False
-        self._parent = os.getppid() if supervised else None
+        self._parent = supervisor
 
     def signal(self, _number: int, _frame: FrameType | None) -> None:
         """Note a signal; the main loop sees it at its next turn."""
@@ -25,10 +30,14 @@ class Stop:
 
 
 @contextmanager
-def until_stopped(*, supervised: bool = False) -> Iterator[Stop]:
-    """Turn SIGTERM and SIGINT into a flag, so that a service closes everything it has open."""
-    stop = Stop(supervised=supervised)
-    previous = {number: signal.signal(number, stop.signal) for number in (signal.SIGTERM, signal.SIGINT)}
+def until_stopped(supervisor: int | None = None) -> Iterator[Stop]:
+    """Turn SIGTERM, SIGINT and a hang-up into a flag, so that a service closes everything it has open.
+
+    It is one, too, that `supervisor`, the process id of the parent, is not the parent any more.
+    """
+    stop = Stop(supervisor)
+    wanted = [number for number in _SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]
+    previous = {number: signal.signal(number, stop.signal) for number in wanted}
     try:
         yield stop
     finally:

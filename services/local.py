@@ -37,8 +37,15 @@ class LocalSystem:
         self.presence.poll()
         return self.supervisor.poll(self.presence)
 
-    def wait_until_ready(self, tell: Callable[[str], None]) -> None:
+    def wait_until_ready(self, tell: Callable[[str], None], enough: Callable[[], bool] = lambda: False) -> bool:
         """Wait until every service answers, passing on what they say they are doing.
+
+        Args:
+            tell: Told what they do.
+            enough: Whether to wait no longer.
+
+        Returns:
+            Whether they all answer.
 
         Raises:
             TouchlineError: One keeps failing, or the wait was too long.
@@ -48,6 +55,8 @@ class LocalSystem:
         said: dict[str, str] = {}
         deadline = time.monotonic() + _START_TIMEOUT_S
         while waiting:
+            if enough():
+                return False
             for notice in self.poll():
                 if notice.kind == "died":
                     tail = self.supervisor.log_tail(notice.node)
@@ -64,6 +73,7 @@ class LocalSystem:
             if time.monotonic() > deadline:
                 raise TouchlineError(f"{', '.join(sorted(waiting))} did not become ready in {_START_TIMEOUT_S:.0f} s")
             time.sleep(0.005)
+        return True
 
 
 @contextmanager

@@ -129,7 +129,7 @@ class Supervisor:
     def _spawn(self, child: Child) -> None:
         with self._log_path(child.node).open("ab") as log:
             child.process = subprocess.Popen(
-                [sys.executable, "-m", "services.cli", *child.arguments, "--supervised"],
+                [sys.executable, "-m", "services.cli", *child.arguments, "--supervisor", str(os.getpid())],
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,

@@ -1,6 +1,7 @@
 """Writing files that a person asked for; what the system has against one is told as can be mended."""
 
 import json
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -27,14 +28,43 @@ def writing(path: Path, kind: str = "path") -> Iterator[None]:
         raise SpecError(str(error.filename or path), "", problem, f"give a writable {kind}") from error
 
 
+def check_writable(*paths: Path | None) -> None:
+    """Refuse what could not be written in the end, before any work is done for it.
+
+    Raises:
+        SpecError: A path is a folder, is in none, or may not be written.
+    """
+    for path in paths:
+        if path is None:
+            continue
+        if path.is_dir():
+            reason = "is a folder"
+        elif not path.parent.is_dir():
+            reason = "there is no such folder"
+        elif not os.access(path if path.exists() else path.parent, os.W_OK):
+            reason = "no permission, or a read-only disk"
+        else:
+            continue
+        raise SpecError(str(path), "", f"cannot be written ({reason})", "give a writable path")
+
+
 def write_text(text: str, path: Path) -> None:
-    """Write ``text`` to ``path``.
+    """Write ``text`` to ``path``: all of it, or the file stays as it was.
 
     Raises:
         SpecError: It cannot be written.
     """
     with writing(path):
-        path.write_text(text, encoding="utf-8")
+        if path.exists() and not path.is_file():  # a pipe, say
+            path.write_text(text, encoding="utf-8")
+            return
+        place = path.resolve()
+        part = place.with_name(f".{place.name}.part")
+        try:
+            part.write_text(text, encoding="utf-8")
+            part.replace(place)
+        finally:
+            part.unlink(missing_ok=True)
 
 
 def write_json(figures: dict[str, Any], path: Path) -> None:

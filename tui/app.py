@@ -10,6 +10,8 @@ from typing import ClassVar, Literal
 from textual.app import App, ComposeResult, SystemCommand
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
+from textual.driver import Driver
+from textual.drivers.linux_driver import LinuxDriver
 from textual.message import Message
 from textual.screen import Screen
 
@@ -20,6 +22,7 @@ from tui import palette, theme
 from tui.autostart import AutoStart
 from tui.dialogs import Chosen, ConfirmDialog, KeysDialog, PlanDialog, TemplateDialog, read_template
 from tui.dispatch import Dispatcher
+from tui.driver import SturdyDriver
 from tui.event_log import ERROR
 from tui.header import HeaderBar
 from tui.key_bar import KeyBar
@@ -172,6 +175,11 @@ class ConsoleApp(App[None]):
     def action_command(self, name: str) -> None:
         """An order without arguments."""
         self.operator.command(name)
+
+    def get_driver_class(self) -> type[Driver]:
+        """The terminal's; one of another kind, such as for a browser, is left as it is."""
+        usual = super().get_driver_class()
+        return SturdyDriver if usual is LinuxDriver else usual
 
     def action_estop(self) -> None:
         """Stop the robot, whatever else is going on."""

@@ -10,7 +10,7 @@ from textual.binding import Binding, BindingType
 from textual.containers import Grid, Horizontal, Vertical
 from textual.content import Content
 from textual.screen import ModalScreen
-from textual.widgets import Button, Input, Label, OptionList, RadioButton, RadioSet, Static
+from textual.widgets import Button, Checkbox, Input, Label, OptionList, RadioButton, RadioSet, Static
 from textual.widgets.option_list import Option
 
 from schemas.catalogue import parse_template, shipped_templates, template_text
@@ -86,16 +86,40 @@ class TemplateDialog(Dialog[Chosen | None]):
             self.dismiss(chosen)
 
 
+class Choice(RadioButton):
+    """A radio button whose mark tells whether it is pressed: colour alone would not."""
+
+    @property
+    def BUTTON_INNER(self) -> str:  # type: ignore[override]  # noqa: N802
+        """The mark."""
+        return "●" if self.value else "○"
+
+
+class Tick(Checkbox):
+    """A box whose mark tells whether it is ticked."""
+
+    @property
+    def BUTTON_INNER(self) -> str:  # type: ignore[override]  # noqa: N802
+        """The mark."""
+        return "■" if self.value else "□"
+
+
 class PlanDialog(Dialog[PlanOptions | None]):
     """Choose how to plan; what is left empty is the vehicle's default."""
 
     FIELDS: ClassVar[dict[str, tuple[str, str]]] = {
-        "paint_speed_mps": ("painting speed  m/s", "paint_speed_mps"),
-        "transit_speed_mps": ("driving speed  m/s", "transit_speed_mps"),
-        "kappa_max_1pm": ("curvature ≤  1/m", "default_kappa_max_1pm"),
-        "sigma_max_1pm2": ("sharpness ≤  1/m²", "default_sigma_max_1pm2"),
+        "paint_speed_mps": ("painting speed  m/s", "{paint_speed_mps:g}"),
+        "transit_speed_mps": ("driving speed  m/s", "{transit_speed_mps:g}"),
+        "kappa_max_1pm": ("curvature ≤  1/m", "g2: by the wheels   others: {default_kappa_max_1pm:g}"),
+        "sigma_max_1pm2": ("sharpness ≤  1/m²", "g2: by the wheels   others: {default_sigma_max_1pm2:g}"),
     }
-    """Option → (label, the vehicle's field that holds its default)."""
+    """Option → (label, what holds if it is left empty, with the vehicle's fields)."""
+    TICKS: ClassVar[dict[str, str]] = {
+        "order": "order as given",
+        "forward_only": "forward only",
+        "return_to_start": "end at the start",
+    }
+    """Options that are on or off."""
 
     def __init__(self, options: PlanOptions, vehicle: Vehicle) -> None:
         """Start from the options used last."""
@@ -109,18 +133,22 @@ class PlanDialog(Dialog[PlanOptions | None]):
             chosen = self._options.method or next(iter(METHODS))
             with RadioSet(id="method"):
                 for name, text in METHODS.items():
-                    yield RadioButton(f"{name}  [dim]{text}[/]", value=name == chosen, name=name)
+                    yield Choice(f"{name}  [dim]{text}[/]", value=name == chosen, name=name)
             with Grid(id="limits"):
                 for field, (label, default) in self.FIELDS.items():
                     value = getattr(self._options, field)
                     yield Label(label)
                     yield Input(
                         f"{value:g}" if value else "",
-                        placeholder=f"{getattr(self._vehicle, default):g}",
+                        placeholder=default.format_map(vars(self._vehicle)),
                         type="number",
                         id=field,
                         compact=True,
                     )
+            with Horizontal(id="ticks"):
+                for field, label in self.TICKS.items():
+                    on = getattr(self._options, field)
+                    yield Tick(label, on == "given" if field == "order" else on, id=field, compact=True)
             yield Static("", id="problem")
             with Horizontal(id="buttons"):
                 yield Button("Plan", variant="primary", id="ok")
@@ -157,7 +185,9 @@ class PlanDialog(Dialog[PlanOptions | None]):
             values[field] = value
         pressed = self.query_one(RadioSet).pressed_button
         method = str(pressed.name) if pressed else ""
-        self.dismiss(PlanOptions(method=method, **values))
+        forward, back = (self.query_one(f"#{field}", Tick).value for field in ("forward_only", "return_to_start"))
+        order = "given" if self.query_one("#order", Tick).value else ""
+        self.dismiss(PlanOptions(method=method, order=order, forward_only=forward, return_to_start=back, **values))
 
 
 class ConfirmDialog(Dialog[bool | None]):

@@ -11,7 +11,7 @@ def number(value: float | None, digits: int = 1, unit: str = "") -> str:
     """A number with fixed digits and its unit."""
     if value is None or not math.isfinite(value):
         return UNKNOWN
-    return f"{value:.{digits}f}{' ' + unit if unit else ''}"
+    return f"{round(value, digits) + 0.0:.{digits}f}{' ' + unit if unit else ''}"  # + 0.0: no -0.0
 
 
 def length(value_m: float | None) -> str:

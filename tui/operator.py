@@ -34,6 +34,9 @@ class Operator:
         self.options = PlanOptions()
         self._sender, self._say, self._session = sender, say, session
         self._orders = 0
+        self._speed_asked: float | None = None
+        self._speed_wanted: float | None = None
+        """Until the answer about the one asked for is here."""
 
     # -- orders ------------------------------------------------------------------------------------------------------
 
@@ -70,20 +73,24 @@ class Operator:
         if self._send(order):
             self.state.plan_request = order.request_id
 
-    def load(self) -> None:
-        """Hand the plan to the robot."""
+    def load(self, *, resume: bool = False) -> None:
+        """Hand the plan to the robot; with `resume`, to go on where it was in it when its process died."""
         if self.state.path is None or self.state.template is None:
             self._say(WARN, "Load: plan a template first (p)")
             return
-        self._send(orders.load(self.state.path.trajectory, self.state.template.text, self._request_id()))
+        self._send(orders.load(self.state.path.trajectory, self.state.template.text, self._request_id(), resume=resume))
 
     def set_speed(self, factor: float) -> None:
-        """Let simulated time pass at a factor of real time."""
-        self._send(orders.set_speed(factor, self._request_id()))
+        """Let simulated time pass at a factor of real time; if another is still being set, then after that."""
+        if self._sender.send(orders.set_speed(factor, self._request_id())):
+            self._speed_asked = factor
+        else:
+            self._speed_wanted = factor
 
     def change_speed(self, steps: int) -> None:
-        """The next faster or slower factor."""
-        self.set_speed(orders.next_speed(self.state.speed_factor, steps))
+        """The next faster or slower factor than the one asked for last, so that no key press is lost."""
+        latest = (self._speed_wanted, self._speed_asked, self.state.speed_factor)
+        self.set_speed(orders.next_speed(next((speed for speed in latest if speed is not None), None), steps))
 
     def _request_id(self) -> str:
         self._orders += 1
@@ -100,6 +107,10 @@ class Operator:
     def done(self, outcome: Outcome) -> bool:
         """Take in what came of an order and say so; False if it was not carried out or its answer makes no sense."""
         title = outcome.order.title
+        if isinstance(outcome.order.request, SetSpeedRequest):
+            wanted, self._speed_asked, self._speed_wanted = self._speed_wanted, None, None
+            if outcome.ok and wanted is not None:
+                self.set_speed(wanted)
         if isinstance(outcome.order.request, PlanRequest):
             self.state.progress = None
         if not outcome.ok:

@@ -20,10 +20,11 @@ from schemas.topics import Service
 SPEEDS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, -1.0)
 """Speed factors on offer; a negative one is as fast as it goes."""
 METHODS = {
-    "ccd": "smooth: curvature-continuous turns",
+    "g2": "quickest: turns by the wheels' limits, reversing too",
+    "ccd": "smooth: one kind of curvature-continuous turn",
     "dubins-padded": "baseline: plain arcs with padding",
 }
-"""Planning methods on offer."""
+"""Planning methods on offer; the first is the planner's own default."""
 
 COMMANDS = {
     "start": ("Start", topics.START),
@@ -93,9 +94,9 @@ def plan(template_json: str, options: PlanOptions, request_id: str) -> Order:
     return Order("plan", "Plan", topics.PLAN_SERVICE, request, PLAN_TIMEOUT_S)
 
 
-def load(trajectory: Trajectory, template_json: str, request_id: str) -> Order:
-    """Load a plan into the robot."""
-    request = LoadRequest(request_id=request_id, trajectory=trajectory, template_json=template_json)
+def load(trajectory: Trajectory, template_json: str, request_id: str, *, resume: bool = False) -> Order:
+    """Load a plan into the robot; with `resume`, to go on where it was in it when its process died."""
+    request = LoadRequest(request_id=request_id, trajectory=trajectory, template_json=template_json, resume=resume)
     return Order("load", "Load", topics.LOAD, request, LOAD_TIMEOUT_S)
 
 

@@ -15,6 +15,8 @@ def commands(app: App[None], hand: Operator) -> Iterator[SystemCommand]:
     yield SystemCommand("Choose template", "A shipped template or a file (t)", partial(app.run_action, "template"))
     yield SystemCommand("Plan", "Plan the path for the template (p)", partial(app.run_action, "plan"))
     yield SystemCommand("Load", "Load the plan into the robot (l)", hand.load)
+    text = "After the robot's process died: go on where it was in this plan"
+    yield SystemCommand("Load and go on", text, partial(hand.load, resume=True))
     yield SystemCommand("Start", "Start painting (s)", partial(hand.command, "start"))
     yield SystemCommand("Pause", "Stop where it is; resume goes on (space)", partial(hand.command, "pause"))
     yield SystemCommand("Resume", "Go on after a pause (space)", partial(hand.command, "resume"))

@@ -137,10 +137,12 @@ def _plan_lines(state: ConsoleState) -> list[Content]:
         lines.append(_row("template", state.template.template.name))
     report = state.path.report if state.path else None
     if report:
+        # The plan's own figure is the axle's way, which on arcs is not the line's length.
+        painted_m = state.template.template.length_m if state.template else report.paint_length_m
         lines += [
             _row(
                 "paint",
-                f"{format.length(report.paint_length_m)}",
+                f"{format.length(painted_m)}",
                 (f" in {report.painted_segments} lines", theme.MUTED),
             ),
             _row("driving", f"{format.length(report.transition_length_m)}", (" between them", theme.MUTED)),

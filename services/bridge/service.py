@@ -192,7 +192,7 @@ def run_service(
     existing: Existing = Existing.RENAME,
     metadata: Mapping[str, str] | None = None,
     ros2: GatewayConfig | None = None,
-    supervised: bool = False,
+    supervisor: int | None = None,
 ) -> RecordingReport | None:
     """Run the bridge until SIGTERM or SIGINT.
 
@@ -202,7 +202,7 @@ def run_service(
         existing: What to do when a recording's file is there already.
         metadata: Facts about the run (scenario, seed), written into every recording.
         ros2: Be a gateway to ROS 2, too.
-        supervised: End when the parent process is gone.
+        supervisor: Process id of the parent, to end with it.
 
     Returns:
         The report of the recording that went on at the end, if any.
@@ -212,7 +212,7 @@ def run_service(
         SpecError: The bus configuration cannot be used.
         TouchlineError: Another bridge is there, or ROS 2 nodes cannot be met where ``ros2`` says.
     """
-    with until_stopped(supervised=supervised) as stop, Bus.open(topics.BRIDGE, config) as bus, ExitStack() as stack:
+    with until_stopped(supervisor) as stop, Bus.open(topics.BRIDGE, config) as bus, ExitStack() as stack:
         bus.claim()
         gateway = Gateway(bus, stack.enter_context(Ros2Session.open(ros2.endpoint)), ros2) if ros2 else None
         service = BridgeService(bus, existing, metadata or {}, gateway)

@@ -70,8 +70,12 @@ class BusConfig:
             try:
                 return zenoh.Config.from_file(str(self.config_file))
             except zenoh.ZError as error:
+                reason = str(error).partition(" at /")[0]  # what follows is a place in Zenoh's own source
                 raise SpecError(
-                    str(self.config_file), "", f"is not a Zenoh configuration ({error})", "mend it"
+                    str(self.config_file),
+                    "",
+                    f"is not a Zenoh configuration ({reason})",
+                    "give a valid one",
                 ) from error
         config = zenoh.Config()
         for key, value in self._settings().items():

@@ -1,5 +1,48 @@
 """The ``touchline`` command."""
 
-from services.cli.main import main
+import os
+import signal
+import sys
+from types import FrameType
+from typing import NoReturn
+
+_ENDS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+def main() -> None:
+    """Run the command, and end it in good order at Ctrl-C, SIGTERM and hang-up, also while it is still being loaded."""
+    told: list[int] = []
+
+    def end(number: int, frame: FrameType | None) -> NoReturn:
+        told.append(number)
+        raise KeyboardInterrupt
+
+    heard = [number for number in _ENDS if signal.getsignal(number) is not signal.SIG_IGN]  # as under nohup
+    for number in heard:
+        signal.signal(number, lambda number, frame: _leave(number))  # an exception could get lost in an import
+    from services.cli.commands import run_command
+
+    for number in heard:
+        signal.signal(number, end)
+    try:
+        code = run_command()
+    except KeyboardInterrupt:
+        code = 128 + signal.SIGINT
+    except Exception:
+        if not told:
+            raise
+        code = 128 + signal.SIGINT  # Numba trips over itself when it is interrupted while it compiles
+    if told and code == 128 + signal.SIGINT:
+        _leave(told[-1])
+    sys.exit(code)
+
+
+def _leave(number: int) -> NoReturn:
+    """End here, all being in order: the interpreter's own way out takes some interruptions for SIGINT unhandled."""
+    sys.stderr.write("interrupted\n")
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(128 + number)
+
 
 __all__ = ["main"]

@@ -1,5 +1,5 @@
 """``python -m services.cli``: how the supervisor executes services with its own interpreter."""
 
-from services.cli.main import main
+from services.cli import main
 
 main()

@@ -8,7 +8,7 @@ import typer
 
 from schemas.errors import SpecError
 from schemas.messages import PlanOptions
-from schemas.scenario import Follower, Noise, Scenario
+from schemas.scenario import MAX_SEED, Follower, Noise, Scenario
 from schemas.spec import parse, read_text
 
 Method = Literal["g2", "ccd", "dubins-padded"]
@@ -82,6 +82,16 @@ class PlanChoice:
         )
 
 
+def check_follower(scenario: Scenario) -> None:
+    """Refuse an external follower where there is no bus by which it could be asked.
+
+    Raises:
+        SpecError: The scenario wants one.
+    """
+    if scenario.follower == "external":
+        raise SpecError("scenario", "follower", "is 'external'", "use `touchline run` or `up`, whose bus it can join")
+
+
 @dataclass(frozen=True)
 class ScenarioChoice:
     """The robot and its world: a file, and what is said instead of its own."""
@@ -94,7 +104,7 @@ class ScenarioChoice:
     ] = None
     seed: Annotated[
         int | None,
-        typer.Option(help="Seed of every noise: the same seed gives the same session; default 1.", min=0),
+        typer.Option(help="Seed of every noise: the same seed gives the same session; default 1.", min=0, max=MAX_SEED),
     ] = None
     follower: Annotated[Follower | None, typer.Option(help="What steers the robot along the path; default mpc.")] = None
     noise: Annotated[Noise | None, typer.Option(help="Sensor and actuator noise; default: on.")] = None

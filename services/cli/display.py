@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
@@ -39,14 +40,14 @@ def progress_bar(title: str) -> Iterator[Advance]:
 def print_event(severity: int, text: str) -> None:
     """One line on standard error."""
     word, style = _SEVERITY[severity]
-    stderr.print(f"[{style}]{word:>8}[/] ", text, sep="", markup=True)
+    stderr.print(f"[{style}]{word:>8}[/] ", escape(text), sep="", markup=True)
 
 
 def print_figures(title: str, figures: Mapping[str, Any]) -> None:
     """A report as a table, a line a figure, named as in its JSON form."""
-    table = Table(title=title, title_justify="left", show_header=False, box=None, padding=(0, 2))
+    table = Table(title=escape(title), title_justify="left", show_header=False, box=None, padding=(0, 2))
     for name, value in _flatten(figures):
-        table.add_row(name, _shown(value))
+        table.add_row(escape(name), escape(_shown(value)))
     Console().print(table)
 
 

@@ -27,8 +27,8 @@ ReportOption = Annotated[
     Path | None, typer.Option("--report", help="Write the figures to this JSON file.", show_default=False)
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")]
-SupervisedOption = Annotated[
-    bool, typer.Option("--supervised", hidden=True, help="End when the parent process is gone.")
+SupervisorOption = Annotated[
+    int | None, typer.Option("--supervisor", hidden=True, help="End when this process is not the parent any more.")
 ]
 
 

@@ -12,21 +12,21 @@ import typer
 from schemas.scenario import Scenario
 from services.cli.display import print_figures
 from services.cli.options import ExitCode, JsonOption, ReportOption, check_plot
-from services.writing import write_json
+from services.writing import check_writable, write_json
 
 
 def deliver(title: str, figures: dict[str, Any], report: Path | None, as_json: bool) -> None:
-    """Write ``figures`` to the file ``report``, if one is given, and print them.
+    """Print ``figures``, and write them to the file ``report``, if one is given.
 
     Raises:
         SpecError: The file cannot be written.
     """
-    if report is not None:
-        write_json(figures, report)
     if as_json:
         typer.echo(json.dumps(figures, indent=2))
     else:
         print_figures(title, figures)
+    if report is not None:
+        write_json(figures, report)
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class OutputChoice:
     """Where to put what comes of a painted job.
 
     Raises:
-        SpecError: The picture is of a kind that cannot be drawn.
+        SpecError: The picture is of a kind that cannot be drawn, or a file could not be written.
     """
 
     record: Annotated[Path | None, typer.Option(help="Record the session to this MCAP file.", show_default=False)] = (
@@ -48,6 +48,7 @@ class OutputChoice:
 
     def __post_init__(self) -> None:
         check_plot(self.plot)
+        check_writable(self.record, self.report, self.plot)
 
     def conclude(self, doing: str, template: str, scenario: Scenario, figures: Mapping[str, Any]) -> None:
         """Deliver the figures of ``doing`` that template; the exit code says whether it went well."""

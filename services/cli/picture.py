@@ -7,6 +7,7 @@ import typer
 
 from services.cli.options import check_plot
 from services.reports import paint_figures
+from services.writing import check_writable
 
 
 def register(app: typer.Typer) -> None:
@@ -22,7 +23,8 @@ def picture(
     from services.painted import read_painted
     from services.picture import draw_painted, painted_caption
 
-    check_plot(out)
+    check_plot(out, "--out")
+    check_writable(out)
     session = read_painted(file)
     caption = painted_caption(paint_figures(session.report)) if session.report else "not finished"
     draw_painted(session.template, session.strokes, out, caption)

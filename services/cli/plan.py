@@ -13,13 +13,13 @@ import typer
 
 from schemas.vehicle import Vehicle
 from services.cli.choices import PlanChoice
-from services.cli.display import progress_bar
+from services.cli.display import progress_bar, stderr
 from services.cli.drawing import DrawingChoice
 from services.cli.groups import with_groups
 from services.cli.options import JsonOption, ReportOption, check_plot
 from services.cli.output import deliver
 from services.reports import plan_figures
-from services.writing import write_text, writing
+from services.writing import check_writable, write_text, writing
 
 
 def register(app: typer.Typer) -> None:
@@ -36,6 +36,7 @@ def first_interrupt() -> Iterator[list[int]]:
     def note(number: int, frame: FrameType | None) -> None:
         told.append(number)
         signal.signal(signal.SIGINT, usual)
+        stderr.print("taking the best order so far; Ctrl-C again stops")
 
     signal.signal(signal.SIGINT, note)
     try:
@@ -82,6 +83,7 @@ def plan(
 
     check_plot(plot)
     check_plot(plot_wheels, "--plot-wheels")
+    check_writable(out, report, plot, plot_wheels)
     options = planning.options()
     begun = time.perf_counter()
     template = drawing.chosen()

@@ -1,6 +1,7 @@
 """``touchline run``: one job from template to report, with real service processes."""
 
 import time
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from schemas.messages import GetPaintRequest, PlanOptions
 from schemas.scenario import Scenario
 from schemas.template import Template
 from schemas.vehicle import Vehicle
+from services.bus import BusConfig
 from services.cli.choices import PlanChoice, ScenarioChoice
 from services.cli.display import Advance, print_event, progress_bar, stderr
 from services.cli.drawing import DrawingChoice
@@ -21,6 +23,7 @@ from services.cli.options import SpeedOption, speed_factor
 from services.cli.output import OutputChoice
 from services.job import Job, JobFailed, JobOptions
 from services.local import LocalSystem, local_system, robot_arguments, severity_of
+from services.runtime import only_one
 
 
 def register(app: typer.Typer) -> None:
@@ -99,7 +102,14 @@ def run_job(
     scenario = scenario.at(template.origin)
     cause = scenario_hash(scenario, Vehicle(), template, options)
     job_options = JobOptions(template.to_json(), options, speed, record, cause)
-    with robot_arguments(scenario) as robot, local_system(robot) as system, progress_bar("Touchline") as advance:
+    # A private bus, so that any number can run at once; but an external follower could not find that.
+    config = BusConfig.from_environment() if scenario.follower == "external" else None
+    with (
+        only_one(config) if config else nullcontext(),
+        robot_arguments(scenario) as robot,
+        local_system(robot, config) as system,
+        progress_bar("Touchline") as advance,
+    ):
         advance(0.0, "Starting the services")
         system.wait_until_ready(stderr.print)
         job = Job(system.bus, job_options, Terminal(system, advance))

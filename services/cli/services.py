@@ -1,15 +1,17 @@
 """``touchline planner|robot-sim|bridge|tui``: each process alone."""
 
 import json
+import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from schemas.errors import TouchlineError
 from services.cli.choices import ScenarioChoice
 from services.cli.drawing import OriginOption, parse_origin
 from services.cli.groups import with_groups
-from services.cli.options import SupervisedOption, speed_factor
+from services.cli.options import SupervisorOption, speed_factor
 from services.cli.ros2 import Ros2Choice
 
 
@@ -21,11 +23,11 @@ def register(app: typer.Typer) -> None:
     app.command("tui")(tui)
 
 
-def planner(supervised: SupervisedOption = False) -> None:
+def planner(supervisor: SupervisorOption = None) -> None:
     """Run the planner: answers plan requests on the bus until Ctrl-C."""
     from services.planner.service import run_service
 
-    run_service(supervised=supervised)
+    run_service(supervisor=supervisor)
 
 
 def robot_sim(
@@ -35,30 +37,32 @@ def robot_sim(
     journal: Annotated[
         Path | None, typer.Option(help="Where to keep what a restart goes on from; default: the user's state folder.")
     ] = None,
-    supervised: SupervisedOption = False,
+    supervisor: SupervisorOption = None,
 ) -> None:
     """Run the emulated robot: waits on the bus for a trajectory and drives it, until Ctrl-C."""
     from services.robot_sim.service import run_service
 
     chosen = robot.chosen().at(None if origin is None else parse_origin(origin, "--origin"))
-    run_service(scenario=chosen, speed=speed_factor(speed), journal=journal, supervised=supervised)
+    run_service(scenario=chosen, speed=speed_factor(speed), journal=journal, supervisor=supervisor)
 
 
 def bridge(
     ros: Ros2Choice,
     record: Annotated[Path | None, typer.Option(help="Record to this MCAP file from the start.")] = None,
-    supervised: SupervisedOption = False,
+    supervisor: SupervisorOption = None,
 ) -> None:
     """Run the bridge, until Ctrl-C: records the bus to MCAP on request, and with --ros2 shows the robot to ROS 2."""
     from services.bridge.service import run_service
 
-    report = run_service(record, ros2=ros.gateway(), supervised=supervised)
+    report = run_service(record, ros2=ros.gateway(), supervisor=supervisor)
     if report is not None:
         typer.echo(json.dumps({"path": str(report.path), "messages": report.messages, "lost": report.lost}))
 
 
 def tui() -> None:
     """Open the operator's console on the bus; services may come and go while it is open."""
+    if not (sys.stdin.isatty() and sys.stdout.isatty()):
+        raise TouchlineError("the console needs a terminal; without one, use `touchline run` and `touchline status`")
     from tui.console import run_console
 
     run_console()

@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from services.cli.choices import PlanChoice, ScenarioChoice
+from services.cli.choices import PlanChoice, ScenarioChoice, check_follower
 from services.cli.display import progress_bar, stderr
 from services.cli.drawing import DrawingChoice
 from services.cli.groups import with_groups
@@ -33,6 +33,7 @@ def simulate(
 
     template = drawing.chosen()
     chosen = robot.chosen().at(template.origin)
+    check_follower(chosen)
     with progress_bar("Touchline") as advance:
         job = Job.prepare(template, planning.options(), advance)
         warm_up(stderr.print, scenario=chosen)

@@ -15,10 +15,10 @@ from schemas.catalogue import shipped_templates
 from schemas.errors import SpecError
 from schemas.scenario import Scenario
 from schemas.spec import read_text
-from services.cli.choices import PlanChoice, ScenarioChoice
+from services.cli.choices import PlanChoice, ScenarioChoice, check_follower
 from services.cli.display import progress_bar, stderr
 from services.cli.options import ExitCode, JsonOption, ReportOption
-from services.writing import write_json
+from services.writing import check_writable, write_json
 
 #: Units are in the names of the JSON report; here they are scaled to what people say.
 _SHOWN = {
@@ -79,8 +79,11 @@ def sweep(
     from services.sweep.summary import summarise, write_csv
     from services.sweep.task import Run, prepare
 
+    check_writable(report, csv)
     painted, scenario = _subject(subject, template)
     cases = all_cases(painted, scenario, PlanChoice().options(), parse_settings(settings or []))
+    for case in cases:
+        check_follower(case.scenario)
     runs: list[Run] = []
     interrupted = False
     with progress_bar("Touchline") as advance:
@@ -107,14 +110,14 @@ def sweep(
         "wall_time_s": wall_s,
         "real_time_factor": sim_s / wall_s,
     }
-    if report is not None:
-        write_json(figures, report)
-    if csv is not None:
-        write_csv(figures, csv)
     if as_json:
         typer.echo(json.dumps(figures, indent=2))
     else:
         _print(figures, len(tasks))
+    if report is not None:
+        write_json(figures, report)
+    if csv is not None:
+        write_csv(figures, csv)
     if interrupted:
         sys.exit(ExitCode.INTERRUPTED)
     if not all(run.success for run in runs):

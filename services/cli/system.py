@@ -15,7 +15,7 @@ from services.bus import Bus, BusConfig, CallError
 from services.cli.choices import ScenarioChoice
 from services.cli.display import print_event, stderr
 from services.cli.groups import with_groups
-from services.cli.options import ExitCode, JsonOption
+from services.cli.options import ExitCode, JsonOption, speed_factor
 from services.cli.ros2 import Ros2Choice
 from services.lifecycle import until_stopped
 from services.local import local_system, publish_notices, robot_arguments, severity_of
@@ -43,14 +43,15 @@ def up(
     """Start planner, robot and bridge, watch them and restart what dies, until Ctrl-C or `touchline down`."""
     config = BusConfig.from_environment()
     gateway = ros.gateway()
+    speed_factor(speed)  # refused here rather than by a process that is then started again and again
     with (
         until_stopped() as stop,
         only_one(config),
         robot_arguments(robot.chosen()) as arguments,
         local_system([*arguments, "--speed", speed], config, gateway.arguments() if gateway else ()) as system,
     ):
-        system.wait_until_ready(stderr.print)
-        stderr.print(f"Touchline is up on {config.endpoint}; open a console with `touchline tui`, stop with Ctrl-C")
+        if system.wait_until_ready(stderr.print, lambda: bool(stop)):
+            stderr.print(f"Touchline is up on {config.endpoint}; open a console with `touchline tui`, stop with Ctrl-C")
         publish_notices(system, lambda: bool(stop), lambda notice: print_event(severity_of(notice), notice.text))
     stderr.print("Touchline is down")
 
@@ -116,7 +117,7 @@ def _traversal(bus: Bus) -> dict[str, Any] | None:
             return {
                 "state": _STATE_NAMES[message.state],
                 "segment": message.segment_id,
-                "coverage_pct": message.coverage_pct,
+                "coverage_pct": None if message.state == TraversalStatus.IDLE else message.coverage_pct,
                 "remaining_s": message.remaining_s,
             }
     return None
@@ -132,4 +133,6 @@ def _print(shown: dict[str, Any], states: list[ServiceState]) -> None:
     console.print(table)
     if shown["traversal"]:
         job = shown["traversal"]
-        console.print(f"traversal: {job['state']} {job['segment']} {job['coverage_pct']:.1f} % painted")
+        painted = "" if job["coverage_pct"] is None else f", {job['coverage_pct']:.1f} % painted"
+        at = f" at {job['segment']}" if job["segment"] else ""
+        console.print(f"traversal: {job['state']}{at}{painted}", markup=False)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.table import Table
+from rich.table import Column, Table
 from typer.core import TyperGroup
 
 from schemas.errors import SpecError
@@ -79,7 +79,7 @@ def show(
     if as_json:
         typer.echo(json.dumps([_row(field) for field in FIELDS.values()], indent=2))
         return
-    table = Table("name", "title", "strokes", "line", "parameters")
+    table = Table(Column("name", no_wrap=True), "title", "strokes", "line", "parameters")
     for field_name, field in FIELDS.items():
         template = field.template()
         shown = ", ".join(parameter.name for parameter in field.parameters)

@@ -42,6 +42,8 @@ def read_svg(path: Path, scale_m: float | None, skip_others: bool) -> tuple[list
         drawing = svgelements.SVG.parse(str(path), reify=True)
     except (ParseError, AttributeError, ValueError, OSError) as error:
         raise SpecError(path.name, "", f"is not a readable SVG ({error})", "save it as plain SVG") from error
+    if not isinstance(drawing, svgelements.SVG):  # another kind of XML
+        raise SpecError(path.name, "", "has no svg element at its root", "save it as plain SVG")
     to_metres = _to_metres(drawing, _metres_per_unit(path.name, drawing, scale_m))
     outlines: list[Outline] = []
     skipped: list[str] = []

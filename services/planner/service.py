@@ -116,13 +116,15 @@ class Tally:
         }
 
 
-def run_service(config: BusConfig | None = None, vehicle: Vehicle | None = None, *, supervised: bool = False) -> None:
-    """Serve `planner/plan` until SIGTERM or SIGINT (or, `supervised`, until the parent process is gone).
+def run_service(
+    config: BusConfig | None = None, vehicle: Vehicle | None = None, *, supervisor: int | None = None
+) -> None:
+    """Serve `planner/plan` until SIGTERM or SIGINT (or until `supervisor`, the parent process, is gone).
 
     Raises:
         SpecError: The bus configuration cannot be used.
     """
-    with until_stopped(supervised=supervised) as stop, Bus.open(topics.PLANNER, config) as bus:
+    with until_stopped(supervisor) as stop, Bus.open(topics.PLANNER, config) as bus:
         bus.claim()
         worker, tally = Worker(vehicle or Vehicle()), Tally()
         server, health = bus.serve(topics.PLAN_SERVICE), HealthReporter(bus)

@@ -2,7 +2,8 @@
 
 A small file mapped into memory: writing is a copy of some bytes, and what was written survives the process. Two slots
 are written in turn and carry a checksum, so that a process killed in the middle of writing leaves what it wrote before.
-The paint is in a file beside it, `paint/record.py`; a slot says how much of that has fallen.
+The paint is in a file beside it, `paint/record.py`; a slot says how much of that has fallen. So is the setup, the robot
+and the world that the traversal began in: whoever goes on must live in the same.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import mmap
 import os
 import struct
 import zlib
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Final, NamedTuple, Protocol, Self
@@ -22,16 +24,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from schemas.cdr import encode
+from schemas.errors import CommandRefused
 from schemas.messages import Trajectory
 from services.robot_sim.frames import Checkpoint
 from services.robot_sim.paint.record import PaintRecord
 from services.robot_sim.remains import Remains, Totals
+from services.robot_sim.setups import Setup
 
-_RECORD: Final = struct.Struct("<Q16siddQdI4d3dQQ")
-"""Number, trajectory, the checkpoint (leg −1: over; owed from nan: nothing), the totals."""
+_RECORD: Final = struct.Struct("<Q16s16siddQdI4d3dQQ")
+"""Number, trajectory, setup, the checkpoint (leg −1: over; owed from nan: nothing), the totals."""
 _CHECK: Final = struct.Struct("<I")
 _USED: Final = _RECORD.size + _CHECK.size
-_VERSION: Final = 2
+_VERSION: Final = 3
 """Where the checksum begins: a record of another layout is none."""
 _SLOT: Final = 256
 _SIZE: Final = 2 * _SLOT
@@ -54,11 +58,12 @@ class Paint(Protocol):
 class _Entry(NamedTuple):
     number: int  # counts up; 0 is none
     trajectory: bytes
+    setup: bytes
     checkpoint: Checkpoint
     totals: Totals
 
 
-_NO_ENTRY: Final = _Entry(0, b"", _OVER, _NOTHING)
+_NO_ENTRY: Final = _Entry(0, b"", b"", _OVER, _NOTHING)
 
 
 class Journal:
@@ -75,7 +80,8 @@ class Journal:
         self._map: mmap.mmap | None = None
         self._paint: PaintRecord | None = None
         self._keeps_paint = False
-        self._number, self._trajectory = 0, b""
+        self._number, self._trajectory, self._setup = 0, b"", b""
+        self._setup_path = path.with_suffix(".setup")
         try:
             self._open(path)
         except BlockingIOError:
@@ -92,7 +98,7 @@ class Journal:
         os.posix_fallocate(self._file, 0, _SIZE)  # a mapped page without room on the disk would kill the process
         self._map = mmap.mmap(self._file, _SIZE)
         newest = self._newest()
-        self._number, self._trajectory = newest.number, newest.trajectory
+        self._number, self._trajectory, self._setup = newest.number, newest.trajectory, newest.setup
         self._paint = PaintRecord(path.with_suffix(".paint"))
 
     def __enter__(self) -> Self:
@@ -114,22 +120,43 @@ class Journal:
             os.close(self._file)
         self._paint, self._map, self._file = None, None, -1
 
-    def unfinished(self, trajectory: Trajectory) -> tuple[Checkpoint, Remains] | None:
-        """From where this trajectory can go on, and what is left of it; None if it was not under way at the end."""
+    def unfinished(self, trajectory: Trajectory, setup: Setup) -> tuple[Checkpoint, Remains] | None:
+        """From where this trajectory can go on, and what is left of it; None if it was not under way at the end.
+
+        Raises:
+            CommandRefused: It was, but with another setup; what is kept stays as it is.
+        """
         if self._paint is None:
             return None
-        _, whose, checkpoint, totals = self._newest()
+        _, whose, kept_with, checkpoint, totals = self._newest()
         if checkpoint.leg < 0 or whose != digest(trajectory):
             return None
+        if kept_with != setup.digest:
+            raise CommandRefused(
+                "this is not the robot, or not the world, in which the traversal was under way: "
+                f"{self._changes_to(setup, kept_with)}. Start the robot with the vehicle and scenario that it had "
+                "then, and load with resume again; or load without resume to begin anew"
+            )
         return checkpoint, Remains(totals, self._paint.read(whose, totals.points))
 
-    def begin(self, trajectory: bytes) -> None:
+    def _changes_to(self, setup: Setup, kept_with: bytes) -> str:
+        try:
+            earlier = Setup(self._setup_path.read_text(encoding="utf-8"))
+        except (OSError, UnicodeDecodeError):
+            earlier = Setup("")
+        if earlier.digest != kept_with:
+            return f"what differs is not known, as {self._setup_path} cannot be read or is of another traversal"
+        return setup.changes_from(earlier)
+
+    def begin(self, trajectory: bytes, setup: Setup) -> None:
         """Begin the traversal of the trajectory of this digest: no paint has fallen."""
         if self._paint is None:
             return
-        self._trajectory = trajectory
+        self._trajectory, self._setup = trajectory, setup.digest
         self._write(_OVER, _NOTHING)  # there is nothing to resume once the last one's paint is gone
         self.problem, self._keeps_paint = "", True
+        with suppress(OSError):  # a slot has its digest; only what differs could not be named
+            self._setup_path.write_text(setup.text, encoding="utf-8")
         try:
             self._paint.begin(trajectory)
         except OSError as error:
@@ -165,9 +192,8 @@ class Journal:
         leg, arc_length_m, owed_from_m, *rest = checkpoint
         owed = math.nan if owed_from_m is None else owed_from_m
         supplies, errors, points, sent = totals
-        record = _RECORD.pack(
-            self._number, self._trajectory, leg, arc_length_m, owed, *rest, *supplies, *errors, points, sent
-        )
+        whose = self._trajectory, self._setup
+        record = _RECORD.pack(self._number, *whose, leg, arc_length_m, owed, *rest, *supplies, *errors, points, sent)
         start = self._number % 2 * _SLOT
         assert self._map is not None, "open"
         self._map[start : start + _USED] = record + _CHECK.pack(zlib.crc32(record, _VERSION))
@@ -178,7 +204,7 @@ class Journal:
     def _read(self, slot: int) -> _Entry:
         assert self._map is not None, "open"
         raw = self._map[slot * _SLOT : slot * _SLOT + _USED]
-        number, trajectory, *place, points, sent = _RECORD.unpack(raw[: _RECORD.size])
+        number, trajectory, setup, *place, points, sent = _RECORD.unpack(raw[: _RECORD.size])
         if number == 0 or raw[_RECORD.size :] != _CHECK.pack(zlib.crc32(raw[: _RECORD.size], _VERSION)):
             return _NO_ENTRY
         leg, arc_length_m, owed, tick, elapsed_s, fallbacks, *figures = place
@@ -186,4 +212,4 @@ class Journal:
         checkpoint = Checkpoint(leg, arc_length_m, owed_from_m, tick, elapsed_s, fallbacks)
         tank_l, battery_wh, tank_reserve_l, battery_reserve_wh, *errors = figures
         supplies = (tank_l, battery_wh, tank_reserve_l, battery_reserve_wh)
-        return _Entry(number, trajectory, checkpoint, Totals(supplies, tuple(errors), points, sent))
+        return _Entry(number, trajectory, setup, checkpoint, Totals(supplies, tuple(errors), points, sent))

@@ -8,6 +8,7 @@ from services.robot_sim.emulator import Emulator
 from services.robot_sim.frames import Checkpoint
 from services.robot_sim.journal import Journal, digest
 from services.robot_sim.remains import Remains
+from services.robot_sim.setups import Setup
 
 
 class Progress:
@@ -19,6 +20,7 @@ class Progress:
     def __init__(self, emulator: Emulator, journal: Journal | None) -> None:
         """Nothing loaded."""
         self._emulator, self._journal = emulator, journal
+        self._setup = Setup.of(emulator.vehicle, emulator.scenario)
         self._digest = b""
         self._resumed = self._under_way = False
         self._said = ""
@@ -27,9 +29,10 @@ class Progress:
         """Where to go on with a trajectory, and with what.
 
         Raises:
-            CommandRefused: It was not under way when the last process ended, or that cannot be known.
+            CommandRefused: It was not under way when the last process ended, or with another vehicle or scenario, or
+                that cannot be known.
         """
-        found = self._journal.unfinished(trajectory) if self._journal is not None else None
+        found = self._journal.unfinished(trajectory, self._setup) if self._journal is not None else None
         if found is None:
             problem = self._journal.problem if self._journal is not None else ""
             reason = problem or "the robot was not under way in this trajectory"
@@ -59,7 +62,7 @@ class Progress:
             if self._resumed:
                 journal.go_on()
             else:
-                journal.begin(self._digest)
+                journal.begin(self._digest, self._setup)
         journal.write(checkpoint, emulator.totals, emulator.ledger)
         return self._news(journal) if journal.problem else ""
 

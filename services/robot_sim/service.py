@@ -40,9 +40,9 @@ def run_service(
     speed: float = 1.0,
     clock: ClockPolicy = "held",
     journal: Path | None = None,
-    supervised: bool = False,
+    supervisor: int | None = None,
 ) -> None:
-    """Be the robot until SIGTERM or SIGINT (or, `supervised`, until the parent process is gone).
+    """Be the robot until SIGTERM or SIGINT (or until `supervisor`, the parent process, is gone).
 
     Args:
         config: Where the bus is.
@@ -52,14 +52,14 @@ def run_service(
         clock: `held`: sim time passes only while a traversal is under way or coming to rest, so that runs are
             reproducible; `free`: always.
         journal: Where is kept what another process would go on from; default: in the user's state folder.
-        supervised: Whether to end with the parent process.
+        supervisor: Process id of the parent, to end with it.
 
     Raises:
         SpecError: The bus configuration cannot be used.
         TouchlineError: This robot runs already.
     """
     vehicle, scenario = vehicle or Vehicle(), scenario or Scenario()
-    with until_stopped(supervised=supervised) as stop, Bus.open(topics.ROBOT_SIM, config) as bus:
+    with until_stopped(supervisor) as stop, Bus.open(topics.ROBOT_SIM, config) as bus:
         health = HealthReporter(bus)
         warm_up(health.starting, vehicle, scenario)
         bus.claim()

@@ -289,7 +289,10 @@ def test_configuration_file(tmp_path, bus_config):
     with Bus.open("bridge", BusConfig(config_file=path)) as bus:
         assert bus.wait_for({"bridge"}, 5.0) == set()
     path.write_text("{mode: ")
-    with pytest.raises(SpecError, match="not a Zenoh configuration"), Bus.open("x", BusConfig(config_file=path)):
+    with (
+        pytest.raises(SpecError, match=r"not a Zenoh configuration \((?!.* at /)"),
+        Bus.open("x", BusConfig(config_file=path)),
+    ):
         pass
 
 

@@ -108,6 +108,13 @@ def test_svg_that_cannot_be_painted_is_told(tmp_path: Path, body: str, says: str
     assert "logo.svg" in str(told.value)
 
 
+def test_another_kind_of_xml_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "page.svg"
+    path.write_text("<html><body/></html>")
+    with pytest.raises(SpecError, match="has no svg element at its root"):
+        import_drawing(path, METRES)
+
+
 def test_others_are_skipped_on_request(tmp_path: Path) -> None:
     path = svg(tmp_path, '<text id="motto">GO</text><path d="M0 0H5"/>')
     imported = import_drawing(path, ImportOptions(scale_m=1.0, skip_others=True))

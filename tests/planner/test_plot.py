@@ -1,10 +1,11 @@
 """The picture of a plan."""
 
+import json
 from pathlib import Path
 
 import pytest
 
-from schemas.catalogue import load_template
+from schemas.catalogue import load_template, parse_template
 from schemas.vehicle import Vehicle
 from services.planner.plan import plan
 from services.planner.plots.plan import plot_plan
@@ -25,3 +26,10 @@ def test_an_unknown_format_is_refused(tmp_path: Path) -> None:
     template = load_template("study-square")
     with pytest.raises(ValueError, match="not supported"):
         plot_plan(plan(template, Vehicle()), template, tmp_path / "a.xyz")
+
+
+def test_one_transition_is_one(tmp_path: Path) -> None:
+    segments = [{"id": n, "line": {"start": [0, y], "end": [5, y]}} for n, y in (("a", 0), ("b", 3))]
+    template = parse_template(json.dumps({"name": "two", "segments": segments}))
+    plot_plan(plan(template, Vehicle()), template, path := tmp_path / "p.svg")
+    assert "2 lines 10.0 m  ·  1 transition " in path.read_text()

@@ -8,15 +8,20 @@ import numpy as np
 import pytest
 
 from schemas.curves import Curve
+from schemas.errors import CommandRefused
+from schemas.scenario import Scenario
+from schemas.vehicle import Vehicle
 from services.robot_sim.frames import Checkpoint
 from services.robot_sim.journal import Journal, digest
 from services.robot_sim.paint import record
 from services.robot_sim.remains import Totals
+from services.robot_sim.setups import Setup
 from tests.robot_sim.scripted import trajectory
 
 PLAN = trajectory(
     [Curve.from_line((0, 0), (2, 0)), Curve.from_line((2, 0), (4, 0)), Curve.from_line((4, 0), (5, 0))], [0, 1, 0]
 )
+SETUP = Setup.of(Vehicle(), Scenario())
 OTHER = trajectory([Curve.from_line((0, 0), (3, 0))], [0])
 POINTS = np.arange(60.0).reshape(-1, 5)
 
@@ -39,15 +44,15 @@ def keep(path, checkpoints, points=None):
     """Write a journal of these checkpoints, with one more point of paint each or as many as are said."""
     with Journal(path) as journal:
         assert not journal.problem
-        journal.begin(digest(PLAN))
+        journal.begin(digest(PLAN), SETUP)
         for number, checkpoint in enumerate(checkpoints):
             count = number if points is None else points[number]
             journal.write(checkpoint, totals(count), Paint(POINTS[:count]))
 
 
-def found(path, plan=PLAN):
+def found(path, plan=PLAN, setup=SETUP):
     with Journal(path) as journal:
-        return journal.unfinished(plan)
+        return journal.unfinished(plan, setup)
 
 
 @pytest.fixture
@@ -83,10 +88,10 @@ def test_paint_that_the_journal_does_not_count_is_cut_off(path):
     """Killed after the paint was entered and before the journal said so; what comes then takes its place."""
     keep(path, [Checkpoint(0, 1.0, None)], [4])
     with Journal(path) as journal:
-        assert journal.unfinished(PLAN)
+        assert journal.unfinished(PLAN, SETUP)
         journal._paint.append(POINTS[4:9])
     with Journal(path) as journal:
-        checkpoint, remains = journal.unfinished(PLAN)
+        checkpoint, remains = journal.unfinished(PLAN, SETUP)
         assert np.array_equal(remains.paint, POINTS[:4])
         journal.go_on()
         journal.write(checkpoint, totals(6), Paint(np.vstack((POINTS[:4], -POINTS[4:6]))))
@@ -124,7 +129,7 @@ def test_it_goes_on_after_damage_and_what_is_lost_stays_lost(path):
     paint = path.with_suffix(".paint")
     paint.write_bytes(paint.read_bytes()[: 28 + 8 + 4 * 40 + 50])
     with Journal(path) as journal:
-        checkpoint, remains = journal.unfinished(PLAN)
+        checkpoint, remains = journal.unfinished(PLAN, SETUP)
         journal.go_on()
         journal.write(checkpoint, totals(6), Paint(POINTS[:6]))
     _, remains = found(path)
@@ -153,12 +158,12 @@ from pathlib import Path
 import numpy as np
 from services.robot_sim.frames import Checkpoint
 from services.robot_sim.journal import Journal
-from tests.robot_sim.test_journal import Paint, totals
+from tests.robot_sim.test_journal import SETUP, Paint, totals
 
 points = np.zeros((1_000_000, 5))
 points[:, 0] = np.arange(len(points))
 with Journal(Path(sys.argv[1])) as journal:
-    journal.begin(bytes.fromhex(sys.argv[2]))
+    journal.begin(bytes.fromhex(sys.argv[2]), SETUP)
     for count in range(3, len(points), 3):
         journal.write(Checkpoint(0, float(count), None, count), totals(count), Paint(points[:count]))
         if count == 3:
@@ -176,3 +181,52 @@ def test_killed_at_any_moment_the_place_and_its_paint_are_there(path, after_s):
     checkpoint, remains = found(path)
     assert checkpoint.tick == len(remains.paint) == remains.totals.points >= 3
     assert np.array_equal(remains.paint[:, 0], np.arange(checkpoint.tick))
+
+
+CHANGED = {
+    "vehicle": (Vehicle(nozzle_y_m=-0.5), Scenario(), "vehicle.nozzle_y_m was -0.41124, is -0.5"),
+    "scenario": (
+        Vehicle(),
+        Scenario.model_validate({"seed": 2, "ground": {"surface": "wet-grass"}}),
+        'ground.surface was "grass", is "wet-grass"; seed was 1, is 2.',
+    ),
+    "faults": (
+        Vehicle(),
+        Scenario.model_validate({"faults": [{"kind": "bumper", "start_s": 3.0}]}),
+        'faults was [], is [{"duration_s": null, "kind": "bumper"',
+    ),
+}
+
+
+@pytest.mark.parametrize("what", CHANGED)
+def test_another_vehicle_or_scenario_is_refused_by_name_and_loses_nothing(path, what):
+    vehicle, scenario, named = CHANGED[what]
+    keep(path, [Checkpoint(0, 1.0, None)], [4])
+    with pytest.raises(CommandRefused, match="load without resume to begin anew") as refusal:
+        found(path, setup=Setup.of(vehicle, scenario))
+    assert named in str(refusal.value)
+    checkpoint, remains = found(path)
+    assert checkpoint == Checkpoint(0, 1.0, None)
+    assert np.array_equal(remains.paint, POINTS[:4])
+
+
+def test_a_scenario_of_another_name_is_the_same(path):
+    keep(path, [Checkpoint(0, 1.0, None)], [4])
+    assert found(path, setup=Setup.of(Vehicle(), Scenario(name="another")))
+
+
+def test_of_many_differences_the_first_are_told(path):
+    gnss = {"white_m": 0.1, "gauss_markov_1_m": 0.1, "gauss_markov_2_m": 0.1, "float_m": 1.0, "single_m": 2.0}
+    keep(path, [Checkpoint(0, 1.0, None)], [4])
+    with pytest.raises(CommandRefused, match=r"gnss.gauss_markov_2_m was 0.005, is 0.1 \(and 2 more\)"):
+        found(path, setup=Setup.of(Vehicle(), Scenario.model_validate({"gnss": gnss})))
+
+
+@pytest.mark.parametrize("content", [None, b"{}", b"\xff\xfe", b"not json"])
+def test_without_the_setup_file_it_is_refused_all_the_same(path, content):
+    keep(path, [Checkpoint(0, 1.0, None)], [4])
+    setup = path.with_suffix(".setup")
+    setup.unlink() if content is None else setup.write_bytes(content)
+    with pytest.raises(CommandRefused, match="what differs is not known"):
+        found(path, setup=Setup.of(Vehicle(), Scenario(seed=2)))
+    assert found(path)

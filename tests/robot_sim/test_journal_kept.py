@@ -17,8 +17,16 @@ from services.robot_sim.commands import Commands
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.journal import Journal
 from services.robot_sim.paint import record
+from services.robot_sim.setups import Setup
 from services.robot_sim.telemetry import Telemetry
-from tests.robot_sim.test_journal import PLAN, found
+from tests.robot_sim.test_journal import PLAN
+from tests.robot_sim.test_journal import found as found_with
+
+SETUP = Setup.of(Vehicle(), Scenario(noise="none"))
+
+
+def found(path):
+    return found_with(path, setup=SETUP)
 
 
 @pytest.fixture
@@ -142,7 +150,7 @@ def test_the_second_of_two_copies_leaves_the_firsts_journal_alone(path):
         assert not refused.success and second.problem in refused.message
         place = one.emulator.onboard.checkpoint
     with Journal(path) as third:
-        checkpoint, remains = third.unfinished(PLAN)
+        checkpoint, remains = third.unfinished(PLAN, SETUP)
         assert checkpoint == place
         assert len(remains.paint) == one.emulator.ledger.points > 0
 
@@ -170,8 +178,8 @@ def test_what_was_under_way_can_be_resumed_until_something_else_is(path):
         robot = Robot(journal)
         assert robot.load().success
         robot.drive(until_m=1.0)
-        assert journal.unfinished(PLAN)[0].arc_length_m < 1.1
-        assert len(journal.unfinished(PLAN)[1].paint) == 0
+        assert journal.unfinished(PLAN, SETUP)[0].arc_length_m < 1.1
+        assert len(journal.unfinished(PLAN, SETUP)[1].paint) == 0
 
 
 @pytest.mark.parametrize("end", ["done", "aborted"])

@@ -186,10 +186,9 @@ def test_marks_that_nobody_heard_come_once_more():
 
 
 def test_over_the_bus(bus_config, tmp_path):
-    def process(bus, journal):
-        return RobotProcess(
-            bus, HealthReporter(bus), Vehicle(), Scenario(noise="none"), speed=-1.0, clock="held", journal=journal
-        )
+    def process(bus, journal, **scenario):
+        here = Scenario(noise="none", **scenario)
+        return RobotProcess(bus, HealthReporter(bus), Vehicle(), here, speed=-1.0, clock="held", journal=journal)
 
     def ask(robot, service, **fields):
         request = service.request(request_id=str(uuid.uuid4()), **fields)
@@ -206,6 +205,9 @@ def test_over_the_bus(bus_config, tmp_path):
             while robot._emulator.onboard.status.arc_length_m < 7.0:
                 robot.turn()
             first = robot._emulator
+        with Bus.open(topics.ROBOT_SIM, bus_config) as bus, Journal(path) as journal:
+            answer = ask(process(bus, journal, seed=7), topics.LOAD, trajectory=PLAN, resume=True)
+            assert not answer.success and "seed was 1, is 7" in answer.message
         with Bus.open(topics.ROBOT_SIM, bus_config) as bus, Journal(path) as journal:
             robot = process(bus, journal)
             answer = ask(robot, topics.LOAD, trajectory=PLAN, resume=True)

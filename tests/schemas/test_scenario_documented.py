@@ -8,8 +8,9 @@ import pytest
 
 from schemas.faults import Fault
 from schemas.scenario import Obstruction, Scenario, Steel
-from schemas.spec import Spec, parse
+from schemas.spec import Spec, parse, read_text
 
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.json"))
 TEXT = (Path(__file__).parents[2] / "docs" / "robot-sim.md").read_text(encoding="utf-8")
 SCENARIO = TEXT[TEXT.index("## Scenario") : TEXT.index("## Faults")]
 FAULTS = TEXT[TEXT.index("## Faults") :]
@@ -63,3 +64,8 @@ def test_the_example_is_a_scenario():
         "bumper",
     ]
     assert scenario.sky and scenario.steel
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.name)
+def test_every_example_that_comes_along_is_a_scenario(path):
+    assert parse(Scenario, read_text(path), path.name).faults

@@ -26,7 +26,14 @@ def template(*segments: object, **fields: object) -> str:
         ("[" * 100_000, "", "nested too deeply"),
         ('{"name": "a", "name": "b"}', "", "'name' is given twice"),
         ("{}", "name", "is missing"),
-        (template(), "segments", "at least 1 item"),
+        (template(), "segments", "has 0 items; give at least 1"),
+        ('{"name": 1' + "0" * 5000 + "}", "", "thousands of digits"),
+        (template(LINE).replace('"t"', '"' + "n" * 101 + '"'), "name", "has 101 characters; give at most 100"),
+        (template({"id": "a", "line": {"start": [0, 0, 0], "end": [1, 0]}}), "segments[0].line.start", "has 3 items"),
+        (template({"id": "a", "line": {"start": "0, 0", "end": [1, 0]}}), "segments[0].line.start", "give a list"),
+        (template(LINE, line_width_m=12), "line_width_m", "is 12; give at most 0.3 m (in metres, not cm or mm)"),
+        (template(LINE, line_width_m=-0.1), "line_width_m", "is -0.1; give at least 0.02 m"),
+        (template(LINE, placement={"rotation_deg": "north"}), "placement.rotation_deg", "is 'north'; give a number"),
         (template(LINE, LINE), "segments", 'share the id "a"'),
         (template(LINE, unit="m"), "unit", "not a known field"),
         (template(LINE, boundary=[[0, 0]]), "boundary", 'is a JSON array; give an object {"corners": …}'),
@@ -34,7 +41,11 @@ def template(*segments: object, **fields: object) -> str:
         (template({"id": "a", "line": {"start": [0, 0], "end": [0, 0]}}), "segments[0].line", "at least 0.01 m"),
         (template({"id": "a", "line": {"start": [0, 0], "end": [float("nan"), 0]}}), "segments[0].line.end[0]", "nan"),
         (template({"id": "a", "line": {"start": [0, 0], "end": [float("inf"), 0]}}), "segments[0].line.end[0]", "inf"),
-        (template({"id": "a", "line": {"start": [0, 0], "end": [1e9, 0]}}), "segments[0].line.end[0]", "10000"),
+        (
+            template({"id": "a", "line": {"start": [0, 0], "end": [1e9, 0]}}),
+            "segments[0].line.end[0]",
+            "at most 10000 m (in metres",
+        ),
         (template({"id": "a", "line": {"start": [0, 0], "end": ["x", 0]}}), "segments[0].line.end[0]", "'x'"),
         (
             template({"id": "a", "arc": {"start": [0, 0], "center": [0, 0], "sweep_angle": 1}}),
@@ -44,7 +55,7 @@ def template(*segments: object, **fields: object) -> str:
         (
             template({"id": "a", "arc": {"start": [1, 0], "center": [0, 0], "sweep_angle": 7}}),
             "segments[0].arc.sweep_angle",
-            "is 7",
+            "is 7; give at most 6.283185308 rad (in radians, not degrees)",
         ),
         (
             template({"id": "a", "arc": {"start": [1, 0], "center": [0, 0], "sweep_angle": 0}}),
@@ -59,6 +70,40 @@ def test_bad_template(text: str, field: str, says: str):
     assert caught.value.field == field
     assert caught.value.source == "pitch.json"
     assert says in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "field", "says"),
+    [
+        ({"seed": 1.5}, "seed", "is 1.5; give a whole number"),
+        ({"seed": 2**63}, "seed", "give at most 9223372036854775807"),
+        ({"follower": "lqr"}, "follower", "is 'lqr'; give 'mpc', 'pure-pursuit' or 'external'"),
+        (
+            {"start": {"x_m": 0, "y_m": 0, "heading_rad": 90}},
+            "start.heading_rad",
+            "is 90; give at most 7 rad (in radians, not degrees)",
+        ),
+        ({"link_timeout_s": 0}, "link_timeout_s", "is 0; give more than 0 s"),
+        ({"faults": [{"start_s": 3}]}, "faults[0].kind", "is missing"),
+        (
+            {"faults": [{"kind": "gnss-loss"}]},
+            "faults[0].kind",
+            "is 'gnss-loss'; give one of gnss-outage, gnss-degraded",
+        ),
+        ({"faults": [{"kind": "bumper", "start_s": -4}]}, "faults[0].start_s", "is -4; give at least 0 s"),
+    ],
+)
+def test_bad_scenario(text: dict[str, object], field: str, says: str):
+    with pytest.raises(SpecError) as caught:
+        parse(Scenario, json.dumps(text), "windy.json")
+    assert caught.value.field == field
+    assert says in str(caught.value)
+
+
+def test_a_file_may_begin_with_a_byte_order_mark(tmp_path: Path):
+    path = tmp_path / "x.json"
+    path.write_text(template(LINE), encoding="utf-8-sig")
+    assert load_template(path).length_m == 1.0
 
 
 def test_good_template():

@@ -1,13 +1,15 @@
 """The command line: help, reports, and errors that tell what to do."""
 
 import json
+import signal
+import time
 from pathlib import Path
 
 import pytest
 
 from schemas.catalogue import parse_template
 from schemas.messages import Trajectory
-from tests.system.commands import figures, touchline
+from tests.system.commands import figures, start_touchline, touchline
 
 SERVICES = ["planner", "robot-sim", "bridge", "tui"]
 COMMANDS = [
@@ -117,12 +119,27 @@ def test_bad_arguments_are_told_in_one_line(arguments, says):
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.parametrize(
+    ("number", "after_s", "code"),
+    [(signal.SIGINT, 0.2, 130), (signal.SIGTERM, 0.2, 143), (signal.SIGHUP, 0.3, 129), (signal.SIGTERM, 3.0, 143)],
+)
+def test_a_command_ends_in_order_at_a_signal(number, after_s, code, bus_config, tmp_path):
+    log = tmp_path / "log"
+    command = start_touchline("sweep", "tennis", "--seeds", "100000", config=bus_config, log=log)
+    time.sleep(after_s)
+    command.send_signal(number)
+    assert command.wait(30) == code
+    assert "interrupted" in log.read_text()
+    assert "Traceback" not in log.read_text()
+
+
 def test_commands_without_services_say_so(bus_config, tmp_path):
     done = touchline("record", str(tmp_path / "x.mcap"), config=bus_config)
     assert done.returncode == 2
     assert "nobody answers" in done.stderr
     status = touchline("status", "--json", config=bus_config)
     assert status.returncode == 1
+    assert json.loads(status.stdout)["traversal"] is None
     assert {service["state"] for service in json.loads(status.stdout)["services"]} == {"not running"}
     assert "nothing was running" in touchline("down", config=bus_config).stdout
 

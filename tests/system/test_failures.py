@@ -223,6 +223,7 @@ def test_up_status_and_down(bus_config: BusConfig, tmp_path: Path):
         status = touchline("status", config=bus_config)
         assert status.returncode == 0, status.stdout
         assert "idle" in status.stdout
+        assert "painted" not in status.stdout
         assert "stopped" in touchline("down", config=bus_config).stdout
         assert up.wait(20) == 0
         assert touchline("status", config=bus_config).returncode == 1
@@ -242,13 +243,15 @@ def test_services_end_with_a_killed_supervisor(bus_config: BusConfig, tmp_path: 
         wait_until(lambda: (presence.poll(), presence.alive())[1] == {"bystander"})
 
 
-def test_ctrl_c_ends_a_run_in_order(tmp_path: Path, bus_config: BusConfig):
+def test_ctrl_c_ends_a_run_in_order(tmp_path: Path, bus_config: BusConfig, monkeypatch):
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
     recording, log = tmp_path / "run.mcap", tmp_path / "run.log"
     run = start_touchline("run", "soccer-11", "--speed", "5", "--record", str(recording), config=bus_config, log=log)
     wait_until(lambda: recording.exists() and recording.stat().st_size > 200_000, 90.0)
     run.send_signal(signal.SIGINT)
     assert run.wait(60) == 130
     assert "Traceback" not in log.read_text()
+    assert {path.name for path in tmp_path.iterdir()} == {"run.mcap", "run.log"}
     reader = RecordingReader(recording)
     assert sum(1 for _ in reader.messages()) > 1000
     assert not reader.summary.problem

@@ -1,5 +1,8 @@
 """Whole jobs with real processes over real Zenoh."""
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -90,3 +93,17 @@ def test_the_baseline_planner_paints_too():
     report = figures(touchline(*SQUARE, "--method", "dubins-padded", "--noise", "none"))
     assert report["success"]
     assert report["paint"]["coverage_pct"] >= 99.0
+
+
+def test_a_follower_from_outside_steers_as_the_example_says(bus_config, tmp_path):
+    field = tmp_path / "line.json"
+    field.write_text('{"name": "line", "segments": [{"id": "a", "line": {"start": [0, 0], "end": [1, 0]}}]}')
+    example = Path(__file__).parents[2] / "examples" / "external_follower.py"
+    environment = {**os.environ, **bus_config.environment()}
+    with subprocess.Popen([sys.executable, str(example)], env=environment) as follower:
+        try:
+            report = figures(touchline("run", str(field), "--json", "--follower", "external", config=bus_config))
+        finally:
+            follower.terminate()
+    assert report["success"]
+    assert report["traversal"]["follower_fallbacks"] == 0

@@ -111,6 +111,17 @@ async def test_the_emergency_stop_works_in_every_dialog(template: Template) -> N
             await pilot.press("escape")
 
 
+async def test_no_press_of_a_speed_key_is_lost_while_an_answer_is_due(template: Template) -> None:
+    async with console(*scenes.loaded(template)) as (app, link, pilot):
+        link.held = threading.Event()
+        for _ in range(3):
+            await pilot.press("left_square_bracket")
+        await until(pilot, lambda: len(link.asked) == 1)
+        link.held.set()
+        await until(pilot, lambda: app.state.speed_factor == 2.0)
+        assert [request.factor for _, request in link.asked] == [10.0, 2.0]
+
+
 async def test_speed_goes_up_and_down_in_steps(template: Template) -> None:
     async with console(*scenes.loaded(template)) as (app, link, pilot):
         asked: list[float] = []

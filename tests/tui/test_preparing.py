@@ -3,17 +3,20 @@
 import threading
 from pathlib import Path
 
-from textual.widgets import Input, OptionList, Static
+from textual.widgets import Input, OptionList, RadioButton, Static
 
 from schemas import messages as m
 from schemas import topics
 from schemas.template import Template
+from services.planner import ways
 from tests.tui import scenes
 from tests.tui.console import console, last, plain, until
 from tests.tui.scenes import received
-from tui.dialogs import PlanDialog, TemplateDialog
+from tui import format
+from tui.dialogs import PlanDialog, TemplateDialog, Tick
 from tui.event_log import ERROR, INFO
 from tui.map_view import MapView
+from tui.orders import METHODS
 from tui.panels import StatusPanel
 
 
@@ -61,15 +64,59 @@ async def test_planning_with_options(template: Template) -> None:
         assert isinstance(app.screen, PlanDialog)
         assert "above 0" in str(app.screen.query_one("#problem", Static).visual)
         app.screen.query_one("#paint_speed_mps", Input).value = "0.8"
+        await pilot.click("#order")
+        await pilot.click("#return_to_start")
+        app.screen.query_one("#ok").focus()
         await pilot.press("enter")
         await until(pilot, lambda: app.state.path is not None)
         (name, request) = link.asked[0]
         assert name == topics.PLAN_SERVICE.name
         assert request.template_json == template.model_dump_json()
-        assert request.options == m.PlanOptions(method="ccd", paint_speed_mps=0.8)
+        assert request.options == m.PlanOptions(method="g2", paint_speed_mps=0.8, order="given", return_to_start=True)
         assert last(app) == (INFO, "Plan: 1.53 km in 26:23")
         await pilot.press("p")
         assert app.screen.query_one("#paint_speed_mps", Input).value == "0.8"
+        assert [tick.value for tick in app.screen.query(Tick)] == [True, False, True]
+
+
+def test_the_methods_on_offer_are_the_planners_its_default_first() -> None:
+    assert set(METHODS) == set(ways.METHODS)
+    assert next(iter(METHODS)) == ways.DEFAULT_METHOD
+
+
+async def test_the_chosen_method_is_told_without_colour(template: Template) -> None:
+    async with console(*scenes.up()) as (app, _, pilot):
+        app.operator.choose(template, template.model_dump_json())
+        await pilot.press("p")
+        await pilot.pause()
+        marks = [str(button._button) for button in app.screen.query(RadioButton)]
+        assert [mark[1] for mark in marks] == ["●", "○", "○"]
+
+
+async def test_a_plan_can_be_loaded_to_go_on_after_a_crash(template: Template) -> None:
+    async with console(*scenes.up()) as (app, link, pilot):
+        app.operator.choose(template, template.model_dump_json())
+        link.answers[topics.PLAN_SERVICE.name] = scenes.plan_response(template)
+        await pilot.press("p", "enter")
+        await until(pilot, lambda: app.state.path is not None)
+        link.asked.clear()
+        link.answers[topics.LOAD.name] = m.LoadResponse(success=True, message="loaded, to go on at 7.00 m")
+        (command,) = (c for c in app.get_system_commands(app.screen) if c.title == "Load and go on")
+        command.callback()
+        await until(pilot, lambda: link.asked)
+        assert link.asked[0][1].resume
+
+
+async def test_the_paint_of_a_plan_is_as_long_as_the_template(template: Template) -> None:
+    """Not as the axle's way beside it, which on arcs is another."""
+    async with console(*scenes.up()) as (app, link, pilot):
+        app.operator.choose(template, template.model_dump_json())
+        response = scenes.plan_response(template)
+        report = response.report.model_copy(update={"paint_length_m": 1.0})
+        link.answers[topics.PLAN_SERVICE.name] = response.model_copy(update={"report": report})
+        await pilot.press("p", "enter")
+        await until(pilot, lambda: app.state.path is not None)
+        await until(pilot, lambda: f"paint    {format.length(template.length_m)} in" in plain(app, StatusPanel))
 
 
 async def test_progress_is_shown_while_planning(template: Template) -> None:

@@ -182,7 +182,12 @@ def _bounds(plan: Plan) -> tuple[Floats, Floats]:
 def _figures(plan: Plan) -> str:
     report = plan.report
     minutes, seconds = divmod(round(report.total_time_s), 60)
+    lines, ways = _counted(report.painted_segments, "line"), _counted(report.transitions, "transition")
     return (
-        f"{report.painted_segments} lines {report.paint_length_m:.1f} m  ·  "
-        f"{report.transitions} transitions {report.transition_length_m:.1f} m  ·  {minutes}:{seconds:02d} min"
+        f"{lines} {report.paint_length_m:.1f} m  ·  {ways} {report.transition_length_m:.1f} m  ·  "
+        f"{minutes}:{seconds:02d} min"
     )
+
+
+def _counted(count: int, name: str) -> str:
+    return f"{count} {name}" if count == 1 else f"{count} {name}s"

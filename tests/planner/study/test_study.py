@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from services.cli.main import app
+from services.cli.commands import app
 from services.study import Study, run_study, save_study
 
 ROW_11 = ["11a", "11b", "11c", "11a, by hand", "11b, by hand", "11c, by hand"]

@@ -1,0 +1,95 @@
+"""What is wrong with a field and what to give instead, in the words of whoever writes the file."""
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+Told = tuple[str, str]
+"""(problem as a predicate, remedy)."""
+
+_POINTS = frozenset({"start", "end", "center", "corners", "outline"})
+"""Fields whose numbers are coordinates in m."""
+_ANGLES = frozenset({"sweep_angle"})
+_UNITS = {
+    "m": "m",
+    "rad": "rad",
+    "deg": "degrees",
+    "s": "s",
+    "hz": "Hz",
+    "mps": "m/s",
+    "radps": "rad/s",
+    "mps2": "m/s²",
+    "kg": "kg",
+    "l": "l",
+    "t": "T",
+    "wh": "Wh",
+    "ppm": "ppm",
+}
+_MISTAKEN = {"m": " (in metres, not cm or mm)", "rad": " (in radians, not degrees)"}
+"""What a number that is far too large was probably meant in."""
+_ENDS = {"le": "at most", "ge": "at least", "lt": "less than", "gt": "more than"}
+_TYPES = {
+    "float_parsing": "a number",
+    "float_type": "a number",
+    "int_parsing": "a whole number",
+    "int_type": "a whole number",
+    "int_from_float": "a whole number",
+    "bool_parsing": "true or false",
+    "bool_type": "true or false",
+    "string_type": "a text in quotes",
+    "tuple_type": "a list in brackets",
+    "finite_number": "a finite number",
+}
+
+
+def unit_of(location: tuple[int | str, ...]) -> str:
+    """The unit of the number there, from the field's name; "" if it has none."""
+    names = [part for part in location if isinstance(part, str)]
+    if not names:
+        return ""
+    name = names[-1]
+    if name in _POINTS:
+        return "m"
+    return "rad" if name in _ANGLES else _UNITS.get(name.rpartition("_")[2], "") if "_" in name else ""
+
+
+def told(kind: str, location: tuple[int | str, ...], given: Any, context: Mapping[str, Any]) -> Told | None:
+    """What pydantic's error of this kind comes to; None if it says it well enough itself."""
+    for end, words in _ENDS.items():
+        if end in context:
+            return f"is {_number(given)}", f"give {words} {_bound(context[end], unit_of(location), given, end)}"
+    if kind in _TYPES:
+        return f"is {given!r}", f"give {_TYPES[kind]}"
+    teller = _TELLERS.get(kind)
+    return teller(given, context) if teller else None
+
+
+def _bound(bound: float, unit: str, given: Any, end: str) -> str:
+    mistaken = _MISTAKEN.get(unit, "") if end in ("le", "lt") or (given < 0 and bound < 0) else ""
+    number = f"{bound:.10g}" if isinstance(bound, float) else str(bound)
+    return f"{number}{' ' if unit else ''}{unit}{mistaken}"
+
+
+def _number(given: Any) -> str:
+    return f"{given:g}" if isinstance(given, float) and math.isfinite(given) else repr(given)
+
+
+def _too_few_or_many(given: Any, context: Mapping[str, Any]) -> Told:
+    count = len(given) if isinstance(given, list | tuple | str) else context["actual_length"]
+    what = "characters" if isinstance(given, str) else "items"
+    limit = f"at most {context['max_length']}" if "max_length" in context else f"at least {context['min_length']}"
+    return f"has {count} {what}", f"give {limit}"
+
+
+def _one_of(given: Any, context: Mapping[str, Any]) -> Told:
+    return f"is {given!r}", f"give {context['expected']}"
+
+
+_TELLERS: Mapping[str, Callable[[Any, Mapping[str, Any]], Told]] = {
+    "too_short": _too_few_or_many,
+    "too_long": _too_few_or_many,
+    "string_too_short": _too_few_or_many,
+    "string_too_long": _too_few_or_many,
+    "literal_error": _one_of,
+    "enum": _one_of,
+}

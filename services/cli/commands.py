@@ -1,0 +1,82 @@
+"""The command's entry: every subcommand, and how its errors reach a person."""
+
+import io
+import sys
+from typing import Annotated
+
+import typer
+
+from schemas.errors import TouchlineError
+from services.cli import (
+    compare,
+    demo,
+    orders,
+    picture,
+    plan,
+    recordings,
+    run,
+    services,
+    simulate,
+    study,
+    sweep,
+    system,
+    templates,
+)
+from services.cli.options import ExitCode
+
+app = typer.Typer(
+    name="touchline",
+    help="Plan, drive and paint sports-field line markings with an emulated line-marking robot.",
+    no_args_is_help=True,
+    invoke_without_command=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+demo.register(app)
+plan.register(app)
+run.register(app)
+simulate.register(app)
+sweep.register(app)
+templates.register(app)
+study.register(app)
+system.register(app)
+services.register(app)
+orders.register(app)
+recordings.register(app)
+compare.register(app)
+picture.register(app)
+
+
+@app.callback()
+def touchline(
+    version: Annotated[bool, typer.Option("--version", help="Print the version and leave.", is_eager=True)] = False,
+) -> None:
+    """Plan, drive and paint sports-field line markings with an emulated line-marking robot."""
+    if version:
+        from importlib.metadata import version as version_of
+
+        typer.echo(f"touchline {version_of('touchline')}")
+        raise typer.Exit
+
+
+def run_command() -> int:
+    """Run the command; what a person can mend is told in one line, without a traceback.
+
+    Returns:
+        The exit code.
+
+    Raises:
+        KeyboardInterrupt: It was interrupted before or after the work of a subcommand.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # where the locale has no ² or ·, a question mark will do
+    try:
+        app()
+    except TouchlineError as error:
+        sys.stderr.write(f"error: {error}\n")
+        return ExitCode.UNUSABLE
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else ExitCode.OK
+    return ExitCode.OK

@@ -1,0 +1,42 @@
+"""``touchline compare``: whether two recordings are the same session."""
+
+import json
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from services.cli.options import ExitCode, JsonOption
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommand."""
+    app.command("compare")(compare)
+
+
+def compare(
+    left: Annotated[Path, typer.Argument(help="MCAP file to compare with.", show_default=False)],
+    right: Annotated[Path, typer.Argument(help="The other MCAP file.", show_default=False)],
+    topics: Annotated[
+        list[str] | None,
+        typer.Option("--topic", help="Only this topic, as in /tt2/odometry/filtered; can be given again."),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Compare two recordings message by message; exit code 1 if they differ by more than the topics' tolerances."""
+    from services.bridge.compare import compare as compared
+
+    comparison = compared(left, right, topics or None)
+    if as_json:
+        found = {name: asdict(topic) for name, topic in comparison.topics.items()}
+        verdict = {"same": comparison.same, "identical": comparison.identical, "problems": comparison.problems}
+        typer.echo(json.dumps(verdict | {"topics": found}, indent=2))
+    else:
+        for line in comparison.lines():
+            typer.echo(line)
+        alike = "the same within the tolerances" if comparison.same else "different"
+        typer.echo(f"the sessions are {'identical' if comparison.identical else alike}")
+    if not comparison.same:
+        sys.exit(ExitCode.FAILED)

@@ -1,0 +1,100 @@
+"""``touchline order|fault|topics``: the robot's services from a shell, and the list of all there are."""
+
+import json
+import sys
+import uuid
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+from rich import box
+from rich.console import Console
+from rich.table import Column, Table
+
+from schemas import topics
+from schemas.faults import parse_fault
+from schemas.messages import CommandRequest, InjectFaultRequest
+from schemas.spec import read_text
+from services.bus import Bus
+from services.cli.options import ExitCode, JsonOption
+
+OrderName = Literal["start", "pause", "resume", "abort", "estop", "reset"]
+_SERVICES = {
+    "start": topics.START,
+    "pause": topics.PAUSE,
+    "resume": topics.RESUME,
+    "abort": topics.ABORT,
+    "estop": topics.ESTOP,
+    "reset": topics.RESET,
+}
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommands."""
+    app.command("order")(order)
+    app.command("fault")(fault)
+    app.command("topics")(list_topics)
+
+
+def order(what: Annotated[OrderName, typer.Argument(help="What the robot shall do.", show_default=False)]) -> None:
+    """Give the robot on the bus an order, as the console does; exit code 1 if it refuses."""
+    with Bus.open(topics.OPERATOR) as bus:
+        answer = bus.call(_SERVICES[what], CommandRequest(request_id=uuid.uuid4().hex))
+    _tell(answer.success, what, answer.message)
+
+
+def fault(
+    what: Annotated[
+        str,
+        typer.Argument(
+            help='The fault as in a scenario\'s timeline: JSON such as \'{"kind": "bumper", "duration_s": 0.5}\', '
+            "or a file of it. start_s counts from now.",
+            show_default=False,
+        ),
+    ],
+) -> None:
+    """Let something go wrong with the robot on the bus (docs/robot-sim.md lists the faults)."""
+    text = what if what.lstrip().startswith("{") else read_text(Path(what))
+    parse_fault(text)  # told here, whether or not a robot is there
+    with Bus.open(topics.OPERATOR) as bus:
+        answer = bus.call(topics.INJECT_FAULT, InjectFaultRequest(request_id=uuid.uuid4().hex, fault_json=text))
+    _tell(answer.success, "fault", answer.message)
+
+
+def _tell(success: bool, what: str, message: str) -> None:
+    typer.echo(f"{what}: {message}" if success else f"{what} refused: {message}", err=not success)
+    if not success:
+        sys.exit(ExitCode.FAILED)
+
+
+def list_topics(as_json: JsonOption = False) -> None:
+    """List every topic and service with its type; names are under the robot's namespace (tt2)."""
+    if as_json:
+        rows = [
+            {
+                "name": topic.name,
+                "type": topic.type.ros_type,
+                "rate_hz": topic.rate_hz,
+                "units": topic.units,
+                "recorded": topic.recorded,
+                "latched": topic.latched,
+                "reliable": topic.reliable,
+                "tolerance": topic.tolerance,
+            }
+            for topic in topics.TOPICS
+        ]
+        services = [{"name": service.name, "type": service.ros_type} for service in topics.SERVICES]
+        typer.echo(json.dumps({"topics": rows, "services": services}, indent=2))
+        return
+    table = Table(Column("topic", no_wrap=True), Column("type", no_wrap=True), "Hz", "units", "", box=box.SIMPLE_HEAD)
+    table.caption, table.caption_justify = "R: recorded; L: late joiners get the last one", "left"
+    for topic in topics.TOPICS:
+        rate = f"{topic.rate_hz:g}" if topic.rate_hz else "on event"
+        marks = " ".join(mark for mark, on in (("R", topic.recorded), ("L", topic.latched)) if on)
+        table.add_row(topic.name, topic.type.ros_type.replace("/msg/", "/"), rate, topic.units, marks)
+    offered = Table(Column("service", no_wrap=True), "type", box=box.SIMPLE_HEAD)
+    for service in topics.SERVICES:
+        offered.add_row(service.name, service.ros_type.replace("/srv/", "/"))
+    console = Console()
+    console.print(table)
+    console.print(offered)

@@ -1,0 +1,61 @@
+"""Which robot lives in which world: what a journal was kept with, and what is different now."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator
+from typing import Any, Final, NamedTuple, Self
+
+from schemas.scenario import Scenario
+from schemas.spec import field_path
+from schemas.vehicle import Vehicle
+
+_SHOWN: Final = 3
+"""Differences that are told one by one."""
+_LONGEST: Final = 40
+"""Characters of a value that are shown."""
+_ABSENT: Final = object()
+
+
+class Setup(NamedTuple):
+    """A vehicle and a scenario, as canonical JSON. A scenario's name changes nothing that happens, so it is no part."""
+
+    text: str
+
+    @classmethod
+    def of(cls, vehicle: Vehicle, scenario: Scenario) -> Self:
+        """That of a robot."""
+        both = {"vehicle": vehicle.model_dump(mode="json"), **scenario.model_dump(mode="json", exclude={"name"})}
+        return cls(json.dumps(both, sort_keys=True, separators=(",", ":")))
+
+    @property
+    def digest(self) -> bytes:
+        """16 bytes that tell it from others."""
+        return hashlib.blake2b(self.text.encode(), digest_size=16).digest()
+
+    def changes_from(self, earlier: Setup) -> str:
+        """What is different from an earlier one, for people: ``ground.surface was "grass", is "wet-grass"``."""
+        found = list(_changes(json.loads(earlier.text), json.loads(self.text), ()))
+        more = f" (and {len(found) - _SHOWN} more)" if len(found) > _SHOWN else ""
+        return "; ".join(found[:_SHOWN]) + more
+
+
+def _changes(then: Any, now: Any, place: tuple[int | str, ...]) -> Iterator[str]:
+    if then == now:
+        return
+    if isinstance(then, dict) and isinstance(now, dict):
+        for name in sorted(then.keys() | now.keys()):
+            yield from _changes(then.get(name, _ABSENT), now.get(name, _ABSENT), (*place, name))
+    elif isinstance(then, list) and isinstance(now, list) and len(then) == len(now):
+        for index, pair in enumerate(zip(then, now, strict=True)):
+            yield from _changes(*pair, (*place, index))
+    else:
+        yield f"{field_path(place)} was {_shown(then)}, is {_shown(now)}"
+
+
+def _shown(value: object) -> str:
+    if value is _ABSENT:
+        return "not there"
+    text = json.dumps(value, ensure_ascii=False)
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"

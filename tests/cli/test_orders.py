@@ -1,0 +1,97 @@
+"""Orders from a shell, faults, the list of topics, and two sessions compared."""
+
+import json
+import sys
+import threading
+
+import pytest
+
+from schemas import messages as m
+from schemas import topics
+from services.bus import Bus
+from services.cli.commands import run_command
+
+
+@pytest.fixture
+def touchline(monkeypatch, capsys, bus_config):
+    """Run the command on a bus of its own: (exit code, standard output, standard error)."""
+    for name, value in bus_config.environment().items():
+        monkeypatch.setenv(name, value)
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["touchline", *arguments])
+        code = run_command()
+        return code, *capsys.readouterr()
+
+    return run
+
+
+@pytest.fixture
+def robot(bus_config):
+    """What a robot was asked; it can pause, take any fault, and never start."""
+    asked, over, ready = [], threading.Event(), threading.Event()
+
+    def serve():
+        with Bus.open(topics.ROBOT_SIM, bus_config) as bus:
+            servers = [bus.serve(service) for service in (topics.PAUSE, topics.START, topics.INJECT_FAULT)]
+            ready.set()
+            while not over.wait(0.005):
+                for server in servers:
+                    while (call := server.poll()) is not None:
+                        asked.append((server.service.name, call.request))
+                        good = server.service is not topics.START
+                        message = "as you say" if good else "no plan is loaded"
+                        call.reply(server.service.response(success=good, message=message))
+
+    thread = threading.Thread(target=serve)
+    thread.start()
+    ready.wait(10.0)
+    yield asked
+    over.set()
+    thread.join()
+
+
+def test_orders_and_faults_reach_the_robot(touchline, robot):
+    assert touchline("order", "pause") == (0, "pause: as you say\n", "")
+    assert touchline("order", "start") == (1, "", "start refused: no plan is loaded\n")
+    assert touchline("fault", '{"kind": "bumper", "duration_s": 0.5}')[0] == 0
+    (name, request) = robot[-1]
+    assert (name, json.loads(request.fault_json)["kind"]) == (topics.INJECT_FAULT.name, "bumper")
+    assert len({request.request_id for _, request in robot}) == 3
+
+
+def test_orders_to_nobody_and_faults_that_are_none(touchline):
+    code, _, err = touchline("order", "estop")
+    assert (code, "nobody answers" in err) == (2, True)
+    code, _, err = touchline("fault", '{"kind": "gremlins"}')
+    assert (code, "kind is 'gremlins'; give one of gnss-outage" in err) == (2, True)
+
+
+def test_every_topic_and_service_is_listed(touchline):
+    code, out, _ = touchline("topics")
+    assert code == 0
+    assert all(row.name in out for row in (*topics.TOPICS, *topics.SERVICES))
+    listed = json.loads(touchline("topics", "--json")[1])
+    assert {row["type"] for row in listed["topics"]} == {topic.type.ros_type for topic in topics.TOPICS}
+    assert m.PlanRequest.ros_type.removesuffix("_Request") in {row["type"] for row in listed["services"]}
+
+
+def test_sessions_are_compared(touchline, tmp_path):
+    one, again, other = (str(tmp_path / f"{name}.mcap") for name in ("one", "again", "other"))
+    for path, seed in ((one, "1"), (again, "1"), (other, "2")):
+        options = ("--seed", seed, "--follower", "pure-pursuit", "--record", path)
+        assert touchline("simulate", "study-square", *options)[0] == 0
+    code, out, _ = touchline("compare", one, again)
+    assert (code, out.splitlines()[-1]) == (0, "the sessions are identical")
+    code, out, _ = touchline("compare", one, other, "--json")
+    found = json.loads(out)
+    assert code == 1
+    assert not found["same"]
+    assert found["topics"]["/tt2/plan"]["identical"] == 1
+    assert found["topics"]["/tt2/imu/data_raw"]["different"] > 100
+    code, out, _ = touchline("compare", one, other, "--topic", "/tt2/plan")
+    assert (code, out.splitlines()[-1]) == (0, "the sessions are identical")
+
+
+def test_the_version_is_told(touchline):
+    assert touchline("--version")[1].startswith("touchline 0.")

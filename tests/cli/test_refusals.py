@@ -1,0 +1,91 @@
+"""What cannot be done is refused in a line, before any work; what has been done is told whatever else goes wrong."""
+
+import io
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+from schemas.errors import SpecError
+from services.cli.commands import run_command
+from services.writing import write_text
+
+SEGMENT = {"id": "a", "line": {"start": [0, 0], "end": [5, 0]}}
+
+
+@pytest.fixture
+def touchline(monkeypatch, capsys):
+    """Run the command in this process: (exit code, standard output, standard error)."""
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["touchline", *arguments])
+        code = run_command()
+        return code, *capsys.readouterr()
+
+    return run
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("run", "study-square", "--record", "/no/such/folder/x.mcap"), "x.mcap cannot be written (there is no such"),
+        (("simulate", "study-square", "--report", "/"), "is a folder"),
+        (("plan", "study-square", "--plot-wheels", "/no/such/folder/x.svg"), "there is no such folder"),
+        (("sweep", "study-square", "--csv", "/no/such/folder/x.csv"), "there is no such folder"),
+        (("picture", "/no/such.mcap", "--out", "x.gif"), "--out ends in '.gif'"),
+        (("simulate", "study-square", "--seed", str(2**63)), "--seed"),
+        (("up", "--speed", "fast"), "--speed"),
+        (("simulate", "study-square", "--follower", "external"), "use `touchline run` or `up`"),
+        (("sweep", "study-square", "--set", "follower=mpc,external"), "use `touchline run` or `up`"),
+        (("tui",), "needs a terminal"),
+    ],
+)
+def test_what_cannot_be_done_is_refused_at_once(arguments, says, touchline):
+    code, out, err = touchline(*arguments)
+    assert (code, out) == (2, "")
+    assert says in " ".join(err.split())
+
+
+def test_parameters_are_for_shipped_templates(touchline, tmp_path):
+    path = tmp_path / "field.json"
+    path.write_text(json.dumps({"name": "t", "segments": [SEGMENT]}))
+    _, _, err = touchline("plan", str(path), "--set", "length=3")
+    assert "field.json has no parameters, so length cannot be set" in err
+
+
+def test_figures_that_cannot_be_written_are_shown_all_the_same(touchline):
+    code, out, err = touchline("plan", "study-square", "--json", "--report", "/dev/full")
+    assert code == 2
+    assert "/dev/full cannot be written (No space left on device)" in err
+    assert json.loads(out)["segments"]["painted"] == 4
+
+
+def test_a_report_that_finds_no_room_leaves_the_one_before(tmp_path, monkeypatch):
+    report = tmp_path / "report.json"
+    write_text("the one before", report)
+    monkeypatch.setattr(Path, "replace", lambda self, target: Path("/dev/full").write_text("x"))
+    with pytest.raises(SpecError, match="No space left"):
+        write_text("another", report)
+    assert [path.name for path in tmp_path.iterdir()] == ["report.json"]
+    assert report.read_text() == "the one before"
+
+
+def test_titles_are_shown_as_they_are_written(touchline, tmp_path):
+    path = tmp_path / "field.json"
+    path.write_text(json.dumps({"name": "t", "title": "Ground [north] \u26bd", "segments": [SEGMENT]}))
+    _, out, _ = touchline("plan", str(path))
+    assert "Plan of Ground [north] \u26bd" in out
+
+
+def test_an_output_without_the_letters_gets_question_marks(touchline, monkeypatch):
+    monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(io.BytesIO(), encoding="latin-1"))
+    code, _, _ = touchline("templates")
+    assert code == 0
+    sys.stdout.flush()
+    assert b"soccer-11" in sys.stdout.buffer.getvalue()
+
+
+def test_a_name_in_the_list_can_be_copied_from_a_narrow_terminal(touchline, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    assert "american-football" in touchline("templates")[1]

@@ -1,0 +1,39 @@
+"""The terminal's end, on a pipe."""
+
+import os
+import threading
+
+from textual.events import Key
+
+from tests.tui.console import console
+from tests.tui.scenes import up
+from tui.driver import SturdyDriver
+
+
+def test_input_that_is_no_text_costs_nothing_but_itself():
+    driver = SturdyDriver.__new__(SturdyDriver)  # without a terminal to take over
+    driver.fileno, writer = os.pipe()
+    driver.exit_event, driver._debug = threading.Event(), False
+    keys, heard = [], threading.Event()
+
+    def process_message(message):
+        if isinstance(message, Key):
+            keys.append(message.key)
+            heard.set()
+
+    driver.process_message = process_message
+    thread = threading.Thread(target=driver.run_input_thread)
+    thread.start()
+    for sent in (b"\xff\xfe", b"e"):
+        os.write(writer, sent)
+        heard.wait(1.0) if sent == b"e" else threading.Event().wait(0.2)
+    driver.exit_event.set()
+    thread.join(5.0)
+    os.close(writer)
+    os.close(driver.fileno)
+    assert keys == ["e"]
+
+
+async def test_the_console_uses_it():
+    async with console(*up()) as (app, _, _):
+        assert app.get_driver_class() is SturdyDriver
