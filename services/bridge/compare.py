@@ -13,6 +13,7 @@ from schemas.errors import PayloadError
 from schemas.messages import Message
 from schemas.topics import Topic
 from services.bridge.channels import topic_at
+from services.bridge.output import RecordingError
 from services.bridge.reader import Recorded, RecordingReader
 
 #: Differences kept per topic; the rest is only counted.
@@ -110,7 +111,7 @@ def compare(left: Path, right: Path, topics: Collection[str] | None = None) -> C
         topics: ROS topic names to compare; all if not given.
 
     Raises:
-        RecordingError: A file cannot be opened or is not MCAP.
+        RecordingError: A file cannot be opened or is not MCAP, or neither has a message of a topic asked for.
     """
     readers = (RecordingReader(left), RecordingReader(right))
     found: dict[str, TopicComparison] = {}
@@ -128,6 +129,9 @@ def compare(left: Path, right: Path, topics: Collection[str] | None = None) -> C
             _compare_pair(topic, message, partners.popleft())
         else:
             _compare_pair(topic, partners.popleft(), message)
+    absent = sorted(set(topics or ()) - found.keys())
+    if absent:
+        raise RecordingError(f"neither recording has a message of {', '.join(absent)}; `touchline topics` lists all")
     problems = [f"{r.summary.path}: {r.summary.problem}" for r in readers if r.summary.problem]
     return Comparison(dict(sorted(found.items())), problems)
 

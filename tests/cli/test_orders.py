@@ -91,6 +91,9 @@ def test_sessions_are_compared(touchline, tmp_path):
     assert found["topics"]["/tt2/imu/data_raw"]["different"] > 100
     code, out, _ = touchline("compare", one, other, "--topic", "/tt2/plan")
     assert (code, out.splitlines()[-1]) == (0, "the sessions are identical")
+    code, out, err = touchline("compare", one, other, "--topic", "/tt2/plan", "--topic", "/tt2/plam")
+    assert (code, out) == (2, "")
+    assert "neither recording has a message of /tt2/plam" in err
 
 
 def test_the_version_is_told(touchline):
