@@ -12,11 +12,11 @@ from rich.console import Console
 from rich.table import Table
 
 from schemas.catalogue import shipped_templates
-from schemas.errors import SpecError
+from schemas.errors import SpecError, TouchlineError
 from schemas.scenario import Scenario
 from schemas.spec import read_text
 from services.cli.choices import PlanChoice, ScenarioChoice, check_follower
-from services.cli.display import progress_bar, stderr
+from services.cli.display import print_event, progress_bar, stderr
 from services.cli.options import ExitCode, JsonOption, ReportOption
 from services.writing import check_writable, write_json
 
@@ -85,7 +85,7 @@ def sweep(
     for case in cases:
         check_follower(case.scenario)
     runs: list[Run] = []
-    interrupted = False
+    interrupted, broken = False, ""
     with progress_bar("Touchline") as advance:
         jobs, tasks = prepare(cases, seeds, advance)
         warm_up(stderr.print)  # so that not every process compiles
@@ -103,6 +103,10 @@ def sweep(
                     advance(len(runs) / len(tasks), f"{len(runs)} of {len(tasks)}")
         except KeyboardInterrupt:
             interrupted = True
+        except TouchlineError as error:
+            if not runs:
+                raise
+            broken = str(error)  # what is done is worth telling
         wall_s = time.monotonic() - begun
     sim_s = sum(run.figures.get("total_time_s", 0.0) for run in runs)
     figures = summarise(cases, runs) | {
@@ -118,9 +122,11 @@ def sweep(
         write_json(figures, report)
     if csv is not None:
         write_csv(figures, csv)
+    if broken:
+        print_event(2, broken)
     if interrupted:
         sys.exit(ExitCode.INTERRUPTED)
-    if not all(run.success for run in runs):
+    if broken or not all(run.success for run in runs):
         sys.exit(ExitCode.FAILED)
 
 

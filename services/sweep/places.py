@@ -41,10 +41,10 @@ def on_dask(jobs: list[Job], tasks: Sequence[Task], address: str) -> Generator[R
     """On the workers of the Dask scheduler at ``address``, which need this version of Touchline installed.
 
     Raises:
-        TouchlineError: Dask is not installed, or the scheduler does not answer.
+        TouchlineError: Dask is not installed, the scheduler does not answer, or a run killed one worker after another.
     """
     try:
-        from distributed import Client
+        from distributed import Client, KilledWorker
         from distributed import as_completed as completed
     except ImportError as error:
         raise TouchlineError("--dask needs Dask: pip install 'touchline[sweep]'") from error
@@ -58,6 +58,8 @@ def on_dask(jobs: list[Job], tasks: Sequence[Task], address: str) -> Generator[R
         try:
             for future in completed(futures):
                 yield future.result()
+        except KilledWorker as error:
+            raise TouchlineError(f"workers of {address} were killed, one after another, by the same run") from error
         finally:
             client.cancel(futures)
 

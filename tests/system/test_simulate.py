@@ -1,6 +1,7 @@
 """In one process: the bits of the whole system, without it."""
 
 import json
+import os
 import signal
 import time
 from contextlib import suppress
@@ -93,27 +94,35 @@ def test_a_sweep_from_the_command_line(tmp_path):
     assert "study-square" in refused.stderr
 
 
-def _children(pid):
-    found = 0
+def _workers(pid):
+    """The processes that a sweep with this process id has started to run in."""
+    found = []
     for stat in Path("/proc").glob("[0-9]*/stat"):
         with suppress(OSError):  # it has ended meanwhile
-            found += stat.read_text().rpartition(")")[2].split()[1] == str(pid)
+            parent = stat.read_text().rpartition(")")[2].split()[1]
+            if parent == str(pid) and b"spawn_main" in (stat.parent / "cmdline").read_bytes():
+                found.append(int(stat.parent.name))
     return found
 
 
-def test_an_interrupted_sweep_gives_what_is_done(bus_config, tmp_path):
+@pytest.mark.parametrize("what", ["interrupted", "a worker killed"])
+def test_a_sweep_that_is_broken_off_gives_what_is_done(what, bus_config, tmp_path):
     log = tmp_path / "log"
     sweep = start_touchline(
         "sweep", "study-square", "--seeds", "3000", "--workers", "2", "--json", config=bus_config, log=log
     )
     deadline = time.monotonic() + 60.0
-    while _children(sweep.pid) < 2:  # its workers: until then it loads, plans and compiles
+    while len(_workers(sweep.pid)) < 2:  # until then it loads, plans and compiles
         assert time.monotonic() < deadline, log.read_text()
         time.sleep(0.2)
     time.sleep(4.0)
-    sweep.send_signal(signal.SIGINT)
-    assert sweep.wait(timeout=30) == 130
+    if what == "interrupted":
+        sweep.send_signal(signal.SIGINT)
+    else:
+        os.kill(_workers(sweep.pid)[0], signal.SIGKILL)
+    assert sweep.wait(timeout=30) == (130 if what == "interrupted" else 1)
     text = log.read_text()
     swept = json.loads(text[text.index("{") : text.rindex("}") + 1])
     assert not swept["complete"]
-    assert len(swept["runs"]) == swept["combinations"][0]["runs"] < 3000
+    assert 0 < len(swept["runs"]) == swept["combinations"][0]["runs"] < 3000
+    assert ("a process of the sweep was killed" in text) == (what != "interrupted")
