@@ -189,7 +189,7 @@ def test_what_is_over_cannot_be_resumed(path, end):
         robot.load()
         robot.drive(until_m=99.0 if end == "done" else 3.0)
         if end == "aborted":
-            assert journal.unfinished(PLAN)
+            assert journal.unfinished(PLAN, SETUP)
             robot.emulator.abort()
             robot.drive()
     with Journal(path) as journal:

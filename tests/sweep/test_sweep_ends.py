@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from schemas.catalogue import load_template
 from schemas.messages import PlanOptions, Trajectory, TraversalReport
 from schemas.scenario import Scenario
-from services.cli.main import app
+from services.cli.commands import app
 from services.cli.options import ExitCode
 from services.simulation import Job, simulate
 from services.sweep import task as sweep_task
