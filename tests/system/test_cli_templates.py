@@ -58,7 +58,7 @@ def test_text_and_drawings_become_templates(tmp_path: Path) -> None:
         (("templates", "soccer-11", "--set", "length"), "--set is 'length'; give name=value"),
         (("templates", "--set", "length=100"), "--set is given without a template"),
         (("plan", "soccer-11", "--place", "1"), "--place is '1'; give x,y"),
-        (("plan", "soccer-11", "--origin", "91,0"), "latitude_deg is 91.0"),
+        (("plan", "soccer-11", "--origin", "91,0"), "latitude_deg is 91; give at most 89 degrees"),
         (("run", "soccer-11", "--set", "size=1"), "size is not a parameter"),
         (("templates", "soccer-11", "--map-origin", "57,9"), "give its origin with --origin"),
         (("templates", "soccer-11", "--plot", "x.png"), "use .svg"),
