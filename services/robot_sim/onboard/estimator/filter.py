@@ -222,9 +222,8 @@ class Estimator:
         diagonal[[m.LEFT_SLIP, m.RIGHT_SLIP]] = c[m.C_SLIP_VAR]
         diagonal[m.MAG_BIAS] = c[m.C_MAG_VAR]
         p[:] = np.diag(diagonal)
-        p[m.HEADING, m.MAG_BIAS] = p[m.MAG_BIAS, m.HEADING] = -c[
-            m.C_MAG_VAR
-        ]  # the heading's error is the magnetometer's
+        # The heading's error is the magnetometer's.
+        p[m.HEADING, m.MAG_BIAS] = p[m.MAG_BIAS, m.HEADING] = -c[m.C_MAG_VAR]
         self._place(x, p, gnss)
         self._inputs[self._slot, m.IN_RISE_EAST :] = 0.0  # nothing has been learned yet
         self._first_tick = frame.tick
