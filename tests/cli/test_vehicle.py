@@ -103,3 +103,10 @@ def test_a_sweep_runs_with_one_vehicle(touchline):
     swept = json.loads(touchline("sweep", *arguments, "--seeds", "2", "--workers", "2")[1])
     alone = json.loads(touchline("simulate", *arguments, "--seed", "1")[1])
     assert swept["runs"][0]["scenario_hash"] == alone["hash"]["scenario"]
+
+
+def test_the_shipped_robot_is_printed_as_a_file_that_can_be_given(touchline):
+    code, out, _ = touchline("vehicle")
+    assert code == 0
+    assert set(json.loads(out)) == set(Vehicle.model_fields)
+    assert parse(Vehicle, out, "printed") == Vehicle()
