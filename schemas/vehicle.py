@@ -6,9 +6,6 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from schemas.spec import Spec
 
-Positive = Annotated[float, Field(gt=0)]
-NotNegative = Annotated[float, Field(ge=0)]
-
 # What is out of these bounds was meant in another unit, or is no robot that the physics' steps of 1 ms can follow.
 Length = Annotated[float, Field(ge=0.001, le=10)]
 Wheel = Annotated[float, Field(ge=0.02, le=2)]
