@@ -24,6 +24,15 @@ _UNITS = {
     "t": "T",
     "wh": "Wh",
     "ppm": "ppm",
+    "radps2": "rad/s²",
+    "1pm": "1/m",
+    "1pm2": "1/m²",
+    "ohm": "Ω",
+    "a": "A",
+    "w": "W",
+    "nm": "N m",
+    "nms": "N m s",
+    "kgm2": "kg m²",
 }
 _MISTAKEN = {"m": " (in metres, not cm or mm)", "rad": " (in radians, not degrees)"}
 """What a number that is far too large was probably meant in."""
@@ -50,7 +59,17 @@ def unit_of(location: tuple[int | str, ...]) -> str:
     name = names[-1]
     if name in _POINTS:
         return "m"
-    return "rad" if name in _ANGLES else _UNITS.get(name.rpartition("_")[2], "") if "_" in name else ""
+    if name in _ANGLES:
+        return "rad"
+    measured, _, per = name.rpartition("_per_")
+    if not measured:
+        return _ending(name)
+    above, below = _ending(measured), _UNITS.get(per, "")
+    return f"{above} per {below}" if above and below else ""
+
+
+def _ending(name: str) -> str:
+    return _UNITS.get(name.rpartition("_")[2], "") if "_" in name else ""
 
 
 def told(kind: str, location: tuple[int | str, ...], given: Any, context: Mapping[str, Any]) -> Told | None:

@@ -6,11 +6,12 @@ from pydantic import Field, model_validator
 
 from schemas.faults import Fault, Share
 from schemas.spec import Spec
-from schemas.vehicle import NotNegative, Positive
 
 Follower = Literal["mpc", "pure-pursuit", "external"]
 Noise = Literal["default", "none"]
 MAX_SEED = 2**63 - 1
+Positive = Annotated[float, Field(gt=0)]
+NotNegative = Annotated[float, Field(ge=0)]
 Coordinate = Annotated[float, Field(ge=-10000, le=10000)]
 
 

@@ -89,7 +89,8 @@ def _without_tags(location: tuple[int | str, ...], data: Any, missing: bool) -> 
     """A pydantic location less the tags of tagged unions, which the author of the text has never seen."""
     kept: list[int | str] = []
     for index, part in enumerate(location):
-        if isinstance(data, dict) and part not in data and not (missing and index == len(location) - 1):
+        known = index == 0 or (missing and index == len(location) - 1)  # a field, perhaps one left at its default
+        if isinstance(data, dict) and part not in data and not known:
             continue
         kept.append(part)
         if isinstance(data, dict):

@@ -1,14 +1,23 @@
 """Vehicles: a robot as data. The defaults are the Turf Tank Two."""
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationInfo, field_validator
 
 from schemas.spec import Spec
 
-Positive = Annotated[float, Field(gt=0)]
-NotNegative = Annotated[float, Field(ge=0)]
-BodyPoint = tuple[float, float]
+# What is out of these bounds was meant in another unit, or is no robot that the physics' steps of 1 ms can follow.
+Length = Annotated[float, Field(ge=0.001, le=10)]
+Wheel = Annotated[float, Field(ge=0.02, le=2)]
+Track = Annotated[float, Field(ge=0.05, le=10)]
+Place = Annotated[float, Field(ge=-10, le=10)]
+BodyPoint = tuple[Place, Place]
+Mass = Annotated[float, Field(ge=1, le=10_000)]
+WheelRate = Annotated[float, Field(ge=0.1, le=1_000)]
+WheelAcceleration = Annotated[float, Field(ge=0.1, le=10_000)]
+Acceleration = Annotated[float, Field(ge=0.01, le=100)]
+Delay = Annotated[float, Field(ge=0, le=10)]
+Speed = Annotated[float, Field(ge=0.05, le=20)]
 
 
 class Motor(Spec):
@@ -18,17 +27,17 @@ class Motor(Spec):
     of wheel speed and acceleration with a full tank, and uses the known energy on grass.
     """
 
-    gear_ratio: Positive = 20.0
+    gear_ratio: Annotated[float, Field(ge=0.1, le=1_000)] = 20.0
     gear_efficiency: Annotated[float, Field(gt=0, le=1)] = 0.85
-    constant_nm_per_a: Positive = 0.08
+    constant_nm_per_a: Annotated[float, Field(ge=0.0001, le=100)] = 0.08
     """Torque constant, and the electromotive force in V per rad/s."""
-    resistance_ohm: Positive = 0.25
-    max_current_a: Positive = 25.0
-    inertia_kgm2: Positive = 0.08
+    resistance_ohm: Annotated[float, Field(ge=0.0001, le=1_000)] = 0.25
+    max_current_a: Annotated[float, Field(ge=0.01, le=10_000)] = 25.0
+    inertia_kgm2: Annotated[float, Field(ge=0.0001, le=100)] = 0.08
     """Of wheel, gear and rotor, at the wheel."""
-    friction_nm: NotNegative = 0.4
+    friction_nm: Annotated[float, Field(ge=0, le=1_000)] = 0.4
     """Dry, at the wheel."""
-    viscous_nms: NotNegative = 0.02
+    viscous_nms: Annotated[float, Field(ge=0, le=100)] = 0.02
 
 
 class Vehicle(Spec):
@@ -37,35 +46,35 @@ class Vehicle(Spec):
     name: str = "turf-tank-two"
     kinematics: Literal["differential"] = "differential"
 
-    wheel_radius_m: Positive = 0.1
-    track_width_m: Positive = 0.5079
-    max_wheel_speed_radps: Positive = 20.0
-    max_wheel_acceleration_radps2: Positive = 40.0
-    motor_time_constant_s: NotNegative = 0.05
+    wheel_radius_m: Wheel = 0.1
+    track_width_m: Track = 0.5079
+    max_wheel_speed_radps: WheelRate = 20.0
+    max_wheel_acceleration_radps2: WheelAcceleration = 40.0
+    motor_time_constant_s: Delay = 0.05
     """Of the drives' speed profile: how the wheels follow their command as long as the motors can."""
     motor: Motor = Motor()
-    mass_empty_kg: Positive = 56.0
-    mass_full_kg: Positive = 100.0
-    radius_of_gyration_m: Positive = 0.3
-    caster_x_m: float = 0.5
+    mass_empty_kg: Mass = 56.0
+    mass_full_kg: Mass = Field(default=100.0, validate_default=True)
+    radius_of_gyration_m: Length = 0.3
+    caster_x_m: Place = 0.5
     """The casters, taken together, ahead of the axle."""
-    caster_trail_m: Positive = 0.05
+    caster_trail_m: Length = 0.05
     caster_load_share: Annotated[float, Field(ge=0, lt=1)] = 0.2
     """Share of the weight on the casters."""
-    side_slip_rad_per_mps2: NotNegative = 0.0064
+    side_slip_rad_per_mps2: Annotated[float, Field(ge=0, le=1)] = 0.0064
     """Sideways slip angle per lateral acceleration on dry grass, as the robot's own computer assumes it."""
-    max_acceleration_mps2: Positive = 1.0
+    max_acceleration_mps2: Acceleration = 1.0
     """Planned acceleration along the path: what a full tank and grass bear without slipping or slopping."""
-    planned_wheel_acceleration_radps2: Positive = 16.0
+    planned_wheel_acceleration_radps2: WheelAcceleration = 16.0
     """Of the wheels' limit, what plans use: turning in harder makes tyres slip on grass, and a pitch takes no less."""
-    max_lateral_acceleration_mps2: Positive = 1.2
+    max_lateral_acceleration_mps2: Acceleration = 1.2
     """Planned acceleration across the path: what tyres on grass bear with hardly any slip. (The study's 1.5 m/s in
     turns of 1.125 1/m need 2.53 m/s², at which the emulated robot slides.)"""
     can_reverse: bool = True
     can_spin: bool = True
     """What the robot's own computer drives: segments of direction BACKWARD, turns on the spot (ANGULAR velocity)."""
 
-    footprint_m: Annotated[tuple[BodyPoint, ...], Field(min_length=3)] = (
+    footprint_m: Annotated[tuple[BodyPoint, ...], Field(min_length=3, max_length=100)] = (
         (0.75, -0.33),
         (0.75, 0.33),
         (-0.35, 0.33),
@@ -76,45 +85,54 @@ class Vehicle(Spec):
         (0.15, -0.33),
     )
     """Outline of the body with the nozzle's boom, corner by corner (x, y)."""
-    casters_m: tuple[BodyPoint, ...] = ((0.60, 0.20), (0.60, -0.20))
+    casters_m: Annotated[tuple[BodyPoint, ...], Field(max_length=10)] = ((0.60, 0.20), (0.60, -0.20))
     """Where the casters touch the ground; the wheels do at y = ± half the track."""
 
-    nozzle_x_m: float = 0.0
-    nozzle_y_m: float = -0.41124
-    spray_width_m: Positive = 0.12
-    paint_l_per_m: Positive = 0.0077
+    nozzle_x_m: Place = 0.0
+    nozzle_y_m: Place = -0.41124
+    spray_width_m: Length = 0.12
+    paint_l_per_m: Annotated[float, Field(gt=0, le=10)] = 0.0077
     """Paint for a metre of line: 20 L make about one American football field (2.6 km of line)."""
-    tank_l: Positive = 20.0
-    valve_on_delay_s: NotNegative = 0.015
-    valve_off_delay_s: NotNegative = 0.030
-    disc_delay_s: NotNegative = 0.5
-    drying_time_s: Positive = 900.0
+    tank_l: Annotated[float, Field(gt=0, le=10_000)] = 20.0
+    valve_on_delay_s: Delay = 0.015
+    valve_off_delay_s: Delay = 0.030
+    disc_delay_s: Delay = 0.5
+    drying_time_s: Annotated[float, Field(gt=0, le=1_000_000)] = 900.0
     """Until then wheels and casters smear the paint."""
 
-    battery_wh: Positive = 680.0
-    idle_power_w: NotNegative = 45.0
+    battery_wh: Annotated[float, Field(gt=0, le=1_000_000)] = 680.0
+    idle_power_w: Annotated[float, Field(ge=0, le=100_000)] = 45.0
     """Computer, receiver, pump; with what the motors draw on grass the battery lasts a bit over 5 h of work."""
 
-    encoder_ticks_per_revolution: Annotated[int, Field(gt=0)] = 4096 * 20
+    encoder_ticks_per_revolution: Annotated[int, Field(gt=0, le=1_000_000_000)] = 4096 * 20
     """1024 lines × 4 on the motor shaft behind a 20:1 gear."""
-    gnss_antenna_x_m: float = 0.0
-    gnss_antenna_y_m: float = 0.0
-    gnss_antenna_z_m: float = 0.6
+    gnss_antenna_x_m: Place = 0.0
+    gnss_antenna_y_m: Place = 0.0
+    gnss_antenna_z_m: Place = 0.6
 
-    paint_speed_mps: Positive = 1.0
-    transit_speed_mps: Positive = 1.4
-    default_kappa_max_1pm: Positive = 1.125
-    default_sigma_max_1pm2: Positive = 2.1
+    paint_speed_mps: Speed = Field(default=1.0, validate_default=True)
+    transit_speed_mps: Speed = Field(default=1.4, validate_default=True)
+    default_kappa_max_1pm: Annotated[float, Field(gt=0, le=100)] = 1.125
+    default_sigma_max_1pm2: Annotated[float, Field(gt=0, le=1_000)] = 2.1
 
-    @model_validator(mode="after")
-    def _speeds_fit_the_wheels(self) -> Self:
-        limit = self.max_wheel_speed_radps * self.wheel_radius_m
-        for field in ("paint_speed_mps", "transit_speed_mps"):
-            if getattr(self, field) > limit:
-                raise ValueError(f"{field} must not exceed the wheels' {limit:.3f} m/s")
-        if self.mass_full_kg < self.mass_empty_kg:
-            raise ValueError("mass_full_kg must be at least mass_empty_kg")
-        return self
+    @field_validator("mass_full_kg")
+    @classmethod
+    def _paint_weighs_something(cls, given: float, info: ValidationInfo) -> float:
+        empty = info.data.get("mass_empty_kg", given)
+        if given < empty:
+            raise ValueError(f"give at least {empty:g} kg, the mass_empty_kg")
+        return given
+
+    @field_validator("paint_speed_mps", "transit_speed_mps")
+    @classmethod
+    def _speeds_fit_the_wheels(cls, given: float, info: ValidationInfo) -> float:
+        known = info.data
+        limit = known.get("max_wheel_speed_radps", 0.0) * known.get("wheel_radius_m", 0.0)
+        if 0.0 < limit < given:
+            raise ValueError(
+                f"give at most {limit:.10g} m/s: the wheels do no more (max_wheel_speed_radps times wheel_radius_m)"
+            )
+        return given
 
     @property
     def half_track_m(self) -> float:

@@ -13,6 +13,7 @@ from schemas import topics
 from schemas.errors import TouchlineError
 from schemas.messages import DiagnosticArray, Event, Header, Time
 from schemas.scenario import Scenario
+from schemas.vehicle import Vehicle
 from services.bus import Bus, BusConfig
 from services.bus.health import STARTING
 from services.bus.presence import Presence
@@ -78,7 +79,11 @@ class LocalSystem:
 
 @contextmanager
 def local_system(
-    robot_arguments: Sequence[str], config: BusConfig | None = None, bridge_arguments: Sequence[str] = ()
+    robot_arguments: Sequence[str],
+    config: BusConfig | None = None,
+    bridge_arguments: Sequence[str] = (),
+    *,
+    vehicle: Vehicle | None = None,
 ) -> Iterator[LocalSystem]:
     """Start planner, robot and bridge, and stop them at the end.
 
@@ -86,14 +91,16 @@ def local_system(
         robot_arguments: Options of ``touchline robot-sim``.
         config: The bus to use; by default a private one, so that several jobs can run at once.
         bridge_arguments: Options of ``touchline bridge``.
+        vehicle: Planned for and driven; by default the shipped one.
     """
     private = config is None
     config = config or BusConfig(endpoint=f"tcp/127.0.0.1:{_free_port()}")
     with tempfile.TemporaryDirectory(prefix="touchline-") as folder:
         journal = ["--journal", f"{folder}/robot.journal"] if private else []  # nobody comes back to a private bus
+        same = ["--vehicle", _written(vehicle, Path(folder))] if vehicle else []
         children = [
-            Child(topics.ROBOT_SIM, ["robot-sim", *robot_arguments, *journal]),
-            Child(topics.PLANNER, ["planner"]),
+            Child(topics.ROBOT_SIM, ["robot-sim", *robot_arguments, *same, *journal]),
+            Child(topics.PLANNER, ["planner", *same]),
             Child(topics.BRIDGE, ["bridge", *bridge_arguments]),
         ]
         supervisor = Supervisor(children, config, Path(folder))
@@ -103,6 +110,12 @@ def local_system(
                 yield LocalSystem(bus, supervisor, bus.presence())
         finally:
             supervisor.stop()
+
+
+def _written(vehicle: Vehicle, folder: Path) -> str:
+    path = folder / "vehicle.json"
+    path.write_text(vehicle.model_dump_json(), encoding="utf-8")
+    return str(path)
 
 
 @contextmanager

@@ -43,14 +43,20 @@ class Job:
     plan_report: PlanReport
 
     @classmethod
-    def prepare(cls, template: Template, options: PlanOptions, progress: Progress = lambda done, doing: None) -> Self:
-        """Plan ``template`` for the default vehicle.
+    def prepare(
+        cls,
+        template: Template,
+        options: PlanOptions,
+        vehicle: Vehicle | None = None,
+        progress: Progress = lambda done, doing: None,
+    ) -> Self:
+        """Plan ``template`` for the vehicle, by default the shipped one.
 
         Raises:
             PlanningError: It cannot be planned.
         """
         begun = time.perf_counter()
-        vehicle = Vehicle()
+        vehicle = vehicle or Vehicle()
         planned = plan(template, vehicle, options, lambda stage, fraction: progress(fraction, f"Planning: {stage}"))
         report = planned.report.model_copy(update={"planning_time_s": time.perf_counter() - begun})
         return cls(template, vehicle, options, planned.trajectory, report)

@@ -86,12 +86,12 @@ class ConsoleApp(App[None]):
     ) -> None:
         """Show what comes over `link`; `clock` is used to notice silence and to pace repeats."""
         super().__init__()
-        self.state = ConsoleState()
+        self._vehicle = vehicle or Vehicle()
+        self.state = ConsoleState(tank_l=self._vehicle.tank_l)
         dispatcher = Dispatcher(link, lambda outcome: self.post_message(OrderDone(outcome)))
         self.operator = Operator(self.state, dispatcher, self._say, secrets.token_hex(4))
         self._link = link
         self._autostart = autostart or AutoStart()
-        self._vehicle = vehicle or Vehicle()
         self._clock = clock
         self._paint_due_s = 0.0
         self._header, self._keys = HeaderBar(), KeyBar()

@@ -10,7 +10,6 @@ from textual.widgets import Static
 
 from schemas import topics
 from schemas.messages.touchline import GnssStatus, TraversalStatus
-from schemas.vehicle import Vehicle
 from tui import format, theme
 from tui.state import ConsoleState
 
@@ -21,7 +20,6 @@ GOOD_ERROR_M = 0.02
 
 ROOMY = 38
 """From this width on the less urgent figures are shown too."""
-TANK_L = Vehicle().tank_l
 
 PEOPLE = (topics.CONSOLE, topics.OPERATOR)
 """Nodes behind which somebody sits, this console among them."""
@@ -166,7 +164,7 @@ def _robot_lines(state: ConsoleState, width: int) -> list[Content]:
         lines.append(_row("battery", _bar(charge, width, color), f" {format.percent(charge):>6}"))
     if robot.sprayer:
         tank = robot.sprayer.tank_l
-        share = tank / TANK_L
+        share = tank / state.tank_l
         color = theme.WHITE if share > LOW_PAINT else theme.VERMILION
         lines.append(_row("paint", _bar(share, width, color), f" {format.number(tank, 1, 'L'):>7}"))
         valve = ("● open", theme.YELLOW) if robot.sprayer.valve_open else ("○ shut", theme.MUTED)

@@ -16,6 +16,7 @@ from schemas.messages.touchline import Event, PaintMarks, PlanReport, Progress, 
 from schemas.messages.turf_tank import Trajectory
 from schemas.template import Template
 from schemas.topics import Topic
+from schemas.vehicle import Vehicle
 from tui import robot as robot_model
 from tui.event_log import ERROR, INFO, WARN, EventLog
 from tui.health import Node, take_report
@@ -35,7 +36,7 @@ class ConsoleState:
     """Everything the console shows. Messages come in by `apply`; what came of the operator's orders by its own methods.
 
     `draft` is the job that is being prepared here, `loaded` the one that the robot has. The robot's is in view while
-    it is busy, and whenever nothing is being prepared.
+    it is busy, and whenever nothing is being prepared. `tank_l` is what a full tank holds, which the bus does not tell.
     """
 
     robot: Robot = field(default_factory=Robot)
@@ -49,6 +50,7 @@ class ConsoleState:
     lost: int = 0
     rejected: int = 0
     now_s: float = 0.0
+    tank_l: float = Vehicle().tank_l
     _speed_set: tuple[float, float] = (1.0, -math.inf)
     _publisher: str = ""
     _rejected_topics: set[str] = field(default_factory=set)

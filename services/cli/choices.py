@@ -10,6 +10,7 @@ from schemas.errors import SpecError
 from schemas.messages import PlanOptions
 from schemas.scenario import MAX_SEED, Follower, Noise, Scenario
 from schemas.spec import parse, read_text
+from schemas.vehicle import Vehicle
 
 Method = Literal["g2", "ccd", "dubins-padded"]
 Order = Literal["optimised", "given"]
@@ -118,3 +119,23 @@ class ScenarioChoice:
         changes = {"seed": self.seed, "follower": self.follower, "noise": self.noise}
         given = parse(Scenario, read_text(self.scenario), self.scenario.name) if self.scenario else Scenario()
         return given.model_copy(update={name: value for name, value in changes.items() if value is not None})
+
+
+@dataclass(frozen=True)
+class VehicleChoice:
+    """The robot itself: its dimensions and limits."""
+
+    vehicle: Annotated[
+        Path | None,
+        typer.Option(
+            "--vehicle", help="Vehicle JSON file: a robot of your own; default: the shipped one.", show_default=False
+        ),
+    ] = None
+
+    def chosen(self) -> Vehicle:
+        """The vehicle in the file, or the default one.
+
+        Raises:
+            SpecError: The file is not a vehicle.
+        """
+        return parse(Vehicle, read_text(self.vehicle), self.vehicle.name) if self.vehicle else Vehicle()

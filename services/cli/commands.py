@@ -21,6 +21,7 @@ from services.cli import (
     sweep,
     system,
     templates,
+    vehicle,
 )
 from services.cli.options import ExitCode
 
@@ -40,6 +41,7 @@ simulate.register(app)
 sweep.register(app)
 templates.register(app)
 study.register(app)
+vehicle.register(app)
 system.register(app)
 services.register(app)
 orders.register(app)

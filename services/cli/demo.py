@@ -10,8 +10,10 @@ from schemas import topics
 from schemas.catalogue import load_template
 from schemas.messages import RecordRequest, RecordStopRequest
 from schemas.scenario import Scenario
-from services.cli.choices import PlanChoice
+from schemas.vehicle import Vehicle
+from services.cli.choices import PlanChoice, VehicleChoice
 from services.cli.display import print_figures, stderr
+from services.cli.groups import with_groups
 from services.cli.options import ExitCode
 from services.cli.run import run_job
 from services.local import local_system, watched
@@ -24,32 +26,36 @@ _RECORDING = Path("session.mcap")
 
 def register(app: typer.Typer) -> None:
     """Add the subcommand."""
-    app.command("demo")(demo)
+    app.command("demo")(with_groups(demo))
 
 
 def demo(
+    body: VehicleChoice,
     headless: Annotated[bool, typer.Option("--headless", help="No console, even in a terminal.")] = False,
 ) -> None:
     """Paint a whole soccer pitch: in the console at 20x in a terminal, else as fast as it goes."""
+    vehicle = body.chosen()
     if sys.stdin.isatty() and sys.stdout.isatty() and not headless:
-        _in_console()
+        _in_console(vehicle)
         return
     template, options = load_template(_TEMPLATE), PlanChoice().options()
-    figures = run_job(template, speed=-1.0, scenario=Scenario(), options=options, record=_RECORDING)
+    figures = run_job(template, speed=-1.0, scenario=Scenario(), vehicle=vehicle, options=options, record=_RECORDING)
     print_figures(f"{template.title}, painted", figures)
     if not figures["success"]:
         sys.exit(ExitCode.FAILED)
 
 
-def _in_console() -> None:
+def _in_console(vehicle: Vehicle) -> None:
     from tui.console import run_console
 
-    with local_system([]) as system:
+    with local_system([], vehicle=vehicle) as system:
         stderr.print("Starting the services")
         system.wait_until_ready(stderr.print)
         system.bus.call(topics.RECORD, RecordRequest(request_id="demo", path=str(_RECORDING.absolute())))
         with watched(system):
-            report = run_console(system.bus.config, template=_TEMPLATE, auto_start=True, speed=_CONSOLE_SPEED)
+            report = run_console(
+                system.bus.config, vehicle=vehicle, template=_TEMPLATE, auto_start=True, speed=_CONSOLE_SPEED
+            )
         stopped = system.bus.call(topics.RECORD_STOP, RecordStopRequest(request_id="demo-stop"), timeout_s=60.0)
     if report is not None:
         figures = {"success": report.success, "paint": paint_figures(report), "estimator": estimator_figures(report)}

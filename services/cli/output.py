@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from schemas.scenario import Scenario
+from schemas.vehicle import Vehicle
 from services.cli.display import print_figures
 from services.cli.options import ExitCode, JsonOption, ReportOption, check_plot
 from services.writing import check_writable, write_json
@@ -50,10 +51,17 @@ class OutputChoice:
         check_plot(self.plot)
         check_writable(self.record, self.report, self.plot)
 
-    def conclude(self, doing: str, template: str, scenario: Scenario, figures: Mapping[str, Any]) -> None:
+    def conclude(
+        self, doing: str, template: str, scenario: Scenario, vehicle: Vehicle, figures: Mapping[str, Any]
+    ) -> None:
         """Deliver the figures of ``doing`` that template; the exit code says whether it went well."""
         named = {"template": template, **figures}
-        named |= {"seed": scenario.seed, "follower": scenario.follower, "noise": scenario.noise}
+        named |= {
+            "vehicle": vehicle.name,
+            "seed": scenario.seed,
+            "follower": scenario.follower,
+            "noise": scenario.noise,
+        }
         deliver(f"{doing} of {template}", named, self.report, self.as_json)
         if not figures["success"]:
             sys.exit(ExitCode.FAILED)

@@ -11,8 +11,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from schemas.vehicle import Vehicle
-from services.cli.choices import PlanChoice
+from services.cli.choices import PlanChoice, VehicleChoice
 from services.cli.display import progress_bar, stderr
 from services.cli.drawing import DrawingChoice
 from services.cli.groups import with_groups
@@ -60,6 +59,7 @@ def without_collecting() -> Iterator[None]:
 def plan(
     drawing: DrawingChoice,
     planning: PlanChoice,
+    body: VehicleChoice,
     out: Annotated[
         Path | None, typer.Option(help="Write the trajectory (JSON, fields as in tt_trajectory_msgs/Trajectory).")
     ] = None,
@@ -86,8 +86,7 @@ def plan(
     check_writable(out, report, plot, plot_wheels)
     options = planning.options()
     begun = time.perf_counter()
-    template = drawing.chosen()
-    vehicle = Vehicle()
+    template, vehicle = drawing.chosen(), body.chosen()
     with progress_bar("Planning") as advance, first_interrupt() as interrupted, without_collecting():
         planned = make_plan(
             template, vehicle, options, lambda stage, fraction: advance(fraction, stage), lambda: bool(interrupted)

@@ -15,7 +15,7 @@ from schemas.scenario import Scenario
 from schemas.template import Template
 from schemas.vehicle import Vehicle
 from services.bus import BusConfig
-from services.cli.choices import PlanChoice, ScenarioChoice
+from services.cli.choices import PlanChoice, ScenarioChoice, VehicleChoice
 from services.cli.display import Advance, print_event, progress_bar, stderr
 from services.cli.drawing import DrawingChoice
 from services.cli.groups import with_groups
@@ -63,6 +63,7 @@ class Terminal:
 def run(
     drawing: DrawingChoice,
     robot: ScenarioChoice,
+    body: VehicleChoice,
     planning: PlanChoice,
     speed: SpeedOption = "max",
     *,
@@ -70,16 +71,17 @@ def run(
 ) -> None:
     """Paint a template once: start planner, robot and bridge, do the job over Zenoh, stop them, report."""
     template = drawing.chosen()
-    chosen = robot.chosen()
+    chosen, vehicle = robot.chosen(), body.chosen()
     figures = run_job(
         template,
         speed=speed_factor(speed),
         scenario=chosen,
+        vehicle=vehicle,
         options=planning.options(),
         record=output.record,
         plot=output.plot,
     )
-    output.conclude("Run", drawing.template, chosen, figures)
+    output.conclude("Run", drawing.template, chosen, vehicle, figures)
 
 
 def run_job(
@@ -87,6 +89,7 @@ def run_job(
     *,
     speed: float,
     scenario: Scenario,
+    vehicle: Vehicle,
     options: PlanOptions,
     record: Path | None,
     plot: Path | None = None,
@@ -100,14 +103,14 @@ def run_job(
     """
     begun = time.monotonic()
     scenario = scenario.at(template.origin)
-    cause = scenario_hash(scenario, Vehicle(), template, options)
+    cause = scenario_hash(scenario, vehicle, template, options)
     job_options = JobOptions(template.to_json(), options, speed, record, cause)
     # A private bus, so that any number can run at once; but an external follower could not find that.
     config = BusConfig.from_environment() if scenario.follower == "external" else None
     with (
         only_one(config) if config else nullcontext(),
         robot_arguments(scenario) as robot,
-        local_system(robot, config) as system,
+        local_system(robot, config, vehicle=vehicle) as system,
         progress_bar("Touchline") as advance,
     ):
         advance(0.0, "Starting the services")

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from schemas.errors import TouchlineError
-from services.cli.choices import ScenarioChoice
+from services.cli.choices import ScenarioChoice, VehicleChoice
 from services.cli.drawing import OriginOption, parse_origin
 from services.cli.groups import with_groups
 from services.cli.options import SupervisorOption, speed_factor
@@ -17,21 +17,22 @@ from services.cli.ros2 import Ros2Choice
 
 def register(app: typer.Typer) -> None:
     """Add the subcommands."""
-    app.command("planner")(planner)
+    app.command("planner")(with_groups(planner))
     app.command("robot-sim")(with_groups(robot_sim))
     app.command("bridge")(with_groups(bridge))
-    app.command("tui")(tui)
+    app.command("tui")(with_groups(tui))
 
 
-def planner(supervisor: SupervisorOption = None) -> None:
+def planner(body: VehicleChoice, supervisor: SupervisorOption = None) -> None:
     """Run the planner: answers plan requests on the bus until Ctrl-C."""
     from services.planner.service import run_service
 
-    run_service(supervisor=supervisor)
+    run_service(vehicle=body.chosen(), supervisor=supervisor)
 
 
 def robot_sim(
     robot: ScenarioChoice,
+    body: VehicleChoice,
     origin: OriginOption = None,
     speed: Annotated[str, typer.Option(help="Times real time, or `max`; can be changed while it runs.")] = "1",
     journal: Annotated[
@@ -43,7 +44,8 @@ def robot_sim(
     from services.robot_sim.service import run_service
 
     chosen = robot.chosen().at(None if origin is None else parse_origin(origin, "--origin"))
-    run_service(scenario=chosen, speed=speed_factor(speed), journal=journal, supervisor=supervisor)
+    vehicle = body.chosen()
+    run_service(None, vehicle, chosen, speed=speed_factor(speed), journal=journal, supervisor=supervisor)
 
 
 def bridge(
@@ -59,10 +61,11 @@ def bridge(
         typer.echo(json.dumps({"path": str(report.path), "messages": report.messages, "lost": report.lost}))
 
 
-def tui() -> None:
+def tui(body: VehicleChoice) -> None:
     """Open the operator's console on the bus; services may come and go while it is open."""
+    vehicle = body.chosen()
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise TouchlineError("the console needs a terminal; without one, use `touchline run` and `touchline status`")
     from tui.console import run_console
 
-    run_console()
+    run_console(vehicle=vehicle)

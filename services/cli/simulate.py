@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from services.cli.choices import PlanChoice, ScenarioChoice, check_follower
+from services.cli.choices import PlanChoice, ScenarioChoice, VehicleChoice, check_follower
 from services.cli.display import progress_bar, stderr
 from services.cli.drawing import DrawingChoice
 from services.cli.groups import with_groups
@@ -20,6 +20,7 @@ def register(app: typer.Typer) -> None:
 def simulate(
     drawing: DrawingChoice,
     robot: ScenarioChoice,
+    body: VehicleChoice,
     planning: PlanChoice,
     hashed: Annotated[bool, typer.Option("--hash", help="Work out the session hash; takes a little longer.")] = False,
     *,
@@ -31,15 +32,15 @@ def simulate(
     from services.simulation import Job
     from services.simulation import simulate as paint
 
-    template = drawing.chosen()
+    template, vehicle = drawing.chosen(), body.chosen()
     chosen = robot.chosen().at(template.origin)
     check_follower(chosen)
     with progress_bar("Touchline") as advance:
-        job = Job.prepare(template, planning.options(), advance)
-        warm_up(stderr.print, scenario=chosen)
+        job = Job.prepare(template, planning.options(), vehicle, advance)
+        warm_up(stderr.print, vehicle, chosen)
         drawn = output.plot is not None
         outcome = paint(job, chosen, hashed=hashed, record=output.record, with_strokes=drawn, progress=advance)
         if output.plot is not None:
             advance(1.0, "Drawing")
             draw_painted(template, outcome.strokes, output.plot, painted_caption(paint_figures(outcome.report)))
-    output.conclude("Simulation", drawing.template, chosen, outcome.figures(job))
+    output.conclude("Simulation", drawing.template, chosen, vehicle, outcome.figures(job))

@@ -15,8 +15,9 @@ from schemas.catalogue import shipped_templates
 from schemas.errors import SpecError, TouchlineError
 from schemas.scenario import Scenario
 from schemas.spec import read_text
-from services.cli.choices import PlanChoice, ScenarioChoice, check_follower
+from services.cli.choices import PlanChoice, ScenarioChoice, VehicleChoice, check_follower
 from services.cli.display import print_event, progress_bar, stderr
+from services.cli.groups import with_groups
 from services.cli.options import ExitCode, JsonOption, ReportOption
 from services.writing import check_writable, write_json
 
@@ -38,7 +39,7 @@ _SHOWN = {
 
 def register(app: typer.Typer) -> None:
     """Add the subcommand."""
-    app.command("sweep")(sweep)
+    app.command("sweep")(with_groups(sweep))
 
 
 def sweep(
@@ -50,6 +51,7 @@ def sweep(
             show_default=False,
         ),
     ],
+    body: VehicleChoice,
     seeds: Annotated[
         int, typer.Option(help="Runs of each combination, with the scenario's seed and those after it.", min=1)
     ] = 20,
@@ -81,14 +83,15 @@ def sweep(
 
     check_writable(report, csv)
     painted, scenario = _subject(subject, template)
+    vehicle = body.chosen()
     cases = all_cases(painted, scenario, PlanChoice().options(), parse_settings(settings or []))
     for case in cases:
         check_follower(case.scenario)
     runs: list[Run] = []
     interrupted, broken = False, ""
     with progress_bar("Touchline") as advance:
-        jobs, tasks = prepare(cases, seeds, advance)
-        warm_up(stderr.print)  # so that not every process compiles
+        jobs, tasks = prepare(cases, seeds, vehicle, advance)
+        warm_up(stderr.print, vehicle)  # so that not every process compiles
         count = min(workers or cores(), len(tasks))
         if dask is not None:
             place = on_dask(jobs, tasks, dask)

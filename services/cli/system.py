@@ -12,7 +12,7 @@ from rich.table import Table
 from schemas import topics
 from schemas.messages import GetDiagnosticsRequest, TraversalStatus
 from services.bus import Bus, BusConfig, CallError
-from services.cli.choices import ScenarioChoice
+from services.cli.choices import ScenarioChoice, VehicleChoice
 from services.cli.display import print_event, stderr
 from services.cli.groups import with_groups
 from services.cli.options import ExitCode, JsonOption, speed_factor
@@ -37,18 +37,22 @@ def register(app: typer.Typer) -> None:
 
 def up(
     robot: ScenarioChoice,
+    body: VehicleChoice,
     ros: Ros2Choice,
     speed: Annotated[str, typer.Option(help="Times real time, or `max`; the console can change it.")] = "1",
 ) -> None:
     """Start planner, robot and bridge, watch them and restart what dies, until Ctrl-C or `touchline down`."""
     config = BusConfig.from_environment()
     gateway = ros.gateway()
+    vehicle = body.chosen()
     speed_factor(speed)  # refused here rather than by a process that is then started again and again
     with (
         until_stopped() as stop,
         only_one(config),
         robot_arguments(robot.chosen()) as arguments,
-        local_system([*arguments, "--speed", speed], config, gateway.arguments() if gateway else ()) as system,
+        local_system(
+            [*arguments, "--speed", speed], config, gateway.arguments() if gateway else (), vehicle=vehicle
+        ) as system,
     ):
         if system.wait_until_ready(stderr.print, lambda: bool(stop)):
             stderr.print(f"Touchline is up on {config.endpoint}; open a console with `touchline tui`, stop with Ctrl-C")

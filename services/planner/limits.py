@@ -59,6 +59,7 @@ class Limits:
         tightest = CURVATURE_SHARE / half_track if by_dynamics else vehicle.default_kappa_max_1pm
         curvature = _option("kappa_max_1pm", options.kappa_max_1pm, tightest, *curvatures, "1/m")
         sharpest = turn_sharpness_1pm2(TURN_SPEEDS_MPS[0], rim_acceleration, half_track)
+        sharpest = min(sharpest, SHARPNESS_RANGE_1PM2[1])
         sharpest = sharpest if by_dynamics else vehicle.default_sigma_max_1pm2
         sharpness = _option("sigma_max_1pm2", options.sigma_max_1pm2, sharpest, *SHARPNESS_RANGE_1PM2, "1/m²")
         speeds = (SPEED_MIN_MPS, rim_speed, "m/s")
@@ -118,7 +119,6 @@ def turn_sharpness_1pm2(speed_mps: float, rim_acceleration_mps2: float, half_tra
 def _option(name: str, asked: float, default: float, low: float, high: float, unit: str) -> float:
     value = asked if asked != 0.0 else default
     if not low <= value <= high:
-        raise PlanningError(
-            "", f"has {name} = {value:g}", f"give {low:g} to {high:g} {unit}, or 0 for the vehicle's own"
-        )
+        instead = "or 0 for the vehicle's own" if asked != 0.0 else "or give the vehicle other figures: this is its own"
+        raise PlanningError("", f"has {name} = {value:g}", f"give {low:g} to {high:g} {unit}, {instead}")
     return value

@@ -51,7 +51,7 @@ def _compiled() -> int:
 def _exercise(name: str, vehicle: Vehicle, scenario: Scenario) -> None:
     if name == _LOOP:
         emulator = Emulator(vehicle, scenario.model_copy(update={"faults": (), "start": None}))
-        emulator.load(onboard.straight())
+        emulator.load(onboard.straight(vehicle))
         emulator.start()
         Quiet(emulator).run(_LOOP_TICKS)
         return

@@ -9,6 +9,7 @@ from schemas.catalogue import load_template
 from schemas.errors import TouchlineError
 from schemas.messages import TraversalReport
 from schemas.scenario import Scenario
+from schemas.vehicle import Vehicle
 from services.simulation import Job, Progress, simulate
 from services.sweep.grid import Case
 
@@ -35,9 +36,12 @@ class Run:
 
 
 def prepare(
-    cases: Sequence[Case], seeds: int, progress: Progress = lambda done, doing: None
+    cases: Sequence[Case],
+    seeds: int,
+    vehicle: Vehicle | None = None,
+    progress: Progress = lambda done, doing: None,
 ) -> tuple[list[Job], list[Task]]:
-    """Plan every template once for each set of options, and list the runs: ``seeds`` of each case.
+    """Plan every template once for each set of options, and list the runs: ``seeds`` of each case, with one vehicle.
 
     Raises:
         SpecError: A template is none.
@@ -48,7 +52,7 @@ def prepare(
     for index, case in enumerate(cases):
         key = f"{case.template} {case.options.model_dump_json()}"
         if key not in jobs:
-            jobs[key] = Job.prepare(load_template(case.template), case.options, progress)
+            jobs[key] = Job.prepare(load_template(case.template), case.options, vehicle, progress)
         job = list(jobs).index(key)
         first = case.scenario.seed
         tasks += [

@@ -8,22 +8,9 @@ from pathlib import Path
 import pytest
 
 from schemas.errors import SpecError
-from services.cli.commands import run_command
 from services.writing import write_text
 
 SEGMENT = {"id": "a", "line": {"start": [0, 0], "end": [5, 0]}}
-
-
-@pytest.fixture
-def touchline(monkeypatch, capsys):
-    """Run the command in this process: (exit code, standard output, standard error)."""
-
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["touchline", *arguments])
-        code = run_command()
-        return code, *capsys.readouterr()
-
-    return run
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,12 @@
 """A warm start compiles nothing and says nothing."""
 
+import pytest
+
+from schemas.vehicle import Vehicle
 from services.robot_sim.warm_up import warm_up
+
+SLOW = Vehicle(wheel_radius_m=0.02, paint_speed_mps=0.3, transit_speed_mps=0.4)
+WEAK = Vehicle(motor={"max_current_a": 0.01})
 
 
 def test_warm_up_is_silent_once_all_is_cached():
@@ -8,3 +14,10 @@ def test_warm_up_is_silent_once_all_is_cached():
     said = []
     warm_up(said.append)
     assert said == []
+
+
+@pytest.mark.parametrize("vehicle", [SLOW, WEAK])
+def test_any_vehicle_warms_up(vehicle):
+    said = []
+    warm_up(said.append, vehicle)
+    assert [line for line in said if "compil" not in line] == []

@@ -10,7 +10,8 @@ from schemas.faults import Fault
 from schemas.scenario import Obstruction, Scenario, Steel
 from schemas.spec import Spec, parse, read_text
 
-EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.json"))
+VEHICLES = {"small-robot.json"}
+EXAMPLES = sorted(path for path in (Path(__file__).parents[2] / "examples").glob("*.json") if path.name not in VEHICLES)
 TEXT = (Path(__file__).parents[2] / "docs" / "robot-sim.md").read_text(encoding="utf-8")
 SCENARIO = TEXT[TEXT.index("## Scenario") : TEXT.index("## Faults")]
 FAULTS = TEXT[TEXT.index("## Faults") :]

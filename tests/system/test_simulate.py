@@ -50,6 +50,16 @@ def test_not_recorded_is_the_same_session(over_zenoh):
     assert figures(touchline("simulate", *SQUARE, "--hash"))["hash"] == run["hash"]
 
 
+def test_planner_and_robot_of_a_run_have_the_vehicle_that_is_chosen(over_zenoh):
+    usual, _ = over_zenoh
+    options = (*SQUARE, "--vehicle", str(Path(__file__).parents[2] / "examples" / "small-robot.json"))
+    run, simulation = figures(touchline("run", *options)), figures(touchline("simulate", *options, "--hash"))
+    assert run["hash"] == simulation["hash"]
+    assert run["hash"]["scenario"] != usual["hash"]["scenario"]
+    assert run["plan"]["max"] == simulation["plan"]["max"] != usual["plan"]["max"]
+    assert run["vehicle"] == "small-robot"
+
+
 def test_a_scenario_file_and_options_are_lived_by_both(tmp_path):
     scenario = tmp_path / "calm.json"
     scenario.write_text(json.dumps({"seed": 3, "follower": "pure-pursuit", "gnss": {"white_m": 0.001}}))

@@ -9,9 +9,11 @@ from schemas import messages as m
 from schemas import topics
 from schemas.catalogue import load_template
 from schemas.template import Template
+from schemas.vehicle import Vehicle
 from tests.tui import scenes
 from tests.tui.scenes import received
-from tui import panels
+from tui import panels, theme
+from tui.app import ConsoleApp
 from tui.event_log import ERROR, WARN, EventLog
 from tui.protocol import Incoming, Lost, NodeChanged, PaintFetched, Rejected
 from tui.state import ConsoleState
@@ -58,6 +60,16 @@ def test_mid_run_shows_where_the_job_stands(template: Template) -> None:
     for part in ("RUNNING", "15/27", "53.9 %", "12:34", "7:11 left", "1.00 m/s", "+4 mm", "fixed", "83 %", "13.4 L"):
         assert part in text
     assert "open" in text
+
+
+def test_the_level_is_a_share_of_the_tank_there_is(template: Template) -> None:
+    def is_low(state: ConsoleState) -> bool:
+        (line,) = [line for line in panels.status_lines(state, 40) if "13.4 L" in line.plain]
+        return any(span.style == theme.VERMILION for span in line.spans)
+
+    assert not is_low(reduced(scenes.mid_run(template)))
+    app = ConsoleApp(scenes.FakeLink(), vehicle=Vehicle(tank_l=100.0))
+    assert is_low(reduced(scenes.mid_run(template), app.state))
 
 
 def test_heading_is_taken_from_the_quaternion() -> None:

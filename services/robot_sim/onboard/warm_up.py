@@ -15,8 +15,9 @@ _TICKS = 90
 
 def warm_up(vehicle: Vehicle | None = None, scenario: Scenario | None = None) -> None:
     """Drive a throw-away robot off its mark once; takes seconds if nothing is cached, milliseconds if all is."""
-    onboard = Onboard(vehicle or Vehicle(), scenario or Scenario())
-    onboard.load(straight())
+    vehicle = vehicle or Vehicle()
+    onboard = Onboard(vehicle, scenario or Scenario())
+    onboard.load(straight(vehicle))
     onboard.start()
     for tick in range(1, _TICKS):
         fix = GnssSample((tick - 11) / 100, 0.0, 0.0, 1e-4, 3, 20, 0.0)
@@ -25,7 +26,7 @@ def warm_up(vehicle: Vehicle | None = None, scenario: Scenario | None = None) ->
         onboard.step(SensorFrame(tick, tick / 100, imu, mag, EncoderSample(0.0, 0.0), fixes))
 
 
-def straight() -> Trajectory:
-    """A metre straight ahead, nothing sprayed."""
+def straight(vehicle: Vehicle) -> Trajectory:
+    """A metre straight ahead at a speed that the vehicle can do, nothing sprayed."""
     line = segment("w", Curve(0.0, 0.0, 0.0, 0.0, 1.0))
-    return assemble([line], [(0.0, Actuation.NONE)], [velocity(0.0, 0.5)])
+    return assemble([line], [(0.0, Actuation.NONE)], [velocity(0.0, min(0.5, vehicle.transit_speed_mps))])

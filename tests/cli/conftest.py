@@ -1,0 +1,19 @@
+"""The command in this process."""
+
+import sys
+
+import pytest
+
+from services.cli.commands import run_command
+
+
+@pytest.fixture
+def touchline(monkeypatch, capsys):
+    """Run the command in this process: (exit code, standard output, standard error)."""
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["touchline", *arguments])
+        code = run_command()
+        return code, *capsys.readouterr()
+
+    return run

@@ -1,0 +1,112 @@
+"""A robot of one's own: what is wrong with its file, and that plans, drives and hashes are its own."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from schemas.catalogue import load_template
+from schemas.messages import PlanOptions
+from schemas.scenario import Scenario
+from schemas.spec import parse, read_text
+from schemas.vehicle import Vehicle
+from services.planner.plan import plan
+from services.planner.wheels import wheel_series
+from services.robot_sim.emulator import Emulator
+from services.robot_sim.world import body
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "small-robot.json"
+
+
+@pytest.mark.parametrize(
+    ("fields", "says"),
+    [
+        ({"track_m": 0.4}, "own.json: track_m is not a known field; remove it or mend its name"),
+        ({"wheel_radius_m": 100}, "own.json: wheel_radius_m is 100; give at most 2 m (in metres, not cm or mm)"),
+        ({"paint_l_per_m": -1}, "own.json: paint_l_per_m is -1; give more than 0 l per m"),
+        ({"motor": {"max_current_a": -2}}, "own.json: motor.max_current_a is -2; give at least 0.01 A"),
+        ({"tank_l": "full"}, "own.json: tank_l is 'full'; give a number"),
+        ({"footprint_m": [[0, 0], [1, 1]]}, "own.json: footprint_m has 2 items; give at least 3"),
+        ({"kinematics": "tricycle"}, "own.json: kinematics is 'tricycle'; give 'differential'"),
+        ({"mass_empty_kg": 120}, "own.json: mass_full_kg is 100.0; give at least 120 kg, the mass_empty_kg"),
+        ({"wheel_radius_m": 0.06}, "own.json: transit_speed_mps is 1.4; give at most 1.2 m/s"),
+        ({"nozzle_x_m": 0.3}, "has a nozzle 0.3 m ahead of the axle; use a vehicle with nozzle_x_m = 0"),
+        ({"track_width_m": 4}, "plan has kappa_max_1pm = 1.125; give 0.01 to 0.5 1/m, or give the vehicle"),
+    ],
+)
+def test_what_is_wrong_with_a_vehicle_is_told_in_one_line(fields, says, touchline, tmp_path, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "300")
+    path = tmp_path / "own.json"
+    path.write_text(json.dumps(fields))
+    code, out, err = touchline("plan", "study-square", "--method", "ccd", "--vehicle", str(path))
+    assert (code, out) == (2, "")
+    assert says in err
+    assert len(err.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    "command",
+    ["plan X", "simulate X", "sweep X", "run X", "up", "demo", "planner", "robot-sim", "tui"],
+)
+def test_every_command_that_has_a_robot_takes_another(command, touchline, tmp_path):
+    path = tmp_path / "own.json"
+    path.write_text('{"wheels": 3}')
+    code, _, err = touchline(*command.replace("X", "study-square").split(), "--vehicle", str(path))
+    assert code == 2
+    assert "own.json: wheels is not a known field" in " ".join(err.split())
+
+
+def test_the_example_is_planned_within_its_own_limits(touchline):
+    small, template = parse(Vehicle, read_text(EXAMPLE), EXAMPLE.name), load_template("study-square")
+    planned = plan(template, small, PlanOptions())
+    series = wheel_series(planned, small, 0.01)
+    assert np.abs(series.wheel_radps).max() <= small.max_wheel_speed_radps
+    assert planned.report.max_wheel_acceleration_radps2 <= small.planned_wheel_acceleration_radps2
+    told, usual = (
+        json.loads(touchline("plan", "study-square", "--json", *arguments)[1])
+        for arguments in (("--vehicle", str(EXAMPLE)), ())
+    )
+    assert told["max"]["wheel_speed_radps"] == planned.report.max_wheel_speed_radps
+    assert told["time_s"]["total"] > usual["time_s"]["total"]
+
+
+def test_the_example_drives_with_its_own_track():
+    small = parse(Vehicle, read_text(EXAMPLE), EXAMPLE.name)
+    emulator = Emulator(small, Scenario(noise="none"))
+    emulator.load(plan(load_template("study-square"), small, PlanOptions()).trajectory)
+    emulator.start()
+    rates, yaw = [], []
+    while emulator.active:
+        emulator.tick()
+        rates.append(emulator.world.state[[body.LEFT_RATE, body.RIGHT_RATE]].copy())
+        yaw.append(emulator.world.state[body.YAW_RATE])
+    left, right = np.array(rates).T
+    turning = np.abs(yaw) > 0.5
+    track_m = (right - left)[turning] * small.wheel_radius_m / np.array(yaw)[turning]
+    assert np.median(track_m) == pytest.approx(small.track_width_m, rel=0.05)
+    assert max(np.abs(left).max(), np.abs(right).max()) <= small.max_wheel_speed_radps
+
+
+def test_another_vehicle_is_another_cause(touchline):
+    small, usual = (
+        json.loads(touchline("simulate", "study-square", "--json", *arguments)[1])
+        for arguments in (("--vehicle", str(EXAMPLE)), ())
+    )
+    assert small["hash"]["scenario"] != usual["hash"]["scenario"]
+    assert (small["vehicle"], usual["vehicle"]) == ("small-robot", "turf-tank-two")
+    assert small["success"]
+
+
+def test_a_sweep_runs_with_one_vehicle(touchline):
+    arguments = ("study-square", "--vehicle", str(EXAMPLE), "--json")
+    swept = json.loads(touchline("sweep", *arguments, "--seeds", "2", "--workers", "2")[1])
+    alone = json.loads(touchline("simulate", *arguments, "--seed", "1")[1])
+    assert swept["runs"][0]["scenario_hash"] == alone["hash"]["scenario"]
+
+
+def test_the_shipped_robot_is_printed_as_a_file_that_can_be_given(touchline):
+    code, out, _ = touchline("vehicle")
+    assert code == 0
+    assert set(json.loads(out)) == set(Vehicle.model_fields)
+    assert parse(Vehicle, out, "printed") == Vehicle()
