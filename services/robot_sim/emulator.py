@@ -189,7 +189,7 @@ class Emulator:
         if remains is not None:
             self.estimator_error = EstimatorError(remains.totals.errors)
             self.world.supply(remains.totals.supplies)
-            self.ledger.restore(remains.paint, remains.totals.sent)
+            self.ledger.restore(remains.paint)
         if self.scenario.start is None or resume is not None:
             self.world.place(Pose(*start))
         if resume is not None and resume.tick > self.tick_count:
@@ -268,7 +268,7 @@ class Emulator:
     @property
     def totals(self) -> Totals:
         """What has been used up and summed up in the loaded traversal."""
-        return Totals(self.world.supplies, self.estimator_error.totals, self.ledger.points, self.ledger.sent)
+        return Totals(self.world.supplies, self.estimator_error.totals, self.ledger.points)
 
     def metrics(self) -> PaintMetrics:
         """The figures of the paint so far; takes a moment."""

@@ -31,16 +31,16 @@ from services.robot_sim.paint.record import PaintRecord
 from services.robot_sim.remains import Remains, Totals
 from services.robot_sim.setups import Setup
 
-_RECORD: Final = struct.Struct("<Q16s16siddQdI4d3dQQ")
+_RECORD: Final = struct.Struct("<Q16s16siddQdI4d3dQ")
 """Number, trajectory, setup, the checkpoint (leg −1: over; owed from nan: nothing), the totals."""
 _CHECK: Final = struct.Struct("<I")
 _USED: Final = _RECORD.size + _CHECK.size
-_VERSION: Final = 3
+_VERSION: Final = 4
 """Where the checksum begins: a record of another layout is none."""
 _SLOT: Final = 256
 _SIZE: Final = 2 * _SLOT
 _OVER: Final = Checkpoint(-1, 0.0, None)
-_NOTHING: Final = Totals((0.0,) * 4, (0.0,) * 3, 0, 0)
+_NOTHING: Final = Totals((0.0,) * 4, (0.0,) * 3, 0)
 
 
 def digest(trajectory: Trajectory) -> bytes:
@@ -191,9 +191,9 @@ class Journal:
         self._number += 1
         leg, arc_length_m, owed_from_m, *rest = checkpoint
         owed = math.nan if owed_from_m is None else owed_from_m
-        supplies, errors, points, sent = totals
+        supplies, errors, points = totals
         whose = self._trajectory, self._setup
-        record = _RECORD.pack(self._number, *whose, leg, arc_length_m, owed, *rest, *supplies, *errors, points, sent)
+        record = _RECORD.pack(self._number, *whose, leg, arc_length_m, owed, *rest, *supplies, *errors, points)
         start = self._number % 2 * _SLOT
         assert self._map is not None, "open"
         self._map[start : start + _USED] = record + _CHECK.pack(zlib.crc32(record, _VERSION))
@@ -204,7 +204,7 @@ class Journal:
     def _read(self, slot: int) -> _Entry:
         assert self._map is not None, "open"
         raw = self._map[slot * _SLOT : slot * _SLOT + _USED]
-        number, trajectory, setup, *place, points, sent = _RECORD.unpack(raw[: _RECORD.size])
+        number, trajectory, setup, *place, points = _RECORD.unpack(raw[: _RECORD.size])
         if number == 0 or raw[_RECORD.size :] != _CHECK.pack(zlib.crc32(raw[: _RECORD.size], _VERSION)):
             return _NO_ENTRY
         leg, arc_length_m, owed, tick, elapsed_s, fallbacks, *figures = place
@@ -212,4 +212,4 @@ class Journal:
         checkpoint = Checkpoint(leg, arc_length_m, owed_from_m, tick, elapsed_s, fallbacks)
         tank_l, battery_wh, tank_reserve_l, battery_reserve_wh, *errors = figures
         supplies = (tank_l, battery_wh, tank_reserve_l, battery_reserve_wh)
-        return _Entry(number, trajectory, setup, checkpoint, Totals(supplies, tuple(errors), points, sent))
+        return _Entry(number, trajectory, setup, checkpoint, Totals(supplies, tuple(errors), points))

@@ -17,8 +17,6 @@ class Totals(NamedTuple):
     """(3,) as of `EstimatorError`."""
     points: int
     """Of paint, as of `PaintLedger`."""
-    sent: int
-    """As of `PaintLedger`."""
 
 
 class Remains(NamedTuple):

@@ -37,7 +37,7 @@ class Paint:
 
 
 def totals(points):
-    return Totals((19.5, 650.0, 0.25, 1.0), (7.0, 0.5, 0.25), points, max(points - 1, 0))
+    return Totals((19.5, 650.0, 0.25, 1.0), (7.0, 0.5, 0.25), points)
 
 
 def keep(path, checkpoints, points=None):

@@ -141,10 +141,10 @@ def test_a_restored_ledger_has_the_same_figures_and_begins_a_new_stroke():
     whole = mixed(ledger_of(EASTWARD, NORTHWARD))
     for rows in (whole.rows(0), whole.rows(0)[:150]):
         again = ledger_of(EASTWARD, NORTHWARD)
-        again.restore(rows.copy(), 0)
+        again.restore(rows.copy())
         assert np.array_equal(again.rows(0), rows)
     again = ledger_of(EASTWARD, NORTHWARD)
-    again.restore(whole.rows(0).copy(), 0)
+    again.restore(whole.rows(0).copy())
     assert paint_metrics(again) == paint_metrics(whole)
     # Another process goes on elsewhere with the valve open at once: what is between is not paint.
     again.record(np.column_stack((line((8, 0), (8.01, 0)), np.ones(11))))

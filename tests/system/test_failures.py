@@ -6,16 +6,15 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from schemas import topics
 from schemas.catalogue import template_text
-from schemas.cdr import decode
 from schemas.messages import (
     CommandRequest,
     GetPaintRequest,
     LoadRequest,
-    PaintMarks,
     PlanRequest,
     RecordRequest,
     RecordStopRequest,
@@ -30,6 +29,7 @@ from schemas.vehicle import Vehicle
 from services.bridge.reader import RecordingReader
 from services.bus import Bus, BusConfig
 from services.local import LocalSystem, local_system
+from services.painted import read_painted
 from services.supervisor import Notice
 from tests.system.commands import start_touchline, touchline
 
@@ -166,10 +166,10 @@ def test_a_killed_robot_goes_on_and_reports_the_whole_job(tmp_path: Path):
     assert len(strokes) > len(restored)
     used_l = report.painted_length_m * Vehicle().paint_l_per_m
     assert tank_l == pytest.approx(Vehicle().tank_l - used_l, abs=0.002)
-    recorded = [message for message in RecordingReader(recording).messages() if message.topic.endswith("paint/marks")]
-    marks = [decode(PaintMarks, message.payload) for message in recorded]
-    heard_points = {index for mark in marks for index in range(mark.first_index, mark.first_index + len(mark.x_m))}
-    assert heard_points == set(range(strokes[-1].first_index + len(strokes[-1].x_m))), "nothing is missing in between"
+    recorded = read_painted(recording).strokes
+    assert [stroke.first_index for stroke in recorded] == [stroke.first_index for stroke in strokes]
+    for here, there in zip(recorded, strokes, strict=True):
+        assert np.array_equal(here.x_m, there.x_m) and np.array_equal(here.y_m, there.y_m), "nothing is missing"
 
 
 def test_the_bridge_may_die_and_its_recording_can_be_read(painting):

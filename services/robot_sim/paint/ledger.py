@@ -67,7 +67,6 @@ class PaintLedger:
     Attributes:
         ids: Of the targets.
         length_m: To be painted.
-        sent: Point from which the next batch of marks begins.
     """
 
     def __init__(self, targets: Sequence[Target], line_width_m: float, spray_width_m: float) -> None:
@@ -89,7 +88,7 @@ class PaintLedger:
         )
         self._covered = [Intervals() for _ in self.targets]
         self._covered_m: NDArray[np.float64] = np.zeros(len(self.targets))
-        self.sent = 0
+        self._taken = 0  # the point from which the next batch of marks begins
 
     def record(self, trace: NDArray[np.float64]) -> None:
         """Enter one tick; `trace` is (STEPS + 1, 3), the world's."""
@@ -171,14 +170,14 @@ class PaintLedger:
         """(n, POINT_COLUMNS) the points from `first` on; a view."""
         return self._points[first : self.points]
 
-    def restore(self, rows: Floats, sent: int) -> None:
+    def restore(self, rows: Floats) -> None:
         """Enter (n, POINT_COLUMNS) `rows` of another ledger in this empty one; the strokes are complete.
 
-        Only where they lie and how wide is taken from them: which line they belong to is found out anew.
+        Only where they lie and how wide is taken from them: which line they belong to is found out anew. `take_marks`
+        gives them all: what the other one gave last may have reached nobody.
 
         Args:
             rows: What the other ledger's `rows` gave.
-            sent: Point from which the other ledger's next batch of marks would have begun: `take_marks` goes on there.
         """
         trace: Floats = np.zeros(body.TRACE_SHAPE)
         begins = rows[:, p.POINT_TARGET] == p.STROKE_BEGINS
@@ -190,7 +189,6 @@ class PaintLedger:
                 self.record(trace)
             trace[0, :2] = row[:2]
         self._state[p.STATE_OPEN] = 0
-        self.sent = min(sent, max(self.points - 1, 0))
 
     def strokes(self) -> list[Stroke]:
         """Each stroke so far, the open one last."""
@@ -212,7 +210,7 @@ class PaintLedger:
 
     def take_marks(self) -> list[Marks]:
         """The paint since the last call, cut where it passes from one line to another."""
-        first, self.sent = self.sent, max(self.points - 1, 0)
+        first, self._taken = self._taken, max(self.points - 1, 0)
         return self._cut(first)
 
     def all_marks(self) -> list[Marks]:
