@@ -79,6 +79,14 @@ def test_going_on_2_cm_too_early_is_double_paint_of_2_cm():
     assert paint_metrics(ledger).double_paint_m2 == pytest.approx(0.02 * WIDTH, abs=1e-6)
 
 
+def test_passes_that_only_touch_are_not_double_paint_beside_one_that_overlaps():
+    """A shared edge is a line, the overlap an area: both are in what the passes have in common."""
+    ledger = paint(ledger_of(EASTWARD), line((0, 0), (10, 0)))
+    paint(ledger, line((2, WIDTH), (4, WIDTH)))
+    paint(ledger, line((6, WIDTH / 2), (7, WIDTH / 2)))
+    assert paint_metrics(ledger).double_paint_m2 == pytest.approx(WIDTH / 2, abs=1e-6)
+
+
 def test_crossing_lines_are_not_double_paint():
     ledger = ledger_of(EASTWARD, Curve.from_line((5, -3), (5, 3)))
     paint(ledger, line((0, 0), (10, 0)))

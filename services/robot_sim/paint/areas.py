@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
 TOLERANCE_M: Final = 5e-5
-GRID_M: Final = 1e-6
-"""Coordinates are rounded to this, which keeps the overlay of nearly equal edges robust."""
 _TURN_OF_A_PIECE: Final = 0.9 * math.pi
 
 
@@ -64,7 +62,7 @@ def paint_areas(
     import shapely
 
     bands = [_strip(_polyline(line), line_width_m, "flat") for line in lines]
-    intended = shapely.union_all(bands, grid_size=GRID_M)
+    intended = shapely.union_all(bands)
     joints = _joints(lines, line_width_m)
 
     def measure(strokes: Sequence[Stroke]) -> Areas:
@@ -73,9 +71,9 @@ def paint_areas(
         ]
         if not passes:
             return Areas(0.0, 0.0, 0.0)
-        painted = shapely.union_all(passes, grid_size=GRID_M)
-        overspray = shapely.difference(painted, intended, grid_size=GRID_M)
-        twice = shapely.difference(_overlaps(passes), joints, grid_size=GRID_M)
+        painted = shapely.union_all(passes)
+        overspray = shapely.difference(painted, intended)
+        twice = shapely.difference(_overlaps(passes), joints)
         return Areas(float(painted.area), float(overspray.area), float(twice.area))
 
     return PaintAreas(measure(strokes), [measure(stretches) for stretches in by_line])
@@ -132,12 +130,8 @@ def _overlaps(strips: Sequence[BaseGeometry], apart: Callable[[int, int], bool] 
         return shapely.MultiPolygon()
     left, right = shapely.STRtree(strips).query(strips, predicate="intersects")
     pairs = [(i, j) for i, j in zip(left.tolist(), right.tolist(), strict=True) if i < j]
-    shared = [
-        shapely.intersection(strips[i], strips[j], grid_size=GRID_M)
-        for i, j in sorted(pairs)
-        if apart is None or apart(i, j)
-    ]
-    return shapely.union_all(shared, grid_size=GRID_M)
+    shared = [shapely.intersection(strips[i], strips[j]) for i, j in sorted(pairs) if apart is None or apart(i, j)]
+    return shapely.union_all(shared)
 
 
 def _joints(lines: Sequence[Curve], line_width_m: float) -> BaseGeometry:
