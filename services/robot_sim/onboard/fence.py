@@ -22,7 +22,6 @@ from services.robot_sim.onboard.path import poses_along
 Floats = NDArray[np.float64]
 
 _POSE_EVERY_M: Final = 0.25
-_DIRECTIONS: Final = 16
 
 
 @kernel
@@ -124,34 +123,8 @@ def _swept(poses: Floats, body: Floats) -> Floats:
     return np.column_stack((x.ravel(), y.ravel()))
 
 
-def _outer(points: Floats) -> Floats:
-    """The points (n, 2) less those inside the polygon of the outermost ones, which cannot be on the hull.
-
-    Akl and Toussaint 1978, A fast convex hull algorithm.
-    """
-    angle = np.arange(_DIRECTIONS) * (2.0 * math.pi / _DIRECTIONS)
-    corner = points[np.argmax(points @ np.vstack((np.cos(angle), np.sin(angle))), axis=0)]
-    edge = np.roll(corner, -1, axis=0) - corner
-    corner, edge = corner[np.any(edge != 0.0, axis=1)], edge[np.any(edge != 0.0, axis=1)]
-    x, y = points[:, 0:1] - corner[:, 0], points[:, 1:2] - corner[:, 1]
-    inside: NDArray[np.bool_] = np.all(edge[:, 0] * y - edge[:, 1] * x > 0.0, axis=1)
-    return points[~inside]
-
-
 def _hull(points: Floats) -> Floats:
-    """(n, 2) the convex hull of points, counter-clockwise: Andrew's monotone chain."""
-    points = _outer(points)
-    ordered = points[np.lexsort((points[:, 1], points[:, 0]))].tolist()
+    """(n, 2) the corners of the points' convex hull."""
+    import shapely
 
-    def chain(points: list[list[float]]) -> list[list[float]]:
-        kept: list[list[float]] = []
-        for x, y in points:
-            while len(kept) > 1:
-                (ax, ay), (bx, by) = kept[-2:]
-                if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 0.0:
-                    break
-                kept.pop()
-            kept.append([x, y])
-        return kept[:-1]
-
-    return np.array(chain(ordered) + chain(ordered[::-1]))
+    return shapely.get_coordinates(shapely.LineString(points).convex_hull)[:-1]
