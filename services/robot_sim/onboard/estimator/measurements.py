@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from schemas.jit import kernel
+from services.robot_sim.frames import TICK_S
 from services.robot_sim.onboard.estimator.model import (
     C_ANTENNA_X,
     C_ANTENNA_Y,
@@ -135,7 +136,7 @@ def doubt_accelerometer(P: Floats, before: Floats, z: Floats) -> None:
     if not math.isnan(step):
         z[IN_ROUGH] += _ROUGH_SHARE * (min(step * step, _ROUGH_MOST) - z[IN_ROUGH])
     if z[IN_ROUGH] > _ROUGH_FROM:
-        P[SPEED, SPEED] += 2.0 * z[IN_ROUGH] * 0.01**2
+        P[SPEED, SPEED] += 2.0 * z[IN_ROUGH] * TICK_S * TICK_S
 
 
 @kernel
