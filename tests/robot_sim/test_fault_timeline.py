@@ -83,40 +83,29 @@ def sensor(which, what):
     return e.MESSAGES + e.PER_SENSOR * e.SENSORS.index(which) + what
 
 
-WORSE = [  # a fault, a worse one, where it is told, and what the worse one alone amounts to
-    ({"kind": "wheel-slip", "share": 0.1}, {"kind": "wheel-slip", "share": 0.4}, e.SLIP, 0.4),
-    ({"kind": "wheel-slip", "share": 0.1}, {"kind": "wheel-slip", "share": -0.4}, e.SLIP + 1, -0.4),
-    ({"kind": "motor-weak", "share": 0.5}, {"kind": "motor-weak", "share": 0.2}, e.TORQUE, 0.2),
-    ({"kind": "nozzle-clogged", "share": 0.5}, {"kind": "nozzle-clogged", "share": 0.2}, e.FLOW, 0.2),
-    ({"kind": "battery-low", "fraction": 0.5}, {"kind": "battery-low", "fraction": 0.2}, e.BATTERY_MAX, 0.2),
-    ({"kind": "tank-empty", "litres": 5.0}, {"kind": "tank-empty", "litres": 2.0}, e.TANK_MAX_L, 2.0),
-    ({"kind": "valve-stuck", "position": "closed"}, {"kind": "valve-stuck", "position": "open"}, e.VALVE, 1.0),
-    ({"kind": "disc-stuck", "position": "up"}, {"kind": "disc-stuck", "position": "down"}, e.DISC, 1.0),
-    ({"kind": "gnss-degraded", "fix": "float"}, {"kind": "gnss-degraded", "fix": "single"}, e.FIX_CAP, 1.0),
-    ({"kind": "gnss-degraded"}, {"kind": "gnss-outage"}, e.FIX_CAP, 0.0),
-    ({"kind": "gnss-degraded", "claimed_m": 0.5}, {"kind": "gnss-degraded", "claimed_m": 0.1}, e.CLAIMED_M, 0.1),
-    ({"kind": "gnss-degraded"}, {"kind": "gnss-degraded", "claimed_m": 0.1}, e.CLAIMED_M, 0.1),
+def pair(kind, field, mild, worse, **others):
+    """Two faults of a kind that differ in a field."""
+    return fault(kind, **{field: mild}, **others), fault(kind, **{field: worse}, **others)
+
+
+WORSE = [  # a fault and a worse one, where it is told, and what the worse one alone amounts to
+    (*pair("wheel-slip", "share", 0.1, 0.4), e.SLIP, 0.4),
+    (*pair("wheel-slip", "share", 0.1, -0.4), e.SLIP + 1, -0.4),
+    (*pair("motor-weak", "share", 0.5, 0.2), e.TORQUE, 0.2),
+    (*pair("nozzle-clogged", "share", 0.5, 0.2), e.FLOW, 0.2),
+    (*pair("battery-low", "fraction", 0.5, 0.2), e.BATTERY_MAX, 0.2),
+    (*pair("tank-empty", "litres", 5.0, 2.0), e.TANK_MAX_L, 2.0),
+    (*pair("valve-stuck", "position", "closed", "open"), e.VALVE, 1.0),
+    (*pair("disc-stuck", "position", "up", "down"), e.DISC, 1.0),
+    (*pair("gnss-degraded", "fix", "float", "single"), e.FIX_CAP, 1.0),
+    (fault("gnss-degraded"), fault("gnss-outage"), e.FIX_CAP, 0.0),
+    (*pair("gnss-degraded", "claimed_m", 0.5, 0.1), e.CLAIMED_M, 0.1),
+    (fault("gnss-degraded"), fault("gnss-degraded", claimed_m=0.1), e.CLAIMED_M, 0.1),
+    (*pair("messages-lost", "share", 0.1, 0.3, sensor="imu"), sensor("imu", e.LOST_SHARE), 0.3),
+    (*pair("messages-reordered", "spread_s", 0.1, 0.3, sensor="gnss"), sensor("gnss", e.SPREAD_TICKS), 30.0),
+    (*pair("messages-duplicated", "after_s", 0.1, 0.3, sensor="encoder"), sensor("encoder", e.AGAIN_TICKS), 30.0),
     (
-        {"kind": "messages-lost", "sensor": "imu", "share": 0.1},
-        {"kind": "messages-lost", "sensor": "imu", "share": 0.3},
-        sensor("imu", e.LOST_SHARE),
-        0.3,
-    ),
-    (
-        {"kind": "messages-reordered", "sensor": "gnss", "spread_s": 0.1},
-        {"kind": "messages-reordered", "sensor": "gnss", "spread_s": 0.3},
-        sensor("gnss", e.SPREAD_TICKS),
-        30.0,
-    ),
-    (
-        {"kind": "messages-duplicated", "sensor": "encoder", "after_s": 0.1},
-        {"kind": "messages-duplicated", "sensor": "encoder", "after_s": 0.3},
-        sensor("encoder", e.AGAIN_TICKS),
-        30.0,
-    ),
-    (
-        {"kind": "messages-duplicated", "sensor": "magnetometer", "share": 0.1},
-        {"kind": "messages-duplicated", "sensor": "magnetometer", "share": 0.3},
+        *pair("messages-duplicated", "share", 0.1, 0.3, sensor="magnetometer"),
         sensor("magnetometer", e.AGAIN_SHARE),
         0.3,
     ),
@@ -125,10 +114,9 @@ WORSE = [  # a fault, a worse one, where it is told, and what the worse one alon
 
 @pytest.mark.parametrize(("mild", "worse", "index", "amounts"), WORSE)
 def test_of_two_the_worse_counts_whichever_began_first(mild, worse, index, amounts):
-    one, other = parse_fault(json.dumps(mild)), parse_fault(json.dumps(worse))
-    assert effects_of(other)[index] == amounts
-    assert effects_of(one)[index] != amounts
-    assert effects_of(one, other)[index] == effects_of(other, one)[index] == amounts
+    assert effects_of(worse)[index] == amounts
+    assert effects_of(mild)[index] != amounts
+    assert effects_of(mild, worse)[index] == effects_of(worse, mild)[index] == amounts
 
 
 SUMS = [  # what adds up, and to what

@@ -31,6 +31,15 @@ def drive(
         estimator.step(change(rig.step(command(tick))))
 
 
+def until_fix(rig: Rig, estimator: Estimator, command: Command) -> SensorFrame:
+    """Go on until a fix has arrived; its frame is yet to be given to the estimator."""
+    frame = rig.step(command)
+    while not frame.gnss:
+        estimator.step(frame)
+        frame = rig.step(command)
+    return frame
+
+
 def error(rig: Rig, estimator: Estimator) -> np.ndarray:
     x = estimator.state
     return np.array([x[0] - rig.x, x[1] - rig.y, math.remainder(x[2] - rig.heading, math.tau)])

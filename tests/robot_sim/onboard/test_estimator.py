@@ -14,7 +14,7 @@ from services.robot_sim.frames import STANDSTILL, Command
 from services.robot_sim.onboard.estimator import model as m
 from services.robot_sim.onboard.estimator.filter import Estimator
 from services.robot_sim.onboard.estimator.report import report
-from tests.robot_sim.onboard.driven import drive, error, wander
+from tests.robot_sim.onboard.driven import drive, error, until_fix, wander
 from tests.robot_sim.onboard.rig import Rig
 
 DEFAULT = Scenario()
@@ -205,10 +205,7 @@ def test_duplicates_and_ancient_fixes_are_counted_and_ignored() -> None:
     rig = Rig(scenario=DEFAULT, seed=7)
     estimator = Estimator(rig.vehicle, DEFAULT)
     drive(rig, estimator, 500)
-    frame = rig.step(wander(600))
-    while not frame.gnss:
-        estimator.step(frame)
-        frame = rig.step(wander(600))
+    frame = until_fix(rig, estimator, wander(600))
     (fix,) = frame.gnss
     estimator.step(frame)
     estimator.step(rig.step(wander(600))._replace(gnss=(fix,)))

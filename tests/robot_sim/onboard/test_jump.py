@@ -17,7 +17,7 @@ from schemas.vehicle import Vehicle
 from services.robot_sim.frames import STANDSTILL
 from services.robot_sim.onboard.estimator import model as m
 from services.robot_sim.onboard.estimator.filter import Estimator
-from tests.robot_sim.onboard.driven import drive, error, wander
+from tests.robot_sim.onboard.driven import drive, error, until_fix, wander
 from tests.robot_sim.onboard.rig import Rig
 
 SCENARIO = Scenario()
@@ -116,10 +116,7 @@ def test_a_fix_that_admits_trouble_counts_for_less() -> None:
         rig = Rig(scenario=SCENARIO, seed=6)
         estimator = Estimator(rig.vehicle, SCENARIO)
         drive(rig, estimator, 1000)
-        frame = rig.step(wander(1000))
-        while not frame.gnss:
-            estimator.step(frame)
-            frame = rig.step(wander(1000))
+        frame = until_fix(rig, estimator, wander(1000))
         (fix,) = frame.gnss
         right, off = copy.deepcopy(estimator), estimator
         told = fix._replace(variance_m2=variance_m2 or fix.variance_m2)
