@@ -78,6 +78,8 @@ BATTERY = Topic("battery_state", m.BatteryState, 1, latched=True, units="V, A, A
 EVENTS = Topic("events", m.Event)
 PLAN = Topic("plan", m.Trajectory, latched=True, units="m", tolerance=1e-9)
 TEMPLATE = Topic("template", m.String, latched=True)
+#: JSON of ``schemas.setup.Setup``.
+SETUP = Topic("setup", m.String, latched=True)
 PLANNER_PROGRESS = Topic("planner/progress", m.Progress, recorded=False)
 DIAGNOSTICS = Topic("diagnostics", m.DiagnosticArray, 1, recorded=False)
 SUPERVISOR_EVENTS = Topic("supervisor/events", m.Event, recorded=False)
@@ -101,6 +103,7 @@ TOPICS: tuple[Topic, ...] = (
     EVENTS,
     PLAN,
     TEMPLATE,
+    SETUP,
     PLANNER_PROGRESS,
     DIAGNOSTICS,
     SUPERVISOR_EVENTS,

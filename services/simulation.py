@@ -122,7 +122,7 @@ def simulate(
     begun = time.perf_counter()
     emulator = Emulator(job.vehicle, scenario)
     telemetry = Telemetry(emulator)
-    before = [telemetry.status()]
+    before = [telemetry.setup(), telemetry.status()]
     emulator.load(job.trajectory, job.template)
     quiet = Quiet(emulator)
     if record is None and not hashed:

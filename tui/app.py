@@ -17,7 +17,6 @@ from textual.screen import Screen
 
 from schemas.errors import TouchlineError
 from schemas.messages.touchline import PlanOptions, TraversalStatus
-from schemas.vehicle import Vehicle
 from tui import palette, theme
 from tui.autostart import AutoStart
 from tui.dialogs import Chosen, ConfirmDialog, KeysDialog, PlanDialog, TemplateDialog, read_template
@@ -81,13 +80,11 @@ class ConsoleApp(App[None]):
         link: Link,
         autostart: AutoStart | None = None,
         *,
-        vehicle: Vehicle | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         """Show what comes over `link`; `clock` is used to notice silence and to pace repeats."""
         super().__init__()
-        self._vehicle = vehicle or Vehicle()
-        self.state = ConsoleState(tank_l=self._vehicle.tank_l)
+        self.state = ConsoleState()
         dispatcher = Dispatcher(link, lambda outcome: self.post_message(OrderDone(outcome)))
         self.operator = Operator(self.state, dispatcher, self._say, secrets.token_hex(4))
         self._link = link
@@ -95,7 +92,7 @@ class ConsoleApp(App[None]):
         self._clock = clock
         self._paint_due_s = 0.0
         self._header, self._keys = HeaderBar(), KeyBar()
-        self._map, self._log_view = MapView(vehicle), LogView()
+        self._map, self._log_view = MapView(), LogView()
         self._status, self._services, self._segments = StatusPanel("Status"), ServicesPanel("Services"), SegmentsTable()
         self.register_theme(theme.THEME)
         self.theme = theme.THEME.name
@@ -234,7 +231,7 @@ class ConsoleApp(App[None]):
                 self.operator.plan(options)
 
         if self.operator.may_prepare("Plan", needs_template=True):
-            self.push_screen(PlanDialog(self.operator.options, self._vehicle), chosen)
+            self.push_screen(PlanDialog(self.operator.options, self.state.vehicle), chosen)
 
     def action_follow(self) -> None:
         """Keep the robot in the middle of the map, or no longer."""

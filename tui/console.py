@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from schemas import topics
 from schemas.messages.touchline import TraversalReport
-from schemas.vehicle import Vehicle
 from tui.app import ConsoleApp
 from tui.autostart import AutoStart
 from tui.link import BusConfig, open_link
@@ -13,7 +12,6 @@ from tui.link import BusConfig, open_link
 def run_console(
     config: BusConfig | None = None,
     *,
-    vehicle: Vehicle | None = None,
     template: str | None = None,
     auto_start: bool = False,
     speed: float | None = None,
@@ -22,12 +20,11 @@ def run_console(
 
     Args:
         config: How to join the bus; the environment's by default.
-        vehicle: The robot whose size, tank and limits are shown; by default the shipped one.
         template: Shipped name or file to show on opening.
         auto_start: Also plan the template, load it and start, as soon as the services are there.
         speed: Speed factor to set on opening; negative is as fast as it goes.
     """
     with open_link(config, topics.CONSOLE) as link:
-        app = ConsoleApp(link, AutoStart(template, speed, auto_start), vehicle=vehicle)
+        app = ConsoleApp(link, AutoStart(template, speed, auto_start))
         app.run()
         return app.state.robot.report

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 
 import numpy as np
@@ -56,6 +56,7 @@ class Scene:
     current_revision: int = 0
     paint: Polyline = EMPTY
     paint_revision: int = 0
+    vehicle: Vehicle = field(default_factory=Vehicle)
     robot: Pose | None = None
     stopped: bool = False
     spraying: bool = False
@@ -64,7 +65,7 @@ class Scene:
     def key(self) -> tuple[object, ...]:
         """Equal for scenes that look the same."""
         revisions = (self.template_revision, self.path_revision, self.current_revision, self.paint_revision)
-        return (*revisions, len(self.paint), self.robot, self.stopped, self.spraying)
+        return (*revisions, len(self.paint), id(self.vehicle), self.robot, self.stopped, self.spraying)
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,9 +80,8 @@ class Cells:
 class MapRaster:
     """Composes scenes; keeps the layers so that a scene which only grew, or in which only the robot moved, is cheap."""
 
-    def __init__(self, vehicle: Vehicle | None = None) -> None:
-        """For a vehicle's nozzle and size."""
-        self.vehicle = vehicle or Vehicle()
+    def __init__(self) -> None:
+        """Nothing drawn yet."""
         self._grid = GrowingLayer()
         self._path, self._axle_path = GrowingLayer(), GrowingLayer()
         self._template, self._current, self._paint = GrowingLayer(), GrowingLayer(), GrowingLayer()
@@ -136,13 +136,12 @@ class MapRaster:
         ink = Ink.ROBOT_STOPPED if scene.stopped else Ink.ROBOT
         if view.dot_m <= BODY_DOT_M:
             body = np.zeros_like(bits)
-            draw(body, view, self._outline(pose, cos, sin))
+            draw(body, view, _outline(scene.vehicle, pose, cos, sin))
             here = body > 0
             cells.codes[here] = (bits[here] | body[here]).astype(np.uint32) + np.uint32(BRAILLE_BASE)
             cells.inks[here] = Ink.BODY
-        nozzle_x = pose.x_m + cos * self.vehicle.nozzle_x_m - sin * self.vehicle.nozzle_y_m
-        nozzle_y = pose.y_m + sin * self.vehicle.nozzle_x_m + cos * self.vehicle.nozzle_y_m
-        nozzle = view.to_cell(nozzle_x, nozzle_y)
+        x, y = scene.vehicle.nozzle_x_m, scene.vehicle.nozzle_y_m
+        nozzle = view.to_cell(pose.x_m + cos * x - sin * y, pose.y_m + sin * x + cos * y)
         center = view.to_cell(pose.x_m, pose.y_m)
         if nozzle:
             _put(cells, nozzle, "●" if scene.spraying else "○", Ink.NOZZLE_ON if scene.spraying else Ink.NOZZLE_OFF)
@@ -150,13 +149,6 @@ class MapRaster:
             _put(cells, center, ARROWS[octant], ink)
         else:
             _put(cells, *_edge(view, pose), ink)
-
-    def _outline(self, pose: Pose, cos: float, sin: float) -> Polyline:
-        half, nozzle = self.vehicle.half_track_m, self.vehicle.nozzle_y_m
-        x = np.array([0.45, -0.2, -0.2, 0.45, 0.0, self.vehicle.nozzle_x_m])
-        y = np.array([0.0, half, -half, 0.0, 0.0, nozzle])
-        joined = np.array([False, True, True, True, False, True])
-        return Polyline(pose.x_m + cos * x - sin * y, pose.y_m + sin * x + cos * y, joined)
 
 
 def grid_step_m(view: Viewport) -> float:
@@ -189,6 +181,12 @@ def _put(cells: Cells, at: tuple[int, int], character: str, ink: Ink) -> None:
     column, row = at
     cells.codes[row, column] = ord(character)
     cells.inks[row, column] = ink
+
+
+def _outline(vehicle: Vehicle, pose: Pose, cos: float, sin: float) -> Polyline:
+    """The body as seen from above."""
+    x, y = np.array([*vehicle.footprint_m, vehicle.footprint_m[0]]).T
+    return Polyline(pose.x_m + cos * x - sin * y, pose.y_m + sin * x + cos * y, np.arange(len(x)) > 0)
 
 
 def _edge(view: Viewport, pose: Pose) -> tuple[tuple[int, int], str]:

@@ -15,7 +15,6 @@ from textual.strip import Strip
 from textual.widget import Widget
 
 from schemas.messages.touchline import TraversalStatus
-from schemas.vehicle import Vehicle
 from tui import theme
 from tui.map_raster import Cells, Ink, MapRaster, Scene
 from tui.raster import EMPTY
@@ -63,8 +62,8 @@ class MapView(Widget, can_focus=True):
         Binding("right", "pan(1, 0)", "Pan", show=False),
     ]
 
-    def __init__(self, vehicle: Vehicle | None = None, *, id: str | None = None) -> None:
-        """For a vehicle's shape."""
+    def __init__(self, *, id: str | None = None) -> None:
+        """Nothing to show yet."""
         super().__init__(id=id)
         self._title = self.border_title = "Field"
         self.view = Viewport(1, 1, dot_m=0.5)
@@ -72,7 +71,7 @@ class MapView(Widget, can_focus=True):
         self._fitted = True
         self._scene = Scene()
         self._seen: tuple[object, object] = (None, None)
-        self._raster = MapRaster(vehicle)
+        self._raster = MapRaster()
         self._cells: Cells | None = None
         self._keys = np.zeros((0, 0), dtype=np.uint64)
         self._strips: dict[int, Strip] = {}
@@ -117,6 +116,7 @@ class MapView(Widget, can_focus=True):
             current_revision=id(current),
             paint=state.paint.line,
             paint_revision=state.paint.revision,
+            vehicle=state.vehicle,
             robot=state.robot.pose if state.robot_alive else None,
             stopped=state.traversal in (TraversalStatus.ESTOPPED, TraversalStatus.ABORTED),
             spraying=bool(status and status.spraying),

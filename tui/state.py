@@ -14,6 +14,8 @@ from schemas.messages.base import Message
 from schemas.messages.standard import DiagnosticArray, String
 from schemas.messages.touchline import Event, PaintMarks, PlanReport, Progress, TraversalStatus
 from schemas.messages.turf_tank import Trajectory
+from schemas.setup import Setup
+from schemas.spec import parse
 from schemas.template import Template
 from schemas.topics import Topic
 from schemas.vehicle import Vehicle
@@ -36,7 +38,8 @@ class ConsoleState:
     """Everything the console shows. Messages come in by `apply`; what came of the operator's orders by its own methods.
 
     `draft` is the job that is being prepared here, `loaded` the one that the robot has. The robot's is in view while
-    it is busy, and whenever nothing is being prepared. `tank_l` is what a full tank holds, which the bus does not tell.
+    it is busy, and whenever nothing is being prepared. `vehicle` is the robot's,
+    once it has told.
     """
 
     robot: Robot = field(default_factory=Robot)
@@ -50,7 +53,7 @@ class ConsoleState:
     lost: int = 0
     rejected: int = 0
     now_s: float = 0.0
-    tank_l: float = Vehicle().tank_l
+    vehicle: Vehicle = field(default_factory=Vehicle)
     _speed_set: tuple[float, float] = (1.0, -math.inf)
     _publisher: str = ""
     _rejected_topics: set[str] = field(default_factory=set)
@@ -235,6 +238,9 @@ class ConsoleState:
         self.loaded = Job(self.loaded.template, path)
         self.paint.request_fetch()
 
+    def _setup(self, message: String) -> None:
+        self.vehicle = parse(Setup, message.data, "the robot's setup").vehicle
+
     def _event(self, message: Event) -> None:
         self.log.add(seconds(message.header.stamp), message.severity, message.source or "robot", message.text)
 
@@ -253,6 +259,7 @@ _HANDLERS: Mapping[str, Callable[[ConsoleState, Any], None]] = {
     topics.PAINT.name: ConsoleState._paint,
     topics.TEMPLATE.name: ConsoleState._template,
     topics.PLAN.name: ConsoleState._plan,
+    topics.SETUP.name: ConsoleState._setup,
     topics.EVENTS.name: ConsoleState._event,
     topics.SUPERVISOR_EVENTS.name: ConsoleState._supervisor_event,
     topics.PLANNER_PROGRESS.name: ConsoleState._progress,

@@ -5,9 +5,10 @@ found where it was asked for. A file that is there already is never overwritten 
 """
 
 import struct
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import Enum
+from importlib.metadata import version
 from pathlib import Path
 
 from mcap.writer import CompressionType, Writer
@@ -19,7 +20,6 @@ from services.bridge.output import RecordingError, RecordingFile
 from services.bridge.reader import read_summary
 
 CHUNK_BYTES = 64 * 1024
-LIBRARY = "touchline"
 _STAMP = struct.Struct("<iI")
 _STAMP_OFFSET = 4  # behind the CDR header
 _STAMP_END = _STAMP_OFFSET + _STAMP.size
@@ -83,7 +83,6 @@ class Recorder:
         path: File to write; its folder must exist and its name end in ``.mcap``.
         namespace: Robot namespace under which the topics are recorded.
         topics: Rows of the topic table to record.
-        metadata: Facts about the run (scenario, seed, …), kept as the metadata record ``touchline``.
         existing: What to do when the file is there already.
 
     Raises:
@@ -95,7 +94,6 @@ class Recorder:
         path: Path,
         namespace: str = DEFAULT_NAMESPACE,
         topics: Iterable[Topic] = RECORDED,
-        metadata: Mapping[str, str] | None = None,
         existing: Existing = Existing.RENAME,
     ) -> None:
         _make_room(path, existing)
@@ -110,9 +108,7 @@ class Recorder:
         self._channels: dict[str, _Channel] = {}
         self._writer = Writer(self._file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)  # type: ignore[arg-type]
         try:
-            self._writer.start("ros2", LIBRARY)
-            if metadata:
-                self._writer.add_metadata("touchline", dict(metadata))
+            self._writer.start("ros2", f"touchline {version('touchline')}")
             self._register(namespace, topics)
         except RecordingError:
             self._file.close()

@@ -1,7 +1,6 @@
 """The bridge as a process: records on request, and shows the robot to ROS 2."""
 
 import time
-from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -37,17 +36,13 @@ class BridgeService:
     Args:
         bus: An open bus.
         existing: What to do when a recording's file is there already.
-        metadata: Facts about the run, written into every recording.
         gateway: To ROS 2, if there is to be one.
     """
 
-    def __init__(
-        self, bus: Bus, existing: Existing, metadata: Mapping[str, str], gateway: Gateway | None = None
-    ) -> None:
+    def __init__(self, bus: Bus, existing: Existing, gateway: Gateway | None = None) -> None:
         self._bus = bus
         self._gateway = gateway
         self._existing = existing
-        self._metadata = metadata
         self._presence = bus.presence()
         self._health = HealthReporter(bus)
         self._events = bus.publisher(topics.EVENTS)
@@ -72,7 +67,7 @@ class BridgeService:
         if self._session is not None:
             raise RecordingError(f"{self._session.recorder.path} is being recorded; stop that first")
         self._failed = None
-        recorder = Recorder(path, self._bus.config.namespace, topics.RECORDED, self._metadata, self._existing)
+        recorder = Recorder(path, self._bus.config.namespace, topics.RECORDED, self._existing)
         self._session = RecordingSession(recorder, self._bus.inbox(topics.RECORDED))
         self._handshake()
         if self._failed is not None:
@@ -190,7 +185,6 @@ def run_service(
     config: BusConfig | None = None,
     *,
     existing: Existing = Existing.RENAME,
-    metadata: Mapping[str, str] | None = None,
     ros2: GatewayConfig | None = None,
     supervisor: int | None = None,
 ) -> RecordingReport | None:
@@ -200,7 +194,6 @@ def run_service(
         record: Begin at once to record to this file.
         config: Where the bus is; from the environment if not given.
         existing: What to do when a recording's file is there already.
-        metadata: Facts about the run (scenario, seed), written into every recording.
         ros2: Be a gateway to ROS 2, too.
         supervisor: Process id of the parent, to end with it.
 
@@ -215,7 +208,7 @@ def run_service(
     with until_stopped(supervisor) as stop, Bus.open(topics.BRIDGE, config) as bus, ExitStack() as stack:
         bus.claim()
         gateway = Gateway(bus, stack.enter_context(Ros2Session.open(ros2.endpoint)), ros2) if ros2 else None
-        service = BridgeService(bus, existing, metadata or {}, gateway)
+        service = BridgeService(bus, existing, gateway)
         if record is not None:
             service.start(record)
         return service.run(stop)

@@ -53,9 +53,7 @@ def _in_console(vehicle: Vehicle) -> None:
         system.wait_until_ready(stderr.print)
         system.bus.call(topics.RECORD, RecordRequest(request_id="demo", path=str(_RECORDING.absolute())))
         with watched(system):
-            report = run_console(
-                system.bus.config, vehicle=vehicle, template=_TEMPLATE, auto_start=True, speed=_CONSOLE_SPEED
-            )
+            report = run_console(system.bus.config, template=_TEMPLATE, auto_start=True, speed=_CONSOLE_SPEED)
         stopped = system.bus.call(topics.RECORD_STOP, RecordStopRequest(request_id="demo-stop"), timeout_s=60.0)
     if report is not None:
         figures = {"success": report.success, "paint": paint_figures(report), "estimator": estimator_figures(report)}

@@ -20,7 +20,7 @@ def register(app: typer.Typer) -> None:
     app.command("planner")(with_groups(planner))
     app.command("robot-sim")(with_groups(robot_sim))
     app.command("bridge")(with_groups(bridge))
-    app.command("tui")(with_groups(tui))
+    app.command("tui")(tui)
 
 
 def planner(body: VehicleChoice, supervisor: SupervisorOption = None) -> None:
@@ -61,11 +61,10 @@ def bridge(
         typer.echo(json.dumps({"path": str(report.path), "messages": report.messages, "lost": report.lost}))
 
 
-def tui(body: VehicleChoice) -> None:
+def tui() -> None:
     """Open the operator's console on the bus; services may come and go while it is open."""
-    vehicle = body.chosen()
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise TouchlineError("the console needs a terminal; without one, use `touchline run` and `touchline status`")
     from tui.console import run_console
 
-    run_console(vehicle=vehicle)
+    run_console()

@@ -15,6 +15,7 @@ from schemas import messages as m
 from schemas import topics
 from schemas.cdr import encode
 from schemas.digest import SessionDigest
+from schemas.setup import Setup
 from schemas.template import Template
 from services.robot_sim import layouts, ticks
 from services.robot_sim.emulator import Emulator
@@ -52,6 +53,11 @@ class Telemetry:
         self._state = -1
         self.digest = SessionDigest()
         self.final: m.TraversalReport | None = None
+
+    def setup(self) -> Payload:
+        """Which robot this is and in which world, told once at its start: no part of a session and its hash."""
+        setup = Setup(vehicle=self._emulator.vehicle, scenario=self._emulator.scenario)
+        return topics.SETUP, encode(m.String(data=setup.model_dump_json()))
 
     def loaded(self, trajectory: m.Trajectory, template: Template | None) -> list[Payload]:
         """What is told once when a trajectory has been loaded; a new session begins."""

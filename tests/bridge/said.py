@@ -44,9 +44,9 @@ def messages(ticks: int, rate_radps: float = 0.5) -> Iterator[tuple[Topic, Messa
         yield topics.JOINT_STATES, JointState(header=header, name=("left_wheel", "right_wheel"), position=[tick, -tick])
 
 
-def record(path: Path, said: Iterator[tuple[Topic, Message]], metadata: dict[str, str] | None = None) -> Recorder:
+def record(path: Path, said: Iterator[tuple[Topic, Message]]) -> Recorder:
     """A recorder, not finished, that has taken all that was said."""
-    recorder = Recorder(path, metadata=metadata)
+    recorder = Recorder(path)
     sequences: dict[str, int] = {}
     for topic, message in said:
         sequences[topic.name] = sequences.get(topic.name, -1) + 1

@@ -9,7 +9,14 @@ from pathlib import Path
 
 import pytest
 
+from schemas.cdr import decode
+from schemas.messages import String
+from schemas.scenario import Scenario
+from schemas.setup import Setup
+from schemas.spec import parse
+from schemas.vehicle import Vehicle
 from services.bridge.compare import compare
+from services.bridge.reader import RecordingReader
 from tests.system.commands import figures, start_touchline, touchline
 
 SQUARE = ("study-square", "--json", "--seed", "7")
@@ -30,6 +37,13 @@ def test_a_simulation_says_byte_for_byte_what_a_run_says(over_zenoh, tmp_path):
     assert len(run["hash"]["session"]) == len(run["hash"]["scenario"]) == 16
     comparison = compare(recorded, recording)
     assert comparison.identical, "\n".join(comparison.lines())
+
+
+def test_a_recording_says_which_robot_lived_in_which_world(over_zenoh):
+    _, recorded = over_zenoh
+    (told,) = RecordingReader(recorded).messages({"/tt2/setup"})
+    setup = parse(Setup, decode(String, told.payload).data, recorded.name)
+    assert setup == Setup(vehicle=Vehicle(), scenario=Scenario(seed=7, name=setup.scenario.name))
 
 
 def test_the_figures_are_the_same_with_and_without_telemetry(over_zenoh):

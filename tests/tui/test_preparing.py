@@ -7,7 +7,9 @@ from textual.widgets import Input, OptionList, RadioButton, Static
 
 from schemas import messages as m
 from schemas import topics
+from schemas.setup import Setup
 from schemas.template import Template
+from schemas.vehicle import Vehicle
 from services.planner import ways
 from tests.tui import scenes
 from tests.tui.console import console, last, plain, until
@@ -51,6 +53,16 @@ async def test_a_template_file_that_is_wrong_is_explained_and_can_be_mended(tmp_
         field.value = str(file)
         await pilot.press("enter")
         assert app.state.template is not None
+
+
+async def test_the_limits_offered_are_those_of_the_robot_on_the_bus(template: Template) -> None:
+    slow = m.String(data=Setup(vehicle=Vehicle(paint_speed_mps=0.25)).model_dump_json())
+    async with console(*scenes.up()) as (app, link, pilot):
+        app.operator.choose(template, template.model_dump_json())
+        link.incoming.append(received(topics.SETUP, slow))
+        await until(pilot, lambda: app.state.vehicle.paint_speed_mps == 0.25)
+        await pilot.press("p")
+        assert app.screen.query_one("#paint_speed_mps", Input).placeholder == "0.25"
 
 
 async def test_planning_with_options(template: Template) -> None:

@@ -8,12 +8,12 @@ import pytest
 from schemas import messages as m
 from schemas import topics
 from schemas.catalogue import load_template
+from schemas.setup import Setup
 from schemas.template import Template
 from schemas.vehicle import Vehicle
 from tests.tui import scenes
 from tests.tui.scenes import received
 from tui import panels, theme
-from tui.app import ConsoleApp
 from tui.event_log import ERROR, WARN, EventLog
 from tui.protocol import Incoming, Lost, NodeChanged, PaintFetched, Rejected
 from tui.state import ConsoleState
@@ -68,8 +68,8 @@ def test_the_level_is_a_share_of_the_tank_there_is(template: Template) -> None:
         return any(span.style == theme.VERMILION for span in line.spans)
 
     assert not is_low(reduced(scenes.mid_run(template)))
-    app = ConsoleApp(scenes.FakeLink(), vehicle=Vehicle(tank_l=100.0))
-    assert is_low(reduced(scenes.mid_run(template), app.state))
+    setup = m.String(data=Setup(vehicle=Vehicle(tank_l=100.0)).model_dump_json())
+    assert is_low(reduced([*scenes.mid_run(template), received(topics.SETUP, setup)]))
 
 
 def test_heading_is_taken_from_the_quaternion() -> None:

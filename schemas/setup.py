@@ -1,0 +1,12 @@
+"""A robot and the world that it lives in: what the robot tells about itself on the bus."""
+
+from schemas.scenario import Scenario
+from schemas.spec import Spec
+from schemas.vehicle import Vehicle
+
+
+class Setup(Spec):
+    """Of one process, from its start to its end."""
+
+    vehicle: Vehicle = Vehicle()
+    scenario: Scenario = Scenario()
