@@ -182,7 +182,7 @@ class ConsoleState:
 
     def _robot_restarted(self) -> None:
         self._forget_robot()
-        self.note(WARN, "console", "robot restarted: its job and its record of the paint are gone")
+        self.note(WARN, "console", "robot restarted: load the plan again, or go on where it was (^p, Load and go on)")
         self.paint.request_fetch()
 
     def _forget_robot(self) -> None:

@@ -13,6 +13,7 @@ from schemas.errors import CommandRefused
 from schemas.faults import Fault
 from schemas.messages import Trajectory, TraversalStatus
 from schemas.scenario import Scenario
+from schemas.setup import Setup
 from schemas.template import Template
 from schemas.vehicle import Vehicle
 from services.robot_sim.estimator_error import EstimatorError
@@ -264,6 +265,11 @@ class Emulator:
         if stage != WHOLE:
             self.ledger.record(self.world.trace)
             self._follow_up()
+
+    @property
+    def setup(self) -> Setup:
+        """The robot and its world."""
+        return Setup(vehicle=self.vehicle, scenario=self.scenario)
 
     @property
     def totals(self) -> Totals:

@@ -29,7 +29,7 @@ from schemas.messages import Trajectory
 from services.robot_sim.frames import Checkpoint
 from services.robot_sim.paint.record import PaintRecord
 from services.robot_sim.remains import Remains, Totals
-from services.robot_sim.setups import Setup
+from services.robot_sim.setups import SetupText
 
 _RECORD: Final = struct.Struct("<Q16s16siddQdI4d3dQ")
 """Number, trajectory, setup, the checkpoint (leg −1: over; owed from nan: nothing), the totals."""
@@ -120,7 +120,7 @@ class Journal:
             os.close(self._file)
         self._paint, self._map, self._file = None, None, -1
 
-    def unfinished(self, trajectory: Trajectory, setup: Setup) -> tuple[Checkpoint, Remains] | None:
+    def unfinished(self, trajectory: Trajectory, setup: SetupText) -> tuple[Checkpoint, Remains] | None:
         """From where this trajectory can go on, and what is left of it; None if it was not under way at the end.
 
         Raises:
@@ -139,16 +139,16 @@ class Journal:
             )
         return checkpoint, Remains(totals, self._paint.read(whose, totals.points))
 
-    def _changes_to(self, setup: Setup, kept_with: bytes) -> str:
+    def _changes_to(self, setup: SetupText, kept_with: bytes) -> str:
         try:
-            earlier = Setup(self._setup_path.read_text(encoding="utf-8"))
+            earlier = SetupText(self._setup_path.read_text(encoding="utf-8"))
         except (OSError, UnicodeDecodeError):
-            earlier = Setup("")
+            earlier = SetupText("")
         if earlier.digest != kept_with:
             return f"what differs is not known, as {self._setup_path} cannot be read or is of another traversal"
         return setup.changes_from(earlier)
 
-    def begin(self, trajectory: bytes, setup: Setup) -> None:
+    def begin(self, trajectory: bytes, setup: SetupText) -> None:
         """Begin the traversal of the trajectory of this digest: no paint has fallen."""
         if self._paint is None:
             return

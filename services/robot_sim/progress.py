@@ -8,7 +8,7 @@ from services.robot_sim.emulator import Emulator
 from services.robot_sim.frames import Checkpoint
 from services.robot_sim.journal import Journal, digest
 from services.robot_sim.remains import Remains
-from services.robot_sim.setups import Setup
+from services.robot_sim.setups import SetupText
 
 
 class Progress:
@@ -20,7 +20,7 @@ class Progress:
     def __init__(self, emulator: Emulator, journal: Journal | None) -> None:
         """Nothing loaded."""
         self._emulator, self._journal = emulator, journal
-        self._setup = Setup.of(emulator.vehicle, emulator.scenario)
+        self._setup = SetupText.of(emulator.setup)
         self._digest = b""
         self._resumed = self._under_way = False
         self._said = ""

@@ -1,4 +1,4 @@
-"""Which robot lives in which world: what a journal was kept with, and what is different now."""
+"""The setup that a journal was kept with, and what is different now."""
 
 from __future__ import annotations
 
@@ -7,9 +7,8 @@ import json
 from collections.abc import Iterator
 from typing import Any, Final, NamedTuple, Self
 
-from schemas.scenario import Scenario
+from schemas.setup import Setup
 from schemas.spec import field_path
-from schemas.vehicle import Vehicle
 
 _SHOWN: Final = 3
 """Differences that are told one by one."""
@@ -18,15 +17,16 @@ _LONGEST: Final = 40
 _ABSENT: Final = object()
 
 
-class Setup(NamedTuple):
-    """A vehicle and a scenario, as canonical JSON. A scenario's name changes nothing that happens, so it is no part."""
+class SetupText(NamedTuple):
+    """A setup as canonical JSON. A scenario's name changes nothing that happens, so it is no part."""
 
     text: str
 
     @classmethod
-    def of(cls, vehicle: Vehicle, scenario: Scenario) -> Self:
+    def of(cls, setup: Setup) -> Self:
         """That of a robot."""
-        both = {"vehicle": vehicle.model_dump(mode="json"), **scenario.model_dump(mode="json", exclude={"name"})}
+        scenario = setup.scenario.model_dump(mode="json", exclude={"name"})
+        both = {"vehicle": setup.vehicle.model_dump(mode="json"), **scenario}
         return cls(json.dumps(both, sort_keys=True, separators=(",", ":")))
 
     @property
@@ -34,7 +34,7 @@ class Setup(NamedTuple):
         """16 bytes that tell it from others."""
         return hashlib.blake2b(self.text.encode(), digest_size=16).digest()
 
-    def changes_from(self, earlier: Setup) -> str:
+    def changes_from(self, earlier: SetupText) -> str:
         """What is different from an earlier one, for people: ``ground.surface was "grass", is "wet-grass"``."""
         found = list(_changes(json.loads(earlier.text), json.loads(self.text), ()))
         more = f" (and {len(found) - _SHOWN} more)" if len(found) > _SHOWN else ""

@@ -15,7 +15,6 @@ from schemas import messages as m
 from schemas import topics
 from schemas.cdr import encode
 from schemas.digest import SessionDigest
-from schemas.setup import Setup
 from schemas.template import Template
 from services.robot_sim import layouts, ticks
 from services.robot_sim.emulator import Emulator
@@ -56,8 +55,7 @@ class Telemetry:
 
     def setup(self) -> Payload:
         """Which robot this is and in which world, told once at its start: no part of a session and its hash."""
-        setup = Setup(vehicle=self._emulator.vehicle, scenario=self._emulator.scenario)
-        return topics.SETUP, encode(m.String(data=setup.model_dump_json()))
+        return topics.SETUP, encode(m.String(data=self._emulator.setup.model_dump_json()))
 
     def loaded(self, trajectory: m.Trajectory, template: Template | None) -> list[Payload]:
         """What is told once when a trajectory has been loaded; a new session begins."""

@@ -10,18 +10,19 @@ import pytest
 from schemas.curves import Curve
 from schemas.errors import CommandRefused
 from schemas.scenario import Scenario
+from schemas.setup import Setup
 from schemas.vehicle import Vehicle
 from services.robot_sim.frames import Checkpoint
 from services.robot_sim.journal import Journal, digest
 from services.robot_sim.paint import record
 from services.robot_sim.remains import Totals
-from services.robot_sim.setups import Setup
+from services.robot_sim.setups import SetupText
 from tests.robot_sim.scripted import trajectory
 
 PLAN = trajectory(
     [Curve.from_line((0, 0), (2, 0)), Curve.from_line((2, 0), (4, 0)), Curve.from_line((4, 0), (5, 0))], [0, 1, 0]
 )
-SETUP = Setup.of(Vehicle(), Scenario())
+SETUP = SetupText.of(Setup())
 OTHER = trajectory([Curve.from_line((0, 0), (3, 0))], [0])
 POINTS = np.arange(60.0).reshape(-1, 5)
 
@@ -203,7 +204,7 @@ def test_another_vehicle_or_scenario_is_refused_by_name_and_loses_nothing(path, 
     vehicle, scenario, named = CHANGED[what]
     keep(path, [Checkpoint(0, 1.0, None)], [4])
     with pytest.raises(CommandRefused, match="load without resume to begin anew") as refusal:
-        found(path, setup=Setup.of(vehicle, scenario))
+        found(path, setup=SetupText.of(Setup(vehicle=vehicle, scenario=scenario)))
     assert named in str(refusal.value)
     checkpoint, remains = found(path)
     assert checkpoint == Checkpoint(0, 1.0, None)
@@ -212,14 +213,14 @@ def test_another_vehicle_or_scenario_is_refused_by_name_and_loses_nothing(path, 
 
 def test_a_scenario_of_another_name_is_the_same(path):
     keep(path, [Checkpoint(0, 1.0, None)], [4])
-    assert found(path, setup=Setup.of(Vehicle(), Scenario(name="another")))
+    assert found(path, setup=SetupText.of(Setup(scenario=Scenario(name="another"))))
 
 
 def test_of_many_differences_the_first_are_told(path):
     gnss = {"white_m": 0.1, "gauss_markov_1_m": 0.1, "gauss_markov_2_m": 0.1, "float_m": 1.0, "single_m": 2.0}
     keep(path, [Checkpoint(0, 1.0, None)], [4])
     with pytest.raises(CommandRefused, match=r"gnss.gauss_markov_2_m was 0.005, is 0.1 \(and 2 more\)"):
-        found(path, setup=Setup.of(Vehicle(), Scenario.model_validate({"gnss": gnss})))
+        found(path, setup=SetupText.of(Setup(scenario=Scenario.model_validate({"gnss": gnss}))))
 
 
 @pytest.mark.parametrize("content", [None, b"{}", b"\xff\xfe", b"not json"])
@@ -228,5 +229,5 @@ def test_without_the_setup_file_it_is_refused_all_the_same(path, content):
     setup = path.with_suffix(".setup")
     setup.unlink() if content is None else setup.write_bytes(content)
     with pytest.raises(CommandRefused, match="what differs is not known"):
-        found(path, setup=Setup.of(Vehicle(), Scenario(seed=2)))
+        found(path, setup=SetupText.of(Setup(scenario=Scenario(seed=2))))
     assert found(path)

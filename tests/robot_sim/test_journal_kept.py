@@ -12,17 +12,18 @@ from schemas import messages as m
 from schemas import topics
 from schemas.cdr import decode
 from schemas.scenario import Scenario
+from schemas.setup import Setup
 from schemas.vehicle import Vehicle
 from services.robot_sim.commands import Commands
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.journal import Journal
 from services.robot_sim.paint import record
-from services.robot_sim.setups import Setup
+from services.robot_sim.setups import SetupText
 from services.robot_sim.telemetry import Telemetry
 from tests.robot_sim.test_journal import PLAN
 from tests.robot_sim.test_journal import found as found_with
 
-SETUP = Setup.of(Vehicle(), Scenario(noise="none"))
+SETUP = SetupText.of(Setup(scenario=Scenario(noise="none")))
 
 
 def found(path):
