@@ -99,6 +99,7 @@ def test_svg_curves_arcs_and_sub_paths(tmp_path: Path) -> None:
         ('<path id="torn" d="M0 0 L x y"/>', "torn has path data that cannot be read"),
         ('<line x1="0" y1="0" x2="0.001" y2="0"/>', "has nothing to paint"),
         ('<line x1="0" y1="0" x2="1e6" y2="0"/>', "check --scale"),
+        ('<line x1="0" y1="0" x2="1e9" y2="0"/>', "simpleline-1 is further out than 100,000 km; check --scale"),
         ("<g>", "is not a readable SVG"),
     ],
 )
