@@ -9,8 +9,8 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from schemas.curves import Curve
-from schemas.template import MIN_LENGTH_M
 from services.drawings.outline import Floats, Outline, Smooth
+from services.drawings.slivers import without_slivers
 
 #: How far the fit may be from the curve, and the share of it that spans may use up between the samples looked at.
 TOLERANCE_M, SHARE = 1e-3, 0.9
@@ -22,14 +22,16 @@ CHORD_SHARE = 1e-4
 
 
 def fit_outline(outline: Outline, tolerance_m: float = TOLERANCE_M) -> list[Curve]:
-    """The lines and arcs of an outline, none shorter than a template may hold; empty if all of it is.
+    """The lines and arcs of an outline, each of which a template may hold.
 
-    Features smaller than that are bridged by straight lines, which may stray further; :func:`deviation_m` tells.
+    What is shorter or tighter than that is bridged by straight lines. They stray by up to half of a template's shortest
+    line, 5 mm, from the lines and arcs, which are within ``tolerance_m`` of the outline; :func:`deviation_m` tells.
+    Empty if all of the outline is as near to where it begins.
     """
     curves: list[Curve] = []
     for piece in outline.pieces:
         curves += [piece] if isinstance(piece, Curve) else fit(piece, tolerance_m)
-    return _without_slivers([curve for curve in curves if curve.length_m > COINCIDENT_M])
+    return without_slivers([curve for curve in curves if curve.length_m > COINCIDENT_M])
 
 
 def fit(smooth: Smooth, tolerance_m: float = TOLERANCE_M) -> list[Curve]:
@@ -131,29 +133,6 @@ def _arc(start: Floats, leave: Floats, end: Floats) -> Curve | None:
         return Curve.from_line(_pair(start), _pair(end))
     length = reach * half_turn / float(np.sin(half_turn))
     return Curve(float(start[0]), float(start[1]), heading, 2.0 * half_turn / length, length)
-
-
-def _without_slivers(curves: list[Curve]) -> list[Curve]:
-    """Pieces too short for a template, each joined to the neighbour that a straight line in their place fits better."""
-    curves = list(curves)
-    while len(curves) > 1 and min(c.length_m for c in curves) < MIN_LENGTH_M:
-        short = min(range(len(curves)), key=lambda i: curves[i].length_m)
-        pairs = [first for first in (short - 1, short) if 0 <= first < len(curves) - 1]
-        first = min(pairs, key=lambda i: _strays(curves[i], curves[i + 1]))
-        joined = _bridge(curves[first], curves[first + 1])
-        curves[first : first + 2] = [joined] if joined.length_m > COINCIDENT_M else []
-    return [curve for curve in curves if curve.length_m >= MIN_LENGTH_M]
-
-
-def _bridge(first: Curve, second: Curve) -> Curve:
-    """The straight line from where one curve begins to where the next ends."""
-    return Curve.from_line((first.x_m, first.y_m), second.end[:2])
-
-
-def _strays(first: Curve, second: Curve) -> float:
-    """How far two curves are from the straight line in their place, m."""
-    points = [np.column_stack(c.at(np.linspace(0.0, c.length_m, 9))[:2]) for c in (first, second)]
-    return float(distance_m(np.concatenate(points), [_bridge(first, second)]).max())
 
 
 def _to_curve(points: Floats, curve: Curve) -> Floats:

@@ -261,6 +261,16 @@ def test_the_smallest_arcs_that_can_be_imported_can_be_planned(tmp_path: Path) -
     plan(template, Vehicle())
 
 
+def test_circles_tighter_than_an_arc_may_be_become_lines(tmp_path: Path) -> None:
+    """The smallest are within half a shortest line of where they begin, and so not there at all."""
+    radii = (0.0024, 0.0026, 0.005, 0.007, 0.0099)
+    body = "".join(f'<circle cx="{i}" cy="0" r="{r}"/>' for i, r in enumerate(radii))
+    imported = import_drawing(svg(tmp_path, body), METRES)
+    assert imported.skipped == ("circle-1",)
+    assert all(segment.line for segment in imported.template.segments)
+    assert imported.deviation_m <= 5e-3
+
+
 def test_an_imported_template_is_one(tmp_path: Path) -> None:
     template = import_drawing(svg(tmp_path, '<ellipse cx="5" cy="5" rx="5" ry="4"/>')).template
     assert parse_template(template.to_json()) == template
