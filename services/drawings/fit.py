@@ -9,12 +9,14 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from schemas.curves import Curve
-from services.drawings.outline import Floats, Outline, Smooth
+from services.drawings.outline import Floats, Outline, Piece, Smooth
 from services.drawings.slivers import without_slivers
 
 #: How far the fit may be from the curve, and the share of it that spans may use up between the samples looked at.
 TOLERANCE_M, SHARE = 1e-3, 0.9
 SAMPLES, STEEPEST_RAD, DEPTH = 24, np.pi / 2, 24
+#: Spacing of the points of a line or an arc by which the fit is told, unless they are too many.
+SAMPLES_M = 2e-4
 #: A turn below this over a whole piece is a straight line to every computer on board.
 STRAIGHT_RAD, COINCIDENT_M = 1e-9, 1e-11
 #: Share of a span whose chord stands in for a tangent that vanishes.
@@ -43,16 +45,10 @@ def fit(smooth: Smooth, tolerance_m: float = TOLERANCE_M) -> list[Curve]:
 
 
 def deviation_m(outline: Outline, curves: Sequence[Curve], samples: int = 200) -> float:
-    """How far an outline's points are from ``curves`` at most, m; (n,) samples a piece."""
-    worst = 0.0
-    for piece in outline.pieces:
-        if isinstance(piece, Curve):
-            x, y, _, _ = piece.at(np.linspace(0.0, piece.length_m, samples))
-            points = np.column_stack((x, y))
-        else:
-            points = piece.point(np.linspace(piece.breaks[0], piece.breaks[-1], samples))
-        worst = max(worst, float(distance_m(points, curves).max()))
-    return worst
+    """How far an outline's points are from ``curves`` at most, m; at most ``samples`` of each piece are looked at."""
+    kept = set(curves)
+    points = [_samples(piece, samples) for piece in outline.pieces if piece not in kept]
+    return float(distance_m(np.concatenate(points), curves).max()) if points else 0.0
 
 
 def distance_m(points: Floats, curves: Iterable[Curve]) -> Floats:
@@ -61,6 +57,14 @@ def distance_m(points: Floats, curves: Iterable[Curve]) -> Floats:
     for curve in curves:
         nearest = np.minimum(nearest, _to_curve(points, curve))
     return nearest
+
+
+def _samples(piece: Piece, most: int) -> Floats:
+    """Points (n, 2) of a piece of an outline, m."""
+    if isinstance(piece, Smooth):
+        return piece.point(np.linspace(piece.breaks[0], piece.breaks[-1], most))
+    count = min(most, int(piece.length_m / SAMPLES_M) + 2)
+    return np.column_stack(piece.at(np.linspace(0.0, piece.length_m, count))[:2])
 
 
 def _span(smooth: Smooth, begin: float, end: float, tolerance_m: float, depth: int) -> list[Curve]:
