@@ -9,12 +9,14 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from schemas.curves import Curve
-from schemas.template import MIN_LENGTH_M
-from services.drawings.outline import Floats, Outline, Smooth
+from services.drawings.outline import Floats, Outline, Piece, Smooth
+from services.drawings.slivers import without_slivers
 
 #: How far the fit may be from the curve, and the share of it that spans may use up between the samples looked at.
 TOLERANCE_M, SHARE = 1e-3, 0.9
 SAMPLES, STEEPEST_RAD, DEPTH = 24, np.pi / 2, 24
+#: Spacing of the points of a line or an arc by which the fit is told, unless they are too many.
+SAMPLES_M = 2e-4
 #: A turn below this over a whole piece is a straight line to every computer on board.
 STRAIGHT_RAD, COINCIDENT_M = 1e-9, 1e-11
 #: Share of a span whose chord stands in for a tangent that vanishes.
@@ -22,14 +24,16 @@ CHORD_SHARE = 1e-4
 
 
 def fit_outline(outline: Outline, tolerance_m: float = TOLERANCE_M) -> list[Curve]:
-    """The lines and arcs of an outline, none shorter than a template may hold; empty if all of it is.
+    """The lines and arcs of an outline, each of which a template may hold.
 
-    Features smaller than that are bridged by straight lines, which may stray further; :func:`deviation_m` tells.
+    What is shorter or tighter than that is bridged by straight lines. They stray by up to half of a template's shortest
+    line, 5 mm, from the lines and arcs, which are within ``tolerance_m`` of the outline; :func:`deviation_m` tells.
+    Empty if all of the outline is as near to where it begins.
     """
     curves: list[Curve] = []
     for piece in outline.pieces:
         curves += [piece] if isinstance(piece, Curve) else fit(piece, tolerance_m)
-    return _without_slivers([curve for curve in curves if curve.length_m > COINCIDENT_M])
+    return without_slivers([curve for curve in curves if curve.length_m > COINCIDENT_M])
 
 
 def fit(smooth: Smooth, tolerance_m: float = TOLERANCE_M) -> list[Curve]:
@@ -41,16 +45,10 @@ def fit(smooth: Smooth, tolerance_m: float = TOLERANCE_M) -> list[Curve]:
 
 
 def deviation_m(outline: Outline, curves: Sequence[Curve], samples: int = 200) -> float:
-    """How far an outline's points are from ``curves`` at most, m; (n,) samples a piece."""
-    worst = 0.0
-    for piece in outline.pieces:
-        if isinstance(piece, Curve):
-            x, y, _, _ = piece.at(np.linspace(0.0, piece.length_m, samples))
-            points = np.column_stack((x, y))
-        else:
-            points = piece.point(np.linspace(piece.breaks[0], piece.breaks[-1], samples))
-        worst = max(worst, float(distance_m(points, curves).max()))
-    return worst
+    """How far an outline's points are from ``curves`` at most, m; at most ``samples`` of each piece are looked at."""
+    kept = set(curves)
+    points = [_samples(piece, samples) for piece in outline.pieces if piece not in kept]
+    return float(distance_m(np.concatenate(points), curves).max()) if points else 0.0
 
 
 def distance_m(points: Floats, curves: Iterable[Curve]) -> Floats:
@@ -59,6 +57,14 @@ def distance_m(points: Floats, curves: Iterable[Curve]) -> Floats:
     for curve in curves:
         nearest = np.minimum(nearest, _to_curve(points, curve))
     return nearest
+
+
+def _samples(piece: Piece, most: int) -> Floats:
+    """Points (n, 2) of a piece of an outline, m."""
+    if isinstance(piece, Smooth):
+        return piece.point(np.linspace(piece.breaks[0], piece.breaks[-1], most))
+    count = min(most, int(piece.length_m / SAMPLES_M) + 2)
+    return np.column_stack(piece.at(np.linspace(0.0, piece.length_m, count))[:2])
 
 
 def _span(smooth: Smooth, begin: float, end: float, tolerance_m: float, depth: int) -> list[Curve]:
@@ -131,29 +137,6 @@ def _arc(start: Floats, leave: Floats, end: Floats) -> Curve | None:
         return Curve.from_line(_pair(start), _pair(end))
     length = reach * half_turn / float(np.sin(half_turn))
     return Curve(float(start[0]), float(start[1]), heading, 2.0 * half_turn / length, length)
-
-
-def _without_slivers(curves: list[Curve]) -> list[Curve]:
-    """Pieces too short for a template, each joined to the neighbour that a straight line in their place fits better."""
-    curves = list(curves)
-    while len(curves) > 1 and min(c.length_m for c in curves) < MIN_LENGTH_M:
-        short = min(range(len(curves)), key=lambda i: curves[i].length_m)
-        pairs = [first for first in (short - 1, short) if 0 <= first < len(curves) - 1]
-        first = min(pairs, key=lambda i: _strays(curves[i], curves[i + 1]))
-        joined = _bridge(curves[first], curves[first + 1])
-        curves[first : first + 2] = [joined] if joined.length_m > COINCIDENT_M else []
-    return [curve for curve in curves if curve.length_m >= MIN_LENGTH_M]
-
-
-def _bridge(first: Curve, second: Curve) -> Curve:
-    """The straight line from where one curve begins to where the next ends."""
-    return Curve.from_line((first.x_m, first.y_m), second.end[:2])
-
-
-def _strays(first: Curve, second: Curve) -> float:
-    """How far two curves are from the straight line in their place, m."""
-    points = [np.column_stack(c.at(np.linspace(0.0, c.length_m, 9))[:2]) for c in (first, second)]
-    return float(distance_m(np.concatenate(points), [_bridge(first, second)]).max())
 
 
 def _to_curve(points: Floats, curve: Curve) -> Floats:

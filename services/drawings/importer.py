@@ -24,6 +24,8 @@ Reader = Callable[[Path, float | None, bool], tuple[list[Outline], list[str]]]
 READERS: dict[str, Reader] = {".svg": read_svg, ".dxf": read_dxf}
 #: More would take the robot days, and the planner with it.
 MAX_SEGMENTS = 100_000
+#: More than any coordinate on Earth, and few enough for fitting to a micrometre.
+MAX_REACH_M = 1e8
 #: Arcs of areas become chords that stay this close.
 CHORD_M = 1e-3
 
@@ -79,6 +81,7 @@ def import_drawing(path: Path, options: ImportOptions | None = None) -> Imported
     worst = 0.0
     fitted: list[tuple[Outline, list[Curve]]] = []
     for outline in outlines:
+        _check_reach(path.name, outline)
         curves = fit_outline(outline)
         if not curves:
             skipped.append(outline.name)
@@ -89,7 +92,7 @@ def import_drawing(path: Path, options: ImportOptions | None = None) -> Imported
         if outline.edge is Edge.NEVER or (outline.edge is Edge.UNLESS_FILLED and options.fill):
             continue
         worst = max(worst, deviation_m(outline, curves))
-        segments += [_segment(path.name, outline.name, i, curve) for i, curve in enumerate(curves, 1)]
+        segments += [_segment(outline.name, i, curve) for i, curve in enumerate(curves, 1)]
         if len(segments) > MAX_SEGMENTS:
             raise SpecError(path.name, outline.name, f"exceeds {MAX_SEGMENTS:,} strokes", "simplify the drawing")
     if options.fill:
@@ -117,9 +120,18 @@ def _check(path: Path, options: ImportOptions) -> None:
         raise SpecError("command line", "--scale", f"is {scale}", "give metres per unit of the drawing, above 0")
 
 
-def _segment(source: str, name: str, index: int, curve: Curve) -> TemplateSegment:
-    if max(abs(v) for v in (curve.x_m, curve.y_m, *curve.end[:2])) > 1e9:
-        raise SpecError(source, name, "is further out than 1,000,000 km", "check --scale")
+def _check_reach(source: str, outline: Outline) -> None:
+    """Far out, coordinates are too coarse to fit anything to."""
+    for piece in outline.pieces:
+        if isinstance(piece, Curve):
+            ends = np.array([(piece.x_m, piece.y_m), piece.end[:2]])
+        else:
+            ends = piece.point(np.array(piece.breaks))
+        if np.abs(ends).max() > MAX_REACH_M:
+            raise SpecError(source, outline.name, f"is further out than {MAX_REACH_M / 1e3:,.0f} km", "check --scale")
+
+
+def _segment(name: str, index: int, curve: Curve) -> TemplateSegment:
     label = name
     name = f"{name[:80]}-{index}"
     if curve.curvature_1pm == 0.0:

@@ -46,19 +46,17 @@ def test_svg_shapes_are_exact(tmp_path: Path) -> None:
 
 
 def test_svg_units_give_the_scale(tmp_path: Path) -> None:
-    line = '<path d="M0 0H10"/>'
+    line = '<path d="M0 0H100"/>'
     for head, length in (
-        ('width="20m" height="10m" viewBox="0 0 20 10"', 10.0),
-        ('width="50cm" viewBox="0 0 100 100"', 0.05),
-        ('height="2in" viewBox="0 0 10 20"', 10 * 0.0254 / 10),
-        ('width="100mm" height="100mm"', 10 * 0.0254 / 96),
+        ('width="20m" height="10m" viewBox="0 0 20 10"', 100.0),
+        ('width="50cm" viewBox="0 0 100 100"', 0.5),
+        ('height="2in" viewBox="0 0 10 20"', 100 * 0.0254 / 10),
+        ('width="100mm" height="100mm"', 100 * 0.0254 / 96),
     ):
-        if length < 0.01:
-            continue
         assert curves_of(svg(tmp_path, line, head))[0].length_m == pytest.approx(length, rel=1e-5), head
     scaled = ImportOptions(scale_m=0.5, anchor=Anchor.OWN)
     for head in ("", 'width="300"', 'width="300px" viewBox="0 0 30 30"', 'width="20m" viewBox="0 0 20 10"'):
-        assert curves_of(svg(tmp_path, line, head), scaled)[0].length_m == pytest.approx(5.0, rel=1e-5)
+        assert curves_of(svg(tmp_path, line, head), scaled)[0].length_m == pytest.approx(50.0, rel=1e-5)
         if "m" not in head.replace("viewBox", ""):
             with pytest.raises(SpecError, match=r"logo\.svg: svg has no width .* --scale"):
                 import_drawing(svg(tmp_path, line, head))
@@ -99,6 +97,7 @@ def test_svg_curves_arcs_and_sub_paths(tmp_path: Path) -> None:
         ('<path id="torn" d="M0 0 L x y"/>', "torn has path data that cannot be read"),
         ('<line x1="0" y1="0" x2="0.001" y2="0"/>', "has nothing to paint"),
         ('<line x1="0" y1="0" x2="1e6" y2="0"/>', "check --scale"),
+        ('<line x1="0" y1="0" x2="1e9" y2="0"/>', "simpleline-1 is further out than 100,000 km; check --scale"),
         ("<g>", "is not a readable SVG"),
     ],
 )
@@ -258,6 +257,16 @@ def test_the_smallest_arcs_that_can_be_imported_can_be_planned(tmp_path: Path) -
     template = import_drawing(svg(tmp_path, '<circle cx="4" cy="2" r="0.05"/>'), METRES).template
     assert all(abs(segment.curve().curvature_1pm) == pytest.approx(20.0) for segment in template.segments)
     plan(template, Vehicle())
+
+
+def test_circles_tighter_than_an_arc_may_be_become_lines(tmp_path: Path) -> None:
+    """The smallest are within half a shortest line of where they begin, and so not there at all."""
+    radii = (0.0024, 0.0026, 0.005, 0.007, 0.0099)
+    body = "".join(f'<circle cx="{i}" cy="0" r="{r}"/>' for i, r in enumerate(radii))
+    imported = import_drawing(svg(tmp_path, body), METRES)
+    assert imported.skipped == ("circle-1",)
+    assert all(segment.line for segment in imported.template.segments)
+    assert imported.deviation_m <= 5e-3
 
 
 def test_an_imported_template_is_one(tmp_path: Path) -> None:
