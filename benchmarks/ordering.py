@@ -20,8 +20,8 @@ from schemas.messages import PlanOptions
 from schemas.vehicle import Vehicle
 from services.planner.limits import Limits
 from services.planner.offset import modes
-from services.planner.order import Problem, ordered
-from services.planner.order_costs import NEVER_S, problem
+from services.planner.ordering.costs import NEVER_S, problem
+from services.planner.ordering.order import Problem, ordered
 from services.planner.plan import ways_of
 
 SECONDS = 2.0

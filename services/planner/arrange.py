@@ -110,9 +110,9 @@ def _optimised(
 
 
 def _found(modes: Sequence[Sequence[Stroke]], driver: Driver, progress: Progress, enough: Callable[[], bool]) -> Drive:
-    from services.planner.order import kicks_for, ordered
-    from services.planner.order_costs import nodes_of, problem
-    from services.planner.wet_order import Ground, ordered_dry
+    from services.planner.ordering.costs import nodes_of, problem
+    from services.planner.ordering.dry import Ground, ordered_dry
+    from services.planner.ordering.order import kicks_for, ordered
 
     nodes, segment, _ = nodes_of(modes)
     end = driver.start if driver.returns else driver.end

@@ -12,10 +12,10 @@ from services.planner.clothoid import Floats, Piece, PiecePath, Pose
 from services.planner.detour import detours
 from services.planner.inside import Collision, Yard
 from services.planner.offset import Stroke
+from services.planner.ordering.wet import Wheels, painted_row, painted_rows
 from services.planner.transitions.method import CurveEnd, before
 from services.planner.transitions.turns import ContinuousTurn
 from services.planner.ways import Lead, Way, Ways, turned_round
-from services.planner.wet import Wheels, painted_row, painted_rows
 
 # Straight run before the first line: an estimator that starts with an unknown heading has it within a degree after 5 m.
 RUN_IN_M = 5.0

@@ -12,7 +12,8 @@ from schemas.messages import PlanOptions
 from schemas.vehicle import Vehicle
 from services.planner.clothoid import Piece, PiecePath, Pose
 from services.planner.limits import Limits
-from services.planner.order_costs import way_rows
+from services.planner.ordering.costs import way_rows
+from services.planner.ordering.way_times import TRACK_PIECES, least_time, way_time, way_times
 from services.planner.plan import ways_of
 from services.planner.steering.forward import STARTS, WITH_STRAIGHT, attempt, least_length, three_elements, turn_of
 from services.planner.steering.plain import least_plain
@@ -20,7 +21,6 @@ from services.planner.steering.profile import amount_of, solve
 from services.planner.steering.three import solve_three
 from services.planner.transitions.dubins import dubins_pieces
 from services.planner.transitions.method import CurveEnd
-from services.planner.way_times import TRACK_PIECES, least_time, way_time, way_times
 from services.planner.ways import BRAKING_SHARE, Way
 from tests.planner.strategies import floats, headings, pose_pairs
 

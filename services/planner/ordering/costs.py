@@ -7,14 +7,14 @@ import numpy as np
 
 from services.planner.clothoid import Floats, Piece, PiecePath, Pose
 from services.planner.offset import Stroke
-from services.planner.order import Problem
-from services.planner.order_search import Ints
+from services.planner.ordering.order import Problem
+from services.planner.ordering.search import Ints
+from services.planner.ordering.way_times import HEADING, TRACK_PIECES, X, Y, way_times
 from services.planner.steering.circles import LIMIT, circle
 from services.planner.steering.word_lengths import word_lengths
 from services.planner.transitions.ccd import ContinuousDubins
 from services.planner.transitions.method import CurveEnd, before
 from services.planner.watch import UNWATCHED, Watch
-from services.planner.way_times import HEADING, TRACK_PIECES, X, Y, way_times
 from services.planner.ways import Turns, Ways, turned_round
 
 # Every node's nearest neighbours are timed exactly; of the nearest of these, short hops, cusps and turns on the spot

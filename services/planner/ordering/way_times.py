@@ -11,7 +11,7 @@ import numpy as np
 from schemas.arrays import ascending, copy
 from schemas.jit import kernel
 from services.planner.clothoid import Floats
-from services.planner.order_search import Ints
+from services.planner.ordering.search import Ints
 from services.planner.passes import ACCELERATION, TRANSIT, path_time
 from services.planner.steering.circles import LIMIT, TAU
 from services.planner.steering.construct import MAX_PIECES, forward_pieces, put, put_ramp, word_pieces

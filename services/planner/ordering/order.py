@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from services.planner.clothoid import Floats
-from services.planner.order_search import Ints, best_modes, improve, tour_cost
+from services.planner.ordering.search import Ints, best_modes, improve, tour_cost
 
 # How many of the cheapest successors and predecessors a search looks at.
 NEIGHBOURS = 12

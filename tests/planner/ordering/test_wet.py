@@ -15,8 +15,8 @@ from schemas.template import LineSpec, Template, TemplateSegment
 from schemas.vehicle import Vehicle
 from services.planner import arrange
 from services.planner.clothoid import Piece, PiecePath, Pose
+from services.planner.ordering.wet import Wheels, painted_row, painted_rows
 from services.planner.plan import plan
-from services.planner.wet import Wheels, painted_row, painted_rows
 from tests.planner.strategies import floats
 
 VEHICLE = Vehicle()

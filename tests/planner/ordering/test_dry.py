@@ -14,12 +14,12 @@ from schemas.vehicle import Vehicle
 from services.planner.legs import Driver
 from services.planner.limits import Limits
 from services.planner.offset import Stroke, modes
-from services.planner.order import Problem, ordered
-from services.planner.order_costs import Tracks, nodes_of, problem
-from services.planner.order_search import Ints
+from services.planner.ordering.costs import Tracks, nodes_of, problem
+from services.planner.ordering.dry import Ground, ordered_dry, scene_of, unknown_yet, wet_times
+from services.planner.ordering.order import Problem, ordered
+from services.planner.ordering.search import Ints
+from services.planner.ordering.wet import Wheels
 from services.planner.plan import plan, ways_of
-from services.planner.wet import Wheels
-from services.planner.wet_order import Ground, ordered_dry, scene_of, unknown_yet, wet_times
 
 VEHICLE, OPTIONS = Vehicle(), PlanOptions()
 LIMITS = Limits.of(VEHICLE, OPTIONS)

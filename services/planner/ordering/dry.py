@@ -8,12 +8,12 @@ import numpy as np
 
 from services.planner.clothoid import Floats, Pose
 from services.planner.offset import Stroke
-from services.planner.order import Problem, cheapest
-from services.planner.order_costs import Tracks
-from services.planner.order_search import Ints
-from services.planner.wet import Wheels, boxes_of, wet_rows
-from services.planner.wet_scene import UNKNOWN, Known, Scene, judged
-from services.planner.wet_search import anneal
+from services.planner.ordering.annealing import anneal
+from services.planner.ordering.costs import Tracks
+from services.planner.ordering.order import Problem, cheapest
+from services.planner.ordering.scene import UNKNOWN, Known, Scene, judged
+from services.planner.ordering.search import Ints
+from services.planner.ordering.wet import Wheels, boxes_of, wet_rows
 
 # The budget: so many moves for every segment, within bounds, as often as there are heats (s) to begin with, each time
 # from the best order so far. Many segments would not get back to it from the greater heats within so few moves.

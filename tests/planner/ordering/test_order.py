@@ -16,8 +16,8 @@ from schemas.template import ArcSpec, LineSpec, Template, TemplateSegment
 from schemas.vehicle import Vehicle
 from services.planner.limits import Limits
 from services.planner.offset import modes
-from services.planner.order import Problem, ordered
-from services.planner.order_costs import nodes_of, problem
+from services.planner.ordering.costs import nodes_of, problem
+from services.planner.ordering.order import Problem, ordered
 from services.planner.plan import plan, ways_of
 
 VEHICLE = Vehicle()
