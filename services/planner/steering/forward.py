@@ -84,27 +84,24 @@ def three_elements(straight_middle: bool) -> Floats:
 
 
 @kernel
-def shortest_forward(
-    ends: Floats, goal: complex, turn: float, c: Floats, short_hops: bool, amounts: Floats
-) -> tuple[float, int]:
+def shortest_forward(ends: Floats, goal: complex, turn: float, c: Floats, amounts: Floats) -> tuple[float, int]:
     """Length of the shortest way from the origin heading along +x, and what it is.
 
     It is a profile of bends (0) or with a straight (1), its amounts in `amounts`, or one of the six words with ramps to
     and from straight (2). `ends` are the curvatures at both ends, at most that of the circle `c`; `goal` and `turn` are
-    the pose to reach. Without `short_hops` only the words are compared.
+    the pose to reach.
     """
     between, turn_between = lead_poses(ends, goal, turn)
     cos, sin = math.cos(turn_between), math.sin(turn_between)
     best = abs(ends[0]) + abs(ends[1]) + shortest_word(between.real, between.imag, cos, sin, turn_between, c, 1.0)
     family = WORDS
-    if short_hops:
-        length, found = polished_words(ends, goal, turn, between, turn_between, c, best, amounts)
+    length, found = polished_words(ends, goal, turn, between, turn_between, c, best, amounts)
+    if found >= 0:
+        best, family = length, found
+    if abs(goal) < HOP_RADII * c[RADIUS]:
+        length, found = short_hop(ends, goal, turn, c[LIMIT], best, amounts)
         if found >= 0:
             best, family = length, found
-        if abs(goal) < HOP_RADII * c[RADIUS]:
-            length, found = short_hop(ends, goal, turn, c[LIMIT], best, amounts)
-            if found >= 0:
-                best, family = length, found
     return best, family
 
 
