@@ -23,6 +23,12 @@ class Stop(Exception):
     """Somebody does not want to wait any longer."""
 
 
+def in_parts(monkeypatch: pytest.MonkeyPatch, rough: int, words: int, hops: int) -> None:
+    monkeypatch.setattr(costs, "ROUGH_PART", rough)
+    monkeypatch.setattr(costs, "WORDS", costs.WORDS._replace(part=words))
+    monkeypatch.setattr(costs, "HOPS", costs.HOPS._replace(part=hops))
+
+
 @pytest.fixture
 def parts(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """What has been timed part by part; the matrix is that of many lines, in many small parts."""
@@ -37,8 +43,8 @@ def parts(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         done.append("rough")
         return rough(*given, **named)
 
-    for name, value in (("ALL_NODES", 10), ("ROUGH_PART", 200), ("WORDS_PART", 50), ("HOPS_PART", 10)):
-        monkeypatch.setattr(costs, name, value)
+    monkeypatch.setattr(costs, "ALL_NODES", 10)
+    in_parts(monkeypatch, 200, 50, 10)
     monkeypatch.setattr(costs, "way_times", way_times)
     monkeypatch.setattr(costs, "word_lengths", word_lengths)
     return done
@@ -108,8 +114,7 @@ def test_the_matrix_does_not_depend_on_the_parts(monkeypatch: pytest.MonkeyPatch
     choices = modes(strewn().segments, VEHICLE, limits.curvature_max_1pm)
     monkeypatch.setattr(costs, "ALL_NODES", 10)
     whole, tracks = costs.problem(choices, ways, None)
-    for name, value in (("ROUGH_PART", 70), ("WORDS_PART", 9), ("HOPS_PART", 3)):
-        monkeypatch.setattr(costs, name, value)
+    in_parts(monkeypatch, 70, 9, 3)
     cut, cut_tracks = costs.problem(choices, ways, None)
     assert np.array_equal(whole.cost, cut.cost)
     assert np.array_equal(tracks.kind, cut_tracks.kind)

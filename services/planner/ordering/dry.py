@@ -1,7 +1,7 @@
 """The order that keeps wheels off wet paint, where that is worth the time."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,7 @@ from services.planner.ordering.order import Problem, cheapest
 from services.planner.ordering.scene import UNKNOWN, Known, Scene, judged
 from services.planner.ordering.search import Ints
 from services.planner.ordering.wet import Wheels, boxes_of, wet_rows
+from services.planner.watch import UNWATCHED, Watch
 
 # The budget: so many moves for every segment, within bounds, as often as there are heats (s) to begin with, each time
 # from the best order so far. Many segments would not get back to it from the greater heats within so few moves.
@@ -52,40 +53,21 @@ class Ground:
         return cls(nodes, wheels, lines, over)
 
 
-def ordered_dry(
-    problem: Problem,
-    tracks: Tracks,
-    ground: Ground,
-    crossing_s: float,
-    run_out_m: float,
-    end: Pose | None,
-    begin: Ints,
-    step: Callable[[float], None] = lambda fraction: None,
-    enough: Callable[[], bool] = lambda: False,
-) -> Ints:
-    """The nodes (segments,) in the best order found from `begin` on, where a crossing of wet paint costs `crossing_s`.
-
-    Behind the last one the robot drives to `end`, or straight on for `run_out_m`.
-    `step` is told the fraction done; `enough` is asked now and then whether to stop early with the best so far.
-    """
-    if not crossing_s:
+def ordered_dry(scene: Scene, begin: Ints, watch: Watch = UNWATCHED) -> Ints:
+    """The nodes (segments,) in the best order found from `begin` on, or by the time that the `watch` has enough."""
+    if not scene.crossing:
         return begin
-    depot = len(problem.segment)
-    scene = scene_of(problem, tracks, ground, crossing_s, run_out_m, end)
+    depot, segments = len(scene.ends), len(begin)
     known = unknown_yet(depot)
     best, costs = np.concatenate(([depot], begin)), np.full(2, np.inf)
     if not wet_times(scene, known, best).any():
         return begin
-    moves = min(max(MOVES_PER_SEGMENT * problem.segments, MOVES_MIN), MOVES_MAX)
-    heats = HEATS_S if problem.segments <= MANY else HEATS_MANY_S
+    moves = min(max(MOVES_PER_SEGMENT * segments, MOVES_MIN), MOVES_MAX)
+    heats = HEATS_S if segments <= MANY else HEATS_MANY_S
     for turn, heat in enumerate(heats):
         tour = best.copy()
-        for first in range(0, moves, RUN):
-            if enough():
-                return best[1:]
-            count = min(RUN, moves - first)
-            anneal(scene, known, tour, best, costs, heat, SEED + turn, first, count, moves)
-            step((turn * moves + first + count) / (len(heats) * moves))
+        for run in watch.parts(moves, RUN, turn / len(heats), (turn + 1) / len(heats)):
+            anneal(scene, known, tour, best, costs, heat, SEED + turn, run.start, run.stop - run.start, moves)
     return best[1:]
 
 
@@ -105,7 +87,10 @@ def unknown_yet(nodes: int) -> Known:
 def scene_of(
     problem: Problem, tracks: Tracks, ground: Ground, crossing_s: float, run_out_m: float, end: Pose | None
 ) -> Scene:
-    """What the search needs to judge an order."""
+    """What the search needs to judge an order, where a crossing of wet paint costs `crossing_s`.
+
+    Behind the last segment the robot drives to `end`, or straight on for `run_out_m`.
+    """
     depot = len(problem.segment)
     cost = np.ascontiguousarray(problem.cost)
     segment, flip = np.append(problem.segment, problem.segments), np.append(problem.flip, depot)

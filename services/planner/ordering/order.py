@@ -1,6 +1,5 @@
 """In which order, and which way, segments are painted: the cheapest tour over a cost matrix."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -8,6 +7,7 @@ import numpy as np
 
 from services.planner.clothoid import Floats
 from services.planner.ordering.search import Ints, best_modes, improve, tour_cost
+from services.planner.watch import UNWATCHED, Watch
 
 # How many of the cheapest successors and predecessors a search looks at.
 NEIGHBOURS = 12
@@ -56,17 +56,10 @@ class Problem:
         return float(tour_cost(self.cost, np.concatenate(([len(self.segment)], nodes))))
 
 
-def ordered(
-    problem: Problem,
-    step: Callable[[float], None] = lambda fraction: None,
-    enough: Callable[[], bool] = lambda: False,
-    kicks: int | None = None,
-    begin: Ints | None = None,
-) -> Ints:
+def ordered(problem: Problem, watch: Watch = UNWATCHED, kicks: int | None = None, begin: Ints | None = None) -> Ints:
     """The nodes (segments,) in the best order found, from `begin` on if that is given.
 
-    `step` is told the fraction done; `enough` is asked now and then whether to stop early with the best so far. Without
-    stopping, the result depends on the problem alone.
+    The watch may have enough after the first kicks. If it has not, the result depends on the problem alone.
     """
     depot = len(problem.segment)
     segment, flip = np.append(problem.segment, problem.segments), np.append(problem.flip, depot)
@@ -79,8 +72,8 @@ def ordered(
         count = min(RUN, kicks - first)
         tables = (cost, flip, segment, problem.modes, after, before)
         improve(*tables, tour, best, lengths, SEED, first, count, kicks)
-        step((first + count) / kicks)
-        if enough():
+        watch.step((first + count) / kicks)
+        if watch.enough():
             break
     return np.asarray(best_modes(cost, segment, problem.modes, best)[1:])
 

@@ -69,7 +69,8 @@ def test_few_segments_are_ordered_as_well_as_can_be(seed: int) -> None:
         for order in itertools.permutations(range(4))
         for picked in itertools.product(*(pairs[k] for k in order))
     )
-    found = ordered_dry(matrix, tracks, ground, CROSSING_S, RUN_OUT_M, None, ordered(matrix, kicks=50))
+    scene = scene_of(matrix, tracks, ground, CROSSING_S, RUN_OUT_M, None)
+    found = ordered_dry(scene, ordered(matrix, kicks=50))
     assert sorted(matrix.segment[found].tolist()) == list(range(4))
     assert total(found, matrix, tracks, ground) == pytest.approx(best, abs=1e-6)
 
