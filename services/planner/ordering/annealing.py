@@ -9,9 +9,9 @@ import numpy as np
 
 from schemas.arrays import copy
 from schemas.jit import kernel
-from services.planner.clothoid import Floats
+from services.planner.clothoid import Floats, Ints
 from services.planner.ordering.scene import Known, Scene, judged
-from services.planner.ordering.search import GAIN, Ints, put_behind, random, reverse, swap
+from services.planner.ordering.search import GAIN, put_behind, random, reverse, swap
 
 # Blocks that are moved are of at most so many segments, now and then (and if they are turned round) of so many.
 BLOCK, TURNED = 8, 30

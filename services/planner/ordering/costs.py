@@ -6,10 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from services.planner.clothoid import Floats, Piece, PiecePath, Pose
+from services.planner.clothoid import Floats, Ints, Piece, PiecePath, Pose
 from services.planner.offset import Stroke
 from services.planner.ordering.order import Problem
-from services.planner.ordering.search import Ints
 from services.planner.ordering.way_times import HEADING, TRACK_PIECES, X, Y, way_times
 from services.planner.steering.circles import LIMIT, circle
 from services.planner.steering.word_lengths import word_lengths

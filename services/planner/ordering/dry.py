@@ -6,13 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from services.planner.clothoid import Floats, Pose
+from services.planner.clothoid import Floats, Ints, Pose
 from services.planner.offset import Stroke
 from services.planner.ordering.annealing import anneal
 from services.planner.ordering.costs import Tracks
-from services.planner.ordering.order import Problem, cheapest
+from services.planner.ordering.order import Problem
 from services.planner.ordering.scene import UNKNOWN, Known, Scene, judged
-from services.planner.ordering.search import Ints
 from services.planner.ordering.wet import Wheels, boxes_of, wet_rows
 from services.planner.watch import UNWATCHED, Watch
 
@@ -91,24 +90,22 @@ def scene_of(
 
     Behind the last segment the robot drives to `end`, or straight on for `run_out_m`.
     """
-    depot = len(problem.segment)
-    cost = np.ascontiguousarray(problem.cost)
-    segment, flip = np.append(problem.segment, problem.segments), np.append(problem.flip, depot)
+    segment, flip = problem.with_depot
     node, line = np.nonzero(ground.over)
     stop = end or Pose(math.nan, math.nan, math.nan)
     return Scene(
-        cost=cost,
+        cost=problem.cost,
         segment=segment,
         flip=flip,
         modes=problem.modes,
-        after=cheapest(cost, segment),
+        after=problem.after,
         paint=np.append(tracks.paint_s, 0.0),
         begins=np.array([*(stroke.begin.pose for stroke in ground.nodes), stop]),
         ends=np.array([stroke.end.pose for stroke in ground.nodes]),
         kind=tracks.kind,
         pieces=tracks.pieces,
         counts=tracks.counts,
-        over_from=np.searchsorted(node, np.arange(depot + 2)),
+        over_from=np.searchsorted(node, np.arange(problem.depot + 2)),
         over=np.column_stack((line, ground.over[node, line])),
         lines=ground.lines,
         boxes=boxes_of(ground.lines),

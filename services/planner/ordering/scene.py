@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from schemas.jit import kernel
-from services.planner.clothoid import Floats
-from services.planner.ordering.search import Ints
+from services.planner.clothoid import Floats, Ints
 from services.planner.ordering.wet import wet_crossings
 
 # Ways are looked at this often (m), lines being no narrower.

@@ -3,15 +3,15 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from services.planner.clothoid import Ints
 from services.planner.offset import Stroke
 from services.planner.ordering.wet import Wheels, wet_rows
 
 
 def unavoidable_crossings(
     strokes: Sequence[Stroke],
-    over: Sequence[NDArray[np.int64]],
+    over: Sequence[Ints],
     modes: Sequence[Sequence[Stroke]],
     wheels: Wheels,
 ) -> int:

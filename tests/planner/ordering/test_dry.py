@@ -11,13 +11,13 @@ from schemas.catalogue import load_template
 from schemas.messages import PlanOptions
 from schemas.template import LineSpec, Template, TemplateSegment
 from schemas.vehicle import Vehicle
+from services.planner.clothoid import Ints
 from services.planner.legs import Driver
 from services.planner.limits import Limits
 from services.planner.offset import Stroke, modes
 from services.planner.ordering.costs import Tracks, nodes_of, problem
 from services.planner.ordering.dry import Ground, ordered_dry, scene_of, unknown_yet, wet_times
 from services.planner.ordering.order import Problem, ordered
-from services.planner.ordering.search import Ints
 from services.planner.ordering.wet import Wheels
 from services.planner.plan import plan, ways_of
 
