@@ -20,9 +20,10 @@ from schemas.messages import PlanOptions
 from schemas.vehicle import Vehicle
 from services.planner.limits import Limits
 from services.planner.offset import modes
-from services.planner.order import Problem, ordered
-from services.planner.order_costs import NEVER_S, problem
+from services.planner.ordering.costs import NEVER_S, problem
+from services.planner.ordering.order import Problem, ordered
 from services.planner.plan import ways_of
+from services.planner.watch import Watch
 
 SECONDS = 2.0
 # Seeds and sizes of the random instances; they are the same on every machine.
@@ -63,7 +64,7 @@ def instances() -> dict[str, Callable[[], Problem]]:
 def ours(asked: Problem, seconds: float) -> float:
     """Ours, stopped after so many seconds."""
     end = time.perf_counter() + seconds
-    return asked.cost_of(ordered(asked, enough=lambda: time.perf_counter() > end, kicks=int(200_000 * seconds)))
+    return asked.cost_of(ordered(asked, Watch(enough=lambda: time.perf_counter() > end), int(200_000 * seconds)))
 
 
 def ortools(asked: Problem, seconds: float) -> float:

@@ -13,6 +13,9 @@ from services.planner.clothoid import Floats
 from services.planner.inside import Yard
 from services.planner.legs import Drive, Driver
 from services.planner.offset import Stroke
+from services.planner.ordering.costs import nodes_of, problem
+from services.planner.ordering.dry import Ground, ordered_dry, scene_of
+from services.planner.ordering.order import kicks_for, ordered
 from services.planner.transitions.method import CurveEnd
 from services.planner.watch import Progress, Watch
 
@@ -110,10 +113,6 @@ def _optimised(
 
 
 def _found(modes: Sequence[Sequence[Stroke]], driver: Driver, progress: Progress, enough: Callable[[], bool]) -> Drive:
-    from services.planner.order import kicks_for, ordered
-    from services.planner.order_costs import nodes_of, problem
-    from services.planner.wet_order import Ground, ordered_dry
-
     nodes, segment, _ = nodes_of(modes)
     end = driver.start if driver.returns else driver.end
     first, last = (CurveEnd(pose, 0.0) if pose else None for pose in (driver.start, end))
@@ -126,10 +125,11 @@ def _found(modes: Sequence[Sequence[Stroke]], driver: Driver, progress: Progress
     least, order = np.inf, None
     for turn in range(ROUNDS):
         # The quickest order, and from there on the one that is worth more time for fewer wet crossings.
-        tell = Stage(step, 2 * turn)
-        order = ordered(asked.priced(cost), tell, enough, int((AGAIN if turn else 1.0) * kicks), order)
-        tell = Stage(step, 2 * turn + 1)
-        dry = ordered_dry(asked.priced(cost), tracks, ground, crossing_s, driver.run_out_m, end, order, tell, enough)
+        priced = asked.priced(cost)
+        watch = Watch(Stage(step, 2 * turn), enough)
+        order = ordered(priced, watch, int((AGAIN if turn else 1.0) * kicks), order)
+        scene = scene_of(priced, tracks, ground, crossing_s, driver.run_out_m, end)
+        dry = ordered_dry(scene, order, Watch(Stage(step, 2 * turn + 1), enough))
         drive = driver.drive([nodes[k] for k in dry.tolist()])
         if (total := _total(drive, driver)) < least - 1e-6:
             best, least = drive, total

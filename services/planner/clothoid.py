@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 # Sixteen Gauss-Legendre nodes integrate exp(iθ(s)) to rounding error where θ turns less than this over the panel.
 _ABSCISSAE, _WEIGHTS = np.polynomial.legendre.leggauss(16)

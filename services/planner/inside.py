@@ -5,12 +5,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from schemas.jit import kernel
 from schemas.template import Template
 from schemas.vehicle import Vehicle
-from services.planner.clothoid import Floats, PiecePath, Pose
+from services.planner.clothoid import Floats, Ints, PiecePath, Pose
 
 # Between two poses that are looked at no point of the body moves further than twice this (m); the body is taken to be
 # larger by as much all round, so that nothing is missed in between.
@@ -40,7 +39,7 @@ class Yard:
     """
 
     edges: Floats
-    owner: NDArray[np.int64]
+    owner: Ints
     names: tuple[str, ...]
     bounded: bool
     body: Floats
@@ -122,7 +121,7 @@ def _within(px: float, py: float, edges: Floats) -> bool:
 
 @kernel
 def first_touch(
-    poses: Floats, edges: Floats, owner: NDArray[np.int64], bounded: bool, body: Floats, margin: float
+    poses: Floats, edges: Floats, owner: Ints, bounded: bool, body: Floats, margin: float
 ) -> tuple[int, int]:
     """The first pose at which the body is nearer than `margin` to an edge, and the outline; −1 if there is none.
 

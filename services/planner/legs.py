@@ -6,16 +6,15 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from services.planner.clothoid import Floats, Piece, PiecePath, Pose
+from services.planner.clothoid import Floats, Ints, Piece, PiecePath, Pose
 from services.planner.detour import detours
 from services.planner.inside import Collision, Yard
 from services.planner.offset import Stroke
+from services.planner.ordering.wet import BEGUN, SPEED, Wheels, wet_rows
 from services.planner.transitions.method import CurveEnd, before
 from services.planner.transitions.turns import ContinuousTurn
 from services.planner.ways import Lead, Way, Ways, turned_round
-from services.planner.wet import Wheels, painted_row, painted_rows
 
 # Straight run before the first line: an estimator that starts with an unknown heading has it within a degree after 5 m.
 RUN_IN_M = 5.0
@@ -25,8 +24,6 @@ RUN_OUT_SPARE_M = 0.1
 STEADY_S = 0.5
 # Where there is no room straight on, run-in and run-out may turn by these angles (rad).
 BENDS_RAD = tuple(side * math.radians(angle) for angle in (45, 90, 135, 180) for side in (1, -1))
-
-
 # Ways between ends that lie alike to one another but for rounding (m, rad, 1/m) are the same.
 ALIKE = 1e-11
 
@@ -36,7 +33,7 @@ class Leg(NamedTuple):
 
     path: PiecePath
     seconds: float
-    crossings: NDArray[np.int64]
+    crossings: Ints
     collision: Collision | None = None
 
 
@@ -49,7 +46,7 @@ class Drive:
 
     strokes: list[Stroke]
     legs: list[Leg] = field(default_factory=list)
-    over: list[NDArray[np.int64]] = field(default_factory=list)
+    over: list[Ints] = field(default_factory=list)
     seconds: float = 0.0
 
     @property
@@ -83,18 +80,19 @@ class Driver:
     def drive(self, strokes: list[Stroke]) -> Drive:
         """The drive along the strokes in this order."""
         drive = Drive(strokes)
-        painted: list[tuple[float, ...]] = []
+        rows = wet_rows(stroke.nozzle for stroke in strokes)
         for i, stroke in enumerate(strokes):
+            painted = rows[:i]
             offers = self._between(strokes[i - 1].end, stroke.begin) if i else self.run_ins(stroke.begin)
-            self._take(drive, self.choose(offers, drive.seconds, painted_rows(painted), in_turn=i == 0))
+            self._take(drive, self.choose(offers, drive.seconds, painted, in_turn=i == 0))
             speed = self.ways.speed_mps(stroke.robot.curvature_1pm)
             seconds = stroke.robot.length_m / speed
-            drive.over.append(self.wheels.crossings(stroke.path, drive.seconds, seconds, painted_rows(painted)))
-            painted.append(painted_row(stroke.nozzle, drive.seconds, stroke.nozzle.length_m / seconds))
+            drive.over.append(self.wheels.crossings(stroke.path, drive.seconds, seconds, painted))
+            rows[i, BEGUN], rows[i, SPEED] = drive.seconds, stroke.nozzle.length_m / seconds
             drive.seconds += seconds
         end = drive.legs[0].path.start if self.returns else self.end
         offers = self.run_outs(strokes[-1].end, end)
-        self._take(drive, self.choose(offers, drive.seconds, painted_rows(painted), in_turn=True))
+        self._take(drive, self.choose(offers, drive.seconds, rows, in_turn=True))
         return drive
 
     def choose(self, offers: Iterator[Way], begun_s: float, painted: Floats, *, in_turn: bool) -> Leg:

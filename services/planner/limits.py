@@ -58,9 +58,10 @@ class Limits:
         by_dynamics = options.method in BY_DYNAMICS
         tightest = CURVATURE_SHARE / half_track if by_dynamics else vehicle.default_kappa_max_1pm
         curvature = _option("kappa_max_1pm", options.kappa_max_1pm, tightest, *curvatures, "1/m")
-        sharpest = turn_sharpness_1pm2(TURN_SPEEDS_MPS[0], rim_acceleration, half_track)
-        sharpest = min(sharpest, SHARPNESS_RANGE_1PM2[1])
-        sharpest = sharpest if by_dynamics else vehicle.default_sigma_max_1pm2
+        sharpest = vehicle.default_sigma_max_1pm2
+        if by_dynamics:
+            sharpest = turn_sharpness_1pm2(TURN_SPEEDS_MPS[0], rim_acceleration, half_track)
+            sharpest = min(sharpest, SHARPNESS_RANGE_1PM2[1])
         sharpness = _option("sigma_max_1pm2", options.sigma_max_1pm2, sharpest, *SHARPNESS_RANGE_1PM2, "1/m²")
         speeds = (SPEED_MIN_MPS, rim_speed, "m/s")
         paint = _option("paint_speed_mps", options.paint_speed_mps, vehicle.paint_speed_mps, *speeds)

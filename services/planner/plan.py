@@ -16,14 +16,14 @@ from services.planner.legs import Driver
 from services.planner.limits import Limits
 from services.planner.measure import measure
 from services.planner.offset import modes
+from services.planner.ordering.unavoidable import unavoidable_crossings
+from services.planner.ordering.wet import Wheels
 from services.planner.output import trajectory_message
 from services.planner.route import Section, route
 from services.planner.sending import Sent, send
 from services.planner.timing import SpeedProfile, Steady, speed_profile
-from services.planner.unavoidable import unavoidable_crossings
 from services.planner.watch import Progress
 from services.planner.ways import DEFAULT_METHOD, METHODS, REVERSING, SPINNING, Ways
-from services.planner.wet import Wheels
 
 # A pose further out than this (m) is a mistake.
 POSE_MAX = 20_000.0
@@ -83,7 +83,7 @@ def plan(
 
     switches = actuation_profile(painted, speeds, vehicle)
     trajectory = trajectory_message(sent, speeds, switches)
-    unavoidable = unavoidable_crossings(drive, choices, wheels)
+    unavoidable = unavoidable_crossings(drive.strokes, drive.over, choices, wheels)
     report = measure(trajectory, drive, sections, sent, speeds, vehicle, unavoidable)
     progress("report", 1.0)
     return Plan(trajectory, report, sections, sent, painted, speeds, limits)

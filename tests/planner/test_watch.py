@@ -6,11 +6,11 @@ import pytest
 from schemas.messages import PlanOptions
 from schemas.template import LineSpec, Template, TemplateSegment
 from schemas.vehicle import Vehicle
-from services.planner import order_costs
 from services.planner.arrange import ORDER, TIMING
 from services.planner.clothoid import Floats
 from services.planner.limits import Limits
 from services.planner.offset import modes
+from services.planner.ordering import costs
 from services.planner.plan import plan, ways_of
 from services.planner.watch import Watch
 
@@ -23,11 +23,17 @@ class Stop(Exception):
     """Somebody does not want to wait any longer."""
 
 
+def in_parts(monkeypatch: pytest.MonkeyPatch, rough: int, words: int, hops: int) -> None:
+    monkeypatch.setattr(costs, "ROUGH_PART", rough)
+    monkeypatch.setattr(costs, "WORDS", costs.WORDS._replace(part=words))
+    monkeypatch.setattr(costs, "HOPS", costs.HOPS._replace(part=hops))
+
+
 @pytest.fixture
 def parts(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """What has been timed part by part; the matrix is that of many lines, in many small parts."""
     done: list[str] = []
-    words, rough = order_costs.way_times, order_costs.word_lengths
+    words, rough = costs.way_times, costs.word_lengths
 
     def way_times(*given: object) -> Floats:
         done.append("hops" if given[6] else "words")
@@ -37,10 +43,10 @@ def parts(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         done.append("rough")
         return rough(*given, **named)
 
-    for name, value in (("ALL_NODES", 10), ("ROUGH_PART", 200), ("WORDS_PART", 50), ("HOPS_PART", 10)):
-        monkeypatch.setattr(order_costs, name, value)
-    monkeypatch.setattr(order_costs, "way_times", way_times)
-    monkeypatch.setattr(order_costs, "word_lengths", word_lengths)
+    monkeypatch.setattr(costs, "ALL_NODES", 10)
+    in_parts(monkeypatch, 200, 50, 10)
+    monkeypatch.setattr(costs, "way_times", way_times)
+    monkeypatch.setattr(costs, "word_lengths", word_lengths)
     return done
 
 
@@ -106,11 +112,10 @@ def test_the_matrix_does_not_depend_on_the_parts(monkeypatch: pytest.MonkeyPatch
     limits = Limits.of(VEHICLE, OPTIONS)
     ways = ways_of(VEHICLE, OPTIONS, limits)
     choices = modes(strewn().segments, VEHICLE, limits.curvature_max_1pm)
-    monkeypatch.setattr(order_costs, "ALL_NODES", 10)
-    whole, tracks = order_costs.problem(choices, ways, None)
-    for name, value in (("ROUGH_PART", 70), ("WORDS_PART", 9), ("HOPS_PART", 3)):
-        monkeypatch.setattr(order_costs, name, value)
-    cut, cut_tracks = order_costs.problem(choices, ways, None)
+    monkeypatch.setattr(costs, "ALL_NODES", 10)
+    whole, tracks = costs.problem(choices, ways, None)
+    in_parts(monkeypatch, 70, 9, 3)
+    cut, cut_tracks = costs.problem(choices, ways, None)
     assert np.array_equal(whole.cost, cut.cost)
     assert np.array_equal(tracks.kind, cut_tracks.kind)
     assert np.array_equal(tracks.pieces, cut_tracks.pieces)

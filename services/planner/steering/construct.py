@@ -103,9 +103,9 @@ def profile_pieces(elements: Floats, u: Floats, ends: Floats, limit: float, piec
 
 @kernel
 def forward_pieces(ends: Floats, goal: complex, turn: float, c: Floats, pieces: Floats) -> int:
-    """The pieces of the shortest forward way (see `shortest_forward`), short hops included; their number."""
+    """The pieces of the shortest forward way (see `shortest_forward`); their number."""
     amounts = np.empty(3)
-    _, family = shortest_forward(ends, goal, turn, c, True, amounts)
+    _, family = shortest_forward(ends, goal, turn, c, amounts)
     if family != WORDS:
         return int(profile_pieces(three_elements(family == WITH_A_STRAIGHT), amounts, ends, c[LIMIT], pieces))
     between, turn_between = lead_poses(ends, goal, turn)

@@ -84,27 +84,24 @@ def three_elements(straight_middle: bool) -> Floats:
 
 
 @kernel
-def shortest_forward(
-    ends: Floats, goal: complex, turn: float, c: Floats, short_hops: bool, amounts: Floats
-) -> tuple[float, int]:
+def shortest_forward(ends: Floats, goal: complex, turn: float, c: Floats, amounts: Floats) -> tuple[float, int]:
     """Length of the shortest way from the origin heading along +x, and what it is.
 
     It is a profile of bends (0) or with a straight (1), its amounts in `amounts`, or one of the six words with ramps to
     and from straight (2). `ends` are the curvatures at both ends, at most that of the circle `c`; `goal` and `turn` are
-    the pose to reach. Without `short_hops` only the words are compared.
+    the pose to reach.
     """
     between, turn_between = lead_poses(ends, goal, turn)
     cos, sin = math.cos(turn_between), math.sin(turn_between)
     best = abs(ends[0]) + abs(ends[1]) + shortest_word(between.real, between.imag, cos, sin, turn_between, c, 1.0)
     family = WORDS
-    if short_hops:
-        length, found = polished_words(ends, goal, turn, between, turn_between, c, best, amounts)
+    length, found = polished_words(ends, goal, turn, between, turn_between, c, best, amounts)
+    if found >= 0:
+        best, family = length, found
+    if abs(goal) < HOP_RADII * c[RADIUS]:
+        length, found = short_hop(ends, goal, turn, c[LIMIT], best, amounts)
         if found >= 0:
             best, family = length, found
-        if abs(goal) < HOP_RADII * c[RADIUS]:
-            length, found = short_hop(ends, goal, turn, c[LIMIT], best, amounts)
-            if found >= 0:
-                best, family = length, found
     return best, family
 
 
@@ -189,26 +186,32 @@ def short_hop(
 def attempt(u: Floats, straight: bool, ends: Floats, limit: float, goal: complex, turn: float, longest: float) -> float:
     """Length of the profile that Newton's method reaches from `u`, with the number of full turns that `u` intends.
 
-    FAILED if there is none, or none shorter than `longest`.
+    FAILED if there is none; it may be FAILED, too, if the profile is no shorter than `longest`.
     """
     intended = turn_of(u, straight, ends, limit)
     whole = turn + TAU * round((intended - turn) / TAU)
-    if least_length(whole, ends, limit) >= longest:
+    if least_length(ends, goal, whole, limit) >= longest:
         return FAILED
-    return float(solve_three(u, straight, ends, limit, goal, whole, longest))
+    return float(solve_three(u, straight, ends, limit, goal, whole))
 
 
 @kernel
-def least_length(turn: float, ends: Floats, limit: float) -> float:
-    """No way from curvature to curvature that turns by `turn` in all is shorter."""
+def least_length(ends: Floats, goal: complex, turn: float, limit: float) -> float:
+    """No way from curvature to curvature that leads to `goal` and turns by `turn` in all is shorter.
+
+    A way of length L, heading θ and largest curvature κ leads to where its turn at κ alone would lead, and further by
+    ∫(1 − θ'/κ)·exp(iθ) ds (with the signs of a left turn), which is no longer than ∫(1 − θ'/κ) ds = L − turn/κ.
+    """
     side = 1.0 if turn >= 0.0 else -1.0
     size = abs(turn)
+    further = abs(limit * goal - side * 1j * (1.0 - unit(turn)))
     first, last = limit - side * ends[0], limit - side * ends[1]
     # Up to the limit and down again it turns by less than at the limit, by so much.
     lost = 0.5 * (first * first + last * last)
-    if size > limit * (first + last) - lost:
-        size += lost
-    return size / limit
+    if size <= limit * (first + last) - lost:
+        lost = 0.0
+    least: float = (size + max(further, lost)) / limit
+    return least
 
 
 @kernel

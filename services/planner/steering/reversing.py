@@ -14,7 +14,7 @@ import numpy as np
 
 from schemas.arrays import copy
 from schemas.jit import kernel
-from services.planner.clothoid import Floats
+from services.planner.clothoid import Floats, Ints
 from services.planner.steering.circles import TAU
 from services.planner.steering.construct import MAX_PIECES, profile_pieces
 from services.planner.steering.forward import TIE
@@ -177,7 +177,7 @@ def shortest_reversing(
     stretch_min: float,
     lengths: Floats,
     amounts: Floats,
-    rows: Floats,
+    rows: Ints,
 ) -> None:
     """For every number of cusps up to MAX_CUSPS the shortest way from the origin heading along +x.
 

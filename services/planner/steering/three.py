@@ -1,8 +1,7 @@
 """Newton's method for the profiles of forward ways: bend, bend or straight, bend.
 
 The same as `profile.solve` for three elements that are all driven forward, each with an unknown of its own, but without
-tables, with each clothoid's series taken once, and with an eye on the length: nearly all the time that short hops take
-is spent here.
+tables, and with each clothoid's series taken once: nearly all the time that short hops take is spent here.
 """
 
 import math
@@ -23,10 +22,6 @@ from services.planner.steering.profile import (
     newton_step,
 )
 from services.planner.steering.spiral import arc, spiral, unit
-
-# Once a way is this near, it is given up if it is longer than what is wanted by more than so many times how far off it
-# still is. Its length rarely changes so much: of a hundred ways that are just short enough, fewer than one is given up.
-NEAR, SHORTER = 1.0, 3.0
 
 
 @kernel
@@ -61,13 +56,8 @@ def _held(p: complex, heading: float, k: float, length: float) -> tuple[complex,
 
 
 @kernel
-def solve_three(
-    u: Floats, straight: bool, ends: Floats, limit: float, goal: complex, turn: float, longest: float
-) -> float:
-    """Length of the profile that leads to `goal` with `turn`, its amounts in `u` (their start on entry).
-
-    FAILED if there is none; it may be FAILED, too, if the profile is longer than `longest` or, rarely, hardly shorter.
-    """
+def solve_three(u: Floats, straight: bool, ends: Floats, limit: float, goal: complex, turn: float) -> float:
+    """Length of the profile that leads to `goal` with `turn`, its amounts in `u` (their start on entry); or FAILED."""
     u0, u1, u2 = u[0], u[1], u[2]
     l0, l1, l2 = u0, u1, u2
     k_from, k_to = ends[0], ends[1]
@@ -93,9 +83,6 @@ def solve_three(
         error = abs(off) + abs(off_turn)
         if iteration >= HOPE_FROM and error > hope * (ITERATIONS - iteration):
             return FAILED
-        length = abs(k0 - k_from) + hold0 + abs(k1 - k0) + hold1 + abs(k2 - k1) + hold2 + abs(k_to - k2)
-        if error < NEAR and length - SHORTER * error > longest:
-            return FAILED
         if error > WORSE * last_error and shortened < SHORTEN_MAX:
             u0, u1, u2 = l0 + SHORTEN * (u0 - l0), l1 + SHORTEN * (u1 - l1), l2 + SHORTEN * (u2 - l2)
             shortened += 1
@@ -106,7 +93,8 @@ def solve_three(
             if hold1 < 0.0:
                 return FAILED
             u[0], u[1], u[2] = u0, u1, u2
-            return float(length)
+            length: float = abs(k0 - k_from) + hold0 + abs(k1 - k0) + hold1 + abs(k2 - k1) + hold2 + abs(k_to - k2)
+            return length
         # How the end moves with each amount (see profile.py).
         r0 = _rate(u0, k0, k_from, k1)
         r1 = 1.0 if straight else _rate(u1, k1, k0, k2)

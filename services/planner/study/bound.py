@@ -3,8 +3,8 @@
 import numpy as np
 
 from services.planner.offset import modes
-from services.planner.order import Problem, ordered
-from services.planner.order_costs import NEVER_S, nodes_of
+from services.planner.ordering.costs import NEVER_S, nodes_of
+from services.planner.ordering.order import Problem, ordered
 from services.planner.study.drive import STUDY_SPEED_MPS
 from services.planner.study.pitch import Pitch
 

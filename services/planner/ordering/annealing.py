@@ -1,6 +1,6 @@
 """Compiled: simulated annealing of an order and its modes, by time and by what is run over while it is wet.
 
-Every move is judged by all that it changes (see wet_scene.py).
+Every move is judged by all that it changes (see scene.py).
 """
 
 import math
@@ -9,9 +9,9 @@ import numpy as np
 
 from schemas.arrays import copy
 from schemas.jit import kernel
-from services.planner.clothoid import Floats
-from services.planner.order_search import GAIN, Ints, put_behind, random, reverse, swap
-from services.planner.wet_scene import Known, Scene, judged
+from services.planner.clothoid import Floats, Ints
+from services.planner.ordering.scene import Known, Scene, judged
+from services.planner.ordering.search import GAIN, put_behind, random, reverse, swap
 
 # Blocks that are moved are of at most so many segments, now and then (and if they are turned round) of so many.
 BLOCK, TURNED = 8, 30

@@ -1,13 +1,13 @@
 """In which order, and which way, segments are painted: the cheapest tour over a cost matrix."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from services.planner.clothoid import Floats
-from services.planner.order_search import Ints, best_modes, improve, tour_cost
+from services.planner.clothoid import Floats, Ints
+from services.planner.ordering.search import best_modes, improve, tour_cost
+from services.planner.watch import UNWATCHED, Watch
 
 # How many of the cheapest successors and predecessors a search looks at.
 NEIGHBOURS = 12
@@ -38,10 +38,30 @@ class Problem:
         """How many segments there are."""
         return int(self.segment.max()) + 1
 
+    @property
+    def depot(self) -> int:
+        """The node behind the last one: the start, and the end."""
+        return len(self.segment)
+
+    @cached_property
+    def with_depot(self) -> tuple[Ints, Ints]:
+        """`segment` and `flip` (nodes + 1,) with those of the depot, which is a segment of its own."""
+        return np.append(self.segment, self.segments), np.append(self.flip, self.depot)
+
+    @cached_property
+    def after(self) -> Ints:
+        """(nodes + 1, neighbours) the cheapest successors of each node."""
+        return _cheapest(self.cost, self.with_depot[0])
+
+    @cached_property
+    def before(self) -> Ints:
+        """(nodes + 1, neighbours) the cheapest predecessors of each node."""
+        return _cheapest(self.cost.T, self.with_depot[0])
+
     @cached_property
     def modes(self) -> Ints:
         """(segments + 1, most modes) the nodes of each segment and of the depot, −1 beyond the last."""
-        groups = [np.flatnonzero(self.segment == k) for k in range(self.segments)] + [np.array([len(self.segment)])]
+        groups = [np.flatnonzero(self.segment == k) for k in range(self.segments)] + [np.array([self.depot])]
         table = np.full((len(groups), max(map(len, groups))), -1, dtype=np.int64)
         for row, group in zip(table, groups, strict=True):
             row[: len(group)] = group
@@ -53,34 +73,24 @@ class Problem:
 
     def cost_of(self, nodes: Ints) -> float:
         """Seconds for the nodes in this order, from the start to the end."""
-        return float(tour_cost(self.cost, np.concatenate(([len(self.segment)], nodes))))
+        return float(tour_cost(self.cost, np.concatenate(([self.depot], nodes))))
 
 
-def ordered(
-    problem: Problem,
-    step: Callable[[float], None] = lambda fraction: None,
-    enough: Callable[[], bool] = lambda: False,
-    kicks: int | None = None,
-    begin: Ints | None = None,
-) -> Ints:
+def ordered(problem: Problem, watch: Watch = UNWATCHED, kicks: int | None = None, begin: Ints | None = None) -> Ints:
     """The nodes (segments,) in the best order found, from `begin` on if that is given.
 
-    `step` is told the fraction done; `enough` is asked now and then whether to stop early with the best so far. Without
-    stopping, the result depends on the problem alone.
+    The watch may have enough after the first kicks. If it has not, the result depends on the problem alone.
     """
-    depot = len(problem.segment)
-    segment, flip = np.append(problem.segment, problem.segments), np.append(problem.flip, depot)
-    cost = np.ascontiguousarray(problem.cost)
-    after, before = (cheapest(table, segment) for table in (cost, cost.T))
-    tour = _nearest(cost, segment, problem.segments) if begin is None else np.concatenate(([depot], begin))
+    cost, (segment, flip) = problem.cost, problem.with_depot
+    tables = (cost, flip, segment, problem.modes, problem.after, problem.before)
+    tour = _nearest(cost, segment, problem.segments) if begin is None else np.concatenate(([problem.depot], begin))
     best, lengths = tour.copy(), np.zeros(2)
     kicks = kicks_for(problem) if kicks is None else kicks
     for first in range(0, kicks, RUN):
         count = min(RUN, kicks - first)
-        tables = (cost, flip, segment, problem.modes, after, before)
         improve(*tables, tour, best, lengths, SEED, first, count, kicks)
-        step((first + count) / kicks)
-        if enough():
+        watch.step((first + count) / kicks)
+        if watch.enough():
             break
     return np.asarray(best_modes(cost, segment, problem.modes, best)[1:])
 
@@ -90,7 +100,7 @@ def kicks_for(problem: Problem) -> int:
     return min(max(KICKS_PER_SEGMENT * problem.segments, KICKS_MIN), KICKS_MAX)
 
 
-def cheapest(cost: Floats, segment: Ints) -> Ints:
+def _cheapest(cost: Floats, segment: Ints) -> Ints:
     """(nodes, NEIGHBOURS) the cheapest partners of each node that are of other segments, cheapest first."""
     table = np.where(segment[:, None] == segment[None, :], np.inf, cost)
     count = min(NEIGHBOURS, len(segment) - 1)

@@ -1,19 +1,19 @@
 """The order that keeps wheels off wet paint, where that is worth the time."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from services.planner.clothoid import Floats, Pose
+from services.planner.clothoid import Floats, Ints, Pose
 from services.planner.offset import Stroke
-from services.planner.order import Problem, cheapest
-from services.planner.order_costs import Tracks
-from services.planner.order_search import Ints
-from services.planner.wet import Wheels, boxes_of, wet_rows
-from services.planner.wet_scene import UNKNOWN, Known, Scene, judged
-from services.planner.wet_search import anneal
+from services.planner.ordering.annealing import anneal
+from services.planner.ordering.costs import Tracks
+from services.planner.ordering.order import Problem
+from services.planner.ordering.scene import UNKNOWN, Known, Scene, judged
+from services.planner.ordering.wet import Wheels, boxes_of, wet_rows
+from services.planner.watch import UNWATCHED, Watch
 
 # The budget: so many moves for every segment, within bounds, as often as there are heats (s) to begin with, each time
 # from the best order so far. Many segments would not get back to it from the greater heats within so few moves.
@@ -52,40 +52,21 @@ class Ground:
         return cls(nodes, wheels, lines, over)
 
 
-def ordered_dry(
-    problem: Problem,
-    tracks: Tracks,
-    ground: Ground,
-    crossing_s: float,
-    run_out_m: float,
-    end: Pose | None,
-    begin: Ints,
-    step: Callable[[float], None] = lambda fraction: None,
-    enough: Callable[[], bool] = lambda: False,
-) -> Ints:
-    """The nodes (segments,) in the best order found from `begin` on, where a crossing of wet paint costs `crossing_s`.
-
-    Behind the last one the robot drives to `end`, or straight on for `run_out_m`.
-    `step` is told the fraction done; `enough` is asked now and then whether to stop early with the best so far.
-    """
-    if not crossing_s:
+def ordered_dry(scene: Scene, begin: Ints, watch: Watch = UNWATCHED) -> Ints:
+    """The nodes (segments,) in the best order found from `begin` on, or by the time that the `watch` has enough."""
+    if not scene.crossing:
         return begin
-    depot = len(problem.segment)
-    scene = scene_of(problem, tracks, ground, crossing_s, run_out_m, end)
+    depot, segments = len(scene.ends), len(begin)
     known = unknown_yet(depot)
     best, costs = np.concatenate(([depot], begin)), np.full(2, np.inf)
     if not wet_times(scene, known, best).any():
         return begin
-    moves = min(max(MOVES_PER_SEGMENT * problem.segments, MOVES_MIN), MOVES_MAX)
-    heats = HEATS_S if problem.segments <= MANY else HEATS_MANY_S
+    moves = min(max(MOVES_PER_SEGMENT * segments, MOVES_MIN), MOVES_MAX)
+    heats = HEATS_S if segments <= MANY else HEATS_MANY_S
     for turn, heat in enumerate(heats):
         tour = best.copy()
-        for first in range(0, moves, RUN):
-            if enough():
-                return best[1:]
-            count = min(RUN, moves - first)
-            anneal(scene, known, tour, best, costs, heat, SEED + turn, first, count, moves)
-            step((turn * moves + first + count) / (len(heats) * moves))
+        for run in watch.parts(moves, RUN, turn / len(heats), (turn + 1) / len(heats)):
+            anneal(scene, known, tour, best, costs, heat, SEED + turn, run.start, run.stop - run.start, moves)
     return best[1:]
 
 
@@ -105,25 +86,26 @@ def unknown_yet(nodes: int) -> Known:
 def scene_of(
     problem: Problem, tracks: Tracks, ground: Ground, crossing_s: float, run_out_m: float, end: Pose | None
 ) -> Scene:
-    """What the search needs to judge an order."""
-    depot = len(problem.segment)
-    cost = np.ascontiguousarray(problem.cost)
-    segment, flip = np.append(problem.segment, problem.segments), np.append(problem.flip, depot)
+    """What the search needs to judge an order, where a crossing of wet paint costs `crossing_s`.
+
+    Behind the last segment the robot drives to `end`, or straight on for `run_out_m`.
+    """
+    segment, flip = problem.with_depot
     node, line = np.nonzero(ground.over)
     stop = end or Pose(math.nan, math.nan, math.nan)
     return Scene(
-        cost=cost,
+        cost=problem.cost,
         segment=segment,
         flip=flip,
         modes=problem.modes,
-        after=cheapest(cost, segment),
+        after=problem.after,
         paint=np.append(tracks.paint_s, 0.0),
         begins=np.array([*(stroke.begin.pose for stroke in ground.nodes), stop]),
         ends=np.array([stroke.end.pose for stroke in ground.nodes]),
         kind=tracks.kind,
         pieces=tracks.pieces,
         counts=tracks.counts,
-        over_from=np.searchsorted(node, np.arange(depot + 2)),
+        over_from=np.searchsorted(node, np.arange(problem.depot + 2)),
         over=np.column_stack((line, ground.over[node, line])),
         lines=ground.lines,
         boxes=boxes_of(ground.lines),

@@ -2,19 +2,19 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
-from services.planner.clothoid import Floats, Piece, PiecePath, Pose
+from services.planner.clothoid import Floats, Ints, Piece, PiecePath, Pose
 from services.planner.offset import Stroke
-from services.planner.order import Problem
-from services.planner.order_search import Ints
+from services.planner.ordering.order import Problem
+from services.planner.ordering.way_times import HEADING, TRACK_PIECES, X, Y, way_times
 from services.planner.steering.circles import LIMIT, circle
 from services.planner.steering.word_lengths import word_lengths
 from services.planner.transitions.ccd import ContinuousDubins
 from services.planner.transitions.method import CurveEnd, before
 from services.planner.watch import UNWATCHED, Watch
-from services.planner.way_times import HEADING, TRACK_PIECES, X, Y, way_times
 from services.planner.ways import Turns, Ways, turned_round
 
 # Every node's nearest neighbours are timed exactly; of the nearest of these, short hops, cusps and turns on the spot
@@ -22,15 +22,29 @@ from services.planner.ways import Turns, Ways, turned_round
 TIMED, HOPPED = 12, 3
 # Up to this many nodes all pairs are timed.
 ALL_NODES = 200
-# So many pairs take about 50 ms: roughly, by words, and with short hops and cusps. In between it may be enough.
-ROUGH_PART, WORDS_PART, HOPS_PART = 150_000, 3000, 120
-# The shares of the time when these are done.
-ROUGH_DONE, WORDS_DONE = 0.15, 0.25
+# So many pairs take about 50 ms to time roughly, which is done when this share of all time has passed.
+ROUGH_PART, ROUGH_DONE = 150_000, 0.15
 # A segment is not painted twice, nor reached from itself.
 NEVER_S = 1e6
 # Pairs that differ by no more than rounding (m, rad, 1/m) take the same time.
 ALIKE = 1e-7
 ORIGIN = Pose(0.0, 0.0, 0.0)
+
+
+class Timing(NamedTuple):
+    """How pairs are timed: by words alone or with short `hops`, cusps and turns on the spot as well.
+
+    A `part` of the pairs takes about 50 ms; behind each it may be enough. `begun` and `ended` are the shares of all
+    time that have passed before and after it.
+    """
+
+    hops: bool
+    part: int
+    begun: float
+    ended: float
+
+
+WORDS, HOPS = Timing(False, 3000, ROUGH_DONE, 0.25), Timing(True, 120, 0.25, 1.0)
 
 
 @dataclass(frozen=True)
@@ -118,11 +132,10 @@ def seconds_between(
     else:
         _rough(ends, begins, ways, table, watch)
         pairs = _nearest(table, segment, TIMED)
-    for hops in (False, True):
-        if hops:
+    for timing in (WORDS, HOPS):
+        if timing.hops:
             pairs = _nearest(table, segment, HOPPED)
-        parts = (HOPS_PART, WORDS_DONE, 1.0) if hops else (WORDS_PART, ROUGH_DONE, WORDS_DONE)
-        chosen, seconds, which, pieces, counts = _timed(ends, begins, ways, pairs, hops, watch, *parts)
+        chosen, seconds, which, pieces, counts = _timed(ends, begins, ways, pairs, timing, watch)
         done = pairs[chosen]
         table[done[:, 0], done[:, 1]] = seconds
         tracks = tracks.with_pairs(done, which, pieces, counts)
@@ -173,35 +186,26 @@ def _all_pairs(starts: int, goals: int) -> Ints:
 def _timed_all(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways) -> Floats:
     """Seconds (n,) by words from one end to all beginnings, or from all ends to one beginning."""
     pairs = _all_pairs(len(ends), len(begins))
-    return _timed(ends, begins, ways, pairs, False, UNWATCHED, WORDS_PART, 0.0, 1.0)[1]
+    return _timed(ends, begins, ways, pairs, WORDS, UNWATCHED)[1]
 
 
 def _timed(
-    ends: list[CurveEnd],
-    begins: list[CurveEnd],
-    ways: Ways,
-    pairs: Ints,
-    hops: bool,
-    watch: Watch,
-    size: int,
-    begun: float,
-    ended: float,
+    ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, pairs: Ints, timing: Timing, watch: Watch
 ) -> tuple[Ints, Floats, Ints, Floats, Ints]:
     """Which (n,) of the `pairs` were timed before it was enough; seconds (n,) of the quickest way of each, and which.
 
     These ways are pieces (m, TRACK_PIECES, 5) and their number (m,): pairs that are alike but for their place have one.
-    With `hops` short hops and, as far as the robot drives them, cusps and turns on the spot compete. The watch is told
-    fractions from `begun` to `ended`, after every `size` ways.
+    Cusps and turns on the spot compete as far as the robot drives them.
     """
     rows = way_rows(ends, begins, ways)
     first, alike = _alike(_table(ends)[pairs[:, 0]], _table(begins)[pairs[:, 1]])
     pairs = pairs[first]
     pieces, counts = np.zeros((len(pairs), TRACK_PIECES, 5)), np.zeros(len(pairs), dtype=np.int64)
     seconds, done = np.zeros(len(pairs)), 0
-    for part in watch.parts(len(pairs), size, begun, ended):
-        seconds[part] = way_times(*rows, ways.limits.row, pairs[part], hops, pieces[part], counts[part])
+    for part in watch.parts(len(pairs), timing.part, timing.begun, timing.ended):
+        seconds[part] = way_times(*rows, ways.limits.row, pairs[part], timing.hops, pieces[part], counts[part])
         done = part.stop
-        if not (hops and ways.standing):
+        if not (timing.hops and ways.standing):
             continue
         for i in range(part.start, part.stop):
             way = ways.quickest_standing(ends[pairs[i, 0]], begins[pairs[i, 1]], float(seconds[i]))

@@ -10,8 +10,7 @@ import numpy as np
 
 from schemas.arrays import ascending, copy
 from schemas.jit import kernel
-from services.planner.clothoid import Floats
-from services.planner.order_search import Ints
+from services.planner.clothoid import Floats, Ints
 from services.planner.passes import ACCELERATION, TRANSIT, path_time
 from services.planner.steering.circles import LIMIT, TAU
 from services.planner.steering.construct import MAX_PIECES, forward_pieces, put, put_ramp, word_pieces
@@ -22,8 +21,6 @@ from services.planner.steering.spiral import unit
 # Columns of an end's row: pose and curvature (1/m) where the turns begin, speed (m/s) on the painted curve; between
 # both a clothoid from the painted curvature to 0 (or none: 0) at a sharpness (1/m²), and a straight (m).
 X, Y, HEADING, CURVATURE, SPEED, PAINTED, LEAD, PAD = range(8)
-
-
 # Rounding does not blur more than this (s).
 SLACK_S = 1e-9
 # A way has no more pieces: those between the leads, and a clothoid and a straight at both ends.

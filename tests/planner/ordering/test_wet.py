@@ -15,8 +15,8 @@ from schemas.template import LineSpec, Template, TemplateSegment
 from schemas.vehicle import Vehicle
 from services.planner import arrange
 from services.planner.clothoid import Piece, PiecePath, Pose
+from services.planner.ordering.wet import BEGUN, SPEED, Wheels, wet_rows
 from services.planner.plan import plan
-from services.planner.wet import Wheels, painted_row, painted_rows
 from tests.planner.strategies import floats
 
 VEHICLE = Vehicle()
@@ -25,7 +25,8 @@ ACROSS = Curve.from_line((5.0, -5.0), (5.0, 5.0))
 
 
 def crossings(path: PiecePath, line: Curve, begun_s: float = 100.0, line_begun_s: float = 0.0) -> int:
-    rows = painted_rows([painted_row(line, line_begun_s, 1.0)])
+    rows = wet_rows([line])
+    rows[0, BEGUN], rows[0, SPEED] = line_begun_s, 1.0
     return int(WHEELS.crossings(path, begun_s, path.length_m, rows).sum())
 
 

@@ -11,15 +11,15 @@ from schemas.catalogue import load_template
 from schemas.messages import PlanOptions
 from schemas.template import LineSpec, Template, TemplateSegment
 from schemas.vehicle import Vehicle
+from services.planner.clothoid import Ints
 from services.planner.legs import Driver
 from services.planner.limits import Limits
 from services.planner.offset import Stroke, modes
-from services.planner.order import Problem, ordered
-from services.planner.order_costs import Tracks, nodes_of, problem
-from services.planner.order_search import Ints
+from services.planner.ordering.costs import Tracks, nodes_of, problem
+from services.planner.ordering.dry import Ground, ordered_dry, scene_of, unknown_yet, wet_times
+from services.planner.ordering.order import Problem, ordered
+from services.planner.ordering.wet import Wheels
 from services.planner.plan import plan, ways_of
-from services.planner.wet import Wheels
-from services.planner.wet_order import Ground, ordered_dry, scene_of, unknown_yet, wet_times
 
 VEHICLE, OPTIONS = Vehicle(), PlanOptions()
 LIMITS = Limits.of(VEHICLE, OPTIONS)
@@ -69,7 +69,8 @@ def test_few_segments_are_ordered_as_well_as_can_be(seed: int) -> None:
         for order in itertools.permutations(range(4))
         for picked in itertools.product(*(pairs[k] for k in order))
     )
-    found = ordered_dry(matrix, tracks, ground, CROSSING_S, RUN_OUT_M, None, ordered(matrix, kicks=50))
+    scene = scene_of(matrix, tracks, ground, CROSSING_S, RUN_OUT_M, None)
+    found = ordered_dry(scene, ordered(matrix, kicks=50))
     assert sorted(matrix.segment[found].tolist()) == list(range(4))
     assert total(found, matrix, tracks, ground) == pytest.approx(best, abs=1e-6)
 

@@ -1,6 +1,6 @@
 """Compiled: what an order runs over while it is wet.
 
-Nodes, tours and matrices are those of order_search.py. What a way or a painted segment runs over depends on its place
+Nodes, tours and matrices are those of search.py. What a way or a painted segment runs over depends on its place
 alone, and is found when it is first asked for; whether that is wet then follows from the order. So a whole order is
 judged in microseconds.
 """
@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from schemas.jit import kernel
-from services.planner.clothoid import Floats
-from services.planner.order_search import Ints
-from services.planner.wet import wet_crossings
+from services.planner.clothoid import Floats, Ints
+from services.planner.ordering.wet import wet_crossings
 
 # Ways are looked at this often (m), lines being no narrower.
 STEP_M = 0.08
@@ -24,7 +23,7 @@ UNKNOWN = -1
 class Scene(NamedTuple):
     """What is ordered.
 
-    `cost`, `segment`, `flip`, `modes` and `after` as in order_search.py; `paint` (nodes + 1,) seconds of each node;
+    `cost`, `segment`, `flip`, `modes` and `after` as in search.py; `paint` (nodes + 1,) seconds of each node;
     `begins` (nodes + 1, 3) poses, the last one where to stop, or nan; `ends` (nodes, 3) poses; `kind`, `pieces` and
     `counts` the ways (see `Tracks`), straight where unknown; `over_from` (nodes + 1,) and `over` what painting a node
     runs over: rows of segment and times; `lines` the segments as in wet.py, without times, and their `boxes`;

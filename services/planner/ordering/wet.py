@@ -1,16 +1,15 @@
 """Wet paint: how often a wheel or a caster runs over a line that is not dry yet."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from schemas.curves import Curve
 from schemas.jit import kernel
 from schemas.vehicle import Vehicle
-from services.planner.clothoid import Floats, PiecePath, Pose
+from services.planner.clothoid import Floats, Ints, PiecePath, Pose
 
 # Tracks are looked at this often (m): less than half the width of a line.
 STEP_M = 0.04
@@ -37,7 +36,7 @@ class Wheels:
         """The same, where paint stays wet for ever."""
         return replace(self, drying_s=math.inf)
 
-    def crossings(self, path: PiecePath, begun_s: float, seconds: float, painted: Floats) -> NDArray[np.int64]:
+    def crossings(self, path: PiecePath, begun_s: float, seconds: float, painted: Floats) -> Ints:
         """How often each of the `painted` lines (rows) is run over on a path that is driven from `begun_s` on."""
         if not len(painted) or not path.length_m:
             return np.zeros(len(painted), dtype=np.int64)
@@ -60,19 +59,10 @@ class Wheels:
         return np.concatenate((poses[:before], spin, poses[before:]))
 
 
-def painted_row(nozzle: Curve, begun_s: float, speed_mps: float) -> tuple[float, ...]:
-    """The row of a line that the nozzle paints from `begun_s` on."""
-    return (nozzle.x_m, nozzle.y_m, nozzle.heading_rad, nozzle.curvature_1pm, nozzle.length_m, begun_s, speed_mps)
-
-
-def painted_rows(rows: Sequence[tuple[float, ...]]) -> Floats:
-    """(n, 7) rows of painted lines."""
-    return np.array(rows, dtype=np.float64).reshape(-1, 7)
-
-
 def wet_rows(nozzles: Iterable[Curve]) -> Floats:
     """(n, 7) rows of lines that are there from the beginning."""
-    return painted_rows([painted_row(nozzle, -1.0, math.inf) for nozzle in nozzles])
+    rows = [(n.x_m, n.y_m, n.heading_rad, n.curvature_1pm, n.length_m, -1.0, math.inf) for n in nozzles]
+    return np.array(rows).reshape(-1, 7)
 
 
 @kernel
@@ -117,7 +107,7 @@ def wet_crossings(
     half_width: float,
     drying: float,
     step: float,
-) -> NDArray[np.int64]:
+) -> Ints:
     """How often a contact enters the wet part of each painted line; `poses` are x, y, heading, time, `step` m apart.
 
     `boxes` are those of the lines.

@@ -14,9 +14,7 @@ from numpy.typing import NDArray
 
 from schemas.arrays import copy, least
 from schemas.jit import kernel
-from services.planner.clothoid import Floats
-
-Ints = NDArray[np.int64]
+from services.planner.clothoid import Floats, Ints
 
 BLOCK = 6
 # Kicks swap two neighbouring blocks of at most this many segments; most of them smaller ones.

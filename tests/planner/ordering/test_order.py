@@ -16,9 +16,10 @@ from schemas.template import ArcSpec, LineSpec, Template, TemplateSegment
 from schemas.vehicle import Vehicle
 from services.planner.limits import Limits
 from services.planner.offset import modes
-from services.planner.order import Problem, ordered
-from services.planner.order_costs import nodes_of, problem
+from services.planner.ordering.costs import nodes_of, problem
+from services.planner.ordering.order import Problem, ordered
 from services.planner.plan import plan, ways_of
+from services.planner.watch import Watch
 
 VEHICLE = Vehicle()
 
@@ -53,7 +54,7 @@ def test_more_kicks_are_never_worse_and_the_same_every_time() -> None:
 def test_what_is_enough_ends_the_search_with_every_segment_in_it() -> None:
     asked = random_lines(150, 3)
     told: list[float] = []
-    found = ordered(asked, told.append, lambda: len(told) >= 2)
+    found = ordered(asked, Watch(told.append, lambda: len(told) >= 2))
     assert len(told) == 2
     assert sorted(asked.segment[found].tolist()) == list(range(150))
 
