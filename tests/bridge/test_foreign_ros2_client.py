@@ -5,7 +5,6 @@ finds everything, reads the values that our own bus has, and calls ``/trajectory
 """
 
 import os
-import socket
 import subprocess
 import sys
 import time
@@ -24,6 +23,7 @@ from schemas.messages import GetDiagnosticsRequest, GetPaintRequest, StartTraver
 from schemas.topics import Service, Topic
 from services.bus import Bus, BusConfig, CallError
 from tests.bridge.ros2_machine import ForeignClient, foreign_client, write_definitions
+from tests.meeting import free_port
 from tests.robot_sim.scripted import trajectory
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -84,12 +84,6 @@ class System:
         return int(next(entry.value for entry in answer.diagnostics.status[0].values if entry.key == "rejected"))
 
 
-def _free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
-
-
 @pytest.fixture(scope="module")
 def definitions(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("ros2") / "share"
@@ -101,7 +95,7 @@ def definitions(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def system(bus_config: BusConfig, definitions: Path) -> Iterator[System]:
     """Without a robot as yet."""
     with Bus.open(topics.OPERATOR, bus_config) as bus:
-        yield System(bus, _free_port(), definitions)
+        yield System(bus, free_port(), definitions)
 
 
 @pytest.fixture
@@ -176,7 +170,7 @@ def test_the_documented_example_lists_and_calls(system: System) -> None:
 def test_it_computes_the_same_type_hashes_from_the_shipped_files(definitions: Path) -> None:
     ours = {topic.type.ros_type: type_hash(topic.type) for topic in topics.TOPICS}
     ours |= {service.ros_type: service_type_hash(service.ros_type) for service in topics.SERVICES}
-    with foreign_client(definitions, _free_port(), DOMAIN) as client:
+    with foreign_client(definitions, free_port(), DOMAIN) as client:
         assert client.do("hash", types=list(ours)) == ours
 
 

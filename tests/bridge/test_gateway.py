@@ -1,7 +1,6 @@
 """The gateway in one process, against a plain Zenoh session that is set up as rmw_zenoh sets up a node's."""
 
 import json
-import socket
 import time
 
 import pytest
@@ -16,13 +15,12 @@ from services.bridge.gateway import Gateway, GatewayConfig
 from services.bridge.rmw_zenoh import RosNode, gid
 from services.bus import Bus, attachment
 from services.bus.ros2 import Ros2Endpoint, Ros2Session
+from tests.meeting import free_port
 
 
 @pytest.fixture
 def endpoint():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    return f"tcp/127.0.0.1:{free_port()}"
 
 
 @pytest.fixture

@@ -2,7 +2,6 @@
 
 import os
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -74,10 +73,8 @@ class Robot:
 
 
 @pytest.fixture
-def config() -> BusConfig:
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        return BusConfig(endpoint=f"tcp/127.0.0.1:{free.getsockname()[1]}")
+def config(bus_config: BusConfig) -> BusConfig:
+    return bus_config
 
 
 @pytest.fixture
