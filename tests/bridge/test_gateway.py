@@ -18,7 +18,6 @@ from services.bus import Bus, attachment
 from services.bus.ros2 import Ros2Endpoint, Ros2Session
 from tests.meeting import caught_up, free_port
 
-
 #: Liveliness tokens of a gateway: its node's, and one for each topic and service.
 EVERYTHING = 1 + len(topics.TOPICS) + len(topics.SERVICES)
 
