@@ -1,7 +1,8 @@
 """One run of a sweep, in whatever process it happens."""
 
 import signal
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -93,9 +94,26 @@ def run_figures(report: TraversalReport) -> dict[str, float]:
 _jobs: list[Any] = []
 
 
+_ENDS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+@contextmanager
+def undisturbed() -> Iterator[None]:
+    """Let signals to end wait, also in a process that is started meanwhile, until it is :func:`begin_worker`'s.
+
+    A process of a pool gets what it needs through a pipe, and would complain of what is missing.
+    """
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, _ENDS)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def begin_worker(jobs: list[Job]) -> None:
     """Called once in each process of a pool: Ctrl-C is the parent's affair."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, _ENDS)
     _jobs[:] = jobs
 
 
