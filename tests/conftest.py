@@ -1,5 +1,6 @@
 """What every test may need."""
 
+import os
 import signal
 
 import pytest
@@ -15,6 +16,12 @@ settings.load_profile("any machine")
 # Started in the background by a shell, Python ignores Ctrl-C and hands that on to its children; tests send it to them.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def own_state(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Robots of these tests keep their journal here: not in the user's folder, nor where those of other tests do."""
+    os.environ["XDG_STATE_HOME"] = str(tmp_path_factory.mktemp("state"))
 
 
 @pytest.fixture
