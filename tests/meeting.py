@@ -1,6 +1,5 @@
 """Where processes meet, and proof of what has reached whom: a wait of fixed length proves nothing on a busy machine."""
 
-import os
 import random
 import socket
 import time
@@ -9,9 +8,9 @@ from schemas import messages as m
 from schemas.topics import Service
 from services.bus import Bus, CallError
 
-_EPHEMERAL_FROM = 32_768
-_PORTS = range(20_000, _EPHEMERAL_FROM)
-_PORT = random.Random(os.urandom(8))
+#: Below those that Linux hands out by itself.
+_PORTS = range(20_000, 32_768)
+_CHANCE = random.SystemRandom()
 _PROBE = Service("test/caught_up", m.CommandRequest, m.CommandResponse)
 
 
@@ -21,7 +20,7 @@ def free_port() -> int:
     None of those that the system hands out: one of these may be somebody's before the test comes to use it.
     """
     while True:
-        port = _PORT.choice(_PORTS)
+        port = _CHANCE.choice(_PORTS)
         with socket.socket() as probe:
             try:
                 probe.bind(("127.0.0.1", port))
