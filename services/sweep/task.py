@@ -1,6 +1,7 @@
 """One run of a sweep, in whatever process it happens."""
 
 import signal
+import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -103,11 +104,21 @@ def undisturbed() -> Iterator[None]:
 
     A process of a pool gets what it needs through a pipe, and would complain of what is missing.
     """
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, _ENDS)
+    came: list[int] = []
+    handlers: dict[int, Any] = {}
+    if threading.current_thread() is threading.main_thread():  # which is interrupted whatever thread has the signal
+        handlers = {number: signal.getsignal(number) for number in _ENDS if callable(signal.getsignal(number))}
+    for number in handlers:
+        signal.signal(number, lambda number, _frame: came.append(number))
+    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, _ENDS)  # for the new process, which takes this over
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+    for number in came:
+        signal.raise_signal(number)
 
 
 def begin_worker(jobs: list[Job]) -> None:

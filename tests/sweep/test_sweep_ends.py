@@ -6,6 +6,7 @@ import itertools
 import json
 import os
 import signal
+import threading
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import suppress
 from multiprocessing import get_context, util
@@ -148,8 +149,13 @@ def test_ctrl_c_while_a_worker_is_started_is_told_by_nobody_else(job, monkeypatc
         return pid
 
     monkeypatch.setattr(util, "spawnv_passfds", spawn)
+    over = threading.Event()
+    other = threading.Thread(target=over.wait)  # gets the signal, if that is blocked in this one
+    other.start()
     with pytest.raises(KeyboardInterrupt):
         list(in_processes([job], [Task(0, 0, Scenario())] * 2, 2))
+    over.set()
+    other.join()
     with suppress(ChildProcessError):  # its end has been noted already
         os.waitpid(started[0], 0)
     assert len(started) == 1
