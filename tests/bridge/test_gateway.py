@@ -258,7 +258,9 @@ def test_all_is_gone_when_the_gateway_is(bridge, endpoint):
         with Ros2Session.open(Ros2Endpoint(endpoint, listen=False)) as session:
             gateway = Gateway(bridge, session, GatewayConfig(domain=3))
             turn_until(gateway, lambda: len(tokens(router)) == EVERYTHING)
-        turn_until(gateway, lambda: not tokens(router))
+        deadline = time.monotonic() + 60.0
+        while tokens(router):
+            assert time.monotonic() < deadline, "waited in vain"
 
 
 def test_a_second_gateway_for_the_same_robot_is_refused_and_one_for_another_is_not(bridge, gateway, endpoint):
