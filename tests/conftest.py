@@ -9,9 +9,11 @@ from hypothesis import HealthCheck, settings
 from services.bus import BusConfig
 from tests.meeting import free_port
 
-# The machine is shared: how long an example takes, or the making of it, says nothing.
-settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
-settings.load_profile("any machine")
+# The machine is shared: how long an example takes, or the making of it, says nothing. Examples are the same every time,
+# so that a test fails for what has been changed; to look for others, use --hypothesis-profile=search.
+settings.register_profile("search", deadline=None, derandomize=False, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile("same", settings.get_profile("search"), derandomize=True)
+settings.load_profile("same")
 
 # Started in the background by a shell, Python ignores Ctrl-C and hands that on to its children; tests send it to them.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
