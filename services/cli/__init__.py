@@ -7,6 +7,8 @@ from types import FrameType
 from typing import NoReturn
 
 _ENDS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+#: An interruption that Python had to ignore, as in what a compiler calls back, comes again after this long.
+_AGAIN_S = 0.02
 
 
 def main() -> None:
@@ -17,6 +19,12 @@ def main() -> None:
         told.append(number)
         raise KeyboardInterrupt
 
+    def lost(ignored: "sys.UnraisableHookArgs") -> None:
+        if ignored.exc_type is KeyboardInterrupt and told:
+            signal.setitimer(signal.ITIMER_REAL, _AGAIN_S)
+        else:
+            sys.__unraisablehook__(ignored)
+
     heard = [number for number in _ENDS if signal.getsignal(number) is not signal.SIG_IGN]  # as under nohup
     for number in heard:
         signal.signal(number, lambda number, frame: _leave(number))  # an exception could get lost in an import
@@ -24,6 +32,8 @@ def main() -> None:
 
     for number in heard:
         signal.signal(number, end)
+    sys.unraisablehook = lost
+    signal.signal(signal.SIGALRM, lambda _number, frame: end(told[-1], frame))
     try:
         code = run_command()
     except KeyboardInterrupt:
