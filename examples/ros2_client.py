@@ -9,12 +9,14 @@ abort, estop or reset. `pip install zenoh-ros2-sdk` is all that it needs beside 
 
 import argparse
 import os
+import time
 from pathlib import Path
 
 os.environ.setdefault("GIT_PYTHON_REFRESH", "quiet")  # it asks for git when it is imported; here it needs none
 
 import zenoh_ros2_sdk as sdk
 
+CONNECT_TIMEOUT_S = 20.0
 DEFINITIONS = Path(__file__).resolve().parents[1] / "schemas" / "msg"
 
 
@@ -27,7 +29,10 @@ def main() -> None:
     options = parser.parse_args()
     router = {"router_ip": "127.0.0.1", "router_port": options.port}
     sdk.get_registry(str(DEFINITIONS))
-    for name, (kind, *_) in sdk.get_topic_names_and_types(**router):
+    deadline_s = time.monotonic() + CONNECT_TIMEOUT_S
+    while not (topics := sdk.get_topic_names_and_types(**router)) and time.monotonic() < deadline_s:
+        time.sleep(0.1)
+    for name, (kind, *_) in topics:
         print(f"{name}  {kind}")
     caller = sdk.ROS2ServiceClient(
         f"{options.namespace.rstrip('/')}/traversal/{options.command}", "touchline_msgs/srv/Command", **router

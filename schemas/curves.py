@@ -86,17 +86,21 @@ class Curve:
             ValueError: The type is neither LINE nor ARC, its alternative is missing, the arc has no radius, or a
                 number is not finite or too large to be a place on a field.
         """
-        if message.type.value == CurveType.LINE and message.line:
-            line = message.line[0]
-            curve = cls.from_line((line.start.x, line.start.y), (line.end.x, line.end.y))
-        elif message.type.value == CurveType.ARC and message.arc:
-            arc = message.arc[0]
-            curve = cls.from_arc((arc.start.x, arc.start.y), (arc.center.x, arc.center.y), arc.sweep_angle)
-        else:
-            raise ValueError("a curve must be a LINE or an ARC and hold it")
+        with np.errstate(over="ignore"):  # what is too large is told below
+            curve = cls._of_message(message)
         if not all(abs(value) < _LARGEST for value in (curve.x_m, curve.y_m, curve.curvature_1pm, curve.length_m)):
             raise ValueError("a curve must have finite numbers, and lie on a field")
         return curve
+
+    @classmethod
+    def _of_message(cls, message: CurveMessage) -> Self:
+        if message.type.value == CurveType.LINE and message.line:
+            line = message.line[0]
+            return cls.from_line((line.start.x, line.start.y), (line.end.x, line.end.y))
+        if message.type.value == CurveType.ARC and message.arc:
+            arc = message.arc[0]
+            return cls.from_arc((arc.start.x, arc.start.y), (arc.center.x, arc.center.y), arc.sweep_angle)
+        raise ValueError("a curve must be a LINE or an ARC and hold it")
 
     def to_message(self) -> CurveMessage:
         """This curve as ``tt_geometry_msgs/Curve``."""

@@ -7,11 +7,12 @@ Numba notices a change of a kernel's own file, but not of a kernel or a constant
 cache's folder is named after the text of all files beside kernels: whatever changes, nothing stale is ever run.
 """
 
+import fcntl
 import gc
 import hashlib
 import os
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -54,11 +55,23 @@ _OBJECTS = 100_000
 
 
 class _Cache(FunctionCache):
-    """Compiled code on disk. A full disk costs the next start its time, not this one its kernel."""
+    """Compiled code on disk. A full disk costs the next start its time, not this one its kernel.
+
+    Processes write one after another: the code of two signatures of a kernel gets one name, and one is then run for the
+    other, if each is written by a process that has not seen the other's in the kernel's index.
+    """
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        with suppress(OSError):
+        with suppress(OSError), _one_at_a_time(Path(self.cache_path)):
             super().save_overload(sig, data)  # type: ignore[no-untyped-call]
+
+
+@contextmanager
+def _one_at_a_time(folder: Path) -> Iterator[None]:
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / "writing").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
 
 
 class _Part(JITCodeLibrary):

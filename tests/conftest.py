@@ -1,21 +1,32 @@
 """What every test may need."""
 
+import os
 import signal
-import socket
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 from services.bus import BusConfig
+from tests.meeting import free_port
+
+# The machine is shared: how long an example takes, or the making of it, says nothing. Examples are the same every time,
+# so that a test fails for what has been changed; to look for others, use --hypothesis-profile=search.
+settings.register_profile("search", deadline=None, derandomize=False, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile("same", settings.get_profile("search"), derandomize=True)
+settings.load_profile("same")
 
 # Started in the background by a shell, Python ignores Ctrl-C and hands that on to its children; tests send it to them.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+@pytest.fixture(scope="session", autouse=True)
+def own_state(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Robots of these tests keep their journal here: not in the user's folder, nor where those of other tests do."""
+    os.environ["XDG_STATE_HOME"] = str(tmp_path_factory.mktemp("state"))
+
+
 @pytest.fixture
 def bus_config() -> BusConfig:
-    """A bus of this test's own, on a port that was free a moment ago."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    return BusConfig(endpoint=f"tcp/127.0.0.1:{port}")
+    """A bus of this test's own."""
+    return BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}")

@@ -7,15 +7,25 @@ from types import FrameType
 from typing import NoReturn
 
 _ENDS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+#: An interruption that comes while kernels are compiled, or that Python has to ignore, comes again after this long.
+_AGAIN_S = 0.02
 
 
 def main() -> None:
     """Run the command, and end it in good order at Ctrl-C, SIGTERM and hang-up, also while it is still being loaded."""
     told: list[int] = []
 
-    def end(number: int, frame: FrameType | None) -> NoReturn:
+    def end(number: int, frame: FrameType | None) -> None:
         told.append(number)
-        raise KeyboardInterrupt
+        if not _compiling():
+            raise KeyboardInterrupt
+        signal.setitimer(signal.ITIMER_REAL, _AGAIN_S)
+
+    def lost(ignored: "sys.UnraisableHookArgs") -> None:
+        if ignored.exc_type is KeyboardInterrupt and told:
+            signal.setitimer(signal.ITIMER_REAL, _AGAIN_S)
+        else:
+            sys.__unraisablehook__(ignored)
 
     heard = [number for number in _ENDS if signal.getsignal(number) is not signal.SIG_IGN]  # as under nohup
     for number in heard:
@@ -24,6 +34,8 @@ def main() -> None:
 
     for number in heard:
         signal.signal(number, end)
+    sys.unraisablehook = lost
+    signal.signal(signal.SIGALRM, lambda _number, frame: end(told[-1], frame))
     try:
         code = run_command()
     except KeyboardInterrupt:
@@ -35,6 +47,12 @@ def main() -> None:
     if told and code == 128 + signal.SIGINT:
         _leave(told[-1])
     sys.exit(code)
+
+
+def _compiling() -> bool:
+    """Whether this thread is in Numba's compiler, which an exception from outside can crash."""
+    module = sys.modules.get("numba.core.compiler_lock")
+    return module is not None and bool(module.global_compiler_lock.is_locked())
 
 
 def _leave(number: int) -> NoReturn:

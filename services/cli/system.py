@@ -115,7 +115,7 @@ def _state(bus: Bus, node: str, missing: bool) -> ServiceState:
 
 
 def _traversal(bus: Bus) -> dict[str, Any] | None:
-    for sample in bus.inbox([topics.STATUS], keep="latest").wait(0.5):
+    for sample in bus.inbox([topics.STATUS], keep="latest").wait(5.0):  # a robot that is there has said it
         message = sample.decode()
         if isinstance(message, TraversalStatus):
             return {

@@ -3,12 +3,12 @@
 import multiprocessing
 import os
 from collections.abc import Generator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 
 from schemas.errors import TouchlineError
 from services.simulation import Job
-from services.sweep.task import Run, Task, begin_worker, perform, perform_in_worker
+from services.sweep.task import Run, Task, begin_worker, perform, perform_in_worker, undisturbed
 
 
 def here(jobs: list[Job], tasks: Sequence[Task]) -> Generator[Run, None, None]:
@@ -26,8 +26,12 @@ def in_processes(jobs: list[Job], tasks: Sequence[Task], workers: int) -> Genera
     # Spawned, not forked: a fork copies the threads' locks as they happen to be.
     context = multiprocessing.get_context("spawn")
     pool = ProcessPoolExecutor(min(workers, len(tasks)), context, begin_worker, (jobs,))
+    futures: list[Future[Run]] = []
     try:
-        for future in as_completed([pool.submit(perform_in_worker, task) for task in tasks]):
+        for task in tasks:
+            with undisturbed():  # it may start a process
+                futures.append(pool.submit(perform_in_worker, task))
+        for future in as_completed(futures):
             yield future.result()
     except BrokenProcessPool as error:
         raise TouchlineError("a process of the sweep was killed; try fewer with --workers") from error

@@ -1,7 +1,9 @@
 """One run of a sweep, in whatever process it happens."""
 
 import signal
-from collections.abc import Sequence
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -93,9 +95,36 @@ def run_figures(report: TraversalReport) -> dict[str, float]:
 _jobs: list[Any] = []
 
 
+_ENDS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+@contextmanager
+def undisturbed() -> Iterator[None]:
+    """Let signals to end wait, also in a process that is started meanwhile, until it is :func:`begin_worker`'s.
+
+    A process of a pool gets what it needs through a pipe, and would complain of what is missing.
+    """
+    came: list[int] = []
+    handlers: dict[int, Any] = {}
+    if threading.current_thread() is threading.main_thread():  # which is interrupted whatever thread has the signal
+        handlers = {number: signal.getsignal(number) for number in _ENDS if callable(signal.getsignal(number))}
+    for number in handlers:
+        signal.signal(number, lambda number, _frame: came.append(number))
+    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, _ENDS)  # for the new process, which takes this over
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+    for number in came:
+        signal.raise_signal(number)
+
+
 def begin_worker(jobs: list[Job]) -> None:
     """Called once in each process of a pool: Ctrl-C is the parent's affair."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, _ENDS)
     _jobs[:] = jobs
 
 

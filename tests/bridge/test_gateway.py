@@ -1,7 +1,6 @@
 """The gateway in one process, against a plain Zenoh session that is set up as rmw_zenoh sets up a node's."""
 
 import json
-import socket
 import time
 
 import pytest
@@ -12,17 +11,20 @@ from schemas import topics
 from schemas.cdr import decode, encode
 from schemas.errors import SpecError, TouchlineError
 from schemas.messages import Clock, CommandRequest, CommandResponse, GetPaintRequest, String, Time
+from services.bridge import routes
 from services.bridge.gateway import Gateway, GatewayConfig
 from services.bridge.rmw_zenoh import RosNode, gid
 from services.bus import Bus, attachment
 from services.bus.ros2 import Ros2Endpoint, Ros2Session
+from tests.meeting import caught_up, free_port
+
+#: Liveliness tokens of a gateway: its node's, and one for each topic and service.
+EVERYTHING = 1 + len(topics.TOPICS) + len(topics.SERVICES)
 
 
 @pytest.fixture
 def endpoint():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    return f"tcp/127.0.0.1:{free_port()}"
 
 
 @pytest.fixture
@@ -34,7 +36,7 @@ def robot(bus_config):
 @pytest.fixture
 def bridge(robot):
     with Bus.open(topics.BRIDGE, robot.config) as bus:
-        assert not bus.wait_for({topics.ROBOT_SIM}, 5.0)
+        assert not bus.wait_for({topics.ROBOT_SIM}, 60.0)
         yield bus
 
 
@@ -70,7 +72,9 @@ def zenoh_session(mode, *, connect=(), listen=("tcp/127.0.0.1:0",)):
 
 @pytest.fixture
 def ros(gateway, endpoint):
+    """A node's session, to which the gateway and all that it has is known."""
     with zenoh_session("peer", connect=[endpoint]) as ros:
+        turn_until(gateway, lambda: len(tokens(ros)) == EVERYTHING)
         yield ros
 
 
@@ -79,7 +83,7 @@ def tokens(ros, domain=3):
     return {str(reply.ok.key_expr) for reply in replies if reply.ok is not None}
 
 
-def turn_until(gateway, condition, timeout_s=10.0):
+def turn_until(gateway, condition, timeout_s=60.0):
     deadline = time.monotonic() + timeout_s
     while not (value := condition()):
         gateway.turn()
@@ -88,9 +92,13 @@ def turn_until(gateway, condition, timeout_s=10.0):
     return value
 
 
-def subscribe(ros, gateway, key):
+def subscribe(ros, session, key):
+    """A subscription that the gateway's session knows of: its token, declared later, has come there."""
     subscriber = ros.declare_subscriber(key, handlers.FifoChannel(10_000))
-    time.sleep(0.2)  # the subscription has to reach the gateway
+    token, deadline = f"@test/{key}", time.monotonic() + 60.0
+    with ros.liveliness().declare_token(token):
+        while not session.tokens(token):
+            assert time.monotonic() < deadline, "waited in vain"
     return subscriber
 
 
@@ -109,9 +117,9 @@ def ask(ros, gateway, key, payload, number=1):
     return reply
 
 
-def test_a_message_passes_unchanged_with_number_time_and_the_publishers_id(robot, gateway, ros, names):
+def test_a_message_passes_unchanged_with_number_time_and_the_publishers_id(robot, session, gateway, ros, names):
     key = names.topic_key(topics.CLOCK)
-    heard = subscribe(ros, gateway, key)
+    heard = subscribe(ros, session, key)
     publisher = robot.publisher(topics.CLOCK)
     before_ns = time.time_ns()
     for second in range(3):
@@ -148,8 +156,8 @@ def test_who_comes_late_is_given_the_last_message_of_a_latched_topic_only(robot,
         assert clocks.try_recv() is None
 
 
-def test_a_gateway_that_falls_behind_holds_up_nobody_and_says_what_it_dropped(robot, gateway, ros, names):
-    heard = subscribe(ros, gateway, names.topic_key(topics.CLOCK))
+def test_a_gateway_that_falls_behind_holds_up_nobody_and_says_what_it_dropped(robot, session, gateway, ros, names):
+    heard = subscribe(ros, session, names.topic_key(topics.CLOCK))
     publisher = robot.publisher(topics.CLOCK)
     publisher.send_bytes(clock(0))
     turn_until(gateway, heard.try_recv)
@@ -168,11 +176,11 @@ def test_a_gateway_that_falls_behind_holds_up_nobody_and_says_what_it_dropped(ro
     assert attachment.unpack(last.attachment.to_bytes()).sequence == 40_001  # the gap shows in the numbers
 
 
-def test_a_request_and_its_response_pass_unchanged(robot, gateway, ros, names):
+def test_a_request_and_its_response_pass_unchanged(robot, bridge, gateway, ros, names):
     server = robot.serve(topics.PAUSE)
     key = names.service_key(topics.PAUSE)
     numbered = attachment.pack(17, time.time_ns(), b"c" * 16)
-    time.sleep(0.2)  # the queryable has to reach the bridge
+    caught_up(bridge, robot)
     replies = ros.get(
         key,
         handlers.FifoChannel(8),
@@ -202,7 +210,8 @@ def test_a_call_that_nobody_serves_is_answered_in_the_response_if_it_can_tell(ga
     assert gateway.figures()["ros2_refused"] == 2
 
 
-def test_a_service_that_comes_up_this_moment_is_waited_for(robot, gateway, ros, names):
+def test_a_service_that_comes_up_this_moment_is_waited_for(robot, gateway, ros, names, monkeypatch):
+    monkeypatch.setattr(routes, "_DISCOVERY_S", 60.0)  # longer than any machine's moment
     replies = ros.get(
         names.service_key(topics.PAUSE),
         handlers.FifoChannel(8),
@@ -225,13 +234,13 @@ def test_a_request_without_a_number_or_too_large_is_refused_and_counted(bridge, 
     assert "traversal/pause" in bridge.counters.last_rejection
 
 
-def test_foreign_traffic_does_not_reach_the_bus(robot, gateway, ros, names):
+def test_foreign_traffic_does_not_reach_the_bus(robot, session, gateway, ros, names):
     inbox = robot.inbox([topics.CLOCK])
-    heard = subscribe(ros, gateway, names.topic_key(topics.CLOCK))
+    heard = subscribe(ros, session, names.topic_key(topics.CLOCK))
     ros.put("tt2/clock", clock(666))
     ros.put(names.topic_key(topics.CLOCK), clock(666), attachment=attachment.pack(1, 1, b"x" * 16))
     robot.publisher(topics.CLOCK).send_bytes(clock(1))
-    turn_until(gateway, heard.try_recv)
+    assert [turn_until(gateway, heard.try_recv).payload.to_bytes() for _ in range(2)] == [clock(666), clock(1)]
     assert [sample.payload for sample in inbox.drain()] == [clock(1)]
 
 
@@ -248,8 +257,10 @@ def test_all_is_gone_when_the_gateway_is(bridge, endpoint):
     with zenoh_session("router", listen=[endpoint]) as router:
         with Ros2Session.open(Ros2Endpoint(endpoint, listen=False)) as session:
             gateway = Gateway(bridge, session, GatewayConfig(domain=3))
-            turn_until(gateway, lambda: len(tokens(router)) == 1 + len(topics.TOPICS) + len(topics.SERVICES))
-        turn_until(gateway, lambda: not tokens(router))
+            turn_until(gateway, lambda: len(tokens(router)) == EVERYTHING)
+        deadline = time.monotonic() + 60.0
+        while tokens(router):
+            assert time.monotonic() < deadline, "waited in vain"
 
 
 def test_a_second_gateway_for_the_same_robot_is_refused_and_one_for_another_is_not(bridge, gateway, endpoint):

@@ -58,7 +58,7 @@ def test_a_bridge_whose_endpoint_is_taken_ends_with_one_line_that_names_the_opti
             env={**os.environ, **bus_config.environment()},
             capture_output=True,
             text=True,
-            timeout=60,
+            timeout=300,
             check=False,
         )
     assert done.returncode == 2

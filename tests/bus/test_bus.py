@@ -1,6 +1,7 @@
 """The bus over real Zenoh sessions on loopback."""
 
 import os
+import random
 import signal
 import subprocess
 import sys
@@ -17,9 +18,10 @@ from schemas.errors import SpecError, TouchlineError
 from schemas.messages import Clock, CommandRequest, CommandResponse, Event, String, Time
 from services.bus import Bus, BusConfig, CallError, HealthReporter
 from services.bus.counters import SequenceGaps
+from tests.meeting import caught_up
 
 
-def eventually(condition: Callable[[], bool], timeout_s: float = 10.0) -> bool:
+def eventually(condition: Callable[[], bool], timeout_s: float = 60.0) -> bool:
     deadline = time.monotonic() + timeout_s
     while not condition():
         if time.monotonic() > deadline:
@@ -31,8 +33,8 @@ def eventually(condition: Callable[[], bool], timeout_s: float = 10.0) -> bool:
 @pytest.fixture
 def pair(bus_config: BusConfig) -> Iterator[tuple[Bus, Bus]]:
     with Bus.open("robot-sim", bus_config) as robot, Bus.open("bridge", bus_config) as bridge:
-        assert not robot.wait_for({"bridge"}, 10.0)
-        assert not bridge.wait_for({"robot-sim"}, 10.0)
+        assert not robot.wait_for({"bridge"}, 60.0)
+        assert not bridge.wait_for({"robot-sim"}, 60.0)
         yield robot, bridge
 
 
@@ -43,23 +45,10 @@ def outsider(bus_config: BusConfig) -> Iterator[zenoh.Session]:
         yield session
 
 
-def joined(inbox, publisher, message) -> None:
-    """Wait until ``inbox`` receives from ``publisher``."""
-
-    def sent_and_received() -> bool:
-        publisher.send(message)
-        return bool(inbox.wait(0.05))
-
-    assert eventually(sent_and_received)
-    time.sleep(0.1)
-    inbox.drain()
-
-
 def test_a_burst_arrives_whole_and_in_order(pair):
     robot, bridge = pair
     inbox, publisher = bridge.inbox([topics.CLOCK]), robot.publisher(topics.CLOCK)
-    joined(inbox, publisher, Clock())
-    first = publisher.sequence
+    caught_up(robot, bridge)
     count = 50_000  # more than the inbox holds: the publisher has to wait for the reader
     payload = encode(Clock(clock=Time(sec=1)))
 
@@ -70,27 +59,20 @@ def test_a_burst_arrives_whole_and_in_order(pair):
     sender = threading.Thread(target=burst)
     sender.start()
     samples = []
-    assert eventually(lambda: samples.extend(inbox.drain()) or len(samples) == count, 60.0)
+    assert eventually(lambda: samples.extend(inbox.drain()) or len(samples) >= count)
     sender.join()
-    assert [sample.sequence for sample in samples] == list(range(first + 1, first + count + 1))
+    assert [sample.sequence for sample in samples] == list(range(1, count + 1))
     assert bridge.counters.lost == inbox.lost == 0
 
 
 def test_latest_inbox_keeps_only_the_newest(pair):
     robot, bridge = pair
     inbox, publisher = bridge.inbox([topics.CLOCK], keep="latest"), robot.publisher(topics.CLOCK)
-    joined(inbox, publisher, Clock())
+    caught_up(robot, bridge)
     for second in range(100):
         publisher.send(Clock(clock=Time(sec=second)))
-    drained = []
-
-    def last_is_there() -> bool:
-        time.sleep(0.1)
-        drained.append([sample.decode() for sample in inbox.drain()])
-        return drained[-1] == [Clock(clock=Time(sec=99))]
-
-    assert eventually(last_is_there)
-    assert all(len(samples) <= 1 for samples in drained)
+    caught_up(bridge, robot)
+    assert [sample.decode() for sample in inbox.drain()] == [Clock(clock=Time(sec=99))]
     assert bridge.counters.lost == 0
 
 
@@ -100,7 +82,7 @@ def test_latched_topic_reaches_late_joiners(pair):
     publisher.send(String(data="old"))
     publisher.send(String(data="new"))
     inbox = bridge.inbox([topics.TEMPLATE])
-    assert [sample.decode() for sample in inbox.wait(10.0)] == [String(data="new")]
+    assert [sample.decode() for sample in inbox.wait(60.0)] == [String(data="new")]
 
 
 def test_any_order_of_starting_works(bus_config):
@@ -108,7 +90,7 @@ def test_any_order_of_starting_works(bus_config):
         inbox = early.inbox([topics.TEMPLATE])
         with Bus.open("robot-sim", bus_config) as late:
             late.publisher(topics.TEMPLATE).send(String(data="x"))
-            assert [sample.decode() for sample in inbox.wait(10.0)] == [String(data="x")]
+            assert [sample.decode() for sample in inbox.wait(60.0)] == [String(data="x")]
 
 
 def test_sequence_gaps_are_counted_per_publisher():
@@ -124,6 +106,7 @@ def starter(pair):
     """A robot that counts how often it is started."""
     robot, bridge = pair
     server, count, done = robot.serve(topics.START), [0], threading.Event()
+    caught_up(bridge, robot)
 
     def serve() -> None:
         while not done.is_set():
@@ -179,7 +162,7 @@ def test_bad_requests_get_a_reason_and_good_ones_still_an_answer(starter, outsid
         replies.extend(outsider.get(bridge.key(topics.START.name), payload=payload, timeout=30.0))
         return bool(replies)
 
-    assert eventually(ask, 30.0)
+    assert eventually(ask)
     assert says in replies[0].err.payload.to_string()
     assert count == [0]
     assert bridge.call(topics.START, CommandRequest(request_id="after")).success
@@ -193,15 +176,17 @@ def test_nobody_answers(pair):
 def test_no_answer_in_time(pair):
     robot, bridge = pair
     server = robot.serve(topics.PAUSE)
+    caught_up(bridge, robot)
     with pytest.raises(CallError):
         bridge.call(topics.PAUSE, CommandRequest(), timeout_s=0.3)
+    caught_up(robot, bridge)
     assert server.poll() is not None
 
 
 def test_junk_on_a_topic_is_counted_and_dropped(pair, outsider):
     robot, bridge = pair
     inbox, publisher = bridge.inbox([topics.EVENTS]), robot.publisher(topics.EVENTS)
-    joined(inbox, publisher, Event())
+    caught_up(robot, bridge)
     foreign = encode(Event(text="from a foreign publisher"))
 
     def heard() -> bool:
@@ -209,15 +194,14 @@ def test_junk_on_a_topic_is_counted_and_dropped(pair, outsider):
         return bool(inbox.wait(0.05))
 
     assert eventually(heard)
-    time.sleep(0.1)
-    inbox.drain()
-    for junk in (b"", b"junk", os.urandom(500), b"\x00\x01\x00\x00" + os.urandom(40), bytes(40_000_000)):
+    noise = random.Random(1).randbytes
+    for junk in (b"", b"junk", noise(500), b"\x00\x01\x00\x00" + noise(40), bytes(40_000_000)):
         outsider.put(bridge.key(topics.EVENTS.name), junk, congestion_control=zenoh.CongestionControl.BLOCK)
     assert eventually(lambda: not inbox.drain() and bridge.counters.rejected == 5)
     outsider.put(bridge.key(topics.EVENTS.name), foreign)
-    assert [sample.decode().text for sample in inbox.wait(10.0)] == ["from a foreign publisher"]
+    assert [sample.decode().text for sample in inbox.wait(60.0)] == ["from a foreign publisher"]
     publisher.send(Event(text="still here"))
-    assert [sample.decode().text for sample in inbox.wait(10.0)] == ["still here"]
+    assert [sample.decode().text for sample in inbox.wait(60.0)] == ["still here"]
     assert bridge.counters.lost == 0
 
 
@@ -226,26 +210,28 @@ def test_a_killed_process_is_missed_at_once(bus_config):
     environment = {**os.environ, **bus_config.environment()}
     with Bus.open("operator", bus_config) as bus, subprocess.Popen([sys.executable, "-c", code], env=environment) as it:
         presence = bus.presence()
-        assert eventually(lambda: bool(presence.poll()) and "planner" in presence.alive(), 30.0)
+        assert eventually(lambda: bool(presence.poll()) and "planner" in presence.alive())
         it.send_signal(signal.SIGKILL)
-        assert eventually(lambda: any(change.node == "planner" and not change.alive for change in presence.poll()))
+        assert eventually(
+            lambda: any(change.node == "planner" and not change.alive for change in presence.poll()), 10.0
+        )
         assert presence.alive() == {"operator"}
 
 
 def test_the_meeting_point_may_die(bus_config):
     """The first process listens on the endpoint; later ones must find each other when it is gone."""
-    code = "import time\nfrom services.bus import Bus\nwith Bus.open('hub'): time.sleep(60)"
+    code = "from services.bus import Bus\nwith Bus.open('hub'): print('listening', flush=True); input()"
     environment = {**os.environ, **bus_config.environment()}
-    with (
-        subprocess.Popen([sys.executable, "-c", code], env=environment) as hub,
-        Bus.open("bridge", bus_config) as early,
-    ):
-        assert not early.wait_for({"hub"}, 30.0)
-        hub.kill()
-        hub.wait()
-        with Bus.open("planner", bus_config) as late:
-            assert not early.wait_for({"planner"}, 10.0)
-            assert not late.wait_for({"bridge"}, 10.0)
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    with subprocess.Popen([sys.executable, "-c", code], env=environment, **pipes) as hub:
+        assert hub.stdout.readline() == b"listening\n"
+        with Bus.open("bridge", bus_config) as early:
+            assert not early.wait_for({"hub"}, 60.0)
+            hub.kill()
+            hub.wait()
+            with Bus.open("planner", bus_config) as late:
+                assert not early.wait_for({"planner"}, 60.0)
+                assert not late.wait_for({"bridge"}, 60.0)
 
 
 def test_two_planners_on_one_bus_are_refused(bus_config):
@@ -287,7 +273,7 @@ def test_configuration_file(tmp_path, bus_config):
         "scouting: {multicast: {enabled: false}}}"
     )
     with Bus.open("bridge", BusConfig(config_file=path)) as bus:
-        assert bus.wait_for({"bridge"}, 5.0) == set()
+        assert bus.wait_for({"bridge"}, 60.0) == set()
     path.write_text("{mode: ")
     with (
         pytest.raises(SpecError, match=r"not a Zenoh configuration \((?!.* at /)"),

@@ -51,6 +51,56 @@ services.cli.main()
 """
 
 
+LOSING = """
+import ctypes, os, signal
+import services.cli
+from services.cli import commands
+
+@ctypes.CFUNCTYPE(None)
+def called_back():
+    os.kill(os.getpid(), signal.SIGTERM)
+    while True:
+        pass
+
+def losing():
+    called_back()
+    while True:
+        pass
+
+commands.run_command = losing
+services.cli.main()
+"""
+
+
+def test_an_interruption_that_python_ignores_comes_again():
+    """As in a callback; the command went on as if nobody had told it to end."""
+    done = subprocess.run([sys.executable, "-c", LOSING], capture_output=True, text=True, check=False, timeout=100)
+    assert (done.returncode, done.stderr) == (143, "interrupted\n")
+
+
+COMPILING = """
+import os, signal
+from numba.core.compiler_lock import global_compiler_lock
+import services.cli
+from services.cli import commands
+
+def compiling():
+    with global_compiler_lock:
+        os.kill(os.getpid(), signal.SIGTERM)
+        print("compiled", flush=True)
+    while True:
+        pass
+
+commands.run_command = compiling
+services.cli.main()
+"""
+
+
+def test_the_compiler_is_not_interrupted_but_what_comes_after_it():
+    done = subprocess.run([sys.executable, "-c", COMPILING], capture_output=True, text=True, check=False, timeout=100)
+    assert (done.returncode, done.stdout, done.stderr) == (143, "compiled\n", "interrupted\n")
+
+
 def test_what_trips_over_an_interruption_is_interrupted():
     done = subprocess.run([sys.executable, "-c", TRIPPING], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (143, "interrupted\n")

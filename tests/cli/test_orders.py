@@ -45,7 +45,7 @@ def robot(bus_config):
 
     thread = threading.Thread(target=serve)
     thread.start()
-    ready.wait(10.0)
+    assert ready.wait(60.0)
     yield asked
     over.set()
     thread.join()

@@ -14,6 +14,7 @@ from services.bus import HealthReporter
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.service import RobotProcess
 from services.robot_sim.telemetry import Telemetry
+from tests.meeting import caught_up
 from tests.robot_sim.scripted import trajectory
 
 PLAN = trajectory(
@@ -32,10 +33,10 @@ def process(bus, speed=-1.0, **changes):
 def ask(operator, robot, service, **fields):
     if "request_id" in service.request.model_fields:
         fields["request_id"] = str(uuid.uuid4())
-    return operator.call(service, service.request(**fields), while_waiting=robot.turn)
+    return operator.call(service, service.request(**fields), 100.0, while_waiting=robot.turn)  # it may compile first
 
 
-def turn_until(robot, condition, timeout_s=30.0):
+def turn_until(robot, condition, timeout_s=100.0):
     deadline = time.monotonic() + timeout_s
     while not condition():
         assert time.monotonic() < deadline, "it never happened"
@@ -47,16 +48,16 @@ def drain(inbox, into):
     return into
 
 
-def session(robot, operator):
-    """Load and run a whole session; every recorded payload, per topic."""
+def session(bus, robot, operator):
+    """Load and run a whole session of the robot on `bus`; every recorded payload, per topic."""
     inbox = operator.inbox(topics.RECORDED)
     before = (topics.STATUS, encode(TraversalStatus(header=Header(frame_id="map"))))  # latched: may arrive or not
-    time.sleep(0.2)  # the subscriptions have to reach the publishers
+    caught_up(bus, operator)
     assert ask(operator, robot, topics.LOAD, trajectory=PLAN, template_json=TEMPLATE.model_dump_json()).success
     assert ask(operator, robot, topics.START).success
     said = []
     turn_until(robot, lambda: any(topic is topics.REPORT for topic, _ in drain(inbox, said)))
-    time.sleep(0.1)
+    caught_up(operator, bus)
     drain(inbox, said)
     said = [pair for pair in said if pair != before]
     return {topic.name: [payload for name, payload in said if name is topic] for topic in topics.RECORDED}

@@ -13,10 +13,12 @@ from schemas.messages import TraversalStatus
 from schemas.scenario import Scenario
 from schemas.vehicle import Vehicle
 from services.bus import Bus
+from services.robot_sim import lockstep
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.lockstep import NOW_FIELDS, Lockstep
 from services.robot_sim.onboard.followers import PurePursuitFollower
 from services.robot_sim.telemetry import Telemetry
+from tests.meeting import caught_up
 from tests.robot_sim.scripted import trajectory
 
 PLAN = trajectory(
@@ -34,14 +36,21 @@ def buses(bus_config):
 
 
 @pytest.fixture
-def outside(buses):
+def outside(buses, monkeypatch):
     """Call it with a controller: it then serves until the test ends."""
-    stop, threads = threading.Event(), []
+    monkeypatch.setattr(lockstep, "TIMEOUT_S", 60.0)  # longer than any machine takes for an answer
+    serving, stop, threads = threading.Event(), threading.Event(), []
+
+    def ended():
+        serving.set()
+        return stop.is_set()
 
     def begin(controller):
-        thread = threading.Thread(target=serve, args=(buses[1], controller, stop.is_set))
+        thread = threading.Thread(target=serve, args=(buses[1], controller, ended))
         thread.start()
         threads.append(thread)
+        assert serving.wait(60.0)
+        caught_up(*buses)
 
     yield begin
     stop.set()

@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 
 from schemas import topics
-from schemas.messages import FollowerStepResponse, TraversalStatus
+from schemas.cdr import decode, encode
+from schemas.messages import FollowerStepResponse, SetSpeedResponse, TraversalStatus
 from schemas.vehicle import Vehicle
 from services.bus import Bus
 from services.robot_sim import lockstep
 from services.robot_sim.lockstep import NOW_FIELDS
 from services.robot_sim.onboard.followers import PurePursuitFollower
+from tests.meeting import caught_up
 from tests.robot_sim.bus_rig import PLAN, alone, ask, hash_in, process, session, turn_until
 
 PAUSED, DONE = TraversalStatus.PAUSED, TraversalStatus.DONE
@@ -32,39 +34,63 @@ def operator(bus_config, robot_bus):
         yield operator
 
 
+class Controller:
+    """Pure pursuit in a session of its own, which may be held up: it then says so and answers when it is told to."""
+
+    def __init__(self, bus, held_at):
+        self.server, self.inner = bus.serve(topics.FOLLOWER_STEP), PurePursuitFollower(Vehicle())
+        self.answered, self.held_at = 0, held_at
+        self.held, self.release, self.released, self.stop = (threading.Event() for _ in range(4))
+
+    def serve(self):
+        while not self.stop.is_set():
+            call = self.server.wait(0.05)
+            if call is None:
+                continue
+            if late := call.request.step == self.held_at:
+                self.held.set()
+                self.release.wait()
+            if not self.stop.is_set():
+                self.answer(call)
+            if late:
+                self.released.set()
+
+    def answer(self, call):
+        request = call.request
+        if request.first:
+            self.inner.reset()
+        now = np.array([getattr(request, name) for name in NOW_FIELDS])
+        ahead = np.column_stack((request.ahead_speed_mps, request.ahead_yaw_rate_radps))
+        left, right = self.inner.step(now, ahead)
+        call.reply(FollowerStepResponse(step=request.step, left_radps=left, right_radps=right))
+        self.answered = request.step
+
+
 @contextmanager
-def controller(bus_config, *, silent_after=None, unanswered=None, late_at=None, late_s=0.0):
-    """Pure pursuit in a session of its own; it may be late once, or fall silent and say so."""
-    stop, inner = threading.Event(), PurePursuitFollower(Vehicle())
+def controller(robot_bus, *, held_at=None):
+    """A controller that the robot knows of."""
+    with Bus.open("follower", robot_bus.config) as bus:
+        one = Controller(bus, held_at)
+        caught_up(robot_bus, bus)
+        thread = threading.Thread(target=one.serve)
+        thread.start()
+        try:
+            yield one
+        finally:
+            one.stop.set()
+            one.release.set()
+            thread.join()
 
-    def serve():
-        with Bus.open("follower", bus_config) as bus:
-            server, held = bus.serve(topics.FOLLOWER_STEP), []
-            while not stop.is_set():
-                call = server.wait(0.05)
-                if call is None:
-                    continue
-                request = call.request
-                if silent_after is not None and request.step > silent_after:
-                    held.append(call)  # a query that is dropped would be answered by that
-                    unanswered.set()
-                    continue
-                if request.step == late_at:
-                    time.sleep(late_s)
-                if request.first:
-                    inner.reset()
-                now = np.array([getattr(request, name) for name in NOW_FIELDS])
-                ahead = np.column_stack((request.ahead_speed_mps, request.ahead_yaw_rate_radps))
-                left, right = inner.step(now, ahead)
-                call.reply(FollowerStepResponse(step=request.step, left_radps=left, right_radps=right))
 
-    thread = threading.Thread(target=serve)
-    thread.start()
-    try:
-        yield stop
-    finally:
-        stop.set()
-        thread.join()
+@pytest.fixture(autouse=True)
+def patience(monkeypatch):
+    """Set how long an answer is waited for, s: at first longer than any machine takes for one."""
+
+    def wait_for(timeout_s):
+        monkeypatch.setattr(lockstep, "TIMEOUT_S", timeout_s)
+
+    wait_for(60.0)
+    return wait_for
 
 
 def begin(robot, operator):
@@ -81,21 +107,21 @@ def begin(robot, operator):
     ],
     ids=["estop", "pause", "abort"],
 )
-def test_it_is_stopped_while_it_waits_for_an_answer(bus_config, robot_bus, operator, monkeypatch, service, state):
-    monkeypatch.setattr(lockstep, "TIMEOUT_S", 60.0)  # longer than the operator waits
+def test_it_is_stopped_while_it_waits_for_an_answer(robot_bus, operator, service, state):
     robot = process(robot_bus, follower="external")
-    emulator, unanswered, answers = robot._emulator, threading.Event(), []
+    emulator, answers = robot._emulator, []
 
-    def stop_it():
-        unanswered.wait()
-        request = service.request(request_id="stop")
-        answers.append(operator.call(service, request, timeout_s=30.0))
+    with controller(robot_bus, held_at=SOME_STEPS) as follower:
 
-    with controller(bus_config, silent_after=SOME_STEPS, unanswered=unanswered):
+        def stop_it():
+            follower.held.wait()
+            request = service.request(request_id="stop")
+            answers.append(operator.call(service, request, timeout_s=30.0))  # less than an answer is waited for
+
         begin(robot, operator)
-        stopper = threading.Thread(target=stop_it)
+        stopper = threading.Thread(target=stop_it, daemon=True)
         stopper.start()
-        while not unanswered.is_set():
+        while not follower.held.is_set():
             emulator.tick()
         assert emulator.onboard.state == TraversalStatus.RUNNING and emulator.onboard.estimate.speed_mps > 0.3
         turn_until(robot, lambda: answers)
@@ -109,58 +135,68 @@ def test_it_is_stopped_while_it_waits_for_an_answer(bus_config, robot_bus, opera
     assert emulator.onboard.status.follower_fallbacks > 0, "pure pursuit brakes, it is not asked again"
 
 
-def test_one_that_dies_makes_the_robot_brake_and_pause(bus_config, robot_bus, operator, monkeypatch):
-    monkeypatch.setattr(lockstep, "TIMEOUT_S", 0.5)
+def test_one_that_dies_makes_the_robot_brake_and_pause(robot_bus, operator, patience):
     robot = process(robot_bus, follower="external")
-    with controller(bus_config) as leave:
-        begin(robot, operator)
-        turn_until(robot, lambda: robot._emulator.onboard.spraying)
-        leave.set()
-        turn_until(robot, lambda: robot._emulator.onboard.state == PAUSED)
     emulator = robot._emulator
+    with controller(robot_bus):
+        begin(robot, operator)
+        turn_until(robot, lambda: emulator.onboard.spraying)
+    patience(0.5)
+    turn_until(robot, lambda: emulator.onboard.state == PAUSED)
     assert "external follower does not answer" in emulator.onboard.status.reason
     assert not emulator.command.valve
     turn_until(robot, lambda: abs(emulator.onboard.estimate.speed_mps) < 0.01)
     assert emulator.onboard.status.follower_fallbacks > 10, "pure pursuit brakes"
-    with controller(bus_config):
-        time.sleep(0.3)
+    patience(60.0)
+    with controller(robot_bus):
         assert ask(operator, robot, topics.RESUME).success
         turn_until(robot, lambda: not robot.active)
     assert emulator.onboard.state == DONE
 
 
-def test_one_that_is_late_is_not_believed(bus_config, robot_bus, operator, monkeypatch):
-    monkeypatch.setattr(lockstep, "TIMEOUT_S", 0.5)
+def test_one_that_is_late_is_not_believed(robot_bus, operator, patience):
     robot = process(robot_bus, follower="external")
-    with controller(bus_config, late_at=SOME_STEPS, late_s=1.0):
+    emulator = robot._emulator
+    with controller(robot_bus, held_at=SOME_STEPS) as follower:
         begin(robot, operator)
-        turn_until(robot, lambda: robot._emulator.onboard.state == PAUSED)
-        assert "external follower does not answer" in robot._emulator.onboard.status.reason
-        turn_until(robot, lambda: abs(robot._emulator.onboard.estimate.speed_mps) < 0.01)
-        time.sleep(0.8)
+        while follower.answered < SOME_STEPS - 1:
+            emulator.tick()
+        patience(0.5)
+        turn_until(robot, lambda: emulator.onboard.state == PAUSED)
+        assert "external follower does not answer" in emulator.onboard.status.reason
+        turn_until(robot, lambda: abs(emulator.onboard.estimate.speed_mps) < 0.01)
+        follower.release.set()
+        follower.released.wait()
+        patience(60.0)
         assert ask(operator, robot, topics.RESUME).success
         turn_until(robot, lambda: not robot.active)
-    assert robot._emulator.onboard.state == DONE, robot._emulator.onboard.status
+    assert emulator.onboard.state == DONE, emulator.onboard.status
 
 
-def test_whoever_does_not_want_to_stop_it_waits(bus_config, robot_bus, operator):
+def test_whoever_does_not_want_to_stop_it_waits(robot_bus, operator):
     """The answer is waited for all the same, and they are answered after it."""
-    robot, answers = process(robot_bus, follower="external"), []
+    robot, answers, waited_in_vain = process(robot_bus, follower="external"), [], []
 
-    def ask_and_ask():
-        for number in range(12):
-            request = topics.SET_SPEED.request(request_id=f"pace {number}", factor=-1.0)
-            answers.append(operator.call(topics.SET_SPEED, request, timeout_s=30.0))
-            time.sleep(0.05)
+    with controller(robot_bus, held_at=SOME_STEPS) as follower:
 
-    with controller(bus_config, late_at=SOME_STEPS, late_s=0.6):
+        def ask_meanwhile():
+            follower.held.wait()
+            request = topics.SET_SPEED.request(request_id="pace", factor=-1.0)
+            question = operator.ask(topics.SET_SPEED, encode(request), 30.0)
+            end_s = time.monotonic() + 0.3
+            while time.monotonic() < end_s:
+                waited_in_vain.append(question.poll() is None)
+            follower.release.set()
+            while (answer := question.poll()) is None:
+                time.sleep(0.001)
+            answers.append(answer)
+
         begin(robot, operator)
-        asking = threading.Thread(target=ask_and_ask)
-        turn_until(robot, lambda: robot._emulator.tick_count > SOME_STEPS // 2)
+        asking = threading.Thread(target=ask_meanwhile, daemon=True)
         asking.start()
-        turn_until(robot, lambda: not robot.active and len(answers) == 12)
-        asking.join()
-    assert all(answer.success for answer in answers)
+        turn_until(robot, lambda: not robot.active and answers)
+    assert waited_in_vain and all(waited_in_vain)
+    assert decode(SetSpeedResponse, answers[0].payload).success
     assert robot._emulator.onboard.state == DONE
     assert robot._emulator.onboard.status.follower_fallbacks == 0
 
@@ -171,8 +207,8 @@ def test_the_same_controller_gives_the_same_session_as_often_as_you_like(bus_con
         with (
             Bus.open(topics.ROBOT_SIM, bus_config) as bus,
             Bus.open(topics.OPERATOR, bus_config) as operator,
-            controller(bus_config),
+            controller(bus),
         ):
-            heard = session(process(bus, speed=speed, seed=5, follower="external"), operator)
+            heard = session(bus, process(bus, speed=speed, seed=5, follower="external"), operator)
         hashes.append(hash_in([(topics.REPORT, payload) for payload in heard[topics.REPORT.name]]))
     assert hashes == [hash_in(alone(seed=5, follower="pure-pursuit"))] * 2

@@ -6,14 +6,10 @@ import time
 import pytest
 
 from schemas import topics
-from schemas.messages import (
-    Event,
-    GetDiagnosticsRequest,
-    Trajectory,
-    TraversalStatus,
-)
+from schemas.messages import Event, Trajectory, TraversalStatus
 from schemas.scenario import Origin
 from services.bus import Bus
+from tests.meeting import caught_up
 from tests.robot_sim.bus_rig import PLAN, TEMPLATE, ask, process, session, turn_until
 
 
@@ -41,7 +37,7 @@ def test_a_template_of_another_place_is_refused(bus, operator):
 
 def test_a_session_over_the_bus_and_its_paint(bus, operator):
     robot = process(bus)
-    said = session(robot, operator)
+    said = session(bus, robot, operator)
     assert all(said.values()), [name for name, payloads in said.items() if not payloads]
     strokes = ask(operator, robot, topics.GET_PAINT).strokes
     assert [stroke.segment_id for stroke in strokes] == ["line"]
@@ -58,7 +54,7 @@ def test_the_pace_changes_no_byte(bus_config):
     sessions = []
     for speed in (-1.0, 25.0):
         with Bus.open(topics.ROBOT_SIM, bus_config) as bus, Bus.open(topics.OPERATOR, bus_config) as operator:
-            sessions.append(session(process(bus, speed=speed, seed=5), operator))
+            sessions.append(session(bus, process(bus, speed=speed, seed=5), operator))
     for name, payloads in sessions[0].items():
         assert payloads == sessions[1][name], name
 
@@ -95,9 +91,7 @@ def test_hold_stops_sim_time_and_nothing_else(bus, operator):
     ask(operator, robot, topics.START_TRAVERSAL, trajectory=PLAN)
     for _ in range(20):
         robot.turn()
-    answer = operator.call(
-        topics.diagnostics_service(topics.ROBOT_SIM), GetDiagnosticsRequest(), while_waiting=robot.turn
-    )
+    answer = ask(operator, robot, topics.diagnostics_service(topics.ROBOT_SIM))
     values = {pair.key: pair.value for pair in answer.diagnostics.status[0].values}
     assert values["ticks"] == "0"
     assert values["state"] == str(TraversalStatus.RUNNING)
@@ -109,18 +103,21 @@ def test_without_operator_and_planner_the_robot_pauses_by_itself(bus, bus_config
     robot = process(bus, speed=1.0, link_timeout_s=0.3)
     with Bus.open("recorder-of-this-test", bus_config) as listener:
         inbox = listener.inbox([topics.EVENTS, topics.STATUS])
+        caught_up(bus, listener)
+        said = []
+
+        def link_lost():
+            said.extend(inbox.drain())
+            return any(sample.topic is topics.EVENTS and sample.decode().code == "link-lost" for sample in said)
+
         with Bus.open(topics.OPERATOR, bus_config) as operator:
             ask(operator, robot, topics.START_TRAVERSAL, trajectory=PLAN)
             begun = time.monotonic()
             turn_until(robot, lambda: time.monotonic() > begun + 0.6)
-        said = []
-
-        def collect():
-            said.extend(inbox.drain())
-            return said
-
-        turn_until(robot, lambda: any(s.topic is topics.EVENTS and s.decode().code == "link-lost" for s in collect()))
-        turn_until(robot, lambda: any(_paused(s) for s in collect()))
+            caught_up(listener, bus)
+            assert not link_lost(), "the operator is there"
+        turn_until(robot, link_lost)
+        turn_until(robot, lambda: link_lost() and any(_paused(sample) for sample in said))
     assert any(s.topic is topics.EVENTS and s.decode().severity == Event.ERROR for s in said)
 
 
@@ -131,7 +128,7 @@ def _paused(sample):
 def test_ending_the_process_closes_the_valve_and_brakes(bus, operator):
     robot = process(bus, speed=20.0)
     inbox = operator.inbox([topics.SPRAYER, topics.TRUTH])
-    time.sleep(0.2)
+    caught_up(bus, operator)
     ask(operator, robot, topics.START_TRAVERSAL, trajectory=PLAN)
     said = []
 
@@ -142,6 +139,6 @@ def test_ending_the_process_closes_the_valve_and_brakes(bus, operator):
 
     turn_until(robot, lambda: (state := last(topics.SPRAYER)) is not None and state.valve_open)
     robot.close()
-    time.sleep(0.2)
+    caught_up(operator, bus)
     assert not last(topics.SPRAYER).valve_open
     assert last(topics.TRUTH).twist.twist.linear.x == pytest.approx(0.0, abs=1e-3)

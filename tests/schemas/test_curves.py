@@ -8,6 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from schemas.curves import Curve, PathTable, wrap_angle
+from schemas.messages import Arc, CurveType, Line, Point
+from schemas.messages import Curve as CurveMessage
 
 coordinate = st.floats(-200, 200)
 angle = st.floats(-math.pi, math.pi)
@@ -91,6 +93,16 @@ def test_message_round_trip(curve: Curve):
     for mine, its in zip(curve.at(fraction * curve.length_m), again.at(fraction * again.length_m), strict=True):
         np.testing.assert_allclose(np.cos(its), np.cos(mine), atol=1e-8)
     assert again.length_m == pytest.approx(curve.length_m, rel=1e-9)
+
+
+@pytest.mark.parametrize("far", [1e9, 1.2e308, math.inf, math.nan])
+def test_a_message_of_a_place_on_no_field_is_refused(far: float):
+    corner = Point(x=far, y=far)
+    line = CurveMessage(type=CurveType(value=CurveType.LINE), line=(Line(end=corner),))
+    arc = CurveMessage(type=CurveType(value=CurveType.ARC), arc=(Arc(start=corner, sweep_angle=1.0),))
+    for message in (line, arc):
+        with pytest.raises(ValueError, match="lie on a field"):
+            Curve.from_message(message)
 
 
 @given(st.lists(curves, min_size=1, max_size=5), st.floats(0, 1))

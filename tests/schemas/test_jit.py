@@ -4,16 +4,19 @@ import gc
 import resource
 import subprocess
 import sys
+import threading
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numba
 import numpy as np
 import pytest
+from numba.core.caching import IndexDataCacheFile
 from numba.core.errors import TypingError
 
 from schemas.arrays import ascending, copy, least
-from schemas.jit import kernel
+from schemas.jit import _Cache, kernel
 
 
 @pytest.fixture(autouse=True)
@@ -94,6 +97,34 @@ def test_arrays() -> None:
 
 def _no_room() -> None:
     resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
+
+
+def test_two_that_cache_a_kernel_at_once_know_of_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else the code of one signature would be found under the name of the other."""
+
+    def double(x: Any) -> Any:
+        return 2 * x
+
+    compiled = []
+    with monkeypatch.context() as meanwhile:
+        meanwhile.setattr(_Cache, "save_overload", lambda *what: compiled.append(what))
+        assert (kernel(double)(21), kernel(double)(1.5)) == (42, 3.0)
+    both = threading.Barrier(2)
+
+    def read_by_both(file: IndexDataCacheFile, read: Any = IndexDataCacheFile._load_index) -> Any:
+        index = read(file)
+        with suppress(threading.BrokenBarrierError):  # the other has to wait for this one
+            both.wait(0.5)
+        return index
+
+    with monkeypatch.context() as meanwhile:
+        meanwhile.setattr(IndexDataCacheFile, "_load_index", read_by_both)
+        writers = [threading.Thread(target=_Cache.save_overload, args=what) for what in compiled]
+        for writer in writers:
+            writer.start()
+        for writer in writers:
+            writer.join()
+    assert len(set(compiled[0][0]._cache_file._load_index().values())) == 2
 
 
 def test_a_full_disk_costs_the_cache_and_nothing_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

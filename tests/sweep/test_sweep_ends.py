@@ -4,6 +4,12 @@ import csv
 import dataclasses
 import itertools
 import json
+import os
+import signal
+import threading
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import suppress
+from multiprocessing import get_context, util
 
 import pytest
 from typer.testing import CliRunner
@@ -15,7 +21,7 @@ from services.cli.commands import app
 from services.cli.options import ExitCode
 from services.simulation import Job, simulate
 from services.sweep import task as sweep_task
-from services.sweep.places import here
+from services.sweep.places import here, in_processes
 from services.sweep.summary import statistics, summarise, write_csv
 from services.sweep.task import Run, Task, prepare, run_figures
 from tests.sweep.combining import combined
@@ -126,18 +132,37 @@ def test_ctrl_c_in_the_only_process_gives_what_is_done(sweep):
 
 def test_a_worker_leaves_ctrl_c_to_its_parent(job):
     """A terminal sends it to all of them; a worker that dies of it would break the pool that is told to end."""
-    import signal
-    from concurrent.futures import ProcessPoolExecutor
-    from multiprocessing import get_context
-
     with ProcessPoolExecutor(1, get_context("spawn"), sweep_task.begin_worker, ([job],)) as pool:
         assert pool.submit(_interrupt_itself, signal.SIGINT).exception() is None
         assert pool.submit(_jobs_here).result() == 1
 
 
-def _interrupt_itself(number):
-    import os
+def test_ctrl_c_while_a_worker_is_started_is_told_by_nobody_else(job, monkeypatch, capfd):
+    """The worker gets what it needs through a pipe; it would complain if that broke off."""
+    started = []
 
+    def spawn(path, arguments, descriptors, begin=util.spawnv_passfds):
+        pid = begin(path, arguments, descriptors)
+        if "--multiprocessing-fork" in arguments:
+            started.append(pid)
+            os.kill(os.getpid(), signal.SIGINT)
+        return pid
+
+    monkeypatch.setattr(util, "spawnv_passfds", spawn)
+    over = threading.Event()
+    other = threading.Thread(target=over.wait)  # gets the signal, if that is blocked in this one
+    other.start()
+    with pytest.raises(KeyboardInterrupt):
+        list(in_processes([job], [Task(0, 0, Scenario())] * 2, 2))
+    over.set()
+    other.join()
+    with suppress(ChildProcessError):  # its end has been noted already
+        os.waitpid(started[0], 0)
+    assert len(started) == 1
+    assert capfd.readouterr() == ("", "")
+
+
+def _interrupt_itself(number):
     os.kill(os.getpid(), number)
 
 

@@ -9,6 +9,7 @@ import pytest
 
 from services.bridge.compare import compare
 from services.bridge.reader import RecordingReader
+from services.bus import Bus
 from tests.system.commands import figures, touchline
 
 SQUARE = ("run", "study-square", "--json")
@@ -53,7 +54,7 @@ def test_another_pace_gives_the_same_bits(square, tmp_path):
     _, first = square
     paced = tmp_path / "paced.mcap"
     report = figures(touchline(*SQUARE, "--seed", "7", "--speed", "8", "--record", str(paced)))
-    assert report["traversal"]["real_time_factor"] == pytest.approx(8.0, rel=0.25)
+    assert 4.0 < report["traversal"]["real_time_factor"] < 8.2  # lags of a busy machine are not caught up with
     comparison = compare(first, paced)
     assert comparison.identical, "\n".join(comparison.lines())
 
@@ -102,6 +103,8 @@ def test_a_follower_from_outside_steers_as_the_example_says(bus_config, tmp_path
     environment = {**os.environ, **bus_config.environment()}
     with subprocess.Popen([sys.executable, str(example)], env=environment) as follower:
         try:
+            with Bus.open("bystander", bus_config) as bus:
+                assert not bus.wait_for({"follower"}, 100.0)
             report = figures(touchline("run", str(field), "--json", "--follower", "external", config=bus_config))
         finally:
             follower.terminate()

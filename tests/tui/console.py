@@ -1,5 +1,6 @@
 """A console on a fake link, and what a test asks of it."""
 
+import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 
@@ -30,11 +31,10 @@ async def console(
 
 async def until(pilot: Pilot[None], condition: Callable[[], object]) -> None:
     """Let the console work until something is so; orders run in threads of their own."""
-    for _ in range(400):
-        if condition():
-            return
+    deadline = time.monotonic() + 60.0
+    while not condition():
+        assert time.monotonic() < deadline, "it never came to be"
         await pilot.pause(0.01)
-    raise AssertionError("it never came to be")
 
 
 def last(app: ConsoleApp) -> tuple[int, str]:

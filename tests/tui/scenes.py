@@ -38,7 +38,7 @@ class FakeLink:
     def call(self, service: Service[Any, Any], request: Message, timeout_s: float) -> Message:
         self.asked.append((service.name, request))
         if self.held is not None:
-            self.held.wait(5)
+            self.held.wait(60)
         answer = self.answers.get(service.name)
         if isinstance(answer, CallFailed):
             raise answer

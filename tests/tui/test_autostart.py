@@ -15,7 +15,7 @@ from tui.event_log import ERROR
 async def test_starting_by_itself(template: Template) -> None:
     async with console(autostart=AutoStart("soccer-11", 20.0, run=True)) as (app, link, pilot):
         link.answers[topics.PLAN_SERVICE.name] = scenes.plan_response(template)
-        await pilot.pause(0.3)
+        app.tick()
         assert link.asked == []  # nobody is there yet
         assert app.state.template is not None
         link.incoming += scenes.up()
@@ -35,14 +35,14 @@ async def test_starting_by_itself_ends_at_the_first_refusal(template: Template) 
     link.answers[topics.LOAD.name] = m.LoadResponse(success=False, message="busy")
     async with console(autostart=AutoStart("soccer-11", 20.0, run=True), link=link) as (app, link, pilot):
         await until(pilot, lambda: last(app)[1] == "Load refused: busy")
-        await pilot.pause(0.2)
+        app.tick()
         assert link.names() == [topics.PLAN_SERVICE.name, topics.LOAD.name]
 
 
 async def test_starting_by_itself_with_a_template_that_is_not_there() -> None:
     link = FakeLink(incoming=scenes.up())
-    async with console(autostart=AutoStart("no-such", run=True), link=link) as (app, link, pilot):
-        await pilot.pause(0.2)
+    async with console(autostart=AutoStart("no-such", run=True), link=link) as (app, link, _pilot):
+        app.tick()
         assert any("no-such" in entry.text and entry.severity == ERROR for entry in app.state.log.entries)
         assert link.asked == []
 
@@ -56,7 +56,7 @@ async def test_the_emergency_stop_ends_starting_by_itself(template: Template) ->
         assert link.held is not None
         link.held.set()
         await until(pilot, lambda: app.state.path is not None)
-        await pilot.pause(0.2)
+        app.tick()
         assert topics.LOAD.name not in link.names()
 
 
@@ -64,7 +64,7 @@ async def test_starting_by_itself_leaves_a_running_job_alone(template: Template)
     link = FakeLink(incoming=scenes.mid_run(template))
     async with console(autostart=AutoStart("study-square", 20.0, run=True), link=link) as (app, link, pilot):
         await until(pilot, lambda: any("on a job" in entry.text for entry in app.state.log.entries))
-        await pilot.pause(0.2)
+        app.tick()
         assert link.asked == []
         assert app.state.template is not None
         assert app.state.template.template == template

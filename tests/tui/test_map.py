@@ -81,7 +81,7 @@ async def test_paint_is_fetched_on_connecting_and_asked_for_again_until_it_comes
     async with app.run_test(size=(80, 24)) as pilot:
         await until(pilot, lambda: link.fetches == 1)
         now[0] = 0.9
-        await pilot.pause(0.2)
+        app.tick()
         assert link.fetches == 1
         now[0] = 1.5
         await until(pilot, lambda: link.fetches == 2)
