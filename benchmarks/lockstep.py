@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import os
-import socket
 import subprocess
 import sys
 import time
@@ -19,6 +18,7 @@ from schemas import topics
 from schemas.scenario import Scenario
 from schemas.vehicle import Vehicle
 from services.bus import Bus, BusConfig
+from services.bus.ports import free_port
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.lockstep import Lockstep
 from services.robot_sim.onboard.followers import Question
@@ -43,9 +43,7 @@ class _Timed:
 
 def main() -> None:
     """Drive 35 m with the example controller and print how long the answers took."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        config = BusConfig(endpoint=f"tcp/127.0.0.1:{probe.getsockname()[1]}")
+    config = BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}")
     with Bus.open(topics.ROBOT_SIM, config) as bus:
         environment = {**os.environ, **config.environment(), "PYTHONPATH": os.pathsep.join(sys.path)}
         outside = subprocess.Popen([sys.executable, str(EXAMPLE)], env=environment)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-_SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
+ENDS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 
 
 class Stop:
@@ -36,7 +36,7 @@ def until_stopped(supervisor: int | None = None) -> Iterator[Stop]:
     It is one, too, that `supervisor`, the process id of the parent, is not the parent any more.
     """
     stop = Stop(supervisor)
-    wanted = [number for number in _SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]
+    wanted = [number for number in ENDS if signal.getsignal(number) is not signal.SIG_IGN]
     previous = {number: signal.signal(number, stop.signal) for number in wanted}
     try:
         yield stop

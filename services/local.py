@@ -1,6 +1,5 @@
 """A whole system on this machine for one job: services, a bus of their own, and an end to it all."""
 
-import socket
 import tempfile
 import threading
 import time
@@ -16,6 +15,7 @@ from schemas.scenario import Scenario
 from schemas.vehicle import Vehicle
 from services.bus import Bus, BusConfig
 from services.bus.health import STARTING
+from services.bus.ports import free_port
 from services.bus.presence import Presence
 from services.supervisor import Child, Notice, Supervisor
 
@@ -94,7 +94,7 @@ def local_system(
         vehicle: Planned for and driven; by default the shipped one.
     """
     private = config is None
-    config = config or BusConfig(endpoint=f"tcp/127.0.0.1:{_free_port()}")
+    config = config or BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}")
     with tempfile.TemporaryDirectory(prefix="touchline-") as folder:
         journal = ["--journal", f"{folder}/robot.journal"] if private else []  # nobody comes back to a private bus
         same = ["--vehicle", _written(vehicle, Path(folder))] if vehicle else []
@@ -164,9 +164,3 @@ def _event(notice: Notice) -> Event:
         code=notice.kind,
         text=notice.text,
     )
-
-
-def _free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])

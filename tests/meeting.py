@@ -1,32 +1,12 @@
-"""Where processes meet, and proof of what has reached whom: a wait of fixed length proves nothing on a busy machine."""
+"""Proof of what has reached whom: a wait of fixed length proves nothing on a busy machine."""
 
-import random
-import socket
 import time
 
 from schemas import messages as m
 from schemas.topics import Service
 from services.bus import Bus, CallError
 
-#: Below those that Linux hands out by itself.
-_PORTS = range(20_000, 32_768)
-_CHANCE = random.SystemRandom()
 _PROBE = Service("test/caught_up", m.CommandRequest, m.CommandResponse)
-
-
-def free_port() -> int:
-    """A port of loopback that nobody listens on.
-
-    None of those that the system hands out: one of these may be somebody's before the test comes to use it.
-    """
-    while True:
-        port = _CHANCE.choice(_PORTS)
-        with socket.socket() as probe:
-            try:
-                probe.bind(("127.0.0.1", port))
-            except OSError:
-                continue
-            return port
 
 
 def caught_up(here: Bus, there: Bus, timeout_s: float = 60.0) -> None:

@@ -6,7 +6,8 @@ import sys
 from types import FrameType
 from typing import NoReturn
 
-_ENDS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+from services.lifecycle import ENDS
+
 #: An interruption that comes while kernels are compiled, or that Python has to ignore, comes again after this long.
 _AGAIN_S = 0.02
 
@@ -27,7 +28,7 @@ def main() -> None:
         else:
             sys.__unraisablehook__(ignored)
 
-    heard = [number for number in _ENDS if signal.getsignal(number) is not signal.SIG_IGN]  # as under nohup
+    heard = [number for number in ENDS if signal.getsignal(number) is not signal.SIG_IGN]  # as under nohup
     for number in heard:
         signal.signal(number, lambda number, frame: _leave(number))  # an exception could get lost in an import
     from services.cli.commands import run_command

@@ -12,6 +12,7 @@ from schemas.errors import TouchlineError
 from schemas.messages import TraversalReport
 from schemas.scenario import Scenario
 from schemas.vehicle import Vehicle
+from services.lifecycle import ENDS
 from services.simulation import Job, Progress, simulate
 from services.sweep.grid import Case
 
@@ -95,9 +96,6 @@ def run_figures(report: TraversalReport) -> dict[str, float]:
 _jobs: list[Any] = []
 
 
-_ENDS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-
-
 @contextmanager
 def undisturbed() -> Iterator[None]:
     """Let signals to end wait, also in a process that is started meanwhile, until it is :func:`begin_worker`'s.
@@ -107,10 +105,10 @@ def undisturbed() -> Iterator[None]:
     came: list[int] = []
     handlers: dict[int, Any] = {}
     if threading.current_thread() is threading.main_thread():  # which is interrupted whatever thread has the signal
-        handlers = {number: signal.getsignal(number) for number in _ENDS if callable(signal.getsignal(number))}
+        handlers = {number: signal.getsignal(number) for number in ENDS if callable(signal.getsignal(number))}
     for number in handlers:
         signal.signal(number, lambda number, _frame: came.append(number))
-    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, _ENDS)  # for the new process, which takes this over
+    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, ENDS)  # for the new process, which takes this over
     try:
         yield
     finally:
@@ -124,7 +122,7 @@ def undisturbed() -> Iterator[None]:
 def begin_worker(jobs: list[Job]) -> None:
     """Called once in each process of a pool: Ctrl-C is the parent's affair."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, _ENDS)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDS)
     _jobs[:] = jobs
 
 

@@ -22,8 +22,8 @@ from schemas.curves import Curve
 from schemas.messages import GetDiagnosticsRequest, GetPaintRequest, StartTraversalRequest, TraversalStatus
 from schemas.topics import Service, Topic
 from services.bus import Bus, BusConfig, CallError
+from services.bus.ports import free_port
 from tests.bridge.ros2_machine import ForeignClient, foreign_client, write_definitions
-from tests.meeting import free_port
 from tests.robot_sim.scripted import trajectory
 
 ROOT = Path(__file__).resolve().parents[2]

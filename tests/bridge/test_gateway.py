@@ -15,8 +15,9 @@ from services.bridge import routes
 from services.bridge.gateway import Gateway, GatewayConfig
 from services.bridge.rmw_zenoh import RosNode, gid
 from services.bus import Bus, attachment
+from services.bus.ports import free_port
 from services.bus.ros2 import Ros2Endpoint, Ros2Session
-from tests.meeting import caught_up, free_port
+from tests.meeting import caught_up
 
 #: Liveliness tokens of a gateway: its node's, and one for each topic and service.
 EVERYTHING = 1 + len(topics.TOPICS) + len(topics.SERVICES)

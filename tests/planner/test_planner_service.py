@@ -11,7 +11,7 @@ from schemas import topics
 from schemas.catalogue import template_text
 from schemas.messages import GetDiagnosticsRequest, PlanOptions, PlanRequest, Progress
 from services.bus import Bus, BusConfig
-from tests.meeting import free_port
+from services.bus.ports import free_port
 
 ANSWER_S = 200.0
 """The first plan may wait for the kernels to be compiled."""

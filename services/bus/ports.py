@@ -1,0 +1,21 @@
+"""Ports for meeting points of one's own."""
+
+import random
+import socket
+from typing import Final
+
+_PORTS: Final = range(20_000, 32_768)
+"""Below those that Linux hands out by itself: one of these may be somebody's before a process comes to listen on it."""
+_CHANCE: Final = random.SystemRandom()
+
+
+def free_port() -> int:
+    """A port of loopback that nobody listens on."""
+    while True:
+        port = _CHANCE.choice(_PORTS)
+        with socket.socket() as probe:
+            try:
+                probe.bind(("127.0.0.1", port))
+            except OSError:
+                continue
+            return port
