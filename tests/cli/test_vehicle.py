@@ -45,10 +45,7 @@ def test_what_is_wrong_with_a_vehicle_is_told_in_one_line(fields, says, touchlin
     assert len(err.strip().splitlines()) == 1
 
 
-@pytest.mark.parametrize(
-    "command",
-    ["plan X", "simulate X", "sweep X", "run X", "up", "demo", "planner", "robot-sim", "tui"],
-)
+@pytest.mark.parametrize("command", ["plan X", "simulate X", "sweep X", "run X", "up", "demo", "planner", "robot-sim"])
 def test_every_command_that_has_a_robot_takes_another(command, touchline, tmp_path):
     path = tmp_path / "own.json"
     path.write_text('{"wheels": 3}')
