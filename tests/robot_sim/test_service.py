@@ -9,6 +9,7 @@ from schemas import topics
 from schemas.messages import Event, Trajectory, TraversalStatus
 from schemas.scenario import Origin
 from services.bus import Bus
+from services.robot_sim.service import LinkWatch
 from tests.meeting import caught_up
 from tests.robot_sim.bus_rig import PLAN, TEMPLATE, ask, process, session, turn_until
 
@@ -119,6 +120,34 @@ def test_without_operator_and_planner_the_robot_pauses_by_itself(bus, bus_config
         turn_until(robot, link_lost)
         turn_until(robot, lambda: link_lost() and any(_paused(sample) for sample in said))
     assert any(s.topic is topics.EVENTS and s.decode().severity == Event.ERROR for s in said)
+
+
+class Nodes:
+    """A bus with these nodes."""
+
+    def __init__(self, *alive):
+        self.now = set(alive)
+
+    def presence(self):
+        return self
+
+    def poll(self):
+        pass
+
+    def alive(self):
+        return self.now
+
+
+def test_the_link_is_lost_when_the_time_is_over_that_counts_from_the_start_of_driving():
+    nodes = Nodes(topics.BRIDGE)
+    watch = LinkWatch(nodes, 2.0)
+    assert not any(watch.lost(False, now_s) for now_s in (0.0, 5.0, 9.9))
+    assert [watch.lost(True, now_s) for now_s in (10.0, 11.8, 12.0)] == [False, False, True]
+    for guardian in (topics.CONSOLE, topics.OPERATOR, topics.PLANNER):
+        nodes.now.add(guardian)
+        assert not watch.lost(True, 20.0)
+        nodes.now.discard(guardian)
+        assert [watch.lost(True, now_s) for now_s in (21.9, 22.1)] == [False, True]
 
 
 def _paused(sample):

@@ -1,0 +1,34 @@
+"""A recording while it goes on: how much of it a kill can cost."""
+
+from pathlib import Path
+
+from schemas import topics
+from schemas.cdr import encode
+from schemas.messages import Imu
+from services.bridge.reader import read_summary
+from services.bridge.recorder import Recorder
+from services.bridge.session import FLUSH_PERIOD_S, RecordingSession
+from tests.bridge.test_sequencer import Sent
+
+
+class Waiting:
+    """One message more each time that it is asked."""
+
+    def __init__(self) -> None:
+        self.said = 0
+
+    def drain(self) -> list[Sent]:
+        self.said += 1
+        return [Sent(topics.IMU, self.said, self.said, encode(Imu()))]
+
+
+def test_what_was_heard_half_a_second_ago_is_on_the_disk(tmp_path: Path) -> None:
+    path, inbox = tmp_path / "session.mcap", Waiting()
+    session = RecordingSession(Recorder(path), inbox)
+    kept = []
+    for tenth in range(13):
+        session.pump(tenth / 10)
+        kept.append(read_summary(path).messages)
+    # The youngest message is held for a round: others may turn out to be older.
+    assert FLUSH_PERIOD_S == 0.5
+    assert kept == [0] * 5 + [5] * 5 + [10] * 3
