@@ -2,18 +2,18 @@
 
 import time
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 from schemas import topics
-from schemas.errors import CommandRefused, PayloadError
-from schemas.messages import GetDiagnosticsRequest
+from schemas.errors import CommandRefused
+from services.bridge.handshake import shake_hands
 from services.bridge.replayer import Timeline
-from services.bus import Bus, BusConfig, CallError, Publisher
+from services.bus import Bus, BusConfig, Publisher
 from services.bus.presence import Presence
 
 _SETTLE_S = 0.5
+_HANDSHAKE_TIMEOUT_S = 5.0
 _PROGRESS_PERIOD_S = 0.1
 
 
@@ -65,26 +65,20 @@ def run_replay(
         presence.poll()
         if topics.ROBOT_SIM in presence.alive():
             raise CommandRefused("a robot is on the bus; stop it before replaying, or use another namespace")
-        _shake_hands(bus, presence)
+        _meet_the_bridge(bus, presence)
         total = ReplayReport(0, 0, 0.0, "")
         done = 0
         while not stop() and (done < loops or loops == 0):
             total = _replay_once(Timeline(path), speed, publishers, total, progress, stop)
             done += 1
-        _shake_hands(bus, presence)
+        _meet_the_bridge(bus, presence)
         return total
 
 
-def _shake_hands(bus: Bus, presence: Presence) -> None:
-    """Exchange a call with the bridge, if there is one, which may be recording.
-
-    Declarations, messages and answers of one process keep their order. So when it has answered, we know of its
-    subscriptions, and all that we have sent has arrived there.
-    """
+def _meet_the_bridge(bus: Bus, presence: Presence) -> None:
+    """Know, if there is a bridge, which may be recording, that it listens and has all that we have sent."""
     presence.poll()
-    if topics.BRIDGE in presence.alive():
-        with suppress(CallError, PayloadError):  # it is going down: there is nothing to wait for
-            bus.call(topics.diagnostics_service(topics.BRIDGE), GetDiagnosticsRequest())
+    shake_hands(bus, presence.alive() & {topics.BRIDGE}, _HANDSHAKE_TIMEOUT_S)
 
 
 def _replay_once(

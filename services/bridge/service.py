@@ -5,11 +5,9 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from schemas import topics
-from schemas.errors import PayloadError
 from schemas.messages import (
     DiagnosticStatus,
     Event,
-    GetDiagnosticsRequest,
     Header,
     RecordRequest,
     RecordResponse,
@@ -17,10 +15,11 @@ from schemas.messages import (
     Time,
 )
 from services.bridge.gateway import Gateway, GatewayConfig
+from services.bridge.handshake import shake_hands
 from services.bridge.output import RecordingError
 from services.bridge.recorder import Existing, Recorder, RecordingReport
 from services.bridge.session import RecordingSession
-from services.bus import Bus, BusConfig, CallError, HealthReporter
+from services.bus import Bus, BusConfig, HealthReporter
 from services.bus.ros2 import Ros2Session
 from services.lifecycle import Stop, until_stopped
 
@@ -160,18 +159,9 @@ class BridgeService:
         return report
 
     def _handshake(self) -> None:
-        """Exchange one call with every publisher, recording meanwhile.
-
-        Declarations, messages and answers of one process keep their order. So when it has answered, it knew of our
-        subscriptions before, and what it had sent until then has arrived.
-        """
+        """Know that every publisher knows of us and that what it has sent is here, recording meanwhile."""
         self._presence.poll()
-        for node in sorted(self._presence.alive() & _PUBLISHERS):
-            service = topics.diagnostics_service(node)
-            try:
-                self._bus.call(service, GetDiagnosticsRequest(), _HANDSHAKE_TIMEOUT_S, self._while_waiting)
-            except (CallError, PayloadError):
-                continue  # it is going down, or hangs: there is nothing to wait for
+        shake_hands(self._bus, self._presence.alive() & _PUBLISHERS, _HANDSHAKE_TIMEOUT_S, self._while_waiting)
 
     def _while_waiting(self) -> None:
         self._pump()

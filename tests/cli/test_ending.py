@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+from textwrap import dedent
 
 from services.lifecycle import Stop, until_stopped
 from services.local import LocalSystem
@@ -33,74 +34,52 @@ def test_waiting_for_services_that_compile_can_be_ended():
     assert len(asked) == 1
 
 
-TRIPPING = """
-import os, signal
-import services.cli
-from services.cli import commands
-
-def tripping():
-    try:
-        os.kill(os.getpid(), signal.SIGTERM)
-        while True:
-            pass
-    except KeyboardInterrupt:
-        raise RuntimeError("no compiled object yet") from None
-
-commands.run_command = tripping
-services.cli.main()
-"""
-
-
-LOSING = """
-import ctypes, os, signal
-import services.cli
-from services.cli import commands
-
-@ctypes.CFUNCTYPE(None)
-def called_back():
-    os.kill(os.getpid(), signal.SIGTERM)
-    while True:
-        pass
-
-def losing():
-    called_back()
-    while True:
-        pass
-
-commands.run_command = losing
-services.cli.main()
-"""
+def run_as_command(body):
+    """A process of ``touchline`` whose command is the function `command` of this text."""
+    begin = "import ctypes, os, signal\nimport services.cli\nfrom services.cli import commands\n"
+    script = begin + dedent(body) + "\ncommands.run_command = command\nservices.cli.main()\n"
+    return subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False, timeout=100)
 
 
 def test_an_interruption_that_python_ignores_comes_again():
     """As in a callback; the command went on as if nobody had told it to end."""
-    done = subprocess.run([sys.executable, "-c", LOSING], capture_output=True, text=True, check=False, timeout=100)
+    done = run_as_command("""
+        @ctypes.CFUNCTYPE(None)
+        def called_back():
+            os.kill(os.getpid(), signal.SIGTERM)
+            while True:
+                pass
+
+        def command():
+            called_back()
+            while True:
+                pass
+    """)
     assert (done.returncode, done.stderr) == (143, "interrupted\n")
 
 
-COMPILING = """
-import os, signal
-from numba.core.compiler_lock import global_compiler_lock
-import services.cli
-from services.cli import commands
-
-def compiling():
-    with global_compiler_lock:
-        os.kill(os.getpid(), signal.SIGTERM)
-        print("compiled", flush=True)
-    while True:
-        pass
-
-commands.run_command = compiling
-services.cli.main()
-"""
-
-
 def test_the_compiler_is_not_interrupted_but_what_comes_after_it():
-    done = subprocess.run([sys.executable, "-c", COMPILING], capture_output=True, text=True, check=False, timeout=100)
+    done = run_as_command("""
+        from numba.core.compiler_lock import global_compiler_lock
+
+        def command():
+            with global_compiler_lock:
+                os.kill(os.getpid(), signal.SIGTERM)
+                print("compiled", flush=True)
+            while True:
+                pass
+    """)
     assert (done.returncode, done.stdout, done.stderr) == (143, "compiled\n", "interrupted\n")
 
 
 def test_what_trips_over_an_interruption_is_interrupted():
-    done = subprocess.run([sys.executable, "-c", TRIPPING], capture_output=True, text=True, check=False)
+    done = run_as_command("""
+        def command():
+            try:
+                os.kill(os.getpid(), signal.SIGTERM)
+                while True:
+                    pass
+            except KeyboardInterrupt:
+                raise RuntimeError("no compiled object yet") from None
+    """)
     assert (done.returncode, done.stderr) == (143, "interrupted\n")
