@@ -48,11 +48,19 @@ class Topic:
 
 @dataclass(frozen=True)
 class Service(Generic[Request, Response]):
-    """One row of the service table; every service is a Zenoh queryable that answers once."""
+    """One row of the service table; every service is a Zenoh queryable that answers once.
+
+    Attributes:
+        name: ROS name without its leading slash, under the robot's namespace.
+        request, response: Message types.
+        server: Node that answers it; an answer from any other is not believed.
+        ros_type: ROS service type.
+    """
 
     name: str
     request: type[Request]
     response: type[Response]
+    server: str
     ros_type: str = field(init=False)
 
     def __post_init__(self) -> None:
@@ -81,7 +89,7 @@ TEMPLATE = Topic("template", m.String, latched=True)
 #: JSON of ``schemas.setup.Setup``.
 SETUP = Topic("setup", m.String, latched=True)
 PLANNER_PROGRESS = Topic("planner/progress", m.Progress, recorded=False)
-DIAGNOSTICS = Topic("diagnostics", m.DiagnosticArray, 1, recorded=False)
+DIAGNOSTICS = Topic("diagnostics", m.DiagnosticArray, 5, recorded=False)
 SUPERVISOR_EVENTS = Topic("supervisor/events", m.Event, recorded=False)
 
 TOPICS: tuple[Topic, ...] = (
@@ -112,36 +120,39 @@ TOPIC_BY_NAME = {topic.name: topic for topic in TOPICS}
 RECORDED = tuple(topic for topic in TOPICS if topic.recorded)
 
 #: Names of the processes, as their liveliness tokens and diagnostics carry them.
-PLANNER, ROBOT_SIM, BRIDGE, CONSOLE, OPERATOR, SUPERVISOR = (
+PLANNER, ROBOT_SIM, BRIDGE, CONSOLE, OPERATOR, SUPERVISOR, FOLLOWER = (
     "planner",
     "robot-sim",
     "bridge",
     "tui",
     "operator",
     "supervisor",
+    "follower",
 )
 
-PLAN_SERVICE = Service("planner/plan", m.PlanRequest, m.PlanResponse)
-START_TRAVERSAL = Service("trajectory_controller/start_traversal", m.StartTraversalRequest, m.StartTraversalResponse)
-LOAD = Service("traversal/load", m.LoadRequest, m.LoadResponse)
-START = Service("traversal/start", m.CommandRequest, m.CommandResponse)
-PAUSE = Service("traversal/pause", m.CommandRequest, m.CommandResponse)
-RESUME = Service("traversal/resume", m.CommandRequest, m.CommandResponse)
-ABORT = Service("traversal/abort", m.CommandRequest, m.CommandResponse)
-ESTOP = Service("traversal/estop", m.CommandRequest, m.CommandResponse)
-RESET = Service("traversal/reset", m.CommandRequest, m.CommandResponse)
-SET_SPEED = Service("simulation/set_speed", m.SetSpeedRequest, m.SetSpeedResponse)
-INJECT_FAULT = Service("simulation/inject_fault", m.InjectFaultRequest, m.InjectFaultResponse)
+PLAN_SERVICE = Service("planner/plan", m.PlanRequest, m.PlanResponse, PLANNER)
+START_TRAVERSAL = Service("trajectory_controller/start_traversal", m.StartTraversalRequest, m.StartTraversalResponse, ROBOT_SIM)
+LOAD = Service("traversal/load", m.LoadRequest, m.LoadResponse, ROBOT_SIM)
+START = Service("traversal/start", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
+PAUSE = Service("traversal/pause", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
+RESUME = Service("traversal/resume", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
+ABORT = Service("traversal/abort", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
+ESTOP = Service("traversal/estop", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
+RESET = Service("traversal/reset", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
+REFILL_TANK = Service("sprayer/refill", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
+REPLACE_BATTERY = Service("battery/replace", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
+SET_SPEED = Service("simulation/set_speed", m.SetSpeedRequest, m.SetSpeedResponse, ROBOT_SIM)
+INJECT_FAULT = Service("simulation/inject_fault", m.InjectFaultRequest, m.InjectFaultResponse, ROBOT_SIM)
 #: Served from outside, by a user's own follower, and asked by the robot; not one of ``SERVICES``.
-FOLLOWER_STEP = Service("follower/step", m.FollowerStepRequest, m.FollowerStepResponse)
-GET_PAINT = Service("paint/get", m.GetPaintRequest, m.GetPaintResponse)
-RECORD = Service("bridge/record", m.RecordRequest, m.RecordResponse)
-RECORD_STOP = Service("bridge/record_stop", m.RecordStopRequest, m.RecordStopResponse)
+FOLLOWER_STEP = Service("follower/step", m.FollowerStepRequest, m.FollowerStepResponse, FOLLOWER)
+GET_PAINT = Service("paint/get", m.GetPaintRequest, m.GetPaintResponse, ROBOT_SIM)
+RECORD = Service("bridge/record", m.RecordRequest, m.RecordResponse, BRIDGE)
+RECORD_STOP = Service("bridge/record_stop", m.RecordStopRequest, m.RecordStopResponse, BRIDGE)
 
 
 def diagnostics_service(node: str) -> Service[m.GetDiagnosticsRequest, m.GetDiagnosticsResponse]:
     """The service by which any process tells how it is."""
-    return Service(f"{node}/diagnostics", m.GetDiagnosticsRequest, m.GetDiagnosticsResponse)
+    return Service(f"{node}/diagnostics", m.GetDiagnosticsRequest, m.GetDiagnosticsResponse, node)
 
 
 #: What Touchline itself serves.

@@ -1,0 +1,28 @@
+"""Text from outside made safe to show: what could command a terminal is taken out."""
+
+import re
+import unicodedata
+from typing import Final
+
+_SEQUENCE: Final = re.compile(
+    r"""
+    (?:\x1b\]|\x9d) [^\x07\x1b\x9c]* (?:\x07|\x1b\\|\x9c|$)      # OSC: a title, the clipboard, a link
+    | (?:\x1b[PX^_]|[\x90\x98\x9e\x9f]) [^\x1b\x9c]* (?:\x1b\\|\x9c|$)  # DCS, SOS, PM, APC
+    | (?:\x1b\[|\x9b) [0-?]* [ -/]* [@-~]?                       # CSI: colours, the cursor
+    | \x1b [ -/]* [0-~]?                                         # what is left of escape sequences
+    """,
+    re.VERBOSE,
+)
+_UNSAFE: Final = frozenset(("Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"))
+"""Unicode categories that a terminal may act on, or that turn text round: controls, formats, surrogates, separators."""
+
+
+def plain(text: str, most: int = 1000) -> str:
+    """One line of `text` without escape sequences and control characters, at most `most` characters long.
+
+    White space of any kind is a space. What is cut off is replaced by an ellipsis.
+    """
+    text = _SEQUENCE.sub("", text[: 4 * most])
+    text = "".join(" " if char in "\t\n\r\v\f" else char for char in text)
+    text = "".join(char for char in text if unicodedata.category(char) not in _UNSAFE)
+    return text if len(text) <= most else text[: most - 1] + "…"
