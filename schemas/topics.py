@@ -131,7 +131,9 @@ PLANNER, ROBOT_SIM, BRIDGE, CONSOLE, OPERATOR, SUPERVISOR, FOLLOWER = (
 )
 
 PLAN_SERVICE = Service("planner/plan", m.PlanRequest, m.PlanResponse, PLANNER)
-START_TRAVERSAL = Service("trajectory_controller/start_traversal", m.StartTraversalRequest, m.StartTraversalResponse, ROBOT_SIM)
+START_TRAVERSAL = Service(
+    "trajectory_controller/start_traversal", m.StartTraversalRequest, m.StartTraversalResponse, ROBOT_SIM
+)
 LOAD = Service("traversal/load", m.LoadRequest, m.LoadResponse, ROBOT_SIM)
 START = Service("traversal/start", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
 PAUSE = Service("traversal/pause", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
