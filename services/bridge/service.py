@@ -74,6 +74,7 @@ class BridgeService:
 
     def _turn(self) -> bool:
         """One round of the loop; returns whether there was anything to record."""
+        self._presence.poll()
         busy = self._pump()
         if self._gateway is not None:
             busy |= self._gateway.turn()

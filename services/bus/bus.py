@@ -6,22 +6,16 @@ from contextlib import contextmanager
 from typing import Any, Literal, Self
 
 import zenoh
-from zenoh import handlers
 
-from schemas.errors import TouchlineError
 from schemas.topics import Request, Response, Service, Topic
 from services.bus import calls
 from services.bus.calls import Question, Server
-from services.bus.config import ENDPOINT_VARIABLE, NAMESPACE_VARIABLE, BusConfig
+from services.bus.claim import claim
+from services.bus.config import BusConfig
 from services.bus.counters import Counters
 from services.bus.inbox import Inbox
 from services.bus.presence import Presence, token_prefix
 from services.bus.publisher import Publisher
-
-#: A newcomer knows all of its peers after this long: it hears of them from the first one.
-_GETTING_TO_KNOW_S = 0.3
-#: One that is just leaving is gone by then.
-_LEAVING_S = 0.5
 
 
 class Bus:
@@ -56,27 +50,14 @@ class Bus:
             yield bus
 
     def claim(self) -> None:
-        """Make sure that this is the only process of its name, because two would answer the same requests.
+        """Make sure that no other process of this name serves, because two would answer the same requests.
+
+        A namesake that does not answer, such as a stranger's token, is told of, in the log and on the bus.
 
         Raises:
-            TouchlineError: There is another one.
+            TouchlineError: Another one serves.
         """
-        time.sleep(max(0.0, self._opened_at + _GETTING_TO_KNOW_S - time.monotonic()))
-        deadline = time.monotonic() + _LEAVING_S
-        while self._namesakes():
-            if time.monotonic() > deadline:
-                raise TouchlineError(
-                    f'{self.node} is already running for robot "{self.config.namespace}" on {self.config.endpoint}; '
-                    f"stop it first, or choose another {NAMESPACE_VARIABLE} or {ENDPOINT_VARIABLE}"
-                )
-            time.sleep(0.02)
-
-    def _namesakes(self) -> set[str]:
-        """Other sessions of this name."""
-        key = f"{token_prefix(self.config.namespace)}/{self.node}/*"
-        replies = self._session.liveliness().get(key, handlers.FifoChannel(16))
-        holders = {str(reply.ok.key_expr).rsplit("/", 1)[1] for reply in replies if reply.ok is not None}
-        return holders - {str(self._session.zid())}
+        claim(self, self._session, self._opened_at)
 
     def key(self, name: str) -> str:
         """The key of a topic or service name."""
