@@ -90,6 +90,14 @@ def decode(kind: type[M], payload: bytes) -> M:
         raise PayloadError(f"{kind.ros_type}: {field}: {first['msg']}") from error
 
 
+def first_string(payload: bytes) -> str:
+    """The string that a CDR message begins with, without decoding the rest; empty if there is none."""
+    if len(payload) < 8 or payload[0] != 0 or payload[1] not in (0, 1):
+        return ""
+    length = int.from_bytes(payload[4:8], "little" if payload[1] else "big")
+    return payload[8 : 8 + length].rstrip(b"\0").decode(errors="replace") if length <= len(payload) - 8 else ""
+
+
 @cache
 def type_hash(kind: type[Message]) -> str:
     """The RIHS01 hash of a message type (ROS REP-2016), such as ``RIHS01_7d9a…``."""

@@ -53,7 +53,9 @@ class Service(Generic[Request, Response]):
     Attributes:
         name: ROS name without its leading slash, under the robot's namespace.
         request, response: Message types.
-        server: Node that answers it; an answer from any other is not believed.
+        server: Node that answers it, and no other is believed; empty where anybody may.
+        most_bytes: A larger request is refused unread.
+        urgent: Whether it goes before everything else on its way, and is looked for first: what stops the robot.
         ros_type: ROS service type.
     """
 
@@ -61,6 +63,8 @@ class Service(Generic[Request, Response]):
     request: type[Request]
     response: type[Response]
     server: str
+    most_bytes: int = 16 * 1024
+    urgent: bool = False
     ros_type: str = field(init=False)
 
     def __post_init__(self) -> None:
@@ -120,34 +124,41 @@ TOPIC_BY_NAME = {topic.name: topic for topic in TOPICS}
 RECORDED = tuple(topic for topic in TOPICS if topic.recorded)
 
 #: Names of the processes, as their liveliness tokens and diagnostics carry them.
-PLANNER, ROBOT_SIM, BRIDGE, CONSOLE, OPERATOR, SUPERVISOR, FOLLOWER = (
+PLANNER, ROBOT_SIM, BRIDGE, CONSOLE, OPERATOR, SUPERVISOR, TELEMETRY = (
     "planner",
     "robot-sim",
     "bridge",
     "tui",
     "operator",
     "supervisor",
-    "follower",
+    "telemetry",
 )
+#: Largest plan, or template to plan, that is taken: 80,000 segments.
+MOST_PLAN_BYTES = 16 * 1024 * 1024
 
-PLAN_SERVICE = Service("planner/plan", m.PlanRequest, m.PlanResponse, PLANNER)
+
+PLAN_SERVICE = Service("planner/plan", m.PlanRequest, m.PlanResponse, PLANNER, MOST_PLAN_BYTES)
 START_TRAVERSAL = Service(
-    "trajectory_controller/start_traversal", m.StartTraversalRequest, m.StartTraversalResponse, ROBOT_SIM
+    "trajectory_controller/start_traversal",
+    m.StartTraversalRequest,
+    m.StartTraversalResponse,
+    ROBOT_SIM,
+    MOST_PLAN_BYTES,
 )
-LOAD = Service("traversal/load", m.LoadRequest, m.LoadResponse, ROBOT_SIM)
+LOAD = Service("traversal/load", m.LoadRequest, m.LoadResponse, ROBOT_SIM, MOST_PLAN_BYTES)
 START = Service("traversal/start", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
-PAUSE = Service("traversal/pause", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
+PAUSE = Service("traversal/pause", m.CommandRequest, m.CommandResponse, ROBOT_SIM, urgent=True)
 RESUME = Service("traversal/resume", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
-ABORT = Service("traversal/abort", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
-ESTOP = Service("traversal/estop", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
+ABORT = Service("traversal/abort", m.CommandRequest, m.CommandResponse, ROBOT_SIM, urgent=True)
+ESTOP = Service("traversal/estop", m.CommandRequest, m.CommandResponse, ROBOT_SIM, urgent=True)
 RESET = Service("traversal/reset", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
 REFILL_TANK = Service("sprayer/refill", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
 REPLACE_BATTERY = Service("battery/replace", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
 SET_SPEED = Service("simulation/set_speed", m.SetSpeedRequest, m.SetSpeedResponse, ROBOT_SIM)
 INJECT_FAULT = Service("simulation/inject_fault", m.InjectFaultRequest, m.InjectFaultResponse, ROBOT_SIM)
 #: Served from outside, by a user's own follower, and asked by the robot; not one of ``SERVICES``.
-FOLLOWER_STEP = Service("follower/step", m.FollowerStepRequest, m.FollowerStepResponse, FOLLOWER)
-GET_PAINT = Service("paint/get", m.GetPaintRequest, m.GetPaintResponse, ROBOT_SIM)
+FOLLOWER_STEP = Service("follower/step", m.FollowerStepRequest, m.FollowerStepResponse, "")
+GET_PAINT = Service("paint/get", m.GetPaintRequest, m.GetPaintResponse, TELEMETRY)
 RECORD = Service("bridge/record", m.RecordRequest, m.RecordResponse, BRIDGE)
 RECORD_STOP = Service("bridge/record_stop", m.RecordStopRequest, m.RecordStopResponse, BRIDGE)
 
@@ -173,5 +184,5 @@ SERVICES: tuple[Service[Any, Any], ...] = (
     GET_PAINT,
     RECORD,
     RECORD_STOP,
-    *(diagnostics_service(node) for node in (PLANNER, ROBOT_SIM, BRIDGE)),
+    *(diagnostics_service(node) for node in (PLANNER, ROBOT_SIM, TELEMETRY, BRIDGE)),
 )

@@ -226,7 +226,7 @@ class Job:
     def _bus_figures(self) -> dict[str, int]:
         """Messages published, received and lost, over all processes, as each tells them."""
         counters = [self.bus.counters]
-        for node in (topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE):
+        for node in (topics.PLANNER, topics.ROBOT_SIM, topics.TELEMETRY, topics.BRIDGE):
             try:
                 response = self._ask(topics.diagnostics_service(node), GetDiagnosticsRequest())
             except CallError as error:

@@ -151,7 +151,7 @@ def simulate(
         scenario_hash(scenario, job.vehicle, job.template, job.options),
         time.perf_counter() - begun,
         recording,
-        telemetry.strokes().strokes if with_strokes else (),
+        telemetry.strokes() if with_strokes else (),
     )
 
 

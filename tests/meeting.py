@@ -6,7 +6,7 @@ from schemas import messages as m
 from schemas.topics import Service
 from services.bus import Bus, CallError
 
-_PROBE = Service("test/caught_up", m.CommandRequest, m.CommandResponse, "test")
+_PROBE = Service("test/caught_up", m.CommandRequest, m.CommandResponse, "")
 
 
 def caught_up(here: Bus, there: Bus, timeout_s: float = 60.0) -> None:

@@ -26,7 +26,7 @@ from services.lifecycle import Stop, until_stopped
 _IDLE_S = 0.002
 _HANDSHAKE_TIMEOUT_S = 3.0
 #: Processes that publish what is recorded, and that can be asked how they are.
-_PUBLISHERS = frozenset({topics.PLANNER, topics.ROBOT_SIM})
+_PUBLISHERS = frozenset({topics.PLANNER, topics.TELEMETRY})
 
 
 class BridgeService:

@@ -9,9 +9,10 @@ import zenoh
 
 from schemas.topics import Request, Response, Service, Topic
 from services.bus import calls
+from services.bus.answerers import Answerers
 from services.bus.calls import Question, Server
 from services.bus.claim import claim
-from services.bus.config import BusConfig
+from services.bus.config import PATIENCE_S, BusConfig
 from services.bus.counters import Counters
 from services.bus.inbox import Inbox
 from services.bus.presence import Presence, token_prefix
@@ -33,19 +34,25 @@ class Bus:
         self.counters = Counters()
         self._session = session
         self._opened_at = time.monotonic()
+        self._answerers = Answerers(self.presence)
         self._token = session.liveliness().declare_token(f"{token_prefix(config.namespace)}/{node}/{session.zid()}")
 
     @classmethod
     @contextmanager
-    def open(cls, node: str, config: BusConfig | None = None) -> Iterator[Self]:
+    def open(cls, node: str, config: BusConfig | None = None, patience_s: float = PATIENCE_S) -> Iterator[Self]:
         """Join the bus as ``node``; leaving the context leaves the bus.
+
+        Args:
+            node: This process's name.
+            config: Where the bus is; from the environment if not given.
+            patience_s: A peer that does not take a message for so long is cut off; it may join again.
 
         Raises:
             SpecError: The configuration cannot be used.
         """
         config = config or BusConfig.from_environment()
         zenoh.init_log_from_env_or("off")
-        with zenoh.open(config.zenoh()) as session:
+        with zenoh.open(config.zenoh(patience_s)) as session:
             bus = cls(session, node, config)  # held here: the liveliness token goes with it
             yield bus
 
@@ -63,9 +70,13 @@ class Bus:
         """The key of a topic or service name."""
         return f"{self.config.namespace}/{name}"
 
-    def publisher(self, topic: Topic) -> Publisher:
-        """A publisher of ``topic``."""
-        return Publisher(self._session, self.key(topic.name), topic, self.counters)
+    def publisher(self, topic: Topic, publisher_id: bytes | None = None) -> Publisher:
+        """A publisher of ``topic``, with an id of its own or a given one of 16 bytes."""
+        return Publisher(self._session, self.key(topic.name), topic, self.counters, publisher_id)
+
+    def peers(self) -> set[str]:
+        """Session ids of the processes that this one is connected to."""
+        return {str(zid) for zid in self._session.info.peers_zid()}
 
     def inbox(self, topics: Sequence[Topic], keep: Literal["all", "recent", "latest"] = "all") -> Inbox:
         """An inbox of ``topics``; see :class:`Inbox` for ``keep``."""
@@ -84,15 +95,18 @@ class Bus:
     ) -> Response:
         """Ask ``service`` and wait for its answer, calling ``while_waiting`` every few milliseconds.
 
+        Only an answer of the service's own server is believed: of a session with that node's liveliness token.
+
         Raises:
             CallError: Nobody answers within ``timeout_s``, or the answer is an error.
             PayloadError: The answer is not a response of this service.
         """
-        return calls.call(self._session, self.key(service.name), service, request, timeout_s, while_waiting)
+        return calls.call(self.ask, service, request, timeout_s, while_waiting)
 
     def ask(self, service: Service[Any, Any], payload: bytes, timeout_s: float) -> Question:
         """As :meth:`call` with a request that is CDR already, without waiting, and without looking for the service."""
-        return Question(self._session, self.key(service.name), payload, timeout_s)
+        believed = self._answerers.believed(service.server)
+        return Question(self._session, self.key(service.name), service, payload, timeout_s, believed)
 
     def presence(self) -> Presence:
         """A view of who is on the bus."""

@@ -1,27 +1,39 @@
-"""Acknowledged commands: typed queries that are always answered."""
+"""Acknowledged commands: typed queries that are always answered; an answer is believed from its server only."""
 
 import time
 from collections import OrderedDict
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Generic
+from typing import Final, Generic, NamedTuple
 
 import zenoh
 from zenoh import handlers
 
-from schemas.cdr import decode, encode
+from schemas.cdr import decode, encode, first_string
 from schemas.errors import PayloadError, TouchlineError
 from schemas.topics import Request, Response, Service
 from services.bus.counters import Counters
 
-_WAITING_CALLS = 64
-_REMEMBERED_ANSWERS = 16
-_FIRST_POLL_S = 0.00005
-_POLL_GROWTH = 1.1
-_POLL_S = 0.002
-_RETRY_S = 0.05
+#: Requests of one service that wait at most; the oldest gives way, and who asked is told at once that it was not heard.
+#: Zenoh's receiving threads must never wait for room: an emergency stop may be behind.
+_WAITING_CALLS: Final = 64
+_WAITING_LARGE_CALLS: Final = 8
+_LARGE_BYTES: Final = 1024 * 1024
+#: Requests that are refused in one poll at most, so that junk cannot hold up the loop that polls.
+_REFUSED_AT_ONCE: Final = 16
+#: For how long an answer is remembered: no caller repeats a request after its own time-out, of which planning's is the
+#: longest.
+_REMEMBERED_S: Final = 600.0
+_REMEMBERED_BYTES: Final = 32 * 1024 * 1024
+_FIRST_POLL_S: Final = 0.00005
+_POLL_GROWTH: Final = 1.1
+_POLL_S: Final = 0.002
+_RETRY_S: Final = 0.05
 #: How long a call looks for its service before it says that nobody answers.
-_DISCOVERY_S = 1.5
+_DISCOVERY_S: Final = 1.5
+#: An answer may be here before its sender's liveliness token is; for so long it is kept.
+_TOKEN_S: Final = 0.5
+_ANSWERS: Final = 64
 
 
 class CallError(TouchlineError):
@@ -29,24 +41,49 @@ class CallError(TouchlineError):
 
 
 class ServedCall(Generic[Request, Response]):
-    """One request, and the place to answer it."""
+    """One request, and the place to answer it.
+
+    Attributes:
+        payload: CDR of the request.
+        request_id: Of the request; empty if its type has none.
+    """
 
     def __init__(
-        self, server: "Server[Request, Response]", query: zenoh.Query, request: Request, request_id: str
+        self, server: "Server[Request, Response]", query: zenoh.Query, payload: bytes, request_id: str
     ) -> None:
         """Made by :class:`Server`."""
         self._server = server
-        self.request = request
+        self.payload = payload
         self.request_id = request_id
         self.queries = [query]
+        self._request: Request | None = None
+
+    @property
+    def request(self) -> Request:
+        """The request, decoded when it is first looked at; in any thread.
+
+        Raises:
+            PayloadError: The payload is not a request of this service.
+        """
+        if self._request is None:
+            self._request = decode(self._server.service.request, self.payload)
+        return self._request
 
     def reply(self, response: Response) -> None:
         """Answer; repeats of the same request id get this answer too."""
-        self._server.finish(self, encode(response))
+        self.reply_bytes(encode(response))
+
+    def reply_bytes(self, payload: bytes) -> None:
+        """As :meth:`reply`, with CDR of the response."""
+        self._server.finish(self, payload)
 
     def fail(self, reason: str) -> None:
         """Answer with an error, for what goes wrong outside the request's own meaning."""
         self._server.abandon(self, reason)
+
+    def reject(self, error: PayloadError) -> None:
+        """Answer a payload that is no request of this service, and count it."""
+        self._server.reject(self, error)
 
 
 class Server(Generic[Request, Response]):
@@ -63,15 +100,33 @@ class Server(Generic[Request, Response]):
         self.service = service
         self._key = key
         self._counters = counters
-        self._answers: OrderedDict[str, bytes] = OrderedDict()
+        self._answers = Answers()
         self._open: dict[str, ServedCall[Request, Response]] = {}
-        self._queryable = session.declare_queryable(key, handlers.FifoChannel(_WAITING_CALLS), complete=True)
+        room = _WAITING_LARGE_CALLS if service.most_bytes > _LARGE_BYTES else _WAITING_CALLS
+        self._queryable = session.declare_queryable(key, handlers.RingChannel(room), complete=True)
 
     def poll(self) -> ServedCall[Request, Response] | None:
         """The next request, if one waits."""
-        while (query := self._queryable.try_recv()) is not None:
-            call = self._admit(query)
-            if call is not None:
+        for _ in range(_REFUSED_AT_ONCE):
+            call = self.poll_unread()
+            if call is None:
+                return None
+            try:
+                assert call.request is not None
+            except PayloadError as error:
+                call.reject(error)
+                continue
+            return call
+        return None
+
+    def poll_unread(self) -> ServedCall[Request, Response] | None:
+        """The next request, if one waits, its payload not decoded yet; it may turn out to be none."""
+        for _ in range(_REFUSED_AT_ONCE):
+            query = self._queryable.try_recv()
+            if query is None:
+                return None
+            if (call := self._admit(query)) is not None:
+                self._counters.received += 1
                 return call
         return None
 
@@ -84,33 +139,38 @@ class Server(Generic[Request, Response]):
         return call
 
     def _admit(self, query: zenoh.Query) -> ServedCall[Request, Response] | None:
-        payload = query.payload.to_bytes() if query.payload is not None else b""
-        try:
-            request = decode(self.service.request, payload)
-        except PayloadError as error:
-            self._counters.reject(f"{self.service.name}: {error}")
-            _refuse(query, str(error))
+        problem = self._problem(query)
+        if problem:
+            self._counters.reject(f"{self.service.name}: {problem}")
+            _refuse(query, problem)
             return None
-        self._counters.received += 1
-        request_id = str(getattr(request, "request_id", ""))
-        if request_id in self._answers:
-            self._answer(query, self._answers[request_id])
+        payload = query.payload.to_bytes() if query.payload is not None else b""
+        request_id = first_string(payload) if "request_id" in self.service.request.model_fields else ""
+        if (answer := self._answers.find(request_id, time.monotonic())) is not None:
+            self._answer(query, answer)
             return None
         if request_id in self._open:
-            self._open[request_id].queries.append(query)
+            self._open[request_id].queries = [*self._open[request_id].queries[-_WAITING_CALLS:], query]
             return None
-        call = ServedCall(self, query, request, request_id)
+        call = ServedCall(self, query, payload, request_id)
         if request_id:
             self._open[request_id] = call
         return call
+
+    def _problem(self, query: zenoh.Query) -> str:
+        """Why a query is refused unread; empty if it may be a request."""
+        if str(query.key_expr) != self._key:
+            return f"asked for by {query.key_expr}; a service is asked by its own key, {self._key}"
+        size = len(query.payload) if query.payload is not None else 0
+        if size > self.service.most_bytes:
+            return f"a request of {size:,} bytes; at most {self.service.most_bytes:,} are read"
+        return ""
 
     def finish(self, call: ServedCall[Request, Response], payload: bytes) -> None:
         """Send ``payload`` to whoever asked with this call's id, and remember it."""
         if call.request_id:
             self._open.pop(call.request_id, None)
-            self._answers[call.request_id] = payload
-            while len(self._answers) > _REMEMBERED_ANSWERS:
-                self._answers.popitem(last=False)
+            self._answers.remember(call.request_id, payload, time.monotonic())
         for query in call.queries:
             self._answer(query, payload)
 
@@ -120,10 +180,43 @@ class Server(Generic[Request, Response]):
         for query in call.queries:
             _refuse(query, reason)
 
+    def reject(self, call: ServedCall[Request, Response], error: PayloadError) -> None:
+        """Count a payload that is no request, and say so to whoever sent it."""
+        self._counters.received -= 1
+        self._counters.reject(f"{self.service.name}: {error}")
+        self.abandon(call, str(error))
+
     def _answer(self, query: zenoh.Query, payload: bytes) -> None:
         with query:
             query.reply(self._key, payload, encoding=zenoh.Encoding("application/cdr"))
         self._counters.published += 1
+
+
+class Answers:
+    """Answers by request id, for as long as a repeat of the request can come."""
+
+    def __init__(self) -> None:
+        """None yet."""
+        self._kept: OrderedDict[str, tuple[bytes, float]] = OrderedDict()
+        self._bytes = 0
+
+    def find(self, request_id: str, now_s: float) -> bytes | None:
+        """The answer to a request of this id."""
+        while self._kept and next(iter(self._kept.values()))[1] < now_s - _REMEMBERED_S:
+            self._forget_oldest()
+        found = self._kept.get(request_id)
+        return found[0] if found is not None else None
+
+    def remember(self, request_id: str, answer: bytes, now_s: float) -> None:
+        """Keep an answer; where there is no room, the oldest go first."""
+        self._kept[request_id] = (answer, now_s)
+        self._bytes += len(request_id) + len(answer)
+        while self._bytes > _REMEMBERED_BYTES and len(self._kept) > 1:
+            self._forget_oldest()
+
+    def _forget_oldest(self) -> None:
+        request_id, (answer, _) = self._kept.popitem(last=False)
+        self._bytes -= len(request_id) + len(answer)
 
 
 def _pauses_s() -> Iterator[float]:
@@ -139,9 +232,93 @@ def _refuse(query: zenoh.Query, reason: str) -> None:
         query.reply_err(reason.encode(), encoding=zenoh.Encoding.TEXT_PLAIN)
 
 
+@dataclass(frozen=True)
+class Answer:
+    """What became of a question; neither of the first two is set when there was nobody to answer.
+
+    Attributes:
+        payload: CDR of the response.
+        refusal: Why there is none.
+        disbelieved: Whether somebody answered who is not the service's server.
+    """
+
+    payload: bytes | None = None
+    refusal: str | None = None
+    disbelieved: bool = False
+
+
+class _Reply(NamedTuple):
+    """A reply, and the session that it came from."""
+
+    answer: Answer
+    session: str
+
+
+Believed = Callable[[str], bool]
+"""Whether a session is one of the service's server."""
+
+
+class Question:
+    """One query under way; poll it for its answer."""
+
+    def __init__(
+        self,
+        session: zenoh.Session,
+        key: str,
+        service: Service[Request, Response],
+        payload: bytes,
+        timeout_s: float,
+        believed: Believed,
+    ) -> None:
+        """Ask; use :meth:`services.bus.Bus.ask`."""
+        self._believed = believed
+        self._doubted: list[_Reply] = []
+        self._closed_at: float | None = None
+        self._replies = session.get(
+            key,
+            handlers.FifoChannel(_ANSWERS),
+            payload=payload,
+            encoding=zenoh.Encoding("application/cdr"),
+            target=zenoh.QueryTarget.ALL_COMPLETE,
+            consolidation=zenoh.ConsolidationMode.NONE,
+            congestion_control=zenoh.CongestionControl.BLOCK,
+            priority=zenoh.Priority.REAL_TIME if service.urgent else zenoh.Priority.DATA,
+            express=service.urgent,
+            timeout=max(0.01, timeout_s),
+        )
+
+    def poll(self) -> Answer | None:
+        """The answer; ``None`` while it is still to come."""
+        while self._closed_at is None:
+            try:
+                reply = self._replies.try_recv()
+            except zenoh.ZError:  # the channel is closed: every queryable has had its say
+                self._closed_at = time.monotonic()
+                break
+            if reply is None:
+                break
+            self._doubted = [*self._doubted[-_ANSWERS:], _Reply(_answer_of(reply), _session_of(reply))]
+        for doubted in self._doubted:
+            if self._believed(doubted.session):
+                return doubted.answer
+        if self._closed_at is None or (self._doubted and time.monotonic() < self._closed_at + _TOKEN_S):
+            return None
+        return Answer(disbelieved=bool(self._doubted))
+
+
+def _answer_of(reply: zenoh.Reply) -> Answer:
+    if reply.ok is not None:
+        return Answer(payload=reply.ok.payload.to_bytes())
+    return Answer(refusal=reply.err.payload.to_bytes().decode(errors="replace") if reply.err else "")
+
+
+def _session_of(reply: zenoh.Reply) -> str:
+    """Id of the session that replied; Zenoh notes it, not the one who replies."""
+    return str(reply.replier_id.zid) if reply.replier_id is not None else ""
+
+
 def call(
-    session: zenoh.Session,
-    key: str,
+    ask: Callable[[Service[Request, Response], bytes, float], Question],
     service: Service[Request, Response],
     request: Request,
     timeout_s: float,
@@ -153,10 +330,14 @@ def call(
     payload = encode(request)
     begun = time.monotonic()
     while True:
-        answer = _ask_once(session, key, payload, begun + timeout_s - time.monotonic(), while_waiting)
-        if answer is not None:
-            return decode(service.response, answer)
+        answer = _wait(ask(service, payload, begun + timeout_s - time.monotonic()), while_waiting)
+        if answer.refusal is not None:
+            raise CallError(f"{service.name}: {answer.refusal}")
+        if answer.payload is not None:
+            return decode(service.response, answer.payload)
         waited = time.monotonic() - begun
+        if waited >= min(timeout_s, _DISCOVERY_S) and answer.disbelieved:
+            raise CallError(f"{service.name}: only somebody who is not {service.server} answers; that is not believed")
         if waited >= timeout_s:
             raise CallError(f"{service.name}: no answer within {timeout_s:.1f} s")
         if waited >= _DISCOVERY_S:
@@ -164,57 +345,10 @@ def call(
         time.sleep(_RETRY_S)  # the service may have been started this moment
 
 
-@dataclass(frozen=True)
-class Answer:
-    """What became of a question; neither field is set when there was nobody to answer.
-
-    Attributes:
-        payload: CDR of the response.
-        refusal: Why there is none.
-    """
-
-    payload: bytes | None = None
-    refusal: str | None = None
-
-
-class Question:
-    """One query under way; poll it for its answer."""
-
-    def __init__(self, session: zenoh.Session, key: str, payload: bytes, timeout_s: float) -> None:
-        """Ask; use :meth:`services.bus.Bus.ask`."""
-        self._replies = session.get(
-            key,
-            handlers.FifoChannel(4),
-            payload=payload,
-            encoding=zenoh.Encoding("application/cdr"),
-            target=zenoh.QueryTarget.ALL_COMPLETE,
-            congestion_control=zenoh.CongestionControl.BLOCK,
-            timeout=max(0.01, timeout_s),
-        )
-
-    def poll(self) -> Answer | None:
-        """The answer; ``None`` while it is still to come."""
-        try:
-            reply = self._replies.try_recv()
-        except zenoh.ZError:  # the channel is closed: every queryable has had its say
-            return Answer()
-        if reply is None:
-            return None
-        if reply.ok is not None:
-            return Answer(payload=reply.ok.payload.to_bytes())
-        return Answer(refusal=reply.err.payload.to_bytes().decode(errors="replace") if reply.err else "")
-
-
-def _ask_once(
-    session: zenoh.Session, key: str, payload: bytes, timeout_s: float, while_waiting: Callable[[], None] | None
-) -> bytes | None:
-    """One query: the answer's payload, or ``None`` when there is nobody to answer."""
-    question = Question(session, key, payload, timeout_s)
+def _wait(question: Question, while_waiting: Callable[[], None] | None) -> Answer:
     pauses = _pauses_s()
     while (answer := question.poll()) is None:
         if while_waiting:
             while_waiting()
         time.sleep(next(pauses))
-    if answer.refusal is not None:
-        raise CallError(f"{key}: {answer.refusal}")
-    return answer.payload
+    return answer

@@ -11,6 +11,9 @@ import zenoh
 from schemas.errors import SpecError
 from schemas.topics import DEFAULT_NAMESPACE
 
+#: A peer that does not take a message for so long is cut off, so that it holds up nobody else.
+PATIENCE_S = 2.0
+
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7461"
 
 ENDPOINT_VARIABLE = "TOUCHLINE_ENDPOINT"
@@ -60,8 +63,8 @@ class BusConfig:
             variables[CONFIG_VARIABLE] = str(self.config_file)
         return variables
 
-    def zenoh(self) -> zenoh.Config:
-        """The Zenoh session configuration.
+    def zenoh(self, patience_s: float = PATIENCE_S) -> zenoh.Config:
+        """The Zenoh session configuration; a peer that does not take a message for `patience_s` is cut off.
 
         Raises:
             SpecError: The configuration file cannot be used.
@@ -78,11 +81,11 @@ class BusConfig:
                     "give a valid one",
                 ) from error
         config = zenoh.Config()
-        for key, value in self._settings().items():
+        for key, value in self._settings(patience_s).items():
             config.insert_json5(key, json.dumps(value))
         return config
 
-    def _settings(self) -> dict[str, Any]:
+    def _settings(self, patience_s: float) -> dict[str, Any]:
         retry = {"period_init_ms": 100, "period_max_ms": 1000, "period_increase_factor": 1.5}
         return {
             "mode": "peer",
@@ -99,6 +102,5 @@ class BusConfig:
             "connect/timeout_ms": -1,
             "connect/retry": retry,
             "transport/shared_memory/enabled": False,
-            # A publisher that blocks on a slow recorder waits this long (µs) before the link is given up.
-            "transport/link/tx/queue/congestion_control/block/wait_before_close": 60_000_000,
+            "transport/link/tx/queue/congestion_control/block/wait_before_close": round(1e6 * patience_s),
         }

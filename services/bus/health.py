@@ -2,13 +2,14 @@
 
 import os
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from schemas import topics
 from schemas.messages import DiagnosticArray, DiagnosticStatus, GetDiagnosticsResponse, Header, KeyValue, Time
 from services.bus.bus import Bus
 
 _PERIOD_S = 1.0 / topics.DIAGNOSTICS.rate_hz
+_ANSWERS_AT_ONCE = 8
 #: How the message of a process begins that is not ready yet.
 STARTING = "starting: "
 
@@ -16,24 +17,37 @@ STARTING = "starting: "
 class HealthReporter:
     """Publishes a process's diagnostics (wall clock) and answers requests for them."""
 
-    def __init__(self, bus: Bus) -> None:
-        """Begin to serve ``<node>/diagnostics``."""
+    def __init__(self, bus: Bus, publish: Callable[[DiagnosticArray], None] | None = None) -> None:
+        """Begin to serve ``<node>/diagnostics``; ``publish`` is how they are sent, by default by the bus itself."""
         self._bus = bus
-        self._publisher = bus.publisher(topics.DIAGNOSTICS)
+        self._publish = publish or bus.publisher(topics.DIAGNOSTICS).send
         self._server = bus.serve(topics.diagnostics_service(bus.node))
         self._due = 0.0
 
-    def poll(self, values: Mapping[str, object], *, level: int = DiagnosticStatus.OK, message: str = "ok") -> None:
-        """Call often: answers waiting requests, and publishes five times a second of wall time."""
-        while (call := self._server.poll()) is not None:
+    def poll(
+        self,
+        values: Mapping[str, object],
+        *,
+        level: int = DiagnosticStatus.OK,
+        message: str = "ok",
+        settle: Callable[[], None] = lambda: None,
+    ) -> None:
+        """Call often: answers waiting requests, and publishes five times a second of wall time.
+
+        ``settle`` is called between a request and its answer, to send what has to come before that.
+        """
+        for _ in range(_ANSWERS_AT_ONCE):
+            if (call := self._server.poll()) is None:
+                break
+            settle()
             call.reply(GetDiagnosticsResponse(diagnostics=self._report(values, level, message)))
         if time.monotonic() >= self._due:
             self._due = time.monotonic() + _PERIOD_S
-            self._publisher.send(self._report(values, level, message))
+            self._publish(self._report(values, level, message))
 
     def starting(self, doing: str) -> None:
         """Say at once what a process does before it can serve; it is not ready until :meth:`poll` is called."""
-        self._publisher.send(self._report({}, DiagnosticStatus.WARN, f"{STARTING}{doing}"))
+        self._publish(self._report({}, DiagnosticStatus.WARN, f"{STARTING}{doing}"))
 
     def _report(self, values: Mapping[str, object], level: int, message: str) -> DiagnosticArray:
         counters = self._bus.counters

@@ -73,6 +73,10 @@ class Presence:
         """Names of the processes that are there, as of the last :meth:`poll`."""
         return {node for node, instances in self._instances.items() if instances}
 
+    def instances(self, node: str) -> frozenset[str]:
+        """Session ids of the processes of this name, as of the last :meth:`poll`."""
+        return frozenset(self._instances.get(node, ()))
+
     def _note(self, token: Token, alive: bool, changes: list[Change]) -> None:
         instances = self._instances[token.node]
         if alive != (token.instance in instances):

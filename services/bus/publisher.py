@@ -18,12 +18,14 @@ _CDR = zenoh.Encoding("application/cdr")
 class Publisher:
     """Sends the messages of one topic, each with the next sequence number."""
 
-    def __init__(self, session: zenoh.Session, key: str, topic: Topic, counters: Counters) -> None:
+    def __init__(
+        self, session: zenoh.Session, key: str, topic: Topic, counters: Counters, publisher_id: bytes | None = None
+    ) -> None:
         """Declare the publisher; use :meth:`services.bus.Bus.publisher`."""
         self.topic = topic
         self.sequence = 0
         self._counters = counters
-        self._id = uuid.uuid4().bytes
+        self._id = publisher_id or uuid.uuid4().bytes
         control = zenoh.CongestionControl.BLOCK if topic.block else zenoh.CongestionControl.DROP
         self._put = self._declare(session, key, control).put
 
@@ -52,6 +54,10 @@ class Publisher:
 
     def send_bytes(self, payload: bytes) -> None:
         """Publish a payload that is already CDR of the topic's type."""
-        self.sequence += 1
-        self._put(payload, attachment=attachment.pack(self.sequence, time.time_ns(), self._id))
+        self.send_numbered(payload, self.sequence + 1)
+
+    def send_numbered(self, payload: bytes, sequence: int) -> None:
+        """As :meth:`send_bytes`, with a sequence number of the caller's, larger than the last one."""
+        self.sequence = sequence
+        self._put(payload, attachment=attachment.pack(sequence, time.time_ns(), self._id))
         self._counters.published += 1

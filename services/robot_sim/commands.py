@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from schemas import messages as m
 from schemas import topics
@@ -16,16 +16,38 @@ from schemas.messages.base import Message
 from schemas.placement import same_place
 from schemas.template import Template
 from schemas.topics import Service
-from services.robot_sim.emulator import Emulator
+from services.robot_sim.emulator import Emulator, Job
 from services.robot_sim.frames import OnboardEvent
-from services.robot_sim.journal import Journal
+from services.robot_sim.journal import Journal, digest
 from services.robot_sim.packing import Payload, header
 from services.robot_sim.progress import Progress
-from services.robot_sim.telemetry import Telemetry
+from services.robot_sim.telemetry import Telemetry, job_payloads
 
 Handler = Callable[[Any], Message]
 FASTEST: Final = 1000.0
 """Largest factor that can be asked for; beyond it, ask for as fast as it goes."""
+
+
+class Ready(NamedTuple):
+    """A trajectory that can be taken at once.
+
+    Attributes:
+        job: Of the emulator.
+        whose: Digest of the trajectory.
+        told: What is published about it.
+    """
+
+    job: Job
+    whose: bytes
+    told: list[Payload]
+
+
+class Load(NamedTuple):
+    """A service that takes a trajectory: `prepare` in any thread, `take` between ticks, or `refuse` with a reason."""
+
+    prepare: Callable[[Any], Ready]
+    take: Callable[[Ready], Message]
+    refuse: Callable[[str], Message]
 
 
 class Commands:
@@ -39,6 +61,7 @@ class Commands:
 
     Attributes:
         handlers: Per service, the function from request to response.
+        loads: The services that take a trajectory, which needs time to be read and checked.
         told: Payloads to publish, which the caller takes away.
     """
 
@@ -53,11 +76,8 @@ class Commands:
         self._emulator, self._telemetry, self._set_speed = emulator, telemetry, set_speed
         self.told: list[Payload] = []
         self.handlers: dict[Service[Any, Any], Handler] = {
-            topics.LOAD: self.load,
-            topics.START_TRAVERSAL: self.start_traversal,
             topics.SET_SPEED: self.set_speed,
             topics.INJECT_FAULT: self.inject_fault,
-            topics.GET_PAINT: lambda _request: telemetry.strokes(),
             topics.START: self._plain(emulator.start),
             topics.PAUSE: self._plain(emulator.pause),
             topics.RESUME: self._plain(emulator.resume),
@@ -65,25 +85,62 @@ class Commands:
             topics.ESTOP: self._plain(emulator.estop),
             topics.RESET: self._plain(emulator.reset),
         }
+        self.loads: dict[Service[Any, Any], Load] = {
+            topics.LOAD: Load(self.prepare_load, self.load, self.refuse_load),
+            topics.START_TRAVERSAL: Load(self.prepare_start, self.start_traversal, self.refuse_start),
+        }
 
-    def load(self, request: m.LoadRequest) -> m.LoadResponse:
-        """Take a trajectory and, if given, the template to judge the paint by."""
+    def check_load(self) -> str:
+        """Why a load would be refused now, whatever it is; empty if it would not."""
         try:
-            template = parse_template(request.template_json) if request.template_json.strip() else None
-            if template is not None:
-                self._check_origin(template)
-            resume, remains = self._progress.unfinished(request.trajectory) if request.resume else (None, None)
-            total_time_s = self._emulator.load(request.trajectory, template, resume, remains)
-        except (CommandRefused, SpecError) as error:
-            return m.LoadResponse(success=False, message=str(error))
-        self.told += self._telemetry.loaded(request.trajectory, template)
-        self.told += self._of_journal(self._progress.loaded(request.trajectory, resumed=request.resume))
+            self._emulator.check_load()
+        except CommandRefused as error:
+            return str(error)
+        return ""
+
+    def prepare_load(self, request: m.LoadRequest) -> Ready:
+        """Read and check a trajectory and, if given, the template to judge the paint by; in any thread.
+
+        Raises:
+            CommandRefused, SpecError: It cannot be driven, or not be resumed.
+        """
+        template = parse_template(request.template_json) if request.template_json.strip() else None
+        if template is not None:
+            self._check_origin(template)
+        return self._prepare(request.trajectory, template, resume=request.resume)
+
+    def prepare_start(self, request: m.StartTraversalRequest) -> Ready:
+        """As `prepare_load`, of a trajectory alone."""
+        return self._prepare(request.trajectory, None, resume=False)
+
+    def _prepare(self, trajectory: m.Trajectory, template: Template | None, *, resume: bool) -> Ready:
+        found = self._progress.unfinished(trajectory) if resume else (None, None)
+        job = self._emulator.prepare(trajectory, template, *found)
+        return Ready(job, digest(trajectory), job_payloads(trajectory, template))
+
+    def load(self, ready: Ready) -> m.LoadResponse:
+        """Take what `prepare_load` gave."""
+        try:
+            total_time_s = self._take(ready)
+        except CommandRefused as error:
+            return self.refuse_load(str(error))
+        resume, remains = ready.job.resume, ready.job.remains
         message = "loaded" if resume is None else f"loaded, to go on at {resume.arc_length_m:.2f} m"
         if remains is not None and (lost := remains.totals.points - len(remains.paint)):
             lack = f"{lost} of {remains.totals.points} points of the paint so far are missing in all figures"
             self.told += self._of_journal(lack)
             message += f"; {lack}"
         return m.LoadResponse(success=True, message=message, total_time=total_time_s)
+
+    def _take(self, ready: Ready) -> float:
+        total_time_s = self._emulator.take(ready.job)
+        self.told += self._telemetry.begin(ready.told)
+        self.told += self._of_journal(self._progress.loaded(ready.whose, resumed=ready.job.resume is not None))
+        return total_time_s
+
+    def refuse_load(self, reason: str) -> m.LoadResponse:
+        """The answer to a load that is not taken."""
+        return m.LoadResponse(success=False, message=reason)
 
     def _check_origin(self, template: Template) -> None:
         """A drawing in another map frame would be painted in the wrong place."""
@@ -96,18 +153,20 @@ class Commands:
                 f"`touchline templates FILE --map-origin {own}` and plan again"
             )
 
-    def start_traversal(self, request: m.StartTraversalRequest) -> m.StartTraversalResponse:
-        """Load and start in one, as the robot's own service does; a refusal's reason goes to the event log."""
+    def start_traversal(self, ready: Ready) -> m.StartTraversalResponse:
+        """Load and start in one, as the robot's own service does."""
         try:
-            total_time_s = self._emulator.load(request.trajectory)
-            self.told += self._telemetry.loaded(request.trajectory, None)
-            self.told += self._of_journal(self._progress.loaded(request.trajectory, resumed=False))
+            total_time_s = self._take(ready)
             self._emulator.start()
         except CommandRefused as error:
-            self.tell(m.Event.ERROR, "start-refused", str(error))
-            return m.StartTraversalResponse(total_time=0.0, success=False)
+            return self.refuse_start(str(error))
         self.told += self._telemetry.news()
         return m.StartTraversalResponse(total_time=total_time_s, success=True)
+
+    def refuse_start(self, reason: str) -> m.StartTraversalResponse:
+        """The answer to a start that is not made; the reason, for which it has no room, goes to the event log."""
+        self.tell(m.Event.ERROR, "start-refused", reason)
+        return m.StartTraversalResponse(total_time=0.0, success=False)
 
     def note_progress(self) -> list[Payload]:
         """Keep the journal, after every tick or every few, but before the paint of these is published.
@@ -142,6 +201,13 @@ class Commands:
             return m.InjectFaultResponse(success=False, message=str(error))
         self.told += self._telemetry.news()
         return m.InjectFaultResponse(success=True, message=describe(fault))
+
+    def fail_safe(self, missed_s: float) -> None:
+        """The loop has missed its turns for so long that the actuators have stopped by themselves."""
+        self._emulator.pause()
+        reason = f"the control loop did not turn for {missed_s:.2f} s: valve shut and wheels braked; resume to go on"
+        self.tell(m.Event.ERROR, "watchdog", reason)
+        self.told += self._telemetry.news()
 
     def link_lost(self) -> None:
         """Nobody who could stop the robot is there any more."""

@@ -7,7 +7,7 @@ same session to the bit, whatever the pace.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Final, Protocol
+from typing import Any, Final, NamedTuple, Protocol
 
 from schemas.errors import CommandRefused
 from schemas.faults import Fault
@@ -50,6 +50,23 @@ SENSED: Final = 1  # the onboard computer has not seen it
 ESTIMATED: Final = 2  # only its estimator has
 
 
+class Job(NamedTuple):
+    """A trajectory and what it shall paint, checked and ready to be taken.
+
+    Attributes:
+        course: Of the onboard computer.
+        start: (x m, y m, heading rad) of the robot.
+        ledger: For its paint; of a job that goes on, with the paint so far.
+        resume, remains: Where and with what it goes on, if it does.
+    """
+
+    course: Any
+    start: tuple[float, float, float]
+    ledger: PaintLedger
+    resume: Checkpoint | None
+    remains: Remains | None
+
+
 class OnboardComputer(Protocol):
     """What the emulator needs of the robot's own computer; commands raise `CommandRefused`."""
 
@@ -73,13 +90,14 @@ class OnboardComputer(Protocol):
     def checkpoint(self) -> Checkpoint | None:
         """Where another process could go on."""
 
-    def load(
-        self,
-        trajectory: Trajectory,
-        resume: Checkpoint | None = None,
-        boundary: Sequence[tuple[float, float]] = (),
-    ) -> float:
-        """Take a trajectory, not to be left beyond the boundary; returns its planned duration [s]."""
+    def check_load(self) -> None:
+        """Whether a trajectory would be taken now."""
+
+    def prepare(self, trajectory: Trajectory, boundary: Sequence[tuple[float, float]] = ()) -> Any:
+        """Check a trajectory, not to be left beyond the boundary; changes nothing."""
+
+    def take(self, course: Any, resume: Checkpoint | None = None) -> float:
+        """Take what `prepare` gave; returns its planned duration [s]."""
 
     def start(self) -> None:
         """Begin the traversal."""
@@ -136,7 +154,7 @@ class Emulator:
         self.world = World(vehicle, scenario)
         self.sensors = Sensors(vehicle, scenario)
         self.faults = FaultTimeline(scenario.faults)
-        self.onboard = onboard if onboard is not None else Onboard(vehicle, scenario, ask)
+        self.onboard: OnboardComputer = onboard if onboard is not None else Onboard(vehicle, scenario, ask)
         self.ledger = PaintLedger([], vehicle.spray_width_m, vehicle.spray_width_m)
         self.estimator_error = EstimatorError()
         self.tick_count = 0
@@ -164,35 +182,67 @@ class Emulator:
         resume: Checkpoint | None = None,
         remains: Remains | None = None,
     ) -> float:
-        """Take a trajectory and what it shall paint; returns its planned duration [s].
+        """Take a trajectory and what it shall paint, as `prepare` and `take` do; returns its planned duration [s]."""
+        self.check_load()
+        return self.take(self.prepare(trajectory, template, resume, remains))
 
-        The robot is carried to the scenario's start or else to where the plan begins, and a new ledger is opened. With
-        `resume` it stands where another process left it, sim time goes on from then, and only the rest is painted. With
-        its `remains` it also has no more paint and charge than that had, and the figures are those of the whole job.
+    def check_load(self) -> None:
+        """Whether a trajectory would be taken now.
 
         Raises:
-            CommandRefused: A traversal is under way or coming to rest, or the trajectory cannot be driven.
+            CommandRefused: A traversal is under way or coming to rest.
         """
         if self.active and self.onboard.state not in UNDER_WAY:
             raise CommandRefused("the last traversal is still coming to rest; load again in a second of sim time")
+        self.onboard.check_load()
+
+    def prepare(
+        self,
+        trajectory: Trajectory,
+        template: Template | None = None,
+        resume: Checkpoint | None = None,
+        remains: Remains | None = None,
+    ) -> Job:
+        """Check a trajectory and what it shall paint; changes nothing, so that any thread may do it meanwhile.
+
+        Raises:
+            CommandRefused: The trajectory cannot be driven.
+        """
         try:
             wanted = targets(trajectory, template, self.vehicle)
             start = start_pose(trajectory)
         except ValueError as error:
             raise CommandRefused(f"the trajectory cannot be driven: {error}") from error
         boundary = template.boundary.corners if template is not None and template.boundary is not None else ()
-        duration_s = self.onboard.load(trajectory, resume, boundary)
+        course = self.onboard.prepare(trajectory, boundary)
         if resume is not None:
             start = resume_pose(trajectory, self.vehicle, resume)
         width_m = template.line_width_m if template is not None else self.vehicle.spray_width_m
-        self.ledger = PaintLedger(wanted, width_m, self.vehicle.spray_width_m)
+        ledger = PaintLedger(wanted, width_m, self.vehicle.spray_width_m)
+        if remains is not None:
+            ledger.restore(remains.paint)
+        return Job(course, start, ledger, resume, remains)
+
+    def take(self, job: Job) -> float:
+        """Take what `prepare` gave; returns its planned duration [s].
+
+        The robot is carried to the scenario's start or else to where the plan begins, and a new ledger is opened. A job
+        that is resumed stands where another process left it, sim time goes on from then, and only the rest is painted.
+        With its `remains` it also has no more paint and charge than that had; the figures are those of the whole job.
+
+        Raises:
+            CommandRefused: A traversal is under way or coming to rest, or it cannot be resumed there.
+        """
+        self.check_load()
+        resume, remains = job.resume, job.remains
+        duration_s = self.onboard.take(job.course, resume)
+        self.ledger = job.ledger
         self.estimator_error = EstimatorError()
         if remains is not None:
             self.estimator_error = EstimatorError(remains.totals.errors)
             self.world.supply(remains.totals.supplies)
-            self.ledger.restore(remains.paint)
         if self.scenario.start is None or resume is not None:
-            self.world.place(Pose(*start))
+            self.world.place(Pose(*job.start))
         if resume is not None and resume.tick > self.tick_count:
             self._stand_by(resume.tick)
         return duration_s

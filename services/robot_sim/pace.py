@@ -6,7 +6,7 @@ from typing import Final
 
 from services.robot_sim.frames import TICK_S
 
-LONGEST_SLICE_S: Final = 0.02
+LONGEST_SLICE_S: Final = 0.01
 """Commands are looked at this often, also when ticks run as fast as they go."""
 UNLIMITED: Final = 1 << 30
 _FORGIVEN_S: Final = 0.25

@@ -6,7 +6,7 @@ from schemas.errors import CommandRefused
 from schemas.messages import Trajectory
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.frames import Checkpoint
-from services.robot_sim.journal import Journal, digest
+from services.robot_sim.journal import Journal
 from services.robot_sim.remains import Remains
 from services.robot_sim.setups import SetupText
 
@@ -39,11 +39,11 @@ class Progress:
             raise CommandRefused(f"there is nothing to resume: {reason}")
         return found
 
-    def loaded(self, trajectory: Trajectory, *, resumed: bool) -> str:
-        """This is what will be under way; returns what the operator should know, "" for nothing."""
+    def loaded(self, whose: bytes, *, resumed: bool) -> str:
+        """The trajectory of this digest will be under way; returns what the operator should know, "" for nothing."""
         if self._journal is None:
             return ""
-        self._digest, self._resumed, self._under_way, self._said = digest(trajectory), resumed, False, ""
+        self._digest, self._resumed, self._under_way, self._said = whose, resumed, False, ""
         return self._news(self._journal)
 
     def note(self) -> str:

@@ -1,22 +1,34 @@
-"""The robot as a process: it serves commands, keeps the pace, publishes telemetry and minds its links."""
+"""The robot as a process: it serves commands, keeps the pace, and minds its links; a process of its own publishes.
+
+The loop waits for nobody. Stops are looked for before everything else and after every few ticks; what takes long is
+done in other threads (`loading`) and processes (`outbox`); of everything else a bounded amount is served in a turn.
+"""
 
 from __future__ import annotations
 
+import gc
 import os
+import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, Final, Literal, Protocol
 
 from schemas import messages as m
 from schemas import topics
+from schemas.cdr import encode
+from schemas.errors import PayloadError
 from schemas.scenario import Scenario
 from schemas.vehicle import Vehicle
 from services.bus import Bus, BusConfig, HealthReporter, ServedCall
+from services.bus.calls import Server
 from services.lifecycle import until_stopped
 from services.robot_sim.commands import Commands, Handler
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.journal import Journal
+from services.robot_sim.loading import Loader, Prepared
 from services.robot_sim.lockstep import Lockstep
+from services.robot_sim.outbox import Outbox
 from services.robot_sim.pace import LONGEST_SLICE_S, Pacer
 from services.robot_sim.packing import Payload
 from services.robot_sim.quiet import Quiet
@@ -25,8 +37,16 @@ from services.robot_sim.warm_up import warm_up
 
 GUARDIANS: Final = frozenset((topics.CONSOLE, topics.OPERATOR, topics.PLANNER))
 """Of these nodes at least one must be on the bus while the robot drives by itself."""
-STOPS: Final = (topics.ESTOP, topics.PAUSE, topics.ABORT)
-"""What is looked for also while a tick waits for an external follower."""
+PATIENCE_S: Final = 0.02
+"""A client that does not take its answer within this is cut off: the loop has no more time for it."""
+SERVED_AT_ONCE: Final = 4
+"""Requests of one service in a turn; the others wait for the next one."""
+WATCHDOG_S: Final = 0.2
+"""Not commanded for so long in real time, valve and wheels stop by themselves."""
+GIL_SLICE_S: Final = 0.001
+"""The loop gets its turn so soon after another thread began to compute."""
+TIDY_S: Final = 10.0
+"""How often cyclic garbage is collected while the robot has nothing to do; a collection amid a job could take long."""
 BRAKING_TICKS: Final = 300
 """More than enough to come to rest."""
 ClockPolicy = Literal["held", "free"]
@@ -59,21 +79,50 @@ def run_service(
         TouchlineError: This robot runs already.
     """
     vehicle, scenario = vehicle or Vehicle(), scenario or Scenario()
-    with until_stopped(supervisor) as stop, Bus.open(topics.ROBOT_SIM, config) as bus:
-        health = HealthReporter(bus)
-        warm_up(health.starting, vehicle, scenario)
-        bus.claim()
-        with Journal(journal or journal_path(bus.config.namespace)) as kept:
-            robot = RobotProcess(bus, health, vehicle, scenario, speed=speed, clock=clock, journal=kept)
-            while not stop:
-                robot.turn()
-            robot.close()
+    sys.setswitchinterval(GIL_SLICE_S)
+    with until_stopped(supervisor) as stop, Bus.open(topics.ROBOT_SIM, config, PATIENCE_S) as bus:
+        outbox = Outbox(bus.config)
+        try:
+            health = HealthReporter(bus, lambda report: outbox.send([(topics.DIAGNOSTICS, encode(report))]))
+            warm_up(health.starting, vehicle, scenario)
+            bus.claim()
+            gc.freeze()
+            gc.disable()
+            with Journal(journal or journal_path(bus.config.namespace)) as kept:
+                robot = RobotProcess(bus, health, vehicle, scenario, outbox, speed=speed, clock=clock, journal=kept)
+                while not stop:
+                    robot.turn()
+                robot.close()
+        finally:
+            outbox.close()
 
 
 def journal_path(namespace: str) -> Path:
     """Where the robot of this namespace keeps its journal."""
     base = os.environ.get("XDG_STATE_HOME")
     return (Path(base) if base else Path.home() / ".local" / "state") / "touchline" / f"{namespace}.journal"
+
+
+class Outlet(Protocol):
+    """Where telemetry goes, without the loop having to wait: an `Outbox`."""
+
+    @property
+    def behind(self) -> bool:
+        """Whether so much waits that sim time should not run ahead."""
+
+    @property
+    def dropped(self) -> int:
+        """Messages for which there was no room."""
+
+    @property
+    def restarts(self) -> int:
+        """How often the process that publishes was replaced."""
+
+    def send(self, payloads: Sequence[Payload]) -> None:
+        """Publish, in this order."""
+
+    def turn(self) -> bool:
+        """Called in every turn of the loop; True if all paint has to be told anew."""
 
 
 class RobotProcess:
@@ -85,6 +134,7 @@ class RobotProcess:
         health: HealthReporter,
         vehicle: Vehicle,
         scenario: Scenario,
+        outlet: Outlet,
         *,
         speed: float,
         clock: ClockPolicy,
@@ -98,16 +148,17 @@ class RobotProcess:
         self._free = clock == "free"
         self._link = LinkWatch(bus, scenario.link_timeout_s)
         self._rate = RateMeter()
-        self._send = {
-            topic.name: bus.publisher(topic).send_bytes
-            for topic in topics.TOPICS
-            if topic not in (topics.PLANNER_PROGRESS, topics.DIAGNOSTICS, topics.SUPERVISOR_EVENTS)
-        }
+        self._watchdog = Watchdog()
+        self._outlet = outlet
         self._commands = Commands(self._emulator, self._telemetry, self._set_speed, journal)
-        self._servers = [(bus.serve(service), handler) for service, handler in self._commands.handlers.items()]
-        self._stops = [pair for pair in self._servers if pair[0].service in STOPS]
+        served = [(bus.serve(service), handler) for service, handler in self._commands.handlers.items()]
+        self._stops = [(server, handler) for server, handler in served if server.service.urgent]
+        self._others = [(server, handler) for server, handler in served if not server.service.urgent]
+        self._loads = [bus.serve(service) for service in self._commands.loads]
+        self._loader = Loader()
         self._waiting: list[tuple[ServedCall[Any, Any], Handler]] = []
         self._health = health
+        self._tidy_at_s = time.monotonic()
         self._publish([self._telemetry.setup(), self._telemetry.status()])
 
     @property
@@ -116,17 +167,21 @@ class RobotProcess:
         return self._emulator.active
 
     def turn(self) -> None:
-        """Serve what waits, run the ticks that are due (at most 20 ms of them), and sleep if there are none."""
+        """Serve what waits, run the ticks that are due (at most 10 ms of them), and sleep if there are none."""
+        self._answer_stops()
+        self._mind_watchdog()
         self._serve()
         self._mind_link()
+        self._mind_outlet()
         now = time.monotonic()
         self._rate.note(now, self._emulator.tick_count)
         self._health.poll(self._diagnostics(), message=self._emulator.onboard.status.reason or "ok")
         if self._free or self._emulator.active:
-            self._run(self._pacer.due(now), now + LONGEST_SLICE_S)
-            time.sleep(self._pacer.wait_s(time.monotonic()))
+            self._run(0 if self._held else self._pacer.due(now), now + LONGEST_SLICE_S)
+            time.sleep(0.002 if self._held else self._pacer.wait_s(time.monotonic()))
         else:
             self._pacer.restart(now)
+            self._tidy(now)
             time.sleep(0.002)
 
     def close(self) -> None:
@@ -140,6 +195,15 @@ class RobotProcess:
             self._publish(self._commands.note_progress())
             self._publish(self._telemetry.after_tick())
 
+    @property
+    def _running(self) -> bool:
+        return self._emulator.onboard.state == m.TraversalStatus.RUNNING
+
+    @property
+    def _held(self) -> bool:
+        """Whether sim time stands still until the telemetry so far is on its way; never while the robot is to stop."""
+        return self._pacer.factor < 0.0 and self._running and self._outlet.behind
+
     def _run(self, ticks: int, until_s: float) -> None:
         while ticks > 0 and (self._free or self._emulator.active):
             done = self._quiet.step(self._telemetry.until_due(ticks), self._telemetry.rows)
@@ -152,10 +216,40 @@ class RobotProcess:
                 return
 
     def _serve(self) -> None:
-        self._answer_stops()
-        for server, handler in self._servers:
-            while (call := server.poll()) is not None:
+        for server, handler in self._others:
+            for _ in range(SERVED_AT_ONCE):
+                if (call := server.poll()) is None:
+                    break
                 self._answer(call, handler)
+        for server in self._loads:
+            for _ in range(SERVED_AT_ONCE):
+                if (call := server.poll_unread()) is None:
+                    break
+                self._begin_load(call, server)
+        while (prepared := self._loader.poll()) is not None:
+            self._end_load(prepared)
+
+    def _begin_load(self, call: ServedCall[Any, Any], server: Server[Any, Any]) -> None:
+        """Have a load prepared, unless it would be refused whatever is in it: then it is not even read."""
+        load = self._commands.loads[server.service]
+        if problem := self._commands.check_load():
+            call.reply(load.refuse(problem))
+            self._publish(self._commands.take())
+        elif self._loader.busy:
+            call.fail("other plans are being loaded; try again later")
+        else:
+            self._loader.prepare(call, load)
+
+    def _end_load(self, prepared: Prepared) -> None:
+        call, load, ready = prepared
+        if isinstance(ready, PayloadError):
+            call.reject(ready)
+        elif ready is None:
+            call.fail("the robot could not read this plan: a defect; its log has the details")
+        else:
+            response = load.refuse(str(ready)) if isinstance(ready, Exception) else load.take(ready)
+            self._publish(self._commands.take())
+            call.reply(response)
 
     def _answer(self, call: ServedCall[Any, Any], handler: Handler) -> None:
         response = handler(call.request)
@@ -165,28 +259,45 @@ class RobotProcess:
     def _stop_waits(self) -> bool:
         """Whether somebody wants to stop the robot; in the middle of a tick, so it is answered after that."""
         for server, handler in self._stops:
-            while (call := server.poll()) is not None:
+            for _ in range(SERVED_AT_ONCE):
+                if (call := server.poll()) is None:
+                    break
                 self._waiting.append((call, handler))
         return bool(self._waiting)
 
     def _answer_stops(self) -> None:
+        self._stop_waits()
         waiting, self._waiting = self._waiting, []
         for call, handler in waiting:
             self._answer(call, handler)
 
     def _mind_link(self) -> None:
-        driving = self._emulator.onboard.state == m.TraversalStatus.RUNNING
-        if not self._link.lost(driving, time.monotonic()):
+        if not self._link.lost(self._running, time.monotonic()):
             return
         self._commands.link_lost()
         self._publish(self._commands.take())
+
+    def _mind_watchdog(self) -> None:
+        missed_s = self._watchdog.missed_s(time.monotonic())
+        if missed_s > WATCHDOG_S and self._running and 0.0 < self._pacer.factor <= 1.0:
+            self._commands.fail_safe(missed_s)
+            self._publish(self._commands.take())
+
+    def _mind_outlet(self) -> None:
+        if self._outlet.turn():
+            self._publish(self._telemetry.all_paint())
+
+    def _tidy(self, now_s: float) -> None:
+        if self._loader.idle and now_s > self._tidy_at_s:
+            self._tidy_at_s = now_s + TIDY_S
+            gc.collect()
 
     def _set_speed(self, factor: float) -> None:
         self._pacer.set_factor(factor, time.monotonic())
 
     def _publish(self, payloads: list[Payload]) -> None:
-        for topic, payload in payloads:
-            self._send[topic.name](payload)
+        if payloads:
+            self._outlet.send(payloads)
 
     def _diagnostics(self) -> dict[str, object]:
         return {
@@ -198,7 +309,23 @@ class RobotProcess:
             "follower_fallbacks": self._emulator.onboard.status.follower_fallbacks,
             "scenario": self._emulator.scenario.name,
             "seed": self._emulator.scenario.seed,
+            "telemetry_dropped": self._outlet.dropped,
+            "telemetry_restarts": self._outlet.restarts,
         }
+
+
+class Watchdog:
+    """For how long the loop had not turned, at each turn."""
+
+    def __init__(self) -> None:
+        """It has never turned."""
+        self._turned_s: float | None = None
+
+    def missed_s(self, now_s: float) -> float:
+        """Since the last turn; this is one."""
+        missed_s = now_s - self._turned_s if self._turned_s is not None else 0.0
+        self._turned_s = now_s
+        return missed_s
 
 
 class LinkWatch:

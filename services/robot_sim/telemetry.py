@@ -58,12 +58,15 @@ class Telemetry:
         return topics.SETUP, encode(m.String(data=self._emulator.setup.model_dump_json()))
 
     def loaded(self, trajectory: m.Trajectory, template: Template | None) -> list[Payload]:
-        """What is told once when a trajectory has been loaded; a new session begins."""
+        """As `begin`, with what is told made here."""
+        return self.begin(job_payloads(trajectory, template))
+
+    def begin(self, told: list[Payload]) -> list[Payload]:
+        """What is told once when a trajectory has been loaded: its `job_payloads`, and how things are then.
+
+        A new session begins.
+        """
         self.digest, self.final = SessionDigest(), None
-        told = [
-            (topics.PLAN, encode(trajectory)),
-            (topics.TEMPLATE, encode(m.String(data=template.model_dump_json() if template is not None else ""))),
-        ]
         self.digest.add(told)
         return told + self.news()
 
@@ -179,22 +182,24 @@ class Telemetry:
             segments=tuple(_segment(segment) for segment in metrics.segments),
         )
 
-    def strokes(self) -> m.GetPaintResponse:
+    def strokes(self) -> tuple[m.PaintMarks, ...]:
         """Everything painted in this traversal."""
         head = header(self._emulator.tick_count)
-        return m.GetPaintResponse(
-            strokes=tuple(
-                m.PaintMarks(
-                    header=head,
-                    segment_id=self._line(marks),
-                    first_index=marks.first_index,
-                    width_m=marks.width_m,
-                    x_m=marks.x_m,
-                    y_m=marks.y_m,
-                )
-                for marks in self._emulator.ledger.all_marks()
+        return tuple(
+            m.PaintMarks(
+                header=head,
+                segment_id=self._line(marks),
+                first_index=marks.first_index,
+                width_m=marks.width_m,
+                x_m=marks.x_m,
+                y_m=marks.y_m,
             )
+            for marks in self._emulator.ledger.all_marks()
         )
+
+    def all_paint(self) -> list[Payload]:
+        """Everything painted in this traversal, once more; not entered in the digest."""
+        return self._payloads(self._emulator.ledger.all_marks(), stamp(self._emulator.tick_count))
 
     def _events(self) -> list[Payload]:
         return [_event(event, self._emulator.tick_count) for event in self._emulator.take_events()]
@@ -208,7 +213,9 @@ class Telemetry:
         return self._emulator.ledger.ids[marks.target] if marks.target >= 0 else ""
 
     def _paint(self, time: tuple[int, int]) -> list[Payload]:
-        ledger = self._emulator.ledger
+        return self._payloads(self._emulator.ledger.take_marks(), time)
+
+    def _payloads(self, strokes: list[Marks], time: tuple[int, int]) -> list[Payload]:
         return [
             (
                 topics.PAINT,
@@ -216,8 +223,16 @@ class Telemetry:
                     *time, marks.first_index, marks.width_m, *marks.x_m.tolist(), *marks.y_m.tolist()
                 ),
             )
-            for marks in ledger.take_marks()
+            for marks in strokes
         ]
+
+
+def job_payloads(trajectory: m.Trajectory, template: Template | None) -> list[Payload]:
+    """The plan and the template, as they are told once."""
+    return [
+        (topics.PLAN, encode(trajectory)),
+        (topics.TEMPLATE, encode(m.String(data=template.model_dump_json() if template is not None else ""))),
+    ]
 
 
 def _segment(segment: SegmentMetrics) -> m.SegmentPaint:

@@ -13,7 +13,7 @@ import pytest
 import zenoh
 
 from schemas import topics
-from schemas.cdr import MAX_PAYLOAD_BYTES, encode
+from schemas.cdr import encode
 from schemas.errors import SpecError
 from schemas.messages import Clock, CommandRequest, CommandResponse, Event, String, Time
 from services.bus import Bus, BusConfig, CallError, HealthReporter
@@ -150,7 +150,7 @@ def test_the_same_request_at_the_same_time_is_one(starter):
         (b"", "does not begin with a CDR header"),
         (b"junk", "does not begin with a CDR header"),
         (b"\x00\x01\x00\x00\xff\xff\xff\x7f", "not a CDR message"),
-        (b"\x00\x01\x00\x00" + bytes(100_000_000), f"at most {MAX_PAYLOAD_BYTES:,}"),
+        (b"\x00\x01\x00\x00" + bytes(100_000_000), f"at most {topics.START.most_bytes:,}"),
     ],
     ids=["none", "empty", "junk", "lying length", "100 MB"],
 )
@@ -278,3 +278,33 @@ def test_configuration_travels_by_environment(monkeypatch, bus_config):
     for name, value in bus_config.environment().items():
         monkeypatch.setenv(name, value)
     assert BusConfig.from_environment() == bus_config
+
+
+def test_requests_that_nobody_polls_block_nothing_else(pair):
+    robot, bridge = pair
+    server, inbox, publisher = robot.serve(topics.START), robot.inbox([topics.CLOCK]), bridge.publisher(topics.CLOCK)
+    caught_up(bridge, robot)
+    questions = [bridge.ask(topics.START, encode(CommandRequest(request_id=str(i))), 60.0) for i in range(500)]
+    publisher.send(Clock())  # behind them all
+    assert eventually(inbox.drain)
+    assert server.poll() is not None
+    assert eventually(lambda: questions[0].poll() is not None)  # told that it was not heard
+
+
+def test_an_answer_is_remembered_through_many_others(pair):
+    robot, bridge = pair
+    server, done = robot.serve(topics.START), []
+
+    def serve():
+        while (call := server.poll()) is not None:
+            done.append(call.request.request_id)
+            call.reply(CommandResponse(success=True))
+
+    def order(request_id):
+        return bridge.call(topics.START, CommandRequest(request_id=request_id), 60.0, serve)
+
+    order("first")
+    for number in range(200):
+        order(str(number))
+    order("first")
+    assert done.count("first") == 1

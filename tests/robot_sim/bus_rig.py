@@ -12,6 +12,7 @@ from schemas.template import Template
 from schemas.vehicle import Vehicle
 from services.bus import HealthReporter
 from services.robot_sim.emulator import Emulator
+from services.robot_sim.frame import CARRIED
 from services.robot_sim.service import RobotProcess
 from services.robot_sim.telemetry import Telemetry
 from tests.meeting import caught_up
@@ -26,8 +27,33 @@ PLAN = trajectory(
 TEMPLATE = Template(name="one", segments=[{"id": "line", "line": {"start": (2.0, -0.41124), "end": (4.0, -0.41124)}}])
 
 
-def process(bus, speed=-1.0, **changes):
-    return RobotProcess(bus, HealthReporter(bus), Vehicle(), Scenario(**changes), speed=speed, clock="held")
+class AtOnce:
+    """An outlet that publishes on the robot's own bus, so that no other process is needed."""
+
+    behind, dropped, restarts = False, 0, 0
+
+    def __init__(self, bus):
+        self._publishers = {topic.name: bus.publisher(topic) for topic in CARRIED}
+
+    def send(self, payloads):
+        for topic, payload in payloads:
+            self._publishers[topic.name].send_bytes(payload)
+
+    def turn(self):
+        return False
+
+
+def process(bus, speed=-1.0, journal=None, **changes):
+    return RobotProcess(
+        bus,
+        HealthReporter(bus),
+        Vehicle(),
+        Scenario(**changes),
+        AtOnce(bus),
+        speed=speed,
+        clock="held",
+        journal=journal,
+    )
 
 
 def ask(operator, robot, service, **fields):

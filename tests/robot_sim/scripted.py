@@ -40,9 +40,14 @@ class ScriptedOnboard:
 
     checkpoint = None
 
-    def load(self, _trajectory, _resume=None, _boundary=()):
+    def check_load(self):
         if self.state == TraversalStatus.RUNNING:
             raise CommandRefused("a traversal is under way")
+
+    def prepare(self, _trajectory, _boundary=()):
+        return None
+
+    def take(self, _course, _resume=None):
         self.state, self._played = TraversalStatus.READY, 0
         return 1.0
 

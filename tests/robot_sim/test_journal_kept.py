@@ -11,6 +11,7 @@ import pytest
 from schemas import messages as m
 from schemas import topics
 from schemas.cdr import decode
+from schemas.errors import CommandRefused
 from schemas.scenario import Scenario
 from schemas.setup import Setup
 from schemas.vehicle import Vehicle
@@ -62,7 +63,11 @@ class Robot:
         self.warnings = []
 
     def load(self, **fields):
-        answer = self.commands.load(m.LoadRequest(request_id="load", trajectory=PLAN, **fields))
+        request = m.LoadRequest(request_id="load", trajectory=PLAN, **fields)
+        try:
+            answer = self.commands.load(self.commands.prepare_load(request))
+        except CommandRefused as error:
+            answer = self.commands.refuse_load(str(error))
         self.hear(self.commands.take())
         return answer
 

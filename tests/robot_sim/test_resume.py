@@ -11,12 +11,12 @@ from schemas.errors import CommandRefused
 from schemas.messages import TraversalStatus
 from schemas.scenario import Scenario
 from schemas.vehicle import Vehicle
-from services.bus import Bus, HealthReporter
+from services.bus import Bus
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.frames import Checkpoint
 from services.robot_sim.journal import Journal
 from services.robot_sim.remains import Remains
-from services.robot_sim.service import RobotProcess
+from tests.robot_sim import bus_rig
 from tests.robot_sim.scripted import trajectory
 
 PLAN = trajectory(
@@ -187,8 +187,7 @@ def test_all_marks_come_once_more_as_the_last_ones_may_have_reached_nobody():
 
 def test_over_the_bus(bus_config, tmp_path):
     def process(bus, journal, **scenario):
-        here = Scenario(noise="none", **scenario)
-        return RobotProcess(bus, HealthReporter(bus), Vehicle(), here, speed=-1.0, clock="held", journal=journal)
+        return bus_rig.process(bus, journal=journal, noise="none", **scenario)
 
     def ask(robot, service, **fields):
         request = service.request(request_id=str(uuid.uuid4()), **fields)

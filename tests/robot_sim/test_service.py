@@ -2,13 +2,16 @@
 
 import math
 import time
+from itertools import pairwise
 
 import pytest
 
 from schemas import topics
-from schemas.messages import Event, Trajectory, TraversalStatus
+from schemas.cdr import decode
+from schemas.messages import Event, GetPaintResponse, Trajectory, TraversalStatus
 from schemas.scenario import Origin
 from services.bus import Bus
+from services.robot_sim.paint_history import PaintHistory
 from services.robot_sim.service import LinkWatch
 from tests.meeting import caught_up
 from tests.robot_sim.bus_rig import PLAN, TEMPLATE, ask, process, session, turn_until
@@ -40,9 +43,12 @@ def test_a_session_over_the_bus_and_its_paint(bus, operator):
     robot = process(bus)
     said = session(bus, robot, operator)
     assert all(said.values()), [name for name, payloads in said.items() if not payloads]
-    strokes = ask(operator, robot, topics.GET_PAINT).strokes
-    assert [stroke.segment_id for stroke in strokes] == ["line"]
-    length = sum(math.dist(a, b) for a, b in zip(_points(strokes[0]), _points(strokes[0])[1:], strict=False))
+    history = PaintHistory()
+    for payload in said[topics.PAINT.name]:
+        history.add(payload)
+    (stroke,) = decode(GetPaintResponse, history.answer()).strokes
+    assert stroke.segment_id == "line"
+    length = sum(math.dist(a, b) for a, b in pairwise(_points(stroke)))
     assert length == pytest.approx(2.0, abs=0.05)
     assert operator.counters.lost == 0
 

@@ -23,7 +23,7 @@ from services.robot_sim.onboard.events import EventLog
 from services.robot_sim.onboard.followers import Ask, make_follower, nobody
 from services.robot_sim.onboard.hazards import Hazards
 from services.robot_sim.onboard.safety import Watch
-from services.robot_sim.onboard.traversal import Traversal
+from services.robot_sim.onboard.traversal import Course, Traversal
 
 
 class Onboard:
@@ -50,18 +50,33 @@ class Onboard:
         self._command = STANDSTILL
         self._estimate: Estimate | None = None
 
+    def check_load(self) -> None:
+        """Whether a trajectory would be taken now; `CommandRefused` if not."""
+        self._traversal.check_load()
+
+    def prepare(self, trajectory: Trajectory, boundary: Sequence[tuple[float, float]] = ()) -> Course:
+        """Check a trajectory; changes nothing, so that any thread may do it meanwhile.
+
+        The robot stays inside the `boundary`, corners (x, y) [m]; without one, in the plan's surroundings.
+        """
+        return self._traversal.prepare(trajectory, boundary)
+
     def load(
         self,
         trajectory: Trajectory,
         resume: Checkpoint | None = None,
         boundary: Sequence[tuple[float, float]] = (),
     ) -> float:
-        """Take a trajectory, to begin at its start or at a `checkpoint`; returns its planned duration [s].
+        """As `prepare` and `take`."""
+        self.check_load()
+        return self.take(self.prepare(trajectory, boundary), resume)
 
-        The robot stays inside the `boundary`, corners (x, y) [m]; without one, in the plan's surroundings. The
-        estimator aligns anew: the robot may have been carried to the start.
+    def take(self, course: Course, resume: Checkpoint | None = None) -> float:
+        """Take what `prepare` gave, to begin at its start or at a `checkpoint`; returns its planned duration [s].
+
+        The estimator aligns anew: the robot may have been carried to the start.
         """
-        duration_s = self._traversal.load(trajectory, resume, boundary)
+        duration_s = self._traversal.take(course, resume)
         self._estimator.restart()
         self._estimate = None
         return duration_s

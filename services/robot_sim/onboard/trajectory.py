@@ -134,6 +134,12 @@ def load_trajectory(trajectory: Trajectory, vehicle: Vehicle) -> LoadedTrajector
 
 
 def resume_pose(trajectory: Trajectory, vehicle: Vehicle, checkpoint: Checkpoint) -> tuple[float, float, float]:
-    """(x m, y m, heading rad) of the robot at a checkpoint of a trajectory that was taken."""
+    """(x m, y m, heading rad) of the robot at a checkpoint of a trajectory.
+
+    Raises:
+        CommandRefused: It has no such leg.
+    """
     path, legs = cut_path(trajectory.path.segments, vehicle)
+    if not 0 <= checkpoint.leg < len(legs):
+        raise CommandRefused(f"cannot resume on leg {checkpoint.leg}: the path has {len(legs)}")
     return pose_at(path, legs[checkpoint.leg], checkpoint.arc_length_m)

@@ -14,6 +14,7 @@ the robot ordered because of its pose ends by itself; one that a person, the los
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from schemas.errors import CommandRefused
 from schemas.messages import Trajectory, TraversalStatus
@@ -27,7 +28,7 @@ from services.robot_sim.onboard.followers import Follower
 from services.robot_sim.onboard.hazards import Hazards
 from services.robot_sim.onboard.job import Job
 from services.robot_sim.onboard.safety import Watch
-from services.robot_sim.onboard.trajectory import load_trajectory
+from services.robot_sim.onboard.trajectory import LoadedTrajectory, load_trajectory
 from services.robot_sim.onboard.tries import MAX_TRIES, Tries
 
 IDLE, READY, RUNNING = TraversalStatus.IDLE, TraversalStatus.READY, TraversalStatus.RUNNING
@@ -44,6 +45,13 @@ NAMES = {
 }
 
 MAX_RESUME_DISTANCE_M = 0.5
+
+
+class Course(NamedTuple):
+    """A trajectory that was found to be drivable, and the fence round it."""
+
+    plan: LoadedTrajectory
+    fence: Fence
 
 
 class Traversal:
@@ -79,27 +87,38 @@ class Traversal:
         self._elapsed_s = 0.0
         self._fallbacks_before = 0  # of a process that came before
 
-    def load(
-        self,
-        trajectory: Trajectory,
-        resume: Checkpoint | None = None,
-        boundary: Sequence[tuple[float, float]] = (),
-    ) -> float:
-        """Check and take a trajectory, to begin at its start or at a checkpoint; returns its planned duration [s].
+    def check_load(self) -> None:
+        """Whether a trajectory would be taken now.
+
+        Raises:
+            CommandRefused: Not in this state.
+        """
+        self._require("load", IDLE, READY, DONE, ABORTED)
+        self._require_standstill("load")
+
+    def prepare(self, trajectory: Trajectory, boundary: Sequence[tuple[float, float]] = ()) -> Course:
+        """Check a trajectory, which may take seconds; changes nothing, so that any thread may do it meanwhile.
 
         The robot is not to leave the `boundary`, corners (x, y) [m]; without one, the plan's surroundings.
 
         Raises:
-            CommandRefused: In this state, or for what is wrong with the trajectory or the checkpoint.
+            CommandRefused: For what is wrong with the trajectory.
         """
-        self._require("load", IDLE, READY, DONE, ABORTED)
-        self._require_standstill("load")
         plan = load_trajectory(trajectory, self._vehicle)
+        return Course(plan, Fence(plan.path, boundary, self._vehicle, self._fence_limits))
+
+    def take(self, course: Course, resume: Checkpoint | None = None) -> float:
+        """Take what `prepare` gave, to begin at its start or at a checkpoint; returns its planned duration [s].
+
+        Raises:
+            CommandRefused: In this state, or for what is wrong with the checkpoint.
+        """
+        self.check_load()
+        plan = course.plan
         job = Job(plan, self._vehicle, self._follower, self._estimator, self._watch)
         if resume is not None:
             job.resume_at(resume)
-        fence = Fence(plan.path, boundary, self._vehicle, self._fence_limits)
-        self.job, self._hazards.fence = job, fence
+        self.job, self._hazards.fence = job, course.fence
         self._elapsed_s = resume.elapsed_s if resume is not None else 0.0
         self._fallbacks_before = resume.follower_fallbacks if resume is not None else 0
         self._tries = Tries()

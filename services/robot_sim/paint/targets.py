@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import islice
 from typing import Final, NamedTuple
 
 from schemas.curves import Curve
@@ -57,10 +58,14 @@ def sprayed_stretches(trajectory: Trajectory) -> Iterator[tuple[Segment, float, 
     steps = [(p.arc_length, bool(p.actuation.value & Actuation.VALVE)) for p in trajectory.actuation_profile.parameters]
     ends = [*(arc_length for arc_length, _ in steps[1:]), math.inf]
     spans = [(start, end) for (start, spraying), end in zip(steps, ends, strict=False) if spraying]
-    begin = 0.0
+    begin, passed = 0.0, 0
     for segment in trajectory.path.segments:
         length = segment_length_m(segment)
-        for start, end in spans:
+        while passed < len(spans) and spans[passed][1] <= begin:
+            passed += 1
+        for start, end in islice(spans, passed, None):
+            if start >= begin + length:
+                break
             first, last = max(start - begin, 0.0), min(end - begin, length)
             if last - first > SHORTEST_M:
                 yield segment, first, last

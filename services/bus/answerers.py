@@ -1,0 +1,31 @@
+"""Whose answers are believed: those of sessions that have the liveliness token of the node that serves."""
+
+import threading
+from collections.abc import Callable
+
+from services.bus.presence import Presence
+
+
+class Answerers:
+    """Which sessions belong to which node; may be asked from any thread."""
+
+    def __init__(self, watch: Callable[[], Presence]) -> None:
+        """Watch presence from the first question on."""
+        self._watch = watch
+        self._presence: Presence | None = None
+        self._lock = threading.Lock()
+
+    def believed(self, node: str) -> Callable[[str], bool]:
+        """Whether a session is one of ``node``; anybody is, where a service names no node."""
+        if not node:
+            return lambda session: True
+        with self._lock:
+            if self._presence is None:
+                self._presence = self._watch()
+        return lambda session: self._is_of(node, session)
+
+    def _is_of(self, node: str, session: str) -> bool:
+        assert self._presence is not None, "it is watched before it is asked"
+        with self._lock:
+            self._presence.poll()
+            return session in self._presence.instances(node)

@@ -1,0 +1,78 @@
+"""Loads, prepared in a thread of their own: reading a large plan takes seconds, and the loop turns meanwhile."""
+
+from __future__ import annotations
+
+import queue
+import sys
+import threading
+import traceback
+from typing import Any, Final, NamedTuple
+
+from schemas.errors import CommandRefused, PayloadError, SpecError
+from services.bus import ServedCall
+from services.robot_sim.commands import Load, Ready
+
+WAITING: Final = 2
+"""Beside the one that is being prepared; more are told to come back."""
+
+
+class Prepared(NamedTuple):
+    """A request that is ready to be carried out, or the reason why it cannot be."""
+
+    call: ServedCall[Any, Any]
+    load: Load
+    ready: Ready | PayloadError | CommandRefused | SpecError | None
+
+
+class Loader:
+    """Prepares one load after another.
+
+    The thread never touches the robot or the bus: what it has made ready is taken away by the loop.
+    """
+
+    def __init__(self) -> None:
+        self._asked: queue.SimpleQueue[tuple[ServedCall[Any, Any], Load]] = queue.SimpleQueue()
+        self._done: queue.SimpleQueue[Prepared] = queue.SimpleQueue()
+        self._under_way = 0
+        self._thread: threading.Thread | None = None
+
+    @property
+    def busy(self) -> bool:
+        """Whether another load has to come back later."""
+        return self._under_way > WAITING
+
+    @property
+    def idle(self) -> bool:
+        """Whether nothing is being prepared."""
+        return self._under_way == 0
+
+    def prepare(self, call: ServedCall[Any, Any], load: Load) -> None:
+        """Begin with a request, or have it wait for those before."""
+        self._under_way += 1
+        self._asked.put((call, load))
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._work, name="loading", daemon=True)
+            self._thread.start()
+
+    def poll(self) -> Prepared | None:
+        """The next request that is ready, if there is one."""
+        if self._done.empty():
+            return None
+        self._under_way -= 1
+        return self._done.get()
+
+    def _work(self) -> None:
+        while True:
+            call, load = self._asked.get()
+            self._done.put(Prepared(call, load, _made_ready(call, load)))
+
+
+def _made_ready(call: ServedCall[Any, Any], load: Load) -> Ready | PayloadError | CommandRefused | SpecError | None:
+    """What came of it; None for what nobody foresaw, which is written to the log and must not end the robot."""
+    try:
+        return load.prepare(call.request)
+    except (PayloadError, CommandRefused, SpecError) as error:
+        return error
+    except Exception:  # noqa: BLE001, a defect in reading must not end a robot
+        traceback.print_exc(file=sys.stderr)
+        return None

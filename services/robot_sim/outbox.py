@@ -1,0 +1,155 @@
+"""Telemetry on its way to a process of its own, so that the control loop waits for no subscriber.
+
+What is to be published is written to a pipe that never blocks; what the pipe does not take waits here, up to a bound,
+beyond which it is dropped: the sequence numbers, which are given here, then show the gap to every subscriber. At the
+other end is `sender`. If that process dies, or takes nothing for long, another takes its place.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import subprocess
+import sys
+import time
+import uuid
+from collections import deque
+from collections.abc import Callable, Sequence
+from typing import Final
+
+from services.bus import BusConfig
+from services.robot_sim.frame import HEADER, NUMBERS
+from services.robot_sim.packing import Payload
+
+_PIPE_BYTES: Final = 1024 * 1024
+MOST_BYTES: Final = 64 * 1024 * 1024
+"""What waits at most: half a minute of telemetry at 20 times real time."""
+BEHIND_BYTES: Final = 2 * 1024 * 1024
+"""With more than this waiting, sim time that passes as fast as it goes is held."""
+STUCK_S: Final = 10.0
+"""A sender that takes nothing for so long, though something waits, is replaced. One subscriber that takes nothing holds
+it up for `PATIENCE_S` of the bus at most."""
+_CLOSING_S: Final = 3.0
+
+
+class Outbox:
+    """See the module; use `send` for all, `turn` often, and `close` at the end.
+
+    Args:
+        config: Of the bus.
+        clock: Monotonic seconds.
+
+    Attributes:
+        waiting_bytes: What the pipe has not taken yet.
+        dropped: Messages for which there was no room.
+        restarts: How often the sender was replaced.
+    """
+
+    def __init__(self, config: BusConfig, clock: Callable[[], float] = time.monotonic) -> None:
+        self._config, self._clock = config, clock
+        self._run = uuid.uuid4().hex
+        self._sequences = dict.fromkeys(NUMBERS, 0)
+        self._latest: dict[str, bytes] = {}
+        self._waiting: deque[memoryview] = deque()
+        self._cut = False
+        self.waiting_bytes = 0
+        self.dropped = 0
+        self.restarts = 0
+        self._start()
+
+    def _start(self) -> None:
+        reader, self._pipe = os.pipe()
+        fcntl.fcntl(self._pipe, fcntl.F_SETPIPE_SZ, _PIPE_BYTES)
+        os.set_blocking(self._pipe, False)
+        self._sender = subprocess.Popen(
+            [sys.executable, "-P", "-m", "services.robot_sim.sender", str(reader), self._run],
+            stdin=subprocess.DEVNULL,
+            pass_fds=[reader],
+            env={**os.environ, **self._config.environment()},
+        )
+        os.close(reader)
+        self._taken_at_s = self._clock()
+
+    @property
+    def pid(self) -> int:
+        """Of the process that publishes."""
+        return self._sender.pid
+
+    @property
+    def behind(self) -> bool:
+        """Whether so much waits that sim time should not run ahead."""
+        return self.waiting_bytes > BEHIND_BYTES
+
+    def send(self, payloads: Sequence[Payload]) -> None:
+        """Have these messages published, in this order; never waits."""
+        frames: list[bytes] = []
+        for topic, payload in payloads:
+            name = topic.name
+            self._sequences[name] += 1
+            header = HEADER.pack(len(payload), NUMBERS[name], self._sequences[name])
+            frames += (header, payload)
+            if topic.latched:
+                self._latest[name] = header + payload
+        self._put(b"".join(frames), len(payloads))
+        self._flush()
+
+    def _put(self, batch: bytes, messages: int) -> None:
+        if self.waiting_bytes + len(batch) > MOST_BYTES:
+            self.dropped += messages
+        elif batch:
+            self._waiting.append(memoryview(batch))
+            self.waiting_bytes += len(batch)
+
+    def _flush(self) -> None:
+        while self._waiting:
+            batch = self._waiting[0]
+            try:
+                written = os.write(self._pipe, batch)
+            except BlockingIOError:
+                return
+            except BrokenPipeError:  # `turn` replaces the sender
+                return
+            self.waiting_bytes -= written
+            self._taken_at_s = self._clock()
+            if written < len(batch):
+                self._waiting[0] = batch[written:]
+                self._cut = True
+                return
+            self._waiting.popleft()
+            self._cut = False
+
+    def turn(self) -> bool:
+        """Pass on what waits, and replace a sender that died or is stuck; True if it was replaced.
+
+        What the old one had not published is lost but for the latched messages; paint has to be told anew.
+        """
+        self._flush()
+        if not self._waiting:
+            self._taken_at_s = self._clock()
+        if self._sender.poll() is None and self._clock() - self._taken_at_s < STUCK_S:
+            return False
+        self._sender.kill()
+        self._sender.wait()
+        os.close(self._pipe)
+        if self._cut:  # the rest of a batch makes no sense without its beginning
+            self.waiting_bytes -= len(self._waiting.popleft())
+            self._cut = False
+        self.restarts += 1
+        self._start()
+        latest = memoryview(b"".join(self._latest.values()))
+        self._waiting.appendleft(latest)
+        self.waiting_bytes += len(latest)
+        return True
+
+    def close(self) -> None:
+        """Have everything published, as far as that takes no longer than a few seconds, and end the sender."""
+        deadline = self._clock() + _CLOSING_S
+        while self._waiting and self._clock() < deadline and self._sender.poll() is None:
+            self._flush()
+            time.sleep(0.002)
+        os.close(self._pipe)
+        try:
+            self._sender.wait(_CLOSING_S)
+        except subprocess.TimeoutExpired:
+            self._sender.kill()
+            self._sender.wait()

@@ -1,0 +1,138 @@
+"""The process that publishes the robot's telemetry and tells what was painted.
+
+It reads `frame`s from a pipe and puts them on the bus. A subscriber that does not take them holds up this process, but
+not the robot, and not for long: after the bus's patience it is cut off, told of, and counted.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import select
+import signal
+import sys
+import time
+from typing import Final
+
+from schemas import topics
+from schemas.messages import Event, GetPaintRequest, GetPaintResponse, Header, Time
+from services.bus import Bus, BusConfig, HealthReporter
+from services.bus.calls import ServedCall
+from services.bus.config import PATIENCE_S
+from services.robot_sim.frame import CARRIED, HEADER
+from services.robot_sim.paint_history import PaintHistory
+
+_READ_BYTES: Final = 1024 * 1024
+_DRAIN_BYTES: Final = 16 * 1024 * 1024
+"""Read at once at most before requests are looked at again."""
+_IDLE_S: Final = 0.01
+_ANSWER_EVERY_S: Final = 0.1
+"""Paint is told so often at most, whoever asks: it may be megabytes."""
+_CUT_OFF_S: Final = 0.9 * PATIENCE_S
+
+
+class Sender:
+    """Publishes what comes through the pipe; call `turn` in a loop.
+
+    Args:
+        bus: Of the node `telemetry`.
+        run: Tells the publishers of this run of the robot from all others; a sender that replaces another has its.
+    """
+
+    def __init__(self, bus: Bus, run: str) -> None:
+        self._bus = bus
+        self._publishers = [bus.publisher(topic, _publisher_id(run, topic.name)) for topic in CARRIED]
+        self._health = HealthReporter(bus)
+        self._events = bus.publisher(topics.SUPERVISOR_EVENTS)
+        self._get_paint = bus.serve(topics.GET_PAINT)
+        self._paint = PaintHistory()
+        self._answer_at_s = 0.0
+        self._rest = b""
+        self._cut_off = 0
+
+    def turn(self, pipe: int) -> bool:
+        """Publish what is there and answer requests; False once the pipe has been closed and is empty."""
+        # What had been sent before a request came is published before its answer.
+        asked = self._get_paint.poll() if time.monotonic() >= self._answer_at_s else None
+        is_open = True
+
+        def drain() -> None:
+            nonlocal is_open
+            is_open = self._drain(pipe)
+
+        drain()
+        figures = {"forwarded": self._bus.counters.published, "cut_off": self._cut_off}
+        self._health.poll(figures, message="sending", settle=drain)
+        if asked is not None:
+            self._answer(asked)
+        return is_open
+
+    def _answer(self, asked: ServedCall[GetPaintRequest, GetPaintResponse]) -> None:
+        asked.reply_bytes(self._paint.answer())
+        self._answer_at_s = time.monotonic() + _ANSWER_EVERY_S
+
+    def _drain(self, pipe: int) -> bool:
+        """Publish all that is in the pipe; False at its end."""
+        for _ in range(_DRAIN_BYTES // _READ_BYTES):
+            try:
+                data = os.read(pipe, _READ_BYTES)
+            except BlockingIOError:
+                self._paint.link()
+                return True
+            if not data:
+                return False
+            self.publish(data)
+        return True
+
+    def publish(self, data: bytes) -> None:
+        """Publish the frames in `data`, of which the last need not be whole."""
+        data = self._rest + data
+        at, end = 0, len(data)
+        while at + HEADER.size <= end:
+            size, number, sequence = HEADER.unpack_from(data, at)
+            begin = at + HEADER.size
+            if begin + size > end:
+                break
+            at = begin + size
+            self._put(number, data[begin:at], sequence)
+        self._rest = data[at:]
+
+    def _put(self, number: int, payload: bytes, sequence: int) -> None:
+        topic = CARRIED[number]
+        if topic is topics.PLAN:
+            self._paint.clear()
+        elif topic is topics.PAINT:
+            self._paint.add(payload)
+        begun_s = time.monotonic()
+        self._publishers[number].send_numbered(payload, sequence)
+        if time.monotonic() - begun_s > _CUT_OFF_S:
+            self._tell_cut_off()
+
+    def _tell_cut_off(self) -> None:
+        self._cut_off += 1
+        text = f"a subscriber that took no telemetry for {PATIENCE_S:g} s was cut off; it may join again"
+        stamp = Header(stamp=Time.of_ns(time.time_ns()))
+        self._events.send(
+            Event(header=stamp, severity=Event.WARN, source=topics.TELEMETRY, code="subscriber-cut-off", text=text)
+        )
+
+
+def _publisher_id(run: str, topic: str) -> bytes:
+    return hashlib.blake2b(f"{run} {topic}".encode(), digest_size=16).digest()
+
+
+def main(pipe: int, run: str) -> None:
+    """Publish what comes through `pipe` until that is closed."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)  # the robot's process ends this one, when all has been said
+    os.set_blocking(pipe, False)
+    wait = select.poll()
+    wait.register(pipe, select.POLLIN)
+    with Bus.open(topics.TELEMETRY, BusConfig.from_environment()) as bus:
+        sender = Sender(bus, run)
+        while sender.turn(pipe):
+            wait.poll(1e3 * _IDLE_S)
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]), sys.argv[2])

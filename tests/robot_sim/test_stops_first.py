@@ -1,0 +1,137 @@
+"""Stops come first: before other requests, whatever is being loaded, and whoever asks for what."""
+
+import time
+
+import pytest
+
+from schemas import messages as m
+from schemas import topics
+from schemas.cdr import decode, encode
+from schemas.messages import CommandRequest, TraversalStatus
+from services.bus import Bus, CallError
+from services.robot_sim.service import WATCHDOG_S, Watchdog
+from tests.robot_sim.bus_rig import PLAN, TEMPLATE, ask, process, turn_until
+
+STATE = {"running": TraversalStatus.RUNNING, "paused": TraversalStatus.PAUSED, "stopped": TraversalStatus.ESTOPPED}
+
+
+@pytest.fixture
+def bus(bus_config):
+    with Bus.open(topics.ROBOT_SIM, bus_config) as bus:
+        yield bus
+
+
+@pytest.fixture
+def operator(bus_config, bus):
+    with Bus.open(topics.OPERATOR, bus_config) as operator:
+        yield operator
+
+
+def load(request_id="load"):
+    return encode(m.LoadRequest(request_id=request_id, trajectory=PLAN, template_json=TEMPLATE.model_dump_json()))
+
+
+def answers(robot, *questions):
+    """The questions' answers in the order in which they come."""
+    found, waiting, deadline = [], list(questions), time.monotonic() + 100.0
+    while waiting:
+        assert time.monotonic() < deadline, "no answer"
+        robot.turn()
+        for pair in waiting[:]:
+            if (answer := pair[1].poll()) is not None:
+                found.append((pair[0], answer))
+                waiting.remove(pair)
+    return found
+
+
+def test_a_stop_is_answered_before_a_load_that_came_first(bus, operator):
+    robot = process(bus)
+    ask(operator, robot, topics.PAUSE)  # they have met
+    loads = [(f"load {i}", operator.ask(topics.LOAD, load(str(i)), 60.0)) for i in range(3)]
+    stop = ("stop", operator.ask(topics.ESTOP, encode(CommandRequest(request_id="stop")), 60.0))
+    time.sleep(0.2)  # all of them wait when the robot turns next
+    found = dict(answers(robot, *loads, stop))
+    assert decode(m.CommandResponse, found.pop("stop").payload).success
+    refusals = [decode(m.LoadResponse, answer.payload).message for answer in found.values()]
+    assert all("cannot load while emergency-stopped" in text for text in refusals), refusals
+
+
+def test_a_load_is_refused_unread_while_the_robot_drives(bus, operator):
+    robot = process(bus, speed=0.0)
+    assert ask(operator, robot, topics.LOAD, trajectory=PLAN, template_json="").success
+    assert ask(operator, robot, topics.START).success
+    ((_, answer),) = answers(robot, ("junk", operator.ask(topics.LOAD, b"\x00\x01\x00\x00junk", 60.0)))
+    response = decode(m.LoadResponse, answer.payload)
+    assert not response.success
+    assert "cannot load while running" in response.message
+
+
+def test_more_loads_than_can_wait_are_told_to_come_back(bus, operator):
+    robot = process(bus)
+    ask(operator, robot, topics.PAUSE)
+    found = answers(robot, *((str(i), operator.ask(topics.LOAD, load(str(i)), 60.0)) for i in range(8)))
+    refusals = [answer.refusal for _, answer in found if answer.refusal]
+    assert len(found) == 8
+    assert all("try again" in refusal for refusal in refusals)
+
+
+def test_a_loop_that_missed_its_turns_in_real_time_has_stopped_the_actuators(bus, operator):
+    robot = process(bus, speed=1.0)
+    status = operator.inbox([topics.STATUS], keep="latest")
+    assert ask(operator, robot, topics.LOAD, trajectory=PLAN, template_json="").success
+    assert ask(operator, robot, topics.START).success
+    time.sleep(2.0 * WATCHDOG_S)
+    latest = []
+
+    def paused():
+        latest.extend(message for _, message in status.messages())
+        return latest and latest[-1].state == TraversalStatus.PAUSED
+
+    turn_until(robot, paused)
+    assert ask(operator, robot, topics.RESUME).success
+
+
+def test_the_watchdog_counts_from_turn_to_turn():
+    watchdog = Watchdog()
+    assert [watchdog.missed_s(now_s) for now_s in (100.0, 100.01, 100.51)] == pytest.approx([0.0, 0.01, 0.5])
+
+
+def test_an_order_to_all_services_at_once_is_refused(bus, operator, bus_config):
+    import zenoh
+
+    robot = process(bus)
+    assert ask(operator, robot, topics.LOAD, trajectory=PLAN, template_json="").success
+    with zenoh.open(bus_config.zenoh()) as stranger:
+        said, deadline = [], time.monotonic() + 60.0
+        while not said:
+            assert time.monotonic() < deadline, "nobody answers"
+            replies = stranger.get(
+                bus.key("traversal/*"), zenoh.handlers.FifoChannel(64), payload=encode(CommandRequest(request_id="all"))
+            )
+            until = time.monotonic() + 1.0
+            while time.monotonic() < until:
+                robot.turn()
+            said = [reply.err.payload.to_string() if reply.err else "accepted" for reply in replies]
+    assert all("by its own key" in text for text in said)
+    status = operator.inbox([topics.STATUS], keep="latest")
+    turn_until(robot, lambda: any(message.state == TraversalStatus.READY for _, message in status.messages()))
+
+
+def test_an_answer_of_a_stranger_is_not_believed(bus_config):
+    def fake(stranger):
+        while (call := server.poll()) is not None:
+            call.reply(m.CommandResponse(success=True, message="FAKE"))
+
+    with Bus.open("stranger", bus_config) as stranger, Bus.open(topics.OPERATOR, bus_config) as operator:
+        server = stranger.serve(topics.ESTOP)
+        with pytest.raises(CallError, match="not believed"):
+            operator.call(topics.ESTOP, CommandRequest(request_id="1"), 20.0, lambda: fake(stranger))
+        with Bus.open(topics.ROBOT_SIM, bus_config) as bus:
+            robot = process(bus)
+
+            def both():
+                fake(stranger)
+                robot.turn()
+
+            answer = operator.call(topics.ESTOP, CommandRequest(request_id="2"), 60.0, both)
+            assert answer == m.CommandResponse(success=True, message="done")
