@@ -2,11 +2,12 @@
 
 import os
 import signal
+import subprocess
+import sys
 import time
+from contextlib import contextmanager
 
 import pytest
-import zenoh
-from zenoh import handlers
 
 from schemas import topics
 from schemas.cdr import decode, encode
@@ -16,6 +17,18 @@ from services.robot_sim import outbox as module
 from services.robot_sim.outbox import Outbox
 from tests.robot_sim.bus_rig import PLAN
 
+DEAF = """
+import time, zenoh
+from zenoh import handlers
+from schemas import topics
+from services.bus import BusConfig
+config = BusConfig.from_environment()
+session = zenoh.open(config.zenoh())
+deaf = session.declare_subscriber(f"{config.namespace}/{topics.EVENTS.name}", handlers.FifoChannel(1))
+time.sleep(0.5)  # whoever publishes knows of it
+token = session.liveliness().declare_token(f"@touchline/{config.namespace}/deaf/{session.zid()}")
+time.sleep(600.0)
+"""
 LARGE = encode(String(data="x" * 100_000))
 
 
@@ -128,18 +141,28 @@ def test_a_sender_that_takes_nothing_for_long_is_replaced(bus_config):
         outbox.close()
 
 
+@contextmanager
+def deaf_subscriber(bus_config):
+    """A process that subscribes to events and takes none."""
+    deaf = subprocess.Popen([sys.executable, "-c", DEAF], env={**os.environ, **bus_config.environment()})
+    try:
+        yield deaf
+    finally:
+        deaf.kill()
+        deaf.wait()
+
+
 def test_a_subscriber_that_never_reads_is_cut_off_and_told_of(outbox, observer, bus_config):
     inbox = observer.inbox([topics.EVENTS])
     told = observer.inbox([topics.SUPERVISOR_EVENTS])
     meet(outbox, inbox)
-    with zenoh.open(bus_config.zenoh()) as stranger:
-        deaf = stranger.declare_subscriber(observer.key(topics.EVENTS.name), handlers.FifoChannel(1))
-        deadline = time.monotonic() + 60.0
-        while deaf.try_recv() is None:
-            assert time.monotonic() < deadline, "it does not even hear the first"
-            outbox.send([event("hello")])
+    with deaf_subscriber(bus_config) as deaf:
+        presence, deadline = observer.presence(), time.monotonic() + 60.0
+        while "deaf" not in presence.alive():
+            assert time.monotonic() < deadline, "it does not come"
+            assert deaf.poll() is None, "it has ended"
+            presence.poll()
             time.sleep(0.02)
-        inbox.drain()
         sent, codes = 0, []
         while not codes:
             assert time.monotonic() < deadline, "nobody was cut off"
