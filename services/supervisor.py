@@ -19,6 +19,8 @@ from schemas.plain_text import plain
 from services.bus import BusConfig
 from services.bus.presence import Presence
 from services.heartbeat import HANGS_S, VARIABLE, HeartbeatWatch
+from services.private_folder import open_private
+from services.safe_path import safe_path
 
 #: A restart waits this long, doubled for each failure in a row.
 _FIRST_BACKOFF_S = 0.1
@@ -144,21 +146,19 @@ class Supervisor:
 
     def _spawn(self, child: Child) -> None:
         child.heartbeat = HeartbeatWatch(self._log_folder / f"{child.node}.heartbeat")
-        file = os.open(
-            self._log_path(child.node),
-            os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_NOFOLLOW | os.O_CLOEXEC,
-            0o600,
-        )
+        file = open_private(self._log_path(child.node), os.O_WRONLY | os.O_APPEND)
         with os.fdopen(file, "ab") as log:
             child.log_begin = os.fstat(file).st_size
             child.process = subprocess.Popen(
-                [sys.executable, "-m", "services.cli", *child.arguments, "--supervisor", str(os.getpid())],
+                # -P: code in the current folder is not ours.
+                [sys.executable, "-P", "-m", "services.cli", *child.arguments, "--supervisor", str(os.getpid())],
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
                 env={
                     **os.environ,
                     **self._config.environment(),
+                    **safe_path(),
                     VARIABLE: str(child.heartbeat.path),
                     "PYTHONUNBUFFERED": "1",
                 },
