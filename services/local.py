@@ -115,14 +115,15 @@ def local_system(
             Child(topics.PLANNER, ["planner", *same], _PATIENCE_S),
             Child(topics.BRIDGE, ["bridge", *bridge_arguments], _PATIENCE_S),
         ]
-        supervisor = Supervisor(children, config, Path(folder))
-        supervisor.start()
-        try:
-            with Bus.open(join_as, config) as bus:
+        # The bus first: should its endpoint be of no use, that is told before anything is started.
+        with Bus.open(join_as, config) as bus:
+            supervisor = Supervisor(children, config, Path(folder))
+            supervisor.start()
+            try:
                 health = HealthReporter(bus) if join_as == topics.SUPERVISOR else None
                 yield LocalSystem(bus, supervisor, bus.presence(), health)
-        finally:
-            supervisor.stop()
+            finally:
+                supervisor.stop()
 
 
 def _written(vehicle: Vehicle, folder: Path) -> str:

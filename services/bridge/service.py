@@ -202,7 +202,11 @@ def run_service(
         SpecError: The bus configuration cannot be used.
         TouchlineError: Another bridge is there, or ROS 2 nodes cannot be met where ``ros2`` says.
     """
-    with until_stopped(supervisor) as stop, Bus.open(topics.BRIDGE, config) as bus, ExitStack() as stack:
+    with (
+        until_stopped(supervisor) as stop,
+        Bus.open(topics.BRIDGE, config, lambda: bool(stop)) as bus,
+        ExitStack() as stack,
+    ):
         bus.claim()
         gateway = Gateway(bus, stack.enter_context(Ros2Session.open(ros2.endpoint)), ros2) if ros2 else None
         service = BridgeService(bus, existing, gateway, stop.beat)

@@ -14,6 +14,7 @@ from services.bus.claim import claim
 from services.bus.config import BusConfig
 from services.bus.counters import Counters
 from services.bus.inbox import Inbox
+from services.bus.joining import join
 from services.bus.presence import Presence, token_prefix
 from services.bus.publisher import Publisher
 
@@ -37,15 +38,22 @@ class Bus:
 
     @classmethod
     @contextmanager
-    def open(cls, node: str, config: BusConfig | None = None) -> Iterator[Self]:
+    def open(
+        cls, node: str, config: BusConfig | None = None, stop: Callable[[], object] = lambda: False
+    ) -> Iterator[Self]:
         """Join the bus as ``node``; leaving the context leaves the bus.
+
+        Says on standard error if other machines can reach it. Waiting for a router that is not there ends when
+        ``stop()`` says so.
 
         Raises:
             SpecError: The configuration cannot be used.
+            TouchlineError: Another program listens on the endpoint.
+            KeyboardInterrupt: ``stop()`` said so before the bus was joined.
         """
         config = config or BusConfig.from_environment()
         zenoh.init_log_from_env_or("off")
-        with zenoh.open(config.zenoh()) as session:
+        with join(config, lambda: bool(stop())) as session:
             bus = cls(session, node, config)  # held here: the liveliness token goes with it
             yield bus
 

@@ -1,4 +1,4 @@
-"""Where the bus is: an endpoint, a robot namespace, or a whole Zenoh configuration file."""
+"""Where the bus is: an endpoint, a robot namespace, and what a Zenoh configuration file lays over our settings."""
 
 import json
 import os
@@ -7,9 +7,14 @@ from pathlib import Path
 from typing import Any, Self
 
 import zenoh
+from zenoh import Config
 
+from schemas.cdr import MAX_PAYLOAD_BYTES
 from schemas.errors import SpecError
 from schemas.topics import DEFAULT_NAMESPACE
+
+#: As much as `schemas.cdr` decodes, and room for what Zenoh puts round it.
+MAX_MESSAGE_BYTES = MAX_PAYLOAD_BYTES + 65_536
 
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7461"
 
@@ -26,9 +31,9 @@ class BusConfig:
     others connect to it and learn of each other by gossip, so the first one may die without harm.
 
     Attributes:
-        endpoint: Zenoh locator of the meeting point.
+        endpoint: Zenoh locator of the meeting point, unless ``config_file`` has endpoints of its own.
         namespace: Robot namespace, the first part of every key.
-        config_file: Zenoh JSON5 configuration that replaces the default one altogether (TLS, access control, routers).
+        config_file: Zenoh JSON5 configuration laid over ours, key by key (TLS, access control, routers).
     """
 
     endpoint: str = DEFAULT_ENDPOINT
@@ -60,26 +65,32 @@ class BusConfig:
             variables[CONFIG_VARIABLE] = str(self.config_file)
         return variables
 
-    def zenoh(self) -> zenoh.Config:
+    def zenoh(self) -> Config:
         """The Zenoh session configuration.
 
         Raises:
             SpecError: The configuration file cannot be used.
         """
-        if self.config_file:
-            try:
-                return zenoh.Config.from_file(str(self.config_file))
-            except zenoh.ZError as error:
-                reason = str(error).partition(" at /")[0]  # what follows is a place in Zenoh's own source
-                raise SpecError(
-                    str(self.config_file),
-                    "",
-                    f"is not a Zenoh configuration ({reason})",
-                    "give a valid one",
-                ) from error
-        config = zenoh.Config()
+        config, default = self._from_file(), zenoh.Config()
+        client = json.loads(config.get_json("mode")) == "client"
         for key, value in self._settings().items():
-            config.insert_json5(key, json.dumps(value))
+            if key == "listen/endpoints" and client:
+                continue  # a client listens nowhere
+            if json.loads(config.get_json(key)) == json.loads(default.get_json(key)):
+                config.insert_json5(key, json.dumps(value))
+        return config
+
+    def _from_file(self) -> Config:
+        """What the configuration file says; Zenoh's own defaults for the rest."""
+        if self.config_file is None:
+            return zenoh.Config()
+        try:
+            config: Config = zenoh.Config.from_file(str(self.config_file))
+        except zenoh.ZError as error:
+            reason = str(error).partition(" at /")[0]  # what follows is a place in Zenoh's own source
+            raise SpecError(
+                str(self.config_file), "", f"is not a Zenoh configuration ({reason})", "give a valid one"
+            ) from error
         return config
 
     def _settings(self) -> dict[str, Any]:
@@ -101,4 +112,9 @@ class BusConfig:
             "transport/shared_memory/enabled": False,
             # A publisher that blocks on a slow recorder waits this long (µs) before the link is given up.
             "transport/link/tx/queue/congestion_control/block/wait_before_close": 60_000_000,
+            # Nothing honest is larger; more would be put together in memory before anybody could refuse it.
+            "transport/link/rx/max_message_size": MAX_MESSAGE_BYTES,
+            # Whoever connects and says nothing is let go soon, and does not take the place of who has something to say.
+            "transport/unicast/accept_timeout": 3000,
+            "transport/unicast/accept_pending": 4000,
         }

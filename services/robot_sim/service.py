@@ -59,7 +59,7 @@ def run_service(
         TouchlineError: This robot runs already.
     """
     vehicle, scenario = vehicle or Vehicle(), scenario or Scenario()
-    with until_stopped(supervisor) as stop, Bus.open(topics.ROBOT_SIM, config) as bus:
+    with until_stopped(supervisor) as stop, Bus.open(topics.ROBOT_SIM, config, lambda: bool(stop)) as bus:
         health = HealthReporter(bus)
         warm_up(health.starting, vehicle, scenario)
         bus.claim()
