@@ -124,12 +124,13 @@ TOPIC_BY_NAME = {topic.name: topic for topic in TOPICS}
 RECORDED = tuple(topic for topic in TOPICS if topic.recorded)
 
 #: Names of the processes, as their liveliness tokens and diagnostics carry them.
-PLANNER, ROBOT_SIM, BRIDGE, CONSOLE, OPERATOR, SUPERVISOR, TELEMETRY = (
+PLANNER, ROBOT_SIM, BRIDGE, CONSOLE, OPERATOR, OBSERVER, SUPERVISOR, TELEMETRY = (
     "planner",
     "robot-sim",
     "bridge",
     "tui",
     "operator",
+    "observer",
     "supervisor",
     "telemetry",
 )

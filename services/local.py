@@ -13,7 +13,7 @@ from schemas.errors import TouchlineError
 from schemas.messages import DiagnosticArray, Event, Header, Time
 from schemas.scenario import Scenario
 from schemas.vehicle import Vehicle
-from services.bus import Bus, BusConfig
+from services.bus import Bus, BusConfig, HealthReporter
 from services.bus.health import STARTING
 from services.bus.ports import free_port
 from services.bus.presence import Presence
@@ -23,6 +23,10 @@ from services.supervisor import Child, Notice, Supervisor
 _START_TIMEOUT_S = 180.0
 _WATCH_PERIOD_S = 0.02
 _SERVICES = (topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE)
+#: A robot whose loop hangs is out of control, and comes back with brakes on and valve closed; nobody waits longer.
+_ROBOT_PATIENCE_S = 3.0
+#: What hangs with a plan or a recording that could be lost gets more time to come round; the robot goes on meanwhile.
+_PATIENCE_S = 10.0
 
 
 @dataclass
@@ -32,10 +36,13 @@ class LocalSystem:
     bus: Bus
     supervisor: Supervisor
     presence: Presence
+    health: HealthReporter | None = None
 
     def poll(self) -> list[Notice]:
         """Watch the services; restarts what died."""
         self.presence.poll()
+        if self.health is not None:
+            self.health.poll({})
         return self.supervisor.poll(self.presence)
 
     def wait_until_ready(self, tell: Callable[[str], None], enough: Callable[[], bool] = lambda: False) -> bool:
@@ -59,7 +66,9 @@ class LocalSystem:
             if enough():
                 return False
             for notice in self.poll():
-                if notice.kind == "died":
+                if notice.kind != "died":
+                    tell(notice.text)
+                else:
                     tail = self.supervisor.log_tail(notice.node)
                     raise TouchlineError(f"{notice.text} while starting; its last words:\n{tail}")
             for _, message in inbox.messages():
@@ -84,6 +93,7 @@ def local_system(
     bridge_arguments: Sequence[str] = (),
     *,
     vehicle: Vehicle | None = None,
+    join_as: str = topics.OPERATOR,
 ) -> Iterator[LocalSystem]:
     """Start planner, robot and bridge, and stop them at the end.
 
@@ -92,6 +102,8 @@ def local_system(
         config: The bus to use; by default a private one, so that several jobs can run at once.
         bridge_arguments: Options of ``touchline bridge``.
         vehicle: Planned for and driven; by default the shipped one.
+        join_as: Who this process is on the bus. The operator minds a job, and the robot drives while one is there; the
+            supervisor minds processes and tells how it is.
     """
     private = config is None
     config = config or BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}")
@@ -99,17 +111,19 @@ def local_system(
         journal = ["--journal", f"{folder}/robot.journal"] if private else []  # nobody comes back to a private bus
         same = ["--vehicle", _written(vehicle, Path(folder))] if vehicle else []
         children = [
-            Child(topics.ROBOT_SIM, ["robot-sim", *robot_arguments, *same, *journal]),
-            Child(topics.PLANNER, ["planner", *same]),
-            Child(topics.BRIDGE, ["bridge", *bridge_arguments]),
+            Child(topics.ROBOT_SIM, ["robot-sim", *robot_arguments, *same, *journal], _ROBOT_PATIENCE_S),
+            Child(topics.PLANNER, ["planner", *same], _PATIENCE_S),
+            Child(topics.BRIDGE, ["bridge", *bridge_arguments], _PATIENCE_S),
         ]
-        supervisor = Supervisor(children, config, Path(folder))
-        supervisor.start()
-        try:
-            with Bus.open(topics.OPERATOR, config) as bus:
-                yield LocalSystem(bus, supervisor, bus.presence())
-        finally:
-            supervisor.stop()
+        # The bus first: should its endpoint be of no use, that is told before anything is started.
+        with Bus.open(join_as, config) as bus:
+            supervisor = Supervisor(children, config, Path(folder))
+            supervisor.start()
+            try:
+                health = HealthReporter(bus) if join_as == topics.SUPERVISOR else None
+                yield LocalSystem(bus, supervisor, bus.presence(), health)
+            finally:
+                supervisor.stop()
 
 
 def _written(vehicle: Vehicle, folder: Path) -> str:
@@ -129,7 +143,7 @@ def robot_arguments(scenario: Scenario) -> Iterator[list[str]]:
 
 def severity_of(notice: Notice) -> int:
     """How bad a notice is, as in ``touchline_msgs/Event``."""
-    return Event.ERROR if notice.kind in ("died", "hung") else Event.WARN
+    return Event.ERROR if notice.kind in ("died", "hangs", "hung") else Event.WARN
 
 
 def publish_notices(system: LocalSystem, until: Callable[[], bool], tell: Callable[[Notice], None]) -> None:

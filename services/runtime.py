@@ -4,26 +4,18 @@ import fcntl
 import os
 import re
 import signal
-import tempfile
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from schemas.errors import TouchlineError
 from services.bus import BusConfig
-
-
-def state_folder() -> Path:
-    """Where lock files and logs are: ``$XDG_RUNTIME_DIR/touchline``, or one per user under the temporary folder."""
-    base = os.environ.get("XDG_RUNTIME_DIR")
-    folder = Path(base) / "touchline" if base else Path(tempfile.gettempdir()) / f"touchline-{os.getuid()}"
-    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-    return folder
+from services.private_folder import open_private, run_folder
 
 
 def _lock_path(config: BusConfig) -> Path:
-    return state_folder() / (re.sub(r"\W+", "-", f"{config.endpoint}-{config.namespace}") + ".pid")
+    return run_folder() / (re.sub(r"\W+", "-", f"{config.endpoint}-{config.namespace}") + ".pid")
 
 
 @contextmanager
@@ -31,10 +23,9 @@ def only_one(config: BusConfig) -> Iterator[None]:
     """Be the one system on this bus; the lock goes with the process, however it ends.
 
     Raises:
-        TouchlineError: Another one runs.
+        TouchlineError: Another one runs, or the run folder is not private.
     """
-    path = _lock_path(config)
-    with path.open("a+") as lock:
+    with os.fdopen(open_private(_lock_path(config), os.O_RDWR), "r+") as lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:
@@ -52,17 +43,46 @@ def only_one(config: BusConfig) -> Iterator[None]:
 
 
 def running_pid(config: BusConfig) -> int | None:
-    """Process id of the system on this bus, if one runs."""
+    """Process id of the system on this bus, if one runs.
+
+    Raises:
+        TouchlineError: The lock is held, but not by the process that the file names.
+    """
     path = _lock_path(config)
     if not path.exists():
         return None
-    with path.open() as lock:
+    with os.fdopen(open_private(path, os.O_RDWR), "r") as lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
         except OSError:
-            text = lock.read().strip()
-            return int(text) if text.isdigit() else None
+            text = lock.read(32).strip()
+            if not text:
+                return None  # it begins or ends this moment
+            if not text.isdigit() or not _has_open(int(text), lock.fileno()):
+                raise TouchlineError(
+                    f"{path} is locked, but does not name the process that holds it; remove it"
+                ) from None
+            return int(text)
     return None
+
+
+def _has_open(pid: int, file: int) -> bool:
+    """Whether the process is this user's and has this file open; where /proc cannot tell, that it is there will do."""
+    if pid <= 1:
+        return False
+    try:
+        os.kill(pid, 0)
+        ours = os.fstat(file)
+        descriptors = Path("/proc") / str(pid) / "fd"
+        if not Path("/proc/self/fd").is_dir():
+            return True
+        for descriptor in descriptors.iterdir():
+            with suppress(OSError):  # closed meanwhile
+                if os.path.samestat(descriptor.stat(), ours):
+                    return True
+    except OSError:
+        pass
+    return False
 
 
 def stop_running(config: BusConfig, timeout_s: float) -> int | None:

@@ -21,7 +21,7 @@ GOOD_ERROR_M = 0.02
 ROOMY = 38
 """From this width on the less urgent figures are shown too."""
 
-PEOPLE = (topics.CONSOLE, topics.OPERATOR)
+PEOPLE = (topics.CONSOLE, topics.OPERATOR, topics.OBSERVER)
 """Nodes behind which somebody sits, this console among them."""
 NODE_LABELS = {topics.ROBOT_SIM: "robot"}
 

@@ -169,7 +169,7 @@ class ConsoleState:
         node.alive, node.report_s, node.level, node.message = alive, None, 0, ""
         node.values.clear()
         node.seen = node.seen or alive
-        if name not in (topics.CONSOLE, topics.OPERATOR):
+        if name not in (topics.CONSOLE, topics.OPERATOR, topics.OBSERVER):
             text = f"{name} is {'back' if back else 'up'}" if alive else f"{name} is down"
             self.note(INFO if alive else ERROR, "console", text)
         if name == topics.ROBOT_SIM:

@@ -58,7 +58,7 @@ def run_replay(
         CommandRefused: A robot is on the bus under this namespace, whose messages would mix with the recorded ones.
     """
     Timeline(path).reader.close()  # a missing file is refused before the bus is opened
-    with Bus.open("replay", config) as bus:
+    with Bus.open("replay", config, stop) as bus:
         presence = bus.presence()
         publishers = {topic.name: bus.publisher(topic) for topic in topics.TOPICS}
         time.sleep(_SETTLE_S)  # who is there learns of the publishers, and we of them

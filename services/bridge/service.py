@@ -1,6 +1,7 @@
 """The bridge as a process: records on request, and shows the robot to ROS 2."""
 
 import time
+from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -36,10 +37,14 @@ class BridgeService:
         bus: An open bus.
         existing: What to do when a recording's file is there already.
         gateway: To ROS 2, if there is to be one.
+        beat: Called in waits that are longer than a turn of the loop, to show that it is at work.
     """
 
-    def __init__(self, bus: Bus, existing: Existing, gateway: Gateway | None = None) -> None:
+    def __init__(
+        self, bus: Bus, existing: Existing, gateway: Gateway | None = None, beat: Callable[[], None] = lambda: None
+    ) -> None:
         self._bus = bus
+        self._beat = beat
         self._gateway = gateway
         self._existing = existing
         self._presence = bus.presence()
@@ -165,6 +170,7 @@ class BridgeService:
         shake_hands(self._bus, self._presence.alive() & _PUBLISHERS, _HANDSHAKE_TIMEOUT_S, self._while_waiting)
 
     def _while_waiting(self) -> None:
+        self._beat()
         self._pump()
         if self._gateway is not None:
             self._gateway.turn()
@@ -196,10 +202,14 @@ def run_service(
         SpecError: The bus configuration cannot be used.
         TouchlineError: Another bridge is there, or ROS 2 nodes cannot be met where ``ros2`` says.
     """
-    with until_stopped(supervisor) as stop, Bus.open(topics.BRIDGE, config) as bus, ExitStack() as stack:
+    with (
+        until_stopped(supervisor) as stop,
+        Bus.open(topics.BRIDGE, config, lambda: bool(stop)) as bus,
+        ExitStack() as stack,
+    ):
         bus.claim()
         gateway = Gateway(bus, stack.enter_context(Ros2Session.open(ros2.endpoint)), ros2) if ros2 else None
-        service = BridgeService(bus, existing, gateway)
+        service = BridgeService(bus, existing, gateway, stop.beat)
         if record is not None:
             service.start(record)
         return service.run(stop)

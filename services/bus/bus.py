@@ -15,6 +15,7 @@ from services.bus.claim import claim
 from services.bus.config import PATIENCE_S, BusConfig
 from services.bus.counters import Counters
 from services.bus.inbox import Inbox
+from services.bus.joining import join
 from services.bus.presence import Presence, token_prefix
 from services.bus.publisher import Publisher
 
@@ -39,20 +40,31 @@ class Bus:
 
     @classmethod
     @contextmanager
-    def open(cls, node: str, config: BusConfig | None = None, patience_s: float = PATIENCE_S) -> Iterator[Self]:
+    def open(
+        cls,
+        node: str,
+        config: BusConfig | None = None,
+        stop: Callable[[], object] = lambda: False,
+        patience_s: float = PATIENCE_S,
+    ) -> Iterator[Self]:
         """Join the bus as ``node``; leaving the context leaves the bus.
+
+        Says on standard error if other machines can reach it.
 
         Args:
             node: This process's name.
             config: Where the bus is; from the environment if not given.
+            stop: Waiting for a router that is not there ends when this says so.
             patience_s: A peer that does not take a message for so long is cut off; it may join again.
 
         Raises:
             SpecError: The configuration cannot be used.
+            TouchlineError: Another program listens on the endpoint.
+            KeyboardInterrupt: ``stop()`` said so before the bus was joined.
         """
         config = config or BusConfig.from_environment()
         zenoh.init_log_from_env_or("off")
-        with zenoh.open(config.zenoh(patience_s)) as session:
+        with join(config, node, lambda: bool(stop()), patience_s) as session:
             bus = cls(session, node, config)  # held here: the liveliness token goes with it
             yield bus
 

@@ -1,4 +1,4 @@
-"""Where the bus is: an endpoint, a robot namespace, or a whole Zenoh configuration file."""
+"""Where the bus is: an endpoint, a robot namespace, and what a Zenoh configuration file lays over our settings."""
 
 import json
 import os
@@ -7,12 +7,16 @@ from pathlib import Path
 from typing import Any, Self
 
 import zenoh
+from zenoh import Config
 
+from schemas.cdr import MAX_PAYLOAD_BYTES
 from schemas.errors import SpecError
-from schemas.topics import DEFAULT_NAMESPACE
+from schemas.topics import DEFAULT_NAMESPACE, ROBOT_SIM
 
 #: A peer that does not take a message for so long is cut off, so that it holds up nobody else.
 PATIENCE_S = 2.0
+#: As much as `schemas.cdr` decodes, and room for what Zenoh puts round it.
+MAX_MESSAGE_BYTES = MAX_PAYLOAD_BYTES + 65_536
 
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7461"
 
@@ -29,9 +33,9 @@ class BusConfig:
     others connect to it and learn of each other by gossip, so the first one may die without harm.
 
     Attributes:
-        endpoint: Zenoh locator of the meeting point.
+        endpoint: Zenoh locator of the meeting point, unless ``config_file`` has endpoints of its own.
         namespace: Robot namespace, the first part of every key.
-        config_file: Zenoh JSON5 configuration that replaces the default one altogether (TLS, access control, routers).
+        config_file: Zenoh JSON5 configuration laid over ours, key by key (TLS, access control, routers).
     """
 
     endpoint: str = DEFAULT_ENDPOINT
@@ -63,44 +67,65 @@ class BusConfig:
             variables[CONFIG_VARIABLE] = str(self.config_file)
         return variables
 
-    def zenoh(self, patience_s: float = PATIENCE_S) -> zenoh.Config:
-        """The Zenoh session configuration; a peer that does not take a message for `patience_s` is cut off.
+    def zenoh(self, node: str = "", patience_s: float = PATIENCE_S) -> Config:
+        """The Zenoh session configuration of a process of this name.
+
+        A peer that does not take a message for `patience_s` is cut off.
 
         Raises:
             SpecError: The configuration file cannot be used.
         """
-        if self.config_file:
-            try:
-                return zenoh.Config.from_file(str(self.config_file))
-            except zenoh.ZError as error:
-                reason = str(error).partition(" at /")[0]  # what follows is a place in Zenoh's own source
-                raise SpecError(
-                    str(self.config_file),
-                    "",
-                    f"is not a Zenoh configuration ({reason})",
-                    "give a valid one",
-                ) from error
-        config = zenoh.Config()
-        for key, value in self._settings(patience_s).items():
-            config.insert_json5(key, json.dumps(value))
+        config, default = self._from_file(), zenoh.Config()
+        client = json.loads(config.get_json("mode")) == "client"
+        for key, value in self._settings(node, patience_s).items():
+            if key == "listen/endpoints" and client:
+                continue  # a client listens nowhere
+            if json.loads(config.get_json(key)) == json.loads(default.get_json(key)):
+                config.insert_json5(key, json.dumps(value))
         return config
 
-    def _settings(self, patience_s: float) -> dict[str, Any]:
+    def _from_file(self) -> Config:
+        """What the configuration file says; Zenoh's own defaults for the rest."""
+        if self.config_file is None:
+            return zenoh.Config()
+        try:
+            config: Config = zenoh.Config.from_file(str(self.config_file))
+        except zenoh.ZError as error:
+            reason = str(error).partition(" at /")[0]  # what follows is a place in Zenoh's own source
+            raise SpecError(
+                str(self.config_file), "", f"is not a Zenoh configuration ({reason})", "give a valid one"
+            ) from error
+        return config
+
+    def _settings(self, node: str, patience_s: float) -> dict[str, Any]:
+        own = [beside(self.endpoint)] if node == ROBOT_SIM else []
         retry = {"period_init_ms": 100, "period_max_ms": 1000, "period_increase_factor": 1.5}
         return {
             "mode": "peer",
             "scouting/multicast/enabled": False,
             # Opening waits this long for peers to show up; on loopback they do within milliseconds.
             "scouting/delay": 100,
-            "listen/endpoints": [self.endpoint, "tcp/127.0.0.1:0"],
+            "listen/endpoints": [self.endpoint, *own, "tcp/127.0.0.1:0"],
             # Only one peer can have the meeting point; the others go on trying, so that one takes over if it dies.
             "listen/exit_on_failure": False,
             "listen/timeout_ms": 0,
             "listen/retry": retry,
-            "connect/endpoints": [self.endpoint],
+            # Whoever keeps the meeting point may be frozen: the robot is met at a door of its own, too.
+            "connect/endpoints": [self.endpoint, beside(self.endpoint)],
             "connect/exit_on_failure": False,
             "connect/timeout_ms": -1,
             "connect/retry": retry,
             "transport/shared_memory/enabled": False,
             "transport/link/tx/queue/congestion_control/block/wait_before_close": round(1e6 * patience_s),
+            # Nothing honest is larger; more would be put together in memory before anybody could refuse it.
+            "transport/link/rx/max_message_size": MAX_MESSAGE_BYTES,
+            # Whoever connects and says nothing is let go soon, and does not take the place of who has something to say.
+            "transport/unicast/accept_timeout": 3000,
+            "transport/unicast/accept_pending": 4000,
         }
+
+
+def beside(endpoint: str) -> str:
+    """The robot's own door: the next port after that of the meeting point; the endpoint itself if it has no port."""
+    address, _, port = endpoint.rpartition(":")
+    return f"{address}:{int(port) + 1}" if port.isdigit() and 0 < int(port) < 65_535 else endpoint

@@ -7,6 +7,7 @@ from types import FrameType
 from typing import NoReturn
 
 from services.lifecycle import ENDS
+from services.safe_path import safe_path
 
 #: An interruption that comes while kernels are compiled, or that Python has to ignore, comes again after this long.
 _AGAIN_S = 0.02
@@ -14,6 +15,7 @@ _AGAIN_S = 0.02
 
 def main() -> None:
     """Run the command, and end it in good order at Ctrl-C, SIGTERM and hang-up, also while it is still being loaded."""
+    os.environ.update(safe_path())  # for the supervisor's children and the processes of a sweep
     told: list[int] = []
 
     def end(number: int, frame: FrameType | None) -> None:

@@ -48,7 +48,7 @@ def demo(
 def _in_console(vehicle: Vehicle) -> None:
     from tui.console import run_console
 
-    with local_system([], vehicle=vehicle) as system:
+    with local_system([], vehicle=vehicle, join_as=topics.SUPERVISOR) as system:  # the console minds the job
         stderr.print("Starting the services")
         system.wait_until_ready(stderr.print)
         system.bus.call(topics.RECORD, RecordRequest(request_id="demo", path=str(_RECORDING.absolute())))

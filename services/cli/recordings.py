@@ -31,7 +31,7 @@ def record(
     seconds: Annotated[float, typer.Option(help="Stop after this long; 0: at Ctrl-C.", min=0.0)] = 0.0,
 ) -> None:
     """Have the running bridge record the session until Ctrl-C."""
-    with until_stopped() as stop, Bus.open(topics.OPERATOR) as bus:
+    with until_stopped() as stop, Bus.open(topics.OPERATOR, stop=lambda: bool(stop)) as bus:
         begun = bus.call(topics.RECORD, RecordRequest(request_id=uuid.uuid4().hex, path=str(file.absolute())))
         if not begun.success:
             raise TouchlineError(begun.message)

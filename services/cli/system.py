@@ -51,7 +51,11 @@ def up(
         only_one(config),
         robot_arguments(robot.chosen()) as arguments,
         local_system(
-            [*arguments, "--speed", speed], config, gateway.arguments() if gateway else (), vehicle=vehicle
+            [*arguments, "--speed", speed],
+            config,
+            gateway.arguments() if gateway else (),
+            vehicle=vehicle,
+            join_as=topics.SUPERVISOR,  # nobody who could stop the robot: that is who has a console
         ) as system,
     ):
         if system.wait_until_ready(stderr.print, lambda: bool(stop)):
@@ -82,7 +86,7 @@ class ServiceState:
 def status(as_json: JsonOption = False) -> None:
     """Show which services are on the bus and how they are."""
     config = BusConfig.from_environment()
-    with Bus.open(topics.OPERATOR, config) as bus:
+    with Bus.open(topics.OBSERVER, config) as bus:
         missing = bus.wait_for({topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE}, timeout_s=0.5)
         states = [_state(bus, node, node in missing) for node in (topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE)]
         traversal = _traversal(bus) if topics.ROBOT_SIM not in missing else None

@@ -93,7 +93,7 @@ class Journal:
 
     def _open(self, path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
-        self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+        self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
         fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # let go of when the process dies
         os.posix_fallocate(self._file, 0, _SIZE)  # a mapped page without room on the disk would kill the process
         self._map = mmap.mmap(self._file, _SIZE)
@@ -156,6 +156,7 @@ class Journal:
         self._write(_OVER, _NOTHING)  # there is nothing to resume once the last one's paint is gone
         self.problem, self._keeps_paint = "", True
         with suppress(OSError):  # a slot has its digest; only what differs could not be named
+            self._setup_path.touch(mode=0o600)
             self._setup_path.write_text(setup.text, encoding="utf-8")
         try:
             self._paint.begin(trajectory)

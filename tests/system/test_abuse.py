@@ -9,6 +9,7 @@ import zenoh
 
 from schemas import topics
 from schemas.catalogue import template_text
+from schemas.cdr import MAX_PAYLOAD_BYTES
 from schemas.messages import GetDiagnosticsRequest, PlanRequest
 from services.local import LocalSystem, local_system
 
@@ -66,8 +67,8 @@ def test_random_bytes_on_every_topic(system, outsider):
     assert_all_answer(system)
 
 
-def test_a_hundred_megabytes(system, outsider):
-    huge = b"\x00\x01\x00\x00" + os.urandom(1000) + bytes(100_000_000)
+def test_more_than_is_decoded(system, outsider):
+    huge = b"\x00\x01\x00\x00" + os.urandom(1000) + bytes(MAX_PAYLOAD_BYTES)
     for service in (topics.PLAN_SERVICE, topics.LOAD, topics.RECORD):
         (reply,) = outsider.get(system.bus.key(service.name), payload=huge, timeout=ANSWER_S)
         assert "at most" in reply.err.payload.to_string()

@@ -13,6 +13,7 @@ from schemas import topics
 from schemas.catalogue import template_text
 from schemas.messages import (
     CommandRequest,
+    GetDiagnosticsRequest,
     GetPaintRequest,
     LoadRequest,
     PlanRequest,
@@ -216,6 +217,13 @@ def test_up_status_and_down(bus_config: BusConfig, tmp_path: Path):
     up = start_touchline("up", config=bus_config, log=log)
     try:
         wait_until(lambda: "is up" in log.read_text())
+        with Bus.open("bystander", bus_config) as bus:
+            services = {topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE}
+            assert not bus.wait_for({*services, topics.SUPERVISOR}, 60.0)
+            presence = bus.presence()
+            wait_until(lambda: bool(presence.poll()))
+            assert presence.alive() == {*services, topics.SUPERVISOR, "bystander"}, "nobody who minds the robot"
+            assert bus.call(topics.diagnostics_service(topics.SUPERVISOR), GetDiagnosticsRequest()).diagnostics.status
         second = touchline("up", config=bus_config)
         assert second.returncode == 2
         assert "already running" in second.stderr

@@ -47,7 +47,7 @@ class PaintRecord:
         Raises:
             OSError: It can be neither.
         """
-        self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+        self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
         self._map: mmap.mmap | None = None
         self._check = self._end = self.points = 0
         size = os.fstat(self._file).st_size

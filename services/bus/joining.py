@@ -1,0 +1,133 @@
+"""Opening a Zenoh session: room for its peers, a word on who can reach it, and no wait without end."""
+
+import errno
+import resource
+import socket
+import sys
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final
+
+import zenoh
+
+from schemas.errors import TouchlineError
+from services.bus.config import ENDPOINT_VARIABLE, BusConfig
+from services.bus.reach import beyond_loopback, endpoints, is_loopback, split
+
+#: Whoever keeps the meeting point answers within this, or is none of ours.
+_MEETING_S: Final = 2.0
+_POLL_S: Final = 0.01
+#: What a service has open besides its links: event queues, listeners, files, and links that are just being opened.
+_OTHER_DESCRIPTORS: Final = 40
+#: Fewer peers than this are soon there: three services, consoles, orders, strangers.
+_FEW_PEERS: Final = 100
+
+
+def join(config: BusConfig, node: str, stop: Callable[[], bool], patience_s: float) -> zenoh.Session:
+    """A session on the bus; use :meth:`services.bus.Bus.open`.
+
+    Raises:
+        SpecError: The configuration cannot be used.
+        TouchlineError: The endpoint cannot be used, or another program listens there.
+        KeyboardInterrupt: ``stop()`` said so first.
+    """
+    settings = config.zenoh(node, patience_s)
+    if ways := beyond_loopback(settings):
+        sys.stderr.write(f"warning: this bus can be reached from other machines: {'; '.join(ways)}\n")
+    _make_room()
+    occupied = config.endpoint in endpoints(settings, "connect") and _occupied(config.endpoint)
+    begun = time.monotonic()
+    session = _opened(settings, config, stop)
+    if occupied:
+        try:
+            _meet(session, config, begun + _MEETING_S, stop)
+        except BaseException:
+            # In the background: it waits for connections that are being opened, ten seconds for one that keeps silent.
+            threading.Thread(target=session.close, name="leave-bus", daemon=True).start()
+            raise
+    return session
+
+
+def _opened(settings: zenoh.Config, config: BusConfig, stop: Callable[[], bool]) -> zenoh.Session:
+    """Open in a thread: a client waits there for its router as long as it takes, and no signal would be heard."""
+    sessions: list[zenoh.Session] = []
+    errors: list[Exception] = []
+
+    def work() -> None:
+        try:
+            sessions.append(zenoh.open(settings))
+        except Exception as error:  # noqa: BLE001, raised again by who waits
+            errors.append(error)
+
+    thread = threading.Thread(target=work, name="join-bus", daemon=True)
+    thread.start()
+    deadline: float | None = time.monotonic() + _MEETING_S
+    while thread.is_alive():
+        thread.join(_POLL_S)
+        if stop():
+            raise KeyboardInterrupt
+        if deadline is not None and time.monotonic() > deadline:
+            deadline = None
+            whom = ", ".join(endpoints(settings, "connect")) or "the bus"
+            sys.stderr.write(f"warning: {whom} does not answer; still trying\n")
+    if errors:
+        reason = str(errors[0]).partition(" at /")[0]  # what follows is a place in Zenoh's own source
+        raise TouchlineError(f"the bus at {config.endpoint} cannot be joined: {reason}") from errors[0]
+    return sessions[0]
+
+
+def _occupied(endpoint: str) -> bool:
+    """Whether somebody listens at the meeting point, if that is on this machine and can be known."""
+    protocol, host, port = split(endpoint)
+    if protocol != "tcp" or not is_loopback(endpoint) or not port.isdigit():
+        return False
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    with socket.socket(family) as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind((host, int(port)))
+        except OSError as error:
+            return error.errno == errno.EADDRINUSE
+    return False
+
+
+def _meet(session: zenoh.Session, config: BusConfig, deadline: float, stop: Callable[[], bool]) -> None:
+    """Meet whoever keeps the meeting point.
+
+    Raises:
+        TouchlineError: It does not answer as one of ours.
+    """
+    while not session.info.peers_zid() and not session.info.routers_zid():
+        if stop():
+            raise KeyboardInterrupt
+        if time.monotonic() > deadline:
+            if not _occupied(config.endpoint):
+                return  # it left meanwhile, and we take its place
+            raise TouchlineError(
+                f"what listens on {config.endpoint} is another program, or frozen: it did not answer within "
+                f"{_MEETING_S:.0f} s; stop it, or choose another {ENDPOINT_VARIABLE}"
+            )
+        time.sleep(_POLL_S)
+
+
+def _make_room() -> None:
+    """Allow as many open files as this process may have: every peer takes one, or two while both sides connect."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if hard == resource.RLIM_INFINITY or soft < hard:
+        try:
+            resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))
+            soft = hard
+        except (OSError, ValueError):  # macOS has a limit of its own below an infinite one
+            pass
+    if soft == resource.RLIM_INFINITY:
+        return
+    room = max(0, (soft - _OTHER_DESCRIPTORS - _open_files()) // 2)
+    if room < _FEW_PEERS:
+        sys.stderr.write(f"warning: room for about {room} peers; raise the limit of open files with ulimit -n\n")
+
+
+def _open_files() -> int:
+    folder = Path("/proc/self/fd")
+    return sum(1 for _ in folder.iterdir()) if folder.is_dir() else 0

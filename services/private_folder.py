@@ -1,0 +1,56 @@
+"""Files that nobody else may read, write or put in our way: the run folder, and how its files are opened."""
+
+import contextlib
+import os
+import stat
+import tempfile
+from pathlib import Path
+from typing import Final
+
+from schemas.errors import TouchlineError
+
+_PRIVATE: Final = 0o700
+
+
+def run_folder() -> Path:
+    """Where lock files are: ``$XDG_RUNTIME_DIR/touchline``, or one per user under the temporary folder.
+
+    Raises:
+        TouchlineError: It cannot be made, or what is there is not a folder of this user's alone.
+    """
+    base = os.environ.get("XDG_RUNTIME_DIR")
+    folder = Path(base) / "touchline" if base else Path(tempfile.gettempdir()) / f"touchline-{os.getuid()}"
+    remedy = "remove it, or set XDG_RUNTIME_DIR to a folder of your own"
+    try:
+        folder.parent.mkdir(mode=_PRIVATE, parents=True, exist_ok=True)
+        with contextlib.suppress(FileExistsError):
+            folder.mkdir(mode=_PRIVATE)
+        found = folder.lstat()
+    except OSError as error:
+        raise TouchlineError(f"the run folder {folder} cannot be used: {error.strerror or error}; {remedy}") from error
+    if not stat.S_ISDIR(found.st_mode):
+        raise TouchlineError(f"the run folder {folder} is not a folder; {remedy}")
+    if found.st_uid != os.getuid():
+        raise TouchlineError(f"the run folder {folder} belongs to user {found.st_uid}; {remedy}")
+    if found.st_mode & 0o077:
+        mode = stat.S_IMODE(found.st_mode)
+        raise TouchlineError(f"the run folder {folder} is open to others (mode {mode:o}); chmod 700 it, or {remedy}")
+    return folder
+
+
+def open_private(path: Path, flags: int) -> int:
+    """A descriptor of a file of ours: made if need be, readable by nobody else, and never by way of a link.
+
+    Raises:
+        TouchlineError: What is there is a link, or not a plain file of this user's.
+    """
+    try:
+        file = os.open(path, flags | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC | os.O_NONBLOCK, 0o600)
+    except OSError as error:
+        raise TouchlineError(f"{path} cannot be used: {error.strerror or error}; remove it") from error
+    found = os.fstat(file)
+    if not stat.S_ISREG(found.st_mode) or found.st_uid != os.getuid() or found.st_nlink != 1:
+        os.close(file)
+        raise TouchlineError(f"{path} is not a plain file of this user's alone; remove it")
+    os.fchmod(file, 0o600)
+    return file

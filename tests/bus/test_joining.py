@@ -1,0 +1,156 @@
+"""Joining a bus where strangers listen, keep silent, or are on other machines."""
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from contextlib import ExitStack
+
+import pytest
+import zenoh
+
+from schemas import topics
+from schemas.errors import TouchlineError
+from schemas.messages import CommandRequest, CommandResponse
+from services.bus import Bus, BusConfig
+from services.bus.config import MAX_MESSAGE_BYTES
+from services.bus.reach import beyond_loopback, is_loopback
+from tests.meeting import caught_up
+
+
+def port_of(config: BusConfig) -> int:
+    return int(config.endpoint.rpartition(":")[2])
+
+
+def laid_over(tmp_path, text: str, config: BusConfig) -> zenoh.Config:
+    path = tmp_path / "zenoh.json5"
+    path.write_text(text)
+    return BusConfig(endpoint=config.endpoint, config_file=path).zenoh()
+
+
+def test_an_empty_configuration_file_changes_nothing(tmp_path, bus_config):
+    assert str(laid_over(tmp_path, "{}", bus_config)) == str(bus_config.zenoh())
+
+
+def test_a_configuration_file_is_laid_over_ours_key_by_key(tmp_path, bus_config):
+    text = '{scouting: {delay: 77}, listen: {endpoints: ["tcp/127.0.0.1:1"]}, transport: {unicast: {max_sessions: 5}}}'
+    config, ours = laid_over(tmp_path, text, bus_config), bus_config.zenoh()
+    expected = json.loads(str(ours))
+    expected["scouting"]["delay"] = 77
+    expected["listen"]["endpoints"] = ["tcp/127.0.0.1:1"]
+    expected["transport"]["unicast"]["max_sessions"] = 5
+    assert json.loads(str(config)) == expected
+
+
+def test_larger_messages_than_we_decode_are_not_put_together(bus_config):
+    assert json.loads(bus_config.zenoh().get_json("transport/link/rx/max_message_size")) == MAX_MESSAGE_BYTES
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("{}", []),
+        ('{listen: {endpoints: ["tcp/0.0.0.0:7461"]}}', ["it listens on tcp/0.0.0.0:7461"]),
+        ('{listen: {endpoints: {peer: ["tls/[::]:1"], router: ["tcp/1.2.3.4:5"]}}}', ["it listens on tls/[::]:1"]),
+        (
+            '{connect: {endpoints: ["tcp/robot.local:7447#iface=eth0"]}}',
+            ["connects to tcp/robot.local:7447#iface=eth0"],
+        ),
+        ("{scouting: {multicast: {enabled: true}}}", ["multicast scouting is on"]),
+    ],
+    ids=["ours", "all interfaces", "by mode", "connect", "multicast"],
+)
+def test_who_can_reach_the_bus_is_known(tmp_path, bus_config, text, says):
+    ways = beyond_loopback(laid_over(tmp_path, text, bus_config))
+    assert len(ways) == len(says)
+    assert all(part in way for way, part in zip(ways, says, strict=True))
+
+
+@pytest.mark.parametrize("locator", ["tcp/127.1.2.3:1", "tcp/[::1]:1", "tls/localhost:1", "unixsock-stream//tmp/x"])
+def test_loopback(locator):
+    assert is_loopback(locator)
+
+
+def test_more_than_loopback_is_said_aloud(tmp_path, bus_config, capfd):
+    path = tmp_path / "zenoh.json5"
+    path.write_text("{scouting: {multicast: {enabled: true}}}")
+    with Bus.open("bridge", BusConfig(endpoint=bus_config.endpoint, config_file=path)):
+        assert "can be reached from other machines: multicast scouting is on" in capfd.readouterr().err
+    with Bus.open("bridge", bus_config):
+        assert capfd.readouterr().err == ""
+
+
+def test_another_program_at_the_meeting_point_is_told(bus_config):
+    with (
+        socket.create_server(("127.0.0.1", port_of(bus_config))),
+        pytest.raises(TouchlineError, match=r"is another program, or frozen.*TOUCHLINE_ENDPOINT"),
+        Bus.open("bridge", bus_config),
+    ):
+        pass
+
+
+def test_waiting_for_a_router_can_be_interrupted(tmp_path, bus_config):
+    path = tmp_path / "zenoh.json5"
+    path.write_text("{mode: 'client'}")
+    environment = {**os.environ, **BusConfig(endpoint=bus_config.endpoint, config_file=path).environment()}
+    with subprocess.Popen(
+        [sys.executable, "-m", "services.cli", "status"], env=environment, stderr=subprocess.PIPE, text=True
+    ) as status:
+        assert "does not answer; still trying" in status.stderr.readline()
+        status.send_signal(signal.SIGTERM)
+        assert status.wait(60) == 128 + signal.SIGTERM
+
+
+def test_idle_connections_do_not_keep_a_peer_out(bus_config):
+    """As many as wait to be opened at most kept everybody out for ten seconds, again and again."""
+    address = ("127.0.0.1", port_of(bus_config))
+    with Bus.open("robot-sim", bus_config) as robot, ExitStack() as idle:
+        for _ in range(600):
+            idle.enter_context(socket.create_connection(address))
+        server, done = robot.serve(topics.ESTOP), threading.Event()
+
+        def serve() -> None:
+            while not done.is_set():
+                if (call := server.wait(0.05)) is not None:
+                    call.reply(CommandResponse(success=True))
+
+        thread = threading.Thread(target=serve)
+        thread.start()
+        try:
+            with Bus.open("operator", bus_config) as operator:
+                assert operator.call(topics.ESTOP, CommandRequest(request_id="now")).success
+        finally:
+            done.set()
+            thread.join()
+
+
+def test_few_descriptors_are_told_and_as_many_as_allowed_are_used(bus_config):
+    limit = 64
+    code = (
+        "import resource, sys\nfrom services.bus import Bus\n"
+        "resource.setrlimit(resource.RLIMIT_NOFILE, tuple(map(int, sys.argv[1:])))\n"
+        "with Bus.open('bridge'): print(resource.getrlimit(resource.RLIMIT_NOFILE)[0])"
+    )
+
+    def run(soft: int, hard: int) -> subprocess.CompletedProcess[str]:
+        environment = {**os.environ, **bus_config.environment()}
+        command = [sys.executable, "-c", code, str(soft), str(hard)]
+        return subprocess.run(command, env=environment, capture_output=True, text=True, check=True, timeout=100)
+
+    raised = run(limit, 4096)
+    assert (raised.stdout.strip(), raised.stderr) == ("4096", "")
+    assert "raise the limit of open files with ulimit -n" in run(limit, limit).stderr
+
+
+def test_a_message_that_is_too_large_harms_nobody(bus_config):
+    with Bus.open("robot-sim", bus_config) as robot, Bus.open("bridge", bus_config) as bridge:
+        caught_up(robot, bridge)
+        inbox = bridge.inbox([topics.EVENTS])
+        caught_up(robot, bridge)
+        with zenoh.open(bus_config.zenoh()) as stranger:
+            stranger.put(bridge.key(topics.EVENTS.name), bytes(2 * MAX_MESSAGE_BYTES))
+        caught_up(robot, bridge)
+        assert inbox.drain() == []
