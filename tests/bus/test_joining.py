@@ -83,13 +83,15 @@ def test_more_than_loopback_is_said_aloud(tmp_path, bus_config, capfd):
         assert capfd.readouterr().err == ""
 
 
-def test_another_program_at_the_meeting_point_is_told(bus_config):
+def test_another_program_at_the_meeting_point_is_told(bus_config, monkeypatch, capfd):
+    monkeypatch.setattr("services.bus.joining._GIVE_UP_S", 2.2)
     with (
         socket.create_server(("127.0.0.1", port_of(bus_config))),
-        pytest.raises(TouchlineError, match=r"is another program, or frozen.*TOUCHLINE_ENDPOINT"),
+        pytest.raises(TouchlineError, match=r"another program, or frozen.*TOUCHLINE_ENDPOINT"),
         Bus.open("bridge", bus_config),
     ):
         pass
+    assert "does not answer" in capfd.readouterr().err
 
 
 def test_waiting_for_a_router_can_be_interrupted(tmp_path, bus_config):
