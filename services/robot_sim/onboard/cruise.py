@@ -205,8 +205,10 @@ def _wanted(arc_m: float, ahead_m: float, switch_m: Floats, actuation: Floats, s
 
 
 @kernel
-def speed_now_mps(x: Floats, s: Floats) -> float:
-    """As `Estimator.speed_now_mps`."""
+def speed_now_mps(x: Floats, z: Floats, s: Floats) -> float:
+    """As `Estimator.speed_now_mps`; `z` (INPUTS,) of the tick."""
+    if z[m.IN_DISPUTED] > 0.0:
+        return float(x[m.SPEED])
     speed_mps: float = x[m.SPEED] + 0.5 * TICK_S * (s[c.ACCEL] - x[m.ACCEL_BIAS])
     return speed_mps
 
@@ -249,7 +251,7 @@ def steer(
     copy(progress, saved)
     copy(now, saved[t.PROGRESS :])
     limits[t.L_BACK_TO] = 0.0
-    observe(x, speed_now_mps(x, s), s[c.COMMAND], s[c.COMMAND + 1], body, now)
+    observe(x, speed_now_mps(x, ring[2][tick % m.RING], s), s[c.COMMAND], s[c.COMMAND + 1], body, now)
     track(rows, FORWARD, speeds, progress, limits, t.MODE_PROFILE, x[m.EAST], x[m.NORTH], x[m.HEADING], now, ahead)
     arc, speed = progress[t.P_ARC], now[t.SPEED]
     s[c.NOZZLE_AT] = arc - limits[t.L_NOZZLE_Y] * now[t.HEADING_ERROR]

@@ -255,7 +255,7 @@ class Traversal:
             self._leave_running(PAUSED, step.hold, WARN)
             self._automatic = True
         else:
-            self.reason = "aligning: standing until the position has settled" if job.aligning else ""
+            self.reason = _waits_for(job)
         return step.command
 
     def _try_again(self, job: Job) -> None:
@@ -299,3 +299,10 @@ class Traversal:
     def _become(self, state: int, reason: str, severity: int = INFO) -> None:
         self.state, self.reason = state, reason
         self._log.report(severity, NAMES[state], f"{NAMES[state]}: {reason}" if reason else NAMES[state])
+
+
+def _waits_for(job: Job) -> str:
+    """Why a job that runs has not set off, "" if it has."""
+    if job.waiting:
+        return "waiting: the accelerometer contradicts the standing wheels"
+    return "aligning: standing until the position has settled" if job.aligning else ""
