@@ -25,6 +25,7 @@ from services.robot_sim.onboard.estimator import model as m
 from services.robot_sim.onboard.estimator.filter import FIX_FIXED, LEAD_S
 from services.robot_sim.onboard.estimator.intake import FROZEN_RADPS, MAG_EVERY_TICKS, STILL_RAD, STILL_TICKS
 from services.robot_sim.onboard.estimator.kernels import advance, take_fix
+from services.robot_sim.onboard.estimator.standing import JOLT_MPS2
 from services.robot_sim.onboard.fence import beyond_m
 from services.robot_sim.onboard.path import FORWARD
 from services.robot_sim.onboard.tracking import track
@@ -207,9 +208,11 @@ def _wanted(arc_m: float, ahead_m: float, switch_m: Floats, actuation: Floats, s
 @kernel
 def speed_now_mps(x: Floats, z: Floats, s: Floats) -> float:
     """As `Estimator.speed_now_mps`; `z` (INPUTS,) of the tick."""
-    if z[m.IN_DISPUTED] > 0.0:
-        return float(x[m.SPEED])
-    speed_mps: float = x[m.SPEED] + 0.5 * TICK_S * (s[c.ACCEL] - x[m.ACCEL_BIAS])
+    speed_mps: float = x[m.SPEED]
+    accel_mps2 = s[c.ACCEL] - x[m.ACCEL_BIAS]
+    if z[m.IN_STILL] > 0.0 and abs(accel_mps2) > JOLT_MPS2:
+        return speed_mps
+    speed_mps += 0.5 * TICK_S * accel_mps2
     return speed_mps
 
 

@@ -23,6 +23,8 @@ FIX_FIXED: Final = 3
 
 _START_TICKS = 25  # at standstill before the biases are worth starting from
 _GATHERED_TICKS = 1000  # of which a jolt is told from the rest
+_MOST_LEAN_MPS2 = 3.0  # of an accelerometer's reading at standstill, beyond its bias: that is a slope of 30 %
+_GATHERED_SIGMAS = 4.0
 _ALIGNED_FIXES = 3
 _LOOSE_FIX_FACTOR = 20.0  # float and single fixes err slowly: their variance counts for two seconds, not for 0.1 s
 _LOOSE_FIX_FLOOR_M2 = {1: 1.0, 2: 0.04}
@@ -62,9 +64,7 @@ class Estimator:
         """Forget everything and start again from the sensors: the robot may have been carried elsewhere."""
         self._first_tick = -1
         self._slot = self._tick = 0
-        self._sums[:] = 0.0
-        self._sum_ticks = 0
-        self._accels.clear()
+        self._gather_anew()
         self._fixes[:] = 0.0
         self._inputs[:] = math.nan  # nothing of it is learned from
         start_learning(self._c, self._slow)
@@ -120,9 +120,10 @@ class Estimator:
     def speed_now_mps(self) -> float:
         """Speed at the end of the tick: the state is the tick's mean, the accelerometer gives the other half."""
         x = self._xs[self._slot]
-        if self.disputed:
+        accel_mps2 = self.intake.accel_mps2 - x[m.ACCEL_BIAS]
+        if self._inputs[self._slot, m.IN_STILL] > 0.0 and abs(accel_mps2) > JOLT_MPS2:
             return float(x[m.SPEED])
-        return float(x[m.SPEED] + 0.5 * TICK_S * (self.intake.accel_mps2 - x[m.ACCEL_BIAS]))
+        return float(x[m.SPEED] + 0.5 * TICK_S * accel_mps2)
 
     def estimate(self) -> Estimate:
         """Pose, twist and pose covariance of the axle centre at the tick's time."""
@@ -214,9 +215,7 @@ class Estimator:
     def _gather(self, frame: SensorFrame) -> None:
         """Average the sensors at standstill and start the filter when a fixed position arrives."""
         if self.intake.still_ticks == 0:
-            self._sums[:] = 0.0
-            self._sum_ticks = 0
-            self._accels.clear()
+            self._gather_anew()
             return
         imu, mag = frame.imu, frame.mag
         gnss = max(frame.gnss, key=lambda fix: fix.stamp_s, default=None)
@@ -228,8 +227,10 @@ class Estimator:
         if gnss.stamp_s < frame.time_s - (self._sum_ticks - 0.5) * TICK_S:
             return  # from before the robot stood here
         gyro, accel, mag_x, mag_y = (self._sums / self._sum_ticks).tolist()
-        accel = self._without_jolts(accel)
-        c = self._c
+        accel, c = self._without_jolts(accel), self._c
+        if abs(accel) > _MOST_LEAN_MPS2 + _GATHERED_SIGMAS * math.sqrt(c[m.C_SIDE_BIAS_VAR]):
+            self._gather_anew()
+            return
         self._slot = frame.tick % m.RING
         x, p = self._xs[self._slot], self._covariances[self._slot]
         x[m.HEADING], x[m.GYRO_BIAS], x[m.ACCEL_BIAS] = math.atan2(mag_x, mag_y), gyro, accel
@@ -248,8 +249,14 @@ class Estimator:
         self._inputs[self._slot, m.IN_RISE_EAST :] = 0.0  # nothing has been learned yet
         self._first_tick = frame.tick
 
+    def _gather_anew(self) -> None:
+        self._sums[:] = 0.0
+        self._sum_ticks = 0
+        self._accels.clear()
+
     def _without_jolts(self, mean_mps2: float) -> float:
         """The mean of what the accelerometer said at standstill, less what is far from most of it."""
         gathered = np.array(self._accels)
-        calm = np.abs(gathered - np.median(gathered)) <= JOLT_MPS2
+        middle = np.sort(gathered)[len(gathered) // 2]
+        calm = np.abs(gathered - middle) <= JOLT_MPS2
         return mean_mps2 if calm.all() else float(gathered[calm].mean())
