@@ -108,7 +108,7 @@ class RobotProcess:
         self._stops = [pair for pair in self._servers if pair[0].service in STOPS]
         self._waiting: list[tuple[ServedCall[Any, Any], Handler]] = []
         self._health = health
-        self._publish([self._telemetry.setup(), self._telemetry.status()])
+        self._publish([self._telemetry.setup(), self._telemetry.status(), *self._commands.take()])
 
     @property
     def active(self) -> bool:

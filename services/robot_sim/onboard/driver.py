@@ -153,7 +153,7 @@ class Driver:
         return self._braking(left, right) if mode == t.MODE_BRAKE else (left, right)
 
     def wheels_rest(self, estimator: Estimator) -> bool:
-        """Whether the wheels, by their encoders, have come to rest or begun to turn back; whatever speed is believed."""
+        """Whether the wheels, by their encoders, have come to rest or begun to turn back."""
         left, right = estimator.intake.encoder_rates
         radius_m = self._body[B_RADIUS]
         ahead_mps, turn_mps = 0.5 * radius_m * (left + right) * self._direction, 0.5 * radius_m * abs(right - left)

@@ -44,6 +44,7 @@ NAMES = {
 }
 
 MAX_RESUME_DISTANCE_M = 0.5
+EMERGENCY_STOP = "emergency stop"
 
 
 class Traversal:
@@ -149,10 +150,10 @@ class Traversal:
         self._require("abort", READY, RUNNING, PAUSED)
         self._leave_running(ABORTED, "aborted by the operator")
 
-    def estop(self) -> None:
+    def estop(self, reason: str = EMERGENCY_STOP) -> None:
         """Stop as hard as the wheels can; allowed always."""
         if self.state != ESTOPPED:
-            self._stop_hard("emergency stop")
+            self._stop_hard(reason)
 
     def reset(self) -> None:
         """Release an emergency stop once the robot stands, or clear a finished or aborted traversal."""
@@ -290,7 +291,8 @@ class Traversal:
     def _require(self, command: str, *states: int) -> None:
         if self.state not in states:
             allowed = " or ".join(NAMES[state] for state in states)
-            raise CommandRefused(f"cannot {command} while {NAMES[self.state]}; only while {allowed}")
+            remedy = "; reset it first" if self.state == ESTOPPED else ""
+            raise CommandRefused(f"cannot {command} while {NAMES[self.state]}; only while {allowed}{remedy}")
 
     def _require_standstill(self, command: str) -> None:
         if self.job is not None and not self.job.standing:

@@ -1,8 +1,8 @@
 """Wheels that stand are believed over the accelerometer.
 
 A robot that has come to rest is held by its brakes. When its accelerometer then says that it speeds up, something has
-knocked or shaken the robot, or the sensor is wrong; the wheels would turn if the robot went anywhere. Believed, a jolt of
-10 m/s² for 50 ms is a speed of half a metre per second.
+knocked or shaken the robot, or the sensor is wrong; the wheels would turn if the robot went anywhere. Believed, a jolt
+of 10 m/s² for 50 ms is a speed of half a metre per second.
 """
 
 from __future__ import annotations
@@ -49,8 +49,8 @@ def contradicts(mps2: float, variance: float) -> bool:
 def settle_dispute(x: Floats, P: Floats, before: Floats, z: Floats, c: Floats) -> bool:
     """Whether a tick's acceleration is not to be used since the wheels stand; counts such ticks in IN_DISPUTED.
 
-    A constant contradiction that lasts is learned as a bias at once, by giving the bias that much room: at standstill the
-    speed is known, so neither it nor the position moves.
+    A constant contradiction that lasts is learned as a bias at once, by giving the bias that much room: at standstill
+    the speed is known, so neither it nor the position moves.
 
     Args:
         x: (STATES,) of the tick before.
