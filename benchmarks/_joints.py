@@ -96,10 +96,17 @@ def _faulty(kind: str, **fields: object) -> Callable[[Emulator], None]:
     return lambda emulator: emulator.inject_fault(fault(kind, duration_s=FAULT_S, **fields))
 
 
+def _paused_and_jolted(emulator: Emulator) -> None:
+    """Something knocks against the robot once it stands."""
+    emulator.pause()
+    emulator.inject_fault(fault("imu-bias", start_s=2.0, duration_s=0.05, accel_mps2=10.0, gyro_radps=0.0))
+
+
 CAUSES: Final[dict[str, Callable[[Emulator], None] | None]] = {
     "RTK outage": _faulty("gnss-outage"),
     "RTK float": _faulty("gnss-degraded", fix="float"),
     "pause": Emulator.pause,
+    "pause, jolted": _paused_and_jolted,
     "e-stop, reset": Emulator.estop,
     "bumper": _faulty("bumper"),
     "operator lost": _faulty("operator-lost"),

@@ -74,7 +74,7 @@ class Commands:
     ) -> None:
         self._progress = Progress(emulator, journal)
         self._emulator, self._telemetry, self._set_speed = emulator, telemetry, set_speed
-        self.told: list[Payload] = []
+        self.told: list[Payload] = telemetry.news() if self._progress.restore_latch() else []
         self.handlers: dict[Service[Any, Any], Handler] = {
             topics.SET_SPEED: self.set_speed,
             topics.INJECT_FAULT: self.inject_fault,
@@ -173,8 +173,7 @@ class Commands:
 
         Returns what is to be published about that: nothing, if all is well.
         """
-        problem = self._progress.note()
-        return self._of_journal(problem) if problem else []
+        return self._of_journal(self._progress.note_latch()) + self._of_journal(self._progress.note())
 
     def _of_journal(self, problem: str) -> list[Payload]:
         """A line of the event log; it is about this machine's disk, so it has no part in the session's hash."""
@@ -236,7 +235,9 @@ class Commands:
                 command()
             except CommandRefused as error:
                 return m.CommandResponse(success=False, message=str(error))
+            warning = self._progress.note_latch()  # before anybody hears that the robot is stopped, or released
             self.told += self._telemetry.news()
-            return m.CommandResponse(success=True, message="done")
+            self.told += self._of_journal(warning)
+            return m.CommandResponse(success=True, message=f"done, but {warning}" if warning else "done")
 
         return handle

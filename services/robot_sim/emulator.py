@@ -31,6 +31,7 @@ from services.robot_sim.frames import (
 from services.robot_sim.onboard import Onboard
 from services.robot_sim.onboard.followers import Ask, nobody
 from services.robot_sim.onboard.trajectory import resume_pose
+from services.robot_sim.onboard.traversal import EMERGENCY_STOP
 from services.robot_sim.paint.ledger import PaintLedger
 from services.robot_sim.paint.metrics import PaintMetrics, paint_metrics
 from services.robot_sim.paint.targets import start_pose, targets
@@ -111,7 +112,7 @@ class OnboardComputer(Protocol):
     def abort(self) -> None:
         """Brake and give the traversal up."""
 
-    def estop(self) -> None:
+    def estop(self, reason: str = EMERGENCY_STOP) -> None:
         """Stop at once and latch."""
 
     def reset(self) -> None:
@@ -271,9 +272,9 @@ class Emulator:
         """Brake and give the traversal up."""
         self.onboard.abort()
 
-    def estop(self) -> None:
+    def estop(self, reason: str = EMERGENCY_STOP) -> None:
         """Stop at once; only a reset gets it going again."""
-        self.onboard.estop()
+        self.onboard.estop(reason)
 
     def reset(self) -> None:
         """Release an emergency stop."""

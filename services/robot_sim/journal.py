@@ -4,6 +4,8 @@ A small file mapped into memory: writing is a copy of some bytes, and what was w
 are written in turn and carry a checksum, so that a process killed in the middle of writing leaves what it wrote before.
 The paint is in a file beside it, `paint/record.py`; a slot says how much of that has fallen. So is the setup, the robot
 and the world that the traversal began in: whoever goes on must live in the same.
+
+An emergency stop has a place of its own after the slots, and is latched there until a reset.
 """
 
 from __future__ import annotations
@@ -38,7 +40,11 @@ _USED: Final = _RECORD.size + _CHECK.size
 _VERSION: Final = 4
 """Where the checksum begins: a record of another layout is none."""
 _SLOT: Final = 256
-_SIZE: Final = 2 * _SLOT
+_LATCH_AT: Final = 2 * _SLOT
+_SIZE: Final = 3 * _SLOT
+_LATCH: Final = struct.Struct("<8s200s")
+"""A mark and the reason; all zero, as in a journal from before there was a latch: none."""
+_LATCHED: Final = b"ESTOPPED"
 _OVER: Final = Checkpoint(-1, 0.0, None)
 _NOTHING: Final = Totals((0.0,) * 4, (0.0,) * 3, 0)
 
@@ -178,6 +184,31 @@ class Journal:
             except OSError as error:
                 self._lose_paint(error)
         self._write(checkpoint, totals)
+
+    @property
+    def latched(self) -> str | None:
+        """Why an emergency stop is latched, None if none is; "" if the reason cannot be read."""
+        if self._map is None:
+            return None
+        raw = self._map[_LATCH_AT : _LATCH_AT + _LATCH.size + _CHECK.size]
+        mark, reason = _LATCH.unpack(raw[: _LATCH.size])
+        if mark != _LATCHED:
+            return None
+        whole = raw[_LATCH.size :] == _CHECK.pack(zlib.crc32(raw[: _LATCH.size]))
+        return reason.rstrip(b"\0").decode("utf-8", "replace") if whole else ""
+
+    def latch(self, reason: str) -> str:
+        """Keep an emergency stop for the next process; returns why that cannot be done, "" if it is."""
+        if self._map is None:
+            return self.problem or "the journal is closed"
+        record = _LATCH.pack(_LATCHED, reason.encode()[:200])
+        self._map[_LATCH_AT : _LATCH_AT + _LATCH.size + _CHECK.size] = record + _CHECK.pack(zlib.crc32(record))
+        return ""
+
+    def release(self) -> None:
+        """The emergency stop is over."""
+        if self._map is not None:
+            self._map[_LATCH_AT : _LATCH_AT + _LATCH.size + _CHECK.size] = bytes(_LATCH.size + _CHECK.size)
 
     def end(self) -> None:
         """The traversal is over."""

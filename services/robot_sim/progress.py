@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from schemas.errors import CommandRefused
-from schemas.messages import Trajectory
+from schemas.messages import Trajectory, TraversalStatus
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.frames import Checkpoint
 from services.robot_sim.journal import Journal
+from services.robot_sim.onboard.traversal import EMERGENCY_STOP
 from services.robot_sim.remains import Remains
 from services.robot_sim.setups import SetupText
 
@@ -24,6 +25,29 @@ class Progress:
         self._digest = b""
         self._resumed = self._under_way = False
         self._said = ""
+        self._latched = False
+
+    def restore_latch(self) -> bool:
+        """Stop if the last process ended in an emergency stop that nobody has reset; returns whether it did."""
+        reason = self._journal.latched if self._journal is not None else None
+        if reason is None:
+            return False
+        cause = f" ({reason})" if reason not in ("", EMERGENCY_STOP) else ""
+        self._emulator.estop(f"{EMERGENCY_STOP} from before the restart{cause}; reset to release it")
+        self._latched = True
+        return True
+
+    def note_latch(self) -> str:
+        """Keep that there is, or no longer is, an emergency stop; returns what the operator should know."""
+        stopped = self._emulator.onboard.state == TraversalStatus.ESTOPPED
+        if self._journal is None or stopped == self._latched:
+            return ""
+        self._latched = stopped
+        if not stopped:
+            self._journal.release()
+            return ""
+        problem = self._journal.latch(self._emulator.onboard.status.reason)
+        return f"the emergency stop would not survive a restart of the robot: {problem}" if problem else ""
 
     def unfinished(self, trajectory: Trajectory) -> tuple[Checkpoint, Remains]:
         """Where to go on with a trajectory, and with what.

@@ -81,13 +81,14 @@ def _keep(
     fixes: int,
     x: Floats,
     P: Floats,
+    z: Floats,
     s: Floats,
 ) -> None:
     readings, _, arrivals = heard
     ticks.note(row, tick, state, readings, (s[c.COMMAND], s[c.COMMAND + 1]), s[c.COMMAND + 2], s[c.COMMAND + 3])
     pose = row[ticks.ESTIMATE : ticks.COVARIANCE]
     pose[0], pose[1], pose[2] = x[model.EAST], x[model.NORTH], x[model.HEADING]
-    pose[3], pose[4] = speed_now_mps(x, s), x[model.YAW_RATE]
+    pose[3], pose[4] = speed_now_mps(x, z, s), x[model.YAW_RATE]
     for i in range(3):
         for j in range(3):
             row[ticks.COVARIANCE + 3 * i + j] = P[i, j]
@@ -157,7 +158,8 @@ def drive_quietly(
             at[STAGE] = WHOLE
             if len(rows) > 0:
                 slot = tick % model.RING
-                _keep(rows[tick - at[FIRST]], tick, state, heard, at[FIXES], ring[0][slot], ring[1][slot], s)
+                row = rows[tick - at[FIRST]]
+                _keep(row, tick, state, heard, at[FIXES], ring[0][slot], ring[1][slot], ring[2][slot], s)
             full = ledger[projection.STATE_POINTS] + 2 * projection.MOST_RUNS > len(points)
             if tick >= last_tick or full or ledger[projection.STATE_STRETCHES] > 0:
                 return

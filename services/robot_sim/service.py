@@ -159,7 +159,7 @@ class RobotProcess:
         self._waiting: list[tuple[ServedCall[Any, Any], Handler]] = []
         self._health = health
         self._tidy_at_s = time.monotonic()
-        self._publish([self._telemetry.setup(), self._telemetry.status()])
+        self._publish([self._telemetry.setup(), self._telemetry.status(), *self._commands.take()])
 
     @property
     def active(self) -> bool:

@@ -66,7 +66,7 @@ class ScriptedOnboard:
     def abort(self):
         self.state = TraversalStatus.ABORTED
 
-    def estop(self):
+    def estop(self, _reason="emergency stop"):
         self.state = TraversalStatus.ESTOPPED
 
     def reset(self):

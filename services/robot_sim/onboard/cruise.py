@@ -25,6 +25,7 @@ from services.robot_sim.onboard.estimator import model as m
 from services.robot_sim.onboard.estimator.filter import FIX_FIXED, LEAD_S
 from services.robot_sim.onboard.estimator.intake import FROZEN_RADPS, MAG_EVERY_TICKS, STILL_RAD, STILL_TICKS
 from services.robot_sim.onboard.estimator.kernels import advance, take_fix
+from services.robot_sim.onboard.estimator.standing import JOLT_MPS2
 from services.robot_sim.onboard.fence import beyond_m
 from services.robot_sim.onboard.path import FORWARD
 from services.robot_sim.onboard.tracking import track
@@ -205,9 +206,13 @@ def _wanted(arc_m: float, ahead_m: float, switch_m: Floats, actuation: Floats, s
 
 
 @kernel
-def speed_now_mps(x: Floats, s: Floats) -> float:
-    """As `Estimator.speed_now_mps`."""
-    speed_mps: float = x[m.SPEED] + 0.5 * TICK_S * (s[c.ACCEL] - x[m.ACCEL_BIAS])
+def speed_now_mps(x: Floats, z: Floats, s: Floats) -> float:
+    """As `Estimator.speed_now_mps`; `z` (INPUTS,) of the tick."""
+    speed_mps: float = x[m.SPEED]
+    accel_mps2 = s[c.ACCEL] - x[m.ACCEL_BIAS]
+    if z[m.IN_STILL] > 0.0 and abs(accel_mps2) > JOLT_MPS2:
+        return speed_mps
+    speed_mps += 0.5 * TICK_S * accel_mps2
     return speed_mps
 
 
@@ -249,7 +254,7 @@ def steer(
     copy(progress, saved)
     copy(now, saved[t.PROGRESS :])
     limits[t.L_BACK_TO] = 0.0
-    observe(x, speed_now_mps(x, s), s[c.COMMAND], s[c.COMMAND + 1], body, now)
+    observe(x, speed_now_mps(x, ring[2][tick % m.RING], s), s[c.COMMAND], s[c.COMMAND + 1], body, now)
     track(rows, FORWARD, speeds, progress, limits, t.MODE_PROFILE, x[m.EAST], x[m.NORTH], x[m.HEADING], now, ahead)
     arc, speed = progress[t.P_ARC], now[t.SPEED]
     s[c.NOZZLE_AT] = arc - limits[t.L_NOZZLE_Y] * now[t.HEADING_ERROR]

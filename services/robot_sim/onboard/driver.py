@@ -26,6 +26,9 @@ BACK_SPEED_MPS = 0.4
 STOPPED_MPS = 0.02
 BRAKED_TICKS = 60
 """After the reference has come to rest the robot is stopped by its wheels alone, wherever it believes to be going."""
+BRAKE_SHARE: Final = 1.2
+BRAKE_MARGIN_MPS: Final = 0.05
+"""While it brakes the robot is commanded no speed beyond this share of the reference and this more, nor backward."""
 END_TOLERANCE_M = 0.01
 _LOCATE_STEPS = 30  # of at most 5 cm each
 # Of what the feed-forward makes up for: random slip is within it. A tyre at the end of its grip slips more, and faster
@@ -146,7 +149,32 @@ class Driver:
         self._braked_ticks = self._braked_ticks + 1 if mode == t.MODE_BRAKE and self.still else 0
         if self._braked_ticks > BRAKED_TICKS:
             return 0.0, 0.0
-        return self._follower.step(now, self._ahead)
+        left, right = self._follower.step(now, self._ahead)
+        return self._braking(left, right) if mode == t.MODE_BRAKE else (left, right)
+
+    def wheels_rest(self, estimator: Estimator) -> bool:
+        """Whether the wheels, by their encoders, have come to rest or begun to turn back."""
+        left, right = estimator.intake.encoder_rates
+        radius_m = self._body[B_RADIUS]
+        ahead_mps, turn_mps = 0.5 * radius_m * (left + right) * self._direction, 0.5 * radius_m * abs(right - left)
+        return bool(ahead_mps < 2.0 * STOPPED_MPS and turn_mps < 2.0 * STOPPED_MPS)
+
+    @property
+    def _direction(self) -> float:
+        """+1 if the robot drives, or last drove, forward."""
+        return math.copysign(1.0, self.reference_mps) * (self.leg.sense or 1.0)
+
+    def _braking(self, left: float, right: float) -> tuple[float, float]:
+        """Wheel speeds (left, right) that brake: about as fast as the reference at most, and hardly the other way.
+
+        A speed that is believed and wrong would else have the robot speed up, or drive back.
+        """
+        radius_m, direction = float(self._body[B_RADIUS]), self._direction
+        ahead = 0.5 * (left + right) * direction
+        most = (BRAKE_SHARE * abs(self.reference_mps) + BRAKE_MARGIN_MPS) / radius_m
+        least = -BRAKE_MARGIN_MPS / radius_m
+        excess = direction * (ahead - min(max(ahead, least), most))
+        return (left - excess, right - excess) if excess else (left, right)
 
     def locate(self, estimator: Estimator) -> None:
         """Find the standing robot's place on the path anew: it may have slid or been pushed, either way."""

@@ -75,6 +75,7 @@ class Job:
         self._resumed = False
         self._back_to_m = 0.0
         self._last = STANDSTILL
+        self._at_rest = False  # told to stand, and does: the brakes hold until it is to run
 
     def resume_at(self, checkpoint: Checkpoint) -> None:
         """Begin where another process left off: align there, and go back for what is owed.
@@ -100,11 +101,18 @@ class Job:
         return self._phase is Phase.ALIGN
 
     @property
+    def waiting(self) -> bool:
+        """Whether the robot, though told to go on, stands until its accelerometer agrees with the standing wheels."""
+        return self._at_rest and self._estimator.disputed
+
+    @property
     def standing(self) -> bool:
-        """Whether the robot neither moves nor is told to."""
+        """Whether the robot neither is told to move nor does: its wheels have stood for a while, or it knows so."""
         commanded = max(abs(self._last.left_radps), abs(self._last.right_radps)) * self._radius_m
-        measured = abs(self._estimator.speed_now_mps()) if self._estimator.started else 0.0
-        return commanded < 2.0 * STOPPED_MPS and measured < 2.0 * STOPPED_MPS
+        if commanded >= 2.0 * STOPPED_MPS:
+            return False
+        known = not self._estimator.started or abs(self._estimator.speed_now_mps()) < 2.0 * STOPPED_MPS
+        return known or self._estimator.wheels_stand
 
     @property
     def lateral_error_m(self) -> float:
@@ -119,6 +127,9 @@ class Job:
 
     def run(self) -> Step:
         """One tick of driving and painting."""
+        if self.waiting:
+            return Step(STANDSTILL)
+        self._at_rest = False
         step = self._run()
         self._last = step.command
         return step
@@ -240,10 +251,11 @@ class Job:
 
     def _rest(self) -> Command:
         driver = self.driver
-        if self._phase is Phase.ALIGN:
+        if self._phase is Phase.ALIGN or self._at_rest:
             return STANDSTILL
-        if self.standing and driver.still:
+        if driver.still and (self.standing or driver.wheels_rest(self._estimator)):
             driver.halt()
+            self._at_rest = True
             return STANDSTILL
         left, right = driver.step(self._estimator, self._wheels(), tracking.MODE_BRAKE)
         if self._phase is Phase.ALONG:

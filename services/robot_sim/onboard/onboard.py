@@ -23,7 +23,7 @@ from services.robot_sim.onboard.events import EventLog
 from services.robot_sim.onboard.followers import Ask, make_follower, nobody
 from services.robot_sim.onboard.hazards import Hazards
 from services.robot_sim.onboard.safety import Watch
-from services.robot_sim.onboard.traversal import Course, Traversal
+from services.robot_sim.onboard.traversal import EMERGENCY_STOP, Course, Traversal
 
 
 class Onboard:
@@ -97,9 +97,9 @@ class Onboard:
         """Brake and give the traversal up."""
         self._traversal.abort()
 
-    def estop(self) -> None:
+    def estop(self, reason: str = EMERGENCY_STOP) -> None:
         """Stop as hard as possible and latch until `reset`."""
-        self._traversal.estop()
+        self._traversal.estop(reason)
 
     def reset(self) -> None:
         """Release an emergency stop, or clear a finished traversal."""

@@ -45,6 +45,7 @@ NAMES = {
 }
 
 MAX_RESUME_DISTANCE_M = 0.5
+EMERGENCY_STOP = "emergency stop"
 
 
 class Course(NamedTuple):
@@ -168,10 +169,10 @@ class Traversal:
         self._require("abort", READY, RUNNING, PAUSED)
         self._leave_running(ABORTED, "aborted by the operator")
 
-    def estop(self) -> None:
+    def estop(self, reason: str = EMERGENCY_STOP) -> None:
         """Stop as hard as the wheels can; allowed always."""
         if self.state != ESTOPPED:
-            self._stop_hard("emergency stop")
+            self._stop_hard(reason)
 
     def reset(self) -> None:
         """Release an emergency stop once the robot stands, or clear a finished or aborted traversal."""
@@ -274,7 +275,7 @@ class Traversal:
             self._leave_running(PAUSED, step.hold, WARN)
             self._automatic = True
         else:
-            self.reason = "aligning: standing until the position has settled" if job.aligning else ""
+            self.reason = _waits_for(job)
         return step.command
 
     def _try_again(self, job: Job) -> None:
@@ -309,7 +310,8 @@ class Traversal:
     def _require(self, command: str, *states: int) -> None:
         if self.state not in states:
             allowed = " or ".join(NAMES[state] for state in states)
-            raise CommandRefused(f"cannot {command} while {NAMES[self.state]}; only while {allowed}")
+            remedy = "; reset it first" if self.state == ESTOPPED else ""
+            raise CommandRefused(f"cannot {command} while {NAMES[self.state]}; only while {allowed}{remedy}")
 
     def _require_standstill(self, command: str) -> None:
         if self.job is not None and not self.job.standing:
@@ -318,3 +320,10 @@ class Traversal:
     def _become(self, state: int, reason: str, severity: int = INFO) -> None:
         self.state, self.reason = state, reason
         self._log.report(severity, NAMES[state], f"{NAMES[state]}: {reason}" if reason else NAMES[state])
+
+
+def _waits_for(job: Job) -> str:
+    """Why a job that runs has not set off, "" if it has."""
+    if job.waiting:
+        return "waiting: the accelerometer contradicts the standing wheels"
+    return "aligning: standing until the position has settled" if job.aligning else ""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from typing import Final
 
 import numpy as np
@@ -12,14 +13,18 @@ from schemas.scenario import Scenario
 from schemas.vehicle import Vehicle
 from services.robot_sim.frames import TICK_S, Estimate, GnssSample, SensorFrame
 from services.robot_sim.onboard.estimator import model as m
-from services.robot_sim.onboard.estimator.intake import Intake
+from services.robot_sim.onboard.estimator.intake import STILL_TICKS, Intake
 from services.robot_sim.onboard.estimator.kernels import advance, take_fix
 from services.robot_sim.onboard.estimator.learning import start_learning
+from services.robot_sim.onboard.estimator.standing import JOLT_MPS2
 
 FIX_NONE: Final = 0
 FIX_FIXED: Final = 3
 
 _START_TICKS = 25  # at standstill before the biases are worth starting from
+_GATHERED_TICKS = 1000  # of which a jolt is told from the rest
+_MOST_LEAN_MPS2 = 3.0  # of an accelerometer's reading at standstill, beyond its bias: that is a slope of 30 %
+_GATHERED_SIGMAS = 4.0
 _ALIGNED_FIXES = 3
 _LOOSE_FIX_FACTOR = 20.0  # float and single fixes err slowly: their variance counts for two seconds, not for 0.1 s
 _LOOSE_FIX_FLOOR_M2 = {1: 1.0, 2: 0.04}
@@ -52,14 +57,14 @@ class Estimator:
         """(COUNTERS,) counts, NIS sums and the last innovation; indices in `model`."""
         self._slow = np.zeros(m.SLOW)
         self._sums = np.zeros(4)
+        self._accels: deque[float] = deque(maxlen=_GATHERED_TICKS)
         self.restart()
 
     def restart(self) -> None:
         """Forget everything and start again from the sensors: the robot may have been carried elsewhere."""
         self._first_tick = -1
         self._slot = self._tick = 0
-        self._sums[:] = 0.0
-        self._sum_ticks = 0
+        self._gather_anew()
         self._fixes[:] = 0.0
         self._inputs[:] = math.nan  # nothing of it is learned from
         start_learning(self._c, self._slow)
@@ -77,7 +82,17 @@ class Estimator:
     @property
     def aligned(self) -> bool:
         """Whether the filter has settled enough at standstill to drive off."""
-        return self.started and self.counters[m.N_FIXES] >= _ALIGNED_FIXES
+        return self.started and self.counters[m.N_FIXES] >= _ALIGNED_FIXES and not self.disputed
+
+    @property
+    def disputed(self) -> bool:
+        """Whether the accelerometer contradicts wheels that stand, and is not believed."""
+        return bool(self._inputs[self._slot, m.IN_DISPUTED] > 0.0)
+
+    @property
+    def wheels_stand(self) -> bool:
+        """Whether the wheels have stood for a while, whatever the other sensors say."""
+        return self.intake.still_ticks >= STILL_TICKS
 
     @property
     def state(self) -> NDArray[np.float64]:
@@ -105,7 +120,10 @@ class Estimator:
     def speed_now_mps(self) -> float:
         """Speed at the end of the tick: the state is the tick's mean, the accelerometer gives the other half."""
         x = self._xs[self._slot]
-        return float(x[m.SPEED] + 0.5 * TICK_S * (self.intake.accel_mps2 - x[m.ACCEL_BIAS]))
+        accel_mps2 = self.intake.accel_mps2 - x[m.ACCEL_BIAS]
+        if self._inputs[self._slot, m.IN_STILL] > 0.0 and abs(accel_mps2) > JOLT_MPS2:
+            return float(x[m.SPEED])
+        return float(x[m.SPEED] + 0.5 * TICK_S * accel_mps2)
 
     def estimate(self) -> Estimate:
         """Pose, twist and pose covariance of the axle centre at the tick's time."""
@@ -197,19 +215,22 @@ class Estimator:
     def _gather(self, frame: SensorFrame) -> None:
         """Average the sensors at standstill and start the filter when a fixed position arrives."""
         if self.intake.still_ticks == 0:
-            self._sums[:] = 0.0
-            self._sum_ticks = 0
+            self._gather_anew()
             return
         imu, mag = frame.imu, frame.mag
         gnss = max(frame.gnss, key=lambda fix: fix.stamp_s, default=None)
         self._sums += (imu.gyro_z_radps, imu.accel_x_mps2, mag.x_t, mag.y_t)
         self._sum_ticks += 1
+        self._accels.append(imu.accel_x_mps2)
         if gnss is None or gnss.fix != FIX_FIXED or self._sum_ticks < _START_TICKS:
             return
         if gnss.stamp_s < frame.time_s - (self._sum_ticks - 0.5) * TICK_S:
             return  # from before the robot stood here
         gyro, accel, mag_x, mag_y = (self._sums / self._sum_ticks).tolist()
-        c = self._c
+        accel, c = self._without_jolts(accel), self._c
+        if abs(accel) > _MOST_LEAN_MPS2 + _GATHERED_SIGMAS * math.sqrt(c[m.C_SIDE_BIAS_VAR]):
+            self._gather_anew()
+            return
         self._slot = frame.tick % m.RING
         x, p = self._xs[self._slot], self._covariances[self._slot]
         x[m.HEADING], x[m.GYRO_BIAS], x[m.ACCEL_BIAS] = math.atan2(mag_x, mag_y), gyro, accel
@@ -227,3 +248,15 @@ class Estimator:
         self._place(x, p, gnss)
         self._inputs[self._slot, m.IN_RISE_EAST :] = 0.0  # nothing has been learned yet
         self._first_tick = frame.tick
+
+    def _gather_anew(self) -> None:
+        self._sums[:] = 0.0
+        self._sum_ticks = 0
+        self._accels.clear()
+
+    def _without_jolts(self, mean_mps2: float) -> float:
+        """The mean of what the accelerometer said at standstill, less what is far from most of it."""
+        gathered = np.array(self._accels)
+        middle = np.sort(gathered)[len(gathered) // 2]
+        calm = np.abs(gathered - middle) <= JOLT_MPS2
+        return mean_mps2 if calm.all() else float(gathered[calm].mean())

@@ -50,6 +50,7 @@ from services.robot_sim.onboard.estimator.model import (
     STATES,
 )
 from services.robot_sim.onboard.estimator.prediction import predict
+from services.robot_sim.onboard.estimator.standing import settle_dispute
 from services.robot_sim.onboard.estimator.updates import two
 
 Floats = NDArray[np.float64]
@@ -73,10 +74,13 @@ def _step(
     x[EAST] += c[C_MAST] * (inputs[slot, IN_RISE_EAST] - inputs[before, IN_RISE_EAST])
     x[NORTH] += c[C_MAST] * (inputs[slot, IN_RISE_NORTH] - inputs[before, IN_RISE_NORTH])
     smooth_rims(inputs[before], inputs[slot])
+    disputed = settle_dispute(x, P, inputs[before], inputs[slot], c)
     accel = inputs[slot, IN_ACCEL]
     if math.isnan(accel):
         accel = x[ACCEL_BIAS]
         P[SPEED, SPEED] += _NO_IMU_SPEED_VAR
+    elif disputed:
+        accel = x[ACCEL_BIAS]
     predict(x, P, accel, inputs[slot], c)
     strain_tyres(P, inputs[before], inputs[slot])
     doubt_accelerometer(P, inputs[before], inputs[slot])

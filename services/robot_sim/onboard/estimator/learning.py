@@ -37,6 +37,7 @@ from services.robot_sim.onboard.estimator.model import (
     IN_RISE_NORTH,
     IN_RISE_VAR,
     IN_SIDE,
+    IN_STILL,
     LEFT_MEAN,
     LEFT_SLIP,
     MEAN_VAR,
@@ -53,6 +54,7 @@ from services.robot_sim.onboard.estimator.model import (
     SPEED,
     YAW_RATE,
 )
+from services.robot_sim.onboard.estimator.standing import contradicts
 
 Floats = NDArray[np.float64]
 
@@ -119,6 +121,8 @@ def _learn_slope(x: Floats, z: Floats, c: Floats, slow: Floats) -> None:
     g2 = slow[P_BIAS_NORTH] + east * slow[P_EAST_NORTH] + north * slow[P_NORTH]
     s = g0 + east * g1 + north * g2 + c[C_R_SIDE] + (_CURVE_SHARE * curve) ** 2
     innovation = z[IN_SIDE] - curve - slow[SIDE_BIAS] - east * slow[RISE_EAST] - north * slow[RISE_NORTH]
+    if z[IN_STILL] > 0.0 and contradicts(innovation, s):
+        return
     most = _CLIP * math.sqrt(s)
     innovation = min(max(innovation, -most), most)
     slow[SIDE_BIAS] += g0 * innovation / s

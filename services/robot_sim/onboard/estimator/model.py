@@ -69,7 +69,8 @@ IN_LEFT_SMOOTH: Final = 13  # m/s, nominal rim speed that slip is a share of
 IN_RIGHT_SMOOTH: Final = 14
 IN_REFUSED: Final = 15  # ticks in a row, up to this one, in which the wheels' readings were rejected
 IN_ROUGH: Final = 16  # (m/s²)², mean square step of IN_ACCEL over the last ticks
-INPUTS: Final = 17
+IN_DISPUTED: Final = 17  # ticks in a row, up to this one, in which the accelerometer contradicted wheels that stand
+INPUTS: Final = 18
 
 # What is learned beside the states.
 SIDE_BIAS: Final = 0  # m/s²
