@@ -125,12 +125,29 @@ class ByCall(Way):
 
 
 class ByOrder(Way):
-    """`touchline order estop`: a process that joins the bus for it. Python's own start is not counted."""
+    """`touchline order estop`: a process that joins the bus for it; the stop is sent when it has joined.
 
-    _STARTED = (
-        "import sys, services.cli as cli, services.cli.commands, services.bus;"
-        "sys.stdin.readline(); sys.argv = ['touchline', 'order', 'estop']; cli.main()"
-    )
+    Attributes:
+        told_s: When the person has told the command to (monotonic). Python's own start is not counted.
+    """
+
+    _STARTED = """
+import sys, time
+import services.cli as cli, services.cli.commands, services.bus as bus
+
+ask = bus.Bus.call
+
+def call(*arguments, **options):
+    sys.stderr.write(f"{time.monotonic()}\\n")
+    sys.stderr.flush()
+    return ask(*arguments, **options)
+
+bus.Bus.call = call
+sys.stdin.readline()
+sys.argv = ["touchline", "order", "estop"]
+cli.main()
+"""
+    """The command, which writes the time at which it has joined the bus and asks."""
 
     def __init__(self, system: System) -> None:
         """Have one ready."""
@@ -138,14 +155,14 @@ class ByOrder(Way):
         self._environment = {**os.environ, **system.environment}
         self._waiting = self._prepared()
         self._running: subprocess.Popen[str] | None = None
-        self._begun_s = 0.0
+        self._begun_s = self.told_s = 0.0
 
     def _prepared(self) -> subprocess.Popen[str]:
-        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
+        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
         return subprocess.Popen([sys.executable, "-c", self._STARTED], env=self._environment, text=True, **pipes)  # type: ignore[call-overload,no-any-return]
 
     def _send(self, chance: random.Random) -> None:
-        self.sent_s = time.monotonic()
+        self.sent_s = self.told_s = time.monotonic()
         self._run()
 
     def _run(self) -> None:
@@ -164,8 +181,12 @@ class ByOrder(Way):
             if time.monotonic() - self._begun_s < _ORDER_S:
                 return
             self._running.kill()
-        text = self._running.communicate()[0].strip()
-        self._tell(self._running.returncode == 0, text)
+        said, trouble = self._running.communicate()
+        joined, _, problem = trouble.partition("\n")
+        if self.sent_s == self.told_s:
+            with suppress(ValueError):
+                self.sent_s = float(joined)
+        self._tell(self._running.returncode == 0, (said or problem or joined).strip())
         self._running = None
         if not self.said[-1].done:
             self._run()
@@ -244,6 +265,8 @@ class ByConsole(Way):
 
     _ESCAPES = re.compile(rb"\x1b(\[[0-9;?<>=]*[a-zA-Z]|\][^\a\x1b]*(\a|\x1b\\)|[=>()][0-9A-Za-z]?)")
     _UNACKNOWLEDGED = re.compile(r"NOT\s*ACKNOWLEDGED|E-STOP\s*SENT", re.IGNORECASE)
+    _ESCAPED_S = 0.2
+    """After which a terminal takes an escape for the key of that name."""
     _MASHED = (
         "\x1b[A",
         "\x1b[B",
@@ -258,7 +281,6 @@ class ByConsole(Way):
         "+",
         "-",
         "?",
-        "\x1b",
         "s",
         "l",
         ".",
@@ -343,8 +365,9 @@ class ByConsole(Way):
 
     def rest(self) -> None:
         """Close whatever dialog the keys have opened."""
-        self._press("\x1b")
-        self._press("\x1b")
+        for _ in range(2):
+            self._press("\x1b")
+            time.sleep(self._ESCAPED_S)
 
     def close(self) -> None:
         """End it."""

@@ -25,18 +25,20 @@ import numpy as np
 from benchmarks._mishaps import LOADS, Mishap, mishap
 from benchmarks._observer import Observer
 from benchmarks._processes import NODES
-from benchmarks._recordings import opened_valve, problems
+from benchmarks._recordings import verdict
 from benchmarks._system import RUNNING, STATES, Hand, System, SystemLost, running_system
-from benchmarks._ways import WAYS, ByCall, ByConsole, Way, ways_of
+from benchmarks._ways import WAYS, ByCall, ByConsole, ByOrder, Way, ways_of
 from schemas import topics
 from services.bus import Bus
 
 LIMIT_S: Final = 0.3
 """From the stop's being given, or the robot's being alive again, to its status."""
-ORDER_LIMIT_S: Final = 0.8
-"""For a process that has to join the bus first, which takes it 0.3 s on an idle machine."""
+JOINING_S: Final = 2.0
+"""Within which `touchline order` joins the bus; that comes before, and is not counted."""
 TOLD_S: Final = 1.5
 """Within which a person is told that a stop is not acknowledged."""
+ACKNOWLEDGED_S: Final = 5.0
+"""For which the answer is waited for once the robot has stopped."""
 PATIENCE_S: Final = 40.0
 _SPEEDS: Final = (1.0, 20.0)
 _TEMPLATES: Final = ("soccer-11", "soccer-11", "soccer-7")
@@ -207,6 +209,10 @@ class _Rig:
             if alive_s is None:
                 alive_s = self._alive_again(done, robot)
             self._system.check()
+        if isinstance(way, ByOrder) and alive_s == sent_s:
+            alive_s = way.sent_s
+            if alive_s - sent_s > JOINING_S:
+                stop.missed = f"took {alive_s - sent_s:.1f} s to join the bus"
         self._measure(stop, way, sent_s, alive_s, already=before_s is not None)
 
     def _settled(self, stop: Stop, way: Way, sent_s: float) -> bool:
@@ -214,7 +220,8 @@ class _Rig:
         stopped_s = self._observer.estopped_s
         if stopped_s is None or self._observer.braked_s is None:
             return False
-        return way.acknowledged is not None or time.monotonic() - max(stopped_s, sent_s) > 2.0 * LIMIT_S
+        patience_s = 2.0 * LIMIT_S if stop.way == "console" else ACKNOWLEDGED_S
+        return way.acknowledged is not None or time.monotonic() - max(stopped_s, sent_s) > patience_s
 
     @staticmethod
     def _in_path(stop: Stop, done: Mishap) -> bool:
@@ -239,14 +246,13 @@ class _Rig:
         if observer.estopped_s is not None and observer.estopped_s < base_s:
             base_s = sent_s  # it was reached before it was interrupted
         stop.unreachable_s = base_s - sent_s
-        limit_s = ORDER_LIMIT_S if stop.way == "order" else LIMIT_S
         if already:
             stop.notes.append("stopped before")
         if observer.estopped_s is None:
             stop.missed = f"never, in {PATIENCE_S:.0f} s ({STATES.get(observer.state, 'silent')})"
         else:
             stop.estopped_s = max(0.0, observer.estopped_s - base_s)
-            if stop.estopped_s > limit_s:
+            if stop.estopped_s > LIMIT_S:
                 stop.missed = f"after {stop.estopped_s:.2f} s"
         if observer.braked_s is not None:
             stop.braked_s = max(0.0, observer.braked_s - base_s)
@@ -254,7 +260,7 @@ class _Rig:
             stop.missed = "wheels are still commanded"
         if answer is not None:
             stop.answered_s = max(0.0, answer.at_s - base_s)
-            if observer.estopped_s is None or observer.estopped_s > answer.at_s + limit_s:
+            if observer.estopped_s is None or observer.estopped_s > answer.at_s + LIMIT_S:
                 stop.missed = f"was told {answer.text!r}, but the robot had not stopped"
         if stop.unreachable_s > TOLD_S and stop.way == "console" and not way.said:
             stop.missed = stop.missed or f"not told for {stop.unreachable_s:.1f} s that it was not acknowledged"
@@ -282,9 +288,9 @@ class _Rig:
         if (problem := self._hand.finish_recording()) and not (stop.load.endswith(topics.BRIDGE)):
             stop.notes.append(f"recording: {problem}")
         for path in sorted(recording.parent.glob(f"{recording.stem}*.mcap")):
-            found = problems(path)
-            stop.valve = stop.valve or opened_valve(found)
-            stop.notes += [f"in the recording: {each}" for each in found]
+            found = verdict(path)
+            stop.valve = stop.valve or found.flow
+            stop.notes += [f"in the recording: {each}" for each in found.problems]
             path.unlink()
 
 
