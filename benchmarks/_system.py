@@ -168,9 +168,9 @@ class Hand:
         """Listen to the robot."""
         self._inbox = self.bus.inbox([topics.STATUS], keep="latest")
 
-    def ready(self) -> None:
+    def ready(self, patience_s: float = _START_S) -> None:
         """Wait until every service answers."""
-        deadline = time.monotonic() + _START_S
+        deadline = time.monotonic() + patience_s
         for node in NODES:
             while True:
                 self.system.check()
@@ -178,7 +178,7 @@ class Hand:
                     self.bus.call(topics.diagnostics_service(node), m.GetDiagnosticsRequest(), timeout_s=2.0)
                     break
                 if time.monotonic() > deadline:
-                    raise SystemLost(f"{node} does not answer within {_START_S:.0f} s")
+                    raise SystemLost(f"{node} does not answer within {patience_s:.0f} s")
 
     def listen(self) -> None:
         """Take in the robot's latest status."""

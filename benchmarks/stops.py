@@ -39,7 +39,8 @@ TOLD_S: Final = 1.5
 """Within which a person is told that a stop is not acknowledged."""
 ACKNOWLEDGED_S: Final = 5.0
 """For which the answer is waited for once the robot has stopped."""
-PATIENCE_S: Final = 40.0
+PATIENCE_S: Final = 30.0
+"""After which a stop is given up, or a system that does not answer."""
 _SPEEDS: Final = (1.0, 20.0)
 _TEMPLATES: Final = ("soccer-11", "soccer-11", "soccer-7")
 _SLOW_BITE: Final = {"slow-reader": 4.0, "stopped-reader": 4.0}
@@ -121,16 +122,12 @@ def _drawn(number: int, loads: Sequence[str], ways: Sequence[str]) -> Stop:
 
 
 def _tell(stop: Stop) -> None:
-    if sys.stderr.isatty() or stop.missed or stop.valve or stop.notes:
-        times = " ".join(
-            "-" if value is None else f"{1e3 * value:.0f}"
-            for value in (stop.answered_s, stop.estopped_s, stop.braked_s)
-        )
-        said = "; ".join([*([f"MISSED: {stop.missed}"] if stop.missed else []), *stop.notes])
-        sys.stderr.write(
-            f"{stop.number:4d} {stop.way:8} {stop.load:22} {stop.speed:3g}x {times:>16} ms  {said[:300]}\n"
-        )
-        sys.stderr.flush()
+    times = " ".join(
+        "-" if value is None else f"{1e3 * value:.0f}" for value in (stop.answered_s, stop.estopped_s, stop.braked_s)
+    )
+    said = "; ".join([*([f"MISSED: {stop.missed}"] if stop.missed else []), *stop.notes])
+    sys.stderr.write(f"{stop.number:4d} {stop.way:8} {stop.load:22} {stop.speed:3g}x {times:>16} ms  {said[:300]}\n")
+    sys.stderr.flush()
 
 
 class _Rig:
@@ -275,7 +272,7 @@ class _Rig:
                 self._observer.poll()
                 self._system.check()
             self._rescue.rest()
-        self._hand.ready()
+        self._hand.ready(PATIENCE_S)
         after = self._system.processes()
         died = [node for node in NODES if before.get(node) != after.get(node) and node != done.node]
         stop.notes += [f"{node} died" for node in died]

@@ -12,6 +12,8 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from typing import Final
 
+import zenoh
+
 from benchmarks._observer import Observer
 from benchmarks._processes import NODES, Figures, figures
 from benchmarks._recordings import verdict
@@ -83,7 +85,7 @@ def _visit(system: System) -> bool:
     try:
         with Bus.open(topics.OPERATOR, system.config) as bus:
             bus.call(topics.diagnostics_service(topics.ROBOT_SIM), GetDiagnosticsRequest(request_id=new_id()))
-    except TouchlineError:
+    except (TouchlineError, zenoh.ZError):  # the latter if it cannot even leave
         return False
     return True
 
