@@ -25,7 +25,8 @@ from schemas.errors import TouchlineError
 from schemas.messages import CommandRequest, GetDiagnosticsRequest
 from services.bus import Bus, BusConfig
 
-_AT_ONCE: Final = 4
+_STAYS: Final = 25
+"""Visits by one process, before another does the next."""
 _ROUND: Final = 100
 _LIMIT_S: Final = 0.3
 _GROWTH_MB: Final = 15.0
@@ -60,8 +61,8 @@ def _visited(system: System, bus: Bus, runs: int) -> list[str]:
     rounds: list[dict[str, Figures]] = []
     in_vain = done = 0
     visit = partial(_visit, system.config)
-    # Executed afresh, since a forked Zenoh session hangs; and several in one process hinder each other in leaving.
-    with ProcessPoolExecutor(_AT_ONCE, get_context("spawn")) as visitors:
+    # Executed afresh, since a forked Zenoh session hangs.
+    with ProcessPoolExecutor(1, get_context("spawn"), max_tasks_per_child=_STAYS) as visitors:
         while done < runs:
             count = min(_ROUND, runs - done)
             in_vain += count - sum(visitors.map(visit, range(count)))
