@@ -34,6 +34,8 @@ SPEED_VARIABLE: Final = "TOUCHLINE_STRANGER_SPEED"
 """What a flood of `simulation/set_speed` asks for."""
 KEEP_VARIABLE: Final = "TOUCHLINE_STRANGER_FILES"
 """Folder of payloads that take long to make."""
+IMPOSTOR: Final = "FAKE"
+"""How every answer in another's name begins."""
 _ENDPOINT: Final = os.environ.get(ENDPOINT_VARIABLE, DEFAULT_ENDPOINT)
 _NAMESPACE: Final = os.environ.get(NAMESPACE_VARIABLE, topics.DEFAULT_NAMESPACE)
 _PLACEHOLDER: Final = b"0123456789abcdef0123456789abcdef"
@@ -250,9 +252,11 @@ def _rogue_tokens() -> None:
 def _rogue_answers() -> None:
     """Answers for the planner and the robot: done, all is well."""
     session = _session()
-    fake = encode(m.CommandResponse(success=True, message="FAKE done"))
+    fake = encode(m.CommandResponse(success=True, message=f"{IMPOSTOR} done"))
     answers = {
-        topics.PLAN_SERVICE.name: encode(m.PlanResponse(success=True, message="FAKE plan", trajectory=_straight(2))),
+        topics.PLAN_SERVICE.name: encode(
+            m.PlanResponse(success=True, message=f"{IMPOSTOR} plan", trajectory=_straight(2))
+        ),
         **{service.name: fake for service in (topics.ESTOP, topics.PAUSE, topics.START, topics.RESET)},
     }
     _stay([_impostor(session, name, payload) for name, payload in answers.items()])

@@ -26,6 +26,7 @@ from benchmarks._mishaps import LOADS, Mishap, mishap
 from benchmarks._observer import Observer
 from benchmarks._processes import NODES
 from benchmarks._recordings import verdict
+from benchmarks._stranger_roles import IMPOSTOR
 from benchmarks._system import RUNNING, STATES, Hand, System, SystemLost, running_system
 from benchmarks._ways import WAYS, ByCall, ByConsole, ByOrder, Way, ways_of
 from schemas import topics
@@ -159,12 +160,11 @@ class _Rig:
             with mishap(stop.load, self._system, chance, stop.speed) as done:
                 self._let_bite(stop, done, chance)
                 self._stop(stop, way, done, chance)
-        except ProcessLookupError as error:
+        except (SystemLost, ProcessLookupError) as error:
+            stop.missed = f"the system was lost: {error}"
             raise SystemLost(str(error)) from error
         finally:
             way.rest()
-            if not stop.estopped_s and not stop.missed:
-                stop.missed = "the system was lost"
         self._afterwards(stop, done, before)
         if not problem:
             self._judge(stop, recording)
@@ -259,6 +259,8 @@ class _Rig:
             stop.answered_s = max(0.0, answer.at_s - base_s)
             if observer.estopped_s is None or observer.estopped_s > answer.at_s + LIMIT_S:
                 stop.missed = f"was told {answer.text!r}, but the robot had not stopped"
+            elif IMPOSTOR in answer.text:
+                stop.missed = f"believed an impostor: {answer.text!r}"
         if stop.unreachable_s > TOLD_S and stop.way == "console" and not way.said:
             stop.missed = stop.missed or f"not told for {stop.unreachable_s:.1f} s that it was not acknowledged"
 
