@@ -166,6 +166,10 @@ class Hand:
 
     def __post_init__(self) -> None:
         """Listen to the robot."""
+        self.listen_anew()
+
+    def listen_anew(self) -> None:
+        """Forget what a stranger may have done to this listener's count of messages."""
         self._inbox = self.bus.inbox([topics.STATUS], keep="latest")
 
     def ready(self, patience_s: float = _START_S) -> None:

@@ -141,7 +141,8 @@ class _Rig:
         self._hand.ready()
         for template in dict.fromkeys(_TEMPLATES):
             self._hand.plan(template)
-        self._observer = Observer(stack.enter_context(Bus.open("observer", system.config)))
+        self._apart = stack.enter_context(Bus.open("observer", system.config))
+        self._observer = Observer(self._apart)
         self._rescue = ByCall(self._bus)
         self._ways = stack.enter_context(ways_of(system, self._bus, ways))
 
@@ -149,6 +150,8 @@ class _Rig:
         """Drive, let the load set in, stop, and look what became of it."""
         chance = random.Random(-stop.number)
         way = self._ways[stop.way]
+        self._observer = Observer(self._apart)  # anew, so that no stop is judged by a listener that the last one misled
+        self._hand.listen_anew()
         if isinstance(way, ByConsole) and not way.wait_until_open():
             raise SystemLost("the console has ended")
         self._drive(stop, chance)
@@ -258,7 +261,7 @@ class _Rig:
         if answer is not None:
             stop.answered_s = max(0.0, answer.at_s - base_s)
             if observer.estopped_s is None or observer.estopped_s > answer.at_s + LIMIT_S:
-                stop.missed = f"was told {answer.text!r}, but the robot had not stopped"
+                stop.missed = f"was told {answer.text!r}, but nobody heard the robot stop"
             elif IMPOSTOR in answer.text:
                 stop.missed = f"believed an impostor: {answer.text!r}"
         if stop.unreachable_s > TOLD_S and stop.way == "console" and not way.said:

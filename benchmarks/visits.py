@@ -7,27 +7,23 @@ late, a service has died, the recording is not whole, or memory, threads or desc
 from __future__ import annotations
 
 import os
+import subprocess
 import sys
 import time
-from concurrent.futures import ProcessPoolExecutor
-from functools import partial
-from multiprocessing import get_context
 from typing import Final
-
-import zenoh
 
 from benchmarks._observer import Observer
 from benchmarks._processes import NODES, Figures, figures
 from benchmarks._recordings import verdict
+from benchmarks._strangers import ROOT
 from benchmarks._system import Hand, System, SystemLost, new_id, running_system
 from schemas import topics
 from schemas.errors import TouchlineError
-from schemas.messages import CommandRequest, GetDiagnosticsRequest
-from services.bus import Bus, BusConfig
+from schemas.messages import CommandRequest
+from services.bus import Bus
 
-_STAYS: Final = 25
-"""Visits by one process, before another does the next."""
-_ROUND: Final = 100
+_ROUND: Final = 50
+"""Visits by one process, after which there is a line of figures and another process."""
 _LIMIT_S: Final = 0.3
 _GROWTH_MB: Final = 15.0
 _GROWTH: Final = 5
@@ -35,7 +31,7 @@ _GROWTH: Final = 5
 
 
 def main() -> None:
-    """Visit, and print the figures after every hundred."""
+    """Visit, and print the figures after every fifty."""
     runs = int(os.environ.get("TOUCHLINE_RUNS", "1000"))
     with running_system() as system, Bus.open("observer", system.config) as bus:
         try:
@@ -60,18 +56,15 @@ def _visited(system: System, bus: Bus, runs: int) -> list[str]:
     )
     rounds: list[dict[str, Figures]] = []
     in_vain = done = 0
-    visit = partial(_visit, system.config)
-    # Executed afresh, since a forked Zenoh session hangs.
-    with ProcessPoolExecutor(1, get_context("spawn"), max_tasks_per_child=_STAYS) as visitors:
-        while done < runs:
-            count = min(_ROUND, runs - done)
-            in_vain += count - sum(visitors.map(visit, range(count)))
-            done += count
-            observer.watch(0.5)
-            system.check()
-            rounds.append({name: held for name, pid in before.items() if (held := figures(pid)) is not None})
-            cells = [_cell(rounds[-1].get(name)) for name in NODES]
-            print(f"{done:6d} {in_vain:7d}  " + "  ".join(f"{cell:>24}" for cell in cells))
+    while done < runs:
+        count = min(_ROUND, runs - done)
+        in_vain += _visit(system, count)
+        done += count
+        observer.watch(0.5)
+        system.check()
+        rounds.append({name: held for name, pid in before.items() if (held := figures(pid)) is not None})
+        cells = [_cell(rounds[-1].get(name)) for name in NODES]
+        print(f"{done:6d} {in_vain:7d}  " + "  ".join(f"{cell:>24}" for cell in cells), flush=True)
     if in_vain:
         problems.append(f"{in_vain} visitors were not answered")
     problems += [f"{name} died" for name in NODES if system.processes().get(name) != before[name]]
@@ -85,14 +78,16 @@ def _visited(system: System, bus: Bus, runs: int) -> list[str]:
     return problems
 
 
-def _visit(config: BusConfig, _number: int) -> bool:
-    """Come, ask how the robot is, leave; whether there was an answer."""
-    try:
-        with Bus.open(topics.OPERATOR, config) as bus:
-            bus.call(topics.diagnostics_service(topics.ROBOT_SIM), GetDiagnosticsRequest(request_id=new_id()))
-    except (TouchlineError, zenoh.ZError):  # the latter if it cannot even leave
-        return False
-    return True
+def _visit(system: System, times: int) -> int:
+    """Come, ask how the robot is, leave, so often; how often in vain."""
+    visitor = subprocess.run(
+        [sys.executable, "-m", "benchmarks._visitor", str(times)],
+        cwd=ROOT,
+        env={**os.environ, **system.environment},
+        stdout=subprocess.PIPE,
+        check=True,
+    )
+    return int(visitor.stdout)
 
 
 def _stop(bus: Bus, observer: Observer) -> list[str]:
