@@ -57,6 +57,7 @@ class Observer:
         elif isinstance(message, TraversalStatus):
             if sample.publisher != self.robot:
                 self.robot, self.robot_since_s = sample.publisher, now_s
+                self.braked_s = self.braked_s or now_s  # what the process before it commanded ended with it
             self.state, self.reason = message.state, message.reason
             if message.state != ESTOPPED:
                 self.estopped_s = None

@@ -21,7 +21,7 @@ _CLOSING_NS: Final = 150_000_000
 _TELLING_NS: Final = 250_000_000
 """Paint is told ten times a second, and what was on its way out of the nozzle with it."""
 ESTOPPED: Final = TraversalStatus.ESTOPPED
-_FLOW: Final = ("valve open", "paint")
+_FLOW: Final = ("valve open though", "paint though")
 
 
 class _Heard(NamedTuple):

@@ -30,6 +30,8 @@ _WARM_UP: Final = 0.2
 """Share of the samples that the trend leaves out."""
 _STUCK_S: Final = 30.0
 _REPORT_S: Final = 120.0
+_JUDGED_H: Final = 2.0
+"""From which on a trend is more than the first jobs' own needs."""
 _GROWTH_MB_PER_H: Final = 2.0
 _GROWTH_PER_H: Final = 0.5
 """Threads or descriptors."""
@@ -177,7 +179,7 @@ class _Soak:
             for what, trend, limit in zip(
                 ("MB", "threads", "descriptors"), trends, (_GROWTH_MB_PER_H, _GROWTH_PER_H, _GROWTH_PER_H), strict=True
             ):
-                if trend > limit:
+                if trend > limit and self.hours > _JUDGED_H:
                     self.counts[f"BAD: {name} grows by {trend:.2f} {what} an hour"] += 1
         for what, count in sorted(self.counts.items()):
             print(f"  {count:4d}  {what}")
