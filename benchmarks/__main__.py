@@ -6,6 +6,9 @@ import platform
 import sys
 from pathlib import Path
 
+LONG = frozenset(("stops", "visits", "kills", "soak"))
+"""Minutes to hours: run only when named."""
+
 
 def available() -> list[str]:
     """Names of the benchmark modules."""
@@ -13,8 +16,8 @@ def available() -> list[str]:
 
 
 def main() -> None:
-    """Run those named on the command line, or all."""
-    names = sys.argv[1:] or available()
+    """Run those named on the command line, or all but the long ones."""
+    names = sys.argv[1:] or [name for name in available() if name not in LONG]
     unknown = sorted(set(names) - set(available()))
     if unknown:
         sys.exit(f"no benchmark {', '.join(unknown)}; there are: {', '.join(available())}")

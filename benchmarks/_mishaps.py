@@ -1,0 +1,117 @@
+"""What is done to a system while somebody stops it: strangers on the bus, and services frozen, killed, restarting."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from benchmarks._processes import NODES, limit_descriptors
+from benchmarks._stranger_roles import SPEED_VARIABLE
+from benchmarks._strangers import KINDS, stranger
+from benchmarks._system import System
+from schemas import topics
+
+NOTHING: Final = "none"
+_SIGNALS: Final = {"freeze": signal.SIGSTOP, "kill": signal.SIGKILL, "restart": signal.SIGTERM}
+_FEW_DESCRIPTORS: Final = 64
+LOADS: Final = (
+    NOTHING,
+    *KINDS,
+    *(f"{deed}-{node}" for deed in _SIGNALS for node in NODES),
+    f"freeze-{topics.SUPERVISOR}",
+)
+
+
+@dataclass
+class Mishap:
+    """Something done to a system.
+
+    Attributes:
+        load: Its name, of `LOADS`.
+        node: The service that is frozen, killed or restarted; empty for strangers.
+        pid: Its process.
+        thaw_s: When a frozen one is to go on (monotonic); infinite until that is known.
+        thawed_s: When it did.
+    """
+
+    load: str
+    node: str = ""
+    pid: int = 0
+    thaw_s: float = float("inf")
+    thawed_s: float | None = None
+
+    @property
+    def frozen(self) -> bool:
+        """Whether a service stands still."""
+        return self.load.startswith("freeze-") and self.thawed_s is None
+
+    @property
+    def ended(self) -> bool:
+        """Whether the service's process was told to end."""
+        return self.load.startswith(("kill-", "restart-"))
+
+    def poll(self) -> None:
+        """Let a frozen service go on when it is time."""
+        if self.frozen and time.monotonic() >= self.thaw_s:
+            self.thaw()
+
+    def thaw(self) -> None:
+        """Let it go on now."""
+        if not self.frozen:
+            return
+        with suppress(ProcessLookupError):
+            os.kill(self.pid, signal.SIGCONT)
+        self.thawed_s = time.monotonic()
+
+    @property
+    def gone(self) -> bool:
+        """Whether its process has ended."""
+        try:
+            return Path(f"/proc/{self.pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
+        except OSError:
+            return True
+
+
+@contextmanager
+def mishap(load: str, system: System, chance: random.Random, speed: float) -> Iterator[Mishap]:
+    """Do it to `system` until the context is left; at the beginning it has begun."""
+    with ExitStack() as stack:
+        if load in KINDS:
+            peers = chance.randint(1, KINDS[load].most)
+            environment = {**system.environment, SPEED_VARIABLE: f"{speed:g}"}
+            if load == "many-peers":
+                stack.enter_context(_few_descriptors(system))
+            stack.enter_context(stranger(load, environment, peers))
+            yield Mishap(load)
+            return
+        if load == NOTHING:
+            yield Mishap(load)
+            return
+        deed, _, node = load.partition("-")
+        done = Mishap(load, node, system.processes().get(node, 0))
+        if not done.pid:
+            raise ProcessLookupError(f"{node} does not run")
+        os.kill(done.pid, _SIGNALS[deed])
+        try:
+            yield done
+        finally:
+            done.thaw()
+
+
+@contextmanager
+def _few_descriptors(system: System) -> Iterator[None]:
+    """As if the robot had been started under `ulimit -n 64`."""
+    pid = system.processes()[topics.ROBOT_SIM]
+    before = limit_descriptors(pid, _FEW_DESCRIPTORS)
+    try:
+        yield
+    finally:
+        with suppress(ProcessLookupError):
+            limit_descriptors(pid, before)

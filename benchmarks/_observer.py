@@ -1,0 +1,74 @@
+"""An independent listener: what the robot does, as heard by somebody who takes no part."""
+
+from __future__ import annotations
+
+import time
+from typing import Final
+
+from schemas import topics
+from schemas.errors import PayloadError
+from schemas.messages import DiagnosticArray, TraversalStatus, WheelCommand
+from services.bus import Bus, Sample
+
+ESTOPPED: Final = TraversalStatus.ESTOPPED
+
+
+class Observer:
+    """Hears status, wheel commands and diagnostics, with the wall time at which they came.
+
+    Attributes:
+        state: The robot's, as last heard.
+        reason: The status's.
+        estopped_s: Since when it says that it is stopped (monotonic); `None` while it is not.
+        braked_s: Since when no wheel is commanded to turn.
+        robot: Id of the status's publisher: another one is another process.
+        robot_since_s: When that was first heard.
+        heard_s: When each node last told how it is.
+    """
+
+    def __init__(self, bus: Bus) -> None:
+        """Listen."""
+        self._inbox = bus.inbox([topics.STATUS, topics.WHEEL_COMMAND, topics.DIAGNOSTICS], keep="recent")
+        self.state = -1
+        self.reason = ""
+        self.estopped_s: float | None = None
+        self.braked_s: float | None = None
+        self.robot = b""
+        self.robot_since_s = 0.0
+        self.heard_s: dict[str, float] = {}
+
+    def poll(self) -> None:
+        """Take in what came."""
+        samples = self._inbox.drain()
+        now_s = time.monotonic()
+        for sample in samples:
+            try:
+                self._take(sample, now_s)
+            except PayloadError:
+                continue  # of a stranger
+
+    def _take(self, sample: Sample, now_s: float) -> None:
+        message = sample.decode()
+        if isinstance(message, WheelCommand):
+            if message.left_radps or message.right_radps:
+                self.braked_s = None
+            elif self.braked_s is None:
+                self.braked_s = now_s
+        elif isinstance(message, TraversalStatus):
+            if sample.publisher != self.robot:
+                self.robot, self.robot_since_s = sample.publisher, now_s
+                self.braked_s = self.braked_s or now_s  # what the process before it commanded ended with it
+            self.state, self.reason = message.state, message.reason
+            if message.state != ESTOPPED:
+                self.estopped_s = None
+            elif self.estopped_s is None:
+                self.estopped_s = now_s
+        elif isinstance(message, DiagnosticArray):
+            self.heard_s |= {status.name: now_s for status in message.status}
+
+    def watch(self, duration_s: float) -> None:
+        """Listen for a while."""
+        deadline = time.monotonic() + duration_s
+        while time.monotonic() < deadline:
+            self.poll()
+            time.sleep(0.002)

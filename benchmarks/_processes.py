@@ -1,0 +1,80 @@
+"""What the operating system knows of the processes of a system: its tree, memory, threads and descriptors."""
+
+from __future__ import annotations
+
+import resource
+from contextlib import suppress
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from schemas import topics
+
+NODES: Final = (topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE)
+_PROC: Final = Path("/proc")
+_PAGE_BYTES: Final = resource.getpagesize()
+
+
+class Figures(NamedTuple):
+    """What a process holds at present."""
+
+    memory_mb: float
+    threads: int
+    descriptors: int
+
+
+def figures(pid: int) -> Figures | None:
+    """Of a process; `None` if there is none, or none any more."""
+    try:
+        pages = int((_PROC / str(pid) / "statm").read_text().split()[1])
+        threads = len(list((_PROC / str(pid) / "task").iterdir()))
+        descriptors = len(list((_PROC / str(pid) / "fd").iterdir()))
+    except OSError:
+        return None
+    return Figures(pages * _PAGE_BYTES / 1e6, threads, descriptors)
+
+
+def processes(supervisor: int) -> dict[str, int]:
+    """Process ids of a supervisor and of what it runs, by name.
+
+    A service has its node's name; what a service runs in turn has that and a number, as `robot-sim/1`.
+    """
+    below = _children()
+    found = {topics.SUPERVISOR: supervisor}
+    for child in below.get(supervisor, []):
+        words = _command(child)
+        name = next((word for word in words if word in NODES), None)
+        if name is None:
+            continue
+        found[name] = child
+        found |= {f"{name}/{number}": pid for number, pid in enumerate(sorted(_descendants(child, below)), start=1)}
+    return found
+
+
+def _descendants(pid: int, below: dict[int, list[int]]) -> list[int]:
+    return [each for child in below.get(pid, []) for each in (child, *_descendants(child, below))]
+
+
+def _children() -> dict[int, list[int]]:
+    """Living processes by their parents."""
+    below: dict[int, list[int]] = {}
+    for folder in _PROC.iterdir():
+        if folder.name.isdigit():
+            with suppress(OSError, ValueError, IndexError):
+                state, parent = (folder / "stat").read_text().rpartition(")")[2].split()[:2]
+                if state != "Z":
+                    below.setdefault(int(parent), []).append(int(folder.name))
+    return below
+
+
+def _command(pid: int) -> list[str]:
+    try:
+        return (_PROC / str(pid) / "cmdline").read_bytes().decode(errors="replace").split("\0")
+    except OSError:
+        return []
+
+
+def limit_descriptors(pid: int, most: int) -> int:
+    """Allow a process so many descriptors; returns how many it was allowed before."""
+    soft, hard = resource.prlimit(pid, resource.RLIMIT_NOFILE)
+    resource.prlimit(pid, resource.RLIMIT_NOFILE, (most, hard))
+    return soft

@@ -1,0 +1,116 @@
+"""What a recording proves of the stops in it: no paint unless the robot drives, and no wheel after an e-stop."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from schemas import topics
+from schemas.cdr import decode
+from schemas.errors import PayloadError, TouchlineError
+from schemas.messages import PaintMarks, SprayerState, TraversalStatus, WheelCommand
+from schemas.messages.base import Message
+from services.bridge.channels import topic_at
+from services.bridge.reader import RecordingReader
+
+_WATCHED: Final = (topics.STATUS, topics.SPRAYER, topics.PAINT, topics.WHEEL_COMMAND)
+_CLOSING_NS: Final = 150_000_000
+"""The valve's delay, and the tick that it is told in."""
+_TELLING_NS: Final = 250_000_000
+"""Paint is told ten times a second, and what was on its way out of the nozzle with it."""
+ESTOPPED: Final = TraversalStatus.ESTOPPED
+_FLOW: Final = ("valve open though", "paint though")
+
+
+class _Heard(NamedTuple):
+    """A message, by the process that said it (there may have been several after each other) and its sim time."""
+
+    process: int
+    time_ns: int
+    message: Message
+
+
+class Verdict(NamedTuple):
+    """What a recording holds.
+
+    Attributes:
+        problems: What is wrong in it.
+        complete: Whether it was finished.
+        last_ns: Latest sim time in it.
+    """
+
+    problems: list[str]
+    complete: bool
+    last_ns: int
+
+    @property
+    def flow(self) -> bool:
+        """Whether paint could flow when it must not."""
+        return any(problem.startswith(_FLOW) for problem in self.problems)
+
+
+def verdict(path: Path) -> Verdict:
+    """Read a recording through."""
+    heard: list[_Heard] = []
+    found: set[str] = set()
+    last_ns = 0
+    try:
+        reader = RecordingReader(path)
+        for entry in _messages(reader):
+            if isinstance(entry, str):
+                found.add(entry)
+            else:
+                heard.append(entry)
+                last_ns = entry.time_ns
+    except (TouchlineError, OSError) as error:
+        return Verdict([f"cannot be read: {error}"], False, 0)
+    found |= set(_stopped_but(sorted(heard, key=lambda each: each[:2])))
+    return Verdict(sorted(found), reader.summary.complete, last_ns)
+
+
+def _messages(reader: RecordingReader) -> Iterator[_Heard | str]:
+    """What is watched, and what cannot be one of ours."""
+    process, of_topic, numbers = 0, defaultdict[str, int](int), dict[str, int]()
+    for recorded in reader.messages():
+        topic = topic_at(recorded.topic)
+        if topic is None:
+            yield f"{recorded.topic}: no topic of ours"
+        elif topic in _WATCHED or len(recorded.payload) < 8:
+            try:
+                message = decode(topic.type, recorded.payload)
+            except PayloadError:
+                yield f"{topic.name}: recorded what does not decode"
+                continue
+            # A publisher that counts from the beginning again is another process.
+            if recorded.sequence <= numbers.get(topic.name, 0):
+                of_topic[topic.name] = process = max(process, of_topic[topic.name] + 1)
+            numbers[topic.name] = recorded.sequence
+            yield _Heard(of_topic[topic.name], recorded.log_time_ns, message)
+
+
+def _stopped_but(heard: list[_Heard]) -> Iterator[str]:
+    """What went on though the robot did not drive."""
+    process, state, since_ns = -1, TraversalStatus.RUNNING, 0
+    for said_by, time_ns, message in heard:
+        if said_by != process:
+            process, state, since_ns = said_by, TraversalStatus.RUNNING, time_ns  # until it says otherwise
+        if isinstance(message, TraversalStatus) and message.state != state:
+            if TraversalStatus.RUNNING in (state, message.state):
+                since_ns = time_ns
+            state = message.state
+        elif state == TraversalStatus.RUNNING:
+            continue
+        elif isinstance(message, SprayerState) and (message.valve_open or message.valve_commanded):
+            if time_ns - since_ns > _CLOSING_NS:
+                yield "valve open though the robot does not drive"
+        elif isinstance(message, PaintMarks) and time_ns - since_ns > _TELLING_NS:
+            yield "paint though the robot does not drive"
+        elif state == ESTOPPED and isinstance(message, WheelCommand) and _turns(message, time_ns - since_ns):
+            yield "wheels commanded after an emergency stop"
+
+
+def _turns(command: WheelCommand, age_ns: int) -> bool:
+    """Whether a command of this age after the stop still turns a wheel; that of its own tick may."""
+    return age_ns > 0 and (command.left_radps != 0.0 or command.right_radps != 0.0)

@@ -1,0 +1,292 @@
+"""A whole system of its own for measurements: `touchline up` in a temporary folder, and a hand that drives it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import uuid
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+from benchmarks import _stranger_roles as roles
+from benchmarks._processes import NODES, processes
+from schemas import messages as m
+from schemas import topics
+from schemas.catalogue import template_text
+from schemas.errors import TouchlineError
+from schemas.messages import Trajectory, TraversalStatus
+from schemas.topics import Service
+from services.bus import Bus, BusConfig
+from services.bus.ports import free_port
+
+COMMAND: Final = (sys.executable, "-m", "services.cli")
+ROS_DOMAIN: Final = 42
+RUNNING: Final = TraversalStatus.RUNNING
+STATES: Final = {
+    getattr(TraversalStatus, name): name.lower()
+    for name in ("IDLE", "READY", "RUNNING", "PAUSED", "DONE", "ABORTED", "ESTOPPED")
+}
+_START_S: Final = 180.0
+_STOP_S: Final = 25.0
+_ANSWER_S: Final = 10.0
+_PLAN_S: Final = 300.0
+
+
+class SystemLost(TouchlineError):
+    """The system cannot be used any more; the text is why."""
+
+
+@dataclass
+class System:
+    """A running `touchline up`.
+
+    Attributes:
+        folder: Its temporary folder; what it records goes to `recordings` there, where it was started.
+        config: Where its bus is.
+        ros2_port: Where ROS 2 nodes meet it, if they do.
+        supervisor: The process.
+        environment: What its processes and its peers are started with.
+    """
+
+    folder: Path
+    config: BusConfig
+    ros2_port: int
+    supervisor: subprocess.Popen[bytes]
+    environment: Mapping[str, str]
+
+    @property
+    def recordings(self) -> Path:
+        """Where it may record to."""
+        return self.folder / "recordings"
+
+    @property
+    def log(self) -> Path:
+        """What `touchline up` says."""
+        return self.folder / "up.log"
+
+    def processes(self) -> dict[str, int]:
+        """Process ids by name, as of now."""
+        return processes(self.supervisor.pid)
+
+    def check(self) -> None:
+        """Raise `SystemLost` if the supervisor has ended."""
+        if (code := self.supervisor.poll()) is not None:
+            raise SystemLost(f"touchline up ended with exit code {code}: {self.last_words()}")
+
+    def last_words(self) -> str:
+        """The last line of what `touchline up` said."""
+        return (self.log.read_text(errors="replace").strip().splitlines() or [""])[-1]
+
+
+@contextmanager
+def running_system(speed: float = 1.0, *, ros2: bool = False, keep: Path | None = None) -> Iterator[System]:
+    """Start a system with a bus and folders of its own, wait until it is ready, and end it.
+
+    Args:
+        speed: Times real time.
+        ros2: Whether it shows itself to ROS 2.
+        keep: Folder of what strangers need long to make.
+    """
+    with tempfile.TemporaryDirectory(prefix="touchline-bench-") as name:
+        folder = Path(name)
+        config = BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}")
+        places = {"XDG_STATE_HOME": "state", "XDG_RUNTIME_DIR": "run"}
+        for place in (*places.values(), "recordings"):
+            (folder / place).mkdir(mode=0o700)
+        environment = {
+            **config.environment(),
+            **{variable: str(folder / place) for variable, place in places.items()},
+            roles.KEEP_VARIABLE: str(keep or folder),
+        }
+        port = free_port()
+        gateway = ["--ros2", "--ros2-listen", f"tcp/127.0.0.1:{port}", "--ros-domain", str(ROS_DOMAIN)] if ros2 else []
+        with (folder / "up.log").open("wb") as log:
+            supervisor = subprocess.Popen(
+                [*COMMAND, "up", "--speed", f"{speed:g}", *gateway],
+                cwd=folder / "recordings",
+                env={**os.environ, **environment},
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                process_group=0,
+            )
+            system = System(folder, config, port, supervisor, environment)
+            try:
+                yield system
+            finally:
+                _end(system)
+
+
+def _end(system: System) -> None:
+    """Ask it to stop, and end whatever of it does not."""
+    known = system.processes() if system.supervisor.poll() is None else {}
+    for pid in known.values():
+        with suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGCONT)
+    system.supervisor.terminate()
+    try:
+        system.supervisor.wait(_STOP_S)
+    except subprocess.TimeoutExpired:
+        system.supervisor.kill()
+        system.supervisor.wait()
+    for name, pid in known.items():
+        if name in NODES and Path(f"/proc/{pid}").exists() and _is_service(pid):
+            os.kill(pid, signal.SIGKILL)
+
+
+def _is_service(pid: int) -> bool:
+    """Whether this process, which was one of the system's, still is: ids are given anew."""
+    try:
+        return b"services.cli" in Path(f"/proc/{pid}/cmdline").read_bytes()
+    except OSError:
+        return False
+
+
+def new_id() -> str:
+    """A request id."""
+    return uuid.uuid4().hex
+
+
+@dataclass
+class Hand:
+    """Drives the robot of a system: plans, loads, starts, goes on after stops, refills."""
+
+    system: System
+    bus: Bus
+    state: int = -1
+    reason: str = ""
+    plans: dict[str, tuple[str, Trajectory]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Listen to the robot."""
+        self.listen_anew()
+
+    def listen_anew(self) -> None:
+        """Forget what a stranger may have done to this listener's count of messages."""
+        self._inbox = self.bus.inbox([topics.STATUS], keep="latest")
+
+    def ready(self, patience_s: float = _START_S) -> None:
+        """Wait until every service answers."""
+        deadline = time.monotonic() + patience_s
+        for node in NODES:
+            while True:
+                self.system.check()
+                with suppress(TouchlineError):
+                    self.bus.call(topics.diagnostics_service(node), m.GetDiagnosticsRequest(), timeout_s=2.0)
+                    break
+                if time.monotonic() > deadline:
+                    raise SystemLost(f"{node} does not answer within {patience_s:.0f} s")
+
+    def listen(self) -> None:
+        """Take in the robot's latest status."""
+        for _, message in self._inbox.messages():
+            if isinstance(message, TraversalStatus):
+                self.state, self.reason = message.state, message.reason
+
+    def plan(self, template: str) -> tuple[str, Trajectory]:
+        """(Template text, trajectory); planned once."""
+        if template not in self.plans:
+            text, _ = template_text(template)
+            request = m.PlanRequest(request_id=new_id(), template_json=text)
+            response = self.bus.call(topics.PLAN_SERVICE, request, _PLAN_S, self.system.check)
+            if not response.success:
+                raise SystemLost(f"no plan of {template}: {response.message}")
+            self.plans[template] = (text, response.trajectory)
+        return self.plans[template]
+
+    def order(self, service: Service[m.CommandRequest, m.CommandResponse], timeout_s: float = _ANSWER_S) -> str:
+        """Give an order; returns why it was not carried out, empty if it was."""
+        try:
+            answer = self.bus.call(service, m.CommandRequest(request_id=new_id()), timeout_s, self.system.check)
+        except SystemLost:
+            raise
+        except TouchlineError as error:
+            return str(error)
+        return "" if answer.success else answer.message or "refused without a reason"
+
+    def load(self, template: str, *, resume: bool = False) -> str:
+        """Load a template's plan; returns why not, empty if it was taken."""
+        text, trajectory = self.plan(template)
+        request = m.LoadRequest(request_id=new_id(), trajectory=trajectory, template_json=text, resume=resume)
+        try:
+            answer = self.bus.call(topics.LOAD, request, 30.0, self.system.check)
+        except SystemLost:
+            raise
+        except TouchlineError as error:
+            return str(error)
+        return "" if answer.success else answer.message or "refused without a reason"
+
+    def pace(self, factor: float) -> str:
+        """Set the speed of sim time; returns why not."""
+        try:
+            answer = self.bus.call(topics.SET_SPEED, m.SetSpeedRequest(request_id=new_id(), factor=factor), _ANSWER_S)
+        except TouchlineError as error:
+            return str(error)
+        return "" if answer.success else answer.message
+
+    def drive(self, template: str, patience_s: float = 40.0, *, resume: bool = False) -> None:
+        """Bring the robot to drive, from whatever state it is in: reset, load, start, resume, refill.
+
+        Raises:
+            SystemLost: It does not, within `patience_s`.
+        """
+        self.plan(template)
+        deadline = time.monotonic() + patience_s
+        problem = ""
+        while True:
+            self.system.check()
+            self.listen()
+            if self.state == RUNNING:
+                return
+            if time.monotonic() > deadline:
+                raise SystemLost(f"cannot be brought to drive ({STATES.get(self.state, 'silent')}): {problem}")
+            step = self._step(template, resume=resume)
+            problem = step or problem
+            time.sleep(0.1 if step else 0.02)
+
+    def _step(self, template: str, *, resume: bool) -> str:
+        if self.state == TraversalStatus.ESTOPPED:
+            return self.order(topics.RESET)
+        if self.state == TraversalStatus.PAUSED:
+            self.replenish()
+            problem = self.order(topics.RESUME)
+            if "cannot resume" in problem:
+                return self.order(topics.ABORT) or problem
+            return problem
+        if self.state == TraversalStatus.READY:
+            return self.order(topics.START)
+        problem = self.load(template, resume=resume)
+        if problem and resume:
+            problem = self.load(template)
+        return problem
+
+    def replenish(self) -> list[str]:
+        """Refill the tank and replace the battery; returns what was refused, or is not served."""
+        refusals = [self.order(service) for service in (topics.REFILL_TANK, topics.REPLACE_BATTERY)]
+        return [refusal for refusal in refusals if refusal]
+
+    def record(self, path: Path) -> str:
+        """Begin to record; returns why not."""
+        request = m.RecordRequest(request_id=new_id(), path=str(path))
+        try:
+            answer = self.bus.call(topics.RECORD, request, _ANSWER_S)
+        except TouchlineError as error:
+            return str(error)
+        return "" if answer.success else answer.message
+
+    def finish_recording(self, timeout_s: float = 60.0) -> str:
+        """End the recording; returns what is wrong with it, empty if it is whole and nothing was lost."""
+        try:
+            answer = self.bus.call(topics.RECORD_STOP, m.RecordStopRequest(request_id=new_id()), timeout_s)
+        except TouchlineError as error:
+            return str(error)
+        if not answer.success:
+            return answer.message or "not whole"
+        return f"{answer.lost} messages lost" if answer.lost else ""

@@ -1,0 +1,35 @@
+"""An operator who comes, asks how the robot is, and leaves.
+
+`python -m benchmarks._visitor TIMES` says how often in vain.
+"""
+
+from __future__ import annotations
+
+import sys
+
+import zenoh
+
+from benchmarks._system import new_id
+from schemas import topics
+from schemas.errors import TouchlineError
+from schemas.messages import GetDiagnosticsRequest
+from services.bus import Bus
+
+
+def main() -> None:
+    """Visit as often as asked."""
+    print(sum(not _visit() for _ in range(int(sys.argv[1]))))
+
+
+def _visit() -> bool:
+    """Whether there was an answer, and leaving was possible."""
+    try:
+        with Bus.open(topics.OPERATOR) as bus:
+            bus.call(topics.diagnostics_service(topics.ROBOT_SIM), GetDiagnosticsRequest(request_id=new_id()))
+    except (TouchlineError, zenoh.ZError):
+        return False
+    return True
+
+
+if __name__ == "__main__":
+    main()

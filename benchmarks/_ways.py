@@ -1,0 +1,416 @@
+"""The ways in which a person gives an emergency stop, each repeated until it is acknowledged, as a person would."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import pty
+import random
+import re
+import struct
+import subprocess
+import sys
+import termios
+import threading
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
+from typing import Final, NamedTuple
+
+import zenoh
+from zenoh import handlers
+
+from benchmarks._system import COMMAND, ROS_DOMAIN, System, new_id
+from schemas import topics
+from schemas.cdr import decode, encode, service_type_hash
+from schemas.errors import PayloadError, TouchlineError
+from schemas.messages import CommandRequest, CommandResponse
+from services.bus import Bus
+
+_ATTEMPT_S: Final = 0.7
+_ORDER_S: Final = 15.0
+_POLL_S: Final = 0.001
+
+
+class Saying(NamedTuple):
+    """What somebody who gave a stop was told.
+
+    Attributes:
+        at_s: When (monotonic).
+        done: Whether that it was carried out.
+        text: The words.
+    """
+
+    at_s: float
+    done: bool
+    text: str
+
+
+class Way(ABC):
+    """A way to give an emergency stop.
+
+    Attributes:
+        said: What it was answered, in order.
+        sent_s: When the stop was given (monotonic).
+    """
+
+    def __init__(self) -> None:
+        """Nothing has been sent."""
+        self.said: list[Saying] = []
+        self.sent_s = 0.0
+
+    def send(self, chance: random.Random) -> None:
+        """Give the stop; does not wait."""
+        self.said = []
+        self._send(chance)
+
+    @abstractmethod
+    def _send(self, chance: random.Random) -> None: ...
+
+    @abstractmethod
+    def poll(self) -> None:
+        """Call often until it is acknowledged: takes answers in, and repeats what was not."""
+
+    @abstractmethod
+    def rest(self) -> None:
+        """The trial is over: nothing more is sent."""
+
+    @property
+    def acknowledged(self) -> Saying | None:
+        """The first answer that says it was carried out."""
+        return next((saying for saying in self.said if saying.done), None)
+
+    def _tell(self, done: bool, text: str) -> None:
+        self.said.append(Saying(time.monotonic(), done, text))
+
+
+class ByCall(Way):
+    """Calls of a process that is on the bus already."""
+
+    def __init__(self, bus: Bus) -> None:
+        """Over `bus`."""
+        super().__init__()
+        self._bus = bus
+        self._resting = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    def _send(self, chance: random.Random) -> None:
+        self._resting = threading.Event()
+        self._thread = threading.Thread(target=self._repeat, args=(new_id(), self._resting))
+        self.sent_s = time.monotonic()
+        self._thread.start()
+
+    def _repeat(self, request_id: str, resting: threading.Event) -> None:
+        while not resting.is_set():
+            try:
+                answer = self._bus.call(topics.ESTOP, CommandRequest(request_id=request_id), _ATTEMPT_S)
+            except TouchlineError as error:
+                self._tell(False, str(error))
+                continue
+            self._tell(answer.success, answer.message)
+            if answer.success:
+                return
+
+    def poll(self) -> None:
+        """The thread does it."""
+        time.sleep(_POLL_S)
+
+    def rest(self) -> None:
+        """End the repeating."""
+        self._resting.set()
+        if self._thread is not None:
+            self._thread.join()
+
+
+class ByOrder(Way):
+    """`touchline order estop`: a process that joins the bus for it; the stop is sent when it has joined.
+
+    Attributes:
+        told_s: When the person has told the command to (monotonic). Python's own start is not counted.
+    """
+
+    _STARTED = """
+import sys, time
+import services.cli as cli, services.cli.commands, services.bus as bus
+
+ask = bus.Bus.call
+
+def call(*arguments, **options):
+    sys.stderr.write(f"{time.monotonic()}\\n")
+    sys.stderr.flush()
+    return ask(*arguments, **options)
+
+bus.Bus.call = call
+sys.stdin.readline()
+sys.argv = ["touchline", "order", "estop"]
+cli.main()
+"""
+    """The command, which writes the time at which it has joined the bus and asks."""
+
+    def __init__(self, system: System) -> None:
+        """Have one ready."""
+        super().__init__()
+        self._environment = {**os.environ, **system.environment}
+        self._waiting = self._prepared()
+        self._running: subprocess.Popen[str] | None = None
+        self._begun_s = self.told_s = 0.0
+
+    def _prepared(self) -> subprocess.Popen[str]:
+        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+        return subprocess.Popen([sys.executable, "-c", self._STARTED], env=self._environment, text=True, **pipes)  # type: ignore[call-overload,no-any-return]
+
+    def _send(self, chance: random.Random) -> None:
+        self.sent_s = self.told_s = time.monotonic()
+        self._run()
+
+    def _run(self) -> None:
+        assert self._waiting.stdin is not None
+        self._waiting.stdin.write("\n")
+        self._waiting.stdin.flush()
+        self._running, self._waiting = self._waiting, self._prepared()
+        self._begun_s = time.monotonic()
+
+    def poll(self) -> None:
+        """See whether it has ended; if in vain, run it again."""
+        time.sleep(_POLL_S)
+        if self._running is None:
+            return
+        if self._running.poll() is None:
+            if time.monotonic() - self._begun_s < _ORDER_S:
+                return
+            self._running.kill()
+        said, trouble = self._running.communicate()
+        joined, _, problem = trouble.partition("\n")
+        if self.sent_s == self.told_s:
+            with suppress(ValueError):
+                self.sent_s = float(joined)
+        self._tell(self._running.returncode == 0, (said or problem or joined).strip())
+        self._running = None
+        if not self.said[-1].done:
+            self._run()
+
+    def rest(self) -> None:
+        """End the one that runs."""
+        if self._running is not None:
+            self._running.kill()
+            self._running.communicate()
+            self._running = None
+
+    def close(self) -> None:
+        """End all."""
+        self.rest()
+        self._waiting.kill()
+        self._waiting.communicate()
+
+
+class ByRos2(Way):
+    """A ROS 2 client of rmw_zenoh's format, through the gateway."""
+
+    def __init__(self, session: zenoh.Session) -> None:
+        """Over a session among ROS 2 nodes."""
+        super().__init__()
+        self._session = session
+        name = f"{topics.DEFAULT_NAMESPACE}/{topics.ESTOP.name}"
+        digest = service_type_hash(topics.ESTOP.ros_type)
+        self._key = f"{ROS_DOMAIN}/{name}/touchline_msgs::srv::dds_::Command_/{digest}"
+        self._client = os.urandom(16)
+        self._number = 0
+        self._replies: zenoh.handlers.Handler[zenoh.Reply] | None = None
+        self._request = b""
+
+    def _send(self, chance: random.Random) -> None:
+        self._request = encode(CommandRequest(request_id=new_id()))
+        self.sent_s = time.monotonic()
+        self._ask()
+
+    def _ask(self) -> None:
+        self._number += 1
+        attachment = struct.pack("<qqB16s", self._number, time.time_ns(), 16, self._client)
+        self._replies = self._session.get(
+            self._key, handlers.FifoChannel(4), payload=self._request, attachment=attachment, timeout=_ATTEMPT_S
+        )
+
+    def poll(self) -> None:
+        """Take the answer; ask again if it was none."""
+        time.sleep(_POLL_S)
+        if self._replies is None:
+            return
+        try:
+            reply = self._replies.try_recv()
+        except zenoh.ZError:  # nobody has answered
+            self._tell(False, "no answer through the gateway")
+            self._ask()
+            return
+        if reply is None:
+            return
+        self._replies = None
+        if reply.ok is not None:
+            with suppress(PayloadError):
+                answer = decode(CommandResponse, reply.ok.payload.to_bytes())
+                self._tell(answer.success, answer.message)
+        else:
+            self._tell(False, "an error through the gateway")
+        if self.acknowledged is None:
+            self._ask()
+
+    def rest(self) -> None:
+        """Ask no more."""
+        self._replies = None
+
+
+class ByConsole(Way):
+    """Keys of `touchline tui` on a terminal; its answers are what it shows."""
+
+    _ESCAPES = re.compile(rb"\x1b(\[[0-9;?<>=]*[a-zA-Z]|\][^\a\x1b]*(\a|\x1b\\)|[=>()][0-9A-Za-z]?)")
+    _UNACKNOWLEDGED = re.compile(r"NOT\s*ACKNOWLEDGED|E-STOP\s*SENT", re.IGNORECASE)
+    _ESCAPED_S = 0.2
+    """After which a terminal takes an escape for the key of that name."""
+    _MASHED = (
+        "\x1b[A",
+        "\x1b[B",
+        "\x1b[C",
+        "\x1b[D",
+        "r",
+        "r",
+        "r",
+        " ",
+        "f",
+        "0",
+        "+",
+        "-",
+        "?",
+        "s",
+        "l",
+        ".",
+        ",",
+    )
+
+    def __init__(self, system: System) -> None:
+        """Open it."""
+        super().__init__()
+        self._main, other = pty.openpty()
+        fcntl.ioctl(other, termios.TIOCSWINSZ, struct.pack("HHHH", 40, 140, 0, 0))
+        self._process = subprocess.Popen(
+            [*COMMAND, "tui"],
+            env={**os.environ, **system.environment, "TERM": "xterm-256color"},
+            stdin=other,
+            stdout=other,
+            stderr=other,
+            start_new_session=True,
+        )
+        os.close(other)
+        os.set_blocking(self._main, False)
+        self._lock = threading.Lock()
+        self._shown = bytearray()
+        self._open = False
+        self._ended = threading.Event()
+        self._reader = threading.Thread(target=self._read)
+        self._reader.start()
+
+    @property
+    def alive(self) -> bool:
+        """Whether the console still runs."""
+        return self._process.poll() is None
+
+    def wait_until_open(self, timeout_s: float = 30.0) -> bool:
+        """Wait until it has shown itself; False if it has ended."""
+        deadline = time.monotonic() + timeout_s
+        while not self._open and self.alive and time.monotonic() < deadline:
+            self._open = "IDLE" in self.screen().upper() or "RUNNING" in self.screen().upper()
+            time.sleep(0.02)
+        return self._open and self.alive
+
+    def screen(self) -> str:
+        """What it has shown since the stop was given, without the terminal's sequences."""
+        with self._lock:
+            shown = bytes(self._shown)
+        return self._ESCAPES.sub(b"", shown).decode(errors="replace")
+
+    def _read(self) -> None:
+        while not self._ended.is_set():
+            try:
+                said = os.read(self._main, 65536)
+            except BlockingIOError:
+                time.sleep(0.005)
+                continue
+            except OSError:
+                return
+            with self._lock:
+                self._shown += said
+
+    def _press(self, keys: str) -> None:
+        with suppress(OSError):
+            os.write(self._main, keys.encode())
+
+    def mash(self, chance: random.Random) -> None:
+        """Press any keys but those that stop, abort or leave."""
+        for _ in range(chance.randrange(1, 60)):
+            self._press(chance.choice(self._MASHED))
+
+    def _send(self, chance: random.Random) -> None:
+        with self._lock:
+            self._shown.clear()
+        self.sent_s = time.monotonic()
+        self._press("\x05")  # Ctrl-E works everywhere in the console, also in a field of text
+
+    def poll(self) -> None:
+        """Look at the screen."""
+        time.sleep(_POLL_S)
+        if self.said:
+            return
+        if self._UNACKNOWLEDGED.search(self.screen()):
+            self._tell(False, "shown as not acknowledged")
+
+    def rest(self) -> None:
+        """Close whatever dialog the keys have opened."""
+        for _ in range(2):
+            self._press("\x1b")
+            time.sleep(self._ESCAPED_S)
+
+    def close(self) -> None:
+        """End it."""
+        self._ended.set()
+        self._process.kill()
+        self._process.wait()
+        self._reader.join()
+        os.close(self._main)
+
+
+@contextmanager
+def ways_of(system: System, bus: Bus, names: frozenset[str]) -> Iterator[dict[str, Way]]:
+    """The ways of these names into a running system."""
+    with ExitStack() as stack:
+        makers: Mapping[str, Callable[[], Way]] = {
+            "call": lambda: ByCall(bus),
+            "order": lambda: _closing(stack, ByOrder(system)),
+            "console": lambda: _closing(stack, ByConsole(system)),
+            "ros2": lambda: ByRos2(stack.enter_context(_ros2_session(system.ros2_port))),
+        }
+        yield {name: make() for name, make in makers.items() if name in names}
+
+
+WAYS: Final = ("call", "order", "console", "ros2")
+
+
+def _closing(stack: ExitStack, way: ByOrder | ByConsole) -> Way:
+    stack.callback(way.close)
+    return way
+
+
+def _ros2_session(port: int) -> zenoh.Session:
+    """A node's session, as rmw_zenoh configures it."""
+    zenoh.init_log_from_env_or("off")
+    config = zenoh.Config()
+    settings = {
+        "mode": "peer",
+        "scouting/multicast/enabled": False,
+        "listen/endpoints": ["tcp/127.0.0.1:0"],
+        "connect/endpoints": [f"tcp/127.0.0.1:{port}"],
+        "connect/exit_on_failure": False,
+        "connect/timeout_ms": -1,
+    }
+    for key, value in settings.items():
+        config.insert_json5(key, json.dumps(value))
+    return zenoh.open(config)

@@ -1,0 +1,333 @@
+"""Random emergency stops under every load: how soon the robot says that it has stopped, and whether it has.
+
+`python -m benchmarks stops`; TOUCHLINE_RUNS sets the number of stops (500), TOUCHLINE_SEED the seed of the first (1),
+TOUCHLINE_LOADS and TOUCHLINE_WAYS restrict both to those named (with commas), TOUCHLINE_JSON names a file for every
+stop's figures. Ends with exit code 1 if any stop was missed.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import sys
+import tempfile
+import time
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from contextlib import ExitStack
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from benchmarks._mishaps import LOADS, Mishap, mishap
+from benchmarks._observer import Observer
+from benchmarks._processes import NODES
+from benchmarks._recordings import verdict
+from benchmarks._stranger_roles import IMPOSTOR
+from benchmarks._system import RUNNING, STATES, Hand, System, SystemLost, running_system
+from benchmarks._ways import WAYS, ByCall, ByConsole, ByOrder, Way, ways_of
+from schemas import topics
+from services.bus import Bus
+
+LIMIT_S: Final = 0.3
+"""From the stop's being given, or the robot's being alive again, to its status."""
+JOINING_S: Final = 2.0
+"""Within which `touchline order` joins the bus; that comes before, and is not counted."""
+TOLD_S: Final = 1.5
+"""Within which a person is told that a stop is not acknowledged."""
+ACKNOWLEDGED_S: Final = 5.0
+"""For which the answer is waited for once the robot has stopped."""
+PATIENCE_S: Final = 30.0
+"""After which a stop is given up, or a system that does not answer."""
+_SPEEDS: Final = (1.0, 20.0)
+_TEMPLATES: Final = ("soccer-11", "soccer-11", "soccer-7")
+_SLOW_BITE: Final = {"slow-reader": 4.0, "stopped-reader": 4.0}
+"""Seconds for which loads that need time are let be."""
+
+
+@dataclass
+class Stop:
+    """One emergency stop; times are in seconds from its being given, or from the robot's being alive again if later.
+
+    Attributes:
+        answered_s: To the answer that says done; `None` if there was none.
+        estopped_s: To the robot's own word, as an independent observer heard it.
+        braked_s: To the first of the wheel commands that stay zero.
+        unreachable_s: How long nothing could reach the robot after the stop was given.
+        missed: Why it counts as missed; empty if it does not.
+        valve: Whether paint could flow after it.
+        notes: What else went wrong.
+    """
+
+    number: int
+    way: str
+    load: str
+    speed: float
+    answered_s: float | None = None
+    estopped_s: float | None = None
+    braked_s: float | None = None
+    unreachable_s: float = 0.0
+    missed: str = ""
+    valve: bool = False
+    notes: list[str] = field(default_factory=list)
+
+
+def main() -> None:
+    """Stop the robot as often as asked and print the figures."""
+    runs = int(os.environ.get("TOUCHLINE_RUNS", "500"))
+    first = int(os.environ.get("TOUCHLINE_SEED", "1"))
+    loads = _named("TOUCHLINE_LOADS", LOADS)
+    ways = _named("TOUCHLINE_WAYS", WAYS)
+    begun = time.monotonic()
+    stops = list(random_stops(range(first, first + runs), loads, ways))
+    _print(stops, time.monotonic() - begun)
+    if file := os.environ.get("TOUCHLINE_JSON"):
+        Path(file).write_text(json.dumps([asdict(stop) for stop in stops], indent=1), encoding="utf-8")
+    if any(stop.missed or stop.valve for stop in stops):
+        sys.exit(1)
+
+
+def _named(variable: str, known: Sequence[str]) -> list[str]:
+    names = [name for name in os.environ.get(variable, "").split(",") if name] or list(known)
+    if unknown := sorted(set(names) - set(known)):
+        sys.exit(f"{variable}: no {', '.join(unknown)}; there are: {', '.join(known)}")
+    return names
+
+
+def random_stops(numbers: Iterable[int], loads: Sequence[str], ways: Sequence[str]) -> Iterable[Stop]:
+    """Stops by number, which is their seed; a system that is lost is replaced by another."""
+    waiting = list(numbers)
+    with tempfile.TemporaryDirectory(prefix="touchline-bench-") as keep:
+        while waiting:
+            with running_system(ros2="ros2" in ways, keep=Path(keep)) as system, ExitStack() as stack:
+                try:
+                    rig = _Rig(system, stack, frozenset(ways))
+                    while waiting:
+                        stop = _drawn(waiting.pop(0), loads, ways)
+                        try:
+                            rig.run(stop)
+                        finally:
+                            _tell(stop)
+                            yield stop
+                except SystemLost as lost:
+                    sys.stderr.write(f"a new system: {lost}\n")
+
+
+def _drawn(number: int, loads: Sequence[str], ways: Sequence[str]) -> Stop:
+    chance = random.Random(number)
+    # Each load in turn, so that none is left out of a short run.
+    return Stop(number, chance.choice(ways), loads[number % len(loads)], chance.choice(_SPEEDS))
+
+
+def _tell(stop: Stop) -> None:
+    times = " ".join(
+        "-" if value is None else f"{1e3 * value:.0f}" for value in (stop.answered_s, stop.estopped_s, stop.braked_s)
+    )
+    said = "; ".join([*([f"MISSED: {stop.missed}"] if stop.missed else []), *stop.notes])
+    sys.stderr.write(f"{stop.number:4d} {stop.way:8} {stop.load:22} {stop.speed:3g}x {times:>16} ms  {said[:300]}\n")
+    sys.stderr.flush()
+
+
+class _Rig:
+    """A system, a hand that drives it, an observer, and the ways to stop it."""
+
+    def __init__(self, system: System, stack: ExitStack, ways: frozenset[str]) -> None:
+        self._system = system
+        self._bus = stack.enter_context(Bus.open(topics.OPERATOR, system.config))
+        self._hand = Hand(system, self._bus)
+        self._hand.ready()
+        for template in dict.fromkeys(_TEMPLATES):
+            self._hand.plan(template)
+        self._apart = stack.enter_context(Bus.open("observer", system.config))
+        self._observer = Observer(self._apart)
+        self._rescue = ByCall(self._bus)
+        self._ways = stack.enter_context(ways_of(system, self._bus, ways))
+
+    def run(self, stop: Stop) -> None:
+        """Drive, let the load set in, stop, and look what became of it."""
+        chance = random.Random(-stop.number)
+        way = self._ways[stop.way]
+        self._observer = Observer(self._apart)  # anew, so that no stop is judged by a listener that the last one misled
+        self._hand.listen_anew()
+        if isinstance(way, ByConsole) and not way.wait_until_open():
+            raise SystemLost("the console has ended")
+        self._drive(stop, chance)
+        before = self._system.processes()
+        recording = self._system.recordings / f"{stop.number}.mcap"
+        if problem := self._hand.record(recording):
+            stop.notes.append(f"no recording: {problem}")
+        try:
+            with mishap(stop.load, self._system, chance, stop.speed) as done:
+                self._let_bite(stop, done, chance)
+                self._stop(stop, way, done, chance)
+        except (SystemLost, ProcessLookupError) as error:
+            stop.missed = f"the system was lost: {error}"
+            raise SystemLost(str(error)) from error
+        finally:
+            way.rest()
+        self._afterwards(stop, done, before)
+        if not problem:
+            self._judge(stop, recording)
+
+    def _drive(self, stop: Stop, chance: random.Random) -> None:
+        if problem := self._hand.pace(stop.speed):
+            stop.notes.append(f"speed: {problem}")
+        self._hand.drive(chance.choice(_TEMPLATES))
+        self._observer.watch(chance.uniform(0.1, 1.0))
+
+    def _let_bite(self, stop: Stop, done: Mishap, chance: random.Random) -> None:
+        """Wait until the load has an effect; what it does by itself to a driving robot is noted."""
+        if stop.load == "flood-estop":
+            self._observer.watch(0.5)
+            self._hand.drive(_TEMPLATES[0])
+        self._observer.watch(chance.uniform(0.3, 1.5) + _SLOW_BITE.get(stop.load, 0.0))
+        self._system.check()
+        if self._observer.state != RUNNING and not done.node:
+            state = STATES.get(self._observer.state, "silent")
+            stop.notes.append(f"disturbed: {state} ({self._observer.reason})")
+
+    def _stop(self, stop: Stop, way: Way, done: Mishap, chance: random.Random) -> None:
+        """Give the stop and wait for what becomes of it."""
+        observer = self._observer
+        if isinstance(way, ByConsole) and chance.random() < 0.7:
+            way.mash(chance)
+        robot = observer.robot
+        before_s = observer.estopped_s
+        way.send(chance)
+        sent_s = way.sent_s
+        if done.frozen:
+            done.thaw_s = sent_s + chance.uniform(0.1, 4.0)
+        alive_s = None if self._in_path(stop, done) else sent_s
+        deadline = sent_s + PATIENCE_S
+        while time.monotonic() < deadline and not self._settled(stop, way, sent_s):
+            done.poll()
+            way.poll()
+            observer.poll()
+            if alive_s is None:
+                alive_s = self._alive_again(done, robot)
+            self._system.check()
+        if isinstance(way, ByOrder) and alive_s == sent_s:
+            alive_s = way.sent_s
+            if alive_s - sent_s > JOINING_S:
+                stop.missed = f"took {alive_s - sent_s:.1f} s to join the bus"
+        self._measure(stop, way, sent_s, alive_s, already=before_s is not None)
+
+    def _settled(self, stop: Stop, way: Way, sent_s: float) -> bool:
+        """Whether the robot has said that it has stopped, and whoever gave the stop has heard of it."""
+        stopped_s = self._observer.estopped_s
+        if stopped_s is None or self._observer.braked_s is None:
+            return False
+        patience_s = 2.0 * LIMIT_S if stop.way == "console" else ACKNOWLEDGED_S
+        return way.acknowledged is not None or time.monotonic() - max(stopped_s, sent_s) > patience_s
+
+    @staticmethod
+    def _in_path(stop: Stop, done: Mishap) -> bool:
+        """Whether what was frozen or ended stands between this way and the wheels."""
+        return done.node == topics.ROBOT_SIM or (done.node == topics.BRIDGE and stop.way == "ros2")
+
+    def _alive_again(self, done: Mishap, robot: bytes) -> float | None:
+        """Since when the service that was frozen or ended is there again, if it is."""
+        if done.thawed_s is not None and not done.gone:
+            return done.thawed_s
+        if not done.gone:
+            return None
+        if done.node == topics.ROBOT_SIM:
+            return self._observer.robot_since_s if self._observer.robot != robot else None
+        pid = self._system.processes().get(done.node)
+        heard_s = self._observer.heard_s.get(done.node, 0.0)
+        return heard_s if pid not in (None, done.pid) and time.monotonic() - heard_s < 0.1 else None
+
+    def _measure(self, stop: Stop, way: Way, sent_s: float, alive_s: float | None, *, already: bool) -> None:
+        observer, answer = self._observer, way.acknowledged
+        base_s = sent_s if alive_s is None else alive_s
+        if observer.estopped_s is not None and observer.estopped_s < base_s:
+            base_s = sent_s  # it was reached before it was interrupted
+        stop.unreachable_s = base_s - sent_s
+        if already:
+            stop.notes.append("stopped before")
+        if observer.estopped_s is None:
+            stop.missed = f"never, in {PATIENCE_S:.0f} s ({STATES.get(observer.state, 'silent')})"
+        else:
+            stop.estopped_s = max(0.0, observer.estopped_s - base_s)
+            if stop.estopped_s > LIMIT_S:
+                stop.missed = f"after {stop.estopped_s:.2f} s"
+        if observer.braked_s is not None:
+            stop.braked_s = max(0.0, observer.braked_s - base_s)
+        elif not stop.missed:
+            stop.missed = "wheels are still commanded"
+        if answer is not None:
+            stop.answered_s = max(0.0, answer.at_s - base_s)
+            if observer.estopped_s is None or observer.estopped_s > answer.at_s + LIMIT_S:
+                stop.missed = f"was told {answer.text!r}, but nobody heard the robot stop"
+            elif IMPOSTOR in answer.text:
+                stop.missed = f"believed an impostor: {answer.text!r}"
+        if stop.unreachable_s > TOLD_S and stop.way == "console" and not way.said:
+            stop.missed = stop.missed or f"not told for {stop.unreachable_s:.1f} s that it was not acknowledged"
+
+    def _afterwards(self, stop: Stop, done: Mishap, before: dict[str, int]) -> None:
+        """Wait until all is well again, and stop the robot if that was in vain."""
+        self._observer.watch(0.2)
+        if stop.estopped_s is None:
+            self._rescue.send(random.Random(0))
+            deadline = time.monotonic() + PATIENCE_S
+            while self._observer.estopped_s is None and time.monotonic() < deadline:
+                self._observer.poll()
+                self._system.check()
+            self._rescue.rest()
+        self._hand.ready(PATIENCE_S)
+        after = self._system.processes()
+        died = [node for node in NODES if before.get(node) != after.get(node) and node != done.node]
+        stop.notes += [f"{node} died" for node in died]
+        self._observer.watch(0.1)
+        if self._observer.estopped_s is None:
+            stop.missed = stop.missed or f"it is {STATES.get(self._observer.state, 'silent')} again without a reset"
+
+    def _judge(self, stop: Stop, recording: Path) -> None:
+        """What the recording says."""
+        if (problem := self._hand.finish_recording()) and not (stop.load.endswith(topics.BRIDGE)):
+            stop.notes.append(f"recording: {problem}")
+        for path in sorted(recording.parent.glob(f"{recording.stem}*.mcap")):
+            found = verdict(path)
+            stop.valve = stop.valve or found.flow
+            stop.notes += [f"in the recording: {each}" for each in found.problems]
+            path.unlink()
+
+
+def _print(stops: list[Stop], wall_s: float) -> None:
+    """A row for each load and way, and one for each way."""
+    missed = sum(bool(stop.missed) for stop in stops)
+    print(f"{len(stops)} emergency stops in {wall_s / 60.0:.1f} minutes: {missed} missed, ", end="")
+    print(f"{sum(stop.valve for stop in stops)} with an open valve afterwards; milliseconds (p50 / p99 / max)")
+    print(f"{'load':22} {'way':8} {'stops':>5} {'missed':>6} {'answer':>21} {'status':>21} {'braking':>21}")
+    groups: dict[tuple[str, str], list[Stop]] = defaultdict(list)
+    for stop in stops:
+        for name in ((stop.load, stop.way), ("all", stop.way), ("all", "all")):
+            groups[name].append(stop)
+    for (load, way), group in sorted(groups.items(), key=lambda item: (item[0][0] == "all", item[0])):
+        cells = [_spread([getattr(stop, f"{what}_s") for stop in group]) for what in ("answered", "estopped", "braked")]
+        count = sum(bool(stop.missed) for stop in group)
+        print(f"{load:22} {way:8} {len(group):5d} {count:6d} " + " ".join(f"{cell:>21}" for cell in cells))
+    for stop in stops:
+        if stop.missed:
+            print(f"  stop {stop.number}: {stop.load}, {stop.way}, {stop.speed:g}x: {stop.missed}")
+    for note, count in _counted(stops):
+        print(f"  {count:4d}  {note}")
+
+
+def _spread(values: list[float | None]) -> str:
+    known = [1e3 * value for value in values if value is not None]
+    if not known:
+        return "-"
+    median, p99 = np.quantile(known, (0.5, 0.99))
+    return f"{median:.0f} / {p99:.0f} / {max(known):.0f}"
+
+
+def _counted(stops: list[Stop]) -> list[tuple[str, int]]:
+    counts: dict[str, int] = defaultdict(int)
+    for stop in stops:
+        for note in stop.notes:
+            counts[f"{stop.load}: {note}"] += 1
+    return sorted(counts.items(), key=lambda item: (-item[1], item[0]))
