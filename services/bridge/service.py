@@ -49,6 +49,7 @@ class BridgeService:
         self._record_stop = bus.serve(topics.RECORD_STOP)
         self._session: RecordingSession | None = None
         self._failed: RecordingReport | None = None
+        self._gaps_told = 0
 
     def run(self, stop: Stop) -> RecordingReport | None:
         """Serve until ``stop``; a recording that still goes on is finished and its report returned."""
@@ -65,7 +66,7 @@ class BridgeService:
         """
         if self._session is not None:
             raise RecordingError(f"{self._session.recorder.path} is being recorded; stop that first")
-        self._failed = None
+        self._failed, self._gaps_told = None, 0
         recorder = Recorder(path, self._bus.config.namespace, topics.RECORDED, self._existing)
         self._session = RecordingSession(recorder, self._bus.inbox(topics.RECORDED))
         self._handshake()
@@ -88,26 +89,28 @@ class BridgeService:
         if self._session is None:
             return False
         try:
-            return self._session.pump(time.monotonic())
+            busy = self._session.pump(time.monotonic())
         except RecordingError as error:
             self._fail(error)
             return False
+        if self._session.recorder.gaps > self._gaps_told:
+            self._gaps_told = self._session.recorder.gaps
+            text = f"the recording lacks {self._session.recorder.lost} messages so far; its metadata say where"
+            self._tell(Event.WARN, "recording-fell-behind", text)
+        return busy
+
+    def _tell(self, severity: int, code: str, text: str) -> None:
+        """Publish an event, at the sim time of the recording."""
+        assert self._session is not None
+        header = Header(stamp=Time.of_ns(self._session.recorder.now_ns))
+        self._events.send(Event(header=header, severity=severity, source=topics.BRIDGE, code=code, text=text))
 
     def _fail(self, error: RecordingError) -> None:
         """End a recording that cannot be written; leaving the bus's topics lets their publishers go on."""
         assert self._session is not None
         self._failed = self._session.finish()
-        stamp = Time.of_ns(self._session.recorder.now_ns)
+        self._tell(Event.ERROR, "recording-failed", self._failed.problem or str(error))
         self._session = None
-        self._events.send(
-            Event(
-                header=Header(stamp=stamp),
-                severity=Event.ERROR,
-                source=topics.BRIDGE,
-                code="recording-failed",
-                text=self._failed.problem or str(error),
-            )
-        )
 
     def _report_health(self) -> None:
         figures = self._gateway.figures() if self._gateway is not None else {}
@@ -122,9 +125,11 @@ class BridgeService:
                 "messages": recorder.messages,
                 "bytes": recorder.size_bytes,
                 "lost_in_recording": recorder.lost,
+                "rejected_in_recording": self._session.rejected,
                 **figures,
             }
-            level = DiagnosticStatus.WARN if recorder.lost else DiagnosticStatus.OK
+            flawed = recorder.lost or self._session.rejected
+            level = DiagnosticStatus.WARN if flawed else DiagnosticStatus.OK
             self._health.poll(values, level=level, message="recording")
 
     def _answer_record(self, request: RecordRequest) -> RecordResponse:
@@ -141,7 +146,7 @@ class BridgeService:
             return RecordStopResponse(success=False, message="nothing is being recorded")
         return RecordStopResponse(
             success=not report.problem,
-            message=report.problem or f"recorded {report.messages} messages",
+            message=report.problem or _in_words(report),
             path=str(report.path),
             messages=report.messages,
             bytes=report.bytes,
@@ -168,6 +173,15 @@ class BridgeService:
         if self._gateway is not None:
             self._gateway.turn()
         self._report_health()
+
+
+def _in_words(report: RecordingReport) -> str:
+    text = f"recorded {report.messages} messages"
+    if report.lost:
+        text += f"; {report.lost} were lost on the way"
+    if report.rejected:
+        text += f"; {report.rejected} payloads were no messages of their topic and are left out"
+    return text
 
 
 def run_service(

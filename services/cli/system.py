@@ -2,7 +2,7 @@
 
 import json
 import sys
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, astuple, dataclass
 from typing import Annotated, Any
 
 import typer
@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from schemas import topics
+from schemas.errors import PayloadError
 from schemas.messages import GetDiagnosticsRequest, TraversalStatus
 from services.bus import Bus, BusConfig, CallError
 from services.cli.choices import ScenarioChoice, VehicleChoice
@@ -17,6 +18,7 @@ from services.cli.display import print_event, stderr
 from services.cli.groups import with_groups
 from services.cli.options import ExitCode, JsonOption, speed_factor
 from services.cli.ros2 import Ros2Choice
+from services.diagnostics import read_health
 from services.lifecycle import until_stopped
 from services.local import local_system, publish_notices, robot_arguments, severity_of
 from services.runtime import only_one, running_pid, stop_running
@@ -106,12 +108,10 @@ def _state(bus: Bus, node: str, missing: bool) -> ServiceState:
         return ServiceState(node, "not running")
     try:
         answer = bus.call(topics.diagnostics_service(node), GetDiagnosticsRequest(), timeout_s=2.0)
-    except CallError:
+    except (CallError, PayloadError):
         return ServiceState(node, "does not answer")
-    report = answer.diagnostics.status[0]
-    values = {entry.key: entry.value for entry in report.values}
-    counts = (int(values[key]) for key in ("pid", "published", "received", "lost", "rejected"))
-    return ServiceState(node, report.message, *counts)
+    health = read_health(node, answer.diagnostics)
+    return ServiceState(node, health.message, *astuple(health)[1:])
 
 
 def _traversal(bus: Bus) -> dict[str, Any] | None:
