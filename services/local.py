@@ -84,6 +84,7 @@ def local_system(
     bridge_arguments: Sequence[str] = (),
     *,
     vehicle: Vehicle | None = None,
+    recordings: Path | None = None,
 ) -> Iterator[LocalSystem]:
     """Start planner, robot and bridge, and stop them at the end.
 
@@ -92,6 +93,7 @@ def local_system(
         config: The bus to use; by default a private one, so that several jobs can run at once.
         bridge_arguments: Options of ``touchline bridge``.
         vehicle: Planned for and driven; by default the shipped one.
+        recordings: The folder of recordings; by default the present one.
     """
     private = config is None
     config = config or BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}")
@@ -101,7 +103,7 @@ def local_system(
         children = [
             Child(topics.ROBOT_SIM, ["robot-sim", *robot_arguments, *same, *journal]),
             Child(topics.PLANNER, ["planner", *same]),
-            Child(topics.BRIDGE, ["bridge", *bridge_arguments]),
+            Child(topics.BRIDGE, ["bridge", *bridge_arguments, "--recordings", str((recordings or Path()).absolute())]),
         ]
         supervisor = Supervisor(children, config, Path(folder))
         supervisor.start()

@@ -4,6 +4,8 @@ The file carries its final name from the first byte on, so that a recording brok
 found where it was asked for. A file that is there already is never overwritten unless that is asked for.
 """
 
+import os
+import stat
 import struct
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -11,7 +13,7 @@ from enum import Enum
 from importlib.metadata import version
 from pathlib import Path
 
-from mcap.writer import CompressionType, Writer
+from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
 from schemas.messages import Header, Time
 from schemas.topics import CLOCK, DEFAULT_NAMESPACE, RECORDED, Topic
@@ -268,27 +270,44 @@ class Recorder:
 
 
 def _make_room(path: Path, existing: Existing) -> None:
+    """See to it that nothing is at ``path``; only a recording is ever moved or replaced.
+
+    Raises:
+        RecordingError: No recording can be there.
+    """
     if path.suffix != ".mcap":
         raise RecordingError(f"{path}: a recording's name ends in .mcap")
-    if not path.parent.is_dir():
-        raise RecordingError(f"{path}: its folder does not exist")
-    if not path.exists():
-        return
-    if not path.is_file():
-        raise RecordingError(f"{path}: is there already and is not a file")
-    if existing is Existing.REFUSE:
-        raise RecordingError(f"{path}: is there already; choose another name")
     try:
+        if not path.parent.is_dir():
+            raise RecordingError(f"{path}: its folder does not exist")
+        if not os.path.lexists(path):
+            return
+        if existing is Existing.REFUSE:
+            raise RecordingError(f"{path}: is there already; choose another name")
+        if not _is_recording(path):
+            raise RecordingError(f"{path}: is there already and is no recording; choose another name")
         if existing is Existing.REPLACE:
             path.unlink()
         else:
             path.rename(_free_name(path))
-    except OSError as error:
-        raise RecordingError(f"{path}: cannot move the older recording away: {error.strerror}") from error
+    except (OSError, ValueError) as error:  # ValueError: a path with a null byte
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise RecordingError(f"{path}: cannot be recorded to: {reason}") from error
+
+
+def _is_recording(path: Path) -> bool:
+    """Whether it is a file, not a link to one, that begins as every MCAP file does."""
+    if not stat.S_ISREG(path.lstat().st_mode):
+        return False
+    descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
+    try:
+        return os.read(descriptor, len(MCAP0_MAGIC)) == MCAP0_MAGIC
+    finally:
+        os.close(descriptor)
 
 
 def _free_name(path: Path) -> Path:
     number = 1
-    while (candidate := path.with_name(f"{path.stem}.{number}.mcap")).exists():
+    while os.path.lexists(candidate := path.with_name(f"{path.stem}.{number}.mcap")):
         number += 1
     return candidate

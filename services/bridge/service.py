@@ -14,6 +14,7 @@ from schemas.messages import (
     RecordStopResponse,
     Time,
 )
+from services.bridge.folder import RecordingFolder
 from services.bridge.gateway import Gateway, GatewayConfig
 from services.bridge.handshake import shake_hands
 from services.bridge.output import RecordingError
@@ -35,11 +36,15 @@ class BridgeService:
     Args:
         bus: An open bus.
         existing: What to do when a recording's file is there already.
+        recordings: The folder of what is recorded on request.
         gateway: To ROS 2, if there is to be one.
     """
 
-    def __init__(self, bus: Bus, existing: Existing, gateway: Gateway | None = None) -> None:
+    def __init__(
+        self, bus: Bus, existing: Existing, recordings: RecordingFolder, gateway: Gateway | None = None
+    ) -> None:
         self._bus = bus
+        self._folder = recordings
         self._gateway = gateway
         self._existing = existing
         self._presence = bus.presence()
@@ -134,10 +139,11 @@ class BridgeService:
 
     def _answer_record(self, request: RecordRequest) -> RecordResponse:
         try:
-            self.start(Path(request.path))
-        except (RecordingError, ValueError) as error:  # ValueError: a path with a null byte
+            path = self._folder.place(request.path)
+            self.start(path)
+        except RecordingError as error:
             return RecordResponse(success=False, message=str(error))
-        return RecordResponse(success=True, message=f"recording to {request.path}")
+        return RecordResponse(success=True, message=f"recording to {path}")
 
     def _answer_stop(self) -> RecordStopResponse:
         report = self._finish() if self._session is not None else self._failed
@@ -188,6 +194,7 @@ def run_service(
     record: Path | None = None,
     config: BusConfig | None = None,
     *,
+    recordings: Path | None = None,
     existing: Existing = Existing.RENAME,
     ros2: GatewayConfig | None = None,
     supervisor: int | None = None,
@@ -195,8 +202,9 @@ def run_service(
     """Run the bridge until SIGTERM or SIGINT.
 
     Args:
-        record: Begin at once to record to this file.
+        record: Begin at once to record to this file, wherever it is.
         config: Where the bus is; from the environment if not given.
+        recordings: The folder of what is recorded on request; by default the present one.
         existing: What to do when a recording's file is there already.
         ros2: Be a gateway to ROS 2, too.
         supervisor: Process id of the parent, to end with it.
@@ -205,14 +213,15 @@ def run_service(
         The report of the recording that went on at the end, if any.
 
     Raises:
-        RecordingError: ``record`` cannot be created.
+        RecordingError: ``record`` cannot be created, or there is no folder ``recordings``.
         SpecError: The bus configuration cannot be used.
         TouchlineError: Another bridge is there, or ROS 2 nodes cannot be met where ``ros2`` says.
     """
+    folder = RecordingFolder(recordings or Path.cwd())
     with until_stopped(supervisor) as stop, Bus.open(topics.BRIDGE, config) as bus, ExitStack() as stack:
         bus.claim()
         gateway = Gateway(bus, stack.enter_context(Ros2Session.open(ros2.endpoint)), ros2) if ros2 else None
-        service = BridgeService(bus, existing, gateway)
+        service = BridgeService(bus, existing, folder, gateway)
         if record is not None:
             service.start(record)
         return service.run(stop)

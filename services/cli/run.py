@@ -110,7 +110,7 @@ def run_job(
     with (
         only_one(config) if config else nullcontext(),
         robot_arguments(scenario) as robot,
-        local_system(robot, config, vehicle=vehicle) as system,
+        local_system(robot, config, vehicle=vehicle, recordings=record.parent if record else None) as system,
         progress_bar("Touchline") as advance,
     ):
         advance(0.0, "Starting the services")

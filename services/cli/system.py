@@ -16,7 +16,7 @@ from services.bus import Bus, BusConfig, CallError
 from services.cli.choices import ScenarioChoice, VehicleChoice
 from services.cli.display import print_event, stderr
 from services.cli.groups import with_groups
-from services.cli.options import ExitCode, JsonOption, speed_factor
+from services.cli.options import ExitCode, JsonOption, RecordingsOption, speed_factor
 from services.cli.ros2 import Ros2Choice
 from services.diagnostics import read_health
 from services.lifecycle import until_stopped
@@ -42,6 +42,7 @@ def up(
     body: VehicleChoice,
     ros: Ros2Choice,
     speed: Annotated[str, typer.Option(help="Times real time, or `max`; the console can change it.")] = "1",
+    recordings: RecordingsOption = None,
 ) -> None:
     """Start planner, robot and bridge, watch them and restart what dies, until Ctrl-C or `touchline down`."""
     config = BusConfig.from_environment()
@@ -53,7 +54,11 @@ def up(
         only_one(config),
         robot_arguments(robot.chosen()) as arguments,
         local_system(
-            [*arguments, "--speed", speed], config, gateway.arguments() if gateway else (), vehicle=vehicle
+            [*arguments, "--speed", speed],
+            config,
+            gateway.arguments() if gateway else (),
+            vehicle=vehicle,
+            recordings=recordings,
         ) as system,
     ):
         if system.wait_until_ready(stderr.print, lambda: bool(stop)):

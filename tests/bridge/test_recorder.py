@@ -1,6 +1,7 @@
 """What is written is what was said, in a file that others can read, whatever happens on the way."""
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -152,12 +153,34 @@ def test_an_older_recording_is_kept(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("name", "reason"),
-    [("a.bag", "ends in .mcap"), ("missing/a.mcap", "folder does not exist"), ("folder.mcap", "is not a file")],
+    [
+        ("a.bag", "ends in .mcap"),
+        ("missing/a.mcap", "folder does not exist"),
+        ("folder.mcap", "is no recording"),
+        ("x" * 300 + ".mcap", "name too long"),
+        ("a\0.mcap", "null byte"),
+    ],
 )
 def test_a_path_that_cannot_be_recorded_to_is_refused(tmp_path: Path, name: str, reason: str) -> None:
     (tmp_path / "folder.mcap").mkdir()
-    with pytest.raises(RecordingError, match=reason):
+    with pytest.raises(RecordingError, match=f"(?i){reason}"):
         Recorder(tmp_path / name)
+
+
+@pytest.mark.parametrize("existing", Existing)
+def test_what_is_no_recording_is_neither_moved_nor_replaced(tmp_path: Path, existing: Existing) -> None:
+    path = tmp_path / "a.mcap"
+    path.write_text("a letter")
+    with pytest.raises(RecordingError, match="is there already"):
+        Recorder(path, existing=existing)
+    assert [(found.name, found.read_text()) for found in tmp_path.iterdir()] == [("a.mcap", "a letter")]
+
+
+@pytest.mark.skipif(os.getuid() == 0, reason="root may write anywhere")
+def test_a_folder_that_may_only_be_read_is_told(tmp_path: Path) -> None:
+    tmp_path.chmod(0o500)
+    with pytest.raises(RecordingError, match="Permission denied"):
+        Recorder(tmp_path / "a.mcap")
 
 
 KILLED = """
