@@ -7,14 +7,16 @@ from typing import Annotated, Any
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from schemas import topics
 from schemas.errors import PayloadError
 from schemas.messages import GetDiagnosticsRequest, TraversalStatus
+from schemas.plain_text import plain
 from services.bus import Bus, BusConfig, CallError
 from services.cli.choices import ScenarioChoice, VehicleChoice
-from services.cli.display import print_event, stderr
+from services.cli.display import print_event, say
 from services.cli.groups import with_groups
 from services.cli.options import ExitCode, JsonOption, RecordingsOption, speed_factor
 from services.cli.ros2 import Ros2Choice
@@ -61,10 +63,10 @@ def up(
             recordings=recordings,
         ) as system,
     ):
-        if system.wait_until_ready(stderr.print, lambda: bool(stop)):
-            stderr.print(f"Touchline is up on {config.endpoint}; open a console with `touchline tui`, stop with Ctrl-C")
+        if system.wait_until_ready(say, lambda: bool(stop)):
+            say(f"Touchline is up on {config.endpoint}; open a console with `touchline tui`, stop with Ctrl-C")
         publish_notices(system, lambda: bool(stop), lambda notice: print_event(severity_of(notice), notice.text))
-    stderr.print("Touchline is down")
+    say("Touchline is down")
 
 
 def down() -> None:
@@ -135,7 +137,7 @@ def _traversal(bus: Bus) -> dict[str, Any] | None:
 def _print(shown: dict[str, Any], states: list[ServiceState]) -> None:
     table = Table("service", "state", "pid", "published", "received", "lost", "rejected")
     for state in states:
-        table.add_row(*("–" if value is None else str(value) for value in asdict(state).values()))
+        table.add_row(*("–" if value is None else escape(plain(str(value))) for value in asdict(state).values()))
     console = Console(highlight=False)
     pid = shown["supervisor_pid"]
     console.print(f"robot {shown['namespace']} on {shown['endpoint']}" + (f", supervisor pid {pid}" if pid else ""))
@@ -144,4 +146,4 @@ def _print(shown: dict[str, Any], states: list[ServiceState]) -> None:
         job = shown["traversal"]
         painted = "" if job["coverage_pct"] is None else f", {job['coverage_pct']:.1f} % painted"
         at = f" at {job['segment']}" if job["segment"] else ""
-        console.print(f"traversal: {job['state']}{at}{painted}", markup=False)
+        console.print(plain(f"traversal: {job['state']}{at}{painted}"), markup=False)

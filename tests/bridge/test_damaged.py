@@ -17,6 +17,7 @@ from schemas import topics
 from schemas.cdr import encode
 from schemas.errors import TouchlineError
 from schemas.messages import Clock, Imu, PaintMarks, String, TraversalReport
+from services.bridge.channels import schema_text
 from services.bridge.compare import compare
 from services.bridge.output import RecordingError
 from services.bridge.reader import LARGEST_RATIO, read_summary
@@ -33,16 +34,22 @@ MUTATED = 400
 
 def painted_session(path: Path, compression: CompressionType) -> Path:
     """A small job: a template, its paint and the report, in chunks small enough for each to matter."""
-    recorder = Recorder(path)
-    recorder._writer = Writer(recorder._file, chunk_size=2048, compression=compression)
-    recorder._writer.start("ros2", "touchline")
-    recorder._register("tt2", topics.RECORDED)
-    recorder.write("template", encode(String(data=TEMPLATE)), 1)
-    for number, (topic, message) in enumerate(messages(60)):
-        if topic is not topics.TEMPLATE:
-            recorder.write(topic.name, encode(message), number)
-    recorder.write("traversal/report", encode(TraversalReport(success=True)), 1)
-    return recorder.finish().path
+    said = [(topic, encode(message)) for topic, message in messages(60) if topic is not topics.TEMPLATE]
+    said = [(topics.TEMPLATE, encode(String(data=TEMPLATE))), *said, (topics.REPORT, encode(TraversalReport()))]
+    with path.open("wb") as stream:
+        writer = Writer(stream, chunk_size=2048, compression=compression)
+        writer.start("ros2", "another recorder")
+        channels = {}
+        for topic in topics.RECORDED:
+            schema = writer.register_schema(topic.type.ros_type, "ros2msg", schema_text(topic))
+            channels[topic.name] = writer.register_channel(f"/tt2/{topic.name}", "cdr", schema)
+        for number, (topic, payload) in enumerate(said):
+            writer.add_message(channels[topic.name], number * 10_000_000, payload, 0, number)
+        writer.add_metadata("touchline_lost", {"total": "0"})
+        writer.finish()
+    assert read_summary(path).problem == ""
+    assert len(read_painted(path).strokes) > 0
+    return path
 
 
 @pytest.mark.parametrize("compression", [CompressionType.NONE, CompressionType.ZSTD, CompressionType.LZ4])
