@@ -70,6 +70,21 @@ def decode(kind: type[M], payload: bytes) -> M:
     Raises:
         PayloadError: It is too large, truncated, over-long, or its values are not allowed in ``kind``.
     """
+    raw = decode_structure(kind, payload)
+    try:
+        return kind.model_validate(raw)
+    except ValidationError as error:
+        first = error.errors()[0]
+        field = ".".join(str(part) for part in first["loc"])
+        raise PayloadError(f"{kind.ros_type}: {field}: {first['msg']}") from error
+
+
+def decode_structure(kind: type[Message], payload: bytes) -> object:
+    """The fields in ``payload`` as rosbags reads them, whatever their values.
+
+    Raises:
+        PayloadError: It is too large, truncated or over-long.
+    """
     if len(payload) > MAX_PAYLOAD_BYTES:
         raise PayloadError(
             f"{kind.ros_type}: payload of {len(payload):,} bytes; at most {MAX_PAYLOAD_BYTES:,} are read"
@@ -77,17 +92,11 @@ def decode(kind: type[M], payload: bytes) -> M:
     if len(payload) < 4 or payload[0] != 0 or payload[1] not in (0, 1):
         raise PayloadError(f"{kind.ros_type}: payload of {len(payload)} bytes does not begin with a CDR header")
     try:
-        raw = typestore().deserialize_cdr(payload, kind.ros_type)
+        return typestore().deserialize_cdr(payload, kind.ros_type)
     except Exception as error:  # the generated decoder raises whatever the bytes lead it into
         raise PayloadError(
             f"{kind.ros_type}: not a CDR message of this type ({str(error) or type(error).__name__})"
         ) from error
-    try:
-        return kind.model_validate(raw)
-    except ValidationError as error:
-        first = error.errors()[0]
-        field = ".".join(str(part) for part in first["loc"])
-        raise PayloadError(f"{kind.ros_type}: {field}: {first['msg']}") from error
 
 
 def first_string(payload: bytes) -> str:

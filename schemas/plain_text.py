@@ -26,3 +26,8 @@ def plain(text: str, most: int = 1000) -> str:
     text = "".join(" " if char in "\t\n\r\v\f" else char for char in text)
     text = "".join(char for char in text if unicodedata.category(char) not in _UNSAFE)
     return text if len(text) <= most else text[: most - 1] + "…"
+
+
+def plain_lines(text: str, most: int = 1000) -> str:
+    """As :func:`plain`, line by line: for texts that have several, such as the end of a log."""
+    return "\n".join(plain(line, most) for line in text.split("\n"))

@@ -8,12 +8,15 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from schemas.errors import SpecError
+from schemas.plain_text import plain
 from schemas.remedies import told
 
 S = TypeVar("S", bound=BaseModel)
 
 #: A specification is read whole; anything larger is not one.
 MAX_SPEC_BYTES = 16 * 1024 * 1024
+#: Keys of one object; none of ours has a tenth of that.
+MAX_KEYS = 1000
 
 
 class Spec(BaseModel):
@@ -44,8 +47,10 @@ def parse(kind: type[S], text: str, source: str) -> S:
     """The ``kind`` written in ``text``.
 
     Raises:
-        SpecError: It is not JSON, or a field is missing, unknown, or out of range.
+        SpecError: It is not JSON, too large, or a field is missing, unknown, or out of range.
     """
+    if len(text) > MAX_SPEC_BYTES:
+        raise SpecError(source, "", f"has {len(text):,} characters", f"give at most {MAX_SPEC_BYTES:,}")
     try:
         data = json.loads(text, object_pairs_hook=_unique_keys)
     except RecursionError as error:
@@ -55,6 +60,8 @@ def parse(kind: type[S], text: str, source: str) -> S:
         raise SpecError(source, place, f"is not JSON ({error.msg})", "mend the JSON there") from error
     except _RepeatedKey as error:
         raise SpecError(source, "", f"is not usable JSON ({error})", "name every key once") from error
+    except _TooManyKeys as error:
+        raise SpecError(source, "", str(error), f"give at most {MAX_KEYS:,}") from error
     except ValueError as error:  # of the interpreter's own limit
         raise SpecError(source, "", "has a number of thousands of digits", "give a number within range") from error
     if not isinstance(data, dict):
@@ -69,12 +76,19 @@ class _RepeatedKey(ValueError):
     """An object names a key twice."""
 
 
+class _TooManyKeys(ValueError):
+    """An object that cannot be one of ours."""
+
+
 def _unique_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    keys = [key for key, _ in pairs]
-    repeated = sorted({key for key in keys if keys.count(key) > 1}) if len(set(keys)) < len(keys) else []
-    if repeated:
-        raise _RepeatedKey(f"key {repeated[0]!r} is given twice")
-    return dict(pairs)
+    found: dict[str, Any] = {}
+    for key, value in pairs:
+        if key in found:
+            raise _RepeatedKey(f"key {plain(key, 80)!r} is given twice")
+        found[key] = value
+    if len(found) > MAX_KEYS:
+        raise _TooManyKeys(f"has an object of {len(found):,} keys")
+    return found
 
 
 def field_path(location: tuple[int | str, ...]) -> str:

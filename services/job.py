@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from schemas import topics
-from schemas.errors import TouchlineError
+from schemas.errors import PayloadError, TouchlineError
 from schemas.messages import (
     CommandRequest,
     Event,
@@ -27,6 +27,7 @@ from schemas.messages import (
 from schemas.topics import Request, Response, Service
 from services.bus import Bus, CallError, Inbox
 from services.bus.counters import Counters
+from services.diagnostics import read_health
 from services.reports import hash_figures, paint_report, plan_figures, traversal_figures
 
 #: A job whose robot does not move on for this long (wall clock) will not finish by itself.
@@ -229,11 +230,11 @@ class Job:
         for node in (topics.PLANNER, topics.ROBOT_SIM, topics.TELEMETRY, topics.BRIDGE):
             try:
                 response = self._ask(topics.diagnostics_service(node), GetDiagnosticsRequest())
-            except CallError as error:
+            except (CallError, PayloadError) as error:
                 self.watcher.event(Event.WARN, str(error))
                 continue
-            values = {entry.key: entry.value for entry in response.diagnostics.status[0].values}
-            counters.append(Counters(int(values["published"]), int(values["received"]), int(values["lost"])))
+            health = read_health(node, response.diagnostics)
+            counters.append(Counters(health.published or 0, health.received or 0, health.lost or 0))
         return {
             "published": sum(each.published for each in counters),
             "received": sum(each.received for each in counters),

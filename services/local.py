@@ -94,6 +94,7 @@ def local_system(
     *,
     vehicle: Vehicle | None = None,
     join_as: str = topics.OPERATOR,
+    recordings: Path | None = None,
 ) -> Iterator[LocalSystem]:
     """Start planner, robot and bridge, and stop them at the end.
 
@@ -104,16 +105,18 @@ def local_system(
         vehicle: Planned for and driven; by default the shipped one.
         join_as: Who this process is on the bus. The operator minds a job, and the robot drives while one is there; the
             supervisor minds processes and tells how it is.
+        recordings: The folder of recordings; by default the present one.
     """
     private = config is None
     config = config or BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}")
     with tempfile.TemporaryDirectory(prefix="touchline-") as folder:
         journal = ["--journal", f"{folder}/robot.journal"] if private else []  # nobody comes back to a private bus
+        recorder = [*bridge_arguments, "--recordings", str((recordings or Path()).absolute())]
         same = ["--vehicle", _written(vehicle, Path(folder))] if vehicle else []
         children = [
             Child(topics.ROBOT_SIM, ["robot-sim", *robot_arguments, *same, *journal], _ROBOT_PATIENCE_S),
             Child(topics.PLANNER, ["planner", *same], _PATIENCE_S),
-            Child(topics.BRIDGE, ["bridge", *bridge_arguments], _PATIENCE_S),
+            Child(topics.BRIDGE, ["bridge", *recorder], _PATIENCE_S),
         ]
         # The bus first: should its endpoint be of no use, that is told before anything is started.
         with Bus.open(join_as, config) as bus:

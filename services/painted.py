@@ -10,7 +10,12 @@ from schemas.catalogue import parse_template
 from schemas.cdr import decode
 from schemas.errors import SpecError
 from schemas.messages import PaintMarks, String, TraversalReport
-from schemas.template import Template
+from schemas.template import MAX_COORDINATE_M, Template
+
+#: Points of strokes that are drawn: a day of painting.
+MOST_POINTS = 10_000_000
+FARTHEST_M = 2 * MAX_COORDINATE_M
+WIDEST_M = 10.0
 
 
 @dataclass(frozen=True)
@@ -27,22 +32,45 @@ def read_painted(path: Path) -> Painted:
 
     Raises:
         RecordingError: The file cannot be read.
-        SpecError: No template is recorded in it.
+        SpecError: No template is recorded in it, or its paint is nowhere or too much to be drawn.
+        PayloadError: A message in it is none of its topic.
     """
     from services.bridge.reader import RecordingReader
 
     template_json, batches, report = "", list[PaintMarks](), None
-    for message in RecordingReader(path).messages():
+    reader, points = RecordingReader(path), 0
+    for message in reader.messages():
         name = message.topic.split("/", 2)[-1]
         if name == topics.TEMPLATE.name:
             template_json, batches, report = decode(String, message.payload).data, [], None
         elif name == topics.PAINT.name:
-            batches.append(decode(PaintMarks, message.payload))
+            batches.append(_checked(decode(PaintMarks, message.payload), path))
+            points += len(batches[-1].x_m) + 1
+            if points > MOST_POINTS:
+                raise SpecError(str(path), "paint/marks", f"has more than {MOST_POINTS:,} points", "draw a shorter one")
         elif name == topics.REPORT.name:
             report = decode(TraversalReport, message.payload)
     if not template_json:
-        raise SpecError(str(path), "", "holds no template", "give the recording of a template's traversal")
+        found = f"holds no template{f', and is {reader.summary.problem}' if reader.summary.problem else ''}"
+        raise SpecError(str(path), "", found, "give the recording of a template's traversal")
     return Painted(parse_template(template_json, f"the template in {path.name}"), _joined(batches), report)
+
+
+def _checked(marks: PaintMarks, path: Path) -> PaintMarks:
+    """``marks``, if they can be drawn."""
+    drawable = (
+        len(marks.x_m) == len(marks.y_m)
+        and all(bool((np.abs(axis) <= FARTHEST_M).all()) for axis in (marks.x_m, marks.y_m))
+        and 0.0 <= marks.width_m <= WIDEST_M
+    )
+    if not drawable:
+        raise SpecError(
+            str(path),
+            "paint/marks",
+            "has marks that no robot made",
+            f"give a recording of strokes within {FARTHEST_M:g} m, at most {WIDEST_M:g} m wide",
+        )
+    return marks
 
 
 def _joined(batches: list[PaintMarks]) -> list[PaintMarks]:

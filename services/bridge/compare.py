@@ -18,6 +18,8 @@ from services.bridge.reader import Recorded, RecordingReader
 
 #: Differences kept per topic; the rest is only counted.
 DIFFERENCES_SHOWN = 3
+#: Bytes of messages that wait for their partners at once: more than two sessions of a day are ever apart.
+MOST_WAITING_BYTES = 1024**3
 
 
 @dataclass(frozen=True)
@@ -116,6 +118,7 @@ def compare(left: Path, right: Path, topics: Collection[str] | None = None) -> C
     readers = (RecordingReader(left), RecordingReader(right))
     found: dict[str, TopicComparison] = {}
     waiting: tuple[dict[str, deque[Recorded]], dict[str, deque[Recorded]]] = ({}, {})
+    waiting_bytes = 0
     for side, message in _alternating([reader.messages(topics) for reader in readers]):
         topic = found.setdefault(message.topic, TopicComparison())
         if side == 0:
@@ -125,10 +128,16 @@ def compare(left: Path, right: Path, topics: Collection[str] | None = None) -> C
         partners = waiting[1 - side].get(message.topic)
         if not partners:
             waiting[side].setdefault(message.topic, deque()).append(message)
-        elif side == 0:
-            _compare_pair(topic, message, partners.popleft())
-        else:
-            _compare_pair(topic, partners.popleft(), message)
+            waiting_bytes += len(message.payload)
+            if waiting_bytes > MOST_WAITING_BYTES:
+                raise RecordingError(
+                    f"{message.topic}: the recordings are too far apart; at most {MOST_WAITING_BYTES:,} bytes of "
+                    "messages wait for their like"
+                )
+            continue
+        partner = partners.popleft()
+        waiting_bytes -= len(partner.payload)
+        _compare_pair(topic, *((message, partner) if side == 0 else (partner, message)))
     absent = sorted(set(topics or ()) - found.keys())
     if absent:
         raise RecordingError(f"neither recording has a message of {', '.join(absent)}; `touchline topics` lists all")

@@ -10,6 +10,8 @@ from mcap.writer import MCAP0_MAGIC
 
 from schemas.errors import TouchlineError
 
+_CREATE = os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
+
 
 class RecordingError(TouchlineError):
     """A recording that cannot be written, or cannot be read at all."""
@@ -31,9 +33,10 @@ class RecordingFile:
     def __init__(self, path: Path) -> None:
         self.path = path
         try:
-            self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o644)
-        except OSError as error:
-            raise RecordingError(f"{path}: cannot create the recording: {error.strerror}") from error
+            self._descriptor = os.open(path, _CREATE, 0o644)
+        except (OSError, ValueError) as error:  # ValueError: a path with a null byte
+            reason = error.strerror if isinstance(error, OSError) else error
+            raise RecordingError(f"{path}: cannot create the recording: {reason}") from error
         self._size = 0
         self._records_end = 0
         self._open = True

@@ -1,24 +1,43 @@
 """Reading recordings, whole or broken off: whatever was written before the break is given."""
 
+import os
+import stat
 import struct
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import TypeVar
 
 from mcap.data_stream import ReadDataStream
-from mcap.exceptions import InvalidMagic, McapError
 from mcap.opcode import Opcode
-from mcap.records import Channel, Chunk, Footer, Header, Metadata, Schema
-from mcap.stream_reader import MAGIC_SIZE, StreamReader, get_chunk_data_stream
+from mcap.records import Channel, Chunk, Footer, Metadata, Schema
+from mcap.records import Header as FileHeader
+from mcap.writer import MCAP0_MAGIC
 
 from services.bridge.output import RecordingError
+from services.bridge.unpack import LARGEST_CHUNK_BYTES, Damage, unpacked
+
+R = TypeVar("R", FileHeader, Footer, Metadata, Chunk, Schema, Channel)
 
 _RECORD_HEAD = struct.Struct("<BQ")
 _MESSAGE_HEAD = struct.Struct("<HIQQ")
+_READ = frozenset(
+    (
+        Opcode.HEADER,
+        Opcode.FOOTER,
+        Opcode.SCHEMA,
+        Opcode.CHANNEL,
+        Opcode.MESSAGE,
+        Opcode.CHUNK,
+        Opcode.METADATA,
+    )
+)
 #: A record longer than this is taken for damage, not allocated.
-_LARGEST_RECORD_BYTES = 256 * 1024 * 1024
+LARGEST_RECORD_BYTES = 64 * 1024 * 1024
+#: What all chunks of a file may unpack to, over its size; the indexes of the messages keep honest ones far below.
+LARGEST_RATIO = 200
+LONGEST_NAME = 1000
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,13 +111,16 @@ class RecordingReader:
 
     def __init__(self, path: Path) -> None:
         try:
+            if not stat.S_ISREG(path.stat().st_mode):
+                raise RecordingError(f"{path}: cannot read the recording: it is no file")
             self._stream = path.open("rb")
-        except OSError as error:
-            raise RecordingError(f"{path}: cannot read the recording: {error.strerror}") from error
-        self.summary = Summary(path, path.stat().st_size)
+        except (OSError, ValueError) as error:  # ValueError: a path with a null byte
+            reason = error.strerror if isinstance(error, OSError) else error
+            raise RecordingError(f"{path}: cannot read the recording: {reason}") from error
+        self.summary = Summary(path, os.fstat(self._stream.fileno()).st_size)
         self._schemas: dict[int, Schema] = {}
         self._channels: dict[int, str] = {}
-        self._begun = False
+        self._unpacked_bytes = 0
 
     def close(self) -> None:
         """Close the file before its end; harmless when repeated."""
@@ -116,45 +138,70 @@ class RecordingReader:
             RecordingError: The file is not MCAP. Damage further on ends the iteration and is told in the summary.
         """
         with self._stream:
-            records = StreamReader(self._stream, emit_chunks=True, record_size_limit=_LARGEST_RECORD_BYTES).records
-            while (record := self._next(records)) is not None:
-                if isinstance(record, Header):
-                    self._begun = True
-                    self.summary.profile = record.profile
-                elif isinstance(record, Metadata):
-                    self.summary.metadata[record.name] = dict(record.metadata)
-                elif isinstance(record, (Schema, Channel)):
-                    self._register(record)
-                elif isinstance(record, Footer):
-                    self.summary.complete = record.summary_start > 0
-                elif isinstance(record, Chunk):
-                    body = self._unpacked(record)
-                    if body is None:
-                        return
-                    yield from self._chunk_messages(body, topics)
+            if self._stream.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
+                raise RecordingError(f"{self.summary.path}: is not an MCAP recording")
+            try:
+                while (record := self._next()) is not None:
+                    yield from self._taken(*record, topics)
+            except Damage as damage:
+                self.summary.complete = False
+                self.summary.problem = f"broken off ({damage})" if str(damage) else "broken off"
 
-    def _next(self, records: Iterator[Any]) -> Any:
-        """The next record, or None at the end or the break."""
-        try:
-            return next(records, None)
-        except (McapError, ValueError, struct.error) as error:
-            if (isinstance(error, InvalidMagic) and not self._begun) or self.summary.size_bytes < MAGIC_SIZE:
-                raise RecordingError(f"{self.summary.path}: is not an MCAP recording") from error
-            self.summary.problem = "broken off"
+    def _next(self) -> tuple[int, bytes] | None:
+        """The next record that says something: its opcode and content; None after the file's footer."""
+        while True:
+            head = self._stream.read(_RECORD_HEAD.size)
+            if len(head) < _RECORD_HEAD.size:
+                raise Damage
+            opcode, length = _RECORD_HEAD.unpack(head)
+            if opcode not in _READ:
+                if length > self.summary.size_bytes:
+                    raise Damage
+                self._stream.seek(length, os.SEEK_CUR)
+                continue
+            if length > LARGEST_RECORD_BYTES:
+                raise Damage(f"a record of {length:,} bytes; at most {LARGEST_RECORD_BYTES:,} are read")
+            content = self._stream.read(length)
+            if len(content) < length:
+                raise Damage
+            if opcode != Opcode.FOOTER:
+                return opcode, content
+            self.summary.complete = _parsed(Footer, content).summary_start > 0
+            if self._stream.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
+                raise Damage
             return None
 
-    def _unpacked(self, chunk: Chunk) -> bytes | None:
-        try:
-            stream, length = get_chunk_data_stream(chunk, validate_crc=True)
-            return stream.read(length)
-        except Exception as error:  # noqa: BLE001, each compressor raises its own kind
-            self.summary.problem = f"broken off in a chunk ({error})"
-            return None
+    def _taken(self, opcode: int, content: bytes, topics: Collection[str] | None) -> Iterator[Recorded]:
+        if opcode == Opcode.HEADER:
+            self.summary.profile = _parsed(FileHeader, content).profile
+        elif opcode == Opcode.METADATA:
+            record = _parsed(Metadata, content)
+            self.summary.metadata[record.name] = dict(record.metadata)
+        elif opcode == Opcode.CHUNK:
+            yield from self._chunk_messages(self._body(_parsed(Chunk, content)), topics)
+        elif opcode == Opcode.MESSAGE:
+            yield from self._message(content, 0, len(content), topics)
+        else:
+            self._define(opcode, content)
+
+    def _define(self, opcode: int, content: bytes) -> None:
+        """Take a schema or a channel."""
+        self._register(_parsed(Schema, content) if opcode == Opcode.SCHEMA else _parsed(Channel, content))
+
+    def _body(self, chunk: Chunk) -> bytes:
+        body = unpacked(chunk)
+        self._unpacked_bytes += len(body)
+        most = LARGEST_CHUNK_BYTES + LARGEST_RATIO * self.summary.size_bytes
+        if self._unpacked_bytes > most:
+            raise Damage(f"its chunks hold more than {most:,} bytes, {LARGEST_RATIO} times what they take")
+        return body
 
     def _register(self, record: Schema | Channel) -> None:
         if isinstance(record, Schema):
             self._schemas[record.id] = record
         elif record.id not in self._channels:
+            if len(record.topic) > LONGEST_NAME:
+                raise Damage(f"a topic's name of {len(record.topic):,} characters; at most {LONGEST_NAME:,} are read")
             schema = self._schemas.get(record.schema_id)
             self._channels[record.id] = record.topic
             self.summary.topics.setdefault(
@@ -170,20 +217,31 @@ class RecordingReader:
         # Parsed here and not by mcap, which takes several times as long per message.
         offset = 0
         while offset < len(body):
+            if offset + _RECORD_HEAD.size > len(body):
+                raise Damage
             opcode, length = _RECORD_HEAD.unpack_from(body, offset)
             start = offset + _RECORD_HEAD.size
             offset = start + length
+            if offset > len(body):
+                raise Damage("a record that goes on beyond its chunk")
             if opcode == Opcode.MESSAGE:
-                channel, sequence, log_time_ns, _ = _MESSAGE_HEAD.unpack_from(body, start)
-                name = self._channels[channel]
-                if topics is None or name in topics:
-                    payload = body[start + _MESSAGE_HEAD.size : offset]
-                    self._count(name, log_time_ns, len(payload))
-                    yield Recorded(name, log_time_ns, sequence, payload)
-            elif opcode == Opcode.SCHEMA:
-                self._register(Schema.read(ReadDataStream(BytesIO(body[start:offset]))))
-            elif opcode == Opcode.CHANNEL:
-                self._register(Channel.read(ReadDataStream(BytesIO(body[start:offset]))))
+                yield from self._message(body, start, offset, topics)
+            elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+                self._define(opcode, body[start:offset])
+
+    def _message(self, data: bytes, start: int, end: int, topics: Collection[str] | None) -> tuple[Recorded, ...]:
+        """The message at ``data[start:end]``, if it is of one of ``topics``."""
+        if start + _MESSAGE_HEAD.size > end:
+            raise Damage("a message without its head")
+        channel, sequence, log_time_ns, _ = _MESSAGE_HEAD.unpack_from(data, start)
+        name = self._channels.get(channel)
+        if name is None:
+            raise Damage("a message of an unknown channel")
+        if topics is not None and name not in topics:
+            return ()
+        payload = data[start + _MESSAGE_HEAD.size : end]
+        self._count(name, log_time_ns, len(payload))
+        return (Recorded(name, log_time_ns, sequence, payload),)
 
     def _count(self, name: str, log_time_ns: int, size: int) -> None:
         topic = self.summary.topics[name]
@@ -191,6 +249,15 @@ class RecordingReader:
         topic.last_ns = max(topic.last_ns, log_time_ns)
         topic.messages += 1
         topic.bytes += size
+
+
+def _parsed(kind: type[R], content: bytes) -> R:
+    """The record of that kind in ``content``."""
+    try:
+        record: R = kind.read(ReadDataStream(BytesIO(content)))
+    except Exception as error:  # whatever the bytes lead the library into
+        raise Damage(f"a {kind.__name__.lower()} record that cannot be read") from error
+    return record
 
 
 def read_summary(path: Path) -> Summary:

@@ -4,18 +4,21 @@ The file carries its final name from the first byte on, so that a recording brok
 found where it was asked for. A file that is there already is never overwritten unless that is asked for.
 """
 
+import os
+import stat
 import struct
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from importlib.metadata import version
 from pathlib import Path
 
-from mcap.writer import CompressionType, Writer
+from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
 from schemas.messages import Header, Time
 from schemas.topics import CLOCK, DEFAULT_NAMESPACE, RECORDED, Topic
 from services.bridge.channels import channel_metadata, schema_text, topic_path
+from services.bridge.losses import Losses
 from services.bridge.output import RecordingError, RecordingFile
 from services.bridge.reader import read_summary
 
@@ -42,6 +45,7 @@ class RecordingReport:
         bytes: Size of the file.
         lost: Messages that were published but never reached the recorder, from gaps in the sequence numbers.
         per_topic: Messages by ROS topic name.
+        rejected: Payloads that were no messages of their topic, and so are not in the file.
         problem: Why the recording is not whole; empty if it is.
     """
 
@@ -50,21 +54,21 @@ class RecordingReport:
     bytes: int
     lost: int
     per_topic: dict[str, int] = field(default_factory=dict)
+    rejected: int = 0
     problem: str = ""
 
 
 class _Channel:
     """The recorder's state of one topic."""
 
-    __slots__ = ("channel_id", "last_sequence", "lost", "messages", "name", "stamped")
+    __slots__ = ("channel_id", "last_ns", "messages", "name", "stamped")
 
     def __init__(self, name: str, channel_id: int, stamped: bool) -> None:
         self.name = name
         self.channel_id = channel_id
         self.stamped = stamped
         self.messages = 0
-        self.lost = 0
-        self.last_sequence: dict[object, int] = {}
+        self.last_ns = 0
 
 
 def is_stamped(topic: Topic) -> bool:
@@ -106,6 +110,7 @@ class Recorder:
         self._clock_seen = False
         self._waiting: list[tuple[_Channel, bytes, int]] = []
         self._channels: dict[str, _Channel] = {}
+        self._losses = Losses()
         self._writer = Writer(self._file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)  # type: ignore[arg-type]
         try:
             self._writer.start("ros2", f"touchline {version('touchline')}")
@@ -132,8 +137,13 @@ class Recorder:
 
     @property
     def lost(self) -> int:
-        """Messages that never arrived, from gaps in the sequence numbers of each publisher."""
-        return sum(channel.lost for channel in self._channels.values())
+        """Messages that never arrived."""
+        return self._losses.total
+
+    @property
+    def gaps(self) -> int:
+        """How often the recording fell behind: stretches of sim time in which messages are missing."""
+        return len(self._losses.episodes)
 
     @property
     def size_bytes(self) -> int:
@@ -150,14 +160,14 @@ class Recorder:
         """Why recording ended early; empty while all is well."""
         return self._problem
 
-    def write(self, topic: str, payload: bytes, sequence: int, publisher: object = None) -> None:
+    def write(self, topic: str, payload: bytes, sequence: int, missed: int = 0) -> None:
         """Record one message.
 
         Args:
             topic: Name in the topic table.
             payload: CDR with its header.
-            sequence: Counts up by one with every message of this publisher on this topic; negative if unknown.
-            publisher: Anything hashable that tells one publisher from another.
+            sequence: The publisher's count; its lower 32 bits are recorded.
+            missed: Messages of the same topic that should have come before this one and did not.
 
         Raises:
             RecordingError: The disk is full or failed. The recording is closed as well as it can be and takes nothing
@@ -165,10 +175,6 @@ class Recorder:
             KeyError: The topic is not among those given at the start.
         """
         channel = self._channels[topic]
-        last = channel.last_sequence.get(publisher)
-        if last is not None and sequence > last + 1:
-            channel.lost += sequence - last - 1
-        channel.last_sequence[publisher] = sequence
         channel.messages += 1
         if channel.stamped and len(payload) >= _STAMP_END:
             seconds, nanoseconds = _STAMP.unpack_from(payload, _STAMP_OFFSET)
@@ -186,6 +192,9 @@ class Recorder:
         else:
             self._waiting.append((channel, payload, sequence))
             return
+        if missed:
+            self._losses.add(channel.name, missed, channel.last_ns or time_ns, time_ns)
+        channel.last_ns = time_ns
         self._put(channel.channel_id, time_ns, payload, sequence)
 
     def _put(self, channel_id: int, time_ns: int, payload: bytes, sequence: int) -> None:
@@ -220,22 +229,28 @@ class Recorder:
         ended = self._file.close_short()
         self._problem = f"{error}; {'the recording ends before it' if ended else 'the recording is broken off there'}"
 
-    def finish(self) -> RecordingReport:
+    def finish(self, rejected: Mapping[str, int] | None = None) -> RecordingReport:
         """Complete the file with its index and close it; a repeat gives the same report.
 
         After a failed write nothing is raised: the report says what went wrong and what the file does hold.
+
+        Args:
+            rejected: By name in the topic table, payloads that were kept from the recording.
         """
         if self._report is None:
-            self._report = self._finish()
+            self._report = self._finish(rejected or {})
         return self._report
 
-    def _finish(self) -> RecordingReport:
+    def _finish(self, rejected: Mapping[str, int]) -> RecordingReport:
         counts = {channel.name: channel.messages for channel in self._channels.values()}
         if not self._problem:
             try:
                 self._write_waiting()
                 self._writer.flush()  # type: ignore[no-untyped-call]
-                self._writer.add_metadata("touchline_lost", self._losses())
+                for name, values in self._losses.metadata():
+                    self._writer.add_metadata(name, values)
+                if rejected:
+                    self._writer.add_metadata("touchline_rejected", self._told(rejected))
                 self._writer.finish()  # type: ignore[no-untyped-call]
                 self._file.close()
             except RecordingError as error:
@@ -245,36 +260,54 @@ class Recorder:
             held = read_summary(self.path)
             counts = {name: held.topics[name].messages if name in held.topics else 0 for name in counts}
         size = self.path.stat().st_size
-        return RecordingReport(self.path, sum(counts.values()), size, self.lost, counts, self._problem)
+        refused = sum(rejected.values())
+        return RecordingReport(self.path, sum(counts.values()), size, self.lost, counts, refused, self._problem)
 
-    def _losses(self) -> dict[str, str]:
-        """Lost messages by topic, and in all."""
-        per_topic = {channel.name: str(channel.lost) for channel in self._channels.values() if channel.lost}
-        return {"total": str(self.lost), **per_topic}
+    def _told(self, rejected: Mapping[str, int]) -> dict[str, str]:
+        """Rejected payloads in all and by topic."""
+        per_topic = {self._channels[topic].name: str(count) for topic, count in rejected.items()}
+        return {"total": str(sum(rejected.values())), **per_topic}
 
 
 def _make_room(path: Path, existing: Existing) -> None:
+    """See to it that nothing is at ``path``; only a recording is ever moved or replaced.
+
+    Raises:
+        RecordingError: No recording can be there.
+    """
     if path.suffix != ".mcap":
         raise RecordingError(f"{path}: a recording's name ends in .mcap")
-    if not path.parent.is_dir():
-        raise RecordingError(f"{path}: its folder does not exist")
-    if not path.exists():
-        return
-    if not path.is_file():
-        raise RecordingError(f"{path}: is there already and is not a file")
-    if existing is Existing.REFUSE:
-        raise RecordingError(f"{path}: is there already; choose another name")
     try:
+        if not path.parent.is_dir():
+            raise RecordingError(f"{path}: its folder does not exist")
+        if not os.path.lexists(path):
+            return
+        if existing is Existing.REFUSE:
+            raise RecordingError(f"{path}: is there already; choose another name")
+        if not _is_recording(path):
+            raise RecordingError(f"{path}: is there already and is no recording; choose another name")
         if existing is Existing.REPLACE:
             path.unlink()
         else:
             path.rename(_free_name(path))
-    except OSError as error:
-        raise RecordingError(f"{path}: cannot move the older recording away: {error.strerror}") from error
+    except (OSError, ValueError) as error:  # ValueError: a path with a null byte
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise RecordingError(f"{path}: cannot be recorded to: {reason}") from error
+
+
+def _is_recording(path: Path) -> bool:
+    """Whether it is a file, not a link to one, that begins as every MCAP file does."""
+    if not stat.S_ISREG(path.lstat().st_mode):
+        return False
+    descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
+    try:
+        return os.read(descriptor, len(MCAP0_MAGIC)) == MCAP0_MAGIC
+    finally:
+        os.close(descriptor)
 
 
 def _free_name(path: Path) -> Path:
     number = 1
-    while (candidate := path.with_name(f"{path.stem}.{number}.mcap")).exists():
+    while os.path.lexists(candidate := path.with_name(f"{path.stem}.{number}.mcap")):
         number += 1
     return candidate

@@ -5,11 +5,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from schemas.topics import Topic
+from schemas.wellformed import Wellformed
 from services.bridge.channels import topic_at
 from services.bridge.reader import RecordingReader
 
 #: A log time further back than this is not a late measurement: the recorded clock began anew (a restarted robot).
 RESTART_NS = 2_000_000_000
+#: One further ahead than this is damage: nothing is said for so long, and nobody waits for it.
+LONGEST_SILENCE_NS = 24 * 3600 * 1_000_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +35,7 @@ class Timeline:
 
     Attributes:
         reader: Tells how far it has been read and, at the end, what the recording held.
-        skipped: Messages passed over because their topic is not in the topic table.
+        skipped: Messages passed over because their topic is not in the topic table, or they are none of its type.
 
     Raises:
         RecordingError: The file cannot be opened.
@@ -41,7 +44,7 @@ class Timeline:
     def __init__(self, path: Path) -> None:
         self.reader = RecordingReader(path)
         self.skipped = 0
-        self._topics: dict[str, Topic | None] = {}
+        self._topics: dict[str, tuple[Topic, Wellformed] | None] = {}
 
     def cues(self) -> Iterator[Cue]:
         """The cues, once.
@@ -51,18 +54,19 @@ class Timeline:
         """
         elapsed_ns, latest_ns = 0, None
         for message in self.reader.messages():
-            topic = self._topic(message.topic)
-            if topic is None:
+            known = self._topic(message.topic)
+            if known is None or known[1].problem(message.payload):
                 self.skipped += 1
                 continue
-            if latest_ns is None or message.log_time_ns < latest_ns - RESTART_NS:
+            if latest_ns is None or not latest_ns - RESTART_NS <= message.log_time_ns <= latest_ns + LONGEST_SILENCE_NS:
                 latest_ns = message.log_time_ns
             if message.log_time_ns > latest_ns:
                 elapsed_ns += message.log_time_ns - latest_ns
                 latest_ns = message.log_time_ns
-            yield Cue(elapsed_ns / 1e9, topic, message.payload)
+            yield Cue(elapsed_ns / 1e9, known[0], message.payload)
 
-    def _topic(self, path: str) -> Topic | None:
+    def _topic(self, path: str) -> tuple[Topic, Wellformed] | None:
         if path not in self._topics:
-            self._topics[path] = topic_at(path)
+            topic = topic_at(path)
+            self._topics[path] = (topic, Wellformed(topic.type)) if topic else None
         return self._topics[path]

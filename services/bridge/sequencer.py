@@ -33,8 +33,8 @@ class Arrived(Protocol):
         """When it was sent."""
 
     @property
-    def publisher(self) -> bytes:
-        """The publisher's id."""
+    def missed(self) -> int:
+        """Messages of its publisher that are missing just before it."""
 
 
 _SENT = attrgetter("source_time_ns")

@@ -15,6 +15,7 @@ from schemas.messages import (
     RecordStopResponse,
     Time,
 )
+from services.bridge.folder import RecordingFolder
 from services.bridge.gateway import Gateway, GatewayConfig
 from services.bridge.handshake import shake_hands
 from services.bridge.output import RecordingError
@@ -36,14 +37,21 @@ class BridgeService:
     Args:
         bus: An open bus.
         existing: What to do when a recording's file is there already.
+        recordings: The folder of what is recorded on request.
         gateway: To ROS 2, if there is to be one.
         beat: Called in waits that are longer than a turn of the loop, to show that it is at work.
     """
 
     def __init__(
-        self, bus: Bus, existing: Existing, gateway: Gateway | None = None, beat: Callable[[], None] = lambda: None
+        self,
+        bus: Bus,
+        existing: Existing,
+        recordings: RecordingFolder,
+        gateway: Gateway | None = None,
+        beat: Callable[[], None] = lambda: None,
     ) -> None:
         self._bus = bus
+        self._folder = recordings
         self._beat = beat
         self._gateway = gateway
         self._existing = existing
@@ -54,6 +62,7 @@ class BridgeService:
         self._record_stop = bus.serve(topics.RECORD_STOP)
         self._session: RecordingSession | None = None
         self._failed: RecordingReport | None = None
+        self._gaps_told = 0
 
     def run(self, stop: Stop) -> RecordingReport | None:
         """Serve until ``stop``; a recording that still goes on is finished and its report returned."""
@@ -70,7 +79,7 @@ class BridgeService:
         """
         if self._session is not None:
             raise RecordingError(f"{self._session.recorder.path} is being recorded; stop that first")
-        self._failed = None
+        self._failed, self._gaps_told = None, 0
         recorder = Recorder(path, self._bus.config.namespace, topics.RECORDED, self._existing)
         self._session = RecordingSession(recorder, self._bus.inbox(topics.RECORDED))
         self._handshake()
@@ -94,26 +103,28 @@ class BridgeService:
         if self._session is None:
             return False
         try:
-            return self._session.pump(time.monotonic())
+            busy = self._session.pump(time.monotonic())
         except RecordingError as error:
             self._fail(error)
             return False
+        if self._session.recorder.gaps > self._gaps_told:
+            self._gaps_told = self._session.recorder.gaps
+            text = f"the recording lacks {self._session.recorder.lost} messages so far; its metadata say where"
+            self._tell(Event.WARN, "recording-fell-behind", text)
+        return busy
+
+    def _tell(self, severity: int, code: str, text: str) -> None:
+        """Publish an event, at the sim time of the recording."""
+        assert self._session is not None
+        header = Header(stamp=Time.of_ns(self._session.recorder.now_ns))
+        self._events.send(Event(header=header, severity=severity, source=topics.BRIDGE, code=code, text=text))
 
     def _fail(self, error: RecordingError) -> None:
         """End a recording that cannot be written; leaving the bus's topics lets their publishers go on."""
         assert self._session is not None
         self._failed = self._session.finish()
-        stamp = Time.of_ns(self._session.recorder.now_ns)
+        self._tell(Event.ERROR, "recording-failed", self._failed.problem or str(error))
         self._session = None
-        self._events.send(
-            Event(
-                header=Header(stamp=stamp),
-                severity=Event.ERROR,
-                source=topics.BRIDGE,
-                code="recording-failed",
-                text=self._failed.problem or str(error),
-            )
-        )
 
     def _report_health(self) -> None:
         figures = self._gateway.figures() if self._gateway is not None else {}
@@ -128,17 +139,20 @@ class BridgeService:
                 "messages": recorder.messages,
                 "bytes": recorder.size_bytes,
                 "lost_in_recording": recorder.lost,
+                "rejected_in_recording": self._session.rejected,
                 **figures,
             }
-            level = DiagnosticStatus.WARN if recorder.lost else DiagnosticStatus.OK
+            flawed = recorder.lost or self._session.rejected
+            level = DiagnosticStatus.WARN if flawed else DiagnosticStatus.OK
             self._health.poll(values, level=level, message="recording")
 
     def _answer_record(self, request: RecordRequest) -> RecordResponse:
         try:
-            self.start(Path(request.path))
-        except (RecordingError, ValueError) as error:  # ValueError: a path with a null byte
+            path = self._folder.place(request.path)
+            self.start(path)
+        except RecordingError as error:
             return RecordResponse(success=False, message=str(error))
-        return RecordResponse(success=True, message=f"recording to {request.path}")
+        return RecordResponse(success=True, message=f"recording to {path}")
 
     def _answer_stop(self) -> RecordStopResponse:
         report = self._finish() if self._session is not None else self._failed
@@ -147,7 +161,7 @@ class BridgeService:
             return RecordStopResponse(success=False, message="nothing is being recorded")
         return RecordStopResponse(
             success=not report.problem,
-            message=report.problem or f"recorded {report.messages} messages",
+            message=report.problem or _in_words(report),
             path=str(report.path),
             messages=report.messages,
             bytes=report.bytes,
@@ -177,10 +191,20 @@ class BridgeService:
         self._report_health()
 
 
+def _in_words(report: RecordingReport) -> str:
+    text = f"recorded {report.messages} messages"
+    if report.lost:
+        text += f"; {report.lost} were lost on the way"
+    if report.rejected:
+        text += f"; {report.rejected} payloads were no messages of their topic and are left out"
+    return text
+
+
 def run_service(
     record: Path | None = None,
     config: BusConfig | None = None,
     *,
+    recordings: Path | None = None,
     existing: Existing = Existing.RENAME,
     ros2: GatewayConfig | None = None,
     supervisor: int | None = None,
@@ -188,8 +212,9 @@ def run_service(
     """Run the bridge until SIGTERM or SIGINT.
 
     Args:
-        record: Begin at once to record to this file.
+        record: Begin at once to record to this file, wherever it is.
         config: Where the bus is; from the environment if not given.
+        recordings: The folder of what is recorded on request; by default the present one.
         existing: What to do when a recording's file is there already.
         ros2: Be a gateway to ROS 2, too.
         supervisor: Process id of the parent, to end with it.
@@ -198,10 +223,11 @@ def run_service(
         The report of the recording that went on at the end, if any.
 
     Raises:
-        RecordingError: ``record`` cannot be created.
+        RecordingError: ``record`` cannot be created, or there is no folder ``recordings``.
         SpecError: The bus configuration cannot be used.
         TouchlineError: Another bridge is there, or ROS 2 nodes cannot be met where ``ros2`` says.
     """
+    folder = RecordingFolder(recordings or Path.cwd())
     with (
         until_stopped(supervisor) as stop,
         Bus.open(topics.BRIDGE, config, lambda: bool(stop)) as bus,
@@ -209,7 +235,7 @@ def run_service(
     ):
         bus.claim()
         gateway = Gateway(bus, stack.enter_context(Ros2Session.open(ros2.endpoint)), ros2) if ros2 else None
-        service = BridgeService(bus, existing, gateway, stop.beat)
+        service = BridgeService(bus, existing, folder, gateway, stop.beat)
         if record is not None:
             service.start(record)
         return service.run(stop)

@@ -1,6 +1,6 @@
 """A recording while it goes on."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import Protocol
 
@@ -14,6 +14,10 @@ FLUSH_PERIOD_S = 0.5
 
 class Inbox(Protocol):
     """Where messages wait; the bus's inbox is one."""
+
+    @property
+    def rejected(self) -> Mapping[str, int]:
+        """By topic name, payloads that were no messages of their topic."""
 
     def drain(self) -> Sequence[Arrived]:
         """Every message that waits."""
@@ -33,6 +37,11 @@ class RecordingSession:
         self._sequencer = Sequencer()
         self._flush_due_s = 0.0
 
+    @property
+    def rejected(self) -> int:
+        """Payloads so far that were kept from the recording because they were no messages of their topic."""
+        return sum(self._inbox.rejected.values())
+
     def pump(self, now_s: float) -> bool:
         """Record what has arrived; returns whether anything had.
 
@@ -45,7 +54,7 @@ class RecordingSession:
         batch = self._inbox.drain()
         write = self.recorder.write
         for message in self._sequencer.take(batch):
-            write(message.topic.name, message.payload, message.sequence, message.publisher)
+            write(message.topic.name, message.payload, message.sequence, message.missed)
         if now_s >= self._flush_due_s:
             self._flush_due_s = now_s + FLUSH_PERIOD_S
             self.recorder.flush()
@@ -57,5 +66,5 @@ class RecordingSession:
             with suppress(RecordingError):  # the report tells
                 self.pump(0.0)
                 for message in self._sequencer.rest():
-                    self.recorder.write(message.topic.name, message.payload, message.sequence, message.publisher)
-        return self.recorder.finish()
+                    self.recorder.write(message.topic.name, message.payload, message.sequence, message.missed)
+        return self.recorder.finish(self._inbox.rejected)

@@ -7,10 +7,11 @@ from typing import Literal, NamedTuple
 import zenoh
 from zenoh import ext, handlers
 
-from schemas.cdr import MAX_PAYLOAD_BYTES, decode
+from schemas.cdr import decode
 from schemas.errors import PayloadError
 from schemas.messages.base import Message
 from schemas.topics import Topic
+from schemas.wellformed import Wellformed
 from services.bus import attachment
 from services.bus.counters import Counters, SequenceGaps
 
@@ -30,6 +31,7 @@ class Sample(NamedTuple):
         sequence: The publisher's count from 1; 0 from a foreign publisher that does not count.
         source_time_ns: When it was sent, ns since the epoch; 0 if unknown.
         publisher: The publisher's id; empty if unknown.
+        missed: Messages of this publisher that are missing just before this one.
     """
 
     topic: Topic
@@ -37,6 +39,7 @@ class Sample(NamedTuple):
     sequence: int
     source_time_ns: int
     publisher: bytes
+    missed: int = 0
 
     def decode(self) -> Message:
         """The message.
@@ -56,6 +59,7 @@ class Inbox:
 
     Attributes:
         lost: Messages that were published but never came out of this inbox, from gaps in the sequence numbers.
+        rejected: By topic name, payloads that were no messages of their topic, whoever sent them.
     """
 
     def __init__(
@@ -68,8 +72,11 @@ class Inbox:
         """Declare the subscriptions; use :meth:`services.bus.Bus.inbox`."""
         self._counters = counters
         self._keep = keep
-        self._subscribers = [(topic, SequenceGaps(), self._declare(session, key, topic)) for key, topic in keys]
+        self._subscribers = [
+            (topic, Wellformed(topic.type), SequenceGaps(), self._declare(session, key, topic)) for key, topic in keys
+        ]
         self.lost = 0
+        self.rejected: dict[str, int] = {}
 
     def _declare(
         self, session: zenoh.Session, key: str, topic: Topic
@@ -87,10 +94,10 @@ class Inbox:
     def drain(self) -> list[Sample]:
         """Every sample that waits, in order of arrival within a topic."""
         samples: list[Sample] = []
-        for topic, gaps, subscriber in self._subscribers:
+        for topic, form, gaps, subscriber in self._subscribers:
             receive = subscriber.try_recv
             while (raw := receive()) is not None:
-                sample = self._accept(topic, gaps, raw)
+                sample = self._accept(topic, form, gaps, raw)
                 if sample is not None:
                     samples.append(sample)
         return samples
@@ -112,13 +119,13 @@ class Inbox:
             time.sleep(_POLL_S)
         return samples
 
-    def _accept(self, topic: Topic, gaps: SequenceGaps, raw: zenoh.Sample) -> Sample | None:
+    def _accept(self, topic: Topic, form: Wellformed, gaps: SequenceGaps, raw: zenoh.Sample) -> Sample | None:
         payload = raw.payload.to_bytes()
-        numbered = attachment.unpack(raw.attachment.to_bytes()) if raw.attachment is not None else None
-        problem = self._problem(topic, payload, trusted=numbered is not None)
-        if problem:
+        if problem := form.problem(payload):
+            self.rejected[topic.name] = self.rejected.get(topic.name, 0) + 1
             self._counters.reject(f"{topic.name}: {problem}")
             return None
+        numbered = attachment.unpack(raw.attachment.to_bytes()) if raw.attachment is not None else None
         self._counters.received += 1
         if numbered is None:
             return Sample(topic, payload, 0, 0, b"")
@@ -129,18 +136,4 @@ class Inbox:
             self.lost += missed
         if self._keep == "all":
             self._counters.lost += missed
-        return Sample(topic, payload, *numbered)
-
-    @staticmethod
-    def _problem(topic: Topic, payload: bytes, *, trusted: bool) -> str:
-        """Why a payload cannot be one of ``topic``; a numbered one comes from our own encoder, so a look suffices."""
-        if len(payload) > MAX_PAYLOAD_BYTES:
-            return f"payload of {len(payload):,} bytes"
-        if payload[:2] != b"\x00\x01":
-            return "payload without a CDR header"
-        if not trusted:
-            try:
-                decode(topic.type, payload)
-            except PayloadError as error:
-                return str(error)
-        return ""
+        return Sample(topic, payload, *numbered, missed)

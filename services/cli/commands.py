@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from schemas.errors import TouchlineError
+from schemas.plain_text import plain_lines
 from services.cli import (
     compare,
     demo,
@@ -77,7 +78,7 @@ def run_command() -> int:
     try:
         app()
     except TouchlineError as error:
-        sys.stderr.write(f"error: {error}\n")
+        sys.stderr.write(f"error: {plain_lines(str(error))}\n")
         return ExitCode.UNUSABLE
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else ExitCode.OK

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from schemas.plain_text import plain
 from services.cli.options import ExitCode, JsonOption
 
 
@@ -35,7 +36,7 @@ def compare(
         typer.echo(json.dumps(verdict | {"topics": found}, indent=2))
     else:
         for line in comparison.lines():
-            typer.echo(line)
+            typer.echo(plain(line))
         alike = "the same within the tolerances" if comparison.same else "different"
         typer.echo(f"the sessions are {'identical' if comparison.identical else alike}")
     if not comparison.same:

@@ -12,7 +12,7 @@ from schemas.messages import RecordRequest, RecordStopRequest
 from schemas.scenario import Scenario
 from schemas.vehicle import Vehicle
 from services.cli.choices import PlanChoice, VehicleChoice
-from services.cli.display import print_figures, stderr
+from services.cli.display import print_figures, say
 from services.cli.groups import with_groups
 from services.cli.options import ExitCode
 from services.cli.run import run_job
@@ -49,8 +49,8 @@ def _in_console(vehicle: Vehicle) -> None:
     from tui.console import run_console
 
     with local_system([], vehicle=vehicle, join_as=topics.SUPERVISOR) as system:  # the console minds the job
-        stderr.print("Starting the services")
-        system.wait_until_ready(stderr.print)
+        say("Starting the services")
+        system.wait_until_ready(say)
         system.bus.call(topics.RECORD, RecordRequest(request_id="demo", path=str(_RECORDING.absolute())))
         with watched(system):
             report = run_console(system.bus.config, template=_TEMPLATE, auto_start=True, speed=_CONSOLE_SPEED)
@@ -61,4 +61,4 @@ def _in_console(vehicle: Vehicle) -> None:
     if stopped.success:
         print_figures(f"Recording {_RECORDING}", {"messages": stopped.messages, "lost": stopped.lost})
     else:
-        stderr.print(f"the recording was not finished: {stopped.message}")
+        say(f"the recording was not finished: {stopped.message}")

@@ -10,6 +10,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 from rich.table import Table
 
 from schemas.messages import Event
+from schemas.plain_text import plain, plain_lines
 
 #: Progress and events go to standard error, so that standard output holds nothing but the result.
 stderr = Console(stderr=True, highlight=False)
@@ -18,6 +19,7 @@ Advance = Callable[[float, str], None]
 
 _SEVERITY = {Event.INFO: ("info", "cyan"), Event.WARN: ("warning", "yellow"), Event.ERROR: ("error", "red")}
 _DIGITS = 4
+_LONGEST_DETAIL = 200
 
 
 @contextmanager
@@ -29,25 +31,30 @@ def progress_bar(title: str) -> Iterator[Advance]:
         TaskProgressColumn(),
         TimeElapsedColumn(),
         TimeRemainingColumn(),
-        TextColumn("{task.fields[detail]}"),
+        TextColumn("{task.fields[detail]}", markup=False),
         console=stderr,
         transient=True,
     ) as progress:
         task = progress.add_task(title, total=1.0, detail="")
-        yield lambda fraction, detail: progress.update(task, completed=fraction, detail=detail)
+        yield lambda fraction, detail: progress.update(task, completed=fraction, detail=plain(detail, _LONGEST_DETAIL))
+
+
+def say(text: str) -> None:
+    """A line or several on standard error, whoever wrote it: nothing in it commands the terminal."""
+    stderr.print(plain_lines(text), markup=False)
 
 
 def print_event(severity: int, text: str) -> None:
     """One line on standard error."""
     word, style = _SEVERITY[severity]
-    stderr.print(f"[{style}]{word:>8}[/] ", escape(text), sep="", markup=True)
+    stderr.print(f"[{style}]{word:>8}[/] ", escape(plain(text)), sep="", markup=True)
 
 
 def print_figures(title: str, figures: Mapping[str, Any]) -> None:
     """A report as a table, a line a figure, named as in its JSON form."""
-    table = Table(title=escape(title), title_justify="left", show_header=False, box=None, padding=(0, 2))
+    table = Table(title=escape(plain(title)), title_justify="left", show_header=False, box=None, padding=(0, 2))
     for name, value in _flatten(figures):
-        table.add_row(escape(name), escape(_shown(value)))
+        table.add_row(escape(plain(name)), escape(plain(_shown(value))))
     Console().print(table)
 
 

@@ -27,6 +27,16 @@ ReportOption = Annotated[
     Path | None, typer.Option("--report", help="Write the figures to this JSON file.", show_default=False)
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")]
+RecordingsOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--recordings",
+        help="The folder that recordings go to, and none elsewhere; by default where this is started.",
+        exists=True,
+        file_okay=False,
+        show_default=False,
+    ),
+]
 SupervisorOption = Annotated[
     int | None, typer.Option("--supervisor", hidden=True, help="End when this process is not the parent any more.")
 ]

@@ -14,6 +14,7 @@ from rich.table import Column, Table
 from schemas import topics
 from schemas.faults import parse_fault
 from schemas.messages import CommandRequest, InjectFaultRequest
+from schemas.plain_text import plain
 from schemas.spec import read_text
 from services.bus import Bus
 from services.cli.options import ExitCode, JsonOption
@@ -62,7 +63,8 @@ def fault(
 
 
 def _tell(success: bool, what: str, message: str) -> None:
-    typer.echo(f"{what}: {message}" if success else f"{what} refused: {message}", err=not success)
+    said = plain(message)
+    typer.echo(f"{what}: {said}" if success else f"{what} refused: {said}", err=not success)
     if not success:
         sys.exit(ExitCode.FAILED)
 

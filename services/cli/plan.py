@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 import typer
 
 from services.cli.choices import PlanChoice, VehicleChoice
-from services.cli.display import progress_bar, stderr
+from services.cli.display import progress_bar, say
 from services.cli.drawing import DrawingChoice
 from services.cli.groups import with_groups
 from services.cli.options import JsonOption, ReportOption, check_plot
@@ -35,7 +35,7 @@ def first_interrupt() -> Iterator[list[int]]:
     def note(number: int, frame: FrameType | None) -> None:
         told.append(number)
         signal.signal(signal.SIGINT, usual)
-        stderr.print("taking the best order so far; Ctrl-C again stops")
+        say("taking the best order so far; Ctrl-C again stops")
 
     signal.signal(signal.SIGINT, note)
     try:

@@ -13,7 +13,7 @@ from schemas import topics
 from schemas.errors import TouchlineError
 from schemas.messages import RecordRequest, RecordStopRequest
 from services.bus import Bus
-from services.cli.display import print_figures, progress_bar, stderr
+from services.cli.display import print_figures, progress_bar, say
 from services.cli.options import ExitCode, SpeedOption, speed_factor
 from services.lifecycle import until_stopped
 
@@ -35,7 +35,7 @@ def record(
         begun = bus.call(topics.RECORD, RecordRequest(request_id=uuid.uuid4().hex, path=str(file.absolute())))
         if not begun.success:
             raise TouchlineError(begun.message)
-        stderr.print(f"recording to {file}; Ctrl-C stops")
+        say(f"recording to {file}; Ctrl-C stops")
         deadline = time.monotonic() + seconds if seconds else float("inf")
         while not stop and time.monotonic() < deadline:
             time.sleep(0.05)

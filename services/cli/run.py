@@ -16,7 +16,7 @@ from schemas.template import Template
 from schemas.vehicle import Vehicle
 from services.bus import BusConfig
 from services.cli.choices import PlanChoice, ScenarioChoice, VehicleChoice
-from services.cli.display import Advance, print_event, progress_bar, stderr
+from services.cli.display import Advance, print_event, progress_bar, say
 from services.cli.drawing import DrawingChoice
 from services.cli.groups import with_groups
 from services.cli.options import SpeedOption, speed_factor
@@ -110,11 +110,17 @@ def run_job(
     with (
         only_one(config) if config else nullcontext(),
         robot_arguments(scenario) as robot,
-        local_system(robot, config, vehicle=vehicle, join_as=topics.OPERATOR) as system,
+        local_system(
+            robot,
+            config,
+            vehicle=vehicle,
+            join_as=topics.OPERATOR,
+            recordings=record.parent if record else None,
+        ) as system,
         progress_bar("Touchline") as advance,
     ):
         advance(0.0, "Starting the services")
-        system.wait_until_ready(stderr.print)
+        system.wait_until_ready(say)
         job = Job(system.bus, job_options, Terminal(system, advance))
         try:
             figures = job.run()

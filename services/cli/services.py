@@ -11,7 +11,7 @@ from schemas.errors import TouchlineError
 from services.cli.choices import ScenarioChoice, VehicleChoice
 from services.cli.drawing import OriginOption, parse_origin
 from services.cli.groups import with_groups
-from services.cli.options import SupervisorOption, speed_factor
+from services.cli.options import RecordingsOption, SupervisorOption, speed_factor
 from services.cli.ros2 import Ros2Choice
 
 
@@ -51,12 +51,13 @@ def robot_sim(
 def bridge(
     ros: Ros2Choice,
     record: Annotated[Path | None, typer.Option(help="Record to this MCAP file from the start.")] = None,
+    recordings: RecordingsOption = None,
     supervisor: SupervisorOption = None,
 ) -> None:
     """Run the bridge, until Ctrl-C: records the bus to MCAP on request, and with --ros2 shows the robot to ROS 2."""
     from services.bridge.service import run_service
 
-    report = run_service(record, ros2=ros.gateway(), supervisor=supervisor)
+    report = run_service(record, recordings=recordings, ros2=ros.gateway(), supervisor=supervisor)
     if report is not None:
         typer.echo(json.dumps({"path": str(report.path), "messages": report.messages, "lost": report.lost}))
 

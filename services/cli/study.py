@@ -8,7 +8,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from services.cli.display import progress_bar, stderr
+from services.cli.display import progress_bar, say
 from services.cli.options import ExitCode, JsonOption
 from services.writing import writing
 
@@ -41,7 +41,7 @@ def study(
     if out is not None:
         with writing(out, "folder"):
             files = save_study(result, out)
-        stderr.print(f"wrote {', '.join(path.name for path in files)} to {out}")
+        say(f"wrote {', '.join(path.name for path in files)} to {out}")
     if as_json:
         typer.echo(json_text(result.rows), nl=False)
     else:

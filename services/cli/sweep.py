@@ -16,7 +16,7 @@ from schemas.errors import SpecError, TouchlineError
 from schemas.scenario import Scenario
 from schemas.spec import read_text
 from services.cli.choices import PlanChoice, ScenarioChoice, VehicleChoice, check_follower
-from services.cli.display import print_event, progress_bar, stderr
+from services.cli.display import print_event, progress_bar, say
 from services.cli.groups import with_groups
 from services.cli.options import ExitCode, JsonOption, ReportOption
 from services.writing import check_writable, write_json
@@ -91,7 +91,7 @@ def sweep(
     interrupted, broken = False, ""
     with progress_bar("Touchline") as advance:
         jobs, tasks = prepare(cases, seeds, vehicle, advance)
-        warm_up(stderr.print, vehicle)  # so that not every process compiles
+        warm_up(say, vehicle)  # so that not every process compiles
         count = min(workers or cores(), len(tasks))
         if dask is not None:
             place = on_dask(jobs, tasks, dask)

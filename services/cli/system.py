@@ -2,21 +2,25 @@
 
 import json
 import sys
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, astuple, dataclass
 from typing import Annotated, Any
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from schemas import topics
+from schemas.errors import PayloadError
 from schemas.messages import GetDiagnosticsRequest, TraversalStatus
+from schemas.plain_text import plain
 from services.bus import Bus, BusConfig, CallError
 from services.cli.choices import ScenarioChoice, VehicleChoice
-from services.cli.display import print_event, stderr
+from services.cli.display import print_event, say
 from services.cli.groups import with_groups
-from services.cli.options import ExitCode, JsonOption, speed_factor
+from services.cli.options import ExitCode, JsonOption, RecordingsOption, speed_factor
 from services.cli.ros2 import Ros2Choice
+from services.diagnostics import read_health
 from services.lifecycle import until_stopped
 from services.local import local_system, publish_notices, robot_arguments, severity_of
 from services.runtime import only_one, running_pid, stop_running
@@ -40,6 +44,7 @@ def up(
     body: VehicleChoice,
     ros: Ros2Choice,
     speed: Annotated[str, typer.Option(help="Times real time, or `max`; the console can change it.")] = "1",
+    recordings: RecordingsOption = None,
 ) -> None:
     """Start planner, robot and bridge, watch them and restart what dies, until Ctrl-C or `touchline down`."""
     config = BusConfig.from_environment()
@@ -56,12 +61,13 @@ def up(
             gateway.arguments() if gateway else (),
             vehicle=vehicle,
             join_as=topics.SUPERVISOR,  # nobody who could stop the robot: that is who has a console
+            recordings=recordings,
         ) as system,
     ):
-        if system.wait_until_ready(stderr.print, lambda: bool(stop)):
-            stderr.print(f"Touchline is up on {config.endpoint}; open a console with `touchline tui`, stop with Ctrl-C")
+        if system.wait_until_ready(say, lambda: bool(stop)):
+            say(f"Touchline is up on {config.endpoint}; open a console with `touchline tui`, stop with Ctrl-C")
         publish_notices(system, lambda: bool(stop), lambda notice: print_event(severity_of(notice), notice.text))
-    stderr.print("Touchline is down")
+    say("Touchline is down")
 
 
 def down() -> None:
@@ -110,12 +116,10 @@ def _state(bus: Bus, node: str, missing: bool) -> ServiceState:
         return ServiceState(node, "not running")
     try:
         answer = bus.call(topics.diagnostics_service(node), GetDiagnosticsRequest(), timeout_s=2.0)
-    except CallError:
+    except (CallError, PayloadError):
         return ServiceState(node, "does not answer")
-    report = answer.diagnostics.status[0]
-    values = {entry.key: entry.value for entry in report.values}
-    counts = (int(values[key]) for key in ("pid", "published", "received", "lost", "rejected"))
-    return ServiceState(node, report.message, *counts)
+    health = read_health(node, answer.diagnostics)
+    return ServiceState(node, health.message, *astuple(health)[1:])
 
 
 def _traversal(bus: Bus) -> dict[str, Any] | None:
@@ -134,7 +138,7 @@ def _traversal(bus: Bus) -> dict[str, Any] | None:
 def _print(shown: dict[str, Any], states: list[ServiceState]) -> None:
     table = Table("service", "state", "pid", "published", "received", "lost", "rejected")
     for state in states:
-        table.add_row(*("–" if value is None else str(value) for value in asdict(state).values()))
+        table.add_row(*("–" if value is None else escape(plain(str(value))) for value in asdict(state).values()))
     console = Console(highlight=False)
     pid = shown["supervisor_pid"]
     console.print(f"robot {shown['namespace']} on {shown['endpoint']}" + (f", supervisor pid {pid}" if pid else ""))
@@ -143,4 +147,4 @@ def _print(shown: dict[str, Any], states: list[ServiceState]) -> None:
         job = shown["traversal"]
         painted = "" if job["coverage_pct"] is None else f", {job['coverage_pct']:.1f} % painted"
         at = f" at {job['segment']}" if job["segment"] else ""
-        console.print(f"traversal: {job['state']}{at}{painted}", markup=False)
+        console.print(plain(f"traversal: {job['state']}{at}{painted}"), markup=False)

@@ -12,7 +12,7 @@ from typer.core import TyperGroup
 from schemas.errors import SpecError
 from schemas.lettering import Corners, write
 from schemas.template import Template
-from services.cli.display import print_event, stderr
+from services.cli.display import print_event, say
 from services.cli.drawing import DrawingChoice, MapOriginOption, OriginOption, PlaceOption, SetOption, laid
 from services.cli.options import JsonOption
 from services.writing import write_text
@@ -129,7 +129,7 @@ def import_(
     imported = import_drawing(drawing, options)
     template = imported.template
     figures = f"{len(template.segments)} strokes, {template.length_m:.1f} m, within {imported.deviation_m * 1e3:.2f} mm"
-    stderr.print(f"{drawing.name}: {figures}")
+    say(f"{drawing.name}: {figures}")
     if imported.skipped:
         print_event(1, f"left out: {', '.join(imported.skipped[:_NAMED])}{_more(len(imported.skipped))}")
     _deliver(laid(template, place, origin), out, plot)

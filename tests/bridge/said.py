@@ -50,5 +50,5 @@ def record(path: Path, said: Iterator[tuple[Topic, Message]]) -> Recorder:
     sequences: dict[str, int] = {}
     for topic, message in said:
         sequences[topic.name] = sequences.get(topic.name, -1) + 1
-        recorder.write(topic.name, encode(message), sequences[topic.name], "robot")
+        recorder.write(topic.name, encode(message), sequences[topic.name])
     return recorder

@@ -1,6 +1,7 @@
 """What is written is what was said, in a file that others can read, whatever happens on the way."""
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -106,15 +107,25 @@ def test_the_same_run_gives_the_same_file(tmp_path: Path) -> None:
     assert first.read_bytes() == second.read_bytes()
 
 
-def test_gaps_are_counted_per_publisher(tmp_path: Path) -> None:
+def test_what_is_missing_is_told_with_its_place(tmp_path: Path) -> None:
     recorder = Recorder(tmp_path / "a.mcap")
-    payload = encode(Imu())
-    for publisher, sequences in (("old", (5, 6, 9)), ("new", (0, 1, 2, 4))):
-        for sequence in sequences:
-            recorder.write("imu/data_raw", payload, sequence, publisher)
-    report = recorder.finish()
-    assert (report.messages, report.lost) == (7, 3)
-    assert read_summary(report.path).metadata["touchline_lost"] == {"total": "3", "/tt2/imu/data_raw": "3"}
+    for tick, missed in ((0, 0), (10, 0), (50, 39), (51, 0), (60, 8), (300, 0), (400, 2)):
+        recorder.write("imu/data_raw", encode(Imu(header=Header(stamp=stamp(tick)))), tick, missed)
+        if tick == 51:
+            recorder.write("clock", encode(Clock(clock=stamp(50))), 6, 3)
+    assert (recorder.lost, recorder.gaps) == (52, 2)
+    report = recorder.finish({"clock": 2, "template": 1})
+    assert (report.messages, report.lost, report.rejected) == (8, 52, 3)
+    metadata = read_summary(report.path).metadata
+    assert metadata["touchline_lost"] == {"total": "52", "/tt2/clock": "3", "/tt2/imu/data_raw": "49"}
+    assert metadata["touchline_lost_1"] == {
+        "from_s": "0.100",
+        "to_s": "0.600",
+        "/tt2/imu/data_raw": "47",
+        "/tt2/clock": "3",
+    }
+    assert metadata["touchline_lost_2"] == {"from_s": "3.000", "to_s": "4.000", "/tt2/imu/data_raw": "2"}
+    assert metadata["touchline_rejected"] == {"total": "3", "/tt2/clock": "2", "/tt2/template": "1"}
     assert recorder.finish() is report
 
 
@@ -142,12 +153,34 @@ def test_an_older_recording_is_kept(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("name", "reason"),
-    [("a.bag", "ends in .mcap"), ("missing/a.mcap", "folder does not exist"), ("folder.mcap", "is not a file")],
+    [
+        ("a.bag", "ends in .mcap"),
+        ("missing/a.mcap", "folder does not exist"),
+        ("folder.mcap", "is no recording"),
+        ("x" * 300 + ".mcap", "name too long"),
+        ("a\0.mcap", "null byte"),
+    ],
 )
 def test_a_path_that_cannot_be_recorded_to_is_refused(tmp_path: Path, name: str, reason: str) -> None:
     (tmp_path / "folder.mcap").mkdir()
-    with pytest.raises(RecordingError, match=reason):
+    with pytest.raises(RecordingError, match=f"(?i){reason}"):
         Recorder(tmp_path / name)
+
+
+@pytest.mark.parametrize("existing", Existing)
+def test_what_is_no_recording_is_neither_moved_nor_replaced(tmp_path: Path, existing: Existing) -> None:
+    path = tmp_path / "a.mcap"
+    path.write_text("a letter")
+    with pytest.raises(RecordingError, match="is there already"):
+        Recorder(path, existing=existing)
+    assert [(found.name, found.read_text()) for found in tmp_path.iterdir()] == [("a.mcap", "a letter")]
+
+
+@pytest.mark.skipif(os.getuid() == 0, reason="root may write anywhere")
+def test_a_folder_that_may_only_be_read_is_told(tmp_path: Path) -> None:
+    tmp_path.chmod(0o500)
+    with pytest.raises(RecordingError, match="Permission denied"):
+        Recorder(tmp_path / "a.mcap")
 
 
 KILLED = """

@@ -19,7 +19,7 @@ class Sent:
     source_time_ns: int
     sequence: int = 0
     payload: bytes = b""
-    publisher: bytes = b""
+    missed: int = 0
 
 
 @given(st.lists(st.one_of(st.sampled_from(CHANNELS), st.just("drain one channel")), max_size=60))

@@ -18,7 +18,9 @@ from schemas.messages import (
     Clock,
     DiagnosticArray,
     DiagnosticStatus,
+    Event,
     GetDiagnosticsRequest,
+    Imu,
     RecordRequest,
     RecordResponse,
     RecordStopRequest,
@@ -27,10 +29,11 @@ from schemas.messages import (
 from services.bridge.compare import compare
 from services.bridge.reader import RecordingReader, read_summary
 from services.bridge.replay_service import run_replay
-from services.bus import Bus, BusConfig, HealthReporter
+from services.bus import Bus, BusConfig, HealthReporter, attachment
 from tests.bridge.said import messages, record, stamp
+from tests.meeting import caught_up
 
-BRIDGE = "from services.bridge.service import run_service; run_service({arguments})"
+BRIDGE = "from services.bridge.service import run_service; run_service({arguments}recordings=Path({folder!r}))"
 REPLAY = """
 import sys
 from pathlib import Path
@@ -88,9 +91,10 @@ def environment(config: BusConfig) -> Mapping[str, str]:
 
 
 @contextmanager
-def bridge(bus: Bus, arguments: str = "", before: str = "") -> Iterator[subprocess.Popen[bytes]]:
-    """A bridge process that is on the bus."""
-    command = [sys.executable, "-c", f"from pathlib import Path\n{before}\n{BRIDGE.format(arguments=arguments)}"]
+def bridge(bus: Bus, folder: Path, arguments: str = "", before: str = "") -> Iterator[subprocess.Popen[bytes]]:
+    """A bridge process that is on the bus and records to ``folder``."""
+    code = BRIDGE.format(arguments=arguments, folder=str(folder))
+    command = [sys.executable, "-c", f"from pathlib import Path\n{before}\n{code}"]
     process = subprocess.Popen(command, cwd=ROOT, env=environment(bus.config))
     try:
         assert not bus.wait_for({topics.BRIDGE}, 100.0)
@@ -121,7 +125,7 @@ def recording_since_start(robot: Robot) -> bool:
 
 def test_everything_between_record_and_stop_is_recorded_in_the_order_of_sending(robot: Robot, tmp_path: Path) -> None:
     path = tmp_path / "session.mcap"
-    with bridge(robot.bus):
+    with bridge(robot.bus, tmp_path):
         assert robot.record(path).success
         said = robot.say(3000)
         answer = robot.stop()
@@ -134,7 +138,7 @@ def test_everything_between_record_and_stop_is_recorded_in_the_order_of_sending(
 
 
 def test_two_recordings_of_one_process_are_separate(robot: Robot, tmp_path: Path) -> None:
-    with bridge(robot.bus):
+    with bridge(robot.bus, tmp_path):
         for name in ("first", "second"):
             assert robot.record(tmp_path / f"{name}.mcap").success
             said = robot.say(100)
@@ -149,21 +153,57 @@ def test_two_recordings_of_one_process_are_separate(robot: Robot, tmp_path: Path
 
 
 def test_what_cannot_be_done_is_refused_with_a_reason(robot: Robot, tmp_path: Path) -> None:
-    with bridge(robot.bus):
+    folder, elsewhere = tmp_path / "recordings", tmp_path / "elsewhere"
+    folder.mkdir()
+    elsewhere.mkdir()
+    (folder / "out").symlink_to(elsewhere)
+    (folder / "loop").symlink_to("loop")
+    (folder / "note.mcap").write_text("not a recording")
+    (folder / "link.mcap").symlink_to(elsewhere / "a.mcap")
+    (folder / "folder.mcap").mkdir()
+    os.mkfifo(folder / "pipe.mcap")
+    before = {path.name for path in folder.iterdir()}
+    refused = {
+        "missing/a.mcap": "folder does not exist",
+        "loop/a.mcap": "folder does not exist",
+        "a.txt": "ends in .mcap",
+        "a\0b.mcap": "no control characters",
+        "a\nb\x1b[2J.mcap": "no control characters",
+        "": "no control characters",
+        f"{'x' * 300}.mcap": "at most 200 bytes",
+        f"{'x/' * 5000}a.mcap": "at most 200 bytes",
+        "../a.mcap": "outside of the recordings folder",
+        "out/a.mcap": "outside of the recordings folder",
+        "..": "outside of the recordings folder",
+        "/dev/null": "outside of the recordings folder",
+        "/dev/shm/a.mcap": "outside of the recordings folder",
+        str(elsewhere / "a.mcap"): "give a path in it, or choose another with --recordings",
+        "note.mcap": "is no recording",
+        "link.mcap": "is no recording",
+        "folder.mcap": "is no recording",
+        "pipe.mcap": "is no recording",
+    }
+    with bridge(robot.bus, folder):
         assert "nothing is being recorded" in robot.stop().message
-        assert "folder does not exist" in robot.record(tmp_path / "missing" / "a.mcap").message
-        assert "ends in .mcap" in robot.record(tmp_path / "a.txt").message
-        assert not robot.record("a\0b.mcap").success
-        assert robot.record(tmp_path / "a.mcap").success
-        assert "stop that first" in robot.record(tmp_path / "b.mcap").message
+        for path, reason in refused.items():
+            answer = robot.record(path)
+            assert not answer.success, path
+            assert reason in answer.message, path
+            assert "\x1b" not in answer.message
+        assert {path.name for path in folder.iterdir()} == before
+        assert list(elsewhere.iterdir()) == []
+        assert robot.record("a.mcap").success
+        assert "stop that first" in robot.record(folder / "b.mcap").message
+        assert robot.stop().path == str(folder / "a.mcap")
+        assert robot.record(f"{'é' * 97}.mcap").success
         assert robot.stop().success
-    assert [path.name for path in tmp_path.iterdir()] == ["a.mcap"]
+    assert (folder / "note.mcap").read_text() == "not a recording"
 
 
 def test_killed_and_started_again_it_keeps_what_it_had(robot: Robot, tmp_path: Path) -> None:
     path = tmp_path / "session.mcap"
-    arguments = f"Path({str(path)!r})"
-    with bridge(robot.bus, arguments) as process:
+    arguments = f"Path({str(path)!r}), "
+    with bridge(robot.bus, tmp_path, arguments) as process:
         until(robot, path.exists)
         until(robot, lambda: recording_since_start(robot))
         said = robot.say(500)
@@ -172,7 +212,7 @@ def test_killed_and_started_again_it_keeps_what_it_had(robot: Robot, tmp_path: P
         process.wait()
     older = contents(path)
     assert older == said
-    with bridge(robot.bus, arguments) as process:
+    with bridge(robot.bus, tmp_path, arguments) as process:
         until(robot, (tmp_path / "session.1.mcap").exists)
         process.terminate()
         until(robot, lambda: process.poll() is not None)
@@ -181,10 +221,53 @@ def test_killed_and_started_again_it_keeps_what_it_had(robot: Robot, tmp_path: P
     assert read_summary(path).complete
 
 
+def test_a_strangers_numbers_and_junk_are_told_and_do_no_harm(robot: Robot, config: BusConfig, tmp_path: Path) -> None:
+    """Zenoh keeps the order of one session: what the robot says last comes after all that the stranger sent to it."""
+    path, imu, junk = tmp_path / "session.mcap", encode(Imu()), b"\x00\x01\x00\x00" + bytes(7)
+    numbers = [2**63 - 1, 0, -1, -(2**63), 1, 1, 3, 2**62, 2**63 - 1]
+    with bridge(robot.bus, tmp_path), Bus.open("stranger", config) as stranger:
+        events = robot.bus.inbox([topics.EVENTS])
+        assert robot.record(path).success
+        publisher = stranger.publisher(topics.IMU)
+        caught_up(stranger, robot.bus)
+        assert not stranger.wait_for({topics.BRIDGE}, 60.0)
+        heard = 0
+        while not heard:  # until the bridge takes what the stranger sends
+            publisher.send_bytes(imu)
+            heard = _figures(robot)["messages"]
+        for sender in range(2000):
+            for number in numbers if sender == 0 else (2**63 - 1 - sender,):
+                publisher._put(imu, attachment=attachment.pack(number, 2**62, b"%16d" % sender))
+        for sender in range(3):
+            publisher._put(junk, attachment=attachment.pack(1, 1, b"%16d" % sender))
+        publisher._put(junk)
+        publisher.send_bytes(imu)  # it was forgotten among the thousands
+        publisher.sequence += 7
+        publisher.send_bytes(imu)
+        until(robot, lambda: _figures(robot)["lost_in_recording"] >= 8)
+        said = robot.say(100)
+        answer = robot.stop()
+        told = [message.code for _, message in events.messages() if isinstance(message, Event)]
+    assert answer.success, answer.message
+    assert answer.lost == 8  # 2, which came before 3, and the last seven
+    assert "4 payloads were no messages of their topic" in answer.message
+    held = contents(path)
+    assert [item for item in held if item[1] != imu and item[0] != "/tt2/events"] == said
+    assert [item[0] for item in held].count("/tt2/events") == 1  # the recording tells it, too
+    assert read_summary(path).metadata["touchline_rejected"] == {"total": "4", "/tt2/imu/data_raw": "4"}
+    assert read_summary(path).metadata["touchline_lost"]["total"] == "8"
+    assert told == ["recording-fell-behind"]
+
+
+def _figures(robot: Robot) -> dict[str, int]:
+    answer = robot.bus.call(topics.diagnostics_service(topics.BRIDGE), GetDiagnosticsRequest(), 60.0, robot.poll)
+    return {item.key: int(item.value) for item in answer.diagnostics.status[0].values if item.value.isdigit()}
+
+
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_a_signal_finishes_the_recording(robot: Robot, tmp_path: Path, number: signal.Signals) -> None:
     path = tmp_path / "session.mcap"
-    with bridge(robot.bus) as process:
+    with bridge(robot.bus, tmp_path) as process:
         assert robot.record(path).success
         said = robot.say(300)
         process.send_signal(number)
@@ -199,7 +282,7 @@ LIMIT_FILE_SIZE = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (6
 
 def test_a_full_disk_ends_the_recording_but_not_the_service(robot: Robot, tmp_path: Path) -> None:
     diagnostics = robot.bus.inbox([topics.DIAGNOSTICS, topics.EVENTS])
-    with bridge(robot.bus, before=LIMIT_FILE_SIZE):
+    with bridge(robot.bus, tmp_path, before=LIMIT_FILE_SIZE):
         assert robot.record(tmp_path / "full.mcap").success
         robot.say(3000)  # twice what fits; nothing of it may block the robot for good
         told: list[str] = []
@@ -227,7 +310,7 @@ def test_a_replay_arrives_complete_and_in_order(robot: Robot, config: BusConfig,
     with pytest.raises(CommandRefused, match="a robot is on the bus"):
         run_replay(original, config=config)
     elsewhere = BusConfig(endpoint=config.endpoint, namespace="copy")
-    with Bus.open("operator", elsewhere) as bus, bridge(bus):
+    with Bus.open("operator", elsewhere) as bus, bridge(bus, tmp_path):
         operator = Robot(bus)
         assert operator.record(tmp_path / "copy.mcap").success
         command = [sys.executable, "-c", REPLAY, str(original), "0"]
@@ -268,7 +351,7 @@ def test_a_replay_can_be_stopped(config: BusConfig, tmp_path: Path) -> None:
 
 
 def test_two_recorded_runs_of_the_same_robot_are_identical(robot: Robot, tmp_path: Path) -> None:
-    with bridge(robot.bus):
+    with bridge(robot.bus, tmp_path):
         for name in "ab":
             assert robot.record(tmp_path / f"{name}.mcap").success
             robot.say(400)

@@ -16,6 +16,7 @@ class Waiting:
 
     def __init__(self) -> None:
         self.said = 0
+        self.rejected: dict[str, int] = {}
 
     def drain(self) -> list[Sent]:
         self.said += 1

@@ -17,7 +17,7 @@ from schemas.cdr import MAX_PAYLOAD_BYTES, encode
 from schemas.errors import SpecError
 from schemas.messages import Clock, CommandRequest, CommandResponse, Event, String, Time
 from services.bus import Bus, BusConfig, CallError, HealthReporter
-from services.bus.counters import SequenceGaps
+from services.bus.counters import LARGEST_GAP, MOST_PUBLISHERS, SequenceGaps
 from tests.meeting import caught_up
 
 
@@ -99,6 +99,32 @@ def test_sequence_gaps_are_counted_per_publisher():
     assert gaps.missed(b"b", 3) == 0
     assert gaps.missed(b"a", 12) == 0
     assert gaps.missed(b"a", 12) == -1
+
+
+LARGEST = 2**63 - 1
+
+
+@pytest.mark.parametrize("forged", [LARGEST, 5_000_000, 1000, 106, 1])
+def test_a_number_forged_in_anothers_name_costs_one_message_at_most(forged):
+    gaps = SequenceGaps()
+    assert [gaps.missed(b"robot", n) for n in range(1, 106)] == [0] * 105
+    assert gaps.missed(b"robot", forged) <= LARGEST_GAP
+    counted = [gaps.missed(b"robot", n) for n in range(106, 120)]
+    assert counted[2:] == [0] * 12
+    assert counted[:2] in ([0, 0], [-1, 0])
+
+
+def test_a_late_joiners_copy_of_an_old_message_is_a_repeat():
+    gaps = SequenceGaps()
+    assert [gaps.missed(b"a", n) for n in (50, 51, 30, 52, 53)] == [0, 0, -1, 0, 0]
+
+
+def test_thousands_of_publishers_are_not_remembered():
+    gaps = SequenceGaps()
+    for number in range(20_000):
+        assert gaps.missed(b"%16d" % number, LARGEST - number) == 0
+        assert gaps.missed(b"robot", number) == 0
+    assert len(gaps) == MOST_PUBLISHERS
 
 
 @pytest.fixture

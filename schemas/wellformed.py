@@ -1,0 +1,134 @@
+"""Whether bytes are a message of a type, told fast enough to ask it of every message on the bus."""
+
+import struct
+from typing import Any, NamedTuple, cast
+
+from rosbags.interfaces import Nodetype
+
+from schemas.cdr import NUMPY_CODES, decode, decode_structure, typestore
+from schemas.errors import PayloadError
+from schemas.messages.base import Message
+
+_HEADER_BYTES = 4
+_COUNT = struct.Struct("<I")
+_SECOND_NS = 1_000_000_000
+#: Payloads up to this size are learnt from; larger ones are rare and decoded each time.
+_LARGEST_LEARNT_BYTES = 8 * 1024
+#: Sizes of payloads that are remembered.
+_MOST_SIZES = 256
+#: Of larger payloads (plans of thousands of segments) the structure is checked and not each value: that takes a fifth.
+_LARGEST_CHECKED_BYTES = 256 * 1024
+
+
+class _Skeleton(NamedTuple):
+    """What makes a payload one of its type: the bits that matter, their values, and where nanoseconds are."""
+
+    mask: int
+    bits: int
+    nanoseconds: tuple[int, ...]
+
+
+class Wellformed:
+    """Tells whether payloads are messages of one type.
+
+    A payload is decoded in full unless it has the skeleton of one that was: the same texts, counts and flags at the
+    same places, so that only numbers differ, of which any is allowed.
+
+    Args:
+        kind: The message type.
+    """
+
+    def __init__(self, kind: type[Message]) -> None:
+        self._kind = kind
+        self._known: dict[int, _Skeleton] = {}
+
+    def problem(self, payload: bytes) -> str:
+        """Why ``payload`` is no message of the type; empty if it is one."""
+        known = self._known.get(len(payload))
+        if known is not None and int.from_bytes(payload, "little") & known.mask == known.bits:
+            for at in known.nanoseconds:
+                if _COUNT.unpack_from(payload, at)[0] >= _SECOND_NS:
+                    break
+            else:
+                return ""
+        return self._decoded(payload)
+
+    def _decoded(self, payload: bytes) -> str:
+        try:
+            if len(payload) > _LARGEST_CHECKED_BYTES:
+                decode_structure(self._kind, payload)
+            else:
+                decode(self._kind, payload)
+        except PayloadError as error:
+            return str(error)
+        little_endian = payload[:2] == b"\x00\x01"
+        known = len(payload) in self._known or len(self._known) < _MOST_SIZES
+        if little_endian and known and len(payload) <= _LARGEST_LEARNT_BYTES:
+            self._known[len(payload)] = _Walk(payload).skeleton(self._kind.ros_type)
+        return ""
+
+
+class _Walk:
+    """A walk through a payload that is known to be right, noting what is more than a number."""
+
+    def __init__(self, payload: bytes) -> None:
+        self._payload = payload
+        self._at = _HEADER_BYTES
+        self._mask = bytearray(len(payload))
+        self._mask[:2] = b"\xff\xff"  # the other two bytes of the header are options, which nobody reads
+        self._nanoseconds: list[int] = []
+
+    def skeleton(self, ros_type: str) -> _Skeleton:
+        self._message(ros_type)
+        mask = int.from_bytes(self._mask, "little")
+        return _Skeleton(mask, int.from_bytes(self._payload, "little") & mask, tuple(self._nanoseconds))
+
+    def _message(self, ros_type: str) -> None:
+        for name, (node, detail) in typestore().fielddefs[ros_type][1]:
+            if node == Nodetype.NAME:
+                self._message(str(detail))
+            elif node == Nodetype.BASE:
+                self._scalar(name, str(detail[0]))
+            else:
+                inner, count = cast("tuple[tuple[Nodetype, Any], int]", detail)
+                self._array(name, inner, count if node == Nodetype.ARRAY else self._count())
+
+    def _array(self, name: str, inner: tuple[Nodetype, Any], count: int) -> None:
+        node, detail = inner
+        if node == Nodetype.BASE and detail[0] != "string":
+            size = struct.calcsize(NUMPY_CODES[detail[0]])
+            if count:
+                self._align(size)
+            self._at += count * size
+            return
+        for _ in range(count):
+            if node == Nodetype.NAME:
+                self._message(str(detail))
+            else:
+                self._scalar(name, str(detail[0]))
+
+    def _scalar(self, name: str, primitive: str) -> None:
+        if primitive == "string":
+            self._keep(self._count())
+            return
+        size = struct.calcsize(NUMPY_CODES[primitive])
+        self._align(size)
+        if name == "nanosec":
+            self._nanoseconds.append(self._at)
+        if size == 1:  # flags and states, of which not every value is allowed
+            self._keep(1)
+        else:
+            self._at += size
+
+    def _count(self) -> int:
+        self._align(_COUNT.size)
+        count: int = _COUNT.unpack_from(self._payload, self._at)[0]
+        self._keep(_COUNT.size)
+        return count
+
+    def _keep(self, size: int) -> None:
+        self._mask[self._at : self._at + size] = b"\xff" * size
+        self._at += size
+
+    def _align(self, size: int) -> None:
+        self._at += (_HEADER_BYTES - self._at) % size

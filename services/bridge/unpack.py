@@ -1,0 +1,53 @@
+"""Unpacking a recording's chunks, however much a small one may claim to hold."""
+
+import zlib
+from io import BytesIO
+
+from mcap.records import Chunk
+
+#: An honest chunk holds 64 KiB and the message that filled it, which has at most 32 MiB; other recorders' a few MiB.
+LARGEST_CHUNK_BYTES = 64 * 1024 * 1024
+_LARGEST_WINDOW_BYTES = 64 * 1024 * 1024
+
+
+class Damage(ValueError):
+    """Why a recording cannot be read any further."""
+
+
+def unpacked(chunk: Chunk) -> bytes:
+    """The records in ``chunk``.
+
+    Raises:
+        Damage: It holds too much, something else than it says, or is packed in an unknown way.
+    """
+    size = chunk.uncompressed_size
+    if size > LARGEST_CHUNK_BYTES:
+        raise Damage(f"a chunk of {size:,} bytes; at most {LARGEST_CHUNK_BYTES:,} are unpacked")
+    try:
+        body = _decompressed(chunk.compression, chunk.data, size + 1)
+    except Damage:
+        raise
+    except Exception as error:  # each compressor raises its own kind
+        raise Damage(f"a chunk that cannot be unpacked: {error}") from error
+    if len(body) != size:
+        raise Damage(f"a chunk that does not unpack to the {size:,} bytes that it claims")
+    if chunk.uncompressed_crc and zlib.crc32(body) != chunk.uncompressed_crc:
+        raise Damage("a chunk whose checksum is wrong")
+    return body
+
+
+def _decompressed(compression: str, data: bytes, most: int) -> bytes:
+    """At most ``most`` bytes of what ``data`` unpack to."""
+    if compression == "zstd":
+        from zstandard import ZstdDecompressor
+
+        decompressor = ZstdDecompressor(max_window_size=_LARGEST_WINDOW_BYTES)
+        with decompressor.stream_reader(BytesIO(data), read_across_frames=True) as stream:
+            return stream.read(most)
+    if compression == "lz4":
+        from lz4.frame import LZ4FrameDecompressor
+
+        return bytes(LZ4FrameDecompressor().decompress(data, max_length=most))
+    if compression == "":
+        return data
+    raise Damage("a chunk of unknown compression")
