@@ -10,7 +10,8 @@ from textual.widgets import Static
 
 from schemas import topics
 from schemas.messages.touchline import GnssStatus, TraversalStatus
-from tui import format, theme
+from schemas.supplies import times
+from tui import format, supplies, theme
 from tui.state import ConsoleState
 
 LOW_BATTERY = 0.2
@@ -146,6 +147,29 @@ def _plan_lines(state: ConsoleState) -> list[Content]:
             _row("driving", f"{format.length(report.transition_length_m)}", (" between them", theme.MUTED)),
             _row("takes", format.duration(report.total_time_s)),
         ]
+    return lines + _needs_lines(state)
+
+
+def _needs_lines(state: ConsoleState) -> list[Content]:
+    """What the job needs, against what the robot has, and what that means."""
+    needs, report = supplies.of_job(state), state.path.report if state.path else None
+    lines: list[Content] = []
+    for supply, thing, unit, digits, remedy in (
+        (needs.paint, "tank", "L", 1, "refill"),
+        (needs.battery, "battery", "Wh", 0, "change"),
+    ):
+        if supply.needed is None:
+            continue
+        color = theme.INK if supply.lasts else theme.ORANGE
+        text = format.number(supply.needed, digits, unit)
+        if supply.there is not None:
+            text += f", {thing} {format.number(supply.there, digits, unit)}"
+        lines.append(_row("" if lines else "needs", (text, color)))
+        if not supply.lasts:
+            lines.append(_row("", (f"▲ {remedy} {times(supply.refills)}", f"bold {color}")))
+    if report:
+        crossings = f"{report.wet_crossings} times" if report.wet_crossings else "no"
+        lines.append(_row("crosses", crossings, (" wet paint", theme.MUTED)))
     return lines
 
 
