@@ -74,6 +74,5 @@ def check_end(app: ConsoleApp) -> None:
     if error is not None and (frames := traceback.extract_tb(error.__traceback__)):
         place = f" ({Path(frames[-1].filename).name}, line {frames[-1].lineno})"
     what = f"{type(error).__name__}: {error}{place}" if error is not None else "its input failed"
-    raise TouchlineError(
-        f"the console broke down: {' '.join(what.split())}; the robot goes on without it, open another with `touchline tui`"
-    ) from error
+    remedy = "the robot goes on without it, open another with `touchline tui`"
+    raise TouchlineError(f"the console broke down: {' '.join(what.split())}; {remedy}") from error

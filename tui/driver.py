@@ -6,6 +6,7 @@ import select
 import signal
 import sys
 import threading
+from contextlib import suppress
 from typing import TextIO
 
 from textual.drivers.linux_driver import LinuxDriver
@@ -33,10 +34,8 @@ class Screen:
 
     def flush(self) -> None:
         """Flush, if it can be."""
-        try:
+        with suppress(OSError):
             self._file.flush()
-        except OSError:
-            pass
 
     def isatty(self) -> bool:
         """As far as Textual is concerned."""
@@ -51,8 +50,8 @@ class SturdyDriver(LinuxDriver):
     """Textual's own, but for input that is no UTF-8 and for a terminal that is closed.
 
     The first is line noise, a pasted binary, a terminal of another encoding: Textual's ends the whole console, and with
-    it the operator's emergency stop. Here what was read with it is dropped. Of a closed terminal Textual's reads nothing
-    for ever, or waits for ever to write to it. Here the console ends.
+    it the operator's emergency stop. Here what was read with it is dropped. Of a closed terminal Textual's reads
+    nothing for ever, or waits for ever to write to it. Here the console ends.
     """
 
     _watching = False
