@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import signal
+import sys
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
+from typing import TextIO
 
 from textual.app import App
 
@@ -37,15 +39,30 @@ def run_console(
         speed: Speed factor to set on opening; negative is as fast as it goes.
 
     Raises:
-        TouchlineError: The console broke down.
+        TouchlineError: The terminal's encoding is not UTF-8, or the console broke down.
         SystemExit: It was told to end by a signal, or its terminal is gone.
     """
+    check_encoding(sys.__stdout__)
     with open_link(config, topics.CONSOLE) as link:
         app = ConsoleApp(link, AutoStart(template, speed, auto_start))
         with ended_by_signals(app):
             app.run()
     check_end(app)
     return app.state.robot.report
+
+
+def check_encoding(terminal: TextIO | None) -> None:
+    """Refuse a terminal that could not show the map and the marks.
+
+    Raises:
+        TouchlineError: Its encoding is not UTF-8.
+    """
+    encoding = getattr(terminal, "encoding", None) or "unknown"
+    if encoding.lower().replace("-", "") != "utf8":
+        raise TouchlineError(
+            f"the console needs a UTF-8 terminal, and the locale says {encoding}; set LC_ALL=C.UTF-8, or use "
+            "`touchline run` and `touchline status`"
+        )
 
 
 @contextmanager

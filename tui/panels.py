@@ -90,7 +90,7 @@ def status_lines(state: ConsoleState, width: int) -> list[Content]:
 
 def _job_lines(state: ConsoleState, status: TraversalStatus, width: int) -> list[Content]:
     name, here = _line_name(state, status)
-    name = _cut(name, width - 11 - len(here))
+    name = format.cut(name, width - 10 - len(here))
     coverage, driven = status.coverage_pct / 100, state.robot.driven_fraction
     left = f"   {format.duration(status.remaining_s)} left" if state.busy else ""
     speed = format.number(status.speed_mps, 2, "m/s")
@@ -101,10 +101,6 @@ def _job_lines(state: ConsoleState, status: TraversalStatus, width: int) -> list
         _row("time", format.duration(status.elapsed_s), (left, theme.MUTED)),
         _row("speed", f"{speed:<10}", _lateral(status) if state.busy else ""),
     ]
-
-
-def _cut(text: str, width: int) -> str:
-    return text if len(text) <= width else text[: max(width - 1, 0)] + "…"
 
 
 def _line_name(state: ConsoleState, status: TraversalStatus) -> tuple[str, str]:
@@ -224,7 +220,7 @@ def service_lines(state: ConsoleState, width: int) -> list[Content]:
             mark, text, color = "○", "down" if node.seen else "not seen", theme.VERMILION if node.seen else theme.MUTED
         name = NODE_LABELS.get(node.name, node.name)
         text_color = theme.MUTED if color == theme.GREEN else color
-        lines.append(Content.assemble((f"{mark} ", color), f"{name:<11}", (_cut(text, width - 13), text_color)))
+        lines.append(Content.assemble((f"{mark} ", color), f"{name:<11}", (format.cut(text, width - 13), text_color)))
     color = theme.MUTED if not state.lost and not state.rejected else theme.ORANGE
     lines.append(Content.styled(f"bus: {state.lost} lost, {state.rejected} unreadable", color))
     return lines

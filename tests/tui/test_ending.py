@@ -16,7 +16,7 @@ from schemas.errors import TouchlineError
 from services.bus.ports import free_port
 from tests.tui.console import console
 from tests.tui.scenes import loaded
-from tui.console import check_end
+from tui.console import check_encoding, check_end
 from tui.dialogs import TemplateDialog
 from tui.driver import HUNG_UP, Screen
 
@@ -89,6 +89,12 @@ async def test_without_colours_it_works_all_the_same(monkeypatch: pytest.MonkeyP
             for segment in app.screen._compositor.render_strips()[y]:
                 colors = [color for color in (segment.style.color, segment.style.bgcolor) if color and color.triplet]
                 assert all(len(set(color.triplet)) == 1 for color in colors)
+
+
+def test_a_terminal_without_utf_8_is_told_what_is_needed() -> None:
+    check_encoding(io.TextIOWrapper(io.BytesIO(), encoding="utf-8"))
+    with pytest.raises(TouchlineError, match=r"the locale says iso8859-1; set LC_ALL=C.UTF-8"):
+        check_encoding(io.TextIOWrapper(io.BytesIO(), encoding="iso8859-1"))
 
 
 async def test_a_breakdown_is_told_in_one_line() -> None:

@@ -3,6 +3,7 @@
 import threading
 from pathlib import Path
 
+import pytest
 from textual.widgets import Input, OptionList, RadioButton, Static
 
 from schemas import messages as m
@@ -51,6 +52,23 @@ async def test_a_template_file_that_is_wrong_is_explained_and_can_be_mended(tmp_
             assert str(app.screen.query_one("#problem", Static).visual)
         file.write_text(template.model_dump_json())
         field.value = str(file)
+        await pilot.press("enter")
+        assert app.state.template is not None
+
+
+async def test_a_tilde_is_the_home_folder(tmp_path: Path, template: Template, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    async with console(*scenes.up()) as (app, _link, pilot):
+        await pilot.press("t")
+        await until(pilot, lambda: isinstance(app.screen, TemplateDialog))
+        field = app.screen.query_one(Input)
+        field.focus()
+        for wrong, problem in (("~/mine.json", f"{tmp_path}/mine.json is neither"), ("~nobody-here/x", "whole path")):
+            field.value = wrong
+            await pilot.press("enter")
+            assert problem in str(app.screen.query_one("#problem", Static).visual)
+        (tmp_path / "mine.json").write_text(template.model_dump_json())
+        field.value = "~/mine.json"
         await pilot.press("enter")
         assert app.state.template is not None
 
