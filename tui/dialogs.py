@@ -74,9 +74,7 @@ class TemplateDialog(Dialog[Chosen | None]):
                 continue
             size = f"{len(template.segments)} lines, {format.length(template.length_m)}"
             options.add_option(
-                Option(
-                    Content.assemble((f"{name}  ", "bold"), (f"{template.title}  ", ""), (size, theme.MUTED)), id=name
-                )
+                Option(Content.assemble((f"{name}  ", "bold"), (f"{template.title}  ", ""), size), id=name)
             )
         options.highlighted = 0
         options.focus()

@@ -59,12 +59,12 @@ def factor(value: float | None) -> str:
 
 
 def cut(text: str, width: int) -> str:
-    """A name in no more than `width` cells: what is too long loses its middle, because names differ at their ends."""
+    """A name in no more than `width` cells: what is too long loses its middle, because names differ most at their ends."""
     if len(text) <= width:
         return text
     if width < 2:
         return "…"[:width]
-    end = width // 2
+    end = max(width * 7 // 10, 1)
     return f"{text[: width - 1 - end]}…{text[-end:]}"
 
 

@@ -50,4 +50,4 @@ def test_names_that_differ_at_their_ends_are_told_apart_when_cut(width: int) -> 
 
 
 def test_a_name_that_fits_is_not_cut() -> None:
-    assert [format.cut("goal line", width) for width in (9, 5, 2, 1, 0)] == ["goal line", "go…ne", "…e", "…", ""]
+    assert [format.cut("goal line", width) for width in (9, 5, 2, 1, 0)] == ["goal line", "g…ine", "…e", "…", ""]
