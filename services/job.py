@@ -24,7 +24,9 @@ from schemas.messages import (
     TraversalReport,
     TraversalStatus,
 )
+from schemas.supplies import full
 from schemas.topics import Request, Response, Service
+from schemas.vehicle import Vehicle
 from services.bus import Bus, CallError, Inbox
 from services.bus.counters import Counters
 from services.diagnostics import read_health
@@ -66,6 +68,7 @@ class JobOptions:
         speed: Sim seconds per wall second; negative for as fast as it goes.
         record: File to record to, if any.
         scenario_hash: Of what decides the session; passed on to the report.
+        vehicle: The robot's, whose tank and battery are full at the start.
     """
 
     template_json: str
@@ -73,6 +76,7 @@ class JobOptions:
     speed: float
     record: Path | None
     scenario_hash: str = ""
+    vehicle: Vehicle = field(default_factory=Vehicle)
 
 
 @dataclass
@@ -122,6 +126,8 @@ class Job:
         response = self._ask(topics.PLAN_SERVICE, request, _PLAN_TIMEOUT_S, show)
         if not response.success:
             raise JobFailed(response.message)
+        for shortage in full(response.report, self.options.vehicle).shortages:
+            self.watcher.event(Event.WARN, f"planner: the job {shortage}")
         return response
 
     def _start_recording(self) -> Path | None:

@@ -12,17 +12,19 @@ from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
 from textual.driver import Driver
 from textual.drivers.linux_driver import LinuxDriver
+from textual.filter import Monochrome
 from textual.message import Message
 from textual.screen import Screen
 
 from schemas.errors import TouchlineError
 from schemas.messages.touchline import PlanOptions, TraversalStatus
-from tui import palette, theme
+from tui import palette, supplies, theme
 from tui.autostart import AutoStart
+from tui.colors import Grey
 from tui.dialogs import Chosen, ConfirmDialog, KeysDialog, PlanDialog, TemplateDialog, read_template
 from tui.dispatch import Dispatcher
 from tui.driver import SturdyDriver
-from tui.event_log import ERROR
+from tui.event_log import ERROR, WARN
 from tui.header import HeaderBar
 from tui.key_bar import KeyBar
 from tui.log_view import LogView
@@ -94,6 +96,7 @@ class ConsoleApp(App[None]):
         self._header, self._keys = HeaderBar(), KeyBar()
         self._map, self._log_view = MapView(), LogView()
         self._status, self._services, self._segments = StatusPanel("Status"), ServicesPanel("Services"), SegmentsTable()
+        self._filters = [Grey() if isinstance(filter, Monochrome) else filter for filter in self._filters]
         self.register_theme(theme.THEME)
         self.theme = theme.THEME.name
 
@@ -161,6 +164,8 @@ class ConsoleApp(App[None]):
             case "speed" if self._autostart.speed is not None:
                 self.operator.set_speed(self._autostart.speed)
             case "start":
+                for shortage in supplies.of_job(self.state).shortages:
+                    self.state.note(WARN, "console", f"the job {shortage}")
                 self.operator.command("start")
 
     def _say(self, severity: int, text: str) -> None:
@@ -170,8 +175,30 @@ class ConsoleApp(App[None]):
     # -- keys --------------------------------------------------------------------------------------------------------
 
     def action_command(self, name: str) -> None:
-        """An order without arguments."""
-        self.operator.command(name)
+        """An order without arguments; asks before a start for which tank or battery will not last."""
+        shortages = supplies.of_job(self.state).shortages
+        if name != "start" or not shortages or not self.state.path_loaded or self.state.busy:
+            self.operator.command(name)
+            return
+
+        def answered(yes: bool | None) -> None:
+            if yes:
+                self.operator.command(name)
+
+        text = "\n".join(f"The job {shortage}." for shortage in shortages)
+        note = "The robot stops on the line when it runs out, and goes on when it is told to resume."
+        self.push_screen(ConfirmDialog("Start all the same?", f"{text}\n{note}", "Start"), answered)
+
+    @property
+    def breakdown(self) -> Exception | None:
+        """The error that ended the console, if one has."""
+        return self._exception
+
+    def _print_error_renderables(self) -> None:
+        """Whoever runs the console tells of its breakdown in one line; pages of traceback are for ``TEXTUAL=debug``."""
+        if "debug" not in self.features:
+            self._exit_renderables.clear()
+        super()._print_error_renderables()
 
     def get_driver_class(self) -> type[Driver]:
         """The terminal's; one of another kind, such as for a browser, is left as it is."""

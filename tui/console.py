@@ -2,11 +2,25 @@
 
 from __future__ import annotations
 
+import signal
+import sys
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+from typing import TextIO
+
+from textual.app import App
+
 from schemas import topics
+from schemas.errors import TouchlineError
 from schemas.messages.touchline import TraversalReport
 from tui.app import ConsoleApp
 from tui.autostart import AutoStart
 from tui.link import BusConfig, open_link
+
+ENDS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 
 
 def run_console(
@@ -23,8 +37,59 @@ def run_console(
         template: Shipped name or file to show on opening.
         auto_start: Also plan the template, load it and start, as soon as the services are there.
         speed: Speed factor to set on opening; negative is as fast as it goes.
+
+    Raises:
+        TouchlineError: The terminal's encoding is not UTF-8, or the console broke down.
+        SystemExit: It was told to end by a signal, or its terminal is gone.
     """
+    check_encoding(sys.__stdout__)
     with open_link(config, topics.CONSOLE) as link:
         app = ConsoleApp(link, AutoStart(template, speed, auto_start))
-        app.run()
-        return app.state.robot.report
+        with ended_by_signals(app):
+            app.run()
+    check_end(app)
+    return app.state.robot.report
+
+
+def check_encoding(terminal: TextIO | None) -> None:
+    """Refuse a terminal that could not show the map and the marks.
+
+    Raises:
+        TouchlineError: Its encoding is not UTF-8.
+    """
+    encoding = getattr(terminal, "encoding", None) or "unknown"
+    if encoding.lower().replace("-", "") != "utf8":
+        raise TouchlineError(
+            f"the console needs a UTF-8 terminal, and the locale says {encoding}; set LC_ALL=C.UTF-8, or use "
+            "`touchline run` and `touchline status`"
+        )
+
+
+@contextmanager
+def ended_by_signals(app: App[None]) -> Iterator[None]:
+    """At a signal that ends a process, leave the console in good order: a terminal left as it is would be of no use."""
+
+    def end(number: int, frame: FrameType | None) -> None:
+        app.call_later(app.exit, return_code=128 + number)
+
+    heard = [number for number in ENDS if signal.getsignal(number) is not signal.SIG_IGN]  # as under nohup
+    before = {number: signal.signal(number, end) for number in heard}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def check_end(app: ConsoleApp) -> None:
+    """Raise what `run_console` does, if the operator has not simply left."""
+    if app.return_code == 0:
+        return
+    if app.return_code is not None and app.return_code > 128:
+        raise SystemExit(app.return_code)
+    error, place = app.breakdown, ""
+    if error is not None and (frames := traceback.extract_tb(error.__traceback__)):
+        place = f" ({Path(frames[-1].filename).name}, line {frames[-1].lineno})"
+    what = f"{type(error).__name__}: {error}{place}" if error is not None else "its input failed"
+    remedy = "the robot goes on without it, open another with `touchline tui`"
+    raise TouchlineError(f"the console broke down: {' '.join(what.split())}; {remedy}") from error

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import ClassVar, TypeVar
 
 from textual.app import ComposeResult
@@ -14,7 +15,7 @@ from textual.widgets import Button, Checkbox, Input, Label, OptionList, RadioBut
 from textual.widgets.option_list import Option
 
 from schemas.catalogue import parse_template, shipped_templates, template_text
-from schemas.errors import TouchlineError
+from schemas.errors import SpecError, TouchlineError
 from schemas.messages.touchline import PlanOptions
 from schemas.template import Template
 from schemas.vehicle import Vehicle
@@ -37,8 +38,18 @@ class Dialog(ModalScreen[Result]):
 
 def read_template(name_or_path: str) -> Chosen:
     """A shipped template by name, or a file. Raises SpecError."""
-    text, source = template_text(name_or_path)
+    text, source = template_text(_home(name_or_path))
     return parse_template(text, source), text
+
+
+def _home(path: str) -> str:
+    """A path with `~` and `~user` written out, as a shell would have done; other paths and names as they are."""
+    if not path.startswith("~"):
+        return path
+    try:
+        return str(Path(path).expanduser())
+    except RuntimeError:
+        raise SpecError(path, "", "names a user without a home folder", "give the whole path") from None
 
 
 class TemplateDialog(Dialog[Chosen | None]):
@@ -63,7 +74,7 @@ class TemplateDialog(Dialog[Chosen | None]):
                 continue
             size = f"{len(template.segments)} lines, {format.length(template.length_m)}"
             options.add_option(
-                Option(Content.assemble((f"{name}  ", "bold"), (f"{template.title}  ", ""), (size, "dim")), id=name)
+                Option(Content.assemble((f"{name}  ", "bold"), (f"{template.title}  ", ""), size), id=name)
             )
         options.highlighted = 0
         options.focus()
@@ -133,7 +144,7 @@ class PlanDialog(Dialog[PlanOptions | None]):
             chosen = self._options.method or next(iter(METHODS))
             with RadioSet(id="method"):
                 for name, text in METHODS.items():
-                    yield Choice(f"{name}  [dim]{text}[/]", value=name == chosen, name=name)
+                    yield Choice(f"{name}  [{theme.MUTED}]{text}[/]", value=name == chosen, name=name)
             with Grid(id="limits"):
                 for field, (label, default) in self.FIELDS.items():
                     value = getattr(self._options, field)

@@ -1,18 +1,83 @@
 """The console's end of the terminal."""
 
+from __future__ import annotations
+
+import select
+import signal
+import sys
+import threading
+from contextlib import suppress
+from typing import TextIO
+
 from textual.drivers.linux_driver import LinuxDriver
+
+HUNG_UP = 128 + signal.SIGHUP
+"""Exit code of a console whose terminal is gone."""
+
+
+class Screen:
+    """Where the terminal's picture is written; once the terminal is gone, what is written is lost without an error.
+
+    Textual's writing thread would end with the error, and the next writers would wait for it for ever.
+    """
+
+    def __init__(self, file: TextIO) -> None:
+        """Write to ``file``."""
+        self._file = file
+
+    def write(self, text: str) -> int:
+        """Write, if it can be."""
+        try:
+            return self._file.write(text)
+        except OSError:
+            return len(text)
+
+    def flush(self) -> None:
+        """Flush, if it can be."""
+        with suppress(OSError):
+            self._file.flush()
+
+    def isatty(self) -> bool:
+        """As far as Textual is concerned."""
+        return True
+
+    def fileno(self) -> int:
+        """Of the terminal."""
+        return self._file.fileno()
 
 
 class SturdyDriver(LinuxDriver):
-    """Textual's own, but for input that is no UTF-8: line noise, a pasted binary, a terminal of another encoding.
+    """Textual's own, but for input that is no UTF-8 and for a terminal that is closed.
 
-    There it ends the whole console, and with it the operator's emergency stop. Here what was read with it is dropped.
+    The first is line noise, a pasted binary, a terminal of another encoding: Textual's ends the whole console, and with
+    it the operator's emergency stop. Here what was read with it is dropped. Of a closed terminal Textual's reads
+    nothing for ever, or waits for ever to write to it. Here the console ends.
     """
 
+    _watching = False
+
+    def start_application_mode(self) -> None:
+        """Take over the terminal."""
+        if not self._watching:
+            self._watching = True
+            self._file = Screen(sys.__stderr__ or sys.stderr)  # type: ignore[assignment]
+            threading.Thread(target=self.watch_terminal, name="terminal-watch", daemon=True).start()
+        super().start_application_mode()  # type: ignore[no-untyped-call]
+
     def run_input_thread(self) -> None:
-        """Read until the console is left."""
+        """Read until the console is left or the terminal is gone."""
         while not self.exit_event.is_set():
             try:
                 super().run_input_thread()
             except UnicodeDecodeError:
                 continue
+            except OSError:  # nothing can be read any more: it is gone, which `watch_terminal` sees, too
+                return
+
+    def watch_terminal(self) -> None:
+        """Wait until the terminal is gone, then end the console."""
+        hang_up = select.poll()
+        hang_up.register(self.fileno, 0)
+        hang_up.poll()
+        self.exit_event.set()
+        self._app.call_later(self._app.exit, return_code=HUNG_UP)

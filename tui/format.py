@@ -58,6 +58,16 @@ def factor(value: float | None) -> str:
     return "hold" if value == 0 else f"{value:.3g}×"
 
 
+def cut(text: str, width: int) -> str:
+    """A name in no more than `width` cells; a longer one loses its middle, because names differ most at their ends."""
+    if len(text) <= width:
+        return text
+    if width < 2:
+        return "…"[:width]
+    end = max(width * 7 // 10, 1)
+    return f"{text[: width - 1 - end]}…{text[-end:]}"
+
+
 def bar(fraction: float | None, width: int) -> tuple[str, str]:
     """A horizontal bar in halves of a cell: (filled, rest), together `width` cells."""
     share = fraction if fraction is not None and math.isfinite(fraction) else 0.0

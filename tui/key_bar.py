@@ -88,7 +88,7 @@ def keys_line(state: ConsoleState, width: int) -> Content:
         text = "Resume" if key.key == "space" and state.traversal == TraversalStatus.PAUSED else key.text
         label = f" {key.key} {text} "
         if key.key == "e":
-            part = Content.styled(label, f"bold {theme.WHITE} on {theme.VERMILION}")
+            part = Content.styled(label, f"bold {theme.WHITE} on {theme.STOP}")
         elif key.key == next_key:
             part = Content.styled(label, f"bold {theme.BLACK} on {theme.YELLOW}")
         elif key.key in idle:

@@ -22,6 +22,9 @@ AXLE_PATH_DOT_M = 0.1
 BODY_DOT_M = 0.1
 """From this scale on the robot has a shape."""
 GRID_MIN_CELLS = 7
+PAINT_BESIDE_DOTS = 1
+
+Bits = NDArray[np.uint8]
 
 
 class Ink(IntEnum):
@@ -95,15 +98,12 @@ class MapRaster:
         self._current.update(view, scene.current, scene.current_revision)
         self._paint.update(view, scene.paint, scene.paint_revision)
 
-        bits = self._template.bits | self._paint.bits
-        inks = np.where(self._template.bits, np.uint8(Ink.TEMPLATE), np.uint8(Ink.GROUND))
         way = self._path.bits | self._axle_path.bits
-        if scene.current_paints:
-            bits |= self._current.bits
-            inks[self._current.bits > 0] = Ink.CURRENT
-        else:
+        current = self._current.bits if scene.current_paints else np.zeros_like(way)
+        bits = self._template.bits | current | self._paint.bits
+        inks = line_inks(self._template.bits, current, self._paint.bits)
+        if not scene.current_paints:
             way |= self._current.bits
-        inks[self._paint.bits > 0] = Ink.PAINT
         free = bits == 0
         bits[free] = way[free]
         inks[free & (way > 0)] = Ink.PATH
@@ -119,7 +119,7 @@ class MapRaster:
         draw_scale(view, cells)
         return cells
 
-    def _draw_grid(self, view: Viewport, step_m: float, bits: NDArray[np.uint8], inks: NDArray[np.uint8]) -> None:
+    def _draw_grid(self, view: Viewport, step_m: float, bits: Bits, inks: Bits) -> None:
         x_min, y_max = view.to_field(0, 0)
         x_max, y_min = view.to_field(view.columns, view.rows)
         xs = np.arange(math.ceil(x_min / step_m), math.floor(x_max / step_m) + 1) * step_m
@@ -130,7 +130,7 @@ class MapRaster:
         bits[free] = self._grid.bits[free]
         inks[free] = Ink.GRID
 
-    def _draw_robot(self, view: Viewport, scene: Scene, pose: Pose, bits: NDArray[np.uint8], cells: Cells) -> None:
+    def _draw_robot(self, view: Viewport, scene: Scene, pose: Pose, bits: Bits, cells: Cells) -> None:
         cos, sin = math.cos(pose.heading_rad), math.sin(pose.heading_rad)
         octant = round(pose.heading_rad / (math.pi / 4)) % 8
         ink = Ink.ROBOT_STOPPED if scene.stopped else Ink.ROBOT
@@ -149,6 +149,21 @@ class MapRaster:
             _put(cells, center, ARROWS[octant], ink)
         else:
             _put(cells, *_edge(view, pose), ink)
+
+
+def line_inks(template: Bits, current: Bits, paint: Bits) -> Bits:
+    """The ink of each cell (rows, columns) for its dots of the template, the line being painted, and paint.
+
+    A cell has one colour: what most of its dots are. Paint lies up to a dot beside its line, so that a cell with no
+    more than one dot left to paint beyond those painted counts as painted.
+    """
+    painted = np.bitwise_count(paint)
+    being_painted = np.bitwise_count(current & ~paint)
+    to_paint = np.bitwise_count(template & ~current & ~paint)
+    inks = np.where(template > 0, np.uint8(Ink.TEMPLATE), np.uint8(Ink.GROUND))
+    inks[(current > 0) & (being_painted >= to_paint)] = Ink.CURRENT
+    inks[(paint > 0) & (being_painted + to_paint <= painted + PAINT_BESIDE_DOTS)] = Ink.PAINT
+    return inks
 
 
 def grid_step_m(view: Viewport) -> float:

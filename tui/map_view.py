@@ -24,7 +24,7 @@ from tui.viewport import Viewport
 ZOOM_STEP = 1.4
 PAN_CELLS = 6
 
-_COLORS = {
+COLORS = {
     Ink.GROUND: (theme.TURF_GRID, ""),
     Ink.GRID: (theme.TURF_GRID, ""),
     Ink.PATH: (theme.WAY, ""),
@@ -33,11 +33,11 @@ _COLORS = {
     Ink.CURRENT: (theme.YELLOW, ""),
     Ink.PAINT: (theme.WHITE, "bold"),
     Ink.BODY: (theme.ORANGE, "bold"),
-    Ink.LABEL: ("#9db5a7", ""),
+    Ink.LABEL: (theme.LABEL, ""),
     Ink.NOZZLE_OFF: (theme.ORANGE, "bold"),
     Ink.NOZZLE_ON: (theme.YELLOW, "bold"),
     Ink.ROBOT: (f"{theme.BLACK} on {theme.ORANGE}", "bold"),
-    Ink.ROBOT_STOPPED: (f"{theme.WHITE} on {theme.VERMILION}", "bold"),
+    Ink.ROBOT_STOPPED: (f"{theme.WHITE} on {theme.STOP}", "bold"),
 }
 
 
@@ -45,7 +45,7 @@ def _styles() -> list[Style]:
     """Styles by 2·ink + stripe."""
     styles = []
     for ink in Ink:
-        color, attributes = _COLORS[ink]
+        color, attributes = COLORS[ink]
         for turf in (theme.TURF, theme.TURF_STRIPE):
             ground = "" if " on " in color else f" on {turf}"
             styles.append(Style.parse(f"{attributes} {color}{ground}".strip()))

@@ -112,7 +112,7 @@ class Operator:
             if outcome.ok and wanted is not None:
                 self.set_speed(wanted)
         if isinstance(outcome.order.request, PlanRequest):
-            self.state.progress = None
+            self.state.plan_done(outcome.order.request_id)
         if not outcome.ok:
             self._say(ERROR, f"{title} {'failed' if outcome.failure else 'refused'}: {outcome.reason}")
             return False

@@ -10,7 +10,8 @@ from textual.widgets import Static
 
 from schemas import topics
 from schemas.messages.touchline import GnssStatus, TraversalStatus
-from tui import format, theme
+from schemas.supplies import times
+from tui import format, supplies, theme
 from tui.state import ConsoleState
 
 LOW_BATTERY = 0.2
@@ -89,7 +90,7 @@ def status_lines(state: ConsoleState, width: int) -> list[Content]:
 
 def _job_lines(state: ConsoleState, status: TraversalStatus, width: int) -> list[Content]:
     name, here = _line_name(state, status)
-    name = _cut(name, width - 11 - len(here))
+    name = format.cut(name, width - 10 - len(here))
     coverage, driven = status.coverage_pct / 100, state.robot.driven_fraction
     left = f"   {format.duration(status.remaining_s)} left" if state.busy else ""
     speed = format.number(status.speed_mps, 2, "m/s")
@@ -100,10 +101,6 @@ def _job_lines(state: ConsoleState, status: TraversalStatus, width: int) -> list
         _row("time", format.duration(status.elapsed_s), (left, theme.MUTED)),
         _row("speed", f"{speed:<10}", _lateral(status) if state.busy else ""),
     ]
-
-
-def _cut(text: str, width: int) -> str:
-    return text if len(text) <= width else text[: max(width - 1, 0)] + "…"
 
 
 def _line_name(state: ConsoleState, status: TraversalStatus) -> tuple[str, str]:
@@ -146,6 +143,29 @@ def _plan_lines(state: ConsoleState) -> list[Content]:
             _row("driving", f"{format.length(report.transition_length_m)}", (" between them", theme.MUTED)),
             _row("takes", format.duration(report.total_time_s)),
         ]
+    return lines + _needs_lines(state)
+
+
+def _needs_lines(state: ConsoleState) -> list[Content]:
+    """What the job needs, against what the robot has, and what that means."""
+    needs, report = supplies.of_job(state), state.path.report if state.path else None
+    lines: list[Content] = []
+    for supply, thing, unit, digits, remedy in (
+        (needs.paint, "tank", "L", 1, "refill"),
+        (needs.battery, "battery", "Wh", 0, "change"),
+    ):
+        if supply.needed is None:
+            continue
+        color = theme.INK if supply.lasts else theme.ORANGE
+        text = format.number(supply.needed, digits, unit)
+        if supply.there is not None:
+            text += f", {thing} {format.number(supply.there, digits, unit)}"
+        lines.append(_row("" if lines else "needs", (text, color)))
+        if not supply.lasts:
+            lines.append(_row("", (f"▲ {remedy} {times(supply.refills)}", f"bold {color}")))
+    if report:
+        crossings = f"{report.wet_crossings} times" if report.wet_crossings else "no"
+        lines.append(_row("crosses", crossings, (" wet paint", theme.MUTED)))
     return lines
 
 
@@ -200,7 +220,7 @@ def service_lines(state: ConsoleState, width: int) -> list[Content]:
             mark, text, color = "○", "down" if node.seen else "not seen", theme.VERMILION if node.seen else theme.MUTED
         name = NODE_LABELS.get(node.name, node.name)
         text_color = theme.MUTED if color == theme.GREEN else color
-        lines.append(Content.assemble((f"{mark} ", color), f"{name:<11}", (_cut(text, width - 13), text_color)))
+        lines.append(Content.assemble((f"{mark} ", color), f"{name:<11}", (format.cut(text, width - 13), text_color)))
     color = theme.MUTED if not state.lost and not state.rejected else theme.ORANGE
     lines.append(Content.styled(f"bus: {state.lost} lost, {state.rejected} unreadable", color))
     return lines

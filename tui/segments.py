@@ -90,7 +90,7 @@ class SegmentsTable(ScrollView, can_focus=True):
             mark, color = ("◔", theme.INK) if share > BEGUN else ("·", theme.MUTED)
         filled, rest = format.bar(1.0 if is_done(line) else share, BAR_WIDTH)
         room = max(width - BAR_WIDTH - 11, 4)
-        name = label if len(label) <= room else label[: room - 1] + "…"
+        name = format.cut(label, room)
         segments = [
             Segment(f"{mark} {name:<{room}}", ground + Style(color=color, bold=active)),
             Segment(f"{format.length(length_m):>7} ", ground + Style(color=theme.MUTED)),

@@ -204,6 +204,11 @@ class ConsoleState:
         """Begin to prepare a job."""
         self.draft = Job(TemplateView.of(template, text))
 
+    def plan_done(self, request_id: str) -> None:
+        """A request to plan is answered: what is still on its way of its progress comes too late."""
+        if request_id == self.plan_request:
+            self.plan_request, self.progress = "", None
+
     def planned(self, trajectory: Trajectory, report: PlanReport) -> None:
         """Take a plan for the template in view. Raises ValueError when it makes no sense."""
         self.draft = Job(self.template, PathView.of(trajectory, self.template, report))
@@ -248,7 +253,7 @@ class ConsoleState:
         self.note(message.severity, message.source or topics.SUPERVISOR, message.text)
 
     def _progress(self, message: Progress) -> None:
-        if message.request_id == self.plan_request and math.isfinite(message.fraction):
+        if self.plan_request and message.request_id == self.plan_request and math.isfinite(message.fraction):
             self.progress = message
 
     def _diagnostics(self, message: DiagnosticArray) -> None:

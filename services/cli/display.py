@@ -9,8 +9,10 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
-from schemas.messages import Event
+from schemas.messages import Event, PlanReport
 from schemas.plain_text import plain, plain_lines
+from schemas.supplies import full
+from schemas.vehicle import Vehicle
 
 #: Progress and events go to standard error, so that standard output holds nothing but the result.
 stderr = Console(stderr=True, highlight=False)
@@ -48,6 +50,12 @@ def print_event(severity: int, text: str) -> None:
     """One line on standard error."""
     word, style = _SEVERITY[severity]
     stderr.print(f"[{style}]{word:>8}[/] ", escape(plain(text)), sep="", markup=True)
+
+
+def warn_of_shortages(report: PlanReport, vehicle: Vehicle) -> None:
+    """A line on standard error for a full tank and for a full battery if it will not last for the plan."""
+    for shortage in full(report, vehicle).shortages:
+        print_event(Event.WARN, f"the job {shortage}")
 
 
 def print_figures(title: str, figures: Mapping[str, Any]) -> None:

@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 import typer
 
 from services.cli.choices import PlanChoice, VehicleChoice
-from services.cli.display import progress_bar, say
+from services.cli.display import progress_bar, say, warn_of_shortages
 from services.cli.drawing import DrawingChoice
 from services.cli.groups import with_groups
 from services.cli.options import JsonOption, ReportOption, check_plot
@@ -92,6 +92,7 @@ def plan(
             template, vehicle, options, lambda stage, fraction: advance(fraction, stage), lambda: bool(interrupted)
         )
     timed = planned.report.model_copy(update={"planning_time_s": time.perf_counter() - begun})
+    warn_of_shortages(timed, vehicle)
     figures = plan_figures(timed)
     if out is not None:
         write_text(planned.trajectory.model_dump_json(indent=1) + "\n", out)

@@ -104,7 +104,7 @@ def run_job(
     begun = time.monotonic()
     scenario = scenario.at(template.origin)
     cause = scenario_hash(scenario, vehicle, template, options)
-    job_options = JobOptions(template.to_json(), options, speed, record, cause)
+    job_options = JobOptions(template.to_json(), options, speed, record, cause, vehicle)
     # A private bus, so that any number can run at once; but an external follower could not find that.
     config = BusConfig.from_environment() if scenario.follower == "external" else None
     with (

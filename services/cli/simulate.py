@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from services.cli.choices import PlanChoice, ScenarioChoice, VehicleChoice, check_follower
-from services.cli.display import progress_bar, say
+from services.cli.display import progress_bar, say, warn_of_shortages
 from services.cli.drawing import DrawingChoice
 from services.cli.groups import with_groups
 from services.cli.output import OutputChoice
@@ -37,6 +37,7 @@ def simulate(
     check_follower(chosen)
     with progress_bar("Touchline") as advance:
         job = Job.prepare(template, planning.options(), vehicle, advance)
+        warn_of_shortages(job.plan_report, vehicle)
         warm_up(say, vehicle, chosen)
         drawn = output.plot is not None
         outcome = paint(job, chosen, hashed=hashed, record=output.record, with_strokes=drawn, progress=advance)

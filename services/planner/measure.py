@@ -16,6 +16,7 @@ from schemas.curves import Curve, wrap_angle
 from schemas.messages import LinearDirection, PlanReport, Trajectory
 from schemas.vehicle import Vehicle
 from services.planner.clothoid import Floats
+from services.planner.energy import battery_wh
 from services.planner.legs import Drive
 from services.planner.route import TRANSITION, Section
 from services.planner.sending import Sent
@@ -24,9 +25,6 @@ from services.planner.timing import SpeedProfile
 CURVATURE_STEP_1PM = 1e-9
 # Speed and curvature are both smooth between borders; this many points of each stretch find the outer wheel's fastest.
 POINTS = 5
-SECONDS_PER_HOUR = 3600.0
-GRAVITY_MPS2 = 9.81
-ROLLING_ON_GRASS = 0.06
 
 
 def measure(
@@ -45,9 +43,6 @@ def measure(
     position_gap, heading_gap = gaps(trajectory)
     figures = wheels(sections, sent, speeds, vehicle)
     pieces = [piece for section in sections for piece in section.path.pieces]
-    spun = sum(abs(piece.spin_rad) for piece in pieces)
-    rolled = sent[-1].end_m + vehicle.half_track_m * spun
-    power_w = vehicle.idle_power_w + drive_power_w(vehicle, rolled / speeds.total_time_s)
     return PlanReport(
         paint_length_m=paint_length,
         transition_length_m=sent[-1].end_m - paint_length,
@@ -71,20 +66,8 @@ def measure(
         wet_crossings_unavoidable=unavoidable,
         # The pump's flow is that of a line painted at the vehicle's own speed.
         paint_l=vehicle.paint_l_per_m * vehicle.paint_speed_mps * paint_time,
-        battery_wh=power_w * speeds.total_time_s / SECONDS_PER_HOUR,
+        battery_wh=battery_wh(sent, speeds, vehicle),
     )
-
-
-def drive_power_w(vehicle: Vehicle, speed_mps: float) -> float:
-    """What both drives draw (W) at a steady speed on level, dry grass with a full tank.
-
-    Torque overcomes rolling resistance and the drive's own friction; the gear and the winding's resistance lose some.
-    """
-    motor, rate_radps = vehicle.motor, speed_mps / vehicle.wheel_radius_m
-    rolling_nm = ROLLING_ON_GRASS * vehicle.mass_full_kg * GRAVITY_MPS2 * vehicle.wheel_radius_m / 2
-    torque_nm = rolling_nm + motor.friction_nm + motor.viscous_nms * rate_radps
-    current_a = torque_nm / (motor.gear_ratio * motor.gear_efficiency * motor.constant_nm_per_a)
-    return 2.0 * (torque_nm * rate_radps / motor.gear_efficiency + motor.resistance_ohm * current_a**2)
 
 
 def gaps(trajectory: Trajectory) -> tuple[float, float]:

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from schemas.messages import PlanOptions, PlanReport, PlanResponse, SegmentPaint, TraversalReport, TraversalStatus
+from schemas.vehicle import Vehicle
 from services import reports
 from services.bus import CallError
 from services.bus.counters import Counters
@@ -30,6 +31,39 @@ class Deaf:
 
     def check(self):
         """Nor does it look."""
+
+
+class Listening(Deaf):
+    """Remembers what it is told."""
+
+    def __init__(self):
+        self.told = []
+
+    def event(self, severity, text):
+        self.told.append(text)
+
+    def stage(self, text):
+        """It knows."""
+
+
+class Planner:
+    """Answers every request with one plan, and says nothing."""
+
+    def __init__(self, report):
+        self.response = PlanResponse(success=True, report=report)
+
+    def call(self, *arguments):
+        return self.response
+
+    def inbox(self, *arguments, **options):
+        return None
+
+
+def test_a_job_that_a_full_tank_does_not_last_for_is_told_as_soon_as_it_is_planned():
+    watcher = Listening()
+    options = JobOptions("{}", PlanOptions(), -1.0, None, vehicle=Vehicle(tank_l=10.0))
+    Job(Planner(PlanReport(paint_l=29.0, battery_wh=1.0)), options, watcher)._plan()
+    assert watcher.told == ["planner: the job needs 29.0 L of paint, the tank has 10.0 L: refill it twice"]
 
 
 def job_report(recording):

@@ -85,6 +85,18 @@ def test_the_example_drives_with_its_own_track():
     assert max(np.abs(left).max(), np.abs(right).max()) <= small.max_wheel_speed_radps
 
 
+@pytest.mark.parametrize("command", ["plan", "simulate"])
+def test_a_tank_and_a_battery_that_will_not_last_are_told_before(command, touchline, tmp_path, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "300")
+    path = tmp_path / "own.json"
+    path.write_text(json.dumps({"tank_l": 0.05, "battery_wh": 0.6}))
+    arguments = (command, "study-square", "--json")
+    _, _, told = touchline(*arguments, "--vehicle", str(path))
+    assert "the job needs 0.031 L of paint, the tank has 0.05 L: refill it once" in told
+    assert "Wh, the battery has 0.6 Wh, of which it keeps 0.048 Wh: change it once" in told
+    assert "the job needs" not in touchline(*arguments)[2]
+
+
 def test_another_vehicle_is_another_cause(touchline):
     small, usual = (
         json.loads(touchline("simulate", "study-square", "--json", *arguments)[1])

@@ -1,9 +1,12 @@
 """What the panels beside the map tell, whatever happens to services and to the window."""
 
+import pytest
+
 from schemas import topics
 from schemas.template import Template
 from tests.tui import scenes
 from tests.tui.console import console, plain, until
+from tui import format
 from tui.header import HeaderBar
 from tui.log_view import LogView
 from tui.panels import ServicesPanel, StatusPanel
@@ -36,3 +39,15 @@ async def test_the_current_line_is_kept_in_view(template: Template) -> None:
         rows = range(table.scroll_offset.y, table.scroll_offset.y + table.content_size.height)
         assert 25 in rows
         assert "25/27" in str(table.border_title)
+
+
+@pytest.mark.parametrize("width", range(12, 19))
+def test_names_that_differ_at_their_ends_are_told_apart_when_cut(width: int) -> None:
+    left, right = (format.cut(f"penalty-area-{side}", width) for side in ("left", "right"))
+    assert left != right
+    assert len(left) <= width and len(right) <= width
+    assert left.startswith("pen") and left.endswith("left") and right.endswith("right")
+
+
+def test_a_name_that_fits_is_not_cut() -> None:
+    assert [format.cut("goal line", width) for width in (9, 5, 2, 1, 0)] == ["goal line", "g…ine", "…e", "…", ""]

@@ -3,6 +3,7 @@
 import threading
 from pathlib import Path
 
+import pytest
 from textual.widgets import Input, OptionList, RadioButton, Static
 
 from schemas import messages as m
@@ -51,6 +52,23 @@ async def test_a_template_file_that_is_wrong_is_explained_and_can_be_mended(tmp_
             assert str(app.screen.query_one("#problem", Static).visual)
         file.write_text(template.model_dump_json())
         field.value = str(file)
+        await pilot.press("enter")
+        assert app.state.template is not None
+
+
+async def test_a_tilde_is_the_home_folder(tmp_path: Path, template: Template, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    async with console(*scenes.up()) as (app, _link, pilot):
+        await pilot.press("t")
+        await until(pilot, lambda: isinstance(app.screen, TemplateDialog))
+        field = app.screen.query_one(Input)
+        field.focus()
+        for wrong, problem in (("~/mine.json", f"{tmp_path}/mine.json is neither"), ("~nobody-here/x", "whole path")):
+            field.value = wrong
+            await pilot.press("enter")
+            assert problem in str(app.screen.query_one("#problem", Static).visual)
+        (tmp_path / "mine.json").write_text(template.model_dump_json())
+        field.value = "~/mine.json"
         await pilot.press("enter")
         assert app.state.template is not None
 
@@ -143,6 +161,10 @@ async def test_progress_is_shown_while_planning(template: Template) -> None:
         await until(pilot, lambda: "planning: transitions 40 %" in plain(app, StatusPanel))
         link.held.set()
         await until(pilot, lambda: app.state.path is not None)
+        assert app.state.progress is None
+        # The answer and the progress come on two ways: the last of one may be later than the other.
+        link.incoming.append(received(topics.PLANNER_PROGRESS, progress.model_copy(update={"stage": "report"})))
+        app.tick()
         assert app.state.progress is None
 
 

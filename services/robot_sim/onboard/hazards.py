@@ -10,6 +10,7 @@ import math
 from collections import deque
 from typing import Final
 
+from schemas import supplies
 from schemas.vehicle import Vehicle
 from services.robot_sim.frames import TICK_S, Command, SensorFrame
 from services.robot_sim.onboard.estimator.filter import Estimator
@@ -18,9 +19,8 @@ from services.robot_sim.onboard.fence import Fence
 OPERATOR_TIMEOUT_S: Final = 2.0
 HEADING_DOUBT: Final = 2.0
 """σ of the heading: until driving has made it known, the body may be turned by so much, and is not beyond the fence."""
-LOW_BATTERY: Final = 0.08
-LOW_TANK_L: Final = 0.03
-"""Some four metres of line: stopping there leaves a clean end, an empty nozzle would sputter."""
+LOW_BATTERY: Final = supplies.LOW_BATTERY
+LOW_TANK_L: Final = supplies.LOW_TANK_L
 DRY_TANK_L: Final = 0.0005
 WHEEL_TIMEOUT_S: Final = 0.4
 WHEEL_TOLERANCE_RADPS: Final = 0.7

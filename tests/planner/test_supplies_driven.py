@@ -1,0 +1,29 @@
+"""What a plan says it takes of paint and battery, against what the emulated robot takes."""
+
+import pytest
+
+from schemas.catalogue import load_template
+from schemas.scenario import Scenario
+from schemas.vehicle import Vehicle
+from services.planner.plan import plan
+from services.robot_sim.emulator import Emulator
+from services.robot_sim.quiet import Quiet
+
+SLICE_TICKS = 10_000
+
+
+@pytest.mark.parametrize("tank_l", [1.3, 20.0])
+def test_a_job_takes_what_its_plan_says(tank_l: float) -> None:
+    """With a tank that the job all but empties the robot loses 38 of its 100 kg on the way."""
+    vehicle, template = Vehicle(tank_l=tank_l), load_template("tennis")
+    planned = plan(template, vehicle)
+    robot = Emulator(vehicle, Scenario(seed=1))
+    before_l, before_wh, *_ = robot.world.supplies
+    robot.load(planned.trajectory, template)
+    robot.start()
+    quiet = Quiet(robot)
+    while robot.active:
+        quiet.run(SLICE_TICKS)
+    after_l, after_wh, *_ = robot.world.supplies
+    assert planned.report.paint_l == pytest.approx(before_l - after_l, rel=0.01)
+    assert planned.report.battery_wh == pytest.approx(before_wh - after_wh, rel=0.03)

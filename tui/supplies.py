@@ -1,0 +1,27 @@
+"""The job in view against the robot's tank and battery as it tells them now."""
+
+from __future__ import annotations
+
+from schemas import supplies
+from schemas.messages.touchline import PlanReport
+from schemas.supplies import Supplies
+from tui.state import ConsoleState
+
+
+def of_job(state: ConsoleState) -> Supplies:
+    """What the job in view needs and what is there for it; of both what is known."""
+    robot = state.robot
+    tank_l = robot.sprayer.tank_l if robot.sprayer else None
+    charge = robot.battery.percentage if robot.battery else None
+    return supplies.supplies(_report(state), state.vehicle, tank_l, charge)
+
+
+def _report(state: ConsoleState) -> PlanReport | None:
+    """The plan's own figures; of a plan that another console made, the paint that the template's lines take."""
+    if state.path is None:
+        return None
+    if state.path.report is not None:
+        return state.path.report
+    if state.template is None:
+        return None
+    return PlanReport(paint_l=state.vehicle.paint_l_per_m * state.template.template.length_m)
