@@ -180,6 +180,8 @@ SERVICES: tuple[Service[Any, Any], ...] = (
     ABORT,
     ESTOP,
     RESET,
+    REFILL_TANK,
+    REPLACE_BATTERY,
     SET_SPEED,
     INJECT_FAULT,
     GET_PAINT,

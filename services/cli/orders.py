@@ -19,7 +19,7 @@ from schemas.spec import read_text
 from services.bus import Bus
 from services.cli.options import ExitCode, JsonOption
 
-OrderName = Literal["start", "pause", "resume", "abort", "estop", "reset"]
+OrderName = Literal["start", "pause", "resume", "abort", "estop", "reset", "refill", "replace-battery"]
 _SERVICES = {
     "start": topics.START,
     "pause": topics.PAUSE,
@@ -27,6 +27,8 @@ _SERVICES = {
     "abort": topics.ABORT,
     "estop": topics.ESTOP,
     "reset": topics.RESET,
+    "refill": topics.REFILL_TANK,
+    "replace-battery": topics.REPLACE_BATTERY,
 }
 
 

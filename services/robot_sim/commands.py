@@ -84,6 +84,10 @@ class Commands:
             topics.ABORT: self._plain(emulator.abort),
             topics.ESTOP: self._plain(emulator.estop),
             topics.RESET: self._plain(emulator.reset),
+            topics.REFILL_TANK: self._supply(emulator.refill_tank, "tank-refilled", "the tank was refilled", "l"),
+            topics.REPLACE_BATTERY: self._supply(
+                emulator.replace_battery, "battery-replaced", "the battery was replaced", "Wh"
+            ),
         }
         self.loads: dict[Service[Any, Any], Load] = {
             topics.LOAD: Load(self.prepare_load, self.load, self.refuse_load),
@@ -228,6 +232,19 @@ class Commands:
         """The payloads to publish since the last call."""
         told, self.told = self.told, []
         return told
+
+    def _supply(self, command: Callable[[], tuple[float, float]], code: str, what: str, unit: str) -> Handler:
+        def handle(_request: m.CommandRequest) -> m.CommandResponse:
+            try:
+                before, after = command()
+            except CommandRefused as error:
+                return m.CommandResponse(success=False, message=str(error))
+            text = f"{what}: {before:.2f} {unit} before, {after:.2f} {unit} now"
+            self.tell(m.Event.INFO, code, text)
+            self.told += self.note_progress()
+            return m.CommandResponse(success=True, message=text)
+
+        return handle
 
     def _plain(self, command: Callable[[], None]) -> Handler:
         def handle(_request: m.CommandRequest) -> m.CommandResponse:

@@ -43,6 +43,7 @@ from services.robot_sim.world.world import NO_EFFECTS, Pose, World
 
 SETTLE_TICKS: Final = 100
 """A traversal that has ended is watched for this long, so that the robot has come to rest and the paint is all out."""
+RESTING_MPS: Final = 0.02
 UNDER_WAY: Final = (TraversalStatus.RUNNING, TraversalStatus.PAUSED)
 
 # How far a tick is that was begun elsewhere.
@@ -279,6 +280,34 @@ class Emulator:
     def reset(self) -> None:
         """Release an emergency stop."""
         self.onboard.reset()
+
+    def refill_tank(self) -> tuple[float, float]:
+        """Fill the tank; the paint in it before and after [l].
+
+        Raises:
+            CommandRefused: The robot drives.
+        """
+        self._require_rest("refill the tank")
+        before_l = self.world.supplies[0]
+        self.world.refill_tank()
+        return before_l, self.world.supplies[0]
+
+    def replace_battery(self) -> tuple[float, float]:
+        """Put a full battery in; the charge before and after [Wh].
+
+        Raises:
+            CommandRefused: The robot drives.
+        """
+        self._require_rest("replace the battery")
+        before_wh = self.world.supplies[1]
+        self.world.replace_battery()
+        return before_wh, self.world.supplies[1]
+
+    def _require_rest(self, command: str) -> None:
+        if self.onboard.state == TraversalStatus.RUNNING:
+            raise CommandRefused(f"cannot {command} while the robot drives; pause it first")
+        if abs(float(self.world.state[body.SPEED])) > RESTING_MPS:
+            raise CommandRefused(f"cannot {command} while the robot is moving; wait until it stands")
 
     def link_lost(self) -> None:
         """Nobody who could stop the robot is there any more: it pauses by itself."""

@@ -47,8 +47,9 @@ class World:
         self.trace: NDArray[np.float64] = np.zeros(body.TRACE_SHAPE)
         self.parameters = constants(vehicle, scenario.effective())
         self._seed = scenario.seed
-        self.state[body.TANK_L] = vehicle.tank_l
-        self.state[body.BATTERY_WH] = vehicle.battery_wh
+        self._full_l, self._full_wh = vehicle.tank_l, vehicle.battery_wh
+        self.refill_tank()
+        self.replace_battery()
         self.place(Pose(0.0, 0.0, 0.0))
 
     @property
@@ -67,6 +68,14 @@ class World:
         """Have these, as `supplies` gives them."""
         self.state[body.TANK_L : body.BATTERY_WH + 1] = supplies[:2]
         self.state[body.TANK_RESERVE_L : body.BATTERY_RESERVE_WH + 1] = supplies[2:]
+
+    def refill_tank(self) -> None:
+        """Fill the tank; a fault that keeps paint from use goes on doing so."""
+        self.state[body.TANK_L], self.state[body.TANK_RESERVE_L] = self._full_l, 0.0
+
+    def replace_battery(self) -> None:
+        """Have a full battery, as `refill_tank`."""
+        self.state[body.BATTERY_WH], self.state[body.BATTERY_RESERVE_WH] = self._full_wh, 0.0
 
     def place(self, pose: Pose) -> None:
         """Put the robot at rest at `pose`, as if carried there; tank, battery and wheel angles stay."""

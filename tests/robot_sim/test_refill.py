@@ -1,0 +1,49 @@
+"""Tank and battery are filled by order, whenever the robot stands."""
+
+import pytest
+
+from schemas import messages as m
+from schemas import topics
+from schemas.vehicle import Vehicle
+from services.robot_sim.world import body
+from tests.robot_sim.test_journal_kept import Robot
+
+FULL_L, FULL_WH = Vehicle().tank_l, Vehicle().battery_wh
+
+
+def order(robot, service):
+    return robot.commands.handlers[service](m.CommandRequest(request_id="x"))
+
+
+def test_a_job_that_stopped_empty_goes_on_once_refilled():
+    robot = Robot(None)
+    robot.load()
+    robot.emulator.start()
+    while robot.emulator.onboard.status.arc_length_m < 2.5:
+        robot.emulator.tick()
+    robot.emulator.world.state[body.TANK_L] = 0.031
+    assert "pause it first" in order(robot, topics.REFILL_TANK).message
+    while robot.emulator.onboard.state == m.TraversalStatus.RUNNING:
+        robot.emulator.tick()
+    assert "wait until it stands" in order(robot, topics.REFILL_TANK).message
+    for _ in range(200):
+        robot.emulator.tick()
+    assert "tank" in order(robot, topics.RESUME).message
+    answer = order(robot, topics.REFILL_TANK)
+    assert answer.success and f"{FULL_L:.2f} l now" in answer.message
+    robot.emulator.tick()
+    assert order(robot, topics.RESUME).success
+    robot.drive()
+    assert robot.emulator.onboard.state == m.TraversalStatus.DONE
+    metrics = robot.emulator.metrics()
+    assert metrics.gap_m < 0.03
+
+
+@pytest.mark.parametrize("service", [topics.REFILL_TANK, topics.REPLACE_BATTERY])
+def test_both_are_full_afterwards(service):
+    robot = Robot(None)
+    robot.emulator.world.supply((1.0, 20.0, 3.0, 5.0))
+    assert order(robot, service).success
+    tank_l, battery_wh, *_ = robot.emulator.world.supplies
+    assert (tank_l, battery_wh) == ((FULL_L, 20.0) if service is topics.REFILL_TANK else (1.0, FULL_WH))
+    assert any(topic is topics.EVENTS for topic, _ in robot.commands.take())
