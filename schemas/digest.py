@@ -61,6 +61,13 @@ class SessionDigest:
                 if len(batch) == _BATCH:
                     self._take(self._digests[topic.name], batch)
 
+    def copy(self) -> "SessionDigest":
+        """A digest of what was said so far, that goes its own way from here on."""
+        twin = SessionDigest()
+        twin._digests = {name: digest.copy() for name, digest in self._digests.items()}
+        twin._waiting = {name: waiting.copy() for name, waiting in self._waiting.items()}
+        return twin
+
     def hexdigest(self) -> str:
         """16 hex digits for what was said so far."""
         session = _blake()

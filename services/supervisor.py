@@ -62,6 +62,8 @@ class Child:
     arguments: Sequence[str]
     patience_s: float
     process: subprocess.Popen[bytes] | None = None
+    ended: subprocess.Popen[bytes] | None = None
+    """The process before, of which something may still run: the robot's sender, that publishes what was said last."""
     started_at: float = 0.0
     failures: int = 0
     restart_at: float | None = None
@@ -109,7 +111,7 @@ class Supervisor:
                         Notice(child.node, "restarted", f"{child.node} restarted (pid {self.pid(child.node)})")
                     )
             elif (code := child.process.poll()) is not None:
-                _kill_group(child.process)  # what it has started
+                child.ended = child.process
                 notices.append(Notice(child.node, "died", f"{child.node} {_how_it_ended(code)}{self._why(child)}"))
                 self._schedule_restart(child, now)
             else:
@@ -139,12 +141,17 @@ class Supervisor:
             _kill_group(process)
             process.wait()
         for child in self.children:
-            child.process = child.restart_at = None
+            if child.ended is not None:
+                _kill_group(child.ended)
+            child.process = child.ended = child.restart_at = None
 
     def _log_path(self, node: str) -> Path:
         return self._log_folder / f"{node}.log"
 
     def _spawn(self, child: Child) -> None:
+        if child.ended is not None:
+            _kill_group(child.ended)
+            child.ended = None
         child.heartbeat = HeartbeatWatch(self._log_folder / f"{child.node}.heartbeat")
         file = open_private(self._log_path(child.node), os.O_WRONLY | os.O_APPEND)
         with os.fdopen(file, "ab") as log:

@@ -328,6 +328,8 @@ def call(
     if type(request) is not service.request:
         raise TypeError(f"{service.name} takes {service.request.__name__}, not {type(request).__name__}")
     payload = encode(request)
+    if len(payload) > service.most_bytes:
+        raise CallError(f"{service.name}: a request of {len(payload):,} bytes; at most {service.most_bytes:,} are read")
     begun = time.monotonic()
     while True:
         answer = _wait(ask(service, payload, begun + timeout_s - time.monotonic()), while_waiting)

@@ -20,6 +20,7 @@ from typing import Final
 from services.bus import BusConfig
 from services.robot_sim.frame import HEADER, NUMBERS
 from services.robot_sim.packing import Payload
+from services.safe_path import safe_path
 
 _PIPE_BYTES: Final = 1024 * 1024
 MOST_BYTES: Final = 64 * 1024 * 1024
@@ -65,7 +66,7 @@ class Outbox:
             [sys.executable, "-P", "-m", "services.robot_sim.sender", str(reader), self._run],
             stdin=subprocess.DEVNULL,
             pass_fds=[reader],
-            env={**os.environ, **self._config.environment()},
+            env={**os.environ, **self._config.environment(), **safe_path()},
         )
         os.close(reader)
         self._taken_at_s = self._clock()

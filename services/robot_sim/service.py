@@ -11,6 +11,7 @@ import os
 import sys
 import time
 from collections.abc import Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Final, Literal, Protocol
 
@@ -142,7 +143,9 @@ class RobotProcess:
     ) -> None:
         """Serve at once; nothing moves before a command."""
         self._emulator = Emulator(vehicle, scenario, ask=Lockstep(bus, self._stop_waits))
-        self._telemetry = Telemetry(self._emulator)
+        self._telemetry = Telemetry(self._emulator, report_at_once=False)
+        self._reporting = ThreadPoolExecutor(1, "report")
+        self._report: Future[m.TraversalReport] | None = None
         self._quiet = Quiet(self._emulator)
         self._pacer = Pacer(speed, time.monotonic())
         self._free = clock == "free"
@@ -171,6 +174,7 @@ class RobotProcess:
         self._answer_stops()
         self._mind_watchdog()
         self._serve()
+        self._mind_report()
         self._mind_link()
         self._mind_outlet()
         now = time.monotonic()
@@ -226,7 +230,7 @@ class RobotProcess:
                 if (call := server.poll_unread()) is None:
                     break
                 self._begin_load(call, server)
-        while (prepared := self._loader.poll()) is not None:
+        while self._telemetry.ended is None and (prepared := self._loader.poll()) is not None:
             self._end_load(prepared)
 
     def _begin_load(self, call: ServedCall[Any, Any], server: Server[Any, Any]) -> None:
@@ -270,6 +274,16 @@ class RobotProcess:
         waiting, self._waiting = self._waiting, []
         for call, handler in waiting:
             self._answer(call, handler)
+
+    def _mind_report(self) -> None:
+        """Have the report of a traversal that has ended made in a thread, and publish it: nothing is loaded before."""
+        if self._telemetry.ended is None:
+            return
+        if self._report is None:
+            self._report = self._reporting.submit(self._telemetry.ended.final_report)
+        elif self._report.done():
+            self._publish([self._telemetry.conclude(self._report.result())])
+            self._report = None
 
     def _mind_link(self) -> None:
         if not self._link.lost(self._running, time.monotonic()):

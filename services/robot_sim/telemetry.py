@@ -6,7 +6,7 @@ Everything is stamped with sim time, so the same session gives the same bytes at
 from __future__ import annotations
 
 import math
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +18,10 @@ from schemas.digest import SessionDigest
 from schemas.template import Template
 from services.robot_sim import layouts, ticks
 from services.robot_sim.emulator import Emulator
-from services.robot_sim.frames import OnboardEvent
+from services.robot_sim.frames import OnboardEvent, Status
 from services.robot_sim.packing import Payload, battery, header, stamp
-from services.robot_sim.paint.ledger import Marks
-from services.robot_sim.paint.metrics import SegmentMetrics
+from services.robot_sim.paint.ledger import Marks, PaintLedger
+from services.robot_sim.paint.metrics import SegmentMetrics, paint_metrics
 from services.robot_sim.samples import Samples
 from services.robot_sim.ticks import Rows, period
 from services.robot_sim.world import body
@@ -35,18 +35,70 @@ QUIET_TICKS: Final = math.gcd(_ESTIMATOR_TICKS, _CLOCK_TICKS, _STATUS_TICKS, _PA
 """Most ticks that can be told at once."""
 
 
+class Figures(NamedTuple):
+    """What the report of a traversal is made from, in any thread.
+
+    Attributes:
+        tick: At which it is as here.
+        status: Of the onboard computer.
+        rmse: Of the estimate: position [m], heading [rad].
+        ledger: Of the paint.
+        digest: Of what was told until then.
+    """
+
+    tick: int
+    status: Status
+    rmse: tuple[float, float]
+    ledger: PaintLedger
+    digest: SessionDigest
+
+    def report(self) -> m.TraversalReport:
+        """The figures; takes a moment."""
+        metrics, status = paint_metrics(self.ledger), self.status
+        return m.TraversalReport(
+            header=header(self.tick),
+            success=status.state == m.TraversalStatus.DONE,
+            total_time_s=status.elapsed_s,
+            coverage_pct=metrics.coverage_pct,
+            gap_m=metrics.gap_m,
+            overspray_m2=metrics.overspray_m2,
+            double_paint_m2=metrics.double_paint_m2,
+            lateral_error_mean_m=metrics.lateral.mean_m,
+            lateral_error_p95_m=metrics.lateral.p95_m,
+            lateral_error_max_m=metrics.lateral.max_m,
+            position_rmse_m=self.rmse[0],
+            heading_rmse_rad=self.rmse[1],
+            painted_length_m=metrics.painted_length_m,
+            template_length_m=metrics.template_length_m,
+            follower_fallbacks=status.follower_fallbacks,
+            segments=tuple(_segment(segment) for segment in metrics.segments),
+        )
+
+    def final_report(self) -> m.TraversalReport:
+        """The report with the hash of all that was told in the session, itself included."""
+        report = self.report()
+        self.digest.add([(topics.REPORT, encode(report))])
+        return report.model_copy(update={"session_hash": self.digest.hexdigest()})
+
+
 class Telemetry:
     """Turns the emulator's state into payloads.
+
+    Args:
+        emulator: The robot.
+        report_at_once: Whether the final report, which takes a moment, is made in the tick in which the traversal ends;
+            otherwise whoever looks for `ended` has it made and gives it to `conclude`.
 
     Attributes:
         rows: (QUIET_TICKS, ticks.COLUMNS) where quiet ticks are kept until they are told.
         digest: The hash of what was told since the last load.
+        ended: The traversal that has ended and of which no final report was told yet.
         final: The report that was told, once the traversal's watch has ended.
     """
 
-    def __init__(self, emulator: Emulator) -> None:
-        """Watch `emulator`; nothing has been told yet."""
-        self._emulator = emulator
+    def __init__(self, emulator: Emulator, *, report_at_once: bool = True) -> None:
+        self._emulator, self._at_once = emulator, report_at_once
+        self.ended: Figures | None = None
         self._samples = Samples(emulator.scenario, emulator.sensors.history, QUIET_TICKS)
         self.rows: Rows = np.zeros((QUIET_TICKS, ticks.COLUMNS))
         self._state = -1
@@ -66,7 +118,7 @@ class Telemetry:
 
         A new session begins.
         """
-        self.digest, self.final = SessionDigest(), None
+        self.digest, self.ended, self.final = SessionDigest(), None, None
         self.digest.add(told)
         return told + self.news()
 
@@ -100,8 +152,15 @@ class Telemetry:
             due.append((topics.CLOCK, layouts.CLOCK.pack(*stamp(tick))))
         self.digest.add(due)
         if emulator.settled:
-            due.append((topics.REPORT, encode(self._final_report())))
+            self.ended = self._figures()
+            if self._at_once:
+                due.append(self.conclude(self.ended.final_report()))
         return due
+
+    def conclude(self, report: m.TraversalReport) -> Payload:
+        """Take the final report of the traversal that has `ended`."""
+        self.ended, self.final = None, report
+        return topics.REPORT, encode(report)
 
     def until_due(self, most: int) -> int:
         """How many of `most` ticks may run before something is due that does not come with every tick or other."""
@@ -118,13 +177,6 @@ class Telemetry:
             *estimate, covariance = emulator.onboard.estimate
             row[ticks.ESTIMATE : ticks.COVARIANCE] = estimate
             row[ticks.COVARIANCE : ticks.TRUTH] = covariance
-
-    def _final_report(self) -> m.TraversalReport:
-        """The report with the hash of all that was told in the session, itself included."""
-        report = self.report()
-        self.digest.add([(topics.REPORT, encode(report))])
-        self.final = report.model_copy(update={"session_hash": self.digest.hexdigest()})
-        return self.final
 
     def news(self) -> list[Payload]:
         """What a command has changed: events and the status."""
@@ -160,26 +212,18 @@ class Telemetry:
         )
 
     def report(self) -> m.TraversalReport:
-        """The figures of the traversal; takes a moment."""
+        """The figures of the traversal so far; takes a moment."""
+        return self._figures().report()
+
+    def _figures(self) -> Figures:
         emulator = self._emulator
-        metrics, status, error = emulator.metrics(), emulator.onboard.status, emulator.estimator_error
-        return m.TraversalReport(
-            header=header(emulator.tick_count),
-            success=status.state == m.TraversalStatus.DONE,
-            total_time_s=status.elapsed_s,
-            coverage_pct=metrics.coverage_pct,
-            gap_m=metrics.gap_m,
-            overspray_m2=metrics.overspray_m2,
-            double_paint_m2=metrics.double_paint_m2,
-            lateral_error_mean_m=metrics.lateral.mean_m,
-            lateral_error_p95_m=metrics.lateral.p95_m,
-            lateral_error_max_m=metrics.lateral.max_m,
-            position_rmse_m=error.position_rmse_m,
-            heading_rmse_rad=error.heading_rmse_rad,
-            painted_length_m=metrics.painted_length_m,
-            template_length_m=metrics.template_length_m,
-            follower_fallbacks=status.follower_fallbacks,
-            segments=tuple(_segment(segment) for segment in metrics.segments),
+        error = emulator.estimator_error
+        return Figures(
+            emulator.tick_count,
+            emulator.onboard.status,
+            (error.position_rmse_m, error.heading_rmse_rad),
+            emulator.ledger,
+            self.digest.copy(),
         )
 
     def strokes(self) -> tuple[m.PaintMarks, ...]:
