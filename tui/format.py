@@ -59,7 +59,7 @@ def factor(value: float | None) -> str:
 
 
 def cut(text: str, width: int) -> str:
-    """A name in no more than `width` cells; a longer one loses its middle, because names differ most at their ends."""
+    """A name in no more than `width` cells: what is too long loses its middle, as names differ most at their ends."""
     if len(text) <= width:
         return text
     if width < 2:
