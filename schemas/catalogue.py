@@ -12,13 +12,15 @@ from schemas.spec import parse, read_text
 from schemas.template import MAX_COORDINATE_M, Placement, Template
 
 
-def parse_template(text: str, source: str = "template") -> Template:
+def parse_template(text: str, source: str = "template", *, recorded: bool = False) -> Template:
     """The template in a JSON text, in the map frame: its placement is carried out.
+
+    Control characters in its texts are refused, unless it is ``recorded``: what has been painted can be looked at.
 
     Raises:
         SpecError: See :func:`schemas.spec.parse`; or the placement carries it further than a coordinate may be.
     """
-    template = parse(Template, text, source)
+    template = parse(Template, text, source, recorded=recorded)
     if template.placement is None:
         return template
     return placed(template.model_copy(update={"placement": None}), template.placement, source)

@@ -16,6 +16,9 @@ _SEQUENCE: Final = re.compile(
 _UNSAFE: Final = frozenset(("Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"))
 """Unicode categories that a terminal may act on, or that turn text round: controls, formats, surrogates, separators."""
 
+_COMMANDING: Final = frozenset(("Cc", "Cs", "Zl", "Zp"))
+_TURNING: Final = frozenset("\u061c\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
+
 
 def plain(text: str, most: int = 1000) -> str:
     """One line of `text` without escape sequences and control characters, at most `most` characters long.
@@ -31,3 +34,15 @@ def plain(text: str, most: int = 1000) -> str:
 def plain_lines(text: str, most: int = 1000) -> str:
     """As :func:`plain`, line by line: for texts that have several, such as the end of a log."""
     return "\n".join(plain(line, most) for line in text.split("\n"))
+
+
+def printable(text: str) -> str:
+    """`text`, if it has no character that commands a terminal or turns text round.
+
+    Raises:
+        ValueError: It has one.
+    """
+    for char in text:
+        if unicodedata.category(char) in _COMMANDING or char in _TURNING:
+            raise ValueError(f"has the control character U+{ord(char):04X}: remove it")
+    return text

@@ -43,8 +43,8 @@ def read_text(path: Path) -> str:
         raise SpecError(path.name, "", "is not UTF-8 text", "save it as UTF-8 JSON") from error
 
 
-def parse(kind: type[S], text: str, source: str) -> S:
-    """The ``kind`` written in ``text``.
+def parse(kind: type[S], text: str, source: str, *, recorded: bool = False) -> S:
+    """The ``kind`` written in ``text``; of a ``recorded`` one the texts are taken as they are.
 
     Raises:
         SpecError: It is not JSON, too large, or a field is missing, unknown, or out of range.
@@ -67,7 +67,7 @@ def parse(kind: type[S], text: str, source: str) -> S:
     if not isinstance(data, dict):
         raise SpecError(source, "", f"is a JSON {_json_name(data)}", "give a JSON object")
     try:
-        return kind.model_validate(data)
+        return kind.model_validate(data, context={"recorded": recorded})
     except ValidationError as error:
         raise first_problem(error, source, data) from error
 

@@ -4,9 +4,10 @@ import json
 import math
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
 from schemas.curves import Curve
+from schemas.plain_text import printable
 from schemas.scenario import Origin
 from schemas.spec import Spec
 
@@ -17,6 +18,18 @@ MIN_LENGTH_M = 0.01
 #: An outline with less inside is a mistake.
 MIN_AREA_M2 = 1e-4
 
+#: More than any label needs, and little enough for a hundred thousand of them.
+MAX_TEXT = 10_000
+
+
+def _shown(text: str, info: ValidationInfo) -> str:
+    """Text that is shown to people; a recording's is read as it is, and made plain where it is shown."""
+    recorded = isinstance(info.context, dict) and info.context.get("recorded", False)
+    return text if recorded else printable(text)
+
+
+Name = Annotated[str, Field(min_length=1, max_length=100), AfterValidator(_shown)]
+Text = Annotated[str, Field(max_length=MAX_TEXT), AfterValidator(_shown)]
 Coordinate = Annotated[float, Field(ge=-MAX_COORDINATE_M, le=MAX_COORDINATE_M)]
 Position = tuple[Coordinate, Coordinate]
 
@@ -54,8 +67,8 @@ class ArcSpec(Spec):
 class TemplateSegment(Spec):
     """One line or arc to be painted."""
 
-    id: Annotated[str, Field(min_length=1, max_length=100)]
-    label: str = ""
+    id: Name
+    label: Text = ""
     line: LineSpec | None = None
     arc: ArcSpec | None = None
     actuation: Literal["SPRAY", "DISC_SPRAY"] = "DISC_SPRAY"
@@ -92,7 +105,7 @@ class Placement(Spec):
 class Polygon(Spec):
     """A closed outline, corner by corner (either way round; the last corner joins the first), metres."""
 
-    id: Annotated[str, Field(min_length=1, max_length=100)] = "boundary"
+    id: Name = "boundary"
     corners: Annotated[tuple[Position, ...], Field(min_length=3, max_length=1000)]
 
     @model_validator(mode="after")
@@ -111,9 +124,9 @@ class Template(Spec):
     The robot's body stays inside ``boundary`` and off every one of ``obstacles`` (goal posts, benches, trees).
     """
 
-    name: Annotated[str, Field(min_length=1, max_length=100)]
-    title: str = ""
-    source: str = ""
+    name: Name
+    title: Text = ""
+    source: Text = ""
     line_width_m: Annotated[float, Field(ge=0.02, le=0.3)] = 0.12
     placement: Placement | None = None
     """Where a file's drawing lies in the map frame; None once it has been carried there (`schemas.catalogue`)."""

@@ -53,7 +53,9 @@ def read_painted(path: Path) -> Painted:
     if not template_json:
         found = f"holds no template{f', and is {reader.summary.problem}' if reader.summary.problem else ''}"
         raise SpecError(str(path), "", found, "give the recording of a template's traversal")
-    return Painted(parse_template(template_json, f"the template in {path.name}"), _joined(batches), report)
+    return Painted(
+        parse_template(template_json, f"the template in {path.name}", recorded=True), _joined(batches), report
+    )
 
 
 def _checked(marks: PaintMarks, path: Path) -> PaintMarks:

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from schemas.curves import Curve
 from schemas.messages import PaintMarks
+from schemas.plain_text import plain
 from schemas.template import Template
 from services.writing import writing
 
@@ -52,7 +53,7 @@ def draw_painted(template: Template, strokes: Iterable[PaintMarks], path: Path, 
         axes.add_collection(colours)
     if colours is not None:
         figure.colorbar(colours, ax=axes, label="nozzle off the template (mm)", shrink=0.7, extend="max")
-    axes.set_title(template.title or template.name, fontweight="bold", loc="left")
+    axes.set_title(plain(template.title or template.name, 200), fontweight="bold", loc="left")
     axes.set_title(caption, fontsize="small", loc="right")
     with writing(path):
         figure.savefig(path, dpi=140)

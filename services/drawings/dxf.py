@@ -15,6 +15,10 @@ from services.drawings.outline import Edge, Floats, Outline, Piece, Smooth, bezi
 
 #: How deep blocks may hold blocks.
 MAX_DEPTH = 16
+#: Entities, each copy that an INSERT makes counted.
+MOST_ENTITIES = 20_000
+#: A binary file's entities cannot be counted before it is read.
+MOST_BINARY_BYTES = 1_000_000
 #: A point is painted as a stroke of this length along x, m.
 POINT_M = 0.24
 FLAT = (0.0, 0.0, 1.0)
@@ -34,9 +38,10 @@ def read_dxf(path: Path, scale_m: float | None, skip_others: bool) -> tuple[list
     from ezdxf.filemanagement import readfile
     from ezdxf.lldxf.const import DXFError
 
+    _check_size(path)
     try:
         drawing = readfile(path)
-    except (OSError, UnicodeDecodeError, DXFError) as error:
+    except (OSError, ValueError, RecursionError, DXFError) as error:
         raise SpecError(path.name, "", f"is not a readable DXF ({error})", "save it as DXF R2000 or newer") from error
     scale = scale_m if scale_m is not None else _metres_per_unit(path.name, drawing)
     reader = _Reader(path.name, scale, skip_others)
@@ -48,6 +53,19 @@ def read_dxf(path: Path, scale_m: float | None, skip_others: bool) -> tuple[list
         for outline in reader.outlines(entity, 0)
     ]
     return outlines, reader.skipped
+
+
+def _check_size(path: Path) -> None:
+    """Refuse, before it is read, a file of more entities than are painted."""
+    data = path.read_bytes()
+    if data.startswith(b"AutoCAD Binary DXF"):
+        if len(data) > MOST_BINARY_BYTES:
+            remedy = f"save it as text, or give at most {MOST_BINARY_BYTES:,}"
+            raise SpecError(path.name, "", f"is a binary DXF of {len(data):,} bytes", remedy)
+        return
+    entities = sum(line.strip() == b"0" for line in data.splitlines()[::2])
+    if entities > 2 * MOST_ENTITIES:  # tables, vertices and ends are among them
+        raise SpecError(path.name, "", f"has {entities:,} entities", f"give at most {2 * MOST_ENTITIES:,}")
 
 
 def _metres_per_unit(source: str, drawing: Any) -> float:
@@ -71,10 +89,13 @@ class _Reader:
     def __init__(self, source: str, scale: float, skip_others: bool) -> None:
         self.source, self.scale, self.skip_others = source, scale, skip_others
         self.skipped: list[str] = []
-        self._count = 0
+        self._count = self._entities = 0
 
     def outlines(self, entity: Any, depth: int) -> Iterator[Outline]:
         kind = entity.dxftype()
+        self._entities += 1
+        if self._entities > MOST_ENTITIES:
+            raise SpecError(self.source, "", f"makes more than {MOST_ENTITIES:,} entities of its blocks", "simplify it")
         name = self._name(entity, kind)
         if kind == "INSERT":
             yield from self._block(entity, name, depth)
@@ -101,7 +122,11 @@ class _Reader:
     def _block(self, entity: Any, name: str, depth: int) -> Iterator[Outline]:
         if depth == MAX_DEPTH:
             raise SpecError(self.source, name, "nests blocks too deeply", "explode the blocks")
-        for part in entity.virtual_entities():
+        if entity.mcount > MOST_ENTITIES:
+            problem = f"repeats a block {entity.mcount:,} times"
+            raise SpecError(self.source, name, problem, f"give at most {MOST_ENTITIES:,}")
+        copies = entity.multi_insert() if entity.mcount > 1 else (entity,)
+        for part in (part for copy in copies for part in copy.virtual_entities()):
             # The parts of a block have the handles of its definition, which may be inserted often: name them anew.
             self._count += 1
             for outline in self.outlines(part, depth + 1):

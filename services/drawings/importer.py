@@ -11,6 +11,7 @@ import numpy as np
 from schemas.curves import Curve
 from schemas.errors import SpecError
 from schemas.placement import Transform
+from schemas.plain_text import plain
 from schemas.spec import MAX_SPEC_BYTES
 from schemas.template import MAX_COORDINATE_M, MIN_LENGTH_M, ArcSpec, LineSpec, Template, TemplateSegment
 from services.drawings.dxf import read_dxf
@@ -24,6 +25,8 @@ Reader = Callable[[Path, float | None, bool], tuple[list[Outline], list[str]]]
 READERS: dict[str, Reader] = {".svg": read_svg, ".dxf": read_dxf}
 #: More would take the robot days, and the planner with it.
 MAX_SEGMENTS = 100_000
+#: Lines and curves of a drawing; each is fitted.
+MAX_PIECES = 20_000
 #: More than any coordinate on Earth, and few enough for fitting to a micrometre.
 MAX_REACH_M = 1e8
 #: Arcs of areas become chords that stay this close.
@@ -77,6 +80,9 @@ def import_drawing(path: Path, options: ImportOptions | None = None) -> Imported
         raise SpecError(path.name, "", f"ends in {path.suffix!r}", f"give a file that ends in {' or '.join(READERS)}")
     _check(path, options)
     outlines, skipped = reader(path, options.scale_m, options.skip_others)
+    pieces = sum(len(outline.pieces) for outline in outlines)
+    if pieces > MAX_PIECES:
+        raise SpecError(path.name, "", f"has {pieces:,} lines and curves", f"give at most {MAX_PIECES:,}")
     segments: list[TemplateSegment] = []
     worst = 0.0
     fitted: list[tuple[Outline, list[Curve]]] = []
@@ -100,9 +106,9 @@ def import_drawing(path: Path, options: ImportOptions | None = None) -> Imported
     if not segments:
         raise SpecError(path.name, "", "has nothing to paint", "draw lines at least 1 cm long, or check --scale")
     template = Template(
-        name=path.stem[:100],
-        title=path.stem,
-        source=f"Imported from {path.name}. Origin at the drawing's {options.anchor.value}, y up, in m.",
+        name=plain(path.stem, 100) or "drawing",
+        title=plain(path.stem),
+        source=f"Imported from {plain(path.name)}. Origin at the drawing's {options.anchor.value}, y up, in m.",
         line_width_m=options.line_width_m,
         segments=_unique(segments),
     )
@@ -132,7 +138,7 @@ def _check_reach(source: str, outline: Outline) -> None:
 
 
 def _segment(name: str, index: int, curve: Curve) -> TemplateSegment:
-    label = name
+    label = name = plain(name)
     name = f"{name[:80]}-{index}"
     if curve.curvature_1pm == 0.0:
         line = LineSpec.model_construct(start=(curve.x_m, curve.y_m), end=curve.end[:2])
@@ -151,7 +157,7 @@ def _areas(fitted: list[tuple[Outline, list[Curve]]], options: ImportOptions) ->
         if outline.filled and outline.closed:
             areas.setdefault(outline.area or outline.name, []).append(_ring(curves))
     segments = []
-    for name, rings in areas.items():
+    for name, rings in ((plain(area), rings) for area, rings in areas.items()):
         strokes = hatch(rings, options.line_width_m, math.radians(options.fill_angle_deg))
         for index, (start, end) in enumerate(strokes, 1):
             line = LineSpec(start=start, end=end)

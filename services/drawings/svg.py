@@ -11,6 +11,7 @@ import numpy as np
 from schemas.curves import Curve
 from schemas.errors import SpecError
 from services.drawings.outline import Edge, Floats, Outline, Piece, bezier, ellipse
+from services.drawings.svg_limits import check_svg
 
 ToMetres: TypeAlias = Callable[[Any], tuple[float, float]]
 
@@ -19,6 +20,8 @@ INCH_M = 0.0254
 UNITS_M = {"mm": 0.001, "cm": 0.01, "in": INCH_M, "pt": INCH_M / 72, "pc": INCH_M / 6, "m": 1.0}
 #: Relative difference up to which an ellipse is a circle.
 ROUND = 1e-9
+#: By how much a view box, and a unit in metres, may scale; beyond it numbers have no digits left.
+MOST_SCALE = 1e9
 #: Elements that show something which is no line.
 UNPAINTABLE = {"Text": "convert it to paths", "Image": "trace it"}
 
@@ -34,17 +37,22 @@ def read_svg(path: Path, scale_m: float | None, skip_others: bool) -> tuple[list
     Raises:
         SpecError: It is no SVG, its size in metres is unknown, or an element cannot be painted; it names which.
     """
-    from xml.etree.ElementTree import ParseError
+    check_svg(path)
+    try:
+        return _read(path, scale_m, skip_others)
+    except SpecError:
+        raise
+    except Exception as error:  # whatever its numbers lead the library into
+        raise SpecError(path.name, "", f"is not a readable SVG ({error})", "save it as plain SVG") from error
 
+
+def _read(path: Path, scale_m: float | None, skip_others: bool) -> tuple[list[Outline], list[str]]:
     import svgelements
 
-    try:
-        drawing = svgelements.SVG.parse(str(path), reify=True)
-    except (ParseError, AttributeError, ValueError, OSError) as error:
-        raise SpecError(path.name, "", f"is not a readable SVG ({error})", "save it as plain SVG") from error
+    drawing = svgelements.SVG.parse(str(path), reify=True)
     if not isinstance(drawing, svgelements.SVG):  # another kind of XML
         raise SpecError(path.name, "", "has no svg element at its root", "save it as plain SVG")
-    to_metres = _to_metres(drawing, _metres_per_unit(path.name, drawing, scale_m))
+    to_metres = _to_metres(path.name, drawing, _metres_per_unit(path.name, drawing, scale_m))
     outlines: list[Outline] = []
     skipped: list[str] = []
     seen: dict[str, int] = {}
@@ -75,11 +83,15 @@ def _metres_per_unit(source: str, drawing: Any, scale_m: float | None) -> float:
     )
 
 
-def _to_metres(drawing: Any, scale: float) -> ToMetres:
+def _to_metres(source: str, drawing: Any, scale: float) -> ToMetres:
     """From the library's pixels back through the view box to user units, and on to metres with y up."""
     import svgelements
 
     box = svgelements.Matrix(drawing.viewbox_transform or "")
+    smallest, largest = 1 / MOST_SCALE, MOST_SCALE
+    if not all(smallest <= abs(factor) <= largest for factor in (scale, box.a, box.d)):
+        remedy = f"give it a viewBox that is scaled by {smallest:g} to {largest:g}, or none"
+        raise SpecError(source, "viewBox", "cannot be carried to metres", remedy)
 
     def to_metres(point: Any) -> tuple[float, float]:
         return (scale * (float(point.x) - box.e) / box.a, -scale * (float(point.y) - box.f) / box.d + 0.0)

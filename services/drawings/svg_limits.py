@@ -1,0 +1,95 @@
+"""What an SVG file may ask for before it is read: copies of copies grow without end, and so do entities."""
+
+from pathlib import Path
+from xml.parsers import expat
+
+from schemas.errors import SpecError
+
+#: Elements, each copy that a ``use`` makes counted.
+MOST_ELEMENTS = 20_000
+#: How deep elements may stand in each other, copies included.
+MOST_DEPTH = 100
+#: Characters of all attributes; a path's lines are in one.
+MOST_ATTRIBUTE_CHARACTERS = 1_000_000
+_NOTHING = "nothing"
+
+
+class _Scan:
+    """One pass through the file that keeps only what elements there are and which of them copy which."""
+
+    def __init__(self, source: str) -> None:
+        self._source = source
+        self._characters = 0
+        self._elements = 0
+        self._stack: list[str] = []
+        # Of each element with an id (all others belong to the nearest one around them): its parts, and what it copies.
+        self._inside: dict[str, int] = {_NOTHING: 0}
+        self._copies: dict[str, list[str]] = {_NOTHING: []}
+
+    def refuse(self, field: str, problem: str, remedy: str) -> SpecError:
+        return SpecError(self._source, field, problem, remedy)
+
+    def entity(self, name: str, _is_parameter: bool, value: str | None, *_where: str | None) -> None:
+        if value is None or "&" in value or "%" in value or len(value) > 1000:
+            raise self.refuse(f"entity {name[:60]}", "is not a plain text", "save it as plain SVG")
+
+    def start(self, tag: str, attributes: dict[str, str]) -> None:
+        self._elements += 1
+        self._characters += sum(map(len, attributes.values()))
+        if self._elements > MOST_ELEMENTS:
+            raise self.refuse("", f"has more than {MOST_ELEMENTS:,} elements", "simplify the drawing")
+        if self._characters > MOST_ATTRIBUTE_CHARACTERS:
+            problem = f"has attributes of more than {MOST_ATTRIBUTE_CHARACTERS:,} characters"
+            raise self.refuse("", problem, "simplify its paths")
+        if len(self._stack) >= MOST_DEPTH:
+            raise self.refuse("", f"nests elements deeper than {MOST_DEPTH}", "ungroup them")
+        own = attributes.get("id", "")
+        outer = self._stack[-1] if self._stack else _NOTHING
+        name = f"#{own}" if own else outer
+        self._stack.append(name)
+        self._inside.setdefault(name, 0)
+        self._inside[name] += 1
+        copies = self._copies.setdefault(name, [])
+        if own and name != outer:
+            self._copies[outer].append(name)  # what is inside counts as a part
+        if tag.rpartition(":")[2] == "use":
+            copies += [value for key, value in attributes.items() if key.rpartition(":")[2] == "href"]
+
+    def end(self, _tag: str) -> None:
+        self._stack.pop()
+
+    def check_copies(self) -> None:
+        """Refuse what copies itself, or makes too many copies."""
+        sizes: dict[str, int] = {}
+        self._size(_NOTHING, sizes, [])
+
+    def _size(self, name: str, sizes: dict[str, int], above: list[str]) -> int:
+        if name in sizes:
+            return sizes[name]
+        if name in above:
+            raise self.refuse(name, "contains itself", "remove the use element that refers to it")
+        if len(above) > MOST_DEPTH:
+            raise self.refuse(name, f"nests elements deeper than {MOST_DEPTH}", "ungroup them")
+        parts = (self._size(each, sizes, [*above, name]) for each in self._copies.get(name, ()))
+        size = self._inside.get(name, 0) + sum(parts)
+        if size > MOST_ELEMENTS:
+            raise self.refuse(name, f"makes more than {MOST_ELEMENTS:,} elements by use", "simplify the drawing")
+        sizes[name] = size
+        return size
+
+
+def check_svg(path: Path) -> None:
+    """Refuse a file that would take too long to read.
+
+    Raises:
+        SpecError: It is no XML, or asks for more than a limit, which is named.
+    """
+    scan, parser = _Scan(path.name), expat.ParserCreate()
+    parser.StartElementHandler = scan.start
+    parser.EndElementHandler = scan.end
+    parser.EntityDeclHandler = scan.entity
+    try:
+        parser.Parse(path.read_bytes(), True)
+    except (expat.ExpatError, ValueError, OSError) as error:
+        raise SpecError(path.name, "", f"is not a readable SVG ({error})", "save it as plain SVG") from error
+    scan.check_copies()
