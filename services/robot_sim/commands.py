@@ -139,6 +139,8 @@ class Commands:
     def _take(self, ready: Ready) -> float:
         total_time_s = self._emulator.take(ready.job)
         self.told += self._telemetry.begin(ready.told)
+        if ready.job.remains is not None:
+            self.told += self._telemetry.restored_paint()
         self.told += self._of_journal(self._progress.loaded(ready.whose, resumed=ready.job.resume is not None))
         return total_time_s
 

@@ -241,6 +241,12 @@ class Telemetry:
             for marks in self._emulator.ledger.all_marks()
         )
 
+    def restored_paint(self) -> list[Payload]:
+        """The paint of a process that came before, once a job has been loaded that goes on from there."""
+        told = self._paint(stamp(self._emulator.tick_count))
+        self.digest.add(told)
+        return told
+
     def all_paint(self) -> list[Payload]:
         """Everything painted in this traversal, once more; not entered in the digest."""
         return self._payloads(self._emulator.ledger.all_marks(), stamp(self._emulator.tick_count))
