@@ -11,9 +11,11 @@ from textual.widgets import Static
 from schemas import topics
 from schemas.messages.touchline import GnssStatus, TraversalStatus
 from tui import format, theme
+from tui.alerts import LOW_BATTERY, remedy
+from tui.health import Freshness, silence
+from tui.order_book import Phase
 from tui.state import ConsoleState
 
-LOW_BATTERY = 0.2
 LOW_PAINT = 0.15
 GOOD_ERROR_M = 0.02
 """Lateral error that still meets the accuracy that is promised."""
@@ -27,23 +29,30 @@ NODE_LABELS = {topics.ROBOT_SIM: "robot"}
 
 
 def badge(state: ConsoleState) -> theme.Badge:
-    """The traversal's state as it is shown."""
+    """The traversal's state as it is shown; a robot that says nothing any more may be in another by now."""
     if not state.robot_alive:
         return theme.NO_ROBOT
     if state.traversal is None:
         return theme.WAITING
-    return theme.STATES[state.traversal]
+    known = theme.STATES[state.traversal]
+    if not state.robot_stale:
+        return known
+    return theme.Badge(known.mark, f"{known.text}? no word for {state.robot_silence_s:.0f} s", theme.ORANGE)
 
 
 def hint(state: ConsoleState) -> tuple[str, str]:
     """The step that comes next: (key, what it does); the key is empty when there is nothing to press."""
     traversal = state.traversal
+    if state.orders.stop.phase is Phase.SENT and (state.robot_stale or not state.robot_alive):
+        return "", "use the stop button on the robot"
+    if state.robot_stale and state.busy:
+        return "e", "stop; keep clear of the robot"
     if traversal == TraversalStatus.ESTOPPED:
         return "r", "reset, once it is safe"
     if traversal == TraversalStatus.RUNNING:
         return "space", "pause"
     if traversal == TraversalStatus.PAUSED:
-        return "space", "resume"
+        return remedy(state) or ("g", "resume")
     if traversal == TraversalStatus.ABORTED:
         return "r", "reset"
     if state.progress is not None:
@@ -73,23 +82,36 @@ def _bar(fraction: float | None, width: int, color: str) -> Content:
 def status_lines(state: ConsoleState, width: int) -> list[Content]:
     """The status panel, line by line, `width` cells wide."""
     shown, status = badge(state), state.robot.status if state.robot_alive else None
-    lines = [Content.styled(f" {shown.mark} {shown.text} ".center(width), f"bold {shown.on} on {shown.color}")]
-    if status and status.reason:
-        lines += [Content.styled(line, theme.ORANGE) for line in wrap(status.reason, width)[:2]]
+    head = [Content.styled(f" {shown.mark} {shown.text} ".center(width), f"bold {shown.on} on {shown.color}")]
+    head += [Content.styled(line, theme.ORANGE) for line in _reasons(state, width)]
     key, text = hint(state)
-    lines.append(Content.assemble((f" {key} " if key else "", "reverse bold"), (f" {text}", theme.INK)))
+    head.append(Content.assemble((f" {key} " if key else "", "reverse bold"), (f" {text}", theme.INK)))
     if status is None or status.state in (TraversalStatus.IDLE, TraversalStatus.READY):
-        lines += _plan_lines(state)
+        lines = _plan_lines(state)
     else:
-        lines += _job_lines(state, status, width)
+        lines = _job_lines(state, status, width)
     if not state.robot_alive:
-        return [*lines, Content.styled("touchline up  starts what is missing", theme.MUTED)]
-    return lines + _robot_lines(state, width) + _report_lines(state)
+        return [*head, *lines, Content.styled("touchline up  starts what is missing", theme.MUTED)]
+    lines += _robot_lines(state, width) + _report_lines(state)
+    if state.robot_stale:  # these figures are of a while ago
+        lines = [Content.styled(line.plain, theme.MUTED) for line in lines]
+    return head + lines
+
+
+def _reasons(state: ConsoleState, width: int) -> list[str]:
+    """Why the robot is in its state, and why it stopped first, if that was something else."""
+    status = state.robot.status if state.robot_alive else None
+    if status is None or not status.reason:
+        return []
+    first = state.robot.stopped_by
+    if first in ("", status.reason):
+        return wrap(status.reason, width)[:2]
+    return [*wrap(status.reason, width)[:2], *wrap(f"stopped first: {first}", width)[:2]]
 
 
 def _job_lines(state: ConsoleState, status: TraversalStatus, width: int) -> list[Content]:
     name, here = _line_name(state, status)
-    name = _cut(name, width - 11 - len(here))
+    name = cut(name, width - 11 - len(here))
     coverage, driven = status.coverage_pct / 100, state.robot.driven_fraction
     left = f"   {format.duration(status.remaining_s)} left" if state.busy else ""
     speed = format.number(status.speed_mps, 2, "m/s")
@@ -102,7 +124,8 @@ def _job_lines(state: ConsoleState, status: TraversalStatus, width: int) -> list
     ]
 
 
-def _cut(text: str, width: int) -> str:
+def cut(text: str, width: int) -> str:
+    """What fits into `width` cells."""
     return text if len(text) <= width else text[: max(width - 1, 0)] + "…"
 
 
@@ -192,15 +215,19 @@ def service_lines(state: ConsoleState, width: int) -> list[Content]:
     for node in state.nodes.values():
         if node.name in PEOPLE:
             continue
-        if node.silent(state.now_s):
-            mark, text, color = "▲", "silent", theme.ORANGE
-        elif node.alive:
-            mark, text, color = "●", node.message or "alive", theme.GREEN if node.level == 0 else theme.ORANGE
+        freshness = node.freshness(state.now_s)
+        mark, color = theme.FRESHNESS[freshness].mark, theme.FRESHNESS[freshness].color
+        if freshness is Freshness.STALE:
+            text = silence(node.silence_s(state.now_s))
+        elif freshness is Freshness.STARTING:
+            text = node.message or f"no word yet for {node.silence_s(state.now_s):.0f} s"
+        elif freshness is Freshness.LIVE:
+            text, color = node.message or "alive", theme.GREEN if node.level == 0 else theme.ORANGE
         else:
-            mark, text, color = "○", "down" if node.seen else "not seen", theme.VERMILION if node.seen else theme.MUTED
+            text, color = ("down", color) if node.seen else ("not seen", theme.MUTED)
         name = NODE_LABELS.get(node.name, node.name)
         text_color = theme.MUTED if color == theme.GREEN else color
-        lines.append(Content.assemble((f"{mark} ", color), f"{name:<11}", (_cut(text, width - 13), text_color)))
+        lines.append(Content.assemble((f"{mark} ", color), f"{name:<11}", (cut(text, width - 13), text_color)))
     color = theme.MUTED if not state.lost and not state.rejected else theme.ORANGE
     lines.append(Content.styled(f"bus: {state.lost} lost, {state.rejected} unreadable", color))
     return lines

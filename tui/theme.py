@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from textual.theme import Theme
 
 from schemas.messages.touchline import GnssStatus, TraversalStatus
+from tui.health import Freshness
 
 BLACK = "#0b100e"
 INK = "#d7e0db"
@@ -19,6 +20,7 @@ GREEN = "#1fb88a"
 YELLOW = "#f0e442"
 VERMILION = "#e5622b"
 PURPLE = "#cc79a7"
+ALARM = "#b3260e"
 
 TURF = "#13261c"
 TURF_STRIPE = "#152b20"
@@ -69,6 +71,13 @@ STATES = {
 }
 NO_ROBOT = Badge("–", "NO ROBOT", FAINT, INK)
 WAITING = Badge("…", "WAITING FOR STATUS", FAINT, INK)
+
+FRESHNESS = {
+    Freshness.LIVE: Badge("●", "live", GREEN),
+    Freshness.STARTING: Badge("◔", "starting", ORANGE),
+    Freshness.STALE: Badge("▲", "stale", ORANGE),
+    Freshness.GONE: Badge("○", "gone", VERMILION),
+}
 
 FIXES = {
     GnssStatus.NONE: Badge("○", "no fix", VERMILION),
