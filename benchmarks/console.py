@@ -87,7 +87,7 @@ def main() -> None:
         try:
             if bus.wait_for({topics.CONSOLE}, START_S):
                 sys.exit("the console did not come up")
-            time.sleep(2.0)
+            _wait_until_it_hears(terminal, stops)
             robot.tell_all()
             time.sleep(3.0)
             print(f"{'':12} {'median':>8} {'worst':>8}   key to bus")
@@ -99,6 +99,16 @@ def main() -> None:
             terminal.leave()
             stop.set()
             thread.join()
+
+
+def _wait_until_it_hears(terminal: Terminal, stops: queue.Queue[tuple[str, float]]) -> None:
+    deadline_s = time.monotonic() + START_S
+    while stops.empty():
+        if time.monotonic() > deadline_s:
+            sys.exit("the console does not react to keys")
+        terminal.press("e")
+        time.sleep(0.5)
+    time.sleep(1.0)
 
 
 def _print(name: str, took_s: list[float]) -> None:

@@ -16,6 +16,7 @@ from textual.widgets.option_list import Option
 from schemas.catalogue import parse_template, shipped_templates, template_text
 from schemas.errors import TouchlineError
 from schemas.messages.touchline import PlanOptions
+from schemas.plain_text import plain
 from schemas.template import Template
 from schemas.vehicle import Vehicle
 from tui import format, theme
@@ -86,7 +87,7 @@ class TemplateDialog(Dialog[Chosen | None]):
         try:
             chosen = read_template(name_or_path)
         except (TouchlineError, OSError) as error:
-            self.query_one("#problem", Static).update(Content(str(error)))
+            self.query_one("#problem", Static).update(Content(plain(str(error))))
         else:
             self.dismiss(chosen)
 

@@ -18,31 +18,21 @@ class Dispatcher:
         self._link = link
         self._deliver = deliver
         self._stops = StopSender(link, deliver)
-        self._under_way: set[str] = set()
-        self._lock = threading.Lock()
 
-    def send(self, order: Order) -> bool:
-        """Send it; False if one of the same name is still under way (an emergency stop is sent regardless)."""
+    def send(self, order: Order) -> None:
+        """Send it; an emergency stop again and again."""
         if order.attempts == WITHOUT_END:
             self._stops.send(order)
-            return True
-        with self._lock:
-            if order.name in self._under_way:
-                return False
-            self._under_way.add(order.name)
+            return
         # A daemon, because leaving the console must not wait for an answer that may never come.
         threading.Thread(target=self._run, args=(order,), name=f"order-{order.name}", daemon=True).start()
-        return True
 
     def cease(self) -> None:
         """Call the emergency stop off."""
         self._stops.cease()
 
     def _run(self, order: Order) -> None:
-        outcome = self._ask(order)
-        with self._lock:
-            self._under_way.discard(order.name)
-        self._deliver(outcome)
+        self._deliver(self._ask(order))
 
     def _ask(self, order: Order) -> Outcome:
         failure = ""

@@ -20,9 +20,9 @@ PAUSE_TOLD_S = 1.0
 
 
 class Sender(Protocol):
-    """Whatever sends an order; False if one of the same name is still under way."""
+    """Whatever sends an order."""
 
-    def send(self, order: Order) -> bool:
+    def send(self, order: Order) -> None:
         """Send it without waiting; an emergency stop again and again."""
         ...
 
@@ -143,10 +143,11 @@ class Operator:
 
     def _send(self, order: Order) -> bool:
         """Send it; one of the same name that is under way stands for this one, too."""
-        sent = self._sender.send(order)
-        if sent:
-            self.state.orders.place(order.name, order.title, order.attempts, self.state.now_s)
-        return sent
+        if self.state.orders.under_way(order.name):
+            return False
+        self.state.orders.place(order.name, order.title, order.attempts, self.state.now_s)
+        self._sender.send(order)
+        return True
 
     # -- outcomes ----------------------------------------------------------------------------------------------------
 
@@ -167,11 +168,15 @@ class Operator:
         """Take in what came of an order and say so; False if it was not carried out or its answer makes no sense."""
         if outcome.order.name == "estop":
             return self._stop_answered(outcome)
-        title = outcome.order.title
+        done = self._answered(outcome)
         if isinstance(outcome.order.request, SetSpeedRequest):
             wanted, self._speed_asked, self._speed_wanted = self._speed_wanted, None, None
             if outcome.ok and wanted is not None:
                 self.set_speed(wanted)
+        return done
+
+    def _answered(self, outcome: Outcome) -> bool:
+        title = outcome.order.title
         if isinstance(outcome.order.request, PlanRequest):
             self.state.progress = None
         if not outcome.ok:

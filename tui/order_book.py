@@ -154,6 +154,10 @@ class OrderBook:
         """An order goes out; it is sent up to `most` times."""
         self._orders[name] = Placed(name, title, most, now_s)
 
+    def under_way(self, name: str) -> bool:
+        """Whether the last order of this name is still without an answer."""
+        return name in self._orders and self._orders[name].word is None
+
     def tried(self, name: str, tries: int) -> None:
         """It was sent for the n-th time."""
         if name in self._orders:
@@ -190,7 +194,7 @@ class OrderBook:
         lines += [(self._said[1], self._said[0])] if self._said else []
         under_way = {order.at_s for order in orders if order.word is None}
         fresh = [(at_s, line) for at_s, line in lines if at_s in under_way or now_s - at_s <= SHOWN_S[line.severity]]
-        return max(fresh, key=lambda entry: entry[0])[1] if fresh else None
+        return sorted(fresh, key=lambda entry: entry[0])[-1][1] if fresh else None
 
     def _doubted(self, order: Placed, now_s: float, running: bool) -> Line:
         if order.name in STOPPING and order.accepted and running and now_s - order.at_s > DOUBT_S:

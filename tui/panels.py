@@ -10,6 +10,7 @@ from textual.widgets import Static
 
 from schemas import topics
 from schemas.messages.touchline import GnssStatus, TraversalStatus
+from schemas.plain_text import plain
 from tui import format, theme
 from tui.alerts import LOW_BATTERY, remedy
 from tui.health import Freshness, silence
@@ -133,7 +134,7 @@ def _line_name(state: ConsoleState, status: TraversalStatus) -> tuple[str, str]:
     """(the line being painted or driven to, which of how many it is)."""
     path = state.path
     if path is None or status.segment_index >= len(path.goals):
-        return status.segment_id or format.UNKNOWN, f"{status.segment_index + 1}/{status.segment_count}"
+        return plain(status.segment_id) or format.UNKNOWN, f"{status.segment_index + 1}/{status.segment_count}"
     goal = path.goals[status.segment_index]
     if goal >= len(path.rows):
         return "to the end", f"{len(path.rows)}/{len(path.rows)}"
@@ -155,7 +156,7 @@ def _lateral(status: TraversalStatus) -> Content:
 def _plan_lines(state: ConsoleState) -> list[Content]:
     lines = []
     if state.template:
-        lines.append(_row("template", state.template.template.name))
+        lines.append(_row("template", plain(state.template.template.name)))
     report = state.path.report if state.path else None
     if report:
         # The plan's own figure is the axle's way, which on arcs is not the line's length.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Protocol, cast
 
 from textual import events
-from textual.command import CommandPalette
+from textual.command import CommandList, CommandPalette
 from textual.content import Content
 from textual.screen import Screen
 from textual.widgets import Static
@@ -48,5 +48,6 @@ class Palette(CommandPalette):
     """The command palette, with the emergency stop."""
 
     def on_mount(self) -> None:
-        """Add it."""
+        """Add it; the list of commands, which lies on top of everything, leaves its row free."""
         add_stop(self)
+        self.query_one(CommandList).styles.max_height = "55vh"

@@ -56,10 +56,12 @@ class StopSender:
                 self._stop = None
 
     def _repeat(self, stop: _Stop) -> None:
-        while not stop.called_off.is_set():
+        """It is sent once in any case: what calls it off may have been said before the key was pressed."""
+        while True:
             due_s = time.monotonic() + EVERY_S
             self._try(stop)
-            stop.called_off.wait(max(due_s - time.monotonic(), 0.0))
+            if stop.called_off.wait(max(due_s - time.monotonic(), 0.0)):
+                return
 
     def _try(self, stop: _Stop) -> None:
         with self._lock:

@@ -3,7 +3,7 @@
 import threading
 
 import pytest
-from textual.command import CommandPalette
+from textual.command import CommandList, CommandPalette
 from textual.widgets import Input
 
 from schemas import messages as m
@@ -109,9 +109,11 @@ async def test_key_and_button_work_in_every_dialog(template: Template) -> None:
                 await pilot.press(key)
                 await until(pilot, lambda dialog=dialog: isinstance(app.screen, dialog))
                 await until(pilot, lambda: app.screen.query(StopKey))
+                if dialog is CommandPalette:
+                    await until(pilot, lambda: app.screen.query_one(CommandList).option_count > 20)
                 for press in (pilot.press, pilot.click):
                     before = len(set(stop_ids(link)))
-                    await (press("ctrl+e") if press == pilot.press else pilot.click(StopKey))
+                    await (pilot.press("ctrl+e") if press == pilot.press else pilot.click(StopKey))
                     await until(pilot, lambda before=before: len(set(stop_ids(link))) == before + 1)
                     await until(pilot, lambda: app.state.orders.stop.phase is Phase.HELD)
                     assert isinstance(app.screen, dialog)
