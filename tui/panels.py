@@ -45,7 +45,7 @@ def hint(state: ConsoleState) -> tuple[str, str]:
     """The step that comes next: (key, what it does); the key is empty when there is nothing to press."""
     traversal = state.traversal
     if state.orders.stop.phase is Phase.SENT and (state.robot_stale or not state.robot_alive):
-        return "", "use the stop button on the robot"
+        return "", "use the robot's stop button"
     if state.robot_stale and state.busy:
         return "e", "stop; keep clear of the robot"
     if traversal == TraversalStatus.ESTOPPED:
