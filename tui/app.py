@@ -5,7 +5,7 @@ from __future__ import annotations
 import secrets
 import time
 from collections.abc import Callable, Iterable
-from typing import ClassVar, Literal
+from typing import ClassVar
 
 from textual.app import App, ComposeResult, SystemCommand
 from textual.binding import Binding, BindingType
@@ -18,36 +18,41 @@ from textual.screen import Screen
 
 from schemas.errors import TouchlineError
 from schemas.messages.touchline import PlanOptions, TraversalStatus
+from schemas.plain_text import plain
 from tui import palette, supplies, theme
 from tui.autostart import AutoStart
 from tui.colors import Grey
 from tui.dialogs import Chosen, ConfirmDialog, KeysDialog, PlanDialog, TemplateDialog, read_template
 from tui.dispatch import Dispatcher
 from tui.driver import SturdyDriver
-from tui.event_log import ERROR, WARN
+from tui.event_log import ERROR, INFO, WARN
 from tui.header import HeaderBar
 from tui.key_bar import KeyBar
 from tui.log_view import LogView
 from tui.map_view import MapView
 from tui.operator import Operator
-from tui.orders import Outcome
+from tui.order_book import Phase
+from tui.orders import Outcome, Tried
 from tui.panels import ServicesPanel, StatusPanel
 from tui.protocol import Link
 from tui.segments import SegmentsTable
+from tui.signal_bar import SignalBar
 from tui.state import ConsoleState
+from tui.stop_screen import Palette
 
 POLL_HZ = 12
 PAINT_RETRY_S = 1.0
-_SEVERITIES: tuple[Literal["information", "warning", "error"], ...] = ("information", "warning", "error")
+LONGEST_TICK_S = 0.25
+"""What goes on longer between two ticks is the console's own absence: it makes nobody else silent."""
 
 
-class OrderDone(Message):
-    """An order came back; posted from its thread."""
+class OrderNews(Message):
+    """An order was sent again or came back; posted from its thread."""
 
-    def __init__(self, outcome: Outcome) -> None:
-        """With what came of it."""
+    def __init__(self, news: Tried | Outcome) -> None:
+        """With what became of it."""
         super().__init__()
-        self.outcome = outcome
+        self.news = news
 
 
 class ConsoleApp(App[None]):
@@ -64,9 +69,12 @@ class ConsoleApp(App[None]):
         Binding("p", "plan", "Plan"),
         Binding("l", "load", "Load"),
         Binding("s", "command('start')", "Start"),
-        Binding("space", "pause_or_resume", "Pause or resume"),
+        Binding("space", "command('pause')", "Pause"),
+        Binding("g", "command('resume')", "Go on"),
         Binding("a", "abort", "Abort"),
         Binding("r", "command('reset')", "Reset"),
+        Binding("u", "command('refill')", "Tank filled up"),
+        Binding("b", "command('battery')", "Battery replaced"),
         Binding("right_square_bracket,full_stop", "speed(1)", "Faster"),
         Binding("left_square_bracket,comma", "speed(-1)", "Slower"),
         Binding("f", "follow", "Follow the robot"),
@@ -87,13 +95,14 @@ class ConsoleApp(App[None]):
         """Show what comes over `link`; `clock` is used to notice silence and to pace repeats."""
         super().__init__()
         self.state = ConsoleState()
-        dispatcher = Dispatcher(link, lambda outcome: self.post_message(OrderDone(outcome)))
+        dispatcher = Dispatcher(link, lambda news: self.post_message(OrderNews(news)))
         self.operator = Operator(self.state, dispatcher, self._say, secrets.token_hex(4))
         self._link = link
         self._autostart = autostart or AutoStart()
         self._clock = clock
+        self._ticked_s = clock()
         self._paint_due_s = 0.0
-        self._header, self._keys = HeaderBar(), KeyBar()
+        self._header, self._signals, self._keys = HeaderBar(), SignalBar(), KeyBar()
         self._map, self._log_view = MapView(), LogView()
         self._status, self._services, self._segments = StatusPanel("Status"), ServicesPanel("Services"), SegmentsTable()
         self._filters = [Grey() if isinstance(filter, Monochrome) else filter for filter in self._filters]
@@ -101,8 +110,9 @@ class ConsoleApp(App[None]):
         self.theme = theme.THEME.name
 
     def compose(self) -> ComposeResult:
-        """Header, map and log on the left, panels on the right, keys."""
+        """Header, orders and alerts, map and log on the left, panels on the right, keys."""
         yield self._header
+        yield self._signals
         with Horizontal(id="body"):
             with Vertical(id="left"):
                 yield self._map
@@ -125,10 +135,12 @@ class ConsoleApp(App[None]):
 
     def tick(self) -> None:
         """Take what came in, give what orders are due, and show how things are."""
-        now = self._clock()
-        self.state.now_s = now
+        now, since = self._clock(), self._ticked_s
+        self._ticked_s = now
+        self.state.now_s += min(max(now - since, 0.0), LONGEST_TICK_S)
         for event in self._link.poll():
-            self.state.apply(event, now)
+            self.state.apply(event, self.state.now_s)
+        self.operator.heed_status()
         if self.state.paint.needs_fetch and self.state.robot_alive and now >= self._paint_due_s:
             self._paint_due_s = now + PAINT_RETRY_S
             self._link.fetch_paint()
@@ -144,13 +156,24 @@ class ConsoleApp(App[None]):
         for panel in (self._header, self._map, self._status, self._services, self._segments, self._keys):
             panel.show(state)
         self._log_view.show(state.log)
+        self._show_signals()
 
-    def on_order_done(self, event: OrderDone) -> None:
-        """Take in what came of an order."""
-        ok = self.operator.done(event.outcome)
-        self._autostart.done(event.outcome.order.name, ok)
-        self._go_on_starting()
-        self.show_state()
+    def _show_signals(self) -> None:
+        """Bring the row of the orders up to date, on dialogs, too."""
+        if self._signals.is_attached:
+            for screen in self.screen_stack:
+                for bar in screen.query(SignalBar):
+                    bar.show(self.state)
+
+    def on_order_news(self, event: OrderNews) -> None:
+        """Take in what became of an order; the next tick shows the rest of what that changed."""
+        if isinstance(event.news, Tried):
+            self.operator.tried(event.news)
+        else:
+            ok = self.operator.done(event.news)
+            self._autostart.done(event.news.order.name, ok)
+            self._go_on_starting()
+        self._show_signals()
 
     def _go_on_starting(self) -> None:
         match self._autostart.due(self.state):
@@ -169,8 +192,10 @@ class ConsoleApp(App[None]):
                 self.operator.command("start")
 
     def _say(self, severity: int, text: str) -> None:
+        """Tell the operator: in the row of the orders and in the log. There are no toasts, which would cover things."""
+        text = plain(text)
         self.state.note(severity, "console", text)
-        self.notify(text, severity=_SEVERITIES[severity], timeout=4 + 2 * severity, markup=False)
+        self.state.orders.say(severity, text, self.state.now_s)
 
     # -- keys --------------------------------------------------------------------------------------------------------
 
@@ -179,6 +204,7 @@ class ConsoleApp(App[None]):
         shortages = supplies.of_job(self.state).shortages
         if name != "start" or not shortages or not self.state.path_loaded or self.state.busy:
             self.operator.command(name)
+            self._show_signals()
             return
 
         def answered(yes: bool | None) -> None:
@@ -207,12 +233,18 @@ class ConsoleApp(App[None]):
 
     def action_estop(self) -> None:
         """Stop the robot, whatever else is going on."""
+        self.operator.stop()
         self._autostart.stop()
-        self.operator.command("estop")
+        self._show_signals()
 
-    def action_pause_or_resume(self) -> None:
-        """Pause, or resume if paused."""
-        self.operator.pause_or_resume()
+    def action_command_palette(self) -> None:
+        """Every command by name."""
+        if not isinstance(self.screen, Palette):
+            self.push_screen(Palette(id="--command-palette"))
+
+    def action_help_quit(self) -> None:
+        """Ctrl-C is for copying."""
+        self._say(INFO, "q leaves the console")
 
     def action_load(self) -> None:
         """Hand the plan to the robot."""
@@ -283,10 +315,13 @@ class ConsoleApp(App[None]):
             if yes:
                 self.exit()
 
-        if not self.state.busy:
+        stopping = self.state.orders.stop.phase is Phase.SENT
+        if not self.state.busy and not stopping:
             self.exit()
         elif not isinstance(self.screen, ConfirmDialog):
             text = "The robot is on a job. Nobody watches it from here once this console is closed."
+            if stopping:
+                text = "The robot has not acknowledged the emergency stop, which only this console repeats."
             self.push_screen(ConfirmDialog("Leave the console?", text, "Leave"), answered)
 
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:

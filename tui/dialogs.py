@@ -17,10 +17,12 @@ from textual.widgets.option_list import Option
 from schemas.catalogue import parse_template, shipped_templates, template_text
 from schemas.errors import SpecError, TouchlineError
 from schemas.messages.touchline import PlanOptions
+from schemas.plain_text import plain
 from schemas.template import Template
 from schemas.vehicle import Vehicle
 from tui import format, theme
 from tui.orders import METHODS
+from tui.stop_screen import add_stop
 
 Result = TypeVar("Result")
 Chosen = tuple[Template, str]
@@ -28,12 +30,16 @@ Chosen = tuple[Template, str]
 
 
 class Dialog(ModalScreen[Result]):
-    """A box in the middle of the screen; Esc leaves it, and the emergency stop works in it."""
+    """A box in the middle of the screen; Esc leaves it, and the emergency stop works in it, by key and by click."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("escape", "dismiss(None)", "Cancel"),
         Binding("e", "app.estop", "E-STOP", show=False),
     ]
+
+    def on_mount(self) -> None:
+        """Keep the row of the orders and the emergency stop; each dialog's own `on_mount` comes on top of this."""
+        add_stop(self)
 
 
 def read_template(name_or_path: str) -> Chosen:
@@ -92,7 +98,7 @@ class TemplateDialog(Dialog[Chosen | None]):
         try:
             chosen = read_template(name_or_path)
         except (TouchlineError, OSError) as error:
-            self.query_one("#problem", Static).update(Content(str(error)))
+            self.query_one("#problem", Static).update(Content(plain(str(error))))
         else:
             self.dismiss(chosen)
 
@@ -235,7 +241,9 @@ class ConfirmDialog(Dialog[bool | None]):
 KEYS_TEXT = (
     ("Job", (
         ("t", "choose a template"), ("p", "plan it"), ("l", "load the plan into the robot"), ("s", "start painting"),
-        ("space", "pause, resume"), ("a", "abort (asks first)"), ("r", "reset after a stop or an abort"),
+        ("space, g", "pause, go on"), ("a", "abort (asks first)"),
+        ("r", "reset after a stop or an abort"),
+        ("u, b", "tank filled up, battery replaced"),
     )),
     ("Stop", (("e, ctrl+e", "emergency stop, at once; ctrl+e anywhere"),)),
     ("Time", (("[ , and ] .", "slower and faster"),)),
@@ -270,5 +278,5 @@ class KeysDialog(Dialog[None]):
                         Content.assemble((f"{name:<9}", theme.MUTED), (f"{key:<14}", f"bold {theme.SKY}"), text)
                     )
             marks = [((f"{mark} ", style), (f"{text}   ", "")) for mark, style, text in LEGEND]
-            lines += [Content(""), Content.assemble(*(part for pair in marks for part in pair))]
+            lines += [Content.assemble(*(part for pair in marks for part in pair))]
             yield Static(Content("\n").join(lines))

@@ -5,39 +5,40 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
-from tui.orders import Order, Outcome
+from tui.orders import WITHOUT_END, Order, Outcome, Tried
 from tui.protocol import CallFailed, Link
+from tui.stop_sender import StopSender
 
 
 class Dispatcher:
     """One short-lived thread an order: an emergency stop never queues behind a plan that takes its time."""
 
-    def __init__(self, link: Link, deliver: Callable[[Outcome], object]) -> None:
-        """`deliver` is called from the order's thread, once for each order."""
+    def __init__(self, link: Link, deliver: Callable[[Tried | Outcome], object]) -> None:
+        """`deliver` is called from the orders' threads: for every try, and once with what came of an order."""
         self._link = link
         self._deliver = deliver
-        self._under_way: set[str] = set()
-        self._lock = threading.Lock()
+        self._stops = StopSender(link, deliver)
 
-    def send(self, order: Order) -> bool:
-        """Send it; False if one of the same name is still under way (an emergency stop is sent regardless)."""
-        with self._lock:
-            if order.name in self._under_way and order.name != "estop":
-                return False
-            self._under_way.add(order.name)
+    def send(self, order: Order) -> None:
+        """Send it; an emergency stop again and again."""
+        if order.attempts == WITHOUT_END:
+            self._stops.send(order)
+            return
         # A daemon, because leaving the console must not wait for an answer that may never come.
         threading.Thread(target=self._run, args=(order,), name=f"order-{order.name}", daemon=True).start()
-        return True
+
+    def cease(self) -> None:
+        """Call the emergency stop off."""
+        self._stops.cease()
 
     def _run(self, order: Order) -> None:
-        outcome = self._ask(order)
-        with self._lock:
-            self._under_way.discard(order.name)
-        self._deliver(outcome)
+        self._deliver(self._ask(order))
 
     def _ask(self, order: Order) -> Outcome:
         failure = ""
-        for _ in range(order.attempts):
+        for number in range(1, order.attempts + 1):
+            if number > 1:
+                self._deliver(Tried(order, number))
             try:
                 return Outcome(order, self._link.call(order.service, order.request, order.timeout_s))
             except CallFailed as error:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass, replace
 
+from schemas.plain_text import plain
+
 INFO, WARN, ERROR = 0, 1, 2
 CAPACITY = 1000
 
@@ -30,7 +32,8 @@ class EventLog:
         self.revision = 0
 
     def add(self, time_s: float | None, severity: int, source: str, text: str) -> None:
-        """Append an entry; a mere repeat of the last one is counted on it instead."""
+        """Append an entry, without what could command a terminal; a mere repeat of the last is counted on that."""
+        source, text = plain(source), plain(text)
         self.revision += 1
         last = self.entries[-1] if self.entries else None
         if last and (last.severity, last.source, last.text) == (severity, source, text):

@@ -6,6 +6,7 @@ from textual.content import Content
 
 from schemas.messages.touchline import TraversalStatus
 from tui import format, theme
+from tui.health import Freshness
 from tui.panels import NODE_LABELS, LinesPanel
 from tui.state import EXPECTED_NODES, ConsoleState
 
@@ -14,9 +15,7 @@ def header_line(state: ConsoleState, width: int) -> Content:
     """The header, `width` cells wide."""
     left = Content.assemble((" TOUCHLINE ", f"bold {theme.BLACK} on {theme.GREEN}"), " ")
     for name in EXPECTED_NODES:
-        alive = state.nodes[name].alive
-        mark = ("● ", theme.GREEN) if alive else ("○ ", theme.VERMILION)
-        left += Content.assemble(mark, (f"{NODE_LABELS.get(name, name)}  ", theme.INK if alive else theme.MUTED))
+        left += _node(state, name)
     robot = state.robot
     clock = format.duration(robot.sim_time_s)
     asked, measured = state.speed_factor, state.real_time_factor
@@ -24,8 +23,21 @@ def header_line(state: ConsoleState, width: int) -> Content:
     if asked is not None and measured is not None:
         speed += f" ({format.factor(measured)})"
     right = Content.assemble(("sim ", theme.MUTED), f"{clock}   ", ("speed ", theme.MUTED), f"{speed} ")
+    if state.robot_stale:
+        right = Content.styled(right.plain, theme.MUTED)
     gap = max(width - left.cell_length - right.cell_length, 1)
     return left + Content(" " * gap) + right
+
+
+def _node(state: ConsoleState, name: str) -> Content:
+    """One process: green only while it is heard."""
+    node, label = state.nodes[name], NODE_LABELS.get(name, name)
+    mark = theme.FRESHNESS[node.freshness(state.now_s)]
+    if node.freshness(state.now_s) is Freshness.STALE:
+        text = (f"{label} {node.silence_s(state.now_s):.0f} s?  ", f"bold {mark.color}")
+    else:
+        text = (f"{label}  ", theme.INK if node.alive else theme.MUTED)
+    return Content.assemble((f"{mark.mark} ", mark.color), text)
 
 
 class HeaderBar(LinesPanel):

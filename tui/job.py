@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from schemas.curves import Curve, spin_rad
 from schemas.messages.touchline import PlanReport
 from schemas.messages.turf_tank import Trajectory
+from schemas.plain_text import plain
 from schemas.template import Template
 from tui.raster import Polyline
 
@@ -58,7 +59,7 @@ class TemplateView:
     def rows(self) -> tuple[Row, ...]:
         """The segments in the template's order."""
         return tuple(
-            Row(segment.id, segment.label or segment.id, self.lengths_m[segment.id])
+            Row(segment.id, plain(segment.label or segment.id), self.lengths_m[segment.id])
             for segment in self.template.segments
         )
 
@@ -84,18 +85,18 @@ class PathView:
         """
         segments = trajectory.path.segments
         lengths = template.lengths_m if template else {}
-        plain = tuple(segment.id not in lengths if lengths else segment.label in PLAIN_LABELS for segment in segments)
+        driven = tuple(segment.id not in lengths if lengths else segment.label in PLAIN_LABELS for segment in segments)
         rows = tuple(
-            Row(segment.id, segment.label or segment.id, lengths.get(segment.id, math.nan))
-            for segment, transition in zip(segments, plain, strict=True)
+            Row(segment.id, plain(segment.label or segment.id), lengths.get(segment.id, math.nan))
+            for segment, transition in zip(segments, driven, strict=True)
             if not transition
         )
         lines = tuple(
             sample([Curve.from_message(segment.curve)] if spin_rad(segment.curve) is None else [])
             for segment in segments
         )
-        goals = tuple(np.cumsum([0, *(not transition for transition in plain)])[:-1].tolist())
-        return cls(trajectory, report, lines, plain, rows, goals)
+        goals = tuple(np.cumsum([0, *(not transition for transition in driven)])[:-1].tolist())
+        return cls(trajectory, report, lines, driven, rows, goals)
 
     @cached_property
     def transitions(self) -> Polyline:

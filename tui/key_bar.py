@@ -9,6 +9,7 @@ from textual.content import Content
 
 from schemas.messages.touchline import TraversalStatus
 from tui import theme
+from tui.alerts import alerts
 from tui.panels import LinesPanel, hint
 from tui.state import ConsoleState
 
@@ -29,9 +30,12 @@ KEYS = (
     Key("p", "Plan", "plan", 1),
     Key("l", "Load", "load", 1),
     Key("s", "Start", "command('start')", 1),
-    Key("space", "Pause", "pause_or_resume", 1),
+    Key("space", "Pause", "command('pause')", 1),
+    Key("g", "Resume", "command('resume')", 1),
     Key("a", "Abort", "abort", 1),
     Key("r", "Reset", "command('reset')", 1),
+    Key("u", "Refill", "command('refill')", 1),
+    Key("b", "Battery", "command('battery')", 1),
     Key("[ ]", "Speed", "speed(1)", 1),
     Key("f", "Follow", "follow", 3),
     Key("0", "Fit", "fit", 4),
@@ -42,14 +46,21 @@ KEYS = (
 )
 _USELESS_RANK = 8
 _PREPARING = frozenset("tpl")
-_DRIVING = frozenset(("space", "a"))
+_DRIVING = frozenset(("space", "g", "a"))
+_SUPPLIES = frozenset("ub")
 
 
 def useless(state: ConsoleState) -> frozenset[str]:
-    """Keys whose order would be refused as things are; they still work, and say why."""
+    """Keys whose order would be refused, or change nothing, as things are; they still work, and say why."""
+    return _out_of_order(state) | _SUPPLIES - {alert.key for alert in alerts(state)}
+
+
+def _out_of_order(state: ConsoleState) -> frozenset[str]:
     traversal = state.traversal
-    if state.busy:
-        return _PREPARING | {"s", "r"}
+    if traversal == TraversalStatus.RUNNING:
+        return _PREPARING | {"s", "r", "g"}
+    if traversal == TraversalStatus.PAUSED:
+        return _PREPARING | {"s", "r", "space"}
     if traversal == TraversalStatus.READY:
         return _DRIVING | {"r"}
     if traversal in (TraversalStatus.ABORTED, TraversalStatus.ESTOPPED):
@@ -76,8 +87,7 @@ def layout(state: ConsoleState, width: int) -> list[tuple[Key, int, int]]:
 
 
 def _width(key: Key) -> int:
-    text = max(key.text, "Resume", key=len) if key.key == "space" else key.text
-    return len(key.key) + len(text) + 3
+    return len(key.key) + len(key.text) + 3
 
 
 def keys_line(state: ConsoleState, width: int) -> Content:
@@ -85,8 +95,7 @@ def keys_line(state: ConsoleState, width: int) -> Content:
     (next_key, _), idle = hint(state), useless(state)
     parts: list[Content] = []
     for key, first, last in layout(state, width):
-        text = "Resume" if key.key == "space" and state.traversal == TraversalStatus.PAUSED else key.text
-        label = f" {key.key} {text} "
+        label = f" {key.key} {key.text} "
         if key.key == "e":
             part = Content.styled(label, f"bold {theme.WHITE} on {theme.STOP}")
         elif key.key == next_key:
@@ -94,7 +103,7 @@ def keys_line(state: ConsoleState, width: int) -> Content:
         elif key.key in idle:
             part = Content.styled(label, theme.FAINT)
         else:
-            part = Content.assemble((f" {key.key} ", f"bold {theme.SKY}"), (f"{text} ", theme.INK))
+            part = Content.assemble((f" {key.key} ", f"bold {theme.SKY}"), (f"{key.text} ", theme.INK))
         parts += [part, Content(" " * (last - first - len(label)))]
     return Content("").join(parts)
 

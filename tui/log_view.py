@@ -1,75 +1,144 @@
-"""The event log: sim time, a mark and a colour by severity, who says it, and what."""
+"""The event log: sim time, a mark and a colour by severity, who says it, and what.
+
+Only the lines in view are drawn, and an entry that repeats costs one line: a thousand entries are as quick as ten.
+"""
 
 from __future__ import annotations
 
-from rich.table import Table
-from rich.text import Text
+from bisect import bisect_right
+from textwrap import wrap
+from typing import NamedTuple
+
+from rich.segment import Segment
+from rich.style import Style
 from textual import events
-from textual.widgets import RichLog
+from textual.geometry import Size
+from textual.scroll_view import ScrollView
+from textual.strip import Strip
 
 from tui import format, theme
 from tui.event_log import INFO, Entry, EventLog
 
 ROOMY = 64
 """From this width on there is room for who says it."""
+SOURCE_WIDTH = 10
+MIN_TEXT_WIDTH = 8
 
 
-def line(entry: Entry, width: int) -> Table:
+class Block(NamedTuple):
+    """An entry and its text, wrapped."""
+
+    entry: Entry
+    rows: list[str]
+
+
+def block(entry: Entry, width: int) -> Block:
     """An entry as it is shown, long text wrapped beside its time."""
-    badge = theme.SEVERITIES[min(max(entry.severity, 0), len(theme.SEVERITIES) - 1)]
-    time = format.duration(entry.time_s) if entry.time_s is not None else "–:––"
-    text = Text(entry.text, style=theme.INK if entry.severity == INFO else f"bold {badge.color}")
+    room = max(width - _margin(width), MIN_TEXT_WIDTH)
+    rows = wrap(entry.text, room) or [""]
     if entry.times > 1:
-        text.append(f"  ×{entry.times}", style=theme.MUTED)
-    grid = Table.grid(padding=(0, 1, 0, 0), expand=True)
-    grid.add_column(width=7, justify="right", style=theme.MUTED)
-    grid.add_column(width=1, style=badge.color)
-    cells: list[Text | str] = [time, badge.mark]
+        times = f"×{entry.times}"
+        if len(rows[-1]) + 2 + len(times) <= room:
+            rows[-1] += f"  {times}"
+        else:
+            rows.append(times)
+    return Block(entry, rows)
+
+
+def _margin(width: int) -> int:
+    return 10 + (SOURCE_WIDTH + 1 if width >= ROOMY else 0)
+
+
+def strip(shown: Block, row: int, width: int, ground: Style) -> Strip:
+    """One row of an entry."""
+    entry = shown.entry
+    badge = theme.SEVERITIES[min(max(entry.severity, 0), len(theme.SEVERITIES) - 1)]
+    muted = ground + Style(color=theme.MUTED)
+    ink = ground + (Style(color=theme.INK) if entry.severity == INFO else Style(color=badge.color, bold=True))
+    if row > 0:
+        return Strip([Segment(" " * _margin(width), ground), Segment(shown.rows[row], ink)])
+    time = format.duration(entry.time_s) if entry.time_s is not None else "–:––"
+    segments = [Segment(f"{time:>7} ", muted), Segment(f"{badge.mark} ", ground + Style(color=badge.color))]
     if width >= ROOMY:
-        grid.add_column(width=10, style=theme.MUTED, no_wrap=True)
-        cells.append(entry.source)
-    grid.add_column(ratio=1)
-    grid.add_row(*cells, text)
-    return grid
+        segments.append(Segment(f"{entry.source[:SOURCE_WIDTH]:<{SOURCE_WIDTH}} ", muted))
+    return Strip([*segments, Segment(shown.rows[row], ink)])
 
 
-class LogView(RichLog):
+class LogView(ScrollView, can_focus=True):
     """The last events, the newest at the bottom."""
 
     def __init__(self, *, id: str | None = None) -> None:
         """An empty log."""
-        super().__init__(id=id, wrap=True, markup=False, max_lines=2000, min_width=20)
+        super().__init__(id=id)
         self.border_title = "Events"
         self._events = EventLog()
-        self._revision = 0
-        self._total = 0
-        self._width = 0
+        self._revision = self._total = self._width = 0
+        self._blocks: list[Block] = []
+        self._firsts: list[int] = []
+        """The row at which each block begins, counted since the first one ever."""
+        self._end = 0
+
+    @property
+    def lines(self) -> list[str]:
+        """All rows of text."""
+        return [row for shown in self._blocks for row in shown.rows]
 
     def show(self, log: EventLog) -> None:
-        """Write what is new; a repeat of the last entry rewrites the log, to count it there."""
+        """Take in what is new; a repeat of the last entry counts there."""
         self._events = log
         if log.revision == self._revision or not self._width:
             return
         fresh = log.total - self._total
-        if fresh == log.revision - self._revision and fresh <= len(log.entries):
-            for entry in list(log.entries)[-fresh:]:
-                self._write(entry)
+        if fresh >= len(log.entries):
+            self._rebuild()
         else:
-            self._rewrite()
-        self._revision, self._total = log.revision, log.total
+            self._forget_last()  # it may have been repeated
+            for back in range(fresh + 1, 0, -1):
+                self._append(log.entries[-back])
+        self._settle()
 
-    def _write(self, entry: Entry) -> None:
-        self.write(line(entry, self._width), width=self._width)
-
-    def _rewrite(self) -> None:
-        self.clear()
+    def _rebuild(self) -> None:
+        self._blocks, self._firsts, self._end = [], [], 0
         for entry in self._events.entries:
-            self._write(entry)
+            self._append(entry)
+
+    def _append(self, entry: Entry) -> None:
+        shown = block(entry, self._width)
+        self._blocks.append(shown)
+        self._firsts.append(self._end)
+        self._end += len(shown.rows)
+
+    def _forget_last(self) -> None:
+        if self._blocks:
+            self._blocks.pop()
+            self._end = self._firsts.pop()
+
+    def _settle(self) -> None:
+        """Drop what the log has dropped, and keep the end in view if that is where one looks."""
+        gone = len(self._blocks) - len(self._events.entries)
+        del self._blocks[:gone], self._firsts[:gone]
+        self._revision, self._total = self._events.revision, self._events.total
+        at_end = self.scroll_offset.y >= self.max_scroll_y
+        self.virtual_size = Size(self._width, self._end - self._firsts[0] if self._firsts else 0)
+        if at_end:
+            self.scroll_end(animate=False, x_axis=False)
+        self.refresh()
+
+    def render_line(self, y: int) -> Strip:
+        """One line of the log."""
+        width, ground = self.scrollable_content_region.width, self.rich_style
+        row = y + self.scroll_offset.y + (self._firsts[0] if self._firsts else 0)
+        if row >= self._end:
+            return Strip.blank(width, ground)
+        index = bisect_right(self._firsts, row) - 1
+        return strip(self._blocks[index], row - self._firsts[index], self._width, ground).adjust_cell_length(
+            width, ground
+        )
 
     def on_resize(self, event: events.Resize) -> None:
         """Wrap the lines anew."""
         width = self.scrollable_content_region.width
         if width != self._width:
             self._width = width
-            self._rewrite()
-            self._revision, self._total = self._events.revision, self._events.total
+            self._rebuild()
+        self._settle()

@@ -15,6 +15,7 @@ from textual.strip import Strip
 from textual.widget import Widget
 
 from schemas.messages.touchline import TraversalStatus
+from schemas.plain_text import plain
 from tui import theme
 from tui.map_raster import Cells, Ink, MapRaster, Scene
 from tui.raster import EMPTY
@@ -41,11 +42,22 @@ COLORS = {
 }
 
 
-def _styles() -> list[Style]:
+_UNHEARD = (f"{theme.BLACK} on {theme.MUTED}", "")
+_STALE_COLORS = {
+    Ink.BODY: (theme.MUTED, ""),
+    Ink.NOZZLE_OFF: (theme.MUTED, ""),
+    Ink.NOZZLE_ON: (theme.MUTED, ""),
+    Ink.ROBOT: _UNHEARD,
+    Ink.ROBOT_STOPPED: _UNHEARD,
+}
+"""The robot's, where it was when it was heard last."""
+
+
+def _styles(*, stale: bool) -> list[Style]:
     """Styles by 2·ink + stripe."""
-    styles = []
+    styles, colors = [], COLORS | _STALE_COLORS if stale else COLORS
     for ink in Ink:
-        color, attributes = COLORS[ink]
+        color, attributes = colors[ink]
         for turf in (theme.TURF, theme.TURF_STRIPE):
             ground = "" if " on " in color else f" on {turf}"
             styles.append(Style.parse(f"{attributes} {color}{ground}".strip()))
@@ -75,12 +87,15 @@ class MapView(Widget, can_focus=True):
         self._cells: Cells | None = None
         self._keys = np.zeros((0, 0), dtype=np.uint64)
         self._strips: dict[int, Strip] = {}
-        self._styles = _styles()
+        self._stale = False
+        self._all_styles = {stale: _styles(stale=stale) for stale in (False, True)}
+        self._styles = self._all_styles[False]
 
     # -- what is drawn -----------------------------------------------------------------------------------------------
 
     def show(self, state: ConsoleState) -> None:
         """Draw what changed."""
+        self._show_stale(state.robot_stale)
         before = self._scene
         self._scene = self._scene_of(state)
         seen = (state.template, state.path)
@@ -95,6 +110,14 @@ class MapView(Widget, can_focus=True):
             self.view = self.view.centered(self._scene.robot.x_m, self._scene.robot.y_m)
         if self._scene.key != before.key or self._cells is None or self.follow:
             self._redraw()
+
+    def _show_stale(self, stale: bool) -> None:
+        """Grey the robot while nothing is heard of it, and say so."""
+        if stale != self._stale:
+            self._stale, self._styles = stale, self._all_styles[stale]
+            self._strips.clear()
+            self._show_title()
+            self.refresh()
 
     def _scene_of(self, state: ConsoleState) -> Scene:
         template, path, status = state.template, state.path, state.robot.status
@@ -194,7 +217,8 @@ class MapView(Widget, can_focus=True):
             self._look(self.view.centered(self._scene.robot.x_m, self._scene.robot.y_m))
 
     def _show_title(self) -> None:
-        self.border_title = f"{self._title} · following the robot" if self.follow else self._title
+        notes = [self._title, *(["following the robot"] if self.follow else [])]
+        self.border_title = " · ".join([*notes, *(["the robot where it was heard last"] if self._stale else [])])
 
     def action_pan(self, columns: int, rows: int) -> None:
         """Look further in a direction; this ends following."""
@@ -248,4 +272,4 @@ class MapView(Widget, can_focus=True):
 
 def _title(state: ConsoleState) -> str:
     template = state.template.template if state.template else None
-    return escape(template.title or template.name) if template else "Field"
+    return escape(plain(template.title or template.name)) if template else "Field"

@@ -6,19 +6,28 @@ from collections.abc import Callable
 from typing import Protocol
 
 from schemas.errors import TouchlineError
-from schemas.messages.touchline import LoadRequest, PlanOptions, PlanRequest, SetSpeedRequest, TraversalStatus
+from schemas.messages.touchline import LoadRequest, PlanOptions, PlanRequest, SetSpeedRequest
+from schemas.plain_text import plain
 from schemas.template import Template
 from tui import format, orders
 from tui.event_log import ERROR, INFO, WARN
-from tui.orders import Order, Outcome
+from tui.order_book import ESTOP_TRIES, Change, Phase
+from tui.orders import Order, Outcome, Tried
 from tui.state import ConsoleState
+
+PAUSE_TOLD_S = 1.0
+"""How long the status may take to tell of a pause."""
 
 
 class Sender(Protocol):
-    """Whatever sends an order; False if one of the same name is still under way."""
+    """Whatever sends an order."""
 
-    def send(self, order: Order) -> bool:
-        """Send it without waiting."""
+    def send(self, order: Order) -> None:
+        """Send it without waiting; an emergency stop again and again."""
+        ...
+
+    def cease(self) -> None:
+        """Send the emergency stop no more."""
         ...
 
 
@@ -42,17 +51,53 @@ class Operator:
 
     def command(self, name: str) -> None:
         """An order without arguments, by its name in `orders.COMMANDS`."""
-        self._send(orders.command(name, self._request_id()))
+        if name == "estop":
+            self.stop()
+        elif name == "reset" and self.state.orders.stop.phase is Phase.SENT:
+            self._withdraw()
+        elif name == "pause" and self._pauses_already():
+            self._say(INFO, "Pause: it pauses already; g goes on")
+        else:
+            self._send(orders.command(name, self._request_id()))
 
-    def pause_or_resume(self) -> None:
-        """Pause, or resume if paused."""
-        self.command("resume" if self.state.traversal == TraversalStatus.PAUSED else "pause")
+    def stop(self) -> None:
+        """Stop the robot: send it at once and go on sending it until the robot's status says that it is stopped."""
+        latch = self.state.orders.stop
+        if latch.phase is not Phase.SENT:
+            self.state.note(WARN, "console", "Emergency stop sent")
+        request_id = latch.press(self._request_id(), self.state.publisher)
+        self._sender.send(orders.command("estop", request_id))
+
+    def _withdraw(self) -> None:
+        latch = self.state.orders.stop
+        self._sender.cease()
+        latch.withdraw()
+        self._say(WARN, "Emergency stop WITHDRAWN before the robot acknowledged it")
+
+    def _pauses_already(self) -> bool:
+        """A space bar that is held down is one pause."""
+        return self.state.paused_by_hand or self.state.orders.accepted_within("pause", PAUSE_TOLD_S, self.state.now_s)
+
+    def heed_status(self) -> None:
+        """Act on what the robot's status has said about the emergency stop."""
+        latch = self.state.orders.stop
+        changes, latch.changes = latch.changes, []
+        for change in changes:
+            if change is Change.ACKNOWLEDGED:
+                self._sender.cease()
+                self.state.note(WARN, "console", "Emergency stop accepted: the robot's status says so")
+            elif change is Change.RELEASED:
+                self.state.note(INFO, "console", "the emergency stop has been reset")
+            else:
+                self.state.note(ERROR, "console", "the robot is back and not stopped: the emergency stop is sent again")
+                latch.begin(self._request_id())
+                self._sender.send(orders.command("estop", latch.request_id))
 
     def choose(self, template: Template, text: str) -> None:
         """Take a template into view."""
         self.state.choose_template(template, text)
         size = f"{len(template.segments)} lines, {format.length(template.length_m)} of paint"
-        self.state.note(INFO, "console", f"Template {template.name}: {size}")
+        self.state.note(INFO, "console", f"Template {plain(template.name)}: {size}")
 
     def may_prepare(self, what: str, *, needs_template: bool) -> bool:
         """Whether a new job may be prepared now; says why not."""
@@ -82,7 +127,7 @@ class Operator:
 
     def set_speed(self, factor: float) -> None:
         """Let simulated time pass at a factor of real time; if another is still being set, then after that."""
-        if self._sender.send(orders.set_speed(factor, self._request_id())):
+        if self._send(orders.set_speed(factor, self._request_id())):
             self._speed_asked = factor
         else:
             self._speed_wanted = factor
@@ -97,32 +142,69 @@ class Operator:
         return f"tui-{self._session}-{self._orders}"
 
     def _send(self, order: Order) -> bool:
-        sent = self._sender.send(order)
-        if not sent:
-            self._say(INFO, f"{order.title}: still waiting for the answer to the last one")
-        return sent
+        """Send it; one of the same name that is under way stands for this one, too."""
+        if self.state.orders.under_way(order.name):
+            return False
+        self.state.orders.place(order.name, order.title, order.attempts, self.state.now_s)
+        self._sender.send(order)
+        return True
 
     # -- outcomes ----------------------------------------------------------------------------------------------------
 
+    def tried(self, tried: Tried) -> None:
+        """An order was sent once more."""
+        order = tried.order
+        if order.name != "estop":
+            self.state.orders.tried(order.name, tried.number)
+            return
+        latch = self.state.orders.stop
+        before = latch.tries
+        latch.tried(order.request_id, tried.number)
+        if before <= ESTOP_TRIES < latch.tries and latch.phase is Phase.SENT:
+            text = f"Emergency stop NOT ACKNOWLEDGED after {ESTOP_TRIES} tries: it is repeated until it is"
+            self.state.note(ERROR, "console", text)
+
     def done(self, outcome: Outcome) -> bool:
         """Take in what came of an order and say so; False if it was not carried out or its answer makes no sense."""
-        title = outcome.order.title
+        if outcome.order.name == "estop":
+            return self._stop_answered(outcome)
+        done = self._answered(outcome)
         if isinstance(outcome.order.request, SetSpeedRequest):
             wanted, self._speed_asked, self._speed_wanted = self._speed_wanted, None, None
             if outcome.ok and wanted is not None:
                 self.set_speed(wanted)
+        return done
+
+    def _answered(self, outcome: Outcome) -> bool:
+        title = outcome.order.title
         if isinstance(outcome.order.request, PlanRequest):
             self.state.plan_done(outcome.order.request_id)
         if not outcome.ok:
-            self._say(ERROR, f"{title} {'failed' if outcome.failure else 'refused'}: {outcome.reason}")
-            return False
+            times = f" after {outcome.order.attempts} tries" if outcome.order.attempts > 1 else ""
+            fate = f"not answered{times}" if outcome.failure else "refused"
+            return self._last_word(outcome, ERROR, f"{title} {fate}: {outcome.reason}")
         try:
             text = self._take_over(outcome)
         except (TouchlineError, ValueError) as error:
-            self._say(ERROR, f"{title}: the answer is of no use: {error}")
+            return self._last_word(outcome, ERROR, f"{title}: the answer is of no use: {error}")
+        severity = WARN if outcome.order.name == "abort" else INFO
+        return self._last_word(outcome, severity, f"{title}: {text or 'done'}", accepted=True)
+
+    def _last_word(self, outcome: Outcome, severity: int, text: str, *, accepted: bool = False) -> bool:
+        text, now_s = plain(text), self.state.now_s
+        self.state.orders.done(outcome.order.name, accepted=accepted, severity=severity, text=text, now_s=now_s)
+        self.state.note(severity, "console", text)
+        return accepted
+
+    def _stop_answered(self, outcome: Outcome) -> bool:
+        """An answer is noted, but ends nothing: only the robot's status does."""
+        if outcome.failure:
             return False
-        self._say(WARN if outcome.order.name in ("estop", "abort") else INFO, f"{title}: {text or 'done'}")
-        return True
+        first = self.state.orders.stop.answered(outcome.order.request_id, outcome.reason or "done", self.state.now_s)
+        if first:
+            severity = WARN if outcome.ok else ERROR
+            self.state.note(severity, "console", f"Emergency stop{'' if outcome.ok else ' REFUSED'}: {outcome.reason}")
+        return outcome.ok
 
     def _take_over(self, outcome: Outcome) -> str:
         """Change the state as the order did the world; what to say about it."""

@@ -15,6 +15,7 @@ from schemas.messages.touchline import (
     SetSpeedRequest,
 )
 from schemas.messages.turf_tank import Trajectory
+from schemas.plain_text import plain
 from schemas.topics import Service
 
 SPEEDS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, -1.0)
@@ -33,19 +34,28 @@ COMMANDS = {
     "abort": ("Abort", topics.ABORT),
     "estop": ("Emergency stop", topics.ESTOP),
     "reset": ("Reset", topics.RESET),
+    "refill": ("Refill", topics.REFILL_TANK),
+    "battery": ("Replace battery", topics.REPLACE_BATTERY),
 }
 """Orders without arguments: title and service by name."""
 
 COMMAND_TIMEOUT_S = 3.0
 PLAN_TIMEOUT_S = 120.0
 LOAD_TIMEOUT_S = 15.0
-ESTOP_TIMEOUT_S = 0.7
-ESTOP_ATTEMPTS = 6
+STOP_TIMEOUT_S = 1.0
+STOP_ATTEMPTS = 3
+"""For orders that are to bring the robot to rest."""
+ESTOP_TIMEOUT_S = 0.4
+WITHOUT_END = 0
+"""As a number of attempts: until the robot's status says that it has it."""
 
 
 @dataclass(frozen=True)
 class Order:
-    """A request on its way. It is sent up to `attempts` times with the same request id, which is harmless."""
+    """A request on its way. It is sent up to `attempts` times with the same request id, which is harmless.
+
+    An emergency stop is sent `WITHOUT_END`, until somebody calls it off.
+    """
 
     name: str
     title: str
@@ -61,8 +71,16 @@ class Order:
 
 
 @dataclass(frozen=True)
+class Tried:
+    """An order is being sent for the `number`-th time."""
+
+    order: Order
+    number: int
+
+
+@dataclass(frozen=True)
 class Outcome:
-    """What came of an order: the answer, or the reason why there is none."""
+    """What came of an order, or of one try of an emergency stop: the answer, or the reason why there is none."""
 
     order: Order
     response: Any = None
@@ -76,15 +94,17 @@ class Outcome:
     @property
     def reason(self) -> str:
         """Why it was not, or what the service says about it."""
-        return self.failure or str(self.response.message)
+        return plain(self.failure or str(self.response.message))
 
 
 def command(name: str, request_id: str) -> Order:
-    """An order of `COMMANDS`; the emergency stop is repeated until it is answered."""
+    """An order of `COMMANDS`; those that stop the robot are repeated, the emergency stop without end."""
     title, service = COMMANDS[name]
     request = CommandRequest(request_id=request_id)
     if name == "estop":
-        return Order(name, title, service, request, ESTOP_TIMEOUT_S, ESTOP_ATTEMPTS)
+        return Order(name, title, service, request, ESTOP_TIMEOUT_S, WITHOUT_END)
+    if name in ("pause", "abort"):
+        return Order(name, title, service, request, STOP_TIMEOUT_S, STOP_ATTEMPTS)
     return Order(name, title, service, request)
 
 

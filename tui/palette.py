@@ -19,9 +19,11 @@ def commands(app: App[None], hand: Operator) -> Iterator[SystemCommand]:
     yield SystemCommand("Load and go on", text, partial(hand.load, resume=True))
     yield SystemCommand("Start", "Start painting (s)", partial(app.call_later, app.run_action, "command('start')"))
     yield SystemCommand("Pause", "Stop where it is; resume goes on (space)", partial(hand.command, "pause"))
-    yield SystemCommand("Resume", "Go on after a pause (space)", partial(hand.command, "resume"))
+    yield SystemCommand("Resume", "Go on after a pause (g)", partial(hand.command, "resume"))
     yield SystemCommand("Abort", "Give up the job (a)", partial(app.run_action, "abort"))
     yield SystemCommand("Reset", "Make ready again after a stop or an abort (r)", partial(hand.command, "reset"))
+    yield SystemCommand("Refill tank", "The tank has been filled up (u)", partial(hand.command, "refill"))
+    yield SystemCommand("Replace battery", "A full battery has been put in (b)", partial(hand.command, "battery"))
     for factor in orders.SPEEDS:
         name = "as fast as it goes" if factor < 0 else f"{format.factor(factor)} real time"
         yield SystemCommand(f"Speed {format.factor(factor)}", f"Simulate {name}", partial(hand.set_speed, factor))

@@ -10,11 +10,14 @@ from textual.widgets import Static
 
 from schemas import topics
 from schemas.messages.touchline import GnssStatus, TraversalStatus
+from schemas.plain_text import plain
 from schemas.supplies import times
 from tui import format, supplies, theme
+from tui.alerts import LOW_BATTERY, remedy
+from tui.health import Freshness, silence
+from tui.order_book import Phase
 from tui.state import ConsoleState
 
-LOW_BATTERY = 0.2
 LOW_PAINT = 0.15
 GOOD_ERROR_M = 0.02
 """Lateral error that still meets the accuracy that is promised."""
@@ -28,23 +31,30 @@ NODE_LABELS = {topics.ROBOT_SIM: "robot"}
 
 
 def badge(state: ConsoleState) -> theme.Badge:
-    """The traversal's state as it is shown."""
+    """The traversal's state as it is shown; a robot that says nothing any more may be in another by now."""
     if not state.robot_alive:
         return theme.NO_ROBOT
     if state.traversal is None:
         return theme.WAITING
-    return theme.STATES[state.traversal]
+    known = theme.STATES[state.traversal]
+    if not state.robot_stale:
+        return known
+    return theme.Badge(known.mark, f"{known.text}? no word for {state.robot_silence_s:.0f} s", theme.ORANGE)
 
 
 def hint(state: ConsoleState) -> tuple[str, str]:
     """The step that comes next: (key, what it does); the key is empty when there is nothing to press."""
     traversal = state.traversal
+    if state.orders.stop.phase is Phase.SENT and (state.robot_stale or not state.robot_alive):
+        return "", "use the robot's stop button"
+    if state.robot_stale and state.busy:
+        return "e", "stop; keep clear of the robot"
     if traversal == TraversalStatus.ESTOPPED:
         return "r", "reset, once it is safe"
     if traversal == TraversalStatus.RUNNING:
         return "space", "pause"
     if traversal == TraversalStatus.PAUSED:
-        return "space", "resume"
+        return remedy(state) or ("g", "resume")
     if traversal == TraversalStatus.ABORTED:
         return "r", "reset"
     if state.progress is not None:
@@ -74,18 +84,31 @@ def _bar(fraction: float | None, width: int, color: str) -> Content:
 def status_lines(state: ConsoleState, width: int) -> list[Content]:
     """The status panel, line by line, `width` cells wide."""
     shown, status = badge(state), state.robot.status if state.robot_alive else None
-    lines = [Content.styled(f" {shown.mark} {shown.text} ".center(width), f"bold {shown.on} on {shown.color}")]
-    if status and status.reason:
-        lines += [Content.styled(line, theme.ORANGE) for line in wrap(status.reason, width)[:2]]
+    head = [Content.styled(f" {shown.mark} {shown.text} ".center(width), f"bold {shown.on} on {shown.color}")]
+    head += [Content.styled(line, theme.ORANGE) for line in _reasons(state, width)]
     key, text = hint(state)
-    lines.append(Content.assemble((f" {key} " if key else "", "reverse bold"), (f" {text}", theme.INK)))
+    head.append(Content.assemble((f" {key} " if key else "", "reverse bold"), (f" {text}", theme.INK)))
     if status is None or status.state in (TraversalStatus.IDLE, TraversalStatus.READY):
-        lines += _plan_lines(state)
+        lines = _plan_lines(state)
     else:
-        lines += _job_lines(state, status, width)
+        lines = _job_lines(state, status, width)
     if not state.robot_alive:
-        return [*lines, Content.styled("touchline up  starts what is missing", theme.MUTED)]
-    return lines + _robot_lines(state, width) + _report_lines(state)
+        return [*head, *lines, Content.styled("touchline up  starts what is missing", theme.MUTED)]
+    lines += _robot_lines(state, width) + _report_lines(state)
+    if state.robot_stale:  # these figures are of a while ago
+        lines = [Content.styled(line.plain, theme.MUTED) for line in lines]
+    return head + lines
+
+
+def _reasons(state: ConsoleState, width: int) -> list[str]:
+    """Why the robot is in its state, and why it stopped first, if that was something else."""
+    status = state.robot.status if state.robot_alive else None
+    if status is None or not status.reason:
+        return []
+    first = state.robot.stopped_by
+    if first in ("", status.reason):
+        return wrap(status.reason, width)[:2]
+    return [*wrap(status.reason, width)[:2], *wrap(f"stopped first: {first}", width)[:2]]
 
 
 def _job_lines(state: ConsoleState, status: TraversalStatus, width: int) -> list[Content]:
@@ -107,7 +130,7 @@ def _line_name(state: ConsoleState, status: TraversalStatus) -> tuple[str, str]:
     """(the line being painted or driven to, which of how many it is)."""
     path = state.path
     if path is None or status.segment_index >= len(path.goals):
-        return status.segment_id or format.UNKNOWN, f"{status.segment_index + 1}/{status.segment_count}"
+        return plain(status.segment_id) or format.UNKNOWN, f"{status.segment_index + 1}/{status.segment_count}"
     goal = path.goals[status.segment_index]
     if goal >= len(path.rows):
         return "to the end", f"{len(path.rows)}/{len(path.rows)}"
@@ -129,7 +152,7 @@ def _lateral(status: TraversalStatus) -> Content:
 def _plan_lines(state: ConsoleState) -> list[Content]:
     lines = []
     if state.template:
-        lines.append(_row("template", state.template.template.name))
+        lines.append(_row("template", plain(state.template.template.name)))
     report = state.path.report if state.path else None
     if report:
         # The plan's own figure is the axle's way, which on arcs is not the line's length.
@@ -150,7 +173,7 @@ def _needs_lines(state: ConsoleState) -> list[Content]:
     """What the job needs, against what the robot has, and what that means."""
     needs, report = supplies.of_job(state), state.path.report if state.path else None
     lines: list[Content] = []
-    for supply, thing, unit, digits, remedy in (
+    for supply, thing, unit, digits, verb in (
         (needs.paint, "tank", "L", 1, "refill"),
         (needs.battery, "battery", "Wh", 0, "change"),
     ):
@@ -162,7 +185,7 @@ def _needs_lines(state: ConsoleState) -> list[Content]:
             text += f", {thing} {format.number(supply.there, digits, unit)}"
         lines.append(_row("" if lines else "needs", (text, color)))
         if not supply.lasts:
-            lines.append(_row("", (f"▲ {remedy} {times(supply.refills)}", f"bold {color}")))
+            lines.append(_row("", (f"▲ {verb} {times(supply.refills)}", f"bold {color}")))
     if report:
         crossings = f"{report.wet_crossings} times" if report.wet_crossings else "no"
         lines.append(_row("crosses", crossings, (" wet paint", theme.MUTED)))
@@ -212,12 +235,16 @@ def service_lines(state: ConsoleState, width: int) -> list[Content]:
     for node in state.nodes.values():
         if node.name in PEOPLE:
             continue
-        if node.silent(state.now_s):
-            mark, text, color = "▲", "silent", theme.ORANGE
-        elif node.alive:
-            mark, text, color = "●", node.message or "alive", theme.GREEN if node.level == 0 else theme.ORANGE
+        freshness = node.freshness(state.now_s)
+        mark, color = theme.FRESHNESS[freshness].mark, theme.FRESHNESS[freshness].color
+        if freshness is Freshness.STALE:
+            text = silence(node.silence_s(state.now_s))
+        elif freshness is Freshness.STARTING:
+            text = node.message or f"no word yet for {node.silence_s(state.now_s):.0f} s"
+        elif freshness is Freshness.LIVE:
+            text, color = node.message or "alive", theme.GREEN if node.level == 0 else theme.ORANGE
         else:
-            mark, text, color = "○", "down" if node.seen else "not seen", theme.VERMILION if node.seen else theme.MUTED
+            text, color = ("down", color) if node.seen else ("not seen", theme.MUTED)
         name = NODE_LABELS.get(node.name, node.name)
         text_color = theme.MUTED if color == theme.GREEN else color
         lines.append(Content.assemble((f"{mark} ", color), f"{name:<11}", (format.cut(text, width - 13), text_color)))

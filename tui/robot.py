@@ -11,8 +11,11 @@ from schemas import topics
 from schemas.messages.base import Message
 from schemas.messages.standard import BatteryState, Clock, Odometry, Time
 from schemas.messages.touchline import GnssStatus, SprayerState, TraversalReport, TraversalStatus
+from schemas.plain_text import plain
 
 BUSY_STATES = (TraversalStatus.RUNNING, TraversalStatus.PAUSED)
+HALTED_STATES = (TraversalStatus.PAUSED, TraversalStatus.ESTOPPED, TraversalStatus.ABORTED)
+"""In these a job waits, or was given up, for a reason."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +38,8 @@ class Robot:
     gnss: GnssStatus | None = None
     battery: BatteryState | None = None
     sprayer: SprayerState | None = None
+    stopped_by: str = ""
+    """Why the job stopped first; an emergency stop and a reset since then gave the status other reasons."""
 
     @property
     def fractions(self) -> dict[str, float]:
@@ -67,7 +72,12 @@ class Robot:
         before = self.status.state if self.status else None
         if message.state in BUSY_STATES and before not in BUSY_STATES:
             self.report = None
-        self.status = message
+        reason = plain(message.reason)
+        if message.state not in HALTED_STATES:
+            self.stopped_by = ""
+        elif not self.stopped_by:
+            self.stopped_by = reason
+        self.status = message if reason == message.reason else message.model_copy(update={"reason": reason})
 
     def _report(self, message: TraversalReport) -> None:
         self.report = message

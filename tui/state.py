@@ -14,6 +14,7 @@ from schemas.messages.base import Message
 from schemas.messages.standard import DiagnosticArray, String
 from schemas.messages.touchline import Event, PaintMarks, PlanReport, Progress, TraversalStatus
 from schemas.messages.turf_tank import Trajectory
+from schemas.plain_text import plain
 from schemas.setup import Setup
 from schemas.spec import parse
 from schemas.template import Template
@@ -21,14 +22,17 @@ from schemas.topics import Topic
 from schemas.vehicle import Vehicle
 from tui import robot as robot_model
 from tui.event_log import ERROR, INFO, WARN, EventLog
-from tui.health import Node, take_report
+from tui.health import Freshness, Node, take_report
 from tui.job import NOTHING, Job, PathView, Row, TemplateView
+from tui.order_book import OrderBook
 from tui.paint_track import PaintTrack
 from tui.protocol import Incoming, Lost, NodeChanged, PaintFetched, Received, Rejected
 from tui.robot import BUSY_STATES, ROBOT_TOPICS, Robot, seconds
 
 EXPECTED_NODES = (topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE)
 """Processes that are listed even before they have ever been seen."""
+PAUSED_BY_HAND = "paused by the operator"
+"""How the robot begins the reason of a pause that a person has ordered."""
 SPEED_TOLD_S = 2.5
 """How long the robot may take to tell a new speed factor; until then it may still tell the old one."""
 
@@ -46,6 +50,7 @@ class ConsoleState:
     nodes: dict[str, Node] = field(default_factory=lambda: {name: Node(name) for name in EXPECTED_NODES})
     paint: PaintTrack = field(default_factory=PaintTrack)
     log: EventLog = field(default_factory=EventLog)
+    orders: OrderBook = field(default_factory=OrderBook)
     draft: Job = NOTHING
     loaded: Job = NOTHING
     progress: Progress | None = None
@@ -53,6 +58,7 @@ class ConsoleState:
     lost: int = 0
     rejected: int = 0
     now_s: float = 0.0
+    """The console's own time: it stands still while the console does, so that nobody else seems silent for that."""
     vehicle: Vehicle = field(default_factory=Vehicle)
     _speed_set: tuple[float, float] = (1.0, -math.inf)
     _publisher: str = ""
@@ -70,6 +76,33 @@ class ConsoleState:
         """The traversal's state; None while no living robot has told it."""
         status = self.robot.status
         return status.state if status and self.robot_alive else None
+
+    @property
+    def publisher(self) -> str:
+        """The run of the robot's process that tells its status; "" if none has."""
+        return self._publisher
+
+    @property
+    def robot_freshness(self) -> Freshness:
+        """Whether what the robot has said holds now."""
+        return self.nodes[topics.ROBOT_SIM].freshness(self.now_s)
+
+    @property
+    def robot_silence_s(self) -> float:
+        """How long nothing has been heard of the robot."""
+        return self.nodes[topics.ROBOT_SIM].silence_s(self.now_s)
+
+    @property
+    def robot_stale(self) -> bool:
+        """Whether the robot is there, but says nothing any more."""
+        return self.robot_freshness is Freshness.STALE
+
+    @property
+    def paused_by_hand(self) -> bool:
+        """Whether the robot says, and says now, that it pauses until it is told to go on."""
+        status = self.robot.status
+        by_hand = status is not None and status.reason.startswith(PAUSED_BY_HAND)
+        return by_hand and self.traversal == TraversalStatus.PAUSED and not self.robot_stale
 
     @property
     def busy(self) -> bool:
@@ -131,7 +164,7 @@ class ConsoleState:
     # -- what comes in -----------------------------------------------------------------------------------------------
 
     def apply(self, event: Incoming, now_s: float) -> None:
-        """Take one event; `now_s` is a monotonic wall time, used to notice silence only."""
+        """Take one event; `now_s` is the console's own time, used to notice silence only."""
         self.now_s = now_s
         match event:
             case Received(topic, message, publisher):
@@ -147,7 +180,7 @@ class ConsoleState:
                 self._reject(topic, reason)
 
     def note(self, severity: int, source: str, text: str) -> None:
-        """Write to the log at the robot's present time."""
+        """Write to the log at the robot's present time; the log makes it plain."""
         self.log.add(self.robot.sim_time_s, severity, source, text)
 
     def _receive(self, topic: str, message: Message, publisher: str) -> None:
@@ -155,20 +188,23 @@ class ConsoleState:
             if self._publisher:
                 self._robot_restarted()
             self._publisher = publisher
+        if topic == topics.STATUS.name and isinstance(message, TraversalStatus):
+            self.orders.stop.status(message.state, publisher)
         try:
-            if not robot_model.take(self.robot, topic, message) and topic in _HANDLERS:
+            if robot_model.take(self.robot, topic, message):
+                self.nodes[topics.ROBOT_SIM].heard(self.now_s)
+            elif topic in _HANDLERS:
                 _HANDLERS[topic](self, message)
         except (TouchlineError, ValueError, AttributeError, TypeError, ArithmeticError) as error:
             self._reject(topic, str(error))
 
     def _node_changed(self, name: str, alive: bool) -> None:
+        name = plain(name)
         node = self.nodes.setdefault(name, Node(name))
         if node.alive == alive:
             return
         back = alive and node.seen
-        node.alive, node.report_s, node.level, node.message = alive, None, 0, ""
-        node.values.clear()
-        node.seen = node.seen or alive
+        node.appeared(alive, self.now_s)
         if name not in (topics.CONSOLE, topics.OPERATOR, topics.OBSERVER):
             text = f"{name} is {'back' if back else 'up'}" if alive else f"{name} is down"
             self.note(INFO if alive else ERROR, "console", text)
@@ -193,6 +229,7 @@ class ConsoleState:
         self.loaded = NOTHING
 
     def _reject(self, topic: str, reason: str) -> None:
+        topic = plain(topic)
         self.rejected += 1
         if topic not in self._rejected_topics:
             self._rejected_topics.add(topic)
@@ -254,7 +291,7 @@ class ConsoleState:
 
     def _progress(self, message: Progress) -> None:
         if self.plan_request and message.request_id == self.plan_request and math.isfinite(message.fraction):
-            self.progress = message
+            self.progress = message.model_copy(update={"stage": plain(message.stage)})
 
     def _diagnostics(self, message: DiagnosticArray) -> None:
         take_report(self.nodes, message, self.now_s)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from textual.theme import Theme
 
 from schemas.messages.touchline import GnssStatus, TraversalStatus
+from tui.health import Freshness
 
 BLACK = "#0b100e"
 SURFACE = "#111a16"
@@ -80,6 +81,13 @@ STATES = {
 }
 NO_ROBOT = Badge("–", "NO ROBOT", FAINT)
 WAITING = Badge("…", "WAITING FOR STATUS", FAINT)
+
+FRESHNESS = {
+    Freshness.LIVE: Badge("●", "live", GREEN),
+    Freshness.STARTING: Badge("◔", "starting", ORANGE),
+    Freshness.STALE: Badge("▲", "stale", ORANGE),
+    Freshness.GONE: Badge("○", "gone", VERMILION),
+}
 
 FIXES = {
     GnssStatus.NONE: Badge("○", "no fix", VERMILION),

@@ -23,13 +23,17 @@ Answer = Message | CallFailed | Callable[[Message], Message]
 
 @dataclass
 class FakeLink:
-    """Hands out what a test puts in, records what is asked, and answers as it is told to."""
+    """Hands out what a test puts in, records what is asked, and answers as it is told to.
+
+    An emergency stop that is answered `stops` the robot: its status says so.
+    """
 
     incoming: list[Incoming] = field(default_factory=list)
     asked: list[tuple[str, Any]] = field(default_factory=list)
     answers: dict[str, Answer] = field(default_factory=dict)
     fetches: int = 0
     held: threading.Event | None = None
+    stops: bool = True
 
     def poll(self) -> list[Incoming]:
         events, self.incoming = self.incoming, []
@@ -42,9 +46,11 @@ class FakeLink:
         answer = self.answers.get(service.name)
         if isinstance(answer, CallFailed):
             raise answer
-        if isinstance(answer, Message):
-            return answer
-        return answer(request) if answer else service.response(success=True)
+        if callable(answer):
+            answer = answer(request)
+        if service is topics.ESTOP and self.stops:
+            self.incoming.append(received(topics.STATUS, m.TraversalStatus(state=m.TraversalStatus.ESTOPPED)))
+        return answer or service.response(success=True)
 
     def fetch_paint(self) -> None:
         self.fetches += 1

@@ -14,8 +14,24 @@ from tui.key_bar import KeyBar
 async def test_keys_list_names_every_key_of_the_bar() -> None:
     async with console() as (app, _link, pilot):
         await pilot.press("question_mark")
-        listed = str(app.screen.query(Static).last().visual)
-        for key in ("e, ctrl+e", "t ", "p ", "l ", "s ", "space", "a ", "r ", "[ ,", "f ", "0, home", "ctrl+p", "q "):
+        listed = str(app.screen.query("#dialog Static").last(Static).visual)
+        for key in (
+            "e, ctrl+e",
+            "t ",
+            "p ",
+            "l ",
+            "s ",
+            "space",
+            "a ",
+            "r ",
+            "g ",
+            "u, b",
+            "[ ,",
+            "f ",
+            "0, home",
+            "ctrl+p",
+            "q ",
+        ):
             assert key in listed
         await pilot.press("question_mark")
         assert not isinstance(app.screen, KeysDialog)
@@ -37,7 +53,14 @@ async def test_quit_asks_while_the_robot_is_on_a_job(template: Template) -> None
 async def test_every_command_is_in_the_palette(template: Template) -> None:
     async with console(*scenes.loaded(template)) as (app, link, pilot):
         commands = {command.title: command.callback for command in app.get_system_commands(app.screen)}
-        for title, service in (("Start", topics.START), ("Pause", topics.PAUSE), ("Resume", topics.RESUME)):
+        orders = {
+            "Start": topics.START,
+            "Pause": topics.PAUSE,
+            "Resume": topics.RESUME,
+            "Refill tank": topics.REFILL_TANK,
+            "Replace battery": topics.REPLACE_BATTERY,
+        }
+        for title, service in orders.items():
             commands[title]()
             await until(pilot, lambda service=service: link.names()[-1:] == [service.name])
         commands["Speed max"]()

@@ -1,4 +1,4 @@
-"""Orders to the robot, the emergency stop above all: what is asked, and what is shown of the answer."""
+"""Orders to the robot: what is asked, and what is shown of the answer. The emergency stop: test_stop."""
 
 import threading
 
@@ -10,10 +10,11 @@ from schemas.template import Template
 from tests.tui import scenes
 from tests.tui.console import console, last, plain, until
 from tests.tui.scenes import received
-from tui.dialogs import ConfirmDialog, KeysDialog, PlanDialog, TemplateDialog
+from tui.dialogs import ConfirmDialog
 from tui.event_log import ERROR
 from tui.header import HeaderBar
 from tui.protocol import CallFailed
+from tui.signal_bar import SignalBar
 
 
 @pytest.mark.parametrize(
@@ -21,7 +22,9 @@ from tui.protocol import CallFailed
     [
         (m.TraversalStatus.READY, "s", topics.START),
         (m.TraversalStatus.RUNNING, "space", topics.PAUSE),
-        (m.TraversalStatus.PAUSED, "space", topics.RESUME),
+        (m.TraversalStatus.PAUSED, "g", topics.RESUME),
+        (m.TraversalStatus.PAUSED, "u", topics.REFILL_TANK),
+        (m.TraversalStatus.PAUSED, "b", topics.REPLACE_BATTERY),
         (m.TraversalStatus.RUNNING, "e", topics.ESTOP),
         (m.TraversalStatus.IDLE, "ctrl+e", topics.ESTOP),
         (m.TraversalStatus.ABORTED, "r", topics.RESET),
@@ -34,7 +37,7 @@ async def test_a_key_gives_its_order(
     async with console(*events) as (app, link, pilot):
         link.answers[service.name] = m.CommandResponse(success=True, message="as you say")
         await pilot.press(key)
-        await until(pilot, lambda: "as you say" in last(app)[1])
+        await until(pilot, lambda: any("as you say" in entry.text for entry in app.state.log.entries))
         assert link.names() == [service.name]
         assert link.asked[0][1].request_id
 
@@ -45,7 +48,7 @@ async def test_a_refusal_is_shown_with_its_reason(template: Template) -> None:
         await pilot.press("s")
         await until(pilot, lambda: app.state.log.entries[-1].severity == ERROR)
         assert last(app)[1] == "Start refused: no plan is loaded"
-        assert any("no plan is loaded" in toast.message for toast in app._notifications)
+        assert "Start refused: no plan is loaded" in plain(app, SignalBar)
 
 
 async def test_nobody_answering_is_shown(template: Template) -> None:
@@ -53,36 +56,7 @@ async def test_nobody_answering_is_shown(template: Template) -> None:
         link.answers[topics.START.name] = CallFailed("traversal/start: nobody answers; is the service running?")
         await pilot.press("s")
         await until(pilot, lambda: app.state.log.entries[-1].severity == ERROR)
-        assert last(app)[1].startswith("Start failed: traversal/start: nobody answers")
-
-
-async def test_an_emergency_stop_is_repeated_with_the_same_id_until_it_is_answered(template: Template) -> None:
-    async with console(*scenes.mid_run(template)) as (app, link, pilot):
-
-        def deaf_twice(request: m.CommandRequest) -> m.CommandResponse:
-            if len(link.asked) < 3:
-                raise CallFailed("no answer within 0.7 s")
-            return m.CommandResponse(success=True, message="stopped")
-
-        link.answers[topics.ESTOP.name] = deaf_twice
-        await pilot.press("e")
-        await until(pilot, lambda: "stopped" in last(app)[1])
-        assert link.names() == [topics.ESTOP.name] * 3
-        assert len({request.request_id for _, request in link.asked}) == 1
-
-
-async def test_an_emergency_stop_passes_an_order_that_hangs(template: Template) -> None:
-    async with console(*scenes.mid_run(template)) as (app, link, pilot):
-        link.held = threading.Event()
-        await pilot.press("space")
-        await until(pilot, lambda: topics.PAUSE.name in link.names())
-        await pilot.press("space")
-        await until(pilot, lambda: "still waiting" in last(app)[1])
-        await pilot.press("e", "e")
-        await until(pilot, lambda: link.names().count(topics.ESTOP.name) == 2)
-        link.held.set()
-        await until(pilot, lambda: "Pause: done" in [entry.text for entry in app.state.log.entries])
-        assert link.names().count(topics.PAUSE.name) == 1
+        assert last(app)[1].startswith("Start not answered: traversal/start: nobody answers")
 
 
 async def test_abort_asks_first(template: Template) -> None:
@@ -96,19 +70,6 @@ async def test_abort_asks_first(template: Template) -> None:
         assert link.asked == []
         await pilot.press("a", "y")
         await until(pilot, lambda: link.names() == [topics.ABORT.name])
-
-
-async def test_the_emergency_stop_works_in_every_dialog(template: Template) -> None:
-    async with console(*scenes.loaded(template)) as (app, link, pilot):
-        for number, (key, dialog) in enumerate(
-            (("t", TemplateDialog), ("p", PlanDialog), ("a", ConfirmDialog), ("question_mark", KeysDialog)), start=1
-        ):
-            await pilot.press(key)
-            assert isinstance(app.screen, dialog)
-            await pilot.press("ctrl+e")
-            await until(pilot, lambda number=number: link.names() == [topics.ESTOP.name] * number)
-            assert isinstance(app.screen, dialog)
-            await pilot.press("escape")
 
 
 async def test_no_press_of_a_speed_key_is_lost_while_an_answer_is_due(template: Template) -> None:
@@ -131,4 +92,48 @@ async def test_speed_goes_up_and_down_in_steps(template: Template) -> None:
             await until(pilot, lambda: [request.factor for _, request in link.asked] == asked)
             await until(pilot, lambda factor=factor: app.state.speed_factor == factor)
         assert link.names() == [topics.SET_SPEED.name] * 6
-        assert "speed 50×" in plain(app, HeaderBar)
+        await until(pilot, lambda: "speed 50×" in plain(app, HeaderBar))
+
+
+async def test_a_held_space_bar_is_one_pause_and_never_resumes(template: Template) -> None:
+    async with console(*scenes.mid_run(template)) as (app, link, pilot):
+        await pilot.press(*["space"] * 5)
+        await until(pilot, lambda: app.state.orders.accepted_within("pause", 1.0, app.state.now_s))
+        await pilot.press(*["space"] * 5)
+        paused = scenes.status(template, m.TraversalStatus.PAUSED, reason="paused by the operator")
+        link.incoming.append(received(topics.STATUS, paused))
+        await until(pilot, lambda: app.state.paused_by_hand)
+        await pilot.press(*["space"] * 5)
+        assert link.names() == [topics.PAUSE.name]
+        assert "g goes on" in plain(app, SignalBar)
+
+
+async def test_an_order_that_is_under_way_is_not_repeated(template: Template) -> None:
+    async with console(*scenes.loaded(template)) as (app, link, pilot):
+        link.held = threading.Event()
+        entries = len(app.state.log.entries)
+        await pilot.press(*["r"] * 50)
+        await until(pilot, lambda: link.asked)
+        assert link.names() == [topics.RESET.name]
+        assert len(app.state.log.entries) == entries, "a key that is held down costs nothing"
+        assert "Reset sent" in plain(app, SignalBar)
+        link.held.set()
+
+
+async def test_a_pause_is_sent_again_and_said_to_be_unanswered(template: Template) -> None:
+    async with console(*scenes.mid_run(template)) as (app, link, pilot):
+        link.answers[topics.PAUSE.name] = CallFailed("no answer within 1.0 s")
+        await pilot.press("space")
+        await until(pilot, lambda: last(app)[1] == "Pause not answered after 3 tries: no answer within 1.0 s")
+        assert link.names() == [topics.PAUSE.name] * 3
+        assert len({request.request_id for _, request in link.asked}) == 1
+        assert "Pause not answered after 3 tries" in plain(app, SignalBar)
+
+
+async def test_there_are_no_toasts(template: Template) -> None:
+    """They would cover the badge or the key bar, and fifty of them keep the console from its work for seconds."""
+    async with console(*scenes.loaded(template)) as (app, link, pilot):
+        link.answers[topics.START.name] = m.CommandResponse(success=False, message="no plan is loaded")
+        await pilot.press("s", "p", "escape", "ctrl+c")
+        await until(pilot, lambda: topics.START.name in link.names())
+        assert not app._notifications

@@ -7,11 +7,12 @@ import pytest
 from textual.pilot import Pilot
 
 from schemas import messages as m
+from schemas import topics
 from schemas.template import Template
 from tests.tui import scenes
 from tests.tui.scenes import FakeLink
 from tui.app import ConsoleApp
-from tui.protocol import Incoming
+from tui.protocol import Incoming, NodeChanged
 
 Compare = Callable[..., bool]
 
@@ -70,6 +71,20 @@ def test_emergency_stop(snap_compare: Compare, template: Template) -> None:
     assert snap_compare(app_with(scenes.estopped(template)), terminal_size=(120, 40), run_before=settled())
 
 
+def test_a_frozen_robot_that_does_not_acknowledge_a_stop(snap_compare: Compare, template: Template) -> None:
+    async def frozen(pilot: Pilot[Any]) -> None:
+        await settled()(pilot)
+        state = pilot.app.state  # type: ignore[attr-defined]
+        state.orders.stop.press("a", "robot-1")
+        state.orders.stop.tried("a", 9)
+        state.now_s += 4.0
+        await settled()(pilot)
+
+    empty = scenes.received(topics.SPRAYER, m.SprayerState(tank_l=0.01))
+    app = app_with([*scenes.mid_run(template), empty])
+    assert snap_compare(app, terminal_size=(80, 24), run_before=frozen)
+
+
 @pytest.mark.parametrize("key", ["t", "p", "a", "question_mark"])
 def test_dialogs_fit_the_smallest_terminal(snap_compare: Compare, template: Template, key: str) -> None:
     events = scenes.mid_run(template) if key == "a" else scenes.loaded(template)
@@ -77,9 +92,6 @@ def test_dialogs_fit_the_smallest_terminal(snap_compare: Compare, template: Temp
 
 
 def test_robot_gone_mid_run(snap_compare: Compare, template: Template) -> None:
-    from schemas import topics
-    from tui.protocol import NodeChanged
-
     events = [*scenes.mid_run(template), NodeChanged(topics.ROBOT_SIM, False)]
     assert snap_compare(app_with(events), terminal_size=(120, 40), run_before=settled())
 

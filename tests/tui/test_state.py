@@ -302,13 +302,6 @@ def test_diagnostics_are_per_process_and_the_worst_component_shows() -> None:
     assert panels.service_lines(state, 40)[2].plain.startswith("● bridge     ok")
 
 
-def test_a_process_that_hangs_is_silent() -> None:
-    state = reduced([*scenes.up(), received(topics.DIAGNOSTICS, scenes.diagnostics(topics.PLANNER))], now_s=10.0)
-    assert panels.service_lines(state, 40)[0].plain.startswith("● planner    ok")
-    state.now_s = 20.0
-    assert panels.service_lines(state, 40)[0].plain.startswith("▲ planner    silent")
-
-
 def test_a_process_that_dies_loses_what_it_reported() -> None:
     state = reduced([*scenes.up(), received(topics.DIAGNOSTICS, scenes.diagnostics(topics.ROBOT_SIM, speed_factor=20))])
     assert state.speed_factor == 20
@@ -336,7 +329,7 @@ def test_the_log_counts_repeats_and_keeps_sim_time(template: Template) -> None:
     [
         (m.TraversalStatus.READY, "s"),
         (m.TraversalStatus.RUNNING, "space"),
-        (m.TraversalStatus.PAUSED, "space"),
+        (m.TraversalStatus.PAUSED, "g"),
         (m.TraversalStatus.DONE, "t"),
         (m.TraversalStatus.ABORTED, "r"),
         (m.TraversalStatus.ESTOPPED, "r"),

@@ -1,0 +1,132 @@
+"""How long from a key to the bus: the operator's console in a terminal of its own, idle and under key-mashing.
+
+The console is `touchline tui` in a pseudo-terminal of 120 by 40. It has 1,000 entries in its log and a whole pitch of
+paint on its map; the robot that it shows only talks, so nothing else takes the machine's time.
+`python -m benchmarks console`.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import pty
+import queue
+import select
+import struct
+import subprocess
+import sys
+import termios
+import threading
+import time
+
+import numpy as np
+
+from benchmarks._console_robot import TalkingRobot, serve
+from schemas import topics
+from services.bus import Bus, BusConfig
+from services.bus.ports import free_port
+
+LOG_ENTRIES = 1000
+IDLE_STOPS = 20
+MASHED_STOPS = 8
+MASH_S = 6.0
+KEY_REPEAT_HZ = 30.0
+MASHES = {"r held": "r", "space held": " ", "every key": "rs g+-f0[]\t"}
+START_S = 60.0
+LOST_S = 30.0
+
+
+class Terminal:
+    """A pseudo-terminal with the console in it; what it writes is read and dropped."""
+
+    def __init__(self, config: BusConfig) -> None:
+        """Start the console."""
+        self._ours, theirs = pty.openpty()
+        fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 40, 120, 0, 0))
+        environment = {**os.environ, **config.environment(), "TERM": "xterm-256color", "COLORTERM": "truecolor"}
+        environment["PYTHONPATH"] = os.pathsep.join(sys.path)
+        command = [sys.executable, "-m", "services.cli", "tui"]
+        self._process = subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs, env=environment)
+        os.close(theirs)
+        self._left = threading.Event()
+        self._reader = threading.Thread(target=self._read)
+        self._reader.start()
+
+    def _read(self) -> None:
+        while not self._left.is_set():
+            if select.select([self._ours], [], [], 0.1)[0]:
+                try:
+                    os.read(self._ours, 1 << 16)
+                except OSError:
+                    return
+
+    def press(self, key: str) -> None:
+        """One key."""
+        os.write(self._ours, key.encode())
+
+    def leave(self) -> None:
+        """End the console."""
+        self._process.kill()
+        self._process.wait()
+        self._left.set()
+        self._reader.join()
+        os.close(self._ours)
+
+
+def main() -> None:
+    """Press the emergency stop again and again, and print how long it took to reach the robot."""
+    config = BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}")
+    stops: queue.Queue[tuple[str, float]] = queue.Queue()
+    stop = threading.Event()
+    with Bus.open(topics.ROBOT_SIM, config) as bus:
+        robot = TalkingRobot(bus, LOG_ENTRIES)
+        robot.stopped = lambda request_id, at_s: stops.put((request_id, at_s))
+        thread = threading.Thread(target=serve, args=(robot, stop))
+        thread.start()
+        terminal = Terminal(config)
+        try:
+            if bus.wait_for({topics.CONSOLE}, START_S):
+                sys.exit("the console did not come up")
+            _wait_until_it_hears(terminal, stops)
+            robot.tell_all()
+            time.sleep(3.0)
+            print(f"{'':12} {'median':>8} {'worst':>8}   key to bus")
+            _print("idle", [_stop_s(terminal, stops) for _ in range(IDLE_STOPS)])
+            robot.repeats = True
+            for name, keys in MASHES.items():
+                _print(name, [_mashed_s(terminal, stops, keys) for _ in range(MASHED_STOPS)])
+        finally:
+            terminal.leave()
+            stop.set()
+            thread.join()
+
+
+def _wait_until_it_hears(terminal: Terminal, stops: queue.Queue[tuple[str, float]]) -> None:
+    deadline_s = time.monotonic() + START_S
+    while stops.empty():
+        if time.monotonic() > deadline_s:
+            sys.exit("the console does not react to keys")
+        terminal.press("e")
+        time.sleep(0.5)
+    time.sleep(1.0)
+
+
+def _print(name: str, took_s: list[float]) -> None:
+    print(f"{name:12} {1e3 * np.median(took_s):>5.0f} ms {1e3 * max(took_s):>5.0f} ms", flush=True)
+
+
+def _stop_s(terminal: Terminal, stops: queue.Queue[tuple[str, float]]) -> float:
+    while not stops.empty():
+        stops.get()
+    begun_s = time.monotonic()
+    terminal.press("e")
+    _, at_s = stops.get(timeout=LOST_S)
+    time.sleep(1.0)  # until the robot runs again
+    return at_s - begun_s
+
+
+def _mashed_s(terminal: Terminal, stops: queue.Queue[tuple[str, float]], keys: str) -> float:
+    for number in range(round(MASH_S * KEY_REPEAT_HZ)):
+        terminal.press(keys[number % len(keys)])
+        time.sleep(1.0 / KEY_REPEAT_HZ)
+    return _stop_s(terminal, stops)

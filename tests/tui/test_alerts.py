@@ -1,0 +1,110 @@
+"""What keeps the robot from its work stays in view until it is gone, and the next step says what to do."""
+
+import pytest
+
+from schemas import messages as m
+from schemas import topics
+from schemas.template import Template
+from services.robot_sim.onboard import hazards
+from tests.tui import scenes
+from tests.tui.console import console, plain
+from tests.tui.scenes import received
+from tui import alerts, panels
+from tui.key_bar import KeyBar
+from tui.protocol import Incoming
+from tui.signal_bar import SignalBar
+from tui.state import ConsoleState
+
+EMPTY = received(topics.SPRAYER, m.SprayerState(tank_l=0.02))
+FULL = received(topics.SPRAYER, m.SprayerState(tank_l=20.0))
+FLOAT = received(topics.GNSS_STATUS, m.GnssStatus(fix=m.GnssStatus.FLOAT))
+FLAT = received(topics.BATTERY, m.BatteryState(percentage=0.07))
+
+
+def told(template: Template, state: int, reason: str = "") -> Incoming:
+    return received(topics.STATUS, scenes.status(template, state, 14, 0.5, reason=reason))
+
+
+def reduced(*events: Incoming) -> ConsoleState:
+    state = ConsoleState()
+    for event in events:
+        state.apply(event, 0.0)
+    return state
+
+
+def texts(state: ConsoleState) -> list[str]:
+    return [alert.text for alert in alerts.alerts(state)]
+
+
+def test_the_limits_are_the_robots() -> None:
+    assert (alerts.EMPTY_TANK_L, alerts.FLAT_BATTERY) == (hazards.LOW_TANK_L, hazards.LOW_BATTERY)
+
+
+def test_an_alert_lasts_until_its_cause_is_gone(template: Template) -> None:
+    state = reduced(*scenes.mid_run(template), EMPTY, FLOAT, FLAT)
+    assert texts(state) == ["TANK EMPTY", "BATTERY 7 %", "NO FIX (float)"]
+    for other in (m.TraversalStatus.ESTOPPED, m.TraversalStatus.PAUSED, m.TraversalStatus.RUNNING):
+        state.apply(told(template, other), 0.0)
+        assert "TANK EMPTY" in texts(state)
+    for event in (FULL, *scenes.robot_health()):
+        state.apply(event, 0.0)
+    assert texts(state) == []
+
+
+@pytest.mark.parametrize(
+    ("cause", "key", "step"),
+    [
+        (EMPTY, "u", "refill the tank, then resume (g)"),
+        (FLAT, "b", "replace the battery, then resume (g)"),
+        (FLOAT, "", "wait for the RTK fix, then resume (g)"),
+        (FULL, "g", "resume"),
+    ],
+)
+def test_the_next_step_ends_the_cause(template: Template, cause: Incoming, key: str, step: str) -> None:
+    state = reduced(*scenes.mid_run(template), cause, told(template, m.TraversalStatus.PAUSED, "so"))
+    assert panels.hint(state) == (key, step)
+
+
+def test_the_first_reason_survives_an_emergency_stop_and_a_reset(template: Template) -> None:
+    state = reduced(*scenes.mid_run(template), told(template, m.TraversalStatus.PAUSED, "the tank is empty"))
+    state.apply(told(template, m.TraversalStatus.ESTOPPED, "emergency stop"), 0.0)
+    state.apply(told(template, m.TraversalStatus.PAUSED, "emergency stop released; resume to go on"), 0.0)
+    assert "stopped first: the tank is empty" in "\n".join(line.plain for line in panels.status_lines(state, 60))
+    state.apply(told(template, m.TraversalStatus.RUNNING), 0.0)
+    assert state.robot.stopped_by == ""
+
+
+async def test_alerts_and_orders_share_the_row_below_the_header(template: Template) -> None:
+    for size in ((80, 24), (200, 60)):
+        paused = told(template, m.TraversalStatus.PAUSED, "the tank is empty")
+        async with console(*scenes.mid_run(template), EMPTY, paused, size=size) as (app, _link, pilot):
+            app.state.orders.stop.press("a", "robot-1")
+            app.state.orders.stop.tried("a", 12)
+            app.tick()
+            await pilot.pause()
+            shown = plain(app, SignalBar)
+            assert "E-STOP NOT ACKNOWLEDGED – repeating (12)" in shown
+            assert "▲ TANK EMPTY" in shown
+            assert "u Refill" in plain(app, KeyBar)
+            assert app.query_one(SignalBar).region.y == 1
+
+
+def test_what_comes_from_outside_cannot_command_the_terminal(template: Template) -> None:
+    bell = "\x1b]52;c;aGk=\x07\x1b[2Jred\x9b31m"
+    state = reduced(
+        *scenes.mid_run(template),
+        told(template, m.TraversalStatus.PAUSED, bell),
+        scenes.event(1.0, m.Event.WARN, bell, bell),
+        received(topics.DIAGNOSTICS, scenes.diagnostics(topics.BRIDGE, bell, recording=bell)),
+        received(topics.DIAGNOSTICS, scenes.diagnostics(bell, bell)),
+        received(topics.SUPERVISOR_EVENTS, m.Event(text=bell, source=bell)),
+    )
+    segments = tuple(segment.model_copy(update={"label": bell}) for segment in template.segments)
+    hostile = template.model_copy(update={"name": bell, "title": bell, "segments": segments})
+    state.choose_template(hostile, "{}")
+    shown = [line.plain for width in (33, 80) for line in panels.status_lines(state, width)]
+    shown += [line.plain for line in panels.service_lines(state, 60)]
+    shown += [entry.source + entry.text for entry in state.log.entries]
+    shown += [row.label for row in state.draft.template.rows] if state.draft.template else []
+    assert not [text for text in shown if any(char in text for char in "\x1b\x07\x9b")]
+    assert any("red" in text for text in shown)

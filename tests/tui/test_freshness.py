@@ -1,0 +1,106 @@
+"""Silence: a process that says nothing any more is shown as such within a second, and never as running."""
+
+from schemas import messages as m
+from schemas import topics
+from schemas.template import Template
+from tests.tui import scenes
+from tests.tui.console import console, plain, until
+from tests.tui.scenes import FakeLink, received
+from tui import panels, theme
+from tui.app import ConsoleApp
+from tui.header import HeaderBar, header_line
+from tui.health import Freshness
+from tui.map_view import MapView
+from tui.panels import StatusPanel
+from tui.protocol import Incoming, NodeChanged
+from tui.state import ConsoleState
+
+
+def reduced(events: list[Incoming], now_s: float = 10.0) -> ConsoleState:
+    state = ConsoleState(now_s=now_s)
+    for event in events:
+        state.apply(event, now_s)
+    return state
+
+
+def robot_says(**values: object) -> Incoming:
+    return received(topics.DIAGNOSTICS, scenes.diagnostics(topics.ROBOT_SIM, **values))
+
+
+def test_a_frozen_robot_is_seen_within_a_second(template: Template) -> None:
+    state = reduced(scenes.mid_run(template))
+    assert panels.badge(state) == theme.STATES[m.TraversalStatus.RUNNING]
+    state.now_s += 0.7
+    assert panels.badge(state).color == theme.ORANGE
+    state.now_s += 1.3
+    assert panels.badge(state).text == "RUNNING? no word for 2 s"
+    for width in (80, 120, 200):
+        header = header_line(state, width)
+        assert "▲ robot 2 s?" in header.plain
+        assert "● robot" not in header.plain
+    lines = panels.status_lines(state, 40)
+    (speed,) = [line for line in lines if line.plain.startswith("speed")]
+    assert {span.style for span in speed.spans} == {theme.MUTED}
+    assert panels.hint(state) == ("e", "stop; keep clear of the robot")
+    assert panels.service_lines(state, 40)[1].plain == "▲ robot      STALE 2.0 s"
+    state.now_s += 2.0
+    assert panels.service_lines(state, 40)[1].plain == "▲ robot      NO ANSWER SINCE 4 s"
+
+
+def test_a_word_of_the_robots_own_loop_makes_it_live_again(template: Template) -> None:
+    words = (
+        robot_says(speed_factor=0.0),  # held: sim time stands still, the loop does not
+        received(topics.CLOCK, m.Clock()),
+    )
+    for word in words:
+        state = reduced(scenes.mid_run(template))
+        state.now_s += 5.0
+        assert state.robot_stale
+        state.apply(word, state.now_s)
+        assert state.robot_freshness is Freshness.LIVE
+    state.now_s += 5.0
+    state.apply(received(topics.SUPERVISOR_EVENTS, m.Event(text="not the robot")), state.now_s)
+    assert state.robot_stale
+
+
+def test_a_process_that_starts_is_neither_live_nor_silent() -> None:
+    state = reduced([NodeChanged(topics.ROBOT_SIM, True)])
+    state.now_s += 5.0
+    assert state.robot_freshness is Freshness.STARTING
+    assert panels.service_lines(state, 40)[1].plain == "◔ robot      no word yet for 5 s"
+    compiling = scenes.diagnostics(topics.ROBOT_SIM, "starting: compiling kernels")
+    state.apply(received(topics.DIAGNOSTICS, compiling), state.now_s)
+    state.now_s += 30.0
+    assert state.robot_freshness is Freshness.STARTING
+    assert "compiling" in panels.service_lines(state, 40)[1].plain
+
+
+def test_a_process_that_is_gone_is_gone(template: Template) -> None:
+    state = reduced([*scenes.mid_run(template), NodeChanged(topics.ROBOT_SIM, False)])
+    assert state.robot_freshness is Freshness.GONE
+    assert panels.badge(state) == theme.NO_ROBOT
+
+
+async def test_a_console_that_was_away_takes_nobody_for_silent(template: Template) -> None:
+    now = [0.0]
+    app = ConsoleApp(FakeLink(incoming=list(scenes.mid_run(template))), clock=lambda: now[0])
+    async with app.run_test(size=(80, 24)) as pilot:
+        await until(pilot, lambda: "RUNNING" in plain(app, StatusPanel))
+        now[0] = 30.0
+        app.tick()
+        assert not app.state.robot_stale
+        for _ in range(10):
+            now[0] += 0.1
+            app.tick()
+        assert app.state.robot_stale
+
+
+async def test_silence_is_on_the_screen_at_every_size(template: Template) -> None:
+    for size in ((80, 24), (200, 60)):
+        async with console(*scenes.mid_run(template), size=size) as (app, _link, pilot):
+            app.state.now_s += 2.0
+            app.tick()
+            await pilot.pause()
+            assert "RUNNING? no word for 2 s" in plain(app, StatusPanel)
+            assert "▲ robot 2 s?" in plain(app, HeaderBar)
+            assert "heard last" in str(app.query_one(MapView).border_title)

@@ -1,0 +1,100 @@
+"""What has become of the orders, without a screen or a bus."""
+
+import pytest
+
+from schemas.messages import TraversalStatus
+from tui.event_log import ERROR, INFO
+from tui.order_book import Change, OrderBook, Phase, StopLatch
+
+RUNNING, IDLE, ESTOPPED = TraversalStatus.RUNNING, TraversalStatus.IDLE, TraversalStatus.ESTOPPED
+
+
+def sent(robot: str = "one") -> StopLatch:
+    latch = StopLatch()
+    assert latch.press("a", robot) == "a"
+    return latch
+
+
+def text(latch: StopLatch, now_s: float = 0.0, state: str = "RUNNING") -> str:
+    line = latch.line(now_s, state)
+    return line.text if line else ""
+
+
+def test_a_stop_holds_once_the_robot_says_that_it_is_stopped() -> None:
+    latch = sent()
+    for tries in range(1, 7):
+        latch.tried("a", tries)
+        assert text(latch) == f"E-STOP SENT {tries}/6"
+    latch.tried("a", 9)
+    assert text(latch) == "E-STOP NOT ACKNOWLEDGED – repeating (9)"
+    latch.status(RUNNING, "one")
+    assert latch.phase is Phase.SENT
+    latch.status(ESTOPPED, "one")
+    assert (text(latch), latch.changes) == ("E-STOP ACCEPTED", [Change.ACKNOWLEDGED])
+
+
+def test_an_answer_does_not_end_it() -> None:
+    latch = sent()
+    assert latch.answered("a", "done", 1.0)
+    assert not latch.answered("a", "done", 1.5)
+    assert text(latch, 1.2) == "E-STOP SENT 1/6"  # the status may be on its way
+    assert text(latch, 3.0) == "E-STOP ANSWERED BUT RUNNING – repeating (0)"
+    assert latch.phase is Phase.SENT
+
+
+def test_it_keeps_its_request_id_until_it_is_acknowledged() -> None:
+    latch = sent()
+    assert latch.press("b", "one") == "a"
+    latch.status(ESTOPPED, "one")
+    assert latch.press("c", "one") == "c"
+
+
+def test_a_robot_that_comes_back_running_is_stopped_again_before_and_after_it_was_acknowledged() -> None:
+    for acknowledged in (False, True):
+        latch = sent()
+        if acknowledged:
+            latch.status(ESTOPPED, "one")
+        latch.changes.clear()
+        latch.status(IDLE, "two")
+        assert latch.changes == [Change.RESTARTED]
+        assert latch.phase is Phase.SENT
+
+
+def test_a_robot_that_comes_back_stopped_is_left_alone() -> None:
+    latch = sent()
+    latch.status(ESTOPPED, "one")
+    latch.changes.clear()
+    latch.status(ESTOPPED, "two")
+    assert (latch.phase, latch.changes) == (Phase.HELD, [])
+
+
+def test_a_reset_by_anybody_releases_what_was_acknowledged() -> None:
+    latch = sent()
+    latch.status(ESTOPPED, "one")
+    latch.status(TraversalStatus.PAUSED, "one")
+    assert latch.phase is Phase.OFF
+    assert latch.changes == [Change.ACKNOWLEDGED, Change.RELEASED]
+    latch.status(RUNNING, "one")
+    assert latch.phase is Phase.OFF
+
+
+@pytest.mark.parametrize("tries", [1, 2])
+def test_an_order_is_sent_then_answered(tries: int) -> None:
+    book = OrderBook()
+    book.place("pause", "Pause", 3, now_s=0.0)
+    book.tried("pause", tries)
+    assert book.line(0.1, "RUNNING", running=True) is not None
+    assert str(book.line(0.1, "RUNNING", running=True)).count(f"Pause sent {tries}/3") == 1
+    book.done("pause", accepted=True, severity=INFO, text="Pause: done", now_s=0.2)
+    assert "Pause: done" in str(book.line(0.3, "PAUSED", running=False))
+    assert "BUT THE ROBOT SAYS RUNNING" in str(book.line(2.0, "RUNNING", running=True))
+    assert book.line(60.0, "PAUSED", running=False) is None
+
+
+def test_a_pause_that_is_under_way_is_shown_before_anything_else_but_an_emergency_stop() -> None:
+    book = OrderBook()
+    book.place("pause", "Pause", 3, now_s=0.0)
+    book.say(ERROR, "something else", now_s=1.0)
+    assert "Pause sent 1/3" in str(book.line(1.0, "RUNNING", running=True))
+    book.stop.press("a", "one")
+    assert "E-STOP SENT" in str(book.line(1.0, "RUNNING", running=True))

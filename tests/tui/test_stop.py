@@ -1,0 +1,134 @@
+"""The emergency stop: in force until the robot's own status says that it is stopped."""
+
+import threading
+
+import pytest
+from textual.command import CommandList, CommandPalette
+from textual.widgets import Input
+
+from schemas import messages as m
+from schemas import topics
+from schemas.template import Template
+from tests.tui import scenes
+from tests.tui.console import console, plain, until
+from tests.tui.scenes import FakeLink, received
+from tui.dialogs import ConfirmDialog, KeysDialog, PlanDialog, TemplateDialog
+from tui.order_book import Phase
+from tui.protocol import CallFailed, NodeChanged
+from tui.signal_bar import SignalBar
+from tui.stop_screen import StopKey
+
+STOPPED = m.TraversalStatus(state=m.TraversalStatus.ESTOPPED)
+
+
+@pytest.fixture(autouse=True)
+def quick_repeats(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Tries come every tenth of a second."""
+    monkeypatch.setattr("tui.stop_sender.EVERY_S", 0.1)
+
+
+def deaf() -> FakeLink:
+    """Nobody answers an emergency stop."""
+    return FakeLink(answers={topics.ESTOP.name: CallFailed("no answer within 0.4 s")})
+
+
+def stop_ids(link: FakeLink) -> list[str]:
+    return [request.request_id for name, request in link.asked if name == topics.ESTOP.name]
+
+
+async def test_it_is_repeated_without_end_until_the_status_says_so(template: Template) -> None:
+    async with console(*scenes.mid_run(template), link=deaf(), size=(80, 24)) as (app, link, pilot):
+        await pilot.press("e")
+        await until(pilot, lambda: "E-STOP SENT" in plain(app, SignalBar))
+        await until(pilot, lambda: "NOT ACKNOWLEDGED – repeating" in plain(app, SignalBar))
+        await until(pilot, lambda: len(link.asked) > 8)
+        assert len(set(stop_ids(link))) == 1
+        link.incoming.append(received(topics.STATUS, STOPPED))
+        await until(pilot, lambda: "E-STOP ACCEPTED" in plain(app, SignalBar))
+        assert app.state.orders.stop.phase is Phase.HELD
+        assert app.operator._sender._stops._stop is None  # type: ignore[attr-defined]
+
+
+async def test_an_answer_while_the_robot_goes_on_is_shown_and_ends_nothing(template: Template) -> None:
+    async with console(*scenes.mid_run(template), link=FakeLink(stops=False)) as (app, link, pilot):
+        await pilot.press("e")
+        await until(pilot, lambda: len(link.asked) > 2)
+        app.state.now_s += 1.0
+        running = scenes.status(template, m.TraversalStatus.RUNNING, 14)
+        link.incoming.append(received(topics.STATUS, running))
+        await until(pilot, lambda: "E-STOP ANSWERED BUT RUNNING – repeating" in plain(app, SignalBar))
+
+
+async def test_a_robot_that_comes_back_gets_it_again_with_a_new_id(template: Template) -> None:
+    async with console(*scenes.mid_run(template), link=deaf()) as (app, link, pilot):
+        await pilot.press("e")
+        await until(pilot, lambda: link.asked)
+        link.incoming.append(NodeChanged(topics.ROBOT_SIM, False))
+        await until(pilot, lambda: not app.state.robot_alive)
+        link.incoming += [
+            NodeChanged(topics.ROBOT_SIM, True),
+            received(topics.STATUS, m.TraversalStatus(), publisher="robot-2"),
+        ]
+        await until(pilot, lambda: len(set(stop_ids(link))) == 2)
+        assert app.state.orders.stop.phase is Phase.SENT
+        link.incoming.append(received(topics.STATUS, STOPPED, publisher="robot-2"))
+        await until(pilot, lambda: app.state.orders.stop.phase is Phase.HELD)
+
+
+async def test_only_the_operator_withdraws_it(template: Template) -> None:
+    async with console(*scenes.mid_run(template), link=deaf()) as (app, link, pilot):
+        await pilot.press("e")
+        await until(pilot, lambda: link.asked)
+        await pilot.press("q")
+        assert isinstance(app.screen, ConfirmDialog)
+        await pilot.press("n", "r")
+        await until(pilot, lambda: "WITHDRAWN" in plain(app, SignalBar))
+        assert app.state.orders.stop.phase is Phase.OFF
+        assert topics.RESET.name not in link.names()
+        await pilot.press("r")
+        await until(pilot, lambda: topics.RESET.name in link.names())
+
+
+async def test_it_passes_an_order_that_hangs_and_a_try_of_its_own(template: Template) -> None:
+    async with console(*scenes.mid_run(template)) as (_app, link, pilot):
+        link.held = threading.Event()
+        await pilot.press("space", "e")
+        await until(pilot, lambda: topics.ESTOP.name in link.names())
+        await pilot.pause(0.2)  # what is pressed within a tenth of a second counts as one
+        await pilot.press("e")
+        await until(pilot, lambda: link.names().count(topics.ESTOP.name) == 2)
+        assert len(set(stop_ids(link))) == 1
+        link.held.set()
+
+
+async def test_key_and_button_work_in_every_dialog(template: Template) -> None:
+    dialogs = {"t": TemplateDialog, "p": PlanDialog, "a": ConfirmDialog, "question_mark": KeysDialog}
+    for size in ((120, 40), (80, 24)):
+        async with console(*scenes.loaded(template), size=size) as (app, link, pilot):
+            for key, dialog in (*dialogs.items(), ("ctrl+p", CommandPalette)):
+                await pilot.press(key)
+                await until(pilot, lambda dialog=dialog: isinstance(app.screen, dialog))
+                await until(pilot, lambda: app.screen.query(StopKey))
+                if dialog is CommandPalette:
+                    await until(pilot, lambda: app.screen.query_one(CommandList).option_count > 20)
+                for press in (pilot.press, pilot.click):
+                    before = len(set(stop_ids(link)))
+                    await (pilot.press("ctrl+e") if press == pilot.press else pilot.click(StopKey))
+                    await until(pilot, lambda before=before: len(set(stop_ids(link))) == before + 1)
+                    await until(pilot, lambda: app.state.orders.stop.phase is Phase.HELD)
+                    assert isinstance(app.screen, dialog)
+                shown = app.screen.query_one(SignalBar)
+                await until(pilot, lambda shown=shown: "E-STOP ACCEPTED" in str(shown.visual))
+                assert shown.region.y == 1
+                await pilot.press("escape")
+
+
+async def test_e_is_text_where_text_is_written(template: Template) -> None:
+    async with console(*scenes.loaded(template)) as (app, link, pilot):
+        await pilot.press("t")
+        await until(pilot, lambda: isinstance(app.screen, TemplateDialog))
+        field = app.screen.query_one(Input)
+        field.focus()
+        await pilot.press("e")
+        assert field.value == "e"
+        assert link.asked == []

@@ -1,0 +1,72 @@
+"""What keeps the robot from its work until somebody sees to it: shown until the cause is gone, and what to do then."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from schemas import topics
+from schemas.messages.standard import DiagnosticStatus
+from schemas.messages.touchline import GnssStatus, TraversalStatus
+from tui import format
+from tui.state import ConsoleState
+
+EMPTY_TANK_L = 0.03
+"""At this level the robot stops, before the nozzle sputters."""
+FLAT_BATTERY = 0.08
+"""At this charge it stops, too."""
+LOW_BATTERY = 0.2
+FIX_NAMES = {GnssStatus.NONE: "", GnssStatus.SINGLE: " (single)", GnssStatus.FLOAT: " (float)"}
+
+
+@dataclass(frozen=True)
+class Alert:
+    """A cause: what is shown of it, whether the robot can go on meanwhile, and the key and the step that end it."""
+
+    text: str
+    stops: bool = True
+    key: str = ""
+    remedy: str = ""
+
+
+def alerts(state: ConsoleState) -> list[Alert]:
+    """The present ones, those that stop the robot first."""
+    found = [alert for alert in (_tank(state), _battery(state), _fix(state), _recording(state)) if alert is not None]
+    return sorted(found, key=lambda alert: not alert.stops)
+
+
+def _tank(state: ConsoleState) -> Alert | None:
+    sprayer = state.robot.sprayer
+    if sprayer is None or not math.isfinite(sprayer.tank_l) or sprayer.tank_l >= EMPTY_TANK_L:
+        return None
+    return Alert("TANK EMPTY", key="u", remedy="refill the tank")
+
+
+def _battery(state: ConsoleState) -> Alert | None:
+    battery = state.robot.battery
+    if battery is None or not math.isfinite(battery.percentage) or battery.percentage >= LOW_BATTERY:
+        return None
+    stops = battery.percentage < FLAT_BATTERY
+    return Alert(f"BATTERY {format.percent(battery.percentage)}", stops, "b", "replace the battery")
+
+
+def _fix(state: ConsoleState) -> Alert | None:
+    gnss = state.robot.gnss
+    if gnss is None or gnss.fix == GnssStatus.FIXED:
+        return None
+    return Alert(f"NO FIX{FIX_NAMES[gnss.fix]}", remedy="wait for the RTK fix")
+
+
+def _recording(state: ConsoleState) -> Alert | None:
+    bridge = state.nodes[topics.BRIDGE]
+    if not bridge.alive or bridge.level < DiagnosticStatus.ERROR:
+        return None
+    return Alert("NOT RECORDING", stops=False)
+
+
+def remedy(state: ConsoleState) -> tuple[str, str] | None:
+    """What to do before a job can go on that waits: (key, step), the key empty when there is nothing to press."""
+    if state.traversal != TraversalStatus.PAUSED:
+        return None
+    due = [alert for alert in alerts(state) if alert.stops and alert.remedy]
+    return (due[0].key, f"{due[0].remedy}, then resume (g)") if due else None

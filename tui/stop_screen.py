@@ -1,0 +1,53 @@
+"""What every screen above the console's own keeps of it: how the orders are, and an emergency stop to click."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol, cast
+
+from textual import events
+from textual.command import CommandList, CommandPalette
+from textual.content import Content
+from textual.screen import Screen
+from textual.widgets import Static
+
+from tui import theme
+from tui.signal_bar import SignalBar
+from tui.state import ConsoleState
+
+
+class Console(Protocol):
+    """Of the console, what such a screen needs."""
+
+    state: ConsoleState
+
+
+class StopKey(Static):
+    """The emergency stop, where the key bar has it."""
+
+    def __init__(self) -> None:
+        """With the key that works everywhere."""
+        super().__init__(Content.styled(" ctrl+e E-STOP ", f"bold {theme.WHITE} on {theme.VERMILION}"))
+
+    async def on_click(self, event: events.Click) -> None:
+        """Stop the robot."""
+        event.stop()
+        await self.app.run_action("estop", self.app)
+
+
+def add_stop(screen: Screen[Any]) -> None:
+    """Put the row of the orders and the emergency stop on a screen of the console's, where that one has them."""
+    signals, key = SignalBar(), StopKey()
+    # Not in the style sheet, because that of the console does not hold for the palette.
+    signals.styles.dock, signals.styles.height, signals.styles.margin = "top", 1, (1, 0, 0, 0)
+    key.styles.dock, key.styles.height, key.styles.width = "bottom", 1, "auto"
+    screen.mount(signals, key)
+    signals.show(cast(Console, screen.app).state)
+
+
+class Palette(CommandPalette):
+    """The command palette, with the emergency stop."""
+
+    def on_mount(self) -> None:
+        """Add it; the list of commands, which lies on top of everything, leaves its row free."""
+        add_stop(self)
+        self.query_one(CommandList).styles.max_height = "55vh"

@@ -1,0 +1,77 @@
+"""Sends an emergency stop over and over, behind nothing else, until it is told that the robot has it."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from tui.orders import Order, Outcome, Tried
+from tui.protocol import CallFailed, Link
+
+EVERY_S = 0.5
+"""From one try to the next."""
+SAME_PRESS_S = 0.1
+"""A try that is this young stands for another press of the key, too: a key that is held down costs nothing."""
+
+
+@dataclass
+class _Stop:
+    order: Order
+    tries: int = 0
+    tried_s: float = 0.0
+    called_off: threading.Event = field(default_factory=threading.Event)
+
+
+class StopSender:
+    """Every try has a thread of its own: one that waits for its answer never holds the next one up."""
+
+    def __init__(self, link: Link, deliver: Callable[[Tried | Outcome], object]) -> None:
+        """`deliver` is called from the tries' threads."""
+        self._link, self._deliver = link, deliver
+        self._lock = threading.Lock()
+        self._stop: _Stop | None = None
+
+    def send(self, order: Order) -> None:
+        """Send it at once, and again and again; one with another request id takes the place of the last."""
+        with self._lock:
+            stop = self._stop
+            if stop is None or stop.order.request_id != order.request_id:
+                if stop is not None:
+                    stop.called_off.set()
+                stop = self._stop = _Stop(order)
+                # A daemon, because leaving the console must not wait for an answer that may never come.
+                threading.Thread(target=self._repeat, args=(stop,), name="estop", daemon=True).start()
+                return
+            if time.monotonic() - stop.tried_s < SAME_PRESS_S:
+                return
+        threading.Thread(target=self._try, args=(stop,), name="estop-again", daemon=True).start()
+
+    def cease(self) -> None:
+        """The robot has it, or the operator wants it no longer."""
+        with self._lock:
+            if self._stop is not None:
+                self._stop.called_off.set()
+                self._stop = None
+
+    def _repeat(self, stop: _Stop) -> None:
+        """It is sent once in any case: what calls it off may have been said before the key was pressed."""
+        while True:
+            due_s = time.monotonic() + EVERY_S
+            self._try(stop)
+            if stop.called_off.wait(max(due_s - time.monotonic(), 0.0)):
+                return
+
+    def _try(self, stop: _Stop) -> None:
+        with self._lock:
+            stop.tries += 1
+            stop.tried_s = time.monotonic()
+            tries = stop.tries
+        order = stop.order
+        self._deliver(Tried(order, tries))
+        try:
+            outcome = Outcome(order, self._link.call(order.service, order.request, order.timeout_s))
+        except CallFailed as error:
+            outcome = Outcome(order, failure=str(error))
+        self._deliver(outcome)
