@@ -32,10 +32,15 @@ class Stop:
         if self._heartbeat is not None:
             self._heartbeat.beat()
 
+    @property
+    def asked(self) -> bool:
+        """Whether to end now; not a sign that the loop turns, so for what comes before it begins to."""
+        return self._signalled or (self._parent is not None and os.getppid() != self._parent)
+
     def __bool__(self) -> bool:
         """Whether to end now."""
         self.beat()
-        return self._signalled or (self._parent is not None and os.getppid() != self._parent)
+        return self.asked
 
 
 @contextmanager

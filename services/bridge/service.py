@@ -230,7 +230,7 @@ def run_service(
     folder = RecordingFolder(recordings or Path.cwd())
     with (
         until_stopped(supervisor) as stop,
-        Bus.open(topics.BRIDGE, config, lambda: bool(stop)) as bus,
+        Bus.open(topics.BRIDGE, config, lambda: stop.asked) as bus,
         ExitStack() as stack,
     ):
         bus.claim()

@@ -49,7 +49,7 @@ def say(text: str) -> None:
 def print_event(severity: int, text: str) -> None:
     """One line on standard error."""
     word, style = _SEVERITY[severity]
-    stderr.print(f"[{style}]{word:>8}[/] ", escape(plain(text)), sep="", markup=True)
+    stderr.print(f"[{style}]{word:>8}[/] ", escape(plain(text)), sep="", markup=True, soft_wrap=True)
 
 
 def warn_of_shortages(report: PlanReport, vehicle: Vehicle) -> None:

@@ -124,7 +124,7 @@ def run_service(
     Raises:
         SpecError: The bus configuration cannot be used.
     """
-    with until_stopped(supervisor) as stop, Bus.open(topics.PLANNER, config, lambda: bool(stop)) as bus:
+    with until_stopped(supervisor) as stop, Bus.open(topics.PLANNER, config, lambda: stop.asked) as bus:
         bus.claim()
         worker, tally = Worker(vehicle or Vehicle()), Tally()
         server, health = bus.serve(topics.PLAN_SERVICE), HealthReporter(bus)

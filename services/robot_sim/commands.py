@@ -243,7 +243,7 @@ class Commands:
                 return m.CommandResponse(success=False, message=str(error))
             text = f"{what}: {before:.2f} {unit} before, {after:.2f} {unit} now"
             self.tell(m.Event.INFO, code, text)
-            self.told += self.note_progress()
+            self.told += self._telemetry.supplies() + self.note_progress()
             return m.CommandResponse(success=True, message=text)
 
         return handle

@@ -97,7 +97,7 @@ class Samples:
             if not between:
                 due += [(topic, payloads[turn]) for topic, payloads in odometry]
             if switched[index]:
-                due.append((topics.SPRAYER, _sprayer_state(rows[index])))
+                due.append((topics.SPRAYER, sprayer_state(rows[index])))
         return due
 
     def _of_sensors(self, rows: Rows) -> list[tuple[Topic, list[bytes]]]:
@@ -144,7 +144,8 @@ class Samples:
         return due
 
 
-def _sprayer_state(row: Floats) -> bytes:
+def sprayer_state(row: Floats) -> bytes:
+    """CDR of `sprayer/state` of a tick's row."""
     valve, is_open, disc, down, flow, tank_l = row[ticks.SPRAYER : ticks.TANK_L + 1].tolist()
     time = stamp(round(row[ticks.TICK]))
     return layouts.SPRAYER.pack(*time, bool(valve), bool(is_open), bool(disc), bool(down), flow, tank_l)

@@ -81,7 +81,7 @@ def run_service(
     """
     vehicle, scenario = vehicle or Vehicle(), scenario or Scenario()
     sys.setswitchinterval(GIL_SLICE_S)
-    with until_stopped(supervisor) as stop, Bus.open(topics.ROBOT_SIM, config, lambda: bool(stop), PATIENCE_S) as bus:
+    with until_stopped(supervisor) as stop, Bus.open(topics.ROBOT_SIM, config, lambda: stop.asked, PATIENCE_S) as bus:
         outbox = Outbox(bus.config)
         try:
             health = HealthReporter(bus, lambda report: outbox.send([(topics.DIAGNOSTICS, encode(report))]))

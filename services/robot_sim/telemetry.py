@@ -22,7 +22,7 @@ from services.robot_sim.frames import OnboardEvent, Status
 from services.robot_sim.packing import Payload, battery, header, stamp
 from services.robot_sim.paint.ledger import Marks, PaintLedger
 from services.robot_sim.paint.metrics import SegmentMetrics, paint_metrics
-from services.robot_sim.samples import Samples
+from services.robot_sim.samples import Samples, sprayer_state
 from services.robot_sim.ticks import Rows, period
 from services.robot_sim.world import body
 
@@ -181,6 +181,17 @@ class Telemetry:
     def news(self) -> list[Payload]:
         """What a command has changed: events and the status."""
         told = [*self._events(), self.status()]
+        self.digest.add(told)
+        return told
+
+    def supplies(self) -> list[Payload]:
+        """Tank and battery, at once after one of them was filled: sim time may stand still."""
+        row = np.zeros(ticks.COLUMNS)
+        self._note(row)
+        told = [
+            (topics.SPRAYER, sprayer_state(row)),
+            (topics.BATTERY, battery(stamp(self._emulator.tick_count), self._emulator)),
+        ]
         self.digest.add(told)
         return told
 

@@ -245,14 +245,14 @@ def test_a_request_that_is_none_is_answered_with_a_reason_and_harms_nothing(robo
     pause = {"service": f"/{topics.PAUSE.name}", "type": topics.PAUSE.ros_type}
     with robot.gateway() as process, robot.client() as client:
         meet(client)
-        before, rejected = robot.state(), robot.rejected(topics.ROBOT_SIM)
+        before, rejected = robot.state(), robot.rejected(topics.ROBOT_SIM) + robot.rejected(topics.TELEMETRY)
         truncated = client.do("ask", **start, payload=whole[: len(whole) // 2].hex(), number=7)
         assert truncated == {"response": {"total_time": 0.0, "success": False}, "number": 7, "same_client": True}
         told = client.do("ask", **pause, payload="", number=8)
         assert not told["response"]["success"]
         assert "does not begin with a CDR header" in told["response"]["message"]
         assert "not a CDR message" in client.do("ask", **paint, payload="0001000000ff", number=9)["error"]
-        assert robot.rejected(topics.ROBOT_SIM) == rejected + 3
+        assert robot.rejected(topics.ROBOT_SIM) + robot.rejected(topics.TELEMETRY) == rejected + 3
         without = client.do("ask", **start, payload=whole.hex())
         assert "attachment" in without["error"]
         assert robot.rejected(topics.BRIDGE) == 1

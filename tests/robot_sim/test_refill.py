@@ -4,11 +4,21 @@ import pytest
 
 from schemas import messages as m
 from schemas import topics
+from schemas.cdr import decode
 from schemas.vehicle import Vehicle
 from services.robot_sim.world import body
 from tests.robot_sim.test_journal_kept import Robot
 
 FULL_L, FULL_WH = Vehicle().tank_l, Vehicle().battery_wh
+
+
+def test_a_full_tank_is_told_also_while_sim_time_stands_still():
+    robot = Robot(None)
+    robot.emulator.world.state[body.TANK_L] = 1.0
+    assert order(robot, topics.REFILL_TANK).success
+    told = {topic.name: payload for topic, payload in robot.commands.take()}
+    assert decode(m.SprayerState, told[topics.SPRAYER.name]).tank_l == FULL_L
+    assert decode(m.BatteryState, told[topics.BATTERY.name]).percentage == 1.0
 
 
 def order(robot, service):

@@ -123,6 +123,21 @@ def test_the_robot_may_die_and_comes_back_with_its_valve_closed(painting):
     assert any(m.topic.endswith("paint/marks") for m in RecordingReader(recording).messages())
 
 
+def test_an_emergency_stop_outlives_the_process_that_was_told(painting):
+    system, _, _ = painting
+    bus = system.bus
+    assert bus.call(topics.ESTOP, CommandRequest(request_id="stop")).success
+    kill(system, topics.ROBOT_SIM)
+    again = Observer(bus)
+    wait_until(lambda: again.look().status.state == TraversalStatus.ESTOPPED)
+    assert "before the restart" in again.status.reason
+    refused = bus.call(topics.START, CommandRequest(request_id="start again"))
+    assert not refused.success
+    assert "reset" in refused.message
+    assert bus.call(topics.RESET, CommandRequest(request_id="reset")).success
+    wait_until(lambda: again.look().status.state == TraversalStatus.IDLE)
+
+
 THREE_LINES = """{"name": "three", "title": "Three lines", "line_width_m": 0.12, "segments": [
     {"id": "a", "line": {"start": [0, 0], "end": [9, 0]}, "actuation": "DISC_SPRAY"},
     {"id": "b", "line": {"start": [9, 4], "end": [0, 4]}, "actuation": "DISC_SPRAY"},
@@ -218,7 +233,7 @@ def test_up_status_and_down(bus_config: BusConfig, tmp_path: Path):
     try:
         wait_until(lambda: "is up" in log.read_text())
         with Bus.open("bystander", bus_config) as bus:
-            services = {topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE}
+            services = {topics.PLANNER, topics.ROBOT_SIM, topics.TELEMETRY, topics.BRIDGE}
             assert not bus.wait_for({*services, topics.SUPERVISOR}, 60.0)
             presence = bus.presence()
             wait_until(lambda: bool(presence.poll()))

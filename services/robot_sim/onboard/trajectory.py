@@ -141,5 +141,5 @@ def resume_pose(trajectory: Trajectory, vehicle: Vehicle, checkpoint: Checkpoint
     """
     path, legs = cut_path(trajectory.path.segments, vehicle)
     if not 0 <= checkpoint.leg < len(legs):
-        raise CommandRefused(f"cannot resume on leg {checkpoint.leg}: the path has {len(legs)}")
+        raise CommandRefused(f"cannot resume on leg {checkpoint.leg}: the path has no such place")
     return pose_at(path, legs[checkpoint.leg], checkpoint.arc_length_m)
