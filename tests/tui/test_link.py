@@ -30,10 +30,11 @@ class Robot:
     def __init__(self, config: BusConfig) -> None:
         self._stack = ExitStack()
         self.bus = self._stack.enter_context(Bus.open(topics.ROBOT_SIM, config))
+        telemetry = self._stack.enter_context(Bus.open(topics.TELEMETRY, config))
         self.strokes: tuple[m.PaintMarks, ...] = ()
         self.tells, self._stop = threading.Event(), threading.Event()
         self.tells.set()
-        self._paint, self._start = self.bus.serve(topics.GET_PAINT), self.bus.serve(topics.START)
+        self._paint, self._start = telemetry.serve(topics.GET_PAINT), self.bus.serve(topics.START)
         self._thread = threading.Thread(target=self._serve)
         self._thread.start()
         self._publishers = {topic: self.bus.publisher(topic) for topic in (topics.STATUS, topics.PAINT, topics.EVENTS)}
