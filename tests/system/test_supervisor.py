@@ -80,8 +80,7 @@ def test_what_a_service_has_started_ends_with_it(tmp_path: Path, bus_config: Bus
         assert held.readline() == "here\n"
         if end.startswith("exit"):
             assert "exit code 3" in notices_until(supervisor, lambda notices: "died" in kinds(notices))[0].text
-        else:
-            supervisor.stop()
+        supervisor.stop()
         assert held.read() == "", "closed by whoever held it"
 
 
