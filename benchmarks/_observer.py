@@ -65,6 +65,14 @@ class Observer:
                 self.estopped_s = now_s
         elif isinstance(message, DiagnosticArray):
             self.heard_s |= {status.name: now_s for status in message.status}
+            self._take_state(message, now_s)
+
+    def _take_state(self, message: DiagnosticArray, now_s: float) -> None:
+        """The robot's diagnostics tell its state, too, by a way of their own."""
+        for status in message.status:
+            told = {pair.key: pair.value for pair in status.values}.get("state")
+            if status.name == topics.ROBOT_SIM and told == str(ESTOPPED) and self.estopped_s is None:
+                self.estopped_s = now_s
 
     def watch(self, duration_s: float) -> None:
         """Listen for a while."""

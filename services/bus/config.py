@@ -14,7 +14,7 @@ from schemas.errors import SpecError
 from schemas.topics import DEFAULT_NAMESPACE, ROBOT_SIM
 
 #: A peer that does not take a message for so long is cut off, so that it holds up nobody else.
-PATIENCE_S = 2.0
+PATIENCE_S = 1.0
 #: As much as `schemas.cdr` decodes, and room for what Zenoh puts round it.
 MAX_MESSAGE_BYTES = MAX_PAYLOAD_BYTES + 65_536
 

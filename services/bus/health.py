@@ -17,10 +17,10 @@ STARTING = "starting: "
 class HealthReporter:
     """Publishes a process's diagnostics (wall clock) and answers requests for them."""
 
-    def __init__(self, bus: Bus, publish: Callable[[DiagnosticArray], None] | None = None) -> None:
-        """Begin to serve ``<node>/diagnostics``; ``publish`` is how they are sent, by default by the bus itself."""
+    def __init__(self, bus: Bus) -> None:
+        """Begin to serve ``<node>/diagnostics``."""
         self._bus = bus
-        self._publish = publish or bus.publisher(topics.DIAGNOSTICS).send
+        self._publisher = bus.publisher(topics.DIAGNOSTICS)
         self._server = bus.serve(topics.diagnostics_service(bus.node))
         self._due = 0.0
 
@@ -31,23 +31,25 @@ class HealthReporter:
         level: int = DiagnosticStatus.OK,
         message: str = "ok",
         settle: Callable[[], None] = lambda: None,
+        at_once: bool = False,
     ) -> None:
         """Call often: answers waiting requests, and publishes five times a second of wall time.
 
-        ``settle`` is called between a request and its answer, to send what has to come before that.
+        ``settle`` is called between a request and its answer, to send what has to come before that; with ``at_once`` it
+        publishes now.
         """
         for _ in range(_ANSWERS_AT_ONCE):
             if (call := self._server.poll()) is None:
                 break
             settle()
             call.reply(GetDiagnosticsResponse(diagnostics=self._report(values, level, message)))
-        if time.monotonic() >= self._due:
+        if at_once or time.monotonic() >= self._due:
             self._due = time.monotonic() + _PERIOD_S
-            self._publish(self._report(values, level, message))
+            self._publisher.send(self._report(values, level, message))
 
     def starting(self, doing: str) -> None:
         """Say at once what a process does before it can serve; it is not ready until :meth:`poll` is called."""
-        self._publish(self._report({}, DiagnosticStatus.WARN, f"{STARTING}{doing}"))
+        self._publisher.send(self._report({}, DiagnosticStatus.WARN, f"{STARTING}{doing}"))
 
     def _report(self, values: Mapping[str, object], level: int, message: str) -> DiagnosticArray:
         counters = self._bus.counters

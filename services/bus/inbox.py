@@ -16,7 +16,7 @@ from services.bus import attachment
 from services.bus.counters import Counters, SequenceGaps
 
 #: Samples a lossless inbox holds before its publishers have to wait.
-_CAPACITY = 16_384
+_CAPACITY = 65_536
 #: Samples of one topic that wait at most where the oldest gives way.
 _RECENT = 1024
 _POLL_S = 0.002

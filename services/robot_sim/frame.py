@@ -10,6 +10,7 @@ from schemas import topics
 HEADER: Final = struct.Struct("<IHQ")
 """Bytes of the payload, number of the topic, sequence number."""
 
-CARRIED: Final = tuple(t for t in topics.TOPICS if t not in (topics.PLANNER_PROGRESS, topics.SUPERVISOR_EVENTS))
-"""What the robot publishes."""
+_OTHERS: Final = (topics.PLANNER_PROGRESS, topics.SUPERVISOR_EVENTS, topics.DIAGNOSTICS)
+CARRIED: Final = tuple(topic for topic in topics.TOPICS if topic not in _OTHERS)
+"""What the robot publishes by way of the sender."""
 NUMBERS: Final = {topic.name: number for number, topic in enumerate(CARRIED)}

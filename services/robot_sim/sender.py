@@ -12,6 +12,7 @@ import select
 import signal
 import sys
 import time
+from contextlib import suppress
 from typing import Final
 
 from schemas import topics
@@ -125,6 +126,8 @@ def main(pipe: int, run: str) -> None:
     """Publish what comes through `pipe` until that is closed."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)  # the robot's process ends this one, when all has been said
+    with suppress(OSError):
+        os.setpriority(os.PRIO_PROCESS, 0, 0)  # it has the robot's, whose loop comes first
     os.set_blocking(pipe, False)
     wait = select.poll()
     wait.register(pipe, select.POLLIN)

@@ -7,18 +7,20 @@ done in other threads (`loading`) and processes (`outbox`); of everything else a
 from __future__ import annotations
 
 import gc
+import math
 import os
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final, Literal, Protocol
 
 from schemas import messages as m
 from schemas import topics
-from schemas.cdr import encode
 from schemas.errors import PayloadError
+from schemas.messages.base import Message
 from schemas.scenario import Scenario
 from schemas.vehicle import Vehicle
 from services.bus import Bus, BusConfig, HealthReporter, ServedCall
@@ -46,6 +48,10 @@ WATCHDOG_S: Final = 0.2
 """Not commanded for so long in real time, valve and wheels stop by themselves."""
 GIL_SLICE_S: Final = 0.001
 """The loop gets its turn so soon after another thread began to compute."""
+RESET_AFTER_S: Final = 0.5
+"""A reset that comes sooner after an emergency stop was given before it, and is late: it must not undo the stop."""
+NICE: Final = -10
+"""The loop goes before what else runs on the machine, where that is allowed."""
 TIDY_S: Final = 10.0
 """How often cyclic garbage is collected while the robot has nothing to do; a collection amid a job could take long."""
 BRAKING_TICKS: Final = 300
@@ -81,10 +87,12 @@ def run_service(
     """
     vehicle, scenario = vehicle or Vehicle(), scenario or Scenario()
     sys.setswitchinterval(GIL_SLICE_S)
+    with suppress(OSError):
+        os.setpriority(os.PRIO_PROCESS, 0, NICE)
     with until_stopped(supervisor) as stop, Bus.open(topics.ROBOT_SIM, config, lambda: stop.asked, PATIENCE_S) as bus:
         outbox = Outbox(bus.config)
         try:
-            health = HealthReporter(bus, lambda report: outbox.send([(topics.DIAGNOSTICS, encode(report))]))
+            health = HealthReporter(bus)
             warm_up(health.starting, vehicle, scenario)
             bus.claim()
             gc.freeze()
@@ -154,13 +162,17 @@ class RobotProcess:
         self._watchdog = Watchdog()
         self._outlet = outlet
         self._commands = Commands(self._emulator, self._telemetry, self._set_speed, journal)
-        served = [(bus.serve(service), handler) for service, handler in self._commands.handlers.items()]
+        latch = LatchGuard()
+        handlers = self._commands.handlers
+        handlers[topics.ESTOP] = latch.stop(handlers[topics.ESTOP])
+        handlers[topics.RESET] = latch.reset(handlers[topics.RESET])
+        served = [(bus.serve(service), handler) for service, handler in handlers.items()]
         self._stops = [(server, handler) for server, handler in served if server.service.urgent]
         self._others = [(server, handler) for server, handler in served if not server.service.urgent]
         self._loads = [bus.serve(service) for service in self._commands.loads]
         self._loader = Loader()
         self._waiting: list[tuple[ServedCall[Any, Any], Handler]] = []
-        self._health = health
+        self._health, self._told_state = health, -1
         self._tidy_at_s = time.monotonic()
         self._publish([self._telemetry.setup(), self._telemetry.status(), *self._commands.take()])
 
@@ -179,7 +191,7 @@ class RobotProcess:
         self._mind_outlet()
         now = time.monotonic()
         self._rate.note(now, self._emulator.tick_count)
-        self._health.poll(self._diagnostics(), message=self._emulator.onboard.status.reason or "ok")
+        self._tell_health()
         if self._free or self._emulator.active:
             self._run(0 if self._held else self._pacer.due(now), now + LONGEST_SLICE_S)
             time.sleep(0.002 if self._held else self._pacer.wait_s(time.monotonic()))
@@ -275,6 +287,13 @@ class RobotProcess:
         for call, handler in waiting:
             self._answer(call, handler)
 
+    def _tell_health(self) -> None:
+        """Tell how things are, a new state at once: by a way of its own, should the telemetry be held up."""
+        state = self._emulator.onboard.state
+        changed, self._told_state = state != self._told_state, state
+        message = self._emulator.onboard.status.reason or "ok"
+        self._health.poll(self._diagnostics(), message=message, at_once=changed)
+
     def _mind_report(self) -> None:
         """Have the report of a traversal that has ended made in a thread, and publish it: nothing is loaded before."""
         if self._telemetry.ended is None:
@@ -340,6 +359,36 @@ class Watchdog:
         missed_s = now_s - self._turned_s if self._turned_s is not None else 0.0
         self._turned_s = now_s
         return missed_s
+
+
+class LatchGuard:
+    """Keeps a reset that was given before an emergency stop, and served after it, from undoing it."""
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        """No stop yet."""
+        self._clock = clock
+        self._stopped_at_s = -math.inf
+
+    def stop(self, handler: Handler) -> Handler:
+        """The emergency stop's handler, watched."""
+
+        def handle(request: Any) -> Message:
+            self._stopped_at_s = self._clock()
+            return handler(request)
+
+        return handle
+
+    def reset(self, handler: Handler) -> Handler:
+        """The reset's handler, guarded."""
+
+        def handle(request: Any) -> Message:
+            since_s = self._clock() - self._stopped_at_s
+            if since_s < RESET_AFTER_S:
+                text = f"the emergency stop was given only {since_s:.1f} s ago; reset again if it is safe"
+                return m.CommandResponse(success=False, message=text)
+            return handler(request)
+
+        return handle
 
 
 class LinkWatch:

@@ -49,7 +49,7 @@ def test_a_burst_arrives_whole_and_in_order(pair):
     robot, bridge = pair
     inbox, publisher = bridge.inbox([topics.CLOCK]), robot.publisher(topics.CLOCK)
     caught_up(robot, bridge)
-    count = 50_000  # more than the inbox holds: the publisher has to wait for the reader
+    count = 100_000  # more than the inbox holds: the publisher has to wait for the reader
     payload = encode(Clock(clock=Time(sec=1)))
 
     def burst() -> None:

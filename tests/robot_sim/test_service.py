@@ -81,7 +81,7 @@ def test_every_command_is_answered_with_a_reason(bus, operator):
         assert not answer.success
         assert "cannot" in answer.message
     assert ask(operator, robot, topics.ESTOP).success
-    assert ask(operator, robot, topics.RESET).success
+    turn_until(robot, lambda: ask(operator, robot, topics.RESET).success)  # not at once after the stop
     answer = ask(operator, robot, topics.LOAD, trajectory=Trajectory())
     assert not answer.success
     assert "no segment" in answer.message

@@ -9,7 +9,7 @@ from schemas import topics
 from schemas.cdr import decode, encode
 from schemas.messages import CommandRequest, TraversalStatus
 from services.bus import Bus, CallError
-from services.robot_sim.service import WATCHDOG_S, Watchdog
+from services.robot_sim.service import RESET_AFTER_S, WATCHDOG_S, LatchGuard, Watchdog
 from tests.robot_sim.bus_rig import PLAN, TEMPLATE, ask, process, turn_until
 
 STATE = {"running": TraversalStatus.RUNNING, "paused": TraversalStatus.PAUSED, "stopped": TraversalStatus.ESTOPPED}
@@ -94,6 +94,19 @@ def test_a_loop_that_missed_its_turns_in_real_time_has_stopped_the_actuators(bus
 def test_the_watchdog_counts_from_turn_to_turn():
     watchdog = Watchdog()
     assert [watchdog.missed_s(now_s) for now_s in (100.0, 100.01, 100.51)] == pytest.approx([0.0, 0.01, 0.5])
+
+
+def test_a_reset_that_comes_late_does_not_undo_a_stop():
+    now_s, done = 100.0, []
+    guard = LatchGuard(lambda: now_s)
+    stop, reset = guard.stop(lambda request: done.append("stop")), guard.reset(lambda request: done.append("reset"))
+    reset(None)
+    stop(None)
+    now_s += 0.9 * RESET_AFTER_S
+    assert "reset again" in reset(None).message
+    now_s += RESET_AFTER_S
+    reset(None)
+    assert done == ["reset", "stop", "reset"]
 
 
 def test_an_order_to_all_services_at_once_is_refused(bus, operator, bus_config):
