@@ -8,6 +8,8 @@ from services.robot_sim.frames import TICK_S
 
 LONGEST_SLICE_S: Final = 0.01
 """Commands are looked at this often, also when ticks run as fast as they go."""
+SHORTEST_WAIT_S: Final = 0.002
+"""Faster than real time several ticks are run at once rather than each when it is due, which costs half as much."""
 UNLIMITED: Final = 1 << 30
 _FORGIVEN_S: Final = 0.25
 """Lagging further behind than this, the pace starts anew instead of catching up."""
@@ -53,10 +55,13 @@ class Pacer:
             self._given -= ticks
 
     def wait_s(self, now_s: float) -> float:
-        """Wall time until the next tick is due; at most `LONGEST_SLICE_S`."""
+        """Wall time until the next tick is due, or some are; at most `LONGEST_SLICE_S`."""
         if self.factor < 0.0:
             return 0.0
         if self.factor == 0.0:
             return LONGEST_SLICE_S
         due_s = self._anchor_s + (self._given + 1) * TICK_S / self.factor
-        return min(max(due_s - now_s, 0.0), LONGEST_SLICE_S)
+        wait_s = due_s - now_s
+        if wait_s <= 0.0:
+            return 0.0
+        return min(max(wait_s, SHORTEST_WAIT_S if self.factor > 1.0 else 0.0), LONGEST_SLICE_S)

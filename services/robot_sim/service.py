@@ -48,6 +48,8 @@ WATCHDOG_S: Final = 0.2
 """Not commanded for so long in real time, valve and wheels stop by themselves."""
 GIL_SLICE_S: Final = 0.001
 """The loop gets its turn so soon after another thread began to compute."""
+HEALTH_EVERY_S: Final = 0.02
+"""How often at most it is looked whether anybody asks how things are."""
 RESET_AFTER_S: Final = 0.5
 """A reset that comes sooner after an emergency stop was given before it, and is late: it must not undo the stop."""
 NICE: Final = -10
@@ -172,7 +174,7 @@ class RobotProcess:
         self._loads = [bus.serve(service) for service in self._commands.loads]
         self._loader = Loader()
         self._waiting: list[tuple[ServedCall[Any, Any], Handler]] = []
-        self._health, self._told_state = health, -1
+        self._health, self._told_state, self._health_at_s = health, -1, 0.0
         self._tidy_at_s = time.monotonic()
         self._publish([self._telemetry.setup(), self._telemetry.status(), *self._commands.take()])
 
@@ -289,8 +291,11 @@ class RobotProcess:
 
     def _tell_health(self) -> None:
         """Tell how things are, a new state at once: by a way of its own, should the telemetry be held up."""
-        state = self._emulator.onboard.state
+        state, now_s = self._emulator.onboard.state, time.monotonic()
         changed, self._told_state = state != self._told_state, state
+        if not changed and now_s < self._health_at_s:
+            return
+        self._health_at_s = now_s + HEALTH_EVERY_S
         message = self._emulator.onboard.status.reason or "ok"
         self._health.poll(self._diagnostics(), message=message, at_once=changed)
 
