@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import secrets
 import time
 from collections.abc import Callable, Iterable
 from typing import ClassVar
 
+from textual import events
 from textual.app import App, ComposeResult, SystemCommand
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
@@ -101,6 +103,7 @@ class ConsoleApp(App[None]):
         self._autostart = autostart or AutoStart()
         self._clock = clock
         self._ticked_s = clock()
+        self._stop_typed_s = -math.inf
         self._paint_due_s = 0.0
         self._header, self._signals, self._keys = HeaderBar(), SignalBar(), KeyBar()
         self._map, self._log_view = MapView(), LogView()
@@ -230,6 +233,17 @@ class ConsoleApp(App[None]):
         """The terminal's; one of another kind, such as for a browser, is left as it is."""
         usual = super().get_driver_class()
         return SturdyDriver if usual is LinuxDriver else usual
+
+    def stop_at_once(self, typed_s: float) -> None:
+        """Stop the robot, from the thread that reads the keys; those typed before are of no use any more."""
+        self._stop_typed_s = typed_s
+        self.operator.stop()
+
+    async def on_event(self, event: events.Event) -> None:
+        """Leave out keys that were typed before an emergency stop and come after it: a reset may be among them."""
+        if isinstance(event, events.Key) and event.time < self._stop_typed_s:
+            return
+        await super().on_event(event)
 
     def action_estop(self) -> None:
         """Stop the robot, whatever else is going on."""

@@ -7,12 +7,24 @@ import signal
 import sys
 import threading
 from contextlib import suppress
-from typing import TextIO
+from typing import Final, Protocol, TextIO, runtime_checkable
 
 from textual.drivers.linux_driver import LinuxDriver
+from textual.events import Key
+from textual.message import Message
 
+STOP_KEY: Final = "ctrl+e"
+"""It stops the robot wherever it is typed, also in a field of text."""
 HUNG_UP = 128 + signal.SIGHUP
 """Exit code of a console whose terminal is gone."""
+
+
+@runtime_checkable
+class Stoppable(Protocol):
+    """A console that takes an emergency stop from the thread that reads the keys."""
+
+    def stop_at_once(self, typed_s: float) -> None:
+        """Stop the robot; the key was typed at this time (monotonic)."""
 
 
 class Screen:
@@ -55,6 +67,12 @@ class SturdyDriver(LinuxDriver):
     """
 
     _watching = False
+
+    def process_message(self, message: Message) -> None:
+        """Hand on what was typed; an emergency stop at once, from this thread, before what was typed earlier."""
+        if isinstance(message, Key) and message.key == STOP_KEY and isinstance(self._app, Stoppable):
+            self._app.stop_at_once(message.time)
+        super().process_message(message)
 
     def start_application_mode(self) -> None:
         """Take over the terminal."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from typing import Protocol
 
@@ -43,6 +44,7 @@ class Operator:
         self.options = PlanOptions()
         self._sender, self._say, self._session = sender, say, session
         self._orders = 0
+        self._stopping = threading.Lock()  # a stop may be given from the thread that reads the keys
         self._speed_asked: float | None = None
         self._speed_wanted: float | None = None
         """Until the answer about the one asked for is here."""
@@ -61,17 +63,19 @@ class Operator:
             self._send(orders.command(name, self._request_id()))
 
     def stop(self) -> None:
-        """Stop the robot: send it at once and go on sending it until the robot's status says that it is stopped."""
+        """Stop the robot, from any thread: send it until the robot's status says that it is stopped."""
         latch = self.state.orders.stop
-        if latch.phase is not Phase.SENT:
-            self.state.note(WARN, "console", "Emergency stop sent")
-        request_id = latch.press(self._request_id(), self.state.publisher)
+        with self._stopping:
+            if latch.phase is not Phase.SENT:
+                self.state.note(WARN, "console", "Emergency stop sent")
+            request_id = latch.press(self._request_id(), self.state.publisher)
         self._sender.send(orders.command("estop", request_id))
 
     def _withdraw(self) -> None:
         latch = self.state.orders.stop
-        self._sender.cease()
-        latch.withdraw()
+        with self._stopping:
+            self._sender.cease()
+            latch.withdraw()
         self._say(WARN, "Emergency stop WITHDRAWN before the robot acknowledged it")
 
     def _pauses_already(self) -> bool:
@@ -81,7 +85,8 @@ class Operator:
     def heed_status(self) -> None:
         """Act on what the robot's status has said about the emergency stop."""
         latch = self.state.orders.stop
-        changes, latch.changes = latch.changes, []
+        with self._stopping:
+            changes, latch.changes = latch.changes, []
         for change in changes:
             if change is Change.ACKNOWLEDGED:
                 self._sender.cease()
