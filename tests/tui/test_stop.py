@@ -3,6 +3,7 @@
 import threading
 
 import pytest
+from textual import events
 from textual.command import CommandList, CommandPalette
 from textual.widgets import Input
 
@@ -13,6 +14,7 @@ from tests.tui import scenes
 from tests.tui.console import console, plain, until
 from tests.tui.scenes import FakeLink, received
 from tui.dialogs import ConfirmDialog, KeysDialog, PlanDialog, TemplateDialog
+from tui.driver import SturdyDriver
 from tui.order_book import Phase
 from tui.protocol import CallFailed, NodeChanged
 from tui.signal_bar import SignalBar
@@ -132,3 +134,21 @@ async def test_e_is_text_where_text_is_written(template: Template) -> None:
         await pilot.press("e")
         assert field.value == "e"
         assert link.asked == []
+
+
+async def test_the_key_is_heard_before_what_was_typed_earlier_which_is_then_left_out(template: Template) -> None:
+    async with console(*scenes.mid_run(template), link=deaf()) as (app, link, pilot):
+        driver = SturdyDriver.__new__(SturdyDriver)  # without a terminal to take over
+        driver._app, driver.cursor_origin, driver._down_buttons = app, None, []
+        sent = []
+        driver.send_message = sent.append
+        earlier, stop, later = (events.Key(name, None) for name in ("r", "ctrl+e", "space"))
+        earlier.time, stop.time, later.time = 1.0, 2.0, 3.0
+        driver.process_message(stop)  # in the thread that reads the keys; the console has not seen `earlier` yet
+        await until(pilot, lambda: topics.ESTOP.name in link.names())
+        assert sent == [stop]
+        app.post_message(earlier)
+        app.post_message(later)
+        await until(pilot, lambda: topics.PAUSE.name in link.names())
+        assert "WITHDRAWN" not in plain(app, SignalBar)
+        assert topics.RESET.name not in link.names()
