@@ -77,8 +77,7 @@ def run_replay(
 
 def _meet_the_bridge(bus: Bus, presence: Presence) -> None:
     """Know, if there is a bridge, which may be recording, that it listens and has all that we have sent."""
-    presence.poll()
-    shake_hands(bus, presence.alive() & {topics.BRIDGE}, _HANDSHAKE_TIMEOUT_S)
+    shake_hands(bus, presence, {topics.BRIDGE}, _HANDSHAKE_TIMEOUT_S)
 
 
 def _replay_once(

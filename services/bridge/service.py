@@ -180,8 +180,7 @@ class BridgeService:
 
     def _handshake(self) -> None:
         """Know that every publisher knows of us and that what it has sent is here, recording meanwhile."""
-        self._presence.poll()
-        shake_hands(self._bus, self._presence.alive() & _PUBLISHERS, _HANDSHAKE_TIMEOUT_S, self._while_waiting)
+        shake_hands(self._bus, self._presence, _PUBLISHERS, _HANDSHAKE_TIMEOUT_S, self._while_waiting)
 
     def _while_waiting(self) -> None:
         self._beat()

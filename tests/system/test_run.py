@@ -71,19 +71,19 @@ def test_another_seed_gives_other_bits(square, tmp_path):
 
 
 @pytest.mark.parametrize("follower", ["mpc", "pure-pursuit"])
-def test_without_noise_the_pitch_is_painted_to_the_millimetre(follower, tmp_path):
-    report = figures(touchline("run", "soccer-11", "--noise", "none", "--follower", follower, "--json"))
+def test_without_noise_a_court_is_painted_to_the_millimetre(follower):
+    report = figures(touchline("run", "tennis", "--noise", "none", "--follower", follower, "--json"))
     assert report["success"]
     assert report["paint"]["coverage_pct"] >= 99.8
     assert report["paint"]["lateral_error_m"]["p95"] <= 0.003
     assert report["bus"]["lost"] == 0
 
 
-@pytest.mark.parametrize("follower", ["mpc", "pure-pursuit"])
-def test_with_noise_the_pitch_is_painted_to_two_centimetres(follower, tmp_path):
+@pytest.mark.parametrize(("pitch", "follower"), [("soccer-11", "mpc"), ("soccer-7", "pure-pursuit")])
+def test_with_noise_a_pitch_is_painted_to_two_centimetres(pitch, follower, tmp_path):
     recording = tmp_path / "pitch.mcap"
     options = ("--seed", "3", "--follower", follower, "--record", str(recording), "--json")
-    report = figures(touchline("run", "soccer-11", *options))
+    report = figures(touchline("run", pitch, *options))
     assert report["success"]
     assert report["paint"]["coverage_pct"] >= 99.0
     assert report["paint"]["lateral_error_m"]["p95"] <= 0.02
