@@ -29,9 +29,12 @@ class Pacer:
         self._given = 0
 
     def set_factor(self, factor: float, now_s: float) -> None:
-        """Change the pace from now on."""
+        """Change the pace from now on; the part of a tick that has passed stays, however often it is changed."""
+        begun = max((now_s - self._anchor_s) * self.factor / TICK_S - self._given, 0.0)
         self.factor = factor
         self.restart(now_s)
+        if factor > 0.0:
+            self._anchor_s -= min(begun, 1.0) * TICK_S / factor
 
     def restart(self, now_s: float) -> None:
         """Begin to count anew: what passed until now is not to be caught up with."""

@@ -58,3 +58,12 @@ def test_never_more_than_the_clock_allows(steps, factor):
         assert due >= 0
         given_out += due
     assert given_out <= now * factor * 100 + 1 + 1e-6
+
+
+def test_changing_the_pace_all_the_time_does_not_stop_it():
+    pacer, now_s, given_out = Pacer(1.0, 0.0), 0.0, 0
+    for change in range(1000):
+        now_s += 0.001
+        pacer.set_factor((1.0, 2.0)[change % 2], now_s)
+        given_out += pacer.due(now_s)
+    assert 100 <= given_out <= 200
