@@ -105,6 +105,8 @@ def _stopped_but(heard: list[_Heard]) -> Iterator[str]:
         elif isinstance(message, SprayerState) and (message.valve_open or message.valve_commanded):
             if time_ns - since_ns > _CLOSING_NS:
                 yield "valve open though the robot does not drive"
+        elif state == TraversalStatus.READY:
+            continue  # a job that is to go on: its paint so far is told anew
         elif isinstance(message, PaintMarks) and time_ns - since_ns > _TELLING_NS:
             yield "paint though the robot does not drive"
         elif state == ESTOPPED and isinstance(message, WheelCommand) and _turns(message, time_ns - since_ns):
