@@ -15,6 +15,7 @@ import time
 import uuid
 from collections import deque
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import Final
 
 from services.bus import BusConfig
@@ -60,7 +61,9 @@ class Outbox:
 
     def _start(self) -> None:
         reader, self._pipe = os.pipe()
-        fcntl.fcntl(self._pipe, fcntl.F_SETPIPE_SZ, _PIPE_BYTES)
+        if hasattr(fcntl, "F_SETPIPE_SZ"):
+            with suppress(OSError):  # a user may have only so much; then more waits here
+                fcntl.fcntl(self._pipe, fcntl.F_SETPIPE_SZ, _PIPE_BYTES)
         os.set_blocking(self._pipe, False)
         self._sender = subprocess.Popen(
             [sys.executable, "-P", "-m", "services.robot_sim.sender", str(reader), self._run],
