@@ -40,8 +40,8 @@ from services.robot_sim.warm_up import warm_up
 
 GUARDIANS: Final = frozenset((topics.CONSOLE, topics.OPERATOR, topics.PLANNER))
 """Of these nodes at least one must be on the bus while the robot drives by itself."""
-PATIENCE_S: Final = 0.02
-"""A client that does not take its answer within this is cut off: the loop has no more time for it."""
+PATIENCE_S: Final = 0.2
+"""A client that does not take its answer within this is cut off; less would cut off honest ones on a busy machine."""
 SERVED_AT_ONCE: Final = 4
 """Requests of one service in a turn; the others wait for the next one."""
 WATCHDOG_S: Final = 0.2
