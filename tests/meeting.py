@@ -1,12 +1,23 @@
 """Proof of what has reached whom: a wait of fixed length proves nothing on a busy machine."""
 
 import time
+from collections.abc import Callable
 
 from schemas import messages as m
 from schemas.topics import Service
 from services.bus import Bus, CallError
 
 _PROBE = Service("test/caught_up", m.CommandRequest, m.CommandResponse, "")
+
+
+def eventually(condition: Callable[[], bool], timeout_s: float = 60.0) -> bool:
+    """Whether something comes to be in time."""
+    deadline = time.monotonic() + timeout_s
+    while not condition():
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(0.005)
+    return True
 
 
 def caught_up(here: Bus, there: Bus, timeout_s: float = 60.0) -> None:

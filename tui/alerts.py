@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from schemas import topics
+from schemas import supplies, topics
 from schemas.messages.standard import DiagnosticStatus
 from schemas.messages.touchline import GnssStatus, TraversalStatus
 from tui import format
 from tui.state import ConsoleState
 
-EMPTY_TANK_L = 0.03
+EMPTY_TANK_L = supplies.LOW_TANK_L
 """At this level the robot stops, before the nozzle sputters."""
-FLAT_BATTERY = 0.08
+FLAT_BATTERY = supplies.LOW_BATTERY
 """At this charge it stops, too."""
 LOW_BATTERY = 0.2
 FIX_NAMES = {GnssStatus.NONE: "", GnssStatus.SINGLE: " (single)", GnssStatus.FLOAT: " (float)"}

@@ -86,10 +86,6 @@ class Bus:
         """A publisher of ``topic``, with an id of its own or a given one of 16 bytes."""
         return Publisher(self._session, self.key(topic.name), topic, self.counters, publisher_id)
 
-    def peers(self) -> set[str]:
-        """Session ids of the processes that this one is connected to."""
-        return {str(zid) for zid in self._session.info.peers_zid()}
-
     def inbox(self, topics: Sequence[Topic], keep: Literal["all", "recent", "latest"] = "all") -> Inbox:
         """An inbox of ``topics``; see :class:`Inbox` for ``keep``."""
         return Inbox(self._session, [(self.key(topic.name), topic) for topic in topics], keep, self.counters)

@@ -195,8 +195,11 @@ class RobotProcess:
         self._rate.note(now, self._emulator.tick_count)
         self._tell_health()
         if self._free or self._emulator.active:
-            self._run(0 if self._held else self._pacer.due(now), now + LONGEST_SLICE_S)
-            time.sleep(0.002 if self._held else self._pacer.wait_s(time.monotonic()))
+            if self._held:
+                time.sleep(0.002)
+            else:
+                self._run(self._pacer.due(now), now + LONGEST_SLICE_S)
+                time.sleep(self._pacer.wait_s(time.monotonic()))
         else:
             self._pacer.restart(now)
             self._tidy(now)

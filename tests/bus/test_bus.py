@@ -7,7 +7,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import pytest
 import zenoh
@@ -18,16 +18,7 @@ from schemas.errors import SpecError
 from schemas.messages import Clock, CommandRequest, CommandResponse, Event, String, Time
 from services.bus import Bus, BusConfig, CallError, HealthReporter
 from services.bus.counters import LARGEST_GAP, MOST_PUBLISHERS, SequenceGaps
-from tests.meeting import caught_up
-
-
-def eventually(condition: Callable[[], bool], timeout_s: float = 60.0) -> bool:
-    deadline = time.monotonic() + timeout_s
-    while not condition():
-        if time.monotonic() > deadline:
-            return False
-        time.sleep(0.005)
-    return True
+from tests.meeting import caught_up, eventually
 
 
 @pytest.fixture

@@ -1,8 +1,7 @@
 """Who is there, when strangers declare what they please and nobody looks for long."""
 
 import threading
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 import pytest
@@ -15,18 +14,9 @@ from schemas.errors import TouchlineError
 from schemas.messages import Clock, Time
 from services.bus import Bus, BusConfig, HealthReporter
 from services.bus.presence import Token, parse_token, token_prefix
-from tests.meeting import caught_up
+from tests.meeting import caught_up, eventually
 
 PREFIX = token_prefix("tt2")
-
-
-def eventually(condition: Callable[[], bool], timeout_s: float = 60.0) -> bool:
-    deadline = time.monotonic() + timeout_s
-    while not condition():
-        if time.monotonic() > deadline:
-            return False
-        time.sleep(0.005)
-    return True
 
 
 @pytest.fixture

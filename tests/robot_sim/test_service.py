@@ -17,18 +17,6 @@ from tests.meeting import caught_up
 from tests.robot_sim.bus_rig import PLAN, TEMPLATE, ask, process, session, turn_until
 
 
-@pytest.fixture
-def bus(bus_config):
-    with Bus.open(topics.ROBOT_SIM, bus_config) as bus:
-        yield bus
-
-
-@pytest.fixture
-def operator(bus_config, bus):
-    with Bus.open(topics.OPERATOR, bus_config) as operator:
-        yield operator
-
-
 def test_a_template_of_another_place_is_refused(bus, operator):
     robot = process(bus, origin=Origin(latitude_deg=57.0, longitude_deg=10.0, altitude_m=0.0))
     here = TEMPLATE.model_copy(update={"origin": Origin(latitude_deg=57.0, longitude_deg=10.0)})

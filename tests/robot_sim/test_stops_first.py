@@ -12,20 +12,6 @@ from services.bus import Bus, CallError
 from services.robot_sim.service import RESET_AFTER_S, WATCHDOG_S, LatchGuard, Watchdog
 from tests.robot_sim.bus_rig import PLAN, TEMPLATE, ask, process, turn_until
 
-STATE = {"running": TraversalStatus.RUNNING, "paused": TraversalStatus.PAUSED, "stopped": TraversalStatus.ESTOPPED}
-
-
-@pytest.fixture
-def bus(bus_config):
-    with Bus.open(topics.ROBOT_SIM, bus_config) as bus:
-        yield bus
-
-
-@pytest.fixture
-def operator(bus_config, bus):
-    with Bus.open(topics.OPERATOR, bus_config) as operator:
-        yield operator
-
 
 def load(request_id="load"):
     return encode(m.LoadRequest(request_id=request_id, trajectory=PLAN, template_json=TEMPLATE.model_dump_json()))
