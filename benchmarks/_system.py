@@ -255,7 +255,8 @@ class Hand:
         if self.state == TraversalStatus.ESTOPPED:
             return self.order(topics.RESET)
         if self.state == TraversalStatus.PAUSED:
-            self.replenish()
+            if refusals := self.replenish():  # as long as it brakes
+                return refusals[0]
             problem = self.order(topics.RESUME)
             if "cannot resume" in problem:
                 return self.order(topics.ABORT) or problem
