@@ -23,6 +23,7 @@ from services.planner.offset import modes
 from services.planner.ordering.costs import NEVER_S, problem
 from services.planner.ordering.order import Problem, ordered
 from services.planner.plan import ways_of
+from services.planner.swaths import Painting, swaths
 from services.planner.watch import Watch
 
 SECONDS = 2.0
@@ -49,8 +50,9 @@ def of_template(name: str) -> Problem:
     """The matrix of times of a shipped template, circles begun where they are given."""
     vehicle, options = Vehicle(), PlanOptions()
     limits = Limits.of(vehicle, options)
-    choices = modes(load_template(name).segments, vehicle, limits.curvature_max_1pm)
-    return problem(choices, ways_of(vehicle, options, limits), None)[0]
+    painting = Painting.of(vehicle, limits, options)
+    choices = swaths(modes(load_template(name).segments, vehicle, limits.curvature_max_1pm), painting, free=True)
+    return problem(choices, ways_of(vehicle, options, limits), painting, None)[0]
 
 
 def instances() -> dict[str, Callable[[], Problem]]:

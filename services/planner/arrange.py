@@ -1,6 +1,6 @@
 """The order and direction in which the segments are painted, and the ways between: as given, or in the least time."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -9,13 +9,13 @@ import numpy as np
 from schemas.errors import PlanningError
 from schemas.messages import PlanOptions
 from schemas.vehicle import Vehicle
-from services.planner.clothoid import Floats
-from services.planner.inside import Yard
+from services.planner.clothoid import Floats, Ints
+from services.planner.inside import Collision, Yard
 from services.planner.legs import Drive, Driver
-from services.planner.offset import Stroke
 from services.planner.ordering.costs import nodes_of, problem
 from services.planner.ordering.dry import Ground, ordered_dry, scene_of
 from services.planner.ordering.order import kicks_for, ordered
+from services.planner.swaths import Swath
 from services.planner.transitions.method import CurveEnd
 from services.planner.watch import Progress, Watch
 
@@ -76,7 +76,7 @@ def crossing_cost_s(options: PlanOptions) -> float:
 
 
 def arranged(
-    modes: Sequence[Sequence[Stroke]],
+    modes: Sequence[Sequence[Swath]],
     driver: Driver,
     options: PlanOptions,
     progress: Progress,
@@ -101,7 +101,7 @@ def arranged(
 
 
 def _optimised(
-    modes: Sequence[Sequence[Stroke]], driver: Driver, progress: Progress, enough: Callable[[], bool]
+    modes: Sequence[Sequence[Swath]], driver: Driver, progress: Progress, enough: Callable[[], bool]
 ) -> Drive:
     """The best drive found; one that returns is ordered anew for where the one that need not would begin."""
     drive = _found(modes, driver, progress, enough)
@@ -112,11 +112,11 @@ def _optimised(
     return drive
 
 
-def _found(modes: Sequence[Sequence[Stroke]], driver: Driver, progress: Progress, enough: Callable[[], bool]) -> Drive:
+def _found(modes: Sequence[Sequence[Swath]], driver: Driver, progress: Progress, enough: Callable[[], bool]) -> Drive:
     nodes, segment, _ = nodes_of(modes)
     end = driver.start if driver.returns else driver.end
     first, last = (CurveEnd(pose, 0.0) if pose else None for pose in (driver.start, end))
-    asked, tracks = problem(modes, driver.ways, first, last, Watch(partial(progress, TIMING), enough))
+    asked, tracks = problem(modes, driver.ways, driver.painting, first, last, Watch(partial(progress, TIMING), enough))
     ground = Ground.of(nodes, segment, driver.wheels)
     crossing_s = min(driver.crossing_s, SEARCHED_CROSSING_S)
     cost, kicks = asked.cost.copy(), kicks_for(asked)
@@ -170,38 +170,54 @@ def _learn(cost: Floats, drive: Drive, order: list[int]) -> bool:
     return changed
 
 
-def _clear_of_outlines(choice: Sequence[Stroke], yard: Yard | None) -> list[Stroke]:
+def _clear_of_outlines(choice: Sequence[Swath], yard: Yard | None) -> list[Swath]:
     """The modes in which the body keeps off the outlines."""
     if yard is None:
         return list(choice)
-    hits = [yard.collision(stroke.path) for stroke in choice]
-    clear = [stroke for stroke, hit in zip(choice, hits, strict=True) if hit is None]
+    hits = [_first_hit(swath, yard) for swath in choice]
+    clear = [swath for swath, hit in zip(choice, hits, strict=True) if hit is None]
     if not clear:
+        assert hits[0]
         raise PlanningError(
-            choice[0].id,
-            f"cannot be painted: the robot's body would touch {hits[0]}",
+            hits[0][0],
+            f"cannot be painted: the robot's body would touch {hits[0][1]}",
             "move the line or the outline apart, or paint it by hand",
         )
     return clear
 
 
+def _first_hit(swath: Swath, yard: Yard) -> tuple[str, Collision] | None:
+    """The first segment of a swath along which the body touches an outline, and what it touches."""
+    for stroke, path in zip(swath.strokes, swath.paths, strict=True):
+        if hit := yard.collision(path):
+            return stroke.id, hit
+    return None
+
+
 def _refuse_collisions(drive: Drive) -> None:
     for i in drive.blocked:
         hit = drive.legs[i].collision
-        if i == len(drive.strokes):
+        if i == len(drive.swaths):
             problem = f"leaves no room to stop behind it: the robot's body would touch {hit}"
             raise PlanningError(drive.strokes[-1].id, problem, "make room there, or end with another line")
-        origin = f'from "{drive.strokes[i - 1].id}"' if i else "from the start"
+        origin = f'from "{drive.swaths[i - 1].strokes[-1].id}"' if i else "from the start"
         problem = f"cannot be reached {origin}: the robot's body would touch {hit}"
-        raise PlanningError(drive.strokes[i].id, problem, "make room there, or let the order be optimised")
+        raise PlanningError(drive.swaths[i].strokes[0].id, problem, "make room there, or let the order be optimised")
 
 
 def _refuse_crossings(drive: Drive) -> None:
-    for i, leg in enumerate(drive.legs):
-        arriving = "reached" if i < len(drive.strokes) else "left"
-        for over, doing in ((leg.crossings, arriving), (drive.over[i] if i < len(drive.over) else None, "painted")):
-            if over is not None and over.any():
-                wet = drive.strokes[int(np.flatnonzero(over)[0])].id
-                stroke = drive.strokes[min(i, len(drive.strokes) - 1)]
-                problem = f'cannot be {doing} without driving over "{wet}" while that is wet'
-                raise PlanningError(stroke.id, problem, "shorten the drying time, or let wet paint be crossed")
+    for name, doing, over in _met(drive):
+        if over.any():
+            wet = drive.strokes[int(np.flatnonzero(over)[0])].id
+            problem = f'cannot be {doing} without driving over "{wet}" while that is wet'
+            raise PlanningError(name, problem, "shorten the drying time, or let wet paint be crossed")
+
+
+def _met(drive: Drive) -> Iterator[tuple[str, str, Ints]]:
+    """In driving order: a segment, what the robot does with it, and what it runs over of the segments before."""
+    over = iter(drive.over)
+    for swath, leg in zip(drive.swaths, drive.legs, strict=False):
+        yield swath.strokes[0].id, "reached", leg.crossings
+        for stroke in swath.strokes:
+            yield stroke.id, "painted", next(over)
+    yield drive.strokes[-1].id, "left", drive.legs[-1].crossings

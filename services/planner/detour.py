@@ -36,7 +36,7 @@ def detours(start: CurveEnd, goal: CurveEnd, ways: Ways, yard: Yard) -> Iterator
         on = next((w for w in ways.between(middle, goal) if not yard.collision(w.path)), None)
         if on is not None:
             pieces = (*there.path.pieces, *on.path.pieces)
-            speeds = (ways.speed_mps(end.curvature_1pm) for end in (start, goal))
+            speeds = (ways.speed_mps(end) for end in (start, goal))
             yield Way(ways.seconds(pieces, *speeds), PiecePath(start.pose, pieces))
             offered += 1
             if offered == OFFERED:

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +13,7 @@ from services.planner.detour import detours
 from services.planner.inside import Collision, Yard
 from services.planner.offset import Stroke
 from services.planner.ordering.wet import BEGUN, SPEED, Wheels, wet_rows
+from services.planner.swaths import Painting, Swath
 from services.planner.transitions.method import CurveEnd, before
 from services.planner.transitions.turns import ContinuousTurn
 from services.planner.ways import Lead, Way, Ways, turned_round
@@ -39,15 +41,20 @@ class Leg(NamedTuple):
 
 @dataclass
 class Drive:
-    """Painted segments in driving order and the legs round them: one more than there are segments.
+    """Swaths in driving order and the legs round them: one more than there are swaths.
 
-    `over` says for each segment which of those painted before it are run over while it is painted.
+    `over` says for each stroke of the swaths which of those painted before it are run over while it is painted.
     """
 
-    strokes: list[Stroke]
+    swaths: list[Swath]
     legs: list[Leg] = field(default_factory=list)
     over: list[Ints] = field(default_factory=list)
     seconds: float = 0.0
+
+    @cached_property
+    def strokes(self) -> list[Stroke]:
+        """The painted segments of all swaths."""
+        return [stroke for swath in self.swaths for stroke in swath.strokes]
 
     @property
     def wet_crossings(self) -> int:
@@ -62,13 +69,14 @@ class Drive:
 
 @dataclass(frozen=True)
 class Driver:
-    """Chooses the legs between painted segments: the least seconds, wet crossings counted as `crossing_s` each.
+    """Chooses the legs between swaths: the least seconds, wet crossings counted as `crossing_s` each.
 
-    The first leads from `start`, or from a straight before the first segment; the last to `end`, or, if the robot
-    `returns`, to where it began, or to a straight behind the last segment.
+    The first leads from `start`, or from a straight before the first swath; the last to `end`, or, if the robot
+    `returns`, to where it began, or to a straight behind the last swath.
     """
 
     ways: Ways
+    painting: Painting
     yard: Yard | None
     wheels: Wheels
     crossing_s: float
@@ -77,23 +85,43 @@ class Driver:
     returns: bool = False
     known: dict[tuple[int, ...], list[Way]] = field(default_factory=dict)
 
-    def drive(self, strokes: list[Stroke]) -> Drive:
-        """The drive along the strokes in this order."""
-        drive = Drive(strokes)
-        rows = wet_rows(stroke.nozzle for stroke in strokes)
-        for i, stroke in enumerate(strokes):
-            painted = rows[:i]
-            offers = self._between(strokes[i - 1].end, stroke.begin) if i else self.run_ins(stroke.begin)
-            self._take(drive, self.choose(offers, drive.seconds, painted, in_turn=i == 0))
-            speed = self.ways.speed_mps(stroke.robot.curvature_1pm)
-            seconds = stroke.robot.length_m / speed
-            drive.over.append(self.wheels.crossings(stroke.path, drive.seconds, seconds, painted))
-            rows[i, BEGUN], rows[i, SPEED] = drive.seconds, stroke.nozzle.length_m / seconds
-            drive.seconds += seconds
+    def drive(self, swaths: list[Swath]) -> Drive:
+        """The drive along the swaths in this order."""
+        swaths, going_on = self._in_one_go(swaths)
+        drive = Drive(swaths)
+        rows, done = wet_rows(stroke.nozzle for stroke in drive.strokes), 0
+        for i, swath in enumerate(swaths):
+            if going_on[i]:
+                self._take(drive, Leg(PiecePath(swath.begin.pose, ()), 0.0, np.zeros(done, dtype=np.int64)))
+            else:
+                offers = self._between(swaths[i - 1].end, swath.begin) if i else self.run_ins(swath.begin)
+                self._take(drive, self.choose(offers, drive.seconds, rows[:done], in_turn=i == 0))
+            for stroke, path in zip(swath.strokes, swath.paths, strict=True):
+                seconds = path.length_m / swath.speed_mps
+                drive.over.append(self.wheels.crossings(path, drive.seconds, seconds, rows[:done]))
+                rows[done, BEGUN], rows[done, SPEED] = drive.seconds, stroke.nozzle.length_m / seconds
+                drive.seconds += seconds
+                done += 1
         end = drive.legs[0].path.start if self.returns else self.end
-        offers = self.run_outs(strokes[-1].end, end)
+        offers = self.run_outs(swaths[-1].end, end)
         self._take(drive, self.choose(offers, drive.seconds, rows, in_turn=True))
         return drive
+
+    def _in_one_go(self, swaths: list[Swath]) -> tuple[list[Swath], list[bool]]:
+        """The swaths, joined where that takes less time than a way between them; and which of them go on like that."""
+        rows: list[list[Swath]] = []
+        whole = swaths[0]
+        for swath in swaths:
+            both = self.painting.in_one_go(whole, swath) if rows else None
+            longer_s = both.seconds - whole.seconds - swath.seconds if both else math.inf
+            if both and longer_s < self._ways(whole.end, swath.begin)[0].seconds:
+                rows[-1].append(swath)
+                whole = both
+            else:
+                rows.append([swath])
+                whole = swath
+        joined = [part for row in rows for part in self.painting.parted(row)]
+        return joined, [bool(i) for row in rows for i in range(len(row))]
 
     def choose(self, offers: Iterator[Way], begun_s: float, painted: Floats, *, in_turn: bool) -> Leg:
         """The best of the ways offered, or (`in_turn`) the first that is clear; if none is, the first of all."""
@@ -119,17 +147,21 @@ class Driver:
 
     def _between(self, start: CurveEnd, goal: CurveEnd) -> Iterator[Way]:
         """The ways on offer, the quickest first; behind them, for the case that all collide, ways round about."""
-        key = alike(start, goal)
-        if key not in self.known:
-            self.known[key] = self.ways.between(start, goal)
-        direct = [way._replace(path=PiecePath(start.pose, way.path.pieces)) for way in self.known[key]]
+        direct = [way._replace(path=PiecePath(start.pose, way.path.pieces)) for way in self._ways(start, goal)]
         yield from direct
         if self.yard and all(self.yard.collision(way.path) for way in direct):
             yield from detours(start, goal, self.ways, self.yard)
 
+    def _ways(self, start: CurveEnd, goal: CurveEnd) -> list[Way]:
+        """The ways between two ends that lie like these, the quickest first."""
+        key = alike(start, goal)
+        if key not in self.known:
+            self.known[key] = self.ways.between(start, goal)
+        return self.known[key]
+
     def run_ins(self, begin: CurveEnd) -> Iterator[Way]:
         """From the start pose; without one, a straight before the first line, or what else there is room for."""
-        speed = self.ways.speed_mps(begin.curvature_1pm)
+        speed = self.ways.speed_mps(begin)
         run_up = self.ways.limits.stopping_distance_m(speed) + STEADY_S * speed
         if self.start is not None:
             way = self.ways.from_rest(self.start, begin, 0.0)
@@ -138,7 +170,7 @@ class Driver:
                 standing = CurveEnd(self.start, 0.0)
                 yield from detours(standing, begin, self.ways, self.yard)
             return
-        into = self.ways.widest(begin.curvature_1pm).method.lead_in(begin.curvature_1pm)
+        into = self.ways.widest(begin).method.lead_in(begin.curvature_1pm)
         for pieces in self._runs(into, RUN_IN_M, run_up, begin):
             path = PiecePath(before(begin.pose, pieces), pieces)
             yield Way(self.ways.seconds(pieces, 0.0, speed), path)
@@ -150,7 +182,7 @@ class Driver:
 
     def run_outs(self, end: CurveEnd, goal: Pose | None) -> Iterator[Way]:
         """To the goal; without one, a straight behind the last line, or what else there is room for."""
-        speed = self.ways.speed_mps(end.curvature_1pm)
+        speed = self.ways.speed_mps(end)
         length = self.ways.limits.stopping_distance_m(speed) + RUN_OUT_SPARE_M
         if goal is not None:
             way = self.ways.to_rest(end, goal, 0.0)
@@ -158,7 +190,7 @@ class Driver:
             if self.yard:
                 yield from detours(end, CurveEnd(goal, 0.0), self.ways, self.yard)
             return
-        out = self.ways.widest(end.curvature_1pm).method.lead_out(end.curvature_1pm)
+        out = self.ways.widest(end).method.lead_out(end.curvature_1pm)
         back = turned_round(Lead(out, 0.0)).pieces
         for pieces in self._runs(back, length, length, end):
             turned = turned_round(Lead(pieces, 0.0)).pieces
@@ -173,7 +205,7 @@ class Driver:
             return
         if least_m < length_m:
             yield (Piece(least_m), *into)
-        turns = self.ways.widest(at.curvature_1pm)
+        turns = self.ways.widest(at)
         turn = ContinuousTurn(turns.curvature_1pm, turns.sharpness_1pm2)
         for angle in BENDS_RAD:
             pieces = turn.pieces(abs(angle))
@@ -183,5 +215,6 @@ class Driver:
 def alike(start: CurveEnd, goal: CurveEnd) -> tuple[int, ...]:
     """The same for all pairs of ends that differ in their place alone: fields repeat themselves."""
     apart, turn = goal.pose.seen_from(start.pose)
-    values = (apart.real, apart.imag, math.remainder(turn, math.tau), start.curvature_1pm, goal.curvature_1pm)
+    turned = math.remainder(turn, math.tau)
+    values = (apart.real, apart.imag, turned, *start[1:], *goal[1:])
     return tuple(round(value / ALIKE) for value in values)

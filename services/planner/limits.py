@@ -102,9 +102,9 @@ class Limits:
         sharpness = turn_sharpness_1pm2(speed_mps, self.rim_acceleration_mps2, self.half_track_m)
         return curvature, min(self.sharpness_max_1pm2, sharpness)
 
-    def steady_speed_mps(self, curvature_1pm: float) -> float:
-        """The speed (m/s) at which a line or arc is painted."""
-        cap = self.square_cap(np.array([abs(curvature_1pm)]), np.zeros(1))
+    def steady_speed_mps(self, curvature_1pm: float, sharpness_1pm2: float = 0.0) -> float:
+        """The speed (m/s) at which a line, an arc or a clothoid up to this curvature is painted."""
+        cap = self.square_cap(np.array([abs(curvature_1pm)]), np.array([abs(sharpness_1pm2)]))
         return min(self.paint_speed_mps, float(np.sqrt(cap[0])))
 
     def stopping_distance_m(self, speed_mps: float) -> float:

@@ -21,6 +21,7 @@ from services.planner.ordering.wet import Wheels
 from services.planner.output import trajectory_message
 from services.planner.route import Section, route
 from services.planner.sending import Sent, send
+from services.planner.swaths import Painting, swaths
 from services.planner.timing import SpeedProfile, Steady, speed_profile
 from services.planner.watch import Progress
 from services.planner.ways import DEFAULT_METHOD, METHODS, REVERSING, SPINNING, Ways
@@ -66,17 +67,25 @@ def plan(
     limits = Limits.of(vehicle, options)
     ways, start, end = ways_of(vehicle, options, limits), _pose("start", options.start), _end(options)
     wheels = Wheels.of(vehicle, template.line_width_m, drying_s(vehicle, options))
+    painting = Painting.of(vehicle, limits, options)
 
     choices = modes(template.segments, vehicle, limits.curvature_max_1pm, free=ordering(options))
     driver = Driver(
-        ways, Yard.of(template, vehicle), wheels, crossing_cost_s(options), start, end, options.return_to_start
+        ways,
+        painting,
+        Yard.of(template, vehicle),
+        wheels,
+        crossing_cost_s(options),
+        start,
+        end,
+        options.return_to_start,
     )
-    drive = arranged(choices, driver, options, progress, enough)
+    drive = arranged(swaths(choices, painting, free=ordering(options)), driver, options, progress, enough)
     sections = route(drive)
     sent = send(sections, lambda done: progress("cutting into arcs", done))
 
     painted = [Painted(s.id, s.start_m, s.end_m, s.stroke.actuation) for s in sent if s.stroke]
-    steady = _steady(painted, limits, vehicle)
+    steady = _steady(painted, [s.speed_mps for s in sections if s.stroke], vehicle)
     borders = [border for stretch in steady for border in stretch[:2]]
     speeds = speed_profile(course(sections, sent, borders, limits), steady, limits)
     progress("speeds", 1.0)
@@ -119,7 +128,9 @@ def _end(options: PlanOptions) -> Pose | None:
     return _pose("end", options.end)
 
 
-def _steady(painted: list[Painted], limits: Limits, vehicle: Vehicle) -> list[Steady]:
-    """The paint speed from where the valve is opened to where the line ends."""
-    lead = vehicle.valve_on_delay_s * limits.paint_speed_mps
-    return [Steady(p.start_m - lead, p.end_m, limits.paint_speed_mps) for p in painted]
+def _steady(painted: list[Painted], speeds_mps: list[float], vehicle: Vehicle) -> list[Steady]:
+    """The speed at which each line is painted, from where the valve is opened to where it ends."""
+    return [
+        Steady(line.start_m - vehicle.valve_on_delay_s * speed, line.end_m, speed)
+        for line, speed in zip(painted, speeds_mps, strict=True)
+    ]

@@ -11,20 +11,22 @@ RUN_IN, TRANSITION, RUN_OUT = "run-in", "transition", "run-out"
 
 @dataclass(frozen=True)
 class Section:
-    """A painted segment, or the way between two of them."""
+    """A painted segment and the speed at which it is painted, or the way between two swaths."""
 
     label: str
     path: PiecePath
     stroke: Stroke | None = None
+    speed_mps: float = 0.0
 
 
 def route(drive: Drive) -> list[Section]:
     """The sections in driving order; each begins at the pose at which the last one ended."""
     sections = []
     for i, leg in enumerate(drive.legs):
-        label = RUN_IN if i == 0 else RUN_OUT if i == len(drive.strokes) else TRANSITION
+        label = RUN_IN if i == 0 else RUN_OUT if i == len(drive.swaths) else TRANSITION
         sections.append(Section(label, leg.path))
-        if i < len(drive.strokes):
-            stroke = drive.strokes[i]
-            sections.append(Section(stroke.label, stroke.path, stroke))
+        if i < len(drive.swaths):
+            swath = drive.swaths[i]
+            for stroke, path in zip(swath.strokes, swath.paths, strict=True):
+                sections.append(Section(stroke.label, path, stroke, swath.speed_mps))
     return [section for section in sections if section.path.pieces]

@@ -67,50 +67,50 @@ class Ways:
         turn = limits.curvature_max_1pm, limits.sharpness_max_1pm2
         return cls(limits, (Turns(limits.rim_speed_mps, *turn, make(*turn)),))
 
-    def speed_mps(self, curvature_1pm: float) -> float:
-        """The speed (m/s) at which a line or arc is painted."""
-        return self.limits.steady_speed_mps(curvature_1pm)
+    def speed_mps(self, end: CurveEnd) -> float:
+        """The speed (m/s) at an end of a painted curve."""
+        return min(self.limits.steady_speed_mps(end.curvature_1pm), end.speed_mps)
 
-    def lead(self, turns: Turns, curvature_1pm: float) -> Lead:
+    def lead(self, turns: Turns, end: CurveEnd) -> Lead:
         """From a painted curve straight to the turns; or, if they are slow, to a straight that leaves room to brake."""
-        speed = self.speed_mps(curvature_1pm)
+        speed = self.speed_mps(end)
         slower = max(speed**2 - turns.speed_mps**2, 0.0)
         if not slower:
-            return Lead((), curvature_1pm)
+            return Lead((), end.curvature_1pm)
         sharpness = self.limits.turn_at(speed)[1]
-        out = ContinuousDubins(self.limits.curvature_max_1pm, sharpness).lead_out(curvature_1pm)
+        out = ContinuousDubins(self.limits.curvature_max_1pm, sharpness).lead_out(end.curvature_1pm)
         return Lead((*out, Piece(slower / (2.0 * BRAKING_SHARE * self.limits.acceleration_mps2))), 0.0)
 
-    def widest(self, curvature_1pm: float) -> Turns:
-        """The turns made for the least speed at which they do not slow down a painted curve of that curvature."""
-        speed = self.speed_mps(curvature_1pm)
+    def widest(self, end: CurveEnd) -> Turns:
+        """The turns made for the least speed at which they do not slow down a painted curve."""
+        speed = self.speed_mps(end)
         return min((t for t in self.turns if t.speed_mps >= speed), key=lambda t: t.speed_mps, default=self.turns[-1])
 
     def from_rest(self, start: Pose, goal: CurveEnd, run_up_m: float) -> Way:
         """The quickest way from standstill to a painted curve, over a straight of `run_up_m` before its lead-in."""
-        into = self.widest(goal.curvature_1pm).method.lead_in(goal.curvature_1pm)
+        into = self.widest(goal).method.lead_in(goal.curvature_1pm)
         pieces = (Piece(run_up_m), *into) if run_up_m else into
         reaching = CurveEnd(before(goal.pose, pieces), 0.0)
         ways = []
         for turns in self.turns:
             path = PiecePath(start, joined((*turns.method.connect(start, reaching.pose), *pieces)))
-            ways.append(Way(self.seconds(path.pieces, 0.0, self.speed_mps(goal.curvature_1pm)), path))
+            ways.append(Way(self.seconds(path.pieces, 0.0, self.speed_mps(goal)), path))
         return min(ways, key=lambda way: way.seconds)
 
     def to_rest(self, start: CurveEnd, goal: Pose, run_out_m: float) -> Way:
         """The quickest way from a painted curve to standstill, over a straight of `run_out_m` behind its lead-out."""
-        out = self.widest(start.curvature_1pm).method.lead_out(start.curvature_1pm)
+        out = self.widest(start).method.lead_out(start.curvature_1pm)
         pieces = (*out, Piece(run_out_m)) if run_out_m else out
         leaving = PiecePath(start.pose, pieces).end
         ways = []
         for turns in self.turns:
             path = PiecePath(start.pose, joined((*pieces, *turns.method.connect(leaving, goal))))
-            ways.append(Way(self.seconds(path.pieces, self.speed_mps(start.curvature_1pm), 0.0), path))
+            ways.append(Way(self.seconds(path.pieces, self.speed_mps(start), 0.0), path))
         return min(ways, key=lambda way: way.seconds)
 
     def between(self, start: CurveEnd, goal: CurveEnd) -> list[Way]:
         """Every way from the end of one painted segment to the beginning of the next, the quickest first."""
-        speeds = self.speed_mps(start.curvature_1pm), self.speed_mps(goal.curvature_1pm)
+        speeds = self.speed_mps(start), self.speed_mps(goal)
         ways = [self._way(turns, start, goal, speeds) for turns in self.turns]
         if self.standing:
             ways += self._standing(start, goal, speeds)
@@ -121,7 +121,7 @@ class Ways:
         return ways
 
     def _way(self, turns: Turns, start: CurveEnd, goal: CurveEnd, speeds: tuple[float, float]) -> Way:
-        out, into = self.lead(turns, start.curvature_1pm), turned_round(self.lead(turns, goal.curvature_1pm))
+        out, into = self.lead(turns, start), turned_round(self.lead(turns, goal))
         leaving = CurveEnd(PiecePath(start.pose, out.pieces).end, out.curvature_1pm)
         reaching = CurveEnd(before(goal.pose, into.pieces), into.curvature_1pm)
         path = PiecePath(start.pose, joined((*out.pieces, *turns.method.between(leaving, reaching), *into.pieces)))
@@ -129,7 +129,7 @@ class Ways:
 
     def quickest_standing(self, start: CurveEnd, goal: CurveEnd, least_s: float) -> Way | None:
         """The quickest way with cusps or turns on the spot, if it takes less than `least_s`."""
-        speeds = self.speed_mps(start.curvature_1pm), self.speed_mps(goal.curvature_1pm)
+        speeds = self.speed_mps(start), self.speed_mps(goal)
         if self.standing_bound_s(start, goal, speeds) >= least_s:
             return None
         ways = [way for way in self._standing(start, goal, speeds) if way.seconds < least_s]

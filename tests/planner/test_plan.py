@@ -30,6 +30,7 @@ from services.planner import sending
 from services.planner.answer import answer
 from services.planner.measure import wheels
 from services.planner.plan import Plan, plan
+from services.planner.swaths import JOINT_OFFSET_M
 from services.planner.ways import METHODS
 from tests.planner.strategies import poses, templates
 
@@ -130,10 +131,11 @@ def check_g2(planned: Plan) -> None:
             continue  # the robot stands
         assert last.curvature_at(last.length_m) == pytest.approx(following.curvature_1pm, abs=1e-9)
     for last, following in pairwise(planned.sections):
-        assert abs(last.path.end.point - following.path.start.point) < 1e-9
-        assert math.remainder(last.path.end.heading_rad - following.path.start.heading_rad, math.tau) == pytest.approx(
-            0, abs=1e-9
-        )
+        # Where painted segments join, curvature changes evenly about the joint: that leads a little off the line.
+        joined = last.stroke and following.stroke
+        apart, turn = following.path.start.seen_from(last.path.end)
+        assert abs(apart) < (JOINT_OFFSET_M if joined else 1e-9)
+        assert abs(math.remainder(turn, math.tau)) < 1e-9
 
 
 def check_profile(planned: Plan) -> None:

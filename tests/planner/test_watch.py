@@ -12,6 +12,7 @@ from services.planner.limits import Limits
 from services.planner.offset import modes
 from services.planner.ordering import costs
 from services.planner.plan import plan, ways_of
+from services.planner.swaths import Painting, swaths
 from services.planner.watch import Watch
 
 # Paint dries at once: wet paint has its own tests.
@@ -111,11 +112,12 @@ def test_progress_grows_all_the_while(parts: list[str]) -> None:
 def test_the_matrix_does_not_depend_on_the_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     limits = Limits.of(VEHICLE, OPTIONS)
     ways = ways_of(VEHICLE, OPTIONS, limits)
-    choices = modes(strewn().segments, VEHICLE, limits.curvature_max_1pm)
+    painting = Painting.of(VEHICLE, limits, OPTIONS)
+    choices = swaths(modes(strewn().segments, VEHICLE, limits.curvature_max_1pm), painting, free=True)
     monkeypatch.setattr(costs, "ALL_NODES", 10)
-    whole, tracks = costs.problem(choices, ways, None)
+    whole, tracks = costs.problem(choices, ways, painting, None)
     in_parts(monkeypatch, 70, 9, 3)
-    cut, cut_tracks = costs.problem(choices, ways, None)
+    cut, cut_tracks = costs.problem(choices, ways, painting, None)
     assert np.array_equal(whole.cost, cut.cost)
     assert np.array_equal(tracks.kind, cut_tracks.kind)
     assert np.array_equal(tracks.pieces, cut_tracks.pieces)

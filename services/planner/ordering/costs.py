@@ -1,17 +1,20 @@
 """The cost matrix of an ordering problem: seconds from every end to every beginning, and for painting."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial import cKDTree
 
+from services.planner.chains import GAP_M
 from services.planner.clothoid import Floats, Ints, Piece, PiecePath, Pose
-from services.planner.offset import Stroke
 from services.planner.ordering.order import Problem
 from services.planner.ordering.way_times import HEADING, TRACK_PIECES, X, Y, way_times
 from services.planner.steering.circles import LIMIT, circle
 from services.planner.steering.word_lengths import word_lengths
+from services.planner.swaths import Painting, Swath
 from services.planner.transitions.ccd import ContinuousDubins
 from services.planner.transitions.method import CurveEnd, before
 from services.planner.watch import UNWATCHED, Watch
@@ -72,44 +75,49 @@ class Tracks:
         )
 
 
-def nodes_of(modes: Sequence[Sequence[Stroke]]) -> tuple[list[Stroke], Ints, Ints]:
-    """All modes as nodes; which segment each paints; and its other way round (itself, if that cannot be driven)."""
-    nodes = [stroke for group in modes for stroke in group]
+def nodes_of(modes: Sequence[Sequence[Swath]]) -> tuple[list[Swath], Ints, Ints]:
+    """All modes as nodes; which swath each paints; and its other way round (itself, if that cannot be driven)."""
+    nodes = [swath for group in modes for swath in group]
     segment = np.repeat(np.arange(len(modes)), [len(group) for group in modes])
     flip = np.arange(len(nodes))
     first = 0
     for group in modes:
-        for i, stroke in enumerate(group):
+        for i, swath in enumerate(group):
             for k, other in enumerate(group):
-                if other.flipped != stroke.flipped and _same_points(stroke, other):
+                if _turned_round(swath, other):
                     flip[first + i] = first + k
         first += len(group)
     return nodes, segment, flip
 
 
-def _same_points(stroke: Stroke, other: Stroke) -> bool:
-    x, y, _ = other.nozzle.end
-    return abs(complex(stroke.nozzle.x_m - x, stroke.nozzle.y_m - y)) < 1e-6
+def _turned_round(swath: Swath, other: Swath) -> bool:
+    """Whether one of two modes of a swath is the other one the other way round."""
+    first, last = swath.strokes[0], other.strokes[-1]
+    x, y, _ = last.nozzle.end
+    same = first.id == last.id and first.flipped != last.flipped
+    return same and abs(complex(first.nozzle.x_m - x, first.nozzle.y_m - y)) < 1e-6
 
 
 def problem(
-    modes: Sequence[Sequence[Stroke]],
+    modes: Sequence[Sequence[Swath]],
     ways: Ways,
+    painting: Painting,
     start: CurveEnd | None,
     end: CurveEnd | None = None,
     watch: Watch = UNWATCHED,
 ) -> tuple[Problem, Tracks]:
     """The ordering problem, and the ways behind it.
 
-    Without a `start` every segment may come first, without an `end` every one last, at no cost. If the `watch` has
+    Without a `start` every swath may come first, without an `end` every one last, at no cost. If the `watch` has
     enough early, the costs are rougher.
     """
     nodes, segment, flip = nodes_of(modes)
     count = len(nodes)
     begins, ends = [n.begin for n in nodes], [n.end for n in nodes]
     cost = np.full((count + 1, count + 1), 0.0)
-    paint = np.array([n.robot.length_m / ways.speed_mps(n.robot.curvature_1pm) for n in nodes])
+    paint = np.array([node.seconds for node in nodes])
     cost[:-1, :-1], tracks = seconds_between(ends, begins, ways, segment, paint, watch)
+    tracks = _going_on(nodes, painting, cost, tracks)
     if start is not None:
         cost[-1, :-1] = _timed_all([start], begins, ways)
     if end is not None:
@@ -117,6 +125,23 @@ def problem(
     cost[:-1, :-1][segment[:, None] == segment[None, :]] = NEVER_S
     cost[:, :-1] += paint
     return Problem(cost, segment, flip), tracks
+
+
+def _going_on(nodes: Sequence[Swath], painting: Painting, cost: Floats, tracks: Tracks) -> Tracks:
+    """Lower the cost of going on from a swath into another to what painting both in one go takes longer."""
+    places = [np.array([end.pose[:2] for end in each]) for each in ([n.end for n in nodes], [n.begin for n in nodes])]
+    near = cKDTree(places[0]).query_ball_tree(cKDTree(places[1]), GAP_M)
+    pairs = []
+    for a, b in ((a, b) for a, found in enumerate(near) for b in found if cost[a, b] < NEVER_S):
+        both = painting.in_one_go(nodes[a], nodes[b])
+        longer_s = both.seconds - nodes[a].seconds - nodes[b].seconds if both else math.inf
+        if longer_s < cost[a, b]:
+            cost[a, b] = longer_s
+            pairs.append((a, b))
+    if not pairs:
+        return tracks
+    none = np.zeros((1, TRACK_PIECES, 5)), np.zeros(1, dtype=np.int64)
+    return tracks.with_pairs(np.array(pairs), np.zeros(len(pairs), dtype=np.int64), *none)
 
 
 def seconds_between(
@@ -227,8 +252,8 @@ def way_rows(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways) -> tuple[
 
 
 def _table(ends: list[CurveEnd]) -> Floats:
-    """(n, 4) x, y, heading, curvature."""
-    return np.array([(*end.pose, end.curvature_1pm) for end in ends])
+    """(n, 5) x, y, heading, curvature and largest speed."""
+    return np.array([(*end.pose, end.curvature_1pm, end.speed_mps) for end in ends])
 
 
 def _alike(starts: Floats, goals: Floats) -> tuple[Ints, Ints]:
@@ -238,7 +263,7 @@ def _alike(starts: Floats, goals: Floats) -> tuple[Ints, Ints]:
     """
     apart = (goals[:, 0] - starts[:, 0] + 1j * (goals[:, 1] - starts[:, 1])) * np.exp(-1j * starts[:, 2])
     turn = np.angle(np.exp(1j * (goals[:, 2] - starts[:, 2])))
-    seen = np.column_stack((apart.real, apart.imag, turn, starts[:, 3], goals[:, 3]))
+    seen = np.column_stack((apart.real, apart.imag, turn, starts[:, 3:], goals[:, 3:]))
     grid = np.rint(seen / ALIKE).astype(np.int64)
     _, first, alike = np.unique(grid, axis=0, return_index=True, return_inverse=True)
     return first, alike.reshape(-1)
@@ -246,11 +271,11 @@ def _alike(starts: Floats, goals: Floats) -> tuple[Ints, Ints]:
 
 def _rows(ends: list[CurveEnd], ways: Ways, turns: Turns, figures: Floats, *, leaving: bool) -> Floats:
     """The rows of `way_times` for ends (or beginnings) with one kind of turn."""
-    known: dict[float, tuple[float, ...]] = {}
+    known: dict[tuple[float, float], tuple[float, ...]] = {}
     for end in ends:
-        if end.curvature_1pm not in known:
-            known[end.curvature_1pm] = _lead_row(end.curvature_1pm, ways, turns, figures, leaving=leaving)
-    rows = np.array([known[end.curvature_1pm] for end in ends])
+        if end[1:] not in known:
+            known[end[1:]] = _lead_row(end, ways, turns, figures, leaving=leaving)
+    rows = np.array([known[end[1:]] for end in ends])
     poses = np.array([end.pose for end in ends])
     moved = (rows[:, X] + 1j * rows[:, Y]) * np.exp(1j * poses[:, 2])
     rows[:, X], rows[:, Y] = poses[:, 0] + moved.real, poses[:, 1] + moved.imag
@@ -258,9 +283,9 @@ def _rows(ends: list[CurveEnd], ways: Ways, turns: Turns, figures: Floats, *, le
     return rows
 
 
-def _lead_row(curvature: float, ways: Ways, turns: Turns, figures: Floats, *, leaving: bool) -> tuple[float, ...]:
-    """The row for an end of this curvature (1/m) at the origin."""
-    lead = ways.lead(turns, curvature)
+def _lead_row(end: CurveEnd, ways: Ways, turns: Turns, figures: Floats, *, leaving: bool) -> tuple[float, ...]:
+    """The row for an end like this at the origin."""
+    lead = ways.lead(turns, end)
     if abs(lead.curvature_1pm) > figures[LIMIT] * turns.sharpness_1pm2**0.5:
         # Too tight for these turns to begin with: they begin where it is straight.
         words = ContinuousDubins(turns.curvature_1pm, turns.sharpness_1pm2)
@@ -269,4 +294,4 @@ def _lead_row(curvature: float, ways: Ways, turns: Turns, figures: Floats, *, le
     bend: Piece | None = next((p for p in lead.pieces if p.sharpness_1pm2), None)
     straight = sum(p.length_m for p in lead.pieces if not p.sharpness_1pm2)
     painted, sharpness = (bend.curvature_1pm, abs(bend.sharpness_1pm2)) if bend else (0.0, 1.0)
-    return *pose, lead.curvature_1pm, ways.speed_mps(curvature), painted, sharpness, straight
+    return *pose, lead.curvature_1pm, ways.speed_mps(end), painted, sharpness, straight

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from services.planner.clothoid import Floats, Ints, Pose
-from services.planner.offset import Stroke
 from services.planner.ordering.annealing import anneal
 from services.planner.ordering.costs import Tracks
 from services.planner.ordering.order import Problem
 from services.planner.ordering.scene import UNKNOWN, Known, Scene, judged
 from services.planner.ordering.wet import Wheels, boxes_of, wet_rows
+from services.planner.swaths import Swath
 from services.planner.watch import UNWATCHED, Watch
 
 # The budget: so many moves for every segment, within bounds, as often as there are heats (s) to begin with, each time
@@ -23,7 +23,7 @@ HEATS_S, HEATS_MANY_S, MANY = (4.0, 2.0, 1.0, 4.0, 2.0, 1.0), (0.6, 0.3), 150
 RUN = 10_000
 SEED = 5
 # Rows of what is run over that are remembered at a time.
-KNOWN_MAX = 1_000_000
+KNOWN_MAX = 4_000_000
 
 
 @dataclass(frozen=True)
@@ -31,25 +31,30 @@ class Ground:
     """What painting the nodes of a problem runs over.
 
     Attributes:
-        nodes: The strokes.
+        nodes: The swaths.
         wheels: What touches the ground.
-        lines: The segments as rows of wet.py, wet from the beginning.
-        over: (nodes, segments) how often a node's wheels and casters run over each segment.
+        lines: Their lines as rows of wet.py, wet from the beginning.
+        owner: (lines,) which swath each line belongs to.
+        over: (nodes, swaths) how often a node's wheels and casters run over each other swath.
     """
 
-    nodes: Sequence[Stroke]
+    nodes: Sequence[Swath]
     wheels: Wheels
     lines: Floats
+    owner: Ints
     over: Ints
 
     @classmethod
-    def of(cls, nodes: Sequence[Stroke], segment: Ints, wheels: Wheels) -> "Ground":
-        """The ground under nodes, of which each paints a `segment`."""
-        first = np.unique(segment, return_index=True)[1]
-        lines, ever = wet_rows(nodes[k].nozzle for k in first), wheels.never_dry
-        over = np.array([ever.crossings(node.path, 0.0, 0.0, lines) for node in nodes])
+    def of(cls, nodes: Sequence[Swath], segment: Ints, wheels: Wheels) -> "Ground":
+        """The ground under nodes, of which each paints a swath, numbered `segment`."""
+        painted = [nodes[k].strokes for k in np.unique(segment, return_index=True)[1]]
+        owner = np.repeat(np.arange(len(painted)), [len(strokes) for strokes in painted])
+        lines, ever = wet_rows(stroke.nozzle for strokes in painted for stroke in strokes), wheels.never_dry
+        begun = np.searchsorted(owner, np.arange(len(painted)))
+        met = (sum(ever.crossings(path, 0.0, 0.0, lines) for path in node.paths) for node in nodes)
+        over = np.array([np.add.reduceat(counts, begun) for counts in met])
         over[np.arange(len(nodes)), segment] = 0
-        return cls(nodes, wheels, lines, over)
+        return cls(nodes, wheels, lines, owner, over)
 
 
 def ordered_dry(scene: Scene, begin: Ints, watch: Watch = UNWATCHED) -> Ints:
@@ -80,7 +85,7 @@ def wet_times(scene: Scene, known: Known, tour: Ints) -> Ints:
 def unknown_yet(nodes: int) -> Known:
     """Nothing known of what is run over between so many nodes and the depot."""
     first = np.full((nodes + 1, nodes + 1), UNKNOWN, dtype=np.int32)
-    return Known(first, np.empty((KNOWN_MAX, 2), dtype=np.int32), np.zeros(1, dtype=np.int64))
+    return Known(first, np.empty((KNOWN_MAX, 2), dtype=np.int32), np.zeros(2, dtype=np.int64))
 
 
 def scene_of(
@@ -91,7 +96,7 @@ def scene_of(
     Behind the last segment the robot drives to `end`, or straight on for `run_out_m`.
     """
     segment, flip = problem.with_depot
-    node, line = np.nonzero(ground.over)
+    node, other = np.nonzero(ground.over)
     stop = end or Pose(math.nan, math.nan, math.nan)
     return Scene(
         cost=problem.cost,
@@ -100,14 +105,15 @@ def scene_of(
         modes=problem.modes,
         after=problem.after,
         paint=np.append(tracks.paint_s, 0.0),
-        begins=np.array([*(stroke.begin.pose for stroke in ground.nodes), stop]),
-        ends=np.array([stroke.end.pose for stroke in ground.nodes]),
+        begins=np.array([*(swath.begin.pose for swath in ground.nodes), stop]),
+        ends=np.array([swath.end.pose for swath in ground.nodes]),
         kind=tracks.kind,
         pieces=tracks.pieces,
         counts=tracks.counts,
         over_from=np.searchsorted(node, np.arange(problem.depot + 2)),
-        over=np.column_stack((line, ground.over[node, line])),
+        over=np.column_stack((other, ground.over[node, other])),
         lines=ground.lines,
+        owner=ground.owner,
         boxes=boxes_of(ground.lines),
         contacts=ground.wheels.contacts,
         half_width=ground.wheels.half_width_m,

@@ -26,7 +26,8 @@ class Scene(NamedTuple):
     `cost`, `segment`, `flip`, `modes` and `after` as in search.py; `paint` (nodes + 1,) seconds of each node;
     `begins` (nodes + 1, 3) poses, the last one where to stop, or nan; `ends` (nodes, 3) poses; `kind`, `pieces` and
     `counts` the ways (see `Tracks`), straight where unknown; `over_from` (nodes + 1,) and `over` what painting a node
-    runs over: rows of segment and times; `lines` the segments as in wet.py, without times, and their `boxes`;
+    runs over: rows of segment and times; `lines` their lines as in wet.py, without times, `owner` (lines,) the segment
+    that each belongs to and `boxes` theirs;
     `contacts`, `half_width` and `drying` as in `Wheels`; `crossing` seconds that one crossing may cost; `run_out`
     metres driven straight on behind the last segment, unless there is a place to stop.
     """
@@ -45,6 +46,7 @@ class Scene(NamedTuple):
     over_from: Ints
     over: Ints
     lines: Floats
+    owner: Ints
     boxes: Floats
     contacts: Floats
     half_width: float
@@ -114,8 +116,11 @@ def way_over(scene: Scene, known: Known, a: int, b: int) -> int:
     at = first
     for k in range(len(counts)):
         if counts[k]:
-            known.rows[at, 0], known.rows[at, 1] = k, counts[k]
-            at += 1
+            segment = scene.owner[k]
+            if at == first or known.rows[at - 1, 0] != segment:
+                known.rows[at, 0], known.rows[at, 1] = segment, 0
+                at += 1
+            known.rows[at - 1, 1] += counts[k]
     known.rows[at, 0] = -1
     known.used[0] = at + 1
     known.first[a, b] = first
@@ -141,12 +146,14 @@ def judged(
         if a != depot:
             row, middle = way_over(scene, known, a, b), time + 0.5 * way
             while known.rows[row, 0] >= 0:
+                known.used[1] += 1
                 if 0.0 <= middle - painted[known.rows[row, 0]] <= scene.drying:
                     count += known.rows[row, 1]
                 row += 1
         time += way + scene.paint[b]
         if b != depot:
             middle = time - 0.5 * scene.paint[b]
+            known.used[1] += scene.over_from[b + 1] - scene.over_from[b]
             for row in range(scene.over_from[b], scene.over_from[b + 1]):
                 if 0.0 <= middle - painted[scene.over[row, 0]] <= scene.drying:
                     count += scene.over[row, 1]

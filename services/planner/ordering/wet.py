@@ -66,10 +66,9 @@ def wet_rows(nozzles: Iterable[Curve]) -> Floats:
 
 
 @kernel
-def _on_line(px: float, py: float, line: Floats) -> tuple[float, float]:
-    """How far along a line or arc P is, and how far to its left."""
+def _on_line(px: float, py: float, line: Floats, c: float, s: float) -> tuple[float, float]:
+    """How far along a line or arc, of which the heading's cosine and sine are given, P is; and how far to its left."""
     dx, dy = px - line[X], py - line[Y]
-    c, s = math.cos(line[HEADING]), math.sin(line[HEADING])
     ahead, left = c * dx + s * dy, c * dy - s * dx
     k = line[CURVATURE]
     if k == 0.0:
@@ -83,18 +82,23 @@ def _on_line(px: float, py: float, line: Floats) -> tuple[float, float]:
 
 @kernel
 def boxes_of(painted: Floats) -> Floats:
-    """(n, 4) the least and greatest x and y of each painted line (of an arc its whole circle)."""
+    """(n, 4) the least and greatest x and y of a box round each painted line."""
     boxes = np.empty((len(painted), 4))
     for j in range(len(painted)):
         line = painted[j]
-        x, y, c, s = line[X], line[Y], math.cos(line[HEADING]), math.sin(line[HEADING])
-        if line[CURVATURE] == 0.0:
-            ends = (x, x + c * line[LENGTH], y, y + s * line[LENGTH])
-        else:
+        half = 0.5 * line[CURVATURE] * line[LENGTH]
+        # The chord, and how far the curve is beside it.
+        chord = line[LENGTH] * (math.sin(half) / half if half else 1.0)
+        aside = math.tan(0.5 * half) * 0.5 * chord
+        x, y = line[X], line[Y]
+        if abs(half) > 0.5 * math.pi:
+            # More than a half circle: all of the circle.
             radius = 1.0 / line[CURVATURE]
-            ends = (x - s * radius - radius, x - s * radius + radius, y + c * radius - radius, y + c * radius + radius)
-        boxes[j, 0], boxes[j, 1] = min(ends[0], ends[1]), max(ends[0], ends[1])
-        boxes[j, 2], boxes[j, 3] = min(ends[2], ends[3]), max(ends[2], ends[3])
+            x, y = x - radius * math.sin(line[HEADING]), y + radius * math.cos(line[HEADING])
+            chord, aside = 0.0, abs(radius)
+        to_x, to_y = x + chord * math.cos(line[HEADING] + half), y + chord * math.sin(line[HEADING] + half)
+        boxes[j, 0], boxes[j, 1] = min(x, to_x) - abs(aside), max(x, to_x) + abs(aside)
+        boxes[j, 2], boxes[j, 3] = min(y, to_y) - abs(aside), max(y, to_y) + abs(aside)
     return boxes
 
 
@@ -129,10 +133,14 @@ def wet_crossings(
             continue
         line = painted[j]
         length, on = line[LENGTH], np.zeros(len(contacts), dtype=np.bool_)
+        cos, sin = math.cos(line[HEADING]), math.sin(line[HEADING])
         i = 0
         while i < len(poses):
-            along, left = _on_line(poses[i, 0], poses[i, 1], line)
-            away = max(abs(left), -along, along - length) if line[CURVATURE] == 0.0 else abs(left)
+            x, y = poses[i, 0], poses[i, 1]
+            along, left = _on_line(x, y, line, cos, sin)
+            away = max(abs(left), box[0] - x, x - box[1], box[2] - y, y - box[3])
+            if line[CURVATURE] == 0.0:
+                away = max(away, -along, along - length)
             far = away - reach - half_width
             if far > 2.0 * step:
                 # No contact gets there within so many poses.
@@ -143,7 +151,7 @@ def wet_crossings(
             for k in range(len(contacts)):
                 px = poses[i, 0] + c * contacts[k, 0] - s * contacts[k, 1]
                 py = poses[i, 1] + s * contacts[k, 0] + c * contacts[k, 1]
-                along, left = _on_line(px, py, line)
+                along, left = _on_line(px, py, line, cos, sin)
                 over = abs(left) <= half_width and 0.0 <= along <= length
                 if over and not on[k]:
                     age = poses[i, 3] - line[BEGUN] - along / line[SPEED]

@@ -2,11 +2,14 @@
 
 import numpy as np
 
+from schemas.messages import PlanOptions
+from services.planner.limits import Limits
 from services.planner.offset import modes
 from services.planner.ordering.costs import NEVER_S, nodes_of
 from services.planner.ordering.order import Problem, ordered
 from services.planner.study.drive import STUDY_SPEED_MPS
 from services.planner.study.pitch import Pitch
+from services.planner.swaths import Painting, swaths
 
 
 def straight_hops_s(pitch: Pitch) -> float:
@@ -16,12 +19,14 @@ def straight_hops_s(pitch: Pitch) -> float:
     comes below the optimum of this; what is returned is at or just above it.
     """
     tightest = 1.0 / pitch.vehicle.half_track_m
-    nodes, segment, flip = nodes_of(modes(pitch.template.segments, pitch.vehicle, tightest, free=True))
+    painting = Painting(Limits.of(pitch.vehicle, PlanOptions()))
+    choices = modes(pitch.template.segments, pitch.vehicle, tightest, free=True)
+    nodes, segment, flip = nodes_of(swaths(choices, painting, free=True))
     begin = np.array([node.begin.pose.point for node in nodes])
     end = np.array([node.end.pose.point for node in nodes])
     cost = np.zeros((len(nodes) + 1, len(nodes) + 1))
     cost[:-1, :-1] = np.abs(begin[None, :] - end[:, None]) / pitch.vehicle.max_rim_speed_mps
     cost[:-1, :-1][segment[:, None] == segment[None, :]] = NEVER_S
-    cost[:, :-1] += [node.robot.length_m / STUDY_SPEED_MPS for node in nodes]
+    cost[:, :-1] += [node.length_m / STUDY_SPEED_MPS for node in nodes]
     problem = Problem(cost, segment, flip)
     return problem.cost_of(ordered(problem))

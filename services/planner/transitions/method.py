@@ -8,13 +8,16 @@ from services.planner.clothoid import Piece, PiecePath, Pose, arc_displacement, 
 
 # A goal this close (m, rad, 1/m) to the curve just painted, carried on, is on it: the path simply goes on.
 CARRY_ON = 1e-10
+# Where no speed is given: faster than any robot.
+NO_LIMIT_MPS = 1e3
 
 
 class CurveEnd(NamedTuple):
-    """Where a painted curve begins or ends: pose, and curvature (1/m) there."""
+    """Where a painted curve begins or ends: pose and curvature (1/m) there, and at which speed (m/s) at most."""
 
     pose: Pose
     curvature_1pm: float
+    speed_mps: float = NO_LIMIT_MPS
 
 
 class TransitionMethod(Protocol):

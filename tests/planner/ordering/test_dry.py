@@ -14,23 +14,25 @@ from schemas.vehicle import Vehicle
 from services.planner.clothoid import Ints
 from services.planner.legs import Driver
 from services.planner.limits import Limits
-from services.planner.offset import Stroke, modes
+from services.planner.offset import modes
 from services.planner.ordering.costs import Tracks, nodes_of, problem
 from services.planner.ordering.dry import Ground, ordered_dry, scene_of, unknown_yet, wet_times
 from services.planner.ordering.order import Problem, ordered
 from services.planner.ordering.wet import Wheels
 from services.planner.plan import plan, ways_of
+from services.planner.swaths import Painting, Swath, swaths
 
 VEHICLE, OPTIONS = Vehicle(), PlanOptions()
 LIMITS = Limits.of(VEHICLE, OPTIONS)
 WAYS = ways_of(VEHICLE, OPTIONS, LIMITS)
+PAINTING = Painting.of(VEHICLE, LIMITS, OPTIONS)
 CROSSING_S, RUN_OUT_M = 1.5, 0.6
 
 
-def asked(template: Template) -> tuple[list[Stroke], Problem, Tracks, Ground]:
-    choices = modes(template.segments, VEHICLE, LIMITS.curvature_max_1pm, free=True)
+def asked(template: Template) -> tuple[list[Swath], Problem, Tracks, Ground]:
+    choices = swaths(modes(template.segments, VEHICLE, LIMITS.curvature_max_1pm, free=True), PAINTING, free=True)
     nodes, segment, _ = nodes_of(choices)
-    matrix, tracks = problem(choices, WAYS, None)
+    matrix, tracks = problem(choices, WAYS, PAINTING, None)
     return nodes, matrix, tracks, Ground.of(nodes, segment, Wheels.of(VEHICLE, template.line_width_m, 900.0))
 
 
@@ -45,7 +47,7 @@ def test_what_the_search_counts_is_what_the_drive_meets() -> None:
     template = load_template("soccer-11")
     nodes, matrix, tracks, ground = asked(template)
     scene = scene_of(matrix, tracks, ground, CROSSING_S, RUN_OUT_M, None)
-    driver = Driver(WAYS, None, ground.wheels, 0.0, None)
+    driver = Driver(WAYS, PAINTING, None, ground.wheels, 0.0, None)
     for kicks in (1, 100):
         order = ordered(matrix, kicks=kicks)
         wet = wet_times(scene, unknown_yet(len(nodes)), np.concatenate(([len(nodes)], order)))
@@ -78,7 +80,9 @@ def test_few_segments_are_ordered_as_well_as_can_be(seed: int) -> None:
 def test_half_the_crossings_are_worth_a_twentieth_of_the_time() -> None:
     template = load_template("soccer-11")
     nodes, matrix, _, ground = asked(template)
-    quickest = Driver(WAYS, None, ground.wheels, 0.0, None).drive([nodes[k] for k in ordered(matrix).tolist()])
+    quickest = Driver(WAYS, PAINTING, None, ground.wheels, 0.0, None).drive(
+        [nodes[k] for k in ordered(matrix).tolist()]
+    )
     careful = plan(template, VEHICLE).report
     assert careful.wet_crossings <= 0.6 * quickest.wet_crossings
     assert careful.total_time_s <= 1.05 * quickest.seconds

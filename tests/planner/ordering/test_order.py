@@ -19,6 +19,7 @@ from services.planner.offset import modes
 from services.planner.ordering.costs import nodes_of, problem
 from services.planner.ordering.order import Problem, ordered
 from services.planner.plan import plan, ways_of
+from services.planner.swaths import Painting, swaths
 from services.planner.watch import Watch
 
 VEHICLE = Vehicle()
@@ -73,12 +74,13 @@ def test_the_estimated_cost_is_the_time_that_is_planned() -> None:
     """What the matrix says of the order, and what the speed profile makes of it, without run-in and run-out."""
     template, options = load_template("soccer-11"), PlanOptions(drying_time_s=1e-3)
     limits = Limits.of(VEHICLE, options)
-    choices = modes(template.segments, VEHICLE, limits.curvature_max_1pm, free=True)
-    asked, _ = problem(choices, ways_of(VEHICLE, options, limits), None)
+    painting = Painting.of(VEHICLE, limits, options)
+    choices = swaths(modes(template.segments, VEHICLE, limits.curvature_max_1pm, free=True), painting, free=True)
+    asked, _ = problem(choices, ways_of(VEHICLE, options, limits), painting, None)
     nodes, _, _ = nodes_of(choices)
     planned = plan(template, VEHICLE, options)
     lines = [section.stroke for section in planned.sections if section.stroke]
-    order = np.array([nodes.index(line) for line in lines])
+    order = np.array([[node.strokes for node in nodes].index((line,)) for line in lines])
     begun, ended = planned.painted[0].start_m, planned.painted[-1].end_m
     driven = planned.speeds.time_at(ended) - planned.speeds.time_at(begun)
     assert asked.cost_of(order) == pytest.approx(driven, rel=0.01)
