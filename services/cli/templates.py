@@ -11,14 +11,17 @@ from typer.core import TyperGroup
 
 from schemas.errors import SpecError
 from schemas.lettering import Corners, write
+from schemas.messages import Event
+from schemas.plain_text import plain
 from schemas.template import Template
-from services.cli.display import print_event, say
+from services.cli.display import print_event, progress_bar, say
 from services.cli.drawing import DrawingChoice, MapOriginOption, OriginOption, PlaceOption, SetOption, laid
-from services.cli.options import JsonOption
-from services.writing import write_text
+from services.cli.options import JsonOption, check_plot
+from services.writing import check_writable, write_text, writing
 
 if TYPE_CHECKING:
     from schemas.fields import Field
+    from services.drawings.importer import Imported
 
 OutOption = Annotated[Path | None, typer.Option("--out", help="Write the template to this JSON file.")]
 PlotOption = Annotated[Path | None, typer.Option("--plot", help="Draw the template to this .svg file.")]
@@ -111,6 +114,15 @@ def import_(
         typer.Option(help="Metres of one unit of the drawing; by default from its own units.", show_default=False),
     ] = None,
     line_width: LineWidthOption = 0.12,
+    detail: Annotated[
+        float | None,
+        typer.Option(
+            help="Smallest feature that is kept, m; by default the line's width, 0 for all that can be painted.",
+            min=0.0,
+            max=10.0,
+            show_default=False,
+        ),
+    ] = None,
     fill: Annotated[bool, typer.Option("--fill", help="Fill coloured shapes and hatches with strokes.")] = False,
     fill_angle: Annotated[float, typer.Option(help="Direction of the strokes that fill, degrees.")] = 0.0,
     anchor: Annotated[str, typer.Option(help="What becomes (0, 0): centre, corner (lower left) or own.")] = "centre",
@@ -118,21 +130,53 @@ def import_(
     place: PlaceOption = None,
     origin: OriginOption = None,
     out: OutOption = None,
-    plot: PlotOption = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(
+            help="Draw what is painted, what was drawn, and where they differ most, to this .svg or .png file.",
+            show_default=False,
+        ),
+    ] = None,
 ) -> None:
-    """Import the lines and curves of an SVG or DXF drawing, within 1 mm."""
+    """Import the lines and curves of an SVG or DXF drawing, as closely as the painted line can show."""
     from services.drawings.importer import Anchor, ImportOptions, import_drawing
 
     if anchor not in list(Anchor):
         raise SpecError("command line", "--anchor", f"is {anchor!r}", f"give {', '.join(Anchor)}")
-    options = ImportOptions(scale, line_width, fill, fill_angle, Anchor(anchor), skip_others)
-    imported = import_drawing(drawing, options)
+    check_plot(plot)
+    check_writable(out, plot)
+    options = ImportOptions(scale, line_width, fill, fill_angle, Anchor(anchor), skip_others, detail)
+    with progress_bar(f"Importing {plain(drawing.name, 40)}") as advance:
+        imported = import_drawing(drawing, options, advance)
+        if plot is not None:
+            from services.drawings.comparison import draw_comparison
+
+            advance(1.0, "drawing the picture")
+            with writing(plot):
+                draw_comparison(imported, plot)
+    _tell(drawing.name, imported)
+    if out is not None or plot is None:
+        _deliver(laid(imported.template, place, origin), out, None)
+
+
+def _tell(name: str, imported: "Imported") -> None:
+    """What came of a drawing, on standard error."""
     template = imported.template
-    figures = f"{len(template.segments)} strokes, {template.length_m:.1f} m, within {imported.deviation_m * 1e3:.2f} mm"
-    say(f"{drawing.name}: {figures}")
+    made = f"{len(template.segments):,} lines and arcs of {imported.pieces:,} drawn ones, {template.length_m:.1f} m"
+    say(f"{name}: {made}, within {imported.deviation_m * 1e3:.2f} mm")
+    changes = [
+        f"{count:,} {what if count == 1 else many}"
+        for count, what, many in (
+            (imported.dots, "outline is painted as a dot", "outlines are painted as dots"),
+            (imported.doubled, "that goes there and back is painted once", "that go there and back are painted once"),
+            (imported.repeated, "lies on another and is left out", "lie on others and are left out"),
+        )
+        if count
+    ]
+    if changes:
+        print_event(Event.INFO, f"smaller than --detail, or drawn twice: {'; '.join(changes)}")
     if imported.skipped:
-        print_event(1, f"left out: {', '.join(imported.skipped[:_NAMED])}{_more(len(imported.skipped))}")
-    _deliver(laid(template, place, origin), out, plot)
+        print_event(Event.WARN, f"left out: {', '.join(imported.skipped[:_NAMED])}{_more(len(imported.skipped))}")
 
 
 def _row(field: "Field") -> dict[str, Any]:

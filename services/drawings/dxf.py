@@ -35,14 +35,19 @@ def read_dxf(path: Path, scale_m: float | None, skip_others: bool) -> tuple[list
     Raises:
         SpecError: It is no DXF, it states no unit, or an entity cannot be painted; it names which.
     """
-    from ezdxf.filemanagement import readfile
-    from ezdxf.lldxf.const import DXFError
-
     _check_size(path)
     try:
-        drawing = readfile(path)
-    except (OSError, ValueError, RecursionError, DXFError) as error:
+        return _read(path, scale_m, skip_others)
+    except SpecError:
+        raise
+    except Exception as error:  # whatever damage leads the library into
         raise SpecError(path.name, "", f"is not a readable DXF ({error})", "save it as DXF R2000 or newer") from error
+
+
+def _read(path: Path, scale_m: float | None, skip_others: bool) -> tuple[list[Outline], list[str]]:
+    from ezdxf.filemanagement import readfile
+
+    drawing = readfile(path)
     scale = scale_m if scale_m is not None else _metres_per_unit(path.name, drawing)
     reader = _Reader(path.name, scale, skip_others)
     hidden = {layer.dxf.name.lower() for layer in drawing.layers if layer.is_off() or layer.is_frozen()}

@@ -1,157 +1,97 @@
 """Smooth curves as lines and arcs, which is all that the robot drives: biarcs, with the curve's own tangents.
 
-A biarc is two arcs that leave the curve's first point with its tangent, arrive at its last with its tangent, and meet
-with a common one (Bolton 1975, here with equal legs). Where it strays further than the tolerance the span is halved.
+Where a biarc strays further than the tolerance its span is halved.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from schemas.curves import Curve
-from services.drawings.outline import Floats, Outline, Piece, Smooth
-from services.drawings.slivers import without_slivers
+from services.drawings.arcs import COINCIDENT_M, Complexes, biarcs, curves_of, distances, lines
+from services.drawings.outline import Floats, Outline, Smooth
 
 #: How far the fit may be from the curve, and the share of it that spans may use up between the samples looked at.
 TOLERANCE_M, SHARE = 1e-3, 0.9
 SAMPLES, STEEPEST_RAD, DEPTH = 24, np.pi / 2, 24
-#: Spacing of the points of a line or an arc by which the fit is told, unless they are too many.
-SAMPLES_M = 2e-4
-#: A turn below this over a whole piece is a straight line to every computer on board.
-STRAIGHT_RAD, COINCIDENT_M = 1e-9, 1e-11
 #: Share of a span whose chord stands in for a tangent that vanishes.
 CHORD_SHARE = 1e-4
 
 
 def fit_outline(outline: Outline, tolerance_m: float = TOLERANCE_M) -> list[Curve]:
-    """The lines and arcs of an outline, each of which a template may hold.
-
-    What is shorter or tighter than that is bridged by straight lines. They stray by up to half of a template's shortest
-    line, 5 mm, from the lines and arcs, which are within ``tolerance_m`` of the outline; :func:`deviation_m` tells.
-    Empty if all of the outline is as near to where it begins.
-    """
+    """The lines and arcs of an outline; drawn ones are themselves, smooth curves are within ``tolerance_m``."""
+    fitted = iter(fit_all([piece for piece in outline.pieces if isinstance(piece, Smooth)], tolerance_m))
     curves: list[Curve] = []
     for piece in outline.pieces:
-        curves += [piece] if isinstance(piece, Curve) else fit(piece, tolerance_m)
-    return without_slivers([curve for curve in curves if curve.length_m > COINCIDENT_M])
+        curves += [piece] if isinstance(piece, Curve) else next(fitted)
+    return [curve for curve in curves if curve.length_m > COINCIDENT_M]
 
 
 def fit(smooth: Smooth, tolerance_m: float = TOLERANCE_M) -> list[Curve]:
     """Lines and arcs within ``tolerance_m`` of a smooth curve; headings are continuous where the curve's are."""
-    curves: list[Curve] = []
-    for begin, end in zip(smooth.breaks, smooth.breaks[1:], strict=False):
-        curves += _span(smooth, begin, end, tolerance_m * SHARE, DEPTH)
-    return curves
+    return fit_all([smooth], tolerance_m)[0]
 
 
-def deviation_m(outline: Outline, curves: Sequence[Curve], samples: int = 200) -> float:
-    """How far an outline's points are from ``curves`` at most, m; at most ``samples`` of each piece are looked at."""
-    kept = set(curves)
-    points = [_samples(piece, samples) for piece in outline.pieces if piece not in kept]
-    return float(distance_m(np.concatenate(points), curves).max()) if points else 0.0
+def fit_all(smooths: Sequence[Smooth], tolerance_m: float = TOLERANCE_M) -> list[list[Curve]]:
+    """The same for many at once."""
+    todo = [np.column_stack((smooth.breaks[:-1], smooth.breaks[1:])) for smooth in smooths]
+    found: list[list[tuple[float, Floats]]] = [[] for _ in smooths]
+    for depth in range(DEPTH, -1, -1):
+        busy = [k for k, spans in enumerate(todo) if len(spans)]
+        if not busy:
+            break
+        owner = np.repeat(busy, [len(todo[k]) for k in busy])
+        spans = np.concatenate([todo[k] for k in busy])
+        points = np.concatenate([_points(smooths[k], todo[k]) for k in busy])
+        leave = np.concatenate([_tangents(smooths[k], todo[k][:, 0], todo[k][:, 1]) for k in busy])
+        arrive = np.concatenate([_tangents(smooths[k], todo[k][:, 1], todo[k][:, 0]) for k in busy])
+        fitted, fits = biarcs(points[:, 0], leave, points[:, -1], -arrive)
+        there = np.abs(points - points[:, :1]).max(axis=1) >= COINCIDENT_M
+        off = distances(points[:, :, None], fitted[:, None]).min(axis=2).max(axis=1)
+        turns = np.abs(fitted[:, :, 3] * fitted[:, :, 4]).max(axis=1)
+        fits &= (off <= SHARE * tolerance_m) & (turns <= STEEPEST_RAD)
+        if depth == 0:
+            fitted[~fits, 0], fitted[~fits, 1, 4] = lines(points[~fits, 0], points[~fits, -1]), 0.0
+            fits[:] = True
+        for k, begin, rows in zip(owner[fits & there], spans[fits & there, 0], fitted[fits & there], strict=True):
+            found[k].append((begin, rows))
+        again = there & ~fits
+        middle = spans[again].mean(axis=1)
+        halves = np.concatenate(
+            (np.column_stack((spans[again, 0], middle)), np.column_stack((middle, spans[again, 1])))
+        )
+        owners = np.tile(owner[again], 2)
+        order = np.argsort(owners, kind="stable")
+        todo = np.split(halves[order], np.searchsorted(owners[order], np.arange(1, len(smooths))))
+    return [_in_order(smooth, rows) for smooth, rows in zip(smooths, found, strict=True)]
 
 
-def distance_m(points: Floats, curves: Iterable[Curve]) -> Floats:
-    """Distance (n,) of points (n, 2) to the nearest of ``curves``, m."""
-    nearest = np.full(len(points), np.inf)
-    for curve in curves:
-        nearest = np.minimum(nearest, _to_curve(points, curve))
-    return nearest
+def _in_order(smooth: Smooth, found: list[tuple[float, Floats]]) -> list[Curve]:
+    found.sort(key=lambda item: item[0], reverse=smooth.breaks[-1] < smooth.breaks[0])
+    return curves_of(np.array([rows for _, rows in found])) if found else []
 
 
-def _samples(piece: Piece, most: int) -> Floats:
-    """Points (n, 2) of a piece of an outline, m."""
-    if isinstance(piece, Smooth):
-        return piece.point(np.linspace(piece.breaks[0], piece.breaks[-1], most))
-    count = min(most, int(piece.length_m / SAMPLES_M) + 2)
-    return np.column_stack(piece.at(np.linspace(0.0, piece.length_m, count))[:2])
+def _points(smooth: Smooth, spans: Floats) -> Complexes:
+    """(n, SAMPLES) points of spans (n, 2), ends included."""
+    share = np.linspace(0.0, 1.0, SAMPLES)
+    at = spans[:, :1] * (1.0 - share) + spans[:, 1:] * share
+    x, y = smooth.point(at.ravel()).T
+    return np.asarray((x + 1j * y).reshape(at.shape))
 
 
-def _span(smooth: Smooth, begin: float, end: float, tolerance_m: float, depth: int) -> list[Curve]:
-    t = np.linspace(begin, end, SAMPLES)
-    points = smooth.point(t)
-    if float(np.hypot(*(points - points[0]).T).max()) < COINCIDENT_M:
-        return []
-    curves = _biarc(points[0], _tangent(smooth, begin, end), points[-1], -_tangent(smooth, end, begin))
-    fits = bool(curves) and float(distance_m(points, curves).max()) <= tolerance_m
-    if fits and all(abs(c.curvature_1pm) * c.length_m <= STEEPEST_RAD for c in curves):
-        return curves
-    if depth == 0:
-        return [Curve.from_line(_pair(points[0]), _pair(points[-1]))]
-    middle = (begin + end) / 2
-    first = _span(smooth, begin, middle, tolerance_m, depth - 1)
-    return first + _span(smooth, middle, end, tolerance_m, depth - 1)
-
-
-def _tangent(smooth: Smooth, at: float, towards: float) -> Floats:
-    """Unit vector in which the curve leaves ``at`` in the direction of ``towards``, also where it stands still."""
-    step = (towards - at) * CHORD_SHARE
-    near, nearer, here = smooth.point(np.array([at + step, at + step / 2, at]))
+def _tangents(smooth: Smooth, at: Floats, towards: Floats) -> Complexes:
+    """(n,) unit vectors in which the curve leaves ``at`` (n,) in the direction of ``towards``, also where it stands."""
+    count, step = len(at), (towards - at) * CHORD_SHARE
+    x, y = smooth.point(np.concatenate((at + step, at + step / 2, at))).T
+    near, nearer, here = np.split(x + 1j * y, 3)
     chord = near - here
-    slope = smooth.derivative(np.array([at]))[0] * step
-    if float(np.hypot(*slope)) < 0.5 * float(np.hypot(*chord)):
-        # A cusp or a handle of no length: the chords' directions, extrapolated to a chord of no length.
-        slope = 2.0 * _unit(nearer - here) - _unit(chord)
-    return _unit(slope)
+    dx, dy = smooth.derivative(at).T
+    slope = (dx + 1j * dy) * step
+    # A cusp or a handle of no length: the chords' directions, extrapolated to a chord of no length.
+    stands = np.abs(slope) < 0.5 * np.abs(chord)
+    return _units(np.where(stands, 2.0 * _units(nearer - here) - _units(chord), slope).reshape(count))
 
 
-def _unit(vector: Floats) -> Floats:
-    size = float(np.hypot(*vector))
-    return np.asarray(vector / size) if size > 0.0 else np.array([1.0, 0.0])
-
-
-def _biarc(start: Floats, leave: Floats, end: Floats, arrive: Floats) -> list[Curve]:
-    """Two arcs, or one line; empty if there is none that goes forward.
-
-    With legs of equal length d: |v|² − 2d v·(t₀ + t₁) − 2d²(1 − t₀·t₁) = 0, where v joins the ends.
-    """
-    v, both = end - start, leave + arrive
-    if float(np.hypot(*v)) < COINCIDENT_M:
-        return []
-    a, b, c = 2.0 * (1.0 - float(leave @ arrive)), 2.0 * float(v @ both), -float(v @ v)
-    root = np.sqrt(b * b - 4.0 * a * c)
-    if b + root <= 0.0:
-        return []
-    leg = -2.0 * c / (b + root)
-    joint = (start + end + leg * (leave - arrive)) / 2.0
-    first, second = _arc(start, leave, joint), _arc(end, -arrive, joint)
-    if first is None or second is None:
-        return []
-    if max(abs(each.curvature_1pm) * each.length_m for each in (first, second)) < STRAIGHT_RAD:
-        return [Curve.from_line(_pair(start), _pair(end))]
-    return [first, second.reversed()]
-
-
-def _arc(start: Floats, leave: Floats, end: Floats) -> Curve | None:
-    """The arc that leaves ``start`` along ``leave`` and passes ``end``; None if they are one point or it is behind."""
-    chord = end - start
-    reach = float(np.hypot(*chord))
-    if reach < COINCIDENT_M:
-        return None
-    across, along = float(leave[0] * chord[1] - leave[1] * chord[0]), float(leave @ chord)
-    half_turn = float(np.arctan2(across, along))
-    if abs(half_turn) > STEEPEST_RAD:
-        return None
-    heading = float(np.arctan2(leave[1], leave[0]))
-    if 2 * abs(half_turn) < STRAIGHT_RAD:
-        return Curve.from_line(_pair(start), _pair(end))
-    length = reach * half_turn / float(np.sin(half_turn))
-    return Curve(float(start[0]), float(start[1]), heading, 2.0 * half_turn / length, length)
-
-
-def _to_curve(points: Floats, curve: Curve) -> Floats:
-    x, y = points[:, 0] - curve.x_m, points[:, 1] - curve.y_m
-    cos, sin = np.cos(curve.heading_rad), np.sin(curve.heading_rad)
-    along, left = cos * x + sin * y, cos * y - sin * x
-    if curve.curvature_1pm == 0.0:
-        return np.asarray(np.hypot(along - np.clip(along, 0.0, curve.length_m), left))
-    radius, sign = 1.0 / abs(curve.curvature_1pm), np.sign(curve.curvature_1pm)
-    turned = np.arctan2(along, radius - sign * left) % (2 * np.pi)
-    total = curve.length_m / radius
-    # Beyond the arc's ends the nearer end is the nearest point.
-    nearest = np.where(turned <= total, turned, np.where(turned - total < 2 * np.pi - turned, total, 0.0))
-    return np.asarray(np.hypot(along - radius * np.sin(nearest), sign * left - radius * (1.0 - np.cos(nearest))))
-
-
-def _pair(point: Floats) -> tuple[float, float]:
-    return (float(point[0]), float(point[1]))
+def _units(vectors: Complexes) -> Complexes:
+    size = np.abs(vectors)
+    return np.where(size > 0.0, vectors / np.where(size > 0.0, size, 1.0), 1.0)

@@ -1,8 +1,10 @@
 """Drawings from other programs as templates."""
 
+import itertools
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from pathlib import Path
 
@@ -13,24 +15,28 @@ from schemas.errors import SpecError
 from schemas.placement import Transform
 from schemas.plain_text import plain
 from schemas.spec import MAX_SPEC_BYTES
-from schemas.template import MAX_COORDINATE_M, MIN_LENGTH_M, ArcSpec, LineSpec, Template, TemplateSegment
+from schemas.template import MAX_COORDINATE_M, ArcSpec, LineSpec, Template, TemplateSegment
+from services.drawings.areas import fill_areas
+from services.drawings.detail import FINEST_M, Detail
+from services.drawings.deviation import apart_m, sampled
 from services.drawings.dxf import read_dxf
-from services.drawings.fit import deviation_m, fit_outline
-from services.drawings.hatch import Ring, hatch
-from services.drawings.outline import Edge, Outline
+from services.drawings.outline import Edge, Floats, Outline
 from services.drawings.picture import bounds
+from services.drawings.repeats import Repeats
+from services.drawings.strokes import Kind, Strokes
 from services.drawings.svg import read_svg
 
 Reader = Callable[[Path, float | None, bool], tuple[list[Outline], list[str]]]
+Progress = Callable[[float, str], None]
 READERS: dict[str, Reader] = {".svg": read_svg, ".dxf": read_dxf}
-#: More would take the robot days, and the planner with it.
-MAX_SEGMENTS = 100_000
+#: The planner takes no more.
+MAX_SEGMENTS = 10_000
 #: Lines and curves of a drawing; each is fitted.
 MAX_PIECES = 20_000
 #: More than any coordinate on Earth, and few enough for fitting to a micrometre.
 MAX_REACH_M = 1e8
-#: Arcs of areas become chords that stay this close.
-CHORD_M = 1e-3
+#: Of the time that an import takes, what reading takes.
+READING = 0.3
 
 
 class Anchor(StrEnum):
@@ -51,6 +57,13 @@ class ImportOptions:
     fill_angle_deg: float = 0.0
     anchor: Anchor = Anchor.CENTRE
     skip_others: bool = False
+    detail_m: float | None = None
+    """The smallest feature that is kept; None: as long as the line is wide; 0: all that a template may hold."""
+
+    @property
+    def detail(self) -> Detail:
+        """What of the drawing is kept."""
+        return Detail.of(self.line_width_m if self.detail_m is None else self.detail_m)
 
 
 @dataclass(frozen=True)
@@ -59,61 +72,138 @@ class Imported:
 
     Attributes:
         template: The strokes.
-        deviation_m: How far the strokes are from the drawn lines at most.
-        skipped: Elements left out: unpaintable ones, and those too small to paint.
+        deviation_m: How far the strokes are from the drawn lines at most, and these from them; dots apart.
+        farthest_m: (x, y) where that is, in the template's frame.
+        skipped: Elements left out: unpaintable ones, those too small to paint, and repeated ones.
+        pieces: Lines and curves that the drawing has.
+        dots: How many outlines are painted as a dot.
+        doubled: How many are painted once in place of there and back.
+        repeated: How many lie on others.
+        drawn: The drawing's lines in the template's frame.
+        left_out: Those of them that are not painted.
     """
 
     template: Template
     deviation_m: float
+    farthest_m: tuple[float, float]
     skipped: tuple[str, ...]
+    pieces: int
+    dots: int
+    doubled: int
+    repeated: int
+    drawn: tuple[Curve, ...]
+    left_out: tuple[Curve, ...]
 
 
-def import_drawing(path: Path, options: ImportOptions | None = None) -> Imported:
+@dataclass
+class _Collected:
+    """What an import has found so far."""
+
+    skipped: list[str]
+    segments: list[TemplateSegment] = field(default_factory=list)
+    areas: list[tuple[Outline, list[Curve]]] = field(default_factory=list)
+    kinds: Counter[Kind] = field(default_factory=Counter)
+    drawn: list[Curve] = field(default_factory=list)
+    left_out: list[Curve] = field(default_factory=list)
+    worst_m: float = 0.0
+    where_m: tuple[float, float] = (0.0, 0.0)
+    repeats: Repeats = field(default_factory=Repeats)
+
+    def leave_out(self, outline: Outline, strokes: Strokes) -> None:
+        self.skipped.append(outline.name)
+        self.left_out += strokes.drawn
+
+    def paint(self, outline: Outline, strokes: Strokes) -> None:
+        self.kinds[strokes.kind] += 1
+        self.drawn += strokes.drawn
+        self.segments += [_segment(outline.name, i, curve) for i, curve in enumerate(strokes.curves, 1)]
+        if strokes.kind is not Kind.DOT:
+            worst, where = apart_m(strokes.drawn, strokes.curves)
+            if worst > self.worst_m:
+                self.worst_m, self.where_m = worst, where
+
+
+def import_drawing(path: Path, options: ImportOptions | None = None, progress: Progress | None = None) -> Imported:
     """The template of an SVG or DXF file.
+
+    Args:
+        path: The file.
+        options: How it is read.
+        progress: Told how much is done, from 0 to 1, and what.
 
     Raises:
         SpecError: It names the file, the element and the remedy.
     """
-    options = options or ImportOptions()
+    options, progress = options or ImportOptions(), progress or _silent
     reader = READERS.get(path.suffix.lower())
     if reader is None:
         raise SpecError(path.name, "", f"ends in {path.suffix!r}", f"give a file that ends in {' or '.join(READERS)}")
     _check(path, options)
+    progress(0.0, "reading")
     outlines, skipped = reader(path, options.scale_m, options.skip_others)
     pieces = sum(len(outline.pieces) for outline in outlines)
     if pieces > MAX_PIECES:
         raise SpecError(path.name, "", f"has {pieces:,} lines and curves", f"give at most {MAX_PIECES:,}")
-    segments: list[TemplateSegment] = []
-    worst = 0.0
-    fitted: list[tuple[Outline, list[Curve]]] = []
-    for outline in outlines:
-        _check_reach(path.name, outline)
-        curves = fit_outline(outline)
-        if not curves:
-            skipped.append(outline.name)
-            continue
-        fitted.append((outline, curves))
-        if outline.edge is Edge.NEVER and not options.fill:
-            skipped.append(outline.name)
-        if outline.edge is Edge.NEVER or (outline.edge is Edge.UNLESS_FILLED and options.fill):
-            continue
-        worst = max(worst, deviation_m(outline, curves))
-        segments += [_segment(outline.name, i, curve) for i, curve in enumerate(curves, 1)]
-        if len(segments) > MAX_SEGMENTS:
-            raise SpecError(path.name, outline.name, f"exceeds {MAX_SEGMENTS:,} strokes", "simplify the drawing")
+    _check_reach(path.name, outlines, options.anchor)
+    found = _collected(path.name, outlines, skipped, options, progress)
     if options.fill:
-        segments += _areas(fitted, options)
-    if not segments:
-        raise SpecError(path.name, "", "has nothing to paint", "draw lines at least 1 cm long, or check --scale")
+        angle = math.radians(options.fill_angle_deg)
+        found.segments += fill_areas(found.areas, options.line_width_m, angle, options.detail.feature_m / 2)
+    if not found.segments:
+        least = max(options.detail.stray_m, FINEST_M)
+        remedy = f"draw lines at least {1e2 * least:.2g} cm long, or check --scale and --detail"
+        raise SpecError(path.name, "", "has nothing to paint", remedy)
     template = Template(
         name=plain(path.stem, 100) or "drawing",
         title=plain(path.stem),
         source=f"Imported from {plain(path.name)}. Origin at the drawing's {options.anchor.value}, y up, in m.",
         line_width_m=options.line_width_m,
-        segments=_unique(segments),
+        segments=_unique(found.segments),
     )
-    template = _anchored(path.name, template, options.anchor)
-    return Imported(template, worst, tuple(skipped))
+    moved, (x, y) = _anchored(path.name, template, options.anchor)
+    if len(moved.segments) > MAX_SEGMENTS:
+        problem = f"makes {len(moved.segments):,} strokes, more than the {MAX_SEGMENTS:,} that can be planned"
+        raise SpecError(path.name, "", problem, "simplify the drawing, or give a larger --detail")
+    return Imported(
+        template=moved,
+        deviation_m=found.worst_m,
+        farthest_m=(found.where_m[0] + x, found.where_m[1] + y),
+        skipped=tuple(found.skipped),
+        pieces=pieces,
+        dots=found.kinds[Kind.DOT],
+        doubled=found.kinds[Kind.DOUBLED],
+        repeated=found.repeats.count,
+        drawn=_shifted(found.drawn, x, y),
+        left_out=_shifted(found.left_out, x, y),
+    )
+
+
+def _silent(_fraction: float, _doing: str) -> None:
+    pass
+
+
+def _collected(
+    source: str, outlines: Sequence[Outline], skipped: list[str], options: ImportOptions, progress: Progress
+) -> _Collected:
+    """What is painted of outlines, but for areas."""
+    found, detail = _Collected(skipped), options.detail
+    done, every = 0, sum(len(outline.pieces) for outline in outlines)
+    for outline in outlines:
+        progress(READING + (1.0 - READING) * done / max(every, 1), f"fitting {plain(outline.name, 40)}")
+        done += len(outline.pieces)
+        strokes = Strokes.of(outline, detail)
+        area = options.fill and outline.filled and outline.closed and strokes.kind is Kind.LINES
+        if area:
+            found.areas.append((outline, strokes.curves))
+        hidden = outline.edge is Edge.NEVER and not options.fill
+        repeated = not hidden and detail.feature_m and found.repeats.has(strokes.drawn, detail)
+        if strokes.kind is Kind.SPECK or hidden or repeated:
+            found.leave_out(outline, strokes)
+        elif area and outline.edge is not Edge.PAINTED:
+            found.drawn += strokes.drawn
+        else:
+            found.paint(outline, strokes)
+    return found
 
 
 def _check(path: Path, options: ImportOptions) -> None:
@@ -126,15 +216,32 @@ def _check(path: Path, options: ImportOptions) -> None:
         raise SpecError("command line", "--scale", f"is {scale}", "give metres per unit of the drawing, above 0")
 
 
-def _check_reach(source: str, outline: Outline) -> None:
-    """Far out, coordinates are too coarse to fit anything to."""
-    for piece in outline.pieces:
-        if isinstance(piece, Curve):
-            ends = np.array([(piece.x_m, piece.y_m), piece.end[:2]])
-        else:
-            ends = piece.point(np.array(piece.breaks))
-        if np.abs(ends).max() > MAX_REACH_M:
+def _check_reach(source: str, outlines: Sequence[Outline], anchor: Anchor) -> None:
+    """Refuse what lies or reaches too far out, before anything is fitted to it."""
+    if not outlines:
+        return
+    every = []
+    for outline in outlines:
+        points = np.concatenate([sampled(piece, 9) for piece in outline.pieces])
+        if not np.abs(points).max() <= MAX_REACH_M:
             raise SpecError(source, outline.name, f"is further out than {MAX_REACH_M / 1e3:,.0f} km", "check --scale")
+        every.append(points)
+    points = np.concatenate(every)
+    _origin(source, points.min(axis=0), points.max(axis=0), anchor)
+
+
+def _origin(source: str, low: Floats, high: Floats, anchor: Anchor) -> Floats:
+    """(x, y) of the anchor of what reaches from ``low`` to ``high``, m.
+
+    Raises:
+        SpecError: Something of it is too far away from there.
+    """
+    at = {Anchor.CENTRE: (low + high) / 2, Anchor.CORNER: low, Anchor.OWN: np.zeros(2)}[anchor]
+    size = max(abs(low - at).max(), abs(high - at).max())
+    if size > MAX_COORDINATE_M:
+        remedy = "check --scale" if anchor is not Anchor.OWN else "check --scale, or use --anchor centre"
+        raise SpecError(source, "", f"reaches {size:,.0f} m from its {anchor.value} origin", remedy)
+    return at
 
 
 def _segment(name: str, index: int, curve: Curve) -> TemplateSegment:
@@ -148,31 +255,6 @@ def _segment(name: str, index: int, curve: Curve) -> TemplateSegment:
         start=(arc.start.x, arc.start.y), center=(float(arc.center.x), float(arc.center.y)), sweep_angle=arc.sweep_angle
     )
     return TemplateSegment.model_construct(id=name, label=label, line=None, arc=spec, actuation="DISC_SPRAY")
-
-
-def _areas(fitted: list[tuple[Outline, list[Curve]]], options: ImportOptions) -> list[TemplateSegment]:
-    """Strokes that fill every coloured closed element; the parts of one path and of one hatch make one area."""
-    areas: dict[str, list[Ring]] = {}
-    for outline, curves in fitted:
-        if outline.filled and outline.closed:
-            areas.setdefault(outline.area or outline.name, []).append(_ring(curves))
-    segments = []
-    for name, rings in ((plain(area), rings) for area, rings in areas.items()):
-        strokes = hatch(rings, options.line_width_m, math.radians(options.fill_angle_deg))
-        for index, (start, end) in enumerate(strokes, 1):
-            line = LineSpec(start=start, end=end)
-            segments.append(TemplateSegment(id=f"{name[:70]}-fill-{index}", label=f"{name}, area", line=line))
-    return segments
-
-
-def _ring(curves: list[Curve]) -> Ring:
-    points = []
-    for curve in curves:
-        sagitta_step = math.sqrt(8 * CHORD_M / abs(curve.curvature_1pm)) if curve.curvature_1pm else curve.length_m
-        count = max(2, math.ceil(curve.length_m / max(sagitta_step, MIN_LENGTH_M)) + 1)
-        x, y, _, _ = curve.at(np.linspace(0.0, curve.length_m, count))
-        points.append(np.column_stack((x, y)))
-    return np.concatenate(points)
 
 
 def _unique(segments: list[TemplateSegment]) -> tuple[TemplateSegment, ...]:
@@ -189,12 +271,28 @@ def _unique(segments: list[TemplateSegment]) -> tuple[TemplateSegment, ...]:
     return tuple(unique)
 
 
-def _anchored(source: str, template: Template, anchor: Anchor) -> Template:
-    """The template about its anchor; only now can be said whether it lies too far out."""
-    low, high = bounds(template)
-    at = {Anchor.CENTRE: (low + high) / 2, Anchor.CORNER: low, Anchor.OWN: np.zeros(2)}[anchor]
-    size = max(abs(low - at).max(), abs(high - at).max())
-    if size > MAX_COORDINATE_M:
-        remedy = "check --scale" if anchor is not Anchor.OWN else "check --scale, or use --anchor centre"
-        raise SpecError(source, "", f"reaches {size:,.0f} m from its {anchor.value} origin", remedy)
-    return Transform.of(-float(at[0]), -float(at[1]), 0.0).template(template)
+def _anchored(source: str, template: Template, anchor: Anchor) -> tuple[Template, tuple[float, float]]:
+    """The template about its anchor, and by how much it was moved (m)."""
+    x, y = (-float(v) for v in _origin(source, *bounds(template), anchor))
+    segments = _unique([part for segment in template.segments for part in _within_reach(segment, x, y)])
+    template = template.model_copy(update={"segments": segments})
+    return Transform.of(x, y, 0.0).template(template), (x, y)
+
+
+def _within_reach(segment: TemplateSegment, x_m: float, y_m: float) -> list[TemplateSegment]:
+    """An arc, moved by (x, y), whose center would be too far out for a template: as lines, of which one mostly does."""
+    if segment.arc is None:
+        return [segment]
+    center = segment.arc.center
+    if max(abs(center[0] + x_m), abs(center[1] + y_m)) <= MAX_COORDINATE_M:
+        return [segment]
+    curve = segment.curve()
+    chord_m = math.sqrt(8 * FINEST_M / abs(curve.curvature_1pm))
+    x, y, _, _ = curve.at(np.linspace(0.0, curve.length_m, math.ceil(curve.length_m / chord_m) + 1))
+    ends = list(zip(x.tolist(), y.tolist(), strict=True))
+    lines = (LineSpec.model_construct(start=a, end=b) for a, b in itertools.pairwise(ends))
+    return [segment.model_copy(update={"line": line, "arc": None}) for line in lines]
+
+
+def _shifted(curves: Sequence[Curve], x_m: float, y_m: float) -> tuple[Curve, ...]:
+    return tuple(replace(curve, x_m=curve.x_m + x_m, y_m=curve.y_m + y_m) for curve in curves)

@@ -64,7 +64,7 @@ def bezier(points: npt.ArrayLike) -> Smooth:
     """The Bézier curve of any degree with these control points, (k, 2)."""
     control = np.asarray(points, dtype=np.float64)
     hodograph = (len(control) - 1) * np.diff(control, axis=0)
-    breaks = tuple(np.linspace(0.0, 1.0, 5).tolist())
+    breaks = tuple(np.linspace(0.0, 1.0, 3).tolist())
     return Smooth(lambda t: _de_casteljau(control, t), lambda t: _de_casteljau(hodograph, t), breaks)
 
 

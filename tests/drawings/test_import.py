@@ -11,13 +11,13 @@ import pytest
 from schemas.catalogue import parse_template
 from schemas.errors import SpecError
 from schemas.vehicle import Vehicle
-from services.drawings.fit import distance_m
+from services.drawings.deviation import distance_m
 from services.drawings.importer import Anchor, ImportOptions, import_drawing
 from services.drawings.picture import bounds, picture
 from services.planner.plan import plan
 
-OWN = ImportOptions(anchor=Anchor.OWN)
-METRES = ImportOptions(scale_m=1.0, anchor=Anchor.OWN)
+OWN = ImportOptions(anchor=Anchor.OWN, detail_m=0.0)
+METRES = ImportOptions(scale_m=1.0, anchor=Anchor.OWN, detail_m=0.0)
 
 
 def svg(tmp_path: Path, body: str, head: str = 'width="20m" height="10m" viewBox="0 0 20 10"') -> Path:

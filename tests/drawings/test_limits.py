@@ -1,11 +1,13 @@
 """A drawing that would take for ever is refused at once, with the limit."""
 
+from contextlib import suppress
 from pathlib import Path
+from random import Random
 
 import pytest
 
 from schemas.errors import SpecError
-from services.drawings.importer import MAX_PIECES, import_drawing
+from services.drawings.importer import MAX_PIECES, ImportOptions, import_drawing
 
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" width="9cm" viewBox="{box}">'
 HEAD = SVG.format(box="0 0 90 90")
@@ -46,7 +48,7 @@ def test_what_an_svg_copies_is_painted(tmp_path: Path) -> None:
     path = tmp_path / "copies.svg"
     copies = "".join(f'<use href="#a" transform="translate({10 * i} 0)"/>' for i in range(3))
     path.write_text(f'<!DOCTYPE svg [<!ENTITY ns "urn:x">]>{HEAD}<defs><g id="a">{RECT}</g></defs>{copies}</svg>')
-    assert len(import_drawing(path).template.segments) == 12
+    assert len(import_drawing(path, ImportOptions(detail_m=0.0)).template.segments) == 12
 
 
 def dxf(entities: str, blocks: str = "") -> str:
@@ -63,6 +65,25 @@ def insert(name: str, columns: int = 1, rows: int = 1) -> str:
     return f"0\nINSERT\n8\n0\n2\n{name}\n10\n0\n20\n0\n70\n{columns}\n71\n{rows}\n44\n1\n45\n10\n"
 
 
+#: What takes the place of a line of a file.
+ODD = (
+    "",
+    "0",
+    "-1",
+    "1e308",
+    "-1e308",
+    "nan",
+    "inf",
+    "1e-320",
+    "40",
+    "10",
+    "999999",
+    "ENDSEC",
+    "LINE",
+    "SPLINE",
+    "\0",
+    "é",
+)
 LINE = "0\nLINE\n8\n0\n10\n0\n20\n0\n11\n0\n21\n5\n"
 A = block("A", LINE)
 BLOCKS = block("B0", LINE) + "".join(block(f"B{i}", insert(f"B{i - 1}") * 10) for i in range(1, 8))
@@ -90,3 +111,32 @@ def test_an_array_of_a_block_is_painted_whole(tmp_path: Path) -> None:
     path = tmp_path / "array.dxf"
     path.write_text(dxf(insert("A", 3, 2), A))
     assert len(import_drawing(path).template.segments) == 6
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_damaged_dxf_is_read_or_refused(tmp_path: Path, seed: int) -> None:
+    """Never a traceback, whatever a group's code or value is replaced by."""
+    path, chance = tmp_path / "damaged.dxf", Random(seed)
+    arc = "0\nARC\n8\n0\n10\n3\n20\n4\n40\n2\n50\n10\n51\n200\n"
+    polyline = "0\nLWPOLYLINE\n8\n0\n90\n3\n70\n1\n10\n0\n20\n0\n42\n0.5\n10\n4\n20\n0\n10\n4\n20\n4\n"
+    ellipse = "0\nELLIPSE\n8\n0\n10\n0\n20\n0\n30\n0\n11\n5\n21\n0\n31\n0\n40\n0.4\n41\n0\n42\n3\n"
+    whole = dxf(insert("A", 2, 2) + arc + polyline + ellipse + LINE, A).splitlines()
+    for _ in range(4):
+        lines = list(whole)
+        for _ in range(chance.randint(1, 3)):
+            lines[chance.randrange(len(lines))] = chance.choice(ODD)
+        path.write_text("\n".join(lines) + "\n")
+        with suppress(SpecError):
+            import_drawing(path, ImportOptions(scale_m=0.1, detail_m=chance.choice((0.0, None))))
+
+
+@pytest.mark.parametrize(
+    "damaged",
+    [LINE.replace("LINE", "999999"), LINE.replace("10\n0\n", "90\ninf\n")],
+    ids=["unknown entity", "no integer"],
+)
+def test_what_the_library_stumbles_over_is_refused(tmp_path: Path, damaged: str) -> None:
+    path = tmp_path / "damaged.dxf"
+    path.write_text(dxf(LINE + damaged))
+    with pytest.raises(SpecError, match="is not a readable DXF"):
+        import_drawing(path, ImportOptions(skip_others=True))

@@ -45,9 +45,13 @@ def test_text_and_drawings_become_templates(tmp_path: Path) -> None:
     assert any(segment.arc for segment in parse_template(rounded.stdout).segments)
     drawing, out = tmp_path / "logo.svg", tmp_path / "logo.json"
     drawing.write_text('<svg><path d="M0 0C5 0 5 5 9 5"/><text>GO</text></svg>')
-    done = touchline("templates", "import", str(drawing), "--scale", "2", "--skip-others", "--out", str(out))
+    plot, options = tmp_path / "logo.png", ["--scale", "2", "--skip-others"]
+    done = touchline("templates", "import", str(drawing), *options, "--out", str(out), "--plot", str(plot))
     assert done.returncode == 0, done.stderr
-    assert "left out: text-1" in done.stderr and "within 0." in done.stderr
+    assert "left out: text-1" in done.stderr and "of 1 drawn ones" in done.stderr
+    assert plot.read_bytes().startswith(b"\x89PNG")
+    finer = touchline("templates", "import", str(drawing), *options, "--detail", "0")
+    assert "within 0." in finer.stderr
     assert figures(touchline("plan", str(out), "--json"))["segments"]["painted"] == len(load_template(out).segments)
 
 

@@ -1,0 +1,40 @@
+"""Outlines that lie on others: painted once is enough."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from schemas.curves import Curve
+from services.drawings.detail import Detail
+from services.drawings.deviation import apart_m
+
+#: Two outlines are one if they are closer than this share of the tolerance, their lengths too.
+SAME_SHARE = 0.1
+
+
+class Repeats:
+    """The outlines so far, and how many of them lay on others."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self._seen: list[tuple[tuple[float, ...], Sequence[Curve]]] = []
+
+    def has(self, curves: Sequence[Curve], detail: Detail) -> bool:
+        """Whether ``curves`` lie on those of an earlier outline, whichever way round; else they count as one."""
+        if not curves:
+            return False
+        near = SAME_SHARE * detail.tolerance_m
+        size = _size(curves)
+        for other, others in self._seen:
+            alike = all(abs(a - b) <= detail.tolerance_m for a, b in zip(size, other, strict=True))
+            if alike and apart_m(curves, others)[0] <= near:
+                self.count += 1
+                return True
+        self._seen.append((size, curves))
+        return False
+
+
+def _size(curves: Sequence[Curve]) -> tuple[float, ...]:
+    """The box round the curves' ends and middles and their length, m."""
+    points = np.concatenate([np.column_stack(c.at(np.array([0.0, 0.5, 1.0]) * c.length_m)[:2]) for c in curves])
+    return (*points.min(axis=0).tolist(), *points.max(axis=0).tolist(), sum(curve.length_m for curve in curves))

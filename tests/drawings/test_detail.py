@@ -1,0 +1,178 @@
+"""Detail that a painted line cannot show gives way; everything else stays within the tolerance, both ways."""
+
+import itertools
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from shapely import MultiLineString
+
+from schemas.catalogue import parse_template
+from schemas.curves import Curve
+from schemas.errors import SpecError
+from services.drawings.comparison import draw_comparison
+from services.drawings.detail import Detail
+from services.drawings.importer import Imported, ImportOptions, import_drawing
+from services.drawings.outline import Outline, bezier
+from services.drawings.slivers import paintable
+from services.drawings.strokes import Kind, Strokes
+from tests.drawings.ten import HEAD, TEN
+
+LINE_M = 0.12
+DETAIL = Detail.of(LINE_M)
+coordinates = st.floats(-6.0, 6.0, allow_nan=False).map(lambda value: round(value, 3))
+points = st.tuples(coordinates, coordinates)
+
+
+def imported(tmp_path: Path, body: str, **options: object) -> Imported:
+    path = tmp_path / "logo.svg"
+    path.write_text(f"{HEAD}{body}</svg>")
+    return import_drawing(path, ImportOptions(scale_m=0.5, **options))  # type: ignore[arg-type]
+
+
+def strokes_of(found: Imported) -> list[Curve]:
+    return [segment.curve() for segment in found.template.segments]
+
+
+def shape(curves: list[Curve]) -> MultiLineString:
+    """Fine polylines: shapely then measures what the project's own code is not asked for."""
+    return MultiLineString([np.column_stack(c.at(np.linspace(0.0, c.length_m, 100))[:2]) for c in curves])
+
+
+def apart_m(first: list[Curve], second: list[Curve]) -> float:
+    """The Hausdorff distance by shapely, m."""
+    return float(shape(first).hausdorff_distance(shape(second)))
+
+
+def corners(curves: list[Curve]) -> int:
+    """Joints of connected curves that turn by more than a thousandth of a degree."""
+    count = 0
+    for a, b in itertools.pairwise(curves):
+        joined = math.hypot(a.end[0] - b.x_m, a.end[1] - b.y_m) < 1e-6
+        count += joined and abs(math.remainder(a.end[2] - b.heading_rad, 2 * math.pi)) > 1e-5
+    return count
+
+
+@pytest.mark.parametrize("name", list(TEN))
+def test_ten_hard_drawings_stay_within_the_tolerance(tmp_path: Path, name: str) -> None:
+    found = imported(tmp_path, TEN[name])
+    curves = strokes_of(found)
+    assert parse_template(found.template.to_json()) == found.template
+    assert all(paintable(curve) for curve in curves)
+    assert found.deviation_m <= DETAIL.stray_m
+    if not found.dots:
+        assert apart_m(list(found.drawn), curves) == pytest.approx(found.deviation_m, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("name", "most", "most_corners"),
+    [
+        ("nearly straight arcs", 4, 3),
+        ("hundreds of curves", 60, 0),
+        ("slivers", 10, 1),
+        ("flattened curves", 40, 0),
+        ("holes and repeats", 20, 6),
+        ("tiny gaps", 16, 4),
+    ],
+)
+def test_few_pieces_and_no_corners_but_those_that_were_meant(
+    tmp_path: Path, name: str, most: int, most_corners: int
+) -> None:
+    curves = strokes_of(imported(tmp_path, TEN[name]))
+    assert len(curves) <= most
+    assert corners(curves) <= most_corners
+
+
+def test_what_became_of_small_outlines_is_told(tmp_path: Path) -> None:
+    dots = imported(tmp_path, TEN["dots"])
+    assert (dots.dots, dots.skipped) == (2, ("circle-2",))
+    assert all(curve.length_m >= LINE_M / 2 for curve in strokes_of(dots))
+    assert imported(tmp_path, TEN["slivers"]).doubled == 2
+    repeats = imported(tmp_path, TEN["holes and repeats"])
+    assert (repeats.repeated, repeats.skipped) == (1, ("path-2",))
+
+
+def test_large_lines_and_arcs_are_imported_bit_for_bit(tmp_path: Path) -> None:
+    body = '<rect x="1" y="2" width="9" height="5"/><circle cx="15" cy="9" r="4"/><path d="M0 22h9a3 3 0 0 1 3-3l7 3"/>'
+    exact, simplified = (imported(tmp_path, body, detail_m=detail) for detail in (0.0, None))
+    assert simplified.template == exact.template
+    assert simplified.deviation_m == 0.0
+
+
+def test_a_small_detail_keeps_what_a_large_one_gives_up(tmp_path: Path) -> None:
+    body = '<path d="M0 0H10V.06H10.2V0H20"/>'
+    assert len(strokes_of(imported(tmp_path, body))) == 1
+    kept = imported(tmp_path, body, detail_m=0.02)
+    assert len(strokes_of(kept)) == 5
+    assert kept.deviation_m < 1e-9
+
+
+@pytest.mark.parametrize("turn", [(-1, 0, 0, 1), (0, 1, 1, 0)])
+def test_a_mirrored_drawing_gives_the_mirrored_template(tmp_path: Path, turn: tuple[int, int, int, int]) -> None:
+    a, b, c, d = turn
+    placed = f'<g transform="matrix({a} {b} {c} {d} 0 0)">{TEN["letters"]}</g>'
+    plain, mirrored = (imported(tmp_path, body) for body in (TEN["letters"], placed))
+    assert len(plain.template.segments) == len(mirrored.template.segments)
+    turned = MultiLineString(
+        [[(a * x - c * y, d * y - b * x) for x, y in g.coords] for g in shape(strokes_of(plain)).geoms]
+    )
+    assert turned.hausdorff_distance(shape(strokes_of(mirrored))) < 1e-6
+
+
+@given(st.lists(st.lists(points, min_size=3, max_size=3), min_size=1, max_size=5), points)
+@settings(max_examples=10, deadline=None)
+def test_any_chain_of_curves_stays_within_the_tolerance(
+    spans: list[list[tuple[float, float]]], begin: tuple[float, float]
+) -> None:
+    ends = [begin, *(span[-1] for span in spans)]
+    outline = Outline("chain", tuple(bezier([start, *span]) for start, span in zip(ends, spans, strict=False)))
+    strokes = Strokes.of(outline, DETAIL)
+    if strokes.kind is Kind.LINES:
+        assert apart_m(strokes.drawn, strokes.curves) <= DETAIL.stray_m + 1e-3
+        assert all(paintable(curve) for curve in strokes.curves)
+        assert all(math.dist(a.end[:2], (b.x_m, b.y_m)) < 1e-6 for a, b in itertools.pairwise(strokes.curves))
+
+
+@given(st.lists(points, min_size=2, max_size=30))
+@settings(max_examples=10, deadline=None)
+def test_so_does_any_chain_of_short_lines(steps: list[tuple[float, float]]) -> None:
+    ends = list(itertools.accumulate(((x / 40, y / 40) for x, y in steps), lambda p, q: (p[0] + q[0], p[1] + q[1])))
+    lines = tuple(Curve.from_line(a, b) for a, b in itertools.pairwise(ends) if a != b)
+    strokes = Strokes.of(Outline("chain", lines), DETAIL)
+    if strokes.kind is Kind.LINES:
+        assert apart_m(strokes.drawn, strokes.curves) <= DETAIL.stray_m + 1e-3
+
+
+def test_curves_that_nobody_would_draw_are_no_work(tmp_path: Path) -> None:
+    """Huge coordinates are refused before anything is fitted to them."""
+    with pytest.raises(SpecError, match=r"reaches [0-9,]+ m from its centre origin; check --scale"):
+        imported(tmp_path, '<path d="M0 0C1e7 0 -1e7 2e7 1e3 1e3C1e6 -1e6 2 3 4 5"/>')
+    loops = "".join(f"C{8 + i} 8 {i} 8 {8 + i} 0" for i in range(12))
+    assert imported(tmp_path, f'<path d="M0 0{loops}"/>').deviation_m <= DETAIL.stray_m
+
+
+def test_more_than_can_be_planned_is_refused(tmp_path: Path) -> None:
+    zigzag = "".join(f"L{k % 100} {k % 97 + k % 2}" for k in range(10_002))
+    with pytest.raises(SpecError, match=r"strokes, more than the 10,000 that can be planned; simplify .* --detail"):
+        imported(tmp_path, f'<path fill="none" stroke="red" d="M0 9{zigzag}"/>')
+
+
+def test_the_work_is_told_as_it_goes_on(tmp_path: Path) -> None:
+    path, told = tmp_path / "logo.svg", []
+    path.write_text(f"{HEAD}{TEN['dots']}</svg>")
+    import_drawing(path, ImportOptions(scale_m=0.5), lambda fraction, doing: told.append((fraction, doing)))
+    assert told[0] == (0.0, "reading") and told[-1][1].startswith("fitting")
+    assert [fraction for fraction, _ in told] == sorted(fraction for fraction, _ in told)
+
+
+@pytest.mark.parametrize("ending", ["svg", "png"])
+def test_the_picture_shows_where_drawing_and_template_differ_most(tmp_path: Path, ending: str) -> None:
+    found = imported(tmp_path, TEN["dots"] + '<path d="M1 12C9 9 9 20 20 14"/>')
+    path = tmp_path / f"picture.{ending}"
+    draw_comparison(found, path)
+    content = path.read_bytes()
+    assert content.startswith(b"\x89PNG" if ending == "png" else b"<?xml")
+    assert len(content) > 5_000
