@@ -10,9 +10,6 @@ from schemas.vehicle import Vehicle
 from services.planner.arrange import ordering
 from services.planner.plan import plan
 
-# Whoever waits for a plan does not wait longer than this for a better order.
-ORDERING_S = 60.0
-
 
 def answer(
     request: PlanRequest, vehicle: Vehicle, progress: Callable[[str, float], None] = lambda stage, fraction: None
@@ -24,7 +21,7 @@ def answer(
     begun = time.perf_counter()
     try:
         template = parse_template(request.template_json)
-        planned = plan(template, vehicle, request.options, progress, lambda: time.perf_counter() - begun > ORDERING_S)
+        planned = plan(template, vehicle, request.options, progress)
     except TouchlineError as error:
         return PlanResponse(success=False, message=str(error))
     report = planned.report.model_copy(update={"planning_time_s": time.perf_counter() - begun})

@@ -46,16 +46,17 @@ def ordering(options: PlanOptions) -> bool:
     return options.order != GIVEN
 
 
-def refuse_too_many(segments: int, options: PlanOptions) -> None:
-    """Nothing, if so many segments can be planned.
+def refuse_too_many(segments: int, options: PlanOptions, swaths: int = 0) -> None:
+    """Nothing, if so many segments, painted in so many swaths, can be planned.
 
     Raises:
         PlanningError: They cannot.
     """
-    most = ORDERED_MAX if ordering(options) else SEGMENTS_MAX
-    if segments > most:
-        remedy = "split the template" + (" or paint it in the given order" if ordering(options) else "")
-        raise PlanningError("", f"has {segments:,} segments, more than {most:,}", remedy)
+    if segments > SEGMENTS_MAX:
+        raise PlanningError("", f"has {segments:,} segments, more than {SEGMENTS_MAX:,}", "split the template")
+    if ordering(options) and swaths > ORDERED_MAX:
+        problem = f"has {swaths:,} lines that do not go on into each other, more than {ORDERED_MAX:,}"
+        raise PlanningError("", problem, "split the template or paint it in the given order")
 
 
 def drying_s(vehicle: Vehicle, options: PlanOptions) -> float:

@@ -80,7 +80,9 @@ def plan(
         end,
         options.return_to_start,
     )
-    drive = arranged(swaths(choices, painting, free=ordering(options)), driver, options, progress, enough)
+    in_one_go = swaths(choices, painting, free=ordering(options))
+    refuse_too_many(len(template.segments), options, len(in_one_go))
+    drive = arranged(in_one_go, driver, options, progress, enough)
     sections = route(drive)
     sent = send(sections, lambda done: progress("cutting into arcs", done))
 

@@ -31,6 +31,8 @@ PARTING_S = 8.0
 # What is longer (m) is ordered in parts, so that other lines may come in between. Parts that follow each other are
 # painted in one go all the same.
 LONG_M = 60.0
+# Closed lines begin at fewer places where there would be more ways of painting than this in all: every pair is timed.
+WAYS_MAX = 4000
 # A line is painted so slowly that the valve is open for this many times as long as it has to be.
 VALVE_SPARE = 2.0
 # Curvatures that differ by less (1/m), and pieces that are shorter (m), are rounding.
@@ -186,7 +188,20 @@ def swaths(choices: Sequence[Sequence[Stroke]], painting: Painting, *, free: boo
     for chain in chains([choice for choice in choices if len(choice) <= 2]):
         found += _swaths_of(chain, painting)
     place = {choice[0].id: i for i, choice in enumerate(choices)}
-    return sorted(found, key=lambda modes: min(place[stroke.id] for stroke in modes[0].strokes))
+    found.sort(key=lambda ways: min(place[stroke.id] for stroke in ways[0].strokes))
+    if sum(map(len, found)) > WAYS_MAX:
+        return [_fewer(ways, max(WAYS_MAX // (2 * len(found)), 1)) for ways in found]
+    return found
+
+
+def _fewer(ways: Sequence[Swath], most: int) -> list[Swath]:
+    """The ways of painting a closed line that begin at `most` of its places; both ways of any other."""
+    begun = [(round(way.strokes[0].nozzle.x_m, 6), round(way.strokes[0].nozzle.y_m, 6)) for way in ways]
+    places = list(dict.fromkeys(begun))
+    if len(ways) <= 2 or len(places) <= most:
+        return [*ways]
+    kept = places[:: -(-len(places) // most)]
+    return [way for way, place in zip(ways, begun, strict=True) if place in kept]
 
 
 def _swaths_of(chain: Chain, painting: Painting) -> Iterator[list[Swath]]:

@@ -19,6 +19,9 @@ from services.planner.watch import UNWATCHED, Watch
 # from the best order so far. Many segments would not get back to it from the greater heats within so few moves.
 MOVES_PER_SEGMENT, MOVES_MIN, MOVES_MAX = 4000, 20_000, 120_000
 HEATS_S, HEATS_MANY_S, MANY = (4.0, 2.0, 1.0, 4.0, 2.0, 1.0), (0.6, 0.3), 150
+# Where much is run over a move takes long: all moves together may look at so many crossings, each at some at least.
+# How many they look at is learned from a few moves first.
+LOOKED_AT_MAX, LOOKED_AT_MIN, PILOT = 20_000_000, 10, 2000
 # Moves between two looks at whether that is enough.
 RUN = 10_000
 SEED = 5
@@ -67,12 +70,22 @@ def ordered_dry(scene: Scene, begin: Ints, watch: Watch = UNWATCHED) -> Ints:
     if not wet_times(scene, known, best).any():
         return begin
     moves = min(max(MOVES_PER_SEGMENT * segments, MOVES_MIN), MOVES_MAX)
-    heats = HEATS_S if segments <= MANY else HEATS_MANY_S
+    affordable = int(LOOKED_AT_MAX / (LOOKED_AT_MIN + _looked_at(scene, known, best)))
+    many = segments > MANY or affordable < len(HEATS_S) * MOVES_MIN
+    heats = HEATS_MANY_S if many else HEATS_S
+    moves = min(moves, affordable // len(heats))
     for turn, heat in enumerate(heats):
         tour = best.copy()
         for run in watch.parts(moves, RUN, turn / len(heats), (turn + 1) / len(heats)):
             anneal(scene, known, tour, best, costs, heat, SEED + turn, run.start, run.stop - run.start, moves)
     return best[1:]
+
+
+def _looked_at(scene: Scene, known: Known, tour: Ints) -> float:
+    """How many crossings one move looks at on average."""
+    before = int(known.looked_at[0])
+    anneal(scene, known, tour.copy(), tour.copy(), np.full(2, np.inf), HEATS_S[-1], SEED, 0, PILOT, PILOT)
+    return (int(known.looked_at[0]) - before) / PILOT
 
 
 def wet_times(scene: Scene, known: Known, tour: Ints) -> Ints:
@@ -85,7 +98,7 @@ def wet_times(scene: Scene, known: Known, tour: Ints) -> Ints:
 def unknown_yet(nodes: int) -> Known:
     """Nothing known of what is run over between so many nodes and the depot."""
     first = np.full((nodes + 1, nodes + 1), UNKNOWN, dtype=np.int32)
-    return Known(first, np.empty((KNOWN_MAX, 2), dtype=np.int32), np.zeros(2, dtype=np.int64))
+    return Known(first, np.empty((KNOWN_MAX, 2), dtype=np.int32), *np.zeros((2, 1), dtype=np.int64))
 
 
 def scene_of(

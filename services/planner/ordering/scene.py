@@ -56,11 +56,15 @@ class Scene(NamedTuple):
 
 
 class Known(NamedTuple):
-    """What is run over on the way from node to node: rows of segment and times from `first` on, closed by −1."""
+    """What is run over on the way from node to node: rows of segment and times from `first` on, closed by −1.
+
+    `used` (1,) of the rows; `looked_at` (1,) counts the rows that orders were judged by.
+    """
 
     first: NDArray[np.int32]
     rows: NDArray[np.int32]
     used: Ints
+    looked_at: Ints
 
 
 @kernel
@@ -146,14 +150,14 @@ def judged(
         if a != depot:
             row, middle = way_over(scene, known, a, b), time + 0.5 * way
             while known.rows[row, 0] >= 0:
-                known.used[1] += 1
+                known.looked_at[0] += 1
                 if 0.0 <= middle - painted[known.rows[row, 0]] <= scene.drying:
                     count += known.rows[row, 1]
                 row += 1
         time += way + scene.paint[b]
         if b != depot:
             middle = time - 0.5 * scene.paint[b]
-            known.used[1] += scene.over_from[b + 1] - scene.over_from[b]
+            known.looked_at[0] += scene.over_from[b + 1] - scene.over_from[b]
             for row in range(scene.over_from[b], scene.over_from[b + 1]):
                 if 0.0 <= middle - painted[scene.over[row, 0]] <= scene.drying:
                     count += scene.over[row, 1]

@@ -137,11 +137,12 @@ def wet_crossings(
         i = 0
         while i < len(poses):
             x, y = poses[i, 0], poses[i, 1]
-            along, left = _on_line(x, y, line, cos, sin)
-            away = max(abs(left), box[0] - x, x - box[1], box[2] - y, y - box[3])
-            if line[CURVATURE] == 0.0:
-                away = max(away, -along, along - length)
-            far = away - reach - half_width
+            far = max(box[0] - x, x - box[1], box[2] - y, y - box[3]) - reach - half_width
+            if far <= 2.0 * step:
+                along, left = _on_line(x, y, line, cos, sin)
+                far = max(far, abs(left) - reach - half_width)
+                if line[CURVATURE] == 0.0:
+                    far = max(far, max(-along, along - length) - reach - half_width)
             if far > 2.0 * step:
                 # No contact gets there within so many poses.
                 on[:] = False
