@@ -108,12 +108,10 @@ def shortest_forward(ends: Floats, goal: complex, turn: float, c: Floats, amount
 def shortest_profile(
     ends: Floats, goal: complex, turn: float, c: Floats, word: float, best: float, amounts: Floats
 ) -> tuple[float, int]:
-    """The shortest profile below `best`, or `best` and WORDS if none is found; `word` is the length of the best word."""
+    """The shortest profile below `best`; or `best` and WORDS. `word` is the length of the best word."""
     family = WORDS
     between, turn_between = lead_poses(ends, goal, turn)
-    length, found = polished_words(
-        ends, goal, turn, between, turn_between, c, word + POLISH_MARGIN, best, amounts
-    )
+    length, found = polished_words(ends, goal, turn, between, turn_between, c, word + POLISH_MARGIN, best, amounts)
     if found >= 0:
         best, family = length, found
     if abs(goal) < HOP_RADII * c[RADIUS]:

@@ -12,7 +12,7 @@ from services.planner.steering.spiral import unit
 
 @kernel
 def turn_query_round(ends: Floats, goal: complex, turn: float, other_ends: Floats) -> tuple[complex, float]:
-    """The goal and turn of the query that is turned round, seen from its own start; its end curvatures are filled in."""
+    """The goal and turn of the query turned round, as seen from its own start; fills in its end curvatures."""
     other_ends[0], other_ends[1] = -ends[1], -ends[0]
     return goal * unit(-turn), -turn
 
