@@ -24,6 +24,7 @@ DATA = Path(__file__).parent / "data" / "steering_lengths.csv"
 ORIGIN = Pose(0.0, 0.0, 0.0)
 TOLERANCE = 1e-9
 SMALL_BOX_M = 2.5
+SMALL_BOX = slice(4000, 5000)
 
 shares = st.one_of(st.just(0.0), floats(-1.0, 1.0), st.sampled_from([-1.0, 1.0]))
 
@@ -78,22 +79,28 @@ def test_no_forward_way_is_longer_than_the_reference() -> None:
     for row in rows:
         start, goal, curvature, sharpness = row_ends(row)
         length = check(Steering(curvature, sharpness).between(start, goal), start, goal, curvature, sharpness)
-        assert length <= row["cc00_dubins_m"] * 1.0005
-        # The last thousand rows are of the small box.
+        assert length <= row["cc00_dubins_m"] * 1.00001
         ours.append(length)
         theirs.append(row["cc00_dubins_m"])
-    small = rows[-1000:]
-    assert max(abs(row[key]) for row in small for key in ("x0", "y0", "x1", "y1")) <= SMALL_BOX_M
-    assert sum(ours[-1000:]) < 0.83 * sum(theirs[-1000:])
+    assert max(abs(row[key]) for row in rows[SMALL_BOX] for key in ("x0", "y0", "x1", "y1")) <= SMALL_BOX_M
+    assert sum(ours[SMALL_BOX]) < 0.83 * sum(theirs[SMALL_BOX])
 
 
 def test_no_way_with_cusps_is_longer_than_the_reference() -> None:
-    for row in reference_rows():
+    """From row 5,000 on there are 31 that Newton's method misses, by up to 10 %, from fixed starts alone.
+
+    In two of them the reference turns less sharply at first than it might and gains by it; ours are at full sharpness.
+    """
+    longer = []
+    for number, row in enumerate(reference_rows()):
         start, goal, curvature, sharpness = row_ends(row)
         ways = all_ways(Steering(curvature, sharpness), start, goal)
         measured = [check(way, start, goal, curvature, sharpness) for way in ways]
         driven = [m for m, way in zip(measured, ways, strict=True) if not any(piece.spin_rad for piece in way)]
-        assert min(driven) <= row["hc00_reeds_shepp_m"] * 1.01
+        assert min(driven) <= row["hc00_reeds_shepp_m"] * 1.02
+        if min(driven) > row["hc00_reeds_shepp_m"] * 1.0002:
+            longer.append(number)
+    assert longer == [5011, 5019]
 
 
 @given(end_pairs())

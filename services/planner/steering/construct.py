@@ -18,6 +18,7 @@ from services.planner.steering.circles import (
 )
 from services.planner.steering.forward import WITH_A_STRAIGHT, WORDS, lead_poses, shortest_forward, three_elements
 from services.planner.steering.profile import DIRECTION, shape
+from services.planner.steering.symmetry import turn_pieces_round
 
 # No way has more pieces: two ramps and three turns of three.
 MAX_PIECES = 12
@@ -105,9 +106,15 @@ def profile_pieces(elements: Floats, u: Floats, ends: Floats, limit: float, piec
 def forward_pieces(ends: Floats, goal: complex, turn: float, c: Floats, pieces: Floats) -> int:
     """The pieces of the shortest forward way (see `shortest_forward`); their number."""
     amounts = np.empty(3)
-    _, family = shortest_forward(ends, goal, turn, c, amounts)
+    _, family, turned_round = shortest_forward(ends, goal, turn, c, amounts)
     if family != WORDS:
-        return int(profile_pieces(three_elements(family == WITH_A_STRAIGHT), amounts, ends, c[LIMIT], pieces))
+        elements = three_elements(family == WITH_A_STRAIGHT)
+        if not turned_round:
+            return int(profile_pieces(elements, amounts, ends, c[LIMIT], pieces))
+        other_ends = np.array((-ends[1], -ends[0]))
+        n = profile_pieces(elements, amounts, other_ends, c[LIMIT], pieces)
+        turn_pieces_round(pieces, n)
+        return int(n)
     between, turn_between = lead_poses(ends, goal, turn)
     n = put_ramp(pieces, 0, ends[0], 0.0, 1.0)
     n = word_pieces(between.real, between.imag, turn_between, c, pieces, n)

@@ -15,6 +15,7 @@ from services.planner.clothoid import Floats
 from services.planner.steering.circles import LIMIT, RADIUS, TAU, cost, shortest_word, word_table
 from services.planner.steering.profile import AMOUNT, DIRECTION, FAILED, STRAIGHT, UNKNOWN, amount_of
 from services.planner.steering.spiral import ramp, unit
+from services.planner.steering.symmetry import turn_query_round
 from services.planner.steering.three import solve_three
 
 # A profile must be this much shorter to replace an earlier one, so that ties do not depend on rounding.
@@ -84,18 +85,33 @@ def three_elements(straight_middle: bool) -> Floats:
 
 
 @kernel
-def shortest_forward(ends: Floats, goal: complex, turn: float, c: Floats, amounts: Floats) -> tuple[float, int]:
+def shortest_forward(ends: Floats, goal: complex, turn: float, c: Floats, amounts: Floats) -> tuple[float, int, bool]:
     """Length of the shortest way from the origin heading along +x, and what it is.
 
     It is a profile of bends (0) or with a straight (1), its amounts in `amounts`, or one of the six words with ramps to
     and from straight (2). `ends` are the curvatures at both ends, at most that of the circle `c`; `goal` and `turn` are
-    the pose to reach.
+    the pose to reach. The flag says that the profile is that of the query turned round (see symmetry.py).
     """
     between, turn_between = lead_poses(ends, goal, turn)
     cos, sin = math.cos(turn_between), math.sin(turn_between)
-    best = abs(ends[0]) + abs(ends[1]) + shortest_word(between.real, between.imag, cos, sin, turn_between, c, 1.0)
+    word = abs(ends[0]) + abs(ends[1]) + shortest_word(between.real, between.imag, cos, sin, turn_between, c, 1.0)
+    best, family = shortest_profile(ends, goal, turn, c, word, word, amounts)
+    other_ends = np.empty(2)
+    other_goal, other_turn = turn_query_round(ends, goal, turn, other_ends)
+    length, found = shortest_profile(other_ends, other_goal, other_turn, c, word, best, amounts)
+    if found != WORDS:
+        return length, found, True
+    return best, family, False
+
+
+@kernel
+def shortest_profile(
+    ends: Floats, goal: complex, turn: float, c: Floats, word: float, best: float, amounts: Floats
+) -> tuple[float, int]:
+    """The shortest profile below `best`; or `best` and WORDS. `word` is the length of the best word."""
     family = WORDS
-    length, found = polished_words(ends, goal, turn, between, turn_between, c, best, amounts)
+    between, turn_between = lead_poses(ends, goal, turn)
+    length, found = polished_words(ends, goal, turn, between, turn_between, c, word + POLISH_MARGIN, best, amounts)
     if found >= 0:
         best, family = length, found
     if abs(goal) < HOP_RADII * c[RADIUS]:
@@ -122,10 +138,14 @@ def polished_words(
     between: complex,
     turn_between: float,
     c: Floats,
+    longest: float,
     best: float,
     amounts: Floats,
 ) -> tuple[float, int]:
-    """The shortest profile below `best` that Newton's method reaches from the words between the ends' straights."""
+    """The shortest profile below `best` that Newton's method reaches from the words between the ends' straights.
+
+    Words longer than `longest` are not tried.
+    """
     limit = c[LIMIT]
     table = np.empty((8, 3))
     word_table(between.real, between.imag, turn_between, c, table)
@@ -136,7 +156,7 @@ def polished_words(
             continue
         straight = row % 4 < 2
         word = (abs(table[row, 0]), abs(table[row, 1]), abs(table[row, 2]))
-        if cost(word, straight, 1.0, c) > best + POLISH_MARGIN:
+        if cost(word, straight, 1.0, c) > longest:
             continue
         # The first bend takes the ramp to straight in, the last one the ramp from straight.
         for i in range(3):

@@ -20,7 +20,7 @@ from schemas.jit import kernel
 from services.planner.clothoid import Floats
 from services.planner.steering.spiral import arc, ramp, unit
 
-MAX_ELEMENTS = 5
+MAX_ELEMENTS = 7
 # Columns of an element: is it straight, driven forward (+1) or backward (−1), which unknown it takes (−1: none), and
 # its amount: a factor to that unknown, or itself.
 STRAIGHT, DIRECTION, UNKNOWN, AMOUNT = range(4)

@@ -12,37 +12,28 @@ from typing import NamedTuple
 
 import numpy as np
 
-from schemas.arrays import copy
 from schemas.jit import kernel
 from services.planner.clothoid import Floats, Ints
-from services.planner.steering.circles import TAU
+from services.planner.steering import cusp_words
+from services.planner.steering.circles import LIMIT, TAU
 from services.planner.steering.construct import MAX_PIECES, profile_pieces
+from services.planner.steering.cusp_words import word
 from services.planner.steering.forward import TIE
-from services.planner.steering.profile import (
-    AMOUNT,
-    DIRECTION,
-    FAILED,
-    MAX_ELEMENTS,
-    STRAIGHT,
-    UNKNOWN,
-    shape,
-    shoot,
-    solve,
-)
+from services.planner.steering.patterns import QUARTER, bend_amount, cusps_of, elements_of, ramps_beside
+from services.planner.steering.profile import AMOUNT, FAILED, MAX_ELEMENTS, STRAIGHT, UNKNOWN, shape, shoot, solve
+from services.planner.steering.symmetry import turn_pieces_round, turn_query_round
 
-QUARTER = 0.5 * math.pi
 MAX_CUSPS = 4
 # Between two standstills the robot drives at least this far (m); less would be a disguise for steering at a standstill.
 STRETCH_MIN_M = 1e-3
 # No straight starts from zero length.
 STRAIGHT_MIN = 0.05
+# A word this much longer than the best way is not tried: bends that do not reach the limit make it hardly shorter.
+WORD_MARGIN = 1.0
 
 
 class Row(NamedTuple):
-    """Element kinds (B: bend, S: straight, Q: bend by a quarter turn, which is fixed), directions, and values.
-
-    Of four bends the inner two share one unknown with opposite signs.
-    """
+    """Element kinds and directions (see patterns.py), and values."""
 
     kinds: str
     directions: str
@@ -90,52 +81,11 @@ def _both_ways(row: Row) -> list[Row]:
     return [Row(kinds, directions, w) for w in ways] + [Row(kinds[::-1], directions[::-1], w[::-1]) for w in ways]
 
 
-def _elements(row: Row) -> Floats:
-    """The elements (see profile.py), where fixed bends have no unknown and no amount yet."""
-    elements = np.zeros((MAX_ELEMENTS, 4))
-    unknown = 0
-    for i, kind in enumerate(row.kinds):
-        elements[i, STRAIGHT] = kind == "S"
-        elements[i, DIRECTION] = 1.0 if row.directions[i] == "+" else -1.0
-        elements[i, UNKNOWN], elements[i, AMOUNT] = (-1, 0.0) if kind == "Q" else (unknown, 1.0)
-        if row.kinds == "BBBB" and i == 2:
-            elements[i, UNKNOWN], elements[i, AMOUNT] = 1, -1.0
-        elif kind != "Q":
-            unknown += 1
-    return elements
-
-
-def _cusps(directions: str) -> int:
-    around = f"+{directions}+"
-    return around.count("+-") + around.count("-+")
-
-
 _ALL = list(dict.fromkeys(way for row in ROWS for way in _both_ways(row)))
 COUNTS = np.array([len(row.kinds) for row in _ALL])
-ELEMENTS = np.array([_elements(row) for row in _ALL])
+ELEMENTS = np.array([elements_of(row.kinds, row.directions) for row in _ALL])
 VALUES = np.array([row.values + (0.0,) * (MAX_ELEMENTS - len(row.values)) for row in _ALL])
-CUSPS = np.array([_cusps(row.directions) for row in _ALL])
-
-
-@kernel
-def ramps_beside(elements: Floats, i: int) -> int:
-    """How many clothoids lie beside element `i`: one towards each neighbour of its own direction."""
-    before = elements[i - 1, DIRECTION] if i > 0 else 1.0
-    after = elements[i + 1, DIRECTION] if i + 1 < len(elements) else 1.0
-    return int(before == elements[i, DIRECTION]) + int(after == elements[i, DIRECTION])
-
-
-@kernel
-def bend_amount(deflection: float, ramps: int, limit: float) -> float:
-    """The amount of a bend by `deflection` with so many clothoids, as if they led to straights."""
-    size, spirals = abs(deflection), 0.5 * ramps * limit * limit
-    if ramps == 0:
-        amount = size / limit
-    elif size < spirals:
-        amount = math.sqrt(2.0 * size / ramps)
-    else:
-        amount = limit + (size - spirals) / (ramps * limit)
-    return math.copysign(amount, deflection)
+CUSPS = np.array([cusps_of(row.directions) for row in _ALL])
 
 
 @kernel
@@ -156,9 +106,101 @@ def started(row: int, limit: float, distance: float, u: Floats) -> Floats:
 
 
 @kernel
-def shortest_stretch(elements: Floats, u: Floats, ends: Floats, limit: float, pieces: Floats) -> float:
+def shortest_reversing(
+    ends: Floats,
+    goal: complex,
+    turn: float,
+    c: Floats,
+    stretch_min: float,
+    lengths: Floats,
+    ways: Floats,
+    counts: Ints,
+) -> None:
+    """For every number of cusps up to MAX_CUSPS the shortest way from the origin heading along +x.
+
+    Fills `lengths` (infinite where there is no way), the pieces `ways` (·, MAX_PIECES, 4) and their numbers `counts`.
+    `ends` are the curvatures at both ends, at most that of the circle `c`, which matter where the way begins or ends
+    forward. No stretch in one direction is shorter than `stretch_min`.
+    """
+    lengths[:] = FAILED
+    _shorten(ends, goal, turn, c, stretch_min, False, lengths, ways, counts)
+    other_ends = np.empty(2)
+    other_goal, other_turn = turn_query_round(ends, goal, turn, other_ends)
+    _shorten(other_ends, other_goal, other_turn, c, stretch_min, True, lengths, ways, counts)
+
+
+@kernel
+def _shorten(
+    ends: Floats,
+    goal: complex,
+    turn: float,
+    c: Floats,
+    stretch_min: float,
+    turned_round: bool,
+    lengths: Floats,
+    ways: Floats,
+    counts: Ints,
+) -> None:
+    """Replace what Newton's method, from the rows and the words, finds shorter ways for."""
+    u, pieces = np.empty(3), np.empty((MAX_PIECES, 4))
+    for row in range(len(COUNTS)):
+        elements = started(row, c[LIMIT], abs(goal), u)
+        cusps = CUSPS[row]
+        length, n = attempt(elements, u, ends, c[LIMIT], goal, turn, stretch_min, lengths[cusps] - TIE, pieces)
+        if n:
+            keep(pieces, n, turned_round, ways[cusps])
+            lengths[cusps], counts[cusps] = length, n
+    for family in range(len(cusp_words.COUNTS)):
+        elements = cusp_words.ELEMENTS[family, : cusp_words.COUNTS[family]].copy()
+        cusps = cusp_words.CUSPS[family]
+        for branch in range(cusp_words.BRANCHES[family]):
+            length = word(family, branch, ends, goal, turn, c, elements, u)
+            if length > lengths[cusps] + WORD_MARGIN:
+                continue
+            length, n = attempt(elements, u, ends, c[LIMIT], goal, turn, stretch_min, lengths[cusps] - TIE, pieces)
+            if n:
+                keep(pieces, n, turned_round, ways[cusps])
+                lengths[cusps], counts[cusps] = length, n
+
+
+@kernel
+def attempt(
+    elements: Floats,
+    u: Floats,
+    ends: Floats,
+    limit: float,
+    goal: complex,
+    turn: float,
+    stretch_min: float,
+    longest: float,
+    pieces: Floats,
+) -> tuple[float, int]:
+    """Length and number of `pieces` of the way that Newton's method reaches from `u`; 0 if none below `longest`."""
+    n = len(elements)
+    extreme, hold, rate = np.empty(n), np.empty(n), np.empty(n)
+    points, headings = np.empty(n, np.complex128), np.empty(n)
+    shape(elements, u, ends, limit, extreme, hold, rate)
+    _, intended, _ = shoot(elements, ends, extreme, hold, points, headings)
+    length = solve(elements, u, ends, limit, goal, turn + TAU * round((intended - turn) / TAU))
+    if length >= longest:
+        return FAILED, 0
+    count = profile_pieces(elements, u, ends, limit, pieces)
+    if shortest_stretch(pieces, count) < stretch_min:
+        return FAILED, 0
+    return length, count
+
+
+@kernel
+def keep(pieces: Floats, n: int, turned_round: bool, way: Floats) -> None:
+    """Copy the pieces of a way, the right way round."""
+    way[:n] = pieces[:n]
+    if turned_round:
+        turn_pieces_round(way, n)
+
+
+@kernel
+def shortest_stretch(pieces: Floats, n: int) -> float:
     """Length of the shortest stretch in one direction."""
-    n = profile_pieces(elements, u, ends, limit, pieces)
     shortest, stretch = math.inf, 0.0
     for i in range(n):
         stretch += pieces[i, 0]
@@ -166,37 +208,3 @@ def shortest_stretch(elements: Floats, u: Floats, ends: Floats, limit: float, pi
             shortest = min(shortest, stretch)
             stretch = 0.0
     return shortest
-
-
-@kernel
-def shortest_reversing(
-    ends: Floats,
-    goal: complex,
-    turn: float,
-    limit: float,
-    stretch_min: float,
-    lengths: Floats,
-    amounts: Floats,
-    rows: Ints,
-) -> None:
-    """For every number of cusps up to MAX_CUSPS the shortest way from the origin heading along +x.
-
-    Fills `lengths` (infinite where there is no way), `amounts` (·, 3) and `rows`. `ends` are the curvatures at both
-    ends, within ±`limit`, which matter where the way begins or ends forward. No stretch in one direction is shorter
-    than `stretch_min`.
-    """
-    lengths[:] = FAILED
-    u = np.empty(3)
-    extreme, hold, rate = np.empty(MAX_ELEMENTS), np.empty(MAX_ELEMENTS), np.empty(MAX_ELEMENTS)
-    points, headings = np.empty(MAX_ELEMENTS, np.complex128), np.empty(MAX_ELEMENTS)
-    pieces = np.empty((MAX_PIECES, 4))
-    for row in range(len(COUNTS)):
-        elements = started(row, limit, abs(goal), u)
-        shape(elements, u, ends, limit, extreme, hold, rate)
-        _, intended, _ = shoot(elements, ends, extreme, hold, points, headings)
-        length = solve(elements, u, ends, limit, goal, turn + TAU * round((intended - turn) / TAU))
-        cusps = CUSPS[row]
-        if length < lengths[cusps] - TIE and shortest_stretch(elements, u, ends, limit, pieces) >= stretch_min:
-            lengths[cusps] = length
-            copy(u, amounts[cusps])
-            rows[cusps] = row

@@ -8,8 +8,8 @@ import numpy as np
 
 from services.planner.clothoid import Floats, Piece, PiecePath, Pose, joined
 from services.planner.steering.circles import circle
-from services.planner.steering.construct import MAX_PIECES, forward_pieces, profile_pieces
-from services.planner.steering.reversing import MAX_CUSPS, STRETCH_MIN_M, shortest_reversing, started
+from services.planner.steering.construct import MAX_PIECES, forward_pieces
+from services.planner.steering.reversing import MAX_CUSPS, STRETCH_MIN_M, shortest_reversing
 from services.planner.transitions.ccd import ContinuousDubins
 from services.planner.transitions.method import CurveEnd, before
 
@@ -75,16 +75,14 @@ class Steering:
 
     def _reversing(self, start: CurveEnd, goal: CurveEnd) -> list[tuple[Piece, ...]]:
         z, turn, ends = self._scaled(start, goal)
-        limit, counts = float(self.circle[0]), MAX_CUSPS + 1
-        lengths, amounts, rows = np.empty(counts), np.empty((counts, 3)), np.zeros(counts, dtype=np.int64)
-        shortest_reversing(ends, z, turn, limit, STRETCH_MIN_M * self.root, lengths, amounts, rows)
+        many = MAX_CUSPS + 1
+        lengths, tables, counts = np.empty(many), np.empty((many, MAX_PIECES, 4)), np.zeros(many, dtype=np.int64)
+        shortest_reversing(ends, z, turn, self.circle, STRETCH_MIN_M * self.root, lengths, tables, counts)
         ways, shortest = [], math.inf
-        for length, row, u in zip(lengths.tolist(), rows.tolist(), amounts, strict=True):
+        for length, table, count in zip(lengths.tolist(), tables, counts.tolist(), strict=True):
             if length < shortest:
                 shortest = length
-                table = np.empty((MAX_PIECES, 4))
-                elements = started(row, limit, abs(z), np.empty(3))
-                ways.append(self._pieces(table[: profile_pieces(elements, u, ends, limit, table)]))
+                ways.append(self._pieces(table[:count]))
         return ways
 
     def _scaled(self, start: CurveEnd, goal: CurveEnd) -> tuple[complex, float, Floats]:

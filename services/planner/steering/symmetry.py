@@ -1,0 +1,29 @@
+"""Queries turned round: driven from the goal to the start, looking the other way, a way is a way of the same length.
+
+If the robot stands at the goal looking backward and drives to the start, looking backward there, it passes the same
+points in the opposite order; what was driven forward still is, what turned left turns right. So the search for ways is
+begun from both ends. (The other symmetry, the mirror image, needs nothing: every step of the search respects it.)
+"""
+
+from schemas.jit import kernel
+from services.planner.clothoid import Floats
+from services.planner.steering.spiral import unit
+
+
+@kernel
+def turn_query_round(ends: Floats, goal: complex, turn: float, other_ends: Floats) -> tuple[complex, float]:
+    """The goal and turn of the query turned round, as seen from its own start; fills in its end curvatures."""
+    other_ends[0], other_ends[1] = -ends[1], -ends[0]
+    return goal * unit(-turn), -turn
+
+
+@kernel
+def turn_pieces_round(pieces: Floats, n: int) -> None:
+    """Turn the first `n` pieces (length, curvature, sharpness, direction) of a way round."""
+    for i in range(n):
+        pieces[i, 1] = -(pieces[i, 1] + pieces[i, 2] * pieces[i, 0])
+    for i in range(n // 2):
+        for column in range(4):
+            other = pieces[n - 1 - i, column]
+            pieces[n - 1 - i, column] = pieces[i, column]
+            pieces[i, column] = other

@@ -1,0 +1,85 @@
+"""Mirrored queries and those that are turned round have the ways of the query, mirrored and turned round."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from services.planner.clothoid import Floats, Piece, PiecePath, Pose
+from services.planner.steering.steer import Steering
+from services.planner.transitions.method import CurveEnd
+
+Query = tuple[CurveEnd, CurveEnd]
+Way = tuple[Piece, ...]
+PAIRS = 20
+LENGTH_TOLERANCE_M = 1e-9
+# The shortest way is flat about its minimum: its pieces are as certain as the square root of its length, at worst.
+SHAPE_TOLERANCE = 1e-5
+LIMITS = ((1.125, 2.1), (1.3126, 7.0))
+
+
+def mirrored_query(query: Query) -> Query:
+    start, goal = (CurveEnd(Pose(e.pose.x_m, -e.pose.y_m, -e.pose.heading_rad), -e.curvature_1pm) for e in query)
+    return start, goal
+
+
+def mirrored_way(way: Way) -> Way:
+    return tuple(p._replace(curvature_1pm=-p.curvature_1pm, sharpness_1pm2=-p.sharpness_1pm2) for p in way)
+
+
+def turned_query(query: Query) -> Query:
+    """From the goal to the start, looking the other way at both: what is driven forward still is."""
+    goal, start = (
+        CurveEnd(Pose(e.pose.x_m, e.pose.y_m, e.pose.heading_rad + math.pi), -e.curvature_1pm) for e in query
+    )
+    return start, goal
+
+
+def turned_way(way: Way) -> Way:
+    return tuple(p._replace(curvature_1pm=-p.curvature_end_1pm) for p in reversed(way))
+
+
+def queries(box_m: float, share: float, curvature: float, seed: int) -> list[Query]:
+    """Random pairs in a box, their curvatures up to a share of the largest."""
+    rng = np.random.default_rng(seed)
+    corner = (box_m, box_m, math.pi, share * curvature)
+    ends = rng.uniform((0.0, 0.0, -math.pi, -share * curvature), corner, (PAIRS, 2, 4)).tolist()
+    return [(CurveEnd(Pose(*a[:3]), a[3]), CurveEnd(Pose(*b[:3]), b[3])) for a, b in ends]
+
+
+def ways(steering: Steering, query: Query) -> list[Way]:
+    """The forward way and those with cusps."""
+    standing = [way for way in steering.standing_ways(*query) if not any(piece.spin_rad for piece in way)]
+    return [steering.between(*query), *standing]
+
+
+def length(way: Way) -> float:
+    return PiecePath(Pose(0.0, 0.0, 0.0), way).length_m
+
+
+def table(way: Way) -> Floats:
+    """Rows of the pieces that are long enough to tell."""
+    return np.array([(p.length_m, p.curvature_1pm, p.direction) for p in way if p.length_m > SHAPE_TOLERANCE])
+
+
+IMAGES: tuple[tuple[Callable[[Query], Query], Callable[[Way], Way]], ...] = (
+    (mirrored_query, mirrored_way),
+    (turned_query, turned_way),
+    (lambda query: mirrored_query(turned_query(query)), lambda way: mirrored_way(turned_way(way))),
+)
+
+
+@pytest.mark.parametrize("share", [0.0, 1.0])
+@pytest.mark.parametrize("box_m", [0.5, 2.5, 10.0])
+def test_the_ways_of_an_image_are_the_images_of_the_ways(share: float, box_m: float) -> None:
+    for limits in LIMITS:
+        steering = Steering(*limits)
+        for query in queries(box_m, share, limits[0], seed=3):
+            found = ways(steering, query)
+            for of_query, of_way in IMAGES:
+                others = ways(steering, of_query(query))
+                assert len(found) == len(others)
+                for way, other in zip(found, others, strict=True):
+                    assert length(other) == pytest.approx(length(way), abs=LENGTH_TOLERANCE_M)
+                    assert table(other) == pytest.approx(table(of_way(way)), abs=SHAPE_TOLERANCE)
