@@ -106,7 +106,7 @@ def test_of_all_turns_the_quickest_is_found_without_trying_all(curvature: float)
 def test_no_way_with_a_standstill_is_quicker_than_its_bound(pair: tuple[Pose, Pose], first: float, last: float) -> None:
     ways = ways_of(Vehicle(), PlanOptions(), Limits.of(Vehicle(), PlanOptions()))
     start, goal = CurveEnd(pair[0], first), CurveEnd(pair[1], last)
-    speeds = ways.speed_mps(first), ways.speed_mps(last)
+    speeds = ways.speed_mps(start), ways.speed_mps(goal)
     bound = ways.standing_bound_s(start, goal, speeds)
 
     def stands(way: Way) -> bool:

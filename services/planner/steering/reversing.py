@@ -30,6 +30,8 @@ STRETCH_MIN_M = 1e-3
 STRAIGHT_MIN = 0.05
 # A word this much longer than the best way is not tried: bends that do not reach the limit make it hardly shorter.
 WORD_MARGIN = 1.0
+# Curvatures that differ by less are one (in units of unit sharpness).
+STEP = 1e-9
 
 
 class Row(NamedTuple):
@@ -185,9 +187,23 @@ def attempt(
     if length >= longest:
         return FAILED, 0
     count = profile_pieces(elements, u, ends, limit, pieces)
-    if shortest_stretch(pieces, count) < stretch_min:
+    if shortest_stretch(pieces, count) < stretch_min or not meets(pieces, count, ends):
         return FAILED, 0
     return length, count
+
+
+@kernel
+def meets(pieces: Floats, count: int, ends: Floats) -> bool:
+    """Whether curvature steps at cusps alone, the ends included, where what comes before and behind is forward.
+
+    It does not where a stretch between two cusps has come to no length.
+    """
+    direction, curvature = 1.0, ends[0]
+    for i in range(count):
+        if pieces[i, 3] == direction and abs(pieces[i, 1] - curvature) > STEP:
+            return False
+        direction, curvature = pieces[i, 3], pieces[i, 1] + pieces[i, 2] * pieces[i, 0]
+    return bool(direction < 0.0 or abs(curvature - ends[1]) <= STEP)
 
 
 @kernel

@@ -13,6 +13,9 @@ from services.planner.steering.reversing import MAX_CUSPS, STRETCH_MIN_M, shorte
 from services.planner.transitions.ccd import ContinuousDubins
 from services.planner.transitions.method import CurveEnd, before
 
+# A turn on the spot by no more than this is none.
+ROUNDING_RAD = 1e-12
+
 Find = Callable[[CurveEnd, CurveEnd], list[tuple[Piece, ...]]]
 
 
@@ -124,14 +127,20 @@ def turns_on_the_spot(start: CurveEnd, goal: CurveEnd) -> list[tuple[Piece, ...]
     if 0.0 < abs(z) < STRETCH_MIN_M:
         return []
     if not z:
-        spin = math.remainder(turn, math.tau)
+        spin = _turn(turn)
         smooth = spin or start.curvature_1pm == goal.curvature_1pm
         return [joined((Piece.spin(spin),))] if smooth else []
     ways = []
     for direction in (1, -1):
-        first = cmath.phase(direction * z)
-        last = math.remainder(turn - first, math.tau)
+        first = _turn(cmath.phase(direction * z))
+        last = _turn(turn - first)
         smooth = (first or not start.curvature_1pm) and (last or not goal.curvature_1pm)
         if smooth or direction < 0:
             ways.append(joined((Piece.spin(first), Piece(abs(z), direction=direction), Piece.spin(last))))
     return ways
+
+
+def _turn(angle_rad: float) -> float:
+    """The angle in (−π, π]; 0 where it is rounding: no robot turns by as little."""
+    turn = math.remainder(angle_rad, math.tau)
+    return turn if abs(turn) > ROUNDING_RAD else 0.0
