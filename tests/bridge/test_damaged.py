@@ -20,7 +20,8 @@ from schemas.messages import Clock, Imu, PaintMarks, String, TraversalReport
 from services.bridge.channels import schema_text
 from services.bridge.compare import compare
 from services.bridge.output import RecordingError
-from services.bridge.reader import LARGEST_RATIO, read_summary
+from services.bridge.mcap_file import LARGEST_RATIO
+from services.bridge.reader import read_summary
 from services.bridge.recorder import Recorder
 from services.bridge.replayer import Timeline
 from services.bridge.unpack import LARGEST_CHUNK_BYTES
