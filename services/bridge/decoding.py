@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import fields, is_dataclass
 from functools import cache
 from typing import Any
 
@@ -25,8 +26,8 @@ def fields_of(node: object) -> Mapping[str, object] | None:
     """The fields of a message in a tree by name; None for a value."""
     if isinstance(node, dict):
         return node
-    if hasattr(node, "__msgtype__"):
-        return {name: getattr(node, name) for name in node.__dataclass_fields__ if name != "__msgtype__"}
+    if is_dataclass(node):
+        return {field.name: getattr(node, field.name) for field in fields(node) if field.name != "__msgtype__"}
     return None
 
 
@@ -38,7 +39,7 @@ def decoder(kind: Kind) -> Decode | None:
     store = _store(kind) if kind.encoding in ("cdr", "ros1") else None
     if store is None:
         return None
-    name = _full_name(kind.type)
+    name = full_name(kind.type)
     read: Callable[[bytes, str], object] = store.deserialize_cdr if kind.encoding == "cdr" else store.deserialize_ros1
 
     def decode(payload: bytes) -> object:
@@ -56,14 +57,14 @@ def decoder(kind: Kind) -> Decode | None:
 def layout(kind: Kind) -> dict[str, str] | None:
     """Types of all fields of that kind by their path (``pose.position.x``), in order; None if they are not known."""
     store = _store(kind)
-    return None if store is None else dict(_flat(store.fielddefs, _full_name(kind.type), "", _DEEPEST))
+    return None if store is None else dict(_flat(store.fielddefs, full_name(kind.type), "", _DEEPEST))
 
 
 def _flat(known: Mapping[str, Any], name: str, path: str, deepest: int) -> Iterator[tuple[str, str]]:
-    for field, (form, detail) in known[name][1]:
-        brackets = ""
+    for field, described in known[name][1]:
+        form, detail, brackets = *described, ""
         if form in (Nodetype.ARRAY, Nodetype.SEQUENCE):
-            (form, detail), count = detail[0], detail[1]
+            (form, detail), count = detail
             brackets = f"[{count or ''}]"
         place = f"{path}{field}{brackets}"
         if form == Nodetype.NAME and detail in known and deepest:
@@ -79,7 +80,8 @@ def _from_json(payload: bytes) -> object:
         raise Damage("a payload that is no JSON") from error
 
 
-def _full_name(name: str) -> str:
+def full_name(name: str) -> str:
+    """A type's name as ROS 2 has it: ``sensor_msgs/msg/Imu`` also for ROS 1's ``sensor_msgs/Imu``."""
     package, _, rest = name.partition("/")
     return name if "/" in rest or not rest else f"{package}/msg/{rest}"
 
@@ -92,7 +94,7 @@ def _ours() -> dict[str, str]:
 
 def _store(kind: Kind) -> Typestore | None:
     """The types that a payload of that kind is made of; None if they are not known."""
-    name = _full_name(kind.type)
+    name = full_name(kind.type)
     if not kind.schema or kind.schema == _ours().get(name):
         return typestore() if name in typestore().fielddefs else None
     if kind.schema_encoding not in _PARSED_FORMS or len(kind.schema) > LONGEST_SCHEMA:
@@ -102,15 +104,21 @@ def _store(kind: Kind) -> Typestore | None:
 
 @cache
 def _parsed(name: str, text: str, idl: bool) -> Typestore | None:
+    """The types in a definition; None if it is none."""
+    store = get_typestore(Stores.EMPTY)
     try:
-        found: dict[str, Any] = dict(get_types_from_idl(text) if idl else get_types_from_msg(text, name))
-        if name not in found:
-            return None
-        store = get_typestore(Stores.EMPTY)
-        store.register({**_standard(found), **found})
-    except Exception:  # whatever the text leads the parser into
+        _register(store, name, text, idl)
+    except Damage:
         return None
     return store
+
+
+def _register(store: Typestore, name: str, text: str, idl: bool) -> None:
+    try:
+        found: dict[str, Any] = dict(get_types_from_idl(text) if idl else get_types_from_msg(text, name))
+        store.register({name: found[name], **_standard(found), **found})
+    except Exception as error:  # whatever the text leads the parser into
+        raise Damage(f"a schema that is no definition of {name}") from error
 
 
 def _standard(found: Mapping[str, Any]) -> dict[str, Any]:
@@ -119,7 +127,7 @@ def _standard(found: Mapping[str, Any]) -> dict[str, Any]:
     open_ = list(found.values())
     while open_:
         for _, (form, detail) in open_.pop()[1]:
-            kind, name = (detail[0] if form in (Nodetype.ARRAY, Nodetype.SEQUENCE) else (form, detail))
+            kind, name = detail[0] if form in (Nodetype.ARRAY, Nodetype.SEQUENCE) else (form, detail)
             if kind == Nodetype.NAME and name not in found and name not in needed and name in known:
                 needed[name] = known[name]
                 open_.append(known[name])

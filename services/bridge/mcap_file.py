@@ -216,10 +216,12 @@ class McapFile:
             # What the chunk's indexes have and could not be read before the damage is lost.
             read = Counter(_MESSAGE_HEAD.unpack_from(body, start)[0] for start in _whole_messages(body[:good]))
             self._indexed = loss, read
-            if chunk is None or len(chunk.data) + len(chunk.compression) + _CHUNK_FIELDS_BYTES + 12 != len(content):
-                # Its length is wrong as well: the next chunk may begin in it.
+            if chunk is None or _length_of(chunk) != len(content):  # then the next one may begin in it
                 found = self._next_chunk_after(at)
                 self._stream.seek(end if found is None else found)
+        else:
+            if _length_of(chunk) != len(content):  # all is there, but the length of the whole is wrong
+                self._stream.seek(at + _RECORD_HEAD.size + _length_of(chunk))
 
     def _count_indexed(self, content: bytes) -> None:
         """Learn from a message index after a damaged chunk how many messages of a channel were in it."""
@@ -337,6 +339,11 @@ def _records(body: bytes) -> Iterator[tuple[int, int, int]]:
         if offset > len(body):
             raise Damage("a record that goes on beyond its chunk")
         yield opcode, start, offset
+
+
+def _length_of(chunk: Chunk) -> int:
+    """Bytes of a chunk's record by what is in it."""
+    return _CHUNK_FIELDS_BYTES + 4 + len(chunk.compression.encode()) + 8 + len(chunk.data)
 
 
 def _whole_messages(body: bytes) -> Iterator[int]:

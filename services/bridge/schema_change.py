@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from services.bridge.decoding import layout
+from services.bridge.decoding import full_name, layout
 from services.bridge.recorded import Kind
 
 #: Fields of a schema that are named; the rest is counted.
@@ -29,7 +29,8 @@ def schema_change(left: Kind, right: Kind, names: tuple[str, str]) -> SchemaChan
     """What is different between two kinds of payload; comments and spaces in a definition make no difference.
 
     Args:
-        left, right: How the topic was recorded in the first and in the second recording.
+        left: How the topic was recorded in the first recording.
+        right: How it was in the second.
         names: Of the two, for what is said.
     """
     if left == right:
@@ -38,7 +39,7 @@ def schema_change(left: Kind, right: Kind, names: tuple[str, str]) -> SchemaChan
     if left.encoding != right.encoding:
         forms = [kind.encoding or "nothing that is named" for kind in (left, right)]
         notes.append(f"recorded as {forms[0]} in {names[0]}, as {forms[1]} in {names[1]}")
-    if left.type != right.type:
+    if full_name(left.type) != full_name(right.type):
         notes.append(f"of type {left.type or 'nothing'} in {names[0]}, {right.type or 'nothing'} in {names[1]}")
     ours, theirs = layout(left), layout(right)
     if ours is None or theirs is None:

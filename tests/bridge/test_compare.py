@@ -93,7 +93,9 @@ def test_missing_messages_are_told(tmp_path: Path, recording: Path) -> None:
     other = record(tmp_path / "other.mcap", messages(190)).finish().path
     result = compare(recording, other)
     assert not result.same
-    missing = "/tt2/imu/data_raw: 10 messages of session.mcap, made from 1.900 s to 1.990 s, are missing from other.mcap"
+    missing = (
+        "/tt2/imu/data_raw: 10 messages of session.mcap, made from 1.900 s to 1.990 s, are missing from other.mcap"
+    )
     assert missing in list(result.lines())
     assert compare(recording, other, {"/tt2/template"}).identical
 

@@ -101,7 +101,7 @@ def test_a_folder_that_is_no_recording_is_refused_in_a_line(
 
 
 @pytest.mark.parametrize("mode", [CompressionMode.FILE, CompressionMode.MESSAGE])
-def test_what_rosbag2_has_compressed_as_a_whole_is_refused_with_the_remedy(tmp_path: Path, mode: CompressionMode) -> None:
+def test_what_rosbag2_has_compressed_is_refused_with_the_remedy(tmp_path: Path, mode: CompressionMode) -> None:
     for plugin in StoragePlugin:
         folder = bag(tmp_path / plugin.name, plugin, mode)
         with pytest.raises(RecordingError, match="ros2 bag convert"):
