@@ -62,11 +62,9 @@ def layout(kind: Kind) -> dict[str, str] | None:
 
 def _flat(known: Mapping[str, Any], name: str, path: str, deepest: int) -> Iterator[tuple[str, str]]:
     for field, described in known[name][1]:
-        form, detail, brackets = *described, ""
-        if form in (Nodetype.ARRAY, Nodetype.SEQUENCE):
-            (form, detail), count = detail
-            brackets = f"[{count or ''}]"
-        place = f"{path}{field}{brackets}"
+        many = described[0] in (Nodetype.ARRAY, Nodetype.SEQUENCE)
+        (form, detail), count = described[1] if many else (described, 0)
+        place = f"{path}{field}[{count or ''}]" if many else f"{path}{field}"
         if form == Nodetype.NAME and detail in known and deepest:
             yield from _flat(known, detail, f"{place}.", deepest - 1)
         else:

@@ -7,7 +7,7 @@ found where it was asked for. A file that is there already is never overwritten 
 import os
 import stat
 import struct
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from importlib.metadata import version
@@ -88,6 +88,7 @@ class Recorder:
         namespace: Robot namespace under which the topics are recorded.
         topics: Rows of the topic table to record.
         existing: What to do when the file is there already.
+        continues: The files of the same recording before this one.
 
     Raises:
         RecordingError: The file cannot be created.
@@ -99,6 +100,7 @@ class Recorder:
         namespace: str = DEFAULT_NAMESPACE,
         topics: Iterable[Topic] = RECORDED,
         existing: Existing = Existing.RENAME,
+        continues: Sequence[Path] = (),
     ) -> None:
         _make_room(path, existing)
         self.path = path
@@ -115,6 +117,9 @@ class Recorder:
         try:
             self._writer.start("ros2", f"touchline {version('touchline')}")
             self._register(namespace, topics)
+            if continues:
+                part = {"part": str(len(continues) + 1), "before": ", ".join(each.name for each in continues)}
+                self._writer.add_metadata("touchline_part", part)
         except RecordingError:
             self._file.close()
             path.unlink(missing_ok=True)

@@ -25,7 +25,7 @@ def compare(
     topics: Annotated[
         list[str] | None,
         typer.Option(
-            "--topic", metavar="TOPIC", help="Only this topic, as in /tt2/odometry/filtered; can be given again."
+            "--topic", metavar="TOPIC", help="Only this topic: /tt2/odometry/filtered; can be given again."
         ),
     ] = None,
     as_json: JsonOption = False,
