@@ -43,7 +43,7 @@ def progress_bar(title: str) -> Iterator[Advance]:
 
 def say(text: str) -> None:
     """A line or several on standard error, whoever wrote it: nothing in it commands the terminal."""
-    stderr.print(plain_lines(text), markup=False)
+    stderr.print(plain_lines(text), markup=False, soft_wrap=True)
 
 
 def print_event(severity: int, text: str) -> None:

@@ -13,6 +13,7 @@ from services.cli.drawing import OriginOption, parse_origin
 from services.cli.groups import with_groups
 from services.cli.options import RecordingsOption, SupervisorOption, speed_factor
 from services.cli.ros2 import Ros2Choice
+from services.writing import check_recordable
 
 
 def register(app: typer.Typer) -> None:
@@ -57,6 +58,7 @@ def bridge(
     """Run the bridge, until Ctrl-C: records the bus to MCAP on request, and with --ros2 shows the robot to ROS 2."""
     from services.bridge.service import run_service
 
+    check_recordable(record)
     report = run_service(record, recordings=recordings, ros2=ros.gateway(), supervisor=supervisor)
     if report is not None:
         typer.echo(json.dumps({"path": str(report.path), "messages": report.messages, "lost": report.lost}))
