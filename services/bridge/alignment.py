@@ -15,11 +15,6 @@ SIGHT = 32
 Pair = tuple[Recorded | None, Recorded | None]
 
 
-def made_at_ns(message: Recorded) -> int:
-    """When a message was made, as far as its recorder said; otherwise when it was recorded."""
-    return message.publish_time_ns or message.log_time_ns
-
-
 class _Placed(NamedTuple):
     """A message, and when it was made: ``run`` counts how often the clock began anew before."""
 
@@ -39,7 +34,7 @@ class _Side:
         self._taken_ns: int | None = None
 
     def add(self, message: Recorded, shift_ns: int) -> None:
-        at_ns = made_at_ns(message) + shift_ns
+        at_ns = message.publish_time_ns + shift_ns
         if self._newest_ns is not None and at_ns < self._newest_ns - ANEW_NS:
             self._run += 1
             self._newest_ns = at_ns

@@ -5,7 +5,7 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from services.bridge.alignment import Alignment, made_at_ns
+from services.bridge.alignment import Alignment
 from services.bridge.channels import topic_at
 from services.bridge.differences import unequal_fields
 from services.bridge.output import RecordingError
@@ -186,15 +186,15 @@ class _Topic:
             if left is not None and right is not None:
                 self._compare(left, right, shift_ns)
             elif left is not None:
-                self.found.missing_right.add(made_at_ns(left) / 1e9)
+                self.found.missing_right.add(left.publish_time_ns / 1e9)
             elif right is not None:
-                self.found.missing_left.add(made_at_ns(right) / 1e9)
+                self.found.missing_left.add(right.publish_time_ns / 1e9)
             done_bytes += sum(len(message.payload) for message in (left, right) if message is not None)
         return done_bytes
 
     def _compare(self, left: Recorded, right: Recorded, shift_ns: int) -> None:
         found = self.found
-        apart_ns = abs(made_at_ns(left) - made_at_ns(right) - shift_ns)
+        apart_ns = abs(left.publish_time_ns - right.publish_time_ns - shift_ns)
         found.apart_s = max(found.apart_s, apart_ns / 1e9)
         change = SchemaChange()
         if left.kind != right.kind:
@@ -214,7 +214,7 @@ class _Topic:
         found.different += 1
         if len(found.first) < DIFFERENCES_SHOWN:
             worst = max(beyond, key=lambda item: item.size)
-            time_s = made_at_ns(left) / 1e9
+            time_s = left.publish_time_ns / 1e9
             found.first.append(Difference(index, time_s, worst.field, worst.left, worst.right, worst.unit))
 
     def _change(self, left: Kind, right: Kind) -> SchemaChange:
@@ -254,7 +254,7 @@ def compare(left: Path, right: Path, topics: Collection[str] | None = None) -> C
                 waiting_bytes -= topic.compare_decided(shift_ns)
             continue
         if side not in begun_ns:
-            begun_ns[side] = made_at_ns(message)
+            begun_ns[side] = message.publish_time_ns
             if len(begun_ns) == 2 and abs(begun_ns[0] - begun_ns[1]) > _OTHER_CLOCK_NS:
                 shift_ns = begun_ns[0] - begun_ns[1]
         if message.topic not in going:

@@ -72,6 +72,8 @@ class McapFile:
         self._unknown: Counter[int] = Counter()
         self._summary_searched = False
         self._complete = False
+        self._from_zero = False
+        """Whether a publish time of 0 is the beginning of sim time, and not one that was never set."""
         self._unpacked_bytes = 0
         self._record_at = 0
         self._indexed: tuple[Loss, Counter[int]] | None = None
@@ -185,7 +187,9 @@ class McapFile:
             return
         try:
             if opcode == Opcode.HEADER:
-                self._summary.profile = self._parsed(FileHeader, content).profile
+                header = self._parsed(FileHeader, content)
+                self._summary.profile = header.profile
+                self._from_zero = header.library.startswith("touchline")
             elif opcode == Opcode.METADATA:
                 record = self._parsed(Metadata, content)
                 self._summary.metadata[record.name] = dict(record.metadata)
@@ -281,6 +285,8 @@ class McapFile:
         name, kind = known
         if topics is not None and name not in topics:
             return ()
+        if not publish_time_ns and not self._from_zero:
+            publish_time_ns = log_time_ns
         payload = data[start + _MESSAGE_HEAD.size : end]
         self._summary.count(name, log_time_ns, len(payload))
         return (Recorded(name, log_time_ns, publish_time_ns, sequence, payload, kind),)

@@ -39,7 +39,7 @@ class Recorded(NamedTuple):
     Attributes:
         topic: As written: ``/tt2/gnss/fix``.
         log_time_ns: When the recorder took it.
-        publish_time_ns: When it was made: the time of its stamp; 0 if the recorder did not say.
+        publish_time_ns: When it was made: the time of its stamp; when it was recorded, if the recorder did not say.
         sequence: Its publisher's count.
         payload: Its bytes.
         kind: How to read them.

@@ -136,7 +136,7 @@ class SqliteFile:
                         unnamed += 1
                     elif topics is None or name in topics:
                         self._summary.count(name, time_ns, len(data))
-                        yield Recorded(name, time_ns, 0, 0, data, kind)
+                        yield Recorded(name, time_ns, time_ns, 0, data, kind)
             except (sqlite3.Error, UnicodeError) as error:
                 self._summary.complete = False
                 self._summary.lose(Loss(f"{error}, after message {read:,} of {self._path.name}", self._count - read))
