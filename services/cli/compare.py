@@ -24,9 +24,7 @@ def compare(
     right: Annotated[Path, typer.Argument(metavar="SECOND", help="The other recording.", show_default=False)],
     topics: Annotated[
         list[str] | None,
-        typer.Option(
-            "--topic", metavar="TOPIC", help="Only this topic: /tt2/odometry/filtered; can be given again."
-        ),
+        typer.Option("--topic", metavar="TOPIC", help="Only this topic: /tt2/odometry/filtered; can be given again."),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:

@@ -38,12 +38,13 @@ class OutputChoice:
         SpecError: The picture is of a kind that cannot be drawn, or a file could not be written.
     """
 
-    record: Annotated[Path | None, typer.Option(help="Record the session to this MCAP file.", show_default=False)] = (
-        None
-    )
+    record: Annotated[
+        Path | None, typer.Option(metavar="FILE.mcap", help="Record the session to this MCAP file.", show_default=False)
+    ] = None
     report: ReportOption = None
     plot: Annotated[
-        Path | None, typer.Option(help="Draw what was painted to this .svg or .png file.", show_default=False)
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw what was painted to this .svg or .png file.", show_default=False),
     ] = None
     as_json: JsonOption = False
 

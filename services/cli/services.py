@@ -35,9 +35,14 @@ def robot_sim(
     robot: ScenarioChoice,
     body: VehicleChoice,
     origin: OriginOption = None,
-    speed: Annotated[str, typer.Option(help="Times real time, or `max`; can be changed while it runs.")] = "1",
+    speed: Annotated[
+        str, typer.Option(metavar="FACTOR", help="Times real time, or `max`; can be changed while it runs.")
+    ] = "1",
     journal: Annotated[
-        Path | None, typer.Option(help="Where to keep what a restart goes on from; default: the user's state folder.")
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Where to keep what a restart goes on from; default: the user's state folder."
+        ),
     ] = None,
     supervisor: SupervisorOption = None,
 ) -> None:
@@ -51,7 +56,9 @@ def robot_sim(
 
 def bridge(
     ros: Ros2Choice,
-    record: Annotated[Path | None, typer.Option(help="Record to this MCAP file from the start.")] = None,
+    record: Annotated[
+        Path | None, typer.Option(metavar="FILE.mcap", help="Record to this MCAP file from the start.")
+    ] = None,
     recordings: RecordingsOption = None,
     supervisor: SupervisorOption = None,
 ) -> None:

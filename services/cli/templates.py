@@ -5,14 +5,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
 from rich.table import Column, Table
 from typer.core import TyperGroup
 
 from schemas.errors import SpecError
 from schemas.lettering import Corners, write
 from schemas.template import Template
-from services.cli.display import print_event, say
+from services.cli.display import output, print_event, say
 from services.cli.drawing import DrawingChoice, MapOriginOption, OriginOption, PlaceOption, SetOption, laid
 from services.cli.options import JsonOption
 from services.writing import write_text
@@ -84,7 +83,7 @@ def show(
         template = field.template()
         shown = ", ".join(parameter.name for parameter in field.parameters)
         table.add_row(field_name, template.title, str(len(template.segments)), f"{template.length_m:.1f} m", shown)
-    Console().print(table)
+    output().print(table)
 
 
 def text(

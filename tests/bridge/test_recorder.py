@@ -44,7 +44,14 @@ def test_times_are_sim_times(recording: Path) -> None:
 
 def test_a_reader_that_sorts_by_log_time_delivers_in_the_order_of_arrival(tmp_path: Path) -> None:
     recorder = Recorder(tmp_path / "a.mcap")
-    course = [("clock", 0), ("imu/data_raw", 1), ("gnss/fix", -11), ("imu/data_raw", 2), ("clock", 10), ("gnss/fix", -1)]
+    course = [
+        ("clock", 0),
+        ("imu/data_raw", 1),
+        ("gnss/fix", -11),
+        ("imu/data_raw", 2),
+        ("clock", 10),
+        ("gnss/fix", -1),
+    ]
     course += [("imu/data_raw", 10**9), ("clock", 20)]  # a stranger's stamp moves nothing
     course += [("clock", -1000), ("imu/data_raw", -999), ("clock", -990)]  # a robot that was started again
     kinds = {"clock": None, "imu/data_raw": Imu, "gnss/fix": NavSatFix}

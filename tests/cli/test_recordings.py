@@ -46,7 +46,9 @@ def touchline(config: BusConfig, *arguments: str) -> subprocess.Popen[str]:
     ids=["extension", "folder", "long", "dangling"],
 )
 @pytest.mark.parametrize(
-    "command", [["run", "square", "--record"], ["simulate", "square", "--record"], ["bridge", "--record"], ["record"]], ids=" ".join
+    "command",
+    [["run", "square", "--record"], ["simulate", "square", "--record"], ["bridge", "--record"], ["record"]],
+    ids=" ".join,
 )
 def test_what_cannot_be_recorded_is_refused_before_anything_starts(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: list[str], name: str, said: str
