@@ -43,6 +43,9 @@ def _fields_of(group: Any) -> list[inspect.Parameter]:
 
 def in_panel(app: typer.Typer, name: str) -> None:
     """Put every subcommand that is in no panel of the help yet into that one."""
-    for command in (*app.registered_commands, *app.registered_groups):
+    for command in app.registered_commands:
         if not isinstance(command.rich_help_panel, str):
             command.rich_help_panel = name
+    for group in app.registered_groups:
+        if not isinstance(group.rich_help_panel, str):
+            group.rich_help_panel = name
