@@ -87,7 +87,7 @@ def _messages(reader: RecordingReader) -> Iterator[_Heard | str]:
             if recorded.sequence <= numbers.get(topic.name, 0):
                 of_topic[topic.name] = process = max(process, of_topic[topic.name] + 1)
             numbers[topic.name] = recorded.sequence
-            yield _Heard(of_topic[topic.name], recorded.log_time_ns, message)
+            yield _Heard(of_topic[topic.name], recorded.publish_time_ns, message)
 
 
 def _stopped_but(heard: list[_Heard]) -> Iterator[str]:

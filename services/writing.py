@@ -37,15 +37,36 @@ def check_writable(*paths: Path | None) -> None:
     for path in paths:
         if path is None:
             continue
-        if path.is_dir():
-            reason = "is a folder"
-        elif not path.parent.is_dir():
-            reason = "there is no such folder"
-        elif not os.access(path if path.exists() else path.parent, os.W_OK):
-            reason = "no permission, or a read-only disk"
-        else:
-            continue
+        with writing(path):  # a name that is too long, say
+            if path.is_dir():
+                reason = "is a folder"
+            elif not path.parent.is_dir():
+                reason = "there is no such folder"
+            elif not os.access(path if path.exists() else path.parent, os.W_OK):
+                reason = "no permission, or a read-only disk"
+            else:
+                continue
         raise SpecError(str(path), "", f"cannot be written ({reason})", "give a writable path")
+
+
+def check_recordable(path: Path | None) -> None:
+    """Refuse a recording that could not be begun, before anything is started for it.
+
+    A recording of the same name would be renamed, so it is the folder that must be writable.
+
+    Raises:
+        SpecError: Its name does not end in ``.mcap``, or it cannot be made.
+    """
+    if path is None:
+        return
+    if path.suffix != ".mcap":
+        raise SpecError(str(path), "", "is no name of a recording", "give one that ends in .mcap")
+    check_writable(path)
+    if not os.access(path.parent, os.W_OK):
+        problem = "cannot be written (no permission in its folder, or a read-only disk)"
+        raise SpecError(str(path), "", problem, "give a writable path")
+    if os.path.lexists(path) and not path.is_file():
+        raise SpecError(str(path), "", "is there already and is no recording", "choose another name")
 
 
 def write_text(text: str, path: Path) -> None:

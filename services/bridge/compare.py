@@ -1,67 +1,133 @@
-"""Are two recordings the same? Bytes first; where they differ, field by field within the topic's tolerance."""
+"""Are two recordings the same? Message by message, field by field within the topic's tolerance."""
 
 import math
-from collections import deque
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import numpy as np
-
-from schemas.cdr import decode
-from schemas.errors import PayloadError
-from schemas.messages import Message
-from schemas.topics import Topic
+from services.bridge.alignment import Alignment
 from services.bridge.channels import topic_at
+from services.bridge.differences import unequal_fields
 from services.bridge.output import RecordingError
-from services.bridge.reader import Recorded, RecordingReader
+from services.bridge.reader import RecordingReader
+from services.bridge.recorded import Kind, Recorded
+from services.bridge.schema_change import SchemaChange, schema_change
 
 #: Differences kept per topic; the rest is only counted.
 DIFFERENCES_SHOWN = 3
 #: Bytes of messages that wait for their partners at once: more than two sessions of a day are ever apart.
 MOST_WAITING_BYTES = 1024**3
+#: Recordings that begin further apart were made by clocks that have nothing to do with each other.
+_OTHER_CLOCK_NS = 24 * 3600 * 1_000_000_000
 
 
 @dataclass(frozen=True)
 class Difference:
-    """A field of the ``index``-th message of a topic that differs by more than its tolerance."""
+    """A field of a pair of messages that differs by more than its tolerance.
+
+    Attributes:
+        index: Number of the pair in its topic.
+        time_s: When the message was made.
+        field: Path of the field.
+        left, right: Its values.
+        unit: Of the values; empty if they have none.
+    """
 
     index: int
-    log_time_ns: int
+    time_s: float
     field: str
     left: str
     right: str
+    unit: str = ""
 
     def __str__(self) -> str:
         """One line for a person."""
-        return f"message {self.index} at {self.log_time_ns / 1e9:.3f} s: {self.field}: {self.left} against {self.right}"
+        unit = f" {self.unit}" if self.unit else ""
+        return f"message {self.index} at {self.time_s:.3f} s: {self.field}: {self.left} against {self.right}{unit}"
+
+
+@dataclass
+class Missing:
+    """Messages of one recording that have no like in the other, and the time between the first and the last."""
+
+    messages: int = 0
+    first_s: float = 0.0
+    last_s: float = 0.0
+
+    def add(self, time_s: float) -> None:
+        """One more."""
+        self.first_s = min(self.first_s, time_s) if self.messages else time_s
+        self.last_s = max(self.last_s, time_s)
+        self.messages += 1
+
+    def line(self, here: str, there: str) -> str:
+        """For a person: they are in the recording ``here`` and not in the other one, ``there``."""
+        if self.messages == 1:
+            return f"1 message of {here}, made at {self.first_s:.3f} s, is missing from {there}"
+        made = f"made from {self.first_s:.3f} s to {self.last_s:.3f} s"
+        return f"{self.messages:,} messages of {here}, {made}, are missing from {there}"
 
 
 @dataclass
 class TopicComparison:
-    """How the messages of one topic compare, the first with the first and so on.
+    """How the messages of one topic compare, each with the one made at the same time.
 
     Attributes:
         left, right: Messages in each recording.
-        identical: Pairs with the same bytes.
-        within_tolerance: Pairs with other bytes, but equal fields or no number further apart than the tolerance.
+        missing_left, missing_right: Those that only the other recording has.
+        identical: Pairs with the same bytes, read by the same schema.
+        within_tolerance: Pairs that differ, but by no number further than the tolerance.
         different: The other pairs.
-        largest: Largest difference of a number, among all pairs.
+        largest: Largest difference of a number, among all pairs; its field and unit.
         first: The first few differences.
+        apart_s: Furthest that the two messages of a pair were made apart.
+        schema: What is different in how they were recorded.
+        compatible: Whether that is no more than fields which an older version lacks.
     """
 
     left: int = 0
     right: int = 0
+    missing_left: Missing = field(default_factory=Missing)
+    missing_right: Missing = field(default_factory=Missing)
     identical: int = 0
     within_tolerance: int = 0
     different: int = 0
     largest: float = 0.0
+    largest_field: str = ""
+    unit: str = ""
     first: list[Difference] = field(default_factory=list)
+    apart_s: float = 0.0
+    schema: list[str] = field(default_factory=list)
+    compatible: bool = True
 
     @property
     def same(self) -> bool:
         """Whether both have the same messages, within the tolerance."""
-        return self.left == self.right and not self.different
+        missing = self.missing_left.messages + self.missing_right.messages
+        return not missing and not self.different and self.compatible
+
+    @property
+    def pairs(self) -> int:
+        """Messages that have their like."""
+        return self.identical + self.within_tolerance + self.different
+
+    def lines(self, name: str, sides: tuple[str, str]) -> Iterator[str]:
+        """What is not identical in it."""
+        yield from (f"{name}: {note}" for note in self.schema)
+        if self.missing_right.messages:
+            yield f"{name}: {self.missing_right.line(*sides)}"
+        if self.missing_left.messages:
+            yield f"{name}: {self.missing_left.line(*reversed(sides))}"
+        largest = f"{self.largest:.3g}{f' {self.unit}' if self.unit else ''} in {self.largest_field}"
+        if self.within_tolerance:
+            how = f" (largest {largest})" if self.largest_field else ""
+            yield f"{name}: {self.within_tolerance:,} of {self.pairs:,} differ within the tolerance{how}"
+        if self.different:
+            how = f" (largest {largest})" if self.largest_field else ""
+            yield f"{name}: {self.different:,} of {self.pairs:,} differ{how}"
+            yield from (f"  {difference}" for difference in self.first)
+        if self.apart_s and self.identical < self.pairs:
+            yield f"{name}: messages that belong together were made up to {self.apart_s:.3g} s apart"
 
 
 @dataclass
@@ -69,17 +135,21 @@ class Comparison:
     """Two recordings compared.
 
     Attributes:
+        names: Of the two.
         topics: By ROS topic name, sorted.
-        problems: Why a recording could not be read to its end.
+        problems: What could not be read of a recording.
+        notes: What else there is to know.
     """
 
+    names: tuple[str, str]
     topics: dict[str, TopicComparison]
     problems: list[str]
+    notes: list[str] = field(default_factory=list)
 
     @property
     def identical(self) -> bool:
         """Whether every topic has the same messages, byte for byte, and both recordings could be read whole."""
-        return self.same and not any(topic.within_tolerance for topic in self.topics.values())
+        return self.same and not any(t.within_tolerance or t.schema for t in self.topics.values())
 
     @property
     def same(self) -> bool:
@@ -89,23 +159,78 @@ class Comparison:
     def lines(self) -> Iterator[str]:
         """A short account: problems, then counts and first differences of each topic that is not identical."""
         yield from self.problems
+        yield from self.notes
         pairs = sum(topic.identical for topic in self.topics.values())
-        yield f"{pairs} messages of {len(self.topics)} topics are identical"
+        yield f"{pairs:,} messages of {len(self.topics)} topics are identical"
+        if not self.topics:
+            yield "neither recording holds a message"
         for name, topic in self.topics.items():
-            if topic.left != topic.right:
-                yield f"{name}: {topic.left} messages against {topic.right}"
-            if topic.within_tolerance:
-                yield f"{name}: {topic.within_tolerance} differ within the tolerance (largest {topic.largest:.3g})"
-            if topic.different:
-                yield f"{name}: {topic.different} differ (largest {topic.largest:.3g})"
-                yield from (f"  {difference}" for difference in topic.first)
+            yield from topic.lines(name, self.names)
+
+
+class _Topic:
+    """The comparison of a topic while it goes on."""
+
+    def __init__(self, name: str, sides: tuple[str, str]) -> None:
+        self.found = TopicComparison()
+        self.alignment = Alignment()
+        topic = topic_at(name)
+        self._tolerance = topic.tolerance if topic else 0.0
+        self._sides = sides
+        self._changes: dict[tuple[Kind, Kind], SchemaChange] = {}
+
+    def compare_decided(self, shift_ns: int) -> int:
+        """Compare what belongs together as far as that is certain; returns the bytes that wait no longer."""
+        done_bytes = 0
+        for left, right in self.alignment.decided():
+            if left is not None and right is not None:
+                self._compare(left, right, shift_ns)
+            elif left is not None:
+                self.found.missing_right.add(left.publish_time_ns / 1e9)
+            elif right is not None:
+                self.found.missing_left.add(right.publish_time_ns / 1e9)
+            done_bytes += sum(len(message.payload) for message in (left, right) if message is not None)
+        return done_bytes
+
+    def _compare(self, left: Recorded, right: Recorded, shift_ns: int) -> None:
+        found = self.found
+        apart_ns = abs(left.publish_time_ns - right.publish_time_ns - shift_ns)
+        found.apart_s = max(found.apart_s, apart_ns / 1e9)
+        change = SchemaChange()
+        if left.kind != right.kind:
+            change = self._change(left.kind, right.kind)
+        if left.payload == right.payload and not change.notes:
+            found.identical += 1
+            return
+        index = found.pairs
+        unequal = unequal_fields(left, right, change)
+        for item in unequal:
+            if math.isfinite(item.size) and item.size > found.largest:
+                found.largest, found.largest_field, found.unit = item.size, item.field, item.unit
+        beyond = [item for item in unequal if not item.size <= self._tolerance]
+        if not beyond:
+            found.within_tolerance += 1
+            return
+        found.different += 1
+        if len(found.first) < DIFFERENCES_SHOWN:
+            worst = max(beyond, key=lambda item: item.size)
+            time_s = left.publish_time_ns / 1e9
+            found.first.append(Difference(index, time_s, worst.field, worst.left, worst.right, worst.unit))
+
+    def _change(self, left: Kind, right: Kind) -> SchemaChange:
+        known = self._changes.get((left, right))
+        if known is None:
+            known = self._changes[left, right] = schema_change(left, right, self._sides)
+            self.found.schema += [note for note in known.notes if note not in self.found.schema]
+            self.found.compatible &= known.compatible
+        return known
 
 
 def compare(left: Path, right: Path, topics: Collection[str] | None = None) -> Comparison:
     """Compare two recordings message by message.
 
-    The messages of each topic are paired in their order; how topics interleave is not compared, as it depends on the
-    order in which processes were heard. Both files are read once, side by side.
+    Messages of a topic belong together that were made at the same time; how topics interleave is not compared, as it
+    depends on the order in which processes were heard. Both recordings are read once, side by side.
 
     Args:
         left: The one to compare with.
@@ -113,97 +238,57 @@ def compare(left: Path, right: Path, topics: Collection[str] | None = None) -> C
         topics: ROS topic names to compare; all if not given.
 
     Raises:
-        RecordingError: A file cannot be opened or is not MCAP, or neither has a message of a topic asked for.
+        RecordingError: A recording cannot be opened or is none, or neither has a message of a topic asked for.
     """
     readers = (RecordingReader(left), RecordingReader(right))
-    found: dict[str, TopicComparison] = {}
-    waiting: tuple[dict[str, deque[Recorded]], dict[str, deque[Recorded]]] = ({}, {})
-    waiting_bytes = 0
+    names = (str(left), str(right)) if left.name == right.name else (left.name, right.name)
+    going: dict[str, _Topic] = {}
+    begun_ns: dict[int, int] = {}
+    ended: list[int] = []
+    waiting_bytes = shift_ns = 0
     for side, message in _alternating([reader.messages(topics) for reader in readers]):
-        topic = found.setdefault(message.topic, TopicComparison())
-        if side == 0:
-            topic.left += 1
-        else:
-            topic.right += 1
-        partners = waiting[1 - side].get(message.topic)
-        if not partners:
-            waiting[side].setdefault(message.topic, deque()).append(message)
-            waiting_bytes += len(message.payload)
-            if waiting_bytes > MOST_WAITING_BYTES:
-                raise RecordingError(
-                    f"{message.topic}: the recordings are too far apart; at most {MOST_WAITING_BYTES:,} bytes of "
-                    "messages wait for their like"
-                )
+        if message is None:
+            ended.append(side)
+            for topic in going.values():
+                topic.alignment.end(side)
+                waiting_bytes -= topic.compare_decided(shift_ns)
             continue
-        partner = partners.popleft()
-        waiting_bytes -= len(partner.payload)
-        _compare_pair(topic, *((message, partner) if side == 0 else (partner, message)))
-    absent = sorted(set(topics or ()) - found.keys())
+        if side not in begun_ns:
+            begun_ns[side] = message.publish_time_ns
+            if len(begun_ns) == 2 and abs(begun_ns[0] - begun_ns[1]) > _OTHER_CLOCK_NS:
+                shift_ns = begun_ns[0] - begun_ns[1]
+        if message.topic not in going:
+            going[message.topic] = _Topic(message.topic, names)
+            for other in ended:
+                going[message.topic].alignment.end(other)
+        topic = going[message.topic]
+        if side == 0:
+            topic.found.left += 1
+        else:
+            topic.found.right += 1
+        topic.alignment.add(side, message, shift_ns if side else 0)
+        waiting_bytes += len(message.payload) - topic.compare_decided(shift_ns)
+        if waiting_bytes > MOST_WAITING_BYTES:
+            raise RecordingError(
+                f"{message.topic}: the recordings are too far apart; at most {MOST_WAITING_BYTES:,} bytes of "
+                "messages wait for their like"
+            )
+    absent = sorted(set(topics or ()) - going.keys())
     if absent:
         raise RecordingError(f"neither recording has a message of {', '.join(absent)}; `touchline topics` lists all")
     problems = [f"{r.summary.path}: {r.summary.problem}" for r in readers if r.summary.problem]
-    return Comparison(dict(sorted(found.items())), problems)
+    notes = []
+    if shift_ns:
+        notes.append(f"{names[1]} begins {-shift_ns / 1e9:,.3f} s after {names[0]}: times are taken from the beginning")
+    return Comparison(names, {name: topic.found for name, topic in sorted(going.items())}, problems, notes)
 
 
-def _alternating(sources: Sequence[Iterator[Recorded]]) -> Iterator[tuple[int, Recorded]]:
-    """(side, message) from each source in turn, until both have ended."""
+def _alternating(sources: Sequence[Iterator[Recorded]]) -> Iterator[tuple[int, Recorded | None]]:
+    """(side, message) from each source in turn, with None where one ends, until both have ended."""
     going = dict(enumerate(sources))
     while going:
         for side in list(going):
             message = next(going[side], None)
             if message is None:
                 del going[side]
-            else:
-                yield side, message
-
-
-def _compare_pair(found: TopicComparison, left: Recorded, right: Recorded) -> None:
-    if left.payload == right.payload:
-        found.identical += 1
-        return
-    index = found.identical + found.within_tolerance + found.different
-    topic = topic_at(left.topic)
-    unequal = _unequal_fields(topic, left.payload, right.payload)
-    found.largest = max([found.largest, *(size for _, _, _, size in unequal if math.isfinite(size))])
-    tolerance = topic.tolerance if topic else 0.0
-    beyond = [item for item in unequal if not item[3] <= tolerance]
-    if not beyond:
-        found.within_tolerance += 1
-        return
-    found.different += 1
-    if len(found.first) < DIFFERENCES_SHOWN:
-        name, one, other, _ = max(beyond, key=lambda item: item[3])
-        found.first.append(Difference(index, left.log_time_ns, name, one, other))
-
-
-def _unequal_fields(topic: Topic | None, left: bytes, right: bytes) -> list[tuple[str, str, str, float]]:
-    """(field, left, right, size of the difference) of fields that are not equal; infinite for what is not a number."""
-    if topic is None:
-        return [("payload", f"{len(left)} bytes", f"{len(right)} bytes", math.inf)]
-    try:
-        return list(_walk("", decode(topic.type, left), decode(topic.type, right)))
-    except PayloadError as error:
-        return [("payload", str(error), "", math.inf)]
-
-
-def _walk(path: str, left: object, right: object) -> Iterator[tuple[str, str, str, float]]:
-    if isinstance(left, Message) and isinstance(right, Message):
-        for name in type(left).model_fields:
-            yield from _walk(f"{path}.{name}" if path else name, getattr(left, name), getattr(right, name))
-    elif isinstance(left, (tuple, np.ndarray)) and isinstance(right, (tuple, np.ndarray)):
-        if len(left) != len(right):
-            yield f"{path} (length)", str(len(left)), str(len(right)), math.inf
-            return
-        for index, (one, other) in enumerate(zip(left, right, strict=True)):
-            yield from _walk(f"{path}[{index}]", one, other)
-    elif isinstance(left, (float, np.floating)) and isinstance(right, (float, np.floating)):
-        yield from _numbers(path, float(left), float(right))
-    elif left != right:
-        yield path, repr(left), repr(right), math.inf
-
-
-def _numbers(path: str, left: float, right: float) -> Iterator[tuple[str, str, str, float]]:
-    if left == right or (math.isnan(left) and math.isnan(right)):
-        return
-    size = abs(left - right)
-    yield path, repr(left), repr(right), math.inf if math.isnan(size) else size
+            yield side, message

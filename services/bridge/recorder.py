@@ -7,7 +7,7 @@ found where it was asked for. A file that is there already is never overwritten 
 import os
 import stat
 import struct
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from importlib.metadata import version
@@ -26,6 +26,10 @@ CHUNK_BYTES = 64 * 1024
 _STAMP = struct.Struct("<iI")
 _STAMP_OFFSET = 4  # behind the CDR header
 _STAMP_END = _STAMP_OFFSET + _STAMP.size
+#: A clock that steps back further began anew.
+ANEW_NS = 2_000_000_000
+#: A stamp further ahead of the clock is none of the robot's.
+_AHEAD_NS = 1_000_000_000
 
 
 class Existing(Enum):
@@ -80,14 +84,17 @@ def is_stamped(topic: Topic) -> bool:
 class Recorder:
     """Records messages into one MCAP file.
 
-    ``log_time`` and ``publish_time`` are the sim time of the message's stamp, so that the same run gives the same
-    recording at any pace; what has no stamp takes the last clock (the first that comes, if none has come yet).
+    ``publish_time`` is the sim time of the message's stamp. ``log_time`` is when it arrived, in sim time: the latest of
+    the clock and of the stamps before and in it, so that the same run gives the same recording at any pace; it never
+    steps back, and goes on where it was when the robot's clock begins anew. What has no stamp takes the latest sim time
+    for both (the first that comes, if none has come yet).
 
     Args:
         path: File to write; its folder must exist and its name end in ``.mcap``.
         namespace: Robot namespace under which the topics are recorded.
         topics: Rows of the topic table to record.
         existing: What to do when the file is there already.
+        continues: The files of the same recording before this one.
 
     Raises:
         RecordingError: The file cannot be created.
@@ -99,6 +106,7 @@ class Recorder:
         namespace: str = DEFAULT_NAMESPACE,
         topics: Iterable[Topic] = RECORDED,
         existing: Existing = Existing.RENAME,
+        continues: Sequence[Path] = (),
     ) -> None:
         _make_room(path, existing)
         self.path = path
@@ -106,6 +114,9 @@ class Recorder:
         self._problem = ""
         self._report: RecordingReport | None = None
         self._now_ns = 0
+        self._latest_ns = 0
+        self._past_ns = 0
+        """Log time over sim time: what passed before the clock began anew."""
         self._now_known = False
         self._clock_seen = False
         self._waiting: list[tuple[_Channel, bytes, int]] = []
@@ -115,6 +126,9 @@ class Recorder:
         try:
             self._writer.start("ros2", f"touchline {version('touchline')}")
             self._register(namespace, topics)
+            if continues:
+                part = {"part": str(len(continues) + 1), "before": ", ".join(each.name for each in continues)}
+                self._writer.add_metadata("touchline_part", part)
         except RecordingError:
             self._file.close()
             path.unlink(missing_ok=True)
@@ -184,11 +198,12 @@ class Recorder:
                 self._now_ns = time_ns
             elif not self._clock_seen:
                 self._now_ns = time_ns
+            self._advance(time_ns, topic == CLOCK.name)
             if not self._now_known:
                 self._now_known = True
                 self._write_waiting()
         elif self._now_known:
-            time_ns = self._now_ns
+            time_ns = self._latest_ns
         else:
             self._waiting.append((channel, payload, sequence))
             return
@@ -197,11 +212,21 @@ class Recorder:
         channel.last_ns = time_ns
         self._put(channel.channel_id, time_ns, payload, sequence)
 
+    def _advance(self, stamp_ns: int, is_clock: bool) -> None:
+        """Go on to the time of a stamp, if it is a later one."""
+        ahead_ns = stamp_ns - self._latest_ns
+        if is_clock and ahead_ns < -ANEW_NS:
+            self._past_ns -= ahead_ns
+            self._latest_ns = stamp_ns
+        elif ahead_ns > 0 and (is_clock or not self._clock_seen or ahead_ns <= _AHEAD_NS):
+            self._latest_ns = stamp_ns
+
     def _put(self, channel_id: int, time_ns: int, payload: bytes, sequence: int) -> None:
         if self._problem:
             raise RecordingError(self._problem)
         try:
-            self._writer.add_message(channel_id, time_ns, payload, time_ns, sequence & 0xFFFFFFFF)
+            log_time_ns = self._latest_ns + self._past_ns
+            self._writer.add_message(channel_id, log_time_ns, payload, time_ns, sequence & 0xFFFFFFFF)
         except RecordingError as error:
             self._fail(error)
             raise
@@ -209,7 +234,7 @@ class Recorder:
     def _write_waiting(self) -> None:
         waiting, self._waiting = self._waiting, []
         for channel, payload, sequence in waiting:
-            self._put(channel.channel_id, self._now_ns, payload, sequence)
+            self._put(channel.channel_id, self._latest_ns, payload, sequence)
 
     def flush(self) -> None:
         """End the chunk in progress, so that all taken until now survives the process.

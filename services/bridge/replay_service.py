@@ -25,13 +25,15 @@ class ReplayReport:
         sent: Messages put on the bus.
         skipped: Messages of topics that are not in the topic table.
         sim_time_s: Sim time replayed.
-        problem: Why the recording ended early; empty if it is whole.
+        problem: What could not be read of the recording; empty if it is whole.
+        reasons: Why messages of topics in the table were skipped all the same.
     """
 
     sent: int
     skipped: int
     sim_time_s: float
     problem: str
+    reasons: tuple[str, ...] = ()
 
 
 def run_replay(
@@ -107,4 +109,5 @@ def _replay_once(
             progress(1.0, at_s)
     problem = timeline.reader.summary.problem
     timeline.reader.close()
-    return ReplayReport(before.sent + sent, before.skipped + timeline.skipped, before.sim_time_s + at_s, problem)
+    skipped, sim_time_s = before.skipped + timeline.skipped, before.sim_time_s + at_s
+    return ReplayReport(before.sent + sent, skipped, sim_time_s, problem, tuple(timeline.reasons))

@@ -1,13 +1,15 @@
 """What a recording says, and when: the plan of a replay. Sending and sleeping are the service's business."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from schemas.topics import Topic
 from schemas.wellformed import Wellformed
-from services.bridge.channels import topic_at
+from services.bridge.channels import schema_text, topic_at
 from services.bridge.reader import RecordingReader
+from services.bridge.recorded import Kind
+from services.bridge.schema_change import schema_change
 
 #: A log time further back than this is not a late measurement: the recorded clock began anew (a restarted robot).
 RESTART_NS = 2_000_000_000
@@ -36,6 +38,7 @@ class Timeline:
     Attributes:
         reader: Tells how far it has been read and, at the end, what the recording held.
         skipped: Messages passed over because their topic is not in the topic table, or they are none of its type.
+        reasons: Why those of a topic in the table are none of its type, as far as it is for their schema.
 
     Raises:
         RecordingError: The file cannot be opened.
@@ -44,7 +47,8 @@ class Timeline:
     def __init__(self, path: Path) -> None:
         self.reader = RecordingReader(path)
         self.skipped = 0
-        self._topics: dict[str, tuple[Topic, Wellformed] | None] = {}
+        self.reasons: list[str] = []
+        self._topics: dict[tuple[str, Kind], tuple[Topic, Wellformed] | None] = {}
 
     def cues(self) -> Iterator[Cue]:
         """The cues, once.
@@ -54,7 +58,7 @@ class Timeline:
         """
         elapsed_ns, latest_ns = 0, None
         for message in self.reader.messages():
-            known = self._topic(message.topic)
+            known = self._topic(message.topic, message.kind)
             if known is None or known[1].problem(message.payload):
                 self.skipped += 1
                 continue
@@ -65,8 +69,18 @@ class Timeline:
                 latest_ns = message.log_time_ns
             yield Cue(elapsed_ns / 1e9, known[0], message.payload)
 
-    def _topic(self, path: str) -> tuple[Topic, Wellformed] | None:
-        if path not in self._topics:
+    def _topic(self, path: str, kind: Kind) -> tuple[Topic, Wellformed] | None:
+        if (path, kind) not in self._topics:
             topic = topic_at(path)
-            self._topics[path] = (topic, Wellformed(topic.type)) if topic else None
-        return self._topics[path]
+            sendable = topic is not None and self._sendable(path, kind, topic)
+            self._topics[path, kind] = (topic, Wellformed(topic.type)) if topic and sendable else None
+        return self._topics[path, kind]
+
+    def _sendable(self, path: str, kind: Kind, topic: Topic) -> bool:
+        """Whether what was recorded so is what the bus has now; why not is noted."""
+        now = Kind("cdr", topic.type.ros_type, "ros2msg", schema_text(topic).decode())
+        change = schema_change(
+            replace(kind, schema=kind.schema or now.schema), now, ("the recording", "the topic table")
+        )
+        self.reasons += [f"{path}: {note}" for note in change.notes]
+        return not change.notes

@@ -4,13 +4,19 @@ Each topic waits in a channel of its own, and the channels are emptied one after
 and what is emptied last may be younger than messages that came meanwhile to a channel emptied before. But messages of
 one process arrive in the order in which it sent them. So once a further batch has been taken, everything sent before
 any message of the batch before has been seen: a batch is held for one round and then released in order.
+
+The order across topics is that of the senders' wall clocks, which may be set while they send. What one publisher sent
+later never comes before what it sent earlier, and after a clock was set back all go on from where they were.
 """
 
 from collections.abc import Sequence
-from operator import attrgetter
-from typing import Protocol
+from operator import itemgetter
+from typing import NamedTuple, Protocol
 
 from schemas.topics import Topic
+
+#: Publishers remembered; beyond them the one that has been silent for longest is forgotten.
+_MOST_PUBLISHERS = 4096
 
 
 class Arrived(Protocol):
@@ -30,14 +36,26 @@ class Arrived(Protocol):
 
     @property
     def source_time_ns(self) -> int:
-        """When it was sent."""
+        """When it was sent, by its sender's wall clock; 0 if unknown."""
+
+    @property
+    def publisher(self) -> bytes:
+        """The publisher's id; empty if unknown."""
 
     @property
     def missed(self) -> int:
         """Messages of its publisher that are missing just before it."""
 
 
-_SENT = attrgetter("source_time_ns")
+class _Heard(NamedTuple):
+    """The last message of a publisher: its wall time, how often clocks had been set back, and its place in time."""
+
+    source_ns: int
+    settings: int
+    place_ns: int
+
+
+_PLACE = itemgetter(0)
 
 
 class Sequencer:
@@ -45,26 +63,74 @@ class Sequencer:
 
     def __init__(self) -> None:
         """Nothing is held."""
-        self._held: list[Arrived] = []
+        self._held: list[tuple[int, Arrived]] = []
+        self._heard: dict[tuple[str, bytes], _Heard] = {}
+        self._corrections_ns = [0]
+        """What to add to wall times, after each time that a clock was set back."""
+        self._latest_ns = 0
 
     def take(self, batch: Sequence[Arrived]) -> list[Arrived]:
-        """Add a batch, which may be empty.
+        """Add a batch, which may be empty; the messages of each publisher are in its order.
 
         Returns:
             Every message sent no later than the youngest of the batch before, in the order of sending.
         """
+        self._learn_of_a_setting(batch)
+        placed = [(self._place_ns(message), message) for message in batch]
         if not self._held:
-            self._held = sorted(batch, key=_SENT)
+            self._held = sorted(placed, key=_PLACE)
             return []
-        youngest_ns = self._held[-1].source_time_ns
-        arrived = sorted([*self._held, *batch], key=_SENT)
+        youngest_ns = self._held[-1][0]
+        arrived = sorted([*self._held, *placed], key=_PLACE)
         certain = len(arrived)
-        while arrived[certain - 1].source_time_ns > youngest_ns:
+        while arrived[certain - 1][0] > youngest_ns:
             certain -= 1
         self._held = arrived[certain:]
-        return arrived[:certain]
+        return [message for _, message in arrived[:certain]]
 
     def rest(self) -> list[Arrived]:
         """What is still held, when nothing more is to come."""
         rest, self._held = self._held, []
-        return rest
+        return [message for _, message in rest]
+
+    def _learn_of_a_setting(self, batch: Sequence[Arrived]) -> None:
+        """Find out whether clocks were set back in a batch, and how far: the busiest publisher tells best."""
+        settings = len(self._corrections_ns) - 1
+        last = {key: heard.source_ns for key, heard in self._heard.items() if heard.settings == settings}
+        found: list[int] = []
+        for message in batch:
+            key, source_ns = (message.topic.name, message.publisher), message.source_time_ns
+            if source_ns and source_ns < last.get(key, 0):
+                found.append(last[key] - source_ns)
+            last[key] = source_ns or last.get(key, 0)
+        if found:
+            self._corrections_ns.append(self._corrections_ns[-1] + max(found))
+
+    def _before_the_setting(self, source_ns: int) -> bool:
+        """Whether what is heard first of a publisher was sent before clocks were set back last, by what is nearer."""
+        if len(self._corrections_ns) == 1:
+            return False
+        older_ns, newer_ns = (source_ns + correction_ns for correction_ns in self._corrections_ns[-2:])
+        return self._latest_ns == 0 or abs(older_ns - self._latest_ns) < abs(newer_ns - self._latest_ns)
+
+    def _place_ns(self, message: Arrived) -> int:
+        """When a message was sent, by clocks that are never set back."""
+        source_ns = message.source_time_ns
+        if not source_ns:
+            return self._latest_ns
+        key = message.topic.name, message.publisher
+        before = self._heard.pop(key, None)  # taken out and put back: the dict's order is that of hearing
+        settings = len(self._corrections_ns) - 1
+        if before is None:
+            if self._before_the_setting(source_ns):
+                settings -= 1
+            place_ns = source_ns + self._corrections_ns[settings]
+        else:
+            if source_ns >= before.source_ns:
+                settings = before.settings
+            place_ns = max(source_ns + self._corrections_ns[settings], before.place_ns)
+            if len(self._heard) >= _MOST_PUBLISHERS:
+                del self._heard[next(iter(self._heard))]
+        self._heard[key] = _Heard(source_ns, settings, place_ns)
+        self._latest_ns = max(self._latest_ns, place_ns)
+        return place_ns

@@ -1,7 +1,7 @@
 """The bridge as a process: records on request, and shows the robot to ROS 2."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -17,6 +17,7 @@ from schemas.messages import (
 )
 from services.bridge.folder import RecordingFolder
 from services.bridge.gateway import Gateway, GatewayConfig
+from services.bridge.going import GoingRecording, next_part
 from services.bridge.handshake import shake_hands
 from services.bridge.output import RecordingError
 from services.bridge.recorder import Existing, Recorder, RecordingReport
@@ -40,6 +41,7 @@ class BridgeService:
         recordings: The folder of what is recorded on request.
         gateway: To ROS 2, if there is to be one.
         beat: Called in waits that are longer than a turn of the loop, to show that it is at work.
+        going: Where to note what is being recorded, for a bridge after this one.
     """
 
     def __init__(
@@ -49,8 +51,11 @@ class BridgeService:
         recordings: RecordingFolder,
         gateway: Gateway | None = None,
         beat: Callable[[], None] = lambda: None,
+        going: GoingRecording | None = None,
     ) -> None:
         self._bus = bus
+        self._going = going
+        self._parts: list[Path] = []
         self._folder = recordings
         self._beat = beat
         self._gateway = gateway
@@ -71,8 +76,30 @@ class BridgeService:
                 time.sleep(_IDLE_S)
         return self._finish()
 
-    def start(self, path: Path) -> None:
+    def go_on(self) -> None:
+        """Go on, in a next file, with the recording that a bridge before this one was killed in; tell if that fails."""
+        parts = self._going.left_behind() if self._going is not None else []
+        if not parts:
+            return
+        path = next_part(parts)
+        try:
+            self.start(path, parts)
+        except RecordingError as error:
+            text = f"the bridge was ended while it recorded {parts[-1].name}, and cannot go on: {error}"
+            self._publish(Event.ERROR, "recording-failed", text, 0)
+            return
+        text = (
+            f"the bridge was ended while it recorded {parts[-1].name}; it goes on in {path.name}, "
+            "what was sent in between is missing"
+        )
+        self._tell(Event.WARN, "recording-goes-on", text)
+
+    def start(self, path: Path, continues: Sequence[Path] = ()) -> None:
         """Begin to record; on return every publisher on the bus knows of it.
+
+        Args:
+            path: The file.
+            continues: The files of the same recording before this one.
 
         Raises:
             RecordingError: It goes on already, or the file cannot be created or written.
@@ -80,7 +107,10 @@ class BridgeService:
         if self._session is not None:
             raise RecordingError(f"{self._session.recorder.path} is being recorded; stop that first")
         self._failed, self._gaps_told = None, 0
-        recorder = Recorder(path, self._bus.config.namespace, topics.RECORDED, self._existing)
+        recorder = Recorder(path, self._bus.config.namespace, topics.RECORDED, self._existing, continues)
+        self._parts = [*continues, path]
+        if self._going is not None:
+            self._going.note(self._parts)
         self._session = RecordingSession(recorder, self._bus.inbox(topics.RECORDED))
         self._handshake()
         if self._failed is not None:
@@ -116,7 +146,10 @@ class BridgeService:
     def _tell(self, severity: int, code: str, text: str) -> None:
         """Publish an event, at the sim time of the recording."""
         assert self._session is not None
-        header = Header(stamp=Time.of_ns(self._session.recorder.now_ns))
+        self._publish(severity, code, text, self._session.recorder.now_ns)
+
+    def _publish(self, severity: int, code: str, text: str, time_ns: int) -> None:
+        header = Header(stamp=Time.of_ns(time_ns))
         self._events.send(Event(header=header, severity=severity, source=topics.BRIDGE, code=code, text=text))
 
     def _fail(self, error: RecordingError) -> None:
@@ -124,7 +157,12 @@ class BridgeService:
         assert self._session is not None
         self._failed = self._session.finish()
         self._tell(Event.ERROR, "recording-failed", self._failed.problem or str(error))
+        self._ended()
+
+    def _ended(self) -> None:
         self._session = None
+        if self._going is not None:
+            self._going.forget()
 
     def _report_health(self) -> None:
         figures = self._gateway.figures() if self._gateway is not None else {}
@@ -161,7 +199,7 @@ class BridgeService:
             return RecordStopResponse(success=False, message="nothing is being recorded")
         return RecordStopResponse(
             success=not report.problem,
-            message=report.problem or _in_words(report),
+            message=report.problem or _in_words(report, self._parts),
             path=str(report.path),
             messages=report.messages,
             bytes=report.bytes,
@@ -175,7 +213,7 @@ class BridgeService:
         if self._session is None:  # there was none, or writing its last part failed
             return self._failed
         report = self._session.finish()
-        self._session = None
+        self._ended()
         return report
 
     def _handshake(self) -> None:
@@ -190,8 +228,10 @@ class BridgeService:
         self._report_health()
 
 
-def _in_words(report: RecordingReport) -> str:
+def _in_words(report: RecordingReport, parts: Sequence[Path]) -> str:
     text = f"recorded {report.messages} messages"
+    if len(parts) > 1:
+        text += f" in {parts[-1].name}, after {', '.join(part.name for part in parts[:-1])}, where the bridge was ended"
     if report.lost:
         text += f"; {report.lost} were lost on the way"
     if report.rejected:
@@ -234,7 +274,10 @@ def run_service(
     ):
         bus.claim()
         gateway = Gateway(bus, stack.enter_context(Ros2Session.open(ros2.endpoint)), ros2) if ros2 else None
-        service = BridgeService(bus, existing, folder, gateway, stop.beat)
+        going = GoingRecording(bus.config, folder.path, supervisor)
+        service = BridgeService(bus, existing, folder, gateway, stop.beat, going)
         if record is not None:
             service.start(record)
+        else:
+            service.go_on()
         return service.run(stop)

@@ -126,9 +126,7 @@ def _until_closed(
 
 def _claiming(node: str) -> GetDiagnosticsResponse:
     status = DiagnosticStatus(level=DiagnosticStatus.WARN, name=node, message=_CLAIMING)
-    return GetDiagnosticsResponse(
-        diagnostics=DiagnosticArray(header=Header(stamp=Time.of_ns(time.time_ns())), status=(status,))
-    )
+    return GetDiagnosticsResponse(diagnostics=DiagnosticArray(status=(status,)))
 
 
 def _warn(bus: "Bus", namesakes: set[str]) -> None:

@@ -3,9 +3,10 @@
 import os
 import time
 from collections.abc import Callable, Mapping
+from datetime import UTC, datetime
 
 from schemas import topics
-from schemas.messages import DiagnosticArray, DiagnosticStatus, GetDiagnosticsResponse, Header, KeyValue, Time
+from schemas.messages import Clock, DiagnosticArray, DiagnosticStatus, GetDiagnosticsResponse, Header, KeyValue, Time
 from services.bus.bus import Bus
 
 _PERIOD_S = 1.0 / topics.DIAGNOSTICS.rate_hz
@@ -15,13 +16,18 @@ STARTING = "starting: "
 
 
 class HealthReporter:
-    """Publishes a process's diagnostics (wall clock) and answers requests for them."""
+    """Publishes a process's diagnostics and answers requests for them.
+
+    Their stamp is the bus's time, the last clock that was heard (0 before the first); wall time is one of the values.
+    """
 
     def __init__(self, bus: Bus) -> None:
         """Begin to serve ``<node>/diagnostics``."""
         self._bus = bus
         self._publisher = bus.publisher(topics.DIAGNOSTICS)
         self._server = bus.serve(topics.diagnostics_service(bus.node))
+        self._clock = bus.inbox([topics.CLOCK], keep="latest")
+        self._now = Time()
         self._due = 0.0
 
     def poll(
@@ -52,9 +58,13 @@ class HealthReporter:
         self._publisher.send(self._report({}, DiagnosticStatus.WARN, f"{STARTING}{doing}"))
 
     def _report(self, values: Mapping[str, object], level: int, message: str) -> DiagnosticArray:
+        for _, heard in self._clock.messages():
+            if isinstance(heard, Clock):
+                self._now = heard.clock
         counters = self._bus.counters
         everything: dict[str, object] = {
             "pid": os.getpid(),
+            "wall_time": datetime.now(UTC).isoformat(timespec="milliseconds"),
             "published": counters.published,
             "received": counters.received,
             "lost": counters.lost,
@@ -68,4 +78,4 @@ class HealthReporter:
             message=message,
             values=tuple(KeyValue(key=key, value=str(value)) for key, value in everything.items()),
         )
-        return DiagnosticArray(header=Header(stamp=Time.of_ns(time.time_ns())), status=(status,))
+        return DiagnosticArray(header=Header(stamp=self._now), status=(status,))

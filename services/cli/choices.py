@@ -20,36 +20,56 @@ Order = Literal["optimised", "given"]
 class PlanChoice:
     """How to plan."""
 
-    order: Annotated[Order, typer.Option("--order", help="Paint in an order that takes least time, or as given.")] = (
-        "optimised"
-    )
+    order: Annotated[
+        Order,
+        typer.Option(
+            "--order", metavar="ORDER", help="Paint in an order that takes least time (optimised), or as given (given)."
+        ),
+    ] = "optimised"
     method: Annotated[
         Method,
         typer.Option(
-            help="How painted lines are joined: by time, curvature-continuous; CC words; plain Dubins with padding."
+            metavar="METHOD",
+            help="How painted lines are joined: g2 by time, curvature-continuous; ccd by CC words; dubins-padded by "
+            "plain Dubins with padding.",
         ),
     ] = "g2"
     kappa_max: Annotated[
         float,
         typer.Option(
-            "--kappa-max", help="Largest curvature of a turn, 1/m; 0: what the wheels allow.", show_default=False
+            "--kappa-max",
+            metavar="1/M",
+            help="Largest curvature of a turn, 1/m; 0: what the wheels allow.",
+            show_default=False,
         ),
     ] = 0.0
     sigma_max: Annotated[
         float,
         typer.Option(
-            "--sigma-max", help="Largest sharpness dκ/ds, 1/m²; 0: what the wheels allow.", show_default=False
+            "--sigma-max",
+            metavar="1/M²",
+            help="Largest sharpness dκ/ds, 1/m²; 0: what the wheels allow.",
+            show_default=False,
         ),
     ] = 0.0
     paint_speed: Annotated[
-        float, typer.Option("--paint-speed", help="Speed while painting, m/s; 0: the vehicle's.", show_default=False)
+        float,
+        typer.Option(
+            "--paint-speed", metavar="M/S", help="Speed while painting, m/s; 0: the vehicle's.", show_default=False
+        ),
     ] = 0.0
     transit_speed: Annotated[
-        float, typer.Option("--transit-speed", help="Speed in between, m/s; 0: the vehicle's.", show_default=False)
+        float,
+        typer.Option(
+            "--transit-speed", metavar="M/S", help="Speed in between, m/s; 0: the vehicle's.", show_default=False
+        ),
     ] = 0.0
     forward_only: Annotated[bool, typer.Option("--forward-only", help="Neither reverse nor turn on the spot.")] = False
     drying_time: Annotated[
-        float, typer.Option("--drying-time", help="Paint stays wet so long, s; 0: the vehicle's.", show_default=False)
+        float,
+        typer.Option(
+            "--drying-time", metavar="S", help="Paint stays wet so long, s; 0: the vehicle's.", show_default=False
+        ),
     ] = 0.0
     hard_drying: Annotated[
         bool, typer.Option("--hard-drying", help="Rather give no plan than drive over paint that is wet.")
@@ -100,15 +120,30 @@ class ScenarioChoice:
     scenario: Annotated[
         Path | None,
         typer.Option(
-            "--scenario", help="Scenario JSON file; the options below take precedence over it.", show_default=False
+            "--scenario",
+            metavar="FILE",
+            help="Scenario JSON file; the options below take precedence over it.",
+            show_default=False,
         ),
     ] = None
     seed: Annotated[
         int | None,
-        typer.Option(help="Seed of every noise: the same seed gives the same session; default 1.", min=0, max=MAX_SEED),
+        typer.Option(
+            metavar="N",
+            help="Seed of every noise: the same seed gives the same session; default 1.",
+            min=0,
+            max=MAX_SEED,
+        ),
     ] = None
-    follower: Annotated[Follower | None, typer.Option(help="What steers the robot along the path; default mpc.")] = None
-    noise: Annotated[Noise | None, typer.Option(help="Sensor and actuator noise; default: on.")] = None
+    follower: Annotated[
+        Follower | None,
+        typer.Option(
+            metavar="NAME", help="What steers the robot along the path: mpc (default), pure-pursuit or external."
+        ),
+    ] = None
+    noise: Annotated[
+        Noise | None, typer.Option(metavar="NOISE", help="Sensor and actuator noise: default or none.")
+    ] = None
 
     def chosen(self) -> Scenario:
         """The scenario in the file, or the default one, changed as the other options say.
@@ -128,7 +163,10 @@ class VehicleChoice:
     vehicle: Annotated[
         Path | None,
         typer.Option(
-            "--vehicle", help="Vehicle JSON file: a robot of your own; default: the shipped one.", show_default=False
+            "--vehicle",
+            metavar="FILE",
+            help="Vehicle JSON file: a robot of your own; default: the shipped one.",
+            show_default=False,
         ),
     ] = None
 

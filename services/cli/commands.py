@@ -24,6 +24,7 @@ from services.cli import (
     templates,
     vehicle,
 )
+from services.cli.groups import in_panel
 from services.cli.options import ExitCode
 
 app = typer.Typer(
@@ -31,24 +32,22 @@ app = typer.Typer(
     help="Plan, drive and paint sports-field line markings with an emulated line-marking robot.",
     no_args_is_help=True,
     invoke_without_command=True,
-    add_completion=False,
+    add_completion=True,
     pretty_exceptions_enable=False,
-    rich_markup_mode=None,
+    rich_markup_mode="rich",
+    context_settings={"help_option_names": ["-h", "--help"]},
 )
-demo.register(app)
-plan.register(app)
-run.register(app)
-simulate.register(app)
-sweep.register(app)
-templates.register(app)
-study.register(app)
-vehicle.register(app)
-system.register(app)
-services.register(app)
-orders.register(app)
-recordings.register(app)
-compare.register(app)
-picture.register(app)
+#: The order of the help: what belongs together, and what is done first before what is done with it.
+for name, modules in {
+    "Jobs": (demo, plan, run, simulate, sweep, study),
+    "Drawings and robots": (templates, vehicle),
+    "The running system": (system, orders),
+    "Recordings": (recordings, compare, picture),
+    "Processes, each alone": (services,),
+}.items():
+    for module in modules:
+        module.register(app)
+        in_panel(app, name)
 
 
 @app.callback()

@@ -18,11 +18,13 @@ def register(app: typer.Typer) -> None:
 
 
 def compare(
-    left: Annotated[Path, typer.Argument(help="MCAP file to compare with.", show_default=False)],
-    right: Annotated[Path, typer.Argument(help="The other MCAP file.", show_default=False)],
+    left: Annotated[
+        Path, typer.Argument(metavar="FIRST", help="Recording to compare with (docs/recording.md).", show_default=False)
+    ],
+    right: Annotated[Path, typer.Argument(metavar="SECOND", help="The other recording.", show_default=False)],
     topics: Annotated[
         list[str] | None,
-        typer.Option("--topic", help="Only this topic, as in /tt2/odometry/filtered; can be given again."),
+        typer.Option("--topic", metavar="TOPIC", help="Only this topic: /tt2/odometry/filtered; can be given again."),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -32,7 +34,13 @@ def compare(
     comparison = compared(left, right, topics or None)
     if as_json:
         found = {name: asdict(topic) for name, topic in comparison.topics.items()}
-        verdict = {"same": comparison.same, "identical": comparison.identical, "problems": comparison.problems}
+        verdict = {
+            "same": comparison.same,
+            "identical": comparison.identical,
+            "names": comparison.names,
+            "problems": comparison.problems,
+            "notes": comparison.notes,
+        }
         typer.echo(json.dumps(verdict | {"topics": found}, indent=2))
     else:
         for line in comparison.lines():

@@ -18,6 +18,7 @@ from services.cli.options import ExitCode
 from services.cli.run import run_job
 from services.local import local_system, watched
 from services.reports import estimator_figures, paint_figures
+from services.writing import check_recordable
 
 _TEMPLATE = "soccer-11"
 _CONSOLE_SPEED = 20.0
@@ -35,6 +36,7 @@ def demo(
 ) -> None:
     """Paint a whole soccer pitch: in the console at 20x in a terminal, else as fast as it goes."""
     vehicle = body.chosen()
+    check_recordable(_RECORDING)
     if sys.stdin.isatty() and sys.stdout.isatty() and not headless:
         _in_console(vehicle)
         return

@@ -1,5 +1,6 @@
 """What the subcommands show: progress bars, figures as tables, and events."""
 
+import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
@@ -16,6 +17,9 @@ from schemas.vehicle import Vehicle
 
 #: Progress and events go to standard error, so that standard output holds nothing but the result.
 stderr = Console(stderr=True, highlight=False)
+
+#: Columns where nobody's terminal says how many there are: a table that is piped is never wrapped.
+_PIPED_COLUMNS = 1000
 
 Advance = Callable[[float, str], None]
 
@@ -41,9 +45,14 @@ def progress_bar(title: str) -> Iterator[Advance]:
         yield lambda fraction, detail: progress.update(task, completed=fraction, detail=plain(detail, _LONGEST_DETAIL))
 
 
+def output() -> Console:
+    """Standard output, for tables: as wide as the terminal, or as what is printed where there is none."""
+    return Console(highlight=False, width=None if sys.stdout.isatty() else _PIPED_COLUMNS)
+
+
 def say(text: str) -> None:
     """A line or several on standard error, whoever wrote it: nothing in it commands the terminal."""
-    stderr.print(plain_lines(text), markup=False)
+    stderr.print(plain_lines(text), markup=False, soft_wrap=True)
 
 
 def print_event(severity: int, text: str) -> None:
@@ -63,7 +72,7 @@ def print_figures(title: str, figures: Mapping[str, Any]) -> None:
     table = Table(title=escape(plain(title)), title_justify="left", show_header=False, box=None, padding=(0, 2))
     for name, value in _flatten(figures):
         table.add_row(escape(plain(name)), escape(plain(_shown(value))))
-    Console().print(table)
+    output().print(table)
 
 
 def _flatten(figures: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:

@@ -39,7 +39,7 @@ OriginOption = Annotated[
     str | None,
     typer.Option(
         "--origin",
-        help="Where on the earth the map frame's (0, 0) lies: latitude,longitude[,altitude] (degrees, m).",
+        help="Where on the earth the map frame's (0, 0) lies: latitude, longitude[, altitude] (degrees, m).",
         show_default=False,
     ),
 ]

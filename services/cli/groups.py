@@ -6,6 +6,8 @@ from dataclasses import fields, is_dataclass
 from functools import wraps
 from typing import Any, get_type_hints
 
+import typer
+
 
 def with_groups(command: Callable[..., None]) -> Callable[..., None]:
     """``command`` as Typer wants it: every parameter that is a dataclass is replaced by the dataclass's fields.
@@ -37,3 +39,13 @@ def _fields_of(group: Any) -> list[inspect.Parameter]:
     hints = get_type_hints(group, include_extras=True)
     shown = inspect.signature(group).parameters
     return [parameter.replace(annotation=hints[name]) for name, parameter in shown.items()]
+
+
+def in_panel(app: typer.Typer, name: str) -> None:
+    """Put every subcommand that is in no panel of the help yet into that one."""
+    for command in app.registered_commands:
+        if not isinstance(command.rich_help_panel, str):
+            command.rich_help_panel = name
+    for group in app.registered_groups:
+        if not isinstance(group.rich_help_panel, str):
+            group.rich_help_panel = name

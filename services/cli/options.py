@@ -21,16 +21,19 @@ class ExitCode(IntEnum):
 
 
 SpeedOption = Annotated[
-    str, typer.Option("--speed", help="Times real time (1, 20, 0.5 …), or `max` for as fast as it goes.")
+    str,
+    typer.Option("--speed", metavar="FACTOR", help="Times real time (1, 20, 0.5 …), or `max` for as fast as it goes."),
 ]
 ReportOption = Annotated[
-    Path | None, typer.Option("--report", help="Write the figures to this JSON file.", show_default=False)
+    Path | None,
+    typer.Option("--report", metavar="FILE", help="Write the figures to this JSON file.", show_default=False),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")]
 RecordingsOption = Annotated[
     Path | None,
     typer.Option(
         "--recordings",
+        metavar="FOLDER",
         help="The folder that recordings go to, and none elsewhere; by default where this is started.",
         exists=True,
         file_okay=False,

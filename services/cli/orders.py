@@ -8,7 +8,6 @@ from typing import Annotated, Literal
 
 import typer
 from rich import box
-from rich.console import Console
 from rich.table import Column, Table
 
 from schemas import topics
@@ -18,6 +17,7 @@ from schemas.messages import CommandRequest, InjectFaultRequest
 from schemas.plain_text import plain
 from schemas.spec import read_text
 from services.bus import Bus
+from services.cli.display import output
 from services.cli.options import ExitCode, JsonOption
 
 OrderName = Literal["start", "pause", "resume", "abort", "estop", "reset", "refill", "replace-battery"]
@@ -40,12 +40,18 @@ def register(app: typer.Typer) -> None:
     app.command("topics")(list_topics)
 
 
-def order(what: Annotated[OrderName, typer.Argument(help="What the robot shall do.", show_default=False)]) -> None:
+def order(
+    what: Annotated[
+        OrderName,
+        typer.Argument(metavar="ORDER", help=f"What the robot shall do: {', '.join(_SERVICES)}.", show_default=False),
+    ],
+    as_json: JsonOption = False,
+) -> None:
     """Give the robot on the bus an order, as the console does; exit code 1 if it refuses."""
     typestore()  # takes a tenth of a second, which the order itself need not wait for
     with Bus.open(topics.OPERATOR) as bus:
         answer = bus.call(_SERVICES[what], CommandRequest(request_id=uuid.uuid4().hex))
-    _tell(answer.success, what, answer.message)
+    _tell(answer.success, what, answer.message, as_json)
 
 
 def fault(
@@ -57,18 +63,22 @@ def fault(
             show_default=False,
         ),
     ],
+    as_json: JsonOption = False,
 ) -> None:
     """Let something go wrong with the robot on the bus (docs/robot-sim.md lists the faults)."""
     text = what if what.lstrip().startswith("{") else read_text(Path(what))
     parse_fault(text)  # told here, whether or not a robot is there
     with Bus.open(topics.OPERATOR) as bus:
         answer = bus.call(topics.INJECT_FAULT, InjectFaultRequest(request_id=uuid.uuid4().hex, fault_json=text))
-    _tell(answer.success, "fault", answer.message)
+    _tell(answer.success, "fault", answer.message, as_json)
 
 
-def _tell(success: bool, what: str, message: str) -> None:
+def _tell(success: bool, what: str, message: str, as_json: bool) -> None:
     said = plain(message)
-    typer.echo(f"{what}: {said}" if success else f"{what} refused: {said}", err=not success)
+    if as_json:
+        typer.echo(json.dumps({"order": what, "success": success, "message": said}, indent=2))
+    else:
+        typer.echo(f"{what}: {said}" if success else f"{what} refused: {said}", err=not success)
     if not success:
         sys.exit(ExitCode.FAILED)
 
@@ -101,6 +111,6 @@ def list_topics(as_json: JsonOption = False) -> None:
     offered = Table(Column("service", no_wrap=True), "type", box=box.SIMPLE_HEAD)
     for service in topics.SERVICES:
         offered.add_row(service.name, service.ros_type.replace("/srv/", "/"))
-    console = Console()
+    console = output()
     console.print(table)
     console.print(offered)

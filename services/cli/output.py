@@ -13,7 +13,7 @@ from schemas.scenario import Scenario
 from schemas.vehicle import Vehicle
 from services.cli.display import print_figures
 from services.cli.options import ExitCode, JsonOption, ReportOption, check_plot
-from services.writing import check_writable, write_json
+from services.writing import check_recordable, check_writable, write_json
 
 
 def deliver(title: str, figures: dict[str, Any], report: Path | None, as_json: bool) -> None:
@@ -38,18 +38,20 @@ class OutputChoice:
         SpecError: The picture is of a kind that cannot be drawn, or a file could not be written.
     """
 
-    record: Annotated[Path | None, typer.Option(help="Record the session to this MCAP file.", show_default=False)] = (
-        None
-    )
+    record: Annotated[
+        Path | None, typer.Option(metavar="FILE.mcap", help="Record the session to this MCAP file.", show_default=False)
+    ] = None
     report: ReportOption = None
     plot: Annotated[
-        Path | None, typer.Option(help="Draw what was painted to this .svg or .png file.", show_default=False)
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw what was painted to this .svg or .png file.", show_default=False),
     ] = None
     as_json: JsonOption = False
 
     def __post_init__(self) -> None:
         check_plot(self.plot)
-        check_writable(self.record, self.report, self.plot)
+        check_recordable(self.record)
+        check_writable(self.report, self.plot)
 
     def conclude(
         self, doing: str, template: str, scenario: Scenario, vehicle: Vehicle, figures: Mapping[str, Any]

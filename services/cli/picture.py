@@ -16,8 +16,10 @@ def register(app: typer.Typer) -> None:
 
 
 def picture(
-    file: Annotated[Path, typer.Argument(help="MCAP file to draw from.", show_default=False)],
-    out: Annotated[Path, typer.Option(help="The picture: an .svg or .png file.", show_default=False)],
+    file: Annotated[
+        Path, typer.Argument(metavar="RECORDING", help="What to draw (docs/recording.md).", show_default=False)
+    ],
+    out: Annotated[Path, typer.Option(metavar="FILE", help="The picture: an .svg or .png file.", show_default=False)],
 ) -> None:
     """Draw what was painted in a recording (in its last traversal), coloured by its distance from the template."""
     from services.painted import read_painted

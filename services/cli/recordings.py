@@ -1,23 +1,27 @@
 """``touchline record|replay``: sessions to files and back onto the bus."""
 
+import json
 import sys
 import time
 import uuid
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from schemas import topics
 from schemas.errors import TouchlineError
-from schemas.messages import RecordRequest, RecordStopRequest
+from schemas.messages import DiagnosticArray, DiagnosticStatus, Event, RecordRequest, RecordStopRequest
 from services.bus import Bus
-from services.cli.display import print_figures, progress_bar, say
-from services.cli.options import ExitCode, SpeedOption, speed_factor
+from services.cli.display import print_event, print_figures, progress_bar, say
+from services.cli.options import ExitCode, JsonOption, SpeedOption, speed_factor
 from services.lifecycle import until_stopped
+from services.writing import check_recordable
 
 _STOP_TIMEOUT_S = 120.0
+#: A supervisor has started a bridge again by then that was killed.
+_RETURN_S = 15.0
 
 
 def register(app: typer.Typer) -> None:
@@ -27,29 +31,92 @@ def register(app: typer.Typer) -> None:
 
 
 def record(
-    file: Annotated[Path, typer.Argument(help="MCAP file to write.", show_default=False)],
-    seconds: Annotated[float, typer.Option(help="Stop after this long; 0: at Ctrl-C.", min=0.0)] = 0.0,
+    file: Annotated[Path, typer.Argument(metavar="FILE.mcap", help="Recording to write.", show_default=False)],
+    seconds: Annotated[float, typer.Option(metavar="S", help="Stop after this long; 0: at Ctrl-C.", min=0.0)] = 0.0,
+    as_json: JsonOption = False,
 ) -> None:
-    """Have the running bridge record the session until Ctrl-C."""
+    """Have the running bridge record the session until Ctrl-C; exit code 1 if something is lost, or it ends early."""
+    check_recordable(file)
     with until_stopped() as stop, Bus.open(topics.OPERATOR, stop=lambda: bool(stop)) as bus:
+        watch = _Watch(bus)
         begun = bus.call(topics.RECORD, RecordRequest(request_id=uuid.uuid4().hex, path=str(file.absolute())))
         if not begun.success:
             raise TouchlineError(begun.message)
         say(f"recording to {file}; Ctrl-C stops")
+        watch.begin()
         deadline = time.monotonic() + seconds if seconds else float("inf")
         while not stop and time.monotonic() < deadline:
+            watch.check()
             time.sleep(0.05)
         done = bus.call(topics.RECORD_STOP, RecordStopRequest(request_id=uuid.uuid4().hex), _STOP_TIMEOUT_S)
     if not done.success:
         raise TouchlineError(done.message)
-    print_figures(f"Recording {file}", {"messages": done.messages, "bytes": done.bytes, "lost": done.lost})
-    if done.lost:
+    figures: dict[str, Any] = {"path": done.path, "messages": done.messages, "bytes": done.bytes, "lost": done.lost}
+    figures["interrupted"] = watch.interrupted
+    if as_json:
+        typer.echo(json.dumps(figures, indent=2))
+    else:
+        print_figures(f"Recording {file}", figures)
+    if watch.interrupted:
+        print_event(Event.WARN, done.message)
+    if done.lost or watch.interrupted:
         sys.exit(ExitCode.FAILED)
 
 
+class _Watch:
+    """Whether the bridge records, as it tells itself and as its presence shows.
+
+    Attributes:
+        interrupted: Whether it was ended meanwhile and went on in a next file.
+    """
+
+    def __init__(self, bus: Bus) -> None:
+        self._presence = bus.presence()
+        self._inbox = bus.inbox([topics.EVENTS, topics.DIAGNOSTICS], keep="recent")
+        self._gone_s: float | None = None
+        self.interrupted = False
+
+    def begin(self) -> None:
+        """The bridge records from here on; what it said before is forgotten."""
+        self._inbox.drain()
+
+    def check(self) -> None:
+        """Tell at once what has happened.
+
+        Raises:
+            TouchlineError: The recording has ended.
+        """
+        self._presence.poll()
+        if topics.BRIDGE not in self._presence.alive():
+            if self._gone_s is None:
+                self._gone_s = time.monotonic()
+                print_event(Event.ERROR, "the bridge is gone, and nothing is being recorded; waiting for it to return")
+            elif time.monotonic() > self._gone_s + _RETURN_S:
+                raise TouchlineError("the recording has ended: the bridge has not returned")
+        for _, message in self._inbox.messages():
+            if isinstance(message, Event) and message.source == topics.BRIDGE:
+                self.interrupted |= message.code == "recording-goes-on"
+                print_event(message.severity, message.text)
+            elif isinstance(message, DiagnosticArray):
+                for status in message.status:
+                    self._check_status(status)
+
+    def _check_status(self, status: DiagnosticStatus) -> None:
+        if status.name != topics.BRIDGE:
+            return
+        if status.message == "recording":
+            self._gone_s = None
+        elif any(pair.key == "recording" and not pair.value for pair in status.values):
+            idle = "somebody else has stopped it" if self._gone_s is None else "the bridge was ended and began anew"
+            raise TouchlineError(f"the recording has ended: {idle if status.message == 'idle' else status.message}")
+
+
 def replay(
-    file: Annotated[Path, typer.Argument(help="MCAP file to replay.", show_default=False)],
+    file: Annotated[
+        Path, typer.Argument(metavar="RECORDING", help="What to replay (docs/recording.md).", show_default=False)
+    ],
     speed: SpeedOption = "1",
+    as_json: JsonOption = False,
 ) -> None:
     """Send a recording onto the bus again, as if the robot were there; a cut-off file is sent up to its break."""
     from services.bridge.replay_service import run_replay
@@ -61,4 +128,14 @@ def replay(
             progress=lambda fraction, sim_time_s: advance(fraction, f"{sim_time_s:.0f} s"),
             stop=lambda: bool(stop),
         )
-    print_figures(f"Replay of {file}", asdict(sent))
+        interrupted = bool(stop)
+    if as_json:
+        typer.echo(json.dumps(asdict(sent), indent=2))
+    else:
+        print_figures(f"Replay of {file}", asdict(sent))
+    for reason in sent.reasons:
+        print_event(Event.WARN, f"not sent: {reason}")
+    if interrupted:
+        sys.exit(ExitCode.INTERRUPTED)
+    if sent.skipped and not sent.sent:
+        raise TouchlineError(f"{file}: none of its {sent.skipped:,} messages is one that the bus has a topic for")

@@ -19,20 +19,47 @@ class Ros2Choice:
         bool,
         typer.Option("--ros2", help="Show topics and services to ROS 2 nodes that use rmw_zenoh (Jazzy and later)."),
     ] = False
-    ros_domain: Annotated[int, typer.Option(help="ROS domain id.", envvar="ROS_DOMAIN_ID", min=0, max=232)] = 0
+    ros_domain: Annotated[
+        int, typer.Option(metavar="N", help="ROS domain id.", envvar="ROS_DOMAIN_ID", min=0, max=232)
+    ] = 0
     ros_namespace: Annotated[
-        str, typer.Option(help="ROS namespace of all names; `/` for none; default: the robot's.", show_default=False)
+        str,
+        typer.Option(
+            metavar="NAME", help="ROS namespace of all names; `/` for none; default: the robot's.", show_default=False
+        ),
     ] = ""
     ros2_listen: Annotated[
         str,
         typer.Option(
+            metavar="LOCATOR",
             help="Be the Zenoh router that ROS 2 nodes connect to, at this locator; default tcp/127.0.0.1:7447.",
             show_default=False,
         ),
     ] = ""
     ros2_connect: Annotated[
-        str, typer.Option(help="Join the Zenoh router (rmw_zenohd) at this locator instead.", show_default=False)
+        str,
+        typer.Option(
+            metavar="LOCATOR", help="Join the Zenoh router (rmw_zenohd) at this locator instead.", show_default=False
+        ),
     ] = ""
+
+    def told(self, namespace: str) -> str:
+        """Where ROS 2 nodes find the robot, for who starts them; empty without the gateway.
+
+        Args:
+            namespace: The robot's.
+        """
+        gateway = self.gateway()
+        if gateway is None:
+            return ""
+        shown = f"/{(gateway.namespace or namespace).strip('/')}"
+        lines = [
+            f"ROS 2 nodes find it under {shown}, through the Zenoh router at {gateway.endpoint.locator}:",
+            "  export RMW_IMPLEMENTATION=rmw_zenoh_cpp",
+            f"  export ROS_DOMAIN_ID={gateway.domain}",
+            f"  export ZENOH_CONFIG_OVERRIDE='connect/endpoints=[\"{gateway.endpoint.locator}\"]'",
+        ]
+        return "\n".join(lines)
 
     def gateway(self) -> "GatewayConfig | None":
         """The gateway that is asked for, if one is.

@@ -13,6 +13,7 @@ from services.cli.drawing import OriginOption, parse_origin
 from services.cli.groups import with_groups
 from services.cli.options import RecordingsOption, SupervisorOption, speed_factor
 from services.cli.ros2 import Ros2Choice
+from services.writing import check_recordable
 
 
 def register(app: typer.Typer) -> None:
@@ -34,9 +35,14 @@ def robot_sim(
     robot: ScenarioChoice,
     body: VehicleChoice,
     origin: OriginOption = None,
-    speed: Annotated[str, typer.Option(help="Times real time, or `max`; can be changed while it runs.")] = "1",
+    speed: Annotated[
+        str, typer.Option(metavar="FACTOR", help="Times real time, or `max`; can be changed while it runs.")
+    ] = "1",
     journal: Annotated[
-        Path | None, typer.Option(help="Where to keep what a restart goes on from; default: the user's state folder.")
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Where to keep what a restart goes on from; default: the user's state folder."
+        ),
     ] = None,
     supervisor: SupervisorOption = None,
 ) -> None:
@@ -50,13 +56,16 @@ def robot_sim(
 
 def bridge(
     ros: Ros2Choice,
-    record: Annotated[Path | None, typer.Option(help="Record to this MCAP file from the start.")] = None,
+    record: Annotated[
+        Path | None, typer.Option(metavar="FILE.mcap", help="Record to this MCAP file from the start.")
+    ] = None,
     recordings: RecordingsOption = None,
     supervisor: SupervisorOption = None,
 ) -> None:
     """Run the bridge, until Ctrl-C: records the bus to MCAP on request, and with --ros2 shows the robot to ROS 2."""
     from services.bridge.service import run_service
 
+    check_recordable(record)
     report = run_service(record, recordings=recordings, ros2=ros.gateway(), supervisor=supervisor)
     if report is not None:
         typer.echo(json.dumps({"path": str(report.path), "messages": report.messages, "lost": report.lost}))

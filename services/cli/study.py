@@ -5,10 +5,9 @@ from typing import Annotated
 
 import typer
 from rich import box
-from rich.console import Console
 from rich.table import Table
 
-from services.cli.display import progress_bar, say
+from services.cli.display import output, progress_bar, say
 from services.cli.options import ExitCode, JsonOption
 from services.writing import writing
 
@@ -23,10 +22,14 @@ def register(app: typer.Typer) -> None:
 
 def study(
     out: Annotated[
-        Path | None, typer.Option(help="Write the table (Markdown, CSV, JSON) and plots (SVG) to this folder.")
+        Path | None,
+        typer.Option(metavar="FOLDER", help="Write the table (Markdown, CSV, JSON) and plots (SVG) to this folder."),
     ] = None,
     pairs: Annotated[
-        int, typer.Option(min=0, max=10_000_000, help="Random pairs to find a way between; 0: 100 as in the study.")
+        int,
+        typer.Option(
+            metavar="N", min=0, max=10_000_000, help="Random pairs to find a way between; 0: 100 as in the study."
+        ),
     ] = 0,
     quick: Annotated[bool, typer.Option("--quick", help="The pitch only, and a fifth of the random pairs.")] = False,
     as_json: JsonOption = False,
@@ -51,7 +54,7 @@ def study(
         for row in result.rows:
             *cells, verdict = row.cells
             table.add_row(*cells, f"[{_STYLES[row.met]}]{verdict}[/]")
-        console = Console()
+        console = output()
         console.print(table)
         for row in result.rows:
             if row.note:

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from schemas.catalogue import shipped_templates
@@ -16,7 +15,7 @@ from schemas.errors import SpecError, TouchlineError
 from schemas.scenario import Scenario
 from schemas.spec import read_text
 from services.cli.choices import PlanChoice, ScenarioChoice, VehicleChoice, check_follower
-from services.cli.display import print_event, progress_bar, say
+from services.cli.display import output, print_event, progress_bar, say
 from services.cli.groups import with_groups
 from services.cli.options import ExitCode, JsonOption, ReportOption
 from services.writing import check_writable, write_json
@@ -53,24 +52,33 @@ def sweep(
     ],
     body: VehicleChoice,
     seeds: Annotated[
-        int, typer.Option(help="Runs of each combination, with the scenario's seed and those after it.", min=1)
+        int,
+        typer.Option(metavar="N", help="Runs of each combination, with the scenario's seed and those after it.", min=1),
     ] = 20,
     settings: Annotated[
         list[str] | None,
         typer.Option(
             "--set",
+            metavar="NAME=VALUES",
             help="NAME=VALUE,VALUE…: values to combine, of a scenario's field (gnss.white_m), `template`, or a plan's "
             "option (plan.paint_speed_mps). Can be given several times.",
             show_default=False,
         ),
     ] = None,
-    template: Annotated[str, typer.Option(help="What to paint when a scenario is given.")] = "soccer-11",
-    workers: Annotated[int, typer.Option(help="Processes; 0: one for each core.", min=0)] = 0,
+    template: Annotated[
+        str, typer.Option(metavar="TEMPLATE", help="What to paint when a scenario is given.")
+    ] = "soccer-11",
+    workers: Annotated[int, typer.Option(metavar="N", help="Processes; 0: one for each core.", min=0)] = 0,
     dask: Annotated[
-        str | None, typer.Option(help="Address of a Dask scheduler, to use its workers instead.", show_default=False)
+        str | None,
+        typer.Option(
+            metavar="ADDRESS", help="Address of a Dask scheduler, to use its workers instead.", show_default=False
+        ),
     ] = None,
     report: ReportOption = None,
-    csv: Annotated[Path | None, typer.Option(help="Write a line per run to this CSV file.", show_default=False)] = None,
+    csv: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write a line per run to this CSV file.", show_default=False)
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Simulate every combination of settings with many seeds; Ctrl-C ends it with what is done so far."""
@@ -151,7 +159,7 @@ def _subject(subject: str, template: str) -> tuple[str, Scenario]:
 
 
 def _print(figures: dict[str, Any], wanted: int) -> None:
-    console = Console()
+    console = output()
     for combination in figures["combinations"]:
         setting = ", ".join(f"{name}={value}" for name, value in combination["set"].items())
         failed = combination["failed_seeds"]

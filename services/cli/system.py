@@ -6,7 +6,6 @@ from dataclasses import asdict, astuple, dataclass
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
@@ -16,7 +15,7 @@ from schemas.messages import GetDiagnosticsRequest, TraversalStatus
 from schemas.plain_text import plain
 from services.bus import Bus, BusConfig, CallError
 from services.cli.choices import ScenarioChoice, VehicleChoice
-from services.cli.display import print_event, say
+from services.cli.display import output, print_event, say
 from services.cli.groups import with_groups
 from services.cli.options import ExitCode, JsonOption, RecordingsOption, speed_factor
 from services.cli.ros2 import Ros2Choice
@@ -43,7 +42,9 @@ def up(
     robot: ScenarioChoice,
     body: VehicleChoice,
     ros: Ros2Choice,
-    speed: Annotated[str, typer.Option(help="Times real time, or `max`; the console can change it.")] = "1",
+    speed: Annotated[
+        str, typer.Option(metavar="FACTOR", help="Times real time, or `max`; the console can change it.")
+    ] = "1",
     recordings: RecordingsOption = None,
 ) -> None:
     """Start planner, robot and bridge, watch them and restart what dies, until Ctrl-C or `touchline down`."""
@@ -66,14 +67,19 @@ def up(
     ):
         if system.wait_until_ready(say, lambda: bool(stop)):
             say(f"Touchline is up on {config.endpoint}; open a console with `touchline tui`, stop with Ctrl-C")
+            if where := ros.told(config.namespace):
+                say(where)
         publish_notices(system, lambda: bool(stop), lambda notice: print_event(severity_of(notice), notice.text))
     say("Touchline is down")
 
 
-def down() -> None:
+def down(as_json: JsonOption = False) -> None:
     """Stop the system that `touchline up` runs on this bus."""
     pid = stop_running(BusConfig.from_environment(), _STOP_TIMEOUT_S)
-    typer.echo("nothing was running" if pid is None else f"stopped (pid {pid})")
+    if as_json:
+        typer.echo(json.dumps({"stopped_pid": pid}))
+    else:
+        typer.echo("nothing was running" if pid is None else f"stopped (pid {pid})")
 
 
 @dataclass(frozen=True)
@@ -139,7 +145,7 @@ def _print(shown: dict[str, Any], states: list[ServiceState]) -> None:
     table = Table("service", "state", "pid", "published", "received", "lost", "rejected")
     for state in states:
         table.add_row(*("–" if value is None else escape(plain(str(value))) for value in asdict(state).values()))
-    console = Console(highlight=False)
+    console = output()
     pid = shown["supervisor_pid"]
     console.print(f"robot {shown['namespace']} on {shown['endpoint']}" + (f", supervisor pid {pid}" if pid else ""))
     console.print(table)

@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
 from rich.table import Column, Table
 from typer.core import TyperGroup
 
@@ -14,7 +13,7 @@ from schemas.lettering import Corners, write
 from schemas.messages import Event
 from schemas.plain_text import plain
 from schemas.template import Template
-from services.cli.display import print_event, progress_bar, say
+from services.cli.display import output, print_event, progress_bar, say
 from services.cli.drawing import DrawingChoice, MapOriginOption, OriginOption, PlaceOption, SetOption, laid
 from services.cli.options import JsonOption, check_plot
 from services.writing import check_writable, write_text, writing
@@ -87,7 +86,7 @@ def show(
         template = field.template()
         shown = ", ".join(parameter.name for parameter in field.parameters)
         table.add_row(field_name, template.title, str(len(template.segments)), f"{template.length_m:.1f} m", shown)
-    Console().print(table)
+    output().print(table)
 
 
 def text(

@@ -19,8 +19,9 @@ from schemas.errors import TouchlineError
 from schemas.messages import Clock, Imu, PaintMarks, String, TraversalReport
 from services.bridge.channels import schema_text
 from services.bridge.compare import compare
+from services.bridge.mcap_file import LARGEST_RATIO
 from services.bridge.output import RecordingError
-from services.bridge.reader import LARGEST_RATIO, read_summary
+from services.bridge.reader import read_summary
 from services.bridge.recorder import Recorder
 from services.bridge.replayer import Timeline
 from services.bridge.unpack import LARGEST_CHUNK_BYTES
@@ -29,7 +30,7 @@ from tests.bridge.mutations import mutated
 from tests.bridge.said import messages, stamp
 
 TEMPLATE = '{"name": "t", "segments": [{"id": "a", "line": {"start": [0, 0], "end": [5, 0]}}]}'
-MUTATED = 400
+MUTATED = 240
 
 
 def painted_session(path: Path, compression: CompressionType) -> Path:

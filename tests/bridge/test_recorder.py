@@ -15,7 +15,7 @@ from rosbags.interfaces import QosDurability, QosHistory, QosReliability
 
 from schemas import topics
 from schemas.cdr import decode, encode, full_definition, type_hash
-from schemas.messages import Clock, Header, Imu, String
+from schemas.messages import Clock, Header, Imu, NavSatFix, String
 from services.bridge.output import RecordingError
 from services.bridge.reader import RecordingReader, read_summary
 from services.bridge.recorder import Existing, Recorder, is_stamped
@@ -42,6 +42,32 @@ def test_times_are_sim_times(recording: Path) -> None:
     assert read_summary(recording).duration_s == pytest.approx(1.99)
 
 
+def test_a_reader_that_sorts_by_log_time_delivers_in_the_order_of_arrival(tmp_path: Path) -> None:
+    recorder = Recorder(tmp_path / "a.mcap")
+    course = [
+        ("clock", 0),
+        ("imu/data_raw", 1),
+        ("gnss/fix", -11),
+        ("imu/data_raw", 2),
+        ("clock", 10),
+        ("gnss/fix", -1),
+    ]
+    course += [("imu/data_raw", 10**9), ("clock", 20)]  # a stranger's stamp moves nothing
+    course += [("clock", -1000), ("imu/data_raw", -999), ("clock", -990)]  # a robot that was started again
+    kinds = {"clock": None, "imu/data_raw": Imu, "gnss/fix": NavSatFix}
+    for number, (name, tick) in enumerate(course):
+        kind = kinds[name]
+        at = stamp(2000 + tick)
+        recorder.write(name, encode(Clock(clock=at) if kind is None else kind(header=Header(stamp=at))), number)
+    path = recorder.finish().path
+    with path.open("rb") as stream:
+        found = [message for _, _, message in make_reader(stream).iter_messages(log_time_order=True)]
+    assert [message.sequence for message in found] == list(range(len(course)))
+    ticks = [message.log_time // 10**7 for message in found]
+    assert ticks == [2000, 2001, 2001, 2002, 2010, 2010, 2010, 2020, 2020, 2021, 2030]
+    assert [message.publish_time // 10**7 for message in found] == [2000 + tick for _, tick in course]
+
+
 def test_a_message_without_a_stamp_takes_the_clock(tmp_path: Path) -> None:
     recorder = Recorder(tmp_path / "a.mcap")
     recorder.write("template", encode(String(data="before the first clock")), 0)
@@ -49,9 +75,10 @@ def test_a_message_without_a_stamp_takes_the_clock(tmp_path: Path) -> None:
     recorder.write("imu/data_raw", encode(Imu(header=Header(stamp=stamp(450)))), 0)
     recorder.write("template", encode(String(data="after")), 1)
     recorder.finish()
-    read = {(item.topic, item.sequence): item.log_time_ns for item in RecordingReader(recorder.path).messages()}
-    assert read[("/tt2/template", 0)] == read[("/tt2/template", 1)] == 5 * 10**9
-    assert read[("/tt2/imu/data_raw", 0)] == 4_500_000_000
+    read = {(item.topic, item.sequence): item for item in RecordingReader(recorder.path).messages()}
+    assert {item.log_time_ns for item in read.values()} == {5 * 10**9}
+    assert {read["/tt2/template", number].publish_time_ns for number in (0, 1)} == {5 * 10**9}
+    assert read["/tt2/imu/data_raw", 0].publish_time_ns == 4_500_000_000
 
 
 def test_only_messages_that_begin_with_a_time_are_stamped() -> None:
@@ -219,7 +246,7 @@ def test_a_file_cut_anywhere_gives_what_came_before(recording: Path) -> None:
         assert reader.summary.problem
 
 
-def test_a_changed_byte_in_a_chunk_ends_the_reading_there(tmp_path: Path) -> None:
+def test_a_changed_byte_in_a_chunk_is_told_with_what_it_costs(tmp_path: Path) -> None:
     path = record(tmp_path / "a.mcap", messages(1500)).finish().path
     whole = read_summary(path).messages
     data = bytearray(path.read_bytes())
@@ -227,7 +254,7 @@ def test_a_changed_byte_in_a_chunk_ends_the_reading_there(tmp_path: Path) -> Non
     path.write_bytes(data)
     held = read_summary(path)
     assert 0 < held.messages < whole
-    assert "broken off" in held.problem
+    assert held.losses[0].messages == whole - held.messages
 
 
 @pytest.mark.parametrize("content", [b"", b"not a recording at all, but long enough for a header"])

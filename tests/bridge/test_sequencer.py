@@ -3,6 +3,7 @@
 from collections import deque
 from dataclasses import dataclass
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -20,6 +21,7 @@ class Sent:
     sequence: int = 0
     payload: bytes = b""
     missed: int = 0
+    publisher: bytes = b""
 
 
 @given(st.lists(st.one_of(st.sampled_from(CHANNELS), st.just("drain one channel")), max_size=60))
@@ -29,7 +31,7 @@ def test_any_interleaving_of_sending_and_draining_is_undone(course: list[Topic |
     sequencer, batch, out, sent, turn = Sequencer(), [], [], [], 0
     for step in [*course, *["drain one channel"] * 9]:
         if isinstance(step, Topic):
-            sent.append(Sent(step, len(sent)))
+            sent.append(Sent(step, len(sent) + 1))
             waiting[step.name].append(sent[-1])
             continue
         channel = waiting[CHANNELS[turn % len(CHANNELS)].name]
@@ -55,3 +57,26 @@ def test_messages_of_one_time_keep_their_order() -> None:
     sequencer = Sequencer()
     messages = [Sent(topics.IMU, 5, sequence) for sequence in range(4)]
     assert sequencer.take(messages[:2]) + sequencer.take(messages[2:]) == messages
+
+
+@pytest.mark.parametrize("step_s", [-3600, -3, -0.3, 3600])
+@pytest.mark.parametrize("at", [1, 150, 151, 160])
+def test_a_clock_that_is_set_loses_nothing_and_keeps_the_order(step_s: float, at: int) -> None:
+    """300 messages of three topics at 100 Hz and 10 Hz, taken in batches of any size, and the clock set in between."""
+    sent, numbers = [], {topic.name: 0 for topic in CHANNELS}
+    for tick in range(300):
+        wall_ns = 10**18 + tick * 10**7 + (round(step_s * 1e9) if tick >= at else 0)
+        for topic in CHANNELS if tick % 10 == 0 else CHANNELS[1:2]:
+            numbers[topic.name] += 1
+            sent.append(Sent(topic, wall_ns + len(sent) % 7, numbers[topic.name], publisher=topic.name.encode()))
+    sequencer, out = Sequencer(), []
+    for begin in range(0, len(sent), 17):
+        batch = sent[begin : begin + 17]
+        out += sequencer.take([message for topic in CHANNELS for message in batch if message.topic is topic])
+    out += sequencer.rest()
+    assert len(out) == len(sent)
+    for topic in CHANNELS:
+        assert [m.sequence for m in out if m.topic is topic] == [m.sequence for m in sent if m.topic is topic]
+    # Across topics, a message is at most a period of the slowest topic away from where it was sent.
+    places = {id(message): place for place, message in enumerate(sent)}
+    assert max(abs(place - places[id(message)]) for place, message in enumerate(out)) <= 13

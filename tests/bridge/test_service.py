@@ -221,6 +221,37 @@ def test_killed_and_started_again_it_keeps_what_it_had(robot: Robot, tmp_path: P
     assert read_summary(path).complete
 
 
+def test_killed_and_started_again_it_goes_on_in_the_next_part_and_says_so(robot: Robot, tmp_path: Path) -> None:
+    heard = robot.bus.inbox([topics.EVENTS])
+    supervised = f"supervisor={os.getpid()}, "
+    said = []
+    with bridge(robot.bus, tmp_path, supervised) as process:
+        assert robot.record("session.mcap").success
+        said.append(robot.say(200))
+        until(robot, lambda: read_summary(tmp_path / "session.mcap").messages == len(said[0]))
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+    with bridge(robot.bus, tmp_path, supervised):
+        until(robot, lambda: recording_since_start(robot))
+        said.append(robot.say(300))
+        answer = robot.stop()
+    assert answer.success and answer.path == str(tmp_path / "session.part2.mcap")
+    assert "in session.part2.mcap, after session.mcap, where the bridge was ended" in answer.message
+    assert contents(tmp_path / "session.mcap") == said[0]
+    part = [item for item in contents(tmp_path / "session.part2.mcap") if item[0] != "/tt2/events"]
+    # The text without a stamp is latched: the second part begins with that of the first, and has all that came after.
+    assert part[-len(said[1]) :] == said[1]
+    assert read_summary(tmp_path / "session.part2.mcap").metadata["touchline_part"] == {
+        "part": "2",
+        "before": "session.mcap",
+    }
+    told = [message for _, message in heard.messages() if isinstance(message, Event)]
+    assert [event.code for event in told] == ["recording-goes-on"]
+    assert "it goes on in session.part2.mcap" in told[0].text
+    with bridge(robot.bus, tmp_path, supervised):  # it was stopped in good order: nothing goes on
+        assert "nothing is being recorded" in robot.stop().message
+
+
 def test_a_strangers_numbers_and_junk_are_told_and_do_no_harm(robot: Robot, config: BusConfig, tmp_path: Path) -> None:
     """Zenoh keeps the order of one session: what the robot says last comes after all that the stranger sent to it."""
     path, imu, junk = tmp_path / "session.mcap", encode(Imu()), b"\x00\x01\x00\x00" + bytes(7)

@@ -4,11 +4,12 @@ from pathlib import Path
 
 from schemas import topics
 from schemas.cdr import encode
-from schemas.messages import Clock, Header, Imu, NavSatFix
+from schemas.messages import Clock, Header, Imu, NavSatFix, String
 from schemas.topics import Topic
 from services.bridge.channels import topic_at
 from services.bridge.recorder import Recorder
 from services.bridge.replayer import Timeline
+from tests.bridge.foreign import foreign
 from tests.bridge.said import messages, record, stamp
 
 
@@ -47,7 +48,7 @@ def test_a_recording_broken_off_is_replayed_up_to_there(tmp_path: Path) -> None:
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
     timeline = Timeline(path)
     assert 0 < len(list(timeline.cues())) < whole
-    assert timeline.reader.summary.problem == "broken off"
+    assert timeline.reader.summary.problem == "broken off, or still being written"
 
 
 def test_topics_that_are_not_ours_are_counted(tmp_path: Path) -> None:
@@ -65,3 +66,13 @@ def test_topics_are_found_under_any_namespace() -> None:
     assert topic_at("/fleet/seven/supervisor/events") is topics.SUPERVISOR_EVENTS
     assert topic_at("/events") is topics.EVENTS
     assert topic_at("/tt2/other") is None
+
+
+def test_what_was_recorded_with_another_schema_is_not_sent_and_it_is_said_why(tmp_path: Path) -> None:
+    said = [("/tt2/template", 5, encode(String(data="x")))]
+    renamed = Timeline(foreign(tmp_path / "a.mcap", said, schema="string text"))
+    assert list(renamed.cues()) == [] and renamed.skipped == 1
+    assert renamed.reasons == ["/tt2/template: field text of the recording is called data in the topic table"]
+    json = Timeline(foreign(tmp_path / "b.mcap", said, encoding="json"))
+    assert list(json.cues()) == []
+    assert json.reasons == ["/tt2/template: recorded as json in the recording, as cdr in the topic table"]

@@ -8,6 +8,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from datetime import datetime
 
 import pytest
 import zenoh
@@ -249,6 +250,24 @@ def test_the_meeting_point_may_die(bus_config):
             with Bus.open("planner", bus_config) as late:
                 assert not early.wait_for({"planner"}, 60.0)
                 assert not late.wait_for({"bridge"}, 60.0)
+
+
+def test_diagnostics_have_the_time_of_the_bus_and_wall_time_as_a_value(pair):
+    robot, bridge = pair
+    inbox, reporter, clock = bridge.inbox([topics.DIAGNOSTICS]), HealthReporter(robot), bridge.publisher(topics.CLOCK)
+    clock.send(Clock(clock=Time(sec=12, nanosec=5)))
+    found = []
+
+    def reported() -> bool:
+        reporter.poll({}, at_once=True)
+        found[:] = [message for _, message in inbox.messages() if message.header.stamp.sec] or found
+        return bool(found)
+
+    assert eventually(reported)
+    assert found[-1].header.stamp == Time(sec=12, nanosec=5)
+    (status,) = found[-1].status
+    wall_time = next(entry.value for entry in status.values if entry.key == "wall_time")
+    assert abs(datetime.fromisoformat(wall_time).timestamp() - time.time()) < 600
 
 
 def test_health_is_published_and_answered(pair):

@@ -1,0 +1,70 @@
+"""Which recording goes on, kept in the run folder, so that a bridge that was killed can be told to go on with it."""
+
+import json
+import os
+import re
+import time
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+
+from schemas.errors import TouchlineError
+from services.bus import BusConfig
+from services.private_folder import open_private, run_folder
+
+#: A bridge without a supervisor goes on with what was written to this recently: later it is another session.
+_RECENT_S = 60.0
+_LARGEST_NOTE_BYTES = 1024 * 1024
+
+
+class GoingRecording:
+    """A note of the recording that goes on; where it cannot be kept, nothing is, and a killed bridge does not go on.
+
+    Args:
+        config: The bus; there is one bridge on it.
+        folder: The recordings folder.
+        supervisor: Process id of who starts the bridge again, if somebody does.
+    """
+
+    def __init__(self, config: BusConfig, folder: Path, supervisor: int | None) -> None:
+        self._name = re.sub(r"\W+", "-", f"{config.endpoint}-{config.namespace}") + ".recording"
+        self._folder = folder
+        self._supervisor = supervisor
+
+    def note(self, parts: Sequence[Path]) -> None:
+        """The files of the recording so far, of which the last is being written."""
+        found = {"supervisor": self._supervisor, "parts": [str(part) for part in parts]}
+        self._write(json.dumps(found))
+
+    def forget(self) -> None:
+        """Nothing is being recorded."""
+        with suppress(TouchlineError, OSError):
+            (run_folder() / self._name).unlink(missing_ok=True)
+
+    def left_behind(self) -> list[Path]:
+        """The files of a recording that went on when the bridge before this one was killed; empty if there is none."""
+        try:
+            with os.fdopen(open_private(run_folder() / self._name, os.O_RDWR), encoding="utf-8") as file:
+                found = json.loads(file.read(_LARGEST_NOTE_BYTES) or "{}")
+            parts = [Path(part) for part in found.get("parts", ())]
+            ours = bool(parts) and found.get("supervisor") == self._supervisor
+            if not ours or any(not part.is_relative_to(self._folder) for part in parts):
+                return []
+            age_s = time.time() - parts[-1].stat().st_mtime
+        except (TouchlineError, OSError, ValueError, TypeError, AttributeError):
+            return []
+        return parts if self._supervisor is not None or age_s < _RECENT_S else []
+
+    def _write(self, text: str) -> None:
+        with suppress(TouchlineError, OSError):
+            path = run_folder() / self._name
+            part = path.with_suffix(".part")
+            with os.fdopen(open_private(part, os.O_WRONLY | os.O_TRUNC), "w", encoding="utf-8") as file:
+                file.write(text)
+            part.replace(path)
+
+
+def next_part(parts: Sequence[Path]) -> Path:
+    """Where a recording of these files goes on: ``session.mcap``, ``session.part2.mcap``, ``session.part3.mcap``."""
+    first = parts[0]
+    return first.with_name(f"{first.stem}.part{len(parts) + 1}{first.suffix}")

@@ -1,0 +1,158 @@
+"""What readers of recordings give: messages, how their payloads are to be read, and what the whole holds."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+#: Losses that are told one by one; the rest is added up.
+LOSSES_TOLD = 3
+#: Losses that are remembered; what comes after them is added to the last one.
+MOST_LOSSES = 1000
+#: What is said of a file that just stops.
+NO_END = "broken off, or still being written"
+
+
+class Damage(ValueError):
+    """Why a part of a recording cannot be read."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """How the payloads of a channel are to be read.
+
+    Attributes:
+        encoding: Of the messages: ``cdr``, ``json``, ``protobuf`` …
+        type: Name of the schema, for ROS the type: ``sensor_msgs/msg/Imu``; empty if there is none.
+        schema_encoding: ``ros2msg``, ``jsonschema`` …
+        schema: The definition; empty if there is none.
+    """
+
+    encoding: str = ""
+    type: str = ""
+    schema_encoding: str = ""
+    schema: str = ""
+
+
+class Recorded(NamedTuple):
+    """One message of a recording.
+
+    Attributes:
+        topic: As written: ``/tt2/gnss/fix``.
+        log_time_ns: When the recorder took it.
+        publish_time_ns: When it was made: the time of its stamp; when it was recorded, if the recorder did not say.
+        sequence: Its publisher's count.
+        payload: Its bytes.
+        kind: How to read them.
+    """
+
+    topic: str
+    log_time_ns: int
+    publish_time_ns: int
+    sequence: int
+    payload: bytes
+    kind: Kind
+
+
+@dataclass
+class Loss:
+    """A part of a recording that cannot be read.
+
+    Attributes:
+        what: What is wrong, and where in the file.
+        messages: How many messages are gone with it; None if nobody can tell.
+        from_ns, to_ns: Their log times, as far as the file says; equal and 0 if it does not.
+    """
+
+    what: str
+    messages: int | None = None
+    from_ns: int = 0
+    to_ns: int = 0
+
+    def __str__(self) -> str:
+        """One line for a person."""
+        if self.messages is None:
+            lost = "an unknown number of messages is lost"
+        else:
+            lost = f"{self.messages:,} message{' is' if self.messages == 1 else 's are'} lost"
+        when = f" from {self.from_ns / 1e9:.3f} s to {self.to_ns / 1e9:.3f} s" if self.to_ns else ""
+        return f"{lost}{when} ({self.what})"
+
+
+@dataclass
+class TopicSummary:
+    """What a recording holds of one topic."""
+
+    ros_type: str
+    schema: str
+    metadata: dict[str, str]
+    messages: int = 0
+    bytes: int = 0
+    first_ns: int = 0
+    last_ns: int = 0
+
+
+@dataclass
+class Summary:
+    """What a recording holds.
+
+    Attributes:
+        complete: Whether it was finished with its index; a recording broken off by kill -9 or a full disk was not.
+        ending: Why reading ended early; empty if it did not.
+        losses: Parts that could not be read, and were passed over.
+        topics: By topic name, in the order of their channels.
+        metadata: Metadata records by name.
+    """
+
+    path: Path
+    size_bytes: int
+    profile: str = ""
+    complete: bool = False
+    ending: str = ""
+    losses: list[Loss] = field(default_factory=list)
+    topics: dict[str, TopicSummary] = field(default_factory=dict)
+    metadata: dict[str, dict[str, str]] = field(default_factory=dict)
+
+    @property
+    def problem(self) -> str:
+        """What is missing and why; empty if all could be read."""
+        told = [str(loss) for loss in self.losses[:LOSSES_TOLD]]
+        rest = self.losses[LOSSES_TOLD:]
+        if rest:
+            counted = sum(loss.messages or 0 for loss in rest)
+            least = "at least " if any(loss.messages is None for loss in rest) else ""
+            told.append(f"{least}{counted:,} more at {len(rest):,} other places")
+        return "; ".join([*told, self.ending] if self.ending else told)
+
+    @property
+    def messages(self) -> int:
+        """Messages of all topics."""
+        return sum(topic.messages for topic in self.topics.values())
+
+    @property
+    def duration_s(self) -> float:
+        """Time from the first to the last message."""
+        held = [topic for topic in self.topics.values() if topic.messages]
+        if not held:
+            return 0.0
+        return (max(topic.last_ns for topic in held) - min(topic.first_ns for topic in held)) / 1e9
+
+    def lose(self, loss: Loss) -> None:
+        """Add a loss."""
+        if len(self.losses) < MOST_LOSSES:
+            self.losses.append(loss)
+        elif loss.messages is None:
+            self.losses[-1].messages = None
+        elif (last := self.losses[-1]).messages is not None:
+            last.messages += loss.messages
+
+    def define(self, topic: str, kind: Kind, metadata: dict[str, str]) -> None:
+        """Take up a topic, unless it is known."""
+        self.topics.setdefault(topic, TopicSummary(kind.type, kind.schema, metadata))
+
+    def count(self, topic: str, log_time_ns: int, size_bytes: int) -> None:
+        """Add a message of a topic that is known."""
+        held = self.topics[topic]
+        held.first_ns = min(held.first_ns, log_time_ns) if held.messages else log_time_ns
+        held.last_ns = max(held.last_ns, log_time_ns)
+        held.messages += 1
+        held.bytes += size_bytes

@@ -1,0 +1,76 @@
+"""The help says everything, in groups, and what is printed into a pipe is not wrapped."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import pytest
+from typer.main import get_command
+from typer.testing import CliRunner
+
+from services.cli.commands import app
+from services.cli.ros2 import Ros2Choice
+
+ROOT = Path(__file__).resolve().parents[2]
+COMMANDS = sorted(get_command(app).commands)  # type: ignore[attr-defined]
+
+
+def help_of(*command: str) -> str:
+    result = CliRunner().invoke(app, [*command, "-h"], env={"COLUMNS": "80", "TERMINAL_WIDTH": "80"})
+    assert result.exit_code == 0
+    return result.output
+
+
+def test_every_command_is_in_a_group_and_told_to_the_end() -> None:
+    text = help_of()
+    for group in ("Jobs", "Drawings and robots", "The running system", "Recordings", "Processes, each alone"):
+        assert f"─ {group} ─" in text
+    assert "…" not in text and "─ Commands ─" not in text
+    assert all(f"│ {name} " in text for name in COMMANDS)
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_has_the_short_option_and_cuts_nothing(name: str) -> None:
+    text = help_of(name)
+    # What is cut ends a cell of the help; "0.5 …" and "VALUE…" are written so, and a long ROS type is folded.
+    cut = [line for line in text.splitlines() if re.search(r"[a-z]… ", line) and "Trajec…" not in line]
+    assert not cut and "Usage:" in text
+
+
+def test_completion_is_offered() -> None:
+    environment = {
+        **os.environ,
+        "_TOUCHLINE_COMPLETE": "complete_bash",
+        "COMP_WORDS": "touchline re",
+        "COMP_CWORD": "1",
+    }
+    command = [Path(sys.executable).with_name("touchline")]
+    done = subprocess.run(command, env=environment, cwd=ROOT, capture_output=True, text=True, check=False, timeout=100)
+    assert done.stdout.split() == ["record", "replay"]
+
+
+def test_a_table_in_a_pipe_has_a_line_for_each_row() -> None:
+    lines = CliRunner().invoke(app, ["topics"], env={"COLUMNS": "40"}).output.splitlines()
+    assert any("planner/progress" in line and "touchline_msgs/Progress" in line for line in lines)
+
+
+def test_up_says_where_ros_2_connects() -> None:
+    told = Ros2Choice(ros2=True, ros_domain=7, ros2_listen="tcp/127.0.0.1:7777").told("tt2")
+    assert "under /tt2," in told
+    assert "export RMW_IMPLEMENTATION=rmw_zenoh_cpp" in told
+    assert "export ROS_DOMAIN_ID=7" in told
+    assert """export ZENOH_CONFIG_OVERRIDE='connect/endpoints=["tcp/127.0.0.1:7777"]'""" in told
+    assert Ros2Choice().told("tt2") == ""
+
+
+def test_every_message_package_carries_its_licence() -> None:
+    packages = sorted((ROOT / "schemas" / "msg").iterdir())
+    assert len(packages) == 3
+    for package in packages:
+        described = ET.parse(package / "package.xml").getroot()
+        licence, maintainer = described.find("license"), described.find("maintainer")
+        assert licence is not None and maintainer is not None and maintainer.text
+        assert (package / licence.attrib["file"]).read_text() == (ROOT / "LICENSE").read_text()

@@ -1,0 +1,129 @@
+"""Recordings from the command line: what cannot be recorded is refused at once, and endings are told."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from schemas import topics
+from schemas.errors import TouchlineError
+from schemas.messages import (
+    DiagnosticStatus,
+    Event,
+    RecordRequest,
+    RecordResponse,
+    RecordStopRequest,
+    RecordStopResponse,
+)
+from services.bus import Bus, BusConfig, HealthReporter
+from services.cli.commands import app
+from tests.bridge.said import messages, record
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def touchline(config: BusConfig, *arguments: str) -> subprocess.Popen[str]:
+    command = [sys.executable, "-m", "services.cli", *arguments]
+    environment = {**os.environ, **config.environment()}
+    return subprocess.Popen(
+        command, cwd=ROOT, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("noext", "ends in .mcap"),
+        ("no/folder.mcap", "no such folder"),
+        ("x" * 300 + ".mcap", "File name too long"),
+        ("link.mcap", "choose another name"),
+    ],
+    ids=["extension", "folder", "long", "dangling"],
+)
+@pytest.mark.parametrize(
+    "command",
+    [["run", "square", "--record"], ["simulate", "square", "--record"], ["bridge", "--record"], ["record"]],
+    ids=" ".join,
+)
+def test_what_cannot_be_recorded_is_refused_before_anything_starts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: list[str], name: str, said: str
+) -> None:
+    monkeypatch.setattr(Bus, "open", lambda *_: pytest.fail("the bus was opened"))
+    (tmp_path / "link.mcap").symlink_to(tmp_path / "gone.mcap")
+    result = CliRunner().invoke(app, [*command, str(tmp_path / name)])
+    assert isinstance(result.exception, TouchlineError), result.output
+    assert said in str(result.exception) and "\n" not in str(result.exception)
+
+
+class Bridge:
+    """A bridge as others see it; the test says what becomes of its recording."""
+
+    def __init__(self, bus: Bus) -> None:
+        self._health = HealthReporter(bus)
+        self._events = bus.publisher(topics.EVENTS)
+        self._record, self._stop = bus.serve(topics.RECORD), bus.serve(topics.RECORD_STOP)
+        self.path = ""
+        self.problem = ""
+
+    def turn(self, process: subprocess.Popen[str], until_recording: bool = False) -> None:
+        """Answer until the process has ended, or has begun to record."""
+        deadline = time.monotonic() + 100.0
+        while process.poll() is None and not (until_recording and self.path):
+            assert time.monotonic() < deadline
+            level = DiagnosticStatus.ERROR if self.problem else DiagnosticStatus.OK
+            message = self.problem or ("recording" if self.path else "idle")
+            self._health.poll({"recording": self.path}, level=level, message=message)
+            if (call := self._record.poll()) is not None:
+                assert isinstance(call.request, RecordRequest)
+                self.path = call.request.path
+                call.reply(RecordResponse(success=True))
+            if (stop := self._stop.poll()) is not None:
+                assert isinstance(stop.request, RecordStopRequest)
+                stop.reply(RecordStopResponse(success=True, message="all well", path=self.path))
+            time.sleep(0.01)
+
+    def fail(self, problem: str) -> None:
+        self.path, self.problem = "", problem
+        self._events.send(Event(severity=Event.ERROR, source=topics.BRIDGE, code="recording-failed", text=problem))
+
+
+def test_the_end_of_a_recording_is_told_at_once(bus_config: BusConfig, tmp_path: Path) -> None:
+    with Bus.open(topics.BRIDGE, bus_config) as bus:
+        bridge = Bridge(bus)
+        process = touchline(bus_config, "record", str(tmp_path / "a.mcap"))
+        bridge.turn(process, until_recording=True)
+        bridge.fail("the disk is full")
+        bridge.turn(process)
+    _, errors = process.communicate()
+    assert process.returncode == 2
+    assert "the recording has ended: the disk is full" in errors
+
+
+def test_a_recording_that_somebody_else_has_stopped_is_told(bus_config: BusConfig, tmp_path: Path) -> None:
+    with Bus.open(topics.BRIDGE, bus_config) as bus:
+        bridge = Bridge(bus)
+        process = touchline(bus_config, "record", str(tmp_path / "a.mcap"))
+        bridge.turn(process, until_recording=True)
+        bridge.path = ""
+        bridge.turn(process)
+    _, errors = process.communicate()
+    assert "somebody else has stopped it" in errors
+
+
+def test_ctrl_c_in_a_replay_exits_130(bus_config: BusConfig, tmp_path: Path) -> None:
+    path = record(tmp_path / "a.mcap", messages(6000)).finish().path
+    with Bus.open(topics.OBSERVER, bus_config) as bus:
+        clock = bus.inbox([topics.CLOCK])
+        process = touchline(bus_config, "replay", str(path), "--json")
+        deadline = time.monotonic() + 100.0
+        while not clock.drain() and time.monotonic() < deadline:
+            time.sleep(0.01)
+        process.send_signal(signal.SIGINT)
+        output, _ = process.communicate(timeout=100.0)
+    assert process.returncode == 130
+    assert '"sent"' in output
