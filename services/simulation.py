@@ -13,7 +13,7 @@ from schemas.scenario import Scenario
 from schemas.template import Template
 from schemas.vehicle import Vehicle
 from services.planner.plan import plan
-from services.reports import hash_figures, paint_report, plan_figures, traversal_figures
+from services.reports import failing, hash_figures, paint_report, plan_figures, traversal_figures
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.packing import Payload
 from services.robot_sim.quiet import Quiet
@@ -85,7 +85,7 @@ class Outcome:
         """The report as ``touchline run`` gives it."""
         return {
             "success": self.report.success,
-            "reason": self.reason,
+            "reason": self.reason or failing(self.report),
             "plan": plan_figures(job.plan_report),
             "traversal": traversal_figures(self.report, self.wall_time_s),
             **paint_report(self.report),

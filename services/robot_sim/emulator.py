@@ -14,7 +14,7 @@ from schemas.faults import Fault
 from schemas.messages import Trajectory, TraversalStatus
 from schemas.scenario import Scenario
 from schemas.setup import Setup
-from schemas.template import Template
+from schemas.template import DEFAULT_TOLERANCE_M, Template
 from schemas.vehicle import Vehicle
 from services.robot_sim.estimator_error import EstimatorError
 from services.robot_sim.faults import FaultTimeline
@@ -220,7 +220,8 @@ class Emulator:
         if resume is not None:
             start = resume_pose(trajectory, self.vehicle, resume)
         width_m = template.line_width_m if template is not None else self.vehicle.spray_width_m
-        ledger = PaintLedger(wanted, width_m, self.vehicle.spray_width_m)
+        tolerance_m = template.tolerance_m if template is not None else DEFAULT_TOLERANCE_M
+        ledger = PaintLedger(wanted, width_m, self.vehicle.spray_width_m, tolerance_m)
         if remains is not None:
             ledger.restore(remains.paint)
         return Job(course, start, ledger, resume, remains)

@@ -125,6 +125,54 @@ def _hit(
 
 
 @kernel
+def cover(
+    targets: NDArray[np.float64],
+    frame: NDArray[np.float64],
+    starts: NDArray[np.int64],
+    members: NDArray[np.int64],
+    limit_m: float,
+    points: NDArray[np.float64],
+    first: int,
+    latest: NDArray[np.float64],
+    stretches: NDArray[np.float64],
+    state: NDArray[np.int64],
+) -> int:
+    """Enter the stretches of lines that strokes pass within `limit_m` of, as `enter` does tick by tick.
+
+    Args:
+        targets: As `frame`, `starts`, `members`, `latest`, `stretches` and `state`, of `enter`.
+        frame: See `targets`.
+        starts: See `targets`.
+        members: See `targets`.
+        limit_m: How far off a line.
+        points: (n, POINT_COLUMNS) of the strokes.
+        first: Of the points, the one to begin with.
+        latest: See `targets`.
+        stretches: See `targets`.
+        state: See `targets`.
+
+    Returns:
+        The point to go on with once `stretches` have been taken; n when all is entered.
+    """
+    for row in range(max(first, 1), len(points)):
+        if points[row, POINT_TARGET] == STROKE_BEGINS:
+            continue
+        ax, ay, bx, by = points[row - 1, POINT_X], points[row - 1, POINT_Y], points[row, POINT_X], points[row, POINT_Y]
+        cell = cell_of(bx, by, frame)
+        if cell < 0:
+            continue
+        if state[STATE_STRETCHES] + 3 * (starts[cell + 1] - starts[cell]) > len(stretches):
+            return row
+        for member in range(starts[cell], starts[cell + 1]):
+            target = targets[members[member]]
+            s, lateral = project(bx, by, target)
+            if abs(lateral) <= REACH_M and -REACH_M <= s <= target[_LENGTH] + REACH_M:
+                a = project(ax, ay, target)
+                _hit(members[member], target, a, (s, lateral), limit_m, latest, stretches, state)
+    return len(points)
+
+
+@kernel
 def _point(
     row: NDArray[np.float64],
     target: float,
