@@ -157,7 +157,7 @@ def simulate(
 
 def _drive(emulator: Emulator, run_slice: Callable[[], None], progress: Progress) -> str:
     """Run to the end; a robot that waits for an operator for minutes is told to give up. Returns the reason."""
-    reached, patience, reason = -1.0, _PATIENCE_SLICES, ""
+    reached, patience = -1.0, _PATIENCE_SLICES
     while emulator.active:
         run_slice()
         status = emulator.onboard.status
@@ -166,9 +166,10 @@ def _drive(emulator: Emulator, run_slice: Callable[[], None], progress: Progress
         patience = patience - 1 if status.arc_length_m == reached else _PATIENCE_SLICES
         reached = status.arc_length_m
         if patience == 0 and status.state in (TraversalStatus.RUNNING, TraversalStatus.PAUSED):
-            reason = status.reason or "it did not move on"
-            emulator.abort()
-    return reason or emulator.onboard.status.reason
+            waited_s = _PATIENCE_SLICES * _SLICE_TICKS // 100
+            why = status.reason or "it did not move on"
+            emulator.abort(f"given up by the simulation after {waited_s} s without progress: {why}")
+    return emulator.onboard.status.reason
 
 
 class _Listener:

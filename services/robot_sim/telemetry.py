@@ -179,9 +179,10 @@ class Telemetry:
         ticks.note(row, tick, emulator.world.state, readings, wheels, float(command.valve), float(command.disc))
         row[ticks.MEASURED : ticks.READINGS] = np.where(sensors.arrived, measured, -1)
         if tick % ticks.ODOMETRY_TICKS == 0:
-            *estimate, covariance = emulator.onboard.estimate
+            *estimate, covariance, twist_covariance = emulator.onboard.estimate
             row[ticks.ESTIMATE : ticks.COVARIANCE] = estimate
-            row[ticks.COVARIANCE : ticks.TRUTH] = covariance
+            row[ticks.COVARIANCE : ticks.TWIST_COVARIANCE] = covariance
+            row[ticks.TWIST_COVARIANCE : ticks.TRUTH] = twist_covariance
 
     def news(self) -> list[Payload]:
         """What a command has changed: events and the status."""

@@ -69,3 +69,4 @@ def _exercise(name: str, vehicle: Vehicle, scenario: Scenario) -> None:
         ledger = PaintLedger([line], vehicle.spray_width_m, vehicle.spray_width_m)
         ledger.record(world.trace)
         ledger.within_by_target_m(ledger.tolerance_m)
+        ledger.drawn_by_target_m()

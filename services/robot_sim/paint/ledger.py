@@ -232,6 +232,16 @@ class PaintLedger:
                 parts[marks.target].append(self._stroke(self._points[marks.first_index : end]))
         return parts
 
+    def drawn_by_target_m(self) -> list[float]:
+        """Per target, the length along which the strokes that belong to it run, ends and doubled stretches once."""
+        drawn = [Intervals() for _ in self.targets]
+        for marks in self.all_marks():
+            if marks.target >= 0:
+                points = self._points[marks.first_index : marks.first_index + len(marks.x_m)]
+                xy = points[:, [p.POINT_X, p.POINT_Y]]
+                drawn[marks.target].add(*p.extent(xy, self._table[marks.target]))
+        return [stretches.length for stretches in drawn]
+
     def _stroke(self, points: Floats) -> Stroke:
         return Stroke(points[:, :2], float(points[-1, p.POINT_WIDTH]) * self.spray_width_m)
 

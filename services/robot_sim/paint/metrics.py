@@ -30,7 +30,7 @@ class SegmentMetrics(NamedTuple):
     within_m: float
     """Length over which the middle of the paint is within the tolerance."""
     width_m: float
-    """Painted area per covered length; 0 where nothing is covered."""
+    """Painted area per length of the line along which that paint runs; 0 without paint."""
     areas: Areas
     lateral: LateralError
 
@@ -87,7 +87,7 @@ def paint_metrics(ledger: PaintLedger) -> PaintMetrics:
     strokes = ledger.strokes()
     lines = [target.curve for target in ledger.targets]
     areas = paint_areas(strokes, ledger.strokes_by_target(), lines, ledger.line_width_m)
-    within = ledger.within_by_target_m(ledger.tolerance_m)
+    within, drawn = ledger.within_by_target_m(ledger.tolerance_m), ledger.drawn_by_target_m()
     order = np.argsort(deviation.target, kind="stable")
     parts = np.split(distance[order], np.searchsorted(deviation.target[order], np.arange(1, len(lines))))
     segments = [
@@ -96,12 +96,12 @@ def paint_metrics(ledger: PaintLedger) -> PaintMetrics:
             target.curve.length_m,
             covered_m,
             within_m,
-            area.painted_m2 / covered_m if covered_m > 0.0 else 0.0,
+            area.painted_m2 / drawn_m if drawn_m > 0.0 else 0.0,
             area,
             _lateral_error(part),
         )
-        for target, covered_m, within_m, area, part in zip(
-            ledger.targets, ledger.covered_by_target_m.tolist(), within, areas.lines, parts, strict=False
+        for target, covered_m, within_m, drawn_m, area, part in zip(
+            ledger.targets, ledger.covered_by_target_m.tolist(), within, drawn, areas.lines, parts, strict=False
         )
     ]
     painted = sum(float(np.hypot(*np.diff(stroke.points, axis=0).T).sum()) for stroke in strokes)

@@ -62,6 +62,20 @@ def project(x: float, y: float, target: NDArray[np.float64]) -> tuple[float, flo
 
 
 @kernel
+def extent(points: NDArray[np.float64], target: NDArray[np.float64]) -> tuple[float, float]:
+    """Arc lengths between which points (n, 2) run along a line or arc (5,), beyond its ends and round a circle."""
+    turn = 2.0 * math.pi / abs(target[_CURVATURE]) if target[_CURVATURE] != 0.0 else 0.0
+    at, _ = project(points[0, 0], points[0, 1], target)
+    low = high = at
+    for row in range(1, len(points)):
+        s, _ = project(points[row, 0], points[row, 1], target)
+        if turn > 0.0:
+            s += turn * math.floor((at - s) / turn + 0.5)
+        at, low, high = s, min(low, s), max(high, s)
+    return low, high
+
+
+@kernel
 def _clip(a: float, b: float, limit: float) -> tuple[float, float]:
     """The part (from, to) of 0…1 in which a value going linearly from `a` to `b` stays within ±`limit`."""
     if abs(a) <= limit and abs(b) <= limit:
