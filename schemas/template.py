@@ -18,6 +18,9 @@ MIN_LENGTH_M = 0.01
 #: An outline with less inside is a mistake.
 MIN_AREA_M2 = 1e-4
 
+#: How far the middle of the paint may be off its line where the template does not say.
+DEFAULT_TOLERANCE_M = 0.03
+
 #: More than any label needs, and little enough for a hundred thousand of them.
 MAX_TEXT = 10_000
 
@@ -128,6 +131,8 @@ class Template(Spec):
     title: Text = ""
     source: Text = ""
     line_width_m: Annotated[float, Field(ge=0.02, le=0.3)] = 0.12
+    tolerance_m: Annotated[float, Field(ge=0.001, le=0.3)] = DEFAULT_TOLERANCE_M
+    """How far the middle of the paint may be off its line: decides whether the paint is accepted."""
     placement: Placement | None = None
     """Where a file's drawing lies in the map frame; None once it has been carried there (`schemas.catalogue`)."""
     origin: Origin | None = None

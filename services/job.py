@@ -30,7 +30,7 @@ from schemas.vehicle import Vehicle
 from services.bus import Bus, CallError, Inbox
 from services.bus.counters import Counters
 from services.diagnostics import read_health
-from services.reports import hash_figures, paint_report, plan_figures, traversal_figures
+from services.reports import failing, hash_figures, paint_report, plan_figures, traversal_figures
 
 #: A job whose robot does not move on for this long (wall clock) will not finish by itself.
 _STALLED_S = 20.0
@@ -221,7 +221,7 @@ class Job:
         lacking = recording["problem"] if recording is not None and not recording["complete"] else ""
         return {
             "success": report.success and not lacking,
-            "reason": status.reason or (lacking and f"the recording is not complete: {lacking}"),
+            "reason": status.reason or (lacking and f"the recording is not complete: {lacking}") or failing(report),
             "plan": plan_figures(plan.report),
             "traversal": traversal_figures(report, wall_s),
             **paint_report(report),

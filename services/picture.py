@@ -60,8 +60,12 @@ def draw_painted(template: Template, strokes: Iterable[PaintMarks], path: Path, 
 
 
 def painted_caption(paint: Mapping[str, Any]) -> str:
-    """The two figures of a report that say most."""
-    return f"{paint['coverage_pct']:.2f} % covered, off by {1e3 * paint['lateral_error_m']['p95']:.1f} mm (p95)"
+    """The figures of a report that say most."""
+    return (
+        f"covered {paint['coverage_pct']:.2f} % of the length, {paint['area_coverage_pct']:.2f} % of the area, "
+        f"off by {1e3 * paint['lateral_error_m']['p95']:.1f} mm (p95), "
+        f"{paint['within_tolerance_pct']:.2f} % within {1e3 * paint['tolerance_m']:g} mm"
+    )
 
 
 def lateral_error(curve: Curve, points_m: Floats) -> Floats:

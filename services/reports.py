@@ -46,11 +46,21 @@ def paint_figures(report: TraversalReport) -> dict[str, Any]:
     """What was painted, against the template."""
     return {
         "coverage_pct": report.coverage_pct,
+        "area_coverage_pct": report.area_coverage_pct,
         "gap_m": report.gap_m,
         "overspray_m2": report.overspray_m2,
         "double_paint_m2": report.double_paint_m2,
         "lateral_error_m": _lateral_error(report),
+        "accepted": report.paint_accepted,
+        "tolerance_m": report.tolerance_m,
+        "within_tolerance_pct": report.within_tolerance_pct,
+        "verdict": report.verdict,
     }
+
+
+def failing(report: TraversalReport) -> str:
+    """Why a traversal that got to its end is no success; "" if it is one."""
+    return "" if report.paint_accepted else f"the paint is not accepted: {report.verdict}"
 
 
 def paint_report(report: TraversalReport) -> dict[str, Any]:
@@ -68,6 +78,8 @@ def segment_figures(segment: SegmentPaint) -> dict[str, Any]:
         "id": segment.id,
         "length_m": segment.length_m,
         "coverage_pct": segment.coverage_pct,
+        "area_coverage_pct": segment.area_coverage_pct,
+        "within_tolerance_pct": segment.within_tolerance_pct,
         "gap_m": segment.gap_m,
         "width_m": segment.width_m,
         "overspray_m2": segment.overspray_m2,

@@ -13,7 +13,7 @@ from schemas.scenario import Scenario
 from schemas.template import Template
 from schemas.vehicle import Vehicle
 from services.planner.plan import plan
-from services.reports import hash_figures, paint_report, plan_figures, traversal_figures
+from services.reports import failing, hash_figures, paint_report, plan_figures, traversal_figures
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.packing import Payload
 from services.robot_sim.quiet import Quiet
@@ -85,7 +85,7 @@ class Outcome:
         """The report as ``touchline run`` gives it."""
         return {
             "success": self.report.success,
-            "reason": self.reason,
+            "reason": self.reason or failing(self.report),
             "plan": plan_figures(job.plan_report),
             "traversal": traversal_figures(self.report, self.wall_time_s),
             **paint_report(self.report),
@@ -157,7 +157,7 @@ def simulate(
 
 def _drive(emulator: Emulator, run_slice: Callable[[], None], progress: Progress) -> str:
     """Run to the end; a robot that waits for an operator for minutes is told to give up. Returns the reason."""
-    reached, patience, reason = -1.0, _PATIENCE_SLICES, ""
+    reached, patience = -1.0, _PATIENCE_SLICES
     while emulator.active:
         run_slice()
         status = emulator.onboard.status
@@ -166,9 +166,10 @@ def _drive(emulator: Emulator, run_slice: Callable[[], None], progress: Progress
         patience = patience - 1 if status.arc_length_m == reached else _PATIENCE_SLICES
         reached = status.arc_length_m
         if patience == 0 and status.state in (TraversalStatus.RUNNING, TraversalStatus.PAUSED):
-            reason = status.reason or "it did not move on"
-            emulator.abort()
-    return reason or emulator.onboard.status.reason
+            waited_s = _PATIENCE_SLICES * _SLICE_TICKS // 100
+            why = status.reason or "it did not move on"
+            emulator.abort(f"given up by the simulation after {waited_s} s without progress: {why}")
+    return emulator.onboard.status.reason
 
 
 class _Listener:

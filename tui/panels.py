@@ -220,10 +220,18 @@ def _report_lines(state: ConsoleState) -> list[Content]:
     report = state.robot.report
     if not report or state.traversal not in (TraversalStatus.DONE, TraversalStatus.ABORTED):
         return []
-    verdict = ("✓ complete", theme.GREEN) if report.success else ("✗ incomplete", theme.ORANGE)
+    if report.success:
+        verdict = ("✓ complete", theme.GREEN)
+    elif state.traversal == TraversalStatus.DONE:
+        verdict = ("✗ not as the template asks", theme.ORANGE)
+    else:
+        verdict = ("✗ incomplete", theme.ORANGE)
     gaps = (f"  gaps {format.length(report.gap_m)}", theme.MUTED)
+    within = f"  within {format.length(report.tolerance_m)} {format.percent(report.within_tolerance_pct / 100, 2)}"
     return [
-        _row("result", verdict, f"  {format.percent(report.coverage_pct / 100, 2)}"),
+        _row("result", verdict),
+        _row("length", format.percent(report.coverage_pct / 100, 2), (within, theme.MUTED)),
+        _row("area", format.percent(report.area_coverage_pct / 100, 2)),
         _row("accuracy", f"95 % within {format.length(report.lateral_error_p95_m)}"),
         _row("excess", format.number(report.overspray_m2, 2, "m²"), gaps),
     ]

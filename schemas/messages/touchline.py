@@ -122,12 +122,18 @@ class TraversalStatus(Message):
 
 
 class SegmentPaint(Message):
-    """One line of the template, as it was painted; ``width_m`` is the mean width of its paint, 0 without any."""
+    """One line of the template, as it was painted; ``width_m`` is the mean width of its paint, 0 without any.
+
+    Shares are of its length (``coverage_pct``), of its area (``area_coverage_pct``), and of its length with the middle
+    of the paint within the template's tolerance (``within_tolerance_pct``).
+    """
 
     ros_type: ClassVar[str] = "touchline_msgs/msg/SegmentPaint"
     id: str = ""
     length_m: float = 0.0
     coverage_pct: float = 0.0
+    area_coverage_pct: float = 0.0
+    within_tolerance_pct: float = 0.0
     gap_m: float = 0.0
     width_m: float = 0.0
     overspray_m2: float = 0.0
@@ -140,7 +146,9 @@ class SegmentPaint(Message):
 class TraversalReport(Message):
     """The figures of a finished traversal; errors are the true nozzle's against the template.
 
-    ``session_hash`` is that of every recorded payload since the load, this one with an empty hash included.
+    ``success``: it got to its end, and the paint is accepted. ``paint_accepted`` is decided by ``tolerance_m``;
+    ``verdict`` says in words with what margin. ``session_hash`` is that of every recorded payload since the load, this
+    one with an empty hash included.
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/msg/TraversalReport"
@@ -148,6 +156,11 @@ class TraversalReport(Message):
     success: bool = False
     total_time_s: float = 0.0
     coverage_pct: float = 0.0
+    area_coverage_pct: float = 0.0
+    tolerance_m: float = 0.0
+    within_tolerance_pct: float = 0.0
+    paint_accepted: bool = False
+    verdict: str = ""
     gap_m: float = 0.0
     overspray_m2: float = 0.0
     double_paint_m2: float = 0.0

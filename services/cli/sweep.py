@@ -22,7 +22,9 @@ from services.writing import check_writable, write_json
 
 #: Units are in the names of the JSON report; here they are scaled to what people say.
 _SHOWN = {
-    "coverage_pct": ("coverage, %", 1.0, 2),
+    "coverage_pct": ("coverage of the length, %", 1.0, 2),
+    "area_coverage_pct": ("coverage of the area, %", 1.0, 2),
+    "within_tolerance_pct": ("within the tolerance, %", 1.0, 2),
     "gap_m": ("gaps, m", 1.0, 3),
     "overspray_m2": ("overspray, m²", 1.0, 3),
     "double_paint_m2": ("double paint, m²", 1.0, 4),

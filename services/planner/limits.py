@@ -45,8 +45,11 @@ class Limits:
     def of(cls, vehicle: Vehicle, options: PlanOptions) -> "Limits":
         """The limits for `options`, where 0 means the vehicle's default.
 
+        Transit is at least as fast as paint, unless a lower transit speed alone is asked for: then paint is as slow.
+
         Raises:
-            PlanningError: An option is not finite, not positive, or beyond what the vehicle can do.
+            PlanningError: An option is not finite, not positive, or beyond what the vehicle can do; or paint shall be
+                faster than transit.
         """
         rim_speed = vehicle.max_wheel_speed_radps * vehicle.wheel_radius_m
         wheel_acceleration = min(vehicle.planned_wheel_acceleration_radps2, vehicle.max_wheel_acceleration_radps2)
@@ -66,6 +69,15 @@ class Limits:
         speeds = (SPEED_MIN_MPS, rim_speed, "m/s")
         paint = _option("paint_speed_mps", options.paint_speed_mps, vehicle.paint_speed_mps, *speeds)
         transit = _option("transit_speed_mps", options.transit_speed_mps, vehicle.transit_speed_mps, *speeds)
+        if options.transit_speed_mps == 0.0:
+            transit = max(transit, paint)
+        elif options.paint_speed_mps > transit:
+            raise PlanningError(
+                "",
+                f"has paint_speed_mps = {paint:g} above transit_speed_mps = {transit:g}",
+                "give a transit speed of at least the paint speed, or 0 for one that suits",
+            )
+        paint = min(paint, transit)
         acceleration = min(vehicle.max_acceleration_mps2, rim_acceleration)
         lateral = vehicle.max_lateral_acceleration_mps2
         return cls(curvature, sharpness, paint, transit, acceleration, half_track, rim_speed, rim_acceleration, lateral)

@@ -56,20 +56,15 @@ def modes(
     With `free`, a full circle may begin anywhere (at one of `CIRCLE_STARTS` points).
 
     Raises:
-        PlanningError: The nozzle is not on the axle, two segments share an id, or an arc cannot be driven at all.
+        PlanningError: Two segments share an id, or an arc cannot be driven at all.
     """
-    if vehicle.nozzle_x_m != 0.0:
-        raise PlanningError(
-            "",
-            f"has a nozzle {vehicle.nozzle_x_m:g} m ahead of the axle",
-            "use a vehicle with nozzle_x_m = 0: only a nozzle beside the axle keeps arcs arcs",
-        )
     seen: set[str] = set()
     for segment in segments:
         if segment.id in seen:
             raise PlanningError(segment.id, "appears twice", "give every segment an id of its own")
         seen.add(segment.id)
-    return [_modes(segment, vehicle.nozzle_y_m, curvature_max_1pm, free) for segment in segments]
+    at_m = (vehicle.nozzle_x_m, vehicle.nozzle_y_m)
+    return [_modes(segment, at_m, curvature_max_1pm, free) for segment in segments]
 
 
 def strokes(segments: tuple[TemplateSegment, ...], vehicle: Vehicle, curvature_max_1pm: float) -> list[Stroke]:
@@ -81,17 +76,17 @@ def strokes(segments: tuple[TemplateSegment, ...], vehicle: Vehicle, curvature_m
     return [ways[0] for ways in modes(segments, vehicle, curvature_max_1pm)]
 
 
-def _modes(segment: TemplateSegment, nozzle_left_m: float, curvature_max_1pm: float, free: bool) -> list[Stroke]:
+def _modes(segment: TemplateSegment, at_m: tuple[float, float], curvature_max_1pm: float, free: bool) -> list[Stroke]:
     given = segment.curve()
     curves = _begun_elsewhere(given) if free else [given]
     found = []
     for nozzle, flipped in ((turned(curve), flipped) for flipped, turned in _BOTH_WAYS for curve in curves):
-        robot = _drivable(nozzle, nozzle_left_m, curvature_max_1pm)
+        robot = _drivable(nozzle, at_m, curvature_max_1pm)
         if robot is not None:
             found.append(Stroke(segment.id, segment.label, segment.actuation, nozzle, robot, flipped))
     if found:
         return found
-    smallest = max(1.0 / curvature_max_1pm - abs(nozzle_left_m), 0.0)
+    smallest = math.hypot(at_m[0], max(1.0 / curvature_max_1pm - abs(at_m[1]), 0.0))
     raise PlanningError(
         segment.id,
         f"has a radius of {1.0 / abs(given.curvature_1pm):.3f} m, too tight for the robot in either direction",
@@ -110,9 +105,34 @@ def _begun_elsewhere(curve: Curve) -> list[Curve]:
     ]
 
 
-def _drivable(nozzle: Curve, nozzle_left_m: float, curvature_max_1pm: float) -> Curve | None:
-    """The robot's curve while its nozzle, `nozzle_left_m` to its left, follows `nozzle`; None if it is too tight."""
-    if nozzle.curvature_1pm * -nozzle_left_m >= 1.0:
+def _drivable(nozzle: Curve, at_m: tuple[float, float], curvature_max_1pm: float) -> Curve | None:
+    """The robot's curve while its nozzle, at (ahead, left), follows `nozzle`; None if it is too tight."""
+    robot = _carried(nozzle, *at_m)
+    if robot is None or abs(robot.curvature_1pm) > curvature_max_1pm * (1.0 + CURVATURE_SLACK):
         return None
-    robot = nozzle.offset(-nozzle_left_m)
-    return robot if abs(robot.curvature_1pm) <= curvature_max_1pm * (1.0 + CURVATURE_SLACK) else None
+    return robot
+
+
+def _carried(nozzle: Curve, ahead_m: float, left_m: float) -> Curve | None:
+    """The curve of the axle's middle that carries a nozzle (`ahead_m`, `left_m`) of it along `nozzle`; None without.
+
+    On an arc both circle about one point, which is on the axle's line, at (0, ρ) in the robot's frame: for a nozzle
+    radius R, R² = ahead² + (ρ − left)², and the nozzle heads asin(ahead / R) further to the left than the robot.
+    """
+    if nozzle.curvature_1pm * -left_m >= 1.0:
+        return None
+    if ahead_m == 0.0:
+        return nozzle.offset(-left_m)
+    heading, radius_m, length_m = nozzle.heading_rad, math.inf, nozzle.length_m
+    if nozzle.curvature_1pm != 0.0:
+        across = ahead_m * nozzle.curvature_1pm
+        if abs(across) >= 1.0:
+            return None
+        heading -= math.asin(across)
+        radius_m = left_m + math.sqrt(1.0 - across * across) / nozzle.curvature_1pm
+        if radius_m * nozzle.curvature_1pm <= 0.0:
+            return None
+        length_m *= radius_m * nozzle.curvature_1pm
+    cos, sin = math.cos(heading), math.sin(heading)
+    x_m, y_m = nozzle.x_m - (cos * ahead_m - sin * left_m), nozzle.y_m - (sin * ahead_m + cos * left_m)
+    return Curve(x_m, y_m, wrap_angle(heading), 1.0 / radius_m, length_m)

@@ -14,7 +14,7 @@ from schemas.faults import Fault
 from schemas.messages import Trajectory, TraversalStatus
 from schemas.scenario import Scenario
 from schemas.setup import Setup
-from schemas.template import Template
+from schemas.template import DEFAULT_TOLERANCE_M, Template
 from schemas.vehicle import Vehicle
 from services.robot_sim.estimator_error import EstimatorError
 from services.robot_sim.faults import FaultTimeline
@@ -31,7 +31,7 @@ from services.robot_sim.frames import (
 from services.robot_sim.onboard import Onboard
 from services.robot_sim.onboard.followers import Ask, nobody
 from services.robot_sim.onboard.trajectory import resume_pose
-from services.robot_sim.onboard.traversal import EMERGENCY_STOP
+from services.robot_sim.onboard.traversal import ABORTED_BY_OPERATOR, EMERGENCY_STOP
 from services.robot_sim.paint.ledger import PaintLedger
 from services.robot_sim.paint.metrics import PaintMetrics, paint_metrics
 from services.robot_sim.paint.targets import start_pose, targets
@@ -110,7 +110,7 @@ class OnboardComputer(Protocol):
     def resume(self) -> None:
         """Go on after a pause."""
 
-    def abort(self) -> None:
+    def abort(self, reason: str = ABORTED_BY_OPERATOR) -> None:
         """Brake and give the traversal up."""
 
     def estop(self, reason: str = EMERGENCY_STOP) -> None:
@@ -220,7 +220,8 @@ class Emulator:
         if resume is not None:
             start = resume_pose(trajectory, self.vehicle, resume)
         width_m = template.line_width_m if template is not None else self.vehicle.spray_width_m
-        ledger = PaintLedger(wanted, width_m, self.vehicle.spray_width_m)
+        tolerance_m = template.tolerance_m if template is not None else DEFAULT_TOLERANCE_M
+        ledger = PaintLedger(wanted, width_m, self.vehicle.spray_width_m, tolerance_m)
         if remains is not None:
             ledger.restore(remains.paint)
         return Job(course, start, ledger, resume, remains)
@@ -269,9 +270,9 @@ class Emulator:
         """Go on after a pause."""
         self.onboard.resume()
 
-    def abort(self) -> None:
+    def abort(self, reason: str = ABORTED_BY_OPERATOR) -> None:
         """Brake and give the traversal up."""
-        self.onboard.abort()
+        self.onboard.abort(reason)
 
     def estop(self, reason: str = EMERGENCY_STOP) -> None:
         """Stop at once; only a reset gets it going again."""

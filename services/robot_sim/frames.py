@@ -114,6 +114,8 @@ class Estimate(NamedTuple):
     yaw_rate_radps: float
     covariance: NDArray[np.float64]
     """(9,) row-major covariance of (east [m], north [m], heading [rad])."""
+    twist_covariance: NDArray[np.float64]
+    """(4,) row-major covariance of (speed [m/s], yaw rate [rad/s])."""
 
 
 class Consistency(NamedTuple):

@@ -92,6 +92,9 @@ def _keep(
     for i in range(3):
         for j in range(3):
             row[ticks.COVARIANCE + 3 * i + j] = P[i, j]
+    twist = row[ticks.TWIST_COVARIANCE : ticks.TRUTH]
+    twist[0], twist[1] = P[model.SPEED, model.SPEED], P[model.SPEED, model.YAW_RATE]
+    twist[2], twist[3] = P[model.YAW_RATE, model.SPEED], P[model.YAW_RATE, model.YAW_RATE]
     row[ticks.FIXES] = fixes
     if fixes > 0:
         copy(arrivals[0], row[ticks.REPORT :])

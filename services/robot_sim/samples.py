@@ -29,15 +29,20 @@ _NO_COVARIANCE: Final = (0.0,) * 9
 _NO_ORIENTATION: Final = (0.0, 0.0, 0.0, 1.0, -1.0, *(0.0,) * 8)
 _NO_ODOMETRY: Final = (0.0,) * (7 + 36 + 6 + 36)
 _C: Final = ticks.COVARIANCE
-_POSE_COVARIANCE: Final = {
+_T: Final = ticks.TWIST_COVARIANCE
+_COVARIANCE: Final = {
     "pose.covariance[0]": slice(_C, _C + 2),
     "pose.covariance[5]": slice(_C + 2, _C + 3),
     "pose.covariance[6]": slice(_C + 1, _C + 5, 3),
     "pose.covariance[11]": slice(_C + 5, _C + 6),
     "pose.covariance[30]": slice(_C + 2, _C + 6, 3),
     "pose.covariance[35]": slice(_C + 8, _C + 9),
+    "twist.covariance[0]": slice(_T, _T + 1),
+    "twist.covariance[5]": slice(_T + 1, _T + 2),
+    "twist.covariance[30]": slice(_T + 2, _T + 3),
+    "twist.covariance[35]": slice(_T + 3, _T + 4),
 }
-"""Where the columns of `ticks` go in the covariance of (x, y, z, roll, pitch, yaw)."""
+"""Where the columns of `ticks` go in the covariances of (x, y, z, roll, pitch, yaw) and of their rates."""
 
 _SPRAYER_TICKS: Final = period(topics.SPRAYER)
 _GYRO: Final = slice(ticks.READINGS + fast.IMU, ticks.READINGS + fast.IMU + 3)
@@ -74,7 +79,7 @@ class Samples:
         pose = {"pose.pose.position.x": 2, "pose.pose.orientation.z": 2}
         twist = {"twist.twist.linear.x": 1, "twist.twist.angular.z": 1}
         odometry = layouts.ODOMETRY.pack(*_NO_STAMP, *_NO_ODOMETRY)
-        covariance = {path: len(range(_C + 9)[columns]) for path, columns in _POSE_COVARIANCE.items()}
+        covariance = {path: len(range(ticks.TRUTH)[columns]) for path, columns in _COVARIANCE.items()}
         self._estimate = Records(layouts.ODOMETRY, odometry, _STAMP | pose | twist | covariance, most)
         self._truth = Records(layouts.ODOMETRY, odometry, _STAMP | pose | twist, most)
         self._history = history
@@ -129,7 +134,7 @@ class Samples:
         """The estimates and the truths of rows in which they are due."""
         stamps = _stamps(rows, ticks.TICK)
         estimate, truth = rows[:, ticks.ESTIMATE : ticks.COVARIANCE], rows[:, ticks.TRUTH : ticks.SPRAYER]
-        covariance = (rows[:, columns] for columns in _POSE_COVARIANCE.values())
+        covariance = (rows[:, columns] for columns in _COVARIANCE.values())
         return [
             (topics.ODOMETRY, self._estimate.pack(*stamps, *_motion(estimate), *covariance)),
             (topics.TRUTH, self._truth.pack(*stamps, *_motion(truth))),

@@ -57,9 +57,14 @@ class Figures(NamedTuple):
         metrics, status = paint_metrics(self.ledger), self.status
         return m.TraversalReport(
             header=header(self.tick),
-            success=status.state == m.TraversalStatus.DONE,
+            success=status.state == m.TraversalStatus.DONE and metrics.verdict.accepted,
             total_time_s=status.elapsed_s,
             coverage_pct=metrics.coverage_pct,
+            area_coverage_pct=metrics.area_coverage_pct,
+            tolerance_m=self.ledger.tolerance_m,
+            within_tolerance_pct=metrics.within_pct,
+            paint_accepted=metrics.verdict.accepted,
+            verdict=metrics.verdict.text,
             gap_m=metrics.gap_m,
             overspray_m2=metrics.overspray_m2,
             double_paint_m2=metrics.double_paint_m2,
@@ -174,9 +179,10 @@ class Telemetry:
         ticks.note(row, tick, emulator.world.state, readings, wheels, float(command.valve), float(command.disc))
         row[ticks.MEASURED : ticks.READINGS] = np.where(sensors.arrived, measured, -1)
         if tick % ticks.ODOMETRY_TICKS == 0:
-            *estimate, covariance = emulator.onboard.estimate
+            *estimate, covariance, twist_covariance = emulator.onboard.estimate
             row[ticks.ESTIMATE : ticks.COVARIANCE] = estimate
-            row[ticks.COVARIANCE : ticks.TRUTH] = covariance
+            row[ticks.COVARIANCE : ticks.TWIST_COVARIANCE] = covariance
+            row[ticks.TWIST_COVARIANCE : ticks.TRUTH] = twist_covariance
 
     def news(self) -> list[Payload]:
         """What a command has changed: events and the status."""
@@ -301,6 +307,8 @@ def _segment(segment: SegmentMetrics) -> m.SegmentPaint:
         id=segment.id,
         length_m=segment.length_m,
         coverage_pct=segment.coverage_pct,
+        area_coverage_pct=segment.area_coverage_pct,
+        within_tolerance_pct=segment.within_pct,
         gap_m=segment.gap_m,
         width_m=segment.width_m,
         overspray_m2=segment.areas.overspray_m2,

@@ -12,7 +12,7 @@ from services.sweep.task import Run
 from services.writing import writing
 
 #: Figures of which more is better; of all others less is.
-MORE_IS_BETTER: Final = ("coverage_pct",)
+MORE_IS_BETTER: Final = ("coverage_pct", "area_coverage_pct", "within_tolerance_pct")
 
 
 def summarise(cases: Sequence[Case], runs: Sequence[Run]) -> dict[str, Any]:

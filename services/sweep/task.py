@@ -13,6 +13,7 @@ from schemas.messages import TraversalReport
 from schemas.scenario import Scenario
 from schemas.vehicle import Vehicle
 from services.lifecycle import ENDS
+from services.reports import failing
 from services.simulation import Job, Progress, simulate
 from services.sweep.grid import Case
 
@@ -71,15 +72,16 @@ def perform(jobs: list[Job], task: Task) -> Run:
     except TouchlineError as error:
         return Run(task.case, task.scenario.seed, False, str(error), {})
     report = outcome.report
-    return Run(
-        task.case, task.scenario.seed, report.success, outcome.reason, run_figures(report), outcome.scenario_hash
-    )
+    reason = outcome.reason or failing(report)
+    return Run(task.case, task.scenario.seed, report.success, reason, run_figures(report), outcome.scenario_hash)
 
 
 def run_figures(report: TraversalReport) -> dict[str, float]:
     """The main figures of a run, by the names of its report."""
     return {
         "coverage_pct": report.coverage_pct,
+        "area_coverage_pct": report.area_coverage_pct,
+        "within_tolerance_pct": report.within_tolerance_pct,
         "gap_m": report.gap_m,
         "overspray_m2": report.overspray_m2,
         "double_paint_m2": report.double_paint_m2,

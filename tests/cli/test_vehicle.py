@@ -31,7 +31,6 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "small-robot.json"
         ({"kinematics": "tricycle"}, "own.json: kinematics is 'tricycle'; give 'differential'"),
         ({"mass_empty_kg": 120}, "own.json: mass_full_kg is 100.0; give at least 120 kg, the mass_empty_kg"),
         ({"wheel_radius_m": 0.06}, "own.json: transit_speed_mps is 1.4; give at most 1.2 m/s"),
-        ({"nozzle_x_m": 0.3}, "has a nozzle 0.3 m ahead of the axle; use a vehicle with nozzle_x_m = 0"),
         ({"track_width_m": 4}, "plan has kappa_max_1pm = 1.125; give 0.01 to 0.5 1/m, or give the vehicle"),
     ],
 )

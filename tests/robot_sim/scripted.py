@@ -32,7 +32,7 @@ class ScriptedOnboard:
         self._events = []
         self.state = TraversalStatus.IDLE
         self.consistency = Consistency()
-        self.estimate = Estimate(0.0, 0.0, 0.0, 0.0, 0.0, np.zeros(9))
+        self.estimate = Estimate(0.0, 0.0, 0.0, 0.0, 0.0, np.zeros(9), np.zeros(4))
 
     @property
     def status(self):
@@ -63,7 +63,7 @@ class ScriptedOnboard:
     def resume(self):
         self.state = TraversalStatus.RUNNING
 
-    def abort(self):
+    def abort(self, _reason=""):
         self.state = TraversalStatus.ABORTED
 
     def estop(self, _reason="emergency stop"):

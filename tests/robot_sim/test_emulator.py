@@ -144,6 +144,13 @@ def test_touchlines_own_computer_paints_reproducibly():
     assert report.coverage_pct > 98.0
     assert report.lateral_error_max_m < 0.03
     assert 0.0 < report.position_rmse_m < 0.05
+    pairs = list(zip(of(first, topics.ODOMETRY), of(first, topics.TRUTH), strict=True))[50:]
+    for at, rate in ((0, lambda odometry: odometry.twist.twist.linear.x), (35, lambda o: o.twist.twist.angular.z)):
+        variance = np.array([told.twist.covariance[at] for told, _ in pairs])
+        errors = np.array([rate(told) - rate(true) for told, true in pairs])
+        assert np.all(variance > 0.0)
+        assert 0.2 < np.mean(errors**2 / variance) < 3.0, "as far off as it says"
+    assert pairs[-1][0].twist.covariance[5] == pairs[-1][0].twist.covariance[30] != 0.0
 
 
 def test_load_places_the_robot_at_the_start_of_the_plan_or_of_the_scenario():

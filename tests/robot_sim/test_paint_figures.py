@@ -66,6 +66,28 @@ def test_the_painted_length_is_what_was_driven_spraying_wherever_that_was():
     assert metrics.segments[0].areas.painted_m2 == pytest.approx(10 * WIDTH), "paint far away belongs to no line"
 
 
+def test_short_arcs_painted_in_one_go_are_as_wide_as_their_paint():
+    """Ticks of 9.7 mm do not end where one line joins the next."""
+    pieces, x, y, heading = [], 0.0, 0.0, 0.0
+    for curvature in (1.0, -1.0, 0.5, 1.0, -0.5):
+        pieces.append(Curve(x, y, heading, curvature, 0.0873))
+        x, y, heading = pieces[-1].end
+    ends = np.cumsum([0.0] + [piece.length_m for piece in pieces])
+    at = np.arange(0.0, ends[-1], 0.00097)
+    which = np.searchsorted(ends, at, side="right") - 1
+    way = [[float(value) for value in pieces[i].at(s - ends[i])[:2]] for i, s in zip(which, at, strict=True)]
+    metrics = paint_metrics(paint(ledger_of(*pieces), way))
+    assert [segment.width_m for segment in metrics.segments] == pytest.approx([WIDTH] * 5, rel=0.01)
+
+
+def test_a_line_painted_twice_beside_itself_is_wider_and_a_circle_beyond_its_end_is_not():
+    ledger = paint(paint(ledger_of(EASTWARD), line((0, 0), (10, 0))), line((2, 0.02), (8, 0.02)))
+    assert paint_metrics(ledger).segments[0].width_m == pytest.approx(WIDTH + 0.6 * 0.02, abs=1e-4)
+    circle = Curve.from_arc((2.0, 0.0), (0.0, 0.0), 2 * math.pi)
+    once = paint(ledger_of(circle), along(circle))
+    assert paint_metrics(once).segments[0].width_m == pytest.approx(WIDTH, rel=2e-3)
+
+
 def test_three_passes_are_as_much_double_paint_as_two():
     ledger = ledger_of(EASTWARD)
     for first, last in ((0, 10), (5, 7), (5, 7), (6, 8)):
@@ -176,7 +198,9 @@ def test_the_estimators_error_counts_from_the_first_motion_on_and_the_short_way_
     error = EstimatorError()
 
     def add(speed_mps, east_m, north_m, heading_rad):
-        error.add(Pose(1.0, 2.0, 3.0), speed_mps, Estimate(1.0 + east_m, 2.0 + north_m, heading_rad, 0.0, 0.0, None))
+        error.add(
+            Pose(1.0, 2.0, 3.0), speed_mps, Estimate(1.0 + east_m, 2.0 + north_m, heading_rad, 0.0, 0.0, None, None)
+        )
 
     add(0.0, 9.0, 9.0, 0.0)
     assert (error.position_rmse_m, error.heading_rmse_rad) == (0.0, 0.0)

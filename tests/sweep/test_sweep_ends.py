@@ -112,7 +112,7 @@ def test_the_table_has_mean_p95_worst_and_its_seed_in_peoples_units(sweep):
     ended = sweep(done)
     assert ended.exit_code == ExitCode.OK
     rows = {line.split(",")[0].strip(): line.split() for line in ended.stdout.splitlines() if "," in line}
-    assert rows["coverage"][-4:] == ["97.50", "96.15", "96.00", "4"]  # of 99, 98, 97, 96
+    assert rows["coverage of the length"][-4:] == ["97.50", "96.15", "96.00", "4"]  # of 99, 98, 97, 96
     assert rows["lateral error p95"][-4:] == ["2.50", "3.85", "4.00", "4"]
     assert "4 of 4 runs" in ended.stdout
 

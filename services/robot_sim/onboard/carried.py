@@ -51,7 +51,8 @@ K_BODY_RADIUS: Final = 6
 K_LEG_END: Final = 7
 K_VALVE_ON: Final = 8  # delays [s]
 K_VALVE_OFF: Final = 9
-CONSTANTS: Final = 10
+K_FIX_AGE: Final = 10  # of a fix, to paint [s]
+CONSTANTS: Final = 11
 
 # Columns of a fix in `FIX`, and of what `take_in` is given.
 F_STAMP: Final = 0

@@ -55,6 +55,7 @@ class Cruise:
         k[c.K_RADIUS] = vehicle.wheel_radius_m
         k[c.K_LAG], k[c.K_MAX_STEP], k[c.K_NOMINAL_L] = hazards._lag, hazards._max_step, hazards._nominal_l
         k[c.K_SETTLE_TICKS] = hazards._settle_ticks
+        k[c.K_FIX_AGE] = self._watch.fix_age_s
         k[c.K_VALVE_ON], k[c.K_VALVE_OFF] = vehicle.valve_on_delay_s, vehicle.valve_off_delay_s
 
     @property

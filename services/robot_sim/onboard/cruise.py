@@ -120,12 +120,12 @@ def take_in(tick: int, samples: Floats, fixes: int, fix: Floats, ring: Ring, s: 
 
 
 @kernel
-def _trusted(tick: int, P: Floats, n: Floats, s: Floats) -> bool:
+def _trusted(tick: int, P: Floats, n: Floats, s: Floats, k: Floats) -> bool:
     """Whether `Watch` finds nothing wrong with the pose."""
     now_s = tick / 100
     fix = s[c.FIX : c.FIX + c.FIX_COLUMNS]
-    fresh = fix[c.F_AGE] <= safety.MAX_CORRECTION_AGE_S and now_s - fix[c.F_STAMP] <= safety.MAX_FIX_AGE_S
-    used = n[m.N_FIX_REJECTED_RUN] < safety.MAX_REJECTED_RUN and now_s - s[c.LAST_USED] <= safety.MAX_FIX_AGE_S
+    fresh = fix[c.F_AGE] <= safety.MAX_CORRECTION_AGE_S and now_s - fix[c.F_STAMP] <= k[c.K_FIX_AGE]
+    used = n[m.N_FIX_REJECTED_RUN] < safety.MAX_REJECTED_RUN and now_s - s[c.LAST_USED] <= k[c.K_FIX_AGE]
     consistent = n[m.NIS_FIX_RECENT] <= safety.MAX_NIS and n[m.ENCODER_REJECTED_RECENT] <= safety.MAX_SLIP
     sigma = math.sqrt(max(P[m.EAST, m.EAST], P[m.NORTH, m.NORTH]))
     known = sigma <= safety.MAX_POSITION_SIGMA_M and sigma <= safety.MAX_BLIND_SIGMA_M
@@ -249,7 +249,7 @@ def steer(
     """
     rows, speeds, switch_m, actuation, progress, limits, now, body, fence, shape = way
     x, P = ring[0][tick % m.RING], ring[1][tick % m.RING]
-    if not _trusted(tick, P, ring[5], s):
+    if not _trusted(tick, P, ring[5], s, k):
         return -1
     copy(progress, saved)
     copy(now, saved[t.PROGRESS :])

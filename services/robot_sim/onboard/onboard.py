@@ -22,8 +22,8 @@ from services.robot_sim.onboard.estimator.report import report
 from services.robot_sim.onboard.events import EventLog
 from services.robot_sim.onboard.followers import Ask, make_follower, nobody
 from services.robot_sim.onboard.hazards import Hazards
-from services.robot_sim.onboard.safety import Watch
-from services.robot_sim.onboard.traversal import EMERGENCY_STOP, Course, Traversal
+from services.robot_sim.onboard.safety import Watch, max_fix_age_s
+from services.robot_sim.onboard.traversal import ABORTED_BY_OPERATOR, EMERGENCY_STOP, Course, Traversal
 
 
 class Onboard:
@@ -40,7 +40,7 @@ class Onboard:
     def __init__(self, vehicle: Vehicle, scenario: Scenario, ask: Ask = nobody) -> None:
         self._log = EventLog()
         self._estimator = Estimator(vehicle, scenario)
-        self._watch = Watch(self._estimator)
+        self._watch = Watch(self._estimator, max_fix_age_s(scenario.gnss))
         self._follower = make_follower(scenario.follower, vehicle, ask)
         fence = scenario.fence
         self._hazards = Hazards(vehicle, self._estimator, fence.timeout_s)
@@ -93,9 +93,9 @@ class Onboard:
         """Go on after a pause, from where paint stopped."""
         self._traversal.resume()
 
-    def abort(self) -> None:
+    def abort(self, reason: str = ABORTED_BY_OPERATOR) -> None:
         """Brake and give the traversal up."""
-        self._traversal.abort()
+        self._traversal.abort(reason)
 
     def estop(self, reason: str = EMERGENCY_STOP) -> None:
         """Stop as hard as possible and latch until `reset`."""

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 
+from schemas.scenario import GnssNoise
+from services.robot_sim.frames import TICK_S
 from services.robot_sim.onboard.estimator import model as m
 from services.robot_sim.onboard.estimator.filter import FIX_FIXED, Estimator
 
 MAX_FIX_AGE_S = 0.5
+"""To paint; more for a receiver whose fixes are older than that before the next but one can come."""
 MAX_CORRECTION_AGE_S = 10.0
 MAX_POSITION_SIGMA_M = 0.025
 MAX_HEADING_SIGMA_RAD = math.radians(1.0)
@@ -33,16 +36,25 @@ SLIP = "the wheels slip: they contradict the other sensors"
 FIX_NAMES = {0: "no fix", 1: "a single fix", 2: "a float fix"}
 
 
+def max_fix_age_s(gnss: GnssNoise) -> float:
+    """How old the newest fix may be to paint, for this receiver: one of its fixes may stay away, but not two."""
+    return max(MAX_FIX_AGE_S, 2.0 / gnss.rate_hz + gnss.latency_s + gnss.latency_jitter_s + 2.0 * TICK_S)
+
+
 class Watch:
     """Judges every tick; says why not.
+
+    Args:
+        estimator: That is watched.
+        fix_age_s: How old its newest fix may be to paint.
 
     Attributes:
         pose_problem: Why the position cannot be trusted to a line's width, "" if it can.
     """
 
-    def __init__(self, estimator: Estimator) -> None:
-        """A watch over this estimator."""
+    def __init__(self, estimator: Estimator, fix_age_s: float = MAX_FIX_AGE_S) -> None:
         self._estimator = estimator
+        self.fix_age_s = fix_age_s
         self.pose_problem = "the estimator has not started"
         self._settled_at_s = -math.inf
         self._tick = 0
@@ -96,12 +108,12 @@ class Watch:
             return f"the GNSS has {FIX_NAMES.get(fix.fix, 'an unknown fix')} instead of an RTK-fixed one"
         if fix.correction_age_s > MAX_CORRECTION_AGE_S:
             return f"the RTK corrections are older than {MAX_CORRECTION_AGE_S:.0f} s"
-        if time_s - fix.stamp_s > MAX_FIX_AGE_S:
-            return f"there has been no fix for more than {MAX_FIX_AGE_S:.1f} s"
+        if time_s - fix.stamp_s > self.fix_age_s:
+            return f"there has been no fix for more than {self.fix_age_s:.1f} s"
         if estimator.counters[m.N_FIX_REJECTED_RUN] >= MAX_REJECTED_RUN:
             return CONTRADICTION
-        if time_s - estimator.last_used_stamp_s > MAX_FIX_AGE_S:
-            return f"no fix has been usable for more than {MAX_FIX_AGE_S:.1f} s"
+        if time_s - estimator.last_used_stamp_s > self.fix_age_s:
+            return f"no fix has been usable for more than {self.fix_age_s:.1f} s"
         if estimator.counters[m.NIS_FIX_RECENT] > MAX_NIS:
             return "the fixes scatter more than the estimator can explain"
         if estimator.position_sigma_m > MAX_POSITION_SIGMA_M:

@@ -46,6 +46,7 @@ NAMES = {
 
 MAX_RESUME_DISTANCE_M = 0.5
 EMERGENCY_STOP = "emergency stop"
+ABORTED_BY_OPERATOR = "aborted by the operator"
 
 
 class Course(NamedTuple):
@@ -164,10 +165,10 @@ class Traversal:
         self._tries.forgive()
         self._go_on(job)
 
-    def abort(self) -> None:
+    def abort(self, reason: str = ABORTED_BY_OPERATOR) -> None:
         """Give the traversal up."""
         self._require("abort", READY, RUNNING, PAUSED)
-        self._leave_running(ABORTED, "aborted by the operator")
+        self._leave_running(ABORTED, reason)
 
     def estop(self, reason: str = EMERGENCY_STOP) -> None:
         """Stop as hard as the wheels can; allowed always."""

@@ -29,6 +29,8 @@ Points = NDArray[np.float64]
 class Areas(NamedTuple):
     """Areas [m²]; see `paint_areas`."""
 
+    wanted_m2: float
+    covered_m2: float
     painted_m2: float
     overspray_m2: float
     double_paint_m2: float
@@ -55,8 +57,10 @@ def paint_areas(
         lines: What should be painted.
         line_width_m: Of the lines.
 
-    `overspray_m2` is painted area outside the union of the lines' bands. `double_paint_m2` is area under two or more
-    passes of the nozzle, except within half a line width of where two lines' bands (lengthened by half a width)
+    `wanted_m2` is the area of the lines' bands, each place counted once; `covered_m2` is how much of it any paint lies
+    on. `painted_m2` is the area of the paint. `overspray_m2` is painted area outside the union of the lines' bands.
+    `double_paint_m2` is area under two or more passes of the nozzle, except within half a line width of where two
+    lines' bands (lengthened by half a width)
     cross or join, since there the template itself asks for it.
     """
     import shapely
@@ -65,18 +69,43 @@ def paint_areas(
     intended = shapely.union_all(bands)
     joints = _joints(lines, line_width_m)
 
-    def measure(strokes: Sequence[Stroke]) -> Areas:
-        passes = [
-            _strip(_simplified(piece), stroke.width_m, "flat") for stroke in strokes for piece in _pieces(stroke.points)
-        ]
+    def measure(passes: Sequence[BaseGeometry]) -> tuple[float, float, float]:
+        """Painted, beside the lines, twice."""
         if not passes:
-            return Areas(0.0, 0.0, 0.0)
+            return 0.0, 0.0, 0.0
         painted = shapely.union_all(passes)
         overspray = shapely.difference(painted, intended)
         twice = shapely.difference(_overlaps(passes), joints)
-        return Areas(float(painted.area), float(overspray.area), float(twice.area))
+        return float(painted.area), float(overspray.area), float(twice.area)
 
-    return PaintAreas(measure(strokes), [measure(stretches) for stretches in by_line])
+    passes = _passes(strokes)
+    painted_m2, overspray_m2, twice_m2 = measure(passes)
+    total = Areas(float(intended.area), max(0.0, painted_m2 - overspray_m2), painted_m2, overspray_m2, twice_m2)
+    each = [
+        Areas(float(band.area), covered_m2, *measure(_passes(stretches)))
+        for band, covered_m2, stretches in zip(bands, _covered(bands, passes), by_line, strict=True)
+    ]
+    return PaintAreas(total, each)
+
+
+def _passes(strokes: Sequence[Stroke]) -> list[BaseGeometry]:
+    """The strips of these strokes, cut so that none overlaps itself."""
+    return [
+        _strip(_simplified(piece), stroke.width_m, "flat") for stroke in strokes for piece in _pieces(stroke.points)
+    ]
+
+
+def _covered(bands: Sequence[BaseGeometry], passes: Sequence[BaseGeometry]) -> list[float]:
+    """Per band, the area [m²] on which any pass lies."""
+    import shapely
+
+    parts: list[list[BaseGeometry]] = [[] for _ in bands]
+    if bands and passes:
+        index, hit = shapely.STRtree(passes).query(bands, predicate="intersects")
+        shared = shapely.intersection(np.array(bands, dtype=object)[index], np.array(passes, dtype=object)[hit])
+        for band, part in zip(index.tolist(), shared, strict=True):
+            parts[band].append(part)
+    return [float(shapely.union_all(part).area) for part in parts]
 
 
 def _strip(points: NDArray[np.float64], width_m: float, cap_style: Literal["flat", "square"]) -> BaseGeometry:

@@ -10,6 +10,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from schemas.template import DEFAULT_TOLERANCE_M
 from services.robot_sim.paint import projection as p
 from services.robot_sim.paint.grid import make_grid
 from services.robot_sim.paint.intervals import Intervals
@@ -63,14 +64,22 @@ class PaintLedger:
         targets: What should be painted.
         line_width_m: Of the lines: paint counts within half of it.
         spray_width_m: Of the paint.
+        tolerance_m: How far the middle of the paint may be off its line.
 
     Attributes:
         ids: Of the targets.
         length_m: To be painted.
     """
 
-    def __init__(self, targets: Sequence[Target], line_width_m: float, spray_width_m: float) -> None:
+    def __init__(
+        self,
+        targets: Sequence[Target],
+        line_width_m: float,
+        spray_width_m: float,
+        tolerance_m: float = DEFAULT_TOLERANCE_M,
+    ) -> None:
         self.targets = list(targets)
+        self.tolerance_m = tolerance_m
         self.ids = tuple(target.id for target in self.targets)
         self.line_width_m, self.spray_width_m = line_width_m, spray_width_m
         self._lengths: NDArray[np.float64] = np.array([t.curve.length_m for t in self.targets], dtype=np.float64)
@@ -154,6 +163,24 @@ class PaintLedger:
         """Share of the length to be painted over which paint lies [%]; 100 when nothing was to be painted."""
         return min(100.0, 100.0 * self.covered_m / self.length_m) if self.length_m > 0.0 else 100.0
 
+    def within_by_target_m(self, limit_m: float) -> list[float]:
+        """Per target, the length over which the middle of paint lies within `limit_m` of it; takes a moment."""
+        table, frame, starts, members, *_ = self.arrays
+        within = [Intervals() for _ in self.targets]
+        latest: Floats = np.tile((1.0, -1.0), (len(self.targets), 1))
+        stretches: Floats = np.zeros_like(self._stretches)
+        state: Integers = np.zeros(p.STATE_SIZE, dtype=np.int64)
+        points, done = self.rows(0), 0
+        while done < len(points):
+            done = p.cover(table, frame, starts, members, limit_m, points, done, latest, stretches, state)
+            for target, start, end in stretches[: state[p.STATE_STRETCHES]].tolist():
+                within[int(target)].add(start, end)
+            state[p.STATE_STRETCHES] = 0
+        for stretch, (start, end) in zip(within, latest.tolist(), strict=True):
+            if start <= end:
+                stretch.add(start, end)
+        return [stretch.length for stretch in within]
+
     @property
     def lateral_m(self) -> float:
         """The last painted nozzle position against its line [m]; left positive; 0 before any or far from all."""
@@ -204,6 +231,16 @@ class PaintLedger:
                 end = marks.first_index + len(marks.x_m)
                 parts[marks.target].append(self._stroke(self._points[marks.first_index : end]))
         return parts
+
+    def drawn_by_target_m(self) -> list[float]:
+        """Per target, the length along which the strokes that belong to it run, ends and doubled stretches once."""
+        drawn = [Intervals() for _ in self.targets]
+        for marks in self.all_marks():
+            if marks.target >= 0:
+                points = self._points[marks.first_index : marks.first_index + len(marks.x_m)]
+                xy = points[:, [p.POINT_X, p.POINT_Y]]
+                drawn[marks.target].add(*p.extent(xy, self._table[marks.target]))
+        return [stretches.length for stretches in drawn]
 
     def _stroke(self, points: Floats) -> Stroke:
         return Stroke(points[:, :2], float(points[-1, p.POINT_WIDTH]) * self.spray_width_m)

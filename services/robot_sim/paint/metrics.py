@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 
 from services.robot_sim.paint.areas import Areas, paint_areas
 from services.robot_sim.paint.ledger import PaintLedger
+from services.robot_sim.paint.verdict import Verdict, verdict
 
 
 class LateralError(NamedTuple):
@@ -25,8 +27,10 @@ class SegmentMetrics(NamedTuple):
     id: str
     length_m: float
     covered_m: float
+    within_m: float
+    """Length over which the middle of the paint is within the tolerance."""
     width_m: float
-    """Painted area per covered length; 0 where nothing is covered."""
+    """Painted area per length of the line along which that paint runs; 0 without paint."""
     areas: Areas
     lateral: LateralError
 
@@ -40,11 +44,31 @@ class SegmentMetrics(NamedTuple):
         """Share of the length over which paint lies."""
         return min(100.0, 100.0 * self.covered_m / self.length_m)
 
+    @property
+    def area_coverage_pct(self) -> float:
+        """Share of the area on which paint lies."""
+        return min(100.0, 100.0 * self.areas.covered_m2 / self.areas.wanted_m2)
+
+    @property
+    def lacks_m(self) -> float:
+        """Length over which no paint is within the tolerance."""
+        return max(0.0, self.length_m - self.within_m)
+
+    @property
+    def within_pct(self) -> float:
+        """Share of the length over which the middle of the paint is within the tolerance."""
+        return min(100.0, 100.0 * self.within_m / self.length_m)
+
 
 class PaintMetrics(NamedTuple):
     """The whole session's figures; areas as in `paint_areas`."""
 
     coverage_pct: float
+    """Of the length."""
+    area_coverage_pct: float
+    within_pct: float
+    """Share of the length with the middle of the paint within the tolerance."""
+    verdict: Verdict
     gap_m: float
     painted_length_m: float
     """Driven with the valve open, wherever that was."""
@@ -63,6 +87,7 @@ def paint_metrics(ledger: PaintLedger) -> PaintMetrics:
     strokes = ledger.strokes()
     lines = [target.curve for target in ledger.targets]
     areas = paint_areas(strokes, ledger.strokes_by_target(), lines, ledger.line_width_m)
+    within, drawn = ledger.within_by_target_m(ledger.tolerance_m), ledger.drawn_by_target_m()
     order = np.argsort(deviation.target, kind="stable")
     parts = np.split(distance[order], np.searchsorted(deviation.target[order], np.arange(1, len(lines))))
     segments = [
@@ -70,17 +95,22 @@ def paint_metrics(ledger: PaintLedger) -> PaintMetrics:
             target.id,
             target.curve.length_m,
             covered_m,
-            area.painted_m2 / covered_m if covered_m > 0.0 else 0.0,
+            within_m,
+            area.painted_m2 / drawn_m if drawn_m > 0.0 else 0.0,
             area,
             _lateral_error(part),
         )
-        for target, covered_m, area, part in zip(
-            ledger.targets, ledger.covered_by_target_m.tolist(), areas.lines, parts, strict=False
+        for target, covered_m, within_m, drawn_m, area, part in zip(
+            ledger.targets, ledger.covered_by_target_m.tolist(), within, drawn, areas.lines, parts, strict=False
         )
     ]
     painted = sum(float(np.hypot(*np.diff(stroke.points, axis=0).T).sum()) for stroke in strokes)
+    within_pct = _share_pct(math.fsum(within), ledger.length_m)
     return PaintMetrics(
         coverage_pct=ledger.coverage_pct,
+        area_coverage_pct=_share_pct(areas.total.covered_m2, areas.total.wanted_m2),
+        within_pct=within_pct,
+        verdict=verdict(segments, within_pct, ledger.tolerance_m),
         gap_m=max(0.0, ledger.length_m - ledger.covered_m),
         painted_length_m=painted,
         template_length_m=ledger.length_m,
@@ -90,6 +120,11 @@ def paint_metrics(ledger: PaintLedger) -> PaintMetrics:
         lateral=_lateral_error(distance),
         segments=segments,
     )
+
+
+def _share_pct(part: float, whole: float) -> float:
+    """100 where there is nothing to have a share of."""
+    return min(100.0, 100.0 * part / whole) if whole > 0.0 else 100.0
 
 
 def _lateral_error(distance_m: NDArray[np.float64]) -> LateralError:

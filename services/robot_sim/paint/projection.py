@@ -62,6 +62,20 @@ def project(x: float, y: float, target: NDArray[np.float64]) -> tuple[float, flo
 
 
 @kernel
+def extent(points: NDArray[np.float64], target: NDArray[np.float64]) -> tuple[float, float]:
+    """Arc lengths between which points (n, 2) run along a line or arc (5,), beyond its ends and round a circle."""
+    turn = 2.0 * math.pi / abs(target[_CURVATURE]) if target[_CURVATURE] != 0.0 else 0.0
+    at, _ = project(points[0, 0], points[0, 1], target)
+    low = high = at
+    for row in range(1, len(points)):
+        s, _ = project(points[row, 0], points[row, 1], target)
+        if turn > 0.0:
+            s += turn * math.floor((at - s) / turn + 0.5)
+        at, low, high = s, min(low, s), max(high, s)
+    return low, high
+
+
+@kernel
 def _clip(a: float, b: float, limit: float) -> tuple[float, float]:
     """The part (from, to) of 0…1 in which a value going linearly from `a` to `b` stays within ±`limit`."""
     if abs(a) <= limit and abs(b) <= limit:
@@ -122,6 +136,54 @@ def _hit(
         low, high = max(begin + shift * turn, 0.0), min(end + shift * turn, length)
         if low < high:
             _cover(index, low, high, latest, stretches, state)
+
+
+@kernel
+def cover(
+    targets: NDArray[np.float64],
+    frame: NDArray[np.float64],
+    starts: NDArray[np.int64],
+    members: NDArray[np.int64],
+    limit_m: float,
+    points: NDArray[np.float64],
+    first: int,
+    latest: NDArray[np.float64],
+    stretches: NDArray[np.float64],
+    state: NDArray[np.int64],
+) -> int:
+    """Enter the stretches of lines that strokes pass within `limit_m` of, as `enter` does tick by tick.
+
+    Args:
+        targets: As `frame`, `starts`, `members`, `latest`, `stretches` and `state`, of `enter`.
+        frame: See `targets`.
+        starts: See `targets`.
+        members: See `targets`.
+        limit_m: How far off a line.
+        points: (n, POINT_COLUMNS) of the strokes.
+        first: Of the points, the one to begin with.
+        latest: See `targets`.
+        stretches: See `targets`.
+        state: See `targets`.
+
+    Returns:
+        The point to go on with once `stretches` have been taken; n when all is entered.
+    """
+    for row in range(max(first, 1), len(points)):
+        if points[row, POINT_TARGET] == STROKE_BEGINS:
+            continue
+        ax, ay, bx, by = points[row - 1, POINT_X], points[row - 1, POINT_Y], points[row, POINT_X], points[row, POINT_Y]
+        cell = cell_of(bx, by, frame)
+        if cell < 0:
+            continue
+        if state[STATE_STRETCHES] + 3 * (starts[cell + 1] - starts[cell]) > len(stretches):
+            return row
+        for member in range(starts[cell], starts[cell + 1]):
+            target = targets[members[member]]
+            s, lateral = project(bx, by, target)
+            if abs(lateral) <= REACH_M and -REACH_M <= s <= target[_LENGTH] + REACH_M:
+                a = project(ax, ay, target)
+                _hit(members[member], target, a, (s, lateral), limit_m, latest, stretches, state)
+    return len(points)
 
 
 @kernel

@@ -93,11 +93,10 @@ def sense(
     if tick % int(r[receiver.R_PERIOD_TICKS]) == 0:
         report = np.empty(receiver.COLUMNS)
         take(world, gnss, r, frame, sky, sky_vertices, effects, seed, tick, report)
-        latency_s = r[receiver.R_LATENCY_S]
-        if r[receiver.R_JITTER_S] > 0.0:
-            latency_s += r[receiver.R_JITTER_S] * uniform(seed, STREAM_RECEIVER, tick, 3)
         delay, again = way(effects, 0, seed, tick)
-        arrival = tick + math.ceil(latency_s * 100.0 - 1e-7)
+        # Between ticks nothing arrives: the latency is rounded up, and jitter is that of whole ticks.
+        arrival = tick + math.ceil(r[receiver.R_LATENCY_S] * 100.0 - 1e-7)
+        arrival += int((r[receiver.R_JITTER_S] * 100.0 + 1.0) * uniform(seed, STREAM_RECEIVER, tick, 3))
         if delay >= 0:
             post(pending, counts, report, arrival + delay)
         if again >= 0:

@@ -34,6 +34,7 @@ JUMP_RUN: Final = 15
 """Fixes rejected in a row (1.5 s) after which they are a jump that the operator may accept, and not outliers."""
 _PLACE: Final = [m.EAST, m.NORTH]
 _NO_COVARIANCE = np.diag([1e6, 1e6, math.pi**2]).ravel()
+_NO_TWIST_COVARIANCE = np.diag([1e6, 1e6]).ravel()
 
 
 class Estimator:
@@ -126,12 +127,20 @@ class Estimator:
         return float(x[m.SPEED] + 0.5 * TICK_S * accel_mps2)
 
     def estimate(self) -> Estimate:
-        """Pose, twist and pose covariance of the axle centre at the tick's time."""
+        """Pose, twist and their covariances of the axle centre at the tick's time."""
         if not self.started:
-            return Estimate(0.0, 0.0, 0.0, 0.0, 0.0, _NO_COVARIANCE)
-        x = self._xs[self._slot].tolist()
-        covariance = self._covariances[self._slot, :3, :3].ravel()
-        return Estimate(x[m.EAST], x[m.NORTH], x[m.HEADING], self.speed_now_mps(), x[m.YAW_RATE], covariance)
+            return Estimate(0.0, 0.0, 0.0, 0.0, 0.0, _NO_COVARIANCE, _NO_TWIST_COVARIANCE)
+        x, p = self._xs[self._slot].tolist(), self._covariances[self._slot]
+        twist = m.SPEED, m.YAW_RATE
+        return Estimate(
+            x[m.EAST],
+            x[m.NORTH],
+            x[m.HEADING],
+            self.speed_now_mps(),
+            x[m.YAW_RATE],
+            p[:3, :3].ravel(),
+            p[np.ix_(twist, twist)].ravel(),
+        )
 
     def step(self, frame: SensorFrame) -> None:
         """Take in a tick's measurements. Frames must come in order, one per tick; what is in them need not."""
