@@ -102,7 +102,7 @@ def _mates(links: Sequence[Link]) -> dict[End, End]:
         for last, place in ((stroke.flipped, (stroke.nozzle.x_m, stroke.nozzle.y_m)), (not stroke.flipped, (x, y))):
             ends.append(End(i, last))
             places.append(place)
-    near = cKDTree(np.array(places)).query_pairs(GAP_M, output_type="ndarray")
+    near = cKDTree(np.array(places).reshape(-1, 2)).query_pairs(GAP_M, output_type="ndarray")
     offers = []
     for a, b in ((ends[i], ends[k]) for i, k in near.tolist()):
         step = _step_1pm(links, a, b)

@@ -142,6 +142,11 @@ def test_in_the_given_order_only_what_follows_is_joined() -> None:
     ]
 
 
+def test_a_circle_alone_begins_anywhere() -> None:
+    ((*ways,),) = found([arc("circle", (2.0, 0.0), (0.0, 0.0), 360.0)])
+    assert len(ways) == 16
+
+
 def test_a_corner_joins_nothing() -> None:
     assert len(found([line("a", (0, 0), (2, 0)), line("b", (2, 0), (2, 2))])) == 2
 
