@@ -26,6 +26,7 @@ from schemas.vehicle import Vehicle
 from services.bus import Bus, BusConfig, HealthReporter, ServedCall
 from services.bus.calls import Server
 from services.lifecycle import until_stopped
+from services.memory import give_back
 from services.robot_sim.commands import Commands, Handler
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.journal import Journal
@@ -331,7 +332,7 @@ class RobotProcess:
     def _tidy(self, now_s: float) -> None:
         if self._loader.idle and now_s > self._tidy_at_s:
             self._tidy_at_s = now_s + TIDY_S
-            gc.collect()
+            give_back()
 
     def _set_speed(self, factor: float) -> None:
         self._pacer.set_factor(factor, time.monotonic())
