@@ -255,10 +255,10 @@ def test_the_meeting_point_may_die(bus_config):
 def test_diagnostics_have_the_time_of_the_bus_and_wall_time_as_a_value(pair):
     robot, bridge = pair
     inbox, reporter, clock = bridge.inbox([topics.DIAGNOSTICS]), HealthReporter(robot), bridge.publisher(topics.CLOCK)
-    clock.send(Clock(clock=Time(sec=12, nanosec=5)))
     found = []
 
     def reported() -> bool:
+        clock.send(Clock(clock=Time(sec=12, nanosec=5)))  # until the other one listens
         reporter.poll({}, at_once=True)
         found[:] = [message for _, message in inbox.messages() if message.header.stamp.sec] or found
         return bool(found)
