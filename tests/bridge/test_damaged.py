@@ -30,7 +30,7 @@ from tests.bridge.mutations import mutated
 from tests.bridge.said import messages, stamp
 
 TEMPLATE = '{"name": "t", "segments": [{"id": "a", "line": {"start": [0, 0], "end": [5, 0]}}]}'
-MUTATED = 240
+MUTATED = 160
 
 
 def painted_session(path: Path, compression: CompressionType) -> Path:

@@ -46,7 +46,7 @@ def rows(draw: st.DrawFn) -> Template:
     return lines(ends)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(
     rows(),
     st.sampled_from(("g2", "ccd", "dubins-padded")),

@@ -75,7 +75,7 @@ def test_plan_obeys_its_limits():
 
 
 SEGMENT = {"id": "a", "line": {"start": [0, 0], "end": [5, 0]}}
-SHORT = {"id": "bad", "line": {"start": [0, 2], "end": [0.011, 2]}}
+TWICE = {"id": "bad", "line": {"start": [0, 2], "end": [1, 2]}}
 
 
 @pytest.mark.parametrize(
@@ -86,9 +86,9 @@ SHORT = {"id": "bad", "line": {"start": [0, 2], "end": [0.011, 2]}}
         ('{"name": "t", "segments": [{"id": "a", "line": {"start": [0, 0], "end": [NaN, 0]}}]}', "end[0] is nan"),
         ('{"name": "t", "segments": [{"id": "a", "line": {"start": [0, 0], "end": [0, 0]}}]}', "at least 0.01 m apart"),
         (json.dumps({"name": "t", "segments": [SEGMENT], "speed": 3}), "speed is not a known field"),
-        (json.dumps({"name": "t", "segments": [SEGMENT, SHORT]}), 'segment "bad"'),
+        (json.dumps({"name": "t", "segments": [SEGMENT, TWICE, TWICE]}), 'share the id "bad"'),
     ],
-    ids=["not JSON", "empty", "NaN", "zero length", "unknown field", "too short for the valve"],
+    ids=["not JSON", "empty", "NaN", "zero length", "unknown field", "same id twice"],
 )
 @pytest.mark.parametrize("command", ["plan", "run"])
 def test_a_bad_template_is_told_in_one_line(command, text, says, tmp_path):

@@ -276,7 +276,9 @@ def test_ctrl_c_ends_a_run_in_order(tmp_path: Path, bus_config: BusConfig, monke
     run.send_signal(signal.SIGINT)
     assert run.wait(60) == 130
     assert "Traceback" not in log.read_text()
-    assert {path.name for path in tmp_path.iterdir()} == {"run.mcap", "run.log"}
+    private = tmp_path / f"touchline-{os.getuid()}"
+    assert {path.name for path in tmp_path.iterdir()} - {private.name} == {"run.mcap", "run.log"}
+    assert not [path for path in private.glob("*") if path.stat().st_size]
     reader = RecordingReader(recording)
     assert sum(1 for _ in reader.messages()) > 1000
     assert not reader.summary.problem
