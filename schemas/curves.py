@@ -28,7 +28,7 @@ def wrap_angle(angle_rad: float) -> float:
     return float(np.pi - (np.pi - angle_rad) % (2 * np.pi))
 
 
-def _along(
+def along(
     x_m: npt.ArrayLike, y_m: npt.ArrayLike, heading_rad: npt.ArrayLike, curvature_1pm: npt.ArrayLike, s_m: npt.ArrayLike
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Pose and curvature ``s_m`` along curves of constant curvature; all arguments broadcast."""
@@ -118,7 +118,7 @@ class Curve:
 
     def at(self, s_m: npt.ArrayLike) -> tuple[Floats, Floats, Floats, Floats]:
         """(x m, y m, heading rad, curvature 1/m) at arc length ``s_m``, each of the shape of ``s_m``."""
-        return _along(self.x_m, self.y_m, self.heading_rad, self.curvature_1pm, s_m)
+        return along(self.x_m, self.y_m, self.heading_rad, self.curvature_1pm, s_m)
 
     @property
     def end(self) -> tuple[float, float, float]:
@@ -202,4 +202,4 @@ class PathTable:
         """(x, y, heading, curvature) at arc length ``s_m``; beyond an end the first or last curve goes on."""
         rows = self.array[self.index_at(s_m)]
         local = np.asarray(s_m, float) - rows[..., 5]
-        return _along(rows[..., 0], rows[..., 1], rows[..., 2], rows[..., 3], local)
+        return along(rows[..., 0], rows[..., 1], rows[..., 2], rows[..., 3], local)

@@ -11,11 +11,12 @@ from schemas.plain_text import plain
 from services.drawings.deviation import sampled
 from services.drawings.importer import Imported
 from services.drawings.outline import Floats
+from services.drawings.picture import GRASS, PAINT
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-GRASS, PAINT, JOINT, DRAWN, LEFT_OUT, WORST = "#3f7d3a", "#ffffff", "#2a5db0", "#111111", "#ff9d2e", "#e0202a"
+JOINT, DRAWN, LEFT_OUT, WORST = "#2a5db0", "#111111", "#ff9d2e", "#e0202a"
 #: The picture's longer side, the margin round it and above it for the title, inches; dots per inch of a .png.
 SIDE_IN, MARGIN_IN, TITLE_IN, DPI = 11.0, 0.3, 0.75, 160
 #: Room round the drawing, as a share of its size; a picture is at least this share as wide as high, or the reverse.

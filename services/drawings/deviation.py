@@ -6,7 +6,7 @@ import numpy as np
 
 from schemas.curves import Curve
 from services.drawings.arcs import columns, distances
-from services.drawings.outline import Floats, Outline, Piece, Smooth
+from services.drawings.outline import Floats, Piece, Smooth
 
 #: Points times curves that are looked at one by one; of more, the curves near by are looked up.
 _ALL = 200_000
@@ -35,20 +35,6 @@ def sampled(piece: Piece, count: int) -> Floats:
     if isinstance(piece, Smooth):
         return piece.point(np.linspace(piece.breaks[0], piece.breaks[-1], count))
     return np.column_stack(piece.at(np.linspace(0.0, piece.length_m, count))[:2])
-
-
-def samples(outline: Outline, most: int = SAMPLES) -> Floats:
-    """(n, 2) points of an outline, at most ``most`` of a piece, m."""
-    counts = (
-        most if isinstance(piece, Smooth) else min(most, int(piece.length_m / SAMPLES_M) + 2)
-        for piece in outline.pieces
-    )
-    return np.concatenate([sampled(piece, count) for piece, count in zip(outline.pieces, counts, strict=True)])
-
-
-def deviation_m(outline: Outline, curves: Sequence[Curve], most: int = SAMPLES) -> float:
-    """How far an outline's points are from ``curves`` at most, m; at most ``most`` of each piece are looked at."""
-    return float(distance_m(samples(outline, most), curves).max())
 
 
 def apart_m(drawn: Sequence[Curve], painted: Sequence[Curve], most: int = SAMPLES) -> tuple[float, tuple[float, float]]:

@@ -12,7 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from schemas.curves import Curve
+from schemas.curves import Curve, along, wrap_angle
 from schemas.vehicle import Vehicle
 from services.drawings.arcs import (
     COINCIDENT_M,
@@ -200,8 +200,7 @@ class _Fitter:
         self.first_sample = np.concatenate(([0], np.cumsum(counts)))
         owner = np.repeat(np.arange(len(self.rows)), counts)
         share = (np.arange(len(owner)) - self.first_sample[owner] + 1) / counts[owner]
-        x, y, _, _ = _at(self.rows[owner], self.rows[owner, 4] * share)
-        self.samples = x + 1j * y
+        self.samples = _points_along(self.rows[owner], self.rows[owner, 4] * share)
         points = np.append(self.rows[:, 0] + 1j * self.rows[:, 1], self.samples[-1])
         joints = range(begin, end + 1)
         nodes = self._nodes(np.array([chain.is_soft(k) for k in joints]))
@@ -317,8 +316,7 @@ class _Fitter:
         """(n,) points half way to joints."""
         half = (self.ends_m[self.piece[ahead]] + self.ends_m[self.piece[i]]) / 2
         k = np.clip(np.searchsorted(self.ends_m, half, side="right") - 1, 0, len(self.rows) - 1)
-        x, y, _, _ = _at(self.rows[k], half - self.ends_m[k])
-        return np.asarray(x + 1j * y)
+        return _points_along(self.rows[k], half - self.ends_m[k])
 
     def _stray(self, i: int, ahead: np.ndarray, rows: Floats) -> Floats:
         """(n,) how far the chain up to each of some joints is from pieces (n, 2, 5) at most, m."""
@@ -348,15 +346,14 @@ def _corners(start: Complexes, leave: Complexes, end: Complexes, arrive: Complex
     return np.stack((lines(start, tip), lines(tip, end)), axis=1), good
 
 
-def _at(rows: Floats, s_m: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-    half_turn = rows[..., 3] * s_m / 2
-    chord = s_m * np.sinc(half_turn / np.pi)
-    heading = rows[..., 2] + half_turn
-    return rows[..., 0] + chord * np.cos(heading), rows[..., 1] + chord * np.sin(heading), heading, rows[..., 3]
+def _points_along(rows: Floats, s_m: Floats) -> Complexes:
+    """(n,) points of pieces (n, 5) at arc lengths (n,), m."""
+    x, y, _, _ = along(rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3], s_m)
+    return np.asarray(x + 1j * y)
 
 
 def _turn(first: Curve, second: Curve) -> float:
-    return float(np.pi - (np.pi - (second.heading_rad - first.end[2])) % (2 * np.pi))
+    return wrap_angle(second.heading_rad - first.end[2])
 
 
 def _merged(curves: list[Curve], closed: bool) -> list[Curve]:

@@ -17,10 +17,10 @@ import numpy.typing as npt
 
 from schemas.curves import Curve
 from schemas.template import MIN_LENGTH_M
+from services.drawings.arcs import Complexes
 from services.drawings.outline import Floats
 
 Indices = npt.NDArray[np.intp]
-Complexes = npt.NDArray[np.complex128]
 
 #: Longer than the shortest line, and half of that, by more than coordinates are rounded.
 STICK_M = MIN_LENGTH_M * (1 + 1e-5)

@@ -46,17 +46,14 @@ def ordering(options: PlanOptions) -> bool:
     return options.order != GIVEN
 
 
-def refuse_too_many(segments: int, options: PlanOptions, swaths: int = 0) -> None:
-    """Nothing, if so many segments, painted in so many swaths, can be planned.
+def refuse_too_many(segments: int) -> None:
+    """Nothing, if so many segments can be planned.
 
     Raises:
         PlanningError: They cannot.
     """
     if segments > SEGMENTS_MAX:
         raise PlanningError("", f"has {segments:,} segments, more than {SEGMENTS_MAX:,}", "split the template")
-    if ordering(options) and swaths > ORDERED_MAX:
-        problem = f"has {swaths:,} lines that do not go on into each other, more than {ORDERED_MAX:,}"
-        raise PlanningError("", problem, "split the template or paint it in the given order")
 
 
 def drying_s(vehicle: Vehicle, options: PlanOptions) -> float:
@@ -86,9 +83,12 @@ def arranged(
     """One mode of every segment in painting order, and the ways between them.
 
     Raises:
-        PlanningError: A segment cannot be painted or reached without a collision, or, where that is forbidden, without
-            driving over wet paint.
+        PlanningError: There are too many swaths to order; or a segment cannot be painted or reached without a
+            collision, or, where that is forbidden, without driving over wet paint.
     """
+    if ordering(options) and len(modes) > ORDERED_MAX:
+        problem = f"has {len(modes):,} lines that do not go on into each other, more than {ORDERED_MAX:,}"
+        raise PlanningError("", problem, "split the template or paint it in the given order")
     modes = [_clear_of_outlines(choice, driver.yard) for choice in modes]
     if ordering(options):
         drive = _optimised(modes, driver, progress, enough)

@@ -13,7 +13,7 @@ from services.planner.detour import detours
 from services.planner.inside import Collision, Yard
 from services.planner.offset import Stroke
 from services.planner.ordering.wet import BEGUN, SPEED, Wheels, wet_rows
-from services.planner.swaths import Painting, Swath
+from services.planner.swaths import Painting, Swath, parted
 from services.planner.transitions.method import CurveEnd, before
 from services.planner.transitions.turns import ContinuousTurn
 from services.planner.ways import Lead, Way, Ways, turned_round
@@ -28,6 +28,8 @@ STEADY_S = 0.5
 BENDS_RAD = tuple(side * math.radians(angle) for angle in (45, 90, 135, 180) for side in (1, -1))
 # Ways between ends that lie alike to one another but for rounding (m, rad, 1/m) are the same.
 ALIKE = 1e-11
+# Times that differ by less are one.
+ROUNDING_S = 1e-9
 
 
 class Leg(NamedTuple):
@@ -109,19 +111,16 @@ class Driver:
 
     def _in_one_go(self, swaths: list[Swath]) -> tuple[list[Swath], list[bool]]:
         """The swaths, joined where that takes less time than a way between them; and which of them go on like that."""
-        rows: list[list[Swath]] = []
-        whole = swaths[0]
-        for swath in swaths:
-            both = self.painting.in_one_go(whole, swath) if rows else None
-            longer_s = both.seconds - whole.seconds - swath.seconds if both else math.inf
-            if both and longer_s < self._ways(whole.end, swath.begin)[0].seconds:
-                rows[-1].append(swath)
-                whole = both
-            else:
-                rows.append([swath])
-                whole = swath
-        joined = [part for row in rows for part in self.painting.parted(row)]
-        return joined, [bool(i) for row in rows for i in range(len(row))]
+        wholes, going_on = swaths[:1], [False]
+        for swath in swaths[1:]:
+            last = wholes[-1]
+            both = self.painting.in_one_go(last, swath)
+            longer_s = both.seconds - last.seconds - swath.seconds if both else math.inf
+            # Where it takes no longer, no way has to be looked for.
+            joined = longer_s < ROUNDING_S or (both and longer_s < self._ways(last.end, swath.begin)[0].seconds)
+            going_on.append(bool(joined))
+            wholes[-1:] = [both] if both and joined else [last, swath]
+        return parted(wholes, swaths), going_on
 
     def choose(self, offers: Iterator[Way], begun_s: float, painted: Floats, *, in_turn: bool) -> Leg:
         """The best of the ways offered, or (`in_turn`) the first that is clear; if none is, the first of all."""

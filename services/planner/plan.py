@@ -63,7 +63,7 @@ def plan(
         PlanningError: An option or a segment cannot be met; it names which and what to do.
     """
     options = options or PlanOptions()
-    refuse_too_many(len(template.segments), options)
+    refuse_too_many(len(template.segments))
     limits = Limits.of(vehicle, options)
     ways, start, end = ways_of(vehicle, options, limits), _pose("start", options.start), _end(options)
     wheels = Wheels.of(vehicle, template.line_width_m, drying_s(vehicle, options))
@@ -80,9 +80,7 @@ def plan(
         end,
         options.return_to_start,
     )
-    in_one_go = swaths(choices, painting, free=ordering(options))
-    refuse_too_many(len(template.segments), options, len(in_one_go))
-    drive = arranged(in_one_go, driver, options, progress, enough)
+    drive = arranged(swaths(choices, painting, free=ordering(options)), driver, options, progress, enough)
     sections = route(drive)
     sent = send(sections, lambda done: progress("cutting into arcs", done))
 

@@ -119,15 +119,6 @@ class Painting:
             return None
         return self.swath((*first.strokes, *second.strokes))
 
-    def parted(self, row: Sequence[Swath]) -> list[Swath]:
-        """Swaths of which each goes on into the next, as they are painted in one go."""
-        if len(row) == 1:
-            return [*row]
-        whole = self.swath([stroke for swath in row for stroke in swath.strokes])
-        paths = iter(whole.paths)
-        ends = [tuple(islice(paths, len(swath.strokes))) for swath in row]
-        return [replace(s, paths=p, speed_mps=whole.speed_mps) for s, p in zip(row, ends, strict=True)]
-
     def swath(self, strokes: Sequence[Stroke]) -> Swath:
         """The swath of strokes of which each goes on into the next."""
         halves = [0.0, *(half_ramp_m(a, b) for a, b in pairwise(strokes)), 0.0]
@@ -147,6 +138,16 @@ class Painting:
         if self.valve_s:
             speeds.append(length / (VALVE_SPARE * self.valve_s))
         return Swath(tuple(strokes), tuple(paths), min(speeds))
+
+
+def parted(wholes: Sequence[Swath], swaths: Sequence[Swath]) -> list[Swath]:
+    """The `swaths` as they are painted where some that follow each other are one of the `wholes`."""
+    paths = iter([(path, whole.speed_mps) for whole in wholes for path in whole.paths])
+    found = []
+    for swath in swaths:
+        own, speeds = zip(*islice(paths, len(swath.strokes)), strict=True)
+        found.append(replace(swath, paths=own, speed_mps=speeds[0]))
+    return found
 
 
 def half_ramp_m(first: Stroke, second: Stroke) -> float:

@@ -26,12 +26,12 @@ from schemas.vehicle import Vehicle
 from services.bus import Bus, BusConfig, HealthReporter, ServedCall
 from services.bus.calls import Server
 from services.lifecycle import until_stopped
-from services.memory import give_back
 from services.robot_sim.commands import Commands, Handler
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.journal import Journal
 from services.robot_sim.loading import Loader, Prepared
 from services.robot_sim.lockstep import Lockstep
+from services.robot_sim.memory import give_back
 from services.robot_sim.outbox import Outbox
 from services.robot_sim.pace import LONGEST_SLICE_S, Pacer
 from services.robot_sim.packing import Payload

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 
 from schemas.curves import Curve
 from schemas.template import MIN_LENGTH_M
-from services.drawings.deviation import deviation_m, distance_m
+from services.drawings.deviation import apart_m, distance_m, sampled
 from services.drawings.fit import TOLERANCE_M, fit, fit_outline
 from services.drawings.outline import Outline, Smooth, bezier, ellipse
 from services.drawings.slivers import paintable, without_slivers
@@ -107,12 +107,13 @@ def test_a_bezier_is_followed_within_a_millimetre(control: list[tuple[float, flo
 @settings(max_examples=60, deadline=None)
 def test_the_stated_deviation_is_the_true_one(control: list[tuple[float, float]]) -> None:
     """Cusps, loops and degenerate handles as well: what cannot be met is at least told."""
-    outline = Outline("curve", (bezier(control),))
+    smooth = bezier(control)
+    outline = Outline("curve", (smooth,))
     curves = painted(outline)
     assume(curves)
-    dense = deviation_m(outline, curves, most=5000)
-    assert deviation_m(outline, curves) == pytest.approx(dense, abs=1e-3)
-    assert dense < 5e-3
+    drawn = fit_outline(outline)
+    assert apart_m(drawn, curves)[0] == pytest.approx(apart_m(drawn, curves, most=5000)[0], abs=1e-3)
+    assert distance_m(sampled(smooth, 5000), curves).max() < 5e-3
     assert steps(curves)[0] < 1e-9
 
 

@@ -22,18 +22,6 @@ PAUSED, DONE = TraversalStatus.PAUSED, TraversalStatus.DONE
 SOME_STEPS = 150
 
 
-@pytest.fixture
-def robot_bus(bus_config):
-    with Bus.open(topics.ROBOT_SIM, bus_config) as bus:
-        yield bus
-
-
-@pytest.fixture
-def operator(bus_config, robot_bus):
-    with Bus.open(topics.OPERATOR, bus_config) as operator:
-        yield operator
-
-
 class Controller:
     """Pure pursuit in a session of its own, which may be held up: it then says so and answers when it is told to."""
 
@@ -107,11 +95,11 @@ def begin(robot, operator):
     ],
     ids=["estop", "pause", "abort"],
 )
-def test_it_is_stopped_while_it_waits_for_an_answer(robot_bus, operator, service, state):
-    robot = process(robot_bus, follower="external")
+def test_it_is_stopped_while_it_waits_for_an_answer(bus, operator, service, state):
+    robot = process(bus, follower="external")
     emulator, answers = robot._emulator, []
 
-    with controller(robot_bus, held_at=SOME_STEPS) as follower:
+    with controller(bus, held_at=SOME_STEPS) as follower:
 
         def stop_it():
             follower.held.wait()
@@ -135,10 +123,10 @@ def test_it_is_stopped_while_it_waits_for_an_answer(robot_bus, operator, service
     assert emulator.onboard.status.follower_fallbacks > 0, "pure pursuit brakes, it is not asked again"
 
 
-def test_one_that_dies_makes_the_robot_brake_and_pause(robot_bus, operator, patience):
-    robot = process(robot_bus, follower="external")
+def test_one_that_dies_makes_the_robot_brake_and_pause(bus, operator, patience):
+    robot = process(bus, follower="external")
     emulator = robot._emulator
-    with controller(robot_bus):
+    with controller(bus):
         begin(robot, operator)
         turn_until(robot, lambda: emulator.onboard.spraying)
     patience(0.5)
@@ -148,16 +136,16 @@ def test_one_that_dies_makes_the_robot_brake_and_pause(robot_bus, operator, pati
     turn_until(robot, lambda: abs(emulator.onboard.estimate.speed_mps) < 0.01)
     assert emulator.onboard.status.follower_fallbacks > 10, "pure pursuit brakes"
     patience(60.0)
-    with controller(robot_bus):
+    with controller(bus):
         assert ask(operator, robot, topics.RESUME).success
         turn_until(robot, lambda: not robot.active)
     assert emulator.onboard.state == DONE
 
 
-def test_one_that_is_late_is_not_believed(robot_bus, operator, patience):
-    robot = process(robot_bus, follower="external")
+def test_one_that_is_late_is_not_believed(bus, operator, patience):
+    robot = process(bus, follower="external")
     emulator = robot._emulator
-    with controller(robot_bus, held_at=SOME_STEPS) as follower:
+    with controller(bus, held_at=SOME_STEPS) as follower:
         begin(robot, operator)
         while follower.answered < SOME_STEPS - 1:
             emulator.tick()
@@ -173,11 +161,11 @@ def test_one_that_is_late_is_not_believed(robot_bus, operator, patience):
     assert emulator.onboard.state == DONE, emulator.onboard.status
 
 
-def test_whoever_does_not_want_to_stop_it_waits(robot_bus, operator):
+def test_whoever_does_not_want_to_stop_it_waits(bus, operator):
     """The answer is waited for all the same, and they are answered after it."""
-    robot, answers, waited_in_vain = process(robot_bus, follower="external"), [], []
+    robot, answers, waited_in_vain = process(bus, follower="external"), [], []
 
-    with controller(robot_bus, held_at=SOME_STEPS) as follower:
+    with controller(bus, held_at=SOME_STEPS) as follower:
 
         def ask_meanwhile():
             follower.held.wait()

@@ -117,12 +117,12 @@ def problem(
     cost = np.full((count + 1, count + 1), 0.0)
     paint = np.array([node.seconds for node in nodes])
     cost[:-1, :-1], tracks = seconds_between(ends, begins, ways, segment, paint, watch)
+    cost[:-1, :-1][segment[:, None] == segment[None, :]] = NEVER_S
     tracks = _going_on(nodes, painting, cost, tracks)
     if start is not None:
         cost[-1, :-1] = _timed_all([start], begins, ways)
     if end is not None:
         cost[:-1, -1] = _timed_all(ends, [end], ways)
-    cost[:-1, :-1][segment[:, None] == segment[None, :]] = NEVER_S
     cost[:, :-1] += paint
     return Problem(cost, segment, flip), tracks
 
