@@ -125,29 +125,28 @@ class ByCall(Way):
 
 
 class ByOrder(Way):
-    """`touchline order estop`: a process that joins the bus for it; the stop is sent when it has joined.
+    """`touchline order estop`: a process that joins the bus for it, and repeats the stop until it is acknowledged.
 
-    Attributes:
-        told_s: When the person has told the command to (monotonic). Python's own start is not counted.
+    It is given when the command begins with it; Python's own start is not counted.
     """
 
     _STARTED = """
 import sys, time
-import services.cli as cli, services.cli.commands, services.bus as bus
+import services.cli as cli, services.cli.commands, services.cli.orders as orders
 
-ask = bus.Bus.call
+insist = orders.insist
 
-def call(*arguments, **options):
+def noted(*arguments, **options):
     sys.stderr.write(f"{time.monotonic()}\\n")
     sys.stderr.flush()
-    return ask(*arguments, **options)
+    return insist(*arguments, **options)
 
-bus.Bus.call = call
+orders.insist = noted
 sys.stdin.readline()
 sys.argv = ["touchline", "order", "estop"]
 cli.main()
 """
-    """The command, which writes the time at which it has joined the bus and asks."""
+    """The command, which writes the time at which it begins to ask."""
 
     def __init__(self, system: System) -> None:
         """Have one ready."""
@@ -155,22 +154,38 @@ cli.main()
         self._environment = {**os.environ, **system.environment}
         self._waiting = self._prepared()
         self._running: subprocess.Popen[str] | None = None
-        self._begun_s = self.told_s = 0.0
+        self._errors: list[str] = []
+        self._reader: threading.Thread | None = None
+        self._begun_s = 0.0
 
     def _prepared(self) -> subprocess.Popen[str]:
         pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
         return subprocess.Popen([sys.executable, "-c", self._STARTED], env=self._environment, text=True, **pipes)  # type: ignore[call-overload,no-any-return]
 
     def _send(self, chance: random.Random) -> None:
-        self.sent_s = self.told_s = time.monotonic()
-        self._run()
+        self.sent_s = time.monotonic()
+        self._run(first=True)
 
-    def _run(self) -> None:
+    def _run(self, *, first: bool) -> None:
         assert self._waiting.stdin is not None
         self._waiting.stdin.write("\n")
         self._waiting.stdin.flush()
         self._running, self._waiting = self._waiting, self._prepared()
         self._begun_s = time.monotonic()
+        self._errors = []
+        self._reader = threading.Thread(target=self._listen, args=(self._running, self._errors, first))
+        self._reader.start()
+
+    def _listen(self, running: subprocess.Popen[str], errors: list[str], first: bool) -> None:
+        """Take what it says on standard error, as it is said."""
+        assert running.stderr is not None
+        begun = running.stderr.readline()
+        if first:
+            with suppress(ValueError):
+                self.sent_s = float(begun)
+        for line in running.stderr:
+            errors.append(line.strip())
+            self._tell(False, line.strip())
 
     def poll(self) -> None:
         """See whether it has ended; if in vain, run it again."""
@@ -181,22 +196,23 @@ cli.main()
             if time.monotonic() - self._begun_s < _ORDER_S:
                 return
             self._running.kill()
-        said, trouble = self._running.communicate()
-        joined, _, problem = trouble.partition("\n")
-        if self.sent_s == self.told_s:
-            with suppress(ValueError):
-                self.sent_s = float(joined)
-        self._tell(self._running.returncode == 0, (said or problem or joined).strip())
+        if not self._ended():
+            self._run(first=False)
+
+    def _ended(self) -> bool:
+        """Hear the one that has ended out; returns whether it was acknowledged."""
+        assert self._running is not None and self._running.stdout is not None and self._reader is not None
+        self._reader.join()
+        said, done = self._running.stdout.read().strip(), self._running.wait() == 0
+        self._tell(done, said or " ".join(self._errors))
         self._running = None
-        if not self.said[-1].done:
-            self._run()
+        return done
 
     def rest(self) -> None:
         """End the one that runs."""
         if self._running is not None:
             self._running.kill()
-            self._running.communicate()
-            self._running = None
+            self._ended()
 
     def close(self) -> None:
         """End all."""

@@ -34,10 +34,12 @@ from services.bus import Bus
 
 LIMIT_S: Final = 0.3
 """From the stop's being given, or the robot's being alive again, to its status."""
-JOINING_S: Final = 2.0
-"""Within which `touchline order` joins the bus; that comes before, and is not counted."""
+STARTING_S: Final = 2.0
+"""Within which `touchline order`, its modules loaded, begins to ask; that comes before, and is not counted."""
 TOLD_S: Final = 1.5
 """Within which a person is told that a stop is not acknowledged."""
+HEARD_S: Final = 2.0
+"""Within which others hear of what the robot has answered; telemetry waits for a frozen peer for up to a second."""
 ACKNOWLEDGED_S: Final = 5.0
 """For which the answer is waited for once the robot has stopped."""
 PATIENCE_S: Final = 30.0
@@ -57,6 +59,7 @@ class Stop:
         estopped_s: To the robot's own word, as an independent observer heard it.
         braked_s: To the first of the wheel commands that stay zero.
         unreachable_s: How long nothing could reach the robot after the stop was given.
+        late: Whether it took longer than the limit, and who gave it knew all the while that it was not acknowledged.
         missed: Why it counts as missed; empty if it does not.
         valve: Whether paint could flow after it.
         notes: What else went wrong.
@@ -70,6 +73,7 @@ class Stop:
     estopped_s: float | None = None
     braked_s: float | None = None
     unreachable_s: float = 0.0
+    late: bool = False
     missed: str = ""
     valve: bool = False
     notes: list[str] = field(default_factory=list)
@@ -211,8 +215,8 @@ class _Rig:
             self._system.check()
         if isinstance(way, ByOrder) and alive_s == sent_s:
             alive_s = way.sent_s
-            if alive_s - sent_s > JOINING_S:
-                stop.missed = f"took {alive_s - sent_s:.1f} s to join the bus"
+            if alive_s - sent_s > STARTING_S:
+                stop.missed = f"took {alive_s - sent_s:.1f} s to begin"
         self._measure(stop, way, sent_s, alive_s, already=before_s is not None)
 
     def _settled(self, stop: Stop, way: Way, sent_s: float) -> bool:
@@ -248,24 +252,39 @@ class _Rig:
         stop.unreachable_s = base_s - sent_s
         if already:
             stop.notes.append("stopped before")
-        if observer.estopped_s is None:
-            stop.missed = f"never, in {PATIENCE_S:.0f} s ({STATES.get(observer.state, 'silent')})"
-        else:
-            stop.estopped_s = max(0.0, observer.estopped_s - base_s)
-            if stop.estopped_s > LIMIT_S:
-                stop.missed = f"after {stop.estopped_s:.2f} s"
         if observer.braked_s is not None:
             stop.braked_s = max(0.0, observer.braked_s - base_s)
         elif not stop.missed:
             stop.missed = "wheels are still commanded"
         if answer is not None:
             stop.answered_s = max(0.0, answer.at_s - base_s)
-            if observer.estopped_s is None or observer.estopped_s > answer.at_s + LIMIT_S:
-                stop.missed = f"was told {answer.text!r}, but nobody heard the robot stop"
-            elif IMPOSTOR in answer.text:
+            if IMPOSTOR in answer.text:
                 stop.missed = f"believed an impostor: {answer.text!r}"
+            elif observer.estopped_s is None or observer.estopped_s > answer.at_s + HEARD_S:
+                stop.missed = f"was told {answer.text!r}, but nobody heard the robot stop"
+        if observer.estopped_s is None:
+            stop.missed = f"never, in {PATIENCE_S:.0f} s ({STATES.get(observer.state, 'silent')})"
+            return
+        stop.estopped_s = max(0.0, observer.estopped_s - base_s)
+        reached_s = min(stop.estopped_s, stop.estopped_s if stop.answered_s is None else stop.answered_s)
+        if reached_s > LIMIT_S:
+            if self._knew(stop, way, base_s):
+                stop.late = True
+                stop.notes.append(f"late: after {reached_s:.2f} s, shown as not acknowledged until then")
+            else:
+                stop.missed = f"after {reached_s:.2f} s"
         if stop.unreachable_s > TOLD_S and stop.way == "console" and not way.said:
             stop.missed = stop.missed or f"not told for {stop.unreachable_s:.1f} s that it was not acknowledged"
+
+    @staticmethod
+    def _knew(stop: Stop, way: Way, base_s: float) -> bool:
+        """Whether somebody who gave a late stop was shown that it was not acknowledged.
+
+        A program that calls has no answer until there is one, which is that; a person must be told in words.
+        """
+        if stop.way in ("call", "ros2"):
+            return True
+        return any(not saying.done and saying.at_s < base_s + TOLD_S for saying in way.said)
 
     def _afterwards(self, stop: Stop, done: Mishap, before: dict[str, int]) -> None:
         """Wait until all is well again, and stop the robot if that was in vain."""
@@ -299,17 +318,19 @@ class _Rig:
 def _print(stops: list[Stop], wall_s: float) -> None:
     """A row for each load and way, and one for each way."""
     missed = sum(bool(stop.missed) for stop in stops)
-    print(f"{len(stops)} emergency stops in {wall_s / 60.0:.1f} minutes: {missed} missed, ", end="")
+    late = sum(stop.late and not stop.missed for stop in stops)
+    print(f"{len(stops)} emergency stops in {wall_s / 60.0:.1f} minutes: {len(stops) - late - missed} within ", end="")
+    print(f"{LIMIT_S} s, {late} later and shown as not acknowledged until then, {missed} missed, ", end="")
     print(f"{sum(stop.valve for stop in stops)} with an open valve afterwards; milliseconds (p50 / p99 / max)")
-    print(f"{'load':22} {'way':8} {'stops':>5} {'missed':>6} {'answer':>21} {'status':>21} {'braking':>21}")
+    print(f"{'load':22} {'way':8} {'stops':>5} {'late':>5} {'missed':>6} {'answer':>21} {'status':>21} {'braking':>21}")
     groups: dict[tuple[str, str], list[Stop]] = defaultdict(list)
     for stop in stops:
         for name in ((stop.load, stop.way), ("all", stop.way), ("all", "all")):
             groups[name].append(stop)
     for (load, way), group in sorted(groups.items(), key=lambda item: (item[0][0] == "all", item[0])):
         cells = [_spread([getattr(stop, f"{what}_s") for stop in group]) for what in ("answered", "estopped", "braked")]
-        count = sum(bool(stop.missed) for stop in group)
-        print(f"{load:22} {way:8} {len(group):5d} {count:6d} " + " ".join(f"{cell:>21}" for cell in cells))
+        count, later = sum(bool(stop.missed) for stop in group), sum(stop.late for stop in group)
+        print(f"{load:22} {way:8} {len(group):5d} {later:5d} {count:6d} " + " ".join(f"{cell:>21}" for cell in cells))
     for stop in stops:
         if stop.missed:
             print(f"  stop {stop.number}: {stop.load}, {stop.way}, {stop.speed:g}x: {stop.missed}")

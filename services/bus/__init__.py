@@ -5,6 +5,18 @@ from services.bus.calls import CallError, ServedCall, Server
 from services.bus.config import BusConfig
 from services.bus.health import HealthReporter
 from services.bus.inbox import Inbox, Sample
+from services.bus.insist import insist
 from services.bus.publisher import Publisher
 
-__all__ = ["Bus", "BusConfig", "CallError", "HealthReporter", "Inbox", "Publisher", "Sample", "ServedCall", "Server"]
+__all__ = [
+    "Bus",
+    "BusConfig",
+    "CallError",
+    "HealthReporter",
+    "Inbox",
+    "Publisher",
+    "Sample",
+    "ServedCall",
+    "Server",
+    "insist",
+]

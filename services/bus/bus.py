@@ -15,7 +15,7 @@ from services.bus.claim import claim
 from services.bus.config import PATIENCE_S, BusConfig
 from services.bus.counters import Counters
 from services.bus.inbox import Inbox
-from services.bus.joining import join
+from services.bus.joining import join, join_at_door, leave
 from services.bus.presence import Presence, token_prefix
 from services.bus.publisher import Publisher
 
@@ -64,9 +64,31 @@ class Bus:
         """
         config = config or BusConfig.from_environment()
         zenoh.init_log_from_env_or("off")
-        with join(config, node, lambda: bool(stop()), patience_s) as session:
+        with cls._of(join(config, node, lambda: bool(stop()), patience_s), node, config) as bus:
+            yield bus
+
+    @classmethod
+    @contextmanager
+    def open_at_door(cls, node: str, config: BusConfig, stop: Callable[[], bool] = lambda: False) -> Iterator[Self]:
+        """As :meth:`open`, but with the robot alone, at its own door, so that nobody else can delay it.
+
+        Raises:
+            SpecError: The configuration cannot be used.
+            TouchlineError: The robot has no such door, or nobody answers there.
+            KeyboardInterrupt: ``stop()`` said so first.
+        """
+        zenoh.init_log_from_env_or("off")
+        with cls._of(join_at_door(config, stop), node, config) as bus:
+            yield bus
+
+    @classmethod
+    @contextmanager
+    def _of(cls, session: zenoh.Session, node: str, config: BusConfig) -> Iterator[Self]:
+        try:
             bus = cls(session, node, config)  # held here: the liveliness token goes with it
             yield bus
+        finally:
+            leave(session)
 
     def claim(self) -> None:
         """Make sure that no other process of this name serves, because two would answer the same requests.

@@ -12,6 +12,7 @@ from zenoh import Config
 from schemas.cdr import MAX_PAYLOAD_BYTES
 from schemas.errors import SpecError
 from schemas.topics import DEFAULT_NAMESPACE, ROBOT_SIM
+from services.bus.reach import endpoints
 
 #: A peer that does not take a message for so long is cut off, so that it holds up nobody else.
 PATIENCE_S = 1.0
@@ -84,6 +85,32 @@ class BusConfig:
                 config.insert_json5(key, json.dumps(value))
         return config
 
+    def at_door(self) -> Config | None:
+        """The configuration of a session with the robot alone, at its own door; nobody else on the bus can delay it.
+
+        The door is UDP, of which all sessions share one descriptor: the robot has room for it however many peers there
+        are. ``None`` where the configuration file leads elsewhere than to our endpoints.
+
+        Raises:
+            SpecError: The configuration file cannot be used.
+        """
+        settings, door = self.zenoh(), _door(self.endpoint)
+        if door is None or json.loads(settings.get_json("mode")) != "peer":
+            return None
+        if self.endpoint not in endpoints(settings, "connect"):
+            return None
+        for key, value in {
+            "mode": "client",
+            "listen/endpoints": [],
+            "connect/endpoints": [door],
+            "connect/timeout_ms": 0,
+            "connect/exit_on_failure": True,
+            # The robot answers within milliseconds or is frozen; then another try is better than a longer one.
+            "transport/unicast/open_timeout": 300,
+        }.items():
+            settings.insert_json5(key, json.dumps(value))
+        return settings
+
     def _from_file(self) -> Config:
         """What the configuration file says; Zenoh's own defaults for the rest."""
         if self.config_file is None:
@@ -99,13 +126,14 @@ class BusConfig:
 
     def _settings(self, node: str, patience_s: float) -> dict[str, Any]:
         own = [beside(self.endpoint)] if node == ROBOT_SIM else []
+        last = [door] if node == ROBOT_SIM and (door := _door(self.endpoint)) else []
         retry = {"period_init_ms": 100, "period_max_ms": 1000, "period_increase_factor": 1.5}
         return {
             "mode": "peer",
             "scouting/multicast/enabled": False,
             # Opening waits this long for peers to show up; on loopback they do within milliseconds.
             "scouting/delay": 100,
-            "listen/endpoints": [self.endpoint, *own, "tcp/127.0.0.1:0"],
+            "listen/endpoints": [self.endpoint, *own, "tcp/127.0.0.1:0", *last],
             # Only one peer can have the meeting point; the others go on trying, so that one takes over if it dies.
             "listen/exit_on_failure": False,
             "listen/timeout_ms": 0,
@@ -123,6 +151,12 @@ class BusConfig:
             "transport/unicast/accept_timeout": 3000,
             "transport/unicast/accept_pending": 4000,
         }
+
+
+def _door(endpoint: str) -> str | None:
+    """Where the robot listens for who has no time to join everybody: UDP at the port of :func:`beside`."""
+    protocol, _, address = beside(endpoint).partition("/")
+    return f"udp/{address}" if protocol == "tcp" and address != endpoint.partition("/")[2] else None
 
 
 def beside(endpoint: str) -> str:

@@ -7,6 +7,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
@@ -21,6 +22,7 @@ _TELL_S: Final = 2.0
 #: Whoever has not answered by then is none of ours.
 _GIVE_UP_S: Final = 10.0
 _POLL_S: Final = 0.01
+_LEAVE_S: Final = 2.0
 #: What a service has open besides its links: event queues, listeners, files, and links that are just being opened.
 _OTHER_DESCRIPTORS: Final = 40
 #: Fewer peers than this are soon there: three services, consoles, orders, strangers.
@@ -46,10 +48,38 @@ def join(config: BusConfig, node: str, stop: Callable[[], bool], patience_s: flo
         try:
             _meet(session, config, begun, stop)
         except BaseException:
-            # In the background: it waits for connections that are being opened, ten seconds for one that keeps silent.
-            threading.Thread(target=session.close, name="leave-bus", daemon=True).start()
+            leave(session, 0.0)
             raise
     return session
+
+
+def leave(session: zenoh.Session, wait_s: float = _LEAVE_S) -> None:
+    """Close a session; what takes longer than `wait_s` goes on in the background.
+
+    Zenoh waits for connections that are being opened, ten seconds for one that keeps silent, and raises after that.
+    """
+
+    def close() -> None:
+        with suppress(zenoh.ZError):
+            session.close()  # type: ignore[no-untyped-call]
+
+    thread = threading.Thread(target=close, name="leave-bus", daemon=True)
+    thread.start()
+    thread.join(wait_s)
+
+
+def join_at_door(config: BusConfig, stop: Callable[[], bool]) -> zenoh.Session:
+    """A session with the robot alone; use :meth:`services.bus.Bus.open_at_door`.
+
+    Raises:
+        SpecError: The configuration cannot be used.
+        TouchlineError: The robot has no such door, or nobody answers there.
+        KeyboardInterrupt: ``stop()`` said so first.
+    """
+    settings = config.at_door()
+    if settings is None:
+        raise TouchlineError(f"a robot of the bus at {config.endpoint} has no door of its own")
+    return _opened(settings, config, stop)
 
 
 def _opened(settings: zenoh.Config, config: BusConfig, stop: Callable[[], bool]) -> zenoh.Session:

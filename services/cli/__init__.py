@@ -3,6 +3,8 @@
 import os
 import signal
 import sys
+import threading
+from contextlib import suppress
 from types import FrameType
 from typing import NoReturn
 
@@ -49,6 +51,8 @@ def main() -> None:
         code = 128 + signal.SIGINT  # Numba trips over itself when it is interrupted while it compiles
     if told and code == 128 + signal.SIGINT:
         _leave(told[-1])
+    if any(thread.daemon for thread in threading.enumerate()):
+        _exit(code)  # a thread that leaves a bus where somebody is frozen; cut off inside Zenoh, it would crash us
     sys.exit(code)
 
 
@@ -61,9 +65,15 @@ def _compiling() -> bool:
 def _leave(number: int) -> NoReturn:
     """End here, all being in order: the interpreter's own way out takes some interruptions for SIGINT unhandled."""
     sys.stderr.write("interrupted\n")
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(128 + number)
+    _exit(128 + number)
+
+
+def _exit(code: int) -> NoReturn:
+    """End without the interpreter's own way out; everything has been closed."""
+    with suppress(OSError):  # nobody reads it any more
+        sys.stdout.flush()
+        sys.stderr.flush()
+    os._exit(code)
 
 
 __all__ = ["main"]

@@ -3,6 +3,7 @@
 import json
 import sys
 import uuid
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -16,7 +17,7 @@ from schemas.faults import parse_fault
 from schemas.messages import CommandRequest, InjectFaultRequest
 from schemas.plain_text import plain
 from schemas.spec import read_text
-from services.bus import Bus
+from services.bus import Bus, BusConfig, insist
 from services.cli.display import output
 from services.cli.options import ExitCode, JsonOption
 
@@ -45,12 +46,29 @@ def order(
         OrderName,
         typer.Argument(metavar="ORDER", help=f"What the robot shall do: {', '.join(_SERVICES)}.", show_default=False),
     ],
+    patience_s: Annotated[
+        float,
+        typer.Option(
+            "--patience",
+            metavar="SECONDS",
+            min=0.1,
+            help="For how long estop, pause and abort are repeated until they are acknowledged.",
+        ),
+    ] = 30.0,
     as_json: JsonOption = False,
 ) -> None:
-    """Give the robot on the bus an order, as the console does; exit code 1 if it refuses."""
+    """Give the robot on the bus an order, as the console does; exit code 1 if it refuses.
+
+    What stops it is repeated until it is acknowledged, and says on standard error while it is not.
+    """
     typestore()  # takes a tenth of a second, which the order itself need not wait for
-    with Bus.open(topics.OPERATOR) as bus:
-        answer = bus.call(_SERVICES[what], CommandRequest(request_id=uuid.uuid4().hex))
+    service, request = _SERVICES[what], CommandRequest(request_id=uuid.uuid4().hex)
+    if service.urgent:
+        config = BusConfig.from_environment()
+        answer = insist(service, request, topics.OPERATOR, config, patience_s, partial(_tell_unacknowledged, what))
+    else:
+        with Bus.open(topics.OPERATOR) as bus:
+            answer = bus.call(service, request)
     _tell(answer.success, what, answer.message, as_json)
 
 
@@ -71,6 +89,10 @@ def fault(
     with Bus.open(topics.OPERATOR) as bus:
         answer = bus.call(topics.INJECT_FAULT, InjectFaultRequest(request_id=uuid.uuid4().hex, fault_json=text))
     _tell(answer.success, "fault", answer.message, as_json)
+
+
+def _tell_unacknowledged(what: str, problem: str) -> None:
+    typer.echo(f"{what}: NOT ACKNOWLEDGED ({plain(problem)}); repeating, Ctrl-C gives up", err=True)
 
 
 def _tell(success: bool, what: str, message: str, as_json: bool) -> None:

@@ -61,8 +61,13 @@ def test_orders_and_faults_reach_the_robot(touchline, robot):
 
 
 def test_orders_to_nobody_and_faults_that_are_none(touchline):
-    code, _, err = touchline("order", "estop")
+    code, _, err = touchline("order", "start")
     assert (code, "nobody answers" in err) == (2, True)
+    code, _, err = touchline("order", "estop", "--patience", "1.7")
+    told, given_up = err.splitlines()
+    assert (code, told.startswith("estop: NOT ACKNOWLEDGED")) == (2, True)
+    assert "within 1.7 s" in given_up
+    assert "nobody answers" in given_up
     code, _, err = touchline("fault", '{"kind": "gremlins"}')
     assert (code, "kind is 'gremlins'; give one of gnss-outage" in err) == (2, True)
 

@@ -1,0 +1,95 @@
+"""Orders that cannot wait: repeated by two ways at once until they are acknowledged."""
+
+import os
+import signal
+import subprocess
+import sys
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from schemas import topics
+from schemas.errors import TouchlineError
+from schemas.messages import CommandRequest
+from services.bus import Bus, BusConfig, insist
+
+# Says how many requests it has had. Given an argument, it has no descriptor left for another connection once the first
+# peer has come: as a robot does among its services.
+ROBOT = """
+import contextlib, os, resource, sys
+from schemas import topics
+from schemas.cdr import decode, encode
+from schemas.messages import CommandRequest, CommandResponse
+from services.bus import Bus
+
+with Bus.open(topics.ROBOT_SIM) as bus:
+    server, asked, hoard = bus.serve(topics.ESTOP), 0, []
+    presence = bus.presence()
+    decode(CommandRequest, encode(CommandRequest()))  # opens files for the first time
+    print("ready", flush=True)
+    while sys.argv[1:] and "bridge" not in presence.alive():
+        presence.poll()
+    if sys.argv[1:]:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (64, 64))
+    while True:
+        with contextlib.suppress(OSError):
+            while sys.argv[1:]:  # again and again: Zenoh closes a link when it has two with one peer
+                hoard.append(open(os.devnull))
+        if hoard:
+            print("full", flush=True)
+            sys.stdout = None
+        if (call := server.wait(0.01)) is not None:
+            asked += 1
+            call.reply(CommandResponse(success=True, message=f"request {asked}"))
+"""
+
+
+@contextmanager
+def robot(bus_config, *arguments):
+    environment = {**os.environ, **bus_config.environment()}
+    command = [sys.executable, "-c", ROBOT, *arguments]
+    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stdout.readline() == "ready\n"
+            yield process
+        finally:
+            process.send_signal(signal.SIGCONT)
+            process.kill()
+
+
+def estop(config, patience_s=30.0, tell=lambda problem: None):
+    return insist(topics.ESTOP, CommandRequest(request_id="stop"), topics.OPERATOR, config, patience_s, tell)
+
+
+@pytest.mark.skipif(not Path("/proc/self/fd").is_dir(), reason="needs to know how many files are open")
+def test_a_robot_without_room_for_another_peer_is_reached_at_its_door(bus_config, monkeypatch):
+    monkeypatch.setattr("services.bus.joining._GIVE_UP_S", 1.0)
+    with robot(bus_config, "full") as process, Bus.open(topics.BRIDGE, bus_config):
+        assert process.stdout.readline() == "full\n"
+        with pytest.raises(TouchlineError, match="does not answer"), Bus.open(topics.OPERATOR, bus_config):
+            pass
+        assert estop(bus_config).message == "request 1"
+
+
+def test_an_order_to_a_frozen_robot_is_told_and_carried_out_once_when_it_goes_on(bus_config):
+    told = []
+    with robot(bus_config) as process:
+        process.send_signal(signal.SIGSTOP)
+
+        def tell(problem):
+            told.append(problem)
+            process.send_signal(signal.SIGCONT)
+
+        assert estop(bus_config, tell=tell).message == "request 1"
+        assert told == ["robot-sim has not answered"]
+        with Bus.open(topics.OPERATOR, bus_config) as bus:  # repeats of the order got the first one's answer
+            assert bus.call(topics.ESTOP, CommandRequest(request_id="another")).message == "request 2"
+
+
+def test_a_configuration_that_leads_elsewhere_has_no_door(tmp_path, bus_config):
+    path = tmp_path / "zenoh.json5"
+    path.write_text('{connect: {endpoints: ["tcp/127.0.0.1:1"]}}')
+    assert BusConfig(endpoint=bus_config.endpoint, config_file=path).at_door() is None
+    assert BusConfig(endpoint="unixpipe/meeting").at_door() is None
+    assert bus_config.at_door() is not None
