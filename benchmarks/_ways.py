@@ -154,13 +154,18 @@ cli.main()
         self._environment = {**os.environ, **system.environment}
         self._waiting = self._prepared()
         self._running: subprocess.Popen[str] | None = None
-        self._errors: list[str] = []
         self._reader: threading.Thread | None = None
         self._begun_s = 0.0
 
     def _prepared(self) -> subprocess.Popen[str]:
-        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-        return subprocess.Popen([sys.executable, "-c", self._STARTED], env=self._environment, text=True, **pipes)  # type: ignore[call-overload,no-any-return]
+        return subprocess.Popen(
+            [sys.executable, "-c", self._STARTED],
+            env=self._environment,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
 
     def _send(self, chance: random.Random) -> None:
         self.sent_s = time.monotonic()
@@ -172,20 +177,18 @@ cli.main()
         self._waiting.stdin.flush()
         self._running, self._waiting = self._waiting, self._prepared()
         self._begun_s = time.monotonic()
-        self._errors = []
-        self._reader = threading.Thread(target=self._listen, args=(self._running, self._errors, first))
+        self._reader = threading.Thread(target=self._listen, args=(self._running, first))
         self._reader.start()
 
-    def _listen(self, running: subprocess.Popen[str], errors: list[str], first: bool) -> None:
-        """Take what it says on standard error, as it is said."""
-        assert running.stderr is not None
-        begun = running.stderr.readline()
+    def _listen(self, running: subprocess.Popen[str], first: bool) -> None:
+        """Take what it says, as it is said."""
+        assert running.stdout is not None
+        begun = running.stdout.readline()
         if first:
             with suppress(ValueError):
                 self.sent_s = float(begun)
-        for line in running.stderr:
-            errors.append(line.strip())
-            self._tell(False, line.strip())
+        for line in running.stdout:
+            self._tell(line.startswith("estop: ") and "NOT ACKNOWLEDGED" not in line, line.strip())
 
     def poll(self) -> None:
         """See whether it has ended; if in vain, run it again."""
@@ -196,23 +199,23 @@ cli.main()
             if time.monotonic() - self._begun_s < _ORDER_S:
                 return
             self._running.kill()
-        if not self._ended():
+        self._end()
+        if self.acknowledged is None:
             self._run(first=False)
 
-    def _ended(self) -> bool:
-        """Hear the one that has ended out; returns whether it was acknowledged."""
-        assert self._running is not None and self._running.stdout is not None and self._reader is not None
+    def _end(self) -> None:
+        """Hear the one that has ended out."""
+        assert self._running is not None
+        assert self._reader is not None
+        self._running.wait()
         self._reader.join()
-        said, done = self._running.stdout.read().strip(), self._running.wait() == 0
-        self._tell(done, said or " ".join(self._errors))
         self._running = None
-        return done
 
     def rest(self) -> None:
         """End the one that runs."""
         if self._running is not None:
             self._running.kill()
-            self._ended()
+            self._end()
 
     def close(self) -> None:
         """End all."""

@@ -20,7 +20,6 @@ _TELL_AGAIN_S: Final = 5.0
 _AMONG_ALL_S: Final = 2.0
 _AT_DOOR_S: Final = 0.3
 _PAUSE_S: Final = 0.02
-_LEAVE_S: Final = 1.0
 
 _Way: TypeAlias = Callable[[], AbstractContextManager[Bus]]
 
@@ -73,9 +72,7 @@ def insist(
                 tell_s += _TELL_AGAIN_S
         raise CallError(f"{service.name}: NOT ACKNOWLEDGED within {patience_s:g} s: {asked.problem}")
     finally:
-        asked.done.set()
-        for thread in threads:
-            thread.join(_LEAVE_S)
+        asked.done.set()  # the threads leave by themselves: whoever gave the order waits for its answer alone
 
 
 def _ways(node: str, config: BusConfig, stop: Callable[[], bool]) -> Iterable[tuple[_Way, float, bool]]:
