@@ -74,7 +74,7 @@ def _beside(px: float, py: float, line: Floats, c: float, s: float) -> float:
     if k == 0.0:
         return left
     radius = 1.0 / k
-    return (abs(radius) - math.hypot(c * dx + s * dy, radius - left)) * math.copysign(1.0, k)
+    return float((abs(radius) - math.hypot(c * dx + s * dy, radius - left)) * math.copysign(1.0, k))
 
 
 @kernel
@@ -88,7 +88,7 @@ def _along(px: float, py: float, line: Floats, c: float, s: float) -> float:
     angle = math.atan2(ahead, (1.0 / k - (c * dy - s * dx)) * math.copysign(1.0, k))
     middle = 0.5 * line[LENGTH] * abs(k)
     angle -= 2.0 * math.pi * math.floor((angle - middle) / (2.0 * math.pi) + 0.5)
-    return angle / abs(k)
+    return float(angle / abs(k))
 
 
 @kernel
