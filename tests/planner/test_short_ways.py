@@ -89,19 +89,15 @@ def test_no_forward_way_is_longer_than_the_reference() -> None:
 def test_no_way_with_cusps_is_longer_than_the_reference() -> None:
     """From row 5,000 on there are 31 that Newton's method misses, by up to 10 %, from fixed starts alone.
 
-    In two of them the reference turns less sharply at first than it might and gains by it; ours are at full sharpness.
+    In two of them the reference turns less sharply than it might and gains by it (see `flat_words.py`).
     """
-    longer = []
-    rows = list(enumerate(reference_rows()))
-    for number, row in rows[:4000:2] + rows[4000:]:  # the first 4,000 are alike
+    rows = reference_rows()
+    for row in rows[:4000:2] + rows[4000:]:  # the first 4,000 are alike
         start, goal, curvature, sharpness = row_ends(row)
         ways = all_ways(Steering(curvature, sharpness), start, goal)
         measured = [check(way, start, goal, curvature, sharpness) for way in ways]
         driven = [m for m, way in zip(measured, ways, strict=True) if not any(piece.spin_rad for piece in way)]
-        assert min(driven) <= row["hc00_reeds_shepp_m"] * 1.02
-        if min(driven) > row["hc00_reeds_shepp_m"] * 1.0002:
-            longer.append(number)
-    assert longer == [5011, 5019]
+        assert min(driven) <= row["hc00_reeds_shepp_m"] * 1.0002
 
 
 @given(end_pairs())

@@ -66,18 +66,29 @@ def wet_rows(nozzles: Iterable[Curve]) -> Floats:
 
 
 @kernel
-def _on_line(px: float, py: float, line: Floats, c: float, s: float) -> tuple[float, float]:
-    """How far along a line or arc, of which the heading's cosine and sine are given, P is; and how far to its left."""
+def _beside(px: float, py: float, line: Floats, c: float, s: float) -> float:
+    """How far to the left of a line or arc, of which the heading's cosine and sine are given, P is."""
     dx, dy = px - line[X], py - line[Y]
-    ahead, left = c * dx + s * dy, c * dy - s * dx
+    left: float = c * dy - s * dx
     k = line[CURVATURE]
     if k == 0.0:
-        return ahead, left
+        return left
     radius = 1.0 / k
-    angle = math.atan2(ahead, (radius - left) * math.copysign(1.0, k))
+    return float((abs(radius) - math.hypot(c * dx + s * dy, radius - left)) * math.copysign(1.0, k))
+
+
+@kernel
+def _along(px: float, py: float, line: Floats, c: float, s: float) -> float:
+    """How far along a line or arc, of which the heading's cosine and sine are given, P is."""
+    dx, dy = px - line[X], py - line[Y]
+    ahead: float = c * dx + s * dy
+    k = line[CURVATURE]
+    if k == 0.0:
+        return ahead
+    angle = math.atan2(ahead, (1.0 / k - (c * dy - s * dx)) * math.copysign(1.0, k))
     middle = 0.5 * line[LENGTH] * abs(k)
     angle -= 2.0 * math.pi * math.floor((angle - middle) / (2.0 * math.pi) + 0.5)
-    return angle / abs(k), (abs(radius) - math.hypot(ahead, radius - left)) * math.copysign(1.0, k)
+    return float(angle / abs(k))
 
 
 @kernel
@@ -127,36 +138,46 @@ def wet_crossings(
         low_y, high_y = min(low_y, poses[i, 1]), max(high_y, poses[i, 1])
     low_x, high_x = low_x - reach - half_width, high_x + reach + half_width
     low_y, high_y = low_y - reach - half_width, high_y + reach + half_width
+    # Where the contacts are at each pose, once that is asked for.
+    places, known = np.empty((len(poses), len(contacts), 2)), np.zeros(len(poses), dtype=np.bool_)
+    on = np.empty(len(contacts), dtype=np.bool_)
     for j in range(len(painted)):
         box = boxes[j]
         if box[1] < low_x or box[0] > high_x or box[3] < low_y or box[2] > high_y:
             continue
         line = painted[j]
-        length, on = line[LENGTH], np.zeros(len(contacts), dtype=np.bool_)
+        length = line[LENGTH]
         cos, sin = math.cos(line[HEADING]), math.sin(line[HEADING])
+        on[:] = False
         i = 0
         while i < len(poses):
             x, y = poses[i, 0], poses[i, 1]
             far = max(box[0] - x, x - box[1], box[2] - y, y - box[3]) - reach - half_width
             if far <= 2.0 * step:
-                along, left = _on_line(x, y, line, cos, sin)
-                far = max(far, abs(left) - reach - half_width)
+                far = max(far, abs(_beside(x, y, line, cos, sin)) - reach - half_width)
                 if line[CURVATURE] == 0.0:
+                    along = _along(x, y, line, cos, sin)
                     far = max(far, max(-along, along - length) - reach - half_width)
             if far > 2.0 * step:
                 # No contact gets there within so many poses.
                 on[:] = False
                 i += int(far / step)
                 continue
-            c, s = math.cos(poses[i, 2]), math.sin(poses[i, 2])
+            if not known[i]:
+                known[i] = True
+                c, s = math.cos(poses[i, 2]), math.sin(poses[i, 2])
+                for k in range(len(contacts)):
+                    places[i, k, 0] = x + c * contacts[k, 0] - s * contacts[k, 1]
+                    places[i, k, 1] = y + s * contacts[k, 0] + c * contacts[k, 1]
             for k in range(len(contacts)):
-                px = poses[i, 0] + c * contacts[k, 0] - s * contacts[k, 1]
-                py = poses[i, 1] + s * contacts[k, 0] + c * contacts[k, 1]
-                along, left = _on_line(px, py, line, cos, sin)
-                over = abs(left) <= half_width and 0.0 <= along <= length
-                if over and not on[k]:
-                    age = poses[i, 3] - line[BEGUN] - along / line[SPEED]
-                    counts[j] += 1 if 0.0 <= age <= drying else 0
+                px, py = places[i, k, 0], places[i, k, 1]
+                over = False
+                if abs(_beside(px, py, line, cos, sin)) <= half_width:
+                    along = _along(px, py, line, cos, sin)
+                    over = 0.0 <= along <= length
+                    if over and not on[k]:
+                        age = poses[i, 3] - line[BEGUN] - along / line[SPEED]
+                        counts[j] += 1 if 0.0 <= age <= drying else 0
                 on[k] = over
             i += 1
     return counts

@@ -40,17 +40,17 @@ def put_ramp(pieces: Floats, n: int, k_from: float, k_to: float, direction: floa
 
 
 @kernel
-def put_turn(pieces: Floats, n: int, deflection: float, c: Floats) -> int:
+def put_turn(pieces: Floats, n: int, deflection: float, direction: float, c: Floats) -> int:
     """Append a turn of the words: clothoid, arc, clothoid; two flatter clothoids; or the chord of none."""
     size, side = abs(deflection), math.copysign(1.0, deflection)
     if size >= c[LIMIT_TURN]:
-        n = put_ramp(pieces, n, 0.0, side * c[LIMIT], 1.0)
-        n = put(pieces, n, (size - c[LIMIT_TURN]) / c[LIMIT], side * c[LIMIT], 0.0, 1.0)
-        return int(put_ramp(pieces, n, side * c[LIMIT], 0.0, 1.0))
+        n = put_ramp(pieces, n, 0.0, side * c[LIMIT], direction)
+        n = put(pieces, n, (size - c[LIMIT_TURN]) / c[LIMIT], side * c[LIMIT], 0.0, direction)
+        return int(put_ramp(pieces, n, side * c[LIMIT], 0.0, direction))
     length = 0.5 * turn_length(size, c)
     peak = deflection / length
-    n = put(pieces, n, length, 0.0, peak / length, 1.0)
-    return int(put(pieces, n, length, peak, -peak / length, 1.0))
+    n = put(pieces, n, length, 0.0, peak / length, direction)
+    return int(put(pieces, n, length, peak, -peak / length, direction))
 
 
 @kernel
@@ -77,11 +77,11 @@ def word_pieces(x: float, y: float, heading: float, c: Floats, pieces: Floats, n
     if abs(y) <= ON_PATH and x >= -ON_PATH and cos > 0.0 and abs(sin) <= ON_PATH and x < best:
         return int(put(pieces, n, x, 0.0, 0.0, 1.0))
     if chosen == 8:
-        return int(put_turn(pieces, n, single, c))
+        return int(put_turn(pieces, n, single, 1.0, c))
     first, middle, last = table[chosen]
-    n = put_turn(pieces, n, first, c)
-    n = put(pieces, n, middle, 0.0, 0.0, 1.0) if chosen % 4 < 2 else put_turn(pieces, n, middle, c)
-    return int(put_turn(pieces, n, last, c))
+    n = put_turn(pieces, n, first, 1.0, c)
+    n = put(pieces, n, middle, 0.0, 0.0, 1.0) if chosen % 4 < 2 else put_turn(pieces, n, middle, 1.0, c)
+    return int(put_turn(pieces, n, last, 1.0, c))
 
 
 @kernel

@@ -18,6 +18,7 @@ from services.planner.steering import cusp_words
 from services.planner.steering.circles import LIMIT, TAU
 from services.planner.steering.construct import MAX_PIECES, profile_pieces
 from services.planner.steering.cusp_words import word
+from services.planner.steering.flat_words import flat_pieces
 from services.planner.steering.forward import TIE
 from services.planner.steering.patterns import QUARTER, bend_amount, cusps_of, elements_of, ramps_beside
 from services.planner.steering.profile import AMOUNT, FAILED, MAX_ELEMENTS, STRAIGHT, UNKNOWN, shape, shoot, solve
@@ -159,6 +160,11 @@ def _shorten(
             length = word(family, branch, ends, goal, turn, c, elements, u)
             if length > lengths[cusps] + WORD_MARGIN:
                 continue
+            n = flat_pieces(elements, u, ends, c, pieces)
+            length = pieces[:n, 0].sum()
+            if n and length < lengths[cusps] - TIE and is_way(pieces, n, ends, stretch_min):
+                keep(pieces, n, turned_round, ways[cusps])
+                lengths[cusps], counts[cusps] = length, n
             length, n = attempt(elements, u, ends, c[LIMIT], goal, turn, stretch_min, lengths[cusps] - TIE, pieces)
             if n:
                 keep(pieces, n, turned_round, ways[cusps])
@@ -187,9 +193,13 @@ def attempt(
     if length >= longest:
         return FAILED, 0
     count = profile_pieces(elements, u, ends, limit, pieces)
-    if shortest_stretch(pieces, count) < stretch_min or not meets(pieces, count, ends):
-        return FAILED, 0
-    return length, count
+    return (length, count) if is_way(pieces, count, ends, stretch_min) else (FAILED, 0)
+
+
+@kernel
+def is_way(pieces: Floats, count: int, ends: Floats, stretch_min: float) -> bool:
+    """Whether the pieces can be driven: no stretch is too short, and curvature steps at cusps alone."""
+    return bool(shortest_stretch(pieces, count) >= stretch_min and meets(pieces, count, ends))
 
 
 @kernel
