@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Final
 
 ROOT: Final = Path(__file__).resolve().parent.parent
-_READY_S: Final = 60.0
+_READY_S: Final = 240.0
 """The largest payloads take seconds to make."""
 
 
