@@ -16,6 +16,8 @@ from schemas.trajectories import assemble, segment, velocity
 from schemas.vehicle import Vehicle
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.onboard.estimator import model
+from services.robot_sim.onboard.estimator.tail import CONTRADICTED
+from services.robot_sim.onboard.safety import MAX_NIS
 from services.robot_sim.paint import projection
 from services.robot_sim.world import body
 
@@ -207,8 +209,8 @@ class Guarded:
         self._hold(self.emulator.time_s - fix.stamp_s <= 0.51 or "clock-skew" in self._kinds, "paint on an old fix")
         self._hold(sigma <= 0.025, "paint without a position")
         counters = estimator.counters
-        self._hold(counters[model.N_FIX_REJECTED_RUN] < 3, "paint against the fixes")
-        self._hold(counters[model.NIS_FIX_RECENT] <= 6.0, "paint on scattering fixes")
+        self._hold(counters[model.FIX_DOUBT] < CONTRADICTED, "paint against the fixes")
+        self._hold(counters[model.NIS_FIX_RECENT] <= MAX_NIS, "paint on scattering fixes")
         self._hold(counters[model.ENCODER_REJECTED_RECENT] <= 0.5, "paint on slipping wheels")
         inside = any(start - SLACK_M <= nozzle_m <= end + SLACK_M for start, end in SPRAYED)
         self._hold(inside, "paint outside what the plan sprays")

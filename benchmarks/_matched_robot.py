@@ -19,7 +19,7 @@ _BLOCK = 4096
 
 
 class MatchedRobot:
-    """Drives at a given speed and yaw rate; all randomness is Gaussian with the figures of `model.noise_figures`."""
+    """Drives at a given speed and yaw rate; all noise has the figures of `model.noise_figures`, fixes with a tail."""
 
     def __init__(self, vehicle: Vehicle, scenario: Scenario, seed: int) -> None:
         """At rest at the origin, heading by the seed."""
@@ -84,7 +84,9 @@ class MatchedRobot:
         seen = self.heading + self._mag_bias + self._normal(math.sqrt(c[m.C_R_MAG]))
         fixes: tuple[GnssSample, ...] = ()
         if self.tick % 10 == 0 and not self.silent:
-            white = math.sqrt(c[m.C_R_GNSS])
+            # Of a Student-t distribution, both axes as bad as each other.
+            kind = float(self._rng.chisquare(m.FIX_DOF)) / (m.FIX_DOF - 2.0)
+            white = math.sqrt(c[m.C_R_GNSS] / kind)
             east, north = self.x + self._slow[0] + self._normal(white), self.y + self._slow[1] + self._normal(white)
             variance = float(c[m.C_R_GNSS] + c[m.C_GM_VAR])
             sample = GnssSample(self.tick * TICK_S, east, north, variance, 3, 20, 0.5)

@@ -126,7 +126,7 @@ class Consistency(NamedTuple):
     fix_nis: float = 0.0
     fix_nis_recent: float = 0.0
     fix_nis_mean: float = 0.0
-    """2 expected of a consistent filter."""
+    """2 expected of a consistent filter: of fixes as they are weighed, at most 5.5 each."""
     encoder_nis_mean: float = 0.0
     """2 expected."""
     mag_nis_mean: float = 0.0

@@ -61,9 +61,9 @@ def test_heights_err_twice_as_much_as_positions_and_the_report_says_so():
     for tick in range(1, 6001):
         sensors.read(tick, STILL)
         reports += sensors.gnss_reports
-    assert np.std([report.altitude_m for report in reports]) == pytest.approx(2 * 0.00424, rel=0.1)
+    assert np.std([report.altitude_m for report in reports]) == pytest.approx(2 * 0.00471, rel=0.1)
     for report in reports:
-        assert report.variance_m2 == pytest.approx(0.00424**2)
+        assert report.variance_m2 == pytest.approx(0.00471**2)
         assert report.vertical_variance_m2 == pytest.approx(4 * report.variance_m2)
 
 
@@ -72,8 +72,8 @@ def test_by_the_trees_errors_grow_as_the_receiver_admits():
     white = GnssNoise(gauss_markov_1_m=0, gauss_markov_2_m=0, rate_hz=20)
     run = fixes(drive(6000, sky=(trees,), gnss=white, command=REST))
     assert {fix.fix for fix in run} == {3}
-    assert np.std([fix.east_m for fix in run]) == pytest.approx(4 * 0.00424, rel=0.1)
-    assert math.sqrt(run[0].variance_m2) == pytest.approx(4 * 0.00424, rel=0.01)
+    assert np.std([fix.east_m for fix in run]) == pytest.approx(4 * 0.00471, rel=0.1)
+    assert math.sqrt(run[0].variance_m2) == pytest.approx(4 * 0.00471, rel=0.01)
 
 
 def test_a_held_fix_admits_half_of_its_drift():

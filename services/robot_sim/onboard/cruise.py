@@ -26,6 +26,7 @@ from services.robot_sim.onboard.estimator.filter import FIX_FIXED, LEAD_S
 from services.robot_sim.onboard.estimator.intake import FROZEN_RADPS, MAG_EVERY_TICKS, STILL_RAD, STILL_TICKS
 from services.robot_sim.onboard.estimator.kernels import advance, take_fix
 from services.robot_sim.onboard.estimator.standing import JOLT_MPS2
+from services.robot_sim.onboard.estimator.tail import CONTRADICTED
 from services.robot_sim.onboard.fence import beyond_m
 from services.robot_sim.onboard.path import FORWARD
 from services.robot_sim.onboard.tracking import track
@@ -125,7 +126,7 @@ def _trusted(tick: int, P: Floats, n: Floats, s: Floats, k: Floats) -> bool:
     now_s = tick / 100
     fix = s[c.FIX : c.FIX + c.FIX_COLUMNS]
     fresh = fix[c.F_AGE] <= safety.MAX_CORRECTION_AGE_S and now_s - fix[c.F_STAMP] <= k[c.K_FIX_AGE]
-    used = n[m.N_FIX_REJECTED_RUN] < safety.MAX_REJECTED_RUN and now_s - s[c.LAST_USED] <= k[c.K_FIX_AGE]
+    used = n[m.FIX_DOUBT] < CONTRADICTED and now_s - s[c.LAST_USED] <= k[c.K_FIX_AGE]
     consistent = n[m.NIS_FIX_RECENT] <= safety.MAX_NIS and n[m.ENCODER_REJECTED_RECENT] <= safety.MAX_SLIP
     sigma = math.sqrt(max(P[m.EAST, m.EAST], P[m.NORTH, m.NORTH]))
     known = sigma <= safety.MAX_POSITION_SIGMA_M and sigma <= safety.MAX_BLIND_SIGMA_M

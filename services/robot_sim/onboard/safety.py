@@ -14,9 +14,9 @@ MAX_FIX_AGE_S = 0.5
 MAX_CORRECTION_AGE_S = 10.0
 MAX_POSITION_SIGMA_M = 0.025
 MAX_HEADING_SIGMA_RAD = math.radians(1.0)
-MAX_NIS = 6.0
-"""Of the running mean over about ten fixes; 2 is expected of a consistent filter."""
-MAX_REJECTED_RUN = 3
+MAX_NIS = 4.4
+"""Of the running mean over about ten fixes, each as it is weighed: 2 is expected of a consistent filter, 5.5 is the
+most that there is. An unweighed 6 of every fix makes so much."""
 MAX_LATERAL_M = 0.03
 MAX_BLIND_SIGMA_M = 0.15
 """Position σ beyond which the robot does not even drive."""
@@ -88,7 +88,7 @@ class Watch:
 
     def drive_problem(self) -> str:
         """Why not to drive at all, "" if nothing speaks against it."""
-        if self._estimator.counters[m.N_FIX_REJECTED_RUN] >= MAX_REJECTED_RUN:
+        if self._estimator.contradicted:
             return CONTRADICTION
         sigma = self._estimator.position_sigma_m
         if sigma > MAX_BLIND_SIGMA_M:
@@ -110,7 +110,7 @@ class Watch:
             return f"the RTK corrections are older than {MAX_CORRECTION_AGE_S:.0f} s"
         if time_s - fix.stamp_s > self.fix_age_s:
             return f"there has been no fix for more than {self.fix_age_s:.1f} s"
-        if estimator.counters[m.N_FIX_REJECTED_RUN] >= MAX_REJECTED_RUN:
+        if estimator.contradicted:
             return CONTRADICTION
         if time_s - estimator.last_used_stamp_s > self.fix_age_s:
             return f"no fix has been usable for more than {self.fix_age_s:.1f} s"

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 from scipy.stats import chi2
 
 from schemas.scenario import DriveNoise, GnssNoise, Scenario
@@ -14,6 +15,7 @@ from services.robot_sim.frames import STANDSTILL, Command
 from services.robot_sim.onboard.estimator import model as m
 from services.robot_sim.onboard.estimator.filter import Estimator
 from services.robot_sim.onboard.estimator.report import report
+from services.robot_sim.onboard.estimator.tail import bounded
 from tests.robot_sim.onboard.driven import drive, error, until_fix, wander
 from tests.robot_sim.onboard.rig import Rig
 
@@ -56,7 +58,9 @@ def test_consistent_over_monte_carlo_runs() -> None:
     means = np.mean(samples, axis=0)
     assert np.all(means < high), means
     assert np.all(means > 0.5 * low), means
-    assert 1.7 < np.mean(nis) < 2.2
+    # The rig's fixes are normally distributed: what weighed squares then are in the mean.
+    expected, _ = quad(lambda square: bounded(square) * chi2.pdf(square, 2), 0.0, math.inf)
+    assert np.mean(nis) == pytest.approx(expected, abs=0.2)
     assert math.degrees(np.sqrt(np.mean(np.square(heading)))) < 0.3
 
 
@@ -127,7 +131,8 @@ def test_a_pair_of_fixes_gives_the_same_estimate_in_either_order() -> None:
     np.testing.assert_allclose(in_order.covariance, swapped.covariance, rtol=1e-9, atol=1e-15)
 
 
-def test_outliers_are_rejected_and_counted() -> None:
+def test_outliers_are_weighed_down() -> None:
+    """Half a metre off, they move the estimate by a tenth of a millimetre."""
     rig = Rig(scenario=DEFAULT, seed=3)
     estimator = Estimator(rig.vehicle, DEFAULT)
     drive(rig, estimator, 1000)
@@ -136,10 +141,13 @@ def test_outliers_are_rejected_and_counted() -> None:
         rig.fix_offset_m = (0.4, -0.3)
         drive(rig, estimator, 10, lambda t: wander(2000))
         rig.fix_offset_m = (0.0, 0.0)
-        drive(rig, estimator, 40, lambda t: wander(2000))
+        drive(rig, estimator, 15, lambda t: wander(2000))
+        assert estimator.counters[m.N_FIX_OUTLYING_RUN] >= 1 and not estimator.contradicted
+        drive(rig, estimator, 25, lambda t: wander(2000))
+        assert estimator.counters[m.N_FIX_OUTLYING_RUN] == 0
     after = report(estimator.counters)
-    assert after.fixes_rejected == before.fixes_rejected + 5
-    assert after.recoveries == 0
+    assert after.fixes == before.fixes + 25
+    assert after.fixes_rejected == after.recoveries == 0
     assert np.hypot(*error(rig, estimator)[:2]) < 0.03
 
 
@@ -183,7 +191,7 @@ def test_late_and_lost_samples_end_near_the_same_estimate() -> None:
     for late, lost in ((3, False), (0, True)):
         other, _ = final(late, lost)
         assert np.all(np.abs(error(rig, other)) < (0.04, 0.04, 0.01))
-        assert np.all(np.abs(other.state[:3] - exact.state[:3]) < (0.02, 0.02, 0.005))
+        assert np.all(np.abs(other.state[:3] - exact.state[:3]) < (0.02, 0.02, 0.008))
         assert report(other.counters).encoders_rejected < 20
 
 
@@ -255,7 +263,7 @@ def test_after_a_restart_a_fix_from_the_old_place_is_not_used() -> None:
 
 def test_one_gauss_markov_term_keeps_variance_and_short_term_decay() -> None:
     c = m.noise_figures(Vehicle(), DEFAULT)
-    assert c[m.C_GM_VAR] == pytest.approx(5e-5)
+    assert c[m.C_GM_VAR] == pytest.approx(2 * 0.0025**2)
     tau = -0.01 / math.log(c[m.C_GM_DECAY])
     assert tau == pytest.approx(2 / (1 / 115 + 1 / 900), rel=1e-6)
 

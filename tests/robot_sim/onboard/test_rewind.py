@@ -110,7 +110,6 @@ def test_a_float_solution_that_claims_too_much_is_not_believed() -> None:
 
 
 def test_gates_are_those_of_as_many_numbers_as_are_judged() -> None:
-    assert pytest.approx(chi2.ppf(0.999, 2), abs=0.01) == m.GATE_FIX
     assert pytest.approx(chi2.ppf(0.9999, 2), abs=0.01) == m.GATE_2_DOF
     assert pytest.approx(chi2.ppf(0.9999, 1), abs=0.01) == m.GATE_1_DOF
 

@@ -28,6 +28,7 @@ def looked(counters: dict[int, float] | None = None, **changes: Any) -> Watch:
         values[index] = value
     well = {
         "started": True,
+        "contradicted": False,
         "last_fix": fix(),
         "last_used_stamp_s": NOW_S - 0.1,
         "position_sigma_m": 0.01,
@@ -49,9 +50,8 @@ def looked(counters: dict[int, float] | None = None, **changes: Any) -> Watch:
         ({"last_fix": fix(correction_age_s=10.5)}, "corrections are older"),
         ({"last_fix": fix(stamp_s=NOW_S - 0.6)}, "no fix for more than 0.5 s"),
         ({"last_used_stamp_s": NOW_S - 0.6}, "no fix has been usable"),
-        ({"counters": {m.N_FIX_REJECTED_RUN: 3.0}}, "contradict"),
-        ({"counters": {m.N_FIX_REJECTED_RUN: 2.0}}, ""),
-        ({"counters": {m.NIS_FIX_RECENT: 6.5}}, "scatter"),
+        ({"contradicted": True}, "contradict"),
+        ({"counters": {m.NIS_FIX_RECENT: 4.5}}, "scatter"),
         ({"counters": {m.ENCODER_REJECTED_RECENT: 0.6}}, "wheels slip"),
         ({"position_sigma_m": 0.026}, "σ above 25 mm"),
         ({"heading_sigma_rad": math.radians(1.1)}, "heading is uncertain"),
@@ -87,7 +87,7 @@ def test_a_pose_is_good_again_only_after_a_second() -> None:
         ({}, ""),
         ({"position_sigma_m": 0.1}, ""),  # not painting, but driving
         ({"position_sigma_m": 0.16}, "position is unknown"),
-        ({"counters": {m.N_FIX_REJECTED_RUN: 3.0}}, "contradict"),
+        ({"contradicted": True}, "contradict"),
         ({"intake": SimpleNamespace(imu_tick=TICK - 51, encoder_tick=TICK)}, "IMU's samples"),
         ({"intake": SimpleNamespace(imu_tick=TICK, encoder_tick=TICK - 51)}, "encoders' samples"),
         ({"intake": SimpleNamespace(imu_tick=TICK - 49, encoder_tick=TICK - 49)}, ""),

@@ -17,6 +17,7 @@ from services.robot_sim.onboard.estimator.intake import STILL_TICKS, Intake
 from services.robot_sim.onboard.estimator.kernels import advance, take_fix
 from services.robot_sim.onboard.estimator.learning import start_learning
 from services.robot_sim.onboard.estimator.standing import JOLT_MPS2
+from services.robot_sim.onboard.estimator.tail import CONTRADICTED
 
 FIX_NONE: Final = 0
 FIX_FIXED: Final = 3
@@ -29,9 +30,10 @@ _ALIGNED_FIXES = 3
 _LOOSE_FIX_FACTOR = 20.0  # float and single fixes err slowly: their variance counts for two seconds, not for 0.1 s
 _LOOSE_FIX_FLOOR_M2 = {1: 1.0, 2: 0.04}
 LEAD_S = 0.005  # by which a receiver's clock may be ahead and still be believed
+_ALONE = 4.0  # factor on the white variance of a fix that there is nothing to weigh by: it may be one of the tail
 _ACCEPTED_HEADING_VAR = math.radians(0.3) ** 2
 JUMP_RUN: Final = 15
-"""Fixes rejected in a row (1.5 s) after which they are a jump that the operator may accept, and not outliers."""
+"""Outlying fixes in a row (1.5 s) after which they are a jump that the operator may accept."""
 _PLACE: Final = [m.EAST, m.NORTH]
 _NO_COVARIANCE = np.diag([1e6, 1e6, math.pi**2]).ravel()
 _NO_TWIST_COVARIANCE = np.diag([1e6, 1e6]).ravel()
@@ -73,7 +75,7 @@ class Estimator:
         self.last_fix: GnssSample | None = None
         """The newest fix that arrived, used or not; by its stamp, and not from the future."""
         self.last_used_stamp_s = -math.inf
-        """Time of validity of the newest RTK-fixed position that passed the gate."""
+        """Time of validity of the newest RTK-fixed position that was used."""
 
     @property
     def started(self) -> bool:
@@ -84,6 +86,11 @@ class Estimator:
     def aligned(self) -> bool:
         """Whether the filter has settled enough at standstill to drive off."""
         return self.started and self.counters[m.N_FIXES] >= _ALIGNED_FIXES and not self.disputed
+
+    @property
+    def contradicted(self) -> bool:
+        """Whether the last fixes are not used, since no honest receiver's would all be so far off."""
+        return bool(self.counters[m.FIX_DOUBT] >= CONTRADICTED)
 
     @property
     def disputed(self) -> bool:
@@ -166,7 +173,7 @@ class Estimator:
     @property
     def jump_m(self) -> float:
         """How far the receiver has lastingly jumped away from the estimate; 0 if it has not."""
-        if self.counters[m.N_FIX_REJECTED_RUN] < JUMP_RUN:
+        if self.counters[m.N_FIX_OUTLYING_RUN] < JUMP_RUN:
             return 0.0
         return math.hypot(self.counters[m.INNOVATION_EAST], self.counters[m.INNOVATION_NORTH])
 
@@ -182,7 +189,7 @@ class Estimator:
         self._fixes[:] = 0.0
         # Nothing from before this tick is run again.
         self._first_tick = self._tick
-        self.counters[m.N_FIX_REJECTED_RUN] = self.counters[m.NIS_FIX_RECENT] = 0.0
+        self.counters[[m.N_FIX_OUTLYING_RUN, m.FIX_DOUBT, m.NIS_FIX_RECENT]] = 0.0
         self.counters[m.N_RECOVERIES] += 1.0
 
     def _place(self, x: NDArray[np.float64], p: NDArray[np.float64], fix: GnssSample) -> None:
@@ -205,7 +212,7 @@ class Estimator:
         turned = lever @ p
         p[_PLACE, :] += turned
         p[:, _PLACE] += turned.T
-        p[np.ix_(_PLACE, _PLACE)] += turned @ lever.T + np.eye(2) * (c[m.C_R_GNSS] + c[m.C_GM_VAR])
+        p[np.ix_(_PLACE, _PLACE)] += turned @ lever.T + np.eye(2) * (_ALONE * c[m.C_R_GNSS] + c[m.C_GM_VAR])
 
     def _enter_fix(self, gnss: GnssSample) -> int:
         tick = math.floor(gnss.stamp_s / TICK_S + 1e-6)

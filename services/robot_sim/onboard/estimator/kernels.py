@@ -27,9 +27,9 @@ from services.robot_sim.onboard.estimator.model import (
     ACCEL_BIAS,
     C_MAST,
     EAST,
+    FIX_DOUBT,
     FIX_USED,
     FIX_VARIANCE,
-    GATE_FIX,
     IN_ACCEL,
     IN_RISE_EAST,
     IN_RISE_NORTH,
@@ -38,8 +38,8 @@ from services.robot_sim.onboard.estimator.model import (
     N_FIX_DUPLICATE,
     N_FIX_LATE,
     N_FIX_OUT_OF_ORDER,
+    N_FIX_OUTLYING_RUN,
     N_FIX_REJECTED,
-    N_FIX_REJECTED_RUN,
     N_FIXES,
     NIS_FIX_LAST,
     NIS_FIX_RECENT,
@@ -51,6 +51,7 @@ from services.robot_sim.onboard.estimator.model import (
 )
 from services.robot_sim.onboard.estimator.prediction import predict
 from services.robot_sim.onboard.estimator.standing import settle_dispute
+from services.robot_sim.onboard.estimator.tail import CONTRADICTED, bounded, doubt, likelihood
 from services.robot_sim.onboard.estimator.updates import two
 
 Floats = NDArray[np.float64]
@@ -174,16 +175,17 @@ def take_fix(
         n[N_FIX_DUPLICATE] += 1.0
         return
     y0, y1 = fix_rows(xs[where], fix, inputs[where], c, h)
-    nis = two(Ps[where], h, y0, y1, fix[FIX_VARIANCE], fix[FIX_VARIANCE])
-    n[INNOVATION_EAST], n[INNOVATION_NORTH], n[NIS_FIX_LAST] = y0, y1, nis
-    if nis > GATE_FIX:
+    nis = two(Ps[where], h, y0, y1, fix[FIX_VARIANCE])
+    weighed = bounded(nis)
+    n[INNOVATION_EAST], n[INNOVATION_NORTH], n[NIS_FIX_LAST] = y0, y1, weighed
+    n[FIX_DOUBT] = doubt(n[FIX_DOUBT], likelihood(nis))
+    n[N_FIX_OUTLYING_RUN] = n[N_FIX_OUTLYING_RUN] + 1.0 if n[FIX_DOUBT] > 0.0 else 0.0
+    if n[FIX_DOUBT] >= CONTRADICTED:
         n[N_FIX_REJECTED] += 1.0
-        n[N_FIX_REJECTED_RUN] += 1.0
         return
-    n[N_FIX_REJECTED_RUN] = 0.0
     n[N_FIXES] += 1.0
-    n[NIS_FIX_SUM] += nis
-    n[NIS_FIX_RECENT] += _RECENT * (nis - n[NIS_FIX_RECENT])
+    n[NIS_FIX_SUM] += weighed
+    n[NIS_FIX_RECENT] += _RECENT * (weighed - n[NIS_FIX_RECENT])
     for later in range(at + 1, tick + 1):
         if fixes[later % RING, FIX_USED] > 0.0:
             n[N_FIX_OUT_OF_ORDER] += 1.0

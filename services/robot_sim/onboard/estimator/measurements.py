@@ -63,6 +63,7 @@ from services.robot_sim.onboard.estimator.model import (
     STATES,
     YAW_RATE,
 )
+from services.robot_sim.onboard.estimator.tail import weighed_variance
 from services.robot_sim.onboard.estimator.updates import apply, apply_two, two, wrap
 
 Floats = NDArray[np.float64]
@@ -153,7 +154,7 @@ def _encoders(x: Floats, P: Floats, z: Floats, c: Floats, n: Floats, live: bool,
     y1 = right - z[IN_RIGHT_SMOOTH] * x[RIGHT_SLIP] - over_right
     uneven = 0.5 * (z[IN_SPAN] - 1.0) * 0.01 * _SPAN_ACCEL_MPS2  # the mean of several ticks is not the last one
     r = c[C_R_ENCODER] + (c[C_R_ENCODER_TURN] * half * x[YAW_RATE]) ** 2 + uneven * uneven
-    nis = two(P, h, y0, y1, r, r)
+    nis = two(P, h, y0, y1, r)
     z[IN_REFUSED] = z[IN_REFUSED] + 1.0 if nis > GATE_2_DOF else 0.0
     if live:
         n[N_ENCODER] += 1.0
@@ -168,7 +169,7 @@ def _encoders(x: Floats, P: Floats, z: Floats, c: Floats, n: Floats, live: bool,
         if n[N_ENCODER_REJECTED_RUN] < _ENCODER_REJECTED_RUN_LIMIT:
             return
         r *= _PATIENCE
-    apply_two(x, P, h, y0, y1, r, r, g)
+    apply_two(x, P, h, y0, y1, r, g)
 
 
 @kernel
@@ -252,4 +253,4 @@ def fix_rows(x: Floats, fix: Floats, z: Floats, c: Floats, h: Floats) -> tuple[f
 def use_fix(x: Floats, P: Floats, fix: Floats, z: Floats, c: Floats, h: Floats, g: Floats) -> None:
     """Take a fix (FIXES,) into the tick with inputs `z` (INPUTS,); `h` (2, STATES), `g` (STATES,) are scratch."""
     y0, y1 = fix_rows(x, fix, z, c, h)
-    apply_two(x, P, h, y0, y1, fix[FIX_VARIANCE], fix[FIX_VARIANCE], g)
+    apply_two(x, P, h, y0, y1, weighed_variance(P, h, y0, y1, fix[FIX_VARIANCE]), g)

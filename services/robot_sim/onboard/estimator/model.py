@@ -91,7 +91,7 @@ SLOW: Final = 13
 FIX_USED: Final = 0
 FIX_EAST: Final = 1
 FIX_NORTH: Final = 2
-FIX_VARIANCE: Final = 3
+FIX_VARIANCE: Final = 3  # m², of the white part, its tail included
 FIX_AFTER: Final = 4  # s from the slot's tick to the stamp
 FIXES: Final = 5
 
@@ -129,7 +129,7 @@ FIGURES: Final = 28
 # Counters the kernel keeps.
 N_FIXES: Final = 0
 N_FIX_REJECTED: Final = 1
-N_FIX_REJECTED_RUN: Final = 2  # in a row
+N_FIX_OUTLYING_RUN: Final = 2  # in a row, used or not
 N_FIX_LATE: Final = 3
 N_FIX_DUPLICATE: Final = 4
 N_RECOVERIES: Final = 5
@@ -138,7 +138,7 @@ N_ENCODER_REJECTED: Final = 7
 N_ENCODER_REJECTED_RUN: Final = 8
 N_MAG: Final = 9
 N_MAG_REJECTED: Final = 10
-NIS_FIX_SUM: Final = 11
+NIS_FIX_SUM: Final = 11  # of fixes as they are weighed, each at most FIX_DOF + 2
 NIS_ENCODER_SUM: Final = 12
 NIS_MAG_SUM: Final = 13
 NIS_FIX_LAST: Final = 14
@@ -148,11 +148,15 @@ NIS_FIX_RECENT: Final = 17  # exponential mean over about the last ten fixes tha
 N_FIX_OUT_OF_ORDER: Final = 18
 ENCODER_REJECTED_RECENT: Final = 19  # share, exponential over about 0.3 s: the slip test
 N_GYRO_REJECTED: Final = 20  # at standstill: it turns, the wheels do not
-COUNTERS: Final = 21
+FIX_DOUBT: Final = 21  # −ln of how likely an honest receiver's fixes are as outlying as those of the present run
+COUNTERS: Final = 22
 
 GATE_1_DOF: Final = 15.14  # χ², 99.99 %
 GATE_2_DOF: Final = 18.42
-GATE_FIX: Final = 13.82  # χ², 2 degrees of freedom, 99.9 %
+FIX_DOF: Final = 3.5
+"""Degrees of freedom of the Student-t distribution that the receiver's white errors are taken to have: a bivariate t
+with these that has 68 % of the horizontal errors within 7 mm has 95.45 % within 16.0 mm and 99.73 % within 38.7 mm. The
+published field test of the receiver has 7/17/38 mm (docs/robot-sim.md)."""
 
 _SPEED_NOISE_MPS = 0.0005  # per tick, from pitching and vibration, beyond the accelerometer's own noise
 _YAW_NOISE_RADPS = 0.08  # per tick: 8 rad/s² is half of what the wheels can do

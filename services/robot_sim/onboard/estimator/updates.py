@@ -41,9 +41,9 @@ def apply(x: Floats, P: Floats, h: Floats, innovation: float, variance: float, g
 
 
 @kernel
-def two(P: Floats, h: Floats, y0: float, y1: float, r0: float, r1: float) -> float:
-    """Normalised innovation squared of two numbers measured at once with rows `h` (2, STATES)."""
-    s00, s01, s11 = r0, 0.0, r1
+def spread(P: Floats, h: Floats) -> tuple[float, float, float]:
+    """Variance of the first, covariance and variance of the second of what rows `h` (2, STATES) see of the state."""
+    s00, s01, s11 = 0.0, 0.0, 0.0
     for i in range(STATES):
         if h[0, i] != 0.0 or h[1, i] != 0.0:
             a, b = 0.0, 0.0
@@ -53,16 +53,25 @@ def two(P: Floats, h: Floats, y0: float, y1: float, r0: float, r1: float) -> flo
             s00 += h[0, i] * a
             s01 += h[0, i] * b
             s11 += h[1, i] * b
-    return (s11 * y0 * y0 - 2.0 * s01 * y0 * y1 + s00 * y1 * y1) / (s00 * s11 - s01 * s01)
+    return s00, s01, s11
 
 
 @kernel
-def apply_two(x: Floats, P: Floats, h: Floats, y0: float, y1: float, r0: float, r1: float, g: Floats) -> None:
-    """Both numbers of a pair, one after the other; the second innovation is corrected by the first update."""
+def two(P: Floats, h: Floats, y0: float, y1: float, r: float) -> float:
+    """Normalised innovation squared of two numbers of variance `r` each, measured at once with rows `h` (2, STATES)."""
+    s00, s01, s11 = spread(P, h)
+    s00, s11 = s00 + r, s11 + r
+    nis: float = (s11 * y0 * y0 - 2.0 * s01 * y0 * y1 + s00 * y1 * y1) / (s00 * s11 - s01 * s01)
+    return nis
+
+
+@kernel
+def apply_two(x: Floats, P: Floats, h: Floats, y0: float, y1: float, r: float, g: Floats) -> None:
+    """Both numbers of a pair, each of variance `r`, in turn; the second innovation is corrected by the first update."""
     before = np.zeros(STATES)
     for i in range(STATES):
         before[i] = x[i]
-    apply(x, P, h[0], y0, r0, g)
+    apply(x, P, h[0], y0, r, g)
     for i in range(STATES):
         y1 -= h[1, i] * (x[i] - before[i])
-    apply(x, P, h[1], y1, r1, g)
+    apply(x, P, h[1], y1, r, g)
