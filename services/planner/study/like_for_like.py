@@ -207,8 +207,8 @@ def too_fast_row(pitch: Pitch, found: Mapping[Setting, Match]) -> Row:
         {"dpp_s": dpp, "ours_s": ours, "bound_s": bound, "dpp_wheel_radps": outer_radps},
         f"not met and not claimed: DPP's outer wheel would turn at {outer_radps:.1f} rad/s of {most_radps:g}. What "
         f"keeps κ_max and the wheels' speed takes {bound:.1f} s at least ({bound / dpp - 1.0:+.2%}): no path is "
-        "shorter than plain Dubins without padding or turns by less than the headings differ, and with the outer rim at v_w a "
-        "path of length L that turns by θ takes (L + r·θ)/v_w. That bound leaves out clothoids, the wheels' "
+        "shorter than plain Dubins without padding or turns by less than the headings differ, and with the outer rim "
+        "at v_w a path of length L that turns by θ takes (L + r·θ)/v_w. That bound leaves out clothoids, the wheels' "
         f"acceleration and the way round in a turn of 270°. With κ as the wheels allow ours takes {free:.1f} s "
         f"({free / dpp - 1.0:+.2%}).",
     )
