@@ -35,7 +35,7 @@ def study(
     as_json: JsonOption = False,
 ) -> None:
     """Measure every requirement of the study for its two planners and ours; exit code 1 if ours misses one."""
-    from services.planner.study.table import HEADINGS
+    from services.planner.study.table import CAUSE_HEADINGS, HEADINGS, with_total
     from services.planner.study.table import as_json as json_text
     from services.study import run_study, save_study
 
@@ -46,7 +46,7 @@ def study(
             files = save_study(result, out)
         say(f"wrote {', '.join(path.name for path in files)} to {out}")
     if as_json:
-        typer.echo(json_text(result.rows), nl=False)
+        typer.echo(json_text(result.rows, result.causes), nl=False)
     else:
         table = Table(title="The study's requirements", title_justify="left", box=box.SIMPLE_HEAD, show_lines=True)
         for heading in HEADINGS:
@@ -54,7 +54,13 @@ def study(
         for row in result.rows:
             *cells, verdict = row.cells
             table.add_row(*cells, f"[{_STYLES[row.met]}]{verdict}[/]")
+        gain = Table(title="The gain in time by its causes", title_justify="left", box=box.SIMPLE_HEAD)
+        for heading in CAUSE_HEADINGS:
+            gain.add_column(heading)
+        for cause in with_total(result.causes):
+            gain.add_row(*cause.cells)
         console = output()
+        console.print(gain)
         console.print(table)
         for row in result.rows:
             if row.note:

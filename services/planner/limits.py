@@ -107,6 +107,14 @@ class Limits:
         square = np.minimum(square, self.lateral_mps2 / np.maximum(curvature_1pm, STRAIGHT))
         return np.minimum(square, self.rim_acceleration_mps2 / np.maximum(sharpness_1pm2 * self.half_track_m, STRAIGHT))
 
+    @property
+    def wheels_limit_turns(self) -> bool:
+        """Whether the wheels' speed alone keeps every turn within the lateral acceleration.
+
+        With the outer rim at v_w a robot at v is accelerated by v(v_w - v)/r across, at most v_w²/(4r).
+        """
+        return self.lateral_mps2 >= self.rim_speed_mps**2 / (4.0 * self.half_track_m)
+
     def turn_at(self, speed_mps: float) -> tuple[float, float]:
         """The tightest curvature (1/m) and largest sharpness (1/m²) to turn with at a speed (m/s)."""
         rim = (self.rim_speed_mps - speed_mps) / (speed_mps * self.half_track_m)

@@ -56,9 +56,16 @@ class Ways:
 
     @classmethod
     def by_time(cls, limits: Limits) -> "Ways":
-        """With turns made for several speeds, as far as the limits let them differ."""
+        """With turns made for several speeds, as far as the limits let them differ.
+
+        One more is entered at paint speed and tightens while the robot brakes, without a straight to brake before.
+        Wheels can do both at once; tyres that slide before that cannot.
+        """
         fastest = min(limits.transit_speed_mps, FASTEST_SHARE * limits.rim_speed_mps)
         offers = {limits.turn_at(v): v for v in [*(v for v in TURN_SPEEDS_MPS if v < fastest), fastest]}
+        if limits.wheels_limit_turns:
+            painting = limits.paint_speed_mps
+            offers.setdefault((limits.turn_at(TURN_SPEEDS_MPS[0])[0], limits.turn_at(painting)[1]), painting)
         return cls(limits, tuple(Turns(speed, *turn, Steering(*turn)) for turn, speed in offers.items()))
 
     @classmethod

@@ -1,4 +1,6 @@
-"""How fast any order could be: straight hops at full speed from line to line, without turning or gathering speed."""
+"""What no planner can beat: straight hops at full speed in any order; turns at the wheels' speed in the given one."""
+
+import math
 
 import numpy as np
 
@@ -7,7 +9,7 @@ from services.planner.limits import Limits
 from services.planner.offset import modes
 from services.planner.ordering.costs import NEVER_S, nodes_of
 from services.planner.ordering.order import Problem, ordered
-from services.planner.study.drive import STUDY_SPEED_MPS
+from services.planner.study.drive import STUDY_SPEED_MPS, UNPADDED
 from services.planner.study.pitch import Pitch
 from services.planner.swaths import Painting, swaths
 
@@ -30,3 +32,16 @@ def straight_hops_s(pitch: Pitch) -> float:
     cost[:, :-1] += [node.length_m / STUDY_SPEED_MPS for node in nodes]
     problem = Problem(cost, segment, flip)
     return problem.cost_of(ordered(problem))
+
+
+def turning_bound_s(pitch: Pitch) -> float:
+    """Seconds that nobody beats in the given order who keeps κ_max = 1.125 1/m and the wheels' speed.
+
+    With the outer rim at v_w a robot drives v = v_w / (1 + |κ|·r), so a way of length L that turns by θ in all takes
+    (L + r·θ) / v_w at least. None is shorter than the plain Dubins path, and none turns by less than the headings
+    differ. Lines are painted at 1.5 m/s.
+    """
+    driven = pitch.drive(UNPADDED)
+    rim, half_track = pitch.vehicle.max_rim_speed_mps, pitch.vehicle.half_track_m
+    turned = (abs(math.remainder(w.end.heading_rad - w.start.heading_rad, math.tau)) for w in driven.ways)
+    return driven.painted_m / STUDY_SPEED_MPS + (driven.transition_m + half_track * sum(turned)) / rim

@@ -37,18 +37,19 @@ def corner_path(contestant: Contestant, sigma_1pm2: float) -> PiecePath:
 
 
 def corner_trajectory(
-    contestant: Contestant, sigma_1pm2: float, tolerance_m: float = FINE_M
+    contestant: Contestant, sigma_1pm2: float, tolerance_m: float = FINE_M, run_m: float = RUN_M
 ) -> tuple[Trajectory, tuple[float, float]]:
     """What the robot is sent, and between which arc lengths (m) of it the legs and the corner lie.
 
+    It gathers speed and brakes over `run_m` before and behind them.
     Clothoids are sent as arcs for every planner: the emulated robot refuses the kinks of the study's straight lines.
     """
     corner = corner_path(contestant, sigma_1pm2)
-    first = corner.start._replace(x_m=corner.start.x_m - RUN_M)
-    whole = PiecePath(first, (Piece(RUN_M), *corner.pieces, Piece(RUN_M)))
+    first = corner.start._replace(x_m=corner.start.x_m - run_m)
+    whole = PiecePath(first, (Piece(run_m), *corner.pieces, Piece(run_m)))
     sent = send([Section("corner", whole)], lambda fraction: None, tolerance_m)
     length = sent[-1].end_m
     run = STUDY_SPEED_MPS**2 / (2.0 * GAIN_MPS2)
     station = np.array([0.0, run, length - run, length])
     speeds = SpeedProfile(station, np.array([0.0, STUDY_SPEED_MPS, STUDY_SPEED_MPS, 0.0]))
-    return trajectory_message(sent, speeds, []), (RUN_M, length - RUN_M)
+    return trajectory_message(sent, speeds, []), (run_m, length - run_m)

@@ -13,7 +13,7 @@ from services.planner.offset import Stroke
 from services.planner.steering.steer import Steering
 from services.planner.study.ccd import StudyContinuousDubins
 from services.planner.transitions.dubins import dubins_pieces
-from services.planner.transitions.dubins_padded import PADDING_AFTER_M, PADDING_BEFORE_M, PaddedDubins
+from services.planner.transitions.dubins_padded import PaddedDubins
 from services.planner.transitions.method import CurveEnd, TransitionMethod, transition
 
 STUDY_KAPPA_1PM = 1.125
@@ -38,10 +38,9 @@ class Contestant:
 
     name: str
     method: Callable[[float, float], TransitionMethod]
-    padded: bool = False
 
 
-DPP = Contestant("DPP", lambda kappa, sigma: PaddedDubins(kappa), padded=True)
+DPP = Contestant("DPP", lambda kappa, sigma: PaddedDubins(kappa))
 STUDY_CCD = Contestant("study CCD", StudyContinuousDubins)
 OURS = Contestant("ours", Steering)
 CONTESTANTS = (DPP, STUDY_CCD, OURS)
@@ -51,12 +50,11 @@ CONTESTANTS = (DPP, STUDY_CCD, OURS)
 class Drive:
     """From the start of the first painted segment to the end of the last: strokes and the ways between them.
 
-    Run-in and run-out are the same for everyone and left out, but DPP's padding is in.
+    Run-in and run-out are left out for everyone, and with them DPP's padding before the first line and after the last.
     """
 
     strokes: Sequence[Stroke]
     ways: Sequence[PiecePath]
-    padding_m: float = 0.0
 
     @property
     def painted_m(self) -> float:
@@ -66,7 +64,7 @@ class Drive:
     @property
     def transition_m(self) -> float:
         """Length of the rest, metres."""
-        return sum(way.length_m for way in self.ways) + self.padding_m
+        return sum(way.length_m for way in self.ways)
 
     @property
     def length_m(self) -> float:
@@ -117,7 +115,7 @@ def drive(strokes: Sequence[Stroke], contestant: Contestant, sigma_1pm2: float, 
     """
     method = contestant.method(kappa_1pm, sigma_1pm2)
     ways = [transition(method, a.end, b.begin) for a, b in pairwise(strokes)]
-    return Drive(strokes, ways, PADDING_BEFORE_M + PADDING_AFTER_M if contestant.padded else 0.0)
+    return Drive(strokes, ways)
 
 
 UNPADDED = Contestant("DPP without padding", lambda kappa, sigma: UnpaddedDubins(kappa))

@@ -4,7 +4,7 @@ import csv
 import io
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 
 from services.planner.study.drive import CONTESTANTS
 
@@ -40,6 +40,48 @@ class Row:
         return (self.number, self.requirement, *self.results, self.must, verdict(self.met))
 
 
+CAUSE_HEADINGS = ("exchanged", "before", "after", "gain", "of DPP's time")
+
+
+@dataclass(frozen=True)
+class Cause:
+    """What one difference between DPP and ours is worth: seconds before and after it is exchanged.
+
+    Attributes:
+        exchanged: What, in words.
+        before_s, after_s: Seconds.
+        first_s: Seconds before anything was exchanged.
+    """
+
+    exchanged: str
+    before_s: float
+    after_s: float
+    first_s: float
+
+    @property
+    def share(self) -> float:
+        """The gain as a share of the time before anything was exchanged; the shares of all causes add up."""
+        return (self.after_s - self.before_s) / self.first_s
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """The cause as texts under `CAUSE_HEADINGS`."""
+        gain = self.after_s - self.before_s
+        return (
+            self.exchanged,
+            f"{self.before_s:.1f} s",
+            f"{self.after_s:.1f} s",
+            f"{gain:+.1f} s",
+            f"{self.share:+.1%}",
+        )
+
+
+def with_total(causes: Sequence[Cause]) -> list[Cause]:
+    """The causes, and all together."""
+    first, last = causes[0].before_s, causes[-1].after_s
+    return [*causes, Cause("all together", first, last, first)]
+
+
 def of_each(texts: Iterable[str]) -> tuple[str, str, str]:
     """The planners' results, one for each of `NAMES`."""
     first, second, third = texts
@@ -51,16 +93,20 @@ def verdict(met: bool | None) -> str:
     return "–" if met is None else "pass" if met else "FAIL"
 
 
-def as_markdown(rows: Sequence[Row]) -> str:
-    """A table, and the notes below it."""
-    lines = ["| " + " | ".join(HEADINGS) + " |", "| " + " | ".join("---" for _ in HEADINGS) + " |"]
-    lines += ["| " + " | ".join(row.cells) + " |" for row in rows]
-    notes = [f"- **{row.number}**: {row.note}" for row in rows if row.note]
-    return "\n".join([*lines, "", *notes]) + "\n"
+def as_markdown(rows: Sequence[Row], causes: Sequence[Cause]) -> str:
+    """The gain by its causes, the table of all rows, and the notes below it."""
+    parts = [_table(CAUSE_HEADINGS, [cause.cells for cause in with_total(causes)])]
+    parts.append(_table(HEADINGS, [row.cells for row in rows]))
+    parts.append([f"- **{row.number}**: {row.note}" for row in rows if row.note])
+    return "\n\n".join("\n".join(part) for part in parts) + "\n"
+
+
+def _table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
+    return ["| " + " | ".join(cells) + " |" for cells in (headings, ["---"] * len(headings), *rows)]
 
 
 def as_csv(rows: Sequence[Row]) -> str:
-    """The table's texts."""
+    """The texts of the rows."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(HEADINGS)
@@ -68,9 +114,10 @@ def as_csv(rows: Sequence[Row]) -> str:
     return text.getvalue()
 
 
-def as_json(rows: Sequence[Row]) -> str:
+def as_json(rows: Sequence[Row], causes: Sequence[Cause]) -> str:
     """Everything, figures included."""
-    return json.dumps({"rows": [as_object(row) for row in rows]}, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    whole = {"causes": [asdict(cause) for cause in causes], "rows": [as_object(row) for row in rows]}
+    return json.dumps(whole, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def as_object(row: Row) -> dict[str, object]:

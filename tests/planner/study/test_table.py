@@ -18,7 +18,7 @@ from services.planner.plots.wheels import plot_wheels
 from services.planner.study import continuity, figures
 from services.planner.study.drive import DPP, OURS, STUDY_CCD
 from services.planner.study.pitch import Pitch, length_rows
-from services.planner.study.table import HEADINGS, Row, as_csv, as_json, as_markdown
+from services.planner.study.table import HEADINGS, Cause, Row, as_csv, as_json, as_markdown
 from services.planner.wheels import wheel_series
 
 ROWS = [
@@ -26,6 +26,8 @@ ROWS = [
     Row("2", "how", ("e", "f", "g"), "", None),
     Row("3", "why", ("h", "i", "j"), "all", False),
 ]
+
+CAUSES = [Cause("order", 8.0, 6.0, 8.0), Cause("speed", 6.0, 4.0, 8.0)]
 
 
 @pytest.fixture(scope="module")
@@ -43,15 +45,22 @@ def test_csv_and_json_hold_every_row() -> None:
     assert tuple(read[0]) == HEADINGS
     assert [row[0] for row in read[1:]] == ["1", "2", "3"]
     assert [row[-1] for row in read[1:]] == ["pass", "–", "FAIL"]
-    rows = json.loads(as_json(ROWS))["rows"]
+    whole = json.loads(as_json(ROWS, CAUSES))
+    assert whole["causes"][1] == {"exchanged": "speed", "before_s": 6.0, "after_s": 4.0, "first_s": 8.0}
+    rows = whole["rows"]
     assert rows[0]["figures"] == {"x": 1.5, "n": None}
     assert [row["met"] for row in rows] == [True, None, False]
     assert rows[0]["study CCD"] == "c"
 
 
 def test_markdown_is_a_table_with_notes() -> None:
-    lines = as_markdown(ROWS).splitlines()
-    assert all(line.count("|") == len(HEADINGS) + 1 for line in lines[:5])
+    lines = as_markdown(ROWS, CAUSES).splitlines()
+    assert lines[2:5] == [
+        "| order | 8.0 s | 6.0 s | -2.0 s | -25.0% |",
+        "| speed | 6.0 s | 4.0 s | -2.0 s | -25.0% |",
+        "| all together | 8.0 s | 4.0 s | -4.0 s | -50.0% |",
+    ]
+    assert all(line.count("|") == len(HEADINGS) + 1 for line in lines[6:11])
     assert lines[-1] == "- **1**: a note"
 
 
