@@ -35,7 +35,7 @@ from services.bus import Bus
 LIMIT_S: Final = 0.3
 """From the stop's being given, or the robot's being alive again, to its status."""
 STARTING_S: Final = 2.0
-"""Within which `touchline order`, its modules loaded, begins to ask; that comes before, and is not counted."""
+"""Within which `touchline order`, its modules loaded, begins to ask; not counted, but noted if it takes longer."""
 TOLD_S: Final = 1.5
 """Within which a person is told that a stop is not acknowledged."""
 HEARD_S: Final = 2.0
@@ -216,7 +216,7 @@ class _Rig:
         if isinstance(way, ByOrder) and alive_s == sent_s:
             alive_s = way.sent_s
             if alive_s - sent_s > STARTING_S:
-                stop.missed = f"took {alive_s - sent_s:.1f} s to begin"
+                stop.notes.append(f"took {alive_s - sent_s:.1f} s to begin")
         self._measure(stop, way, sent_s, alive_s, already=before_s is not None)
 
     def _settled(self, stop: Stop, way: Way, sent_s: float) -> bool:
