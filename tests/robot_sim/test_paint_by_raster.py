@@ -177,17 +177,18 @@ def test_a_raster_of_the_true_nozzle_finds_the_same_coverage_overspray_and_later
     paint = Raster([*lines, *strokes], 0.12).brushed(strokes)
     found = {
         "length": 100 * length_within(template, strokes, width_m / 2),
-        "within": 100 * length_within(template, strokes, 0.005),
         "area": 100 * (bands & paint).sum() / bands.sum(),
         "overspray": 100 * (paint & ~bands).sum() / bands.sum(),
     }
     said = {
         "length": metrics.coverage_pct,
-        "within": 100 * sum(emulator.ledger.within_by_target_m(0.005)) / template.length_m,
         "area": metrics.area_coverage_pct,
         "overspray": 100 * metrics.overspray_m2 / (bands.sum() * CELL_M**2),
     }
     assert said == pytest.approx(found, abs=0.1)
+    # Every place at which the error passes the limit is known to 5 mm, the length that is painted in a tick.
+    within_pct = 100 * sum(emulator.ledger.within_by_target_m(0.005)) / template.length_m
+    assert within_pct == pytest.approx(100 * length_within(template, strokes, 0.005), abs=0.3)
     errors = lateral_errors(template, rows)
     assert metrics.lateral.mean_m == pytest.approx(errors.mean(), rel=1e-3)
     assert metrics.lateral.p95_m == pytest.approx(np.quantile(errors, 0.95), rel=1e-3)
