@@ -6,16 +6,18 @@ least cost: of pieces, corners, short and tight pieces, and of straying. The cos
 the other way, and for its mirror image. Long lines and arcs of the drawing stay what they are.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+import numpy.typing as npt
 
 from schemas.curves import Curve, along, wrap_angle
 from schemas.vehicle import Vehicle
 from services.drawings.arcs import (
     COINCIDENT_M,
+    COLUMNS,
     Bools,
     Complexes,
     arriving,
@@ -31,6 +33,8 @@ from services.drawings.detail import Detail
 from services.drawings.outline import Floats
 from services.drawings.welding import welded
 
+Indices = npt.NDArray[np.intp]
+
 #: A joint that turns by less is no corner that was meant, if the tolerance allows to make it tangent: coordinates of
 #: two digits turn the short handles of a curve by as much. One that turns by no more than the second is tangent.
 SOFT_RAD, TANGENT_RAD = 0.3, 1e-6
@@ -45,6 +49,10 @@ EASY_RADIUS_M = abs(Vehicle().nozzle_y_m)
 FEATURES = 5.0
 #: Of each piece at most so many points are looked at, no closer than this share of the tolerance; of all together.
 POINTS, SPACING_SHARE, MOST_POINTS = 6, 0.5, 240
+#: First at so few: most pieces are further off there already. The others by so many in one go.
+FEW_POINTS, AT_ONCE = 8, 200
+#: So many joints are looked from in one go.
+BATCH = 64
 #: So many joints ahead are looked at first, then twice as many, in the end with gaps; and at most.
 FIRST_BLOCK, MOST_AHEAD = 6, 180
 #: Of chains of more pieces, joints closer to each other than this share of the smallest feature are passed over.
@@ -232,21 +240,39 @@ class _Fitter:
         cost, before = np.full(count, np.inf), np.zeros(count, dtype=np.intp)
         chosen: list[Floats] = [np.zeros(0)] * count
         cost[0] = 0.0
-        for i in range(count - 1):
-            self._offer(cost, before, chosen, i, np.array([i + 1]), self._as_drawn(i))
-            j, block = i + 1, FIRST_BLOCK
-            while j < min(count, i + MOST_AHEAD):
-                ahead = np.arange(j, min(j + block, count), max(1, block // (2 * FIRST_BLOCK)))
-                costs, rows = self._pieces(i, ahead)
-                self._offer(cost, before, chosen, i, ahead, (costs, list(rows)))
-                if not np.isfinite(costs).any():
-                    break
-                j, block = j + block, 2 * block
+        for begin in range(0, count - 1, BATCH):
+            nodes = np.arange(begin, min(begin + BATCH, count - 1))
+            for i, offers in zip(nodes.tolist(), self._offers(nodes), strict=True):
+                self._offer(cost, before, chosen, i, np.array([i + 1]), self._as_drawn(i))
+                for ahead, costs, rows in offers:
+                    self._offer(cost, before, chosen, i, ahead, (costs, rows))
         found, j = [], count - 1
         while j > 0:
             found.append(chosen[j])
             j = before[j]
         return [curve for rows in reversed(found) for curve in curves_of(rows)]
+
+    def _offers(self, nodes: Indices) -> list[list[tuple[Indices, Floats, list[Floats]]]]:
+        """For each of some joints (n,): block by block the joints ahead, and the pieces to them with their costs.
+
+        What can be had from a joint does not depend on the way to it, so many are looked at in one go.
+        """
+        found: list[list[tuple[Indices, Floats, list[Floats]]]] = [[] for _ in nodes]
+        going, off, block = np.arange(len(nodes)), 1, FIRST_BLOCK
+        while len(going) and off < MOST_AHEAD:
+            ahead = nodes[going, None] + np.arange(off, off + block, max(1, block // (2 * FIRST_BLOCK)))
+            there = ahead < len(self.points)
+            which = np.nonzero(there)[0]
+            costs, rows = self._pieces(nodes[going[which]], ahead[there])
+            good = np.isfinite(costs)
+            ends = np.searchsorted(which[good], np.arange(len(going) + 1)).tolist()
+            to, costs, rows = ahead[there][good], costs[good], rows[good]
+            for k, (first, last) in zip(going.tolist(), pairwise(ends), strict=True):
+                if first < last:
+                    found[k].append((to[first:last], costs[first:last], list(rows[first:last])))
+            going = going[np.diff(ends) > 0]
+            off, block = off + block, 2 * block
+        return found
 
     def _offer(
         self,
@@ -254,7 +280,7 @@ class _Fitter:
         before: np.ndarray,
         chosen: list[Floats],
         i: int,
-        ahead: np.ndarray,
+        ahead: Indices,
         offers: tuple[Floats, list[Floats]],
     ) -> None:
         corner = np.where(self.soft[ahead] | (ahead == len(self.points) - 1), 0.0, CORNER)
@@ -277,63 +303,90 @@ class _Fitter:
         cramped = CRAMPED * (radius < self.detail.feature_m / 2)
         return np.asarray(np.where(length > 0.0, 1.0 + short + tight + cramped, 0.0).sum(axis=1))
 
-    def _pieces(self, i: int, ahead: np.ndarray) -> tuple[Floats, Floats]:
-        """The cheapest piece or two from joint ``i`` to each of some others, (n,) and (n, 2, 5); infinite: none."""
-        count = len(ahead)
-        start, end = np.repeat(self.points[i], count), self.points[ahead]
-        leave, arrive = np.repeat(self.leave[i], count), self.arrive[ahead]
-        way = self.ends_m[self.piece[ahead]] - self.ends_m[self.piece[i]]
-        free, apart = self.soft[ahead], np.abs(end - start) > COINCIDENT_M
+    def _pieces(self, i: Indices, j: Indices) -> tuple[Floats, Floats]:
+        """The cheapest piece or two from joints to later ones (n,) each, (n,) and (n, 2, 5); infinite: none."""
+        start, end, leave, arrive = self.points[i], self.points[j], self.leave[i], self.arrive[j]
+        way = self.ends_m[self.piece[j]] - self.ends_m[self.piece[i]]
+        soft, free, apart = self.soft[i], self.soft[j], np.abs(end - start) > COINCIDENT_M
         small = way <= FEATURES * self.detail.feature_m
-        kinds = [biarcs(start, leave, end, arrive)]
-        if self.soft[i]:
-            kinds.append((_single(leaving(start, leave, end)), apart & ~free))
-        else:
-            kinds.append((_single(arriving(start, end, arrive)), apart & free))
-            kinds.append((_single(lines(start, end)), apart & ~free))
-            kinds.append((_single(through(start, self._middles(i, ahead), end)), apart & ~free))
-        if small.any():
-            rows, good = _corners(start, leave, end, arrive)
-            kinds.append((rows, good & small))
-        rows, good = (np.concatenate(each) for each in zip(*kinds, strict=True))
-        turns, lengths = np.abs(rows[..., 3] * rows[..., 4]).max(axis=1), rows[..., 4].sum(axis=1)
-        good &= (turns <= STEEPEST_RAD) & (lengths <= np.tile(1.05 * way, len(kinds)) + 2 * self.detail.tolerance_m)
-        costs = np.full(len(rows), np.inf)
-        found = np.flatnonzero(good)
-        if len(found):
-            k = found % count
-            stray = self._stray(i, ahead[k], rows[found])
-            allowed = np.where(small[k], self.detail.stray_m, STRICT_SHARE * self.detail.tolerance_m)
+        offers = [
+            _Offer(biarcs, (start, leave, end, arrive), np.ones(len(i), dtype=np.bool_)),
+            _Offer(_one_arc(leaving), (start, leave, end), soft & apart & ~free),
+            _Offer(_one_arc(arriving), (start, end, arrive), ~soft & apart & free),
+            _Offer(_one_arc(lines), (start, end), ~soft & apart & ~free),
+            _Offer(_one_arc(through), (start, self._middles(i, j), end), ~soft & apart & ~free),
+            _Offer(_corners, (start, leave, end, arrive), small),
+        ]
+        costs, pieces = np.full((len(offers), len(i)), np.inf), np.zeros((len(offers), len(i), 2, COLUMNS))
+        for kind, offer in enumerate(offers):
+            pairs, rows = offer.made()
+            turns, lengths = np.abs(rows[..., 3] * rows[..., 4]).max(axis=1), rows[..., 4].sum(axis=1)
+            good = (turns <= STEEPEST_RAD) & (lengths <= 1.05 * way[pairs] + 2 * self.detail.tolerance_m)
+            pairs, rows = pairs[good], rows[good]
+            allowed = np.where(small[pairs], self.detail.stray_m, STRICT_SHARE * self.detail.tolerance_m)
+            stray = self._stray(i[pairs], j[pairs], rows, allowed)
             share = stray / self.detail.tolerance_m
-            cost = self._cost(rows[found], ~free[k] & (not self.soft[i]))
-            cost += np.where(share <= 1.0, share**2, 2.0 * share - 1.0)
-            cost += CORNER * (found >= (len(kinds) - bool(small.any())) * count)
-            costs[found] = np.where(stray <= allowed, cost, np.inf)
-        cheapest = costs.reshape(len(kinds), count).argmin(axis=0) * count + np.arange(count)
-        return costs[cheapest], rows[cheapest]
+            cost = self._cost(rows, ~free[pairs] & ~soft[pairs]) + CORNER * (offer.make is _corners)
+            costs[kind, pairs] = cost + np.where(share <= 1.0, share**2, 2.0 * share - 1.0)
+            pieces[kind, pairs] = rows
+        cheapest = costs.argmin(axis=0), np.arange(len(i))
+        return costs[cheapest], pieces[cheapest]
 
-    def _middles(self, i: int, ahead: np.ndarray) -> Complexes:
-        """(n,) points half way to joints."""
-        half = (self.ends_m[self.piece[ahead]] + self.ends_m[self.piece[i]]) / 2
+    def _middles(self, i: Indices, j: Indices) -> Complexes:
+        """(n,) points half way between joints."""
+        half = (self.ends_m[self.piece[j]] + self.ends_m[self.piece[i]]) / 2
         k = np.clip(np.searchsorted(self.ends_m, half, side="right") - 1, 0, len(self.rows) - 1)
         return _points_along(self.rows[k], half - self.ends_m[k])
 
-    def _stray(self, i: int, ahead: np.ndarray, rows: Floats) -> Floats:
-        """(n,) how far the chain up to each of some joints is from pieces (n, 2, 5) at most, m."""
-        first, stop = self.first_sample[self.piece[i]], self.first_sample[self.piece[ahead]]
-        stride = int(stop.max() - first) // MOST_POINTS + 1
-        points = self.samples[first : stop.max() : stride]
-        away = distances(points[None, :], rows[:, :1])
-        second = rows[:, 1, 4] > 0.0
-        if second.any():
-            away[second] = np.minimum(away[second], distances(points[None, :], rows[second, 1:]))
-        away[np.arange(first, stop.max(), stride)[None, :] >= stop[:, None]] = 0.0
-        return np.asarray(away.max(axis=1))
+    def _stray(self, i: Indices, j: Indices, rows: Floats, allowed_m: Floats) -> Floats:
+        """(n,) how far the chain between joints is from pieces (n, 2, 5) at most, m; infinite: further than allowed."""
+        first, stop = self.first_sample[self.piece[i]], self.first_sample[self.piece[j]]
+        stride = (stop - first) // MOST_POINTS + 1
+        count = -((first - stop) // stride)
+        strays = np.full(len(rows), np.inf)
+        # Few points tell of most pieces that they are no good.
+        few = first[:, None] + stride[:, None] * (np.arange(FEW_POINTS) * count[:, None] // FEW_POINTS)
+        near = np.flatnonzero(_away(self.samples[few], rows) <= allowed_m)
+        near = near[np.argsort(count[near], kind="stable")]
+        for some in np.array_split(near, len(near) // AT_ONCE + 1):
+            at = np.minimum(np.arange(count[some].max(initial=1)), count[some, None] - 1)
+            away = _away(self.samples[first[some, None] + stride[some, None] * at], rows[some])
+            strays[some] = np.where(away <= allowed_m[some], away, np.inf)
+        return strays
 
 
-def _single(rows: Floats) -> Floats:
-    """(n, 2, 5) pieces (n, 5), each followed by none."""
-    return np.stack((rows, np.zeros_like(rows)), axis=1)
+@dataclass(frozen=True)
+class _Offer:
+    """A kind of piece, what it is made of for every pair of joints, and for which (n,) of them it may be used."""
+
+    make: Callable[..., tuple[Floats, Bools]]
+    given: tuple[Complexes, ...]
+    fits: Bools
+
+    def made(self) -> tuple[Indices, Floats]:
+        """The pairs (m,) for which there is one, and their pieces (m, 2, 5)."""
+        pairs = np.flatnonzero(self.fits)
+        rows, good = self.make(*(each[pairs] for each in self.given))
+        return pairs[good], rows[good]
+
+
+def _one_arc(make: Callable[..., Floats]) -> Callable[..., tuple[Floats, Bools]]:
+    """Pieces (n, 2, 5) from pieces (n, 5), each followed by none."""
+
+    def made(*given: Complexes) -> tuple[Floats, Bools]:
+        rows = make(*given)
+        return np.stack((rows, np.zeros_like(rows)), axis=1), np.ones(len(rows), dtype=np.bool_)
+
+    return made
+
+
+def _away(points: Complexes, rows: Floats) -> Floats:
+    """(n,) how far points (n, m) are from pieces (n, 2, 5) at most, m."""
+    away = distances(points, rows[:, :1])
+    second = rows[:, 1, 4] > 0.0
+    if second.any():
+        away[second] = np.minimum(away[second], distances(points[second], rows[second, 1:]))
+    return np.asarray(away.max(axis=1))
 
 
 def _corners(start: Complexes, leave: Complexes, end: Complexes, arrive: Complexes) -> tuple[Floats, Bools]:

@@ -158,6 +158,24 @@ def test_segments_are_told_apart():
     assert ledger.coverage_pct == pytest.approx(50.0, abs=0.1)
 
 
+def test_paint_that_sways_on_the_spot_belongs_to_the_line_under_it():
+    """A nozzle that creeps is moved sideways by the robot's corrections: not along another line 0.35 m away."""
+    ledger = ledger_of(EASTWARD, Curve.from_line((5.0, -3.0), (5.0, 3.0)))
+    paint(ledger, np.vstack((line((4.0, 0.0), (5.35, 0.0)), line((5.35, 0.0), (5.35, 0.003), step=5e-5)[1:])))
+    deviation = ledger.deviation()
+    assert set(deviation.target.tolist()) == {0}
+    assert np.abs(deviation.lateral_m).max() == pytest.approx(0.003)
+
+
+def test_paint_that_goes_along_a_line_beside_it_belongs_to_that():
+    """However near to another that it crosses."""
+    ledger = ledger_of(EASTWARD, Curve.from_line((5.0, -3.0), (5.0, 3.0)))
+    paint(ledger, line((5.35, -1.0), (5.35, 1.0)))
+    deviation = ledger.deviation()
+    assert set(deviation.target.tolist()) == {1}
+    assert np.abs(deviation.lateral_m) == pytest.approx(0.35)
+
+
 def test_nothing_painted():
     metrics = paint_metrics(ledger_of(EASTWARD))
     assert metrics.coverage_pct == 0.0

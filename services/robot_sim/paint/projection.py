@@ -42,6 +42,8 @@ MOST_RUNS: Final = STEPS
 REACH_M: Final = 0.5
 """Paint further than this from every line belongs to none of them."""
 _ALIGNED: Final = math.cos(math.radians(45.0))
+_CREEP_M: Final = 1e-4
+"""Paint that moves by less in a step of the world (0.1 m/s) need not go along its line: the robot corrects itself."""
 
 
 @kernel
@@ -218,7 +220,8 @@ def enter(
     """Enter a tick: the runs of paint in it, the line each belongs to, and the stretches of lines they cover.
 
     A stretch is covered where the nozzle passes within `half_width` of the line. A run belongs to the nearest line
-    within `REACH_M` that it follows (directions within 45°), up to `half_width` beyond the line's ends.
+    within `REACH_M` that it follows (directions within 45°), up to `half_width` beyond the line's ends. If it
+    creeps, and lies within `half_width` of none that it follows, it belongs to the nearest line within that.
 
     Args:
         targets: (n, 5) x [m], y [m], heading [rad], curvature [1/m], length [m] of each line's start.
@@ -247,6 +250,7 @@ def enter(
         bx, by = trace[last, TRACE_EAST], trace[last, TRACE_NORTH]
         chord = math.hypot(bx - ax, by - ay)
         best, best_lateral = -1, REACH_M
+        under, under_lateral = -1, half_width if chord < _CREEP_M * (last - first) else 0.0
         cell = cell_of(bx, by, frame)
         for member in range(starts[cell] if cell >= 0 else 0, starts[cell + 1] if cell >= 0 else 0):
             index = members[member]
@@ -255,12 +259,18 @@ def enter(
             if abs(lateral) > REACH_M or s < -REACH_M or s > target[_LENGTH] + REACH_M:
                 continue
             _hit(index, target, project(ax, ay, target), (s, lateral), half_width, latest, stretches, state)
-            if abs(lateral) >= abs(best_lateral) or s < -half_width or s > target[_LENGTH] + half_width:
+            if s < -half_width or s > target[_LENGTH] + half_width:
+                continue
+            if abs(lateral) < abs(under_lateral):
+                under, under_lateral = index, lateral
+            if abs(lateral) >= abs(best_lateral):
                 continue
             tangent = target[_HEADING] + target[_CURVATURE] * s
             along = (bx - ax) * math.cos(tangent) + (by - ay) * math.sin(tangent)
             if abs(along) >= _ALIGNED * chord:
                 best, best_lateral = index, lateral
+        if under >= 0 and abs(best_lateral) > half_width:
+            best, best_lateral = under, under_lateral
         if state[STATE_OPEN] == 0 or points[state[STATE_POINTS] - 1, POINT_WIDTH] != width:
             _point(trace[first], STROKE_BEGINS, 0.0, width, points, state)
         _point(trace[last], float(best), best_lateral, width, points, state)
