@@ -98,7 +98,15 @@ class Vehicle(Spec):
     valve_off_delay_s: Delay = 0.030
     disc_delay_s: Delay = 0.5
     drying_time_s: Annotated[float, Field(gt=0, le=1_000_000)] = 900.0
-    """Until then wheels and casters smear the paint."""
+    """Until then wheels and casters smear the paint (the no-pick-up time of ASTM D711, on grass)."""
+    smear_share: Annotated[float, Field(ge=0, le=1)] = 0.5
+    """Of fresh paint that is rolled over, so much sticks to the tread; less as it dries. 0: none ever does."""
+    smear_length_m: Annotated[float, Field(gt=0, le=100)] = 1.0
+    """Way over which the paint on a tread falls to 1/e."""
+    wheel_width_m: Length = 0.08
+    caster_width_m: Length = 0.05
+    """Of the treads, on the ground."""
+    caster_radius_m: Wheel = 0.075
 
     battery_wh: Annotated[float, Field(gt=0, le=1_000_000)] = 680.0
     idle_power_w: Annotated[float, Field(ge=0, le=100_000)] = 45.0

@@ -21,6 +21,7 @@ from schemas.messages import (
     RecordRequest,
     RecordStopRequest,
     SetSpeedRequest,
+    Smear,
     TraversalReport,
     TraversalStatus,
 )
@@ -88,6 +89,8 @@ class Job:
     watcher: Watcher
     started_at: float = field(default=0.0, init=False)
     """Wall clock (monotonic) at which the robot set off."""
+    smears: tuple[Smear, ...] = field(default=(), init=False)
+    """Of wet paint, once the job is done."""
 
     def run(self) -> dict[str, Any]:
         """Do the whole job.
@@ -108,7 +111,7 @@ class Job:
         except (TouchlineError, KeyboardInterrupt):
             self._give_up(recording)
             raise
-        wall_s = time.monotonic() - self.started_at
+        wall_s, self.smears = time.monotonic() - self.started_at, report.smears
         recorded = self._stop_recording()
         return self._report(plan, status, report, wall_s, recorded)
 

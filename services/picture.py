@@ -1,4 +1,7 @@
-"""A picture of what was painted: true strokes at their true width, coloured by distance from the template."""
+"""A picture of what was painted: true strokes at their true width, coloured by distance from the template.
+
+Wet paint that wheels and casters have carried away is shown where they printed it, as faint as it is there.
+"""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -8,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from schemas.curves import Curve
-from schemas.messages import PaintMarks
+from schemas.messages import PaintMarks, Smear
 from schemas.plain_text import plain
 from schemas.template import Template
 from services.writing import writing
@@ -27,8 +30,10 @@ LARGEST_ERROR_MM = 30.0
 MIN_WIDTH_PT = 1.6
 
 
-def draw_painted(template: Template, strokes: Iterable[PaintMarks], path: Path, caption: str = "") -> None:
-    """Draw ``strokes`` to ``path`` (.svg or .png).
+def draw_painted(
+    template: Template, strokes: Iterable[PaintMarks], path: Path, caption: str = "", smears: Iterable[Smear] = ()
+) -> None:
+    """Draw ``strokes`` and ``smears`` to ``path`` (.svg or .png).
 
     Raises:
         SpecError: The file cannot be written.
@@ -41,6 +46,7 @@ def draw_painted(template: Template, strokes: Iterable[PaintMarks], path: Path, 
     axes = figure.add_subplot(facecolor=GRASS)
     curves = {segment.id: segment.curve() for segment in template.segments}
     _frame(axes, list(curves.values()))
+    _smear(axes, list(smears))
     colours = None
     for stroke in strokes:
         points = np.column_stack((stroke.x_m, stroke.y_m))
@@ -77,6 +83,17 @@ def lateral_error(curve: Curve, points_m: Floats) -> Floats:
     radius = 1.0 / curve.curvature_1pm
     from_centre = np.hypot(dx + radius * np.sin(curve.heading_rad), dy - radius * np.cos(curve.heading_rad))
     return np.asarray(np.sign(radius) * (abs(radius) - from_centre))
+
+
+def _smear(axes: "Axes", smears: list[Smear]) -> None:
+    from matplotlib.collections import LineCollection
+
+    drawn = [smear for smear in smears if len(smear.x_m) == len(smear.y_m) > 1]
+    if drawn:
+        widths = [max(MIN_WIDTH_PT, _points_per_metre(axes) * smear.width_m) for smear in drawn]
+        white = [(1.0, 1.0, 1.0, min(1.0, max(0.0, smear.strength))) for smear in drawn]
+        lines = [np.column_stack((smear.x_m, smear.y_m)) for smear in drawn]
+        axes.add_collection(LineCollection(lines, linewidths=widths, colors=white, capstyle="butt", gid="smears"))
 
 
 def _frame(axes: "Axes", curves: list[Curve]) -> None:

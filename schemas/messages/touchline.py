@@ -143,12 +143,29 @@ class SegmentPaint(Message):
     lateral_error_max_m: float = 0.0
 
 
+class Smear(Message):
+    """A print of a wheel or caster that has rolled over wet paint: the middle of its tread in the map frame.
+
+    ``segment_id`` is the line whose paint it is, ``age_s`` how old that was then, ``strength`` the share of a fresh
+    line's paint that is left here.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/Smear"
+    segment_id: str = ""
+    age_s: float = 0.0
+    strength: float = 0.0
+    width_m: float = 0.0
+    x_m: Float64Array = zeros(0)
+    y_m: Float64Array = zeros(0)
+
+
 class TraversalReport(Message):
     """The figures of a finished traversal; errors are the true nozzle's against the template.
 
     ``success``: it got to its end, and the paint is accepted. ``paint_accepted`` is decided by ``tolerance_m``;
-    ``verdict`` says in words with what margin. ``session_hash`` is that of every recorded payload since the load, this
-    one with an empty hash included.
+    ``verdict`` says in words with what margin. ``wet_crossings`` counts how often a wheel or caster met wet paint,
+    ``wet_youngest_s`` is the age of the freshest (0 without any). ``session_hash`` is that of every recorded payload
+    since the load, this one with an empty hash included.
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/msg/TraversalReport"
@@ -172,6 +189,10 @@ class TraversalReport(Message):
     painted_length_m: float = 0.0
     template_length_m: float = 0.0
     follower_fallbacks: UInt32 = 0
+    wet_crossings: UInt32 = 0
+    wet_youngest_s: float = 0.0
+    smeared_m2: float = 0.0
+    smears: tuple[Smear, ...] = ()
     segments: tuple[SegmentPaint, ...] = ()
     session_hash: str = ""
 

@@ -29,4 +29,4 @@ def picture(
     check_writable(out)
     session = read_painted(file)
     caption = painted_caption(paint_figures(session.report)) if session.report else "not finished"
-    draw_painted(session.template, session.strokes, out, caption)
+    draw_painted(session.template, session.strokes, out, caption, session.report.smears if session.report else ())

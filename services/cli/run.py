@@ -10,7 +10,7 @@ import typer
 
 from schemas import topics
 from schemas.digest import scenario_hash
-from schemas.messages import GetPaintRequest, PlanOptions
+from schemas.messages import GetPaintRequest, PlanOptions, Smear
 from schemas.scenario import Scenario
 from schemas.template import Template
 from schemas.vehicle import Vehicle
@@ -130,12 +130,14 @@ def run_job(
         first_motion_s = job.started_at - begun
         if plot is not None:
             advance(1.0, "Drawing")
-            _draw(system, template, plot, figures)
+            _draw(system, template, plot, figures, job.smears)
     return {**figures, "first_motion_s": first_motion_s}
 
 
-def _draw(system: LocalSystem, template: Template, path: Path, figures: dict[str, Any]) -> None:
+def _draw(
+    system: LocalSystem, template: Template, path: Path, figures: dict[str, Any], smears: tuple[Smear, ...]
+) -> None:
     from services.picture import draw_painted, painted_caption
 
     strokes = system.bus.call(topics.GET_PAINT, GetPaintRequest(), timeout_s=30.0).strokes
-    draw_painted(template, strokes, path, painted_caption(figures["paint"]))
+    draw_painted(template, strokes, path, painted_caption(figures["paint"]), smears)

@@ -43,5 +43,6 @@ def simulate(
         outcome = paint(job, chosen, hashed=hashed, record=output.record, with_strokes=drawn, progress=advance)
         if output.plot is not None:
             advance(1.0, "Drawing")
-            draw_painted(template, outcome.strokes, output.plot, painted_caption(paint_figures(outcome.report)))
+            caption = painted_caption(paint_figures(outcome.report))
+            draw_painted(template, outcome.strokes, output.plot, caption, outcome.report.smears)
     output.conclude("Simulation", drawing.template, chosen, vehicle, outcome.figures(job))

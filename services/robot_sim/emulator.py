@@ -35,6 +35,7 @@ from services.robot_sim.onboard.traversal import ABORTED_BY_OPERATOR, EMERGENCY_
 from services.robot_sim.paint.ledger import PaintLedger
 from services.robot_sim.paint.metrics import PaintMetrics, paint_metrics
 from services.robot_sim.paint.targets import start_pose, targets
+from services.robot_sim.paint.track import Track
 from services.robot_sim.remains import Remains, Totals
 from services.robot_sim.sensors.sense import stand_by
 from services.robot_sim.sensors.suite import Sensors
@@ -143,7 +144,7 @@ class Emulator:
 
     Attributes:
         tick_count: Ticks so far; sim time is a hundredth of it in seconds.
-        world, sensors, faults, onboard, ledger: The parts; the ledger is that of the loaded traversal.
+        world, sensors, faults, onboard, ledger, track: The parts; ledger and track are those of the loaded traversal.
         settled: Whether a traversal's watch ended with the last tick: its figures are final.
         frame, command: What the onboard computer saw and answered in the last tick.
         estimator_error: Of the loaded traversal.
@@ -158,6 +159,7 @@ class Emulator:
         self.faults = FaultTimeline(scenario.faults)
         self.onboard: OnboardComputer = onboard if onboard is not None else Onboard(vehicle, scenario, ask)
         self.ledger = PaintLedger([], vehicle.spray_width_m, vehicle.spray_width_m)
+        self.track = Track()
         self.estimator_error = EstimatorError()
         self.tick_count = 0
         self.frame: SensorFrame | None = None
@@ -239,7 +241,7 @@ class Emulator:
         self.check_load()
         resume, remains = job.resume, job.remains
         duration_s = self.onboard.take(job.course, resume)
-        self.ledger = job.ledger
+        self.ledger, self.track = job.ledger, Track()
         self.estimator_error = EstimatorError()
         if remains is not None:
             self.estimator_error = EstimatorError(remains.totals.errors)
@@ -333,7 +335,7 @@ class Emulator:
         self.world.step(self.command, self.tick_count, self.faults.effects)
         self.frame = self.sensors.read(self.tick_count, self.world.state, self.faults.effects)
         self.command = self.onboard.step(self.frame)
-        self.ledger.record(self.world.trace)
+        self._record()
         self._follow_up()
 
     def end_tick(self, frame: SensorFrame, stage: int) -> None:
@@ -344,7 +346,7 @@ class Emulator:
         elif stage == ESTIMATED:
             self.command = self.onboard.act(frame)
         if stage != WHOLE:
-            self.ledger.record(self.world.trace)
+            self._record()
             self._follow_up()
 
     @property
@@ -360,6 +362,10 @@ class Emulator:
     def metrics(self) -> PaintMetrics:
         """The figures of the paint so far; takes a moment."""
         return paint_metrics(self.ledger)
+
+    def _record(self) -> None:
+        self.ledger.record(self.world.trace)
+        self.track.enter(self.tick_count, self.world.pose, self.ledger.points)
 
     def _follow_up(self) -> None:
         self.settled = False

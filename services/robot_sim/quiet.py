@@ -28,6 +28,7 @@ from services.robot_sim.onboard.followers.pure_pursuit import pursue
 from services.robot_sim.onboard.onboard import Onboard
 from services.robot_sim.paint import projection
 from services.robot_sim.paint.projection import enter
+from services.robot_sim.paint.track import follow
 from services.robot_sim.sensors import receiver
 from services.robot_sim.sensors.sense import sense
 from services.robot_sim.ticks import Rows
@@ -119,6 +120,7 @@ def drive_quietly(
     pursuit: tuple[int, Floats, Floats],
     paint: tuple[Floats, Floats, Integers, Integers, Floats, Floats, Floats, Integers],
     half_width: float,
+    track: tuple[Floats, Integers],
     error: Floats,
     rows: Floats,
 ) -> None:
@@ -142,6 +144,7 @@ def drive_quietly(
         pursuit: Lead (negative: the follower is asked outside), parameters and memory of `pursue`.
         paint: Table, grid (3), points, latest, stretches and state of the ledger.
         half_width: Of a line.
+        track: Rows and count of the `Track`, with room for all these ticks.
         error: Sums of the estimator's error.
         rows: (n, ticks.COLUMNS) in which the ticks are kept, if n > 0.
     """
@@ -157,6 +160,7 @@ def drive_quietly(
             enter(table, frame, starts, members, half_width, trace, points, latest, stretches, ledger)
             x = ring[0][tick % model.RING]
             truth = (state[body.EAST], state[body.NORTH], state[body.HEADING])
+            follow(tick, truth, ledger[projection.STATE_POINTS], *track)
             enter_error(error, state[body.SPEED], truth, (x[model.EAST], x[model.NORTH], x[model.HEADING]))
             at[STAGE] = WHOLE
             if len(rows) > 0:
@@ -267,6 +271,7 @@ class Quiet:
             pursuit,
             ledger.arrays,
             0.5 * ledger.line_width_m,
+            emulator.track.arrays(last_tick - emulator.tick_count),
             emulator.estimator_error.sums,
             rows,
         )

@@ -6,6 +6,8 @@ Everything is stamped with sim time, so the same session gives the same bytes at
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -22,6 +24,7 @@ from services.robot_sim.frames import OnboardEvent, Status
 from services.robot_sim.packing import Payload, battery, header, stamp
 from services.robot_sim.paint.ledger import Marks, PaintLedger
 from services.robot_sim.paint.metrics import SegmentMetrics, paint_metrics
+from services.robot_sim.paint.smears import Smear, Smearing, smearing
 from services.robot_sim.samples import Samples, sprayer_state
 from services.robot_sim.ticks import Rows, period
 from services.robot_sim.world import body
@@ -43,6 +46,7 @@ class Figures(NamedTuple):
         status: Of the onboard computer.
         rmse: Of the estimate: position [m], heading [rad].
         ledger: Of the paint.
+        smearing: Works out what was carried away of it.
         digest: Of what was told until then.
     """
 
@@ -50,11 +54,12 @@ class Figures(NamedTuple):
     status: Status
     rmse: tuple[float, float]
     ledger: PaintLedger
+    smearing: Callable[[], Smearing]
     digest: SessionDigest
 
     def report(self) -> m.TraversalReport:
         """The figures; takes a moment."""
-        metrics, status = paint_metrics(self.ledger), self.status
+        metrics, smearing, status = paint_metrics(self.ledger), self.smearing(), self.status
         return m.TraversalReport(
             header=header(self.tick),
             success=status.state == m.TraversalStatus.DONE and metrics.verdict.accepted,
@@ -76,6 +81,10 @@ class Figures(NamedTuple):
             painted_length_m=metrics.painted_length_m,
             template_length_m=metrics.template_length_m,
             follower_fallbacks=status.follower_fallbacks,
+            wet_crossings=smearing.crossings,
+            wet_youngest_s=smearing.youngest_s,
+            smeared_m2=smearing.area_m2,
+            smears=tuple(_smear(smear, self.ledger.ids) for smear in smearing.smears),
             segments=tuple(_segment(segment) for segment in metrics.segments),
         )
 
@@ -240,6 +249,7 @@ class Telemetry:
             emulator.onboard.status,
             (error.position_rmse_m, error.heading_rmse_rad),
             emulator.ledger,
+            partial(smearing, emulator.ledger, emulator.track, emulator.vehicle),
             self.digest.copy(),
         )
 
@@ -316,6 +326,17 @@ def _segment(segment: SegmentMetrics) -> m.SegmentPaint:
         lateral_error_mean_m=segment.lateral.mean_m,
         lateral_error_p95_m=segment.lateral.p95_m,
         lateral_error_max_m=segment.lateral.max_m,
+    )
+
+
+def _smear(smear: Smear, ids: Sequence[str]) -> m.Smear:
+    return m.Smear(
+        segment_id=ids[smear.line] if smear.line >= 0 else "",
+        age_s=smear.age_s,
+        strength=smear.strength,
+        width_m=smear.width_m,
+        x_m=smear.points[:, 0],
+        y_m=smear.points[:, 1],
     )
 
 

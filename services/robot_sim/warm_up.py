@@ -15,7 +15,9 @@ from services.robot_sim import onboard
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.frames import STANDSTILL
 from services.robot_sim.paint.ledger import PaintLedger
+from services.robot_sim.paint.smears import smearing
 from services.robot_sim.paint.targets import Target
+from services.robot_sim.paint.track import Track
 from services.robot_sim.quiet import Quiet
 from services.robot_sim.sensors.suite import Sensors
 from services.robot_sim.world import body, physics
@@ -70,3 +72,6 @@ def _exercise(name: str, vehicle: Vehicle, scenario: Scenario) -> None:
         ledger.record(world.trace)
         ledger.within_by_target_m(ledger.tolerance_m)
         ledger.drawn_by_target_m()
+        track = Track()
+        track.enter(1, world.pose, ledger.points)
+        smearing(ledger, track, vehicle)

@@ -65,7 +65,7 @@ def paint_areas(
     """
     import shapely
 
-    bands = [_strip(_polyline(line), line_width_m, "flat") for line in lines]
+    bands = [band_of(line, line_width_m) for line in lines]
     intended = shapely.union_all(bands)
     joints = _joints(lines, line_width_m)
 
@@ -90,9 +90,7 @@ def paint_areas(
 
 def _passes(strokes: Sequence[Stroke]) -> list[BaseGeometry]:
     """The strips of these strokes, cut so that none overlaps itself."""
-    return [
-        _strip(_simplified(piece), stroke.width_m, "flat") for stroke in strokes for piece in _pieces(stroke.points)
-    ]
+    return [strip(_simplified(piece), stroke.width_m) for stroke in strokes for piece in _pieces(stroke.points)]
 
 
 def _covered(bands: Sequence[BaseGeometry], passes: Sequence[BaseGeometry]) -> list[float]:
@@ -108,7 +106,12 @@ def _covered(bands: Sequence[BaseGeometry], passes: Sequence[BaseGeometry]) -> l
     return [float(shapely.union_all(part).area) for part in parts]
 
 
-def _strip(points: NDArray[np.float64], width_m: float, cap_style: Literal["flat", "square"]) -> BaseGeometry:
+def band_of(line: Curve, width_m: float) -> BaseGeometry:
+    """Where paint of that width belongs, flat-ended."""
+    return strip(_polyline(line), width_m)
+
+
+def strip(points: Points, width_m: float, cap_style: Literal["flat", "square"] = "flat") -> BaseGeometry:
     """The band of that width about a polyline (n, 2)."""
     import shapely
 
@@ -166,7 +169,7 @@ def _overlaps(strips: Sequence[BaseGeometry], apart: Callable[[int, int], bool] 
 def _joints(lines: Sequence[Curve], line_width_m: float) -> BaseGeometry:
     """Where lines cross or join, a circle's own ends included: overlaps of their bands, grown by half a line width."""
     parts = [(index, third, curve) for index, line in enumerate(lines) for third, curve in enumerate(_thirds(line))]
-    strips = [_strip(_polyline(curve), line_width_m, "square") for _, _, curve in parts]
+    strips = [strip(_polyline(curve), line_width_m, "square") for _, _, curve in parts]
 
     def apart(i: int, j: int) -> bool:
         return parts[i][0] != parts[j][0] or abs(parts[i][1] - parts[j][1]) > 1

@@ -1,0 +1,190 @@
+"""Wet paint carried away: how often wheels and casters met it, and what they printed beside the lines."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from schemas.vehicle import Vehicle
+from services.robot_sim.paint import contact as c
+from services.robot_sim.paint import track as t
+from services.robot_sim.paint.areas import band_of, strip
+from services.robot_sim.paint.ledger import PaintLedger
+from services.robot_sim.paint.targets import Target
+
+if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
+
+_TICK_S: Final = 0.01
+_POINTS_A_PIECE: Final = 5
+"""Paint is looked at in straight pieces of so many points: some 5 cm."""
+_SMALLEST_CELL_M: Final = 0.25
+_MOST_CELLS: Final = 1 << 18
+_ROOM: Final = 1 << 14
+_BREAK_M: Final = 1.5 * c.CELL_M
+_SAME_STRENGTH: Final = 0.1
+_SIMPLIFIED_M: Final = 1e-3
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+class Smear(NamedTuple):
+    """One print of a tread."""
+
+    line: int
+    """Whose paint it is, −1 for that of none."""
+    age_s: float
+    """Of the paint when it was taken up, the youngest of it."""
+    strength: float
+    """Share of a fresh line's paint."""
+    width_m: float
+    points: Floats
+    """(n, 2) the middle of the tread [m]."""
+
+
+class Smearing(NamedTuple):
+    """What wheels and casters have done to wet paint; the lines are taken to stay covered."""
+
+    crossings: int
+    """How often one of them came upon wet paint of a line."""
+    youngest_s: float
+    """Age of the freshest paint that one of them met; 0 without any."""
+    area_m2: float
+    """With prints on it, outside the lines' bands."""
+    smears: list[Smear]
+
+
+class Contact(NamedTuple):
+    """A wheel or caster: where it touches the ground in the body's frame [m], its tread, and whether it swivels."""
+
+    x_m: float
+    y_m: float
+    width_m: float
+    circumference_m: float
+    swivels: bool
+
+
+def contacts(vehicle: Vehicle) -> list[Contact]:
+    """The wheels, left and right, and the casters."""
+    wheel = vehicle.wheel_width_m, 2.0 * math.pi * vehicle.wheel_radius_m, False
+    caster = vehicle.caster_width_m, 2.0 * math.pi * vehicle.caster_radius_m, True
+    wheels = [Contact(0.0, y, *wheel) for y in (vehicle.half_track_m, -vehicle.half_track_m)]
+    return wheels + [Contact(x, y, *caster) for x, y in vehicle.casters_m]
+
+
+def smearing(ledger: PaintLedger, track: t.Track, vehicle: Vehicle) -> Smearing:
+    """Follow every wheel and caster over the paint; takes a moment, so once at the end.
+
+    Args:
+        ledger: The paint; that from before the track began counts as dry.
+        track: Of the robot.
+        vehicle: Has the contacts, and how long paint stays wet.
+    """
+    rows, paint = track.rows, _pieces(ledger, track.rows)
+    if not len(paint):
+        return Smearing(0, 0.0, 0.0, [])
+    grid, left_m = _grid(paint), np.zeros(len(ledger.targets) + 1)
+    wet = vehicle.drying_time_s, vehicle.smear_share, vehicle.smear_length_m
+    crossings, youngest_s, smears, prints = 0, math.inf, list[Smear](), np.zeros((_ROOM, c.PRINT_COLUMNS))
+    for contact in contacts(vehicle):
+        way = _way(rows, contact)
+        while True:
+            found = c.roll(way, contact.swivels, contact.circumference_m, paint, grid, wet, left_m, prints)
+            if found[1] <= len(prints):
+                break
+            prints = np.zeros((2 * found[1], c.PRINT_COLUMNS))
+        crossings, youngest_s = crossings + found[0], min(youngest_s, found[2])
+        smears += _smears(prints[: found[1]], contact.width_m)
+    area_m2 = _outside(smears, ledger.targets, ledger.line_width_m)
+    return Smearing(crossings, youngest_s if crossings else 0.0, area_m2, smears)
+
+
+def _way(rows: Floats, contact: Contact) -> Floats:
+    """(n, contact.WAY_COLUMNS) of a contact."""
+    cos, sin = np.cos(rows[:, t.TRACK_HEADING]), np.sin(rows[:, t.TRACK_HEADING])
+    x = rows[:, t.TRACK_EAST] + cos * contact.x_m - sin * contact.y_m
+    y = rows[:, t.TRACK_NORTH] + sin * contact.x_m + cos * contact.y_m
+    return np.column_stack((_TICK_S * rows[:, t.TRACK_TICK], x, y, cos, sin))
+
+
+def _pieces(ledger: PaintLedger, rows: Floats) -> Floats:
+    """(n, contact.PAINT_COLUMNS) the paint of which is known when it was laid."""
+    laid_s, found = _laid_s(ledger.points, rows), list[Floats]()
+    for marks in ledger.all_marks():
+        last = len(marks.x_m) - 1
+        at = np.append(np.arange(0, last, _POINTS_A_PIECE), last)
+        x, y, laid = marks.x_m[at], marks.y_m[at], laid_s[marks.first_index + at]
+        half, line = np.full(len(at) - 1, 0.5 * marks.width_m), np.full(len(at) - 1, float(marks.target))
+        found.append(np.column_stack((x[:-1], y[:-1], x[1:], y[1:], laid[:-1], laid[1:], half, line)))
+    pieces = np.concatenate(found) if found else np.zeros((0, c.PAINT_COLUMNS))
+    moved = np.hypot(pieces[:, c.X1] - pieces[:, c.X0], pieces[:, c.Y1] - pieces[:, c.Y0]) > 0.0
+    return np.ascontiguousarray(pieces[moved & (pieces[:, c.LAID_FROM] >= 0.0)])
+
+
+def _laid_s(points: int, rows: Floats) -> Floats:
+    """When each of so many points of paint was laid; −1 if that was before the track."""
+    if not len(rows):
+        return np.full(points, -1.0)
+    index, lay, time_s = np.arange(points), rows[:, t.TRACK_POINTS], _TICK_S * rows[:, t.TRACK_TICK]
+    after = np.searchsorted(lay, index, side="right")
+    known, to = after > 0, np.minimum(after, len(rows) - 1)
+    before = np.maximum(to - 1, 0)
+    share = np.clip((index + 1 - lay[before]) / np.maximum(lay[to] - lay[before], 1.0), 0.0, 1.0)
+    return np.where(known, time_s[before] + share * (time_s[to] - time_s[before]), -1.0)
+
+
+def _grid(paint: Floats) -> tuple[Floats, Integers, Integers]:
+    """Frame, beginnings and lists of the pieces that reach into each cell, which none is larger than."""
+    half = paint[:, c.HALF_WIDTH, None]
+    low = np.minimum(paint[:, [c.X0, c.Y0]], paint[:, [c.X1, c.Y1]]) - half
+    high = np.maximum(paint[:, [c.X0, c.Y0]], paint[:, [c.X1, c.Y1]]) + half
+    west, south = low.min(axis=0).tolist()
+    width, height = (high.max(axis=0) - low.min(axis=0)).tolist()
+    cell = max(_SMALLEST_CELL_M, float((high - low).max()), math.sqrt(width * height / _MOST_CELLS))
+    columns, rows = int(width / cell) + 1, int(height / cell) + 1
+    cells, members = list[Integers](), list[Integers]()
+    for x, y in ((low, low), (low, high), (high, low), (high, high)):
+        column, row = (
+            np.floor((side - edge) / cell).astype(np.int64) for side, edge in ((x[:, 0], west), (y[:, 1], south))
+        )
+        cells.append(np.minimum(row, rows - 1) * columns + np.minimum(column, columns - 1))
+        members.append(np.arange(len(paint)))
+    pairs = np.unique(np.column_stack((np.concatenate(cells), np.concatenate(members))), axis=0)
+    starts = np.concatenate(([0], np.cumsum(np.bincount(pairs[:, 0], minlength=columns * rows)))).astype(np.int64)
+    return np.array([west, south, cell, columns, rows]), starts, np.ascontiguousarray(pairs[:, 1])
+
+
+def _smears(prints: Floats, width_m: float) -> Iterator[Smear]:
+    """Pieces of one contact's prints that follow on one another, put together."""
+    if not len(prints):
+        return
+    strength, line = prints[:, c.STRENGTH], prints[:, c.PRINT_LINE]
+    apart = np.diff(prints[:, c.PRINT_AT]) > _BREAK_M
+    other = np.abs(np.diff(strength)) > _SAME_STRENGTH * strength[:-1]
+    for run in np.split(prints, np.flatnonzero(apart | other | (np.diff(line) != 0.0)) + 1):
+        points = np.vstack((run[0, [c.X0, c.Y0]], run[:, [c.X1, c.Y1]]))
+        age_s, mean = float(run[:, c.AGE].min()), float(run[:, c.STRENGTH].mean())
+        yield Smear(int(run[0, c.PRINT_LINE]), age_s, mean, width_m, _simplified(points))
+
+
+def _simplified(points: Floats) -> Floats:
+    import shapely
+
+    return np.asarray(shapely.LineString(points).simplify(_SIMPLIFIED_M, preserve_topology=False).coords)
+
+
+def _outside(smears: Sequence[Smear], targets: Sequence[Target], line_width_m: float) -> float:
+    """Area [m²] under prints that is in no line's band."""
+    import shapely
+
+    if not smears:
+        return 0.0
+    prints = shapely.union_all([strip(smear.points, smear.width_m) for smear in smears])
+    bands: list[BaseGeometry] = [band_of(target.curve, line_width_m) for target in targets]
+    near = [band for band in bands if band.intersects(prints)]
+    return float(shapely.difference(prints, shapely.union_all(near)).area)
