@@ -35,6 +35,7 @@ def read_painted(path: Path) -> Painted:
         SpecError: No template is recorded in it, or its paint is nowhere or too much to be drawn.
         PayloadError: A message in it is none of its topic.
     """
+    from services.bridge.decoding import as_message
     from services.bridge.reader import RecordingReader
 
     template_json, batches, report = "", list[PaintMarks](), None
@@ -49,7 +50,7 @@ def read_painted(path: Path) -> Painted:
             if points > MOST_POINTS:
                 raise SpecError(str(path), "paint/marks", f"has more than {MOST_POINTS:,} points", "draw a shorter one")
         elif name == topics.REPORT.name:
-            report = decode(TraversalReport, message.payload)
+            report = as_message(TraversalReport, message)
     if not template_json:
         found = f"holds no template{f', and is {reader.summary.problem}' if reader.summary.problem else ''}"
         raise SpecError(str(path), "", found, "give the recording of a template's traversal")

@@ -4,16 +4,21 @@ import json
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from functools import cache
-from typing import Any
+from typing import Any, TypeVar
 
+from pydantic import ValidationError
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
+from schemas.cdr import decode as decode_payload
 from schemas.cdr import full_definition, typestore
+from schemas.errors import PayloadError
+from schemas.messages.base import Message
 from schemas.topics import TOPICS
-from services.bridge.recorded import Damage, Kind
+from services.bridge.recorded import Damage, Kind, Recorded
 
+M = TypeVar("M", bound=Message)
 Decode = Callable[[bytes], object]
 
 #: A longer definition is not parsed: the longest of ROS 2's own have some 10,000 characters.
@@ -51,6 +56,21 @@ def decoder(kind: Kind) -> Decode | None:
             raise Damage(f"a payload that is no {name}") from error
 
     return decode
+
+
+def as_message(form: type[M], message: Recorded) -> M:
+    """A recorded message, read by its recording's own schema: what an older one lacks has its default.
+
+    Raises:
+        PayloadError: It is none, or its values are not allowed.
+    """
+    read = decoder(message.kind)
+    if read is None:
+        return decode_payload(form, message.payload)
+    try:
+        return form.model_validate(read(message.payload))
+    except (Damage, ValidationError) as error:
+        raise PayloadError(f"{message.topic}: not a {form.ros_type} ({error})") from error
 
 
 @cache

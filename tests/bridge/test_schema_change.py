@@ -8,8 +8,11 @@ import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from schemas.cdr import encode
-from schemas.messages import String
+from schemas.errors import PayloadError
+from schemas.messages import SegmentPaint, String
 from services.bridge.compare import Comparison, compare
+from services.bridge.decoding import as_message
+from services.bridge.recorded import Kind, Recorded
 from tests.bridge.foreign import foreign
 
 NOW = "float64 x_m\nfloat64 speed_mps\nstring[] names\n"
@@ -94,3 +97,20 @@ def test_a_schema_that_is_none_is_no_reason_to_fail(tmp_path: Path) -> None:
     ]
     assert not compare(*paths).same
     assert compare(paths[0], paths[0]).identical
+
+
+def recorded(schema: str, data: bytes, type_: str = "touchline_msgs/msg/SegmentPaint") -> Recorded:
+    return Recorded("/tt2/line", 0, 0, 0, data, Kind("cdr", type_, "ros2msg", schema))
+
+
+def test_a_message_of_an_older_schema_has_defaults_for_what_it_lacks() -> None:
+    older = "string id\nfloat64 length_m\n"
+    store = get_typestore(Stores.EMPTY)
+    store.register(get_types_from_msg(older, "touchline_msgs/msg/SegmentPaint"))
+    kind = store.types["touchline_msgs/msg/SegmentPaint"]
+    data = bytes(store.serialize_cdr(kind(id="a", length_m=2.0), "touchline_msgs/msg/SegmentPaint"))
+    assert as_message(SegmentPaint, recorded(older, data)) == SegmentPaint(id="a", length_m=2.0)
+    with pytest.raises(PayloadError):
+        as_message(SegmentPaint, recorded(older, data[:9]))
+    with pytest.raises(PayloadError):
+        as_message(SegmentPaint, recorded("", data))
