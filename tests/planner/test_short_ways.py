@@ -138,6 +138,19 @@ def test_the_way_of_the_mirror_image_is_the_mirror_image(ends: tuple[CurveEnd, C
     assert PiecePath(other[0].pose, steering.between(*other)).length_m == pytest.approx(length, rel=1e-3)
 
 
+def test_goals_far_behind_are_reached() -> None:
+    """There most words with cusps do not exist: what was left of the one before was once taken for them."""
+    curvature, sharpness = 10 / 3, 14.0
+    steering = Steering(curvature, sharpness)
+    start = CurveEnd(ORIGIN, 0.0)
+    for x in (-90.0, -49.585208163265314, -20.0):
+        for y in (-3.6576, 0.0, 30.0):
+            for heading in (0.0, 1.5, math.pi):
+                goal = CurveEnd(Pose(x, y, heading), 0.0)
+                for way in all_ways(steering, start, goal):
+                    check(way, start, goal, curvature, sharpness)
+
+
 def test_short_hops_do_not_wind_round() -> None:
     """A row where turning circles make 10.60 m, and turns that do not reach the limit 6.59 m."""
     row = reference_rows()[4009]

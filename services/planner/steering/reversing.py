@@ -160,7 +160,7 @@ def _shorten(
             length = word(family, branch, ends, goal, turn, c, elements, u)
             if length > lengths[cusps] + WORD_MARGIN:
                 continue
-            n = flat_pieces(elements, u, ends, c, pieces)
+            n = flat_pieces(elements, u, ends, c, pieces) if length < math.inf else 0
             length = pieces[:n, 0].sum()
             if n and length < lengths[cusps] - TIE and is_way(pieces, n, ends, stretch_min):
                 keep(pieces, n, turned_round, ways[cusps])
