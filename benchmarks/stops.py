@@ -35,11 +35,9 @@ from services.bus import Bus
 LIMIT_S: Final = 0.3
 """From the stop's being given, or the robot's being alive again, to its status."""
 STARTING_S: Final = 2.0
-"""Within which `touchline order`, its modules loaded, begins to ask; not counted, but noted if it takes longer."""
+"""Within which `touchline order`, its modules loaded, begins to ask; that comes before, and is not counted."""
 TOLD_S: Final = 1.5
 """Within which a person is told that a stop is not acknowledged."""
-HEARD_S: Final = 2.0
-"""Within which others hear of what the robot has answered; telemetry waits for a frozen peer for up to a second."""
 ACKNOWLEDGED_S: Final = 5.0
 """For which the answer is waited for once the robot has stopped."""
 PATIENCE_S: Final = 30.0
@@ -59,7 +57,7 @@ class Stop:
         estopped_s: To the robot's own word, as an independent observer heard it.
         braked_s: To the first of the wheel commands that stay zero.
         unreachable_s: How long nothing could reach the robot after the stop was given.
-        late: Whether it took longer than the limit, and who gave it knew all the while that it was not acknowledged.
+        late: Whether it took longer than the limit, and who gave it was told that it was not acknowledged.
         missed: Why it counts as missed; empty if it does not.
         valve: Whether paint could flow after it.
         notes: What else went wrong.
@@ -216,7 +214,7 @@ class _Rig:
         if isinstance(way, ByOrder) and alive_s == sent_s:
             alive_s = way.sent_s
             if alive_s - sent_s > STARTING_S:
-                stop.notes.append(f"took {alive_s - sent_s:.1f} s to begin")
+                stop.missed = f"took {alive_s - sent_s:.1f} s to begin"
         self._measure(stop, way, sent_s, alive_s, already=before_s is not None)
 
     def _settled(self, stop: Stop, way: Way, sent_s: float) -> bool:
@@ -252,39 +250,34 @@ class _Rig:
         stop.unreachable_s = base_s - sent_s
         if already:
             stop.notes.append("stopped before")
+        if observer.estopped_s is None:
+            stop.missed = f"never, in {PATIENCE_S:.0f} s ({STATES.get(observer.state, 'silent')})"
+        else:
+            stop.estopped_s = max(0.0, observer.estopped_s - base_s)
+            if stop.estopped_s > LIMIT_S:
+                if self._was_told(way, base_s, observer.estopped_s):
+                    stop.late = True
+                    stop.notes.append("late, and told meanwhile that it was not acknowledged")
+                else:
+                    stop.missed = f"after {stop.estopped_s:.2f} s"
         if observer.braked_s is not None:
             stop.braked_s = max(0.0, observer.braked_s - base_s)
         elif not stop.missed:
             stop.missed = "wheels are still commanded"
         if answer is not None:
             stop.answered_s = max(0.0, answer.at_s - base_s)
-            if IMPOSTOR in answer.text:
-                stop.missed = f"believed an impostor: {answer.text!r}"
-            elif observer.estopped_s is None or observer.estopped_s > answer.at_s + HEARD_S:
+            if observer.estopped_s is None or observer.estopped_s > answer.at_s + LIMIT_S:
                 stop.missed = f"was told {answer.text!r}, but nobody heard the robot stop"
-        if observer.estopped_s is None:
-            stop.missed = f"never, in {PATIENCE_S:.0f} s ({STATES.get(observer.state, 'silent')})"
-            return
-        stop.estopped_s = max(0.0, observer.estopped_s - base_s)
-        reached_s = min(stop.estopped_s, stop.estopped_s if stop.answered_s is None else stop.answered_s)
-        if reached_s > LIMIT_S:
-            if self._knew(stop, way, base_s):
-                stop.late = True
-                stop.notes.append(f"late: after {reached_s:.2f} s, shown as not acknowledged until then")
-            else:
-                stop.missed = f"after {reached_s:.2f} s"
+            elif IMPOSTOR in answer.text:
+                stop.missed = f"believed an impostor: {answer.text!r}"
         if stop.unreachable_s > TOLD_S and stop.way == "console" and not way.said:
             stop.missed = stop.missed or f"not told for {stop.unreachable_s:.1f} s that it was not acknowledged"
 
     @staticmethod
-    def _knew(stop: Stop, way: Way, base_s: float) -> bool:
-        """Whether somebody who gave a late stop was shown that it was not acknowledged.
-
-        A program that calls has no answer until there is one, which is that; a person must be told in words.
-        """
-        if stop.way in ("call", "ros2"):
-            return True
-        return any(not saying.done and saying.at_s < base_s + TOLD_S for saying in way.said)
+    def _was_told(way: Way, base_s: float, until_s: float) -> bool:
+        """Whether who gave a late stop was soon told that it was not acknowledged, and nothing else until it was."""
+        before = [saying for saying in way.said if saying.at_s < until_s]
+        return any(saying.at_s < base_s + TOLD_S for saying in before) and not any(saying.done for saying in before)
 
     def _afterwards(self, stop: Stop, done: Mishap, before: dict[str, int]) -> None:
         """Wait until all is well again, and stop the robot if that was in vain."""

@@ -148,6 +148,11 @@ class Vehicle(Spec):
         return self.track_width_m / 2
 
     @property
+    def wheels_m(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Where the wheels, left and right, touch the ground, in the body's frame."""
+        return (0.0, self.half_track_m), (0.0, -self.half_track_m)
+
+    @property
     def max_rim_speed_mps(self) -> float:
         """Speed of the robot with both wheels at their limit."""
         return self.max_wheel_speed_radps * self.wheel_radius_m

@@ -63,13 +63,12 @@ class Bus:
             KeyboardInterrupt: ``stop()`` said so before the bus was joined.
         """
         config = config or BusConfig.from_environment()
-        zenoh.init_log_from_env_or("off")
         with cls._of(join(config, node, lambda: bool(stop()), patience_s), node, config) as bus:
             yield bus
 
     @classmethod
     @contextmanager
-    def open_at_door(cls, node: str, config: BusConfig, stop: Callable[[], bool] = lambda: False) -> Iterator[Self]:
+    def open_at_door(cls, node: str, config: BusConfig, stop: Callable[[], bool]) -> Iterator[Self]:
         """As :meth:`open`, but with the robot alone, at its own door, so that nobody else can delay it.
 
         Raises:
@@ -77,7 +76,6 @@ class Bus:
             TouchlineError: The robot has no such door, or nobody answers there.
             KeyboardInterrupt: ``stop()`` said so first.
         """
-        zenoh.init_log_from_env_or("off")
         with cls._of(join_at_door(config, stop), node, config) as bus:
             yield bus
 

@@ -84,6 +84,7 @@ def join_at_door(config: BusConfig, stop: Callable[[], bool]) -> zenoh.Session:
 
 def _opened(settings: zenoh.Config, config: BusConfig, stop: Callable[[], bool]) -> zenoh.Session:
     """Open in a thread: a client waits there for its router as long as it takes, and no signal would be heard."""
+    zenoh.init_log_from_env_or("off")
     sessions: list[zenoh.Session] = []
     errors: list[Exception] = []
 

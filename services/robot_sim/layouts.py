@@ -29,7 +29,6 @@ SPRAYER: Final = FixedLayout(m.SprayerState, {"header.frame_id": BODY_FRAME})
 BATTERY: Final = FixedLayout(m.BatteryState, {"header.frame_id": BODY_FRAME, "location": "battery"})
 
 
-# One is in use at a time, until the next line or reason; that of a status names every line, so few are kept.
 @lru_cache(maxsize=256)
 def paint_marks(segment_id: str, points: int) -> FixedLayout:
     """Layout of marks of that many points on that line."""
@@ -38,6 +37,8 @@ def paint_marks(segment_id: str, points: int) -> FixedLayout:
     )
 
 
+# One at a time is in use, until the next line or reason. It names every line painted so far: few are kept, as
+# thousands take a gigabyte.
 @lru_cache(maxsize=4)
 def status(reason: str, segment_id: str, painted_ids: tuple[str, ...]) -> FixedLayout:
     """Layout of a status with these texts."""

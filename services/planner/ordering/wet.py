@@ -28,8 +28,7 @@ class Wheels:
     @classmethod
     def of(cls, vehicle: Vehicle, line_width_m: float, drying_s: float) -> "Wheels":
         """The wheels and casters of a vehicle."""
-        side = vehicle.half_track_m
-        return cls(np.array(((0.0, side), (0.0, -side), *vehicle.casters_m)), 0.5 * line_width_m, drying_s)
+        return cls(np.array((*vehicle.wheels_m, *vehicle.casters_m)), 0.5 * line_width_m, drying_s)
 
     @property
     def never_dry(self) -> "Wheels":

@@ -158,9 +158,9 @@ def _shorten(
         cusps = cusp_words.CUSPS[family]
         for branch in range(cusp_words.BRANCHES[family]):
             length = word(family, branch, ends, goal, turn, c, elements, u)
-            if length > lengths[cusps] + WORD_MARGIN:
+            if math.isinf(length) or length > lengths[cusps] + WORD_MARGIN:
                 continue
-            n = flat_pieces(elements, u, ends, c, pieces) if length < math.inf else 0
+            n = flat_pieces(elements, u, ends, c, pieces)
             length = pieces[:n, 0].sum()
             if n and length < lengths[cusps] - TIE and is_way(pieces, n, ends, stretch_min):
                 keep(pieces, n, turned_round, ways[cusps])

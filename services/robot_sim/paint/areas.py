@@ -90,7 +90,7 @@ def paint_areas(
 
 def _passes(strokes: Sequence[Stroke]) -> list[BaseGeometry]:
     """The strips of these strokes, cut so that none overlaps itself."""
-    return [strip(_simplified(piece), stroke.width_m) for stroke in strokes for piece in _pieces(stroke.points)]
+    return [strip(simplified(piece), stroke.width_m) for stroke in strokes for piece in _pieces(stroke.points)]
 
 
 def _covered(bands: Sequence[BaseGeometry], passes: Sequence[BaseGeometry]) -> list[float]:
@@ -119,10 +119,11 @@ def strip(points: Points, width_m: float, cap_style: Literal["flat", "square"] =
     return line.buffer(0.5 * width_m, cap_style=cap_style, join_style="mitre", mitre_limit=2.0)
 
 
-def _simplified(points: NDArray[np.float64]) -> NDArray[np.float64]:
+def simplified(points: Points, tolerance_m: float = TOLERANCE_M) -> Points:
+    """Fewer points (m, 2) of a polyline (n, 2) that is nowhere further from it."""
     import shapely
 
-    return np.asarray(shapely.LineString(points).simplify(TOLERANCE_M, preserve_topology=False).coords)
+    return np.asarray(shapely.LineString(points).simplify(tolerance_m, preserve_topology=False).coords)
 
 
 def _polyline(curve: Curve) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""Which lines are near a point: a grid over the field, so that thousands of lines cost no more than a few."""
+"""Which lines or boxes are near a point: a grid over the field, so that thousands cost no more than a few."""
 
 from __future__ import annotations
 
@@ -44,23 +44,43 @@ def make_grid(lines: Sequence[Curve], reach_m: float) -> Grid:
     samples = [np.column_stack(line.at(_steps(line.length_m, reach_m))[:2]) for line in lines]
     low = np.min([points.min(axis=0) for points in samples], axis=0) - margin
     high = np.max([points.max(axis=0) for points in samples], axis=0) + margin
+    frame = _frame(low, high, SMALLEST_CELL_M, MOST_CELLS)
+    corners = ((-margin, -margin), (-margin, margin), (margin, -margin), (margin, margin))
+    cells = [_cells(points + np.array(corner), frame) for points in samples for corner in corners]
+    counts = [len(points) for points in samples for _ in corners]
+    return _listed(cells, np.repeat(np.repeat(np.arange(len(lines)), len(corners)), counts), frame)
+
+
+def grid_of_boxes(low: NDArray[np.float64], high: NDArray[np.float64], smallest_m: float, most_cells: int) -> Grid:
+    """The grid of boxes (n, 2) from low to high corners [m]; its cells are no smaller than any of them."""
+    least_m = max(smallest_m, float((high - low).max()))
+    frame = _frame(low.min(axis=0), high.max(axis=0), least_m, most_cells)
+    corners = [np.column_stack((x[:, 0], y[:, 1])) for x in (low, high) for y in (low, high)]
+    return _listed([_cells(corner, frame) for corner in corners], np.tile(np.arange(len(low)), len(corners)), frame)
+
+
+def _frame(
+    low: NDArray[np.float64], high: NDArray[np.float64], smallest_m: float, most_cells: int
+) -> NDArray[np.float64]:
     width, height = (high - low).tolist()
-    cell = max(SMALLEST_CELL_M, math.sqrt(width * height / MOST_CELLS))
-    columns, rows = int(width / cell) + 1, int(height / cell) + 1
-    pairs: list[NDArray[np.int64]] = []
-    for index, points in enumerate(samples):
-        cells: list[NDArray[np.int64]] = []
-        for corner in ((-margin, -margin), (-margin, margin), (margin, -margin), (margin, margin)):
-            at = np.floor((points + np.array(corner) - low) / cell).astype(np.int64)
-            cells.append(np.clip(at[:, 1], 0, rows - 1) * columns + np.clip(at[:, 0], 0, columns - 1))
-        found = np.unique(np.concatenate(cells))
-        pairs.append(np.column_stack((found, np.full(len(found), index))))
-    table = np.concatenate(pairs)
-    table = table[np.lexsort((table[:, 1], table[:, 0]))]
-    counts = np.bincount(table[:, 0], minlength=columns * rows)
+    cell = max(smallest_m, math.sqrt(width * height / most_cells))
+    return np.array([*low.tolist(), cell, int(width / cell) + 1, int(height / cell) + 1])
+
+
+def _cells(points: NDArray[np.float64], frame: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Index of the cell of each point (n, 2), of the nearest one for what lies outside."""
+    at = np.floor((points - frame[:_CELL]) / frame[_CELL]).astype(np.int64)
+    columns, rows = int(frame[_COLUMNS]), int(frame[_ROWS])
+    return np.asarray(np.clip(at[:, 1], 0, rows - 1) * columns + np.clip(at[:, 0], 0, columns - 1))
+
+
+def _listed(cells: list[NDArray[np.int64]], members: NDArray[np.int64], frame: NDArray[np.float64]) -> Grid:
+    """The grid in whose cells these members are, once each."""
+    many = int(members.max()) + 1
+    cell, member = np.divmod(np.unique(np.concatenate(cells) * many + members), many)
+    counts = np.bincount(cell, minlength=int(frame[_COLUMNS] * frame[_ROWS]))
     starts = np.concatenate(([0], np.cumsum(counts))).astype(np.int64)
-    frame = np.array([low[0], low[1], cell, columns, rows])
-    return Grid(frame, starts, np.ascontiguousarray(table[:, 1]), int(counts.max()))
+    return Grid(frame, starts, member, int(counts.max()))
 
 
 @kernel

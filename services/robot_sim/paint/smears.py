@@ -10,16 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from schemas.vehicle import Vehicle
+from services.robot_sim.frames import TICK_S
 from services.robot_sim.paint import contact as c
 from services.robot_sim.paint import track as t
-from services.robot_sim.paint.areas import band_of, strip
+from services.robot_sim.paint.areas import band_of, simplified, strip
+from services.robot_sim.paint.grid import Grid, grid_of_boxes
 from services.robot_sim.paint.ledger import PaintLedger
 from services.robot_sim.paint.targets import Target
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
-_TICK_S: Final = 0.01
 _POINTS_A_PIECE: Final = 5
 """Paint is looked at in straight pieces of so many points: some 5 cm."""
 _SMALLEST_CELL_M: Final = 0.25
@@ -30,7 +31,6 @@ _SAME_STRENGTH: Final = 0.1
 _SIMPLIFIED_M: Final = 1e-3
 
 Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 
 class Smear(NamedTuple):
@@ -73,7 +73,7 @@ def contacts(vehicle: Vehicle) -> list[Contact]:
     """The wheels, left and right, and the casters."""
     wheel = vehicle.wheel_width_m, 2.0 * math.pi * vehicle.wheel_radius_m, False
     caster = vehicle.caster_width_m, 2.0 * math.pi * vehicle.caster_radius_m, True
-    wheels = [Contact(0.0, y, *wheel) for y in (vehicle.half_track_m, -vehicle.half_track_m)]
+    wheels = [Contact(x, y, *wheel) for x, y in vehicle.wheels_m]
     return wheels + [Contact(x, y, *caster) for x, y in vehicle.casters_m]
 
 
@@ -94,7 +94,7 @@ def smearing(ledger: PaintLedger, track: t.Track, vehicle: Vehicle) -> Smearing:
     for contact in contacts(vehicle):
         way = _way(rows, contact)
         while True:
-            found = c.roll(way, contact.swivels, contact.circumference_m, paint, grid, wet, left_m, prints)
+            found = c.roll(way, contact.swivels, contact.circumference_m, paint, grid[:3], wet, left_m, prints)
             if found[1] <= len(prints):
                 break
             prints = np.zeros((2 * found[1], c.PRINT_COLUMNS))
@@ -109,7 +109,7 @@ def _way(rows: Floats, contact: Contact) -> Floats:
     cos, sin = np.cos(rows[:, t.TRACK_HEADING]), np.sin(rows[:, t.TRACK_HEADING])
     x = rows[:, t.TRACK_EAST] + cos * contact.x_m - sin * contact.y_m
     y = rows[:, t.TRACK_NORTH] + sin * contact.x_m + cos * contact.y_m
-    return np.column_stack((_TICK_S * rows[:, t.TRACK_TICK], x, y, cos, sin))
+    return np.column_stack((TICK_S * rows[:, t.TRACK_TICK], x, y, cos, sin))
 
 
 def _pieces(ledger: PaintLedger, rows: Floats) -> Floats:
@@ -130,7 +130,7 @@ def _laid_s(points: int, rows: Floats) -> Floats:
     """When each of so many points of paint was laid; −1 if that was before the track."""
     if not len(rows):
         return np.full(points, -1.0)
-    index, lay, time_s = np.arange(points), rows[:, t.TRACK_POINTS], _TICK_S * rows[:, t.TRACK_TICK]
+    index, lay, time_s = np.arange(points), rows[:, t.TRACK_POINTS], TICK_S * rows[:, t.TRACK_TICK]
     after = np.searchsorted(lay, index, side="right")
     known, to = after > 0, np.minimum(after, len(rows) - 1)
     before = np.maximum(to - 1, 0)
@@ -138,25 +138,12 @@ def _laid_s(points: int, rows: Floats) -> Floats:
     return np.where(known, time_s[before] + share * (time_s[to] - time_s[before]), -1.0)
 
 
-def _grid(paint: Floats) -> tuple[Floats, Integers, Integers]:
-    """Frame, beginnings and lists of the pieces that reach into each cell, which none is larger than."""
+def _grid(paint: Floats) -> Grid:
+    """Which pieces of paint reach into which cell."""
     half = paint[:, c.HALF_WIDTH, None]
     low = np.minimum(paint[:, [c.X0, c.Y0]], paint[:, [c.X1, c.Y1]]) - half
     high = np.maximum(paint[:, [c.X0, c.Y0]], paint[:, [c.X1, c.Y1]]) + half
-    west, south = low.min(axis=0).tolist()
-    width, height = (high.max(axis=0) - low.min(axis=0)).tolist()
-    cell = max(_SMALLEST_CELL_M, float((high - low).max()), math.sqrt(width * height / _MOST_CELLS))
-    columns, rows = int(width / cell) + 1, int(height / cell) + 1
-    cells, members = list[Integers](), list[Integers]()
-    for x, y in ((low, low), (low, high), (high, low), (high, high)):
-        column, row = (
-            np.floor((side - edge) / cell).astype(np.int64) for side, edge in ((x[:, 0], west), (y[:, 1], south))
-        )
-        cells.append(np.minimum(row, rows - 1) * columns + np.minimum(column, columns - 1))
-        members.append(np.arange(len(paint)))
-    pairs = np.unique(np.column_stack((np.concatenate(cells), np.concatenate(members))), axis=0)
-    starts = np.concatenate(([0], np.cumsum(np.bincount(pairs[:, 0], minlength=columns * rows)))).astype(np.int64)
-    return np.array([west, south, cell, columns, rows]), starts, np.ascontiguousarray(pairs[:, 1])
+    return grid_of_boxes(low, high, _SMALLEST_CELL_M, _MOST_CELLS)
 
 
 def _smears(prints: Floats, width_m: float) -> Iterator[Smear]:
@@ -169,13 +156,7 @@ def _smears(prints: Floats, width_m: float) -> Iterator[Smear]:
     for run in np.split(prints, np.flatnonzero(apart | other | (np.diff(line) != 0.0)) + 1):
         points = np.vstack((run[0, [c.X0, c.Y0]], run[:, [c.X1, c.Y1]]))
         age_s, mean = float(run[:, c.AGE].min()), float(run[:, c.STRENGTH].mean())
-        yield Smear(int(run[0, c.PRINT_LINE]), age_s, mean, width_m, _simplified(points))
-
-
-def _simplified(points: Floats) -> Floats:
-    import shapely
-
-    return np.asarray(shapely.LineString(points).simplify(_SIMPLIFIED_M, preserve_topology=False).coords)
+        yield Smear(int(run[0, c.PRINT_LINE]), age_s, mean, width_m, simplified(points, _SIMPLIFIED_M))
 
 
 def _outside(smears: Sequence[Smear], targets: Sequence[Target], line_width_m: float) -> float:
