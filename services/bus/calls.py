@@ -18,9 +18,13 @@ from services.bus.counters import Counters
 #: Zenoh's receiving threads must never wait for room: an emergency stop may be behind.
 _WAITING_CALLS: Final = 64
 _WAITING_LARGE_CALLS: Final = 8
+#: Of a service that stops the robot: room for what a flood brings between two polls, so that no stop gives way to it.
+_WAITING_URGENT_CALLS: Final = 1024
 _LARGE_BYTES: Final = 1024 * 1024
-#: Requests that are refused in one poll at most, so that junk cannot hold up the loop that polls.
-_REFUSED_AT_ONCE: Final = 16
+#: Requests that are looked at in one poll at most, so that neither junk nor repeats can hold up the loop that polls.
+_LOOKED_AT: Final = 16
+#: Of a service that stops the robot; this many take 3 ms.
+_LOOKED_AT_URGENT: Final = 128
 #: For how long an answer is remembered: no caller repeats a request after its own time-out, of which planning's is the
 #: longest.
 _REMEMBERED_S: Final = 600.0
@@ -103,14 +107,15 @@ class Server(Generic[Request, Response]):
         self._answers = Answers()
         self._open: dict[str, ServedCall[Request, Response]] = {}
         room = _WAITING_LARGE_CALLS if service.most_bytes > _LARGE_BYTES else _WAITING_CALLS
+        self._looked_at = _LOOKED_AT
+        if service.urgent:
+            room, self._looked_at = _WAITING_URGENT_CALLS, _LOOKED_AT_URGENT
         self._queryable = session.declare_queryable(key, handlers.RingChannel(room), complete=True)
 
     def poll(self) -> ServedCall[Request, Response] | None:
         """The next request, if one waits."""
-        for _ in range(_REFUSED_AT_ONCE):
-            call = self.poll_unread()
-            if call is None:
-                return None
+        looks = iter(range(self._looked_at))
+        while (call := self._unread(looks)) is not None:
             try:
                 assert call.request is not None
             except PayloadError as error:
@@ -121,7 +126,11 @@ class Server(Generic[Request, Response]):
 
     def poll_unread(self) -> ServedCall[Request, Response] | None:
         """The next request, if one waits, its payload not decoded yet; it may turn out to be none."""
-        for _ in range(_REFUSED_AT_ONCE):
+        return self._unread(iter(range(self._looked_at)))
+
+    def _unread(self, looks: Iterator[int]) -> ServedCall[Request, Response] | None:
+        """The next request, looking at no more than there are `looks`."""
+        for _ in looks:
             query = self._queryable.try_recv()
             if query is None:
                 return None

@@ -327,6 +327,42 @@ def test_requests_that_nobody_polls_block_nothing_else(pair):
     assert eventually(lambda: questions[0].poll() is not None)  # told that it was not heard
 
 
+def test_a_stop_does_not_give_way_to_a_flood_of_repeats(pair):
+    robot, bridge = pair
+    server, inbox, publisher = robot.serve(topics.ESTOP), robot.inbox([topics.CLOCK]), bridge.publisher(topics.CLOCK)
+    caught_up(bridge, robot)
+
+    def stop(request_id):
+        return bridge.ask(topics.ESTOP, encode(CommandRequest(request_id=request_id)), 60.0)
+
+    questions = [stop("repeated")]
+    assert eventually(lambda: (call := server.poll()) is not None and (call.reply(CommandResponse()) or True))
+    questions += [stop("new"), *(stop("repeated") for _ in range(800))]
+    publisher.send(Clock())
+    assert eventually(inbox.drain)  # it came behind them all
+    call = server.poll()
+    assert call is not None
+    assert call.request_id == "new"
+
+
+def test_many_repeats_of_a_stop_are_answered_in_one_poll(pair):
+    robot, bridge = pair
+    server, inbox, publisher = robot.serve(topics.ESTOP), robot.inbox([topics.CLOCK]), bridge.publisher(topics.CLOCK)
+    caught_up(bridge, robot)
+
+    def stop(request_id):
+        return bridge.ask(topics.ESTOP, encode(CommandRequest(request_id=request_id)), 60.0)
+
+    questions = [stop("repeated")]
+    assert eventually(lambda: (call := server.poll()) is not None and (call.reply(CommandResponse()) or True))
+    questions += [*(stop("repeated") for _ in range(100)), stop("new")]
+    publisher.send(Clock())
+    assert eventually(inbox.drain)
+    call = server.poll()
+    assert call is not None
+    assert call.request_id == "new"
+
+
 def test_an_answer_is_remembered_through_many_others(pair):
     robot, bridge = pair
     server, done = robot.serve(topics.START), []
