@@ -97,7 +97,7 @@ def mishap(load: str, system: System, chance: random.Random, speed: float) -> It
         deed, _, node = load.partition("-")
         done = Mishap(load, node, system.processes().get(node, 0))
         if not done.pid:
-            raise ProcessLookupError(f"{node} does not run")
+            raise ProcessLookupError(f"{node} does not run: {system.last_words()}")
         os.kill(done.pid, _SIGNALS[deed])
         try:
             yield done

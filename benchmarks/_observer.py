@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from typing import Final
 
@@ -19,10 +20,12 @@ class Observer:
     Attributes:
         state: The robot's, as last heard.
         reason: The status's.
-        estopped_s: Since when it says that it is stopped (monotonic); `None` while it is not.
+        estopped_s: Since when it says that it is stopped (monotonic); `None` while it is not. Its status and its
+            diagnostics come by ways of their own: what is older by sim time is no news.
         braked_s: Since when no wheel is commanded to turn.
         robot: Id of the status's publisher: another one is another process.
         robot_since_s: When that was first heard.
+        serving_s: When each process of the robot, by its id, first told a state in its diagnostics.
         heard_s: When each node last told how it is.
     """
 
@@ -35,6 +38,8 @@ class Observer:
         self.braked_s: float | None = None
         self.robot = b""
         self.robot_since_s = 0.0
+        self.serving_s: dict[str, float] = {}
+        self._told_at = -math.inf
         self.heard_s: dict[str, float] = {}
 
     def poll(self) -> None:
@@ -58,6 +63,10 @@ class Observer:
             if sample.publisher != self.robot:
                 self.robot, self.robot_since_s = sample.publisher, now_s
                 self.braked_s = self.braked_s or now_s  # what the process before it commanded ended with it
+                self._told_at = -math.inf
+            stamp = message.header.stamp
+            if message.state != ESTOPPED and stamp.sec + 1e-9 * stamp.nanosec <= self._told_at:
+                return
             self.state, self.reason = message.state, message.reason
             if message.state != ESTOPPED:
                 self.estopped_s = None
@@ -70,9 +79,12 @@ class Observer:
     def _take_state(self, message: DiagnosticArray, now_s: float) -> None:
         """The robot's diagnostics tell its state, too, by a way of their own."""
         for status in message.status:
-            told = {pair.key: pair.value for pair in status.values}.get("state")
-            if status.name == topics.ROBOT_SIM and told == str(ESTOPPED) and self.estopped_s is None:
-                self.estopped_s = now_s
+            told = {pair.key: pair.value for pair in status.values}
+            if status.name != topics.ROBOT_SIM or "state" not in told:
+                continue
+            self.serving_s.setdefault(told.get("pid", ""), now_s)
+            if told["state"] == str(ESTOPPED) and self.estopped_s is None:
+                self.estopped_s, self._told_at = now_s, float(told["sim_time_s"])
 
     def watch(self, duration_s: float) -> None:
         """Listen for a while."""

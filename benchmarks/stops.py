@@ -8,6 +8,7 @@ stop's figures. Ends with exit code 1 if any stop was missed.
 from __future__ import annotations
 
 import json
+import math
 import os
 import random
 import sys
@@ -237,14 +238,16 @@ class _Rig:
         if not done.gone:
             return None
         if done.node == topics.ROBOT_SIM:
-            return self._observer.robot_since_s if self._observer.robot != robot else None
+            told = [self._observer.robot_since_s] if self._observer.robot != robot else []
+            served = self._observer.serving_s
+            return min([*told, *(at_s for pid, at_s in served.items() if pid != str(done.pid))], default=None)
         pid = self._system.processes().get(done.node)
         heard_s = self._observer.heard_s.get(done.node, 0.0)
         return heard_s if pid not in (None, done.pid) and time.monotonic() - heard_s < 0.1 else None
 
     def _measure(self, stop: Stop, way: Way, sent_s: float, alive_s: float | None, *, already: bool) -> None:
         observer, answer = self._observer, way.acknowledged
-        base_s = sent_s if alive_s is None else alive_s
+        base_s = sent_s if alive_s is None else max(sent_s, alive_s)
         if observer.estopped_s is not None and observer.estopped_s < base_s:
             base_s = sent_s  # it was reached before it was interrupted
         stop.unreachable_s = base_s - sent_s
@@ -255,7 +258,8 @@ class _Rig:
         else:
             stop.estopped_s = max(0.0, observer.estopped_s - base_s)
             if stop.estopped_s > LIMIT_S:
-                if self._was_told(way, base_s, observer.estopped_s):
+                until_s = min(observer.estopped_s, answer.at_s if answer else math.inf)
+                if self._was_told(way, base_s, until_s):
                     stop.late = True
                     stop.notes.append("late, and told meanwhile that it was not acknowledged")
                 else:
