@@ -6,9 +6,11 @@ import select
 import signal
 import sys
 import threading
+from collections import deque
 from contextlib import suppress
-from typing import Final, Protocol, TextIO, runtime_checkable
+from typing import Any, Final, Protocol, TextIO, runtime_checkable
 
+from textual.app import App
 from textual.drivers.linux_driver import LinuxDriver
 from textual.events import Key
 from textual.message import Message
@@ -64,15 +66,32 @@ class SturdyDriver(LinuxDriver):
     The first is line noise, a pasted binary, a terminal of another encoding: Textual's ends the whole console, and with
     it the operator's emergency stop. Here what was read with it is dropped. Of a closed terminal Textual's reads
     nothing for ever, or waits for ever to write to it. Here the console ends.
+
+    Textual's thread that reads the keys wakes the console for each, and may have to wait for the interpreter after it.
+    Here the console is woken once for all that have come, so that an emergency stop behind many keys is read at once.
     """
 
-    _watching = False
+    def __init__(self, app: App[Any], **options: Any) -> None:
+        """As Textual makes it."""
+        super().__init__(app, **options)
+        self._watching = False
+        self._typed = deque[Message]()
+        self._woken = False
 
     def process_message(self, message: Message) -> None:
         """Hand on what was typed; an emergency stop at once, from this thread, before what was typed earlier."""
         if isinstance(message, Key) and message.key == STOP_KEY and isinstance(self._app, Stoppable):
             self._app.stop_at_once(message.time)
-        super().process_message(message)
+        self._typed.append(message)
+        if not self._woken:
+            self._woken = True
+            self._loop.call_soon_threadsafe(self._hand_on)
+
+    def _hand_on(self) -> None:
+        """Give the console what was typed."""
+        self._woken = False  # before the last is taken: what comes after that wakes it anew
+        while self._typed:
+            super().process_message(self._typed.popleft())
 
     def start_application_mode(self) -> None:
         """Take over the terminal."""

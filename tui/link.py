@@ -5,21 +5,25 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any
 
 from schemas import topics
+from schemas.cdr import encode
 from schemas.errors import PayloadError
 from schemas.messages.base import Message
 from schemas.messages.touchline import GetPaintRequest, GetPaintResponse
 from schemas.topics import Service
 from services.bus import Bus, BusConfig
+from services.bus.calls import Question
 from tui.protocol import CallFailed, Incoming, Lost, NodeChanged, PaintFetched, Received, Rejected
 from tui.state import CONSOLE_TOPICS
 
 EVERY_ONE = (topics.PAINT, topics.EVENTS, topics.SUPERVISOR_EVENTS, topics.DIAGNOSTICS)
 """Topics of which every message counts; diagnostics have several publishers."""
 PAINT_TIMEOUT_S = 3.0
+TOLD_TIMEOUT_S = 1.0
+"""How long a request that nobody waits for remains under way."""
 
 
 @contextmanager
@@ -45,6 +49,7 @@ class BusLink:
         self._lost = 0
         self._fetched: deque[PaintFetched] = deque()
         self._fetching = threading.Lock()
+        self._told: Question | None = None
 
     def poll(self) -> list[Incoming]:
         """Everything that came in since the last poll.
@@ -98,6 +103,11 @@ class BusLink:
         except Exception as error:  # a bus that is being left raises whatever it pleases
             raise CallFailed(str(error) or type(error).__name__) from error
         return answer
+
+    def tell(self, service: Service[Any, Any], request: Message) -> None:
+        """Send a request without waiting for its answer."""
+        with suppress(Exception):  # a bus that is being left raises whatever it pleases
+            self._told = self._bus.ask(service, encode(request), TOLD_TIMEOUT_S)
 
     def fetch_paint(self) -> None:
         """Ask the robot for everything painted so far, in a thread of its own; one at a time."""

@@ -58,7 +58,7 @@ Incoming = Received | NodeChanged | Rejected | PaintFetched | Lost
 
 
 class Link(Protocol):
-    """The console's way to the bus. Only `call` blocks; it may be called from any thread."""
+    """The console's way to the bus. Only `call` blocks; it and `tell` may be called from any thread."""
 
     def poll(self) -> list[Incoming]:
         """Everything that came in since the last poll, state topics thinned to their latest message."""
@@ -66,6 +66,10 @@ class Link(Protocol):
 
     def call(self, service: Service[Any, Any], request: Message, timeout_s: float) -> Message:
         """Ask a service and wait for its answer. Raises CallFailed when there is none."""
+        ...
+
+    def tell(self, service: Service[Any, Any], request: Message) -> None:
+        """Send a request at once, from this thread, without waiting for an answer or hearing of it. Never raises."""
         ...
 
     def fetch_paint(self) -> None:

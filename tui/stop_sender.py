@@ -40,7 +40,9 @@ class StopSender:
             if stop is None or stop.order.request_id != order.request_id:
                 if stop is not None:
                     stop.called_off.set()
-                stop = self._stop = _Stop(order)
+                stop = self._stop = _Stop(order, tried_s=time.monotonic())
+                # From here, as the machine may be so busy that handing over to another thread takes long.
+                self._link.tell(order.service, order.request)
                 # A daemon, because leaving the console must not wait for an answer that may never come.
                 threading.Thread(target=self._repeat, args=(stop,), name="estop", daemon=True).start()
                 return

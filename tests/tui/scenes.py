@@ -30,6 +30,7 @@ class FakeLink:
 
     incoming: list[Incoming] = field(default_factory=list)
     asked: list[tuple[str, Any]] = field(default_factory=list)
+    told: list[tuple[str, Any]] = field(default_factory=list)
     answers: dict[str, Answer] = field(default_factory=dict)
     fetches: int = 0
     held: threading.Event | None = None
@@ -51,6 +52,9 @@ class FakeLink:
         if service is topics.ESTOP and self.stops:
             self.incoming.append(received(topics.STATUS, m.TraversalStatus(state=m.TraversalStatus.ESTOPPED)))
         return answer or service.response(success=True)
+
+    def tell(self, service: Service[Any, Any], request: Message) -> None:
+        self.told.append((service.name, request))
 
     def fetch_paint(self) -> None:
         self.fetches += 1

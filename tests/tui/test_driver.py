@@ -6,6 +6,7 @@ import sys
 import termios
 import threading
 import time
+from types import SimpleNamespace
 
 from textual.events import Key
 
@@ -43,6 +44,23 @@ def test_input_that_is_no_text_costs_nothing_but_itself():
     os.close(writer)
     os.close(driver.fileno)
     assert keys == ["e"]
+
+
+async def test_the_console_is_woken_once_for_many_keys(monkeypatch):
+    async with console(*up()) as (app, _, _):
+        driver, sent, woken = SturdyDriver(app, size=(80, 24)), [], []
+        driver.send_message = sent.append
+        monkeypatch.setattr(driver, "_loop", SimpleNamespace(call_soon_threadsafe=woken.append))
+        typed = [Key(name, None) for name in "abcdefgh"]
+        for key in typed[:5]:
+            driver.process_message(key)
+        assert len(woken) == 1
+        woken.pop()()
+        for key in typed[5:]:
+            driver.process_message(key)
+        assert len(woken) == 1
+        woken.pop()()
+        assert sent == typed
 
 
 async def test_the_console_uses_it():

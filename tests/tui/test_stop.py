@@ -13,12 +13,14 @@ from schemas.template import Template
 from tests.tui import scenes
 from tests.tui.console import console, plain, until
 from tests.tui.scenes import FakeLink, received
+from tui import orders
 from tui.dialogs import ConfirmDialog, KeysDialog, PlanDialog, TemplateDialog
 from tui.driver import SturdyDriver
 from tui.order_book import Phase
 from tui.protocol import CallFailed, NodeChanged
 from tui.signal_bar import SignalBar
 from tui.stop_screen import StopKey
+from tui.stop_sender import StopSender
 
 STOPPED = m.TraversalStatus(state=m.TraversalStatus.ESTOPPED)
 
@@ -136,17 +138,28 @@ async def test_e_is_text_where_text_is_written(template: Template) -> None:
         assert link.asked == []
 
 
+def test_it_is_on_its_way_before_another_thread_gets_its_turn(monkeypatch: pytest.MonkeyPatch) -> None:
+    link, started = FakeLink(), list[str]()
+    monkeypatch.setattr(threading.Thread, "start", lambda thread: started.append(thread.name))
+    sender = StopSender(link, lambda _outcome: None)
+    for _ in range(2):
+        sender.send(orders.command("estop", "1"))
+    assert [(name, request.request_id) for name, request in link.told] == [(topics.ESTOP.name, "1")]
+    assert started == ["estop"], "the second press comes so soon that it is the same"
+    assert not link.asked
+
+
 async def test_the_key_is_heard_before_what_was_typed_earlier_which_is_then_left_out(template: Template) -> None:
     async with console(*scenes.mid_run(template), link=deaf()) as (app, link, pilot):
-        driver = SturdyDriver.__new__(SturdyDriver)  # without a terminal to take over
-        driver._app, driver.cursor_origin, driver._down_buttons = app, None, []
+        driver = SturdyDriver(app, size=(80, 24))
         sent = []
         driver.send_message = sent.append
         earlier, stop, later = (events.Key(name, None) for name in ("r", "ctrl+e", "space"))
         earlier.time, stop.time, later.time = 1.0, 2.0, 3.0
         driver.process_message(stop)  # in the thread that reads the keys; the console has not seen `earlier` yet
-        await until(pilot, lambda: topics.ESTOP.name in link.names())
-        assert sent == [stop]
+        assert link.told[0][0] == topics.ESTOP.name
+        assert sent == []
+        await until(pilot, lambda: sent == [stop])
         app.post_message(earlier)
         app.post_message(later)
         await until(pilot, lambda: topics.PAUSE.name in link.names())
