@@ -15,7 +15,6 @@ from schemas.messages.base import Message
 from schemas.messages.touchline import GetPaintRequest, GetPaintResponse
 from schemas.topics import Service
 from services.bus import Bus, BusConfig
-from services.bus.calls import Question
 from tui.protocol import CallFailed, Incoming, Lost, NodeChanged, PaintFetched, Received, Rejected
 from tui.state import CONSOLE_TOPICS
 
@@ -49,7 +48,8 @@ class BusLink:
         self._lost = 0
         self._fetched: deque[PaintFetched] = deque()
         self._fetching = threading.Lock()
-        self._told: Question | None = None
+        self._told: object = None
+        """The last question that nobody waits for, which is held while it is under way."""
 
     def poll(self) -> list[Incoming]:
         """Everything that came in since the last poll.

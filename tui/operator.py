@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import threading
+import time
 from collections.abc import Callable
 from typing import Protocol
 
@@ -16,6 +18,8 @@ from tui.order_book import ESTOP_TRIES, Change, Phase
 from tui.orders import Order, Outcome, Tried
 from tui.state import ConsoleState
 
+WITHDRAWN_AFTER_S = 0.5
+"""A reset that comes sooner after an emergency stop was typed before it and is late: it must not undo the stop."""
 PAUSE_TOLD_S = 1.0
 """How long the status may take to tell of a pause."""
 
@@ -45,6 +49,7 @@ class Operator:
         self._sender, self._say, self._session = sender, say, session
         self._orders = 0
         self._stopping = threading.Lock()  # a stop may be given from the thread that reads the keys
+        self._stopped_at_s = -math.inf
         self._speed_asked: float | None = None
         self._speed_wanted: float | None = None
         """Until the answer about the one asked for is here."""
@@ -65,6 +70,7 @@ class Operator:
     def stop(self) -> None:
         """Stop the robot, from any thread: send it until the robot's status says that it is stopped."""
         latch = self.state.orders.stop
+        self._stopped_at_s = time.monotonic()
         with self._stopping:
             if latch.phase is not Phase.SENT:
                 self.state.note(WARN, "console", "Emergency stop sent")
@@ -72,6 +78,10 @@ class Operator:
         self._sender.send(orders.command("estop", request_id))
 
     def _withdraw(self) -> None:
+        """Give the emergency stop up; not by a reset so soon after it, which was meant before."""
+        if time.monotonic() - self._stopped_at_s < WITHDRAWN_AFTER_S:
+            self._say(WARN, "Reset: the emergency stop has only just been given; reset again to withdraw it")
+            return
         latch = self.state.orders.stop
         with self._stopping:
             self._sender.cease()

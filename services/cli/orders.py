@@ -20,6 +20,7 @@ from schemas.spec import read_text
 from services.bus import Bus, BusConfig, insist
 from services.cli.display import output
 from services.cli.options import ExitCode, JsonOption
+from services.priority import FIRST, run_at
 
 OrderName = Literal["start", "pause", "resume", "abort", "estop", "reset", "refill", "replace-battery"]
 _SERVICES = {
@@ -61,8 +62,10 @@ def order(
 
     What stops it is repeated until it is acknowledged, and says on standard error while it is not.
     """
-    typestore()  # takes a tenth of a second, which the order itself need not wait for
     service, request = _SERVICES[what], CommandRequest(request_id=uuid.uuid4().hex)
+    if service.urgent:
+        run_at(FIRST)
+    typestore()  # takes a tenth of a second, which the order itself need not wait for
     if service.urgent:
         config = BusConfig.from_environment()
         answer = insist(service, request, topics.OPERATOR, config, patience_s, partial(_tell_unacknowledged, what))

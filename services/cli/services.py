@@ -13,6 +13,7 @@ from services.cli.drawing import OriginOption, parse_origin
 from services.cli.groups import with_groups
 from services.cli.options import RecordingsOption, SupervisorOption, speed_factor
 from services.cli.ros2 import Ros2Choice
+from services.priority import SOON, run_at
 from services.writing import check_recordable
 
 
@@ -77,4 +78,5 @@ def tui() -> None:
         raise TouchlineError("the console needs a terminal; without one, use `touchline run` and `touchline status`")
     from tui.console import run_console
 
+    run_at(SOON)
     run_console()

@@ -12,7 +12,6 @@ import select
 import signal
 import sys
 import time
-from contextlib import suppress
 from typing import Final
 
 from schemas import topics
@@ -20,6 +19,7 @@ from schemas.messages import Event, GetPaintRequest, GetPaintResponse, Header, T
 from services.bus import Bus, BusConfig, HealthReporter
 from services.bus.calls import ServedCall
 from services.bus.config import PATIENCE_S
+from services.priority import USUAL, run_at
 from services.robot_sim.frame import CARRIED, HEADER
 from services.robot_sim.paint_history import PaintHistory
 
@@ -126,8 +126,7 @@ def main(pipe: int, run: str) -> None:
     """Publish what comes through `pipe` until that is closed."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)  # the robot's process ends this one, when all has been said
-    with suppress(OSError):
-        os.setpriority(os.PRIO_PROCESS, 0, 0)  # it has the robot's, whose loop comes first
+    run_at(USUAL)  # it has the robot's, whose loop comes first
     os.set_blocking(pipe, False)
     wait = select.poll()
     wait.register(pipe, select.POLLIN)

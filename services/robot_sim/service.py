@@ -13,7 +13,6 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final, Literal, Protocol
 
@@ -26,6 +25,7 @@ from schemas.vehicle import Vehicle
 from services.bus import Bus, BusConfig, HealthReporter, ServedCall
 from services.bus.calls import Server
 from services.lifecycle import until_stopped
+from services.priority import FIRST, run_at
 from services.robot_sim.commands import Commands, Handler
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.journal import Journal
@@ -53,8 +53,6 @@ HEALTH_EVERY_S: Final = 0.02
 """How often at most it is looked whether anybody asks how things are."""
 RESET_AFTER_S: Final = 0.5
 """A reset that comes sooner after an emergency stop was given before it, and is late: it must not undo the stop."""
-NICE: Final = -10
-"""The loop goes before what else runs on the machine, where that is allowed."""
 TIDY_S: Final = 10.0
 """How often cyclic garbage is collected while the robot has nothing to do; a collection amid a job could take long."""
 BRAKING_TICKS: Final = 300
@@ -90,8 +88,7 @@ def run_service(
     """
     vehicle, scenario = vehicle or Vehicle(), scenario or Scenario()
     sys.setswitchinterval(GIL_SLICE_S)
-    with suppress(OSError):
-        os.setpriority(os.PRIO_PROCESS, 0, NICE)
+    run_at(FIRST)
     with until_stopped(supervisor) as stop, Bus.open(topics.ROBOT_SIM, config, lambda: stop.asked, PATIENCE_S) as bus:
         outbox = Outbox(bus.config)
         try:

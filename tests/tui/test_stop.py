@@ -79,7 +79,20 @@ async def test_a_robot_that_comes_back_gets_it_again_with_a_new_id(template: Tem
         await until(pilot, lambda: app.state.orders.stop.phase is Phase.HELD)
 
 
-async def test_only_the_operator_withdraws_it(template: Template) -> None:
+async def test_a_reset_that_was_on_its_way_when_the_stop_was_given_does_not_undo_it(
+    template: Template, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tui.operator.WITHDRAWN_AFTER_S", 60.0)
+    async with console(*scenes.mid_run(template), link=deaf()) as (app, link, pilot):
+        app.stop_at_once(0.0)  # from the thread that reads the keys, while the console still works off an "r"
+        await pilot.press("r")
+        await until(pilot, lambda: any("only just been given" in entry.text for entry in app.state.log.entries))
+        assert app.state.orders.stop.phase is Phase.SENT
+        assert topics.RESET.name not in link.names()
+
+
+async def test_only_the_operator_withdraws_it(template: Template, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tui.operator.WITHDRAWN_AFTER_S", 0.0)
     async with console(*scenes.mid_run(template), link=deaf()) as (app, link, pilot):
         await pilot.press("e")
         await until(pilot, lambda: link.asked)
