@@ -283,11 +283,16 @@ class Hand:
         return "" if answer.success else answer.message
 
     def finish_recording(self, timeout_s: float = 60.0) -> str:
-        """End the recording; returns what is wrong with it, empty if it is whole and nothing was lost."""
-        try:
-            answer = self.bus.call(topics.RECORD_STOP, m.RecordStopRequest(request_id=new_id()), timeout_s)
-        except TouchlineError as error:
-            return str(error)
+        """End the recording, asking again if the bridge does not answer; returns what is wrong with it, or nothing."""
+        request, deadline = m.RecordStopRequest(request_id=new_id()), time.monotonic() + timeout_s
+        while True:
+            try:
+                answer = self.bus.call(topics.RECORD_STOP, request, deadline - time.monotonic())
+                break
+            except TouchlineError as error:
+                if time.monotonic() > deadline - 1.0:
+                    return str(error)
+                time.sleep(0.2)
         if not answer.success:
             return answer.message or "not whole"
         return f"{answer.lost} messages lost" if answer.lost else ""
