@@ -288,11 +288,11 @@ class Hand:
         while True:
             try:
                 answer = self.bus.call(topics.RECORD_STOP, request, deadline - time.monotonic())
-                break
             except TouchlineError as error:
                 if time.monotonic() > deadline - 1.0:
                     return str(error)
                 time.sleep(0.2)
-        if not answer.success:
-            return answer.message or "not whole"
-        return f"{answer.lost} messages lost" if answer.lost else ""
+                continue
+            if not answer.success:
+                return answer.message or "not whole"
+            return f"{answer.lost} messages lost" if answer.lost else ""

@@ -4,7 +4,11 @@ Messages and requests pass as bytes, undecoded. A slow or hostile ROS 2 node can
 that it does not take in time are dropped, and its requests are checked by whoever serves them, as everyone's are.
 """
 
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
+from typing import Final
 
 from schemas.errors import SpecError, TouchlineError
 from schemas.topics import SERVICES, TOPICS
@@ -14,6 +18,7 @@ from services.bus import Bus
 from services.bus.ros2 import Ros2Endpoint, Ros2Session
 
 NODE_NAME = "touchline"
+_STOPS_EVERY_S: Final = 0.002
 
 
 @dataclass(frozen=True)
@@ -75,17 +80,24 @@ class Gateway:
         self._services = [
             ServiceRoute(bus, session, self._node, number, service) for number, service in enumerate(SERVICES, first)
         ]
+        self._stops = [route for route in self._services if route.urgent]
+        self._others = [route for route in self._services if not route.urgent]
         self._inbox = bus.inbox(TOPICS, keep="recent")
 
     def turn(self) -> bool:
-        """Pass on what has arrived on either side; returns whether anything had."""
+        """Pass on what has arrived on either side, but for what stops the robot; returns whether anything had."""
         samples = self._inbox.drain()
         routes = self._topics
         for sample in samples:
             routes[sample.topic.name].send(sample)
-        for service in self._services:
+        for service in self._others:
             service.turn()
         return bool(samples)
+
+    def turn_stops(self) -> None:
+        """Pass on what stops the robot, and the answers to it."""
+        for service in self._stops:
+            service.turn()
 
     def figures(self) -> dict[str, object]:
         """What it has done so far, for the diagnostics."""
@@ -96,3 +108,35 @@ class Gateway:
             "ros2_calls": sum(service.calls for service in self._services),
             "ros2_refused": sum(service.refused for service in self._services),
         }
+
+
+class StopThread:
+    """Passes on what stops the robot, from a thread of its own: a turn of the loop that records may take long.
+
+    Attributes:
+        failure: Why it has ended, if it has.
+    """
+
+    def __init__(self, gateway: Gateway) -> None:
+        """It begins with :meth:`running`."""
+        self.failure: Exception | None = None
+        self._gateway = gateway
+        self._left = threading.Event()
+
+    @contextmanager
+    def running(self) -> Iterator["StopThread"]:
+        """Pass stops on for as long as the context lasts."""
+        thread = threading.Thread(target=self._work, name="ros2-stops", daemon=True)
+        thread.start()
+        try:
+            yield self
+        finally:
+            self._left.set()
+            thread.join()
+
+    def _work(self) -> None:
+        try:
+            while not self._left.wait(_STOPS_EVERY_S):
+                self._gateway.turn_stops()
+        except Exception as error:  # noqa: BLE001, raised again by the loop, which looks at it in every turn
+            self.failure = error

@@ -60,6 +60,7 @@ class ServiceRoute:
     response where that has ``success``; only other services answer with an error.
 
     Attributes:
+        urgent: Whether it stops the robot.
         calls: Requests so far.
         refused: Those that were no requests, or that nobody answered with a response.
     """
@@ -68,6 +69,7 @@ class ServiceRoute:
         """Declare server and token; ``number`` tells the node's endpoints apart."""
         self._bus = bus
         self._service = service
+        self.urgent = service.urgent
         self._server = session.serve(node.service_key(service))
         session.declare_token(node.server_token(number, service))
         self._under_way: list[_UnderWay] = []
