@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import signal
 import sys
 import traceback
@@ -48,6 +49,7 @@ def run_console(
     sys.setswitchinterval(GIL_SLICE_S)
     with open_link(config, topics.CONSOLE) as link:
         app = ConsoleApp(link, AutoStart(template, speed, auto_start))
+        gc.freeze()  # a collection of all that was loaded would hold up the emergency stop
         with ended_by_signals(app):
             app.run()
     check_end(app)

@@ -1,5 +1,6 @@
 """The bridge as a process: records on request, and shows the robot to ROS 2."""
 
+import gc
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -285,6 +286,7 @@ def run_service(
         stops = stack.enter_context(StopThread(gateway).running()) if gateway else None
         going = GoingRecording(bus.config, folder.path, supervisor)
         service = BridgeService(bus, existing, folder, gateway, stops, stop.beat, going)
+        gc.freeze()  # a collection of all that was loaded would hold up stops from ROS 2
         if record is not None:
             service.start(record)
         else:
