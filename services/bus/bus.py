@@ -18,6 +18,7 @@ from services.bus.inbox import Inbox
 from services.bus.joining import join, join_at_door, leave
 from services.bus.presence import Presence, token_prefix
 from services.bus.publisher import Publisher
+from services.bus.replies import Replies
 
 
 class Bus:
@@ -36,6 +37,7 @@ class Bus:
         self._session = session
         self._opened_at = time.monotonic()
         self._answerers = Answerers(self.presence)
+        self._replies = Replies()
         self._token = session.liveliness().declare_token(f"{token_prefix(config.namespace)}/{node}/{session.zid()}")
 
     @classmethod
@@ -84,7 +86,10 @@ class Bus:
     def _of(cls, session: zenoh.Session, node: str, config: BusConfig) -> Iterator[Self]:
         try:
             bus = cls(session, node, config)  # held here: the liveliness token goes with it
-            yield bus
+            try:
+                yield bus
+            finally:
+                bus._replies.close()
         finally:
             leave(session)
 
@@ -112,7 +117,7 @@ class Bus:
 
     def serve(self, service: Service[Request, Response]) -> Server[Request, Response]:
         """The serving end of ``service``."""
-        return Server(self._session, self.key(service.name), service, self.counters)
+        return Server(self._session, self.key(service.name), service, self.counters, self._replies)
 
     def call(
         self,

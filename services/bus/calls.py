@@ -4,6 +4,7 @@ import time
 from collections import OrderedDict
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Final, Generic, NamedTuple
 
 import zenoh
@@ -13,6 +14,7 @@ from schemas.cdr import decode, encode, first_string
 from schemas.errors import PayloadError, TouchlineError
 from schemas.topics import Request, Response, Service
 from services.bus.counters import Counters
+from services.bus.replies import Replies
 
 #: Requests of one service that wait at most; the oldest gives way, and who asked is told at once that it was not heard.
 #: Zenoh's receiving threads must never wait for room: an emergency stop may be behind.
@@ -98,10 +100,16 @@ class Server(Generic[Request, Response]):
     """
 
     def __init__(
-        self, session: zenoh.Session, key: str, service: Service[Request, Response], counters: Counters
+        self,
+        session: zenoh.Session,
+        key: str,
+        service: Service[Request, Response],
+        counters: Counters,
+        replies: Replies,
     ) -> None:
         """Declare the queryable; use :meth:`services.bus.Bus.serve`."""
         self.service = service
+        self._replies = replies
         self._key = key
         self._counters = counters
         self._answers = Answers()
@@ -151,12 +159,12 @@ class Server(Generic[Request, Response]):
         problem = self._problem(query)
         if problem:
             self._counters.reject(f"{self.service.name}: {problem}")
-            _refuse(query, problem)
+            self._replies.send(partial(_refuse, query, problem))
             return None
         payload = query.payload.to_bytes() if query.payload is not None else b""
         request_id = first_string(payload) if "request_id" in self.service.request.model_fields else ""
         if (answer := self._answers.find(request_id, time.monotonic())) is not None:
-            self._answer(query, answer)
+            self._answer(query, answer, again=True)
             return None
         if request_id in self._open:
             self._open[request_id].queries = [*self._open[request_id].queries[-_WAITING_CALLS:], query]
@@ -180,14 +188,14 @@ class Server(Generic[Request, Response]):
         if call.request_id:
             self._open.pop(call.request_id, None)
             self._answers.remember(call.request_id, payload, time.monotonic())
-        for query in call.queries:
-            self._answer(query, payload)
+        for number, query in enumerate(call.queries):
+            self._answer(query, payload, again=number > 0)
 
     def abandon(self, call: ServedCall[Request, Response], reason: str) -> None:
         """Send an error to whoever asked with this call's id; the same id may be tried again."""
         self._open.pop(call.request_id, None)
         for query in call.queries:
-            _refuse(query, reason)
+            self._replies.send(partial(_refuse, query, reason))
 
     def reject(self, call: ServedCall[Request, Response], error: PayloadError) -> None:
         """Count a payload that is no request, and say so to whoever sent it."""
@@ -195,9 +203,8 @@ class Server(Generic[Request, Response]):
         self._counters.reject(f"{self.service.name}: {error}")
         self.abandon(call, str(error))
 
-    def _answer(self, query: zenoh.Query, payload: bytes) -> None:
-        with query:
-            query.reply(self._key, payload, encoding=zenoh.Encoding("application/cdr"))
+    def _answer(self, query: zenoh.Query, payload: bytes, *, again: bool) -> None:
+        self._replies.send(partial(_reply, query, self._key, payload), again=again)
         self._counters.published += 1
 
 
@@ -234,6 +241,11 @@ def _pauses_s() -> Iterator[float]:
     while True:
         yield pause_s
         pause_s = min(_POLL_GROWTH * pause_s, _POLL_S)
+
+
+def _reply(query: zenoh.Query, key: str, payload: bytes) -> None:
+    with query:
+        query.reply(key, payload, encoding=zenoh.Encoding("application/cdr"))
 
 
 def _refuse(query: zenoh.Query, reason: str) -> None:
