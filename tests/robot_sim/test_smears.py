@@ -116,6 +116,21 @@ def test_a_caster_always_rolls_forward():
         assert np.mean(first.points[[0, -1], 1]) == pytest.approx(ROUND_M, abs=0.01)
 
 
+def test_a_report_that_is_made_while_the_robot_paints_on_looks_at_the_paint_once():
+    ledger, track = painted((11.75, northward(5.0)))
+    whole = smearing(ledger, track, vehicle())
+
+    class Counted:
+        """As it was counted before the last points were laid."""
+
+        points = ledger.points - 3
+
+        def __getattr__(self, name):
+            return getattr(ledger, name)
+
+    assert smearing(Counted(), track, vehicle()).crossings == whole.crossings
+
+
 def test_a_raster_finds_the_same_area():
     """Askew and curved over a line, prints over prints; cells of 2 mm, in a way of its own."""
     poses = [(5.0 + math.sin(a), 0.4 - math.cos(a), a) for a in np.linspace(0.0, 7.0, 600)]
