@@ -13,8 +13,6 @@ from services.planner.clothoid import Floats, Ints, PiecePath, Pose
 
 # Tracks are looked at this often (m): less than half the width of a line.
 STEP_M = 0.04
-# What rounding may add to a distance (m).
-ROUNDING_M = 1e-6
 # Columns of a painted line: start, heading, curvature, length, when its painting began and its speed.
 X, Y, HEADING, CURVATURE, LENGTH, BEGUN, SPEED = range(7)
 
@@ -116,37 +114,6 @@ def boxes_of(painted: Floats) -> Floats:
 
 
 @kernel
-def _chord(poses: Floats) -> tuple[float, float]:
-    """The direction from the first pose to the last."""
-    x, y = poses[-1, 0] - poses[0, 0], poses[-1, 1] - poses[0, 1]
-    length = math.hypot(x, y)
-    return (x / length, y / length) if length > 0.0 else (1.0, 0.0)
-
-
-@kernel
-def _around(poses: Floats, x: float, y: float, margin: float) -> tuple[float, float, float, float]:
-    """The least and greatest distances of the poses along (x, y) and to the left of it, widened by a margin."""
-    low_along = low_left = math.inf
-    high_along = high_left = -math.inf
-    for i in range(len(poses)):
-        along, left = x * poses[i, 0] + y * poses[i, 1], x * poses[i, 1] - y * poses[i, 0]
-        low_along, high_along = min(low_along, along), max(high_along, along)
-        low_left, high_left = min(low_left, left), max(high_left, left)
-    return low_along - margin, high_along + margin, low_left - margin, high_left + margin
-
-
-@kernel
-def _apart(box: Floats, x: float, y: float, around: tuple[float, float, float, float]) -> bool:
-    """Whether a box (an upright one) lies outside of a rectangle along (x, y)."""
-    middle_x, middle_y = 0.5 * (box[0] + box[1]), 0.5 * (box[2] + box[3])
-    half_x, half_y = 0.5 * (box[1] - box[0]) + ROUNDING_M, 0.5 * (box[3] - box[2]) + ROUNDING_M
-    along, left = x * middle_x + y * middle_y, x * middle_y - y * middle_x
-    half_along, half_left = abs(x) * half_x + abs(y) * half_y, abs(y) * half_x + abs(x) * half_y
-    beside = along + half_along < around[0] or along - half_along > around[1]
-    return bool(beside or left + half_left < around[2] or left - half_left > around[3])
-
-
-@kernel
 def wet_crossings(
     poses: Floats,
     contacts: Floats,
@@ -164,15 +131,19 @@ def wet_crossings(
     reach = 0.0
     for k in range(len(contacts)):
         reach = max(reach, math.hypot(contacts[k, 0], contacts[k, 1]))
-    upright = _around(poses, 1.0, 0.0, reach + half_width)
-    ahead_x, ahead_y = _chord(poses)
-    along_chord = _around(poses, ahead_x, ahead_y, reach + half_width)
+    low_x = low_y = math.inf
+    high_x = high_y = -math.inf
+    for i in range(len(poses)):
+        low_x, high_x = min(low_x, poses[i, 0]), max(high_x, poses[i, 0])
+        low_y, high_y = min(low_y, poses[i, 1]), max(high_y, poses[i, 1])
+    low_x, high_x = low_x - reach - half_width, high_x + reach + half_width
+    low_y, high_y = low_y - reach - half_width, high_y + reach + half_width
     # Where the contacts are at each pose, once that is asked for.
     places, known = np.empty((len(poses), len(contacts), 2)), np.zeros(len(poses), dtype=np.bool_)
     on = np.empty(len(contacts), dtype=np.bool_)
     for j in range(len(painted)):
         box = boxes[j]
-        if _apart(box, 1.0, 0.0, upright) or _apart(box, ahead_x, ahead_y, along_chord):
+        if box[1] < low_x or box[0] > high_x or box[3] < low_y or box[2] > high_y:
             continue
         line = painted[j]
         length = line[LENGTH]
