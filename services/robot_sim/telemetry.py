@@ -39,7 +39,7 @@ QUIET_TICKS: Final = math.gcd(_ESTIMATOR_TICKS, _CLOCK_TICKS, _STATUS_TICKS, _PA
 
 
 class Figures(NamedTuple):
-    """What the report of a traversal is made from, in any thread.
+    """What the report of a traversal is made from, in any thread: how it was then, though the robot may go on.
 
     Attributes:
         tick: At which it is as here.
@@ -243,13 +243,13 @@ class Telemetry:
 
     def _figures(self) -> Figures:
         emulator = self._emulator
-        error = emulator.estimator_error
+        error, ledger, track = emulator.estimator_error, emulator.ledger.snapshot(), emulator.track.snapshot()
         return Figures(
             emulator.tick_count,
             emulator.onboard.status,
             (error.position_rmse_m, error.heading_rmse_rad),
-            emulator.ledger,
-            partial(smearing, emulator.ledger, emulator.track, emulator.vehicle),
+            ledger,
+            partial(smearing, ledger, track, emulator.vehicle),
             self.digest.copy(),
         )
 

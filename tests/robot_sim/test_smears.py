@@ -116,21 +116,6 @@ def test_a_caster_always_rolls_forward():
         assert np.mean(first.points[[0, -1], 1]) == pytest.approx(ROUND_M, abs=0.01)
 
 
-def test_a_report_that_is_made_while_the_robot_paints_on_looks_at_the_paint_once():
-    ledger, track = painted((11.75, northward(5.0)))
-    whole = smearing(ledger, track, vehicle())
-
-    class Counted:
-        """As it was counted before the last points were laid."""
-
-        points = ledger.points - 3
-
-        def __getattr__(self, name):
-            return getattr(ledger, name)
-
-    assert smearing(Counted(), track, vehicle()).crossings == whole.crossings
-
-
 def test_a_raster_finds_the_same_area():
     """Askew and curved over a line, prints over prints; cells of 2 mm, in a way of its own."""
     poses = [(5.0 + math.sin(a), 0.4 - math.cos(a), a) for a in np.linspace(0.0, 7.0, 600)]
@@ -167,6 +152,28 @@ def test_the_drive_meets_wet_paint_as_often_as_the_plan_says():
     assert report.smeared_m2 > 0.0
     assert 0.0 < report.wet_youngest_s < report.total_time_s
     assert report.coverage_pct > 99.9
+
+
+def test_the_report_of_a_stopped_traversal_is_of_then_though_the_robot_goes_on():
+    line = {"id": "a", "line": {"start": (0, 0), "end": (8, 0)}}
+    template = Template.model_validate({"name": "line", "line_width_m": 0.12, "segments": [line]})
+    emulator = Emulator(Vehicle(), Scenario(noise="none"))
+    telemetry, quiet = Telemetry(emulator, report_at_once=False), Quiet(emulator)
+    emulator.load(plan(template, Vehicle(), PlanOptions()).trajectory, template)
+    emulator.start()
+    while emulator.ledger.coverage_pct < 40.0:
+        quiet.run(10)
+    emulator.estop()
+    while telemetry.ended is None:
+        quiet.step(1, telemetry.rows)
+        telemetry.after_tick()
+    then = telemetry.ended.report()  # made by a thread, sooner or later
+    emulator.reset()
+    emulator.resume()
+    while emulator.ledger.coverage_pct < 80.0:
+        quiet.run(10)
+    assert telemetry.ended.report() == then
+    assert 40.0 < then.coverage_pct < 60.0
 
 
 def test_quiet_ticks_keep_the_same_track():

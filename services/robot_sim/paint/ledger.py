@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Sequence
 from itertools import pairwise
@@ -98,6 +99,14 @@ class PaintLedger:
         self._covered = [Intervals() for _ in self.targets]
         self._covered_m: NDArray[np.float64] = np.zeros(len(self.targets))
         self._taken = 0  # the point from which the next batch of marks begins
+
+    def snapshot(self) -> PaintLedger:
+        """The paint so far, for another thread to look at while the robot paints on."""
+        frozen = copy.copy(self)
+        frozen._points, frozen._state = self.rows(0).copy(), self._state.copy()
+        frozen._latest, frozen._seen, frozen._covered_m = self._latest.copy(), self._seen.copy(), self._covered_m.copy()
+        frozen._covered = copy.deepcopy(self._covered)
+        return frozen
 
     def record(self, trace: NDArray[np.float64]) -> None:
         """Enter one tick; `trace` is (STEPS + 1, 3), the world's."""

@@ -114,10 +114,8 @@ def _way(rows: Floats, contact: Contact) -> Floats:
 
 def _pieces(ledger: PaintLedger, rows: Floats) -> Floats:
     """(n, contact.PAINT_COLUMNS) the paint of which is known when it was laid."""
-    every = ledger.all_marks()  # first: the robot may paint on meanwhile
-    points = max((marks.first_index + len(marks.x_m) for marks in every), default=0)
-    laid_s, found = _laid_s(points, rows), list[Floats]()
-    for marks in every:
+    laid_s, found = _laid_s(ledger.points, rows), list[Floats]()
+    for marks in ledger.all_marks():
         last = len(marks.x_m) - 1
         at = np.append(np.arange(0, last, _POINTS_A_PIECE), last)
         x, y, laid = marks.x_m[at], marks.y_m[at], laid_s[marks.first_index + at]

@@ -57,6 +57,12 @@ class Track:
         self._rows: Floats = np.zeros((_FIRST_ROWS, TRACK_COLUMNS))
         self._count: Integers = np.zeros(1, dtype=np.int64)
 
+    def snapshot(self) -> Track:
+        """The way so far, for another thread to look at while the robot drives on."""
+        frozen = Track()
+        frozen._rows, frozen._count = self.rows.copy(), self._count.copy()
+        return frozen
+
     def enter(self, tick: int, pose: tuple[float, float, float], points: int) -> None:
         """Enter one tick, as `follow`."""
         east_m, north_m, heading_rad = pose
