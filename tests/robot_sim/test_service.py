@@ -95,7 +95,8 @@ def test_hold_stops_sim_time_and_nothing_else(bus, operator):
 
 
 def test_without_operator_and_planner_the_robot_pauses_by_itself(bus, bus_config):
-    robot = process(bus, speed=1.0, link_timeout_s=0.3)
+    # Faster than real time: at that the watchdog would pause it while the test waits for others instead of turning it.
+    robot = process(bus, speed=1.1, link_timeout_s=0.3)
     with Bus.open("recorder-of-this-test", bus_config) as listener:
         inbox = listener.inbox([topics.EVENTS, topics.STATUS])
         caught_up(bus, listener)
