@@ -83,9 +83,15 @@ class Gateway:
         self._stops = [route for route in self._services if route.urgent]
         self._others = [route for route in self._services if not route.urgent]
         self._inbox = bus.inbox(TOPICS, keep="recent")
+        self._failure: Exception | None = None
 
     def turn(self) -> bool:
-        """Pass on what has arrived on either side, but for what stops the robot; returns whether anything had."""
+        """Pass on what has arrived on either side, but for what stops the robot; returns whether anything had.
+
+        Raises whatever has ended `passing_stops`: better no gateway than one by which nobody can stop the robot.
+        """
+        if self._failure is not None:
+            raise self._failure
         samples = self._inbox.drain()
         routes = self._topics
         for sample in samples:
@@ -94,10 +100,25 @@ class Gateway:
             service.turn()
         return bool(samples)
 
-    def turn_stops(self) -> None:
-        """Pass on what stops the robot, and the answers to it."""
-        for service in self._stops:
-            service.turn()
+    @contextmanager
+    def passing_stops(self) -> Iterator[None]:
+        """Pass on what stops the robot, from a thread of its own: the loop that turns this may take long for a turn."""
+        left = threading.Event()
+        thread = threading.Thread(target=self._pass_stops, args=(left,), name="ros2-stops", daemon=True)
+        thread.start()
+        try:
+            yield
+        finally:
+            left.set()
+            thread.join()
+
+    def _pass_stops(self, left: threading.Event) -> None:
+        try:
+            while not left.wait(_STOPS_EVERY_S):
+                for service in self._stops:
+                    service.turn()
+        except Exception as error:  # noqa: BLE001, raised again by `turn`
+            self._failure = error
 
     def figures(self) -> dict[str, object]:
         """What it has done so far, for the diagnostics."""
@@ -108,35 +129,3 @@ class Gateway:
             "ros2_calls": sum(service.calls for service in self._services),
             "ros2_refused": sum(service.refused for service in self._services),
         }
-
-
-class StopThread:
-    """Passes on what stops the robot, from a thread of its own: a turn of the loop that records may take long.
-
-    Attributes:
-        failure: Why it has ended, if it has.
-    """
-
-    def __init__(self, gateway: Gateway) -> None:
-        """It begins with :meth:`running`."""
-        self.failure: Exception | None = None
-        self._gateway = gateway
-        self._left = threading.Event()
-
-    @contextmanager
-    def running(self) -> Iterator["StopThread"]:
-        """Pass stops on for as long as the context lasts."""
-        thread = threading.Thread(target=self._work, name="ros2-stops", daemon=True)
-        thread.start()
-        try:
-            yield self
-        finally:
-            self._left.set()
-            thread.join()
-
-    def _work(self) -> None:
-        try:
-            while not self._left.wait(_STOPS_EVERY_S):
-                self._gateway.turn_stops()
-        except Exception as error:  # noqa: BLE001, raised again by the loop, which looks at it in every turn
-            self.failure = error

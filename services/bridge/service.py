@@ -1,7 +1,6 @@
 """The bridge as a process: records on request, and shows the robot to ROS 2."""
 
 import gc
-import sys
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
@@ -18,7 +17,7 @@ from schemas.messages import (
     Time,
 )
 from services.bridge.folder import RecordingFolder
-from services.bridge.gateway import Gateway, GatewayConfig, StopThread
+from services.bridge.gateway import Gateway, GatewayConfig
 from services.bridge.going import GoingRecording, next_part
 from services.bridge.handshake import shake_hands
 from services.bridge.output import RecordingError
@@ -27,10 +26,9 @@ from services.bridge.session import RecordingSession
 from services.bus import Bus, BusConfig, HealthReporter
 from services.bus.ros2 import Ros2Session
 from services.lifecycle import Stop, until_stopped
+from services.priority import switch_threads_soon
 
 _IDLE_S = 0.002
-#: The thread that passes stops on gets its turn so soon after the loop began to compute.
-GIL_SLICE_S = 0.001
 _HANDSHAKE_TIMEOUT_S = 3.0
 #: Processes that publish what is recorded, and that can be asked how they are.
 _PUBLISHERS = frozenset({topics.PLANNER, topics.TELEMETRY})
@@ -44,7 +42,6 @@ class BridgeService:
         existing: What to do when a recording's file is there already.
         recordings: The folder of what is recorded on request.
         gateway: To ROS 2, if there is to be one.
-        stops: What passes stops on from ROS 2 meanwhile.
         beat: Called in waits that are longer than a turn of the loop, to show that it is at work.
         going: Where to note what is being recorded, for a bridge after this one.
     """
@@ -55,7 +52,6 @@ class BridgeService:
         existing: Existing,
         recordings: RecordingFolder,
         gateway: Gateway | None = None,
-        stops: StopThread | None = None,
         beat: Callable[[], None] = lambda: None,
         going: GoingRecording | None = None,
     ) -> None:
@@ -64,7 +60,7 @@ class BridgeService:
         self._parts: list[Path] = []
         self._folder = recordings
         self._beat = beat
-        self._gateway, self._stops = gateway, stops
+        self._gateway = gateway
         self._existing = existing
         self._presence = bus.presence()
         self._health = HealthReporter(bus)
@@ -125,8 +121,6 @@ class BridgeService:
     def _turn(self) -> bool:
         """One round of the loop; returns whether there was anything to record."""
         self._presence.poll()
-        if self._stops is not None and self._stops.failure is not None:
-            raise self._stops.failure  # no bridge rather than one by which nobody can stop the robot
         busy = self._pump()
         if self._gateway is not None:
             busy |= self._gateway.turn()
@@ -275,7 +269,7 @@ def run_service(
         TouchlineError: Another bridge is there, or ROS 2 nodes cannot be met where ``ros2`` says.
     """
     folder = RecordingFolder(recordings or Path.cwd())
-    sys.setswitchinterval(GIL_SLICE_S)
+    switch_threads_soon()
     with (
         until_stopped(supervisor) as stop,
         Bus.open(topics.BRIDGE, config, lambda: stop.asked) as bus,
@@ -283,9 +277,10 @@ def run_service(
     ):
         bus.claim()
         gateway = Gateway(bus, stack.enter_context(Ros2Session.open(ros2.endpoint)), ros2) if ros2 else None
-        stops = stack.enter_context(StopThread(gateway).running()) if gateway else None
+        if gateway is not None:
+            stack.enter_context(gateway.passing_stops())
         going = GoingRecording(bus.config, folder.path, supervisor)
-        service = BridgeService(bus, existing, folder, gateway, stops, stop.beat, going)
+        service = BridgeService(bus, existing, folder, gateway, stop.beat, going)
         gc.freeze()  # a collection of all that was loaded would hold up stops from ROS 2
         if record is not None:
             service.start(record)

@@ -14,7 +14,7 @@ from schemas.cdr import decode, encode, first_string
 from schemas.errors import PayloadError, TouchlineError
 from schemas.topics import Request, Response, Service
 from services.bus.counters import Counters
-from services.bus.replies import Replies
+from services.bus.replies import Lane, Replies
 
 #: Requests of one service that wait at most; the oldest gives way, and who asked is told at once that it was not heard.
 #: Zenoh's receiving threads must never wait for room: an emergency stop may be behind.
@@ -159,12 +159,12 @@ class Server(Generic[Request, Response]):
         problem = self._problem(query)
         if problem:
             self._counters.reject(f"{self.service.name}: {problem}")
-            self._replies.send(partial(_refuse, query, problem))
+            self._refuse(query, problem)
             return None
         payload = query.payload.to_bytes() if query.payload is not None else b""
         request_id = first_string(payload) if "request_id" in self.service.request.model_fields else ""
         if (answer := self._answers.find(request_id, time.monotonic())) is not None:
-            self._answer(query, answer, again=True)
+            self._answer(query, answer, Lane.OTHER)
             return None
         if request_id in self._open:
             self._open[request_id].queries = [*self._open[request_id].queries[-_WAITING_CALLS:], query]
@@ -188,14 +188,16 @@ class Server(Generic[Request, Response]):
         if call.request_id:
             self._open.pop(call.request_id, None)
             self._answers.remember(call.request_id, payload, time.monotonic())
-        for number, query in enumerate(call.queries):
-            self._answer(query, payload, again=number > 0)
+        first, *others = call.queries
+        self._answer(first, payload, Lane.STOP if self.service.urgent else Lane.FIRST)
+        for query in others:
+            self._answer(query, payload, Lane.OTHER)
 
     def abandon(self, call: ServedCall[Request, Response], reason: str) -> None:
         """Send an error to whoever asked with this call's id; the same id may be tried again."""
         self._open.pop(call.request_id, None)
         for query in call.queries:
-            self._replies.send(partial(_refuse, query, reason))
+            self._refuse(query, reason)
 
     def reject(self, call: ServedCall[Request, Response], error: PayloadError) -> None:
         """Count a payload that is no request, and say so to whoever sent it."""
@@ -203,9 +205,12 @@ class Server(Generic[Request, Response]):
         self._counters.reject(f"{self.service.name}: {error}")
         self.abandon(call, str(error))
 
-    def _answer(self, query: zenoh.Query, payload: bytes, *, again: bool) -> None:
-        self._replies.send(partial(_reply, query, self._key, payload), again=again)
+    def _answer(self, query: zenoh.Query, payload: bytes, lane: Lane) -> None:
+        self._replies.send(lane, partial(_reply, query, self._key, payload))
         self._counters.published += 1
+
+    def _refuse(self, query: zenoh.Query, reason: str) -> None:
+        self._replies.send(Lane.OTHER, partial(_reply_error, query, reason))
 
 
 class Answers:
@@ -248,7 +253,7 @@ def _reply(query: zenoh.Query, key: str, payload: bytes) -> None:
         query.reply(key, payload, encoding=zenoh.Encoding("application/cdr"))
 
 
-def _refuse(query: zenoh.Query, reason: str) -> None:
+def _reply_error(query: zenoh.Query, reason: str) -> None:
     with query:
         query.reply_err(reason.encode(), encoding=zenoh.Encoding.TEXT_PLAIN)
 

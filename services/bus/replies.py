@@ -1,47 +1,57 @@
 """Answers on their way: sent by threads, so that who serves never waits for a client to take them."""
 
 import threading
+import traceback
 from collections.abc import Callable
 from contextlib import suppress
+from enum import Enum, auto
 from queue import Empty, Full, Queue
 from typing import Final
 
 import zenoh
 
-#: Answers that wait at most; beyond them the oldest gives way, and its client is told that there is none.
+#: Answers that wait at most in a lane; beyond them the oldest gives way, and its client is told that there is none.
 _WAITING: Final = 1024
 _CLOSING_S: Final = 1.0
 
 
+class Lane(Enum):
+    """What kind of answer it is; those of one kind wait for each other while a client takes its time."""
+
+    STOP = auto()
+    """The first to a request that stops the robot."""
+    FIRST = auto()
+    """The first to any other request."""
+    OTHER = auto()
+    """A refusal, or an answer given before, of which strangers may cause any number."""
+
+
 class Replies:
-    """Two lanes, so that answers given anew for repeats of a request never hold up the first ones."""
+    """A queue and a thread for each lane that is used."""
 
     def __init__(self) -> None:
         """No thread is started before there is something to send."""
-        self._first, self._again = _Lane("replies"), _Lane("replies-again")
+        self._lanes: dict[Lane, _Sender] = {}
 
-    def send(self, reply: Callable[[], None], *, again: bool = False) -> None:
-        """Have `reply` called, from another thread; `again` if it repeats an answer. Never waits."""
-        (self._again if again else self._first).put(reply)
+    def send(self, lane: Lane, reply: Callable[[], None]) -> None:
+        """Have `reply` called from the lane's thread. Never waits."""
+        if lane not in self._lanes:
+            self._lanes[lane] = _Sender(lane.name)
+        self._lanes[lane].put(reply)
 
     def close(self) -> None:
         """Have sent what waits, as far as that does not take long."""
-        for lane in (self._first, self._again):
-            lane.close()
+        for sender in self._lanes.values():
+            sender.close()
 
 
-class _Lane:
-    """A queue and the thread that empties it."""
-
+class _Sender:
     def __init__(self, name: str) -> None:
-        self._name = name
         self._waiting: Queue[Callable[[], None] | None] = Queue(_WAITING)
-        self._thread: threading.Thread | None = None
+        self._thread = threading.Thread(target=self._work, name=f"replies-{name}", daemon=True)
+        self._thread.start()
 
     def put(self, reply: Callable[[], None] | None) -> None:
-        if self._thread is None:
-            self._thread = threading.Thread(target=self._work, name=self._name, daemon=True)
-            self._thread.start()
         while True:
             try:
                 self._waiting.put_nowait(reply)
@@ -51,11 +61,14 @@ class _Lane:
                     self._waiting.get_nowait()
 
     def close(self) -> None:
-        if self._thread is not None:
-            self.put(None)
-            self._thread.join(_CLOSING_S)
+        self.put(None)
+        self._thread.join(_CLOSING_S)
 
     def _work(self) -> None:
         while (reply := self._waiting.get()) is not None:
-            with suppress(zenoh.ZError):  # the client has left
+            try:
                 reply()
+            except zenoh.ZError:
+                continue  # the client has left
+            except Exception:  # noqa: BLE001, the next client is to have its answer all the same
+                traceback.print_exc()

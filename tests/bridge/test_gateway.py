@@ -12,7 +12,7 @@ from schemas.cdr import decode, encode
 from schemas.errors import SpecError, TouchlineError
 from schemas.messages import Clock, CommandRequest, CommandResponse, GetPaintRequest, String, Time
 from services.bridge import routes
-from services.bridge.gateway import Gateway, GatewayConfig, StopThread
+from services.bridge.gateway import Gateway, GatewayConfig
 from services.bridge.rmw_zenoh import RosNode, gid
 from services.bus import Bus, attachment
 from services.bus.ports import free_port
@@ -49,7 +49,9 @@ def session(endpoint):
 
 @pytest.fixture
 def gateway(bridge, session):
-    return Gateway(bridge, session, GatewayConfig(domain=3))
+    gateway = Gateway(bridge, session, GatewayConfig(domain=3))
+    with gateway.passing_stops():
+        yield gateway
 
 
 @pytest.fixture
@@ -88,7 +90,6 @@ def turn_until(gateway, condition, timeout_s=60.0):
     deadline = time.monotonic() + timeout_s
     while not (value := condition()):
         gateway.turn()
-        gateway.turn_stops()
         assert time.monotonic() < deadline, "waited in vain"
         time.sleep(0.002)
     return value
@@ -234,31 +235,23 @@ def test_a_service_that_comes_up_this_moment_is_waited_for(robot, gateway, ros, 
 def test_a_stop_passes_while_the_loop_is_busy(robot, bridge, gateway, ros, names):
     server = robot.serve(topics.ESTOP)
     caught_up(bridge, robot)
-    numbered = attachment.pack(1, time.time_ns(), b"c" * 16)
-    with StopThread(gateway).running() as stops:
-        replies = ros.get(
-            names.service_key(topics.ESTOP),
-            handlers.FifoChannel(8),
-            payload=encode(CommandRequest(request_id="1")),
-            attachment=numbered,
-            target=zenoh.QueryTarget.ALL_COMPLETE,
-        )
-        call = server.wait(60.0)  # nobody turns the gateway
-        assert call is not None
-        call.reply(CommandResponse(success=True, message="done"))
-        reply = replies.recv()
-        assert decode(CommandResponse, reply.ok.payload.to_bytes()).message == "done"
-        assert stops.failure is None
+    replies = ros.get(
+        names.service_key(topics.ESTOP),
+        handlers.FifoChannel(8),
+        payload=encode(CommandRequest(request_id="1")),
+        attachment=attachment.pack(1, time.time_ns(), b"c" * 16),
+        target=zenoh.QueryTarget.ALL_COMPLETE,
+    )
+    call = server.wait(60.0)  # nobody turns the gateway
+    assert call is not None
+    call.reply(CommandResponse(success=True, message="done"))
+    assert decode(CommandResponse, replies.recv().ok.payload.to_bytes()).message == "done"
 
 
-def test_a_thread_that_can_pass_no_stops_on_says_why(gateway, monkeypatch):
-    monkeypatch.setattr(gateway, "turn_stops", lambda: 1 / 0)
-    with StopThread(gateway).running() as stops:
-        deadline = time.monotonic() + 60.0
-        while stops.failure is None:
-            assert time.monotonic() < deadline
-            time.sleep(0.002)
-    assert isinstance(stops.failure, ZeroDivisionError)
+def test_a_gateway_that_can_pass_no_stops_on_does_not_go_on(gateway, monkeypatch):
+    monkeypatch.setattr(routes.ServiceRoute, "turn", lambda route: 1 / 0 if route.urgent else None)
+    with pytest.raises(ZeroDivisionError):
+        turn_until(gateway, lambda: False)
 
 
 def test_a_request_without_a_number_or_too_large_is_refused_and_counted(bridge, gateway, ros, names):

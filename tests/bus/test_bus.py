@@ -327,37 +327,21 @@ def test_requests_that_nobody_polls_block_nothing_else(pair):
     assert eventually(lambda: questions[0].poll() is not None)  # told that it was not heard
 
 
-def test_a_stop_does_not_give_way_to_a_flood_of_repeats(pair):
+@pytest.mark.parametrize(("before", "behind"), [(0, 800), (100, 0)])
+def test_a_stop_among_a_flood_of_repeats_is_found_in_one_poll(pair, before, behind):
     robot, bridge = pair
     server, inbox, publisher = robot.serve(topics.ESTOP), robot.inbox([topics.CLOCK]), bridge.publisher(topics.CLOCK)
     caught_up(bridge, robot)
 
-    def stop(request_id):
-        return bridge.ask(topics.ESTOP, encode(CommandRequest(request_id=request_id)), 60.0)
+    def stops(request_id, count=1):
+        request = encode(CommandRequest(request_id=request_id))
+        return [bridge.ask(topics.ESTOP, request, 60.0) for _ in range(count)]
 
-    questions = [stop("repeated")]
+    questions = stops("repeated")
     assert eventually(lambda: (call := server.poll()) is not None and (call.reply(CommandResponse()) or True))
-    questions += [stop("new"), *(stop("repeated") for _ in range(800))]
+    questions += stops("repeated", before) + stops("new") + stops("repeated", behind)
     publisher.send(Clock())
     assert eventually(inbox.drain)  # it came behind them all
-    call = server.poll()
-    assert call is not None
-    assert call.request_id == "new"
-
-
-def test_many_repeats_of_a_stop_are_answered_in_one_poll(pair):
-    robot, bridge = pair
-    server, inbox, publisher = robot.serve(topics.ESTOP), robot.inbox([topics.CLOCK]), bridge.publisher(topics.CLOCK)
-    caught_up(bridge, robot)
-
-    def stop(request_id):
-        return bridge.ask(topics.ESTOP, encode(CommandRequest(request_id=request_id)), 60.0)
-
-    questions = [stop("repeated")]
-    assert eventually(lambda: (call := server.poll()) is not None and (call.reply(CommandResponse()) or True))
-    questions += [*(stop("repeated") for _ in range(100)), stop("new")]
-    publisher.send(Clock())
-    assert eventually(inbox.drain)
     call = server.poll()
     assert call is not None
     assert call.request_id == "new"

@@ -2,9 +2,10 @@
 
 import threading
 
+import pytest
 import zenoh
 
-from services.bus.replies import Replies
+from services.bus.replies import Lane, Replies
 
 
 def test_who_serves_does_not_wait_for_a_client_that_takes_nothing():
@@ -14,29 +15,31 @@ def test_who_serves_does_not_wait_for_a_client_that_takes_nothing():
         assert taken.wait(60.0)
 
     for number in range(5000):  # more than may wait
-        replies.send(stuck if number == 0 else lambda number=number: sent.append(number))
+        replies.send(Lane.FIRST, stuck if number == 0 else lambda number=number: sent.append(number))
     taken.set()
     replies.close()
     assert sent[-1] == 4999
     assert len(sent) < 4999
 
 
-def test_repeats_do_not_hold_up_first_answers():
+def test_no_kind_of_answer_holds_up_another():
     replies, taken, sent = Replies(), threading.Event(), threading.Event()
-    replies.send(lambda: taken.wait(60.0), again=True)
-    replies.send(sent.set)
+    for lane in (Lane.FIRST, Lane.OTHER):
+        replies.send(lane, lambda: taken.wait(60.0))
+    replies.send(Lane.STOP, sent.set)
     assert sent.wait(60.0)
     taken.set()
     replies.close()
 
 
-def test_a_client_that_has_left_costs_nothing_but_its_own_answer():
+@pytest.mark.parametrize("error", [zenoh.ZError("gone"), ValueError("a defect")])
+def test_what_goes_wrong_with_one_answer_costs_no_other(error):
     replies, sent = Replies(), threading.Event()
 
-    def gone() -> None:
-        raise zenoh.ZError("gone")
+    def failing() -> None:
+        raise error
 
-    replies.send(gone)
-    replies.send(sent.set)
+    replies.send(Lane.FIRST, failing)
+    replies.send(Lane.FIRST, sent.set)
     assert sent.wait(60.0)
     replies.close()
