@@ -1,6 +1,7 @@
-"""How urgently the operating system runs a process: what stops the robot goes before what else the machine does."""
+"""How soon a process, or a thread in it, gets its turn: what stops the robot goes before what else is done."""
 
 import os
+import sys
 from contextlib import suppress
 
 #: Of the robot's control loop, and of an order that stops it.
@@ -8,9 +9,15 @@ FIRST = -10
 #: Of the operator's console, which has much to draw besides.
 SOON = -5
 USUAL = 0
+_SWITCH_S = 0.001
 
 
 def run_at(nice: int) -> None:
     """Give this process, and those that it starts from now on, a niceness, where that is allowed."""
     with suppress(OSError):
         os.setpriority(os.PRIO_PROCESS, 0, nice)
+
+
+def switch_threads_soon() -> None:
+    """Let a thread of this process have its turn within a millisecond of another's beginning to compute."""
+    sys.setswitchinterval(_SWITCH_S)

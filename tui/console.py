@@ -22,8 +22,6 @@ from tui.autostart import AutoStart
 from tui.link import BusConfig, open_link
 
 ENDS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
-GIL_SLICE_S = 0.001
-"""The threads that read the keys and send the emergency stop get their turn so soon after another began to compute."""
 
 
 def run_console(
@@ -46,7 +44,6 @@ def run_console(
         SystemExit: It was told to end by a signal, or its terminal is gone.
     """
     check_encoding(sys.__stdout__)
-    sys.setswitchinterval(GIL_SLICE_S)
     with open_link(config, topics.CONSOLE) as link:
         app = ConsoleApp(link, AutoStart(template, speed, auto_start))
         gc.freeze()  # a collection of all that was loaded would hold up the emergency stop

@@ -17,6 +17,7 @@ from services.cli.groups import with_groups
 from services.cli.options import ExitCode
 from services.cli.run import run_job
 from services.local import local_system, watched
+from services.priority import switch_threads_soon
 from services.reports import estimator_figures, paint_figures
 from services.writing import check_recordable
 
@@ -54,6 +55,7 @@ def _in_console(vehicle: Vehicle) -> None:
         say("Starting the services")
         system.wait_until_ready(say)
         system.bus.call(topics.RECORD, RecordRequest(request_id="demo", path=str(_RECORDING.absolute())))
+        switch_threads_soon()
         with watched(system):
             report = run_console(system.bus.config, template=_TEMPLATE, auto_start=True, speed=_CONSOLE_SPEED)
         stopped = system.bus.call(topics.RECORD_STOP, RecordStopRequest(request_id="demo-stop"), timeout_s=60.0)

@@ -65,8 +65,7 @@ def order(
     service, request = _SERVICES[what], CommandRequest(request_id=uuid.uuid4().hex)
     if service.urgent:
         run_at(FIRST)
-    typestore()  # takes a tenth of a second, which the order itself need not wait for
-    if service.urgent:
+        typestore()  # takes a tenth of a second, which the order itself need not wait for
         config = BusConfig.from_environment()
         answer = insist(service, request, topics.OPERATOR, config, patience_s, partial(_tell_unacknowledged, what))
     else:

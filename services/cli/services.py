@@ -13,7 +13,7 @@ from services.cli.drawing import OriginOption, parse_origin
 from services.cli.groups import with_groups
 from services.cli.options import RecordingsOption, SupervisorOption, speed_factor
 from services.cli.ros2 import Ros2Choice
-from services.priority import SOON, run_at
+from services.priority import SOON, run_at, switch_threads_soon
 from services.writing import check_recordable
 
 
@@ -79,4 +79,5 @@ def tui() -> None:
     from tui.console import run_console
 
     run_at(SOON)
+    switch_threads_soon()
     run_console()

@@ -9,7 +9,6 @@ from __future__ import annotations
 import gc
 import math
 import os
-import sys
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -25,7 +24,7 @@ from schemas.vehicle import Vehicle
 from services.bus import Bus, BusConfig, HealthReporter, ServedCall
 from services.bus.calls import Server
 from services.lifecycle import until_stopped
-from services.priority import FIRST, run_at
+from services.priority import FIRST, run_at, switch_threads_soon
 from services.robot_sim.commands import Commands, Handler
 from services.robot_sim.emulator import Emulator
 from services.robot_sim.journal import Journal
@@ -47,8 +46,6 @@ SERVED_AT_ONCE: Final = 4
 """Requests of one service in a turn; the others wait for the next one."""
 WATCHDOG_S: Final = 0.2
 """Not commanded for so long in real time, valve and wheels stop by themselves."""
-GIL_SLICE_S: Final = 0.001
-"""The loop gets its turn so soon after another thread began to compute."""
 HEALTH_EVERY_S: Final = 0.02
 """How often at most it is looked whether anybody asks how things are."""
 RESET_AFTER_S: Final = 0.5
@@ -87,7 +84,7 @@ def run_service(
         TouchlineError: This robot runs already.
     """
     vehicle, scenario = vehicle or Vehicle(), scenario or Scenario()
-    sys.setswitchinterval(GIL_SLICE_S)
+    switch_threads_soon()
     run_at(FIRST)
     with until_stopped(supervisor) as stop, Bus.open(topics.ROBOT_SIM, config, lambda: stop.asked, PATIENCE_S) as bus:
         outbox = Outbox(bus.config)
