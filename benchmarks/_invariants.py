@@ -7,19 +7,19 @@ import random
 from contextlib import suppress
 from typing import Any, Final
 
-from schemas.curves import Curve
-from schemas.errors import CommandRefused
-from schemas.faults import Fault, parse_fault
-from schemas.messages import Actuation, Trajectory, TraversalStatus
-from schemas.scenario import FenceLimits, Scenario
-from schemas.trajectories import assemble, segment, velocity
-from schemas.vehicle import Vehicle
-from services.robot_sim.emulator import Emulator
-from services.robot_sim.onboard.estimator import model
-from services.robot_sim.onboard.estimator.tail import CONTRADICTED
-from services.robot_sim.onboard.safety import MAX_NIS
-from services.robot_sim.paint import projection
-from services.robot_sim.world import body
+from touchline.schemas.curves import Curve
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.faults import Fault, parse_fault
+from touchline.schemas.messages import Actuation, Trajectory, TraversalStatus
+from touchline.schemas.scenario import FenceLimits, Scenario
+from touchline.schemas.trajectories import assemble, segment, velocity
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.onboard.estimator import model
+from touchline.services.robot_sim.onboard.estimator.tail import CONTRADICTED
+from touchline.services.robot_sim.onboard.safety import MAX_NIS
+from touchline.services.robot_sim.paint import projection
+from touchline.services.robot_sim.world import body
 
 RUNNING, PAUSED, ESTOPPED = TraversalStatus.RUNNING, TraversalStatus.PAUSED, TraversalStatus.ESTOPPED
 SPRAYED: Final = ((3.0, 8.0), (11.0, 14.0))

@@ -13,16 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks._invariants import fault
-from schemas.curves import Curve
-from schemas.errors import CommandRefused
-from schemas.messages import Actuation, Trajectory, TraversalStatus
-from schemas.scenario import Scenario
-from schemas.trajectories import assemble, segment, velocity
-from schemas.vehicle import Vehicle
-from services.robot_sim.emulator import Emulator
-from services.robot_sim.frames import Checkpoint
-from services.robot_sim.paint.ledger import PaintLedger
-from services.robot_sim.paint.projection import project
+from touchline.schemas.curves import Curve
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import Actuation, Trajectory, TraversalStatus
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.trajectories import assemble, segment, velocity
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.frames import Checkpoint
+from touchline.services.robot_sim.paint.ledger import PaintLedger
+from touchline.services.robot_sim.paint.projection import project
 
 PAUSED, DONE, ESTOPPED = TraversalStatus.PAUSED, TraversalStatus.DONE, TraversalStatus.ESTOPPED
 RUN_IN_M: Final = 6.0

@@ -7,10 +7,10 @@ from collections import deque
 
 import numpy as np
 
-from schemas.scenario import Scenario
-from schemas.vehicle import Vehicle
-from services.robot_sim.frames import TICK_S, EncoderSample, GnssSample, ImuSample, MagSample, SensorFrame
-from services.robot_sim.onboard.estimator import model as m
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.frames import TICK_S, EncoderSample, GnssSample, ImuSample, MagSample, SensorFrame
+from touchline.services.robot_sim.onboard.estimator import model as m
 
 LATENCY_TICKS = 11
 SLIP_ANGLE_SHARE = 0.3

@@ -16,7 +16,7 @@ from benchmarks._processes import NODES, limit_descriptors
 from benchmarks._stranger_roles import SPEED_VARIABLE
 from benchmarks._strangers import KINDS, stranger
 from benchmarks._system import System
-from schemas import topics
+from touchline.schemas import topics
 
 NOTHING: Final = "none"
 _SIGNALS: Final = {"freeze": signal.SIGSTOP, "kill": signal.SIGKILL, "restart": signal.SIGTERM}

@@ -6,10 +6,10 @@ import math
 import time
 from typing import Final
 
-from schemas import topics
-from schemas.errors import PayloadError
-from schemas.messages import DiagnosticArray, TraversalStatus, WheelCommand
-from services.bus import Bus, Sample
+from touchline.schemas import topics
+from touchline.schemas.errors import PayloadError
+from touchline.schemas.messages import DiagnosticArray, TraversalStatus, WheelCommand
+from touchline.services.bus import Bus, Sample
 
 ESTOPPED: Final = TraversalStatus.ESTOPPED
 

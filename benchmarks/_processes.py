@@ -7,7 +7,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from schemas import topics
+from touchline.schemas import topics
 
 NODES: Final = (topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE)
 _PROC: Final = Path("/proc")

@@ -7,13 +7,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from schemas import topics
-from schemas.cdr import decode
-from schemas.errors import PayloadError, TouchlineError
-from schemas.messages import PaintMarks, SprayerState, TraversalStatus, WheelCommand
-from schemas.messages.base import Message
-from services.bridge.channels import topic_at
-from services.bridge.reader import RecordingReader
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode
+from touchline.schemas.errors import PayloadError, TouchlineError
+from touchline.schemas.messages import PaintMarks, SprayerState, TraversalStatus, WheelCommand
+from touchline.schemas.messages.base import Message
+from touchline.services.bridge.channels import topic_at
+from touchline.services.bridge.reader import RecordingReader
 
 _WATCHED: Final = (topics.STATUS, topics.SPRAYER, topics.PAINT, topics.WHEEL_COMMAND)
 _CLOSING_NS: Final = 150_000_000

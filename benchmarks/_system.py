@@ -17,16 +17,16 @@ from typing import Final
 
 from benchmarks import _stranger_roles as roles
 from benchmarks._processes import NODES, processes
-from schemas import messages as m
-from schemas import topics
-from schemas.catalogue import template_text
-from schemas.errors import TouchlineError
-from schemas.messages import Trajectory, TraversalStatus
-from schemas.topics import Service
-from services.bus import Bus, BusConfig
-from services.bus.ports import free_port
+from touchline.schemas import messages as m
+from touchline.schemas import topics
+from touchline.schemas.catalogue import template_text
+from touchline.schemas.errors import TouchlineError
+from touchline.schemas.messages import Trajectory, TraversalStatus
+from touchline.schemas.topics import Service
+from touchline.services.bus import Bus, BusConfig
+from touchline.services.bus.ports import free_port
 
-COMMAND: Final = (sys.executable, "-m", "services.cli")
+COMMAND: Final = (sys.executable, "-m", "touchline")
 ROS_DOMAIN: Final = 42
 RUNNING: Final = TraversalStatus.RUNNING
 STATES: Final = {
@@ -144,7 +144,7 @@ def _end(system: System) -> None:
 def _is_service(pid: int) -> bool:
     """Whether this process, which was one of the system's, still is: ids are given anew."""
     try:
-        return b"services.cli" in Path(f"/proc/{pid}/cmdline").read_bytes()
+        return b"-m\0touchline\0" in Path(f"/proc/{pid}/cmdline").read_bytes()
     except OSError:
         return False
 

@@ -11,14 +11,14 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.catalogue import load_template
-from schemas.messages import Trajectory
-from schemas.scenario import GnssNoise, Scenario
-from schemas.template import Template
-from schemas.vehicle import Vehicle
-from services.planner.plan import plan
-from services.robot_sim.emulator import Emulator
-from services.robot_sim.onboard.followers import Follower
+from touchline.schemas.catalogue import load_template
+from touchline.schemas.messages import Trajectory
+from touchline.schemas.scenario import GnssNoise, Scenario
+from touchline.schemas.template import Template
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.plan import plan
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.onboard.followers import Follower
 
 VEHICLE = Vehicle()
 WHITE = GnssNoise(gauss_markov_1_m=0.0, gauss_markov_2_m=0.0)

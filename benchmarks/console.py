@@ -22,9 +22,9 @@ import time
 import numpy as np
 
 from benchmarks._console_robot import TalkingRobot, serve
-from schemas import topics
-from services.bus import Bus, BusConfig
-from services.bus.ports import free_port
+from touchline.schemas import topics
+from touchline.services.bus import Bus, BusConfig
+from touchline.services.bus.ports import free_port
 
 LOG_ENTRIES = 1000
 IDLE_STOPS = 20
@@ -45,7 +45,7 @@ class Terminal:
         fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 40, 120, 0, 0))
         environment = {**os.environ, **config.environment(), "TERM": "xterm-256color", "COLORTERM": "truecolor"}
         environment["PYTHONPATH"] = os.pathsep.join(sys.path)
-        command = [sys.executable, "-m", "services.cli", "tui"]
+        command = [sys.executable, "-m", "touchline", "tui"]
         self._process = subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs, env=environment)
         os.close(theirs)
         self._left = threading.Event()

@@ -16,14 +16,14 @@ from scipy.stats import chi2
 
 from benchmarks._matched_robot import MatchedRobot
 from benchmarks._plain_ekf import PlainEkf
-from schemas.scenario import GnssNoise, Ground, Scenario
-from schemas.vehicle import Vehicle
-from services.robot_sim.frames import Command, SensorFrame
-from services.robot_sim.onboard.estimator import model as m
-from services.robot_sim.onboard.estimator.filter import Estimator
-from services.robot_sim.sensors.suite import Sensors
-from services.robot_sim.world import body
-from services.robot_sim.world.world import World
+from touchline.schemas.scenario import GnssNoise, Ground, Scenario
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.frames import Command, SensorFrame
+from touchline.services.robot_sim.onboard.estimator import model as m
+from touchline.services.robot_sim.onboard.estimator.filter import Estimator
+from touchline.services.robot_sim.sensors.suite import Sensors
+from touchline.services.robot_sim.world import body
+from touchline.services.robot_sim.world.world import World
 
 STAND_TICKS = 90
 CHECK_FROM, CHECK_TO, CHECK_EVERY = 1500, 4000, 100

@@ -18,9 +18,9 @@ from typing import Final
 
 from benchmarks._recordings import verdict
 from benchmarks._system import RUNNING, STATES, Hand, System, SystemLost, running_system
-from schemas import topics
-from schemas.messages import SprayerState, TraversalStatus
-from services.bus import Bus
+from touchline.schemas import topics
+from touchline.schemas.messages import SprayerState, TraversalStatus
+from touchline.services.bus import Bus
 
 _SPEED: Final = 20.0
 _TEMPLATES: Final = ("soccer-11", "soccer-7", "tennis")

@@ -14,14 +14,14 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks._joints import field
-from schemas import topics
-from schemas.scenario import Scenario
-from schemas.vehicle import Vehicle
-from services.bus import Bus, BusConfig
-from services.bus.ports import free_port
-from services.robot_sim.emulator import Emulator
-from services.robot_sim.lockstep import Lockstep
-from services.robot_sim.onboard.followers import Question
+from touchline.schemas import topics
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.bus import Bus, BusConfig
+from touchline.services.bus.ports import free_port
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.lockstep import Lockstep
+from touchline.services.robot_sim.onboard.followers import Question
 
 EXAMPLE = Path(__file__).parent.parent / "examples" / "external_follower.py"
 START_S = 20.0

@@ -15,16 +15,16 @@ from typing import Any
 
 import numpy as np
 
-from schemas.catalogue import load_template
-from schemas.messages import PlanOptions
-from schemas.vehicle import Vehicle
-from services.planner.limits import Limits
-from services.planner.offset import modes
-from services.planner.ordering.costs import NEVER_S, problem
-from services.planner.ordering.order import Problem, ordered
-from services.planner.plan import ways_of
-from services.planner.swaths import Painting, swaths
-from services.planner.watch import Watch
+from touchline.schemas.catalogue import load_template
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.limits import Limits
+from touchline.services.planner.offset import modes
+from touchline.services.planner.ordering.costs import NEVER_S, problem
+from touchline.services.planner.ordering.order import Problem, ordered
+from touchline.services.planner.plan import ways_of
+from touchline.services.planner.swaths import Painting, swaths
+from touchline.services.planner.watch import Watch
 
 SECONDS = 2.0
 # Seeds and sizes of the random instances; they are the same on every machine.

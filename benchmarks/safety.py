@@ -9,7 +9,7 @@ import os
 from collections import Counter
 
 from benchmarks._invariants import Broken, random_run
-from schemas.messages import TraversalStatus
+from touchline.schemas.messages import TraversalStatus
 
 
 def main() -> None:

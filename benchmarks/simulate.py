@@ -10,15 +10,15 @@ import tempfile
 import time
 from pathlib import Path
 
-from schemas.catalogue import load_template
-from schemas.messages import PlanOptions
-from schemas.scenario import Scenario
-from services.robot_sim.emulator import Emulator
-from services.robot_sim.quiet import Quiet
-from services.robot_sim.telemetry import Telemetry
-from services.robot_sim.warm_up import warm_up
-from services.robot_sim.world import body
-from services.simulation import Job, simulate
+from touchline.schemas.catalogue import load_template
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.scenario import Scenario
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.quiet import Quiet
+from touchline.services.robot_sim.telemetry import Telemetry
+from touchline.services.robot_sim.warm_up import warm_up
+from touchline.services.robot_sim.world import body
+from touchline.services.simulation import Job, simulate
 
 TEMPLATE = "soccer-11"
 FOLLOWERS = ("mpc", "pure-pursuit")
@@ -58,7 +58,7 @@ def _factor(job: Job, scenario: Scenario, *, hashed: bool) -> tuple[float, float
 def _over_zenoh(follower: str) -> float:
     with tempfile.TemporaryDirectory() as folder:
         options = ["--follower", follower, "--record", str(Path(folder) / "session.mcap"), "--json"]
-        command = [sys.executable, "-m", "services.cli", "run", TEMPLATE, *options]
+        command = [sys.executable, "-m", "touchline", "run", TEMPLATE, *options]
         reports = [
             json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
             for _ in range(REPEATS)

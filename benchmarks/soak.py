@@ -19,10 +19,10 @@ import numpy as np
 from benchmarks._processes import NODES, Figures, figures
 from benchmarks._recordings import verdict
 from benchmarks._system import Hand, System, SystemLost, running_system
-from schemas import topics
-from schemas.catalogue import shipped_templates
-from schemas.messages import TraversalStatus
-from services.bus import Bus
+from touchline.schemas import topics
+from touchline.schemas.catalogue import shipped_templates
+from touchline.schemas.messages import TraversalStatus
+from touchline.services.bus import Bus
 
 _KEPT: Final = 3
 _SAMPLE_S: Final = 10.0

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from schemas.jit import kernel
-from services.planner.clothoid import NODES, WEIGHTS, Floats, PiecePath, Pose
-from services.planner.steering.circles import circle
-from services.planner.steering.construct import MAX_PIECES, forward_pieces
-from services.planner.steering.steer import Steering
-from services.planner.steering.word_lengths import word_lengths
-from services.planner.transitions.method import CurveEnd
+from touchline.schemas.jit import kernel
+from touchline.services.planner.clothoid import NODES, WEIGHTS, Floats, PiecePath, Pose
+from touchline.services.planner.steering.circles import circle
+from touchline.services.planner.steering.construct import MAX_PIECES, forward_pieces
+from touchline.services.planner.steering.steer import Steering
+from touchline.services.planner.steering.word_lengths import word_lengths
+from touchline.services.planner.transitions.method import CurveEnd
 
 ROWS = Path(__file__).parents[1] / "tests" / "planner" / "data" / "steering_lengths.csv"
 CURVATURE_1PM, SHARPNESS_1PM2 = 1.125, 2.1

@@ -30,8 +30,8 @@ from benchmarks._recordings import verdict
 from benchmarks._stranger_roles import IMPOSTOR
 from benchmarks._system import RUNNING, STATES, Hand, System, SystemLost, running_system
 from benchmarks._ways import WAYS, ByCall, ByConsole, ByOrder, Way, ways_of
-from schemas import topics
-from services.bus import Bus
+from touchline.schemas import topics
+from touchline.services.bus import Bus
 
 LIMIT_S: Final = 0.3
 """From the stop's being given, or the robot's being alive again, to its status."""

@@ -28,7 +28,7 @@ def _spread(values: list[float], unit: str) -> str:
 def _run(follower: str, seed: int) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         recording = Path(folder) / "session.mcap"
-        command = [sys.executable, "-m", "services.cli", "run", "soccer-11", "--json"]
+        command = [sys.executable, "-m", "touchline", "run", "soccer-11", "--json"]
         options = ["--follower", follower, "--seed", str(seed), "--record", str(recording)]
         done = subprocess.run([*command, *options], capture_output=True, text=True, check=True)
         report: dict[str, Any] = json.loads(done.stdout)

@@ -17,10 +17,10 @@ from benchmarks._processes import NODES, Figures, figures
 from benchmarks._recordings import verdict
 from benchmarks._strangers import ROOT
 from benchmarks._system import Hand, System, SystemLost, new_id, running_system
-from schemas import topics
-from schemas.errors import TouchlineError
-from schemas.messages import CommandRequest
-from services.bus import Bus
+from touchline.schemas import topics
+from touchline.schemas.errors import TouchlineError
+from touchline.schemas.messages import CommandRequest
+from touchline.services.bus import Bus
 
 _ROUND: Final = 50
 """Visits by one process, after which there is a line of figures and another process."""

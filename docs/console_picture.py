@@ -12,11 +12,11 @@ import re
 import sys
 from pathlib import Path
 
-from schemas import topics
-from tui.app import ConsoleApp
-from tui.autostart import AutoStart
-from tui.link import open_link
-from tui.state import ConsoleState
+from touchline.schemas import topics
+from touchline.tui.app import ConsoleApp
+from touchline.tui.autostart import AutoStart
+from touchline.tui.link import open_link
+from touchline.tui.state import ConsoleState
 
 SIZE = (120, 40)
 COVERAGE_PCT = 62.0

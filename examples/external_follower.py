@@ -13,9 +13,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from schemas import topics
-from schemas.messages import FollowerStepRequest, FollowerStepResponse
-from services.bus import Bus
+from touchline.schemas import topics
+from touchline.schemas.messages import FollowerStepRequest, FollowerStepResponse
+from touchline.services.bus import Bus
 
 HALF_TRACK_M = 0.25395
 LOOKAHEAD_M = 0.35

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.jit import kernel
+from touchline.schemas.jit import kernel
 
 
 @kernel

@@ -5,11 +5,11 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from schemas.errors import SpecError
-from schemas.fields import FIELDS
-from schemas.placement import place
-from schemas.spec import parse, read_text
-from schemas.template import MAX_COORDINATE_M, Placement, Template
+from touchline.schemas.errors import SpecError
+from touchline.schemas.fields import FIELDS
+from touchline.schemas.placement import place
+from touchline.schemas.spec import parse, read_text
+from touchline.schemas.template import MAX_COORDINATE_M, Placement, Template
 
 
 def parse_template(text: str, source: str = "template", *, recorded: bool = False) -> Template:
@@ -18,7 +18,8 @@ def parse_template(text: str, source: str = "template", *, recorded: bool = Fals
     Control characters in its texts are refused, unless it is ``recorded``: what has been painted can be looked at.
 
     Raises:
-        SpecError: See :func:`schemas.spec.parse`; or the placement carries it further than a coordinate may be.
+        SpecError: See :func:`touchline.schemas.spec.parse`; or the placement carries it further than a coordinate may
+            be.
     """
     template = parse(Template, text, source, recorded=recorded)
     if template.placement is None:

@@ -13,8 +13,8 @@ from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
-from schemas.errors import PayloadError
-from schemas.messages.base import Message
+from touchline.schemas.errors import PayloadError
+from touchline.schemas.messages.base import Message
 
 M = TypeVar("M", bound=Message)
 
@@ -26,7 +26,7 @@ _CLIENT_GID: Any = (Nodetype.ARRAY, ((Nodetype.BASE, ("uint8", 0)), 16))
 def definition_files() -> list[tuple[str, str]]:
     """The shipped message definitions as (ROS type, text); a service gives its request and its response."""
     found: list[tuple[str, str]] = []
-    root = files("schemas") / "msg"
+    root = files("touchline.schemas") / "msg"
     for package in sorted(root.iterdir(), key=lambda entry: entry.name):
         if package.is_dir():
             found += _package_definitions(package)

@@ -11,9 +11,9 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
-from schemas.messages.standard import Point
-from schemas.messages.turf_tank import Arc, CurveType, Line
-from schemas.messages.turf_tank import Curve as CurveMessage
+from touchline.schemas.messages.standard import Point
+from touchline.schemas.messages.turf_tank import Arc, CurveType, Line
+from touchline.schemas.messages.turf_tank import Curve as CurveMessage
 
 Floats = npt.NDArray[np.float64]
 

@@ -8,11 +8,11 @@ import json
 import struct
 from collections.abc import Iterable
 
-from schemas.messages import PlanOptions
-from schemas.scenario import Scenario
-from schemas.template import Template
-from schemas.topics import RECORDED, Topic
-from schemas.vehicle import Vehicle
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.template import Template
+from touchline.schemas.topics import RECORDED, Topic
+from touchline.schemas.vehicle import Vehicle
 
 #: Payloads of a topic that are hashed at once. Changing it changes every session hash.
 _BATCH = 64

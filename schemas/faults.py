@@ -12,7 +12,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from schemas.spec import Spec, parse
+from touchline.schemas.spec import Spec, parse
 
 Wheel = Literal["left", "right", "both"]
 Sensor = Literal["gnss", "imu", "magnetometer", "encoder"]

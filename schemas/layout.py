@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.cdr import NUMPY_CODES, flat_fields
-from schemas.errors import PayloadError
-from schemas.messages.base import Message
+from touchline.schemas.cdr import NUMPY_CODES, flat_fields
+from touchline.schemas.errors import PayloadError
+from touchline.schemas.messages.base import Message
 
 _HEADER = b"\x00\x01\x00\x00"
 

@@ -8,9 +8,9 @@ import itertools
 import math
 from enum import StrEnum
 
-from schemas.errors import SpecError
-from schemas.placement import Transform
-from schemas.template import ArcSpec, LineSpec, TemplateSegment
+from touchline.schemas.errors import SpecError
+from touchline.schemas.placement import Transform
+from touchline.schemas.template import ArcSpec, LineSpec, TemplateSegment
 
 Point = tuple[float, float]
 

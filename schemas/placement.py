@@ -10,8 +10,8 @@ import math
 from dataclasses import dataclass
 from typing import Self
 
-from schemas.scenario import Origin
-from schemas.template import ArcSpec, LineSpec, Placement, Template, TemplateSegment
+from touchline.schemas.scenario import Origin
+from touchline.schemas.template import ArcSpec, LineSpec, Placement, Template, TemplateSegment
 
 Point = tuple[float, float]
 

@@ -4,8 +4,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from schemas.faults import Fault, Share
-from schemas.spec import Spec
+from touchline.schemas.faults import Fault, Share
+from touchline.schemas.spec import Spec
 
 Follower = Literal["mpc", "pure-pursuit", "external"]
 Noise = Literal["default", "none"]
@@ -188,7 +188,7 @@ class Scenario(Spec):
     """Where the robot stands at first; by default at the start of the plan."""
     origin: Origin = Origin()
     faults: Annotated[tuple[Fault, ...], Field(max_length=1000)] = ()
-    """What goes wrong when, in sim time; see `schemas.faults`."""
+    """What goes wrong when, in sim time; see `touchline.schemas.faults`."""
     link_timeout_s: Positive = 2.0
     """Wall-clock seconds without operator and planner after which the robot stops by itself."""
 

@@ -1,8 +1,8 @@
 """A robot and the world that it lives in: what the robot tells about itself on the bus."""
 
-from schemas.scenario import Scenario
-from schemas.spec import Spec
-from schemas.vehicle import Vehicle
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.spec import Spec
+from touchline.schemas.vehicle import Vehicle
 
 
 class Setup(Spec):

@@ -7,9 +7,9 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from schemas.errors import SpecError
-from schemas.plain_text import plain
-from schemas.remedies import told
+from touchline.schemas.errors import SpecError
+from touchline.schemas.plain_text import plain
+from touchline.schemas.remedies import told
 
 S = TypeVar("S", bound=BaseModel)
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from schemas.messages.touchline import PlanReport
-from schemas.vehicle import Vehicle
+from touchline.schemas.messages.touchline import PlanReport
+from touchline.schemas.vehicle import Vehicle
 
 LOW_TANK_L = 0.03
 """At this level the robot stops by itself, with some four metres of line left: an empty nozzle would sputter."""

@@ -6,10 +6,10 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
-from schemas.curves import Curve
-from schemas.plain_text import printable
-from schemas.scenario import Origin
-from schemas.spec import Spec
+from touchline.schemas.curves import Curve
+from touchline.schemas.plain_text import printable
+from touchline.schemas.scenario import Origin
+from touchline.schemas.spec import Spec
 
 #: A radio-corrected robot works within about a kilometre of its base; beyond this a coordinate is a mistake.
 MAX_COORDINATE_M = 10_000.0
@@ -134,7 +134,7 @@ class Template(Spec):
     tolerance_m: Annotated[float, Field(ge=0.001, le=0.3)] = DEFAULT_TOLERANCE_M
     """How far the middle of the paint may be off its line: decides whether the paint is accepted."""
     placement: Placement | None = None
-    """Where a file's drawing lies in the map frame; None once it has been carried there (`schemas.catalogue`)."""
+    """Where a file's drawing lies in the map frame; None once `touchline.schemas.catalogue` has carried it there."""
     origin: Origin | None = None
     """Where on the earth the map frame's (0, 0) lies; None: wherever the robot's is."""
     segments: Annotated[tuple[TemplateSegment, ...], Field(min_length=1)]

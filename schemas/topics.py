@@ -6,8 +6,8 @@ Keys on the wire are ``<namespace>/<name>``, the mapping of zenoh-plugin-ros2dds
 from dataclasses import dataclass, field
 from typing import Any, Generic, TypeVar
 
-from schemas import messages as m
-from schemas.messages.base import Message
+from touchline.schemas import messages as m
+from touchline.schemas.messages.base import Message
 
 Request = TypeVar("Request", bound=Message)
 Response = TypeVar("Response", bound=Message)
@@ -90,7 +90,7 @@ BATTERY = Topic("battery_state", m.BatteryState, 1, latched=True, units="V, A, A
 EVENTS = Topic("events", m.Event)
 PLAN = Topic("plan", m.Trajectory, latched=True, units="m", tolerance=1e-9)
 TEMPLATE = Topic("template", m.String, latched=True)
-#: JSON of ``schemas.setup.Setup``.
+#: JSON of ``touchline.schemas.setup.Setup``.
 SETUP = Topic("setup", m.String, latched=True)
 PLANNER_PROGRESS = Topic("planner/progress", m.Progress, recorded=False)
 DIAGNOSTICS = Topic("diagnostics", m.DiagnosticArray, 5, recorded=False)

@@ -2,8 +2,8 @@
 
 from collections.abc import Iterable
 
-from schemas.curves import Curve
-from schemas.messages import (
+from touchline.schemas.curves import Curve
+from touchline.schemas.messages import (
     Actuation,
     ActuationProfile,
     Arc,
@@ -19,7 +19,7 @@ from schemas.messages import (
     VelocityProfile,
     VelocityType,
 )
-from schemas.messages import Curve as CurveMessage
+from touchline.schemas.messages import Curve as CurveMessage
 
 
 def segment(name: str, curve: Curve, direction: int = LinearDirection.FORWARD, label: str = "") -> Segment:

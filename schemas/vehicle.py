@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from schemas.spec import Spec
+from touchline.schemas.spec import Spec
 
 # What is out of these bounds was meant in another unit, or is no robot that the physics' steps of 1 ms can follow.
 Length = Annotated[float, Field(ge=0.001, le=10)]

@@ -5,9 +5,9 @@ from typing import Any, NamedTuple, cast
 
 from rosbags.interfaces import Nodetype
 
-from schemas.cdr import NUMPY_CODES, decode, decode_structure, typestore
-from schemas.errors import PayloadError
-from schemas.messages.base import Message
+from touchline.schemas.cdr import NUMPY_CODES, decode, decode_structure, typestore
+from touchline.schemas.errors import PayloadError
+from touchline.schemas.messages.base import Message
 
 _HEADER_BYTES = 4
 _COUNT = struct.Struct("<I")

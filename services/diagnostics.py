@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from schemas.messages import DiagnosticArray
-from schemas.plain_text import plain
+from touchline.schemas.messages import DiagnosticArray
+from touchline.schemas.plain_text import plain
 
 #: A counter with more digits is none.
 _MOST_DIGITS = 18

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
-from schemas import topics
-from schemas.errors import PayloadError, TouchlineError
-from schemas.messages import (
+from touchline.schemas import topics
+from touchline.schemas.errors import PayloadError, TouchlineError
+from touchline.schemas.messages import (
     CommandRequest,
     Event,
     GetDiagnosticsRequest,
@@ -25,13 +25,13 @@ from schemas.messages import (
     TraversalReport,
     TraversalStatus,
 )
-from schemas.supplies import full
-from schemas.topics import Request, Response, Service
-from schemas.vehicle import Vehicle
-from services.bus import Bus, CallError, Inbox
-from services.bus.counters import Counters
-from services.diagnostics import read_health
-from services.reports import failing, hash_figures, paint_report, plan_figures, traversal_figures
+from touchline.schemas.supplies import full
+from touchline.schemas.topics import Request, Response, Service
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.bus import Bus, CallError, Inbox
+from touchline.services.bus.counters import Counters
+from touchline.services.diagnostics import read_health
+from touchline.services.reports import failing, hash_figures, paint_report, plan_figures, traversal_figures
 
 #: A job whose robot does not move on for this long (wall clock) will not finish by itself.
 _STALLED_S = 20.0

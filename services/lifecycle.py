@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-from services.heartbeat import Heartbeat
+from touchline.services.heartbeat import Heartbeat
 
 ENDS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 

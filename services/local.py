@@ -8,16 +8,16 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from schemas import topics
-from schemas.errors import TouchlineError
-from schemas.messages import DiagnosticArray, Event, Header, Time
-from schemas.scenario import Scenario
-from schemas.vehicle import Vehicle
-from services.bus import Bus, BusConfig, HealthReporter
-from services.bus.health import STARTING
-from services.bus.ports import free_port
-from services.bus.presence import Presence
-from services.supervisor import Child, Notice, Supervisor
+from touchline.schemas import topics
+from touchline.schemas.errors import TouchlineError
+from touchline.schemas.messages import DiagnosticArray, Event, Header, Time
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.bus import Bus, BusConfig, HealthReporter
+from touchline.services.bus.health import STARTING
+from touchline.services.bus.ports import free_port
+from touchline.services.bus.presence import Presence
+from touchline.services.supervisor import Child, Notice, Supervisor
 
 #: A first start compiles the kernels; a later one takes a second or two.
 _START_TIMEOUT_S = 180.0

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
-from schemas import topics
-from schemas.catalogue import parse_template
-from schemas.cdr import decode
-from schemas.errors import SpecError
-from schemas.messages import PaintMarks, String, TraversalReport
-from schemas.template import MAX_COORDINATE_M, Template
+from touchline.schemas import topics
+from touchline.schemas.catalogue import parse_template
+from touchline.schemas.cdr import decode
+from touchline.schemas.errors import SpecError
+from touchline.schemas.messages import PaintMarks, String, TraversalReport
+from touchline.schemas.template import MAX_COORDINATE_M, Template
 
 #: Points of strokes that are drawn: a day of painting.
 MOST_POINTS = 10_000_000
@@ -35,8 +35,8 @@ def read_painted(path: Path) -> Painted:
         SpecError: No template is recorded in it, or its paint is nowhere or too much to be drawn.
         PayloadError: A message in it is none of its topic.
     """
-    from services.bridge.decoding import as_message
-    from services.bridge.reader import RecordingReader
+    from touchline.services.bridge.decoding import as_message
+    from touchline.services.bridge.reader import RecordingReader
 
     template_json, batches, report = "", list[PaintMarks](), None
     reader, points = RecordingReader(path), 0

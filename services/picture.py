@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from schemas.curves import Curve
-from schemas.messages import PaintMarks, Smear
-from schemas.plain_text import plain
-from schemas.template import Template
-from services.writing import writing
+from touchline.schemas.curves import Curve
+from touchline.schemas.messages import PaintMarks, Smear
+from touchline.schemas.plain_text import plain
+from touchline.schemas.template import Template
+from touchline.services.writing import writing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

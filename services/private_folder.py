@@ -7,7 +7,7 @@ import tempfile
 from pathlib import Path
 from typing import Final
 
-from schemas.errors import TouchlineError
+from touchline.schemas.errors import TouchlineError
 
 _PRIVATE: Final = 0o700
 

@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from schemas.messages import PlanReport, SegmentPaint, TraversalReport
+from touchline.schemas.messages import PlanReport, SegmentPaint, TraversalReport
 
 
 def plan_figures(report: PlanReport) -> dict[str, Any]:

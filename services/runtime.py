@@ -9,9 +9,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from schemas.errors import TouchlineError
-from services.bus import BusConfig
-from services.private_folder import open_private, run_folder
+from touchline.schemas.errors import TouchlineError
+from touchline.services.bus import BusConfig
+from touchline.services.private_folder import open_private, run_folder
 
 
 def _lock_path(config: BusConfig) -> Path:

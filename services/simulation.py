@@ -7,17 +7,17 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from schemas.digest import scenario_hash
-from schemas.messages import PaintMarks, PlanOptions, PlanReport, Trajectory, TraversalReport, TraversalStatus
-from schemas.scenario import Scenario
-from schemas.template import Template
-from schemas.vehicle import Vehicle
-from services.planner.plan import plan
-from services.reports import failing, hash_figures, paint_report, plan_figures, traversal_figures
-from services.robot_sim.emulator import Emulator
-from services.robot_sim.packing import Payload
-from services.robot_sim.quiet import Quiet
-from services.robot_sim.telemetry import Telemetry
+from touchline.schemas.digest import scenario_hash
+from touchline.schemas.messages import PaintMarks, PlanOptions, PlanReport, Trajectory, TraversalReport, TraversalStatus
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.template import Template
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.plan import plan
+from touchline.services.reports import failing, hash_figures, paint_report, plan_figures, traversal_figures
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.packing import Payload
+from touchline.services.robot_sim.quiet import Quiet
+from touchline.services.robot_sim.telemetry import Telemetry
 
 Progress = Callable[[float, str], None]
 
@@ -176,7 +176,7 @@ class _Listener:
     """Takes the payloads, to a recording if there is one."""
 
     def __init__(self, path: Path | None) -> None:
-        from services.bridge.recorder import Recorder
+        from touchline.services.bridge.recorder import Recorder
 
         self._path = path
         self._recorder = Recorder(path.absolute()) if path is not None else None

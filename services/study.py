@@ -7,22 +7,22 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from schemas.catalogue import load_template, parse_template, shipped_templates
-from schemas.errors import TouchlineError
-from schemas.lettering import write
-from schemas.messages import TraversalStatus
-from schemas.scenario import Scenario
-from schemas.template import LineSpec, Template, TemplateSegment
-from schemas.vehicle import Vehicle
-from services.drawings.hatch import hatch
-from services.planner.fit_arcs import TOLERANCE_M
-from services.planner.study import completeness, continuity, durations, figures, like_for_like, pitch
-from services.planner.study.corner import FINE_M, RUN_M, corner_trajectory
-from services.planner.study.drive import DPP, OURS, STUDY_CCD, STUDY_SPEED_MPS, Contestant
-from services.planner.study.table import Cause, Row, as_csv, as_json, as_markdown
-from services.robot_sim.emulator import Emulator
-from services.robot_sim.frames import TICK_S
-from services.robot_sim.world import body
+from touchline.schemas.catalogue import load_template, parse_template, shipped_templates
+from touchline.schemas.errors import TouchlineError
+from touchline.schemas.lettering import write
+from touchline.schemas.messages import TraversalStatus
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.template import LineSpec, Template, TemplateSegment
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.drawings.hatch import hatch
+from touchline.services.planner.fit_arcs import TOLERANCE_M
+from touchline.services.planner.study import completeness, continuity, durations, figures, like_for_like, pitch
+from touchline.services.planner.study.corner import FINE_M, RUN_M, corner_trajectory
+from touchline.services.planner.study.drive import DPP, OURS, STUDY_CCD, STUDY_SPEED_MPS, Contestant
+from touchline.services.planner.study.table import Cause, Row, as_csv, as_json, as_markdown
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.frames import TICK_S
+from touchline.services.robot_sim.world import body
 
 Floats = npt.NDArray[np.float64]
 Progress = Callable[[str, float], None]

@@ -15,12 +15,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from schemas.plain_text import plain
-from services.bus import BusConfig
-from services.bus.presence import Presence
-from services.heartbeat import HANGS_S, VARIABLE, HeartbeatWatch
-from services.private_folder import open_private
-from services.safe_path import safe_path
+from touchline.schemas.plain_text import plain
+from touchline.services.bus import BusConfig
+from touchline.services.bus.presence import Presence
+from touchline.services.heartbeat import HANGS_S, VARIABLE, HeartbeatWatch
+from touchline.services.private_folder import open_private
+from touchline.services.safe_path import safe_path
 
 #: A restart waits this long, doubled for each failure in a row.
 _FIRST_BACKOFF_S = 0.1
@@ -158,7 +158,7 @@ class Supervisor:
             child.log_begin = os.fstat(file).st_size
             child.process = subprocess.Popen(
                 # -P: code in the current folder is not ours.
-                [sys.executable, "-P", "-m", "services.cli", *child.arguments, "--supervisor", str(os.getpid())],
+                [sys.executable, "-P", "-m", "touchline", *child.arguments, "--supervisor", str(os.getpid())],
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,

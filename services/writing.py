@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from schemas.errors import SpecError
+from touchline.schemas.errors import SpecError
 
 
 @contextmanager

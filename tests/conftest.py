@@ -6,8 +6,8 @@ import signal
 import pytest
 from hypothesis import HealthCheck, settings
 
-from services.bus import BusConfig
-from services.bus.ports import free_port
+from touchline.services.bus import BusConfig
+from touchline.services.bus.ports import free_port
 
 # The machine is shared: how long an example takes, or the making of it, says nothing. Examples are the same every time,
 # so that a test fails for what has been changed; to look for others, use --hypothesis-profile=search.

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from schemas import supplies, topics
-from schemas.messages.standard import DiagnosticStatus
-from schemas.messages.touchline import GnssStatus, TraversalStatus
-from tui import format
-from tui.state import ConsoleState
+from touchline.schemas import supplies, topics
+from touchline.schemas.messages.standard import DiagnosticStatus
+from touchline.schemas.messages.touchline import GnssStatus, TraversalStatus
+from touchline.tui import format
+from touchline.tui.state import ConsoleState
 
 EMPTY_TANK_L = supplies.LOW_TANK_L
 """At this level the robot stops, before the nozzle sputters."""

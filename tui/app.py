@@ -18,29 +18,29 @@ from textual.filter import Monochrome
 from textual.message import Message
 from textual.screen import Screen
 
-from schemas.errors import TouchlineError
-from schemas.messages.touchline import PlanOptions, TraversalStatus
-from schemas.plain_text import plain
-from tui import palette, supplies, theme
-from tui.autostart import AutoStart
-from tui.colors import Grey
-from tui.dialogs import Chosen, ConfirmDialog, KeysDialog, PlanDialog, TemplateDialog, read_template
-from tui.dispatch import Dispatcher
-from tui.driver import SturdyDriver
-from tui.event_log import ERROR, INFO, WARN
-from tui.header import HeaderBar
-from tui.key_bar import KeyBar
-from tui.log_view import LogView
-from tui.map_view import MapView
-from tui.operator import Operator
-from tui.order_book import Phase
-from tui.orders import Outcome, Tried
-from tui.panels import ServicesPanel, StatusPanel
-from tui.protocol import Link
-from tui.segments import SegmentsTable
-from tui.signal_bar import SignalBar
-from tui.state import ConsoleState
-from tui.stop_screen import Palette
+from touchline.schemas.errors import TouchlineError
+from touchline.schemas.messages.touchline import PlanOptions, TraversalStatus
+from touchline.schemas.plain_text import plain
+from touchline.tui import palette, supplies, theme
+from touchline.tui.autostart import AutoStart
+from touchline.tui.colors import Grey
+from touchline.tui.dialogs import Chosen, ConfirmDialog, KeysDialog, PlanDialog, TemplateDialog, read_template
+from touchline.tui.dispatch import Dispatcher
+from touchline.tui.driver import SturdyDriver
+from touchline.tui.event_log import ERROR, INFO, WARN
+from touchline.tui.header import HeaderBar
+from touchline.tui.key_bar import KeyBar
+from touchline.tui.log_view import LogView
+from touchline.tui.map_view import MapView
+from touchline.tui.operator import Operator
+from touchline.tui.order_book import Phase
+from touchline.tui.orders import Outcome, Tried
+from touchline.tui.panels import ServicesPanel, StatusPanel
+from touchline.tui.protocol import Link
+from touchline.tui.segments import SegmentsTable
+from touchline.tui.signal_bar import SignalBar
+from touchline.tui.state import ConsoleState
+from touchline.tui.stop_screen import Palette
 
 POLL_HZ = 12
 PAINT_RETRY_S = 1.0

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from schemas import topics
-from tui.state import ConsoleState
+from touchline.schemas import topics
+from touchline.tui.state import ConsoleState
 
 NEEDS = {"plan": topics.PLANNER, "load": topics.ROBOT_SIM, "speed": topics.ROBOT_SIM, "start": topics.ROBOT_SIM}
 """Which process carries out an order."""

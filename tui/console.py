@@ -14,12 +14,12 @@ from typing import TextIO
 
 from textual.app import App
 
-from schemas import topics
-from schemas.errors import TouchlineError
-from schemas.messages.touchline import TraversalReport
-from tui.app import ConsoleApp
-from tui.autostart import AutoStart
-from tui.link import BusConfig, open_link
+from touchline.schemas import topics
+from touchline.schemas.errors import TouchlineError
+from touchline.schemas.messages.touchline import TraversalReport
+from touchline.tui.app import ConsoleApp
+from touchline.tui.autostart import AutoStart
+from touchline.tui.link import BusConfig, open_link
 
 ENDS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 

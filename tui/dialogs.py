@@ -14,15 +14,15 @@ from textual.screen import ModalScreen
 from textual.widgets import Button, Checkbox, Input, Label, OptionList, RadioButton, RadioSet, Static
 from textual.widgets.option_list import Option
 
-from schemas.catalogue import parse_template, shipped_templates, template_text
-from schemas.errors import SpecError, TouchlineError
-from schemas.messages.touchline import PlanOptions
-from schemas.plain_text import plain
-from schemas.template import Template
-from schemas.vehicle import Vehicle
-from tui import format, theme
-from tui.orders import METHODS
-from tui.stop_screen import add_stop
+from touchline.schemas.catalogue import parse_template, shipped_templates, template_text
+from touchline.schemas.errors import SpecError, TouchlineError
+from touchline.schemas.messages.touchline import PlanOptions
+from touchline.schemas.plain_text import plain
+from touchline.schemas.template import Template
+from touchline.schemas.vehicle import Vehicle
+from touchline.tui import format, theme
+from touchline.tui.orders import METHODS
+from touchline.tui.stop_screen import add_stop
 
 Result = TypeVar("Result")
 Chosen = tuple[Template, str]

@@ -5,9 +5,9 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
-from tui.orders import WITHOUT_END, Order, Outcome, Tried
-from tui.protocol import CallFailed, Link
-from tui.stop_sender import StopSender
+from touchline.tui.orders import WITHOUT_END, Order, Outcome, Tried
+from touchline.tui.protocol import CallFailed, Link
+from touchline.tui.stop_sender import StopSender
 
 
 class Dispatcher:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass, replace
 
-from schemas.plain_text import plain
+from touchline.schemas.plain_text import plain
 
 INFO, WARN, ERROR = 0, 1, 2
 CAPACITY = 1000

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from textual.content import Content
 
-from schemas.messages.touchline import TraversalStatus
-from tui import format, theme
-from tui.health import Freshness
-from tui.panels import NODE_LABELS, LinesPanel
-from tui.state import EXPECTED_NODES, ConsoleState
+from touchline.schemas.messages.touchline import TraversalStatus
+from touchline.tui import format, theme
+from touchline.tui.health import Freshness
+from touchline.tui.panels import NODE_LABELS, LinesPanel
+from touchline.tui.state import EXPECTED_NODES, ConsoleState
 
 
 def header_line(state: ConsoleState, width: int) -> Content:

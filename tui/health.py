@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass, field
 from enum import Enum
 
-from schemas.messages.standard import DiagnosticArray
-from schemas.plain_text import plain
+from touchline.schemas.messages.standard import DiagnosticArray
+from touchline.schemas.plain_text import plain
 
 LIVE_S = 0.6
 """A process says how it is five times a second: after three that did not come, it is doubtful whether it works."""

@@ -9,12 +9,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.curves import Curve, spin_rad
-from schemas.messages.touchline import PlanReport
-from schemas.messages.turf_tank import Trajectory
-from schemas.plain_text import plain
-from schemas.template import Template
-from tui.raster import Polyline
+from touchline.schemas.curves import Curve, spin_rad
+from touchline.schemas.messages.touchline import PlanReport
+from touchline.schemas.messages.turf_tank import Trajectory
+from touchline.schemas.plain_text import plain
+from touchline.schemas.template import Template
+from touchline.tui.raster import Polyline
 
 SAGITTA_M = 0.004
 """How far a drawn chord may be from its arc: less than a dot at the closest useful zoom."""

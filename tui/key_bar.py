@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from textual import events
 from textual.content import Content
 
-from schemas.messages.touchline import TraversalStatus
-from tui import theme
-from tui.alerts import alerts
-from tui.panels import LinesPanel, hint
-from tui.state import ConsoleState
+from touchline.schemas.messages.touchline import TraversalStatus
+from touchline.tui import theme
+from touchline.tui.alerts import alerts
+from touchline.tui.panels import LinesPanel, hint
+from touchline.tui.state import ConsoleState
 
 
 @dataclass(frozen=True)

@@ -8,15 +8,15 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
 
-from schemas import topics
-from schemas.cdr import encode
-from schemas.errors import PayloadError
-from schemas.messages.base import Message
-from schemas.messages.touchline import GetPaintRequest, GetPaintResponse
-from schemas.topics import Service
-from services.bus import Bus, BusConfig
-from tui.protocol import CallFailed, Incoming, Lost, NodeChanged, PaintFetched, Received, Rejected
-from tui.state import CONSOLE_TOPICS
+from touchline.schemas import topics
+from touchline.schemas.cdr import encode
+from touchline.schemas.errors import PayloadError
+from touchline.schemas.messages.base import Message
+from touchline.schemas.messages.touchline import GetPaintRequest, GetPaintResponse
+from touchline.schemas.topics import Service
+from touchline.services.bus import Bus, BusConfig
+from touchline.tui.protocol import CallFailed, Incoming, Lost, NodeChanged, PaintFetched, Received, Rejected
+from touchline.tui.state import CONSOLE_TOPICS
 
 EVERY_ONE = (topics.PAINT, topics.EVENTS, topics.SUPERVISOR_EVENTS, topics.DIAGNOSTICS)
 """Topics of which every message counts; diagnostics have several publishers."""

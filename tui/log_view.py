@@ -16,8 +16,8 @@ from textual.geometry import Size
 from textual.scroll_view import ScrollView
 from textual.strip import Strip
 
-from tui import format, theme
-from tui.event_log import INFO, Entry, EventLog
+from touchline.tui import format, theme
+from touchline.tui.event_log import INFO, Entry, EventLog
 
 ROOMY = 64
 """From this width on there is room for who says it."""

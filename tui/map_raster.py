@@ -9,11 +9,11 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.vehicle import Vehicle
-from tui import format
-from tui.raster import BRAILLE_BASE, EMPTY, GrowingLayer, Polyline, draw
-from tui.robot import Pose
-from tui.viewport import DOTS_Y, Viewport
+from touchline.schemas.vehicle import Vehicle
+from touchline.tui import format
+from touchline.tui.raster import BRAILLE_BASE, EMPTY, GrowingLayer, Polyline, draw
+from touchline.tui.robot import Pose
+from touchline.tui.viewport import DOTS_Y, Viewport
 
 ARROWS = "→↗↑↖←↙↓↘"
 OFF_VIEW = "▷◥△◤◁◣▽◢"

@@ -14,13 +14,13 @@ from textual.geometry import Region
 from textual.strip import Strip
 from textual.widget import Widget
 
-from schemas.messages.touchline import TraversalStatus
-from schemas.plain_text import plain
-from tui import theme
-from tui.map_raster import Cells, Ink, MapRaster, Scene
-from tui.raster import EMPTY
-from tui.state import ConsoleState
-from tui.viewport import Viewport
+from touchline.schemas.messages.touchline import TraversalStatus
+from touchline.schemas.plain_text import plain
+from touchline.tui import theme
+from touchline.tui.map_raster import Cells, Ink, MapRaster, Scene
+from touchline.tui.raster import EMPTY
+from touchline.tui.state import ConsoleState
+from touchline.tui.viewport import Viewport
 
 ZOOM_STEP = 1.4
 PAN_CELLS = 6

@@ -8,15 +8,15 @@ import time
 from collections.abc import Callable
 from typing import Protocol
 
-from schemas.errors import TouchlineError
-from schemas.messages.touchline import LoadRequest, PlanOptions, PlanRequest, SetSpeedRequest
-from schemas.plain_text import plain
-from schemas.template import Template
-from tui import format, orders
-from tui.event_log import ERROR, INFO, WARN
-from tui.order_book import ESTOP_TRIES, Change, Phase
-from tui.orders import Order, Outcome, Tried
-from tui.state import ConsoleState
+from touchline.schemas.errors import TouchlineError
+from touchline.schemas.messages.touchline import LoadRequest, PlanOptions, PlanRequest, SetSpeedRequest
+from touchline.schemas.plain_text import plain
+from touchline.schemas.template import Template
+from touchline.tui import format, orders
+from touchline.tui.event_log import ERROR, INFO, WARN
+from touchline.tui.order_book import ESTOP_TRIES, Change, Phase
+from touchline.tui.orders import Order, Outcome, Tried
+from touchline.tui.state import ConsoleState
 
 WITHDRAWN_AFTER_S = 0.5
 """A reset that comes sooner after an emergency stop was typed before it and is late: it must not undo the stop."""

@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import Enum
 
-from schemas.messages.touchline import TraversalStatus
-from tui.event_log import ERROR, INFO, WARN
+from touchline.schemas.messages.touchline import TraversalStatus
+from touchline.tui.event_log import ERROR, INFO, WARN
 
 ESTOP_TRIES = 6
 """After so many the console says that the stop is not acknowledged; it goes on sending it."""

@@ -5,18 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from schemas import topics
-from schemas.messages.base import Message
-from schemas.messages.touchline import (
+from touchline.schemas import topics
+from touchline.schemas.messages.base import Message
+from touchline.schemas.messages.touchline import (
     CommandRequest,
     LoadRequest,
     PlanOptions,
     PlanRequest,
     SetSpeedRequest,
 )
-from schemas.messages.turf_tank import Trajectory
-from schemas.plain_text import plain
-from schemas.topics import Service
+from touchline.schemas.messages.turf_tank import Trajectory
+from touchline.schemas.plain_text import plain
+from touchline.schemas.topics import Service
 
 SPEEDS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, -1.0)
 """Speed factors on offer; a negative one is as fast as it goes."""

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.messages.touchline import PaintMarks
-from tui.raster import Polyline
+from touchline.schemas.messages.touchline import PaintMarks
+from touchline.tui.raster import Polyline
 
 SAME_POINT_M = 1e-6
 THINNING = 10

@@ -5,8 +5,8 @@ from functools import partial
 
 from textual.app import App, SystemCommand
 
-from tui import format, orders
-from tui.operator import Operator
+from touchline.tui import format, orders
+from touchline.tui.operator import Operator
 
 
 def commands(app: App[None], hand: Operator) -> Iterator[SystemCommand]:

@@ -8,15 +8,15 @@ from textwrap import wrap
 from textual.content import Content
 from textual.widgets import Static
 
-from schemas import topics
-from schemas.messages.touchline import GnssStatus, TraversalStatus
-from schemas.plain_text import plain
-from schemas.supplies import times
-from tui import format, supplies, theme
-from tui.alerts import LOW_BATTERY, remedy
-from tui.health import Freshness, silence
-from tui.order_book import Phase
-from tui.state import ConsoleState
+from touchline.schemas import topics
+from touchline.schemas.messages.touchline import GnssStatus, TraversalStatus
+from touchline.schemas.plain_text import plain
+from touchline.schemas.supplies import times
+from touchline.tui import format, supplies, theme
+from touchline.tui.alerts import LOW_BATTERY, remedy
+from touchline.tui.health import Freshness, silence
+from touchline.tui.order_book import Phase
+from touchline.tui.state import ConsoleState
 
 LOW_PAINT = 0.15
 GOOD_ERROR_M = 0.02

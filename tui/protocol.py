@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from schemas.errors import TouchlineError
-from schemas.messages.base import Message
-from schemas.messages.touchline import PaintMarks
-from schemas.topics import Service
+from touchline.schemas.errors import TouchlineError
+from touchline.schemas.messages.base import Message
+from touchline.schemas.messages.touchline import PaintMarks
+from touchline.schemas.topics import Service
 
 
 class CallFailed(TouchlineError):

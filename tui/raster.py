@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from tui.viewport import DOTS_X, DOTS_Y, Viewport
+from touchline.tui.viewport import DOTS_X, DOTS_Y, Viewport
 
 BRAILLE_BASE = 0x2800
 

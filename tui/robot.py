@@ -7,11 +7,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from schemas import topics
-from schemas.messages.base import Message
-from schemas.messages.standard import BatteryState, Clock, Odometry, Time
-from schemas.messages.touchline import GnssStatus, SprayerState, TraversalReport, TraversalStatus
-from schemas.plain_text import plain
+from touchline.schemas import topics
+from touchline.schemas.messages.base import Message
+from touchline.schemas.messages.standard import BatteryState, Clock, Odometry, Time
+from touchline.schemas.messages.touchline import GnssStatus, SprayerState, TraversalReport, TraversalStatus
+from touchline.schemas.plain_text import plain
 
 BUSY_STATES = (TraversalStatus.RUNNING, TraversalStatus.PAUSED)
 HALTED_STATES = (TraversalStatus.PAUSED, TraversalStatus.ESTOPPED, TraversalStatus.ABORTED)

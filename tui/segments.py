@@ -9,8 +9,8 @@ from textual.geometry import Region, Size
 from textual.scroll_view import ScrollView
 from textual.strip import Strip
 
-from tui import format, theme
-from tui.state import ConsoleState
+from touchline.tui import format, theme
+from touchline.tui.state import ConsoleState
 
 BAR_WIDTH = 6
 SLACK_M = 0.03

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from textual.content import Content
 
-from schemas.messages.touchline import TraversalStatus
-from tui import theme
-from tui.alerts import alerts
-from tui.event_log import INFO
-from tui.order_book import Line
-from tui.panels import LinesPanel
-from tui.state import ConsoleState
+from touchline.schemas.messages.touchline import TraversalStatus
+from touchline.tui import theme
+from touchline.tui.alerts import alerts
+from touchline.tui.event_log import INFO
+from touchline.tui.order_book import Line
+from touchline.tui.panels import LinesPanel
+from touchline.tui.state import ConsoleState
 
 
 def signal_line(state: ConsoleState, width: int) -> Content:

@@ -7,27 +7,27 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from schemas import topics
-from schemas.catalogue import parse_template
-from schemas.errors import TouchlineError
-from schemas.messages.base import Message
-from schemas.messages.standard import DiagnosticArray, String
-from schemas.messages.touchline import Event, PaintMarks, PlanReport, Progress, TraversalStatus
-from schemas.messages.turf_tank import Trajectory
-from schemas.plain_text import plain
-from schemas.setup import Setup
-from schemas.spec import parse
-from schemas.template import Template
-from schemas.topics import Topic
-from schemas.vehicle import Vehicle
-from tui import robot as robot_model
-from tui.event_log import ERROR, INFO, WARN, EventLog
-from tui.health import Freshness, Node, take_report
-from tui.job import NOTHING, Job, PathView, Row, TemplateView
-from tui.order_book import OrderBook
-from tui.paint_track import PaintTrack
-from tui.protocol import Incoming, Lost, NodeChanged, PaintFetched, Received, Rejected
-from tui.robot import BUSY_STATES, ROBOT_TOPICS, Robot, seconds
+from touchline.schemas import topics
+from touchline.schemas.catalogue import parse_template
+from touchline.schemas.errors import TouchlineError
+from touchline.schemas.messages.base import Message
+from touchline.schemas.messages.standard import DiagnosticArray, String
+from touchline.schemas.messages.touchline import Event, PaintMarks, PlanReport, Progress, TraversalStatus
+from touchline.schemas.messages.turf_tank import Trajectory
+from touchline.schemas.plain_text import plain
+from touchline.schemas.setup import Setup
+from touchline.schemas.spec import parse
+from touchline.schemas.template import Template
+from touchline.schemas.topics import Topic
+from touchline.schemas.vehicle import Vehicle
+from touchline.tui import robot as robot_model
+from touchline.tui.event_log import ERROR, INFO, WARN, EventLog
+from touchline.tui.health import Freshness, Node, take_report
+from touchline.tui.job import NOTHING, Job, PathView, Row, TemplateView
+from touchline.tui.order_book import OrderBook
+from touchline.tui.paint_track import PaintTrack
+from touchline.tui.protocol import Incoming, Lost, NodeChanged, PaintFetched, Received, Rejected
+from touchline.tui.robot import BUSY_STATES, ROBOT_TOPICS, Robot, seconds
 
 EXPECTED_NODES = (topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE)
 """Processes that are listed even before they have ever been seen."""

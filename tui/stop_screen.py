@@ -10,9 +10,9 @@ from textual.content import Content
 from textual.screen import Screen
 from textual.widgets import Static
 
-from tui import theme
-from tui.signal_bar import SignalBar
-from tui.state import ConsoleState
+from touchline.tui import theme
+from touchline.tui.signal_bar import SignalBar
+from touchline.tui.state import ConsoleState
 
 
 class Console(Protocol):

@@ -7,8 +7,8 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from tui.orders import Order, Outcome, Tried
-from tui.protocol import CallFailed, Link
+from touchline.tui.orders import Order, Outcome, Tried
+from touchline.tui.protocol import CallFailed, Link
 
 EVERY_S = 0.5
 """From one try to the next."""

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from schemas import supplies
-from schemas.messages.touchline import PlanReport
-from schemas.supplies import Supplies
-from tui.state import ConsoleState
+from touchline.schemas import supplies
+from touchline.schemas.messages.touchline import PlanReport
+from touchline.schemas.supplies import Supplies
+from touchline.tui.state import ConsoleState
 
 
 def of_job(state: ConsoleState) -> Supplies:

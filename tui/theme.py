@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 from textual.theme import Theme
 
-from schemas.messages.touchline import GnssStatus, TraversalStatus
-from tui.health import Freshness
+from touchline.schemas.messages.touchline import GnssStatus, TraversalStatus
+from touchline.tui.health import Freshness
 
 BLACK = "#0b100e"
 SURFACE = "#111a16"

@@ -6,19 +6,19 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from schemas.errors import SpecError
-from schemas.fields.american_football import AmericanFootball, american_football
-from schemas.fields.athletics import Track, athletics_track
-from schemas.fields.baseball import Baseball, baseball
-from schemas.fields.basketball import Basketball, basketball
-from schemas.fields.field_hockey import FieldHockey, field_hockey
-from schemas.fields.lacrosse import Lacrosse, lacrosse
-from schemas.fields.rugby import RugbyUnion, rugby_union
-from schemas.fields.sheet import Parameters
-from schemas.fields.soccer import Soccer7, Soccer9, Soccer11, soccer_7, soccer_9, soccer_11
-from schemas.fields.square import Square, study_square
-from schemas.fields.tennis import Tennis, tennis
-from schemas.template import Template
+from touchline.schemas.errors import SpecError
+from touchline.schemas.fields.american_football import AmericanFootball, american_football
+from touchline.schemas.fields.athletics import Track, athletics_track
+from touchline.schemas.fields.baseball import Baseball, baseball
+from touchline.schemas.fields.basketball import Basketball, basketball
+from touchline.schemas.fields.field_hockey import FieldHockey, field_hockey
+from touchline.schemas.fields.lacrosse import Lacrosse, lacrosse
+from touchline.schemas.fields.rugby import RugbyUnion, rugby_union
+from touchline.schemas.fields.sheet import Parameters
+from touchline.schemas.fields.soccer import Soccer7, Soccer9, Soccer11, soccer_7, soccer_9, soccer_11
+from touchline.schemas.fields.square import Square, study_square
+from touchline.schemas.fields.tennis import Tennis, tennis
+from touchline.schemas.template import Template
 
 
 @dataclass(frozen=True)

@@ -4,10 +4,10 @@ from typing import Annotated
 
 from pydantic import Field
 
-from schemas.fields.sheet import FOOT_M, INCH_M, YARD_M, Parameters, Sheet
-from schemas.lettering import Corners, write
-from schemas.placement import Transform
-from schemas.template import Template
+from touchline.schemas.fields.sheet import FOOT_M, INCH_M, YARD_M, Parameters, Sheet
+from touchline.schemas.lettering import Corners, write
+from touchline.schemas.placement import Transform
+from touchline.schemas.template import Template
 
 LENGTH_M, WIDTH_M, END_ZONE_M = 120 * YARD_M, 160 * FOOT_M, 10 * YARD_M
 HASH_M, HASH_GAP_M, SIDELINE_GAP_M = 24 * INCH_M, 40 * FOOT_M, 4 * INCH_M

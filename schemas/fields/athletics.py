@@ -5,8 +5,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from schemas.fields.sheet import Parameters, Sheet, metres
-from schemas.template import Template
+from touchline.schemas.fields.sheet import Parameters, Sheet, metres
+from touchline.schemas.template import Template
 
 LINE_M, LAP_M = 0.05, 400.0
 #: Where a runner is taken to run: from the kerb in lane 1, from the line on the left in every other lane.

@@ -5,8 +5,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from schemas.fields.sheet import FOOT_M, INCH_M, Parameters, Sheet
-from schemas.template import Template
+from touchline.schemas.fields.sheet import FOOT_M, INCH_M, Parameters, Sheet
+from touchline.schemas.template import Template
 
 BASE_PATH_M = 90 * FOOT_M
 PLATE_M, PLATE_GAP_M = 17 * INCH_M, 6 * INCH_M

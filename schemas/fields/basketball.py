@@ -5,8 +5,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from schemas.fields.sheet import Parameters, Sheet
-from schemas.template import Template
+from touchline.schemas.fields.sheet import Parameters, Sheet
+from touchline.schemas.template import Template
 
 LENGTH_M, WIDTH_M, LINE_M, CIRCLE_M = 28.0, 15.0, 0.05, 1.80
 BASKET_M, THREE_POINT_M, THREE_POINT_SIDE_M, NO_CHARGE_M = 1.575, 6.75, 0.90, 1.25

@@ -5,8 +5,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from schemas.fields.sheet import Parameters, Sheet
-from schemas.template import Template
+from touchline.schemas.fields.sheet import Parameters, Sheet
+from touchline.schemas.template import Template
 
 LENGTH_M, WIDTH_M, LINE_M = 91.40, 55.00, 0.075
 POST_M, CIRCLE_M, BROKEN_M = 3.66 / 2, 14.63, 14.63 + 5.00

@@ -4,8 +4,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from schemas.fields.sheet import FOOT_M, INCH_M, YARD_M, Parameters, Sheet
-from schemas.template import Template
+from touchline.schemas.fields.sheet import FOOT_M, INCH_M, YARD_M, Parameters, Sheet
+from touchline.schemas.template import Template
 
 LENGTH_M, GOAL_M, CREASE_M = 110 * YARD_M, 15 * YARD_M, 9 * FOOT_M
 RESTRAINING_M, WING_M, WING_REACH_M, GOAL_AREA_M = 20 * YARD_M, 20 * YARD_M, 10 * YARD_M, 40 * YARD_M

@@ -4,8 +4,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from schemas.fields.sheet import Parameters, Sheet, metres
-from schemas.template import Template
+from touchline.schemas.fields.sheet import Parameters, Sheet, metres
+from touchline.schemas.template import Template
 
 DASH_M, CENTRE_MARK_M = 5.0, 0.5
 

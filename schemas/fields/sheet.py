@@ -5,9 +5,9 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
-from schemas.placement import Transform
-from schemas.spec import Spec
-from schemas.template import ArcSpec, LineSpec, Template, TemplateSegment
+from touchline.schemas.placement import Transform
+from touchline.schemas.spec import Spec
+from touchline.schemas.template import ArcSpec, LineSpec, Template, TemplateSegment
 
 Point = tuple[float, float]
 

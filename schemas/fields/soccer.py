@@ -6,8 +6,8 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from schemas.fields.sheet import YARD_M, Parameters, Sheet, metres
-from schemas.template import Template
+from touchline.schemas.fields.sheet import YARD_M, Parameters, Sheet, metres
+from touchline.schemas.template import Template
 
 LineWidth = Annotated[float, Field(ge=0.05, le=0.12, description="all lines, m")]
 MARK_M = 0.24

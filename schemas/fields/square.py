@@ -1,7 +1,7 @@
 """The planning study's square."""
 
-from schemas.fields.sheet import Parameters, Sheet
-from schemas.template import Template
+from touchline.schemas.fields.sheet import Parameters, Sheet
+from touchline.schemas.template import Template
 
 
 class Square(Parameters):

@@ -4,8 +4,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from schemas.fields.sheet import Parameters, Sheet
-from schemas.template import Template
+from touchline.schemas.fields.sheet import Parameters, Sheet
+from touchline.schemas.template import Template
 
 LENGTH_M, DOUBLES_M, SINGLES_M, SERVICE_M = 23.77, 10.97, 8.23, 6.40
 #: The centre service line and the centre mark must be 5 cm, and the other lines may be: one nozzle for all.

@@ -1,7 +1,7 @@
 """ROS 2 messages as pydantic models, one class per ROS type."""
 
-from schemas.messages.base import Message
-from schemas.messages.standard import (
+from touchline.schemas.messages.base import Message
+from touchline.schemas.messages.standard import (
     BatteryState,
     Clock,
     DiagnosticArray,
@@ -24,7 +24,7 @@ from schemas.messages.standard import (
     TwistWithCovariance,
     Vector3,
 )
-from schemas.messages.touchline import (
+from touchline.schemas.messages.touchline import (
     CommandRequest,
     CommandResponse,
     EstimatorStatus,
@@ -59,7 +59,7 @@ from schemas.messages.touchline import (
     TraversalStatus,
     WheelCommand,
 )
-from schemas.messages.turf_tank import (
+from touchline.schemas.messages.turf_tank import (
     Actuation,
     ActuationProfile,
     Arc,

@@ -4,7 +4,7 @@ from typing import Annotated, ClassVar, Self
 
 from pydantic import Field
 
-from schemas.messages.base import (
+from touchline.schemas.messages.base import (
     Float32Array,
     Float64Array,
     Int8,

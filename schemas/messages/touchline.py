@@ -4,9 +4,9 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from schemas.messages.base import Float64Array, Message, UInt8, UInt32, UInt64, zeros
-from schemas.messages.standard import DiagnosticArray, Header
-from schemas.messages.turf_tank import Trajectory
+from touchline.schemas.messages.base import Float64Array, Message, UInt8, UInt32, UInt64, zeros
+from touchline.schemas.messages.standard import DiagnosticArray, Header
+from touchline.schemas.messages.turf_tank import Trajectory
 
 
 class WheelCommand(Message):

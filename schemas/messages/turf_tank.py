@@ -4,8 +4,8 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from schemas.messages.base import Int8, Message, UInt8
-from schemas.messages.standard import Point
+from touchline.schemas.messages.base import Int8, Message, UInt8
+from touchline.schemas.messages.standard import Point
 
 
 class CurveType(Message):

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from itertools import islice, takewhile
 from typing import NamedTuple
 
-from services.bridge.recorded import Recorded
+from touchline.services.bridge.recorded import Recorded
 
 #: A step back in time further than this is a clock that began anew, and no late measurement.
 ANEW_NS = 2_000_000_000

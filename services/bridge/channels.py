@@ -1,7 +1,7 @@
 """What a recording says of each topic: schema, type hash and QoS, as ROS 2's own recorder (rosbag2) has them."""
 
-from schemas.cdr import full_definition, type_hash
-from schemas.topics import TOPIC_BY_NAME, Topic
+from touchline.schemas.cdr import full_definition, type_hash
+from touchline.schemas.topics import TOPIC_BY_NAME, Topic
 
 _UNLIMITED = "{sec: 9223372036, nsec: 854775807}"
 

@@ -5,13 +5,13 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from services.bridge.alignment import Alignment
-from services.bridge.channels import topic_at
-from services.bridge.differences import unequal_fields
-from services.bridge.output import RecordingError
-from services.bridge.reader import RecordingReader
-from services.bridge.recorded import Kind, Recorded
-from services.bridge.schema_change import SchemaChange, schema_change
+from touchline.services.bridge.alignment import Alignment
+from touchline.services.bridge.channels import topic_at
+from touchline.services.bridge.differences import unequal_fields
+from touchline.services.bridge.output import RecordingError
+from touchline.services.bridge.reader import RecordingReader
+from touchline.services.bridge.recorded import Kind, Recorded
+from touchline.services.bridge.schema_change import SchemaChange, schema_change
 
 #: Differences kept per topic; the rest is only counted.
 DIFFERENCES_SHOWN = 3

@@ -11,12 +11,12 @@ from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
-from schemas.cdr import decode as decode_payload
-from schemas.cdr import full_definition, typestore
-from schemas.errors import PayloadError
-from schemas.messages.base import Message
-from schemas.topics import TOPICS
-from services.bridge.recorded import Damage, Kind, Recorded
+from touchline.schemas.cdr import decode as decode_payload
+from touchline.schemas.cdr import full_definition, typestore
+from touchline.schemas.errors import PayloadError
+from touchline.schemas.messages.base import Message
+from touchline.schemas.topics import TOPICS
+from touchline.services.bridge.recorded import Damage, Kind, Recorded
 
 M = TypeVar("M", bound=Message)
 Decode = Callable[[bytes], object]

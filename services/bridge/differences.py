@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from services.bridge.decoding import decoder, fields_of
-from services.bridge.recorded import Damage, Recorded
-from services.bridge.schema_change import SchemaChange
-from services.bridge.units import unit_of
+from touchline.services.bridge.decoding import decoder, fields_of
+from touchline.services.bridge.recorded import Damage, Recorded
+from touchline.services.bridge.schema_change import SchemaChange
+from touchline.services.bridge.units import unit_of
 
 _LONGEST_SHOWN = 80
 

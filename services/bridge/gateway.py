@@ -10,12 +10,12 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Final
 
-from schemas.errors import SpecError, TouchlineError
-from schemas.topics import SERVICES, TOPICS
-from services.bridge.rmw_zenoh import RosNode
-from services.bridge.routes import ServiceRoute, TopicRoute
-from services.bus import Bus
-from services.bus.ros2 import Ros2Endpoint, Ros2Session
+from touchline.schemas.errors import SpecError, TouchlineError
+from touchline.schemas.topics import SERVICES, TOPICS
+from touchline.services.bridge.rmw_zenoh import RosNode
+from touchline.services.bridge.routes import ServiceRoute, TopicRoute
+from touchline.services.bus import Bus
+from touchline.services.bus.ros2 import Ros2Endpoint, Ros2Session
 
 NODE_NAME = "touchline"
 _STOPS_EVERY_S: Final = 0.002

@@ -4,11 +4,11 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from functools import partial
 
-from schemas import topics
-from schemas.errors import PayloadError
-from schemas.messages import GetDiagnosticsRequest
-from services.bus import Bus, CallError
-from services.bus.presence import Presence
+from touchline.schemas import topics
+from touchline.schemas.errors import PayloadError
+from touchline.schemas.messages import GetDiagnosticsRequest
+from touchline.services.bus import Bus, CallError
+from touchline.services.bus.presence import Presence
 
 
 class _Gone(Exception):

@@ -16,9 +16,9 @@ from mcap.records import Channel, Chunk, Footer, Metadata, Schema
 from mcap.records import Header as FileHeader
 from mcap.writer import MCAP0_MAGIC
 
-from services.bridge.output import RecordingError
-from services.bridge.recorded import NO_END, Damage, Kind, Loss, Recorded, Summary
-from services.bridge.unpack import LARGEST_CHUNK_BYTES, unpacked
+from touchline.services.bridge.output import RecordingError
+from touchline.services.bridge.recorded import NO_END, Damage, Kind, Loss, Recorded, Summary
+from touchline.services.bridge.unpack import LARGEST_CHUNK_BYTES, unpacked
 
 R = TypeVar("R", FileHeader, Footer, Metadata, Chunk, Schema, Channel)
 

@@ -8,7 +8,7 @@ from mcap.opcode import Opcode
 from mcap.records import DataEnd, Footer
 from mcap.writer import MCAP0_MAGIC
 
-from schemas.errors import TouchlineError
+from touchline.schemas.errors import TouchlineError
 
 _CREATE = os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
 

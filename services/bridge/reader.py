@@ -5,10 +5,10 @@ from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Protocol
 
-from services.bridge.mcap_file import McapFile
-from services.bridge.output import RecordingError
-from services.bridge.recorded import Loss, Recorded, Summary
-from services.bridge.rosbag2 import SQLITE_MAGIC, SqliteFile, bag_files
+from touchline.services.bridge.mcap_file import McapFile
+from touchline.services.bridge.output import RecordingError
+from touchline.services.bridge.recorded import Loss, Recorded, Summary
+from touchline.services.bridge.rosbag2 import SQLITE_MAGIC, SqliteFile, bag_files
 
 
 class _File(Protocol):

@@ -15,12 +15,12 @@ from pathlib import Path
 
 from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
-from schemas.messages import Header, Time
-from schemas.topics import CLOCK, DEFAULT_NAMESPACE, RECORDED, Topic
-from services.bridge.channels import channel_metadata, schema_text, topic_path
-from services.bridge.losses import Losses
-from services.bridge.output import RecordingError, RecordingFile
-from services.bridge.reader import read_summary
+from touchline.schemas.messages import Header, Time
+from touchline.schemas.topics import CLOCK, DEFAULT_NAMESPACE, RECORDED, Topic
+from touchline.services.bridge.channels import channel_metadata, schema_text, topic_path
+from touchline.services.bridge.losses import Losses
+from touchline.services.bridge.output import RecordingError, RecordingFile
+from touchline.services.bridge.reader import read_summary
 
 CHUNK_BYTES = 64 * 1024
 _STAMP = struct.Struct("<iI")

@@ -5,12 +5,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from schemas import topics
-from schemas.errors import CommandRefused
-from services.bridge.handshake import shake_hands
-from services.bridge.replayer import Timeline
-from services.bus import Bus, BusConfig, Publisher
-from services.bus.presence import Presence
+from touchline.schemas import topics
+from touchline.schemas.errors import CommandRefused
+from touchline.services.bridge.handshake import shake_hands
+from touchline.services.bridge.replayer import Timeline
+from touchline.services.bus import Bus, BusConfig, Publisher
+from touchline.services.bus.presence import Presence
 
 _SETTLE_S = 0.5
 _HANDSHAKE_TIMEOUT_S = 5.0

@@ -4,12 +4,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from schemas.topics import Topic
-from schemas.wellformed import Wellformed
-from services.bridge.channels import schema_text, topic_at
-from services.bridge.reader import RecordingReader
-from services.bridge.recorded import Kind
-from services.bridge.schema_change import schema_change
+from touchline.schemas.topics import Topic
+from touchline.schemas.wellformed import Wellformed
+from touchline.services.bridge.channels import schema_text, topic_at
+from touchline.services.bridge.reader import RecordingReader
+from touchline.services.bridge.recorded import Kind
+from touchline.services.bridge.schema_change import schema_change
 
 #: A log time further back than this is not a late measurement: the recorded clock began anew (a restarted robot).
 RESTART_NS = 2_000_000_000

@@ -5,8 +5,8 @@ from typing import Any
 
 import xxhash
 
-from schemas.cdr import service_type_hash, type_hash
-from schemas.topics import Service, Topic
+from touchline.schemas.cdr import service_type_hash, type_hash
+from touchline.schemas.topics import Service, Topic
 
 _TOKENS = "@ros2_lv"
 _NO_ENCLAVE = "%"

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from services.bridge.output import RecordingError
-from services.bridge.recorded import NO_END, Kind, Loss, Recorded, Summary
+from touchline.services.bridge.output import RecordingError
+from touchline.services.bridge.recorded import NO_END, Kind, Loss, Recorded, Summary
 
 METADATA = "metadata.yaml"
 SQLITE_MAGIC = b"SQLite format 3\0"

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass, field
 
-from services.bridge.decoding import full_name, layout
-from services.bridge.recorded import Kind
+from touchline.services.bridge.decoding import full_name, layout
+from touchline.services.bridge.recorded import Kind
 
 #: Fields of a schema that are named; the rest is counted.
 _FIELDS_NAMED = 5

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from operator import itemgetter
 from typing import NamedTuple, Protocol
 
-from schemas.topics import Topic
+from touchline.schemas.topics import Topic
 
 #: Publishers remembered; beyond them the one that has been silent for longest is forgotten.
 _MOST_PUBLISHERS = 4096

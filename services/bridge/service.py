@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
-from schemas import topics
-from schemas.messages import (
+from touchline.schemas import topics
+from touchline.schemas.messages import (
     DiagnosticStatus,
     Event,
     Header,
@@ -16,17 +16,17 @@ from schemas.messages import (
     RecordStopResponse,
     Time,
 )
-from services.bridge.folder import RecordingFolder
-from services.bridge.gateway import Gateway, GatewayConfig
-from services.bridge.going import GoingRecording, next_part
-from services.bridge.handshake import shake_hands
-from services.bridge.output import RecordingError
-from services.bridge.recorder import Existing, Recorder, RecordingReport
-from services.bridge.session import RecordingSession
-from services.bus import Bus, BusConfig, HealthReporter
-from services.bus.ros2 import Ros2Session
-from services.lifecycle import Stop, until_stopped
-from services.priority import switch_threads_soon
+from touchline.services.bridge.folder import RecordingFolder
+from touchline.services.bridge.gateway import Gateway, GatewayConfig
+from touchline.services.bridge.going import GoingRecording, next_part
+from touchline.services.bridge.handshake import shake_hands
+from touchline.services.bridge.output import RecordingError
+from touchline.services.bridge.recorder import Existing, Recorder, RecordingReport
+from touchline.services.bridge.session import RecordingSession
+from touchline.services.bus import Bus, BusConfig, HealthReporter
+from touchline.services.bus.ros2 import Ros2Session
+from touchline.services.lifecycle import Stop, until_stopped
+from touchline.services.priority import switch_threads_soon
 
 _IDLE_S = 0.002
 _HANDSHAKE_TIMEOUT_S = 3.0

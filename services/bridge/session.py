@@ -4,9 +4,9 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import Protocol
 
-from services.bridge.output import RecordingError
-from services.bridge.recorder import Recorder, RecordingReport
-from services.bridge.sequencer import Arrived, Sequencer
+from touchline.services.bridge.output import RecordingError
+from touchline.services.bridge.recorder import Recorder, RecordingReport
+from touchline.services.bridge.sequencer import Arrived, Sequencer
 
 #: What was recorded longer ago than this survives kill -9.
 FLUSH_PERIOD_S = 0.5

@@ -5,7 +5,7 @@ from io import BytesIO
 
 from mcap.records import Chunk
 
-from services.bridge.recorded import Damage
+from touchline.services.bridge.recorded import Damage
 
 #: An honest chunk holds 64 KiB and the message that filled it, which has at most 32 MiB; other recorders' a few MiB.
 LARGEST_CHUNK_BYTES = 64 * 1024 * 1024

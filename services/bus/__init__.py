@@ -1,12 +1,12 @@
 """The bus: typed topics and services over Eclipse Zenoh. The only package that imports zenoh."""
 
-from services.bus.bus import Bus
-from services.bus.calls import CallError, ServedCall, Server
-from services.bus.config import BusConfig
-from services.bus.health import HealthReporter
-from services.bus.inbox import Inbox, Sample
-from services.bus.insist import insist
-from services.bus.publisher import Publisher
+from touchline.services.bus.bus import Bus
+from touchline.services.bus.calls import CallError, ServedCall, Server
+from touchline.services.bus.config import BusConfig
+from touchline.services.bus.health import HealthReporter
+from touchline.services.bus.inbox import Inbox, Sample
+from touchline.services.bus.insist import insist
+from touchline.services.bus.publisher import Publisher
 
 __all__ = [
     "Bus",

@@ -3,7 +3,7 @@
 import threading
 from collections.abc import Callable
 
-from services.bus.presence import Presence
+from touchline.services.bus.presence import Presence
 
 
 class Answerers:

@@ -7,18 +7,18 @@ from typing import Any, Literal, Self
 
 import zenoh
 
-from schemas.topics import Request, Response, Service, Topic
-from services.bus import calls
-from services.bus.answerers import Answerers
-from services.bus.calls import Question, Server
-from services.bus.claim import claim
-from services.bus.config import PATIENCE_S, BusConfig
-from services.bus.counters import Counters
-from services.bus.inbox import Inbox
-from services.bus.joining import join, join_at_door, leave
-from services.bus.presence import Presence, token_prefix
-from services.bus.publisher import Publisher
-from services.bus.replies import Replies
+from touchline.schemas.topics import Request, Response, Service, Topic
+from touchline.services.bus import calls
+from touchline.services.bus.answerers import Answerers
+from touchline.services.bus.calls import Question, Server
+from touchline.services.bus.claim import claim
+from touchline.services.bus.config import PATIENCE_S, BusConfig
+from touchline.services.bus.counters import Counters
+from touchline.services.bus.inbox import Inbox
+from touchline.services.bus.joining import join, join_at_door, leave
+from touchline.services.bus.presence import Presence, token_prefix
+from touchline.services.bus.publisher import Publisher
+from touchline.services.bus.replies import Replies
 
 
 class Bus:

@@ -10,11 +10,11 @@ from typing import Final, Generic, NamedTuple
 import zenoh
 from zenoh import handlers
 
-from schemas.cdr import decode, encode, first_string
-from schemas.errors import PayloadError, TouchlineError
-from schemas.topics import Request, Response, Service
-from services.bus.counters import Counters
-from services.bus.replies import Lane, Replies
+from touchline.schemas.cdr import decode, encode, first_string
+from touchline.schemas.errors import PayloadError, TouchlineError
+from touchline.schemas.topics import Request, Response, Service
+from touchline.services.bus.counters import Counters
+from touchline.services.bus.replies import Lane, Replies
 
 #: Requests of one service that wait at most; the oldest gives way, and who asked is told at once that it was not heard.
 #: Zenoh's receiving threads must never wait for room: an emergency stop may be behind.
@@ -107,7 +107,7 @@ class Server(Generic[Request, Response]):
         counters: Counters,
         replies: Replies,
     ) -> None:
-        """Declare the queryable; use :meth:`services.bus.Bus.serve`."""
+        """Declare the queryable; use :meth:`touchline.services.bus.Bus.serve`."""
         self.service = service
         self._replies = replies
         self._key = key
@@ -296,7 +296,7 @@ class Question:
         timeout_s: float,
         believed: Believed,
     ) -> None:
-        """Ask; use :meth:`services.bus.Bus.ask`."""
+        """Ask; use :meth:`touchline.services.bus.Bus.ask`."""
         self._believed = believed
         self._doubted: list[_Reply] = []
         self._closed_at: float | None = None
@@ -350,7 +350,7 @@ def call(
     timeout_s: float,
     while_waiting: Callable[[], None] | None = None,
 ) -> Response:
-    """Ask ``service`` and wait for its answer; see :meth:`services.bus.Bus.call`."""
+    """Ask ``service`` and wait for its answer; see :meth:`touchline.services.bus.Bus.call`."""
     if type(request) is not service.request:
         raise TypeError(f"{service.name} takes {service.request.__name__}, not {type(request).__name__}")
     payload = encode(request)

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Final
 import zenoh
 from zenoh import handlers
 
-from schemas import topics
-from schemas.cdr import decode, encode
-from schemas.errors import PayloadError, TouchlineError
-from schemas.messages import (
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode, encode
+from touchline.schemas.errors import PayloadError, TouchlineError
+from touchline.schemas.messages import (
     DiagnosticArray,
     DiagnosticStatus,
     Event,
@@ -20,11 +20,11 @@ from schemas.messages import (
     Header,
     Time,
 )
-from services.bus.config import ENDPOINT_VARIABLE, NAMESPACE_VARIABLE
-from services.bus.presence import all_tokens, parse_token, token_prefix
+from touchline.services.bus.config import ENDPOINT_VARIABLE, NAMESPACE_VARIABLE
+from touchline.services.bus.presence import all_tokens, parse_token, token_prefix
 
 if TYPE_CHECKING:
-    from services.bus.bus import Bus
+    from touchline.services.bus.bus import Bus
 
 #: A newcomer knows all of its peers after this long: it hears of them from the first one.
 _GETTING_TO_KNOW_S: Final = 0.3
@@ -39,7 +39,7 @@ _CLAIMING: Final = "starting: claiming its name"
 
 
 def claim(bus: "Bus", session: zenoh.Session, opened_at_s: float) -> None:
-    """Make sure that no other process of this name serves; use :meth:`services.bus.Bus.claim`.
+    """Make sure that no other process of this name serves; use :meth:`touchline.services.bus.Bus.claim`.
 
     A token proves nothing, anybody can declare one: a namesake counts if it answers for itself. Of two that claim
     their name at the same time, the one with the lesser id gets it.

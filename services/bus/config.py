@@ -9,14 +9,14 @@ from typing import Any, Self
 import zenoh
 from zenoh import Config
 
-from schemas.cdr import MAX_PAYLOAD_BYTES
-from schemas.errors import SpecError
-from schemas.topics import DEFAULT_NAMESPACE, ROBOT_SIM
-from services.bus.reach import endpoints
+from touchline.schemas.cdr import MAX_PAYLOAD_BYTES
+from touchline.schemas.errors import SpecError
+from touchline.schemas.topics import DEFAULT_NAMESPACE, ROBOT_SIM
+from touchline.services.bus.reach import endpoints
 
 #: A peer that does not take a message for so long is cut off, so that it holds up nobody else.
 PATIENCE_S = 1.0
-#: As much as `schemas.cdr` decodes, and room for what Zenoh puts round it.
+#: As much as `touchline.schemas.cdr` decodes, and room for what Zenoh puts round it.
 MAX_MESSAGE_BYTES = MAX_PAYLOAD_BYTES + 65_536
 
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7461"

@@ -5,9 +5,17 @@ import time
 from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
 
-from schemas import topics
-from schemas.messages import Clock, DiagnosticArray, DiagnosticStatus, GetDiagnosticsResponse, Header, KeyValue, Time
-from services.bus.bus import Bus
+from touchline.schemas import topics
+from touchline.schemas.messages import (
+    Clock,
+    DiagnosticArray,
+    DiagnosticStatus,
+    GetDiagnosticsResponse,
+    Header,
+    KeyValue,
+    Time,
+)
+from touchline.services.bus.bus import Bus
 
 _PERIOD_S = 1.0 / topics.DIAGNOSTICS.rate_hz
 _ANSWERS_AT_ONCE = 8

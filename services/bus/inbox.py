@@ -7,13 +7,13 @@ from typing import Literal, NamedTuple
 import zenoh
 from zenoh import ext, handlers
 
-from schemas.cdr import decode
-from schemas.errors import PayloadError
-from schemas.messages.base import Message
-from schemas.topics import Topic
-from schemas.wellformed import Wellformed
-from services.bus import attachment
-from services.bus.counters import Counters, SequenceGaps
+from touchline.schemas.cdr import decode
+from touchline.schemas.errors import PayloadError
+from touchline.schemas.messages.base import Message
+from touchline.schemas.topics import Topic
+from touchline.schemas.wellformed import Wellformed
+from touchline.services.bus import attachment
+from touchline.services.bus.counters import Counters, SequenceGaps
 
 #: Samples a lossless inbox holds before its publishers have to wait.
 _CAPACITY = 65_536
@@ -69,7 +69,7 @@ class Inbox:
         keep: Literal["all", "recent", "latest"],
         counters: Counters,
     ) -> None:
-        """Declare the subscriptions; use :meth:`services.bus.Bus.inbox`."""
+        """Declare the subscriptions; use :meth:`touchline.services.bus.Bus.inbox`."""
         self._counters = counters
         self._keep = keep
         self._subscribers = [

@@ -7,11 +7,11 @@ from contextlib import AbstractContextManager
 from queue import Empty, SimpleQueue
 from typing import Final, Generic, TypeAlias
 
-from schemas.errors import PayloadError, TouchlineError
-from schemas.topics import Request, Response, Service
-from services.bus.bus import Bus
-from services.bus.calls import CallError
-from services.bus.config import BusConfig
+from touchline.schemas.errors import PayloadError, TouchlineError
+from touchline.schemas.topics import Request, Response, Service
+from touchline.services.bus.bus import Bus
+from touchline.services.bus.calls import CallError
+from touchline.services.bus.config import BusConfig
 
 #: A robot answers within milliseconds: after this it is told that it has not.
 TELL_S: Final = 0.25

@@ -13,9 +13,9 @@ from typing import Final
 
 import zenoh
 
-from schemas.errors import TouchlineError
-from services.bus.config import ENDPOINT_VARIABLE, BusConfig
-from services.bus.reach import beyond_loopback, endpoints, is_loopback, split
+from touchline.schemas.errors import TouchlineError
+from touchline.services.bus.config import ENDPOINT_VARIABLE, BusConfig
+from touchline.services.bus.reach import beyond_loopback, endpoints, is_loopback, split
 
 #: Whoever keeps the meeting point answers within this, or it is said; a busy machine takes longer now and then.
 _TELL_S: Final = 2.0
@@ -30,7 +30,7 @@ _FEW_PEERS: Final = 100
 
 
 def join(config: BusConfig, node: str, stop: Callable[[], bool], patience_s: float) -> zenoh.Session:
-    """A session on the bus; use :meth:`services.bus.Bus.open`.
+    """A session on the bus; use :meth:`touchline.services.bus.Bus.open`.
 
     Raises:
         SpecError: The configuration cannot be used.
@@ -69,7 +69,7 @@ def leave(session: zenoh.Session, wait_s: float = _LEAVE_S) -> None:
 
 
 def join_at_door(config: BusConfig, stop: Callable[[], bool]) -> zenoh.Session:
-    """A session with the robot alone; use :meth:`services.bus.Bus.open_at_door`.
+    """A session with the robot alone; use :meth:`touchline.services.bus.Bus.open_at_door`.
 
     Raises:
         SpecError: The configuration cannot be used.

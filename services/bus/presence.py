@@ -40,7 +40,7 @@ class Presence:
     """
 
     def __init__(self, session: zenoh.Session, namespace: str) -> None:
-        """Watch the tokens under ``namespace``; use :meth:`services.bus.Bus.presence`."""
+        """Watch the tokens under ``namespace``; use :meth:`touchline.services.bus.Bus.presence`."""
         self._session = session
         self._prefix = token_prefix(namespace)
         self._instances: defaultdict[str, set[str]] = defaultdict(set)

@@ -6,11 +6,11 @@ import uuid
 import zenoh
 from zenoh import ext
 
-from schemas.cdr import encode
-from schemas.messages.base import Message
-from schemas.topics import Topic
-from services.bus import attachment
-from services.bus.counters import Counters
+from touchline.schemas.cdr import encode
+from touchline.schemas.messages.base import Message
+from touchline.schemas.topics import Topic
+from touchline.services.bus import attachment
+from touchline.services.bus.counters import Counters
 
 _CDR = zenoh.Encoding("application/cdr")
 
@@ -21,7 +21,7 @@ class Publisher:
     def __init__(
         self, session: zenoh.Session, key: str, topic: Topic, counters: Counters, publisher_id: bytes | None = None
     ) -> None:
-        """Declare the publisher; use :meth:`services.bus.Bus.publisher`."""
+        """Declare the publisher; use :meth:`touchline.services.bus.Bus.publisher`."""
         self.topic = topic
         self.sequence = 0
         self._counters = counters

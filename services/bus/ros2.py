@@ -13,9 +13,9 @@ from typing import Any, Self
 import zenoh
 from zenoh import ext, handlers
 
-from schemas.errors import SpecError, TouchlineError
-from services.bus import attachment
-from services.bus.attachment import Attachment
+from touchline.schemas.errors import SpecError, TouchlineError
+from touchline.services.bus import attachment
+from touchline.services.bus.attachment import Attachment
 
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
 

@@ -8,8 +8,8 @@ from contextlib import suppress
 from types import FrameType
 from typing import NoReturn
 
-from services.lifecycle import ENDS
-from services.safe_path import safe_path
+from touchline.services.lifecycle import ENDS
+from touchline.services.safe_path import safe_path
 
 #: An interruption that comes while kernels are compiled, or that Python has to ignore, comes again after this long.
 _AGAIN_S = 0.02
@@ -35,7 +35,7 @@ def main() -> None:
     heard = [number for number in ENDS if signal.getsignal(number) is not signal.SIG_IGN]  # as under nohup
     for number in heard:
         signal.signal(number, lambda number, frame: _leave(number))  # an exception could get lost in an import
-    from services.cli.commands import run_command
+    from touchline.services.cli.commands import run_command
 
     for number in heard:
         signal.signal(number, end)

@@ -6,11 +6,11 @@ from typing import Annotated, Literal
 
 import typer
 
-from schemas.errors import SpecError
-from schemas.messages import PlanOptions
-from schemas.scenario import MAX_SEED, Follower, Noise, Scenario
-from schemas.spec import parse, read_text
-from schemas.vehicle import Vehicle
+from touchline.schemas.errors import SpecError
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.scenario import MAX_SEED, Follower, Noise, Scenario
+from touchline.schemas.spec import parse, read_text
+from touchline.schemas.vehicle import Vehicle
 
 Method = Literal["g2", "ccd", "dubins-padded"]
 Order = Literal["optimised", "given"]

@@ -6,9 +6,9 @@ from typing import Annotated
 
 import typer
 
-from schemas.errors import TouchlineError
-from schemas.plain_text import plain_lines
-from services.cli import (
+from touchline.schemas.errors import TouchlineError
+from touchline.schemas.plain_text import plain_lines
+from touchline.services.cli import (
     compare,
     demo,
     orders,
@@ -24,8 +24,8 @@ from services.cli import (
     templates,
     vehicle,
 )
-from services.cli.groups import in_panel
-from services.cli.options import ExitCode
+from touchline.services.cli.groups import in_panel
+from touchline.services.cli.options import ExitCode
 
 app = typer.Typer(
     name="touchline",

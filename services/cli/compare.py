@@ -8,8 +8,8 @@ from typing import Annotated
 
 import typer
 
-from schemas.plain_text import plain
-from services.cli.options import ExitCode, JsonOption
+from touchline.schemas.plain_text import plain
+from touchline.services.cli.options import ExitCode, JsonOption
 
 
 def register(app: typer.Typer) -> None:
@@ -29,7 +29,7 @@ def compare(
     as_json: JsonOption = False,
 ) -> None:
     """Compare two recordings message by message; exit code 1 if they differ by more than the topics' tolerances."""
-    from services.bridge.compare import compare as compared
+    from touchline.services.bridge.compare import compare as compared
 
     comparison = compared(left, right, topics or None)
     if as_json:

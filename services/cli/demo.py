@@ -6,20 +6,20 @@ from typing import Annotated
 
 import typer
 
-from schemas import topics
-from schemas.catalogue import load_template
-from schemas.messages import RecordRequest, RecordStopRequest
-from schemas.scenario import Scenario
-from schemas.vehicle import Vehicle
-from services.cli.choices import PlanChoice, VehicleChoice
-from services.cli.display import print_figures, say
-from services.cli.groups import with_groups
-from services.cli.options import ExitCode
-from services.cli.run import run_job
-from services.local import local_system, watched
-from services.priority import switch_threads_soon
-from services.reports import estimator_figures, paint_figures
-from services.writing import check_recordable
+from touchline.schemas import topics
+from touchline.schemas.catalogue import load_template
+from touchline.schemas.messages import RecordRequest, RecordStopRequest
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.cli.choices import PlanChoice, VehicleChoice
+from touchline.services.cli.display import print_figures, say
+from touchline.services.cli.groups import with_groups
+from touchline.services.cli.options import ExitCode
+from touchline.services.cli.run import run_job
+from touchline.services.local import local_system, watched
+from touchline.services.priority import switch_threads_soon
+from touchline.services.reports import estimator_figures, paint_figures
+from touchline.services.writing import check_recordable
 
 _TEMPLATE = "soccer-11"
 _CONSOLE_SPEED = 20.0
@@ -49,7 +49,7 @@ def demo(
 
 
 def _in_console(vehicle: Vehicle) -> None:
-    from tui.console import run_console
+    from touchline.tui.console import run_console
 
     with local_system([], vehicle=vehicle, join_as=topics.SUPERVISOR) as system:  # the console minds the job
         say("Starting the services")

@@ -10,10 +10,10 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
-from schemas.messages import Event, PlanReport
-from schemas.plain_text import plain, plain_lines
-from schemas.supplies import full
-from schemas.vehicle import Vehicle
+from touchline.schemas.messages import Event, PlanReport
+from touchline.schemas.plain_text import plain, plain_lines
+from touchline.schemas.supplies import full
+from touchline.schemas.vehicle import Vehicle
 
 #: Progress and events go to standard error, so that standard output holds nothing but the result.
 stderr = Console(stderr=True, highlight=False)

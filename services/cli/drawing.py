@@ -6,12 +6,12 @@ from typing import Annotated, TypeVar
 import typer
 from pydantic import ValidationError
 
-from schemas.catalogue import load_template, placed
-from schemas.errors import SpecError
-from schemas.placement import to_map
-from schemas.scenario import Origin
-from schemas.spec import Spec, first_problem
-from schemas.template import Placement, Template
+from touchline.schemas.catalogue import load_template, placed
+from touchline.schemas.errors import SpecError
+from touchline.schemas.placement import to_map
+from touchline.schemas.scenario import Origin
+from touchline.schemas.spec import Spec, first_problem
+from touchline.schemas.template import Placement, Template
 
 S = TypeVar("S", bound=Spec)
 

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from schemas.errors import SpecError
+from touchline.schemas.errors import SpecError
 
 PLOT_ENDINGS = (".svg", ".png")
 

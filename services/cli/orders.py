@@ -11,16 +11,16 @@ import typer
 from rich import box
 from rich.table import Column, Table
 
-from schemas import topics
-from schemas.cdr import typestore
-from schemas.faults import parse_fault
-from schemas.messages import CommandRequest, InjectFaultRequest
-from schemas.plain_text import plain
-from schemas.spec import read_text
-from services.bus import Bus, BusConfig, insist
-from services.cli.display import output
-from services.cli.options import ExitCode, JsonOption
-from services.priority import FIRST, run_at
+from touchline.schemas import topics
+from touchline.schemas.cdr import typestore
+from touchline.schemas.faults import parse_fault
+from touchline.schemas.messages import CommandRequest, InjectFaultRequest
+from touchline.schemas.plain_text import plain
+from touchline.schemas.spec import read_text
+from touchline.services.bus import Bus, BusConfig, insist
+from touchline.services.cli.display import output
+from touchline.services.cli.options import ExitCode, JsonOption
+from touchline.services.priority import FIRST, run_at
 
 OrderName = Literal["start", "pause", "resume", "abort", "estop", "reset", "refill", "replace-battery"]
 _SERVICES = {

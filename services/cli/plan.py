@@ -11,14 +11,14 @@ from typing import Annotated, Literal
 
 import typer
 
-from services.cli.choices import PlanChoice, VehicleChoice
-from services.cli.display import progress_bar, say, warn_of_shortages
-from services.cli.drawing import DrawingChoice
-from services.cli.groups import with_groups
-from services.cli.options import JsonOption, ReportOption, check_plot
-from services.cli.output import deliver
-from services.reports import plan_figures
-from services.writing import check_writable, write_text, writing
+from touchline.services.cli.choices import PlanChoice, VehicleChoice
+from touchline.services.cli.display import progress_bar, say, warn_of_shortages
+from touchline.services.cli.drawing import DrawingChoice
+from touchline.services.cli.groups import with_groups
+from touchline.services.cli.options import JsonOption, ReportOption, check_plot
+from touchline.services.cli.output import deliver
+from touchline.services.reports import plan_figures
+from touchline.services.writing import check_writable, write_text, writing
 
 
 def register(app: typer.Typer) -> None:
@@ -77,9 +77,9 @@ def plan(
 ) -> None:
     """Plan a template: from what is to be painted to the trajectory that the robot drives."""
     with without_collecting():
-        from services.planner.plan import plan as make_plan
-        from services.planner.plots.plan import plot_plan
-        from services.planner.plots.wheels import plot_wheels as draw_wheels
+        from touchline.services.planner.plan import plan as make_plan
+        from touchline.services.planner.plots.plan import plot_plan
+        from touchline.services.planner.plots.wheels import plot_wheels as draw_wheels
 
     check_plot(plot)
     check_plot(plot_wheels, "--plot-wheels")

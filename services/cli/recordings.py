@@ -10,14 +10,14 @@ from typing import Annotated, Any
 
 import typer
 
-from schemas import topics
-from schemas.errors import TouchlineError
-from schemas.messages import DiagnosticArray, DiagnosticStatus, Event, RecordRequest, RecordStopRequest
-from services.bus import Bus
-from services.cli.display import print_event, print_figures, progress_bar, say
-from services.cli.options import ExitCode, JsonOption, SpeedOption, speed_factor
-from services.lifecycle import until_stopped
-from services.writing import check_recordable
+from touchline.schemas import topics
+from touchline.schemas.errors import TouchlineError
+from touchline.schemas.messages import DiagnosticArray, DiagnosticStatus, Event, RecordRequest, RecordStopRequest
+from touchline.services.bus import Bus
+from touchline.services.cli.display import print_event, print_figures, progress_bar, say
+from touchline.services.cli.options import ExitCode, JsonOption, SpeedOption, speed_factor
+from touchline.services.lifecycle import until_stopped
+from touchline.services.writing import check_recordable
 
 _STOP_TIMEOUT_S = 120.0
 #: A supervisor has started a bridge again by then that was killed.
@@ -119,7 +119,7 @@ def replay(
     as_json: JsonOption = False,
 ) -> None:
     """Send a recording onto the bus again, as if the robot were there; a cut-off file is sent up to its break."""
-    from services.bridge.replay_service import run_replay
+    from touchline.services.bridge.replay_service import run_replay
 
     with until_stopped() as stop, progress_bar("Replaying") as advance:
         sent = run_replay(

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from schemas.errors import SpecError
+from touchline.schemas.errors import SpecError
 
 if TYPE_CHECKING:  # every process starts through this command line, and few need the gateway
-    from services.bridge.gateway import GatewayConfig
+    from touchline.services.bridge.gateway import GatewayConfig
 
 
 @dataclass(frozen=True)
@@ -76,8 +76,8 @@ class Ros2Choice:
             return None
         if listen and connect:
             raise SpecError("command line", "--ros2-connect", f"is {connect!r}", "give it or --ros2-listen, not both")
-        from services.bridge.gateway import GatewayConfig
-        from services.bus.ros2 import DEFAULT_ENDPOINT, Ros2Endpoint
+        from touchline.services.bridge.gateway import GatewayConfig
+        from touchline.services.bus.ros2 import DEFAULT_ENDPOINT, Ros2Endpoint
 
         endpoint = Ros2Endpoint(connect, listen=False) if connect else Ros2Endpoint(listen or DEFAULT_ENDPOINT)
         return GatewayConfig(endpoint, self.ros_domain, self.ros_namespace)

@@ -8,22 +8,22 @@ from typing import Any
 
 import typer
 
-from schemas import topics
-from schemas.digest import scenario_hash
-from schemas.messages import GetPaintRequest, PlanOptions, Smear
-from schemas.scenario import Scenario
-from schemas.template import Template
-from schemas.vehicle import Vehicle
-from services.bus import BusConfig
-from services.cli.choices import PlanChoice, ScenarioChoice, VehicleChoice
-from services.cli.display import Advance, print_event, progress_bar, say
-from services.cli.drawing import DrawingChoice
-from services.cli.groups import with_groups
-from services.cli.options import SpeedOption, speed_factor
-from services.cli.output import OutputChoice
-from services.job import Job, JobFailed, JobOptions
-from services.local import LocalSystem, local_system, robot_arguments, severity_of
-from services.runtime import only_one
+from touchline.schemas import topics
+from touchline.schemas.digest import scenario_hash
+from touchline.schemas.messages import GetPaintRequest, PlanOptions, Smear
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.template import Template
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.bus import BusConfig
+from touchline.services.cli.choices import PlanChoice, ScenarioChoice, VehicleChoice
+from touchline.services.cli.display import Advance, print_event, progress_bar, say
+from touchline.services.cli.drawing import DrawingChoice
+from touchline.services.cli.groups import with_groups
+from touchline.services.cli.options import SpeedOption, speed_factor
+from touchline.services.cli.output import OutputChoice
+from touchline.services.job import Job, JobFailed, JobOptions
+from touchline.services.local import LocalSystem, local_system, robot_arguments, severity_of
+from touchline.services.runtime import only_one
 
 
 def register(app: typer.Typer) -> None:
@@ -137,7 +137,7 @@ def run_job(
 def _draw(
     system: LocalSystem, template: Template, path: Path, figures: dict[str, Any], smears: tuple[Smear, ...]
 ) -> None:
-    from services.picture import draw_painted, painted_caption
+    from touchline.services.picture import draw_painted, painted_caption
 
     strokes = system.bus.call(topics.GET_PAINT, GetPaintRequest(), timeout_s=30.0).strokes
     draw_painted(template, strokes, path, painted_caption(figures["paint"]), smears)

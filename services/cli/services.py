@@ -7,14 +7,14 @@ from typing import Annotated
 
 import typer
 
-from schemas.errors import TouchlineError
-from services.cli.choices import ScenarioChoice, VehicleChoice
-from services.cli.drawing import OriginOption, parse_origin
-from services.cli.groups import with_groups
-from services.cli.options import RecordingsOption, SupervisorOption, speed_factor
-from services.cli.ros2 import Ros2Choice
-from services.priority import SOON, run_at, switch_threads_soon
-from services.writing import check_recordable
+from touchline.schemas.errors import TouchlineError
+from touchline.services.cli.choices import ScenarioChoice, VehicleChoice
+from touchline.services.cli.drawing import OriginOption, parse_origin
+from touchline.services.cli.groups import with_groups
+from touchline.services.cli.options import RecordingsOption, SupervisorOption, speed_factor
+from touchline.services.cli.ros2 import Ros2Choice
+from touchline.services.priority import SOON, run_at, switch_threads_soon
+from touchline.services.writing import check_recordable
 
 
 def register(app: typer.Typer) -> None:
@@ -27,7 +27,7 @@ def register(app: typer.Typer) -> None:
 
 def planner(body: VehicleChoice, supervisor: SupervisorOption = None) -> None:
     """Run the planner: answers plan requests on the bus until Ctrl-C."""
-    from services.planner.service import run_service
+    from touchline.services.planner.service import run_service
 
     run_service(vehicle=body.chosen(), supervisor=supervisor)
 
@@ -48,7 +48,7 @@ def robot_sim(
     supervisor: SupervisorOption = None,
 ) -> None:
     """Run the emulated robot: waits on the bus for a trajectory and drives it, until Ctrl-C."""
-    from services.robot_sim.service import run_service
+    from touchline.services.robot_sim.service import run_service
 
     chosen = robot.chosen().at(None if origin is None else parse_origin(origin, "--origin"))
     vehicle = body.chosen()
@@ -64,7 +64,7 @@ def bridge(
     supervisor: SupervisorOption = None,
 ) -> None:
     """Run the bridge, until Ctrl-C: records the bus to MCAP on request, and with --ros2 shows the robot to ROS 2."""
-    from services.bridge.service import run_service
+    from touchline.services.bridge.service import run_service
 
     check_recordable(record)
     report = run_service(record, recordings=recordings, ros2=ros.gateway(), supervisor=supervisor)
@@ -76,7 +76,7 @@ def tui() -> None:
     """Open the operator's console on the bus; services may come and go while it is open."""
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise TouchlineError("the console needs a terminal; without one, use `touchline run` and `touchline status`")
-    from tui.console import run_console
+    from touchline.tui.console import run_console
 
     run_at(SOON)
     switch_threads_soon()

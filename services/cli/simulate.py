@@ -4,12 +4,12 @@ from typing import Annotated
 
 import typer
 
-from services.cli.choices import PlanChoice, ScenarioChoice, VehicleChoice, check_follower
-from services.cli.display import progress_bar, say, warn_of_shortages
-from services.cli.drawing import DrawingChoice
-from services.cli.groups import with_groups
-from services.cli.output import OutputChoice
-from services.reports import paint_figures
+from touchline.services.cli.choices import PlanChoice, ScenarioChoice, VehicleChoice, check_follower
+from touchline.services.cli.display import progress_bar, say, warn_of_shortages
+from touchline.services.cli.drawing import DrawingChoice
+from touchline.services.cli.groups import with_groups
+from touchline.services.cli.output import OutputChoice
+from touchline.services.reports import paint_figures
 
 
 def register(app: typer.Typer) -> None:
@@ -27,10 +27,10 @@ def simulate(
     output: OutputChoice,
 ) -> None:
     """Paint a template once in this process, without Zenoh: the figures of `run`, many times faster."""
-    from services.picture import draw_painted, painted_caption
-    from services.robot_sim.warm_up import warm_up
-    from services.simulation import Job
-    from services.simulation import simulate as paint
+    from touchline.services.picture import draw_painted, painted_caption
+    from touchline.services.robot_sim.warm_up import warm_up
+    from touchline.services.simulation import Job
+    from touchline.services.simulation import simulate as paint
 
     template, vehicle = drawing.chosen(), body.chosen()
     chosen = robot.chosen().at(template.origin)

@@ -7,9 +7,9 @@ import typer
 from rich import box
 from rich.table import Table
 
-from services.cli.display import output, progress_bar, say
-from services.cli.options import ExitCode, JsonOption
-from services.writing import writing
+from touchline.services.cli.display import output, progress_bar, say
+from touchline.services.cli.options import ExitCode, JsonOption
+from touchline.services.writing import writing
 
 _PAIRS, _QUICK_PAIRS = 100, 20
 _STYLES = {True: "green", False: "bold red", None: "dim"}
@@ -35,9 +35,9 @@ def study(
     as_json: JsonOption = False,
 ) -> None:
     """Measure every requirement of the study for its two planners and ours; exit code 1 if ours misses one."""
-    from services.planner.study.table import CAUSE_HEADINGS, HEADINGS, with_total
-    from services.planner.study.table import as_json as json_text
-    from services.study import run_study, save_study
+    from touchline.services.planner.study.table import CAUSE_HEADINGS, HEADINGS, with_total
+    from touchline.services.planner.study.table import as_json as json_text
+    from touchline.services.study import run_study, save_study
 
     with progress_bar("Study") as advance:
         result = run_study(pairs or (_QUICK_PAIRS if quick else _PAIRS), quick, lambda what, done: advance(done, what))

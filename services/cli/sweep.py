@@ -10,15 +10,15 @@ from typing import Annotated, Any
 import typer
 from rich.table import Table
 
-from schemas.catalogue import shipped_templates
-from schemas.errors import SpecError, TouchlineError
-from schemas.scenario import Scenario
-from schemas.spec import read_text
-from services.cli.choices import PlanChoice, ScenarioChoice, VehicleChoice, check_follower
-from services.cli.display import output, print_event, progress_bar, say
-from services.cli.groups import with_groups
-from services.cli.options import ExitCode, JsonOption, ReportOption
-from services.writing import check_writable, write_json
+from touchline.schemas.catalogue import shipped_templates
+from touchline.schemas.errors import SpecError, TouchlineError
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.spec import read_text
+from touchline.services.cli.choices import PlanChoice, ScenarioChoice, VehicleChoice, check_follower
+from touchline.services.cli.display import output, print_event, progress_bar, say
+from touchline.services.cli.groups import with_groups
+from touchline.services.cli.options import ExitCode, JsonOption, ReportOption
+from touchline.services.writing import check_writable, write_json
 
 #: Units are in the names of the JSON report; here they are scaled to what people say.
 _SHOWN = {
@@ -84,12 +84,12 @@ def sweep(
     as_json: JsonOption = False,
 ) -> None:
     """Simulate every combination of settings with many seeds; Ctrl-C ends it with what is done so far."""
-    from services.robot_sim.warm_up import warm_up
-    from services.sweep.grid import cases as all_cases
-    from services.sweep.grid import parse_settings
-    from services.sweep.places import cores, here, in_processes, on_dask
-    from services.sweep.summary import summarise, write_csv
-    from services.sweep.task import Run, prepare
+    from touchline.services.robot_sim.warm_up import warm_up
+    from touchline.services.sweep.grid import cases as all_cases
+    from touchline.services.sweep.grid import parse_settings
+    from touchline.services.sweep.places import cores, here, in_processes, on_dask
+    from touchline.services.sweep.summary import summarise, write_csv
+    from touchline.services.sweep.task import Run, prepare
 
     check_writable(report, csv)
     painted, scenario = _subject(subject, template)

@@ -9,20 +9,20 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from schemas import topics
-from schemas.errors import PayloadError
-from schemas.messages import GetDiagnosticsRequest, TraversalStatus
-from schemas.plain_text import plain
-from services.bus import Bus, BusConfig, CallError
-from services.cli.choices import ScenarioChoice, VehicleChoice
-from services.cli.display import output, print_event, say
-from services.cli.groups import with_groups
-from services.cli.options import ExitCode, JsonOption, RecordingsOption, speed_factor
-from services.cli.ros2 import Ros2Choice
-from services.diagnostics import read_health
-from services.lifecycle import until_stopped
-from services.local import local_system, publish_notices, robot_arguments, severity_of
-from services.runtime import only_one, running_pid, stop_running
+from touchline.schemas import topics
+from touchline.schemas.errors import PayloadError
+from touchline.schemas.messages import GetDiagnosticsRequest, TraversalStatus
+from touchline.schemas.plain_text import plain
+from touchline.services.bus import Bus, BusConfig, CallError
+from touchline.services.cli.choices import ScenarioChoice, VehicleChoice
+from touchline.services.cli.display import output, print_event, say
+from touchline.services.cli.groups import with_groups
+from touchline.services.cli.options import ExitCode, JsonOption, RecordingsOption, speed_factor
+from touchline.services.cli.ros2 import Ros2Choice
+from touchline.services.diagnostics import read_health
+from touchline.services.lifecycle import until_stopped
+from touchline.services.local import local_system, publish_notices, robot_arguments, severity_of
+from touchline.services.runtime import only_one, running_pid, stop_running
 
 _STOP_TIMEOUT_S = 20.0
 _STATE_NAMES = {

@@ -8,19 +8,19 @@ import typer
 from rich.table import Column, Table
 from typer.core import TyperGroup
 
-from schemas.errors import SpecError
-from schemas.lettering import Corners, write
-from schemas.messages import Event
-from schemas.plain_text import plain
-from schemas.template import Template
-from services.cli.display import output, print_event, progress_bar, say
-from services.cli.drawing import DrawingChoice, MapOriginOption, OriginOption, PlaceOption, SetOption, laid
-from services.cli.options import JsonOption, check_plot
-from services.writing import check_writable, write_text, writing
+from touchline.schemas.errors import SpecError
+from touchline.schemas.lettering import Corners, write
+from touchline.schemas.messages import Event
+from touchline.schemas.plain_text import plain
+from touchline.schemas.template import Template
+from touchline.services.cli.display import output, print_event, progress_bar, say
+from touchline.services.cli.drawing import DrawingChoice, MapOriginOption, OriginOption, PlaceOption, SetOption, laid
+from touchline.services.cli.options import JsonOption, check_plot
+from touchline.services.writing import check_writable, write_text, writing
 
 if TYPE_CHECKING:
-    from schemas.fields import Field
-    from services.drawings.importer import Imported
+    from touchline.schemas.fields import Field
+    from touchline.services.drawings.importer import Imported
 
 OutOption = Annotated[Path | None, typer.Option("--out", help="Write the template to this JSON file.")]
 PlotOption = Annotated[Path | None, typer.Option("--plot", help="Draw the template to this .svg file.")]
@@ -68,7 +68,7 @@ def show(
     as_json: JsonOption = False,
 ) -> None:
     """List the shipped templates, or print one as JSON to start your own from."""
-    from schemas.fields import FIELDS  # here: every process of the system starts through this command line
+    from touchline.schemas.fields import FIELDS  # here: every process of the system starts through this command line
 
     if name is not None:
         template = DrawingChoice(name, settings, place, origin).chosen()
@@ -138,7 +138,7 @@ def import_(
     ] = None,
 ) -> None:
     """Import the lines and curves of an SVG or DXF drawing, as closely as the painted line can show."""
-    from services.drawings.importer import Anchor, ImportOptions, import_drawing
+    from touchline.services.drawings.importer import Anchor, ImportOptions, import_drawing
 
     if anchor not in list(Anchor):
         raise SpecError("command line", "--anchor", f"is {anchor!r}", f"give {', '.join(Anchor)}")
@@ -148,7 +148,7 @@ def import_(
     with progress_bar(f"Importing {plain(drawing.name, 40)}") as advance:
         imported = import_drawing(drawing, options, advance)
         if plot is not None:
-            from services.drawings.comparison import draw_comparison
+            from touchline.services.drawings.comparison import draw_comparison
 
             advance(1.0, "drawing the picture")
             with writing(plot):
@@ -200,7 +200,7 @@ def _more(count: int) -> str:
 def _deliver(template: Template, out: Path | None, plot: Path | None) -> None:
     """To the files asked for, else to standard output."""
     if plot is not None:
-        from services.drawings.picture import picture
+        from touchline.services.drawings.picture import picture
 
         if plot.suffix != ".svg":
             raise SpecError("command line", "--plot", f"ends in {plot.suffix!r}", "use .svg")

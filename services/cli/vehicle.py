@@ -2,7 +2,7 @@
 
 import typer
 
-from schemas.vehicle import Vehicle
+from touchline.schemas.vehicle import Vehicle
 
 
 def register(app: typer.Typer) -> None:

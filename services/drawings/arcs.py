@@ -9,8 +9,8 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from schemas.curves import Curve
-from services.drawings.outline import Floats
+from touchline.schemas.curves import Curve
+from touchline.services.drawings.outline import Floats
 
 Complexes: TypeAlias = npt.NDArray[np.complex128]
 Bools: TypeAlias = npt.NDArray[np.bool_]

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from schemas.curves import Curve
-from schemas.plain_text import plain
-from schemas.template import MIN_LENGTH_M, LineSpec, TemplateSegment
-from services.drawings.hatch import Ring, hatch
-from services.drawings.outline import Outline
+from touchline.schemas.curves import Curve
+from touchline.schemas.plain_text import plain
+from touchline.schemas.template import MIN_LENGTH_M, LineSpec, TemplateSegment
+from touchline.services.drawings.hatch import Ring, hatch
+from touchline.services.drawings.outline import Outline
 
 #: Arcs of areas become chords that stay this close.
 CHORD_M = 1e-3

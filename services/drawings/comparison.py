@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from schemas.curves import Curve
-from schemas.plain_text import plain
-from services.drawings.deviation import sampled
-from services.drawings.importer import Imported
-from services.drawings.outline import Floats
-from services.drawings.picture import GRASS, PAINT
+from touchline.schemas.curves import Curve
+from touchline.schemas.plain_text import plain
+from touchline.services.drawings.deviation import sampled
+from touchline.services.drawings.importer import Imported
+from touchline.services.drawings.outline import Floats
+from touchline.services.drawings.picture import GRASS, PAINT
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

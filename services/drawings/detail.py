@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Self
 
-from schemas.template import MIN_LENGTH_M
+from touchline.schemas.template import MIN_LENGTH_M
 
 #: How far a smooth curve may be from the drawing: as a share of the detail, and at least, m. A tenth of a line's width
 #: is less than paint spreads in grass, and no more than the robot itself strays.

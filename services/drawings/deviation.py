@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from schemas.curves import Curve
-from services.drawings.arcs import columns, distances
-from services.drawings.outline import Floats, Piece, Smooth
+from touchline.schemas.curves import Curve
+from touchline.services.drawings.arcs import columns, distances
+from touchline.services.drawings.outline import Floats, Piece, Smooth
 
 #: Points times curves that are looked at one by one; of more, the curves near by are looked up.
 _ALL = 200_000

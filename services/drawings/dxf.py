@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from schemas.curves import Curve
-from schemas.errors import SpecError
-from services.drawings.outline import Edge, Floats, Outline, Piece, Smooth, bezier, ellipse
+from touchline.schemas.curves import Curve
+from touchline.schemas.errors import SpecError
+from touchline.services.drawings.outline import Edge, Floats, Outline, Piece, Smooth, bezier, ellipse
 
 #: How deep blocks may hold blocks.
 MAX_DEPTH = 16

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from schemas.curves import Curve
-from services.drawings.arcs import COINCIDENT_M, Complexes, biarcs, curves_of, distances, lines
-from services.drawings.outline import Floats, Outline, Smooth
+from touchline.schemas.curves import Curve
+from touchline.services.drawings.arcs import COINCIDENT_M, Complexes, biarcs, curves_of, distances, lines
+from touchline.services.drawings.outline import Floats, Outline, Smooth
 
 #: How far the fit may be from the curve, and the share of it that spans may use up between the samples looked at.
 TOLERANCE_M, SHARE = 1e-3, 0.9

@@ -7,7 +7,7 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from schemas.template import MIN_LENGTH_M
+from touchline.schemas.template import MIN_LENGTH_M
 
 Ring: TypeAlias = npt.NDArray[np.float64]
 Stroke: TypeAlias = tuple[tuple[float, float], tuple[float, float]]

@@ -10,21 +10,21 @@ from pathlib import Path
 
 import numpy as np
 
-from schemas.curves import Curve
-from schemas.errors import SpecError
-from schemas.placement import Transform
-from schemas.plain_text import plain
-from schemas.spec import MAX_SPEC_BYTES
-from schemas.template import MAX_COORDINATE_M, ArcSpec, LineSpec, Template, TemplateSegment
-from services.drawings.areas import fill_areas
-from services.drawings.detail import FINEST_M, Detail
-from services.drawings.deviation import apart_m, sampled
-from services.drawings.dxf import read_dxf
-from services.drawings.outline import Edge, Floats, Outline
-from services.drawings.picture import bounds
-from services.drawings.repeats import Repeats
-from services.drawings.strokes import Kind, Strokes
-from services.drawings.svg import read_svg
+from touchline.schemas.curves import Curve
+from touchline.schemas.errors import SpecError
+from touchline.schemas.placement import Transform
+from touchline.schemas.plain_text import plain
+from touchline.schemas.spec import MAX_SPEC_BYTES
+from touchline.schemas.template import MAX_COORDINATE_M, ArcSpec, LineSpec, Template, TemplateSegment
+from touchline.services.drawings.areas import fill_areas
+from touchline.services.drawings.detail import FINEST_M, Detail
+from touchline.services.drawings.deviation import apart_m, sampled
+from touchline.services.drawings.dxf import read_dxf
+from touchline.services.drawings.outline import Edge, Floats, Outline
+from touchline.services.drawings.picture import bounds
+from touchline.services.drawings.repeats import Repeats
+from touchline.services.drawings.strokes import Kind, Strokes
+from touchline.services.drawings.svg import read_svg
 
 Reader = Callable[[Path, float | None, bool], tuple[list[Outline], list[str]]]
 Progress = Callable[[float, str], None]

@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from schemas.curves import Curve
+from touchline.schemas.curves import Curve
 
 Floats: TypeAlias = npt.NDArray[np.float64]
 

@@ -5,7 +5,7 @@ from html import escape
 
 import numpy as np
 
-from schemas.template import Template, TemplateSegment
+from touchline.schemas.template import Template, TemplateSegment
 
 GRASS, PAINT, INK = "#3f7d3a", "#ffffff", "#26332a"
 WIDTH_PX, MARGIN_SHARE, TITLE_PX, THINNEST_PX = 900.0, 0.04, 30.0, 0.6

@@ -13,9 +13,9 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from schemas.curves import Curve, along, wrap_angle
-from schemas.vehicle import Vehicle
-from services.drawings.arcs import (
+from touchline.schemas.curves import Curve, along, wrap_angle
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.drawings.arcs import (
     COINCIDENT_M,
     COLUMNS,
     Bools,
@@ -29,9 +29,9 @@ from services.drawings.arcs import (
     lines,
     through,
 )
-from services.drawings.detail import Detail
-from services.drawings.outline import Floats
-from services.drawings.welding import welded
+from touchline.services.drawings.detail import Detail
+from touchline.services.drawings.outline import Floats
+from touchline.services.drawings.welding import welded
 
 Indices = npt.NDArray[np.intp]
 

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from schemas.curves import Curve
-from services.drawings.detail import Detail
-from services.drawings.deviation import apart_m
+from touchline.schemas.curves import Curve
+from touchline.services.drawings.detail import Detail
+from touchline.services.drawings.deviation import apart_m
 
 #: Two outlines are one if they are closer than this share of the tolerance, their lengths too.
 SAME_SHARE = 0.1

@@ -15,10 +15,10 @@ from itertools import product
 import numpy as np
 import numpy.typing as npt
 
-from schemas.curves import Curve
-from schemas.template import MIN_LENGTH_M
-from services.drawings.arcs import Complexes
-from services.drawings.outline import Floats
+from touchline.schemas.curves import Curve
+from touchline.schemas.template import MIN_LENGTH_M
+from touchline.services.drawings.arcs import Complexes
+from touchline.services.drawings.outline import Floats
 
 Indices = npt.NDArray[np.intp]
 

@@ -7,14 +7,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from schemas.curves import Curve
-from services.drawings.arcs import COINCIDENT_M
-from services.drawings.detail import Detail
-from services.drawings.deviation import distance_m, sampled
-from services.drawings.fit import fit_outline
-from services.drawings.outline import Floats, Outline
-from services.drawings.refit import refit
-from services.drawings.slivers import without_slivers
+from touchline.schemas.curves import Curve
+from touchline.services.drawings.arcs import COINCIDENT_M
+from touchline.services.drawings.detail import Detail
+from touchline.services.drawings.deviation import distance_m, sampled
+from touchline.services.drawings.fit import fit_outline
+from touchline.services.drawings.outline import Floats, Outline
+from touchline.services.drawings.refit import refit
+from touchline.services.drawings.slivers import without_slivers
 
 #: Smooth curves are followed this much closer than they are refitted.
 FINE_SHARE = 0.1

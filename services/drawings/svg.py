@@ -8,10 +8,10 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from schemas.curves import Curve
-from schemas.errors import SpecError
-from services.drawings.outline import Edge, Floats, Outline, Piece, bezier, ellipse
-from services.drawings.svg_limits import check_svg
+from touchline.schemas.curves import Curve
+from touchline.schemas.errors import SpecError
+from touchline.services.drawings.outline import Edge, Floats, Outline, Piece, bezier, ellipse
+from touchline.services.drawings.svg_limits import check_svg
 
 ToMetres: TypeAlias = Callable[[Any], tuple[float, float]]
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 from xml.parsers import expat
 
-from schemas.errors import SpecError
+from touchline.schemas.errors import SpecError
 
 #: Elements, each copy that a ``use`` makes counted.
 MOST_ELEMENTS = 20_000

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from schemas.curves import Curve
+from touchline.schemas.curves import Curve
 
 
 def welded(curves: Sequence[Curve], closed: bool, least_m: float) -> list[Curve]:

@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from schemas.errors import PlanningError
-from schemas.messages import Actuation
-from schemas.vehicle import Vehicle
-from services.planner.timing import SpeedProfile
+from touchline.schemas.errors import PlanningError
+from touchline.schemas.messages import Actuation
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.timing import SpeedProfile
 
 # Lines that follow each other this closely (m) are painted in one go.
 JOINT_M = 1e-6

@@ -3,12 +3,12 @@
 import time
 from collections.abc import Callable
 
-from schemas.catalogue import parse_template
-from schemas.errors import TouchlineError
-from schemas.messages import PlanRequest, PlanResponse
-from schemas.vehicle import Vehicle
-from services.planner.arrange import ordering
-from services.planner.plan import plan
+from touchline.schemas.catalogue import parse_template
+from touchline.schemas.errors import TouchlineError
+from touchline.schemas.messages import PlanRequest, PlanResponse
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.arrange import ordering
+from touchline.services.planner.plan import plan
 
 
 def answer(

@@ -6,18 +6,18 @@ from functools import partial
 
 import numpy as np
 
-from schemas.errors import PlanningError
-from schemas.messages import PlanOptions
-from schemas.vehicle import Vehicle
-from services.planner.clothoid import Floats, Ints
-from services.planner.inside import Collision, Yard
-from services.planner.legs import Drive, Driver
-from services.planner.ordering.costs import nodes_of, problem
-from services.planner.ordering.dry import Ground, ordered_dry, scene_of
-from services.planner.ordering.order import kicks_for, ordered
-from services.planner.swaths import Swath
-from services.planner.transitions.method import CurveEnd
-from services.planner.watch import Progress, Watch
+from touchline.schemas.errors import PlanningError
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.clothoid import Floats, Ints
+from touchline.services.planner.inside import Collision, Yard
+from touchline.services.planner.legs import Drive, Driver
+from touchline.services.planner.ordering.costs import nodes_of, problem
+from touchline.services.planner.ordering.dry import Ground, ordered_dry, scene_of
+from touchline.services.planner.ordering.order import kicks_for, ordered
+from touchline.services.planner.swaths import Swath
+from touchline.services.planner.transitions.method import CurveEnd
+from touchline.services.planner.watch import Progress, Watch
 
 GIVEN, OPTIMISED = "given", "optimised"
 # The stages of progress: timing the ways from segment to segment, and looking for the best order.

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from services.planner.offset import Stroke
+from touchline.services.planner.offset import Stroke
 
 # Ends nearer to each other than this (m, rad) are one: less than what the robot's own computer takes for a gap.
 GAP_M, KINK_RAD = 1e-4, 5e-4

@@ -7,11 +7,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from services.planner.clothoid import Floats, Piece
-from services.planner.limits import Limits
-from services.planner.passes import CELL_CURVATURE_1PM
-from services.planner.route import Section
-from services.planner.sending import Sent
+from touchline.services.planner.clothoid import Floats, Piece
+from touchline.services.planner.limits import Limits
+from touchline.services.planner.passes import CELL_CURVATURE_1PM
+from touchline.services.planner.route import Section
+from touchline.services.planner.sending import Sent
 
 # Borders closer than this (m) are one.
 BORDER_M = 1e-9

@@ -5,11 +5,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from services.planner.clothoid import Floats, PiecePath, Pose
-from services.planner.inside import Yard
-from services.planner.steering.word_lengths import word_lengths
-from services.planner.transitions.method import CurveEnd
-from services.planner.ways import Way, Ways
+from touchline.services.planner.clothoid import Floats, PiecePath, Pose
+from touchline.services.planner.inside import Yard
+from touchline.services.planner.steering.word_lengths import word_lengths
+from touchline.services.planner.transitions.method import CurveEnd
+from touchline.services.planner.ways import Way, Ways
 
 # Poses in between: a grid over the neighbourhood of both ends and beside the outlines' corners, in so many headings.
 GRID, ROOM_M, HEADINGS = 7, 6.0, 8

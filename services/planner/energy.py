@@ -7,10 +7,10 @@ gets lighter as it paints; an empty tank is filled up.
 
 import numpy as np
 
-from schemas.vehicle import Vehicle
-from services.planner.clothoid import Floats
-from services.planner.sending import Sent
-from services.planner.timing import SpeedProfile
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.clothoid import Floats
+from touchline.services.planner.sending import Sent
+from touchline.services.planner.timing import SpeedProfile
 
 SECONDS_PER_HOUR = 3600.0
 GRAVITY_MPS2 = 9.81

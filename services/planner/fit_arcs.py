@@ -9,8 +9,8 @@ import cmath
 import math
 from typing import NamedTuple
 
-from schemas.curves import Curve
-from services.planner.clothoid import PiecePath, Pose
+from touchline.schemas.curves import Curve
+from touchline.services.planner.clothoid import PiecePath, Pose
 
 TOLERANCE_M = 1e-3
 # The bound is of leading order, and up to 7 % short of the truth at the tightest turns.

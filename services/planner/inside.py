@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from schemas.jit import kernel
-from schemas.template import Template
-from schemas.vehicle import Vehicle
-from services.planner.clothoid import Floats, Ints, PiecePath, Pose
+from touchline.schemas.jit import kernel
+from touchline.schemas.template import Template
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.clothoid import Floats, Ints, PiecePath, Pose
 
 # Between two poses that are looked at no point of the body moves further than twice this (m); the body is taken to be
 # larger by as much all round, so that nothing is missed in between.

@@ -8,15 +8,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from services.planner.clothoid import Floats, Ints, Piece, PiecePath, Pose
-from services.planner.detour import detours
-from services.planner.inside import Collision, Yard
-from services.planner.offset import Stroke
-from services.planner.ordering.wet import BEGUN, SPEED, Wheels, wet_rows
-from services.planner.swaths import Painting, Swath, parted
-from services.planner.transitions.method import CurveEnd, before
-from services.planner.transitions.turns import ContinuousTurn
-from services.planner.ways import Lead, Way, Ways, turned_round
+from touchline.services.planner.clothoid import Floats, Ints, Piece, PiecePath, Pose
+from touchline.services.planner.detour import detours
+from touchline.services.planner.inside import Collision, Yard
+from touchline.services.planner.offset import Stroke
+from touchline.services.planner.ordering.wet import BEGUN, SPEED, Wheels, wet_rows
+from touchline.services.planner.swaths import Painting, Swath, parted
+from touchline.services.planner.transitions.method import CurveEnd, before
+from touchline.services.planner.transitions.turns import ContinuousTurn
+from touchline.services.planner.ways import Lead, Way, Ways, turned_round
 
 # Straight run before the first line: an estimator that starts with an unknown heading has it within a degree after 5 m.
 RUN_IN_M = 5.0

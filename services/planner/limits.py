@@ -5,10 +5,10 @@ from functools import cached_property
 
 import numpy as np
 
-from schemas.errors import PlanningError
-from schemas.messages import PlanOptions
-from schemas.vehicle import Vehicle
-from services.planner.clothoid import Floats
+from touchline.schemas.errors import PlanningError
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.clothoid import Floats
 
 # Beyond these a plan would be nonsense (turns of 100 m radius, puddles of paint) rather than merely poor.
 CURVATURE_MIN_1PM = 0.01

@@ -12,15 +12,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from schemas.curves import Curve, wrap_angle
-from schemas.messages import LinearDirection, PlanReport, Trajectory
-from schemas.vehicle import Vehicle
-from services.planner.clothoid import Floats
-from services.planner.energy import battery_wh
-from services.planner.legs import Drive
-from services.planner.route import TRANSITION, Section
-from services.planner.sending import Sent
-from services.planner.timing import SpeedProfile
+from touchline.schemas.curves import Curve, wrap_angle
+from touchline.schemas.messages import LinearDirection, PlanReport, Trajectory
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.clothoid import Floats
+from touchline.services.planner.energy import battery_wh
+from touchline.services.planner.legs import Drive
+from touchline.services.planner.route import TRANSITION, Section
+from touchline.services.planner.sending import Sent
+from touchline.services.planner.timing import SpeedProfile
 
 CURVATURE_STEP_1PM = 1e-9
 # Speed and curvature are both smooth between borders; this many points of each stretch find the outer wheel's fastest.

@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from schemas.curves import Curve, wrap_angle
-from schemas.errors import PlanningError
-from schemas.template import TemplateSegment
-from schemas.vehicle import Vehicle
-from services.planner.clothoid import Piece, PiecePath, Pose
-from services.planner.transitions.method import CurveEnd
+from touchline.schemas.curves import Curve, wrap_angle
+from touchline.schemas.errors import PlanningError
+from touchline.schemas.template import TemplateSegment
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.clothoid import Piece, PiecePath, Pose
+from touchline.services.planner.transitions.method import CurveEnd
 
 # Rounding may put an arc at exactly the largest curvature a little above it.
 CURVATURE_SLACK = 1e-9

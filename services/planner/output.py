@@ -2,11 +2,11 @@
 
 from collections.abc import Iterator, Sequence
 
-from schemas.messages import PathVelocityParameter, Segment, Trajectory, VelocityType
-from schemas.trajectories import assemble, segment, turn, velocity
-from services.planner.actuation import Switch
-from services.planner.sending import Sent
-from services.planner.timing import STATION_TOLERANCE_M, SpeedProfile
+from touchline.schemas.messages import PathVelocityParameter, Segment, Trajectory, VelocityType
+from touchline.schemas.trajectories import assemble, segment, turn, velocity
+from touchline.services.planner.actuation import Switch
+from touchline.services.planner.sending import Sent
+from touchline.services.planner.timing import STATION_TOLERANCE_M, SpeedProfile
 
 
 def trajectory_message(sent: Sequence[Sent], speeds: SpeedProfile, switches: Sequence[Switch]) -> Trajectory:

@@ -11,8 +11,8 @@ import math
 
 import numpy as np
 
-from schemas.jit import kernel
-from services.planner.clothoid import Floats
+from touchline.schemas.jit import kernel
+from touchline.services.planner.clothoid import Floats
 
 # Columns of the row of limits that the kernels take.
 TRANSIT, RIM_SPEED, RIM_ACCELERATION, HALF_TRACK, ACCELERATION, LATERAL = range(6)

@@ -3,28 +3,28 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from schemas.errors import PlanningError
-from schemas.messages import PlanOptions, PlanReport, Trajectory
-from schemas.template import Template
-from schemas.vehicle import Vehicle
-from services.planner.actuation import Painted, actuation_profile
-from services.planner.arrange import arranged, crossing_cost_s, drying_s, ordering, refuse_too_many
-from services.planner.clothoid import Floats, Pose
-from services.planner.course import course
-from services.planner.inside import Yard
-from services.planner.legs import Driver
-from services.planner.limits import Limits
-from services.planner.measure import measure
-from services.planner.offset import modes
-from services.planner.ordering.unavoidable import unavoidable_crossings
-from services.planner.ordering.wet import Wheels
-from services.planner.output import trajectory_message
-from services.planner.route import Section, route
-from services.planner.sending import Sent, send
-from services.planner.swaths import Painting, swaths
-from services.planner.timing import SpeedProfile, Steady, speed_profile
-from services.planner.watch import Progress
-from services.planner.ways import DEFAULT_METHOD, METHODS, REVERSING, SPINNING, Ways
+from touchline.schemas.errors import PlanningError
+from touchline.schemas.messages import PlanOptions, PlanReport, Trajectory
+from touchline.schemas.template import Template
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.actuation import Painted, actuation_profile
+from touchline.services.planner.arrange import arranged, crossing_cost_s, drying_s, ordering, refuse_too_many
+from touchline.services.planner.clothoid import Floats, Pose
+from touchline.services.planner.course import course
+from touchline.services.planner.inside import Yard
+from touchline.services.planner.legs import Driver
+from touchline.services.planner.limits import Limits
+from touchline.services.planner.measure import measure
+from touchline.services.planner.offset import modes
+from touchline.services.planner.ordering.unavoidable import unavoidable_crossings
+from touchline.services.planner.ordering.wet import Wheels
+from touchline.services.planner.output import trajectory_message
+from touchline.services.planner.route import Section, route
+from touchline.services.planner.sending import Sent, send
+from touchline.services.planner.swaths import Painting, swaths
+from touchline.services.planner.timing import SpeedProfile, Steady, speed_profile
+from touchline.services.planner.watch import Progress
+from touchline.services.planner.ways import DEFAULT_METHOD, METHODS, REVERSING, SPINNING, Ways
 
 # A pose further out than this (m) is a mistake.
 POSE_MAX = 20_000.0

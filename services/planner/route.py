@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from services.planner.clothoid import PiecePath
-from services.planner.legs import Drive
-from services.planner.offset import Stroke
+from touchline.services.planner.clothoid import PiecePath
+from touchline.services.planner.legs import Drive
+from touchline.services.planner.offset import Stroke
 
 RUN_IN, TRANSITION, RUN_OUT = "run-in", "transition", "run-out"
 

@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from services.planner.clothoid import Piece, PiecePath, Pose
+from touchline.services.planner.clothoid import Piece, PiecePath, Pose
 
 
 class Run(NamedTuple):

@@ -4,13 +4,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import count
 
-from schemas.curves import Curve
-from schemas.errors import PlanningError
-from services.planner.clothoid import Piece, PiecePath
-from services.planner.fit_arcs import TOLERANCE_M, Cut, cut
-from services.planner.offset import Stroke
-from services.planner.route import Section
-from services.planner.runs import runs
+from touchline.schemas.curves import Curve
+from touchline.schemas.errors import PlanningError
+from touchline.services.planner.clothoid import Piece, PiecePath
+from touchline.services.planner.fit_arcs import TOLERANCE_M, Cut, cut
+from touchline.services.planner.offset import Stroke
+from touchline.services.planner.route import Section
+from touchline.services.planner.runs import runs
 
 # What fits into one message of the bus.
 SENT_MAX = 100_000

@@ -13,14 +13,14 @@ from itertools import islice, pairwise
 
 import numpy as np
 
-from schemas.messages import PlanOptions
-from schemas.vehicle import Vehicle
-from services.planner.chains import Chain, Link, chains, chains_as_given, joins
-from services.planner.clothoid import Floats, Piece, PiecePath, Pose
-from services.planner.limits import Limits
-from services.planner.offset import CIRCLE_STARTS, Stroke
-from services.planner.transitions.dubins_padded import PaddedDubins
-from services.planner.transitions.method import CurveEnd, before
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.chains import Chain, Link, chains, chains_as_given, joins
+from touchline.services.planner.clothoid import Floats, Piece, PiecePath, Pose
+from touchline.services.planner.limits import Limits
+from touchline.services.planner.offset import CIRCLE_STARTS, Stroke
+from touchline.services.planner.transitions.dubins_padded import PaddedDubins
+from touchline.services.planner.transitions.method import CurveEnd, before
 
 # How far (m) the robot may be beside the line where two segments of different curvature join.
 JOINT_OFFSET_M = 0.003

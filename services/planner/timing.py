@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from schemas.errors import PlanningError
-from services.planner.clothoid import Floats
-from services.planner.course import Course
-from services.planner.limits import Limits
+from touchline.schemas.errors import PlanningError
+from touchline.services.planner.clothoid import Floats
+from touchline.services.planner.course import Course
+from touchline.services.planner.limits import Limits
 
 SPEED_TOLERANCE_MPS = 1e-9
 # Entries closer than this (m) say the same, and so do those off the straight between their neighbours by less (m²/s²).
@@ -100,7 +100,7 @@ def speed_profile(course: Course, steady: Sequence[Steady], limits: Limits) -> S
     Raises:
         PlanningError: A steady stretch begins or ends at standstill.
     """
-    from services.planner.passes import entries, sweep
+    from touchline.services.planner.passes import entries, sweep
 
     knots = course.station_m
     spans = [_knots_within(knots, stretch) for stretch in steady]
@@ -126,7 +126,7 @@ def speed_profile(course: Course, steady: Sequence[Steady], limits: Limits) -> S
 
 
 def _spin(station_m: float, angle_rad: float, limits: Limits) -> Spin:
-    from services.planner.passes import spin_time
+    from touchline.services.planner.passes import spin_time
 
     rate_gain = limits.acceleration_mps2 / limits.half_track_m
     rate = min(limits.transit_speed_mps / limits.half_track_m, math.sqrt(rate_gain * abs(angle_rad)))

@@ -7,13 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from services.planner.clothoid import Floats, Piece, PiecePath, Pose, arc_displacement, joined
-from services.planner.limits import TURN_SPEEDS_MPS, Limits
-from services.planner.passes import path_time
-from services.planner.steering.steer import Steering
-from services.planner.transitions.ccd import ContinuousDubins
-from services.planner.transitions.dubins_padded import PaddedDubins
-from services.planner.transitions.method import CurveEnd, TransitionMethod, before, carried_on
+from touchline.services.planner.clothoid import Floats, Piece, PiecePath, Pose, arc_displacement, joined
+from touchline.services.planner.limits import TURN_SPEEDS_MPS, Limits
+from touchline.services.planner.passes import path_time
+from touchline.services.planner.steering.steer import Steering
+from touchline.services.planner.transitions.ccd import ContinuousDubins
+from touchline.services.planner.transitions.dubins_padded import PaddedDubins
+from touchline.services.planner.transitions.method import CurveEnd, TransitionMethod, before, carried_on
 
 # Braking before a tight turn is planned with this share of the acceleration, so that it is slow enough in time.
 BRAKING_SHARE = 0.98

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from schemas.vehicle import Vehicle
-from services.planner.clothoid import Floats
-from services.planner.plan import Plan
-from services.planner.timing import Spin
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.clothoid import Floats
+from touchline.services.planner.plan import Plan
+from touchline.services.planner.timing import Spin
 
 SPIN_SAMPLES = 21
 # Borders closer than this (m) are one, blurred by rounding.

@@ -6,22 +6,22 @@ import math
 from collections.abc import Callable
 from typing import Any, Final, NamedTuple
 
-from schemas import messages as m
-from schemas import topics
-from schemas.catalogue import parse_template
-from schemas.cdr import encode
-from schemas.errors import CommandRefused, SpecError
-from schemas.faults import describe, parse_fault
-from schemas.messages.base import Message
-from schemas.placement import same_place
-from schemas.template import Template
-from schemas.topics import Service
-from services.robot_sim.emulator import Emulator, Job
-from services.robot_sim.frames import OnboardEvent
-from services.robot_sim.journal import Journal, digest
-from services.robot_sim.packing import Payload, header
-from services.robot_sim.progress import Progress
-from services.robot_sim.telemetry import Telemetry, job_payloads
+from touchline.schemas import messages as m
+from touchline.schemas import topics
+from touchline.schemas.catalogue import parse_template
+from touchline.schemas.cdr import encode
+from touchline.schemas.errors import CommandRefused, SpecError
+from touchline.schemas.faults import describe, parse_fault
+from touchline.schemas.messages.base import Message
+from touchline.schemas.placement import same_place
+from touchline.schemas.template import Template
+from touchline.schemas.topics import Service
+from touchline.services.robot_sim.emulator import Emulator, Job
+from touchline.services.robot_sim.frames import OnboardEvent
+from touchline.services.robot_sim.journal import Journal, digest
+from touchline.services.robot_sim.packing import Payload, header
+from touchline.services.robot_sim.progress import Progress
+from touchline.services.robot_sim.telemetry import Telemetry, job_payloads
 
 Handler = Callable[[Any], Message]
 FASTEST: Final = 1000.0

@@ -9,16 +9,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, Final, NamedTuple, Protocol
 
-from schemas.errors import CommandRefused
-from schemas.faults import Fault
-from schemas.messages import Trajectory, TraversalStatus
-from schemas.scenario import Scenario
-from schemas.setup import Setup
-from schemas.template import DEFAULT_TOLERANCE_M, Template
-from schemas.vehicle import Vehicle
-from services.robot_sim.estimator_error import EstimatorError
-from services.robot_sim.faults import FaultTimeline
-from services.robot_sim.frames import (
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.faults import Fault
+from touchline.schemas.messages import Trajectory, TraversalStatus
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.setup import Setup
+from touchline.schemas.template import DEFAULT_TOLERANCE_M, Template
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.estimator_error import EstimatorError
+from touchline.services.robot_sim.faults import FaultTimeline
+from touchline.services.robot_sim.frames import (
     STANDSTILL,
     Checkpoint,
     Command,
@@ -28,19 +28,19 @@ from services.robot_sim.frames import (
     SensorFrame,
     Status,
 )
-from services.robot_sim.onboard import Onboard
-from services.robot_sim.onboard.followers import Ask, nobody
-from services.robot_sim.onboard.trajectory import resume_pose
-from services.robot_sim.onboard.traversal import ABORTED_BY_OPERATOR, EMERGENCY_STOP
-from services.robot_sim.paint.ledger import PaintLedger
-from services.robot_sim.paint.metrics import PaintMetrics, paint_metrics
-from services.robot_sim.paint.targets import start_pose, targets
-from services.robot_sim.paint.track import Track
-from services.robot_sim.remains import Remains, Totals
-from services.robot_sim.sensors.sense import stand_by
-from services.robot_sim.sensors.suite import Sensors
-from services.robot_sim.world import body
-from services.robot_sim.world.world import NO_EFFECTS, Pose, World
+from touchline.services.robot_sim.onboard import Onboard
+from touchline.services.robot_sim.onboard.followers import Ask, nobody
+from touchline.services.robot_sim.onboard.trajectory import resume_pose
+from touchline.services.robot_sim.onboard.traversal import ABORTED_BY_OPERATOR, EMERGENCY_STOP
+from touchline.services.robot_sim.paint.ledger import PaintLedger
+from touchline.services.robot_sim.paint.metrics import PaintMetrics, paint_metrics
+from touchline.services.robot_sim.paint.targets import start_pose, targets
+from touchline.services.robot_sim.paint.track import Track
+from touchline.services.robot_sim.remains import Remains, Totals
+from touchline.services.robot_sim.sensors.sense import stand_by
+from touchline.services.robot_sim.sensors.suite import Sensors
+from touchline.services.robot_sim.world import body
+from touchline.services.robot_sim.world.world import NO_EFFECTS, Pose, World
 
 SETTLE_TICKS: Final = 100
 """A traversal that has ended is watched for this long, so that the robot has come to rest and the paint is all out."""

@@ -10,9 +10,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.jit import kernel
-from services.robot_sim.frames import Estimate
-from services.robot_sim.world.world import Pose
+from touchline.schemas.jit import kernel
+from touchline.services.robot_sim.frames import Estimate
+from touchline.services.robot_sim.world.world import Pose
 
 COUNT: Final = 0
 POSITION: Final = 1  # m²

@@ -9,12 +9,12 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas import faults as f
-from schemas.errors import CommandRefused
-from schemas.messages import Event
-from services.robot_sim.frames import OnboardEvent
-from services.robot_sim.sensors.gnss import FIX_NAMES
-from services.robot_sim.world import effects as e
+from touchline.schemas import faults as f
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import Event
+from touchline.services.robot_sim.frames import OnboardEvent
+from touchline.services.robot_sim.sensors.gnss import FIX_NAMES
+from touchline.services.robot_sim.world import effects as e
 
 MAX_FAULTS: Final = 1000
 _NEVER: Final = 1 << 60

@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from typing import Final
 
-from schemas import topics
+from touchline.schemas import topics
 
 HEADER: Final = struct.Struct("<IHQ")
 """Bytes of the payload, number of the topic, sequence number."""

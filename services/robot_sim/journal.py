@@ -25,13 +25,13 @@ from typing import Final, NamedTuple, Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.cdr import encode
-from schemas.errors import CommandRefused
-from schemas.messages import Trajectory
-from services.robot_sim.frames import Checkpoint
-from services.robot_sim.paint.record import PaintRecord
-from services.robot_sim.remains import Remains, Totals
-from services.robot_sim.setups import SetupText
+from touchline.schemas.cdr import encode
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import Trajectory
+from touchline.services.robot_sim.frames import Checkpoint
+from touchline.services.robot_sim.paint.record import PaintRecord
+from touchline.services.robot_sim.remains import Remains, Totals
+from touchline.services.robot_sim.setups import SetupText
 
 _RECORD: Final = struct.Struct("<Q16s16siddQdI4d3dQ")
 """Number, trajectory, setup, the checkpoint (leg −1: over; owed from nan: nothing), the totals."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import Final
 
-from schemas import messages as m
-from schemas.layout import FixedLayout
+from touchline.schemas import messages as m
+from touchline.schemas.layout import FixedLayout
 
 MAP_FRAME: Final = "map"
 BODY_FRAME: Final = "base_link"

@@ -8,9 +8,9 @@ import threading
 import traceback
 from typing import Any, Final, NamedTuple
 
-from schemas.errors import CommandRefused, PayloadError, SpecError
-from services.bus import ServedCall
-from services.robot_sim.commands import Load, Ready
+from touchline.schemas.errors import CommandRefused, PayloadError, SpecError
+from touchline.services.bus import ServedCall
+from touchline.services.robot_sim.commands import Load, Ready
 
 WAITING: Final = 2
 """Beside the one that is being prepared; more are told to come back."""

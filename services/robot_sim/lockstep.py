@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final
 
-from schemas import messages as m
-from schemas import topics
-from schemas.errors import PayloadError
-from services.bus import Bus, CallError
-from services.robot_sim.onboard.followers import Interrupted, Question
+from touchline.schemas import messages as m
+from touchline.schemas import topics
+from touchline.schemas.errors import PayloadError
+from touchline.services.bus import Bus, CallError
+from touchline.services.robot_sim.onboard.followers import Interrupted, Question
 
 TIMEOUT_S: Final = 1.0
 """Wall clock. Sim time stands still meanwhile, and so do all services but those that `interrupted` looks for."""

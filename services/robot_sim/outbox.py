@@ -18,10 +18,10 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Final
 
-from services.bus import BusConfig
-from services.robot_sim.frame import HEADER, NUMBERS
-from services.robot_sim.packing import Payload
-from services.safe_path import safe_path
+from touchline.services.bus import BusConfig
+from touchline.services.robot_sim.frame import HEADER, NUMBERS
+from touchline.services.robot_sim.packing import Payload
+from touchline.services.safe_path import safe_path
 
 _PIPE_BYTES: Final = 1024 * 1024
 MOST_BYTES: Final = 64 * 1024 * 1024
@@ -66,7 +66,7 @@ class Outbox:
                 fcntl.fcntl(self._pipe, fcntl.F_SETPIPE_SZ, _PIPE_BYTES)
         os.set_blocking(self._pipe, False)
         self._sender = subprocess.Popen(
-            [sys.executable, "-P", "-m", "services.robot_sim.sender", str(reader), self._run],
+            [sys.executable, "-P", "-m", "touchline.services.robot_sim.sender", str(reader), self._run],
             stdin=subprocess.DEVNULL,
             pass_fds=[reader],
             env={**os.environ, **self._config.environment(), **safe_path()},

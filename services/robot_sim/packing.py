@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from schemas import messages as m
-from schemas import topics
-from schemas.topics import Topic
-from services.robot_sim import layouts
-from services.robot_sim.emulator import Emulator
-from services.robot_sim.sensors.gnss import GnssReport
-from services.robot_sim.world import body
-from services.robot_sim.world.drive import EMPTY_V, FULL_V
+from touchline.schemas import messages as m
+from touchline.schemas import topics
+from touchline.schemas.topics import Topic
+from touchline.services.robot_sim import layouts
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.sensors.gnss import GnssReport
+from touchline.services.robot_sim.world import body
+from touchline.services.robot_sim.world.drive import EMPTY_V, FULL_V
 
 Payload = tuple[Topic, bytes]
 Stamp = tuple[int, int]

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas import messages as m
-from schemas.cdr import decode, encode
+from touchline.schemas import messages as m
+from touchline.schemas.cdr import decode, encode
 
 _LINKED_AT_ONCE = 64
 

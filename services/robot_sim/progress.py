@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from schemas.errors import CommandRefused
-from schemas.messages import Trajectory, TraversalStatus
-from services.robot_sim.emulator import Emulator
-from services.robot_sim.frames import Checkpoint
-from services.robot_sim.journal import Journal
-from services.robot_sim.onboard.traversal import EMERGENCY_STOP
-from services.robot_sim.remains import Remains
-from services.robot_sim.setups import SetupText
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import Trajectory, TraversalStatus
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.frames import Checkpoint
+from touchline.services.robot_sim.journal import Journal
+from touchline.services.robot_sim.onboard.traversal import EMERGENCY_STOP
+from touchline.services.robot_sim.remains import Remains
+from touchline.services.robot_sim.setups import SetupText
 
 
 class Progress:

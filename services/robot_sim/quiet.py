@@ -13,27 +13,27 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.arrays import copy
-from schemas.jit import kernel
-from services.robot_sim import ticks
-from services.robot_sim.emulator import ESTIMATED, SENSED, WHOLE, Emulator
-from services.robot_sim.estimator_error import enter_error
-from services.robot_sim.onboard import carried as c
-from services.robot_sim.onboard import tracking
-from services.robot_sim.onboard.carry import Cruise
-from services.robot_sim.onboard.cruise import obey, speed_now_mps, steer, take_in
-from services.robot_sim.onboard.estimator import model
-from services.robot_sim.onboard.followers import PurePursuitFollower
-from services.robot_sim.onboard.followers.pure_pursuit import pursue
-from services.robot_sim.onboard.onboard import Onboard
-from services.robot_sim.paint import projection
-from services.robot_sim.paint.projection import enter
-from services.robot_sim.paint.track import follow
-from services.robot_sim.sensors import receiver
-from services.robot_sim.sensors.sense import sense
-from services.robot_sim.ticks import Rows
-from services.robot_sim.world import body, physics
-from services.robot_sim.world import effects as e
+from touchline.schemas.arrays import copy
+from touchline.schemas.jit import kernel
+from touchline.services.robot_sim import ticks
+from touchline.services.robot_sim.emulator import ESTIMATED, SENSED, WHOLE, Emulator
+from touchline.services.robot_sim.estimator_error import enter_error
+from touchline.services.robot_sim.onboard import carried as c
+from touchline.services.robot_sim.onboard import tracking
+from touchline.services.robot_sim.onboard.carry import Cruise
+from touchline.services.robot_sim.onboard.cruise import obey, speed_now_mps, steer, take_in
+from touchline.services.robot_sim.onboard.estimator import model
+from touchline.services.robot_sim.onboard.followers import PurePursuitFollower
+from touchline.services.robot_sim.onboard.followers.pure_pursuit import pursue
+from touchline.services.robot_sim.onboard.onboard import Onboard
+from touchline.services.robot_sim.paint import projection
+from touchline.services.robot_sim.paint.projection import enter
+from touchline.services.robot_sim.paint.track import follow
+from touchline.services.robot_sim.sensors import receiver
+from touchline.services.robot_sim.sensors.sense import sense
+from touchline.services.robot_sim.ticks import Rows
+from touchline.services.robot_sim.world import body, physics
+from touchline.services.robot_sim.world import effects as e
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

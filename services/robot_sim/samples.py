@@ -9,15 +9,15 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas import topics
-from schemas.layout import Records
-from schemas.scenario import Scenario
-from schemas.topics import Topic
-from services.robot_sim import layouts, ticks
-from services.robot_sim.packing import Payload, gnss, stamp
-from services.robot_sim.sensors import fast
-from services.robot_sim.sensors.gnss import GnssReport, unpack
-from services.robot_sim.ticks import Rows, period
+from touchline.schemas import topics
+from touchline.schemas.layout import Records
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.topics import Topic
+from touchline.services.robot_sim import layouts, ticks
+from touchline.services.robot_sim.packing import Payload, gnss, stamp
+from touchline.services.robot_sim.sensors import fast
+from touchline.services.robot_sim.sensors.gnss import GnssReport, unpack
+from touchline.services.robot_sim.ticks import Rows, period
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

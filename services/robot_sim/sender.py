@@ -14,14 +14,14 @@ import sys
 import time
 from typing import Final
 
-from schemas import topics
-from schemas.messages import Event, GetPaintRequest, GetPaintResponse, Header, Time
-from services.bus import Bus, BusConfig, HealthReporter
-from services.bus.calls import ServedCall
-from services.bus.config import PATIENCE_S
-from services.priority import USUAL, run_at
-from services.robot_sim.frame import CARRIED, HEADER
-from services.robot_sim.paint_history import PaintHistory
+from touchline.schemas import topics
+from touchline.schemas.messages import Event, GetPaintRequest, GetPaintResponse, Header, Time
+from touchline.services.bus import Bus, BusConfig, HealthReporter
+from touchline.services.bus.calls import ServedCall
+from touchline.services.bus.config import PATIENCE_S
+from touchline.services.priority import USUAL, run_at
+from touchline.services.robot_sim.frame import CARRIED, HEADER
+from touchline.services.robot_sim.paint_history import PaintHistory
 
 _READ_BYTES: Final = 1024 * 1024
 _DRAIN_BYTES: Final = 16 * 1024 * 1024

@@ -15,28 +15,28 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Final, Literal, Protocol
 
-from schemas import messages as m
-from schemas import topics
-from schemas.errors import PayloadError
-from schemas.messages.base import Message
-from schemas.scenario import Scenario
-from schemas.vehicle import Vehicle
-from services.bus import Bus, BusConfig, HealthReporter, ServedCall
-from services.bus.calls import Server
-from services.lifecycle import until_stopped
-from services.priority import FIRST, run_at, switch_threads_soon
-from services.robot_sim.commands import Commands, Handler
-from services.robot_sim.emulator import Emulator
-from services.robot_sim.journal import Journal
-from services.robot_sim.loading import Loader, Prepared
-from services.robot_sim.lockstep import Lockstep
-from services.robot_sim.memory import give_back
-from services.robot_sim.outbox import Outbox
-from services.robot_sim.pace import LONGEST_SLICE_S, Pacer
-from services.robot_sim.packing import Payload
-from services.robot_sim.quiet import Quiet
-from services.robot_sim.telemetry import Telemetry
-from services.robot_sim.warm_up import warm_up
+from touchline.schemas import messages as m
+from touchline.schemas import topics
+from touchline.schemas.errors import PayloadError
+from touchline.schemas.messages.base import Message
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.bus import Bus, BusConfig, HealthReporter, ServedCall
+from touchline.services.bus.calls import Server
+from touchline.services.lifecycle import until_stopped
+from touchline.services.priority import FIRST, run_at, switch_threads_soon
+from touchline.services.robot_sim.commands import Commands, Handler
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.journal import Journal
+from touchline.services.robot_sim.loading import Loader, Prepared
+from touchline.services.robot_sim.lockstep import Lockstep
+from touchline.services.robot_sim.memory import give_back
+from touchline.services.robot_sim.outbox import Outbox
+from touchline.services.robot_sim.pace import LONGEST_SLICE_S, Pacer
+from touchline.services.robot_sim.packing import Payload
+from touchline.services.robot_sim.quiet import Quiet
+from touchline.services.robot_sim.telemetry import Telemetry
+from touchline.services.robot_sim.warm_up import warm_up
 
 GUARDIANS: Final = frozenset((topics.CONSOLE, topics.OPERATOR, topics.PLANNER))
 """Of these nodes at least one must be on the bus while the robot drives by itself."""

@@ -7,8 +7,8 @@ import json
 from collections.abc import Iterator
 from typing import Any, Final, NamedTuple, Self
 
-from schemas.setup import Setup
-from schemas.spec import field_path
+from touchline.schemas.setup import Setup
+from touchline.schemas.spec import field_path
 
 _SHOWN: Final = 3
 """Differences that are told one by one."""

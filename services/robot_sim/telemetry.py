@@ -13,21 +13,21 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas import messages as m
-from schemas import topics
-from schemas.cdr import encode
-from schemas.digest import SessionDigest
-from schemas.template import Template
-from services.robot_sim import layouts, ticks
-from services.robot_sim.emulator import Emulator
-from services.robot_sim.frames import OnboardEvent, Status
-from services.robot_sim.packing import Payload, battery, header, stamp
-from services.robot_sim.paint.ledger import Marks, PaintLedger
-from services.robot_sim.paint.metrics import SegmentMetrics, paint_metrics
-from services.robot_sim.paint.smears import Smear, Smearing, smearing
-from services.robot_sim.samples import Samples, sprayer_state
-from services.robot_sim.ticks import Rows, period
-from services.robot_sim.world import body
+from touchline.schemas import messages as m
+from touchline.schemas import topics
+from touchline.schemas.cdr import encode
+from touchline.schemas.digest import SessionDigest
+from touchline.schemas.template import Template
+from touchline.services.robot_sim import layouts, ticks
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.frames import OnboardEvent, Status
+from touchline.services.robot_sim.packing import Payload, battery, header, stamp
+from touchline.services.robot_sim.paint.ledger import Marks, PaintLedger
+from touchline.services.robot_sim.paint.metrics import SegmentMetrics, paint_metrics
+from touchline.services.robot_sim.paint.smears import Smear, Smearing, smearing
+from touchline.services.robot_sim.samples import Samples, sprayer_state
+from touchline.services.robot_sim.ticks import Rows, period
+from touchline.services.robot_sim.world import body
 
 _ESTIMATOR_TICKS: Final = period(topics.ESTIMATOR)
 _CLOCK_TICKS: Final = period(topics.CLOCK)

@@ -7,11 +7,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas import topics
-from schemas.jit import kernel
-from schemas.topics import Topic
-from services.robot_sim.sensors import fast, receiver
-from services.robot_sim.world import body
+from touchline.schemas import topics
+from touchline.schemas.jit import kernel
+from touchline.schemas.topics import Topic
+from touchline.services.robot_sim.sensors import fast, receiver
+from touchline.services.robot_sim.world import body
 
 TICK: Final = 0
 MEASURED: Final = 1  # tick in which the newest sample of IMU, magnetometer, encoders was measured; −1: none arrived

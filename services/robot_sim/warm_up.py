@@ -8,20 +8,20 @@ from typing import Final
 
 import numpy as np
 
-from schemas.curves import Curve
-from schemas.scenario import Scenario
-from schemas.vehicle import Vehicle
-from services.robot_sim import onboard
-from services.robot_sim.emulator import Emulator
-from services.robot_sim.frames import STANDSTILL
-from services.robot_sim.paint.ledger import PaintLedger
-from services.robot_sim.paint.smears import smearing
-from services.robot_sim.paint.targets import Target
-from services.robot_sim.paint.track import Track
-from services.robot_sim.quiet import Quiet
-from services.robot_sim.sensors.suite import Sensors
-from services.robot_sim.world import body, physics
-from services.robot_sim.world.world import World
+from touchline.schemas.curves import Curve
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim import onboard
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.frames import STANDSTILL
+from touchline.services.robot_sim.paint.ledger import PaintLedger
+from touchline.services.robot_sim.paint.smears import smearing
+from touchline.services.robot_sim.paint.targets import Target
+from touchline.services.robot_sim.paint.track import Track
+from touchline.services.robot_sim.quiet import Quiet
+from touchline.services.robot_sim.sensors.suite import Sensors
+from touchline.services.robot_sim.world import body, physics
+from touchline.services.robot_sim.world.world import World
 
 _LOOP: Final = "loop"
 _STEPS: Final = ("world", "sensors", "paint", "onboard computer", _LOOP)

@@ -8,10 +8,10 @@ from typing import Any, Final
 
 from pydantic import ValidationError
 
-from schemas.errors import SpecError
-from schemas.messages import PlanOptions
-from schemas.scenario import Scenario
-from schemas.spec import first_problem, parse
+from touchline.schemas.errors import SpecError
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.spec import first_problem, parse
 
 Setting = dict[str, Any]
 """Values by dotted name: a field of the scenario (``gnss.white_m``), ``template``, or ``plan.`` and an option."""

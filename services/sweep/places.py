@@ -6,9 +6,9 @@ from collections.abc import Generator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 
-from schemas.errors import TouchlineError
-from services.simulation import Job
-from services.sweep.task import Run, Task, begin_worker, perform, perform_in_worker, undisturbed
+from touchline.schemas.errors import TouchlineError
+from touchline.services.simulation import Job
+from touchline.services.sweep.task import Run, Task, begin_worker, perform, perform_in_worker, undisturbed
 
 
 def here(jobs: list[Job], tasks: Sequence[Task]) -> Generator[Run, None, None]:

@@ -7,9 +7,9 @@ from typing import Any, Final
 
 import numpy as np
 
-from services.sweep.grid import Case
-from services.sweep.task import Run
-from services.writing import writing
+from touchline.services.sweep.grid import Case
+from touchline.services.sweep.task import Run
+from touchline.services.writing import writing
 
 #: Figures of which more is better; of all others less is.
 MORE_IS_BETTER: Final = ("coverage_pct", "area_coverage_pct", "within_tolerance_pct")

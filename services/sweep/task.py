@@ -7,15 +7,15 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
-from schemas.catalogue import load_template
-from schemas.errors import TouchlineError
-from schemas.messages import TraversalReport
-from schemas.scenario import Scenario
-from schemas.vehicle import Vehicle
-from services.lifecycle import ENDS
-from services.reports import failing
-from services.simulation import Job, Progress, simulate
-from services.sweep.grid import Case
+from touchline.schemas.catalogue import load_template
+from touchline.schemas.errors import TouchlineError
+from touchline.schemas.messages import TraversalReport
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.lifecycle import ENDS
+from touchline.services.reports import failing
+from touchline.services.simulation import Job, Progress, simulate
+from touchline.services.sweep.grid import Case
 
 
 @dataclass(frozen=True)

@@ -3,9 +3,9 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-from schemas import topics
-from schemas.cdr import encode
-from schemas.messages import (
+from touchline.schemas import topics
+from touchline.schemas.cdr import encode
+from touchline.schemas.messages import (
     Clock,
     Header,
     Imu,
@@ -17,8 +17,8 @@ from schemas.messages import (
     TraversalStatus,
     Vector3,
 )
-from schemas.topics import Topic
-from services.bridge.recorder import Recorder
+from touchline.schemas.topics import Topic
+from touchline.services.bridge.recorder import Recorder
 
 TICK_NS = 10_000_000
 

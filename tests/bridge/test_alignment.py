@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from schemas.cdr import encode
-from schemas.messages import String
-from services.bridge.alignment import SIGHT, Alignment
-from services.bridge.compare import compare
-from services.bridge.recorded import Kind, Recorded
 from tests.bridge.foreign import foreign
 from tests.bridge.said import messages, record
+from touchline.schemas.cdr import encode
+from touchline.schemas.messages import String
+from touchline.services.bridge.alignment import SIGHT, Alignment
+from touchline.services.bridge.compare import compare
+from touchline.services.bridge.recorded import Kind, Recorded
 
 Made = tuple[float, str]
 

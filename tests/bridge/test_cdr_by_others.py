@@ -12,9 +12,9 @@ from pycdr2 import IdlStruct
 from pycdr2 import types as idl
 from rosbags.interfaces import Nodetype
 
-from schemas import topics
-from schemas.cdr import decode, encode, typestore
-from schemas.messages import Message
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode, encode, typestore
+from touchline.schemas.messages import Message
 
 KINDS: dict[str, type[Message]] = {topic.type.ros_type: topic.type for topic in topics.TOPICS}
 for service in (*topics.SERVICES, topics.FOLLOWER_STEP):

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from schemas import topics
-from schemas.cdr import encode
-from schemas.messages import Header, Imu, Message, Vector3
-from schemas.topics import Topic
-from services.bridge.compare import compare
-from services.bridge.recorder import Recorder
 from tests.bridge.said import messages, record, stamp
+from touchline.schemas import topics
+from touchline.schemas.cdr import encode
+from touchline.schemas.messages import Header, Imu, Message, Vector3
+from touchline.schemas.topics import Topic
+from touchline.services.bridge.compare import compare
+from touchline.services.bridge.recorder import Recorder
 
 Said = Iterator[tuple[Topic, Message]]
 

@@ -13,21 +13,21 @@ from mcap.data_stream import RecordBuilder
 from mcap.records import Channel, Chunk
 from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
-from schemas import topics
-from schemas.cdr import encode
-from schemas.errors import TouchlineError
-from schemas.messages import Clock, Imu, PaintMarks, String, TraversalReport
-from services.bridge.channels import schema_text
-from services.bridge.compare import compare
-from services.bridge.mcap_file import LARGEST_RATIO
-from services.bridge.output import RecordingError
-from services.bridge.reader import read_summary
-from services.bridge.recorder import Recorder
-from services.bridge.replayer import Timeline
-from services.bridge.unpack import LARGEST_CHUNK_BYTES
-from services.painted import read_painted
 from tests.bridge.mutations import mutated
 from tests.bridge.said import messages, stamp
+from touchline.schemas import topics
+from touchline.schemas.cdr import encode
+from touchline.schemas.errors import TouchlineError
+from touchline.schemas.messages import Clock, Imu, PaintMarks, String, TraversalReport
+from touchline.services.bridge.channels import schema_text
+from touchline.services.bridge.compare import compare
+from touchline.services.bridge.mcap_file import LARGEST_RATIO
+from touchline.services.bridge.output import RecordingError
+from touchline.services.bridge.reader import read_summary
+from touchline.services.bridge.recorder import Recorder
+from touchline.services.bridge.replayer import Timeline
+from touchline.services.bridge.unpack import LARGEST_CHUNK_BYTES
+from touchline.services.painted import read_painted
 
 TEMPLATE = '{"name": "t", "segments": [{"id": "a", "line": {"start": [0, 0], "end": [5, 0]}}]}'
 MUTATED = 160

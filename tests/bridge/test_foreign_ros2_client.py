@@ -16,15 +16,15 @@ from typing import Any
 
 import pytest
 
-from schemas import topics
-from schemas.cdr import encode, service_type_hash, type_hash
-from schemas.curves import Curve
-from schemas.messages import GetDiagnosticsRequest, GetPaintRequest, StartTraversalRequest, TraversalStatus
-from schemas.topics import Service, Topic
-from services.bus import Bus, BusConfig, CallError
-from services.bus.ports import free_port
 from tests.bridge.ros2_machine import ForeignClient, foreign_client, write_definitions
 from tests.robot_sim.scripted import trajectory
+from touchline.schemas import topics
+from touchline.schemas.cdr import encode, service_type_hash, type_hash
+from touchline.schemas.curves import Curve
+from touchline.schemas.messages import GetDiagnosticsRequest, GetPaintRequest, StartTraversalRequest, TraversalStatus
+from touchline.schemas.topics import Service, Topic
+from touchline.services.bus import Bus, BusConfig, CallError
+from touchline.services.bus.ports import free_port
 
 ROOT = Path(__file__).resolve().parents[2]
 DOMAIN = 42
@@ -49,7 +49,7 @@ class System:
     @contextmanager
     def running(self, *arguments: str) -> Iterator[subprocess.Popen[bytes]]:
         """A service process."""
-        command = [sys.executable, "-m", "services.cli", *arguments]
+        command = [sys.executable, "-m", "touchline", *arguments]
         process = subprocess.Popen(command, cwd=ROOT, env={**os.environ, **self.bus.config.environment()})
         try:
             yield process

@@ -7,17 +7,17 @@ import pytest
 import zenoh
 from zenoh import ext, handlers
 
-from schemas import topics
-from schemas.cdr import decode, encode
-from schemas.errors import SpecError, TouchlineError
-from schemas.messages import Clock, CommandRequest, CommandResponse, GetPaintRequest, String, Time
-from services.bridge import routes
-from services.bridge.gateway import Gateway, GatewayConfig
-from services.bridge.rmw_zenoh import RosNode, gid
-from services.bus import Bus, attachment
-from services.bus.ports import free_port
-from services.bus.ros2 import Ros2Endpoint, Ros2Session
 from tests.meeting import caught_up
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode, encode
+from touchline.schemas.errors import SpecError, TouchlineError
+from touchline.schemas.messages import Clock, CommandRequest, CommandResponse, GetPaintRequest, String, Time
+from touchline.services.bridge import routes
+from touchline.services.bridge.gateway import Gateway, GatewayConfig
+from touchline.services.bridge.rmw_zenoh import RosNode, gid
+from touchline.services.bus import Bus, attachment
+from touchline.services.bus.ports import free_port
+from touchline.services.bus.ros2 import Ros2Endpoint, Ros2Session
 
 #: Liveliness tokens of a gateway: its node's, and one for each topic and service.
 EVERYTHING = 1 + len(topics.TOPICS) + len(topics.SERVICES)
@@ -311,7 +311,7 @@ def test_an_endpoint_that_cannot_be_used_is_told_with_its_option(session, endpoi
 
 
 def test_nobody_at_the_router_is_told(endpoint, monkeypatch):
-    monkeypatch.setattr("services.bus.ros2._CONNECT_TIMEOUT_MS", 300)
+    monkeypatch.setattr("touchline.services.bus.ros2._CONNECT_TIMEOUT_MS", 300)
     expected = rf"--ros2-connect {endpoint}: nobody answers .*rmw_zenohd"
     with pytest.raises(TouchlineError, match=expected), Ros2Session.open(Ros2Endpoint(endpoint, listen=False)):
         pass

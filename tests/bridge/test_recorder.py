@@ -13,13 +13,13 @@ from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import QosDurability, QosHistory, QosReliability
 
-from schemas import topics
-from schemas.cdr import decode, encode, full_definition, type_hash
-from schemas.messages import Clock, Header, Imu, NavSatFix, String
-from services.bridge.output import RecordingError
-from services.bridge.reader import RecordingReader, read_summary
-from services.bridge.recorder import Existing, Recorder, is_stamped
 from tests.bridge.said import messages, record, stamp
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode, encode, full_definition, type_hash
+from touchline.schemas.messages import Clock, Header, Imu, NavSatFix, String
+from touchline.services.bridge.output import RecordingError
+from touchline.services.bridge.reader import RecordingReader, read_summary
+from touchline.services.bridge.recorder import Existing, Recorder, is_stamped
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -270,9 +270,9 @@ def test_what_is_not_mcap_is_refused(tmp_path: Path, content: bytes) -> None:
 FULL_DISK = """
 import json, resource, sys
 from pathlib import Path
-from schemas.cdr import encode
-from services.bridge.output import RecordingError
-from services.bridge.recorder import Recorder
+from touchline.schemas.cdr import encode
+from touchline.services.bridge.output import RecordingError
+from touchline.services.bridge.recorder import Recorder
 from tests.bridge.said import messages
 resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[2]), resource.RLIM_INFINITY))
 recorder, refusals = Recorder(Path(sys.argv[1])), []

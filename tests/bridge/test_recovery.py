@@ -9,14 +9,14 @@ from mcap.opcode import Opcode
 from mcap.records import Channel
 from mcap.writer import CompressionType, IndexType, Writer
 
-from schemas.cdr import encode
-from schemas.messages import String
-from services.bridge.compare import compare
-from services.bridge.output import RecordingError
-from services.bridge.reader import RecordingReader, read_summary
 from tests.bridge.foreign import foreign
 from tests.bridge.mutations import records
 from tests.bridge.said import messages, record
+from touchline.schemas.cdr import encode
+from touchline.schemas.messages import String
+from touchline.services.bridge.compare import compare
+from touchline.services.bridge.output import RecordingError
+from touchline.services.bridge.reader import RecordingReader, read_summary
 
 CHUNK_START = 9 + 28 + 4
 

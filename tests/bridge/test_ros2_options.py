@@ -7,11 +7,11 @@ import sys
 
 import pytest
 
-from schemas.errors import SpecError
-from services.bridge.gateway import GatewayConfig
-from services.bus import BusConfig
-from services.bus.ros2 import DEFAULT_ENDPOINT, Ros2Endpoint, Ros2Session
-from services.cli.ros2 import Ros2Choice
+from touchline.schemas.errors import SpecError
+from touchline.services.bridge.gateway import GatewayConfig
+from touchline.services.bus import BusConfig
+from touchline.services.bus.ros2 import DEFAULT_ENDPOINT, Ros2Endpoint, Ros2Session
+from touchline.services.cli.ros2 import Ros2Choice
 
 
 def test_without_ros2_there_is_no_gateway() -> None:
@@ -51,7 +51,7 @@ def test_a_bridge_whose_endpoint_is_taken_ends_with_one_line_that_names_the_opti
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
-    command = [sys.executable, "-m", "services.cli", "bridge", "--ros2", "--ros2-listen", endpoint]
+    command = [sys.executable, "-m", "touchline", "bridge", "--ros2", "--ros2-listen", endpoint]
     with Ros2Session.open(Ros2Endpoint(endpoint)):
         done = subprocess.run(
             command,

@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
-from schemas import topics
-from schemas.cdr import decode, encode, typestore
-from schemas.messages import Imu, String
-from services.bridge.compare import compare
-from services.bridge.output import RecordingError
-from services.bridge.reader import RecordingReader, read_summary
-from services.bridge.replayer import Timeline
 from tests.bridge.foreign import foreign
 from tests.bridge.said import messages
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode, encode, typestore
+from touchline.schemas.messages import Imu, String
+from touchline.services.bridge.compare import compare
+from touchline.services.bridge.output import RecordingError
+from touchline.services.bridge.reader import RecordingReader, read_summary
+from touchline.services.bridge.replayer import Timeline
 
 
 def bag(path: Path, plugin: StoragePlugin, mode: CompressionMode = CompressionMode.NONE, version: int = 9) -> Path:

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from schemas.cdr import encode
-from schemas.errors import PayloadError
-from schemas.messages import SegmentPaint, String
-from services.bridge.compare import Comparison, compare
-from services.bridge.decoding import as_message
-from services.bridge.recorded import Kind, Recorded
 from tests.bridge.foreign import foreign
+from touchline.schemas.cdr import encode
+from touchline.schemas.errors import PayloadError
+from touchline.schemas.messages import SegmentPaint, String
+from touchline.services.bridge.compare import Comparison, compare
+from touchline.services.bridge.decoding import as_message
+from touchline.services.bridge.recorded import Kind, Recorded
 
 NOW = "float64 x_m\nfloat64 speed_mps\nstring[] names\n"
 OLDER = "float64 x_m\nfloat64 speed_mps\n"

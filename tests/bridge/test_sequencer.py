@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from schemas import topics
-from schemas.topics import Topic
-from services.bridge.sequencer import Sequencer
+from touchline.schemas import topics
+from touchline.schemas.topics import Topic
+from touchline.services.bridge.sequencer import Sequencer
 
 CHANNELS = (topics.CLOCK, topics.IMU, topics.PAINT)
 

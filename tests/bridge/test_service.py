@@ -11,10 +11,12 @@ from pathlib import Path
 
 import pytest
 
-from schemas import topics
-from schemas.cdr import encode
-from schemas.errors import CommandRefused
-from schemas.messages import (
+from tests.bridge.said import messages, record, stamp
+from tests.meeting import caught_up
+from touchline.schemas import topics
+from touchline.schemas.cdr import encode
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import (
     Clock,
     DiagnosticArray,
     DiagnosticStatus,
@@ -26,18 +28,16 @@ from schemas.messages import (
     RecordStopRequest,
     RecordStopResponse,
 )
-from services.bridge.compare import compare
-from services.bridge.reader import RecordingReader, read_summary
-from services.bridge.replay_service import run_replay
-from services.bus import Bus, BusConfig, HealthReporter, attachment
-from tests.bridge.said import messages, record, stamp
-from tests.meeting import caught_up
+from touchline.services.bridge.compare import compare
+from touchline.services.bridge.reader import RecordingReader, read_summary
+from touchline.services.bridge.replay_service import run_replay
+from touchline.services.bus import Bus, BusConfig, HealthReporter, attachment
 
 BRIDGE = "from services.bridge.service import run_service; run_service({arguments}recordings=Path({folder!r}))"
 REPLAY = """
 import sys
 from pathlib import Path
-from services.bridge.replay_service import run_replay
+from touchline.services.bridge.replay_service import run_replay
 print(run_replay(Path(sys.argv[1]), float(sys.argv[2])))
 """
 ROOT = Path(__file__).resolve().parents[2]

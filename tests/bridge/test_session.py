@@ -2,13 +2,13 @@
 
 from pathlib import Path
 
-from schemas import topics
-from schemas.cdr import encode
-from schemas.messages import Imu
-from services.bridge.reader import read_summary
-from services.bridge.recorder import Recorder
-from services.bridge.session import FLUSH_PERIOD_S, RecordingSession
 from tests.bridge.test_sequencer import Sent
+from touchline.schemas import topics
+from touchline.schemas.cdr import encode
+from touchline.schemas.messages import Imu
+from touchline.services.bridge.reader import read_summary
+from touchline.services.bridge.recorder import Recorder
+from touchline.services.bridge.session import FLUSH_PERIOD_S, RecordingSession
 
 
 class Waiting:

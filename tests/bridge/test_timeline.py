@@ -2,15 +2,15 @@
 
 from pathlib import Path
 
-from schemas import topics
-from schemas.cdr import encode
-from schemas.messages import Clock, Header, Imu, NavSatFix, String
-from schemas.topics import Topic
-from services.bridge.channels import topic_at
-from services.bridge.recorder import Recorder
-from services.bridge.replayer import Timeline
 from tests.bridge.foreign import foreign
 from tests.bridge.said import messages, record, stamp
+from touchline.schemas import topics
+from touchline.schemas.cdr import encode
+from touchline.schemas.messages import Clock, Header, Imu, NavSatFix, String
+from touchline.schemas.topics import Topic
+from touchline.services.bridge.channels import topic_at
+from touchline.services.bridge.recorder import Recorder
+from touchline.services.bridge.replayer import Timeline
 
 
 def test_everything_in_order_at_its_time(recording: Path) -> None:

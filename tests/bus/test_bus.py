@@ -13,13 +13,13 @@ from datetime import datetime
 import pytest
 import zenoh
 
-from schemas import topics
-from schemas.cdr import MAX_PAYLOAD_BYTES, encode
-from schemas.errors import SpecError
-from schemas.messages import Clock, CommandRequest, CommandResponse, Event, String, Time
-from services.bus import Bus, BusConfig, CallError, HealthReporter
-from services.bus.counters import LARGEST_GAP, MOST_PUBLISHERS, SequenceGaps
 from tests.meeting import caught_up, eventually
+from touchline.schemas import topics
+from touchline.schemas.cdr import MAX_PAYLOAD_BYTES, encode
+from touchline.schemas.errors import SpecError
+from touchline.schemas.messages import Clock, CommandRequest, CommandResponse, Event, String, Time
+from touchline.services.bus import Bus, BusConfig, CallError, HealthReporter
+from touchline.services.bus.counters import LARGEST_GAP, MOST_PUBLISHERS, SequenceGaps
 
 
 @pytest.fixture

@@ -9,19 +9,19 @@ from pathlib import Path
 
 import pytest
 
-from schemas import topics
-from schemas.errors import TouchlineError
-from schemas.messages import CommandRequest
-from services.bus import Bus, BusConfig, insist
+from touchline.schemas import topics
+from touchline.schemas.errors import TouchlineError
+from touchline.schemas.messages import CommandRequest
+from touchline.services.bus import Bus, BusConfig, insist
 
 # Says how many requests it has had. Given an argument, it has no descriptor left for another connection once the first
 # peer has come: as a robot does among its services.
 ROBOT = """
 import contextlib, os, resource, sys
-from schemas import topics
-from schemas.cdr import decode, encode
-from schemas.messages import CommandRequest, CommandResponse
-from services.bus import Bus
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode, encode
+from touchline.schemas.messages import CommandRequest, CommandResponse
+from touchline.services.bus import Bus
 
 with Bus.open(topics.ROBOT_SIM) as bus:
     server, asked, hoard = bus.serve(topics.ESTOP), 0, []
@@ -64,7 +64,7 @@ def estop(config, patience_s=30.0, tell=lambda problem: None):
 
 @pytest.mark.skipif(not Path("/proc/self/fd").is_dir(), reason="needs to know how many files are open")
 def test_a_robot_without_room_for_another_peer_is_reached_at_its_door(bus_config, monkeypatch):
-    monkeypatch.setattr("services.bus.joining._GIVE_UP_S", 1.0)
+    monkeypatch.setattr("touchline.services.bus.joining._GIVE_UP_S", 1.0)
     with robot(bus_config, "full") as process, Bus.open(topics.BRIDGE, bus_config):
         assert process.stdout.readline() == "full\n"
         with pytest.raises(TouchlineError, match="does not answer"), Bus.open(topics.OPERATOR, bus_config):

@@ -12,13 +12,13 @@ from contextlib import ExitStack
 import pytest
 import zenoh
 
-from schemas import topics
-from schemas.errors import TouchlineError
-from schemas.messages import CommandRequest, CommandResponse
-from services.bus import Bus, BusConfig
-from services.bus.config import MAX_MESSAGE_BYTES
-from services.bus.reach import beyond_loopback, is_loopback
 from tests.meeting import caught_up
+from touchline.schemas import topics
+from touchline.schemas.errors import TouchlineError
+from touchline.schemas.messages import CommandRequest, CommandResponse
+from touchline.services.bus import Bus, BusConfig
+from touchline.services.bus.config import MAX_MESSAGE_BYTES
+from touchline.services.bus.reach import beyond_loopback, is_loopback
 
 
 def port_of(config: BusConfig) -> int:
@@ -84,7 +84,7 @@ def test_more_than_loopback_is_said_aloud(tmp_path, bus_config, capfd):
 
 
 def test_another_program_at_the_meeting_point_is_told(bus_config, monkeypatch, capfd):
-    monkeypatch.setattr("services.bus.joining._GIVE_UP_S", 2.2)
+    monkeypatch.setattr("touchline.services.bus.joining._GIVE_UP_S", 2.2)
     with (
         socket.create_server(("127.0.0.1", port_of(bus_config))),
         pytest.raises(TouchlineError, match=r"another program, or frozen.*TOUCHLINE_ENDPOINT"),
@@ -99,7 +99,7 @@ def test_waiting_for_a_router_can_be_interrupted(tmp_path, bus_config):
     path.write_text("{mode: 'client'}")
     environment = {**os.environ, **BusConfig(endpoint=bus_config.endpoint, config_file=path).environment()}
     with subprocess.Popen(
-        [sys.executable, "-m", "services.cli", "status"], env=environment, stderr=subprocess.PIPE, text=True
+        [sys.executable, "-m", "touchline", "status"], env=environment, stderr=subprocess.PIPE, text=True
     ) as status:
         assert "does not answer; still trying" in status.stderr.readline()
         status.send_signal(signal.SIGTERM)

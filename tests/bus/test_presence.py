@@ -9,12 +9,12 @@ import zenoh
 from hypothesis import given
 from hypothesis import strategies as st
 
-from schemas import topics
-from schemas.errors import TouchlineError
-from schemas.messages import Clock, Time
-from services.bus import Bus, BusConfig, HealthReporter
-from services.bus.presence import Token, parse_token, token_prefix
 from tests.meeting import caught_up, eventually
+from touchline.schemas import topics
+from touchline.schemas.errors import TouchlineError
+from touchline.schemas.messages import Clock, Time
+from touchline.services.bus import Bus, BusConfig, HealthReporter
+from touchline.services.bus.presence import Token, parse_token, token_prefix
 
 PREFIX = token_prefix("tt2")
 

@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-from services.cli.commands import run_command
+from touchline.services.cli.commands import run_command
 
 
 @pytest.fixture

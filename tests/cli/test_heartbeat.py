@@ -6,8 +6,8 @@ import time
 
 import pytest
 
-from services.heartbeat import VARIABLE, Heartbeat, HeartbeatWatch
-from services.lifecycle import until_stopped
+from touchline.services.heartbeat import VARIABLE, Heartbeat, HeartbeatWatch
+from touchline.services.lifecycle import until_stopped
 
 
 @pytest.fixture

@@ -6,10 +6,10 @@ import threading
 
 import pytest
 
-from schemas import messages as m
-from schemas import topics
-from services.bus import Bus
-from services.cli.commands import run_command
+from touchline.schemas import messages as m
+from touchline.schemas import topics
+from touchline.services.bus import Bus
+from touchline.services.cli.commands import run_command
 
 
 @pytest.fixture

@@ -8,9 +8,9 @@ import sys
 
 import pytest
 
-from schemas.errors import TouchlineError
-from services.private_folder import open_private, run_folder
-from services.runtime import _lock_path, only_one, running_pid, stop_running
+from touchline.schemas.errors import TouchlineError
+from touchline.services.private_folder import open_private, run_folder
+from touchline.services.runtime import _lock_path, only_one, running_pid, stop_running
 
 
 @pytest.fixture

@@ -10,9 +10,10 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from schemas import topics
-from schemas.errors import TouchlineError
-from schemas.messages import (
+from tests.bridge.said import messages, record
+from touchline.schemas import topics
+from touchline.schemas.errors import TouchlineError
+from touchline.schemas.messages import (
     DiagnosticStatus,
     Event,
     RecordRequest,
@@ -20,15 +21,14 @@ from schemas.messages import (
     RecordStopRequest,
     RecordStopResponse,
 )
-from services.bus import Bus, BusConfig, HealthReporter
-from services.cli.commands import app
-from tests.bridge.said import messages, record
+from touchline.services.bus import Bus, BusConfig, HealthReporter
+from touchline.services.cli.commands import app
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
 def touchline(config: BusConfig, *arguments: str) -> subprocess.Popen[str]:
-    command = [sys.executable, "-m", "services.cli", *arguments]
+    command = [sys.executable, "-m", "touchline", *arguments]
     environment = {**os.environ, **config.environment()}
     return subprocess.Popen(
         command, cwd=ROOT, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True

@@ -4,12 +4,19 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
-from schemas.messages import PlanOptions, PlanReport, PlanResponse, SegmentPaint, TraversalReport, TraversalStatus
-from schemas.vehicle import Vehicle
-from services import reports
-from services.bus import CallError
-from services.bus.counters import Counters
-from services.job import Job, JobOptions
+from touchline.schemas.messages import (
+    PlanOptions,
+    PlanReport,
+    PlanResponse,
+    SegmentPaint,
+    TraversalReport,
+    TraversalStatus,
+)
+from touchline.schemas.vehicle import Vehicle
+from touchline.services import reports
+from touchline.services.bus import CallError
+from touchline.services.bus.counters import Counters
+from touchline.services.job import Job, JobOptions
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "reports.md"
 

@@ -10,15 +10,15 @@ from pathlib import Path
 
 import pytest
 
-from schemas.cdr import decode
-from schemas.messages import String
-from schemas.scenario import Scenario
-from schemas.setup import Setup
-from schemas.spec import parse
-from schemas.vehicle import Vehicle
-from services.bridge.compare import compare
-from services.bridge.reader import RecordingReader
 from tests.system.commands import figures, start_touchline, touchline
+from touchline.schemas.cdr import decode
+from touchline.schemas.messages import String
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.setup import Setup
+from touchline.schemas.spec import parse
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.bridge.compare import compare
+from touchline.services.bridge.reader import RecordingReader
 
 SQUARE = ("study-square", "--json", "--seed", "7")
 WALL_CLOCK = ("wall_time_s", "real_time_factor")

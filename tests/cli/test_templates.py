@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from schemas.catalogue import load_template, parse_template
 from tests.system.commands import figures, touchline
+from touchline.schemas.catalogue import load_template, parse_template
 
 
 def test_parameters_and_placement_reach_the_template(tmp_path: Path) -> None:

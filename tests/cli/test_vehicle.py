@@ -6,15 +6,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from schemas.catalogue import load_template
-from schemas.messages import PlanOptions
-from schemas.scenario import Scenario
-from schemas.spec import parse, read_text
-from schemas.vehicle import Vehicle
-from services.planner.plan import plan
-from services.planner.wheels import wheel_series
-from services.robot_sim.emulator import Emulator
-from services.robot_sim.world import body
+from touchline.schemas.catalogue import load_template
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.spec import parse, read_text
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.plan import plan
+from touchline.services.planner.wheels import wheel_series
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.world import body
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "small-robot.json"
 

@@ -10,16 +10,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import MultiLineString
 
-from schemas.catalogue import parse_template
-from schemas.curves import Curve
-from schemas.errors import SpecError
-from services.drawings.comparison import draw_comparison
-from services.drawings.detail import Detail
-from services.drawings.importer import Imported, ImportOptions, import_drawing
-from services.drawings.outline import Outline, bezier
-from services.drawings.slivers import paintable
-from services.drawings.strokes import Kind, Strokes
 from tests.drawings.ten import HEAD, TEN
+from touchline.schemas.catalogue import parse_template
+from touchline.schemas.curves import Curve
+from touchline.schemas.errors import SpecError
+from touchline.services.drawings.comparison import draw_comparison
+from touchline.services.drawings.detail import Detail
+from touchline.services.drawings.importer import Imported, ImportOptions, import_drawing
+from touchline.services.drawings.outline import Outline, bezier
+from touchline.services.drawings.slivers import paintable
+from touchline.services.drawings.strokes import Kind, Strokes
 
 LINE_M = 0.12
 DETAIL = Detail.of(LINE_M)

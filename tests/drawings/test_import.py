@@ -8,13 +8,13 @@ import ezdxf
 import numpy as np
 import pytest
 
-from schemas.catalogue import parse_template
-from schemas.errors import SpecError
-from schemas.vehicle import Vehicle
-from services.drawings.deviation import distance_m
-from services.drawings.importer import Anchor, ImportOptions, import_drawing
-from services.drawings.picture import bounds, picture
-from services.planner.plan import plan
+from touchline.schemas.catalogue import parse_template
+from touchline.schemas.errors import SpecError
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.drawings.deviation import distance_m
+from touchline.services.drawings.importer import Anchor, ImportOptions, import_drawing
+from touchline.services.drawings.picture import bounds, picture
+from touchline.services.planner.plan import plan
 
 OWN = ImportOptions(anchor=Anchor.OWN, detail_m=0.0)
 METRES = ImportOptions(scale_m=1.0, anchor=Anchor.OWN, detail_m=0.0)

@@ -6,11 +6,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from schemas.curves import Curve
-from services.drawings import arcs, refit
-from services.drawings.arcs import Complexes
-from services.drawings.detail import Detail
-from services.drawings.outline import Floats
+from touchline.schemas.curves import Curve
+from touchline.services.drawings import arcs, refit
+from touchline.services.drawings.arcs import Complexes
+from touchline.services.drawings.detail import Detail
+from touchline.services.drawings.outline import Floats
 
 
 def wave(count: int) -> list[Curve]:

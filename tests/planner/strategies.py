@@ -4,8 +4,8 @@ import math
 
 from hypothesis import strategies as st
 
-from schemas.template import ArcSpec, LineSpec, Template, TemplateSegment
-from services.planner.clothoid import Piece, Pose
+from touchline.schemas.template import ArcSpec, LineSpec, Template, TemplateSegment
+from touchline.services.planner.clothoid import Piece, Pose
 
 
 def floats(low: float, high: float) -> st.SearchStrategy[float]:

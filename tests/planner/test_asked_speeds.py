@@ -2,10 +2,10 @@
 
 import pytest
 
-from schemas.errors import PlanningError
-from schemas.messages import PlanOptions
-from schemas.vehicle import Vehicle
-from services.planner.limits import Limits
+from touchline.schemas.errors import PlanningError
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.limits import Limits
 
 
 def speeds(**asked: float) -> tuple[float, float]:

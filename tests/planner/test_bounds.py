@@ -8,21 +8,28 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from schemas.messages import PlanOptions
-from schemas.vehicle import Vehicle
-from services.planner.clothoid import Piece, PiecePath, Pose
-from services.planner.limits import Limits
-from services.planner.ordering.costs import way_rows
-from services.planner.ordering.way_times import TRACK_PIECES, least_time, way_time, way_times
-from services.planner.plan import ways_of
-from services.planner.steering.forward import STARTS, WITH_STRAIGHT, attempt, least_length, three_elements, turn_of
-from services.planner.steering.plain import least_plain
-from services.planner.steering.profile import amount_of, solve
-from services.planner.steering.three import solve_three
-from services.planner.transitions.dubins import dubins_pieces
-from services.planner.transitions.method import CurveEnd
-from services.planner.ways import BRAKING_SHARE, Way
 from tests.planner.strategies import floats, headings, pose_pairs
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.clothoid import Piece, PiecePath, Pose
+from touchline.services.planner.limits import Limits
+from touchline.services.planner.ordering.costs import way_rows
+from touchline.services.planner.ordering.way_times import TRACK_PIECES, least_time, way_time, way_times
+from touchline.services.planner.plan import ways_of
+from touchline.services.planner.steering.forward import (
+    STARTS,
+    WITH_STRAIGHT,
+    attempt,
+    least_length,
+    three_elements,
+    turn_of,
+)
+from touchline.services.planner.steering.plain import least_plain
+from touchline.services.planner.steering.profile import amount_of, solve
+from touchline.services.planner.steering.three import solve_three
+from touchline.services.planner.transitions.dubins import dubins_pieces
+from touchline.services.planner.transitions.method import CurveEnd
+from touchline.services.planner.ways import BRAKING_SHARE, Way
 
 ORIGIN = Pose(0.0, 0.0, 0.0)
 

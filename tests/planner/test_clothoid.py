@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.special import fresnel
 
-from services.planner.clothoid import Piece, PiecePath, Pose, joined
 from tests.planner.strategies import floats, moves, pieces, poses
+from touchline.services.planner.clothoid import Piece, PiecePath, Pose, joined
 
 
 @pytest.mark.parametrize("sharpness", [1.0, 2.1, 15.75, 1e-3, 0.3])

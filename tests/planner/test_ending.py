@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from schemas.catalogue import load_template
-from schemas.errors import PlanningError
-from schemas.messages import PlanOptions
-from schemas.template import LineSpec, Polygon, Template, TemplateSegment
-from schemas.vehicle import Vehicle
-from services.planner.inside import Yard
-from services.planner.plan import Plan, plan
+from touchline.schemas.catalogue import load_template
+from touchline.schemas.errors import PlanningError
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.template import LineSpec, Polygon, Template, TemplateSegment
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.inside import Yard
+from touchline.services.planner.plan import Plan, plan
 
 VEHICLE = Vehicle()
 

@@ -4,13 +4,13 @@ from collections.abc import Iterator
 
 import pytest
 
-from schemas.catalogue import load_template, shipped_templates
-from schemas.fields import FIELDS
-from schemas.lettering import Corners, write
-from schemas.placement import place
-from schemas.template import Placement, Template
-from schemas.vehicle import Vehicle
-from services.planner.plan import plan
+from touchline.schemas.catalogue import load_template, shipped_templates
+from touchline.schemas.fields import FIELDS
+from touchline.schemas.lettering import Corners, write
+from touchline.schemas.placement import place
+from touchline.schemas.template import Placement, Template
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.plan import plan
 
 
 def extremes() -> Iterator[tuple[str, dict[str, float | bool]]]:

@@ -9,16 +9,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import affinity
 
-from schemas.catalogue import parse_template
-from schemas.errors import PlanningError, SpecError
-from schemas.messages import PlanOptions
-from schemas.template import LineSpec, Polygon, Template, TemplateSegment
-from schemas.vehicle import Vehicle
-from services.planner.clothoid import Piece, PiecePath, Pose
-from services.planner.inside import MARGIN_M, Yard
-from services.planner.plan import Plan, plan
 from tests.planner.strategies import floats
 from tests.planner.test_standing import SPINNING, there_and_back
+from touchline.schemas.catalogue import parse_template
+from touchline.schemas.errors import PlanningError, SpecError
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.template import LineSpec, Polygon, Template, TemplateSegment
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.clothoid import Piece, PiecePath, Pose
+from touchline.services.planner.inside import MARGIN_M, Yard
+from touchline.services.planner.plan import Plan, plan
 
 VEHICLE = Vehicle()
 BODY = shapely.Polygon(VEHICLE.footprint_m)

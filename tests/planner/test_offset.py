@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from schemas.curves import Curve
-from schemas.errors import PlanningError
-from schemas.template import ArcSpec, LineSpec, TemplateSegment
-from schemas.vehicle import Vehicle
-from services.planner.offset import Stroke, strokes
 from tests.planner.strategies import template_segments
+from touchline.schemas.curves import Curve
+from touchline.schemas.errors import PlanningError
+from touchline.schemas.template import ArcSpec, LineSpec, TemplateSegment
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.offset import Stroke, strokes
 
 TURF_TANK = Vehicle()
 K = 0.41124

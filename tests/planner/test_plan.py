@@ -9,11 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from schemas.catalogue import load_template, shipped_templates
-from schemas.cdr import decode, encode
-from schemas.curves import Curve, PathTable
-from schemas.errors import PlanningError
-from schemas.messages import (
+from tests.planner.strategies import poses, templates
+from touchline.schemas.catalogue import load_template, shipped_templates
+from touchline.schemas.cdr import decode, encode
+from touchline.schemas.curves import Curve, PathTable
+from touchline.schemas.errors import PlanningError
+from touchline.schemas.messages import (
     Actuation,
     LinearDirection,
     PathVelocityParameter,
@@ -23,16 +24,15 @@ from schemas.messages import (
     Trajectory,
     VelocityType,
 )
-from schemas.template import LineSpec, Template, TemplateSegment
-from schemas.vehicle import Vehicle
-from services.cli import choices
-from services.planner import sending
-from services.planner.answer import answer
-from services.planner.measure import wheels
-from services.planner.plan import Plan, plan
-from services.planner.swaths import JOINT_OFFSET_M
-from services.planner.ways import METHODS
-from tests.planner.strategies import poses, templates
+from touchline.schemas.template import LineSpec, Template, TemplateSegment
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.cli import choices
+from touchline.services.planner import sending
+from touchline.services.planner.answer import answer
+from touchline.services.planner.measure import wheels
+from touchline.services.planner.plan import Plan, plan
+from touchline.services.planner.swaths import JOINT_OFFSET_M
+from touchline.services.planner.ways import METHODS
 
 VEHICLE = Vehicle()
 SHIPPED = sorted(shipped_templates())

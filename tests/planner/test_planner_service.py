@@ -7,11 +7,11 @@ from collections.abc import Iterator
 
 import pytest
 
-from schemas import topics
-from schemas.catalogue import template_text
-from schemas.messages import GetDiagnosticsRequest, PlanOptions, PlanRequest, Progress
-from services.bus import Bus, BusConfig
-from services.bus.ports import free_port
+from touchline.schemas import topics
+from touchline.schemas.catalogue import template_text
+from touchline.schemas.messages import GetDiagnosticsRequest, PlanOptions, PlanRequest, Progress
+from touchline.services.bus import Bus, BusConfig
+from touchline.services.bus.ports import free_port
 
 ANSWER_S = 200.0
 """The first plan may wait for the kernels to be compiled."""

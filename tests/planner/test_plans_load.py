@@ -6,11 +6,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from schemas.messages import PlanOptions
-from schemas.template import LineSpec, Template, TemplateSegment
-from schemas.vehicle import Vehicle
-from services.planner.plan import plan
-from services.robot_sim.onboard.trajectory import load_trajectory
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.template import LineSpec, Template, TemplateSegment
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.plan import plan
+from touchline.services.robot_sim.onboard.trajectory import load_trajectory
 
 VEHICLE = Vehicle()
 

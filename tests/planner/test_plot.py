@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from schemas.catalogue import load_template, parse_template
-from schemas.vehicle import Vehicle
-from services.planner.plan import plan
-from services.planner.plots.plan import plot_plan
+from touchline.schemas.catalogue import load_template, parse_template
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.plan import plan
+from touchline.services.planner.plots.plan import plot_plan
 
 
 def test_svg_and_png(tmp_path: Path) -> None:

@@ -7,16 +7,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from schemas.errors import PlanningError
-from schemas.messages import Actuation, PlanOptions
-from schemas.vehicle import Vehicle
-from services.planner.actuation import Painted, actuation_profile
-from services.planner.clothoid import Piece
-from services.planner.course import Course
-from services.planner.limits import Limits
-from services.planner.passes import gain, path_time
-from services.planner.timing import SpeedProfile, Steady, speed_profile
 from tests.planner.strategies import floats
+from touchline.schemas.errors import PlanningError
+from touchline.schemas.messages import Actuation, PlanOptions
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.actuation import Painted, actuation_profile
+from touchline.services.planner.clothoid import Piece
+from touchline.services.planner.course import Course
+from touchline.services.planner.limits import Limits
+from touchline.services.planner.passes import gain, path_time
+from touchline.services.planner.timing import SpeedProfile, Steady, speed_profile
 
 ACCELERATION = 0.8
 VEHICLE = Vehicle()

@@ -6,13 +6,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from schemas.catalogue import load_template
-from schemas.messages import CurveType, LinearDirection, PlanOptions, VelocityType
-from schemas.template import LineSpec, Template, TemplateSegment
-from schemas.vehicle import Vehicle
-from services.planner.clothoid import Piece, PiecePath, Pose
-from services.planner.plan import Plan, plan
-from services.planner.runs import runs
+from touchline.schemas.catalogue import load_template
+from touchline.schemas.messages import CurveType, LinearDirection, PlanOptions, VelocityType
+from touchline.schemas.template import LineSpec, Template, TemplateSegment
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.clothoid import Piece, PiecePath, Pose
+from touchline.services.planner.plan import Plan, plan
+from touchline.services.planner.runs import runs
 
 AGILE = Vehicle(can_reverse=True, can_spin=True, max_acceleration_mps2=3.0, paint_speed_mps=0.5)
 SPINNING = AGILE.model_copy(update={"can_reverse": False})

@@ -2,15 +2,15 @@
 
 import pytest
 
-from schemas.catalogue import load_template
-from schemas.messages import LinearDirection, PlanOptions
-from schemas.scenario import Scenario
-from schemas.template import Template
-from schemas.vehicle import Vehicle
-from services.planner.plan import Plan, plan
-from services.robot_sim.emulator import Emulator
-from services.robot_sim.paint.metrics import PaintMetrics
 from tests.planner.test_standing import there_and_back
+from touchline.schemas.catalogue import load_template
+from touchline.schemas.messages import LinearDirection, PlanOptions
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.template import Template
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.plan import Plan, plan
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.paint.metrics import PaintMetrics
 
 VEHICLE = Vehicle()
 STEPS_MAX = 20_000

@@ -10,15 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import fresnel
 
-from services.planner.clothoid import Piece, PiecePath, Pose, joined
-from services.planner.steering.steer import Steering
-from services.planner.transitions.ccd import ContinuousDubins
-from services.planner.transitions.dubins import dubins_pieces
-from services.planner.transitions.dubins_padded import PADDING_AFTER_M, PADDING_BEFORE_M, PaddedDubins
-from services.planner.transitions.method import CurveEnd, TransitionMethod, before, transition
-from services.planner.transitions.turns import ArcTurn, ContinuousTurn
-from services.planner.transitions.words import shortest_word, words
 from tests.planner.strategies import floats, limits, pieces, pose_pairs, poses
+from touchline.services.planner.clothoid import Piece, PiecePath, Pose, joined
+from touchline.services.planner.steering.steer import Steering
+from touchline.services.planner.transitions.ccd import ContinuousDubins
+from touchline.services.planner.transitions.dubins import dubins_pieces
+from touchline.services.planner.transitions.dubins_padded import PADDING_AFTER_M, PADDING_BEFORE_M, PaddedDubins
+from touchline.services.planner.transitions.method import CurveEnd, TransitionMethod, before, transition
+from touchline.services.planner.transitions.turns import ArcTurn, ContinuousTurn
+from touchline.services.planner.transitions.words import shortest_word, words
 
 ROWS = Path(__file__).parent / "data" / "steering_lengths.csv"
 ORIGIN = Pose(0.0, 0.0, 0.0)

@@ -6,9 +6,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from services.planner.clothoid import Floats, Piece, PiecePath, Pose
-from services.planner.steering.steer import Steering
-from services.planner.transitions.method import CurveEnd
+from touchline.services.planner.clothoid import Floats, Piece, PiecePath, Pose
+from touchline.services.planner.steering.steer import Steering
+from touchline.services.planner.transitions.method import CurveEnd
 
 Query = tuple[CurveEnd, CurveEnd]
 Way = tuple[Piece, ...]

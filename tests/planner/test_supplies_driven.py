@@ -2,12 +2,12 @@
 
 import pytest
 
-from schemas.catalogue import load_template
-from schemas.scenario import Scenario
-from schemas.vehicle import Vehicle
-from services.planner.plan import plan
-from services.robot_sim.emulator import Emulator
-from services.robot_sim.quiet import Quiet
+from touchline.schemas.catalogue import load_template
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.plan import plan
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.quiet import Quiet
 
 SLICE_TICKS = 10_000
 

@@ -9,15 +9,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from schemas.curves import Curve
-from schemas.messages import Actuation, PlanOptions
-from schemas.template import ArcSpec, LineSpec, Template, TemplateSegment
-from schemas.vehicle import Vehicle
-from services.planner import swaths as planned_swaths
-from services.planner.limits import Limits
-from services.planner.offset import modes
-from services.planner.plan import Plan, plan
-from services.planner.swaths import JOINT_OFFSET_M, Painting, Swath, swaths
+from touchline.schemas.curves import Curve
+from touchline.schemas.messages import Actuation, PlanOptions
+from touchline.schemas.template import ArcSpec, LineSpec, Template, TemplateSegment
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner import swaths as planned_swaths
+from touchline.services.planner.limits import Limits
+from touchline.services.planner.offset import modes
+from touchline.services.planner.plan import Plan, plan
+from touchline.services.planner.swaths import JOINT_OFFSET_M, Painting, Swath, swaths
 
 VEHICLE = Vehicle()
 

@@ -3,17 +3,17 @@
 import numpy as np
 import pytest
 
-from schemas.messages import PlanOptions
-from schemas.template import LineSpec, Template, TemplateSegment
-from schemas.vehicle import Vehicle
-from services.planner.arrange import ORDER, TIMING
-from services.planner.clothoid import Floats
-from services.planner.limits import Limits
-from services.planner.offset import modes
-from services.planner.ordering import costs
-from services.planner.plan import plan, ways_of
-from services.planner.swaths import Painting, swaths
-from services.planner.watch import Watch
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.template import LineSpec, Template, TemplateSegment
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.arrange import ORDER, TIMING
+from touchline.services.planner.clothoid import Floats
+from touchline.services.planner.limits import Limits
+from touchline.services.planner.offset import modes
+from touchline.services.planner.ordering import costs
+from touchline.services.planner.plan import plan, ways_of
+from touchline.services.planner.swaths import Painting, swaths
+from touchline.services.planner.watch import Watch
 
 # Paint dries at once: wet paint has its own tests.
 VEHICLE, OPTIONS = Vehicle(), PlanOptions(drying_time_s=1e-3)

@@ -3,20 +3,20 @@
 import time
 import uuid
 
-from schemas import topics
-from schemas.cdr import decode, encode
-from schemas.curves import Curve
-from schemas.messages import Header, TraversalReport, TraversalStatus
-from schemas.scenario import Scenario
-from schemas.template import Template
-from schemas.vehicle import Vehicle
-from services.bus import HealthReporter
-from services.robot_sim.emulator import Emulator
-from services.robot_sim.frame import CARRIED
-from services.robot_sim.service import RobotProcess
-from services.robot_sim.telemetry import Telemetry
 from tests.meeting import caught_up
 from tests.robot_sim.scripted import trajectory
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode, encode
+from touchline.schemas.curves import Curve
+from touchline.schemas.messages import Header, TraversalReport, TraversalStatus
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.template import Template
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.bus import HealthReporter
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.frame import CARRIED
+from touchline.services.robot_sim.service import RobotProcess
+from touchline.services.robot_sim.telemetry import Telemetry
 
 PLAN = trajectory(
     [Curve.from_line((0, 0), (2, 0)), Curve.from_line((2, 0), (4, 0)), Curve.from_line((4, 0), (5, 0))],

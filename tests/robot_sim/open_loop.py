@@ -6,14 +6,14 @@ from typing import NamedTuple, get_args
 
 import numpy as np
 
-from schemas.faults import Fault, parse_fault
-from schemas.scenario import Scenario
-from schemas.vehicle import Vehicle
-from services.robot_sim.faults import FaultTimeline
-from services.robot_sim.frames import Command, SensorFrame
-from services.robot_sim.sensors.suite import Sensors
-from services.robot_sim.world import body
-from services.robot_sim.world.world import World
+from touchline.schemas.faults import Fault, parse_fault
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.faults import FaultTimeline
+from touchline.services.robot_sim.frames import Command, SensorFrame
+from touchline.services.robot_sim.sensors.suite import Sensors
+from touchline.services.robot_sim.world import body
+from touchline.services.robot_sim.world.world import World
 
 VEHICLE = Vehicle()
 FAULTS = get_args(get_args(Fault)[0])

@@ -2,10 +2,18 @@
 
 import numpy as np
 
-from schemas.errors import CommandRefused
-from schemas.messages import Actuation, TraversalStatus
-from schemas.trajectories import assemble, segment, velocity
-from services.robot_sim.frames import STANDSTILL, Command, Consistency, Estimate, OnboardEvent, SensorFrame, Status
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import Actuation, TraversalStatus
+from touchline.schemas.trajectories import assemble, segment, velocity
+from touchline.services.robot_sim.frames import (
+    STANDSTILL,
+    Command,
+    Consistency,
+    Estimate,
+    OnboardEvent,
+    SensorFrame,
+    Status,
+)
 
 
 def trajectory(curves, sprayed, ids=None, directions=None, speed_mps=1.0):

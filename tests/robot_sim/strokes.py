@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from schemas.curves import Curve
-from services.robot_sim.paint.ledger import PaintLedger
-from services.robot_sim.paint.targets import Target
-from services.robot_sim.world.body import STEPS, TRACE_SHAPE
+from touchline.schemas.curves import Curve
+from touchline.services.robot_sim.paint.ledger import PaintLedger
+from touchline.services.robot_sim.paint.targets import Target
+from touchline.services.robot_sim.world.body import STEPS, TRACE_SHAPE
 
 WIDTH = 0.12
 NORTHWARD = Curve.from_line((0.0, 0.0), (0.0, 10.0))

@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from schemas.scenario import DriveNoise, Ground, Scenario
-from schemas.vehicle import Motor, Vehicle
-from services.robot_sim.frames import Command
-from services.robot_sim.world import body
-from services.robot_sim.world.constants import SURFACES
-from services.robot_sim.world.drive import FULL_V
-from services.robot_sim.world.world import World
+from touchline.schemas.scenario import DriveNoise, Ground, Scenario
+from touchline.schemas.vehicle import Motor, Vehicle
+from touchline.services.robot_sim.frames import Command
+from touchline.services.robot_sim.world import body
+from touchline.services.robot_sim.world.constants import SURFACES
+from touchline.services.robot_sim.world.drive import FULL_V
+from touchline.services.robot_sim.world.world import World
 
 QUIET = Scenario(noise="none")
 VEHICLE = Vehicle()

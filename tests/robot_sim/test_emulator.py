@@ -7,11 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from schemas import topics
-from schemas.cdr import decode
-from schemas.curves import Curve
-from schemas.errors import CommandRefused
-from schemas.messages import (
+from tests.robot_sim.scripted import ScriptedOnboard, line_script, trajectory
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode
+from touchline.schemas.curves import Curve
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import (
     Actuation,
     ActuationProfile,
     Arc,
@@ -28,15 +29,14 @@ from schemas.messages import (
     TraversalReport,
     TraversalStatus,
 )
-from schemas.messages import Curve as CurveMessage
-from schemas.scenario import Pose2, Scenario
-from schemas.template import Template
-from schemas.vehicle import Vehicle
-from services.robot_sim.emulator import SETTLE_TICKS, Emulator
-from services.robot_sim.frames import STANDSTILL, Command
-from services.robot_sim.telemetry import Telemetry
-from services.robot_sim.world import body
-from tests.robot_sim.scripted import ScriptedOnboard, line_script, trajectory
+from touchline.schemas.messages import Curve as CurveMessage
+from touchline.schemas.scenario import Pose2, Scenario
+from touchline.schemas.template import Template
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.emulator import SETTLE_TICKS, Emulator
+from touchline.services.robot_sim.frames import STANDSTILL, Command
+from touchline.services.robot_sim.telemetry import Telemetry
+from touchline.services.robot_sim.world import body
 
 PLAN = trajectory(
     [Curve.from_line((0, 0), (2, 0)), Curve.from_line((2, 0), (9, 0)), Curve.from_line((9, 0), (12, 0))], [0, 1, 0]

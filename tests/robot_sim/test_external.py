@@ -7,19 +7,19 @@ import numpy as np
 import pytest
 
 from examples.external_follower import serve, steer
-from schemas import topics
-from schemas.curves import Curve
-from schemas.messages import TraversalStatus
-from schemas.scenario import Scenario
-from schemas.vehicle import Vehicle
-from services.bus import Bus
-from services.robot_sim import lockstep
-from services.robot_sim.emulator import Emulator
-from services.robot_sim.lockstep import NOW_FIELDS, Lockstep
-from services.robot_sim.onboard.followers import PurePursuitFollower
-from services.robot_sim.telemetry import Telemetry
 from tests.meeting import caught_up
 from tests.robot_sim.scripted import trajectory
+from touchline.schemas import topics
+from touchline.schemas.curves import Curve
+from touchline.schemas.messages import TraversalStatus
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.bus import Bus
+from touchline.services.robot_sim import lockstep
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.lockstep import NOW_FIELDS, Lockstep
+from touchline.services.robot_sim.onboard.followers import PurePursuitFollower
+from touchline.services.robot_sim.telemetry import Telemetry
 
 PLAN = trajectory(
     [Curve.from_line((0, 0), (2, 0)), Curve.from_line((2, 0), (4, 0)), Curve.from_line((4, 0), (5, 0))],

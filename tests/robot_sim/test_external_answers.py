@@ -5,18 +5,18 @@ import math
 import numpy as np
 import pytest
 
-from schemas.curves import Curve
-from schemas.errors import PayloadError
-from schemas.messages import FollowerStepResponse, TraversalStatus
-from schemas.scenario import Scenario
-from schemas.vehicle import Vehicle
-from services.bus import CallError
-from services.robot_sim.emulator import Emulator
-from services.robot_sim.lockstep import NOW_FIELDS, Lockstep
-from services.robot_sim.onboard import tracking as t
-from services.robot_sim.onboard.followers import Interrupted, PurePursuitFollower, Question
-from services.robot_sim.onboard.followers.external import AHEAD_TICKS, ExternalFollower
 from tests.robot_sim.scripted import trajectory
+from touchline.schemas.curves import Curve
+from touchline.schemas.errors import PayloadError
+from touchline.schemas.messages import FollowerStepResponse, TraversalStatus
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.bus import CallError
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.lockstep import NOW_FIELDS, Lockstep
+from touchline.services.robot_sim.onboard import tracking as t
+from touchline.services.robot_sim.onboard.followers import Interrupted, PurePursuitFollower, Question
+from touchline.services.robot_sim.onboard.followers.external import AHEAD_TICKS, ExternalFollower
 
 PLAN = trajectory(
     [Curve.from_line((0, 0), (2, 0)), Curve.from_line((2, 0), (4, 0)), Curve.from_line((4, 0), (5, 0))],

@@ -7,16 +7,16 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
-from schemas import topics
-from schemas.cdr import decode, encode
-from schemas.messages import FollowerStepResponse, SetSpeedResponse, TraversalStatus
-from schemas.vehicle import Vehicle
-from services.bus import Bus
-from services.robot_sim import lockstep
-from services.robot_sim.lockstep import NOW_FIELDS
-from services.robot_sim.onboard.followers import PurePursuitFollower
 from tests.meeting import caught_up
 from tests.robot_sim.bus_rig import PLAN, alone, ask, hash_in, process, session, turn_until
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode, encode
+from touchline.schemas.messages import FollowerStepResponse, SetSpeedResponse, TraversalStatus
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.bus import Bus
+from touchline.services.robot_sim import lockstep
+from touchline.services.robot_sim.lockstep import NOW_FIELDS
+from touchline.services.robot_sim.onboard.followers import PurePursuitFollower
 
 PAUSED, DONE = TraversalStatus.PAUSED, TraversalStatus.DONE
 SOME_STEPS = 150

@@ -7,8 +7,8 @@ from typing import get_args
 import pytest
 
 from benchmarks._invariants import Guarded, fault, random_run
-from schemas.faults import Fault
-from schemas.messages import TraversalStatus
+from touchline.schemas.faults import Fault
+from touchline.schemas.messages import TraversalStatus
 
 DONE, PAUSED, ESTOPPED = TraversalStatus.DONE, TraversalStatus.PAUSED, TraversalStatus.ESTOPPED
 

@@ -9,19 +9,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from schemas import topics
-from schemas.cdr import decode
-from schemas.errors import CommandRefused
-from schemas.faults import Fault, parse_fault
-from schemas.messages import Event, InjectFaultRequest
-from schemas.scenario import Scenario
-from schemas.vehicle import Vehicle
-from services.robot_sim.commands import Commands
-from services.robot_sim.emulator import Emulator
-from services.robot_sim.faults import MAX_FAULTS, FaultTimeline
-from services.robot_sim.telemetry import Telemetry
-from services.robot_sim.world import effects as e
 from tests.robot_sim.scripted import ScriptedOnboard, line_script
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.faults import Fault, parse_fault
+from touchline.schemas.messages import Event, InjectFaultRequest
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.commands import Commands
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.faults import MAX_FAULTS, FaultTimeline
+from touchline.services.robot_sim.telemetry import Telemetry
+from touchline.services.robot_sim.world import effects as e
 
 
 def fault(kind, **fields):

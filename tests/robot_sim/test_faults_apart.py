@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from services.robot_sim.world import body
 from tests.robot_sim.open_loop import FAULTS, REST, VEHICLE, ages, drive, errors, fixes, second
+from touchline.services.robot_sim.world import body
 
 TOUCHES = {
     "gnss-outage": ({}, {"gnss"}),

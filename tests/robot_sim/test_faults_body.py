@@ -2,9 +2,9 @@
 
 import pytest
 
-from services.robot_sim.frames import Command
-from services.robot_sim.world import body
 from tests.robot_sim.open_loop import VEHICLE, drive, fault, second
+from touchline.services.robot_sim.frames import Command
+from touchline.services.robot_sim.world import body
 
 
 def test_a_blocked_wheel_stands_and_turns_the_robot():

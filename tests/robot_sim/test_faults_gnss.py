@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from schemas.messages import GnssStatus
-from schemas.scenario import GnssNoise, Obstruction
-from services.robot_sim.world import body
 from tests.robot_sim.open_loop import REST, drive, errors, fault, fixes, second, solutions
+from touchline.schemas.messages import GnssStatus
+from touchline.schemas.scenario import GnssNoise, Obstruction
+from touchline.services.robot_sim.world import body
 
 QUICK = {"reacquire_s": 0.5, "float_after_s": 0.5, "converge_min_s": 1.0, "converge_max_s": 1.0}
 

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from schemas.scenario import GnssNoise
-from services.robot_sim.world import body
 from tests.robot_sim.open_loop import ages, drive, fault, fixes, second
+from touchline.schemas.scenario import GnssNoise
+from touchline.services.robot_sim.world import body
 
 
 @pytest.mark.parametrize("sensor, name", [("imu", "imu"), ("magnetometer", "mag"), ("encoder", "encoder")])

@@ -5,16 +5,16 @@ from itertools import pairwise
 
 import pytest
 
-from schemas import topics
-from schemas.cdr import decode
-from schemas.curves import Curve
-from schemas.faults import parse_fault
-from schemas.messages import JointState
-from schemas.scenario import Scenario
-from schemas.vehicle import Vehicle
-from services.robot_sim.emulator import Emulator
-from services.robot_sim.telemetry import Telemetry
 from tests.robot_sim.scripted import ScriptedOnboard, line_script, trajectory
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode
+from touchline.schemas.curves import Curve
+from touchline.schemas.faults import parse_fault
+from touchline.schemas.messages import JointState
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.telemetry import Telemetry
 
 PLAN = trajectory([Curve.from_line((0, 0), (12, 0))], [0])
 TOPICS = {

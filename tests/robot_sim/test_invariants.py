@@ -5,15 +5,15 @@ from __future__ import annotations
 import pytest
 
 from benchmarks._invariants import Broken, Guarded, fault
-from schemas.messages import Actuation, TraversalStatus
-from schemas.scenario import FenceLimits
-from services.robot_sim.frames import Command
-from services.robot_sim.onboard.hazards import Hazards
-from services.robot_sim.onboard.job import Job
-from services.robot_sim.onboard.safety import Watch
-from services.robot_sim.onboard.sprayer import Sprayer
-from services.robot_sim.onboard.traversal import Traversal
-from services.robot_sim.world.world import Pose
+from touchline.schemas.messages import Actuation, TraversalStatus
+from touchline.schemas.scenario import FenceLimits
+from touchline.services.robot_sim.frames import Command
+from touchline.services.robot_sim.onboard.hazards import Hazards
+from touchline.services.robot_sim.onboard.job import Job
+from touchline.services.robot_sim.onboard.safety import Watch
+from touchline.services.robot_sim.onboard.sprayer import Sprayer
+from touchline.services.robot_sim.onboard.traversal import Traversal
+from touchline.services.robot_sim.world.world import Pose
 
 RUNNING = TraversalStatus.RUNNING
 

@@ -7,17 +7,17 @@ import time
 import numpy as np
 import pytest
 
-from schemas.curves import Curve
-from schemas.errors import CommandRefused
-from schemas.scenario import Scenario
-from schemas.setup import Setup
-from schemas.vehicle import Vehicle
-from services.robot_sim.frames import Checkpoint
-from services.robot_sim.journal import Journal, digest
-from services.robot_sim.paint import record
-from services.robot_sim.remains import Totals
-from services.robot_sim.setups import SetupText
 from tests.robot_sim.scripted import trajectory
+from touchline.schemas.curves import Curve
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.setup import Setup
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.frames import Checkpoint
+from touchline.services.robot_sim.journal import Journal, digest
+from touchline.services.robot_sim.paint import record
+from touchline.services.robot_sim.remains import Totals
+from touchline.services.robot_sim.setups import SetupText
 
 PLAN = trajectory(
     [Curve.from_line((0, 0), (2, 0)), Curve.from_line((2, 0), (4, 0)), Curve.from_line((4, 0), (5, 0))], [0, 1, 0]
@@ -157,8 +157,8 @@ WRITER = """
 import sys
 from pathlib import Path
 import numpy as np
-from services.robot_sim.frames import Checkpoint
-from services.robot_sim.journal import Journal
+from touchline.services.robot_sim.frames import Checkpoint
+from touchline.services.robot_sim.journal import Journal
 from tests.robot_sim.test_journal import SETUP, Paint, totals
 
 points = np.zeros((1_000_000, 5))

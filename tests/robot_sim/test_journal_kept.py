@@ -8,21 +8,21 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
-from schemas import messages as m
-from schemas import topics
-from schemas.cdr import decode
-from schemas.errors import CommandRefused
-from schemas.scenario import Scenario
-from schemas.setup import Setup
-from schemas.vehicle import Vehicle
-from services.robot_sim.commands import Commands
-from services.robot_sim.emulator import Emulator
-from services.robot_sim.journal import Journal
-from services.robot_sim.paint import record
-from services.robot_sim.setups import SetupText
-from services.robot_sim.telemetry import Telemetry
 from tests.robot_sim.test_journal import PLAN
 from tests.robot_sim.test_journal import found as found_with
+from touchline.schemas import messages as m
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.setup import Setup
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.commands import Commands
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.journal import Journal
+from touchline.services.robot_sim.paint import record
+from touchline.services.robot_sim.setups import SetupText
+from touchline.services.robot_sim.telemetry import Telemetry
 
 SETUP = SetupText.of(Setup(scenario=Scenario(noise="none")))
 

@@ -2,12 +2,12 @@
 
 import pytest
 
-from schemas import messages as m
-from schemas import topics
-from schemas.cdr import decode
-from schemas.faults import parse_fault
-from services.robot_sim.journal import _SLOT, Journal
 from tests.robot_sim.test_journal_kept import Robot, disk_of
+from touchline.schemas import messages as m
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode
+from touchline.schemas.faults import parse_fault
+from touchline.services.robot_sim.journal import _SLOT, Journal
 
 
 @pytest.fixture

@@ -2,11 +2,11 @@
 
 import pytest
 
-from schemas.messages import PlanOptions
-from schemas.scenario import GnssNoise, Scenario
-from schemas.template import Template
-from schemas.vehicle import Vehicle
-from services.simulation import Job, simulate
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.scenario import GnssNoise, Scenario
+from touchline.schemas.template import Template
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.simulation import Job, simulate
 
 TEE = Template.model_validate(
     {

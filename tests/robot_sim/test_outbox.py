@@ -9,19 +9,19 @@ from contextlib import contextmanager
 
 import pytest
 
-from schemas import topics
-from schemas.cdr import decode, encode
-from schemas.messages import Event, GetPaintRequest, PaintMarks, String
-from services.bus import Bus
-from services.robot_sim import outbox as module
-from services.robot_sim.outbox import Outbox
 from tests.robot_sim.bus_rig import PLAN
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode, encode
+from touchline.schemas.messages import Event, GetPaintRequest, PaintMarks, String
+from touchline.services.bus import Bus
+from touchline.services.robot_sim import outbox as module
+from touchline.services.robot_sim.outbox import Outbox
 
 DEAF = """
 import time, zenoh
 from zenoh import handlers
-from schemas import topics
-from services.bus import BusConfig
+from touchline.schemas import topics
+from touchline.services.bus import BusConfig
 config = BusConfig.from_environment()
 session = zenoh.open(config.zenoh())
 deaf = session.declare_subscriber(f"{config.namespace}/{topics.EVENTS.name}", handlers.FifoChannel(1))

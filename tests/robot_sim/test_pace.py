@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from services.robot_sim.pace import LONGEST_SLICE_S, Pacer
+from touchline.services.robot_sim.pace import LONGEST_SLICE_S, Pacer
 
 
 def ticks(pacer, seconds, step_s=0.004, start_s=100.0):

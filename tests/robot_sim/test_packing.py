@@ -2,14 +2,14 @@
 
 import pytest
 
-from schemas.cdr import decode
-from schemas.messages import BatteryState, GnssStatus, NavSatFix, NavSatStatus
-from schemas.scenario import Scenario
-from schemas.vehicle import Vehicle
-from services.robot_sim.emulator import Emulator
-from services.robot_sim.packing import battery, gnss
-from services.robot_sim.sensors.gnss import GnssReport
-from services.robot_sim.world import body
+from touchline.schemas.cdr import decode
+from touchline.schemas.messages import BatteryState, GnssStatus, NavSatFix, NavSatStatus
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.packing import battery, gnss
+from touchline.services.robot_sim.sensors.gnss import GnssReport
+from touchline.services.robot_sim.world import body
 
 
 def said(fix, variance_m2=4e-4):

@@ -8,17 +8,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from schemas.curves import Curve
-from schemas.template import Template
-from schemas.vehicle import Vehicle
-from services.robot_sim.paint.grid import cell_of, make_grid
-from services.robot_sim.paint.intervals import Intervals
-from services.robot_sim.paint.metrics import paint_metrics
-from services.robot_sim.paint.projection import REACH_M, project
-from services.robot_sim.paint.targets import segment_length_m, sprayed_stretches, start_pose, targets
-from services.robot_sim.world.body import STEPS
 from tests.robot_sim.scripted import trajectory
 from tests.robot_sim.strokes import EASTWARD, NORTHWARD, WIDTH, along, ledger_of, line, paint
+from touchline.schemas.curves import Curve
+from touchline.schemas.template import Template
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.paint.grid import cell_of, make_grid
+from touchline.services.robot_sim.paint.intervals import Intervals
+from touchline.services.robot_sim.paint.metrics import paint_metrics
+from touchline.services.robot_sim.paint.projection import REACH_M, project
+from touchline.services.robot_sim.paint.targets import segment_length_m, sprayed_stretches, start_pose, targets
+from touchline.services.robot_sim.world.body import STEPS
 
 
 def test_an_exact_line():

@@ -6,14 +6,14 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from schemas.messages import PlanOptions
-from schemas.scenario import Scenario
-from schemas.template import Template
-from schemas.vehicle import Vehicle
-from services.planner.plan import plan
-from services.robot_sim.emulator import Emulator
-from services.robot_sim.paint.metrics import paint_metrics
-from services.robot_sim.world.body import STEPS, TRACE_EAST, TRACE_NORTH, TRACE_SPRAYING
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.template import Template
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.plan import plan
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.paint.metrics import paint_metrics
+from touchline.services.robot_sim.world.body import STEPS, TRACE_EAST, TRACE_NORTH, TRACE_SPRAYING
 
 CELL_M = 0.001
 TURN_RAD = 0.3217  # so that no edge lies along the raster's rows, which would be counted a cell too far or too near

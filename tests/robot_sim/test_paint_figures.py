@@ -7,17 +7,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from schemas.curves import Curve
-from schemas.trajectories import assemble, segment, turn, velocity
-from schemas.vehicle import Vehicle
-from services.robot_sim.estimator_error import EstimatorError
-from services.robot_sim.frames import Estimate
-from services.robot_sim.paint.ledger import PaintLedger
-from services.robot_sim.paint.metrics import paint_metrics
-from services.robot_sim.paint.targets import Target, nozzle_curve, start_pose
-from services.robot_sim.world.body import STEPS
-from services.robot_sim.world.world import Pose
 from tests.robot_sim.strokes import EASTWARD, NORTHWARD, WIDTH, along, ledger_of, line, paint
+from touchline.schemas.curves import Curve
+from touchline.schemas.trajectories import assemble, segment, turn, velocity
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.estimator_error import EstimatorError
+from touchline.services.robot_sim.frames import Estimate
+from touchline.services.robot_sim.paint.ledger import PaintLedger
+from touchline.services.robot_sim.paint.metrics import paint_metrics
+from touchline.services.robot_sim.paint.targets import Target, nozzle_curve, start_pose
+from touchline.services.robot_sim.world.body import STEPS
+from touchline.services.robot_sim.world.world import Pose
 
 
 def sprayed(ledger, points, width):

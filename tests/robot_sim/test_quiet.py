@@ -4,16 +4,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from schemas.cdr import decode
-from schemas.curves import Curve
-from schemas.messages import TraversalStatus
-from schemas.scenario import Scenario
-from schemas.template import Template
-from schemas.vehicle import Vehicle
-from services.robot_sim.emulator import Emulator
-from services.robot_sim.quiet import Quiet
-from services.robot_sim.telemetry import Telemetry
 from tests.robot_sim.scripted import trajectory
+from touchline.schemas.cdr import decode
+from touchline.schemas.curves import Curve
+from touchline.schemas.messages import TraversalStatus
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.template import Template
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.quiet import Quiet
+from touchline.services.robot_sim.telemetry import Telemetry
 
 ARC = Curve.from_arc((4, 0), (4, 2), 1.5)
 PLAN = trajectory(

@@ -2,12 +2,12 @@
 
 import pytest
 
-from schemas import messages as m
-from schemas import topics
-from schemas.cdr import decode
-from schemas.vehicle import Vehicle
-from services.robot_sim.world import body
 from tests.robot_sim.test_journal_kept import Robot
+from touchline.schemas import messages as m
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.world import body
 
 FULL_L, FULL_WH = Vehicle().tank_l, Vehicle().battery_wh
 

@@ -7,15 +7,15 @@ import math
 import numpy as np
 import pytest
 
-from schemas.curves import PathTable
-from schemas.messages import TraversalStatus
-from schemas.scenario import Pose2, Scenario
-from schemas.vehicle import Vehicle
-from services.robot_sim.emulator import Emulator
-from services.robot_sim.onboard import tracking
-from services.robot_sim.onboard.followers.pure_pursuit import FAR_M, LOOKAHEAD_S, PurePursuitFollower
-from services.robot_sim.world import body
 from tests.robot_sim.onboard.rig import chain, trajectory
+from touchline.schemas.curves import PathTable
+from touchline.schemas.messages import TraversalStatus
+from touchline.schemas.scenario import Pose2, Scenario
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.onboard import tracking
+from touchline.services.robot_sim.onboard.followers.pure_pursuit import FAR_M, LOOKAHEAD_S, PurePursuitFollower
+from touchline.services.robot_sim.world import body
 
 SPEED_MPS = 1.5
 CURVATURE_1PM = 1.15

@@ -5,19 +5,19 @@ import uuid
 
 import pytest
 
-from schemas import topics
-from schemas.curves import Curve
-from schemas.errors import CommandRefused
-from schemas.messages import TraversalStatus
-from schemas.scenario import Scenario
-from schemas.vehicle import Vehicle
-from services.bus import Bus
-from services.robot_sim.emulator import Emulator
-from services.robot_sim.frames import Checkpoint
-from services.robot_sim.journal import Journal
-from services.robot_sim.remains import Remains
 from tests.robot_sim import bus_rig
 from tests.robot_sim.scripted import trajectory
+from touchline.schemas import topics
+from touchline.schemas.curves import Curve
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import TraversalStatus
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.bus import Bus
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.frames import Checkpoint
+from touchline.services.robot_sim.journal import Journal
+from touchline.services.robot_sim.remains import Remains
 
 PLAN = trajectory(
     [Curve.from_line((0, 0), (5, 0)), Curve.from_line((5, 0), (10, 0)), Curve.from_line((10, 0), (12, 0))],

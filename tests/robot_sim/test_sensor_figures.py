@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from schemas.scenario import GnssNoise, ImuNoise, MagnetometerNoise, Obstruction, Scenario
-from schemas.vehicle import Vehicle
-from services.robot_sim.sensors.suite import Sensors
-from services.robot_sim.world.world import World
 from tests.robot_sim.open_loop import REST, drive, fault, fixes
+from touchline.schemas.scenario import GnssNoise, ImuNoise, MagnetometerNoise, Obstruction, Scenario
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.sensors.suite import Sensors
+from touchline.services.robot_sim.world.world import World
 
 VEHICLE = Vehicle()
 STILL = World(VEHICLE, Scenario(noise="none")).state

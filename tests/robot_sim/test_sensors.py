@@ -5,14 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from schemas.messages import GnssStatus
-from schemas.scenario import EncoderNoise, GnssNoise, Ground, ImuNoise, MagnetometerNoise, Scenario, Steel
-from schemas.vehicle import Vehicle
-from services.robot_sim.frames import Command
-from services.robot_sim.sensors.receiver import white
-from services.robot_sim.sensors.suite import FIELD_HORIZONTAL_T, Sensors
-from services.robot_sim.world import body
-from services.robot_sim.world.world import Pose, World
+from touchline.schemas.messages import GnssStatus
+from touchline.schemas.scenario import EncoderNoise, GnssNoise, Ground, ImuNoise, MagnetometerNoise, Scenario, Steel
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.frames import Command
+from touchline.services.robot_sim.sensors.receiver import white
+from touchline.services.robot_sim.sensors.suite import FIELD_HORIZONTAL_T, Sensors
+from touchline.services.robot_sim.world import body
+from touchline.services.robot_sim.world.world import Pose, World
 
 VEHICLE = Vehicle()
 STILL = World(VEHICLE, Scenario(noise="none")).state

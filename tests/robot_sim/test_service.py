@@ -6,15 +6,15 @@ from itertools import pairwise
 
 import pytest
 
-from schemas import topics
-from schemas.cdr import decode
-from schemas.messages import Event, GetPaintResponse, Trajectory, TraversalStatus
-from schemas.scenario import Origin
-from services.bus import Bus
-from services.robot_sim.paint_history import PaintHistory
-from services.robot_sim.service import LinkWatch
 from tests.meeting import caught_up
 from tests.robot_sim.bus_rig import PLAN, TEMPLATE, ask, process, session, turn_until
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode
+from touchline.schemas.messages import Event, GetPaintResponse, Trajectory, TraversalStatus
+from touchline.schemas.scenario import Origin
+from touchline.services.bus import Bus
+from touchline.services.robot_sim.paint_history import PaintHistory
+from touchline.services.robot_sim.service import LinkWatch
 
 
 def test_a_template_of_another_place_is_refused(bus, operator):

@@ -2,16 +2,16 @@
 
 import pytest
 
-from schemas import topics
-from schemas.cdr import decode, encode
-from schemas.digest import SessionDigest
-from schemas.messages import TraversalReport
-from schemas.scenario import Scenario
-from schemas.vehicle import Vehicle
-from services.bus import Bus
-from services.robot_sim.emulator import Emulator
-from services.robot_sim.telemetry import Telemetry
 from tests.robot_sim.bus_rig import PLAN, TEMPLATE, alone, ask, drain, hash_in, process, session, turn_until
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode, encode
+from touchline.schemas.digest import SessionDigest
+from touchline.schemas.messages import TraversalReport
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.bus import Bus
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.telemetry import Telemetry
 
 
 @pytest.fixture(scope="module")

@@ -5,15 +5,15 @@ import math
 import numpy as np
 import pytest
 
-from schemas.curves import Curve
-from schemas.messages import TraversalStatus
-from schemas.scenario import GnssNoise, Ground, Scenario
-from schemas.template import Template
-from schemas.vehicle import Vehicle
-from services.robot_sim.emulator import Emulator
-from services.robot_sim.onboard.estimator import model as m
-from services.robot_sim.quiet import Quiet
 from tests.robot_sim.scripted import trajectory
+from touchline.schemas.curves import Curve
+from touchline.schemas.messages import TraversalStatus
+from touchline.schemas.scenario import GnssNoise, Ground, Scenario
+from touchline.schemas.template import Template
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.onboard.estimator import model as m
+from touchline.services.robot_sim.quiet import Quiet
 
 TURN = Curve.from_arc((8, 0), (8, 2), math.pi)
 BACK = Curve.from_line((8, 4), (0, 4))

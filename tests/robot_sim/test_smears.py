@@ -5,19 +5,19 @@ import math
 import numpy as np
 import pytest
 
-from schemas.messages import PlanOptions
-from schemas.scenario import Scenario
-from schemas.template import Template
-from schemas.vehicle import Vehicle
-from services.planner.plan import plan
-from services.robot_sim.emulator import Emulator
-from services.robot_sim.paint import smears
-from services.robot_sim.paint.contact import FAINTEST
-from services.robot_sim.paint.smears import smearing
-from services.robot_sim.paint.track import Track
-from services.robot_sim.quiet import Quiet
-from services.robot_sim.telemetry import Telemetry
 from tests.robot_sim.strokes import EASTWARD, WIDTH, ledger_of, line, paint
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.template import Template
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.plan import plan
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.paint import smears
+from touchline.services.robot_sim.paint.contact import FAINTEST
+from touchline.services.robot_sim.paint.smears import smearing
+from touchline.services.robot_sim.paint.track import Track
+from touchline.services.robot_sim.quiet import Quiet
+from touchline.services.robot_sim.telemetry import Telemetry
 
 SIDE_M = 0.25
 LEFT_ONLY = {"casters_m": [], "track_width_m": 2 * SIDE_M}

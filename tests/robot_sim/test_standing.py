@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 
 from benchmarks._invariants import fault
 from benchmarks._joints import field
-from schemas.messages import TraversalStatus
-from schemas.scenario import Scenario
-from schemas.vehicle import Vehicle
-from services.robot_sim.emulator import Emulator
-from services.robot_sim.onboard.estimator import model
-from services.robot_sim.onboard.estimator.standing import LASTING_TICKS
-from services.robot_sim.onboard.safety import CONTRADICTION
+from touchline.schemas.messages import TraversalStatus
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.onboard.estimator import model
+from touchline.services.robot_sim.onboard.estimator.standing import LASTING_TICKS
+from touchline.services.robot_sim.onboard.safety import CONTRADICTION
 
 READY, RUNNING, PAUSED, DONE = (
     TraversalStatus.READY,

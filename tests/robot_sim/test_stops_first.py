@@ -4,13 +4,13 @@ import time
 
 import pytest
 
-from schemas import messages as m
-from schemas import topics
-from schemas.cdr import decode, encode
-from schemas.messages import CommandRequest, TraversalStatus
-from services.bus import Bus, CallError
-from services.robot_sim.service import RESET_AFTER_S, WATCHDOG_S, LatchGuard, Watchdog
 from tests.robot_sim.bus_rig import PLAN, TEMPLATE, ask, process, turn_until
+from touchline.schemas import messages as m
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode, encode
+from touchline.schemas.messages import CommandRequest, TraversalStatus
+from touchline.services.bus import Bus, CallError
+from touchline.services.robot_sim.service import RESET_AFTER_S, WATCHDOG_S, LatchGuard, Watchdog
 
 
 def load(request_id="load"):

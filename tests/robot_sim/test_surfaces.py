@@ -7,14 +7,14 @@ from functools import cache
 import numpy as np
 import pytest
 
-from schemas.messages import PlanOptions, TraversalStatus
-from schemas.scenario import Scenario
-from schemas.template import LineSpec, Template, TemplateSegment
-from schemas.vehicle import Vehicle
-from services.planner.plan import Plan, plan
-from services.robot_sim.emulator import Emulator
-from services.robot_sim.world import body
 from tests.robot_sim.onboard.rig import chain, trajectory
+from touchline.schemas.messages import PlanOptions, TraversalStatus
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.template import LineSpec, Template, TemplateSegment
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.plan import Plan, plan
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.world import body
 
 
 @pytest.mark.parametrize("follower", ["mpc", "pure-pursuit"])

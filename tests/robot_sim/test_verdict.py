@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from schemas.catalogue import parse_template
-from schemas.curves import Curve
-from schemas.errors import SpecError
-from services.robot_sim.paint.ledger import PaintLedger
-from services.robot_sim.paint.metrics import paint_metrics
-from services.robot_sim.paint.targets import Target
 from tests.robot_sim.strokes import EASTWARD, NORTHWARD, WIDTH, along, ledger_of, line, paint
+from touchline.schemas.catalogue import parse_template
+from touchline.schemas.curves import Curve
+from touchline.schemas.errors import SpecError
+from touchline.services.robot_sim.paint.ledger import PaintLedger
+from touchline.services.robot_sim.paint.metrics import paint_metrics
+from touchline.services.robot_sim.paint.targets import Target
 
 
 def judged(*shifts, length_m=10.0):

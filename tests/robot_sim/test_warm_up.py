@@ -2,8 +2,8 @@
 
 import pytest
 
-from schemas.vehicle import Vehicle
-from services.robot_sim.warm_up import warm_up
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.warm_up import warm_up
 
 SLOW = Vehicle(wheel_radius_m=0.02, paint_speed_mps=0.3, transit_speed_mps=0.4)
 WEAK = Vehicle(motor={"max_current_a": 0.01})

@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from schemas.scenario import Ground, Scenario
-from schemas.vehicle import Motor, Vehicle
-from services.robot_sim.frames import Command
-from services.robot_sim.world import body
-from services.robot_sim.world.constants import SURFACES
-from services.robot_sim.world.effects import FLOW, neutral
-from services.robot_sim.world.world import NO_EFFECTS, Pose, World
+from touchline.schemas.scenario import Ground, Scenario
+from touchline.schemas.vehicle import Motor, Vehicle
+from touchline.services.robot_sim.frames import Command
+from touchline.services.robot_sim.world import body
+from touchline.services.robot_sim.world.constants import SURFACES
+from touchline.services.robot_sim.world.effects import FLOW, neutral
+from touchline.services.robot_sim.world.world import NO_EFFECTS, Pose, World
 
 QUIET = Scenario(noise="none")
 VEHICLE = Vehicle()

@@ -7,15 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from schemas.scenario import Ground, Scenario
-from schemas.vehicle import Vehicle
-from services.robot_sim.frames import Command
-from services.robot_sim.world import body
-from services.robot_sim.world import effects as e
-from services.robot_sim.world.constants import SURFACES
-from services.robot_sim.world.world import NO_EFFECTS, Pose, World
 from tests.robot_sim.open_loop import drive as open_loop
 from tests.robot_sim.open_loop import fault
+from touchline.schemas.scenario import Ground, Scenario
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.frames import Command
+from touchline.services.robot_sim.world import body
+from touchline.services.robot_sim.world import effects as e
+from touchline.services.robot_sim.world.constants import SURFACES
+from touchline.services.robot_sim.world.world import NO_EFFECTS, Pose, World
 
 VEHICLE = Vehicle()
 GRAVITY = 9.80665

@@ -10,9 +10,9 @@ from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from rosbags.interfaces import Nodetype
 
-from schemas import messages
-from schemas.cdr import typestore
-from schemas.messages import Message
+from touchline.schemas import messages
+from touchline.schemas.cdr import typestore
+from touchline.schemas.messages import Message
 
 MODELS: dict[str, type[Message]] = {
     kind.ros_type: kind

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from rosbags.interfaces import Nodetype
 
-from schemas import messages
-from schemas.cdr import NUMPY_CODES, decode, encode, typestore
-from schemas.errors import PayloadError
-from schemas.messages import Message
 from tests.schemas.any_message import all_models, fields, models, quick
+from touchline.schemas import messages
+from touchline.schemas.cdr import NUMPY_CODES, decode, encode, typestore
+from touchline.schemas.errors import PayloadError
+from touchline.schemas.messages import Message
 
 
 def native(description: Any, value: Any) -> Any:

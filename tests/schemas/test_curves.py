@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from schemas.curves import Curve, PathTable, wrap_angle
-from schemas.messages import Arc, CurveType, Line, Point
-from schemas.messages import Curve as CurveMessage
+from touchline.schemas.curves import Curve, PathTable, wrap_angle
+from touchline.schemas.messages import Arc, CurveType, Line, Point
+from touchline.schemas.messages import Curve as CurveMessage
 
 coordinate = st.floats(-200, 200)
 angle = st.floats(-math.pi, math.pi)

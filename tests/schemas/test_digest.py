@@ -9,14 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from schemas import topics
-from schemas.catalogue import load_template
-from schemas.digest import SessionDigest, scenario_hash
-from schemas.faults import Fault
-from schemas.messages import PlanOptions
-from schemas.scenario import GnssNoise, Scenario
-from schemas.template import Template
-from schemas.vehicle import Vehicle
+from touchline.schemas import topics
+from touchline.schemas.catalogue import load_template
+from touchline.schemas.digest import SessionDigest, scenario_hash
+from touchline.schemas.faults import Fault
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.scenario import GnssNoise, Scenario
+from touchline.schemas.template import Template
+from touchline.schemas.vehicle import Vehicle
 
 SQUARE = load_template("study-square")
 SAID = st.lists(st.tuples(st.sampled_from(topics.RECORDED), st.binary(max_size=40)), max_size=300)

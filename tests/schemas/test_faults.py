@@ -5,10 +5,10 @@ from typing import get_args
 
 import pytest
 
-from schemas.errors import SpecError
-from schemas.faults import Fault, describe, parse_fault
-from schemas.scenario import Scenario
-from schemas.spec import parse
+from touchline.schemas.errors import SpecError
+from touchline.schemas.faults import Fault, describe, parse_fault
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.spec import parse
 
 KINDS = get_args(get_args(Fault)[0])
 REQUIRED = {

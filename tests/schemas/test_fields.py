@@ -10,11 +10,11 @@ import pytest
 from shapely import LineString, Point
 from shapely.geometry.base import BaseGeometry
 
-from schemas.catalogue import load_template, parse_template, shipped_templates
-from schemas.errors import SpecError
-from schemas.fields import FIELDS
-from schemas.fields.athletics import Track, run_radius_m, stagger_m, straight_m
-from schemas.template import Template, TemplateSegment
+from touchline.schemas.catalogue import load_template, parse_template, shipped_templates
+from touchline.schemas.errors import SpecError
+from touchline.schemas.fields import FIELDS
+from touchline.schemas.fields.athletics import Track, run_radius_m, stagger_m, straight_m
+from touchline.schemas.template import Template, TemplateSegment
 
 INCH, FOOT, YARD = 0.0254, 0.3048, 0.9144
 WEST, SOUTH, EAST, NORTH = range(4)

@@ -2,9 +2,9 @@
 
 import pytest
 
-from schemas.catalogue import parse_template
-from schemas.errors import SpecError
-from schemas.spec import MAX_KEYS, MAX_SPEC_BYTES
+from touchline.schemas.catalogue import parse_template
+from touchline.schemas.errors import SpecError
+from touchline.schemas.spec import MAX_KEYS, MAX_SPEC_BYTES
 
 SEGMENT = '{"id": "%d", "line": {"start": [0, 0], "end": [5, 0]}}'
 

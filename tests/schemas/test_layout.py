@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from schemas import messages
-from schemas.cdr import encode, flat_fields
-from schemas.errors import PayloadError
-from schemas.layout import FixedLayout
-from schemas.messages import Message
 from tests.schemas.any_message import MODELS, models, quick
+from touchline.schemas import messages
+from touchline.schemas.cdr import encode, flat_fields
+from touchline.schemas.errors import PayloadError
+from touchline.schemas.layout import FixedLayout
+from touchline.schemas.messages import Message
 
 
 def has_flat_numbers(kind: type[Message]) -> bool:

@@ -7,9 +7,9 @@ import pytest
 from shapely import LineString
 from shapely.ops import unary_union
 
-from schemas.errors import SpecError
-from schemas.lettering import CHARACTERS, Corners, write
-from schemas.template import Template, TemplateSegment
+from touchline.schemas.errors import SpecError
+from touchline.schemas.lettering import CHARACTERS, Corners, write
+from touchline.schemas.template import Template, TemplateSegment
 
 WIDTH_M = 0.12
 

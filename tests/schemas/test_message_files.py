@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from rosbags.interfaces import Nodetype
 
-from schemas import messages
-from schemas.cdr import NUMPY_CODES, definition_files, type_hash, typestore
-from schemas.messages import Message
 from tests.schemas.any_message import LIMITS, MODELS, all_models, bounds, fields
+from touchline.schemas import messages
+from touchline.schemas.cdr import NUMPY_CODES, definition_files, type_hash, typestore
+from touchline.schemas.messages import Message
 
 SHIPPED = {name for name, _ in definition_files()}
 

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from schemas.catalogue import load_template, parse_template, placed
-from schemas.errors import SpecError
-from schemas.placement import Transform, offset_m, place, same_place, to_map
-from schemas.scenario import Origin
-from schemas.template import ArcSpec, LineSpec, Placement, Template, TemplateSegment
+from touchline.schemas.catalogue import load_template, parse_template, placed
+from touchline.schemas.errors import SpecError
+from touchline.schemas.placement import Transform, offset_m, place, same_place, to_map
+from touchline.schemas.scenario import Origin
+from touchline.schemas.template import ArcSpec, LineSpec, Placement, Template, TemplateSegment
 
 lengths = st.floats(-500.0, 500.0, allow_nan=False)
 placements = st.builds(Placement, x_m=lengths, y_m=lengths, rotation_deg=st.floats(-360.0, 360.0), mirror=st.booleans())

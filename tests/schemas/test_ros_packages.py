@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from schemas.cdr import definition_files
+from touchline.schemas.cdr import definition_files
 
 ROOT = Path(__file__).resolve().parents[2] / "schemas" / "msg"
 PACKAGES = sorted(path.name for path in ROOT.iterdir() if path.is_dir())

@@ -6,9 +6,9 @@ from typing import get_args
 
 import pytest
 
-from schemas.faults import Fault
-from schemas.scenario import Obstruction, Scenario, Steel
-from schemas.spec import Spec, parse, read_text
+from touchline.schemas.faults import Fault
+from touchline.schemas.scenario import Obstruction, Scenario, Steel
+from touchline.schemas.spec import Spec, parse, read_text
 
 VEHICLES = {"small-robot.json"}
 EXAMPLES = sorted(path for path in (Path(__file__).parents[2] / "examples").glob("*.json") if path.name not in VEHICLES)

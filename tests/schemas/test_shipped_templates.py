@@ -9,9 +9,9 @@ from shapely import LineString, Point, Polygon, box
 from shapely.geometry.base import BaseGeometry
 from shapely.ops import unary_union
 
-from schemas.catalogue import load_template, shipped_templates
-from schemas.template import Template
-from schemas.vehicle import Vehicle
+from touchline.schemas.catalogue import load_template, shipped_templates
+from touchline.schemas.template import Template
+from touchline.schemas.vehicle import Vehicle
 
 WIDTH_M = 0.12
 FINE = 2048  # segments per quarter circle of the ideal areas

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from schemas.catalogue import load_template, parse_template
-from schemas.errors import SpecError
-from schemas.scenario import Scenario
-from schemas.spec import MAX_SPEC_BYTES, parse, read_text
-from schemas.vehicle import Vehicle
+from touchline.schemas.catalogue import load_template, parse_template
+from touchline.schemas.errors import SpecError
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.spec import MAX_SPEC_BYTES, parse, read_text
+from touchline.schemas.vehicle import Vehicle
 
 LINE = {"id": "a", "line": {"start": [0, 0], "end": [1, 0]}}
 

@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from schemas.messages import PlanReport
-from schemas.supplies import LOW_BATTERY, LOW_TANK_L, full, supplies
-from schemas.vehicle import Vehicle
+from touchline.schemas.messages import PlanReport
+from touchline.schemas.supplies import LOW_BATTERY, LOW_TANK_L, full, supplies
+from touchline.schemas.vehicle import Vehicle
 
 VEHICLE = Vehicle(tank_l=20.0, battery_wh=600.0)
 

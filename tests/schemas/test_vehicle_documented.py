@@ -7,9 +7,9 @@ from pathlib import Path
 import annotated_types
 import pytest
 
-from schemas.remedies import unit_of
-from schemas.spec import parse, read_text
-from schemas.vehicle import Motor, Vehicle
+from touchline.schemas.remedies import unit_of
+from touchline.schemas.spec import parse, read_text
+from touchline.schemas.vehicle import Motor, Vehicle
 
 ROOT = Path(__file__).parents[2]
 TEXT = (ROOT / "docs" / "robot-sim.md").read_text(encoding="utf-8")

@@ -4,11 +4,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from schemas.cdr import decode, encode
-from schemas.errors import PayloadError
-from schemas.messages import Clock, Message, String, Time
-from schemas.wellformed import Wellformed
 from tests.schemas.any_message import all_models, models, quick
+from touchline.schemas.cdr import decode, encode
+from touchline.schemas.errors import PayloadError
+from touchline.schemas.messages import Clock, Message, String, Time
+from touchline.schemas.wellformed import Wellformed
 
 
 @all_models

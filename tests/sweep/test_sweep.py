@@ -2,14 +2,14 @@
 
 import pytest
 
-from schemas.errors import SpecError, TouchlineError
-from schemas.messages import PlanOptions
-from schemas.scenario import Scenario
-from services.sweep.grid import Case
-from services.sweep.places import here, in_processes, on_dask
-from services.sweep.summary import statistics, summarise, write_csv
-from services.sweep.task import Run, prepare
 from tests.sweep.combining import combined
+from touchline.schemas.errors import SpecError, TouchlineError
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.scenario import Scenario
+from touchline.services.sweep.grid import Case
+from touchline.services.sweep.places import here, in_processes, on_dask
+from touchline.services.sweep.summary import statistics, summarise, write_csv
+from touchline.services.sweep.task import Run, prepare
 
 
 def test_every_combination_once():

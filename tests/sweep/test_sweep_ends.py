@@ -14,17 +14,17 @@ from multiprocessing import get_context, util
 import pytest
 from typer.testing import CliRunner
 
-from schemas.catalogue import load_template
-from schemas.messages import PlanOptions, Trajectory, TraversalReport
-from schemas.scenario import Scenario
-from services.cli.commands import app
-from services.cli.options import ExitCode
-from services.simulation import Job, simulate
-from services.sweep import task as sweep_task
-from services.sweep.places import here, in_processes
-from services.sweep.summary import statistics, summarise, write_csv
-from services.sweep.task import Run, Task, prepare, run_figures
 from tests.sweep.combining import combined
+from touchline.schemas.catalogue import load_template
+from touchline.schemas.messages import PlanOptions, Trajectory, TraversalReport
+from touchline.schemas.scenario import Scenario
+from touchline.services.cli.commands import app
+from touchline.services.cli.options import ExitCode
+from touchline.services.simulation import Job, simulate
+from touchline.services.sweep import task as sweep_task
+from touchline.services.sweep.places import here, in_processes
+from touchline.services.sweep.summary import statistics, summarise, write_csv
+from touchline.services.sweep.task import Run, Task, prepare, run_figures
 
 
 @pytest.fixture(scope="module")
@@ -88,8 +88,8 @@ def sweep(monkeypatch):
         def performed(_jobs, task):
             return dataclasses.replace(perform(task.scenario.seed), case=task.case, seed=task.scenario.seed)
 
-        monkeypatch.setattr("services.robot_sim.warm_up.warm_up", lambda *_: None)
-        monkeypatch.setattr("services.sweep.places.perform", performed)
+        monkeypatch.setattr("touchline.services.robot_sim.warm_up.warm_up", lambda *_: None)
+        monkeypatch.setattr("touchline.services.sweep.places.perform", performed)
         return CliRunner().invoke(app, ["sweep", "study-square", "--seeds", "4", "--workers", "1", *options])
 
     return begin

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from services.bus import BusConfig
+from touchline.services.bus import BusConfig
 
 
 def touchline(
@@ -16,7 +16,7 @@ def touchline(
     """``touchline ARGUMENTS`` to its end."""
     environment = {**os.environ, **(config.environment() if config else {}), "COLUMNS": "120"}
     return subprocess.run(
-        [sys.executable, "-m", "services.cli", *arguments],
+        [sys.executable, "-m", "touchline", *arguments],
         env=environment,
         cwd=cwd,
         stdin=subprocess.DEVNULL,
@@ -31,7 +31,7 @@ def start_touchline(*arguments: str, config: BusConfig, log: Path) -> subprocess
     """``touchline ARGUMENTS`` left running, its output in ``log``."""
     with log.open("wb") as output:
         return subprocess.Popen(
-            [sys.executable, "-m", "services.cli", *arguments],
+            [sys.executable, "-m", "touchline", *arguments],
             env={**os.environ, **config.environment()},
             stdin=subprocess.DEVNULL,
             stdout=output,

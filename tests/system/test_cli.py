@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from schemas.catalogue import parse_template
-from schemas.messages import Trajectory
 from tests.system.commands import figures, start_touchline, touchline
+from touchline.schemas.catalogue import parse_template
+from touchline.schemas.messages import Trajectory
 
 SERVICES = ["planner", "robot-sim", "bridge", "tui"]
 COMMANDS = [

@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from schemas import topics
-from schemas.catalogue import template_text
-from schemas.messages import (
+from tests.system.commands import start_touchline, touchline
+from touchline.schemas import topics
+from touchline.schemas.catalogue import template_text
+from touchline.schemas.messages import (
     CommandRequest,
     GetDiagnosticsRequest,
     GetPaintRequest,
@@ -25,14 +26,13 @@ from schemas.messages import (
     TraversalReport,
     TraversalStatus,
 )
-from schemas.messages.base import Message
-from schemas.vehicle import Vehicle
-from services.bridge.reader import RecordingReader
-from services.bus import Bus, BusConfig
-from services.local import LocalSystem, local_system
-from services.painted import read_painted
-from services.supervisor import Notice
-from tests.system.commands import start_touchline, touchline
+from touchline.schemas.messages.base import Message
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.bridge.reader import RecordingReader
+from touchline.services.bus import Bus, BusConfig
+from touchline.services.local import LocalSystem, local_system
+from touchline.services.painted import read_painted
+from touchline.services.supervisor import Notice
 
 TEMPLATE, _ = template_text("soccer-11")
 

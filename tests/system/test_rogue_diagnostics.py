@@ -2,9 +2,9 @@
 
 import pytest
 
-from schemas import topics
-from schemas.messages import DiagnosticArray, DiagnosticStatus, KeyValue
-from services.diagnostics import Health, read_health
+from touchline.schemas import topics
+from touchline.schemas.messages import DiagnosticArray, DiagnosticStatus, KeyValue
+from touchline.services.diagnostics import Health, read_health
 
 HUGE = "9" * 5000
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from services.bridge.compare import compare
-from services.bridge.reader import RecordingReader
-from services.bus import Bus
 from tests.system.commands import figures, touchline
+from touchline.services.bridge.compare import compare
+from touchline.services.bridge.reader import RecordingReader
+from touchline.services.bus import Bus
 
 SQUARE = ("run", "study-square", "--json")
 

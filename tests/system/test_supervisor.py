@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from schemas import topics
-from services.bus import BusConfig
-from services.supervisor import Child, Notice, Supervisor
+from touchline.schemas import topics
+from touchline.services.bus import BusConfig
+from touchline.services.supervisor import Child, Notice, Supervisor
 
 
 @contextmanager
@@ -75,7 +75,7 @@ def test_what_a_service_has_started_ends_with_it(tmp_path: Path, bus_config: Bus
     program.write_text(f'#!/bin/sh\ntrap "" TERM\n(echo here; exec sleep 1000) > {pipe} &\n{end}\n')
     program.chmod(0o700)
     monkeypatch.setattr(sys, "executable", str(program))
-    monkeypatch.setattr("services.supervisor._STOP_S", 0.1)
+    monkeypatch.setattr("touchline.services.supervisor._STOP_S", 0.1)
     with supervised(tmp_path, bus_config, [], 10.0) as supervisor, pipe.open() as held:
         assert held.readline() == "here\n"
         if end.startswith("exit"):
@@ -86,10 +86,10 @@ def test_what_a_service_has_started_ends_with_it(tmp_path: Path, bus_config: Bus
 
 @pytest.mark.parametrize("path", [None, ":/no/such/folder", "."])
 def test_code_in_the_current_folder_is_not_run(tmp_path: Path, bus_config: BusConfig, monkeypatch, path: str | None):
-    for package in ("services", "schemas", "tui", "numpy"):
+    for package in ("touchline", "numpy"):
         (tmp_path / package).mkdir()
-        (tmp_path / package / "__init__.py").write_text("print('not ours')")
-    (tmp_path / "services" / "cli.py").write_text("print('not ours')")
+        for name in ("__init__.py", "__main__.py"):
+            (tmp_path / package / name).write_text("print('not ours')")
     monkeypatch.chdir(tmp_path)
     if path is None:
         monkeypatch.delenv("PYTHONPATH", raising=False)

@@ -2,8 +2,8 @@
 
 import pytest
 
-from schemas.template import Template
 from tests.tui import scenes
+from touchline.schemas.template import Template
 
 
 @pytest.fixture(scope="session")

@@ -8,9 +8,9 @@ from textual.pilot import Pilot
 from textual.widgets import Static
 
 from tests.tui.scenes import FakeLink
-from tui.app import ConsoleApp
-from tui.autostart import AutoStart
-from tui.protocol import Incoming
+from touchline.tui.app import ConsoleApp
+from touchline.tui.autostart import AutoStart
+from touchline.tui.protocol import Incoming
 
 
 @asynccontextmanager

@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from schemas import messages as m
-from schemas import topics
-from schemas.catalogue import load_template
-from schemas.messages.base import Message
-from schemas.template import Template
-from schemas.topics import Service, Topic
-from tui.protocol import CallFailed, Incoming, NodeChanged, PaintFetched, Received
+from touchline.schemas import messages as m
+from touchline.schemas import topics
+from touchline.schemas.catalogue import load_template
+from touchline.schemas.messages.base import Message
+from touchline.schemas.template import Template
+from touchline.schemas.topics import Service, Topic
+from touchline.tui.protocol import CallFailed, Incoming, NodeChanged, PaintFetched, Received
 
 Answer = Message | CallFailed | Callable[[Message], Message]
 

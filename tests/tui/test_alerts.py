@@ -2,18 +2,18 @@
 
 import pytest
 
-from schemas import messages as m
-from schemas import topics
-from schemas.template import Template
-from services.robot_sim.onboard import hazards
 from tests.tui import scenes
 from tests.tui.console import console, plain
 from tests.tui.scenes import received
-from tui import alerts, panels
-from tui.key_bar import KeyBar
-from tui.protocol import Incoming
-from tui.signal_bar import SignalBar
-from tui.state import ConsoleState
+from touchline.schemas import messages as m
+from touchline.schemas import topics
+from touchline.schemas.template import Template
+from touchline.services.robot_sim.onboard import hazards
+from touchline.tui import alerts, panels
+from touchline.tui.key_bar import KeyBar
+from touchline.tui.protocol import Incoming
+from touchline.tui.signal_bar import SignalBar
+from touchline.tui.state import ConsoleState
 
 EMPTY = received(topics.SPRAYER, m.SprayerState(tank_l=0.02))
 FULL = received(topics.SPRAYER, m.SprayerState(tank_l=20.0))

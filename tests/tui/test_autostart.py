@@ -2,14 +2,14 @@
 
 import threading
 
-from schemas import messages as m
-from schemas import topics
-from schemas.template import Template
 from tests.tui import scenes
 from tests.tui.console import console, last, until
 from tests.tui.scenes import FakeLink
-from tui.autostart import AutoStart
-from tui.event_log import ERROR
+from touchline.schemas import messages as m
+from touchline.schemas import topics
+from touchline.schemas.template import Template
+from touchline.tui.autostart import AutoStart
+from touchline.tui.event_log import ERROR
 
 
 async def test_starting_by_itself(template: Template) -> None:

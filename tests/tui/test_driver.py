@@ -12,7 +12,7 @@ from textual.events import Key
 
 from tests.tui.console import console
 from tests.tui.scenes import up
-from tui.driver import SturdyDriver
+from touchline.tui.driver import SturdyDriver
 
 
 def waiting(fileno):

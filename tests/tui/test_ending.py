@@ -12,13 +12,13 @@ from pathlib import Path
 
 import pytest
 
-from schemas.errors import TouchlineError
-from services.bus.ports import free_port
 from tests.tui.console import console
 from tests.tui.scenes import loaded
-from tui.console import check_encoding, check_end
-from tui.dialogs import TemplateDialog
-from tui.driver import HUNG_UP, Screen
+from touchline.schemas.errors import TouchlineError
+from touchline.services.bus.ports import free_port
+from touchline.tui.console import check_encoding, check_end
+from touchline.tui.dialogs import TemplateDialog
+from touchline.tui.driver import HUNG_UP, Screen
 
 ENDED_S = 60.0
 

@@ -1,19 +1,19 @@
 """Silence: a process that says nothing any more is shown as such within a second, and never as running."""
 
-from schemas import messages as m
-from schemas import topics
-from schemas.template import Template
 from tests.tui import scenes
 from tests.tui.console import console, plain, until
 from tests.tui.scenes import FakeLink, received
-from tui import panels, theme
-from tui.app import ConsoleApp
-from tui.header import HeaderBar, header_line
-from tui.health import Freshness
-from tui.map_view import MapView
-from tui.panels import StatusPanel
-from tui.protocol import Incoming, NodeChanged
-from tui.state import ConsoleState
+from touchline.schemas import messages as m
+from touchline.schemas import topics
+from touchline.schemas.template import Template
+from touchline.tui import panels, theme
+from touchline.tui.app import ConsoleApp
+from touchline.tui.header import HeaderBar, header_line
+from touchline.tui.health import Freshness
+from touchline.tui.map_view import MapView
+from touchline.tui.panels import StatusPanel
+from touchline.tui.protocol import Incoming, NodeChanged
+from touchline.tui.state import ConsoleState
 
 
 def reduced(events: list[Incoming], now_s: float = 10.0) -> ConsoleState:

@@ -3,12 +3,12 @@
 from textual.command import CommandList
 from textual.widgets import Static
 
-from schemas import topics
-from schemas.template import Template
 from tests.tui import scenes
 from tests.tui.console import console, until
-from tui.dialogs import ConfirmDialog, KeysDialog
-from tui.key_bar import KeyBar
+from touchline.schemas import topics
+from touchline.schemas.template import Template
+from touchline.tui.dialogs import ConfirmDialog, KeysDialog
+from touchline.tui.key_bar import KeyBar
 
 
 async def test_keys_list_names_every_key_of_the_bar() -> None:

@@ -8,14 +8,14 @@ from typing import Any
 
 import pytest
 
-from schemas import messages as m
-from schemas import topics
-from services.bus import Bus, BusConfig
 from tests.meeting import caught_up
 from tests.tui import scenes
-from tui.link import BusLink, open_link
-from tui.protocol import CallFailed, Incoming, NodeChanged, PaintFetched, Received, Rejected
-from tui.state import ConsoleState
+from touchline.schemas import messages as m
+from touchline.schemas import topics
+from touchline.services.bus import Bus, BusConfig
+from touchline.tui.link import BusLink, open_link
+from touchline.tui.protocol import CallFailed, Incoming, NodeChanged, PaintFetched, Received, Rejected
+from touchline.tui.state import ConsoleState
 
 
 @pytest.fixture

@@ -3,9 +3,9 @@
 import pytest
 
 from tests.tui.console import console, until
-from tui import log_view
-from tui.event_log import CAPACITY, INFO, WARN, Entry
-from tui.log_view import LogView
+from touchline.tui import log_view
+from touchline.tui.event_log import CAPACITY, INFO, WARN, Entry
+from touchline.tui.log_view import LogView
 
 
 def seen(view: LogView) -> str:

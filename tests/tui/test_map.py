@@ -3,13 +3,13 @@
 import pytest
 from textual.events import MouseMove, MouseScrollDown, MouseScrollUp
 
-from schemas import topics
-from schemas.template import Template
 from tests.tui import scenes
 from tests.tui.console import console, until
 from tests.tui.scenes import FakeLink, received
-from tui.app import ConsoleApp
-from tui.map_view import MapView
+from touchline.schemas import topics
+from touchline.schemas.template import Template
+from touchline.tui.app import ConsoleApp
+from touchline.tui.map_view import MapView
 
 
 async def test_map_keys(template: Template) -> None:

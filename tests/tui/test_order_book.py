@@ -2,9 +2,9 @@
 
 import pytest
 
-from schemas.messages import TraversalStatus
-from tui.event_log import ERROR, INFO
-from tui.order_book import Change, OrderBook, Phase, StopLatch
+from touchline.schemas.messages import TraversalStatus
+from touchline.tui.event_log import ERROR, INFO
+from touchline.tui.order_book import Change, OrderBook, Phase, StopLatch
 
 RUNNING, IDLE, ESTOPPED = TraversalStatus.RUNNING, TraversalStatus.IDLE, TraversalStatus.ESTOPPED
 

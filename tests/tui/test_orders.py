@@ -4,17 +4,17 @@ import threading
 
 import pytest
 
-from schemas import messages as m
-from schemas import topics
-from schemas.template import Template
 from tests.tui import scenes
 from tests.tui.console import console, last, plain, until
 from tests.tui.scenes import received
-from tui.dialogs import ConfirmDialog
-from tui.event_log import ERROR
-from tui.header import HeaderBar
-from tui.protocol import CallFailed
-from tui.signal_bar import SignalBar
+from touchline.schemas import messages as m
+from touchline.schemas import topics
+from touchline.schemas.template import Template
+from touchline.tui.dialogs import ConfirmDialog
+from touchline.tui.event_log import ERROR
+from touchline.tui.header import HeaderBar
+from touchline.tui.protocol import CallFailed
+from touchline.tui.signal_bar import SignalBar
 
 
 @pytest.mark.parametrize(

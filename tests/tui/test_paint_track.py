@@ -4,8 +4,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from schemas.messages import PaintMarks
-from tui.paint_track import THINNING, PaintTrack
+from touchline.schemas.messages import PaintMarks
+from touchline.tui.paint_track import THINNING, PaintTrack
 
 
 def batch(first_index: int, *x_m: float) -> PaintMarks:

@@ -2,16 +2,16 @@
 
 import pytest
 
-from schemas import topics
-from schemas.template import Template
 from tests.tui import scenes
 from tests.tui.console import console, plain, until
-from tui import format
-from tui.header import HeaderBar
-from tui.log_view import LogView
-from tui.panels import ServicesPanel, StatusPanel
-from tui.protocol import NodeChanged
-from tui.segments import SegmentsTable
+from touchline.schemas import topics
+from touchline.schemas.template import Template
+from touchline.tui import format
+from touchline.tui.header import HeaderBar
+from touchline.tui.log_view import LogView
+from touchline.tui.panels import ServicesPanel, StatusPanel
+from touchline.tui.protocol import NodeChanged
+from touchline.tui.segments import SegmentsTable
 
 
 async def test_a_dead_service_is_shown_at_once(template: Template) -> None:

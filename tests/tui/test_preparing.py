@@ -6,21 +6,21 @@ from pathlib import Path
 import pytest
 from textual.widgets import Input, OptionList, RadioButton, Static
 
-from schemas import messages as m
-from schemas import topics
-from schemas.setup import Setup
-from schemas.template import Template
-from schemas.vehicle import Vehicle
-from services.planner import ways
 from tests.tui import scenes
 from tests.tui.console import console, last, plain, until
 from tests.tui.scenes import received
-from tui import format
-from tui.dialogs import PlanDialog, TemplateDialog, Tick
-from tui.event_log import ERROR, INFO
-from tui.map_view import MapView
-from tui.orders import METHODS
-from tui.panels import StatusPanel
+from touchline.schemas import messages as m
+from touchline.schemas import topics
+from touchline.schemas.setup import Setup
+from touchline.schemas.template import Template
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner import ways
+from touchline.tui import format
+from touchline.tui.dialogs import PlanDialog, TemplateDialog, Tick
+from touchline.tui.event_log import ERROR, INFO
+from touchline.tui.map_view import MapView
+from touchline.tui.orders import METHODS
+from touchline.tui.panels import StatusPanel
 
 
 async def test_choosing_a_shipped_template(template: Template) -> None:

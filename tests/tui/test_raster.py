@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tui.map_raster import Ink, MapRaster, Scene
-from tui.raster import EMPTY, GrowingLayer, Polyline, draw
-from tui.viewport import Viewport
+from touchline.tui.map_raster import Ink, MapRaster, Scene
+from touchline.tui.raster import EMPTY, GrowingLayer, Polyline, draw
+from touchline.tui.viewport import Viewport
 
 FIELD = st.floats(-1e4, 1e4)
 

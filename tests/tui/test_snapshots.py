@@ -6,13 +6,13 @@ from typing import Any
 import pytest
 from textual.pilot import Pilot
 
-from schemas import messages as m
-from schemas import topics
-from schemas.template import Template
 from tests.tui import scenes
 from tests.tui.scenes import FakeLink
-from tui.app import ConsoleApp
-from tui.protocol import Incoming, NodeChanged
+from touchline.schemas import messages as m
+from touchline.schemas import topics
+from touchline.schemas.template import Template
+from touchline.tui.app import ConsoleApp
+from touchline.tui.protocol import Incoming, NodeChanged
 
 Compare = Callable[..., bool]
 

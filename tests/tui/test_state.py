@@ -5,18 +5,18 @@ import math
 import numpy as np
 import pytest
 
-from schemas import messages as m
-from schemas import topics
-from schemas.catalogue import load_template
-from schemas.setup import Setup
-from schemas.template import Template
-from schemas.vehicle import Vehicle
 from tests.tui import scenes
 from tests.tui.scenes import received
-from tui import panels, theme
-from tui.event_log import ERROR, WARN, EventLog
-from tui.protocol import Incoming, Lost, NodeChanged, PaintFetched, Rejected
-from tui.state import ConsoleState
+from touchline.schemas import messages as m
+from touchline.schemas import topics
+from touchline.schemas.catalogue import load_template
+from touchline.schemas.setup import Setup
+from touchline.schemas.template import Template
+from touchline.schemas.vehicle import Vehicle
+from touchline.tui import panels, theme
+from touchline.tui.event_log import ERROR, WARN, EventLog
+from touchline.tui.protocol import Incoming, Lost, NodeChanged, PaintFetched, Rejected
+from touchline.tui.state import ConsoleState
 
 
 def reduced(events: list[Incoming], state: ConsoleState | None = None, now_s: float = 1.0) -> ConsoleState:

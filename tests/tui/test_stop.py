@@ -7,20 +7,20 @@ from textual import events
 from textual.command import CommandList, CommandPalette
 from textual.widgets import Input
 
-from schemas import messages as m
-from schemas import topics
-from schemas.template import Template
 from tests.tui import scenes
 from tests.tui.console import console, plain, until
 from tests.tui.scenes import FakeLink, received
-from tui import orders
-from tui.dialogs import ConfirmDialog, KeysDialog, PlanDialog, TemplateDialog
-from tui.driver import SturdyDriver
-from tui.order_book import Phase
-from tui.protocol import CallFailed, NodeChanged
-from tui.signal_bar import SignalBar
-from tui.stop_screen import StopKey
-from tui.stop_sender import StopSender
+from touchline.schemas import messages as m
+from touchline.schemas import topics
+from touchline.schemas.template import Template
+from touchline.tui import orders
+from touchline.tui.dialogs import ConfirmDialog, KeysDialog, PlanDialog, TemplateDialog
+from touchline.tui.driver import SturdyDriver
+from touchline.tui.order_book import Phase
+from touchline.tui.protocol import CallFailed, NodeChanged
+from touchline.tui.signal_bar import SignalBar
+from touchline.tui.stop_screen import StopKey
+from touchline.tui.stop_sender import StopSender
 
 STOPPED = m.TraversalStatus(state=m.TraversalStatus.ESTOPPED)
 
@@ -28,7 +28,7 @@ STOPPED = m.TraversalStatus(state=m.TraversalStatus.ESTOPPED)
 @pytest.fixture(autouse=True)
 def quick_repeats(monkeypatch: pytest.MonkeyPatch) -> None:
     """Tries come every tenth of a second."""
-    monkeypatch.setattr("tui.stop_sender.EVERY_S", 0.1)
+    monkeypatch.setattr("touchline.tui.stop_sender.EVERY_S", 0.1)
 
 
 def deaf() -> FakeLink:
@@ -82,7 +82,7 @@ async def test_a_robot_that_comes_back_gets_it_again_with_a_new_id(template: Tem
 async def test_a_reset_that_was_on_its_way_when_the_stop_was_given_does_not_undo_it(
     template: Template, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("tui.operator.WITHDRAWN_AFTER_S", 60.0)
+    monkeypatch.setattr("touchline.tui.operator.WITHDRAWN_AFTER_S", 60.0)
     async with console(*scenes.mid_run(template), link=deaf()) as (app, link, pilot):
         app.stop_at_once(0.0)  # from the thread that reads the keys, while the console still works off an "r"
         await pilot.press("r")
@@ -92,7 +92,7 @@ async def test_a_reset_that_was_on_its_way_when_the_stop_was_given_does_not_undo
 
 
 async def test_only_the_operator_withdraws_it(template: Template, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tui.operator.WITHDRAWN_AFTER_S", 0.0)
+    monkeypatch.setattr("touchline.tui.operator.WITHDRAWN_AFTER_S", 0.0)
     async with console(*scenes.mid_run(template), link=deaf()) as (app, link, pilot):
         await pilot.press("e")
         await until(pilot, lambda: link.asked)

@@ -2,17 +2,17 @@
 
 import pytest
 
-from schemas import messages as m
-from schemas import topics
-from schemas.template import Template
 from tests.tui import scenes
 from tests.tui.console import console, last, plain, until
 from tests.tui.scenes import FakeLink, received
-from tui.app import ConsoleApp
-from tui.autostart import AutoStart
-from tui.dialogs import ConfirmDialog
-from tui.event_log import WARN
-from tui.panels import StatusPanel
+from touchline.schemas import messages as m
+from touchline.schemas import topics
+from touchline.schemas.template import Template
+from touchline.tui.app import ConsoleApp
+from touchline.tui.autostart import AutoStart
+from touchline.tui.dialogs import ConfirmDialog
+from touchline.tui.event_log import WARN
+from touchline.tui.panels import StatusPanel
 
 LARGE = m.PlanReport(paint_l=50.0, battery_wh=155.0, total_time_s=4209.0, painted_segments=27, wet_crossings=3)
 

@@ -7,11 +7,11 @@ import math
 
 import numpy as np
 
-from schemas.arrays import copy
-from schemas.jit import kernel
-from services.planner.clothoid import Floats, Ints
-from services.planner.ordering.scene import Known, Scene, judged
-from services.planner.ordering.search import GAIN, put_behind, random, reverse, swap
+from touchline.schemas.arrays import copy
+from touchline.schemas.jit import kernel
+from touchline.services.planner.clothoid import Floats, Ints
+from touchline.services.planner.ordering.scene import Known, Scene, judged
+from touchline.services.planner.ordering.search import GAIN, put_behind, random, reverse, swap
 
 # Blocks that are moved are of at most so many segments, now and then (and if they are turned round) of so many.
 BLOCK, TURNED = 8, 30

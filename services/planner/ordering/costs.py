@@ -8,17 +8,17 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from services.planner.chains import GAP_M
-from services.planner.clothoid import Floats, Ints, Piece, PiecePath, Pose
-from services.planner.ordering.order import Problem
-from services.planner.ordering.way_times import HEADING, TRACK_PIECES, X, Y, way_times
-from services.planner.steering.circles import LIMIT, circle
-from services.planner.steering.word_lengths import word_lengths
-from services.planner.swaths import Painting, Swath
-from services.planner.transitions.ccd import ContinuousDubins
-from services.planner.transitions.method import CurveEnd, before
-from services.planner.watch import UNWATCHED, Watch
-from services.planner.ways import Turns, Ways, turned_round
+from touchline.services.planner.chains import GAP_M
+from touchline.services.planner.clothoid import Floats, Ints, Piece, PiecePath, Pose
+from touchline.services.planner.ordering.order import Problem
+from touchline.services.planner.ordering.way_times import HEADING, TRACK_PIECES, X, Y, way_times
+from touchline.services.planner.steering.circles import LIMIT, circle
+from touchline.services.planner.steering.word_lengths import word_lengths
+from touchline.services.planner.swaths import Painting, Swath
+from touchline.services.planner.transitions.ccd import ContinuousDubins
+from touchline.services.planner.transitions.method import CurveEnd, before
+from touchline.services.planner.watch import UNWATCHED, Watch
+from touchline.services.planner.ways import Turns, Ways, turned_round
 
 # Every node's nearest neighbours are timed exactly; of the nearest of these, short hops, cusps and turns on the spot
 # are tried as well.

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from services.planner.clothoid import Floats, Ints, Pose
-from services.planner.ordering.annealing import anneal
-from services.planner.ordering.costs import Tracks
-from services.planner.ordering.order import Problem
-from services.planner.ordering.scene import UNKNOWN, Known, Scene, judged
-from services.planner.ordering.wet import Wheels, boxes_of, wet_rows
-from services.planner.swaths import Swath
-from services.planner.watch import UNWATCHED, Watch
+from touchline.services.planner.clothoid import Floats, Ints, Pose
+from touchline.services.planner.ordering.annealing import anneal
+from touchline.services.planner.ordering.costs import Tracks
+from touchline.services.planner.ordering.order import Problem
+from touchline.services.planner.ordering.scene import UNKNOWN, Known, Scene, judged
+from touchline.services.planner.ordering.wet import Wheels, boxes_of, wet_rows
+from touchline.services.planner.swaths import Swath
+from touchline.services.planner.watch import UNWATCHED, Watch
 
 # The budget: so many moves for every segment, within bounds, as often as there are heats (s) to begin with, each time
 # from the best order so far. Many segments would not get back to it from the greater heats within so few moves.

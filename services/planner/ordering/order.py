@@ -5,9 +5,9 @@ from functools import cached_property
 
 import numpy as np
 
-from services.planner.clothoid import Floats, Ints
-from services.planner.ordering.search import best_modes, improve, tour_cost
-from services.planner.watch import UNWATCHED, Watch
+from touchline.services.planner.clothoid import Floats, Ints
+from touchline.services.planner.ordering.search import best_modes, improve, tour_cost
+from touchline.services.planner.watch import UNWATCHED, Watch
 
 # How many of the cheapest successors and predecessors a search looks at.
 NEIGHBOURS = 12

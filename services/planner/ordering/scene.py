@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.jit import kernel
-from services.planner.clothoid import Floats, Ints
-from services.planner.ordering.wet import wet_crossings
+from touchline.schemas.jit import kernel
+from touchline.services.planner.clothoid import Floats, Ints
+from touchline.services.planner.ordering.wet import wet_crossings
 
 # Ways are looked at this often (m), lines being no narrower.
 STEP_M = 0.08

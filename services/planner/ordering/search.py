@@ -12,9 +12,9 @@ Randomness is counter-based: the k-th kick is the same however the search is cut
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.arrays import copy, least
-from schemas.jit import kernel
-from services.planner.clothoid import Floats, Ints
+from touchline.schemas.arrays import copy, least
+from touchline.schemas.jit import kernel
+from touchline.services.planner.clothoid import Floats, Ints
 
 BLOCK = 6
 # Kicks swap two neighbouring blocks of at most this many segments; most of them smaller ones.

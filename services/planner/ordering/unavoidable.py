@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from services.planner.clothoid import Ints
-from services.planner.offset import Stroke
-from services.planner.ordering.wet import Wheels, wet_rows
+from touchline.services.planner.clothoid import Ints
+from touchline.services.planner.offset import Stroke
+from touchline.services.planner.ordering.wet import Wheels, wet_rows
 
 
 def unavoidable_crossings(

@@ -8,15 +8,15 @@ import math
 
 import numpy as np
 
-from schemas.arrays import ascending, copy
-from schemas.jit import kernel
-from services.planner.clothoid import Floats, Ints
-from services.planner.passes import ACCELERATION, TRANSIT, path_time
-from services.planner.steering.circles import LIMIT, TAU
-from services.planner.steering.construct import MAX_PIECES, forward_pieces, put, put_ramp, word_pieces
-from services.planner.steering.forward import lead_poses
-from services.planner.steering.plain import least_plain
-from services.planner.steering.spiral import unit
+from touchline.schemas.arrays import ascending, copy
+from touchline.schemas.jit import kernel
+from touchline.services.planner.clothoid import Floats, Ints
+from touchline.services.planner.passes import ACCELERATION, TRANSIT, path_time
+from touchline.services.planner.steering.circles import LIMIT, TAU
+from touchline.services.planner.steering.construct import MAX_PIECES, forward_pieces, put, put_ramp, word_pieces
+from touchline.services.planner.steering.forward import lead_poses
+from touchline.services.planner.steering.plain import least_plain
+from touchline.services.planner.steering.spiral import unit
 
 # Columns of an end's row: pose and curvature (1/m) where the turns begin, speed (m/s) on the painted curve; between
 # both a clothoid from the painted curvature to 0 (or none: 0) at a sharpness (1/m²), and a straight (m).

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from schemas.curves import Curve
-from schemas.jit import kernel
-from schemas.vehicle import Vehicle
-from services.planner.clothoid import Floats, Ints, PiecePath, Pose
+from touchline.schemas.curves import Curve
+from touchline.schemas.jit import kernel
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.clothoid import Floats, Ints, PiecePath, Pose
 
 # Tracks are looked at this often (m): less than half the width of a line.
 STEP_M = 0.04

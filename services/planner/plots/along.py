@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from schemas.curves import PathTable
-from schemas.vehicle import Vehicle
-from services.planner.clothoid import Floats
-from services.planner.plan import Plan
-from services.planner.wheels import wheel_series
+from touchline.schemas.curves import PathTable
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.clothoid import Floats
+from touchline.services.planner.plan import Plan
+from touchline.services.planner.wheels import wheel_series
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

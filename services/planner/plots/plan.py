@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from schemas.curves import Curve
-from schemas.template import Template
-from schemas.vehicle import Vehicle
-from services.planner.clothoid import Floats, PiecePath
-from services.planner.offset import Stroke
-from services.planner.plan import Plan
-from services.planner.plots.along import PAINTED_PT, QUANTITIES, WAY_PT, draw_along
-from services.planner.plots.style import INK, plan_style, save
-from services.planner.route import RUN_IN, RUN_OUT
+from touchline.schemas.curves import Curve
+from touchline.schemas.template import Template
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.clothoid import Floats, PiecePath
+from touchline.services.planner.offset import Stroke
+from touchline.services.planner.plan import Plan
+from touchline.services.planner.plots.along import PAINTED_PT, QUANTITIES, WAY_PT, draw_along
+from touchline.services.planner.plots.style import INK, plan_style, save
+from touchline.services.planner.route import RUN_IN, RUN_OUT
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

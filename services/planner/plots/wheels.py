@@ -3,11 +3,11 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from schemas.template import Template
-from schemas.vehicle import Vehicle
-from services.planner.plan import Plan
-from services.planner.plots.style import INK, plan_style, save
-from services.planner.wheels import wheel_series
+from touchline.schemas.template import Template
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.plan import Plan
+from touchline.services.planner.plots.style import INK, plan_style, save
+from touchline.services.planner.wheels import wheel_series
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

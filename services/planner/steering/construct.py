@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from schemas.jit import kernel
-from services.planner.clothoid import Floats
-from services.planner.steering.circles import (
+from touchline.schemas.jit import kernel
+from touchline.services.planner.clothoid import Floats
+from touchline.services.planner.steering.circles import (
     LIMIT,
     LIMIT_TURN,
     ON_PATH,
@@ -16,9 +16,15 @@ from services.planner.steering.circles import (
     word_table,
     wrapped,
 )
-from services.planner.steering.forward import WITH_A_STRAIGHT, WORDS, lead_poses, shortest_forward, three_elements
-from services.planner.steering.profile import DIRECTION, shape
-from services.planner.steering.symmetry import turn_pieces_round
+from touchline.services.planner.steering.forward import (
+    WITH_A_STRAIGHT,
+    WORDS,
+    lead_poses,
+    shortest_forward,
+    three_elements,
+)
+from touchline.services.planner.steering.profile import DIRECTION, shape
+from touchline.services.planner.steering.symmetry import turn_pieces_round
 
 # No way has more pieces: two ramps and three turns of three.
 MAX_PIECES = 12

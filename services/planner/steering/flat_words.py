@@ -7,12 +7,12 @@ longer by more than that.
 
 import math
 
-from schemas.jit import kernel
-from services.planner.clothoid import Floats
-from services.planner.steering.circles import LIMIT
-from services.planner.steering.construct import put, put_ramp, put_turn
-from services.planner.steering.patterns import ramps_beside
-from services.planner.steering.profile import AMOUNT, DIRECTION, STRAIGHT, UNKNOWN
+from touchline.schemas.jit import kernel
+from touchline.services.planner.clothoid import Floats
+from touchline.services.planner.steering.circles import LIMIT
+from touchline.services.planner.steering.construct import put, put_ramp, put_turn
+from touchline.services.planner.steering.patterns import ramps_beside
+from touchline.services.planner.steering.profile import AMOUNT, DIRECTION, STRAIGHT, UNKNOWN
 
 
 @kernel

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from schemas.jit import kernel
-from services.planner.clothoid import Floats
-from services.planner.steering.profile import AMOUNT, DIRECTION, MAX_ELEMENTS, STRAIGHT, UNKNOWN
+from touchline.schemas.jit import kernel
+from touchline.services.planner.clothoid import Floats
+from touchline.services.planner.steering.profile import AMOUNT, DIRECTION, MAX_ELEMENTS, STRAIGHT, UNKNOWN
 
 QUARTER = 0.5 * math.pi
 

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from schemas.jit import kernel
-from services.planner.steering.circles import TAU, left_centres, other_side, same_side, three_turns, wrapped
+from touchline.schemas.jit import kernel
+from touchline.services.planner.steering.circles import TAU, left_centres, other_side, same_side, three_turns, wrapped
 
 # Figures (see circles.py) of a turn that is nothing but an arc of radius 1.
 PLAIN = np.array((1.0, 0.0, 0.0, 1.0, 1.0, 0.0))

@@ -12,17 +12,26 @@ from typing import NamedTuple
 
 import numpy as np
 
-from schemas.jit import kernel
-from services.planner.clothoid import Floats, Ints
-from services.planner.steering import cusp_words
-from services.planner.steering.circles import LIMIT, TAU
-from services.planner.steering.construct import MAX_PIECES, profile_pieces
-from services.planner.steering.cusp_words import word
-from services.planner.steering.flat_words import flat_pieces
-from services.planner.steering.forward import TIE
-from services.planner.steering.patterns import QUARTER, bend_amount, cusps_of, elements_of, ramps_beside
-from services.planner.steering.profile import AMOUNT, FAILED, MAX_ELEMENTS, STRAIGHT, UNKNOWN, shape, shoot, solve
-from services.planner.steering.symmetry import turn_pieces_round, turn_query_round
+from touchline.schemas.jit import kernel
+from touchline.services.planner.clothoid import Floats, Ints
+from touchline.services.planner.steering import cusp_words
+from touchline.services.planner.steering.circles import LIMIT, TAU
+from touchline.services.planner.steering.construct import MAX_PIECES, profile_pieces
+from touchline.services.planner.steering.cusp_words import word
+from touchline.services.planner.steering.flat_words import flat_pieces
+from touchline.services.planner.steering.forward import TIE
+from touchline.services.planner.steering.patterns import QUARTER, bend_amount, cusps_of, elements_of, ramps_beside
+from touchline.services.planner.steering.profile import (
+    AMOUNT,
+    FAILED,
+    MAX_ELEMENTS,
+    STRAIGHT,
+    UNKNOWN,
+    shape,
+    shoot,
+    solve,
+)
+from touchline.services.planner.steering.symmetry import turn_pieces_round, turn_query_round
 
 MAX_CUSPS = 4
 # Between two standstills the robot drives at least this far (m); less would be a disguise for steering at a standstill.

@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 
-from schemas.jit import kernel
-from services.planner.clothoid import NODES, PANEL_TURN_RAD, WEIGHTS
+from touchline.schemas.jit import kernel
+from touchline.services.planner.clothoid import NODES, PANEL_TURN_RAD, WEIGHTS
 
 CURVATURE_CAP = math.sqrt(math.pi)
 _TERMS = 12

@@ -6,12 +6,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from services.planner.clothoid import Floats, Piece, PiecePath, Pose, joined
-from services.planner.steering.circles import circle
-from services.planner.steering.construct import MAX_PIECES, forward_pieces
-from services.planner.steering.reversing import MAX_CUSPS, STRETCH_MIN_M, shortest_reversing
-from services.planner.transitions.ccd import ContinuousDubins
-from services.planner.transitions.method import CurveEnd, before
+from touchline.services.planner.clothoid import Floats, Piece, PiecePath, Pose, joined
+from touchline.services.planner.steering.circles import circle
+from touchline.services.planner.steering.construct import MAX_PIECES, forward_pieces
+from touchline.services.planner.steering.reversing import MAX_CUSPS, STRETCH_MIN_M, shortest_reversing
+from touchline.services.planner.transitions.ccd import ContinuousDubins
+from touchline.services.planner.transitions.method import CurveEnd, before
 
 # A turn on the spot by no more than this is none.
 ROUNDING_RAD = 1e-12

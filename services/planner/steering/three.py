@@ -6,9 +6,9 @@ tables, and with each clothoid's series taken once: nearly all the time that sho
 
 import math
 
-from schemas.jit import kernel
-from services.planner.clothoid import Floats
-from services.planner.steering.profile import (
+from touchline.schemas.jit import kernel
+from touchline.services.planner.clothoid import Floats
+from touchline.services.planner.steering.profile import (
     FAILED,
     FLAT,
     HOPE,
@@ -21,7 +21,7 @@ from services.planner.steering.profile import (
     WORSE,
     newton_step,
 )
-from services.planner.steering.spiral import arc, spiral, unit
+from touchline.services.planner.steering.spiral import arc, spiral, unit
 
 
 @kernel

@@ -4,14 +4,14 @@ import math
 
 import numpy as np
 
-from schemas.messages import PlanOptions
-from services.planner.limits import Limits
-from services.planner.offset import modes
-from services.planner.ordering.costs import NEVER_S, nodes_of
-from services.planner.ordering.order import Problem, ordered
-from services.planner.study.drive import STUDY_SPEED_MPS, UNPADDED
-from services.planner.study.pitch import Pitch
-from services.planner.swaths import Painting, swaths
+from touchline.schemas.messages import PlanOptions
+from touchline.services.planner.limits import Limits
+from touchline.services.planner.offset import modes
+from touchline.services.planner.ordering.costs import NEVER_S, nodes_of
+from touchline.services.planner.ordering.order import Problem, ordered
+from touchline.services.planner.study.drive import STUDY_SPEED_MPS, UNPADDED
+from touchline.services.planner.study.pitch import Pitch
+from touchline.services.planner.swaths import Painting, swaths
 
 
 def straight_hops_s(pitch: Pitch) -> float:

@@ -13,11 +13,11 @@ better one.
 
 import math
 
-from schemas.errors import PlanningError
-from services.planner.clothoid import Piece, Pose
-from services.planner.transitions.method import CurveEnd
-from services.planner.transitions.turns import ArcTurn, ContinuousTurn
-from services.planner.transitions.words import TAU, Word, words
+from touchline.schemas.errors import PlanningError
+from touchline.services.planner.clothoid import Piece, Pose
+from touchline.services.planner.transitions.method import CurveEnd
+from touchline.services.planner.transitions.turns import ArcTurn, ContinuousTurn
+from touchline.services.planner.transitions.words import TAU, Word, words
 
 FAMILIES = ("LSL", "RSR", "LRL", "RLR")
 CLOSEST_M = 0.1

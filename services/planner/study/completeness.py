@@ -3,10 +3,10 @@
 from collections.abc import Callable
 from functools import partial
 
-from services.planner.study.drive import CONTESTANTS, OURS, STUDY_CCD, STUDY_KAPPA_1PM, UNPADDED
-from services.planner.study.pairs import Tally, close_pairs, random_pairs, tally
-from services.planner.study.pitch import LENGTH_TARGETS, STUDY_SIGMA_1PM2
-from services.planner.study.table import Row, of_each
+from touchline.services.planner.study.drive import CONTESTANTS, OURS, STUDY_CCD, STUDY_KAPPA_1PM, UNPADDED
+from touchline.services.planner.study.pairs import Tally, close_pairs, random_pairs, tally
+from touchline.services.planner.study.pitch import LENGTH_TARGETS, STUDY_SIGMA_1PM2
+from touchline.services.planner.study.table import Row, of_each
 
 CLOSE_SHARE = 0.1
 # What the study tried, and what ours must manage.

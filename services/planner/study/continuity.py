@@ -4,19 +4,19 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from schemas.errors import PlanningError
-from schemas.template import Template
-from schemas.vehicle import Vehicle
-from services.planner.clothoid import Floats
-from services.planner.offset import strokes
-from services.planner.plan import Plan
-from services.planner.study.drive import CONTESTANTS, STEP_1PM, STUDY_CCD, STUDY_KAPPA_1PM, Contestant, drive
-from services.planner.study.pairs import joints, tally
-from services.planner.study.pitch import STUDY_SIGMA_1PM2, Pitch
-from services.planner.study.sent import as_biarcs, as_chords
-from services.planner.study.sent import joints as joints_of
-from services.planner.study.table import Row, of_each
-from services.planner.wheels import wheel_series
+from touchline.schemas.errors import PlanningError
+from touchline.schemas.template import Template
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.clothoid import Floats
+from touchline.services.planner.offset import strokes
+from touchline.services.planner.plan import Plan
+from touchline.services.planner.study.drive import CONTESTANTS, STEP_1PM, STUDY_CCD, STUDY_KAPPA_1PM, Contestant, drive
+from touchline.services.planner.study.pairs import joints, tally
+from touchline.services.planner.study.pitch import STUDY_SIGMA_1PM2, Pitch
+from touchline.services.planner.study.sent import as_biarcs, as_chords
+from touchline.services.planner.study.sent import joints as joints_of
+from touchline.services.planner.study.table import Row, of_each
+from touchline.services.planner.wheels import wheel_series
 
 GAP_M, KINK_RAD = 1e-9, 1e-9
 ARC_CURVATURES_1PM = (0.0, 0.6, -0.6)

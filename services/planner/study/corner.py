@@ -8,15 +8,15 @@ import math
 
 import numpy as np
 
-from schemas.messages import Trajectory
-from services.planner.clothoid import Piece, PiecePath, Pose
-from services.planner.output import trajectory_message
-from services.planner.route import Section
-from services.planner.sending import send
-from services.planner.study.drive import STUDY_KAPPA_1PM, STUDY_SPEED_MPS, Contestant
-from services.planner.timing import SpeedProfile
-from services.planner.transitions.method import CurveEnd, transition
-from services.planner.transitions.turns import ContinuousTurn
+from touchline.schemas.messages import Trajectory
+from touchline.services.planner.clothoid import Piece, PiecePath, Pose
+from touchline.services.planner.output import trajectory_message
+from touchline.services.planner.route import Section
+from touchline.services.planner.sending import send
+from touchline.services.planner.study.drive import STUDY_KAPPA_1PM, STUDY_SPEED_MPS, Contestant
+from touchline.services.planner.timing import SpeedProfile
+from touchline.services.planner.transitions.method import CurveEnd, transition
+from touchline.services.planner.transitions.turns import ContinuousTurn
 
 LEG_M = 3.0
 RUN_M = 5.0

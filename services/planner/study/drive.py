@@ -7,14 +7,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from schemas.vehicle import Vehicle
-from services.planner.clothoid import Floats, Piece, PiecePath
-from services.planner.offset import Stroke
-from services.planner.steering.steer import Steering
-from services.planner.study.ccd import StudyContinuousDubins
-from services.planner.transitions.dubins import dubins_pieces
-from services.planner.transitions.dubins_padded import PaddedDubins
-from services.planner.transitions.method import CurveEnd, TransitionMethod, transition
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.clothoid import Floats, Piece, PiecePath
+from touchline.services.planner.offset import Stroke
+from touchline.services.planner.steering.steer import Steering
+from touchline.services.planner.study.ccd import StudyContinuousDubins
+from touchline.services.planner.transitions.dubins import dubins_pieces
+from touchline.services.planner.transitions.dubins_padded import PaddedDubins
+from touchline.services.planner.transitions.method import CurveEnd, TransitionMethod, transition
 
 STUDY_KAPPA_1PM = 1.125
 STUDY_SPEED_MPS = 1.5

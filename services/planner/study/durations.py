@@ -9,11 +9,11 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
-from services.planner.plan import Plan
-from services.planner.study.bound import straight_hops_s
-from services.planner.study.drive import DPP, STUDY_CCD, STUDY_SPEED_MPS
-from services.planner.study.pitch import HAND_ORDERED, STUDY_SIGMA_1PM2, Pitch
-from services.planner.study.table import Row
+from touchline.services.planner.plan import Plan
+from touchline.services.planner.study.bound import straight_hops_s
+from touchline.services.planner.study.drive import DPP, STUDY_CCD, STUDY_SPEED_MPS
+from touchline.services.planner.study.pitch import HAND_ORDERED, STUDY_SIGMA_1PM2, Pitch
+from touchline.services.planner.study.table import Row
 
 IDEAL_SIGMA_1PM2 = 3.0
 # How long the study's DPP took on its own pitch.

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from services.planner.clothoid import Floats, Piece, PiecePath
-from services.planner.plots.style import INK, save
-from services.planner.study.corner import LEG_M, corner_path
-from services.planner.study.drive import CONTESTANTS, Drive
-from services.planner.study.pitch import LENGTH_TARGETS, STUDY_SIGMA_1PM2, Pitch
+from touchline.services.planner.clothoid import Floats, Piece, PiecePath
+from touchline.services.planner.plots.style import INK, save
+from touchline.services.planner.study.corner import LEG_M, corner_path
+from touchline.services.planner.study.drive import CONTESTANTS, Drive
+from touchline.services.planner.study.pitch import LENGTH_TARGETS, STUDY_SIGMA_1PM2, Pitch
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

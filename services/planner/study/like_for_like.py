@@ -12,21 +12,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from schemas.curves import Curve
-from schemas.messages import PlanOptions
-from schemas.template import ArcSpec, LineSpec, TemplateSegment
-from services.planner.clothoid import Piece, PiecePath, joined
-from services.planner.limits import Limits
-from services.planner.offset import strokes
-from services.planner.plan import Plan
-from services.planner.study.bound import turning_bound_s
-from services.planner.study.drive import DPP, STEP_1PM, STUDY_KAPPA_1PM, STUDY_SPEED_MPS, Drive
-from services.planner.study.durations import painting_seconds
-from services.planner.study.pitch import Pitch
-from services.planner.study.table import Cause, Row
-from services.planner.transitions.dubins_padded import PADDING_AFTER_M, PADDING_BEFORE_M, PaddedDubins
-from services.planner.transitions.method import CurveEnd, before, carried_on
-from services.planner.ways import BRAKING_SHARE, Way, Ways
+from touchline.schemas.curves import Curve
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.template import ArcSpec, LineSpec, TemplateSegment
+from touchline.services.planner.clothoid import Piece, PiecePath, joined
+from touchline.services.planner.limits import Limits
+from touchline.services.planner.offset import strokes
+from touchline.services.planner.plan import Plan
+from touchline.services.planner.study.bound import turning_bound_s
+from touchline.services.planner.study.drive import DPP, STEP_1PM, STUDY_KAPPA_1PM, STUDY_SPEED_MPS, Drive
+from touchline.services.planner.study.durations import painting_seconds
+from touchline.services.planner.study.pitch import Pitch
+from touchline.services.planner.study.table import Cause, Row
+from touchline.services.planner.transitions.dubins_padded import PADDING_AFTER_M, PADDING_BEFORE_M, PaddedDubins
+from touchline.services.planner.transitions.method import CurveEnd, before, carried_on
+from touchline.services.planner.ways import BRAKING_SHARE, Way, Ways
 
 LAW, HAND, OURS = "Law 1", "by hand", "ours"
 WHEELS = 0.0

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from schemas.errors import PlanningError
-from services.planner.clothoid import PiecePath, Pose
-from services.planner.transitions.method import CurveEnd, TransitionMethod
+from touchline.schemas.errors import PlanningError
+from touchline.services.planner.clothoid import PiecePath, Pose
+from touchline.services.planner.transitions.method import CurveEnd, TransitionMethod
 
 BOX_M = 10.0
 ON_GOAL = 1e-9

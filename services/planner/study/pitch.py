@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass, field
 
-from schemas.messages import PlanOptions
-from schemas.template import Template, TemplateSegment
-from schemas.vehicle import Vehicle
-from services.planner.offset import Stroke, strokes
-from services.planner.plan import Plan, plan
-from services.planner.study.drive import (
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.template import Template, TemplateSegment
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.offset import Stroke, strokes
+from touchline.services.planner.plan import Plan, plan
+from touchline.services.planner.study.drive import (
     DPP,
     OURS,
     STUDY_CCD,
@@ -19,7 +19,7 @@ from services.planner.study.drive import (
     drive,
     study_vehicle,
 )
-from services.planner.study.table import Row
+from touchline.services.planner.study.table import Row
 
 STUDY_SIGMA_1PM2 = 1.0
 # (σ_max 1/m², most that ours may be longer than DPP without padding); the last is the σ of the dynamics at 1.5 m/s.

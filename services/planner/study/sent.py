@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from services.planner.clothoid import Floats, PiecePath
-from services.planner.fit_arcs import cut
+from touchline.services.planner.clothoid import Floats, PiecePath
+from touchline.services.planner.fit_arcs import cut
 
 # The study cuts clothoids into evenly spaced straight lines; it does not say how long, so they are short here.
 CHORD_M = 0.002

@@ -2,10 +2,10 @@
 
 import math
 
-from services.planner.clothoid import Piece, Pose
-from services.planner.transitions.method import CurveEnd, through_straights
-from services.planner.transitions.turns import ContinuousTurn
-from services.planner.transitions.words import shortest_word
+from touchline.services.planner.clothoid import Piece, Pose
+from touchline.services.planner.transitions.method import CurveEnd, through_straights
+from touchline.services.planner.transitions.turns import ContinuousTurn
+from touchline.services.planner.transitions.words import shortest_word
 
 
 class ContinuousDubins:

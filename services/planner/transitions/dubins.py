@@ -1,8 +1,8 @@
 """Plain Dubins paths: the shortest forward path of bounded curvature, which steps at every joint."""
 
-from services.planner.clothoid import Piece, Pose
-from services.planner.transitions.turns import ArcTurn
-from services.planner.transitions.words import shortest_word
+from touchline.services.planner.clothoid import Piece, Pose
+from touchline.services.planner.transitions.turns import ArcTurn
+from touchline.services.planner.transitions.words import shortest_word
 
 
 def dubins_pieces(start: Pose, goal: Pose, curvature_max_1pm: float) -> tuple[Piece, ...]:

@@ -1,8 +1,8 @@
 """Method `dubins-padded`: plain Dubins between padded segments, the study's baseline."""
 
-from services.planner.clothoid import Piece, Pose
-from services.planner.transitions.dubins import dubins_pieces
-from services.planner.transitions.method import CurveEnd, through_straights
+from touchline.services.planner.clothoid import Piece, Pose
+from touchline.services.planner.transitions.dubins import dubins_pieces
+from touchline.services.planner.transitions.method import CurveEnd, through_straights
 
 # The study drives straight this far before and after every painted segment, to lower the discs and to settle.
 PADDING_BEFORE_M = 0.5

@@ -4,7 +4,7 @@ import cmath
 import math
 from typing import NamedTuple, Protocol
 
-from services.planner.clothoid import Piece, PiecePath, Pose, arc_displacement, joined
+from touchline.services.planner.clothoid import Piece, PiecePath, Pose, arc_displacement, joined
 
 # A goal this close (m, rad, 1/m) to the curve just painted, carried on, is on it: the path simply goes on.
 CARRY_ON = 1e-10

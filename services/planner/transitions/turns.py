@@ -7,7 +7,7 @@ Source: Fraichard and Scheuer, "From Reeds and Shepp's to continuous-curvature p
 import math
 from typing import Protocol
 
-from services.planner.clothoid import UNIT_PANEL, Piece
+from touchline.services.planner.clothoid import UNIT_PANEL, Piece
 
 # Above this deflection at the tightest clothoid pair a CC turn is no longer regular (the pair winds round itself).
 REGULAR_DEFLECTION_RAD = math.pi

@@ -11,8 +11,8 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from services.planner.clothoid import Piece, Pose, joined
-from services.planner.transitions.turns import Turn
+from touchline.services.planner.clothoid import Piece, Pose, joined
+from touchline.services.planner.transitions.turns import Turn
 
 TAU = 2.0 * math.pi
 # Deflections this close below a full turn are a zero turn blurred by rounding, not a full circle.

@@ -7,20 +7,20 @@ from collections import deque
 
 import numpy as np
 
-from schemas.messages import TraversalStatus
-from schemas.vehicle import Vehicle
-from services.robot_sim.frames import Command, GnssSample, ImuSample
-from services.robot_sim.onboard import carried as c
-from services.robot_sim.onboard import hazards as h
-from services.robot_sim.onboard import tracking as t
-from services.robot_sim.onboard.carried import Ring, Way
-from services.robot_sim.onboard.estimator import model as m
-from services.robot_sim.onboard.estimator.intake import MAG_EVERY_TICKS
-from services.robot_sim.onboard.followers import Follower
-from services.robot_sim.onboard.followers.external import ExternalFollower
-from services.robot_sim.onboard.job import Phase
-from services.robot_sim.onboard.onboard import Onboard
-from services.robot_sim.onboard.path import FORWARD
+from touchline.schemas.messages import TraversalStatus
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.frames import Command, GnssSample, ImuSample
+from touchline.services.robot_sim.onboard import carried as c
+from touchline.services.robot_sim.onboard import hazards as h
+from touchline.services.robot_sim.onboard import tracking as t
+from touchline.services.robot_sim.onboard.carried import Ring, Way
+from touchline.services.robot_sim.onboard.estimator import model as m
+from touchline.services.robot_sim.onboard.estimator.intake import MAG_EVERY_TICKS
+from touchline.services.robot_sim.onboard.followers import Follower
+from touchline.services.robot_sim.onboard.followers.external import ExternalFollower
+from touchline.services.robot_sim.onboard.job import Phase
+from touchline.services.robot_sim.onboard.onboard import Onboard
+from touchline.services.robot_sim.onboard.path import FORWARD
 
 
 class Cruise:

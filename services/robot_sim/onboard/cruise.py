@@ -11,25 +11,25 @@ from __future__ import annotations
 
 import math
 
-from schemas.arrays import copy
-from schemas.jit import kernel
-from schemas.messages import Actuation
-from services.robot_sim.frames import TICK_S
-from services.robot_sim.onboard import carried as c
-from services.robot_sim.onboard import hazards as h
-from services.robot_sim.onboard import safety
-from services.robot_sim.onboard import tracking as t
-from services.robot_sim.onboard.carried import Floats, Ring, Way
-from services.robot_sim.onboard.driver import END_TOLERANCE_M, observe
-from services.robot_sim.onboard.estimator import model as m
-from services.robot_sim.onboard.estimator.filter import FIX_FIXED, LEAD_S
-from services.robot_sim.onboard.estimator.intake import FROZEN_RADPS, MAG_EVERY_TICKS, STILL_RAD, STILL_TICKS
-from services.robot_sim.onboard.estimator.kernels import advance, take_fix
-from services.robot_sim.onboard.estimator.standing import JOLT_MPS2
-from services.robot_sim.onboard.estimator.tail import CONTRADICTED
-from services.robot_sim.onboard.fence import beyond_m
-from services.robot_sim.onboard.path import FORWARD
-from services.robot_sim.onboard.tracking import track
+from touchline.schemas.arrays import copy
+from touchline.schemas.jit import kernel
+from touchline.schemas.messages import Actuation
+from touchline.services.robot_sim.frames import TICK_S
+from touchline.services.robot_sim.onboard import carried as c
+from touchline.services.robot_sim.onboard import hazards as h
+from touchline.services.robot_sim.onboard import safety
+from touchline.services.robot_sim.onboard import tracking as t
+from touchline.services.robot_sim.onboard.carried import Floats, Ring, Way
+from touchline.services.robot_sim.onboard.driver import END_TOLERANCE_M, observe
+from touchline.services.robot_sim.onboard.estimator import model as m
+from touchline.services.robot_sim.onboard.estimator.filter import FIX_FIXED, LEAD_S
+from touchline.services.robot_sim.onboard.estimator.intake import FROZEN_RADPS, MAG_EVERY_TICKS, STILL_RAD, STILL_TICKS
+from touchline.services.robot_sim.onboard.estimator.kernels import advance, take_fix
+from touchline.services.robot_sim.onboard.estimator.standing import JOLT_MPS2
+from touchline.services.robot_sim.onboard.estimator.tail import CONTRADICTED
+from touchline.services.robot_sim.onboard.fence import beyond_m
+from touchline.services.robot_sim.onboard.path import FORWARD
+from touchline.services.robot_sim.onboard.tracking import track
 
 _VALVE, _DISC = Actuation.VALVE, Actuation.DISC
 

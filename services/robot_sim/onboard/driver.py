@@ -8,17 +8,17 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.jit import kernel
-from schemas.vehicle import Vehicle
-from services.robot_sim.frames import TICK_S
-from services.robot_sim.onboard import tracking as t
-from services.robot_sim.onboard.estimator import model as m
-from services.robot_sim.onboard.estimator.filter import Estimator
-from services.robot_sim.onboard.followers import Follower
-from services.robot_sim.onboard.path import SPIN, Leg
-from services.robot_sim.onboard.trajectory import LoadedTrajectory
-from services.robot_sim.onboard.turning import Turning
-from services.robot_sim.onboard.way import W_SEGMENT, W_START
+from touchline.schemas.jit import kernel
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.frames import TICK_S
+from touchline.services.robot_sim.onboard import tracking as t
+from touchline.services.robot_sim.onboard.estimator import model as m
+from touchline.services.robot_sim.onboard.estimator.filter import Estimator
+from touchline.services.robot_sim.onboard.followers import Follower
+from touchline.services.robot_sim.onboard.path import SPIN, Leg
+from touchline.services.robot_sim.onboard.trajectory import LoadedTrajectory
+from touchline.services.robot_sim.onboard.turning import Turning
+from touchline.services.robot_sim.onboard.way import W_SEGMENT, W_START
 
 ACCELERATION_MARGIN = 1.2
 """The reference may speed up this much harder than the plan does, to catch up after a pause."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from services.robot_sim.frames import OnboardEvent
+from touchline.services.robot_sim.frames import OnboardEvent
 
 INFO: Final = 0
 WARN: Final = 1

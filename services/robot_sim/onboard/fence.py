@@ -1,7 +1,7 @@
 """The fence: where no part of the robot's body may be.
 
 It is the template's boundary if there is one, else the convex hull of what the body sweeps along the plan; in both
-cases with a margin (`schemas.scenario.FenceLimits`).
+cases with a margin (`touchline.schemas.scenario.FenceLimits`).
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.errors import CommandRefused
-from schemas.jit import kernel
-from schemas.scenario import FenceLimits
-from schemas.vehicle import Vehicle
-from services.robot_sim.onboard.path import poses_along
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.jit import kernel
+from touchline.schemas.scenario import FenceLimits
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.onboard.path import poses_along
 
 Floats = NDArray[np.float64]
 

@@ -10,11 +10,11 @@ import math
 from collections import deque
 from typing import Final
 
-from schemas import supplies
-from schemas.vehicle import Vehicle
-from services.robot_sim.frames import TICK_S, Command, SensorFrame
-from services.robot_sim.onboard.estimator.filter import Estimator
-from services.robot_sim.onboard.fence import Fence
+from touchline.schemas import supplies
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.frames import TICK_S, Command, SensorFrame
+from touchline.services.robot_sim.onboard.estimator.filter import Estimator
+from touchline.services.robot_sim.onboard.fence import Fence
 
 OPERATOR_TIMEOUT_S: Final = 2.0
 HEADING_DOUBT: Final = 2.0

@@ -11,18 +11,18 @@ import math
 from enum import Enum, auto
 from typing import NamedTuple
 
-from schemas.errors import CommandRefused
-from schemas.messages import Actuation
-from schemas.vehicle import Vehicle
-from services.robot_sim.frames import STANDSTILL, TICK_S, Checkpoint, Command
-from services.robot_sim.onboard import tracking
-from services.robot_sim.onboard.driver import STOPPED_MPS, Driver
-from services.robot_sim.onboard.estimator.filter import Estimator
-from services.robot_sim.onboard.followers import Follower
-from services.robot_sim.onboard.path import FORWARD, pose_at
-from services.robot_sim.onboard.safety import Watch
-from services.robot_sim.onboard.sprayer import Sprayer
-from services.robot_sim.onboard.trajectory import LoadedTrajectory
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import Actuation
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.frames import STANDSTILL, TICK_S, Checkpoint, Command
+from touchline.services.robot_sim.onboard import tracking
+from touchline.services.robot_sim.onboard.driver import STOPPED_MPS, Driver
+from touchline.services.robot_sim.onboard.estimator.filter import Estimator
+from touchline.services.robot_sim.onboard.followers import Follower
+from touchline.services.robot_sim.onboard.path import FORWARD, pose_at
+from touchline.services.robot_sim.onboard.safety import Watch
+from touchline.services.robot_sim.onboard.sprayer import Sprayer
+from touchline.services.robot_sim.onboard.trajectory import LoadedTrajectory
 
 MAX_START_DISTANCE_M = 1.0
 MAX_START_HEADING_RAD = math.radians(35.0)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from schemas.messages import Trajectory
-from schemas.scenario import Scenario
-from schemas.vehicle import Vehicle
-from services.robot_sim.frames import (
+from touchline.schemas.messages import Trajectory
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.frames import (
     STANDSTILL,
     Checkpoint,
     Command,
@@ -17,13 +17,13 @@ from services.robot_sim.frames import (
     SensorFrame,
     Status,
 )
-from services.robot_sim.onboard.estimator.filter import Estimator
-from services.robot_sim.onboard.estimator.report import report
-from services.robot_sim.onboard.events import EventLog
-from services.robot_sim.onboard.followers import Ask, make_follower, nobody
-from services.robot_sim.onboard.hazards import Hazards
-from services.robot_sim.onboard.safety import Watch, max_fix_age_s
-from services.robot_sim.onboard.traversal import ABORTED_BY_OPERATOR, EMERGENCY_STOP, Course, Traversal
+from touchline.services.robot_sim.onboard.estimator.filter import Estimator
+from touchline.services.robot_sim.onboard.estimator.report import report
+from touchline.services.robot_sim.onboard.events import EventLog
+from touchline.services.robot_sim.onboard.followers import Ask, make_follower, nobody
+from touchline.services.robot_sim.onboard.hazards import Hazards
+from touchline.services.robot_sim.onboard.safety import Watch, max_fix_age_s
+from touchline.services.robot_sim.onboard.traversal import ABORTED_BY_OPERATOR, EMERGENCY_STOP, Course, Traversal
 
 
 class Onboard:

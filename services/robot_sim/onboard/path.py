@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.curves import Curve, spin_rad, wrap_angle
-from schemas.errors import CommandRefused
-from schemas.messages import CurveType, LinearDirection, Segment
-from schemas.vehicle import Vehicle
+from touchline.schemas.curves import Curve, spin_rad, wrap_angle
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import CurveType, LinearDirection, Segment
+from touchline.schemas.vehicle import Vehicle
 
 MAX_GAP_M = 1e-3
 MAX_KINK_RAD = 1e-3

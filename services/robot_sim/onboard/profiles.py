@@ -8,11 +8,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.errors import CommandRefused
-from schemas.messages import Actuation, Segment, Trajectory, VelocityType
-from schemas.vehicle import Vehicle
-from services.robot_sim.onboard.path import BACKWARD, MAX_GAP_M, SPIN, Leg, segment_name
-from services.robot_sim.onboard.turning import Turn
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import Actuation, Segment, Trajectory, VelocityType
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.onboard.path import BACKWARD, MAX_GAP_M, SPIN, Leg, segment_name
+from touchline.services.robot_sim.onboard.turning import Turn
 
 MAX_PROFILE_OVERHANG_M = 0.01
 MIN_SPRAY_SPEED_MPS = 0.05

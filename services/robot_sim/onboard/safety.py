@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from schemas.scenario import GnssNoise
-from services.robot_sim.frames import TICK_S
-from services.robot_sim.onboard.estimator import model as m
-from services.robot_sim.onboard.estimator.filter import FIX_FIXED, Estimator
+from touchline.schemas.scenario import GnssNoise
+from touchline.services.robot_sim.frames import TICK_S
+from touchline.services.robot_sim.onboard.estimator import model as m
+from touchline.services.robot_sim.onboard.estimator.filter import FIX_FIXED, Estimator
 
 MAX_FIX_AGE_S = 0.5
 """To paint; more for a receiver whose fixes are older than that before the next but one can come."""

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import math
 
-from schemas.messages import Actuation
-from schemas.vehicle import Vehicle
-from services.robot_sim.frames import TICK_S
-from services.robot_sim.onboard.trajectory import LoadedTrajectory
+from touchline.schemas.messages import Actuation
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.frames import TICK_S
+from touchline.services.robot_sim.onboard.trajectory import LoadedTrajectory
 
 MISSED_TOLERANCE_M = 0.01
 """How far beyond the place where paint stopped the robot may be and still go on from there; what is left of a line

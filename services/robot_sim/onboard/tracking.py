@@ -14,9 +14,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.jit import kernel
-from services.robot_sim.frames import TICK_S
-from services.robot_sim.onboard.way import W_CURVATURE, W_LENGTH, W_SHARPNESS, W_START
+from touchline.schemas.jit import kernel
+from touchline.services.robot_sim.frames import TICK_S
+from touchline.services.robot_sim.onboard.way import W_CURVATURE, W_LENGTH, W_SHARPNESS, W_START
 
 Floats = NDArray[np.float64]
 

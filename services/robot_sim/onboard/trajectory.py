@@ -9,12 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.errors import CommandRefused
-from schemas.messages import Actuation, Trajectory
-from schemas.vehicle import Vehicle
-from services.robot_sim.frames import TICK_S, Checkpoint
-from services.robot_sim.onboard.path import Leg, cut_path, pose_at
-from services.robot_sim.onboard.profiles import (
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import Actuation, Trajectory
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.frames import TICK_S, Checkpoint
+from touchline.services.robot_sim.onboard.path import Leg, cut_path, pose_at
+from touchline.services.robot_sim.onboard.profiles import (
     actuation_steps,
     check_spray_direction,
     check_spray_speed,
@@ -26,8 +26,8 @@ from services.robot_sim.onboard.profiles import (
     turns_on_the_spot,
     velocities,
 )
-from services.robot_sim.onboard.turning import Turn
-from services.robot_sim.onboard.way import smooth_way
+from touchline.services.robot_sim.onboard.turning import Turn
+from touchline.services.robot_sim.onboard.way import smooth_way
 
 
 @dataclass(frozen=True)

@@ -16,20 +16,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from schemas.errors import CommandRefused
-from schemas.messages import Trajectory, TraversalStatus
-from schemas.scenario import FenceLimits
-from schemas.vehicle import Vehicle
-from services.robot_sim.frames import STANDSTILL, TICK_S, Checkpoint, Command, Status
-from services.robot_sim.onboard.estimator.filter import Estimator
-from services.robot_sim.onboard.events import ERROR, INFO, WARN, EventLog
-from services.robot_sim.onboard.fence import Fence
-from services.robot_sim.onboard.followers import Follower
-from services.robot_sim.onboard.hazards import Hazards
-from services.robot_sim.onboard.job import Job
-from services.robot_sim.onboard.safety import Watch
-from services.robot_sim.onboard.trajectory import LoadedTrajectory, load_trajectory
-from services.robot_sim.onboard.tries import MAX_TRIES, Tries
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import Trajectory, TraversalStatus
+from touchline.schemas.scenario import FenceLimits
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.frames import STANDSTILL, TICK_S, Checkpoint, Command, Status
+from touchline.services.robot_sim.onboard.estimator.filter import Estimator
+from touchline.services.robot_sim.onboard.events import ERROR, INFO, WARN, EventLog
+from touchline.services.robot_sim.onboard.fence import Fence
+from touchline.services.robot_sim.onboard.followers import Follower
+from touchline.services.robot_sim.onboard.hazards import Hazards
+from touchline.services.robot_sim.onboard.job import Job
+from touchline.services.robot_sim.onboard.safety import Watch
+from touchline.services.robot_sim.onboard.trajectory import LoadedTrajectory, load_trajectory
+from touchline.services.robot_sim.onboard.tries import MAX_TRIES, Tries
 
 IDLE, READY, RUNNING = TraversalStatus.IDLE, TraversalStatus.READY, TraversalStatus.RUNNING
 PAUSED, DONE = TraversalStatus.PAUSED, TraversalStatus.DONE

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from services.robot_sim.frames import TICK_S
-from services.robot_sim.onboard import tracking as t
+from touchline.services.robot_sim.frames import TICK_S
+from touchline.services.robot_sim.onboard import tracking as t
 
 CREEP_RADPS = 0.05
 """Slowest reference rate before the end."""

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from schemas.curves import Curve
-from schemas.messages import Actuation, Trajectory
-from schemas.scenario import Scenario
-from schemas.trajectories import assemble, segment, velocity
-from schemas.vehicle import Vehicle
-from services.robot_sim.frames import EncoderSample, GnssSample, ImuSample, MagSample, SensorFrame
-from services.robot_sim.onboard.onboard import Onboard
+from touchline.schemas.curves import Curve
+from touchline.schemas.messages import Actuation, Trajectory
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.trajectories import assemble, segment, velocity
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.frames import EncoderSample, GnssSample, ImuSample, MagSample, SensorFrame
+from touchline.services.robot_sim.onboard.onboard import Onboard
 
 _TICKS = 90
 

@@ -17,8 +17,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.jit import kernel
-from services.robot_sim.onboard.path import SPIN, Leg, poses_along
+from touchline.schemas.jit import kernel
+from touchline.services.robot_sim.onboard.path import SPIN, Leg, poses_along
 
 W_CURVATURE: Final = 3
 W_LENGTH: Final = 4

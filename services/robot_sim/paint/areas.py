@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.curves import Curve
-from services.robot_sim.paint.ledger import Stroke
+from touchline.schemas.curves import Curve
+from touchline.services.robot_sim.paint.ledger import Stroke
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry

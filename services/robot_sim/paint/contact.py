@@ -8,8 +8,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.jit import kernel
-from services.robot_sim.paint.grid import cell_of
+from touchline.schemas.jit import kernel
+from touchline.services.robot_sim.paint.grid import cell_of
 
 CELL_M: Final = 0.005
 """The tread and the way are looked at in pieces no longer than this."""

@@ -11,12 +11,12 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.template import DEFAULT_TOLERANCE_M
-from services.robot_sim.paint import projection as p
-from services.robot_sim.paint.grid import make_grid
-from services.robot_sim.paint.intervals import Intervals
-from services.robot_sim.paint.targets import Target
-from services.robot_sim.world import body
+from touchline.schemas.template import DEFAULT_TOLERANCE_M
+from touchline.services.robot_sim.paint import projection as p
+from touchline.services.robot_sim.paint.grid import make_grid
+from touchline.services.robot_sim.paint.intervals import Intervals
+from touchline.services.robot_sim.paint.targets import Target
+from touchline.services.robot_sim.world import body
 
 _FIRST_POINTS: Final = 4096
 _ROOM: Final = 2 * p.MOST_RUNS

@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from services.robot_sim.paint.areas import Areas, paint_areas
-from services.robot_sim.paint.ledger import PaintLedger
-from services.robot_sim.paint.verdict import Verdict, verdict
+from touchline.services.robot_sim.paint.areas import Areas, paint_areas
+from touchline.services.robot_sim.paint.ledger import PaintLedger
+from touchline.services.robot_sim.paint.verdict import Verdict, verdict
 
 
 class LateralError(NamedTuple):

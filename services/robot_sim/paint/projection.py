@@ -8,11 +8,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.jit import kernel
-from services.robot_sim.paint.grid import cell_of
-from services.robot_sim.world.body import STEPS, TRACE_EAST, TRACE_NORTH, TRACE_SPRAYING
+from touchline.schemas.jit import kernel
+from touchline.services.robot_sim.paint.grid import cell_of
+from touchline.services.robot_sim.world.body import STEPS, TRACE_EAST, TRACE_NORTH, TRACE_SPRAYING
 
-# Columns of the target table (n, 5): the geometry of `schemas.curves.Curve`.
+# Columns of the target table (n, 5): the geometry of `touchline.schemas.curves.Curve`.
 _X: Final = 0
 _Y: Final = 1
 _HEADING: Final = 2

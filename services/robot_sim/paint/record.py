@@ -18,7 +18,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from services.robot_sim.paint.projection import POINT_COLUMNS
+from touchline.services.robot_sim.paint.projection import POINT_COLUMNS
 
 _HEADER: Final = struct.Struct("<8s16sI")
 """What this is, whose paint, checksum."""

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.vehicle import Vehicle
-from services.robot_sim.frames import TICK_S
-from services.robot_sim.paint import contact as c
-from services.robot_sim.paint import track as t
-from services.robot_sim.paint.areas import band_of, simplified, strip
-from services.robot_sim.paint.grid import Grid, grid_of_boxes
-from services.robot_sim.paint.ledger import PaintLedger
-from services.robot_sim.paint.targets import Target
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.frames import TICK_S
+from touchline.services.robot_sim.paint import contact as c
+from touchline.services.robot_sim.paint import track as t
+from touchline.services.robot_sim.paint.areas import band_of, simplified, strip
+from touchline.services.robot_sim.paint.grid import Grid, grid_of_boxes
+from touchline.services.robot_sim.paint.ledger import PaintLedger
+from touchline.services.robot_sim.paint.targets import Target
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry

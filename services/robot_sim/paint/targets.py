@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from itertools import islice
 from typing import Final, NamedTuple
 
-from schemas.curves import Curve
-from schemas.messages import Actuation, CurveType, LinearDirection, Segment, Trajectory
-from schemas.template import Template
-from schemas.vehicle import Vehicle
+from touchline.schemas.curves import Curve
+from touchline.schemas.messages import Actuation, CurveType, LinearDirection, Segment, Trajectory
+from touchline.schemas.template import Template
+from touchline.schemas.vehicle import Vehicle
 
 SHORTEST_M: Final = 0.001
 """Sprayed stretches shorter than this are rounding at a joint, not a line."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 if TYPE_CHECKING:
-    from services.robot_sim.paint.metrics import SegmentMetrics
+    from touchline.services.robot_sim.paint.metrics import SegmentMetrics
 
 REQUIRED_PCT: Final = 99.0
 """Of the length of all lines together."""

@@ -15,12 +15,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.jit import kernel
-from services.robot_sim.sensors.places import CENTRE_X, CENTRE_Y, VALUE_1, VALUE_2, distance
-from services.robot_sim.world import body
-from services.robot_sim.world import effects as e
-from services.robot_sim.world.ground import GRAVITY_MPS2
-from services.robot_sim.world.randomness import (
+from touchline.schemas.jit import kernel
+from touchline.services.robot_sim.sensors.places import CENTRE_X, CENTRE_Y, VALUE_1, VALUE_2, distance
+from touchline.services.robot_sim.world import body
+from touchline.services.robot_sim.world import effects as e
+from touchline.services.robot_sim.world.ground import GRAVITY_MPS2
+from touchline.services.robot_sim.world.randomness import (
     STREAM_ENCODER,
     STREAM_FAULT,
     STREAM_IMU,

@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.jit import kernel
+from touchline.schemas.jit import kernel
 
 SEMI_MAJOR_M: Final = 6378137.0
 FLATTENING: Final = 1.0 / 298.257223563

@@ -8,10 +8,10 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.scenario import Scenario
-from schemas.vehicle import Vehicle
-from services.robot_sim.frames import GnssSample
-from services.robot_sim.sensors import receiver
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.frames import GnssSample
+from touchline.services.robot_sim.sensors import receiver
 
 FIX_NAMES: Final = {
     "none": receiver.NONE,

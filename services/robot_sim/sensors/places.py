@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.jit import kernel
+from touchline.schemas.jit import kernel
 
 # Columns of a table of places.
 FIRST: Final = 0  # vertex

@@ -14,13 +14,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.jit import kernel
-from services.robot_sim.sensors.geodesy import to_geodetic, to_local
-from services.robot_sim.sensors.places import VALUE_1, VALUE_2, VALUE_3, distance
-from services.robot_sim.world import body
-from services.robot_sim.world import effects as e
-from services.robot_sim.world.physics import leaning
-from services.robot_sim.world.randomness import (
+from touchline.schemas.jit import kernel
+from touchline.services.robot_sim.sensors.geodesy import to_geodetic, to_local
+from touchline.services.robot_sim.sensors.places import VALUE_1, VALUE_2, VALUE_3, distance
+from touchline.services.robot_sim.world import body
+from touchline.services.robot_sim.world import effects as e
+from touchline.services.robot_sim.world.physics import leaning
+from touchline.services.robot_sim.world.randomness import (
     STREAM_FAULT,
     STREAM_GNSS,
     STREAM_LOOSE_FIX,

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.jit import kernel
-from services.robot_sim.sensors import fast, receiver, transport
-from services.robot_sim.sensors.fast import measure
-from services.robot_sim.sensors.receiver import take
-from services.robot_sim.sensors.transport import carry, collect, post, way
-from services.robot_sim.world.randomness import STREAM_RECEIVER, uniform
+from touchline.schemas.jit import kernel
+from touchline.services.robot_sim.sensors import fast, receiver, transport
+from touchline.services.robot_sim.sensors.fast import measure
+from touchline.services.robot_sim.sensors.receiver import take
+from touchline.services.robot_sim.sensors.transport import carry, collect, post, way
+from touchline.services.robot_sim.world.randomness import STREAM_RECEIVER, uniform
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

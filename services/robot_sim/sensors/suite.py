@@ -8,16 +8,16 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.scenario import Scenario
-from schemas.vehicle import Vehicle
-from services.robot_sim.frames import TICK_S, EncoderSample, GnssSample, ImuSample, MagSample, SensorFrame
-from services.robot_sim.sensors import fast, gnss, places, receiver, transport
-from services.robot_sim.sensors.geodesy import local_frame
-from services.robot_sim.sensors.gnss import GnssReport
-from services.robot_sim.sensors.sense import sense
-from services.robot_sim.world import body
-from services.robot_sim.world import effects as e
-from services.robot_sim.world.world import NO_EFFECTS
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.frames import TICK_S, EncoderSample, GnssSample, ImuSample, MagSample, SensorFrame
+from touchline.services.robot_sim.sensors import fast, gnss, places, receiver, transport
+from touchline.services.robot_sim.sensors.geodesy import local_frame
+from touchline.services.robot_sim.sensors.gnss import GnssReport
+from touchline.services.robot_sim.sensors.sense import sense
+from touchline.services.robot_sim.world import body
+from touchline.services.robot_sim.world import effects as e
+from touchline.services.robot_sim.world.world import NO_EFFECTS
 
 FIELD_HORIZONTAL_T: Final = 17.2e-6
 """Horizontal component of the earth's field in northern Denmark."""

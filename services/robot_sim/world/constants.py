@@ -8,12 +8,12 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.scenario import Scenario
-from schemas.vehicle import Vehicle
-from services.robot_sim.frames import TICK_S
-from services.robot_sim.world import body
-from services.robot_sim.world.drive import share_per_step
-from services.robot_sim.world.randomness import STREAM_CHASSIS, normal
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.frames import TICK_S
+from touchline.services.robot_sim.world import body
+from touchline.services.robot_sim.world.drive import share_per_step
+from touchline.services.robot_sim.world.randomness import STREAM_CHASSIS, normal
 
 CURRENT_LAG_S: Final = 0.002
 """Of the amplifier's current loop."""

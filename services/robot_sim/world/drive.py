@@ -7,9 +7,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.jit import kernel
-from services.robot_sim.world import effects as e
-from services.robot_sim.world.body import (
+from touchline.schemas.jit import kernel
+from touchline.services.robot_sim.world import effects as e
+from touchline.services.robot_sim.world.body import (
     BATTERY_WH,
     INTEGRAL,
     LEFT_RATE,

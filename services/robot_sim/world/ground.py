@@ -14,9 +14,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.jit import kernel
-from services.robot_sim.world import effects as e
-from services.robot_sim.world.body import (
+from touchline.schemas.jit import kernel
+from touchline.services.robot_sim.world import effects as e
+from touchline.services.robot_sim.world.body import (
     CASTER_X,
     CASTER_Y,
     LEFT_RATE,
@@ -45,7 +45,7 @@ from services.robot_sim.world.body import (
     UP_Z,
     YAW_RATE,
 )
-from services.robot_sim.world.drive import drag
+from touchline.services.robot_sim.world.drive import drag
 
 GRAVITY_MPS2 = 9.80665
 _CREEP_MPS = 0.02  # slip is taken against no less than this

@@ -13,9 +13,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.jit import kernel
-from services.robot_sim.world import effects as e
-from services.robot_sim.world.body import (
+from touchline.schemas.jit import kernel
+from touchline.services.robot_sim.world import effects as e
+from touchline.services.robot_sim.world.body import (
     BATTERY_RESERVE_WH,
     BATTERY_WH,
     DISC,
@@ -66,9 +66,9 @@ from services.robot_sim.world.body import (
     VALVE_OPEN,
     YAW_RATE,
 )
-from services.robot_sim.world.drive import drive
-from services.robot_sim.world.ground import GRAVITY_MPS2, ground
-from services.robot_sim.world.randomness import STREAM_SLIP, normal
+from touchline.services.robot_sim.world.drive import drive
+from touchline.services.robot_sim.world.ground import GRAVITY_MPS2, ground
+from touchline.services.robot_sim.world.randomness import STREAM_SLIP, normal
 
 Floats = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from schemas.jit import kernel
+from touchline.schemas.jit import kernel
 
 STREAM_CHASSIS: Final = 1
 STREAM_SLIP: Final = 2

@@ -7,12 +7,12 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.scenario import Scenario
-from schemas.vehicle import Vehicle
-from services.robot_sim.frames import Command
-from services.robot_sim.world import body, physics
-from services.robot_sim.world.constants import constants
-from services.robot_sim.world.effects import neutral
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.frames import Command
+from touchline.services.robot_sim.world import body, physics
+from touchline.services.robot_sim.world.constants import constants
+from touchline.services.robot_sim.world.effects import neutral
 
 NO_EFFECTS: Final = neutral()
 _AT_REST: Final = [

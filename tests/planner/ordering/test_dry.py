@@ -7,20 +7,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from schemas.catalogue import load_template
-from schemas.messages import PlanOptions
-from schemas.template import LineSpec, Template, TemplateSegment
-from schemas.vehicle import Vehicle
-from services.planner.clothoid import Ints
-from services.planner.legs import Driver
-from services.planner.limits import Limits
-from services.planner.offset import modes
-from services.planner.ordering.costs import Tracks, nodes_of, problem
-from services.planner.ordering.dry import Ground, ordered_dry, scene_of, unknown_yet, wet_times
-from services.planner.ordering.order import Problem, ordered
-from services.planner.ordering.wet import Wheels
-from services.planner.plan import plan, ways_of
-from services.planner.swaths import Painting, Swath, swaths
+from touchline.schemas.catalogue import load_template
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.template import LineSpec, Template, TemplateSegment
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.clothoid import Ints
+from touchline.services.planner.legs import Driver
+from touchline.services.planner.limits import Limits
+from touchline.services.planner.offset import modes
+from touchline.services.planner.ordering.costs import Tracks, nodes_of, problem
+from touchline.services.planner.ordering.dry import Ground, ordered_dry, scene_of, unknown_yet, wet_times
+from touchline.services.planner.ordering.order import Problem, ordered
+from touchline.services.planner.ordering.wet import Wheels
+from touchline.services.planner.plan import plan, ways_of
+from touchline.services.planner.swaths import Painting, Swath, swaths
 
 VEHICLE, OPTIONS = Vehicle(), PlanOptions()
 LIMITS = Limits.of(VEHICLE, OPTIONS)

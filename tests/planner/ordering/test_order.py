@@ -9,18 +9,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.ordering import random_lines
-from schemas.catalogue import load_template
-from schemas.errors import PlanningError
-from schemas.messages import PlanOptions
-from schemas.template import ArcSpec, LineSpec, Template, TemplateSegment
-from schemas.vehicle import Vehicle
-from services.planner.limits import Limits
-from services.planner.offset import modes
-from services.planner.ordering.costs import nodes_of, problem
-from services.planner.ordering.order import Problem, ordered
-from services.planner.plan import plan, ways_of
-from services.planner.swaths import Painting, swaths
-from services.planner.watch import Watch
+from touchline.schemas.catalogue import load_template
+from touchline.schemas.errors import PlanningError
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.template import ArcSpec, LineSpec, Template, TemplateSegment
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.limits import Limits
+from touchline.services.planner.offset import modes
+from touchline.services.planner.ordering.costs import nodes_of, problem
+from touchline.services.planner.ordering.order import Problem, ordered
+from touchline.services.planner.plan import plan, ways_of
+from touchline.services.planner.swaths import Painting, swaths
+from touchline.services.planner.watch import Watch
 
 VEHICLE = Vehicle()
 

@@ -7,17 +7,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from schemas.catalogue import load_template
-from schemas.curves import Curve
-from schemas.errors import PlanningError
-from schemas.messages import PlanOptions
-from schemas.template import LineSpec, Template, TemplateSegment
-from schemas.vehicle import Vehicle
-from services.planner import arrange
-from services.planner.clothoid import Piece, PiecePath, Pose
-from services.planner.ordering.wet import BEGUN, SPEED, Wheels, wet_rows
-from services.planner.plan import plan
 from tests.planner.strategies import floats
+from touchline.schemas.catalogue import load_template
+from touchline.schemas.curves import Curve
+from touchline.schemas.errors import PlanningError
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.template import LineSpec, Template, TemplateSegment
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner import arrange
+from touchline.services.planner.clothoid import Piece, PiecePath, Pose
+from touchline.services.planner.ordering.wet import BEGUN, SPEED, Wheels, wet_rows
+from touchline.services.planner.plan import plan
 
 VEHICLE = Vehicle()
 WHEELS = Wheels.of(VEHICLE, 0.12, 900.0)

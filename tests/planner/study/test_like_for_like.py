@@ -3,14 +3,14 @@
 import pytest
 from typer.testing import CliRunner
 
-from schemas.catalogue import load_template
-from schemas.messages import PlanOptions
-from schemas.vehicle import Vehicle
-from services.cli.commands import app
-from services.planner.limits import Limits
-from services.planner.study.drive import DPP, study_vehicle
-from services.planner.study.durations import painting_seconds
-from services.planner.study.like_for_like import (
+from touchline.schemas.catalogue import load_template
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.cli.commands import app
+from touchline.services.planner.limits import Limits
+from touchline.services.planner.study.drive import DPP, study_vehicle
+from touchline.services.planner.study.durations import painting_seconds
+from touchline.services.planner.study.like_for_like import (
     LAW,
     WHEELS,
     Setting,
@@ -20,10 +20,10 @@ from services.planner.study.like_for_like import (
     match_rows,
     matches,
 )
-from services.planner.study.pitch import Pitch
-from services.planner.study.table import Cause
-from services.planner.ways import Ways
-from services.study import Study
+from touchline.services.planner.study.pitch import Pitch
+from touchline.services.planner.study.table import Cause
+from touchline.services.planner.ways import Ways
+from touchline.services.study import Study
 
 CAUSES = [Cause("everything", 2.0, 1.0, 2.0)]
 
@@ -77,5 +77,5 @@ def test_turns_that_brake_are_offered_where_only_the_wheels_limit_turns() -> Non
 def test_the_command_fails_if_a_row_is_missed_and_only_then(court: Pitch, monkeypatch: pytest.MonkeyPatch) -> None:
     for pitch, code in ((court, 0), (of_weak_wheels(court), 1)):
         study = Study(match_rows(matches({LAW: pitch})), CAUSES, pitch, {})
-        monkeypatch.setattr("services.study.run_study", lambda *_, study=study: study)
+        monkeypatch.setattr("touchline.services.study.run_study", lambda *_, study=study: study)
         assert CliRunner().invoke(app, ["study", "--quick"]).exit_code == code

@@ -6,19 +6,19 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from schemas.catalogue import load_template
-from schemas.errors import PlanningError
-from services.planner.clothoid import PiecePath, Pose
-from services.planner.study.ccd import CLOSEST_M, StudyContinuousDubins
-from services.planner.study.drive import DPP, OURS, STUDY_CCD, STUDY_KAPPA_1PM, UNPADDED
-from services.planner.study.pairs import close_pairs, joints, random_pairs, tally
-from services.planner.study.pitch import Pitch
-from services.planner.study.sent import CHORD_M, as_biarcs, as_chords
-from services.planner.study.sent import joints as joints_of
-from services.planner.transitions.method import CurveEnd
-from services.planner.transitions.turns import ContinuousTurn
-from services.planner.transitions.words import TAU
 from tests.planner.strategies import pose_pairs
+from touchline.schemas.catalogue import load_template
+from touchline.schemas.errors import PlanningError
+from touchline.services.planner.clothoid import PiecePath, Pose
+from touchline.services.planner.study.ccd import CLOSEST_M, StudyContinuousDubins
+from touchline.services.planner.study.drive import DPP, OURS, STUDY_CCD, STUDY_KAPPA_1PM, UNPADDED
+from touchline.services.planner.study.pairs import close_pairs, joints, random_pairs, tally
+from touchline.services.planner.study.pitch import Pitch
+from touchline.services.planner.study.sent import CHORD_M, as_biarcs, as_chords
+from touchline.services.planner.study.sent import joints as joints_of
+from touchline.services.planner.transitions.method import CurveEnd
+from touchline.services.planner.transitions.turns import ContinuousTurn
+from touchline.services.planner.transitions.words import TAU
 
 ORIGIN = Pose(0.0, 0.0, 0.0)
 KAPPA, SIGMA = STUDY_KAPPA_1PM, 1.0

@@ -8,18 +8,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from schemas.catalogue import load_template
-from schemas.messages import PlanOptions
-from schemas.template import Template
-from schemas.vehicle import Vehicle
-from services.planner.plan import plan
-from services.planner.plots.plan import plot_plan
-from services.planner.plots.wheels import plot_wheels
-from services.planner.study import continuity, figures
-from services.planner.study.drive import DPP, OURS, STUDY_CCD
-from services.planner.study.pitch import Pitch, length_rows
-from services.planner.study.table import HEADINGS, Cause, Row, as_csv, as_json, as_markdown
-from services.planner.wheels import wheel_series
+from touchline.schemas.catalogue import load_template
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.template import Template
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.plan import plan
+from touchline.services.planner.plots.plan import plot_plan
+from touchline.services.planner.plots.wheels import plot_wheels
+from touchline.services.planner.study import continuity, figures
+from touchline.services.planner.study.drive import DPP, OURS, STUDY_CCD
+from touchline.services.planner.study.pitch import Pitch, length_rows
+from touchline.services.planner.study.table import HEADINGS, Cause, Row, as_csv, as_json, as_markdown
+from touchline.services.planner.wheels import wheel_series
 
 ROWS = [
     Row("1", "what", ("a, b", "c", "d"), "must", True, {"x": 1.5, "n": None}, "a note"),

@@ -7,9 +7,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from services.robot_sim.frames import STANDSTILL, Command, SensorFrame
-from services.robot_sim.onboard.estimator.filter import Estimator
 from tests.robot_sim.onboard.rig import Rig
+from touchline.services.robot_sim.frames import STANDSTILL, Command, SensorFrame
+from touchline.services.robot_sim.onboard.estimator.filter import Estimator
 
 
 def wander(tick: int) -> Command:

@@ -12,12 +12,19 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from schemas.curves import Curve
-from schemas.messages import Actuation, LinearDirection, PathVelocityParameter, Segment, Trajectory, VelocityType
-from schemas.scenario import Scenario
-from schemas.trajectories import assemble, segment, turn, velocity
-from schemas.vehicle import Vehicle
-from services.robot_sim.frames import (
+from touchline.schemas.curves import Curve
+from touchline.schemas.messages import (
+    Actuation,
+    LinearDirection,
+    PathVelocityParameter,
+    Segment,
+    Trajectory,
+    VelocityType,
+)
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.trajectories import assemble, segment, turn, velocity
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.frames import (
     STANDSTILL,
     TICK_S,
     Command,
@@ -27,8 +34,8 @@ from services.robot_sim.frames import (
     MagSample,
     SensorFrame,
 )
-from services.robot_sim.onboard import Onboard
-from services.robot_sim.paint.targets import start_pose
+from touchline.services.robot_sim.onboard import Onboard
+from touchline.services.robot_sim.paint.targets import start_pose
 
 FIELD_T = 1.7e-5
 

@@ -8,9 +8,9 @@ from scipy.stats import chi2
 
 from benchmarks._matched_robot import MatchedRobot
 from benchmarks.estimator import DEFAULT, VEHICLE, WHITE, EmulatedRobot, error, straight, wander
-from schemas.scenario import Scenario
-from services.robot_sim.onboard.estimator import model as m
-from services.robot_sim.onboard.estimator.filter import Estimator
+from touchline.schemas.scenario import Scenario
+from touchline.services.robot_sim.onboard.estimator import model as m
+from touchline.services.robot_sim.onboard.estimator.filter import Estimator
 
 RUNS = 30
 

@@ -9,15 +9,15 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import chi2
 
-from schemas.scenario import DriveNoise, GnssNoise, Scenario
-from schemas.vehicle import Vehicle
-from services.robot_sim.frames import STANDSTILL, Command
-from services.robot_sim.onboard.estimator import model as m
-from services.robot_sim.onboard.estimator.filter import Estimator
-from services.robot_sim.onboard.estimator.report import report
-from services.robot_sim.onboard.estimator.tail import bounded
 from tests.robot_sim.onboard.driven import drive, error, until_fix, wander
 from tests.robot_sim.onboard.rig import Rig
+from touchline.schemas.scenario import DriveNoise, GnssNoise, Scenario
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.frames import STANDSTILL, Command
+from touchline.services.robot_sim.onboard.estimator import model as m
+from touchline.services.robot_sim.onboard.estimator.filter import Estimator
+from touchline.services.robot_sim.onboard.estimator.report import report
+from touchline.services.robot_sim.onboard.estimator.tail import bounded
 
 DEFAULT = Scenario()
 

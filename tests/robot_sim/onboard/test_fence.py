@@ -11,19 +11,19 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from schemas.errors import CommandRefused
-from schemas.messages import TraversalStatus
-from schemas.scenario import FenceLimits, Scenario
-from schemas.template import Polygon, Template
-from schemas.vehicle import Vehicle
-from services.robot_sim.emulator import Emulator
-from services.robot_sim.frames import STANDSTILL
-from services.robot_sim.onboard.fence import Fence, beyond_m
-from services.robot_sim.onboard.hazards import Hazards
-from services.robot_sim.onboard.path import cut_path
-from services.robot_sim.quiet import Quiet
-from services.robot_sim.world.world import Pose
 from tests.robot_sim.onboard.rig import Rig, chain, trajectory
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import TraversalStatus
+from touchline.schemas.scenario import FenceLimits, Scenario
+from touchline.schemas.template import Polygon, Template
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.frames import STANDSTILL
+from touchline.services.robot_sim.onboard.fence import Fence, beyond_m
+from touchline.services.robot_sim.onboard.hazards import Hazards
+from touchline.services.robot_sim.onboard.path import cut_path
+from touchline.services.robot_sim.quiet import Quiet
+from touchline.services.robot_sim.world.world import Pose
 
 VEHICLE = Vehicle()
 ESTOPPED, RUNNING, DONE = TraversalStatus.ESTOPPED, TraversalStatus.RUNNING, TraversalStatus.DONE

@@ -7,13 +7,13 @@ import math
 import numpy as np
 import pytest
 
-from schemas.curves import PathTable
-from schemas.messages import TraversalStatus
-from schemas.vehicle import Vehicle
-from services.robot_sim.frames import Command
-from services.robot_sim.onboard import tracking
-from services.robot_sim.onboard.followers import MpcFollower, make_follower, mpc
 from tests.robot_sim.onboard.rig import Run, chain, clothoid, start, trajectory
+from touchline.schemas.curves import PathTable
+from touchline.schemas.messages import TraversalStatus
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.frames import Command
+from touchline.services.robot_sim.onboard import tracking
+from touchline.services.robot_sim.onboard.followers import MpcFollower, make_follower, mpc
 
 FOLLOWERS = ["mpc", "pure-pursuit"]
 VEHICLE = Vehicle()

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from schemas.errors import CommandRefused
-from schemas.messages import TraversalStatus
-from services.robot_sim.frames import Command
 from tests.robot_sim.onboard.rig import Run, chain, start, trajectory
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import TraversalStatus
+from touchline.services.robot_sim.frames import Command
 
 RUNNING, PAUSED, DONE = TraversalStatus.RUNNING, TraversalStatus.PAUSED, TraversalStatus.DONE
 ESTOPPED = TraversalStatus.ESTOPPED

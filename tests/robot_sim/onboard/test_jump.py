@@ -13,13 +13,13 @@ import math
 import numpy as np
 import pytest
 
-from schemas.scenario import Scenario
-from schemas.vehicle import Vehicle
-from services.robot_sim.frames import STANDSTILL
-from services.robot_sim.onboard.estimator import model as m
-from services.robot_sim.onboard.estimator.filter import Estimator
 from tests.robot_sim.onboard.driven import drive, error, until_fix, wander
 from tests.robot_sim.onboard.rig import Rig
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.frames import STANDSTILL
+from touchline.services.robot_sim.onboard.estimator import model as m
+from touchline.services.robot_sim.onboard.estimator.filter import Estimator
 
 SCENARIO = Scenario()
 WHITE_VAR_M2 = 4.0 * SCENARIO.gnss.white_m**2

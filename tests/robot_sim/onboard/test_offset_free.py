@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from schemas.vehicle import Vehicle
-from services.robot_sim.onboard import tracking
-from services.robot_sim.onboard.followers import MpcFollower, make_follower, mpc
-from services.robot_sim.onboard.followers.wheels import lead_ticks
 from tests.robot_sim.onboard.test_followers import standing_inputs
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.onboard import tracking
+from touchline.services.robot_sim.onboard.followers import MpcFollower, make_follower, mpc
+from touchline.services.robot_sim.onboard.followers.wheels import lead_ticks
 
 TICK_S = 0.01
 

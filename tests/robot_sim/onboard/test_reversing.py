@@ -6,13 +6,13 @@ import math
 
 import pytest
 
-from schemas.errors import CommandRefused
-from schemas.messages import Trajectory, TraversalStatus, VelocityProfile
-from schemas.vehicle import Vehicle
-from services.robot_sim.onboard.path import BACKWARD, FORWARD, SPIN
-from services.robot_sim.onboard.trajectory import load_trajectory
-from services.robot_sim.paint.targets import start_pose
 from tests.robot_sim.onboard.rig import reversing, start
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import Trajectory, TraversalStatus, VelocityProfile
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.onboard.path import BACKWARD, FORWARD, SPIN
+from touchline.services.robot_sim.onboard.trajectory import load_trajectory
+from touchline.services.robot_sim.paint.targets import start_pose
 
 PAUSED, DONE = TraversalStatus.PAUSED, TraversalStatus.DONE
 VEHICLE = Vehicle()

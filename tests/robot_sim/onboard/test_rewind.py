@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from schemas.scenario import GnssNoise, Scenario
-from services.robot_sim.frames import STANDSTILL, Command, SensorFrame
-from services.robot_sim.onboard.estimator import model as m
-from services.robot_sim.onboard.estimator.filter import Estimator
-from services.robot_sim.onboard.estimator.measurements import strain_tyres
-from services.robot_sim.onboard.estimator.report import report
 from tests.robot_sim.onboard.rig import Rig
+from touchline.schemas.scenario import GnssNoise, Scenario
+from touchline.services.robot_sim.frames import STANDSTILL, Command, SensorFrame
+from touchline.services.robot_sim.onboard.estimator import model as m
+from touchline.services.robot_sim.onboard.estimator.filter import Estimator
+from touchline.services.robot_sim.onboard.estimator.measurements import strain_tyres
+from touchline.services.robot_sim.onboard.estimator.report import report
 
 DEFAULT = Scenario()
 

@@ -9,13 +9,13 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from schemas.errors import CommandRefused
-from schemas.messages import TraversalStatus
-from services.robot_sim.frames import TICK_S
-from services.robot_sim.onboard import Onboard
-from services.robot_sim.onboard.estimator.filter import Estimator
-from services.robot_sim.onboard.safety import MAX_HEADING_SIGMA_RAD, SLIP, SLIP_SETTLE_S
 from tests.robot_sim.onboard.rig import Rig, Run, chain, start, trajectory
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import TraversalStatus
+from touchline.services.robot_sim.frames import TICK_S
+from touchline.services.robot_sim.onboard import Onboard
+from touchline.services.robot_sim.onboard.estimator.filter import Estimator
+from touchline.services.robot_sim.onboard.safety import MAX_HEADING_SIGMA_RAD, SLIP, SLIP_SETTLE_S
 
 RUNNING, PAUSED, DONE = TraversalStatus.RUNNING, TraversalStatus.PAUSED, TraversalStatus.DONE
 LINE = trajectory(chain((0.0, 16.0)), sprays=((5.0, 14.0),))
@@ -140,7 +140,7 @@ def test_run_in_too_short_for_the_heading_is_driven_again() -> None:
 
 
 def test_gives_up_after_some_tries(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("services.robot_sim.onboard.safety.MAX_LATERAL_M", 0.0)
+    monkeypatch.setattr("touchline.services.robot_sim.onboard.safety.MAX_LATERAL_M", 0.0)
     run = start(LINE, noise="default")
     run.ticks(15000)
     assert run.onboard.state == PAUSED

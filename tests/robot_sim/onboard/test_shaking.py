@@ -5,8 +5,8 @@ from collections.abc import Iterable
 import numpy as np
 import pytest
 
-from services.robot_sim.onboard.estimator.measurements import doubt_accelerometer
-from services.robot_sim.onboard.estimator.model import IN_ACCEL, INPUTS, SPEED, STATES
+from touchline.services.robot_sim.onboard.estimator.measurements import doubt_accelerometer
+from touchline.services.robot_sim.onboard.estimator.model import IN_ACCEL, INPUTS, SPEED, STATES
 
 TICK_S = 0.01
 

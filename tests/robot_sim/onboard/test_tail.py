@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from schemas.scenario import Scenario
-from services.robot_sim.frames import STANDSTILL
-from services.robot_sim.onboard.estimator import model as m
-from services.robot_sim.onboard.estimator import tail
-from services.robot_sim.onboard.estimator.filter import Estimator
-from services.robot_sim.sensors.receiver import white
 from tests.robot_sim.onboard.driven import drive, error, wander
 from tests.robot_sim.onboard.rig import Rig
+from touchline.schemas.scenario import Scenario
+from touchline.services.robot_sim.frames import STANDSTILL
+from touchline.services.robot_sim.onboard.estimator import model as m
+from touchline.services.robot_sim.onboard.estimator import tail
+from touchline.services.robot_sim.onboard.estimator.filter import Estimator
+from touchline.services.robot_sim.sensors.receiver import white
 
 SCENARIO = Scenario()
 VARIANCE_M2 = SCENARIO.gnss.white_m**2

@@ -10,9 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from schemas.curves import Curve
-from schemas.errors import CommandRefused
-from schemas.messages import (
+from tests.robot_sim.onboard.rig import chain, trajectory
+from touchline.schemas.curves import Curve
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import (
     Actuation,
     LinearDirection,
     Path,
@@ -21,10 +22,9 @@ from schemas.messages import (
     VelocityProfile,
     VelocityType,
 )
-from schemas.trajectories import velocity
-from schemas.vehicle import Vehicle
-from services.robot_sim.onboard.trajectory import load_trajectory
-from tests.robot_sim.onboard.rig import chain, trajectory
+from touchline.schemas.trajectories import velocity
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.onboard.trajectory import load_trajectory
 
 VEHICLE = Vehicle()
 GOOD = trajectory(chain((0.0, 5.0), (0.5, 3.0), (0.0, 5.0)), sprays=((2.0, 4.0), (6.0, 9.0)))

@@ -8,12 +8,12 @@ from collections.abc import Callable
 
 import pytest
 
-from schemas.curves import Curve
-from schemas.errors import CommandRefused
-from schemas.messages import Trajectory, TraversalStatus
-from schemas.vehicle import Vehicle
-from services.robot_sim.onboard import Onboard
 from tests.robot_sim.onboard.rig import Run, chain, start, trajectory
+from touchline.schemas.curves import Curve
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import Trajectory, TraversalStatus
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.onboard import Onboard
 
 IDLE, READY, RUNNING = TraversalStatus.IDLE, TraversalStatus.READY, TraversalStatus.RUNNING
 PAUSED, DONE = TraversalStatus.PAUSED, TraversalStatus.DONE

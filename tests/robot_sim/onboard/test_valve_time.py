@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from schemas.messages import TraversalStatus
-from schemas.vehicle import Vehicle
 from tests.robot_sim.onboard.rig import chain, start, trajectory
+from touchline.schemas.messages import TraversalStatus
+from touchline.schemas.vehicle import Vehicle
 
 VEHICLE = Vehicle()
 

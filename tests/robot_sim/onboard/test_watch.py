@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from services.robot_sim.frames import GnssSample
-from services.robot_sim.onboard.estimator import model as m
-from services.robot_sim.onboard.safety import Watch
+from touchline.services.robot_sim.frames import GnssSample
+from touchline.services.robot_sim.onboard.estimator import model as m
+from touchline.services.robot_sim.onboard.safety import Watch
 
 NOW_S = 20.0
 TICK = 2000

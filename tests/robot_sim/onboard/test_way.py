@@ -7,14 +7,21 @@ import math
 import numpy as np
 import pytest
 
-from schemas.curves import Curve
-from schemas.vehicle import Vehicle
-from services.planner.clothoid import Piece, PiecePath, Pose
-from services.planner.fit_arcs import cut
-from services.robot_sim.onboard.tracking import _pose
-from services.robot_sim.onboard.trajectory import LoadedTrajectory, load_trajectory
-from services.robot_sim.onboard.way import MAX_OFFSET_M, W_CURVATURE, W_LENGTH, W_SEGMENT, W_SHARPNESS, W_START
 from tests.robot_sim.onboard.rig import chain, trajectory
+from touchline.schemas.curves import Curve
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.clothoid import Piece, PiecePath, Pose
+from touchline.services.planner.fit_arcs import cut
+from touchline.services.robot_sim.onboard.tracking import _pose
+from touchline.services.robot_sim.onboard.trajectory import LoadedTrajectory, load_trajectory
+from touchline.services.robot_sim.onboard.way import (
+    MAX_OFFSET_M,
+    W_CURVATURE,
+    W_LENGTH,
+    W_SEGMENT,
+    W_SHARPNESS,
+    W_START,
+)
 
 SPRAY_LEAD_M = 0.015
 

@@ -9,15 +9,15 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.scenario import Scenario
-from schemas.vehicle import Vehicle
-from services.robot_sim.frames import TICK_S, Estimate, GnssSample, SensorFrame
-from services.robot_sim.onboard.estimator import model as m
-from services.robot_sim.onboard.estimator.intake import STILL_TICKS, Intake
-from services.robot_sim.onboard.estimator.kernels import advance, take_fix
-from services.robot_sim.onboard.estimator.learning import start_learning
-from services.robot_sim.onboard.estimator.standing import JOLT_MPS2
-from services.robot_sim.onboard.estimator.tail import CONTRADICTED
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.frames import TICK_S, Estimate, GnssSample, SensorFrame
+from touchline.services.robot_sim.onboard.estimator import model as m
+from touchline.services.robot_sim.onboard.estimator.intake import STILL_TICKS, Intake
+from touchline.services.robot_sim.onboard.estimator.kernels import advance, take_fix
+from touchline.services.robot_sim.onboard.estimator.learning import start_learning
+from touchline.services.robot_sim.onboard.estimator.standing import JOLT_MPS2
+from touchline.services.robot_sim.onboard.estimator.tail import CONTRADICTED
 
 FIX_NONE: Final = 0
 FIX_FIXED: Final = 3

@@ -12,9 +12,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.vehicle import Vehicle
-from services.robot_sim.frames import TICK_S, ImuSample, SensorFrame
-from services.robot_sim.onboard.estimator import model as m
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.frames import TICK_S, ImuSample, SensorFrame
+from touchline.services.robot_sim.onboard.estimator import model as m
 
 STILL_RAD: Final = 1e-4
 """Wheel angle in a tick below which the wheel stands (1 mm/s)."""

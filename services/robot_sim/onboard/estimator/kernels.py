@@ -13,9 +13,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.jit import kernel
-from services.robot_sim.onboard.estimator.learning import LEARN_TICKS, lay_down, learn
-from services.robot_sim.onboard.estimator.measurements import (
+from touchline.schemas.jit import kernel
+from touchline.services.robot_sim.onboard.estimator.learning import LEARN_TICKS, lay_down, learn
+from touchline.services.robot_sim.onboard.estimator.measurements import (
     doubt_accelerometer,
     fix_rows,
     measure,
@@ -23,7 +23,7 @@ from services.robot_sim.onboard.estimator.measurements import (
     strain_tyres,
     use_fix,
 )
-from services.robot_sim.onboard.estimator.model import (
+from touchline.services.robot_sim.onboard.estimator.model import (
     ACCEL_BIAS,
     C_MAST,
     EAST,
@@ -49,10 +49,10 @@ from services.robot_sim.onboard.estimator.model import (
     SPEED,
     STATES,
 )
-from services.robot_sim.onboard.estimator.prediction import predict
-from services.robot_sim.onboard.estimator.standing import settle_dispute
-from services.robot_sim.onboard.estimator.tail import CONTRADICTED, bounded, doubt, likelihood
-from services.robot_sim.onboard.estimator.updates import two
+from touchline.services.robot_sim.onboard.estimator.prediction import predict
+from touchline.services.robot_sim.onboard.estimator.standing import settle_dispute
+from touchline.services.robot_sim.onboard.estimator.tail import CONTRADICTED, bounded, doubt, likelihood
+from touchline.services.robot_sim.onboard.estimator.updates import two
 
 Floats = NDArray[np.float64]
 

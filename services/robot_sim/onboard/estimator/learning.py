@@ -19,9 +19,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.jit import kernel
-from services.robot_sim.frames import TICK_S
-from services.robot_sim.onboard.estimator.model import (
+from touchline.schemas.jit import kernel
+from touchline.services.robot_sim.frames import TICK_S
+from touchline.services.robot_sim.onboard.estimator.model import (
     C_MEAN_SLIP_VAR,
     C_Q_RISE,
     C_Q_SIDE_BIAS,
@@ -54,7 +54,7 @@ from services.robot_sim.onboard.estimator.model import (
     SPEED,
     YAW_RATE,
 )
-from services.robot_sim.onboard.estimator.standing import contradicts
+from touchline.services.robot_sim.onboard.estimator.standing import contradicts
 
 Floats = NDArray[np.float64]
 

@@ -11,9 +11,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.jit import kernel
-from services.robot_sim.frames import TICK_S
-from services.robot_sim.onboard.estimator.model import (
+from touchline.schemas.jit import kernel
+from touchline.services.robot_sim.frames import TICK_S
+from touchline.services.robot_sim.onboard.estimator.model import (
     C_ANTENNA_X,
     C_ANTENNA_Y,
     C_MAST,
@@ -63,8 +63,8 @@ from services.robot_sim.onboard.estimator.model import (
     STATES,
     YAW_RATE,
 )
-from services.robot_sim.onboard.estimator.tail import weighed_variance
-from services.robot_sim.onboard.estimator.updates import apply, apply_two, two, wrap
+from touchline.services.robot_sim.onboard.estimator.tail import weighed_variance
+from touchline.services.robot_sim.onboard.estimator.updates import apply, apply_two, two, wrap
 
 Floats = NDArray[np.float64]
 

@@ -7,9 +7,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.jit import kernel
-from services.robot_sim.frames import TICK_S
-from services.robot_sim.onboard.estimator.model import (
+from touchline.schemas.jit import kernel
+from touchline.services.robot_sim.frames import TICK_S
+from touchline.services.robot_sim.onboard.estimator.model import (
     ACCEL_BIAS,
     C_GM_DECAY,
     C_GM_VAR,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from services.robot_sim.frames import Consistency
-from services.robot_sim.onboard.estimator import model as m
+from touchline.services.robot_sim.frames import Consistency
+from touchline.services.robot_sim.onboard.estimator import model as m
 
 
 def report(counters: NDArray[np.float64], position_sigma_m: float = 0.0, heading_sigma_rad: float = 0.0) -> Consistency:

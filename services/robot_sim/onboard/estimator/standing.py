@@ -13,8 +13,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.jit import kernel
-from services.robot_sim.onboard.estimator.model import (
+from touchline.schemas.jit import kernel
+from touchline.services.robot_sim.onboard.estimator.model import (
     ACCEL_BIAS,
     C_R_SIDE,
     GATE_1_DOF,

@@ -14,9 +14,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.jit import kernel
-from services.robot_sim.onboard.estimator.model import FIX_DOF
-from services.robot_sim.onboard.estimator.updates import spread
+from touchline.schemas.jit import kernel
+from touchline.services.robot_sim.onboard.estimator.model import FIX_DOF
+from touchline.services.robot_sim.onboard.estimator.updates import spread
 
 Floats = NDArray[np.float64]
 

@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.jit import kernel
-from services.robot_sim.onboard.estimator.model import (
+from touchline.schemas.jit import kernel
+from touchline.services.robot_sim.onboard.estimator.model import (
     STATES,
 )
 

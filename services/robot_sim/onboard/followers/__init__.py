@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from schemas.vehicle import Vehicle
-from services.robot_sim.onboard.followers.external import Ask, ExternalFollower, Interrupted, Question, nobody
-from services.robot_sim.onboard.followers.interface import Follower
-from services.robot_sim.onboard.followers.mpc import MpcFollower
-from services.robot_sim.onboard.followers.pure_pursuit import PurePursuitFollower
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.onboard.followers.external import Ask, ExternalFollower, Interrupted, Question, nobody
+from touchline.services.robot_sim.onboard.followers.interface import Follower
+from touchline.services.robot_sim.onboard.followers.mpc import MpcFollower
+from touchline.services.robot_sim.onboard.followers.pure_pursuit import PurePursuitFollower
 
 __all__ = [
     "Ask",

@@ -13,8 +13,8 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.vehicle import Vehicle
-from services.robot_sim.onboard.followers.pure_pursuit import PurePursuitFollower
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.onboard.followers.pure_pursuit import PurePursuitFollower
 
 AHEAD_TICKS: Final = 100
 """An outside follower is told of the next second."""

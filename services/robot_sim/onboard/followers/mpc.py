@@ -14,12 +14,12 @@ import daqp
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.vehicle import Vehicle
-from services.robot_sim.frames import TICK_S
-from services.robot_sim.onboard.followers import mpc_kernel as k
-from services.robot_sim.onboard.followers.pure_pursuit import PurePursuitFollower
-from services.robot_sim.onboard.followers.wheels import lead_ticks
-from services.robot_sim.onboard.tracking import HEADING_ERROR, LATERAL
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.frames import TICK_S
+from touchline.services.robot_sim.onboard.followers import mpc_kernel as k
+from touchline.services.robot_sim.onboard.followers.pure_pursuit import PurePursuitFollower
+from touchline.services.robot_sim.onboard.followers.wheels import lead_ticks
+from touchline.services.robot_sim.onboard.tracking import HEADING_ERROR, LATERAL
 
 HORIZON_TICKS = (1, 2, 3, 4, 5, 5, 6, 8, 10, 12, 14, 16)
 """Steps of the horizon, 0.86 s in all: fine where the next command acts, coarse where only the course matters."""

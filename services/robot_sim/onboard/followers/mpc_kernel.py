@@ -8,9 +8,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.jit import kernel
-from services.robot_sim.frames import TICK_S
-from services.robot_sim.onboard.tracking import (
+from touchline.schemas.jit import kernel
+from touchline.services.robot_sim.frames import TICK_S
+from touchline.services.robot_sim.onboard.tracking import (
     A_SPEED,
     A_YAW_RATE,
     HEADING_ERROR,

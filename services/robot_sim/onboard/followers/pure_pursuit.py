@@ -19,10 +19,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.jit import kernel
-from schemas.vehicle import Vehicle
-from services.robot_sim.frames import TICK_S
-from services.robot_sim.onboard.followers.wheels import (
+from touchline.schemas.jit import kernel
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.frames import TICK_S
+from touchline.services.robot_sim.onboard.followers.wheels import (
     W_ACROSS,
     W_BRAKE,
     W_SIDE_SLIP,
@@ -30,7 +30,7 @@ from services.robot_sim.onboard.followers.wheels import (
     lead_ticks,
     wheel_limits,
 )
-from services.robot_sim.onboard.tracking import (
+from touchline.services.robot_sim.onboard.tracking import (
     A_SPEED,
     A_YAW_RATE,
     COARSE_TICKS,

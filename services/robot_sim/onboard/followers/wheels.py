@@ -7,10 +7,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from schemas.jit import kernel
-from schemas.vehicle import Vehicle
-from services.robot_sim.frames import TICK_S
-from services.robot_sim.onboard.tracking import LEFT_RADIUS, RIGHT_RADIUS, SPEED, YAW_RATE
+from touchline.schemas.jit import kernel
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.frames import TICK_S
+from touchline.services.robot_sim.onboard.tracking import LEFT_RADIUS, RIGHT_RADIUS, SPEED, YAW_RATE
 
 MAX_LEAD_TICKS = 14
 

@@ -1,0 +1,33 @@
+"""Touchline is one package among others': folders of a user's own that are called as its parts never get into its way."""
+
+import os
+import subprocess
+import sys
+from importlib.metadata import distribution
+from pathlib import Path
+
+PARTS = ("schemas", "services", "tui")
+IMPORT_ALL = """
+import importlib, pkgutil, touchline
+for module in pkgutil.walk_packages(touchline.__path__, "touchline."):
+    if not module.name.endswith("__main__"):
+        importlib.import_module(module.name)
+        print(module.name)
+"""
+
+
+def test_foreign_packages_of_the_parts_names_on_the_path(tmp_path: Path):
+    for part in PARTS:
+        (tmp_path / part).mkdir()
+        (tmp_path / part / "__init__.py").write_text(f"raise SystemExit('the {part} of somebody else')")
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    ran = subprocess.run(
+        [sys.executable, "-c", IMPORT_ALL], cwd=tmp_path, env=environment, capture_output=True, text=True
+    )
+    assert ran.returncode == 0, ran.stderr
+    imported = ran.stdout.split()
+    assert {"touchline.tui.app", "touchline.services.planner.service", "touchline.schemas.cdr"} <= set(imported)
+
+
+def test_nothing_but_touchline_is_installed():
+    assert (distribution("touchline").read_text("top_level.txt") or "").split() == ["touchline"]
