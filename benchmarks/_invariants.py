@@ -14,10 +14,10 @@ from touchline.schemas.messages import Actuation, Trajectory, TraversalStatus
 from touchline.schemas.scenario import FenceLimits, Scenario
 from touchline.schemas.trajectories import assemble, segment, velocity
 from touchline.schemas.vehicle import Vehicle
+from touchline.services.onboard.estimation import model
+from touchline.services.onboard.estimation.tail import CONTRADICTED
+from touchline.services.onboard.executive.localization_monitor import MAX_NIS
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.onboard.estimator import model
-from touchline.services.robot_sim.onboard.estimator.tail import CONTRADICTED
-from touchline.services.robot_sim.onboard.safety import MAX_NIS
 from touchline.services.robot_sim.paint import projection
 from touchline.services.robot_sim.world import body
 

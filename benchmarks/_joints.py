@@ -19,8 +19,8 @@ from touchline.schemas.messages import Actuation, Trajectory, TraversalStatus
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.trajectories import assemble, segment, velocity
 from touchline.schemas.vehicle import Vehicle
+from touchline.services.onboard.interface import Checkpoint
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.frames import Checkpoint
 from touchline.services.robot_sim.paint.ledger import PaintLedger
 from touchline.services.robot_sim.paint.projection import project
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.robot_sim.frames import TICK_S, EncoderSample, GnssSample, ImuSample, MagSample, SensorFrame
-from touchline.services.robot_sim.onboard.estimator import model as m
+from touchline.services.onboard.estimation import model as m
+from touchline.services.onboard.interface import TICK_S, EncoderSample, GnssSample, ImuSample, MagSample, SensorFrame
 
 LATENCY_TICKS = 11
 SLIP_ANGLE_SHARE = 0.3

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.robot_sim.frames import TICK_S, SensorFrame
+from touchline.services.onboard.interface import TICK_S, SensorFrame
 
 SLIP = 0.02
 GYRO_RADPS = 0.003

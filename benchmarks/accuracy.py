@@ -16,9 +16,9 @@ from touchline.schemas.messages import Trajectory
 from touchline.schemas.scenario import GnssNoise, Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicle import Vehicle
+from touchline.services.onboard.control import Follower
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.onboard.followers import Follower
 
 VEHICLE = Vehicle()
 WHITE = GnssNoise(gauss_markov_1_m=0.0, gauss_markov_2_m=0.0)

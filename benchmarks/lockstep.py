@@ -19,9 +19,9 @@ from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.bus import Bus, BusConfig
 from touchline.services.bus.ports import free_port
+from touchline.services.onboard.control import Question
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.lockstep import Lockstep
-from touchline.services.robot_sim.onboard.followers import Question
 
 EXAMPLE = Path(__file__).parent.parent / "examples" / "external_follower.py"
 START_S = 20.0

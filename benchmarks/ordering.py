@@ -18,13 +18,13 @@ import numpy as np
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.budget import Watch
 from touchline.services.planner.limits import Limits
-from touchline.services.planner.offset import modes
-from touchline.services.planner.ordering.costs import NEVER_S, problem
-from touchline.services.planner.ordering.order import Problem, ordered
 from touchline.services.planner.plan import ways_of
-from touchline.services.planner.swaths import Painting, swaths
-from touchline.services.planner.watch import Watch
+from touchline.services.planner.sequencing.costs import NEVER_S, problem
+from touchline.services.planner.sequencing.order import Problem, ordered
+from touchline.services.planner.swaths.offset import modes
+from touchline.services.planner.swaths.swaths import Painting, swaths
 
 SECONDS = 2.0
 # Seeds and sizes of the random instances; they are the same on every machine.

@@ -14,11 +14,11 @@ from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.scenario import Scenario
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.quiet import Quiet
+from touchline.services.robot_sim.fast_runner import Quiet
 from touchline.services.robot_sim.telemetry import Telemetry
 from touchline.services.robot_sim.warm_up import warm_up
 from touchline.services.robot_sim.world import body
-from touchline.services.simulation import Job, simulate
+from touchline.services.runs.simulation import Job, simulate
 
 TEMPLATE = "soccer-11"
 FOLLOWERS = ("mpc", "pure-pursuit")

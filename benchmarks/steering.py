@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from touchline.schemas.jit import kernel
-from touchline.services.planner.clothoid import NODES, WEIGHTS, Floats, PiecePath, Pose
+from touchline.services.core.jit import kernel
+from touchline.services.planner.geometry.clothoid import NODES, WEIGHTS, Floats, PiecePath, Pose
 from touchline.services.planner.steering.circles import circle
 from touchline.services.planner.steering.construct import MAX_PIECES, forward_pieces
-from touchline.services.planner.steering.steer import Steering
+from touchline.services.planner.steering.g2 import Steering
+from touchline.services.planner.steering.method import CurveEnd
 from touchline.services.planner.steering.word_lengths import word_lengths
-from touchline.services.planner.transitions.method import CurveEnd
 
 ROWS = Path(__file__).parents[1] / "tests" / "planner" / "data" / "steering_lengths.csv"
 CURVATURE_1PM, SHARPNESS_1PM2 = 1.125, 2.1

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from touchline.schemas.errors import TouchlineError
 from touchline.services.bus import BusConfig
-from touchline.services.private_folder import open_private, run_folder
+from touchline.services.system.private_folder import open_private, run_folder
 
 #: A bridge without a supervisor goes on with what was written to this recently: later it is another session.
 _RECENT_S = 60.0

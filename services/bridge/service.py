@@ -25,8 +25,8 @@ from touchline.services.bridge.recorder import Existing, Recorder, RecordingRepo
 from touchline.services.bridge.session import RecordingSession
 from touchline.services.bus import Bus, BusConfig, HealthReporter
 from touchline.services.bus.ros2 import Ros2Session
-from touchline.services.lifecycle import Stop, until_stopped
-from touchline.services.priority import switch_threads_soon
+from touchline.services.system.priority import switch_threads_soon
+from touchline.services.system.shutdown import Stop, until_stopped
 
 _IDLE_S = 0.002
 _HANDSHAKE_TIMEOUT_S = 3.0

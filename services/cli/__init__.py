@@ -8,8 +8,8 @@ from contextlib import suppress
 from types import FrameType
 from typing import NoReturn
 
-from touchline.services.lifecycle import ENDS
-from touchline.services.safe_path import safe_path
+from touchline.services.system.safe_path import safe_path
+from touchline.services.system.shutdown import ENDS
 
 #: An interruption that comes while kernels are compiled, or that Python has to ignore, comes again after this long.
 _AGAIN_S = 0.02

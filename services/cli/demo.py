@@ -16,10 +16,10 @@ from touchline.services.cli.display import print_figures, say
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.options import ExitCode
 from touchline.services.cli.run import run_job
-from touchline.services.local import local_system, watched
-from touchline.services.priority import switch_threads_soon
-from touchline.services.reports import estimator_figures, paint_figures
-from touchline.services.writing import check_recordable
+from touchline.services.runs.reports import estimator_figures, paint_figures
+from touchline.services.runs.writing import check_recordable
+from touchline.services.system.priority import switch_threads_soon
+from touchline.services.system.temporary_system import local_system, watched
 
 _TEMPLATE = "soccer-11"
 _CONSOLE_SPEED = 20.0

@@ -20,7 +20,7 @@ from touchline.schemas.spec import read_text
 from touchline.services.bus import Bus, BusConfig, insist
 from touchline.services.cli.display import output
 from touchline.services.cli.options import ExitCode, JsonOption
-from touchline.services.priority import FIRST, run_at
+from touchline.services.system.priority import FIRST, run_at
 
 OrderName = Literal["start", "pause", "resume", "abort", "estop", "reset", "refill", "replace-battery"]
 _SERVICES = {

@@ -13,7 +13,7 @@ from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.cli.display import print_figures
 from touchline.services.cli.options import ExitCode, JsonOption, ReportOption, check_plot
-from touchline.services.writing import check_recordable, check_writable, write_json
+from touchline.services.runs.writing import check_recordable, check_writable, write_json
 
 
 def deliver(title: str, figures: dict[str, Any], report: Path | None, as_json: bool) -> None:

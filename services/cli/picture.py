@@ -6,8 +6,8 @@ from typing import Annotated
 import typer
 
 from touchline.services.cli.options import check_plot
-from touchline.services.reports import paint_figures
-from touchline.services.writing import check_writable
+from touchline.services.runs.reports import paint_figures
+from touchline.services.runs.writing import check_writable
 
 
 def register(app: typer.Typer) -> None:
@@ -22,8 +22,8 @@ def picture(
     out: Annotated[Path, typer.Option(metavar="FILE", help="The picture: an .svg or .png file.", show_default=False)],
 ) -> None:
     """Draw what was painted in a recording (in its last traversal), coloured by its distance from the template."""
-    from touchline.services.painted import read_painted
-    from touchline.services.picture import draw_painted, painted_caption
+    from touchline.services.runs.painted import read_painted
+    from touchline.services.runs.painted_picture import draw_painted, painted_caption
 
     check_plot(out, "--out")
     check_writable(out)

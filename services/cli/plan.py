@@ -17,8 +17,8 @@ from touchline.services.cli.drawing import DrawingChoice
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.options import JsonOption, ReportOption, check_plot
 from touchline.services.cli.output import deliver
-from touchline.services.reports import plan_figures
-from touchline.services.writing import check_writable, write_text, writing
+from touchline.services.runs.reports import plan_figures
+from touchline.services.runs.writing import check_writable, write_text, writing
 
 
 def register(app: typer.Typer) -> None:

@@ -16,8 +16,8 @@ from touchline.schemas.messages import DiagnosticArray, DiagnosticStatus, Event,
 from touchline.services.bus import Bus
 from touchline.services.cli.display import print_event, print_figures, progress_bar, say
 from touchline.services.cli.options import ExitCode, JsonOption, SpeedOption, speed_factor
-from touchline.services.lifecycle import until_stopped
-from touchline.services.writing import check_recordable
+from touchline.services.runs.writing import check_recordable
+from touchline.services.system.shutdown import until_stopped
 
 _STOP_TIMEOUT_S = 120.0
 #: A supervisor has started a bridge again by then that was killed.

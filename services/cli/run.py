@@ -21,9 +21,9 @@ from touchline.services.cli.drawing import DrawingChoice
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.options import SpeedOption, speed_factor
 from touchline.services.cli.output import OutputChoice
-from touchline.services.job import Job, JobFailed, JobOptions
-from touchline.services.local import LocalSystem, local_system, robot_arguments, severity_of
-from touchline.services.runtime import only_one
+from touchline.services.runs.bus_run import Job, JobFailed, JobOptions
+from touchline.services.system.running_system import only_one
+from touchline.services.system.temporary_system import LocalSystem, local_system, robot_arguments, severity_of
 
 
 def register(app: typer.Typer) -> None:
@@ -137,7 +137,7 @@ def run_job(
 def _draw(
     system: LocalSystem, template: Template, path: Path, figures: dict[str, Any], smears: tuple[Smear, ...]
 ) -> None:
-    from touchline.services.picture import draw_painted, painted_caption
+    from touchline.services.runs.painted_picture import draw_painted, painted_caption
 
     strokes = system.bus.call(topics.GET_PAINT, GetPaintRequest(), timeout_s=30.0).strokes
     draw_painted(template, strokes, path, painted_caption(figures["paint"]), smears)

@@ -9,7 +9,7 @@ from touchline.services.cli.display import progress_bar, say, warn_of_shortages
 from touchline.services.cli.drawing import DrawingChoice
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.output import OutputChoice
-from touchline.services.reports import paint_figures
+from touchline.services.runs.reports import paint_figures
 
 
 def register(app: typer.Typer) -> None:
@@ -27,10 +27,10 @@ def simulate(
     output: OutputChoice,
 ) -> None:
     """Paint a template once in this process, without Zenoh: the figures of `run`, many times faster."""
-    from touchline.services.picture import draw_painted, painted_caption
     from touchline.services.robot_sim.warm_up import warm_up
-    from touchline.services.simulation import Job
-    from touchline.services.simulation import simulate as paint
+    from touchline.services.runs.painted_picture import draw_painted, painted_caption
+    from touchline.services.runs.simulation import Job
+    from touchline.services.runs.simulation import simulate as paint
 
     template, vehicle = drawing.chosen(), body.chosen()
     chosen = robot.chosen().at(template.origin)

@@ -9,7 +9,7 @@ from rich.table import Table
 
 from touchline.services.cli.display import output, progress_bar, say
 from touchline.services.cli.options import ExitCode, JsonOption
-from touchline.services.writing import writing
+from touchline.services.runs.writing import writing
 
 _PAIRS, _QUICK_PAIRS = 100, 20
 _STYLES = {True: "green", False: "bold red", None: "dim"}
@@ -35,9 +35,9 @@ def study(
     as_json: JsonOption = False,
 ) -> None:
     """Measure every requirement of the study for its two planners and ours; exit code 1 if ours misses one."""
-    from touchline.services.planner.study.table import CAUSE_HEADINGS, HEADINGS, with_total
-    from touchline.services.planner.study.table import as_json as json_text
-    from touchline.services.study import run_study, save_study
+    from touchline.services.study.run import run_study, save_study
+    from touchline.services.study.table import CAUSE_HEADINGS, HEADINGS, with_total
+    from touchline.services.study.table import as_json as json_text
 
     with progress_bar("Study") as advance:
         result = run_study(pairs or (_QUICK_PAIRS if quick else _PAIRS), quick, lambda what, done: advance(done, what))

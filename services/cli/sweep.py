@@ -18,7 +18,7 @@ from touchline.services.cli.choices import PlanChoice, ScenarioChoice, VehicleCh
 from touchline.services.cli.display import output, print_event, progress_bar, say
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.options import ExitCode, JsonOption, ReportOption
-from touchline.services.writing import check_writable, write_json
+from touchline.services.runs.writing import check_writable, write_json
 
 #: Units are in the names of the JSON report; here they are scaled to what people say.
 _SHOWN = {
@@ -85,11 +85,11 @@ def sweep(
 ) -> None:
     """Simulate every combination of settings with many seeds; Ctrl-C ends it with what is done so far."""
     from touchline.services.robot_sim.warm_up import warm_up
-    from touchline.services.sweep.grid import cases as all_cases
-    from touchline.services.sweep.grid import parse_settings
-    from touchline.services.sweep.places import cores, here, in_processes, on_dask
-    from touchline.services.sweep.summary import summarise, write_csv
-    from touchline.services.sweep.task import Run, prepare
+    from touchline.services.runs.sweep.grid import cases as all_cases
+    from touchline.services.runs.sweep.grid import parse_settings
+    from touchline.services.runs.sweep.places import cores, here, in_processes, on_dask
+    from touchline.services.runs.sweep.summary import summarise, write_csv
+    from touchline.services.runs.sweep.task import Run, prepare
 
     check_writable(report, csv)
     painted, scenario = _subject(subject, template)

@@ -19,10 +19,10 @@ from touchline.services.cli.display import output, print_event, say
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.options import ExitCode, JsonOption, RecordingsOption, speed_factor
 from touchline.services.cli.ros2 import Ros2Choice
-from touchline.services.diagnostics import read_health
-from touchline.services.lifecycle import until_stopped
-from touchline.services.local import local_system, publish_notices, robot_arguments, severity_of
-from touchline.services.runtime import only_one, running_pid, stop_running
+from touchline.services.system.diagnostics import read_health
+from touchline.services.system.running_system import only_one, running_pid, stop_running
+from touchline.services.system.shutdown import until_stopped
+from touchline.services.system.temporary_system import local_system, publish_notices, robot_arguments, severity_of
 
 _STOP_TIMEOUT_S = 20.0
 _STATE_NAMES = {

@@ -16,7 +16,7 @@ from touchline.schemas.template import Template
 from touchline.services.cli.display import output, print_event, progress_bar, say
 from touchline.services.cli.drawing import DrawingChoice, MapOriginOption, OriginOption, PlaceOption, SetOption, laid
 from touchline.services.cli.options import JsonOption, check_plot
-from touchline.services.writing import check_writable, write_text, writing
+from touchline.services.runs.writing import check_writable, write_text, writing
 
 if TYPE_CHECKING:
     from touchline.schemas.fields import Field

@@ -8,7 +8,7 @@ import numpy as np
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.planner.clothoid import Floats
+from touchline.services.planner.geometry.clothoid import Floats
 
 # Beyond these a plan would be nonsense (turns of 100 m radius, puddles of paint) rather than merely poor.
 CURVATURE_MIN_1PM = 0.01
@@ -84,7 +84,7 @@ class Limits:
 
     @cached_property
     def row(self) -> Floats:
-        """The limits as the kernels take them (see passes.py)."""
+        """The limits as the kernels take them (see speed/topp.py)."""
         return np.array(
             (
                 self.transit_speed_mps,

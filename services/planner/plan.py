@@ -7,24 +7,25 @@ from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions, PlanReport, Trajectory
 from touchline.schemas.template import Template
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.planner.actuation import Painted, actuation_profile
-from touchline.services.planner.arrange import arranged, crossing_cost_s, drying_s, ordering, refuse_too_many
-from touchline.services.planner.clothoid import Floats, Pose
-from touchline.services.planner.course import course
-from touchline.services.planner.inside import Yard
-from touchline.services.planner.legs import Driver
+from touchline.services.planner.budget import Progress
+from touchline.services.planner.collision.checker import Yard
+from touchline.services.planner.geometry.clothoid import Floats, Pose
 from touchline.services.planner.limits import Limits
-from touchline.services.planner.measure import measure
-from touchline.services.planner.offset import modes
-from touchline.services.planner.ordering.unavoidable import unavoidable_crossings
-from touchline.services.planner.ordering.wet import Wheels
-from touchline.services.planner.output import trajectory_message
-from touchline.services.planner.route import Section, route
-from touchline.services.planner.sending import Sent, send
-from touchline.services.planner.swaths import Painting, swaths
-from touchline.services.planner.timing import SpeedProfile, Steady, speed_profile
-from touchline.services.planner.watch import Progress
-from touchline.services.planner.ways import DEFAULT_METHOD, METHODS, REVERSING, SPINNING, Ways
+from touchline.services.planner.output.measure import measure
+from touchline.services.planner.output.message import trajectory_message
+from touchline.services.planner.route.itinerary import Driver
+from touchline.services.planner.route.route import route
+from touchline.services.planner.segments.section import Section
+from touchline.services.planner.segments.segments import Sent, send
+from touchline.services.planner.sequencing.unavoidable import unavoidable_crossings
+from touchline.services.planner.sequencing.wet import Wheels
+from touchline.services.planner.speed.actuation import Painted, actuation_profile
+from touchline.services.planner.speed.path_grid import course
+from touchline.services.planner.speed.timing import SpeedProfile, Steady, speed_profile
+from touchline.services.planner.swaths.offset import modes
+from touchline.services.planner.swaths.swaths import Painting, swaths
+from touchline.services.planner.tour import arranged, crossing_cost_s, drying_s, ordering, refuse_too_many
+from touchline.services.planner.transitions.transitions import DEFAULT_METHOD, METHODS, REVERSING, SPINNING, Ways
 
 # A pose further out than this (m) is a mistake.
 POSE_MAX = 20_000.0

@@ -10,7 +10,7 @@ from touchline.schemas import topics
 from touchline.schemas.messages import DiagnosticStatus, PlanRequest, PlanResponse, Progress
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.bus import Bus, BusConfig, HealthReporter, Publisher, ServedCall
-from touchline.services.lifecycle import until_stopped
+from touchline.services.system.shutdown import until_stopped
 
 # How often the main thread looks for requests, finished plans and the end.
 TURN_S = 0.01
@@ -57,7 +57,7 @@ class Worker:
 
     def _work(self) -> None:
         # Compiled kernels take a while to load: here, where the bus is served meanwhile, before anyone waits for them.
-        from touchline.services.planner.answer import answer
+        from touchline.services.planner.request import answer
 
         answer(PlanRequest(template_json=WARM_UP), self.vehicle)
         while not self.stopping.is_set():

@@ -16,11 +16,11 @@ from touchline.schemas.messages.base import Message
 from touchline.schemas.placement import same_place
 from touchline.schemas.template import Template
 from touchline.schemas.topics import Service
+from touchline.services.onboard.interface import OnboardEvent
 from touchline.services.robot_sim.emulator import Emulator, Job
-from touchline.services.robot_sim.frames import OnboardEvent
 from touchline.services.robot_sim.journal import Journal, digest
+from touchline.services.robot_sim.journal_keeper import Progress
 from touchline.services.robot_sim.packing import Payload, header
-from touchline.services.robot_sim.progress import Progress
 from touchline.services.robot_sim.telemetry import Telemetry, job_payloads
 
 Handler = Callable[[Any], Message]

@@ -16,9 +16,10 @@ from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import DEFAULT_TOLERANCE_M, Template
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.robot_sim.estimator_error import EstimatorError
-from touchline.services.robot_sim.faults import FaultTimeline
-from touchline.services.robot_sim.frames import (
+from touchline.services.onboard import Onboard
+from touchline.services.onboard.control import Ask, nobody
+from touchline.services.onboard.executive.traversal import ABORTED_BY_OPERATOR, EMERGENCY_STOP
+from touchline.services.onboard.interface import (
     STANDSTILL,
     Checkpoint,
     Command,
@@ -28,16 +29,15 @@ from touchline.services.robot_sim.frames import (
     SensorFrame,
     Status,
 )
-from touchline.services.robot_sim.onboard import Onboard
-from touchline.services.robot_sim.onboard.followers import Ask, nobody
-from touchline.services.robot_sim.onboard.trajectory import resume_pose
-from touchline.services.robot_sim.onboard.traversal import ABORTED_BY_OPERATOR, EMERGENCY_STOP
+from touchline.services.onboard.trajectory.trajectory import resume_pose
+from touchline.services.robot_sim.estimator_error import EstimatorError
+from touchline.services.robot_sim.faults import FaultTimeline
 from touchline.services.robot_sim.paint.ledger import PaintLedger
 from touchline.services.robot_sim.paint.metrics import PaintMetrics, paint_metrics
 from touchline.services.robot_sim.paint.targets import start_pose, targets
 from touchline.services.robot_sim.paint.track import Track
-from touchline.services.robot_sim.remains import Remains, Totals
-from touchline.services.robot_sim.sensors.sense import stand_by
+from touchline.services.robot_sim.recovery_state import Remains, Totals
+from touchline.services.robot_sim.sensors.sampling import stand_by
 from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world.world import NO_EFFECTS, Pose, World

@@ -10,8 +10,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.schemas.jit import kernel
-from touchline.services.robot_sim.frames import Estimate
+from touchline.services.core.jit import kernel
+from touchline.services.onboard.interface import Estimate
 from touchline.services.robot_sim.world.world import Pose
 
 COUNT: Final = 0

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from touchline.schemas import faults as f
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import Event
-from touchline.services.robot_sim.frames import OnboardEvent
+from touchline.services.onboard.interface import OnboardEvent
 from touchline.services.robot_sim.sensors.gnss import FIX_NAMES
 from touchline.services.robot_sim.world import effects as e
 

@@ -28,10 +28,10 @@ from numpy.typing import NDArray
 from touchline.schemas.cdr import encode
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import Trajectory
-from touchline.services.robot_sim.frames import Checkpoint
+from touchline.services.onboard.interface import Checkpoint
 from touchline.services.robot_sim.paint.record import PaintRecord
-from touchline.services.robot_sim.remains import Remains, Totals
-from touchline.services.robot_sim.setups import SetupText
+from touchline.services.robot_sim.recovery_state import Remains, Totals
+from touchline.services.robot_sim.setup_text import SetupText
 
 _RECORD: Final = struct.Struct("<Q16s16siddQdI4d3dQ")
 """Number, trajectory, setup, the checkpoint (leg −1: over; owed from nan: nothing), the totals."""

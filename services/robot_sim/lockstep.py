@@ -9,7 +9,7 @@ from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.errors import PayloadError
 from touchline.services.bus import Bus, CallError
-from touchline.services.robot_sim.onboard.followers import Interrupted, Question
+from touchline.services.onboard.control import Interrupted, Question
 
 TIMEOUT_S: Final = 1.0
 """Wall clock. Sim time stands still meanwhile, and so do all services but those that `interrupted` looks for."""

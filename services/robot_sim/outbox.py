@@ -21,7 +21,7 @@ from typing import Final
 from touchline.services.bus import BusConfig
 from touchline.services.robot_sim.frame import HEADER, NUMBERS
 from touchline.services.robot_sim.packing import Payload
-from touchline.services.safe_path import safe_path
+from touchline.services.system.safe_path import safe_path
 
 _PIPE_BYTES: Final = 1024 * 1024
 MOST_BYTES: Final = 64 * 1024 * 1024

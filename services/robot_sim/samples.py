@@ -13,11 +13,11 @@ from touchline.schemas import topics
 from touchline.schemas.layout import Records
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.topics import Topic
-from touchline.services.robot_sim import layouts, ticks
+from touchline.services.robot_sim import layouts, tick_log
 from touchline.services.robot_sim.packing import Payload, gnss, stamp
 from touchline.services.robot_sim.sensors import fast
 from touchline.services.robot_sim.sensors.gnss import GnssReport, unpack
-from touchline.services.robot_sim.ticks import Rows, period
+from touchline.services.robot_sim.tick_log import Rows, period
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -28,8 +28,8 @@ _NO_VECTOR: Final = (0.0, 0.0, 0.0)
 _NO_COVARIANCE: Final = (0.0,) * 9
 _NO_ORIENTATION: Final = (0.0, 0.0, 0.0, 1.0, -1.0, *(0.0,) * 8)
 _NO_ODOMETRY: Final = (0.0,) * (7 + 36 + 6 + 36)
-_C: Final = ticks.COVARIANCE
-_T: Final = ticks.TWIST_COVARIANCE
+_C: Final = tick_log.COVARIANCE
+_T: Final = tick_log.TWIST_COVARIANCE
 _COVARIANCE: Final = {
     "pose.covariance[0]": slice(_C, _C + 2),
     "pose.covariance[5]": slice(_C + 2, _C + 3),
@@ -45,11 +45,11 @@ _COVARIANCE: Final = {
 """Where the columns of `ticks` go in the covariances of (x, y, z, roll, pitch, yaw) and of their rates."""
 
 _SPRAYER_TICKS: Final = period(topics.SPRAYER)
-_GYRO: Final = slice(ticks.READINGS + fast.IMU, ticks.READINGS + fast.IMU + 3)
-_ACCEL: Final = slice(ticks.READINGS + fast.IMU + 3, ticks.READINGS + fast.MAG)
-_FIELD: Final = slice(ticks.READINGS + fast.MAG, ticks.READINGS + fast.ENCODER)
-_ANGLES: Final = slice(ticks.READINGS + fast.ENCODER, ticks.WHEELS)
-_WHEELS: Final = slice(ticks.WHEELS, ticks.ESTIMATE)
+_GYRO: Final = slice(tick_log.READINGS + fast.IMU, tick_log.READINGS + fast.IMU + 3)
+_ACCEL: Final = slice(tick_log.READINGS + fast.IMU + 3, tick_log.READINGS + fast.MAG)
+_FIELD: Final = slice(tick_log.READINGS + fast.MAG, tick_log.READINGS + fast.ENCODER)
+_ANGLES: Final = slice(tick_log.READINGS + fast.ENCODER, tick_log.WHEELS)
+_WHEELS: Final = slice(tick_log.WHEELS, tick_log.ESTIMATE)
 
 
 class Samples:
@@ -79,26 +79,26 @@ class Samples:
         pose = {"pose.pose.position.x": 2, "pose.pose.orientation.z": 2}
         twist = {"twist.twist.linear.x": 1, "twist.twist.angular.z": 1}
         odometry = layouts.ODOMETRY.pack(*_NO_STAMP, *_NO_ODOMETRY)
-        covariance = {path: len(range(ticks.TRUTH)[columns]) for path, columns in _COVARIANCE.items()}
+        covariance = {path: len(range(tick_log.TRUTH)[columns]) for path, columns in _COVARIANCE.items()}
         self._estimate = Records(layouts.ODOMETRY, odometry, _STAMP | pose | twist | covariance, most)
         self._truth = Records(layouts.ODOMETRY, odometry, _STAMP | pose | twist, most)
         self._history = history
-        self._sprayer: Floats = np.full((1, ticks.TANK_L - ticks.SPRAYER), math.nan)  # its state, as last told
+        self._sprayer: Floats = np.full((1, tick_log.TANK_L - tick_log.SPRAYER), math.nan)  # its state, as last told
 
     def payloads(self, rows: Rows, reports: Sequence[GnssReport]) -> list[Payload]:
         """All that is due in these ticks, tick by tick; `reports` are the receiver's in the last of them."""
         sensors = self._of_sensors(rows)
-        before = -round(rows[0, ticks.TICK]) % ticks.ODOMETRY_TICKS  # the first tick with odometry
-        odometry = self._of_odometry(rows[before :: ticks.ODOMETRY_TICKS])
-        fixes, switched = rows[:, ticks.FIXES].tolist(), self._switched(rows)
+        before = -round(rows[0, tick_log.TICK]) % tick_log.ODOMETRY_TICKS  # the first tick with odometry
+        odometry = self._of_odometry(rows[before :: tick_log.ODOMETRY_TICKS])
+        fixes, switched = rows[:, tick_log.FIXES].tolist(), self._switched(rows)
         due: list[Payload] = []
         for index in range(len(rows)):
             due += [(topic, payloads[index]) for topic, payloads in sensors if index < len(payloads)]
             if fixes[index]:
-                due += gnss(unpack(rows[index, ticks.REPORT :].tolist())[0])
+                due += gnss(unpack(rows[index, tick_log.REPORT :].tolist())[0])
             if index == len(rows) - 1:
                 due += [payload for report in reports for payload in gnss(report)]
-            turn, between = divmod(index - before, ticks.ODOMETRY_TICKS)
+            turn, between = divmod(index - before, tick_log.ODOMETRY_TICKS)
             if not between:
                 due += [(topic, payloads[turn]) for topic, payloads in odometry]
             if switched[index]:
@@ -110,15 +110,17 @@ class Samples:
 
         The wheel commands are among them. A topic may be short of the last row's.
         """
-        imu, mag, encoders = (_arrived(rows, column) for column in range(ticks.MEASURED, ticks.READINGS))
+        imu, mag, encoders = (_arrived(rows, column) for column in range(tick_log.MEASURED, tick_log.READINGS))
         return [
-            (topics.IMU, self._imu.pack(*_stamps(imu, ticks.MEASURED), imu[:, _GYRO], imu[:, _ACCEL])),
-            (topics.MAGNETIC_FIELD, self._mag.pack(*_stamps(mag, ticks.MEASURED + 1), mag[:, _FIELD])),
+            (topics.IMU, self._imu.pack(*_stamps(imu, tick_log.MEASURED), imu[:, _GYRO], imu[:, _ACCEL])),
+            (topics.MAGNETIC_FIELD, self._mag.pack(*_stamps(mag, tick_log.MEASURED + 1), mag[:, _FIELD])),
             (
                 topics.JOINT_STATES,
-                self._joints.pack(*_stamps(encoders, ticks.MEASURED + 2), encoders[:, _ANGLES], self._rates(encoders)),
+                self._joints.pack(
+                    *_stamps(encoders, tick_log.MEASURED + 2), encoders[:, _ANGLES], self._rates(encoders)
+                ),
             ),
-            (topics.WHEEL_COMMAND, self._command.pack(*_stamps(rows, ticks.TICK), rows[:, _WHEELS])),
+            (topics.WHEEL_COMMAND, self._command.pack(*_stamps(rows, tick_log.TICK), rows[:, _WHEELS])),
         ]
 
     def _rates(self, encoders: Rows) -> Floats:
@@ -126,14 +128,14 @@ class Samples:
 
         That is where they are read, so a message that is late, lost or sent again changes no other one's.
         """
-        before = (encoders[:, ticks.MEASURED + 2].astype(np.int64) - 1) % len(self._history)
+        before = (encoders[:, tick_log.MEASURED + 2].astype(np.int64) - 1) % len(self._history)
         rates: Floats = (encoders[:, _ANGLES] - self._history[before, fast.ENCODER :]) * 100.0
         return rates
 
     def _of_odometry(self, rows: Rows) -> list[tuple[Topic, list[bytes]]]:
         """The estimates and the truths of rows in which they are due."""
-        stamps = _stamps(rows, ticks.TICK)
-        estimate, truth = rows[:, ticks.ESTIMATE : ticks.COVARIANCE], rows[:, ticks.TRUTH : ticks.SPRAYER]
+        stamps = _stamps(rows, tick_log.TICK)
+        estimate, truth = rows[:, tick_log.ESTIMATE : tick_log.COVARIANCE], rows[:, tick_log.TRUTH : tick_log.SPRAYER]
         covariance = (rows[:, columns] for columns in _COVARIANCE.values())
         return [
             (topics.ODOMETRY, self._estimate.pack(*stamps, *_motion(estimate), *covariance)),
@@ -142,17 +144,17 @@ class Samples:
 
     def _switched(self, rows: Rows) -> list[bool]:
         """Per row, whether the sprayer's state is due: because it is another one, or it is time."""
-        states = np.concatenate((self._sprayer, rows[:, ticks.SPRAYER : ticks.TANK_L]))
+        states = np.concatenate((self._sprayer, rows[:, tick_log.SPRAYER : tick_log.TANK_L]))
         self._sprayer = states[-1:]
         other = (states[1:] != states[:-1]).any(axis=1)
-        due: list[bool] = (other | (rows[:, ticks.TICK] % _SPRAYER_TICKS == 0)).tolist()
+        due: list[bool] = (other | (rows[:, tick_log.TICK] % _SPRAYER_TICKS == 0)).tolist()
         return due
 
 
 def sprayer_state(row: Floats) -> bytes:
     """CDR of `sprayer/state` of a tick's row."""
-    valve, is_open, disc, down, flow, tank_l = row[ticks.SPRAYER : ticks.TANK_L + 1].tolist()
-    time = stamp(round(row[ticks.TICK]))
+    valve, is_open, disc, down, flow, tank_l = row[tick_log.SPRAYER : tick_log.TANK_L + 1].tolist()
+    time = stamp(round(row[tick_log.TICK]))
     return layouts.SPRAYER.pack(*time, bool(valve), bool(is_open), bool(disc), bool(down), flow, tank_l)
 
 

@@ -23,10 +23,9 @@ from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.bus import Bus, BusConfig, HealthReporter, ServedCall
 from touchline.services.bus.calls import Server
-from touchline.services.lifecycle import until_stopped
-from touchline.services.priority import FIRST, run_at, switch_threads_soon
 from touchline.services.robot_sim.commands import Commands, Handler
 from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.fast_runner import Quiet
 from touchline.services.robot_sim.journal import Journal
 from touchline.services.robot_sim.loading import Loader, Prepared
 from touchline.services.robot_sim.lockstep import Lockstep
@@ -34,9 +33,10 @@ from touchline.services.robot_sim.memory import give_back
 from touchline.services.robot_sim.outbox import Outbox
 from touchline.services.robot_sim.pace import LONGEST_SLICE_S, Pacer
 from touchline.services.robot_sim.packing import Payload
-from touchline.services.robot_sim.quiet import Quiet
 from touchline.services.robot_sim.telemetry import Telemetry
 from touchline.services.robot_sim.warm_up import warm_up
+from touchline.services.system.priority import FIRST, run_at, switch_threads_soon
+from touchline.services.system.shutdown import until_stopped
 
 GUARDIANS: Final = frozenset((topics.CONSOLE, topics.OPERATOR, topics.PLANNER))
 """Of these nodes at least one must be on the bus while the robot drives by itself."""

@@ -18,15 +18,15 @@ from touchline.schemas import topics
 from touchline.schemas.cdr import encode
 from touchline.schemas.digest import SessionDigest
 from touchline.schemas.template import Template
-from touchline.services.robot_sim import layouts, ticks
+from touchline.services.onboard.interface import OnboardEvent, Status
+from touchline.services.robot_sim import layouts, tick_log
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.frames import OnboardEvent, Status
 from touchline.services.robot_sim.packing import Payload, battery, header, stamp
 from touchline.services.robot_sim.paint.ledger import Marks, PaintLedger
 from touchline.services.robot_sim.paint.metrics import SegmentMetrics, paint_metrics
 from touchline.services.robot_sim.paint.smears import Smear, Smearing, smearing
 from touchline.services.robot_sim.samples import Samples, sprayer_state
-from touchline.services.robot_sim.ticks import Rows, period
+from touchline.services.robot_sim.tick_log import Rows, period
 from touchline.services.robot_sim.world import body
 
 _ESTIMATOR_TICKS: Final = period(topics.ESTIMATOR)
@@ -104,7 +104,7 @@ class Telemetry:
             otherwise whoever looks for `ended` has it made and gives it to `conclude`.
 
     Attributes:
-        rows: (QUIET_TICKS, ticks.COLUMNS) where quiet ticks are kept until they are told.
+        rows: (QUIET_TICKS, tick_log.COLUMNS) where quiet ticks are kept until they are told.
         digest: The hash of what was told since the last load.
         ended: The traversal that has ended and of which no final report was told yet.
         final: The report that was told, once the traversal's watch has ended.
@@ -114,7 +114,7 @@ class Telemetry:
         self._emulator, self._at_once = emulator, report_at_once
         self.ended: Figures | None = None
         self._samples = Samples(emulator.scenario, emulator.sensors.history, QUIET_TICKS)
-        self.rows: Rows = np.zeros((QUIET_TICKS, ticks.COLUMNS))
+        self.rows: Rows = np.zeros((QUIET_TICKS, tick_log.COLUMNS))
         self._state = -1
         self.digest = SessionDigest()
         self.final: m.TraversalReport | None = None
@@ -185,13 +185,13 @@ class Telemetry:
         emulator = self._emulator
         command, sensors, tick = emulator.command, emulator.sensors, emulator.tick_count
         wheels, readings, measured = (command.left_radps, command.right_radps), *sensors.heard[:2]
-        ticks.note(row, tick, emulator.world.state, readings, wheels, float(command.valve), float(command.disc))
-        row[ticks.MEASURED : ticks.READINGS] = np.where(sensors.arrived, measured, -1)
-        if tick % ticks.ODOMETRY_TICKS == 0:
+        tick_log.note(row, tick, emulator.world.state, readings, wheels, float(command.valve), float(command.disc))
+        row[tick_log.MEASURED : tick_log.READINGS] = np.where(sensors.arrived, measured, -1)
+        if tick % tick_log.ODOMETRY_TICKS == 0:
             *estimate, covariance, twist_covariance = emulator.onboard.estimate
-            row[ticks.ESTIMATE : ticks.COVARIANCE] = estimate
-            row[ticks.COVARIANCE : ticks.TWIST_COVARIANCE] = covariance
-            row[ticks.TWIST_COVARIANCE : ticks.TRUTH] = twist_covariance
+            row[tick_log.ESTIMATE : tick_log.COVARIANCE] = estimate
+            row[tick_log.COVARIANCE : tick_log.TWIST_COVARIANCE] = covariance
+            row[tick_log.TWIST_COVARIANCE : tick_log.TRUTH] = twist_covariance
 
     def news(self) -> list[Payload]:
         """What a command has changed: events and the status."""
@@ -201,7 +201,7 @@ class Telemetry:
 
     def supplies(self) -> list[Payload]:
         """Tank and battery, at once after one of them was filled: sim time may stand still."""
-        row = np.zeros(ticks.COLUMNS)
+        row = np.zeros(tick_log.COLUMNS)
         self._note(row)
         told = [
             (topics.SPRAYER, sprayer_state(row)),

@@ -11,14 +11,14 @@ import numpy as np
 from touchline.schemas.curves import Curve
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.robot_sim import onboard
+from touchline.services import onboard
+from touchline.services.onboard.interface import STANDSTILL
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.frames import STANDSTILL
+from touchline.services.robot_sim.fast_runner import Quiet
 from touchline.services.robot_sim.paint.ledger import PaintLedger
 from touchline.services.robot_sim.paint.smears import smearing
 from touchline.services.robot_sim.paint.targets import Target
 from touchline.services.robot_sim.paint.track import Track
-from touchline.services.robot_sim.quiet import Quiet
 from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.world import body, physics
 from touchline.services.robot_sim.world.world import World

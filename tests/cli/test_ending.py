@@ -6,8 +6,8 @@ import subprocess
 import sys
 from textwrap import dedent
 
-from touchline.services.lifecycle import Stop, until_stopped
-from touchline.services.local import LocalSystem
+from touchline.services.system.shutdown import Stop, until_stopped
+from touchline.services.system.temporary_system import LocalSystem
 
 
 def test_a_service_ends_that_finds_its_supervisor_gone():

@@ -6,8 +6,8 @@ import time
 
 import pytest
 
-from touchline.services.heartbeat import VARIABLE, Heartbeat, HeartbeatWatch
-from touchline.services.lifecycle import until_stopped
+from touchline.services.system.heartbeat import VARIABLE, Heartbeat, HeartbeatWatch
+from touchline.services.system.shutdown import until_stopped
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from touchline.schemas.errors import SpecError
-from touchline.services.writing import write_text
+from touchline.services.runs.writing import write_text
 
 SEGMENT = {"id": "a", "line": {"start": [0, 0], "end": [5, 0]}}
 

@@ -13,10 +13,10 @@ from touchline.schemas.messages import (
     TraversalStatus,
 )
 from touchline.schemas.vehicle import Vehicle
-from touchline.services import reports
 from touchline.services.bus import CallError
 from touchline.services.bus.counters import Counters
-from touchline.services.job import Job, JobOptions
+from touchline.services.runs import reports
+from touchline.services.runs.bus_run import Job, JobOptions
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "reports.md"
 

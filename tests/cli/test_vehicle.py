@@ -12,7 +12,7 @@ from touchline.schemas.scenario import Scenario
 from touchline.schemas.spec import parse, read_text
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.planner.plan import plan
-from touchline.services.planner.wheels import wheel_series
+from touchline.services.planner.plots.wheel_series import wheel_series
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.world import body
 

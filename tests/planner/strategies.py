@@ -5,7 +5,7 @@ import math
 from hypothesis import strategies as st
 
 from touchline.schemas.template import ArcSpec, LineSpec, Template, TemplateSegment
-from touchline.services.planner.clothoid import Piece, Pose
+from touchline.services.planner.geometry.clothoid import Piece, Pose
 
 
 def floats(low: float, high: float) -> st.SearchStrategy[float]:

@@ -11,11 +11,13 @@ from hypothesis import strategies as st
 from tests.planner.strategies import floats, headings, pose_pairs
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.planner.clothoid import Piece, PiecePath, Pose
+from touchline.services.planner.geometry.clothoid import Piece, PiecePath, Pose
 from touchline.services.planner.limits import Limits
-from touchline.services.planner.ordering.costs import way_rows
-from touchline.services.planner.ordering.way_times import TRACK_PIECES, least_time, way_time, way_times
 from touchline.services.planner.plan import ways_of
+from touchline.services.planner.sequencing.costs import way_rows
+from touchline.services.planner.sequencing.way_times import TRACK_PIECES, least_time, way_time, way_times
+from touchline.services.planner.steering.dubins import dubins_pieces
+from touchline.services.planner.steering.dubins_bound import least_plain
 from touchline.services.planner.steering.forward import (
     STARTS,
     WITH_STRAIGHT,
@@ -24,12 +26,10 @@ from touchline.services.planner.steering.forward import (
     three_elements,
     turn_of,
 )
-from touchline.services.planner.steering.plain import least_plain
+from touchline.services.planner.steering.method import CurveEnd
+from touchline.services.planner.steering.newton3 import solve_three
 from touchline.services.planner.steering.profile import amount_of, solve
-from touchline.services.planner.steering.three import solve_three
-from touchline.services.planner.transitions.dubins import dubins_pieces
-from touchline.services.planner.transitions.method import CurveEnd
-from touchline.services.planner.ways import BRAKING_SHARE, Way
+from touchline.services.planner.transitions.transitions import BRAKING_SHARE, Way
 
 ORIGIN = Pose(0.0, 0.0, 0.0)
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.special import fresnel
 
 from tests.planner.strategies import floats, moves, pieces, poses
-from touchline.services.planner.clothoid import Piece, PiecePath, Pose, joined
+from touchline.services.planner.geometry.clothoid import Piece, PiecePath, Pose, joined
 
 
 @pytest.mark.parametrize("sharpness", [1.0, 2.1, 15.75, 1e-3, 0.3])

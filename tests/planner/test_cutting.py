@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from tests.planner.strategies import floats, forward_pieces, pose_pairs, poses
 from touchline.schemas.curves import Curve
-from touchline.services.planner.clothoid import Floats, Piece, PiecePath, Pose
-from touchline.services.planner.fit_arcs import TOLERANCE_M, Cut, biarc, cut
-from touchline.services.planner.transitions.ccd import ContinuousDubins
-from touchline.services.planner.transitions.method import CurveEnd, transition
+from touchline.services.planner.geometry.clothoid import Floats, Piece, PiecePath, Pose
+from touchline.services.planner.segments.fit_arcs import TOLERANCE_M, Cut, biarc, cut
+from touchline.services.planner.steering.ccd import ContinuousDubins
+from touchline.services.planner.steering.method import CurveEnd, transition
 
 GAP_TOLERANCE = 1e-9
 SEGMENT_MIN_M = 1e-3

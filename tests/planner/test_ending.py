@@ -10,7 +10,7 @@ from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import LineSpec, Polygon, Template, TemplateSegment
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.planner.inside import Yard
+from touchline.services.planner.collision.checker import Yard
 from touchline.services.planner.plan import Plan, plan
 
 VEHICLE = Vehicle()

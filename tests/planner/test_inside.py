@@ -16,8 +16,8 @@ from touchline.schemas.errors import PlanningError, SpecError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import LineSpec, Polygon, Template, TemplateSegment
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.planner.clothoid import Piece, PiecePath, Pose
-from touchline.services.planner.inside import MARGIN_M, Yard
+from touchline.services.planner.collision.checker import MARGIN_M, Yard
+from touchline.services.planner.geometry.clothoid import Piece, PiecePath, Pose
 from touchline.services.planner.plan import Plan, plan
 
 VEHICLE = Vehicle()

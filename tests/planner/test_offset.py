@@ -12,7 +12,7 @@ from touchline.schemas.curves import Curve
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.template import ArcSpec, LineSpec, TemplateSegment
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.planner.offset import Stroke, strokes
+from touchline.services.planner.swaths.offset import Stroke, strokes
 
 TURF_TANK = Vehicle()
 K = 0.41124

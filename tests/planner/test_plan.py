@@ -27,12 +27,12 @@ from touchline.schemas.messages import (
 from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.cli import choices
-from touchline.services.planner import sending
-from touchline.services.planner.answer import answer
-from touchline.services.planner.measure import wheels
+from touchline.services.planner.output.measure import wheels
 from touchline.services.planner.plan import Plan, plan
-from touchline.services.planner.swaths import JOINT_OFFSET_M
-from touchline.services.planner.ways import METHODS
+from touchline.services.planner.request import answer
+from touchline.services.planner.segments import segments
+from touchline.services.planner.swaths.swaths import JOINT_OFFSET_M
+from touchline.services.planner.transitions.transitions import METHODS
 
 VEHICLE = Vehicle()
 SHIPPED = sorted(shipped_templates())
@@ -271,7 +271,7 @@ def test_an_unusable_start_is_refused(start: list[float]) -> None:
 
 
 def test_a_plan_that_fits_no_message_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sending, "SENT_MAX", 20)
+    monkeypatch.setattr(segments, "SENT_MAX", 20)
     with pytest.raises(PlanningError, match="more than 20 lines and arcs; split the template"):
         plan(load_template("study-square"), VEHICLE)
 

@@ -12,13 +12,13 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from tests.planner.strategies import floats, limits, pose_pairs
-from touchline.services.planner.clothoid import Floats, Piece, PiecePath, Pose
+from touchline.services.planner.geometry.clothoid import Floats, Piece, PiecePath, Pose
+from touchline.services.planner.steering.ccd import ContinuousDubins
+from touchline.services.planner.steering.g2 import Steering
+from touchline.services.planner.steering.method import CurveEnd, before, through_straights
 from touchline.services.planner.steering.reversing import CUSPS, ELEMENTS, MAX_CUSPS, STRETCH_MIN_M
-from touchline.services.planner.steering.spiral import CURVATURE_CAP, ramp, spiral
-from touchline.services.planner.steering.steer import Steering
+from touchline.services.planner.steering.unit_clothoid import CURVATURE_CAP, ramp, spiral
 from touchline.services.planner.steering.word_lengths import word_lengths
-from touchline.services.planner.transitions.ccd import ContinuousDubins
-from touchline.services.planner.transitions.method import CurveEnd, before, through_straights
 
 DATA = Path(__file__).parent / "data" / "steering_lengths.csv"
 ORIGIN = Pose(0.0, 0.0, 0.0)

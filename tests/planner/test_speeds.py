@@ -11,12 +11,12 @@ from tests.planner.strategies import floats
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import Actuation, PlanOptions
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.planner.actuation import Painted, actuation_profile
-from touchline.services.planner.clothoid import Piece
-from touchline.services.planner.course import Course
+from touchline.services.planner.geometry.clothoid import Piece
 from touchline.services.planner.limits import Limits
-from touchline.services.planner.passes import gain, path_time
-from touchline.services.planner.timing import SpeedProfile, Steady, speed_profile
+from touchline.services.planner.speed.actuation import Painted, actuation_profile
+from touchline.services.planner.speed.path_grid import Course
+from touchline.services.planner.speed.timing import SpeedProfile, Steady, speed_profile
+from touchline.services.planner.speed.topp import gain, path_time
 
 ACCELERATION = 0.8
 VEHICLE = Vehicle()

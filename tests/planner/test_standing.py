@@ -10,9 +10,9 @@ from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import CurveType, LinearDirection, PlanOptions, VelocityType
 from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.planner.clothoid import Piece, PiecePath, Pose
+from touchline.services.planner.geometry.clothoid import Piece, PiecePath, Pose
 from touchline.services.planner.plan import Plan, plan
-from touchline.services.planner.runs import runs
+from touchline.services.planner.segments.sections import runs
 
 AGILE = Vehicle(can_reverse=True, can_spin=True, max_acceleration_mps2=3.0, paint_speed_mps=0.5)
 SPINNING = AGILE.model_copy(update={"can_reverse": False})

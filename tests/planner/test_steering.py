@@ -11,14 +11,14 @@ from hypothesis import strategies as st
 from scipy.special import fresnel
 
 from tests.planner.strategies import floats, limits, pieces, pose_pairs, poses
-from touchline.services.planner.clothoid import Piece, PiecePath, Pose, joined
-from touchline.services.planner.steering.steer import Steering
-from touchline.services.planner.transitions.ccd import ContinuousDubins
-from touchline.services.planner.transitions.dubins import dubins_pieces
-from touchline.services.planner.transitions.dubins_padded import PADDING_AFTER_M, PADDING_BEFORE_M, PaddedDubins
-from touchline.services.planner.transitions.method import CurveEnd, TransitionMethod, before, transition
-from touchline.services.planner.transitions.turns import ArcTurn, ContinuousTurn
-from touchline.services.planner.transitions.words import shortest_word, words
+from touchline.services.planner.geometry.clothoid import Piece, PiecePath, Pose, joined
+from touchline.services.planner.steering.ccd import ContinuousDubins
+from touchline.services.planner.steering.dubins import dubins_pieces
+from touchline.services.planner.steering.dubins_padded import PADDING_AFTER_M, PADDING_BEFORE_M, PaddedDubins
+from touchline.services.planner.steering.g2 import Steering
+from touchline.services.planner.steering.method import CurveEnd, TransitionMethod, before, transition
+from touchline.services.planner.steering.turns import ArcTurn, ContinuousTurn
+from touchline.services.planner.steering.words import shortest_word, words
 
 ROWS = Path(__file__).parent / "data" / "steering_lengths.csv"
 ORIGIN = Pose(0.0, 0.0, 0.0)

@@ -6,9 +6,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from touchline.services.planner.clothoid import Floats, Piece, PiecePath, Pose
-from touchline.services.planner.steering.steer import Steering
-from touchline.services.planner.transitions.method import CurveEnd
+from touchline.services.planner.geometry.clothoid import Floats, Piece, PiecePath, Pose
+from touchline.services.planner.steering.g2 import Steering
+from touchline.services.planner.steering.method import CurveEnd
 
 Query = tuple[CurveEnd, CurveEnd]
 Way = tuple[Piece, ...]

@@ -7,7 +7,7 @@ from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.quiet import Quiet
+from touchline.services.robot_sim.fast_runner import Quiet
 
 SLICE_TICKS = 10_000
 

@@ -13,11 +13,11 @@ from touchline.schemas.curves import Curve
 from touchline.schemas.messages import Actuation, PlanOptions
 from touchline.schemas.template import ArcSpec, LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.planner import swaths as planned_swaths
 from touchline.services.planner.limits import Limits
-from touchline.services.planner.offset import modes
 from touchline.services.planner.plan import Plan, plan
-from touchline.services.planner.swaths import JOINT_OFFSET_M, Painting, Swath, swaths
+from touchline.services.planner.swaths import swaths as planned_swaths
+from touchline.services.planner.swaths.offset import modes
+from touchline.services.planner.swaths.swaths import JOINT_OFFSET_M, Painting, Swath, swaths
 
 VEHICLE = Vehicle()
 

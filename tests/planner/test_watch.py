@@ -6,14 +6,14 @@ import pytest
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.planner.arrange import ORDER, TIMING
-from touchline.services.planner.clothoid import Floats
+from touchline.services.planner.budget import Watch
+from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.limits import Limits
-from touchline.services.planner.offset import modes
-from touchline.services.planner.ordering import costs
 from touchline.services.planner.plan import plan, ways_of
-from touchline.services.planner.swaths import Painting, swaths
-from touchline.services.planner.watch import Watch
+from touchline.services.planner.sequencing import costs
+from touchline.services.planner.swaths.offset import modes
+from touchline.services.planner.swaths.swaths import Painting, swaths
+from touchline.services.planner.tour import ORDER, TIMING
 
 # Paint dries at once: wet paint has its own tests.
 VEHICLE, OPTIONS = Vehicle(), PlanOptions(drying_time_s=1e-3)

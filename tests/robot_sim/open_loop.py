@@ -9,8 +9,8 @@ import numpy as np
 from touchline.schemas.faults import Fault, parse_fault
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicle import Vehicle
+from touchline.services.onboard.interface import Command, SensorFrame
 from touchline.services.robot_sim.faults import FaultTimeline
-from touchline.services.robot_sim.frames import Command, SensorFrame
 from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world.world import World

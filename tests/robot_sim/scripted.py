@@ -5,7 +5,7 @@ import numpy as np
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import Actuation, TraversalStatus
 from touchline.schemas.trajectories import assemble, segment, velocity
-from touchline.services.robot_sim.frames import (
+from touchline.services.onboard.interface import (
     STANDSTILL,
     Command,
     Consistency,

@@ -7,7 +7,7 @@ import pytest
 
 from touchline.schemas.scenario import DriveNoise, Ground, Scenario
 from touchline.schemas.vehicle import Motor, Vehicle
-from touchline.services.robot_sim.frames import Command
+from touchline.services.onboard.interface import Command
 from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world.constants import SURFACES
 from touchline.services.robot_sim.world.drive import FULL_V

@@ -33,8 +33,8 @@ from touchline.schemas.messages import Curve as CurveMessage
 from touchline.schemas.scenario import Pose2, Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicle import Vehicle
+from touchline.services.onboard.interface import STANDSTILL, Command
 from touchline.services.robot_sim.emulator import SETTLE_TICKS, Emulator
-from touchline.services.robot_sim.frames import STANDSTILL, Command
 from touchline.services.robot_sim.telemetry import Telemetry
 from touchline.services.robot_sim.world import body
 

@@ -15,10 +15,10 @@ from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.bus import Bus
+from touchline.services.onboard.control import PurePursuitFollower
 from touchline.services.robot_sim import lockstep
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.lockstep import NOW_FIELDS, Lockstep
-from touchline.services.robot_sim.onboard.followers import PurePursuitFollower
 from touchline.services.robot_sim.telemetry import Telemetry
 
 PLAN = trajectory(

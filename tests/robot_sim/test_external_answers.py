@@ -12,11 +12,11 @@ from touchline.schemas.messages import FollowerStepResponse, TraversalStatus
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.bus import CallError
+from touchline.services.onboard.control import Interrupted, PurePursuitFollower, Question
+from touchline.services.onboard.control.external import AHEAD_TICKS, ExternalFollower
+from touchline.services.onboard.trajectory import path_projection as t
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.lockstep import NOW_FIELDS, Lockstep
-from touchline.services.robot_sim.onboard import tracking as t
-from touchline.services.robot_sim.onboard.followers import Interrupted, PurePursuitFollower, Question
-from touchline.services.robot_sim.onboard.followers.external import AHEAD_TICKS, ExternalFollower
 
 PLAN = trajectory(
     [Curve.from_line((0, 0), (2, 0)), Curve.from_line((2, 0), (4, 0)), Curve.from_line((4, 0), (5, 0))],

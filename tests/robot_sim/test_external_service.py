@@ -14,9 +14,9 @@ from touchline.schemas.cdr import decode, encode
 from touchline.schemas.messages import FollowerStepResponse, SetSpeedResponse, TraversalStatus
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.bus import Bus
+from touchline.services.onboard.control import PurePursuitFollower
 from touchline.services.robot_sim import lockstep
 from touchline.services.robot_sim.lockstep import NOW_FIELDS
-from touchline.services.robot_sim.onboard.followers import PurePursuitFollower
 
 PAUSED, DONE = TraversalStatus.PAUSED, TraversalStatus.DONE
 SOME_STEPS = 150

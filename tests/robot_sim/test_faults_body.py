@@ -3,7 +3,7 @@
 import pytest
 
 from tests.robot_sim.open_loop import VEHICLE, drive, fault, second
-from touchline.services.robot_sim.frames import Command
+from touchline.services.onboard.interface import Command
 from touchline.services.robot_sim.world import body
 
 

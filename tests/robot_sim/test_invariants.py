@@ -7,12 +7,12 @@ import pytest
 from benchmarks._invariants import Broken, Guarded, fault
 from touchline.schemas.messages import Actuation, TraversalStatus
 from touchline.schemas.scenario import FenceLimits
-from touchline.services.robot_sim.frames import Command
-from touchline.services.robot_sim.onboard.hazards import Hazards
-from touchline.services.robot_sim.onboard.job import Job
-from touchline.services.robot_sim.onboard.safety import Watch
-from touchline.services.robot_sim.onboard.sprayer import Sprayer
-from touchline.services.robot_sim.onboard.traversal import Traversal
+from touchline.services.onboard.executive.failsafe import Hazards
+from touchline.services.onboard.executive.localization_monitor import Watch
+from touchline.services.onboard.executive.mission import Job
+from touchline.services.onboard.executive.sprayer import Sprayer
+from touchline.services.onboard.executive.traversal import Traversal
+from touchline.services.onboard.interface import Command
 from touchline.services.robot_sim.world.world import Pose
 
 RUNNING = TraversalStatus.RUNNING

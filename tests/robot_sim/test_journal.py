@@ -13,11 +13,11 @@ from touchline.schemas.errors import CommandRefused
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.robot_sim.frames import Checkpoint
+from touchline.services.onboard.interface import Checkpoint
 from touchline.services.robot_sim.journal import Journal, digest
 from touchline.services.robot_sim.paint import record
-from touchline.services.robot_sim.remains import Totals
-from touchline.services.robot_sim.setups import SetupText
+from touchline.services.robot_sim.recovery_state import Totals
+from touchline.services.robot_sim.setup_text import SetupText
 
 PLAN = trajectory(
     [Curve.from_line((0, 0), (2, 0)), Curve.from_line((2, 0), (4, 0)), Curve.from_line((4, 0), (5, 0))], [0, 1, 0]
@@ -157,7 +157,7 @@ WRITER = """
 import sys
 from pathlib import Path
 import numpy as np
-from touchline.services.robot_sim.frames import Checkpoint
+from touchline.services.onboard.interface import Checkpoint
 from touchline.services.robot_sim.journal import Journal
 from tests.robot_sim.test_journal import SETUP, Paint, totals
 

@@ -21,7 +21,7 @@ from touchline.services.robot_sim.commands import Commands
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.journal import Journal
 from touchline.services.robot_sim.paint import record
-from touchline.services.robot_sim.setups import SetupText
+from touchline.services.robot_sim.setup_text import SetupText
 from touchline.services.robot_sim.telemetry import Telemetry
 
 SETUP = SetupText.of(Setup(scenario=Scenario(noise="none")))

@@ -6,7 +6,7 @@ from touchline.schemas.messages import PlanOptions
 from touchline.schemas.scenario import GnssNoise, Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.simulation import Job, simulate
+from touchline.services.runs.simulation import Job, simulate
 
 TEE = Template.model_validate(
     {

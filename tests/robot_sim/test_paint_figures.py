@@ -11,8 +11,8 @@ from tests.robot_sim.strokes import EASTWARD, NORTHWARD, WIDTH, along, ledger_of
 from touchline.schemas.curves import Curve
 from touchline.schemas.trajectories import assemble, segment, turn, velocity
 from touchline.schemas.vehicle import Vehicle
+from touchline.services.onboard.interface import Estimate
 from touchline.services.robot_sim.estimator_error import EstimatorError
-from touchline.services.robot_sim.frames import Estimate
 from touchline.services.robot_sim.paint.ledger import PaintLedger
 from touchline.services.robot_sim.paint.metrics import paint_metrics
 from touchline.services.robot_sim.paint.targets import Target, nozzle_curve, start_pose

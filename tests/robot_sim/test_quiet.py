@@ -12,7 +12,7 @@ from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.quiet import Quiet
+from touchline.services.robot_sim.fast_runner import Quiet
 from touchline.services.robot_sim.telemetry import Telemetry
 
 ARC = Curve.from_arc((4, 0), (4, 2), 1.5)

@@ -7,14 +7,14 @@ import math
 import numpy as np
 import pytest
 
-from tests.robot_sim.onboard.rig import chain, trajectory
+from tests.onboard.rig import chain, trajectory
 from touchline.schemas.curves import PathTable
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.scenario import Pose2, Scenario
 from touchline.schemas.vehicle import Vehicle
+from touchline.services.onboard.control.pure_pursuit import FAR_M, LOOKAHEAD_S, PurePursuitFollower
+from touchline.services.onboard.trajectory import path_projection as projection
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.onboard import tracking
-from touchline.services.robot_sim.onboard.followers.pure_pursuit import FAR_M, LOOKAHEAD_S, PurePursuitFollower
 from touchline.services.robot_sim.world import body
 
 SPEED_MPS = 1.5
@@ -74,14 +74,14 @@ def test_off_its_path_it_is_slow_until_it_is_back() -> None:
 
 @pytest.mark.parametrize(("off_m", "slower"), [(0.02, False), (FAR_M, True)])
 def test_distance_alone_makes_it_slower(off_m: float, slower: bool) -> None:
-    now = np.zeros(tracking.NOW)
-    now[[tracking.LEFT_RADIUS, tracking.RIGHT_RADIUS]] = VEHICLE.wheel_radius_m
-    now[[tracking.SPEED, tracking.REFERENCE_SPEED]] = 1.0
-    now[tracking.NOZZLE_LATERAL] = off_m
-    now[tracking.HEADING_ERROR] = math.atan2(-off_m, LOOKAHEAD_S)  # it aims where it goes: no curvature is commanded
+    now = np.zeros(projection.NOW)
+    now[[projection.LEFT_RADIUS, projection.RIGHT_RADIUS]] = VEHICLE.wheel_radius_m
+    now[[projection.SPEED, projection.REFERENCE_SPEED]] = 1.0
+    now[projection.NOZZLE_LATERAL] = off_m
+    now[projection.HEADING_ERROR] = math.atan2(-off_m, LOOKAHEAD_S)  # it aims where it goes: no curvature is commanded
     follower = PurePursuitFollower(VEHICLE)
-    ahead = np.zeros((follower.ahead_rows, tracking.AHEAD_COLUMNS))
-    ahead[:, tracking.A_SPEED] = 1.0
+    ahead = np.zeros((follower.ahead_rows, projection.AHEAD_COLUMNS))
+    ahead[:, projection.A_SPEED] = 1.0
     for _ in range(10):
         left, right = follower.step(now, ahead)
     assert left == pytest.approx(right)

@@ -14,10 +14,10 @@ from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.bus import Bus
+from touchline.services.onboard.interface import Checkpoint
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.frames import Checkpoint
 from touchline.services.robot_sim.journal import Journal
-from touchline.services.robot_sim.remains import Remains
+from touchline.services.robot_sim.recovery_state import Remains
 
 PLAN = trajectory(
     [Curve.from_line((0, 0), (5, 0)), Curve.from_line((5, 0), (10, 0)), Curve.from_line((10, 0), (12, 0))],

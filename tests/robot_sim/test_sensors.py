@@ -8,7 +8,7 @@ import pytest
 from touchline.schemas.messages import GnssStatus
 from touchline.schemas.scenario import EncoderNoise, GnssNoise, Ground, ImuNoise, MagnetometerNoise, Scenario, Steel
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.robot_sim.frames import Command
+from touchline.services.onboard.interface import Command
 from touchline.services.robot_sim.sensors.receiver import white
 from touchline.services.robot_sim.sensors.suite import FIELD_HORIZONTAL_T, Sensors
 from touchline.services.robot_sim.world import body

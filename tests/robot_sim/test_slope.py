@@ -11,9 +11,9 @@ from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.scenario import GnssNoise, Ground, Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicle import Vehicle
+from touchline.services.onboard.estimation import model as m
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.onboard.estimator import model as m
-from touchline.services.robot_sim.quiet import Quiet
+from touchline.services.robot_sim.fast_runner import Quiet
 
 TURN = Curve.from_arc((8, 0), (8, 2), math.pi)
 BACK = Curve.from_line((8, 4), (0, 4))

@@ -12,11 +12,11 @@ from touchline.schemas.template import Template
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.fast_runner import Quiet
 from touchline.services.robot_sim.paint import smears
 from touchline.services.robot_sim.paint.contact import FAINTEST
 from touchline.services.robot_sim.paint.smears import smearing
 from touchline.services.robot_sim.paint.track import Track
-from touchline.services.robot_sim.quiet import Quiet
 from touchline.services.robot_sim.telemetry import Telemetry
 
 SIDE_M = 0.25

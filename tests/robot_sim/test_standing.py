@@ -13,10 +13,10 @@ from benchmarks._joints import field
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicle import Vehicle
+from touchline.services.onboard.estimation import model
+from touchline.services.onboard.estimation.standing import LASTING_TICKS
+from touchline.services.onboard.executive.localization_monitor import CONTRADICTION
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.onboard.estimator import model
-from touchline.services.robot_sim.onboard.estimator.standing import LASTING_TICKS
-from touchline.services.robot_sim.onboard.safety import CONTRADICTION
 
 READY, RUNNING, PAUSED, DONE = (
     TraversalStatus.READY,

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.robot_sim.onboard.rig import chain, trajectory
+from tests.onboard.rig import chain, trajectory
 from touchline.schemas.messages import PlanOptions, TraversalStatus
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import LineSpec, Template, TemplateSegment

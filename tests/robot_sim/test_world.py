@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from touchline.schemas.scenario import Ground, Scenario
 from touchline.schemas.vehicle import Motor, Vehicle
-from touchline.services.robot_sim.frames import Command
+from touchline.services.onboard.interface import Command
 from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world.constants import SURFACES
 from touchline.services.robot_sim.world.effects import FLOW, neutral

@@ -11,7 +11,7 @@ from tests.robot_sim.open_loop import drive as open_loop
 from tests.robot_sim.open_loop import fault
 from touchline.schemas.scenario import Ground, Scenario
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.robot_sim.frames import Command
+from touchline.services.onboard.interface import Command
 from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.constants import SURFACES

@@ -15,8 +15,8 @@ import pytest
 from numba.core.caching import IndexDataCacheFile
 from numba.core.errors import TypingError
 
-from touchline.schemas.arrays import ascending, copy, least
-from touchline.schemas.jit import _Cache, kernel
+from touchline.services.core.arrays import ascending, copy, least
+from touchline.services.core.jit import _Cache, kernel
 
 
 @pytest.fixture(autouse=True)

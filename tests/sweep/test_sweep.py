@@ -6,10 +6,10 @@ from tests.sweep.combining import combined
 from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.scenario import Scenario
-from touchline.services.sweep.grid import Case
-from touchline.services.sweep.places import here, in_processes, on_dask
-from touchline.services.sweep.summary import statistics, summarise, write_csv
-from touchline.services.sweep.task import Run, prepare
+from touchline.services.runs.sweep.grid import Case
+from touchline.services.runs.sweep.places import here, in_processes, on_dask
+from touchline.services.runs.sweep.summary import statistics, summarise, write_csv
+from touchline.services.runs.sweep.task import Run, prepare
 
 
 def test_every_combination_once():

@@ -20,11 +20,11 @@ from touchline.schemas.messages import PlanOptions, Trajectory, TraversalReport
 from touchline.schemas.scenario import Scenario
 from touchline.services.cli.commands import app
 from touchline.services.cli.options import ExitCode
-from touchline.services.simulation import Job, simulate
-from touchline.services.sweep import task as sweep_task
-from touchline.services.sweep.places import here, in_processes
-from touchline.services.sweep.summary import statistics, summarise, write_csv
-from touchline.services.sweep.task import Run, Task, prepare, run_figures
+from touchline.services.runs.simulation import Job, simulate
+from touchline.services.runs.sweep import task as sweep_task
+from touchline.services.runs.sweep.places import here, in_processes
+from touchline.services.runs.sweep.summary import statistics, summarise, write_csv
+from touchline.services.runs.sweep.task import Run, Task, prepare, run_figures
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +89,7 @@ def sweep(monkeypatch):
             return dataclasses.replace(perform(task.scenario.seed), case=task.case, seed=task.scenario.seed)
 
         monkeypatch.setattr("touchline.services.robot_sim.warm_up.warm_up", lambda *_: None)
-        monkeypatch.setattr("touchline.services.sweep.places.perform", performed)
+        monkeypatch.setattr("touchline.services.runs.sweep.places.perform", performed)
         return CliRunner().invoke(app, ["sweep", "study-square", "--seeds", "4", "--workers", "1", *options])
 
     return begin

@@ -30,9 +30,9 @@ from touchline.schemas.messages.base import Message
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.bridge.reader import RecordingReader
 from touchline.services.bus import Bus, BusConfig
-from touchline.services.local import LocalSystem, local_system
-from touchline.services.painted import read_painted
-from touchline.services.supervisor import Notice
+from touchline.services.runs.painted import read_painted
+from touchline.services.system.supervisor import Notice
+from touchline.services.system.temporary_system import LocalSystem, local_system
 
 TEMPLATE, _ = template_text("soccer-11")
 

@@ -8,7 +8,7 @@ from tests.tui.scenes import received
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.template import Template
-from touchline.services.robot_sim.onboard import hazards
+from touchline.services.onboard.executive import failsafe
 from touchline.tui import alerts, panels
 from touchline.tui.key_bar import KeyBar
 from touchline.tui.protocol import Incoming
@@ -37,7 +37,7 @@ def texts(state: ConsoleState) -> list[str]:
 
 
 def test_the_limits_are_the_robots() -> None:
-    assert (alerts.EMPTY_TANK_L, alerts.FLAT_BATTERY) == (hazards.LOW_TANK_L, hazards.LOW_BATTERY)
+    assert (alerts.EMPTY_TANK_L, alerts.FLAT_BATTERY) == (failsafe.LOW_TANK_L, failsafe.LOW_BATTERY)
 
 
 def test_an_alert_lasts_until_its_cause_is_gone(template: Template) -> None:

@@ -14,7 +14,7 @@ from touchline.schemas import topics
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import Template
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.planner import ways
+from touchline.services.planner.transitions import transitions
 from touchline.tui import format
 from touchline.tui.dialogs import PlanDialog, TemplateDialog, Tick
 from touchline.tui.event_log import ERROR, INFO
@@ -110,8 +110,8 @@ async def test_planning_with_options(template: Template) -> None:
 
 
 def test_the_methods_on_offer_are_the_planners_its_default_first() -> None:
-    assert set(METHODS) == set(ways.METHODS)
-    assert next(iter(METHODS)) == ways.DEFAULT_METHOD
+    assert set(METHODS) == set(transitions.METHODS)
+    assert next(iter(METHODS)) == transitions.DEFAULT_METHOD
 
 
 async def test_the_chosen_method_is_told_without_colour(template: Template) -> None:

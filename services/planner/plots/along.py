@@ -7,9 +7,9 @@ import numpy as np
 
 from touchline.schemas.curves import PathTable
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.planner.clothoid import Floats
+from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.plan import Plan
-from touchline.services.planner.wheels import wheel_series
+from touchline.services.planner.plots.wheel_series import wheel_series
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,12 +9,12 @@ import numpy as np
 from touchline.schemas.curves import Curve
 from touchline.schemas.template import Template
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.planner.clothoid import Floats, PiecePath
-from touchline.services.planner.offset import Stroke
+from touchline.services.planner.geometry.clothoid import Floats, PiecePath
 from touchline.services.planner.plan import Plan
 from touchline.services.planner.plots.along import PAINTED_PT, QUANTITIES, WAY_PT, draw_along
 from touchline.services.planner.plots.style import INK, plan_style, save
-from touchline.services.planner.route import RUN_IN, RUN_OUT
+from touchline.services.planner.segments.section import RUN_IN, RUN_OUT
+from touchline.services.planner.swaths.offset import Stroke
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,7 +7,7 @@ from touchline.schemas.template import Template
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.planner.plan import Plan
 from touchline.services.planner.plots.style import INK, plan_style, save
-from touchline.services.planner.wheels import wheel_series
+from touchline.services.planner.plots.wheel_series import wheel_series
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,9 +8,9 @@ import math
 
 import numpy as np
 
-from touchline.schemas.jit import kernel
-from touchline.services.planner.clothoid import Floats
-from touchline.services.planner.steering.spiral import CURVATURE_CAP, spiral
+from touchline.services.core.jit import kernel
+from touchline.services.planner.geometry.clothoid import Floats
+from touchline.services.planner.steering.unit_clothoid import CURVATURE_CAP, spiral
 
 TAU = 2.0 * math.pi
 # As in words.py: deflections this close below a full turn are none, goals this close to a line or turn are on it.

@@ -16,12 +16,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from touchline.schemas.jit import kernel
-from touchline.services.planner.clothoid import Floats
+from touchline.services.core.jit import kernel
+from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.steering.circles import FORWARD, LIMIT, SIDE, wrapped
 from touchline.services.planner.steering.patterns import QUARTER, bend_amount, cusps_of, elements_of, ramps_beside
 from touchline.services.planner.steering.profile import AMOUNT, DIRECTION, MAX_ELEMENTS, STRAIGHT, UNKNOWN
-from touchline.services.planner.steering.spiral import ramp, unit
+from touchline.services.planner.steering.unit_clothoid import ramp, unit
 
 # How the joints' headings are found: from the sides of a triangle (three bends, or four whose middle turns cancel out),
 # for four bends whose middle turns add up, or from a straight's tangent.

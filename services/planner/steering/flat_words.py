@@ -7,8 +7,8 @@ longer by more than that.
 
 import math
 
-from touchline.schemas.jit import kernel
-from touchline.services.planner.clothoid import Floats
+from touchline.services.core.jit import kernel
+from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.steering.circles import LIMIT
 from touchline.services.planner.steering.construct import put, put_ramp, put_turn
 from touchline.services.planner.steering.patterns import ramps_beside

@@ -9,14 +9,14 @@ import math
 
 import numpy as np
 
-from touchline.schemas.arrays import copy
-from touchline.schemas.jit import kernel
-from touchline.services.planner.clothoid import Floats
+from touchline.services.core.arrays import copy
+from touchline.services.core.jit import kernel
+from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.steering.circles import LIMIT, RADIUS, TAU, cost, shortest_word, word_table
+from touchline.services.planner.steering.newton3 import solve_three
 from touchline.services.planner.steering.profile import AMOUNT, DIRECTION, FAILED, STRAIGHT, UNKNOWN, amount_of
-from touchline.services.planner.steering.spiral import ramp, unit
 from touchline.services.planner.steering.symmetry import turn_query_round
-from touchline.services.planner.steering.three import solve_three
+from touchline.services.planner.steering.unit_clothoid import ramp, unit
 
 # A profile must be this much shorter to replace an earlier one, so that ties do not depend on rounding.
 TIE = 1e-10

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from touchline.schemas.jit import kernel
-from touchline.services.planner.clothoid import Floats
+from touchline.services.core.jit import kernel
+from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.steering.profile import AMOUNT, DIRECTION, MAX_ELEMENTS, STRAIGHT, UNKNOWN
 
 QUARTER = 0.5 * math.pi

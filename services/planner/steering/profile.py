@@ -15,10 +15,10 @@ import math
 
 import numpy as np
 
-from touchline.schemas.arrays import copy
-from touchline.schemas.jit import kernel
-from touchline.services.planner.clothoid import Floats
-from touchline.services.planner.steering.spiral import arc, ramp, unit
+from touchline.services.core.arrays import copy
+from touchline.services.core.jit import kernel
+from touchline.services.planner.geometry.clothoid import Floats
+from touchline.services.planner.steering.unit_clothoid import arc, ramp, unit
 
 MAX_ELEMENTS = 7
 # Columns of an element: is it straight, driven forward (+1) or backward (−1), which unknown it takes (−1: none), and

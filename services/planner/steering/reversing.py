@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from touchline.schemas.jit import kernel
-from touchline.services.planner.clothoid import Floats, Ints
+from touchline.services.core.jit import kernel
+from touchline.services.planner.geometry.clothoid import Floats, Ints
 from touchline.services.planner.steering import cusp_words
 from touchline.services.planner.steering.circles import LIMIT, TAU
 from touchline.services.planner.steering.construct import MAX_PIECES, profile_pieces

@@ -5,9 +5,9 @@ points in the opposite order; what was driven forward still is, what turned left
 begun from both ends. (The other symmetry, the mirror image, needs nothing: every step of the search respects it.)
 """
 
-from touchline.schemas.jit import kernel
-from touchline.services.planner.clothoid import Floats
-from touchline.services.planner.steering.spiral import unit
+from touchline.services.core.jit import kernel
+from touchline.services.planner.geometry.clothoid import Floats
+from touchline.services.planner.steering.unit_clothoid import unit
 
 
 @kernel

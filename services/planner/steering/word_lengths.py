@@ -9,10 +9,10 @@ import math
 
 import numpy as np
 
-from touchline.schemas.jit import kernel
-from touchline.services.planner.clothoid import Floats
+from touchline.services.core.jit import kernel
+from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.steering.circles import circle, shortest_word
-from touchline.services.planner.steering.spiral import steep_ramp, unit
+from touchline.services.planner.steering.unit_clothoid import steep_ramp, unit
 
 # Columns of a straight pose: position, direction, heading, and the length of the ramp between it and the pose.
 _X, _Y, _COS, _SIN, _HEADING, _RAMP = range(6)

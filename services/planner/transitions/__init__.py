@@ -1,1 +1,1 @@
-"""Transitions from painted curve to painted curve by Dubins words, of plain and of curvature-continuous turns."""
+"""The fastest transition between two swaths, of those that the steering method offers."""

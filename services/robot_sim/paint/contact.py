@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.schemas.jit import kernel
+from touchline.services.core.jit import kernel
 from touchline.services.robot_sim.paint.grid import cell_of
 
 CELL_M: Final = 0.005

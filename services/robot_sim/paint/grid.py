@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.curves import Curve
-from touchline.schemas.jit import kernel
+from touchline.services.core.jit import kernel
 
 SMALLEST_CELL_M: Final = 2.0
 MOST_CELLS: Final = 65536

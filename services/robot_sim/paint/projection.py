@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.schemas.jit import kernel
+from touchline.services.core.jit import kernel
 from touchline.services.robot_sim.paint.grid import cell_of
 from touchline.services.robot_sim.world.body import STEPS, TRACE_EAST, TRACE_NORTH, TRACE_SPRAYING
 

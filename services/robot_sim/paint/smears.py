@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.robot_sim.frames import TICK_S
+from touchline.services.onboard.interface import TICK_S
 from touchline.services.robot_sim.paint import contact as c
 from touchline.services.robot_sim.paint import track as t
 from touchline.services.robot_sim.paint.areas import band_of, simplified, strip

@@ -15,12 +15,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.schemas.jit import kernel
-from touchline.services.robot_sim.sensors.places import CENTRE_X, CENTRE_Y, VALUE_1, VALUE_2, distance
-from touchline.services.robot_sim.world import body
-from touchline.services.robot_sim.world import effects as e
-from touchline.services.robot_sim.world.ground import GRAVITY_MPS2
-from touchline.services.robot_sim.world.randomness import (
+from touchline.services.core.jit import kernel
+from touchline.services.core.random import (
     STREAM_ENCODER,
     STREAM_FAULT,
     STREAM_IMU,
@@ -28,6 +24,10 @@ from touchline.services.robot_sim.world.randomness import (
     normal,
     uniform,
 )
+from touchline.services.robot_sim.sensors.zones import CENTRE_X, CENTRE_Y, VALUE_1, VALUE_2, distance
+from touchline.services.robot_sim.world import body
+from touchline.services.robot_sim.world import effects as e
+from touchline.services.robot_sim.world.ground import GRAVITY_MPS2
 
 # Readings.
 IMU: Final = 0  # gyro x y z, accel x y z

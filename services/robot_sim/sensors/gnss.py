@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.robot_sim.frames import GnssSample
+from touchline.services.onboard.interface import GnssSample
 from touchline.services.robot_sim.sensors import receiver
 
 FIX_NAMES: Final = {

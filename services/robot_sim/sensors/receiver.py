@@ -14,13 +14,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.schemas.jit import kernel
-from touchline.services.robot_sim.sensors.geodesy import to_geodetic, to_local
-from touchline.services.robot_sim.sensors.places import VALUE_1, VALUE_2, VALUE_3, distance
-from touchline.services.robot_sim.world import body
-from touchline.services.robot_sim.world import effects as e
-from touchline.services.robot_sim.world.physics import leaning
-from touchline.services.robot_sim.world.randomness import (
+from touchline.services.core.geodesy import to_geodetic, to_local
+from touchline.services.core.jit import kernel
+from touchline.services.core.random import (
     STREAM_FAULT,
     STREAM_GNSS,
     STREAM_LOOSE_FIX,
@@ -28,6 +24,10 @@ from touchline.services.robot_sim.world.randomness import (
     normal,
     uniform,
 )
+from touchline.services.robot_sim.sensors.zones import VALUE_1, VALUE_2, VALUE_3, distance
+from touchline.services.robot_sim.world import body
+from touchline.services.robot_sim.world import effects as e
+from touchline.services.robot_sim.world.physics import leaning
 
 NONE: Final = 0.0
 SINGLE: Final = 1.0

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.robot_sim.frames import TICK_S, EncoderSample, GnssSample, ImuSample, MagSample, SensorFrame
-from touchline.services.robot_sim.sensors import fast, gnss, places, receiver, transport
-from touchline.services.robot_sim.sensors.geodesy import local_frame
+from touchline.services.core.geodesy import local_frame
+from touchline.services.onboard.interface import TICK_S, EncoderSample, GnssSample, ImuSample, MagSample, SensorFrame
+from touchline.services.robot_sim.sensors import fast, gnss, receiver, transport, zones
 from touchline.services.robot_sim.sensors.gnss import GnssReport
-from touchline.services.robot_sim.sensors.sense import sense
+from touchline.services.robot_sim.sensors.sampling import sense
 from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.world import NO_EFFECTS
@@ -60,13 +60,13 @@ class Sensors:
         self.arguments = (
             sensor,
             p,
-            *places.table((steel.outline, (steel.field_t, steel.reach_m, 0.0)) for steel in scenario.steel),
+            *zones.table((steel.outline, (steel.field_t, steel.reach_m, 0.0)) for steel in scenario.steel),
             self.history,
             np.full((3, transport.HISTORY), -1, dtype=np.int64),
             state,
             r,
             local_frame(origin.latitude_deg, origin.longitude_deg, origin.altitude_m),
-            *places.table(
+            *zones.table(
                 (item.outline, (gnss.FIX_NAMES[item.best_fix], item.margin_m, item.noise_factor))
                 for item in scenario.sky
             ),

@@ -11,9 +11,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.schemas.jit import kernel
+from touchline.services.core.jit import kernel
+from touchline.services.core.random import STREAM_TRANSPORT, uniform
 from touchline.services.robot_sim.world import effects as e
-from touchline.services.robot_sim.world.randomness import STREAM_TRANSPORT, uniform
 
 LONGEST_TICKS: Final = 2000
 HISTORY: Final = 2048

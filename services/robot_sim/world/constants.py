@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.robot_sim.frames import TICK_S
+from touchline.services.core.random import STREAM_CHASSIS, normal
+from touchline.services.onboard.interface import TICK_S
 from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world.drive import share_per_step
-from touchline.services.robot_sim.world.randomness import STREAM_CHASSIS, normal
 
 CURRENT_LAG_S: Final = 0.002
 """Of the amplifier's current loop."""

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.schemas.jit import kernel
+from touchline.services.core.jit import kernel
 from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.body import (
     BATTERY_WH,

@@ -13,7 +13,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.schemas.jit import kernel
+from touchline.services.core.jit import kernel
+from touchline.services.core.random import STREAM_SLIP, normal
 from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.body import (
     BATTERY_RESERVE_WH,
@@ -68,7 +69,6 @@ from touchline.services.robot_sim.world.body import (
 )
 from touchline.services.robot_sim.world.drive import drive
 from touchline.services.robot_sim.world.ground import GRAVITY_MPS2, ground
-from touchline.services.robot_sim.world.randomness import STREAM_SLIP, normal
 
 Floats = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.robot_sim.frames import Command
+from touchline.services.onboard.interface import Command
 from touchline.services.robot_sim.world import body, physics
 from touchline.services.robot_sim.world.constants import constants
 from touchline.services.robot_sim.world.effects import neutral

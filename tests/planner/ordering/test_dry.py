@@ -11,16 +11,16 @@ from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.planner.clothoid import Ints
-from touchline.services.planner.legs import Driver
+from touchline.services.planner.geometry.clothoid import Ints
 from touchline.services.planner.limits import Limits
-from touchline.services.planner.offset import modes
-from touchline.services.planner.ordering.costs import Tracks, nodes_of, problem
-from touchline.services.planner.ordering.dry import Ground, ordered_dry, scene_of, unknown_yet, wet_times
-from touchline.services.planner.ordering.order import Problem, ordered
-from touchline.services.planner.ordering.wet import Wheels
 from touchline.services.planner.plan import plan, ways_of
-from touchline.services.planner.swaths import Painting, Swath, swaths
+from touchline.services.planner.route.itinerary import Driver
+from touchline.services.planner.sequencing.costs import Tracks, nodes_of, problem
+from touchline.services.planner.sequencing.dry import Ground, ordered_dry, scene_of, unknown_yet, wet_times
+from touchline.services.planner.sequencing.order import Problem, ordered
+from touchline.services.planner.sequencing.wet import Wheels
+from touchline.services.planner.swaths.offset import modes
+from touchline.services.planner.swaths.swaths import Painting, Swath, swaths
 
 VEHICLE, OPTIONS = Vehicle(), PlanOptions()
 LIMITS = Limits.of(VEHICLE, OPTIONS)

@@ -14,13 +14,13 @@ from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import ArcSpec, LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.budget import Watch
 from touchline.services.planner.limits import Limits
-from touchline.services.planner.offset import modes
-from touchline.services.planner.ordering.costs import nodes_of, problem
-from touchline.services.planner.ordering.order import Problem, ordered
 from touchline.services.planner.plan import plan, ways_of
-from touchline.services.planner.swaths import Painting, swaths
-from touchline.services.planner.watch import Watch
+from touchline.services.planner.sequencing.costs import nodes_of, problem
+from touchline.services.planner.sequencing.order import Problem, ordered
+from touchline.services.planner.swaths.offset import modes
+from touchline.services.planner.swaths.swaths import Painting, swaths
 
 VEHICLE = Vehicle()
 

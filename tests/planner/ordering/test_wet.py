@@ -14,10 +14,10 @@ from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.planner import arrange
-from touchline.services.planner.clothoid import Piece, PiecePath, Pose
-from touchline.services.planner.ordering.wet import BEGUN, SPEED, Wheels, wet_rows
+from touchline.services.planner import tour
+from touchline.services.planner.geometry.clothoid import Piece, PiecePath, Pose
 from touchline.services.planner.plan import plan
+from touchline.services.planner.sequencing.wet import BEGUN, SPEED, Wheels, wet_rows
 
 VEHICLE = Vehicle()
 WHEELS = Wheels.of(VEHICLE, 0.12, 900.0)
@@ -69,7 +69,7 @@ def test_crossings_of_an_arc_are_those_of_points_along_it(
 def test_fewer_crossings_are_worth_some_time(monkeypatch: pytest.MonkeyPatch) -> None:
     template, fast = load_template("soccer-11"), PlanOptions(paint_speed_mps=1.5, transit_speed_mps=2.0)
     careful = plan(template, VEHICLE, fast).report
-    monkeypatch.setattr(arrange, "CROSSING_S", 0.0)
+    monkeypatch.setattr(tour, "CROSSING_S", 0.0)
     careless = plan(template, VEHICLE, fast).report
     assert careful.wet_crossings < careless.wet_crossings
     assert careless.total_time_s <= careful.total_time_s + 1e-6

@@ -1,0 +1,1 @@
+"""Numerics that every part shares; it knows nothing of Touchline."""

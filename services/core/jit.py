@@ -1,0 +1,134 @@
+"""How every numerical kernel is compiled.
+
+Kernels are cached on disk, so only the first start after an installation or a change compiles. ``fastmath`` stays off:
+the same scenario must give the same bits on every run.
+
+Numba notices a change of a kernel's own file, but not of a kernel or a constant that it takes from another file. So the
+cache's folder is named after the text of all files beside kernels: whatever changes, nothing stale is ever run.
+"""
+
+import fcntl
+import gc
+import hashlib
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+import numba
+from numba.core import types
+from numba.core.caching import FunctionCache
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Flags, compile_extra
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.registry import CPUDispatcher
+from numba.core.typing.templates import make_concrete_template
+
+_SERVICES = Path(__file__).resolve().parent.parent
+
+
+def _fingerprint() -> str:
+    """A hash of every source file in the folders that hold kernels."""
+    digest = hashlib.blake2b(digest_size=8)
+    paths = sorted(_SERVICES.rglob("*.py"))
+    texts = {path: path.read_bytes() for path in paths}
+    folders = {path.parent for path, text in texts.items() if b"core.jit" in text}
+    for path, text in texts.items():
+        if path.parent in folders:
+            digest.update(text)
+    return digest.hexdigest()
+
+
+def _cache_folder() -> Path:
+    base = os.environ.get("XDG_CACHE_HOME")
+    return (Path(base) if base else Path.home() / ".cache") / "touchline" / "kernels"
+
+
+_settings: Any = numba.config
+_settings.CACHE_DIR = str(Path(_settings.CACHE_DIR or _cache_folder()) / _fingerprint())
+
+
+# So many new objects between two collections: compiling makes a great many, hardly any of which are garbage then.
+_OBJECTS = 100_000
+
+
+class _Cache(FunctionCache):
+    """Compiled code on disk. A full disk costs the next start its time, not this one its kernel.
+
+    Processes write one after another: the code of two signatures of a kernel gets one name, and one is then run for the
+    other, if each is written by a process that has not seen the other's in the kernel's index.
+    """
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        with suppress(OSError), _one_at_a_time(Path(self.cache_path)):
+            super().save_overload(sig, data)  # type: ignore[no-untyped-call]
+
+
+@contextmanager
+def _one_at_a_time(folder: Path) -> Iterator[None]:
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / "writing").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+
+
+class _Part(JITCodeLibrary):
+    """Code that callers link into theirs: they make the machine code. They get faster if it is optimised before."""
+
+    def _finalize_final_module(self) -> None:
+        self._finalized = True
+
+
+class Kernel(CPUDispatcher):
+    """A compiled function, which Python and other kernels call.
+
+    For Python it is optimised, made into machine code, wrapped and cached. Most kernels are called by other kernels
+    only, whose code then holds theirs. Numba would do all of that for each of them nevertheless, and once more for
+    every constant that it is called with, as a type of its own: half of the robot's first start.
+    """
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        """Nothing is compiled before the first call."""
+        super().__init__(function, targetoptions={"nopython": True, "error_model": "numpy"})
+        self._cache: Any = _Cache(function)  # type: ignore[no-untyped-call]
+        self._parts: dict[tuple[Any, ...], Any] = {}
+
+    def compile(self, sig: Any) -> Any:
+        """What Numba asks for when Python calls with types that are new; Python then collects less garbage."""
+        with global_compiler_lock:
+            often = gc.get_threshold()
+            gc.set_threshold(_OBJECTS, *often[1:])
+            try:
+                return super().compile(sig)
+            finally:
+                gc.set_threshold(*often)
+
+    def get_call_template(self, args: Any, kws: Any) -> tuple[Any, ...]:
+        """What Numba asks for when it types a call in another kernel: the signature that fits."""
+        parameters, folded = self.fold_argument_types(args, kws)
+        general = tuple(map(types.unliteral, folded))
+        if general not in self.overloads and general not in self._parts:
+            self._parts[general] = self._compile_part(general)
+        compiled = self.overloads.get(general) or self._parts[general]
+        name = self.py_func.__name__
+        return make_concrete_template(name, name, [compiled.signature]), parameters, general, {}
+
+    def get_overload(self, sig: Any) -> Any:
+        """The key under which Numba finds the code for that call; `sig` are the types of its arguments."""
+        return super().get_overload(sig) if sig in self.overloads else self._parts[sig].library
+
+    def _compile_part(self, args: tuple[Any, ...]) -> Any:
+        context: Any = self.targetctx
+        flags: Any = Flags()
+        self.targetdescr.options.parse_as_flags(flags, self.targetoptions)
+        flags.no_compile = flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
+        library = _Part(context.codegen(), self.py_func.__qualname__)  # type: ignore[no-untyped-call]
+        part = compile_extra(self.typingctx, context, self.py_func, args, None, flags, {}, library)
+        context.insert_user_function(library, part.fndesc, [library])
+        return part
+
+
+def kernel(function: Callable[..., Any]) -> Any:
+    """Compile a function for the types that it is called with, once it is."""
+    return Kernel(function)

@@ -1,0 +1,169 @@
+"""The robot's own computer: sensor frames in, actuator commands out, one call per 10 ms tick."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from touchline.schemas.messages import Trajectory
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.onboard.control import Ask, make_follower, nobody
+from touchline.services.onboard.estimation.filter import Estimator
+from touchline.services.onboard.estimation.report import report
+from touchline.services.onboard.executive.events import EventLog
+from touchline.services.onboard.executive.failsafe import Hazards
+from touchline.services.onboard.executive.localization_monitor import Watch, max_fix_age_s
+from touchline.services.onboard.executive.traversal import ABORTED_BY_OPERATOR, EMERGENCY_STOP, Course, Traversal
+from touchline.services.onboard.interface import (
+    STANDSTILL,
+    Checkpoint,
+    Command,
+    Consistency,
+    Estimate,
+    OnboardEvent,
+    SensorFrame,
+    Status,
+)
+
+
+class Onboard:
+    """Estimator, watch and traversal executive of one robot.
+
+    Args:
+        vehicle: The nominal robot.
+        scenario: The follower's name, the fence and the sensors' data sheets are taken from it, nothing else.
+        ask: How an external follower is asked.
+
+    Commands raise `CommandRefused` with the reason and then change nothing.
+    """
+
+    def __init__(self, vehicle: Vehicle, scenario: Scenario, ask: Ask = nobody) -> None:
+        self._log = EventLog()
+        self._estimator = Estimator(vehicle, scenario)
+        self._watch = Watch(self._estimator, max_fix_age_s(scenario.gnss))
+        self._follower = make_follower(scenario.follower, vehicle, ask)
+        fence = scenario.fence
+        self._hazards = Hazards(vehicle, self._estimator, fence.timeout_s)
+        self._traversal = Traversal(
+            vehicle, self._follower, self._estimator, self._watch, self._hazards, fence, self._log
+        )
+        self._command = STANDSTILL
+        self._estimate: Estimate | None = None
+
+    def check_load(self) -> None:
+        """Whether a trajectory would be taken now; `CommandRefused` if not."""
+        self._traversal.check_load()
+
+    def prepare(self, trajectory: Trajectory, boundary: Sequence[tuple[float, float]] = ()) -> Course:
+        """Check a trajectory; changes nothing, so that any thread may do it meanwhile.
+
+        The robot stays inside the `boundary`, corners (x, y) [m]; without one, in the plan's surroundings.
+        """
+        return self._traversal.prepare(trajectory, boundary)
+
+    def load(
+        self,
+        trajectory: Trajectory,
+        resume: Checkpoint | None = None,
+        boundary: Sequence[tuple[float, float]] = (),
+    ) -> float:
+        """As `prepare` and `take`."""
+        self.check_load()
+        return self.take(self.prepare(trajectory, boundary), resume)
+
+    def take(self, course: Course, resume: Checkpoint | None = None) -> float:
+        """Take what `prepare` gave, to begin at its start or at a `checkpoint`; returns its planned duration [s].
+
+        The estimator aligns anew: the robot may have been carried to the start.
+        """
+        duration_s = self._traversal.take(course, resume)
+        self._estimator.restart()
+        self._estimate = None
+        return duration_s
+
+    def start(self) -> None:
+        """Begin the traversal."""
+        self._traversal.start()
+
+    def pause(self) -> None:
+        """Close the valve and brake along the path."""
+        self._traversal.pause()
+
+    def resume(self) -> None:
+        """Go on after a pause, from where paint stopped."""
+        self._traversal.resume()
+
+    def abort(self, reason: str = ABORTED_BY_OPERATOR) -> None:
+        """Brake and give the traversal up."""
+        self._traversal.abort(reason)
+
+    def estop(self, reason: str = EMERGENCY_STOP) -> None:
+        """Stop as hard as possible and latch until `reset`."""
+        self._traversal.estop(reason)
+
+    def reset(self) -> None:
+        """Release an emergency stop, or clear a finished traversal."""
+        self._traversal.reset()
+
+    def link_lost(self) -> None:
+        """The operator cannot be heard any more: pause if under way."""
+        self._traversal.link_lost()
+
+    def step(self, frame: SensorFrame) -> Command:
+        """One tick; frames must come in order, none left out."""
+        self._estimate = None
+        self._estimator.step(frame)
+        return self.act(frame)
+
+    def act(self, frame: SensorFrame) -> Command:
+        """The second half of a tick: the estimator has seen the frame already."""
+        self._watch.look(frame.tick, frame.time_s)
+        self._hazards.look(frame, self._command)
+        self._command = self._traversal.step(frame.time_s)
+        return self._command
+
+    def take_events(self) -> list[OnboardEvent]:
+        """What happened since the last call."""
+        return self._log.take()
+
+    @property
+    def state(self) -> int:
+        """State of the traversal, as in `TraversalStatus`."""
+        return self._traversal.state
+
+    @property
+    def checkpoint(self) -> Checkpoint | None:
+        """Where another process could go on with this traversal; None if none is under way."""
+        return self._traversal.checkpoint
+
+    @property
+    def status(self) -> Status:
+        """Where the traversal stands."""
+        return self._traversal.status()
+
+    @property
+    def estimate(self) -> Estimate:
+        """Pose, twist and covariance at the last tick."""
+        if self._estimate is None:
+            self._estimate = self._estimator.estimate()
+        return self._estimate
+
+    @property
+    def lateral_error_m(self) -> float:
+        """Estimated distance of the nozzle to the left of its path."""
+        job = self._traversal.job
+        return job.lateral_error_m if job is not None else 0.0
+
+    @property
+    def spraying(self) -> bool:
+        """Whether the valve is commanded open."""
+        job = self._traversal.job
+        return job is not None and job.sprayer.valve
+
+    @property
+    def consistency(self) -> Consistency:
+        """Consistency of the estimator: innovations, NIS, uses and rejections."""
+        estimator = self._estimator
+        if not estimator.started:
+            return Consistency()
+        return report(estimator.counters, estimator.position_sigma_m, estimator.heading_sigma_rad)

@@ -1,0 +1,88 @@
+"""A follower that lives outside: asked in every tick, in lock-step, for that tick's wheel speeds.
+
+Sim time waits for the answer, so a controller that computes the same gives the same session however slow it is. If
+there is none, or what it says is no wheel speed, pure pursuit brakes the robot and the traversal is paused.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.onboard.control.pure_pursuit import PurePursuitFollower
+
+AHEAD_TICKS: Final = 100
+"""An outside follower is told of the next second."""
+
+
+class Question(NamedTuple):
+    """What an outside follower is told in a tick; see `Follower.step`."""
+
+    first: bool
+    """Whether a motion begins: whatever the follower has learned about the last one is void."""
+    now: NDArray[np.float64]
+    ahead: NDArray[np.float64]
+
+
+class Interrupted(Exception):
+    """The wait for an answer was broken off, because somebody waits to stop the robot."""
+
+
+Ask = Callable[[Question], tuple[float, float]]
+"""Answers with wheel speeds (left, right) [rad/s]; raises `ConnectionError` with the reason if there is no answer, and
+`Interrupted` if it was not waited for."""
+
+
+def nobody(_question: Question) -> tuple[float, float]:
+    """Where nothing is connected."""
+    raise ConnectionError("no external follower is connected")
+
+
+class ExternalFollower:
+    """See the module."""
+
+    name = "external"
+
+    def __init__(self, vehicle: Vehicle, ask: Ask) -> None:
+        """A follower at rest that asks `ask`."""
+        self._ask = ask
+        self._limit_radps = vehicle.max_wheel_speed_radps
+        self._pursuit = PurePursuitFollower(vehicle)
+        self._first = True
+        self._stopping = False
+        self.ahead_rows = self.fine_rows = AHEAD_TICKS
+        self.fallbacks = 0
+        """Ticks that pure pursuit had to take."""
+        self.problem = ""
+
+    def reset(self) -> None:
+        """The next question begins a motion."""
+        self._first = True
+        self._stopping = False
+        self.problem = ""
+        self._pursuit.reset()
+
+    def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> tuple[float, float]:
+        """As `Follower.step`. After a failure, or if the wait is broken off, it is not asked before the robot rests."""
+        if not self.problem and not self._stopping:
+            try:
+                left, right = self._ask(Question(self._first, now, ahead))
+            except ConnectionError as error:
+                self.problem = str(error)
+            except Interrupted:
+                self._stopping = True
+            else:
+                self._first = False
+                if math.isfinite(left) and math.isfinite(right):
+                    return self._bounded(left), self._bounded(right)
+                self.problem = "the external follower's wheel speeds are not finite"
+        self.fallbacks += 1
+        return self._pursuit.step(now, ahead[: self._pursuit.fine_rows])
+
+    def _bounded(self, speed_radps: float) -> float:
+        return min(max(speed_radps, -self._limit_radps), self._limit_radps)

@@ -1,0 +1,170 @@
+"""Pure pursuit on the error against the path, with curvature feed-forward and PID terms.
+
+Plain pure pursuit aims at a point of the path and therefore cuts every change of curvature. Here the path's own
+curvature is fed forward, taken as far ahead as the motors lag, and the pursuit acts on what is left: in the frame that
+moves with the path the point to aim at lies `lookahead` ahead on the axis, the robot `lateral` beside it and turned by
+the heading error. The circle through it has curvature 2·sin α / lookahead (Coulter 1992), with α from atan2.
+
+The speed is the reference's unless the way to be driven forbids it. Then it is regulated, in the sense of Regulated
+Pure Pursuit (Macenski et al. 2023) with this robot's own measures: by the lateral acceleration of the curvature
+commanded now and of the path's within a braking distance, which the tyres have to hold, and by the nozzle's distance
+from its line.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.core.jit import kernel
+from touchline.services.onboard.control.wheels import (
+    W_ACROSS,
+    W_BRAKE,
+    W_SIDE_SLIP,
+    command_wheels,
+    lead_ticks,
+    wheel_limits,
+)
+from touchline.services.onboard.interface import TICK_S
+from touchline.services.onboard.trajectory.path_projection import (
+    A_SPEED,
+    A_YAW_RATE,
+    COARSE_TICKS,
+    HEADING_ERROR,
+    LATERAL,
+    NOZZLE_LATERAL,
+    REFERENCE_SPEED,
+    SPEED,
+    YAW_RATE,
+)
+
+LOOKAHEAD_S = 0.30
+LOOKAHEAD_MIN_M = 0.22
+YAW_RATE_GAIN = 1.0
+"""Yaw rate command per yaw rate error: slip and lag out of the loop before they become a heading error."""
+LATERAL_INTEGRAL_1PM2S = 1.2
+LATERAL_INTEGRAL_LIMIT_1PM = 0.1
+SPEED_GAIN = 1.5
+SPEED_INTEGRAL_1PS = 3.0
+SPEED_INTEGRAL_LIMIT_MPS = 0.15
+ACROSS_MARGIN = 1.25
+"""Share of what plans may ask of the tyres that commanded curvature may: a plan at its limit can be corrected."""
+PREVIEW_TICKS = 28
+"""How far ahead curves are looked for: from 1.5 m/s it takes as long to brake for a radius of 1 m."""
+NEAR_M, FAR_M = 0.05, 0.20
+"""Distance of the nozzle from its line at which the robot begins to be slower, and is at its slowest."""
+SLOWEST_MPS = 0.3
+"""Below this no reference is reduced."""
+REDUCE_MPS2 = 3.0
+"""How fast the reduction may grow, should the estimate jump."""
+
+LATERAL_SUM: Final = 0  # 1/m
+SPEED_SUM: Final = 1  # m/s
+REDUCTION: Final = 2  # of the reference speed [m/s]
+MEMORY: Final = 3
+
+Floats = NDArray[np.float64]
+
+
+class PurePursuitFollower:
+    """See the module."""
+
+    name = "pure-pursuit"
+    problem = ""
+
+    def __init__(self, vehicle: Vehicle) -> None:
+        """A follower at rest."""
+        self.parameters = wheel_limits(vehicle)
+        """(PARAMETERS,) of `wheels`."""
+        self.lead = lead_ticks(vehicle)
+        """Row of `ahead` that the feed-forward is taken from."""
+        self.fine_rows = self.lead + 1
+        self.ahead_rows = self.fine_rows + max(0, math.ceil((PREVIEW_TICKS - self.fine_rows) / COARSE_TICKS))
+        self.memory = np.zeros(MEMORY)
+        """(MEMORY,) the integrators, and by how much the speed is reduced."""
+        self._wheels = np.zeros(2)
+        self.fallbacks = 0
+        """Always 0: there is nothing simpler to fall back on."""
+
+    def reset(self) -> None:
+        """Empty the integrators; the speed is not reduced."""
+        self.memory[:] = 0.0
+
+    def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> tuple[float, float]:
+        """As `Follower.step`."""
+        pursue(now, ahead, self.lead, self.parameters, self.memory, self._wheels)
+        left, right = self._wheels.tolist()
+        return left, right
+
+
+@kernel
+def _clip(value: float, limit: float) -> float:
+    return min(max(value, -limit), limit)
+
+
+@kernel
+def _allowed_mps(reference: float, correction: float, off_m: float, ahead: Floats, lead: int, p: Floats) -> float:
+    """The speed, of at most `reference` (all without sign), that curvature and distance from the line allow [m/s]."""
+    allowed = reference
+    most = ACROSS_MARGIN * p[W_ACROSS]
+    speed, yaw_rate = abs(ahead[lead, A_SPEED]), ahead[lead, A_YAW_RATE]
+    sense = 1.0 if ahead[lead, A_SPEED] >= 0.0 else -1.0
+    across = abs(sense * yaw_rate + speed * correction) * speed
+    if across > most:
+        allowed = min(allowed, speed * math.sqrt(most / across))
+    way_m = 0.0
+    for i in range(ahead.shape[0]):
+        speed = abs(ahead[i, A_SPEED])
+        across = abs(ahead[i, A_YAW_RATE]) * speed
+        if across > most:
+            allowed = min(allowed, math.sqrt(speed * speed * most / across + 2.0 * p[W_BRAKE] * way_m))
+        way_m += speed * (TICK_S if i <= lead else COARSE_TICKS * TICK_S)
+    if off_m > NEAR_M:
+        far = min((off_m - NEAR_M) / (FAR_M - NEAR_M), 1.0)
+        allowed = min(allowed, reference - far * (reference - SLOWEST_MPS))
+    return max(allowed, min(reference, SLOWEST_MPS))
+
+
+@kernel
+def pursue(now: Floats, ahead: Floats, lead: int, p: Floats, memory: Floats, wheels: Floats) -> None:
+    """One tick: the wheel speeds for the errors of `now`.
+
+    Args:
+        now: (NOW,) of `tracking`.
+        ahead: (more than `lead`, AHEAD_COLUMNS) of `tracking`, up to row `lead` by ticks, then by COARSE_TICKS.
+        lead: By how many ticks the feed-forward is ahead.
+        p: (PARAMETERS,) of `wheels`.
+        memory: (MEMORY,) updated.
+        wheels: (2,) filled with the commands of the left and right wheel [rad/s].
+    """
+    reference, speed_now = now[REFERENCE_SPEED], now[SPEED]
+    sense = 1.0 if reference >= 0.0 else -1.0
+    speed = max(abs(speed_now), 0.05)
+    lookahead = max(LOOKAHEAD_MIN_M, LOOKAHEAD_S * speed)
+    # Driving backward mirrors the picture: the axis points the way the robot goes.
+    crab = p[W_SIDE_SLIP] * speed_now * ahead[0, A_YAW_RATE]  # into a curve, as much as the tyres drift out of it
+    alpha = math.atan2(-sense * now[NOZZLE_LATERAL], lookahead) - (now[HEADING_ERROR] - crab)
+    pursuit = sense * 2.0 * math.sin(alpha) / lookahead
+    memory[LATERAL_SUM] = _clip(
+        memory[LATERAL_SUM] - sense * LATERAL_INTEGRAL_1PM2S * now[LATERAL] * speed * TICK_S,
+        LATERAL_INTEGRAL_LIMIT_1PM,
+    )
+    correction = pursuit + memory[LATERAL_SUM]
+    wanted = abs(reference)
+    # `correction` is of the path's curvature; driving backward, that of the rows is mirrored as the picture is.
+    allowed = _allowed_mps(wanted, sense * correction, abs(now[NOZZLE_LATERAL]), ahead, lead, p)
+    before = memory[REDUCTION]
+    reduction = min(max(wanted - allowed, before - p[W_BRAKE] * TICK_S, 0.0), before + REDUCE_MPS2 * TICK_S)
+    memory[REDUCTION] = reduction
+    share = max(wanted - reduction, min(wanted, SLOWEST_MPS)) / wanted if reduction > 0.0 and wanted > 0.0 else 1.0
+    reference *= share
+    lead_speed, lead_yaw_rate = share * ahead[lead, A_SPEED], share * ahead[lead, A_YAW_RATE]
+    late = share * ahead[0, A_YAW_RATE] + reference * correction - now[YAW_RATE]
+    yaw_rate = lead_yaw_rate + lead_speed * correction + YAW_RATE_GAIN * late
+    lag = reference - speed_now
+    memory[SPEED_SUM] = _clip(memory[SPEED_SUM] + SPEED_INTEGRAL_1PS * lag * TICK_S, SPEED_INTEGRAL_LIMIT_MPS)
+    command_wheels(lead_speed + SPEED_GAIN * lag + memory[SPEED_SUM], yaw_rate, now, p, wheels)

@@ -1,0 +1,197 @@
+"""The filter's course through time: one kernel call per tick, with late samples put where they belong.
+
+A fix is valid some 110 ms before it arrives. The ring holds the posterior of each of the last `RING` ticks and what
+was measured in it; whatever comes late is entered in its own tick, and the ticks since are run again. Fixes and samples
+that arrive out of order therefore end in the same estimate as in order. What is learned beside the states comes from
+the oldest tick of the ring, which nothing changes any more, and each tick keeps what it was run with.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.services.core.jit import kernel
+from touchline.services.onboard.estimation.calibration import LEARN_TICKS, lay_down, learn
+from touchline.services.onboard.estimation.measurements import (
+    doubt_accelerometer,
+    fix_rows,
+    measure,
+    smooth_rims,
+    strain_tyres,
+    use_fix,
+)
+from touchline.services.onboard.estimation.model import (
+    ACCEL_BIAS,
+    C_MAST,
+    EAST,
+    FIX_DOUBT,
+    FIX_USED,
+    FIX_VARIANCE,
+    IN_ACCEL,
+    IN_RISE_EAST,
+    IN_RISE_NORTH,
+    INNOVATION_EAST,
+    INNOVATION_NORTH,
+    N_FIX_DUPLICATE,
+    N_FIX_LATE,
+    N_FIX_OUT_OF_ORDER,
+    N_FIX_OUTLYING_RUN,
+    N_FIX_REJECTED,
+    N_FIXES,
+    NIS_FIX_LAST,
+    NIS_FIX_RECENT,
+    NIS_FIX_SUM,
+    NORTH,
+    RING,
+    SPEED,
+    STATES,
+)
+from touchline.services.onboard.estimation.prediction import predict
+from touchline.services.onboard.estimation.standing import settle_dispute
+from touchline.services.onboard.estimation.tail import CONTRADICTED, bounded, doubt, likelihood
+from touchline.services.onboard.estimation.updates import two
+
+Floats = NDArray[np.float64]
+
+_RECENT = 0.1  # weight of the newest fix in the running NIS
+_NO_IMU_SPEED_VAR = 1e-4  # (1 m/s² · a tick)²
+
+
+@kernel
+def _step(
+    xs: Floats, Ps: Floats, inputs: Floats, slot: int, c: Floats, n: Floats, live: bool, h: Floats, g: Floats
+) -> None:
+    """The posterior of `slot` from that of the slot before."""
+    before = (slot - 1) % RING
+    x, P = xs[slot], Ps[slot]
+    for i in range(STATES):
+        x[i] = xs[before, i]
+        for k in range(STATES):
+            P[i, k] = Ps[before, i, k]
+    # The fixes have put the position where it is: it moves with what is learned of the mast's lean.
+    x[EAST] += c[C_MAST] * (inputs[slot, IN_RISE_EAST] - inputs[before, IN_RISE_EAST])
+    x[NORTH] += c[C_MAST] * (inputs[slot, IN_RISE_NORTH] - inputs[before, IN_RISE_NORTH])
+    smooth_rims(inputs[before], inputs[slot])
+    disputed = settle_dispute(x, P, inputs[before], inputs[slot], c)
+    accel = inputs[slot, IN_ACCEL]
+    if math.isnan(accel):
+        accel = x[ACCEL_BIAS]
+        P[SPEED, SPEED] += _NO_IMU_SPEED_VAR
+    elif disputed:
+        accel = x[ACCEL_BIAS]
+    predict(x, P, accel, inputs[slot], c)
+    strain_tyres(P, inputs[before], inputs[slot])
+    doubt_accelerometer(P, inputs[before], inputs[slot])
+    measure(x, P, inputs[slot], c, n, live, h, g)
+
+
+@kernel
+def _rerun(
+    xs: Floats,
+    Ps: Floats,
+    inputs: Floats,
+    fixes: Floats,
+    c: Floats,
+    n: Floats,
+    first: int,
+    last: int,
+    live: int,
+    h: Floats,
+    g: Floats,
+) -> None:
+    """Run the ticks `first` … `last` again; statistics count in tick `live` only."""
+    for tick in range(first, last + 1):
+        slot = tick % RING
+        _step(xs, Ps, inputs, slot, c, n, tick == live, h, g)
+        if fixes[slot, FIX_USED] > 0.0:
+            use_fix(xs[slot], Ps[slot], fixes[slot], inputs[slot], c, h, g)
+
+
+@kernel
+def advance(
+    xs: Floats,
+    Ps: Floats,
+    inputs: Floats,
+    fixes: Floats,
+    c: Floats,
+    n: Floats,
+    slow: Floats,
+    tick: int,
+    oldest: int,
+    live: int,
+) -> None:
+    """Advance the filter by one tick, from the `oldest` tick on that learned something new.
+
+    Args:
+        xs: (RING, STATES) posterior states by tick modulo RING; `inputs[tick % RING]` is already filled.
+        Ps: (RING, STATES, STATES) their covariances.
+        inputs: (RING, INPUTS) measurements of each tick but GNSS.
+        fixes: (RING + 1, FIXES) fixes by the tick they are valid in; the last row holds the one that just arrived.
+        c: (FIGURES,) constants.
+        n: (COUNTERS,) counters and innovations, updated.
+        slow: (SLOW,) what is learned beside the states, updated from the oldest tick of the ring.
+        tick: This tick.
+        oldest: At most `tick`, later than the tick in which the filter was started.
+        live: The tick whose measurements are new and count in the statistics.
+    """
+    h = np.zeros((2, STATES))
+    g = np.zeros(STATES)
+    fixes[tick % RING, FIX_USED] = 0.0
+    settled = (tick + 1) % RING
+    if settled % LEARN_TICKS == 0 or fixes[settled, FIX_USED] > 0.0:
+        learn(settled, xs[settled], inputs[settled], fixes[settled], c, slow)
+    lay_down(slow, inputs[tick % RING])
+    _rerun(xs, Ps, inputs, fixes, c, n, oldest, tick, live, h, g)
+
+
+@kernel
+def take_fix(
+    xs: Floats,
+    Ps: Floats,
+    inputs: Floats,
+    fixes: Floats,
+    c: Floats,
+    n: Floats,
+    tick: int,
+    first_tick: int,
+    fix_tick: int,
+) -> None:
+    """Take in a fix, `fixes[RING]`, that has arrived in `tick` and is valid in `fix_tick`; the rest as `advance`.
+
+    Fixes from before `first_tick`, in which the filter was started, are taken as of then.
+    """
+    h = np.zeros((2, STATES))
+    g = np.zeros(STATES)
+    at = max(fix_tick, first_tick)
+    if at > tick or tick - at > RING - 2:
+        n[N_FIX_LATE] += 1.0
+        return
+    where = at % RING
+    fix = fixes[RING]
+    if fixes[where, FIX_USED] > 0.0 and at == fix_tick:
+        n[N_FIX_DUPLICATE] += 1.0
+        return
+    y0, y1 = fix_rows(xs[where], fix, inputs[where], c, h)
+    nis = two(Ps[where], h, y0, y1, fix[FIX_VARIANCE])
+    weighed = bounded(nis)
+    n[INNOVATION_EAST], n[INNOVATION_NORTH], n[NIS_FIX_LAST] = y0, y1, weighed
+    n[FIX_DOUBT] = doubt(n[FIX_DOUBT], likelihood(nis))
+    n[N_FIX_OUTLYING_RUN] = n[N_FIX_OUTLYING_RUN] + 1.0 if n[FIX_DOUBT] > 0.0 else 0.0
+    if n[FIX_DOUBT] >= CONTRADICTED:
+        n[N_FIX_REJECTED] += 1.0
+        return
+    n[N_FIXES] += 1.0
+    n[NIS_FIX_SUM] += weighed
+    n[NIS_FIX_RECENT] += _RECENT * (weighed - n[NIS_FIX_RECENT])
+    for later in range(at + 1, tick + 1):
+        if fixes[later % RING, FIX_USED] > 0.0:
+            n[N_FIX_OUT_OF_ORDER] += 1.0
+            break
+    for k in range(fixes.shape[1]):
+        fixes[where, k] = fix[k]
+    fixes[where, FIX_USED] = 1.0
+    use_fix(xs[where], Ps[where], fixes[where], inputs[where], c, h, g)
+    _rerun(xs, Ps, inputs, fixes, c, n, at + 1, tick, -1, h, g)

@@ -1,0 +1,122 @@
+"""The filter's step ahead in time."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.services.core.jit import kernel
+from touchline.services.onboard.estimation.model import (
+    ACCEL_BIAS,
+    C_GM_DECAY,
+    C_GM_VAR,
+    C_MAG_DECAY,
+    C_MAG_VAR,
+    C_Q_ACCEL_BIAS,
+    C_Q_GYRO_BIAS,
+    C_Q_SIDE,
+    C_Q_SPEED,
+    C_Q_YAW,
+    C_SIDE_SLIP,
+    C_SLIP_DECAY,
+    C_SLIP_VAR,
+    EAST,
+    GNSS_EAST,
+    GNSS_NORTH,
+    GYRO_BIAS,
+    HEADING,
+    IN_LEFT_MEAN,
+    IN_RIGHT_MEAN,
+    IN_RISE_EAST,
+    IN_RISE_NORTH,
+    IN_RISE_VAR,
+    LEFT_SLIP,
+    MAG_BIAS,
+    NORTH,
+    RIGHT_SLIP,
+    SPEED,
+    STATES,
+    YAW_RATE,
+)
+from touchline.services.onboard.interface import TICK_S
+
+Floats = NDArray[np.float64]
+
+_TURNS_FOR_S = 1.0
+_SLIP_ANGLE_SHARE = 0.3  # how far the slip angle may be from the assumed one, over a metre's way
+
+
+@kernel
+def predict(x: Floats, P: Floats, accel: float, z: Floats, c: Floats) -> None:
+    """One tick ahead, in place, with forward acceleration `accel` [m/s²] and the tick's inputs `z` (INPUTS,).
+
+    Mean speed and yaw rate step first, then the pose integrates them. On a slope gravity pulls across, too: it adds to
+    what makes the robot drift, and as the robot turns it comes into the forward accelerometer's bias.
+    """
+    x[SPEED] += (accel - x[ACCEL_BIAS]) * TICK_S
+    turn = x[YAW_RATE] * TICK_S
+    ahead = x[HEADING] + 0.5 * turn
+    cos, sin = math.cos(ahead), math.sin(ahead)
+    pull = cos * z[IN_RISE_NORTH] - sin * z[IN_RISE_EAST]
+    # In a curve the robot drifts outward, on a slope downward: by an angle so small that its series will do.
+    slip_angle = c[C_SIDE_SLIP] * (x[SPEED] * x[YAW_RATE] + math.copysign(pull, x[SPEED]))
+    straight = 1.0 - 0.5 * slip_angle * slip_angle
+    cos, sin = straight * cos + slip_angle * sin, straight * sin - slip_angle * cos
+    step = x[SPEED] * TICK_S
+    x[EAST] += step * cos
+    x[NORTH] += step * sin
+    x[HEADING] += turn
+    x[ACCEL_BIAS] += pull * turn
+    x[LEFT_SLIP] = z[IN_LEFT_MEAN] + c[C_SLIP_DECAY] * (x[LEFT_SLIP] - z[IN_LEFT_MEAN])
+    x[RIGHT_SLIP] = z[IN_RIGHT_MEAN] + c[C_SLIP_DECAY] * (x[RIGHT_SLIP] - z[IN_RIGHT_MEAN])
+    x[MAG_BIAS] *= c[C_MAG_DECAY]
+    x[GNSS_EAST] *= c[C_GM_DECAY]
+    x[GNSS_NORTH] *= c[C_GM_DECAY]
+
+    # F P Fᵀ for the sparse F, first rows then columns: speed, yaw rate and biases before the pose that uses them.
+    for k in range(STATES):
+        P[SPEED, k] -= TICK_S * P[ACCEL_BIAS, k]
+    for k in range(STATES):
+        P[k, SPEED] -= TICK_S * P[k, ACCEL_BIAS]
+    P[SPEED, SPEED] += c[C_Q_SPEED]
+    P[YAW_RATE, YAW_RATE] += c[C_Q_YAW]
+    de_dv, dn_dv = TICK_S * cos, TICK_S * sin
+    de_dh, dn_dh = -step * sin, step * cos
+    de_dw, dn_dw = 0.5 * TICK_S * de_dh, 0.5 * TICK_S * dn_dh
+    for k in range(STATES):
+        P[EAST, k] += de_dv * P[SPEED, k] + de_dh * P[HEADING, k] + de_dw * P[YAW_RATE, k]
+        P[NORTH, k] += dn_dv * P[SPEED, k] + dn_dh * P[HEADING, k] + dn_dw * P[YAW_RATE, k]
+        P[HEADING, k] += TICK_S * P[YAW_RATE, k]
+    for k in range(STATES):
+        P[k, EAST] += de_dv * P[k, SPEED] + de_dh * P[k, HEADING] + de_dw * P[k, YAW_RATE]
+        P[k, NORTH] += dn_dv * P[k, SPEED] + dn_dh * P[k, HEADING] + dn_dw * P[k, YAW_RATE]
+        P[k, HEADING] += TICK_S * P[k, YAW_RATE]
+    _decay(P, LEFT_SLIP, c[C_SLIP_DECAY], c[C_SLIP_VAR])
+    _decay(P, RIGHT_SLIP, c[C_SLIP_DECAY], c[C_SLIP_VAR])
+    _decay(P, MAG_BIAS, c[C_MAG_DECAY], c[C_MAG_VAR])
+    _decay(P, GNSS_EAST, c[C_GM_DECAY], c[C_GM_VAR])
+    _decay(P, GNSS_NORTH, c[C_GM_DECAY], c[C_GM_VAR])
+    # A hard-iron error is a vector fixed in the body: seen as heading it changes as fast as the robot turns.
+    P[MAG_BIAS, MAG_BIAS] += c[C_MAG_VAR] * min(abs(turn), 1.0)
+    P[GYRO_BIAS, GYRO_BIAS] += c[C_Q_GYRO_BIAS]
+    # What is not known of the slope acts alike for as long as the robot turns on, and not at all when it only wavers.
+    P[ACCEL_BIAS, ACCEL_BIAS] += c[C_Q_ACCEL_BIAS] + z[IN_RISE_VAR] * abs(turn) * min(
+        abs(x[YAW_RATE]) * _TURNS_FOR_S, 1.0
+    )
+    unsure = _SLIP_ANGLE_SHARE * slip_angle
+    side = (c[C_Q_SIDE] + unsure * unsure) * abs(step)
+    P[EAST, EAST] += side * sin * sin
+    P[NORTH, NORTH] += side * cos * cos
+    P[EAST, NORTH] -= side * sin * cos
+    P[NORTH, EAST] -= side * sin * cos
+
+
+@kernel
+def _decay(P: Floats, i: int, decay: float, variance: float) -> None:
+    for k in range(STATES):
+        P[i, k] *= decay
+    for k in range(STATES):
+        P[k, i] *= decay
+    P[i, i] += variance * (1.0 - decay * decay)

@@ -1,0 +1,76 @@
+"""Wheels that stand are believed over the accelerometer.
+
+A robot that has come to rest is held by its brakes. When its accelerometer then says that it speeds up, something has
+knocked or shaken the robot, or the sensor is wrong; the wheels would turn if the robot went anywhere. Believed, a jolt
+of 10 m/s² for 50 ms is a speed of half a metre per second.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.services.core.jit import kernel
+from touchline.services.onboard.estimation.model import (
+    ACCEL_BIAS,
+    C_R_SIDE,
+    GATE_1_DOF,
+    IN_ACCEL,
+    IN_DISPUTED,
+    IN_ROUGH,
+    IN_STILL,
+)
+
+Floats = NDArray[np.float64]
+
+JOLT_MPS2: Final = 0.5
+"""The robot leaning by 3° feels as much, and its data sheet's noise is thirty times less. A wheel that stands turns by
+less than 1e-4 rad in a tick: it speeds up by less than 0.1 m/s²."""
+LASTING_TICKS: Final = 500
+"""After so long it is no jolt: the robot has been tilted, or the bias has jumped, and is learned anew."""
+_STEADY = 0.3**2  # (m/s²)², mean square step from tick to tick: more is shaking, which no bias explains
+
+
+@kernel
+def contradicts(mps2: float, variance: float) -> bool:
+    """Whether an accelerometer's axis disagrees with wheels that stand.
+
+    Args:
+        mps2: What it feels beyond its expected reading at rest.
+        variance: Of that expectation, without the sensor's own noise.
+    """
+    return mps2 * mps2 > JOLT_MPS2 * JOLT_MPS2 + GATE_1_DOF * variance
+
+
+@kernel
+def settle_dispute(x: Floats, P: Floats, before: Floats, z: Floats, c: Floats) -> bool:
+    """Whether a tick's acceleration is not to be used since the wheels stand; counts such ticks in IN_DISPUTED.
+
+    A constant contradiction that lasts is learned as a bias at once, by giving the bias that much room: at standstill
+    the speed is known, so neither it nor the position moves.
+
+    Args:
+        x: (STATES,) of the tick before.
+        P: (STATES, STATES) its covariance, updated.
+        before: (INPUTS,) of the tick before.
+        z: (INPUTS,) of this tick, updated.
+        c: (FIGURES,) constants.
+    """
+    so_far = before[IN_DISPUTED] if before[IN_DISPUTED] > 0.0 else 0.0
+    z[IN_DISPUTED] = 0.0
+    if z[IN_STILL] == 0.0:
+        return False
+    if math.isnan(z[IN_ACCEL]):
+        z[IN_DISPUTED] = so_far
+        return False
+    excess = z[IN_ACCEL] - x[ACCEL_BIAS]
+    if not contradicts(excess, P[ACCEL_BIAS, ACCEL_BIAS] + c[C_R_SIDE]):
+        return False
+    if so_far >= LASTING_TICKS and not before[IN_ROUGH] > _STEADY:
+        P[ACCEL_BIAS, ACCEL_BIAS] = max(P[ACCEL_BIAS, ACCEL_BIAS], excess * excess)
+        return False
+    z[IN_DISPUTED] = so_far + 1.0
+    return True

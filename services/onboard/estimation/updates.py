@@ -1,0 +1,77 @@
+"""Scalar and paired measurement updates that keep P symmetric to the bit."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.services.core.jit import kernel
+from touchline.services.onboard.estimation.model import (
+    STATES,
+)
+
+Floats = NDArray[np.float64]
+
+
+@kernel
+def wrap(angle: float) -> float:
+    """The angle in (−π, π]."""
+    return math.pi - (math.pi - angle) % (2.0 * math.pi)
+
+
+@kernel
+def apply(x: Floats, P: Floats, h: Floats, innovation: float, variance: float, g: Floats) -> None:
+    """Scalar update with row `h`, of which most is zero; `g` (STATES,) is scratch."""
+    s = variance
+    for i in range(STATES):
+        g[i] = 0.0
+    for k in range(STATES):
+        if h[k] != 0.0:
+            for i in range(STATES):
+                g[i] += P[k, i] * h[k]  # P is symmetric to the bit: its rows lie together in memory
+    for i in range(STATES):
+        s += h[i] * g[i]
+    for i in range(STATES):
+        x[i] += g[i] * innovation / s
+        for k in range(i, STATES):
+            P[i, k] -= g[i] * g[k] / s
+            P[k, i] = P[i, k]
+
+
+@kernel
+def spread(P: Floats, h: Floats) -> tuple[float, float, float]:
+    """Variance of the first, covariance and variance of the second of what rows `h` (2, STATES) see of the state."""
+    s00, s01, s11 = 0.0, 0.0, 0.0
+    for i in range(STATES):
+        if h[0, i] != 0.0 or h[1, i] != 0.0:
+            a, b = 0.0, 0.0
+            for k in range(STATES):
+                a += P[i, k] * h[0, k]
+                b += P[i, k] * h[1, k]
+            s00 += h[0, i] * a
+            s01 += h[0, i] * b
+            s11 += h[1, i] * b
+    return s00, s01, s11
+
+
+@kernel
+def two(P: Floats, h: Floats, y0: float, y1: float, r: float) -> float:
+    """Normalised innovation squared of two numbers of variance `r` each, measured at once with rows `h` (2, STATES)."""
+    s00, s01, s11 = spread(P, h)
+    s00, s11 = s00 + r, s11 + r
+    nis: float = (s11 * y0 * y0 - 2.0 * s01 * y0 * y1 + s00 * y1 * y1) / (s00 * s11 - s01 * s01)
+    return nis
+
+
+@kernel
+def apply_two(x: Floats, P: Floats, h: Floats, y0: float, y1: float, r: float, g: Floats) -> None:
+    """Both numbers of a pair, each of variance `r`, in turn; the second innovation is corrected by the first update."""
+    before = np.zeros(STATES)
+    for i in range(STATES):
+        before[i] = x[i]
+    apply(x, P, h[0], y0, r, g)
+    for i in range(STATES):
+        y1 -= h[1, i] * (x[i] - before[i])
+    apply(x, P, h[1], y1, r, g)

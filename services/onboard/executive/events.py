@@ -1,0 +1,28 @@
+"""What the robot's computer has to say to people."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from touchline.services.onboard.interface import OnboardEvent
+
+INFO: Final = 0
+WARN: Final = 1
+ERROR: Final = 2
+
+
+class EventLog:
+    """Collects events until they are taken."""
+
+    def __init__(self) -> None:
+        """An empty log."""
+        self._events: list[OnboardEvent] = []
+
+    def report(self, severity: int, code: str, text: str) -> None:
+        """Add an event."""
+        self._events.append(OnboardEvent(severity, code, text))
+
+    def take(self) -> list[OnboardEvent]:
+        """The events since the last call, oldest first."""
+        events, self._events = self._events, []
+        return events

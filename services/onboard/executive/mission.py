@@ -1,0 +1,275 @@
+"""One loaded trajectory being driven: phases of the motion, paint and progress.
+
+A job that runs goes through phases: ALIGN (stand until the estimator has settled), ALONG (the plan, leg by leg), and
+after a pause BACK: where paint is owed lies behind the robot, so it reverses along the path, far enough to be at speed
+again when the nozzle comes to the place.
+"""
+
+from __future__ import annotations
+
+import math
+from enum import Enum, auto
+from typing import NamedTuple
+
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import Actuation
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.onboard.control import Follower
+from touchline.services.onboard.control.path_tracker import STOPPED_MPS, Driver
+from touchline.services.onboard.estimation.filter import Estimator
+from touchline.services.onboard.executive.localization_monitor import Watch
+from touchline.services.onboard.executive.sprayer import Sprayer
+from touchline.services.onboard.interface import STANDSTILL, TICK_S, Checkpoint, Command
+from touchline.services.onboard.trajectory import path_projection as projection
+from touchline.services.onboard.trajectory.path import FORWARD, pose_at
+from touchline.services.onboard.trajectory.trajectory import LoadedTrajectory
+
+MAX_START_DISTANCE_M = 1.0
+MAX_START_HEADING_RAD = math.radians(35.0)
+"""The magnetometer alone knows no better; the run-in straightens it out."""
+RESUMED_RUN_UP_M = 3.0
+"""After the process was started anew the heading is only the magnetometer's: driving makes it better."""
+RUN_UP_SETTLE_M = 1.0
+"""Way beyond what regaining speed needs, so that the nozzle is on its line again. The driving force makes the tyres
+slip by a per cent more, which the estimate finds out late: it is 1.5 mm ahead after 0.25 m, and right after this."""
+
+
+class Phase(Enum):
+    """What a running job is doing."""
+
+    ALIGN = auto()
+    ALONG = auto()
+    STOP_TO_GO_BACK = auto()
+    BACK = auto()
+
+
+class Step(NamedTuple):
+    """A tick of a running job: the command, and whether it ends the running."""
+
+    command: Command
+    hold: str = ""
+    """Why to pause until it is better."""
+    refusal: str = ""
+    """Why to give up."""
+    done: bool = False
+
+
+class Job:
+    """See the module.
+
+    Attributes:
+        plan, driver, sprayer: The trajectory, where on it the robot is, and what paint is owed.
+    """
+
+    def __init__(
+        self, plan: LoadedTrajectory, vehicle: Vehicle, follower: Follower, estimator: Estimator, watch: Watch
+    ) -> None:
+        """At the start, not yet aligned."""
+        self.plan = plan
+        self.driver = Driver(plan, vehicle, follower)
+        self.sprayer = Sprayer(plan, vehicle)
+        self._estimator, self._watch = estimator, watch
+        self._run_up_m = vehicle.paint_speed_mps**2 / (2.0 * vehicle.max_acceleration_mps2) + RUN_UP_SETTLE_M
+        self._radius_m, self._nozzle_y_m = vehicle.wheel_radius_m, vehicle.nozzle_y_m
+        self._phase = Phase.ALIGN
+        self._resumed = False
+        self._back_to_m = 0.0
+        self._last = STANDSTILL
+        self._at_rest = False  # told to stand, and does: the brakes hold until it is to run
+
+    def resume_at(self, checkpoint: Checkpoint) -> None:
+        """Begin where another process left off: align there, and go back for what is owed.
+
+        Raises:
+            CommandRefused: It is no place on this path.
+        """
+        leg, arc_length_m, owed_from_m = checkpoint[:3]
+        if not 0 <= leg < len(self.plan.legs) or not 0.0 <= arc_length_m <= self.plan.total_length_m:
+            raise CommandRefused(f"cannot resume at {arc_length_m:.3f} m of leg {leg}: the path has no such place")
+        self.driver.resume_at(leg, arc_length_m)
+        self.sprayer.resume_at(arc_length_m, owed_from_m)
+        self._resumed = True
+
+    @property
+    def place(self) -> tuple[int, float, float | None]:
+        """Where another process could go on: the first three of `Checkpoint`."""
+        return self.driver.leg_index, self.driver.arc_length_m, self.sprayer.owed_if_it_ended(self._nozzle_m())
+
+    @property
+    def aligning(self) -> bool:
+        """Whether the robot has not yet set off."""
+        return self._phase is Phase.ALIGN
+
+    @property
+    def waiting(self) -> bool:
+        """Whether the robot, though told to go on, stands until its accelerometer agrees with the standing wheels."""
+        return self._at_rest and self._estimator.disputed
+
+    @property
+    def standing(self) -> bool:
+        """Whether the robot neither is told to move nor does: its wheels have stood for a while, or it knows so."""
+        commanded = max(abs(self._last.left_radps), abs(self._last.right_radps)) * self._radius_m
+        if commanded >= 2.0 * STOPPED_MPS:
+            return False
+        known = not self._estimator.started or abs(self._estimator.speed_now_mps()) < 2.0 * STOPPED_MPS
+        return known or self._estimator.wheels_stand
+
+    @property
+    def lateral_error_m(self) -> float:
+        """Estimated distance of the nozzle to the left of its path."""
+        return float(self.driver.now[projection.NOZZLE_LATERAL])
+
+    @property
+    def next_paint_m(self) -> float:
+        """Arc length at which work goes on after a stop."""
+        owed = self.sprayer.owed_from_m
+        return owed if owed is not None else self.driver.arc_length_m
+
+    def run(self) -> Step:
+        """One tick of driving and painting."""
+        if self.waiting:
+            return Step(STANDSTILL)
+        self._at_rest = False
+        step = self._run()
+        self._last = step.command
+        return step
+
+    def rest(self) -> Command:
+        """One tick of coming to rest along the path, valve closed; what should have been painted is owed."""
+        self._last = self._rest()
+        return self._last
+
+    def stop_hard(self) -> Command:
+        """One tick of braking as hard as the wheels can; where on its path that ends is found out by `locate`."""
+        self.driver.halt()
+        self._last = STANDSTILL
+        return self._last
+
+    def close_valve(self, in_s: float = TICK_S) -> None:
+        """Close the valve; from where the last drop falls, paint is owed.
+
+        Args:
+            in_s: When the command takes effect, counted from the tick that the driver has seen last. Between ticks, and
+                before the driver has seen the present one, the last command is in force for a tick still.
+        """
+        if self._phase is Phase.ALONG:
+            self.sprayer.close(self._nozzle_m(in_s), self.driver.speed_mps)
+
+    def owe_dry(self, dry_s: float) -> None:
+        """Close the valve, and owe what it has sprayed dry, or too thin, in the last `dry_s` seconds."""
+        if self._phase is Phase.ALONG:
+            self.sprayer.dry(self._nozzle_m(TICK_S), self.driver.speed_mps, dry_s)
+
+    def _nozzle_m(self, in_s: float = 0.0) -> float:
+        """The arc length at which the nozzle would be if the robot's heading were the path's, in a moment.
+
+        The nozzle is beside the axle: a robot turned by an angle carries it ahead by that times its distance.
+        """
+        driver = self.driver
+        ahead_m = -self._nozzle_y_m * float(driver.now[projection.HEADING_ERROR])
+        return driver.arc_length_m + ahead_m + max(driver.speed_mps, 0.0) * in_s
+
+    def locate(self) -> float:
+        """Find the standing robot's place on the path anew; returns how far beside it that is [m]."""
+        self.driver.locate(self._estimator)
+        if self._phase is Phase.ALONG:
+            self.sprayer.skip(self._nozzle_m(), 0.0)
+        return abs(float(self.driver.now[projection.LATERAL]))
+
+    def go_on(self) -> None:
+        """Forward again, by way of the place from which paint is owed."""
+        if self._phase is Phase.ALIGN:
+            return
+        self._phase = Phase.ALONG
+        self.sprayer.closed()
+        owed = self.sprayer.owed_from_m
+        if owed is not None and (self._resumed or self.sprayer.must_go_back(self._nozzle_m())):
+            run_up_m = max(self._run_up_m, RESUMED_RUN_UP_M if self._resumed else 0.0)
+            self._back_to_m = max(owed - run_up_m, self.driver.leg.start_m)
+            self._resumed = False
+            self._phase = Phase.STOP_TO_GO_BACK
+
+    def _run(self) -> Step:
+        if self._phase is Phase.ALIGN:
+            if not self._estimator.aligned:
+                return Step(STANDSTILL)
+            problem = self._start_problem()
+            if problem:
+                return Step(STANDSTILL, refusal=problem)
+            self.driver.halt()
+            self._phase = Phase.ALONG
+            if self._resumed:
+                self.locate()
+                self.go_on()
+        problem = self._watch.drive_problem()
+        if problem:
+            return self._hold(problem)
+        if self._phase is Phase.ALONG:
+            return self._along()
+        return self._back()
+
+    def _along(self) -> Step:
+        driver, sprayer = self.driver, self.sprayer
+        left, right = driver.step(self._estimator, self._wheels(), projection.MODE_PROFILE)
+        place, speed = self._nozzle_m(), driver.speed_mps
+        if driver.leg.sense != FORWARD:
+            sprayer.pass_by(place)
+            return self._leg_done() if driver.leg_done else Step(Command(left, right, False, False))
+        problem = self._watch.paint_problem(self.lateral_error_m) if sprayer.due(place, speed) else ""
+        valve, valve_after_s = sprayer.step(place, speed, not problem)
+        if problem:
+            return self._hold(problem)
+        if sprayer.must_go_back(place):
+            self.go_on()
+        if driver.leg_done:
+            return self._leg_done()
+        disc = bool(sprayer.wanted_at(place, speed) & Actuation.DISC)
+        return Step(Command(left, right, valve, disc, valve_after_s))
+
+    def _leg_done(self) -> Step:
+        """At a cusp or the end: the robot is all but at rest."""
+        self.sprayer.pass_by(self._nozzle_m())
+        if not self.driver.next_leg():
+            return Step(self._rest(), done=True)
+        left, right = self.driver.step(self._estimator, self._wheels(), projection.MODE_PROFILE)
+        return Step(Command(left, right, False, False))
+
+    def _back(self) -> Step:
+        """Stop, reverse to the run-up, stop, and forward again."""
+        if self._phase is Phase.BACK and self.driver.arc_length_m > self._back_to_m + 1e-3:
+            left, right = self.driver.step(self._estimator, self._wheels(), projection.MODE_BACK, self._back_to_m)
+            return Step(Command(left, right, False, False))
+        if not self.standing:
+            return Step(self._rest())
+        self.driver.halt()
+        self._phase = Phase.BACK if self._phase is Phase.STOP_TO_GO_BACK else Phase.ALONG
+        return Step(STANDSTILL)
+
+    def _hold(self, problem: str) -> Step:
+        self.close_valve()
+        return Step(self._rest(), hold=problem)
+
+    def _rest(self) -> Command:
+        driver = self.driver
+        if self._phase is Phase.ALIGN or self._at_rest:
+            return STANDSTILL
+        if driver.still and (self.standing or driver.wheels_rest(self._estimator)):
+            driver.halt()
+            self._at_rest = True
+            return STANDSTILL
+        left, right = driver.step(self._estimator, self._wheels(), projection.MODE_BRAKE)
+        if self._phase is Phase.ALONG:
+            self.sprayer.skip(self._nozzle_m(), driver.speed_mps)
+        return Command(left, right, False, False)
+
+    def _start_problem(self) -> str:
+        east, north, heading = self._estimator.state[:3].tolist()
+        x, y, start_heading = pose_at(self.plan.path, self.driver.leg, self.driver.arc_length_m)
+        distance = math.hypot(east - x, north - y)
+        turn = abs(math.remainder(heading - start_heading, math.tau))
+        if distance > MAX_START_DISTANCE_M or turn > MAX_START_HEADING_RAD:
+            return f"the robot stands {distance:.2f} m and {math.degrees(turn):.0f}° away from where it is to begin"
+        return ""
+
+    def _wheels(self) -> tuple[float, float]:
+        return self._last.left_radps, self._last.right_radps

@@ -1,0 +1,330 @@
+"""The traversal executive: which command is allowed when, and what the robot does in each state.
+
+    IDLE ──load──► READY ──start──► RUNNING ──end reached──► DONE
+                                    ▲     │ pause, link lost, pose lost
+                              resume│     ▼
+                                    PAUSED          abort: READY, RUNNING, PAUSED → ABORTED
+    any ──estop, bumper, fence──► ESTOPPED ──reset──► PAUSED (a traversal was under way), READY or IDLE
+    DONE, ABORTED ──reset──► IDLE; DONE, ABORTED, READY ──load──► READY
+
+Leaving RUNNING closes the valve in the same tick. All but the emergency stop then brake along the path. A pause that
+the robot ordered because of its pose ends by itself; one that a person, the lost link or a hazard ordered does not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import Trajectory, TraversalStatus
+from touchline.schemas.scenario import FenceLimits
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.onboard.control import Follower
+from touchline.services.onboard.estimation.filter import Estimator
+from touchline.services.onboard.executive.events import ERROR, INFO, WARN, EventLog
+from touchline.services.onboard.executive.failsafe import Hazards
+from touchline.services.onboard.executive.geofence import Fence
+from touchline.services.onboard.executive.localization_monitor import Watch
+from touchline.services.onboard.executive.mission import Job
+from touchline.services.onboard.executive.retry_limit import MAX_TRIES, Tries
+from touchline.services.onboard.interface import STANDSTILL, TICK_S, Checkpoint, Command, Status
+from touchline.services.onboard.trajectory.trajectory import LoadedTrajectory, load_trajectory
+
+IDLE, READY, RUNNING = TraversalStatus.IDLE, TraversalStatus.READY, TraversalStatus.RUNNING
+PAUSED, DONE = TraversalStatus.PAUSED, TraversalStatus.DONE
+ABORTED, ESTOPPED = TraversalStatus.ABORTED, TraversalStatus.ESTOPPED
+NAMES = {
+    IDLE: "idle",
+    READY: "ready",
+    RUNNING: "running",
+    PAUSED: "paused",
+    DONE: "done",
+    ABORTED: "aborted",
+    ESTOPPED: "emergency-stopped",
+}
+
+MAX_RESUME_DISTANCE_M = 0.5
+EMERGENCY_STOP = "emergency stop"
+ABORTED_BY_OPERATOR = "aborted by the operator"
+
+
+class Course(NamedTuple):
+    """A trajectory that was found to be drivable, and the fence round it."""
+
+    plan: LoadedTrajectory
+    fence: Fence
+
+
+class Traversal:
+    """State and loaded job of the robot.
+
+    Attributes:
+        state: As in `TraversalStatus`.
+        reason: Why it is in this state, or what it waits for; "" if that needs no words.
+        job: The loaded job, None while idle.
+    """
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        follower: Follower,
+        estimator: Estimator,
+        watch: Watch,
+        hazards: Hazards,
+        fence_limits: FenceLimits,
+        log: EventLog,
+    ) -> None:
+        """Idle."""
+        self._fence_limits = fence_limits
+        self._vehicle, self._follower, self._estimator = vehicle, follower, estimator
+        self._watch, self._hazards, self._log = watch, hazards, log
+        self.state = IDLE
+        self.reason = ""
+        self.job: Job | None = None
+        self._automatic = False  # the pause was ordered by the robot and ends by itself
+        self._tries = Tries()
+        self._before_estop = IDLE
+        self._time_s = 0.0
+        self._elapsed_s = 0.0
+        self._fallbacks_before = 0  # of a process that came before
+
+    def check_load(self) -> None:
+        """Whether a trajectory would be taken now.
+
+        Raises:
+            CommandRefused: Not in this state.
+        """
+        self._require("load", IDLE, READY, DONE, ABORTED)
+        self._require_standstill("load")
+
+    def prepare(self, trajectory: Trajectory, boundary: Sequence[tuple[float, float]] = ()) -> Course:
+        """Check a trajectory, which may take seconds; changes nothing, so that any thread may do it meanwhile.
+
+        The robot is not to leave the `boundary`, corners (x, y) [m]; without one, the plan's surroundings.
+
+        Raises:
+            CommandRefused: For what is wrong with the trajectory.
+        """
+        plan = load_trajectory(trajectory, self._vehicle)
+        return Course(plan, Fence(plan.path, boundary, self._vehicle, self._fence_limits))
+
+    def take(self, course: Course, resume: Checkpoint | None = None) -> float:
+        """Take what `prepare` gave, to begin at its start or at a checkpoint; returns its planned duration [s].
+
+        Raises:
+            CommandRefused: In this state, or for what is wrong with the checkpoint.
+        """
+        self.check_load()
+        plan = course.plan
+        job = Job(plan, self._vehicle, self._follower, self._estimator, self._watch)
+        if resume is not None:
+            job.resume_at(resume)
+        self.job, self._hazards.fence = job, course.fence
+        self._elapsed_s = resume.elapsed_s if resume is not None else 0.0
+        self._fallbacks_before = resume.follower_fallbacks if resume is not None else 0
+        self._tries = Tries()
+        self._become(READY, "")
+        return plan.total_time_s
+
+    def start(self) -> None:
+        """Begin: align, then drive."""
+        self._require("start", READY)
+        self._become(RUNNING, "")
+
+    def pause(self, reason: str = "paused by the operator") -> None:
+        """Close the valve and brake along the path."""
+        if self.state == PAUSED and self._automatic:
+            self._automatic = False
+            self._become(PAUSED, reason)
+            return
+        self._require("pause", RUNNING)
+        self._leave_running(PAUSED, reason)
+
+    def resume(self) -> None:
+        """Go on, from where paint is owed. If the receiver has jumped for good, this is to believe it."""
+        self._require("resume", PAUSED)
+        job = self._loaded()
+        problem = self._hazards.lasting
+        if problem:
+            raise CommandRefused(f"cannot resume: {problem}")
+        self._hazards.forget()
+        if not job.aligning:
+            jump_m = self._estimator.jump_m
+            accepts = jump_m > 0.0 and job.standing and self._watch.accepts_jump()
+            if self._watch.pose_problem and not accepts:
+                raise CommandRefused(f"cannot resume: {self._watch.pose_problem}")
+            if accepts:
+                self._estimator.accept_jump()
+                self._log.report(
+                    WARN, "position-accepted", f"the position was moved by {jump_m:.2f} m to the receiver's"
+                )
+            distance = job.locate() if job.standing else 0.0
+            if distance > MAX_RESUME_DISTANCE_M:
+                raise CommandRefused(f"cannot resume: the robot stands {distance:.2f} m beside its path")
+        self._tries.forgive()
+        self._go_on(job)
+
+    def abort(self, reason: str = ABORTED_BY_OPERATOR) -> None:
+        """Give the traversal up."""
+        self._require("abort", READY, RUNNING, PAUSED)
+        self._leave_running(ABORTED, reason)
+
+    def estop(self, reason: str = EMERGENCY_STOP) -> None:
+        """Stop as hard as the wheels can; allowed always."""
+        if self.state != ESTOPPED:
+            self._stop_hard(reason)
+
+    def reset(self) -> None:
+        """Release an emergency stop once the robot stands, or clear a finished or aborted traversal."""
+        self._require("reset", ESTOPPED, DONE, ABORTED)
+        if self._hazards.bumper:
+            raise CommandRefused("cannot reset while the bumper is pressed")
+        self._require_standstill("reset")
+        self._automatic = False
+        if self.state == ESTOPPED and self._before_estop in (RUNNING, PAUSED):
+            self._become(PAUSED, "emergency stop released; resume to go on from where paint stopped")
+        elif self.state == ESTOPPED and self._before_estop == READY:
+            self._become(READY, "")
+        else:
+            self.job = None
+            self._become(IDLE, "")
+
+    def link_lost(self) -> None:
+        """The operator is gone: pause if running, and do not go on from a pause without him."""
+        if self.state == RUNNING or (self.state == PAUSED and self._automatic):
+            self.pause("the link to the operator is lost")
+
+    def step(self, time_s: float) -> Command:
+        """What the actuators shall do until the next tick; the estimator and the watch have seen this one."""
+        self._time_s = time_s
+        job = self.job
+        if job is None:
+            return STANDSTILL
+        if self.state in (RUNNING, PAUSED):
+            self._elapsed_s += TICK_S
+        self._heed_hazards(job)
+        if self.state == RUNNING:
+            return self._run(job)
+        if self.state == ESTOPPED:
+            return job.stop_hard()
+        command = job.rest()
+        if self.state == PAUSED and self._automatic:
+            self._try_again(job)
+        return command
+
+    @property
+    def checkpoint(self) -> Checkpoint | None:
+        """Where another process could go on; None if no traversal is under way."""
+        state = self._before_estop if self.state == ESTOPPED else self.state
+        if self.job is None or state not in (RUNNING, PAUSED):
+            return None
+        tick = round(self._time_s / TICK_S)
+        return Checkpoint(*self.job.place, tick, self._elapsed_s, self._fallbacks)
+
+    @property
+    def _fallbacks(self) -> int:
+        return self._fallbacks_before + self._follower.fallbacks
+
+    def status(self) -> Status:
+        """Where the traversal stands."""
+        job = self.job
+        if job is None:
+            return Status(state=self.state, reason=self.reason, follower_fallbacks=self._fallbacks)
+        plan, segment, arc = job.plan, job.driver.segment, job.driver.arc_length_m
+        return Status(
+            self.state,
+            self.reason,
+            segment,
+            len(plan.ids),
+            plan.ids[segment],
+            arc,
+            plan.total_length_m,
+            self._elapsed_s,
+            0.0 if self.state in (DONE, ABORTED) else plan.total_time_s - plan.time_at(arc, job.driver.leg_index),
+            self._fallbacks,
+        )
+
+    def _heed_hazards(self, job: Job) -> None:
+        hazards = self._hazards
+        if hazards.emergency and self.state in (READY, RUNNING, PAUSED):
+            self._stop_hard(hazards.emergency)
+        elif hazards.stop and self.state == RUNNING:
+            job.owe_dry(hazards.dry_s)
+            self._leave_running(PAUSED, hazards.stop, ERROR)
+        elif hazards.stop and self.state == PAUSED and self._automatic:
+            self._automatic = False
+            self._become(PAUSED, hazards.stop, ERROR)
+
+    def _stop_hard(self, reason: str) -> None:
+        self._before_estop = self.state
+        if self.job is not None:
+            self.job.close_valve()
+        self._become(ESTOPPED, reason, ERROR)
+
+    def _run(self, job: Job) -> Command:
+        step = job.run()
+        if step.done:
+            self._leave_running(DONE, "")
+        elif step.refusal:
+            self._leave_running(ABORTED, step.refusal, ERROR)
+        elif self._follower.problem:
+            job.close_valve(in_s=0.0)
+            self._leave_running(PAUSED, self._follower.problem, ERROR)
+            return step.command._replace(valve=False, disc=False, valve_after_s=0.0)
+        elif step.hold:
+            self._leave_running(PAUSED, step.hold, WARN)
+            self._automatic = True
+        else:
+            self.reason = _waits_for(job)
+        return step.command
+
+    def _try_again(self, job: Job) -> None:
+        """An automatic pause ends when the pose has been good for a while and the robot stands."""
+        if not job.standing or not self._watch.settled(self._time_s):
+            return
+        distance = 0.0 if job.aligning else job.locate()
+        if distance > MAX_RESUME_DISTANCE_M:
+            self._automatic = False
+            self._become(PAUSED, f"the robot stands {distance:.2f} m beside its path", ERROR)
+            return
+        if not self._tries.another(job.next_paint_m):
+            self._automatic = False
+            self._become(PAUSED, f"gave up after {MAX_TRIES} tries: {self.reason}", ERROR)
+            return
+        self._go_on(job)
+
+    def _go_on(self, job: Job) -> None:
+        self._automatic = False
+        self._become(RUNNING, "")
+        job.go_on()
+
+    def _leave_running(self, state: int, reason: str, severity: int = INFO) -> None:
+        self._loaded().close_valve()
+        self._automatic = False
+        self._become(state, reason, severity)
+
+    def _loaded(self) -> Job:
+        assert self.job is not None, "every state but IDLE has a job"
+        return self.job
+
+    def _require(self, command: str, *states: int) -> None:
+        if self.state not in states:
+            allowed = " or ".join(NAMES[state] for state in states)
+            remedy = "; reset it first" if self.state == ESTOPPED else ""
+            raise CommandRefused(f"cannot {command} while {NAMES[self.state]}; only while {allowed}{remedy}")
+
+    def _require_standstill(self, command: str) -> None:
+        if self.job is not None and not self.job.standing:
+            raise CommandRefused(f"cannot {command} while the robot is moving")
+
+    def _become(self, state: int, reason: str, severity: int = INFO) -> None:
+        self.state, self.reason = state, reason
+        self._log.report(severity, NAMES[state], f"{NAMES[state]}: {reason}" if reason else NAMES[state])
+
+
+def _waits_for(job: Job) -> str:
+    """Why a job that runs has not set off, "" if it has."""
+    if job.waiting:
+        return "waiting: the accelerometer contradicts the standing wheels"
+    return "aligning: standing until the position has settled" if job.aligning else ""

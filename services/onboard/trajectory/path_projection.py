@@ -1,0 +1,220 @@
+"""Where on the path the robot is and what lies ahead: one kernel call per tick.
+
+Progress is an arc length that only moves the way the robot is sent (along the plan, or back when it returns to where
+paint stopped) and only as far as the robot can have come in a tick: at a crossing the projection cannot jump to the
+other branch. The kernel sees one leg at a time; it ends where the robot stands and changes direction. Headings are the
+robot's: on a leg driven backward the path runs opposite to them.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.services.core.jit import kernel
+from touchline.services.onboard.interface import TICK_S
+from touchline.services.onboard.trajectory.smoothing import W_CURVATURE, W_LENGTH, W_SHARPNESS, W_START
+
+Floats = NDArray[np.float64]
+
+# How the reference speed is made.
+MODE_PROFILE: Final = 0
+MODE_BRAKE: Final = 1
+MODE_BACK: Final = 2
+
+# Progress, kept from tick to tick.
+P_ARC: Final = 0
+P_PIECE: Final = 1  # of the leg
+P_ENTRY: Final = 2  # of the speed profile
+P_SPEED: Final = 3  # reference speed along the path, negative when going back [m/s]
+PROGRESS: Final = 4
+
+# What the follower is told about now.
+LATERAL: Final = 0  # axle centre to the robot's left of the path [m]
+HEADING_ERROR: Final = 1  # rad, robot less path
+NOZZLE_LATERAL: Final = 2  # nozzle left of its own path [m]
+SPEED: Final = 3
+YAW_RATE: Final = 4
+REFERENCE_SPEED: Final = 5  # of the robot, negative when it reverses
+LEFT_RADIUS: Final = 6  # effective, slip included [m]
+RIGHT_RADIUS: Final = 7
+LEFT_COMMAND: Final = 8  # in force during the last tick [rad/s]
+RIGHT_COMMAND: Final = 9
+NOW: Final = 10
+
+# The way ahead, one row for each of the next ticks.
+A_SPEED: Final = 0  # reference speed, mean over the tick, signed [m/s]
+A_YAW_RATE: Final = 1  # at which the path turns at that speed, mean over the tick [rad/s]
+AHEAD_COLUMNS: Final = 2
+
+# Limits.
+L_ACCELERATE: Final = 0
+L_BRAKE: Final = 1
+L_BACK_SPEED: Final = 2
+L_BACK_TO: Final = 3  # arc length to return to
+L_NOZZLE_X: Final = 4
+L_NOZZLE_Y: Final = 5
+L_FINE: Final = 6  # rows of `ahead` that are a tick apart; later ones are COARSE_TICKS apart
+LIMITS: Final = 7
+COARSE_TICKS: Final = 4
+
+CREEP_MPS: Final = 0.05
+"""Reference speed where the profile says zero but the way is not done: a start from 0, the last centimetres."""
+_MAX_STEP_M = 0.05  # of progress in a tick
+_HARD_BRAKE_MPS2 = 3.0
+_GAUSS_NEAR = 0.5 - 0.5 / math.sqrt(3.0)
+_GAUSS_FAR = 0.5 + 0.5 / math.sqrt(3.0)
+
+
+@kernel
+def _piece_at(way: Floats, piece: int, s: float) -> int:
+    while piece + 1 < way.shape[0] and s >= way[piece + 1, W_START]:
+        piece += 1
+    while piece > 0 and s < way[piece, W_START]:
+        piece -= 1
+    return piece
+
+
+@kernel
+def _heading(way: Floats, piece: int, s: float) -> float:
+    """The robot's heading on a piece, unwrapped."""
+    u = s - way[piece, W_START]
+    heading: float = way[piece, 2] + (way[piece, W_CURVATURE] + 0.5 * way[piece, W_SHARPNESS] * u) * u
+    return heading
+
+
+@kernel
+def _pose(way: Floats, sense: float, piece: int, s: float) -> tuple[float, float, float]:
+    """Point and the robot's heading, unwrapped; beyond an end the leg goes straight on."""
+    last = way.shape[0] - 1
+    extra = 0.0
+    end = way[last, W_START] + way[last, W_LENGTH]
+    if s > end:
+        extra, s = s - end, end
+    elif s < way[0, W_START]:
+        extra, s = s - way[0, W_START], way[0, W_START]
+    u = s - way[piece, W_START]
+    heading = _heading(way, piece, s)
+    if way[piece, W_SHARPNESS] == 0.0:
+        half = 0.5 * way[piece, W_CURVATURE] * u
+        chord = sense * u * (math.sin(half) / half if abs(half) > 1e-9 else 1.0)
+        x = way[piece, 0] + chord * math.cos(heading - half)
+        y = way[piece, 1] + chord * math.sin(heading - half)
+    else:  # a short piece of a clothoid, by Gauss's rule of two points
+        near = _heading(way, piece, s - _GAUSS_FAR * u)
+        far = _heading(way, piece, s - _GAUSS_NEAR * u)
+        x = way[piece, 0] + 0.5 * sense * u * (math.cos(near) + math.cos(far))
+        y = way[piece, 1] + 0.5 * sense * u * (math.sin(near) + math.sin(far))
+    extra *= sense
+    return x + extra * math.cos(heading), y + extra * math.sin(heading), heading
+
+
+@kernel
+def _profile(speeds: Floats, entry: int, s: float) -> tuple[float, int]:
+    """Profile speed at arc length `s` and the entry it was found at."""
+    last = speeds.shape[0] - 2
+    while entry < last and s >= speeds[entry + 1, 0]:
+        entry += 1
+    while entry > 0 and s < speeds[entry, 0]:
+        entry -= 1
+    span = speeds[entry + 1, 0] - speeds[entry, 0]
+    part = min(max((s - speeds[entry, 0]) / span, 0.0), 1.0) if span > 0.0 else 1.0
+    squared = speeds[entry, 1] ** 2 + part * (speeds[entry + 1, 1] ** 2 - speeds[entry, 1] ** 2)
+    return math.sqrt(max(squared, 0.0)), entry
+
+
+@kernel
+def _next_speed(
+    v: float, s: float, h: float, mode: int, speeds: Floats, entry: int, end: float, limits: Floats
+) -> tuple[float, int]:
+    """Reference speed `h` seconds on, from reference speed `v` at arc length `s`."""
+    if mode == MODE_BRAKE:
+        return math.copysign(max(abs(v) - limits[L_BRAKE] * h, 0.0), v), entry
+    if mode == MODE_BACK:
+        left = s - limits[L_BACK_TO] + v * h
+        fastest = min(limits[L_BACK_SPEED], math.sqrt(2.0 * limits[L_BRAKE] * max(left, 0.0)))
+        fastest = max(fastest, CREEP_MPS if left > 0.0 else 0.0)
+        return -min(max(-v, 0.0) + limits[L_ACCELERATE] * h, fastest), entry
+    ahead = s + max(v, 0.0) * h
+    fastest, entry = _profile(speeds, entry, ahead)
+    left = end - ahead
+    fastest = min(fastest, math.sqrt(2.0 * limits[L_BRAKE] * max(left, 0.0)))
+    fastest = max(fastest, CREEP_MPS if left > 0.0 else 0.0)
+    fastest = max(fastest, v - _HARD_BRAKE_MPS2 * h)
+    return min(max(v, 0.0) + limits[L_ACCELERATE] * h, fastest), entry
+
+
+@kernel
+def track(
+    way: Floats,
+    sense: float,
+    speeds: Floats,
+    progress: Floats,
+    limits: Floats,
+    mode: int,
+    east: float,
+    north: float,
+    heading: float,
+    now: Floats,
+    ahead: Floats,
+) -> None:
+    """Project the pose, step the reference speed and look ahead.
+
+    Args:
+        way: (n, COLUMNS) pieces of a leg, of `way`.
+        sense: +1 if the leg is driven forward, −1 if backward.
+        speeds: (m, 2) of `LoadedTrajectory`.
+        progress: (PROGRESS,) updated.
+        limits: (LIMITS,) accelerations, speeds, the nozzle's place, and how finely to look ahead.
+        mode: MODE_PROFILE, MODE_BRAKE or MODE_BACK.
+        east: Estimated pose [m], as `north`, and `heading` [rad].
+        north: See `east`.
+        heading: See `east`.
+        now: (NOW,) errors and references are filled in; the rest is the caller's.
+        ahead: (n, AHEAD_COLUMNS) filled in.
+    """
+    before = progress[P_ARC]
+    piece = int(progress[P_PIECE])
+    last = way.shape[0] - 1
+    end = way[last, W_START] + way[last, W_LENGTH]
+    back = mode == MODE_BACK or (mode == MODE_BRAKE and progress[P_SPEED] < 0.0)
+    low, high = (before - _MAX_STEP_M, before) if back else (before, before + _MAX_STEP_M)
+    low, high = max(low, way[0, W_START]), min(high, end)
+    s = before
+    for _ in range(3):
+        x, y, theta = _pose(way, sense, piece, s)
+        cos, sin = math.cos(theta), math.sin(theta)
+        along = sense * ((east - x) * cos + (north - y) * sin)
+        lateral = (north - y) * cos - (east - x) * sin
+        stretch = min(max(1.0 - sense * way[piece, W_CURVATURE] * lateral, 0.5), 2.0)
+        s = min(max(s + along / stretch, low), high)
+        piece = _piece_at(way, piece, s)
+    x, y, theta = _pose(way, sense, piece, s)
+    cos, sin = math.cos(theta), math.sin(theta)
+    lateral = (north - y) * cos - (east - x) * sin
+    error = heading - theta
+    error = math.pi - (math.pi - error) % (2.0 * math.pi)
+    progress[P_ARC] = s
+    progress[P_PIECE] = piece
+
+    v, entry = _next_speed(progress[P_SPEED], s, TICK_S, mode, speeds, int(progress[P_ENTRY]), end, limits)
+    progress[P_SPEED] = v
+    progress[P_ENTRY] = entry
+    now[LATERAL] = lateral
+    now[HEADING_ERROR] = error
+    now[NOZZLE_LATERAL] = lateral + limits[L_NOZZLE_X] * math.sin(error) + limits[L_NOZZLE_Y] * (math.cos(error) - 1.0)
+    now[REFERENCE_SPEED] = sense * v
+
+    for i in range(ahead.shape[0]):
+        h = TICK_S if i < limits[L_FINE] else COARSE_TICKS * TICK_S
+        v_next, entry = _next_speed(v, s, h, mode, speeds, entry, end, limits)
+        mean = 0.5 * (v + v_next)
+        ahead[i, A_SPEED] = sense * mean
+        s = min(max(s + mean * h, way[0, W_START]), end)
+        piece = _piece_at(way, piece, s)
+        theta_next = _heading(way, piece, s)
+        ahead[i, A_YAW_RATE] = (theta_next - theta) / h
+        theta, v = theta_next, v_next

@@ -1,0 +1,58 @@
+"""Ways round about: where every direct way collides, over a pose in between."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from touchline.services.planner.collision.checker import Yard
+from touchline.services.planner.geometry.clothoid import Floats, PiecePath, Pose
+from touchline.services.planner.steering.method import CurveEnd
+from touchline.services.planner.steering.word_lengths import word_lengths
+from touchline.services.planner.transitions.transitions import Way, Ways
+
+# Poses in between: a grid over the neighbourhood of both ends and beside the outlines' corners, in so many headings.
+GRID, ROOM_M, HEADINGS = 7, 6.0, 8
+# So many of them are tried, the shortest way round first.
+TRIED = 150
+# Of those found clear so many are offered.
+OFFERED = 4
+
+
+def detours(start: CurveEnd, goal: CurveEnd, ways: Ways, yard: Yard) -> Iterator[Way]:
+    """Ways over one pose in between that collide with nothing, roughly the quickest first."""
+    via = _poses(start, goal, yard)
+    ends = (np.array([(*end.pose, end.curvature_1pm)]) for end in (start, goal))
+    tight = ways.turns[0]
+    limits = (tight.curvature_1pm, tight.sharpness_1pm2)
+    first, last = ends
+    around = word_lengths(first, via, *limits)[0] + word_lengths(via, last, *limits)[:, 0]
+    offered = 0
+    for k in np.argsort(around, kind="stable")[:TRIED]:
+        middle = CurveEnd(Pose(*via[k, :3].tolist()), 0.0)
+        there = next((w for w in ways.between(start, middle) if not yard.collision(w.path)), None)
+        if there is None:
+            continue
+        on = next((w for w in ways.between(middle, goal) if not yard.collision(w.path)), None)
+        if on is not None:
+            pieces = (*there.path.pieces, *on.path.pieces)
+            speeds = (ways.speed_mps(end) for end in (start, goal))
+            yield Way(ways.seconds(pieces, *speeds), PiecePath(start.pose, pieces))
+            offered += 1
+            if offered == OFFERED:
+                return
+
+
+def _poses(start: CurveEnd, goal: CurveEnd, yard: Yard) -> Floats:
+    """(n, 4) poses (x, y, heading) and curvature 0 that may help."""
+    points = np.array([start.pose[:2], goal.pose[:2]])
+    low, high = points.min(axis=0) - ROOM_M, points.max(axis=0) + ROOM_M
+    grid = np.stack(np.meshgrid(*(np.linspace(a, b, GRID) for a, b in zip(low, high, strict=True))), -1).reshape(-1, 2)
+    corners = yard.edges[:, :2]
+    near = corners[np.all((corners > low - ROOM_M) & (corners < high + ROOM_M), axis=1)]
+    angles = np.arange(4) * math.pi / 2.0 + math.pi / 4.0
+    beside = near[:, None] + 1.6 * yard.reach_m * np.stack((np.cos(angles), np.sin(angles)), -1)
+    places = np.concatenate((grid, beside.reshape(-1, 2)))
+    headings = np.arange(HEADINGS) * math.tau / HEADINGS
+    count = len(places) * HEADINGS
+    return np.column_stack((np.repeat(places, HEADINGS, axis=0), np.tile(headings, len(places)), np.zeros(count)))

@@ -1,0 +1,1 @@
+"""Paths as pieces of line, arc and clothoid."""

@@ -1,0 +1,1 @@
+"""The Trajectory message and the figures of a plan."""

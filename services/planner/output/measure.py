@@ -1,0 +1,159 @@
+"""The figures of a plan.
+
+Gaps, lengths and times are of what is sent; curvature is the largest of what is sent and of the ideal curve that it
+stands for. Sharpness, wheel speed and wheel acceleration are of the ideal curve: what is sent consists of arcs, whose
+curvature steps by what the tolerance needs. Where the ideal curve steps too (method `dubins-padded`), sharpness and
+wheel acceleration are infinite.
+"""
+
+import math
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from touchline.schemas.curves import Curve, wrap_angle
+from touchline.schemas.messages import LinearDirection, PlanReport, Trajectory
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.geometry.clothoid import Floats
+from touchline.services.planner.route.itinerary import Drive
+from touchline.services.planner.segments.section import TRANSITION, Section
+from touchline.services.planner.segments.segments import Sent
+from touchline.services.planner.speed.energy import battery_wh
+from touchline.services.planner.speed.timing import SpeedProfile
+
+CURVATURE_STEP_1PM = 1e-9
+# Speed and curvature are both smooth between borders; this many points of each stretch find the outer wheel's fastest.
+POINTS = 5
+
+
+def measure(
+    trajectory: Trajectory,
+    drive: Drive,
+    sections: list[Section],
+    sent: list[Sent],
+    speeds: SpeedProfile,
+    vehicle: Vehicle,
+    unavoidable: int,
+) -> PlanReport:
+    """The report on a plan, its planning time left at 0; so many of its wet crossings are `unavoidable`."""
+    painted = [s for s in sent if s.stroke]
+    paint_length = sum(s.end_m - s.start_m for s in painted)
+    paint_time = sum(speeds.time_at(s.end_m) - speeds.time_at(s.start_m) for s in painted)
+    position_gap, heading_gap = gaps(trajectory)
+    figures = wheels(sections, sent, speeds, vehicle)
+    pieces = [piece for section in sections for piece in section.path.pieces]
+    return PlanReport(
+        paint_length_m=paint_length,
+        transition_length_m=sent[-1].end_m - paint_length,
+        total_length_m=sent[-1].end_m,
+        paint_time_s=paint_time,
+        transition_time_s=speeds.total_time_s - paint_time,
+        total_time_s=speeds.total_time_s,
+        painted_segments=len(painted),
+        transitions=sum(section.label == TRANSITION and section.stroke is None for section in sections),
+        max_curvature_1pm=max(s.curvature_1pm for s in sent),
+        max_sharpness_1pm2=figures.sharpness_1pm2,
+        max_wheel_speed_radps=figures.wheel_speed_radps,
+        max_wheel_acceleration_radps2=figures.wheel_acceleration_radps2,
+        position_gap_m=position_gap,
+        heading_gap_rad=heading_gap,
+        max_curvature_step_1pm=_curvature_step(sent),
+        max_lateral_acceleration_mps2=figures.lateral_mps2,
+        cusps=sum(last.direction != following.direction for last, following in pairwise(pieces)),
+        spins=sum(piece.spin_rad != 0.0 for piece in pieces),
+        wet_crossings=drive.wet_crossings,
+        wet_crossings_unavoidable=unavoidable,
+        # The pump's flow is that of a line painted at the vehicle's own speed.
+        paint_l=vehicle.paint_l_per_m * vehicle.paint_speed_mps * paint_time,
+        battery_wh=battery_wh(sent, speeds, vehicle),
+    )
+
+
+def gaps(trajectory: Trajectory) -> tuple[float, float]:
+    """The largest distance (m) and turn (rad) between the end of a segment of the message and the start of the next.
+
+    The heading is the robot's: it looks backward along a curve of direction BACKWARD.
+    """
+    position = heading = 0.0
+    at: tuple[float, float, float] | None = None
+    for segment in trajectory.path.segments:
+        arc = segment.curve.arc[0] if segment.curve.arc else None
+        if at and arc and arc.start == arc.center:
+            position = max(position, math.hypot(arc.start.x - at[0], arc.start.y - at[1]))
+            at = (at[0], at[1], at[2] + arc.sweep_angle)
+            continue
+        curve = Curve.from_message(segment.curve)
+        turned = math.pi if segment.direction.value == LinearDirection.BACKWARD else 0.0
+        if at:
+            position = max(position, math.hypot(curve.x_m - at[0], curve.y_m - at[1]))
+            heading = max(heading, abs(wrap_angle(curve.heading_rad + turned - at[2])))
+        x, y, end_heading = curve.end
+        at = (x, y, end_heading + turned)
+    return position, heading
+
+
+def _curvature_step(sent: list[Sent]) -> float:
+    """The largest step of curvature (1/m) on what is sent, but for standstills, where it may step."""
+    return max(
+        (
+            abs(following.curve.curvature_1pm - last.curve.curvature_1pm)
+            for last, following in pairwise(sent)
+            if last.direction == following.direction != 0
+        ),
+        default=0.0,
+    )
+
+
+class Extremes(NamedTuple):
+    """The largest sharpness, wheel speed and acceleration, and acceleration across the path."""
+
+    sharpness_1pm2: float
+    wheel_speed_radps: float
+    wheel_acceleration_radps2: float
+    lateral_mps2: float
+
+
+def wheels(sections: list[Section], sent: list[Sent], speeds: SpeedProfile, vehicle: Vehicle) -> Extremes:
+    """Largest |dκ/ds|, wheel speed and wheel acceleration, and lateral acceleration along the ideal curve.
+
+    A rim runs at v(1 ± κr) and accelerates with a(1 ± κr) ± v²σr. Between borders (of pieces, cuts and speed entries) a
+    and σ are constant and v² and κ linear in arc length, so its acceleration is largest at a border.
+    """
+    pieces = np.array([piece for section in sections for piece in section.path.pieces], dtype=np.float64)
+    ends = np.cumsum(pieces[:, 0])
+    starts = np.concatenate(([0.0], ends[:-1]))
+    ideal_at = np.array([0.0, *(s.ideal_to_m for s in sent)])
+    sent_at = np.array([0.0, *(s.end_m for s in sent)])
+    border = np.unique(np.concatenate((ideal_at, ends, np.interp(speeds.station_m, sent_at, ideal_at))))
+    border = border[np.concatenate((np.diff(border) > 1e-9, [True]))]
+    middle = 0.5 * (border[1:] + border[:-1])
+    index = np.minimum(np.searchsorted(ends, middle), len(pieces) - 1)
+    sharpness = pieces[index, 2]
+
+    share = np.linspace(0.0, 1.0, POINTS)[:, None]
+    station = border[:-1] + share * np.diff(border)
+    curvature = pieces[index, 1] + sharpness * (station - starts[index])
+    square = np.square(speeds.speed_at(np.interp(station, ideal_at, sent_at)))
+    acceleration = (square[-1] - square[0]) / (2.0 * np.diff(border))
+
+    reach = 0.5 * vehicle.track_width_m * curvature
+    turning = 0.5 * vehicle.track_width_m * square * sharpness
+    rim_speed = np.sqrt(square) * (1.0 + np.abs(reach))
+    rim_acceleration = np.maximum(
+        np.abs(acceleration * (1.0 + reach) + turning), np.abs(acceleration * (1.0 - reach) - turning)
+    )
+    steps = _has_steps(pieces)
+    return Extremes(
+        math.inf if steps else float(np.abs(pieces[:, 2]).max()),
+        float(rim_speed.max()) / vehicle.wheel_radius_m,
+        math.inf if steps else float(rim_acceleration.max()) / vehicle.wheel_radius_m,
+        float((square * np.abs(curvature)).max()),
+    )
+
+
+def _has_steps(pieces: Floats) -> bool:
+    """Whether curvature steps anywhere but at a cusp or a turn on the spot."""
+    curvature_end = pieces[:, 1] + pieces[:, 2] * pieces[:, 0]
+    going_on = (pieces[1:, 3] == pieces[:-1, 3]) & (pieces[1:, 4] == 0.0) & (pieces[:-1, 0] > 0.0)
+    return bool(np.any(going_on & (np.abs(pieces[1:, 1] - curvature_end[:-1]) > CURVATURE_STEP_1PM)))

@@ -1,0 +1,32 @@
+"""A plan request answered: what the service sends back, and what the command line prints."""
+
+import time
+from collections.abc import Callable
+
+from touchline.schemas.catalogue import parse_template
+from touchline.schemas.errors import TouchlineError
+from touchline.schemas.messages import PlanRequest, PlanResponse
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.plan import plan
+from touchline.services.planner.tour import ordering
+
+
+def answer(
+    request: PlanRequest, vehicle: Vehicle, progress: Callable[[str, float], None] = lambda stage, fraction: None
+) -> PlanResponse:
+    """The plan for a request, or `success` false and the reason, naming the segment, why there is none.
+
+    The report's planning time includes reading the template.
+    """
+    begun = time.perf_counter()
+    try:
+        template = parse_template(request.template_json)
+        planned = plan(template, vehicle, request.options, progress)
+    except TouchlineError as error:
+        return PlanResponse(success=False, message=str(error))
+    report = planned.report.model_copy(update={"planning_time_s": time.perf_counter() - begun})
+    message = f"{template.title or template.name}: {report.painted_segments} segments, {report.total_time_s:.0f} s"
+    flipped = [section.stroke.id for section in planned.sections if section.stroke and section.stroke.flipped]
+    if flipped and not ordering(request.options):
+        message += f"; turned round to be drivable: {', '.join(flipped)}"
+    return PlanResponse(success=True, message=message, trajectory=planned.trajectory, report=report)

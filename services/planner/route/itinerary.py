@@ -1,0 +1,219 @@
+"""The legs of a drive: run-in, the ways between painted segments, run-out; each off outlines, wet paint at a cost."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from touchline.services.planner.collision.checker import Collision, Yard
+from touchline.services.planner.collision.via_poses import detours
+from touchline.services.planner.geometry.clothoid import Floats, Ints, Piece, PiecePath, Pose
+from touchline.services.planner.sequencing.wet import BEGUN, SPEED, Wheels, wet_rows
+from touchline.services.planner.steering.method import CurveEnd, before
+from touchline.services.planner.steering.turns import ContinuousTurn
+from touchline.services.planner.swaths.offset import Stroke
+from touchline.services.planner.swaths.swaths import Painting, Swath, parted
+from touchline.services.planner.transitions.transitions import Lead, Way, Ways, turned_round
+
+# Straight run before the first line: an estimator that starts with an unknown heading has it within a degree after 5 m.
+RUN_IN_M = 5.0
+# The robot comes to rest this far before the end of the run-out's straight.
+RUN_OUT_SPARE_M = 0.1
+# Speed is steady this long before the first line, so the valve opens at the speed it was timed for.
+STEADY_S = 0.5
+# Where there is no room straight on, run-in and run-out may turn by these angles (rad).
+BENDS_RAD = tuple(side * math.radians(angle) for angle in (45, 90, 135, 180) for side in (1, -1))
+# Ways between ends that lie alike to one another but for rounding (m, rad, 1/m) are the same.
+ALIKE = 1e-11
+# Times that differ by less are one.
+ROUNDING_S = 1e-9
+
+
+class Leg(NamedTuple):
+    """A way that was chosen, what it runs over of the lines painted so far, and what it collides with if it has to."""
+
+    path: PiecePath
+    seconds: float
+    crossings: Ints
+    collision: Collision | None = None
+
+
+@dataclass
+class Drive:
+    """Swaths in driving order and the legs round them: one more than there are swaths.
+
+    `over` says for each stroke of the swaths which of those painted before it are run over while it is painted.
+    """
+
+    swaths: list[Swath]
+    legs: list[Leg] = field(default_factory=list)
+    over: list[Ints] = field(default_factory=list)
+    seconds: float = 0.0
+
+    @cached_property
+    def strokes(self) -> list[Stroke]:
+        """The painted segments of all swaths."""
+        return [stroke for swath in self.swaths for stroke in swath.strokes]
+
+    @property
+    def wet_crossings(self) -> int:
+        """How often a wheel or caster meets wet paint."""
+        return int(sum(leg.crossings.sum() for leg in self.legs) + sum(each.sum() for each in self.over))
+
+    @property
+    def blocked(self) -> list[int]:
+        """The legs that collide."""
+        return [i for i, leg in enumerate(self.legs) if leg.collision]
+
+
+@dataclass(frozen=True)
+class Driver:
+    """Chooses the legs between swaths: the least seconds, wet crossings counted as `crossing_s` each.
+
+    The first leads from `start`, or from a straight before the first swath; the last to `end`, or, if the robot
+    `returns`, to where it began, or to a straight behind the last swath.
+    """
+
+    ways: Ways
+    painting: Painting
+    yard: Yard | None
+    wheels: Wheels
+    crossing_s: float
+    start: Pose | None
+    end: Pose | None = None
+    returns: bool = False
+    known: dict[tuple[int, ...], list[Way]] = field(default_factory=dict)
+
+    def drive(self, swaths: list[Swath]) -> Drive:
+        """The drive along the swaths in this order."""
+        swaths, going_on = self._in_one_go(swaths)
+        drive = Drive(swaths)
+        rows, done = wet_rows(stroke.nozzle for stroke in drive.strokes), 0
+        for i, swath in enumerate(swaths):
+            if going_on[i]:
+                self._take(drive, Leg(PiecePath(swath.begin.pose, ()), 0.0, np.zeros(done, dtype=np.int64)))
+            else:
+                offers = self._between(swaths[i - 1].end, swath.begin) if i else self.run_ins(swath.begin)
+                self._take(drive, self.choose(offers, drive.seconds, rows[:done], in_turn=i == 0))
+            for stroke, path in zip(swath.strokes, swath.paths, strict=True):
+                seconds = path.length_m / swath.speed_mps
+                drive.over.append(self.wheels.crossings(path, drive.seconds, seconds, rows[:done]))
+                rows[done, BEGUN], rows[done, SPEED] = drive.seconds, stroke.nozzle.length_m / seconds
+                drive.seconds += seconds
+                done += 1
+        end = drive.legs[0].path.start if self.returns else self.end
+        offers = self.run_outs(swaths[-1].end, end)
+        self._take(drive, self.choose(offers, drive.seconds, rows, in_turn=True))
+        return drive
+
+    def _in_one_go(self, swaths: list[Swath]) -> tuple[list[Swath], list[bool]]:
+        """The swaths, joined where that takes less time than a way between them; and which of them go on like that."""
+        wholes, going_on = swaths[:1], [False]
+        for swath in swaths[1:]:
+            last = wholes[-1]
+            both = self.painting.in_one_go(last, swath)
+            longer_s = both.seconds - last.seconds - swath.seconds if both else math.inf
+            # Where it takes no longer, no way has to be looked for.
+            joined = longer_s < ROUNDING_S or (both and longer_s < self._ways(last.end, swath.begin)[0].seconds)
+            going_on.append(bool(joined))
+            wholes[-1:] = [both] if both and joined else [last, swath]
+        return parted(wholes, swaths), going_on
+
+    def choose(self, offers: Iterator[Way], begun_s: float, painted: Floats, *, in_turn: bool) -> Leg:
+        """The best of the ways offered, or (`in_turn`) the first that is clear; if none is, the first of all."""
+        best: Leg | None = None
+        least, bump = math.inf, None
+        for way in offers:
+            if best and (in_turn or way.seconds >= least):
+                break
+            hit = self.yard.collision(way.path) if self.yard else None
+            if hit:
+                bump = bump or Leg(way.path, way.seconds, np.zeros(len(painted), dtype=np.int64), hit)
+                continue
+            over = self.wheels.crossings(way.path, begun_s, way.seconds, painted)
+            if (cost := way.seconds + self.crossing_s * float(over.sum())) < least:
+                best, least = Leg(way.path, way.seconds, over), cost
+        chosen = best or bump
+        assert chosen  # there is at least one offer
+        return chosen
+
+    def _take(self, drive: Drive, leg: Leg) -> None:
+        drive.legs.append(leg)
+        drive.seconds += leg.seconds
+
+    def _between(self, start: CurveEnd, goal: CurveEnd) -> Iterator[Way]:
+        """The ways on offer, the quickest first; behind them, for the case that all collide, ways round about."""
+        direct = [way._replace(path=PiecePath(start.pose, way.path.pieces)) for way in self._ways(start, goal)]
+        yield from direct
+        if self.yard and all(self.yard.collision(way.path) for way in direct):
+            yield from detours(start, goal, self.ways, self.yard)
+
+    def _ways(self, start: CurveEnd, goal: CurveEnd) -> list[Way]:
+        """The ways between two ends that lie like these, the quickest first."""
+        key = alike(start, goal)
+        if key not in self.known:
+            self.known[key] = self.ways.between(start, goal)
+        return self.known[key]
+
+    def run_ins(self, begin: CurveEnd) -> Iterator[Way]:
+        """From the start pose; without one, a straight before the first line, or what else there is room for."""
+        speed = self.ways.speed_mps(begin)
+        run_up = self.ways.limits.stopping_distance_m(speed) + STEADY_S * speed
+        if self.start is not None:
+            way = self.ways.from_rest(self.start, begin, 0.0)
+            yield way if way.path.length_m >= run_up else self.ways.from_rest(self.start, begin, run_up)
+            if self.yard:
+                standing = CurveEnd(self.start, 0.0)
+                yield from detours(standing, begin, self.ways, self.yard)
+            return
+        into = self.ways.widest(begin).method.lead_in(begin.curvature_1pm)
+        for pieces in self._runs(into, RUN_IN_M, run_up, begin):
+            path = PiecePath(before(begin.pose, pieces), pieces)
+            yield Way(self.ways.seconds(pieces, 0.0, speed), path)
+
+    @property
+    def run_out_m(self) -> float:
+        """The straight behind a last line at paint speed."""
+        return self.ways.limits.stopping_distance_m(self.ways.limits.paint_speed_mps) + RUN_OUT_SPARE_M
+
+    def run_outs(self, end: CurveEnd, goal: Pose | None) -> Iterator[Way]:
+        """To the goal; without one, a straight behind the last line, or what else there is room for."""
+        speed = self.ways.speed_mps(end)
+        length = self.ways.limits.stopping_distance_m(speed) + RUN_OUT_SPARE_M
+        if goal is not None:
+            way = self.ways.to_rest(end, goal, 0.0)
+            yield way if way.path.length_m >= length else self.ways.to_rest(end, goal, length)
+            if self.yard:
+                yield from detours(end, CurveEnd(goal, 0.0), self.ways, self.yard)
+            return
+        out = self.ways.widest(end).method.lead_out(end.curvature_1pm)
+        back = turned_round(Lead(out, 0.0)).pieces
+        for pieces in self._runs(back, length, length, end):
+            turned = turned_round(Lead(pieces, 0.0)).pieces
+            yield Way(self.ways.seconds(turned, speed, 0.0), PiecePath(end.pose, turned))
+
+    def _runs(
+        self, into: Sequence[Piece], length_m: float, least_m: float, at: CurveEnd
+    ) -> Iterator[tuple[Piece, ...]]:
+        """Straight pieces before `into`; where there are outlines also shorter ones, and bends."""
+        yield (Piece(length_m), *into)
+        if self.yard is None:
+            return
+        if least_m < length_m:
+            yield (Piece(least_m), *into)
+        turns = self.ways.widest(at)
+        turn = ContinuousTurn(turns.curvature_1pm, turns.sharpness_1pm2)
+        for angle in BENDS_RAD:
+            pieces = turn.pieces(abs(angle))
+            yield (Piece(least_m), *(pieces if angle > 0.0 else (p.mirrored() for p in pieces)), *into)
+
+
+def alike(start: CurveEnd, goal: CurveEnd) -> tuple[int, ...]:
+    """The same for all pairs of ends that differ in their place alone: fields repeat themselves."""
+    apart, turn = goal.pose.seen_from(start.pose)
+    turned = math.remainder(turn, math.tau)
+    values = (apart.real, apart.imag, turned, *start[1:], *goal[1:])
+    return tuple(round(value / ALIKE) for value in values)

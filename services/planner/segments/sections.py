@@ -1,0 +1,48 @@
+"""A path in runs: stretches between standstills, each driven one way, as the curve that is travelled."""
+
+import math
+from typing import NamedTuple
+
+from touchline.services.planner.geometry.clothoid import Piece, PiecePath, Pose
+
+
+class Run(NamedTuple):
+    """A turn on the spot (or none: 0), then a path driven one way.
+
+    The path's heading is the direction of travel, opposite to where the robot looks if it drives backward; `goal` is
+    where it ends, but for rounding.
+    """
+
+    spin_rad: float
+    direction: int
+    path: PiecePath
+    goal: Pose | None = None
+
+
+def runs(path: PiecePath, goal: Pose | None = None) -> list[Run]:
+    """The runs of a path; the last one leads to `goal`, which is the path's end but for rounding."""
+    found: list[Run] = []
+    for piece, before in zip(path.pieces, path.knots, strict=False):
+        last = found[-1] if found else None
+        if last and not piece.spin_rad and piece.direction == last.direction:
+            driven = PiecePath(last.path.start, (*last.path.pieces, _as_travelled(piece)))
+            found[-1] = last._replace(path=driven)
+        else:
+            turned = before._replace(heading_rad=before.heading_rad + piece.spin_rad)
+            pieces = (_as_travelled(piece),) if piece.length_m else ()
+            start = _travelling(turned, piece.direction)
+            found.append(Run(piece.spin_rad, piece.direction, PiecePath(start, pieces)))
+    if found and goal is not None and found[-1].path.pieces:
+        found[-1] = found[-1]._replace(goal=_travelling(goal, found[-1].direction))
+    return found
+
+
+def _travelling(pose: Pose, direction: int) -> Pose:
+    """The pose with the direction of travel for a heading."""
+    return pose if direction > 0 else pose._replace(heading_rad=pose.heading_rad + math.pi)
+
+
+def _as_travelled(piece: Piece) -> Piece:
+    """The piece as a curve driven forward: going backward, what turns to the robot's left turns to the path's right."""
+    sign = piece.direction
+    return Piece(piece.length_m, sign * piece.curvature_1pm, sign * piece.sharpness_1pm2)

@@ -1,0 +1,173 @@
+"""Compiled: simulated annealing of an order and its modes, by time and by what is run over while it is wet.
+
+Every move is judged by all that it changes (see scene.py).
+"""
+
+import math
+
+import numpy as np
+
+from touchline.services.core.arrays import copy
+from touchline.services.core.jit import kernel
+from touchline.services.planner.geometry.clothoid import Floats, Ints
+from touchline.services.planner.sequencing.scene import Known, Scene, judged
+from touchline.services.planner.sequencing.search import GAIN, put_behind, random, reverse, swap
+
+# Blocks that are moved are of at most so many segments, now and then (and if they are turned round) of so many.
+BLOCK, TURNED = 8, 30
+# A move that does away with more crossings than this may take no longer than if it were so many.
+FEWER = 12
+# How much worse an order (s) is taken at last, e-fold.
+COLD_S = 0.05
+
+
+@kernel
+def anneal(
+    scene: Scene,
+    known: Known,
+    tour: Ints,
+    best: Ints,
+    costs: Floats,
+    hot_s: float,
+    seed: int,
+    first: int,
+    count: int,
+    budget: int,
+) -> None:
+    """Moves number `first` to `first + count` of `budget`, in place: `tour`, `best` and their `costs` (2,) in seconds.
+
+    At first orders are taken that are worse by about `hot_s`. Within one call, that a move lets later segments be
+    painted a little earlier or later is left out of account.
+    """
+    n = len(tour)
+    place, scratch, trial = np.zeros(len(scene.segment), np.int64), np.empty(n, np.int64), tour.copy()
+    painted, tried = np.full(n, np.inf), np.empty(n)
+    wet, trial_wet = np.zeros(n, np.int64), np.zeros(n, np.int64)
+    for i in range(n):
+        place[scene.segment[tour[i]]] = i
+    total = judged(scene, known, tour, 0, n - 1, 0.0, painted, wet)
+    costs[0] = total + scene.crossing * _count(wet, 0, n - 1)
+    if costs[0] < costs[1]:
+        costs[1] = costs[0]
+        copy(tour, best)
+    if n < 3:
+        return
+    for k in range(first, first + count):
+        heat = hot_s * (COLD_S / hot_s) ** (k / budget)
+        low, high = _propose(scene, tour, trial, place, scratch, seed, 8 * k)
+        if low < 0:
+            continue
+        low, high = max(low - 1, 0), min(high, n - 1)
+        slower = _seconds(scene.cost, trial, low, high) - _seconds(scene.cost, tour, low, high)
+        allowed = -heat * math.log((1.0 + random(seed, 8 * k + 7, 1 << 30)) / (1 << 30))
+        wetter = -_count(wet, low, high)
+        # What does away with many crossings seldom takes much longer: that is not even looked at.
+        taken = slower + scene.crossing * max(wetter, -FEWER) <= allowed
+        if taken:
+            done = 0.0
+            if low > 0:
+                done = painted[scene.segment[tour[low]]] + 0.5 * scene.paint[tour[low]]
+            for i in range(low, min(high + 2, n)):
+                tried[i] = painted[scene.segment[tour[i]]]
+            judged(scene, known, trial, low, high, done, painted, trial_wet)
+            wetter += _count(trial_wet, low, high)
+            taken = slower + scene.crossing * wetter <= allowed
+            if not taken:
+                for i in range(low, min(high + 2, n)):
+                    painted[scene.segment[tour[i]]] = tried[i]
+        if not taken:
+            copy(tour[low : high + 1], trial[low:])
+            continue
+        copy(trial[low : high + 1], tour[low:])
+        copy(trial_wet[low : high + 1], wet[low:])
+        for i in range(low, high + 1):
+            place[scene.segment[tour[i]]] = i
+        costs[0] += slower + scene.crossing * wetter
+        if costs[0] < costs[1] - GAIN:
+            costs[1] = costs[0]
+            copy(tour, best)
+
+
+@kernel
+def _count(wet: Ints, low: int, high: int) -> int:
+    """Crossings from position `low` to position `high`."""
+    count = 0
+    for i in range(low, high + 1):
+        count += wet[i]
+    return count
+
+
+@kernel
+def _seconds(cost: Floats, tour: Ints, low: int, high: int) -> float:
+    """Seconds of the edges from position `low` to behind position `high`."""
+    n, total = len(tour), 0.0
+    for i in range(low, high + 1):
+        total += cost[tour[i], tour[(i + 1) % n]]
+    return total
+
+
+@kernel
+def _block(seed: int, at: int) -> int:
+    """One less than the segments of a block to move."""
+    size = random(seed, at, 4 * TURNED)
+    return int(size // 4 if size % 4 == 0 else size % BLOCK)
+
+
+@kernel
+def _propose(scene: Scene, tour: Ints, trial: Ints, place: Ints, scratch: Ints, seed: int, at: int) -> tuple[int, int]:
+    """Change `trial` from `tour` by one move; the positions between which it differs, or −1."""
+    n, flip = len(tour), scene.flip
+    what = random(seed, at, 8)
+    if what == 0:
+        i = 1 + random(seed, at + 1, n - 1)
+        choice = scene.modes[scene.segment[tour[i]]]
+        m = choice[random(seed, at + 2, len(choice))]
+        if m < 0 or m == tour[i]:
+            return -1, -1
+        trial[i] = m
+        return i, i
+    if what == 1:
+        i = 1 + random(seed, at + 1, n - 1)
+        j = min(i + 1 + random(seed, at + 2, TURNED), n - 1)
+        reverse(trial, flip, i, j)
+        return i, j
+    flips = random(seed, at + 3, 2) == 0
+    if what <= 3:
+        # A block changes places with its neighbour.
+        i = 1 + random(seed, at + 1, n - 1)
+        j = i + 1 + random(seed, at + 2, TURNED)
+        e = j + _block(seed, at + 4)
+        if e >= n:
+            return -1, -1
+        if what == 2:
+            swap(trial, flip, i, j, e, flips, scratch)
+        else:
+            back = min(i + _block(seed, at + 4), j - 1)
+            put_behind(trial, flip, i, back + 1, j, flips, scratch)
+            return i, j
+        return i, e
+    # A near successor is brought behind a segment, with what follows it or turned round with what leads to it.
+    i = random(seed, at + 1, n)
+    b = scene.after[tour[i], random(seed, at + 2, scene.after.shape[1])]
+    j = place[scene.segment[b]]
+    if j == 0 or j == i:
+        return -1, -1
+    if b != tour[j] and b != flip[tour[j]]:
+        trial[j] = b
+    flips = b == flip[tour[j]] and b != tour[j]
+    if flips and j > i and what <= 5:
+        reverse(trial, flip, i + 1, j)
+        return i + 1, j
+    extra = _block(seed, at + 4)
+    first, last = (j - extra, j) if flips else (j, j + extra)
+    if first < 1 or last >= n or first <= i <= last or (first == i + 1 and not flips):
+        trial[j] = tour[j]
+        return -1, -1
+    if first > i + 1:
+        swap(trial, flip, i + 1, first, last, flips, scratch)
+        return i + 1, last
+    if first == i + 1:
+        reverse(trial, flip, first, last)
+        return first, last
+    put_behind(trial, flip, first, last + 1, i, flips, scratch)
+    return first, i

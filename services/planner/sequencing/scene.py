@@ -1,0 +1,166 @@
+"""Compiled: what an order runs over while it is wet.
+
+Nodes, tours and matrices are those of search.py. What a way or a painted segment runs over depends on its place
+alone, and is found when it is first asked for; whether that is wet then follows from the order. So a whole order is
+judged in microseconds.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.services.core.jit import kernel
+from touchline.services.planner.geometry.clothoid import Floats, Ints
+from touchline.services.planner.sequencing.wet import wet_crossings
+
+# Ways are looked at this often (m), lines being no narrower.
+STEP_M = 0.08
+UNKNOWN = -1
+
+
+class Scene(NamedTuple):
+    """What is ordered.
+
+    `cost`, `segment`, `flip`, `modes` and `after` as in search.py; `paint` (nodes + 1,) seconds of each node;
+    `begins` (nodes + 1, 3) poses, the last one where to stop, or nan; `ends` (nodes, 3) poses; `kind`, `pieces` and
+    `counts` the ways (see `Tracks`), straight where unknown; `over_from` (nodes + 1,) and `over` what painting a node
+    runs over: rows of segment and times; `lines` their lines as in wet.py, without times, `owner` (lines,) the segment
+    that each belongs to and `boxes` theirs;
+    `contacts`, `half_width` and `drying` as in `Wheels`; `crossing` seconds that one crossing may cost; `run_out`
+    metres driven straight on behind the last segment, unless there is a place to stop.
+    """
+
+    cost: Floats
+    segment: Ints
+    flip: Ints
+    modes: Ints
+    after: Ints
+    paint: Floats
+    begins: Floats
+    ends: Floats
+    kind: Ints
+    pieces: Floats
+    counts: Ints
+    over_from: Ints
+    over: Ints
+    lines: Floats
+    owner: Ints
+    boxes: Floats
+    contacts: Floats
+    half_width: float
+    drying: float
+    crossing: float
+    run_out: float
+
+
+class Known(NamedTuple):
+    """What is run over on the way from node to node: rows of segment and times from `first` on, closed by −1.
+
+    `used` (1,) of the rows; `looked_at` (1,) counts the rows that orders were judged by.
+    """
+
+    first: NDArray[np.int32]
+    rows: NDArray[np.int32]
+    used: Ints
+    looked_at: Ints
+
+
+@kernel
+def _poses(pieces: Floats, count: int, start: Floats) -> Floats:
+    """(n, 4) poses about STEP_M apart along pieces, at time 0."""
+    n = 1
+    for k in range(count):
+        n += 1 + int(pieces[k, 0] / STEP_M)
+    poses = np.zeros((n, 4))
+    x, y, heading = start[0], start[1], start[2]
+    i = 0
+    for k in range(count):
+        length, curvature, sharpness, direction = pieces[k, 0], pieces[k, 1], pieces[k, 2], pieces[k, 3]
+        heading += pieces[k, 4]
+        parts = 1 + int(length / STEP_M)
+        h = length / parts
+        for _ in range(parts):
+            poses[i, 0], poses[i, 1], poses[i, 2] = x, y, heading
+            i += 1
+            turn = direction * h * (curvature + 0.5 * sharpness * h)
+            x += direction * h * math.cos(heading + 0.5 * turn)
+            y += direction * h * math.sin(heading + 0.5 * turn)
+            heading += turn
+            curvature += sharpness * h
+    poses[i, 0], poses[i, 1], poses[i, 2] = x, y, heading
+    return poses
+
+
+@kernel
+def way_over(scene: Scene, known: Known, a: int, b: int) -> int:
+    """The first of the rows that say what is run over on the way from node `a` to node `b`."""
+    if known.first[a, b] != UNKNOWN:
+        return int(known.first[a, b])
+    depot = len(scene.paint) - 1
+    start = scene.ends[a]
+    if b < depot and scene.kind[a, b] >= 0:
+        which = scene.kind[a, b]
+        poses = _poses(scene.pieces[which], scene.counts[which], start)
+    else:
+        straight, from_ = np.zeros((1, 5)), start.copy()
+        straight[0, 3] = 1.0
+        straight[0, 0] = scene.run_out
+        if not math.isnan(scene.begins[b, 0]):
+            dx, dy = scene.begins[b, 0] - start[0], scene.begins[b, 1] - start[1]
+            straight[0, 0], from_[2] = math.hypot(dx, dy), math.atan2(dy, dx)
+        poses = _poses(straight, 1, from_)
+    counts = wet_crossings(poses, scene.contacts, scene.lines, scene.boxes, scene.half_width, np.inf, STEP_M)
+    if known.used[0] + len(counts) + 1 > len(known.rows):
+        # No more room: begin again.
+        known.first[:] = UNKNOWN
+        known.used[0] = 0
+    first = known.used[0]
+    at = first
+    for k in range(len(counts)):
+        if counts[k]:
+            segment = scene.owner[k]
+            if at == first or known.rows[at - 1, 0] != segment:
+                known.rows[at, 0], known.rows[at, 1] = segment, 0
+                at += 1
+            known.rows[at - 1, 1] += counts[k]
+    known.rows[at, 0] = -1
+    known.used[0] = at + 1
+    known.first[a, b] = first
+    return int(first)
+
+
+@kernel
+def judged(
+    scene: Scene, known: Known, tour: Ints, low: int, high: int, begun: float, painted: Floats, wet: Ints
+) -> float:
+    """Fill `wet` (n,): how often wheels meet wet paint behind the positions `low` … `high` and on the next segments.
+
+    `begun` is when (s) the segment at `low` is done, `painted` (segments,) when each is half painted: those of the tour
+    from `low` on are filled in. Returns when the last one is done.
+    """
+    n, depot, time = len(tour), len(scene.paint) - 1, begun
+    for i in range(low, high + 1):
+        if i + 1 < n:
+            painted[scene.segment[tour[i + 1]]] = np.inf
+    for i in range(low, high + 1):
+        a, b = tour[i], tour[(i + 1) % n]
+        way, count = scene.cost[a, b] - scene.paint[b], 0
+        if a != depot:
+            row, middle = way_over(scene, known, a, b), time + 0.5 * way
+            while known.rows[row, 0] >= 0:
+                known.looked_at[0] += 1
+                if 0.0 <= middle - painted[known.rows[row, 0]] <= scene.drying:
+                    count += known.rows[row, 1]
+                row += 1
+        time += way + scene.paint[b]
+        if b != depot:
+            middle = time - 0.5 * scene.paint[b]
+            known.looked_at[0] += scene.over_from[b + 1] - scene.over_from[b]
+            for row in range(scene.over_from[b], scene.over_from[b + 1]):
+                if 0.0 <= middle - painted[scene.over[row, 0]] <= scene.drying:
+                    count += scene.over[row, 1]
+            painted[scene.segment[b]] = middle
+        wet[i] = count
+    return time

@@ -1,0 +1,40 @@
+"""How short a way with turns of a largest curvature can be, whatever its sharpness: the plain Dubins path."""
+
+import math
+
+import numpy as np
+
+from touchline.services.core.jit import kernel
+from touchline.services.planner.steering.circles import TAU, left_centres, other_side, same_side, three_turns, wrapped
+
+# Figures (see circles.py) of a turn that is nothing but an arc of radius 1.
+PLAIN = np.array((1.0, 0.0, 0.0, 1.0, 1.0, 0.0))
+# A deflection (rad) this close below a full turn, and circles this close to one another, may be blurred by rounding.
+BLURRED = 1e-6
+
+
+@kernel
+def least_plain(x: float, y: float, heading: float) -> float:
+    """Length of the plain Dubins path of radius 1 to a pose; where rounding blurs it, a little less, never more."""
+    cos, sin = math.cos(heading), math.sin(heading)
+    best = math.inf
+    for side in (1.0, -1.0):
+        left_x, left_y, right_x, right_y = left_centres(x, side * y, cos, side * sin, PLAIN)
+        turn = side * heading
+        if math.hypot(left_x, left_y) < BLURRED:
+            best = min(best, _sharp(wrapped(turn)))
+        first, middle, last = same_side(left_x, left_y, turn, PLAIN)
+        best = min(best, _sharp(first) + middle + _sharp(last))
+        first, middle, last = other_side(right_x, right_y, turn, PLAIN)
+        if middle >= 0.0:
+            best = min(best, _sharp(first) + middle + _sharp(last))
+        for bulge in (1.0, -1.0):
+            first, middle, last = three_turns(left_x, left_y, turn, bulge, PLAIN)
+            if middle >= 0.0:
+                best = min(best, _sharp(first) + _sharp(middle) + _sharp(last))
+    return best
+
+
+@kernel
+def _sharp(turn: float) -> float:
+    return turn if turn < TAU - BLURRED else 0.0

@@ -1,0 +1,34 @@
+"""Method `dubins-padded`: plain Dubins between padded segments, the study's baseline."""
+
+from touchline.services.planner.geometry.clothoid import Piece, Pose
+from touchline.services.planner.steering.dubins import dubins_pieces
+from touchline.services.planner.steering.method import CurveEnd, through_straights
+
+# The study drives straight this far before and after every painted segment, to lower the discs and to settle.
+PADDING_BEFORE_M = 0.5
+PADDING_AFTER_M = 0.1
+
+
+class PaddedDubins:
+    """Dubins transitions within a largest curvature (1/m); curvature steps at every joint."""
+
+    name = "dubins-padded"
+
+    def __init__(self, curvature_max_1pm: float) -> None:
+        self.curvature_max_1pm = curvature_max_1pm
+
+    def lead_in(self, curvature_1pm: float) -> tuple[Piece, ...]:
+        """The straight padding before a segment, whatever its curvature."""
+        return (Piece(PADDING_BEFORE_M),)
+
+    def lead_out(self, curvature_1pm: float) -> tuple[Piece, ...]:
+        """The straight padding after a segment, whatever its curvature."""
+        return (Piece(PADDING_AFTER_M),)
+
+    def connect(self, start: Pose, goal: Pose) -> tuple[Piece, ...]:
+        """The optimal Dubins path."""
+        return dubins_pieces(start, goal, self.curvature_max_1pm)
+
+    def between(self, start: CurveEnd, goal: CurveEnd) -> tuple[Piece, ...]:
+        """Out to a straight, on, and in from a straight."""
+        return through_straights(self, start, goal)

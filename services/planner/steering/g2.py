@@ -1,0 +1,146 @@
+"""Method `g2`: the shortest way between any two poses and curvatures, continuous in curvature throughout."""
+
+import cmath
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from touchline.services.planner.geometry.clothoid import Floats, Piece, PiecePath, Pose, joined
+from touchline.services.planner.steering.ccd import ContinuousDubins
+from touchline.services.planner.steering.circles import circle
+from touchline.services.planner.steering.construct import MAX_PIECES, forward_pieces
+from touchline.services.planner.steering.method import CurveEnd, before
+from touchline.services.planner.steering.reversing import MAX_CUSPS, STRETCH_MIN_M, shortest_reversing
+
+# A turn on the spot by no more than this is none.
+ROUNDING_RAD = 1e-12
+
+Find = Callable[[CurveEnd, CurveEnd], list[tuple[Piece, ...]]]
+
+
+class Steering:
+    """Transitions within a largest curvature (1/m) and a largest sharpness (1/m²), from curvature to curvature."""
+
+    name = "g2"
+
+    def __init__(self, curvature_max_1pm: float, sharpness_max_1pm2: float) -> None:
+        self.words = ContinuousDubins(curvature_max_1pm, sharpness_max_1pm2)
+        self.root = math.sqrt(sharpness_max_1pm2)
+        self.circle: Floats = circle(curvature_max_1pm / self.root)
+        self.curvature_cap_1pm = self.words.turn.curvature
+
+    def lead_in(self, curvature_1pm: float) -> tuple[Piece, ...]:
+        """The clothoid from straight to `curvature_1pm`."""
+        return self.words.lead_in(curvature_1pm)
+
+    def lead_out(self, curvature_1pm: float) -> tuple[Piece, ...]:
+        """The clothoid from `curvature_1pm` to straight."""
+        return self.words.lead_out(curvature_1pm)
+
+    def connect(self, start: Pose, goal: Pose) -> tuple[Piece, ...]:
+        """The shortest forward way between poses that are straight at both ends."""
+        return self.between(CurveEnd(start, 0.0), CurveEnd(goal, 0.0))
+
+    def between(self, start: CurveEnd, goal: CurveEnd) -> tuple[Piece, ...]:
+        """The shortest forward way."""
+        return self._capped(start, goal, self._forward)[0]
+
+    def standing_ways(self, start: CurveEnd, goal: CurveEnd, room_m: float = 0.0) -> list[tuple[Piece, ...]]:
+        """Ways with cusps, for every number of them the shortest, and with turns on the spot.
+
+        Before the first and after the last standstill the painted curves are carried on for `room_m`, to brake and to
+        gather speed.
+        """
+        run_out, run_in = Piece(room_m, start.curvature_1pm), Piece(room_m, goal.curvature_1pm)
+        stop = CurveEnd(PiecePath(start.pose, (run_out,)).end, start.curvature_1pm)
+        go = CurveEnd(before(goal.pose, (run_in,)), goal.curvature_1pm)
+        standing = [*self._capped(stop, go, self._reversing), *turns_on_the_spot(stop, go)]
+        return [joined((run_out, *way, run_in)) for way in standing]
+
+    def _capped(self, start: CurveEnd, goal: CurveEnd, find: Find) -> list[tuple[Piece, ...]]:
+        """The ways that `find` finds between two poses and curvatures, after ramps down to what a way may have.
+
+        Where κ_max²/σ_max exceeds π, ways keep to a smaller curvature than painted curves may have.
+        """
+        out_of, k_from = self._ramp_to_cap(start.curvature_1pm)
+        back_into, k_to = self._ramp_to_cap(goal.curvature_1pm)
+        into = tuple(Piece(p.length_m, p.curvature_end_1pm, -p.sharpness_1pm2) for p in reversed(back_into))
+        leaving = CurveEnd(PiecePath(start.pose, out_of).end, k_from)
+        reaching = CurveEnd(before(goal.pose, into), k_to)
+        return [joined((*out_of, *way, *into)) for way in find(leaving, reaching)]
+
+    def _forward(self, start: CurveEnd, goal: CurveEnd) -> list[tuple[Piece, ...]]:
+        z, turn, ends = self._scaled(start, goal)
+        table = np.empty((MAX_PIECES, 4))
+        count = forward_pieces(ends, z, turn, self.circle, table)
+        return [self._pieces(table[:count])]
+
+    def _reversing(self, start: CurveEnd, goal: CurveEnd) -> list[tuple[Piece, ...]]:
+        z, turn, ends = self._scaled(start, goal)
+        many = MAX_CUSPS + 1
+        lengths, tables, counts = np.empty(many), np.empty((many, MAX_PIECES, 4)), np.zeros(many, dtype=np.int64)
+        shortest_reversing(ends, z, turn, self.circle, STRETCH_MIN_M * self.root, lengths, tables, counts)
+        ways, shortest = [], math.inf
+        for length, table, count in zip(lengths.tolist(), tables, counts.tolist(), strict=True):
+            if length < shortest:
+                shortest = length
+                ways.append(self._pieces(table[:count]))
+        return ways
+
+    def _scaled(self, start: CurveEnd, goal: CurveEnd) -> tuple[complex, float, Floats]:
+        """The goal as seen from the start, its turn (rad), and both curvatures, in units of unit sharpness."""
+        z, turn = goal.pose.seen_from(start.pose)
+        ends = np.array([start.curvature_1pm, goal.curvature_1pm]) / self.root
+        return z * self.root, math.remainder(turn, math.tau), ends
+
+    def _ramp_to_cap(self, curvature_1pm: float) -> tuple[tuple[Piece, ...], float]:
+        """The clothoid from a curvature down to what a way may have, and the curvature (1/m) after it."""
+        capped = math.copysign(min(abs(curvature_1pm), self.curvature_cap_1pm), curvature_1pm)
+        if capped == curvature_1pm:
+            return (), curvature_1pm
+        sharpness = math.copysign(self.words.sharpness_max_1pm2, -curvature_1pm)
+        return (Piece((capped - curvature_1pm) / sharpness, curvature_1pm, sharpness),), capped
+
+    def _pieces(self, table: Floats) -> tuple[Piece, ...]:
+        """The pieces in metres (see construct.py)."""
+        # The unit must not round a curvature at the limit to above it.
+        cap = self.curvature_cap_1pm
+        return tuple(
+            Piece(
+                length / self.root,
+                min(max(k * self.root, -cap), cap),
+                sharpness * self.words.sharpness_max_1pm2,
+                int(direction),
+            )
+            for length, k, sharpness, direction in table.tolist()
+        )
+
+
+def turns_on_the_spot(start: CurveEnd, goal: CurveEnd) -> list[tuple[Piece, ...]]:
+    """Turn on the spot, drive straight, turn on the spot: forward, and backward.
+
+    A way is left out if it would step in curvature where it neither turns on the spot nor changes direction, or if
+    the straight is too short to drive.
+    """
+    z, turn = goal.pose.seen_from(start.pose)
+    if 0.0 < abs(z) < STRETCH_MIN_M:
+        return []
+    if not z:
+        spin = _turn(turn)
+        smooth = spin or start.curvature_1pm == goal.curvature_1pm
+        return [joined((Piece.spin(spin),))] if smooth else []
+    ways = []
+    for direction in (1, -1):
+        first = _turn(cmath.phase(direction * z))
+        last = _turn(turn - first)
+        smooth = (first or not start.curvature_1pm) and (last or not goal.curvature_1pm)
+        if smooth or direction < 0:
+            ways.append(joined((Piece.spin(first), Piece(abs(z), direction=direction), Piece.spin(last))))
+    return ways
+
+
+def _turn(angle_rad: float) -> float:
+    """The angle in (−π, π]; 0 where it is rounding: no robot turns by as little."""
+    turn = math.remainder(angle_rad, math.tau)
+    return turn if abs(turn) > ROUNDING_RAD else 0.0

@@ -1,0 +1,126 @@
+"""Chains: template segments that go on into one another, whichever way round and in whichever order they are given."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from touchline.services.planner.swaths.offset import Stroke
+
+# Ends nearer to each other than this (m, rad) are one: less than what the robot's own computer takes for a gap.
+GAP_M, KINK_RAD = 1e-4, 5e-4
+
+
+class Link(NamedTuple):
+    """A segment of a chain: as it is painted along the chain, and back; None where it cannot be driven so."""
+
+    along: Stroke | None
+    back: Stroke | None
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Segments of which each goes on into the next, at least one way; if it is `closed`, the last into the first."""
+
+    links: tuple[Link, ...]
+    closed: bool = False
+
+
+class End(NamedTuple):
+    """An end of a segment, by its place in the template: where its line ends, or where it begins."""
+
+    segment: int
+    last: bool
+
+    @property
+    def other(self) -> "End":
+        """The segment's other end."""
+        return End(self.segment, not self.last)
+
+
+def joins(first: Stroke, second: Stroke) -> bool:
+    """Whether the robot, painting, goes on from one stroke into the other: to the same place, heading and paint."""
+    apart, turn = second.begin.pose.seen_from(first.end.pose)
+    near = abs(apart) <= GAP_M and abs(math.remainder(turn, math.tau)) <= KINK_RAD
+    return near and first.actuation == second.actuation
+
+
+def chains_as_given(strokes: Sequence[Stroke]) -> Iterator[Chain]:
+    """The chains of strokes that are painted in this order and direction."""
+    begun = 0
+    for i, (first, second) in enumerate(pairwise(strokes), 1):
+        if not joins(first, second):
+            yield Chain(tuple(Link(stroke, None) for stroke in strokes[begun:i]))
+            begun = i
+    yield Chain(tuple(Link(stroke, None) for stroke in strokes[begun:]))
+
+
+def chains(choices: Sequence[Sequence[Stroke]]) -> Iterator[Chain]:
+    """The chains of segments that may be painted in any order and direction; each segment is in one of them.
+
+    Args:
+        choices: For every segment its stroke in the given direction, turned round, or both.
+    """
+    links = [_link(choice) for choice in choices]
+    mates = _mates(links)
+    done: set[int] = set()
+    ends = [End(i, last) for i in range(len(links)) for last in (False, True)]
+    # First those that have an end; what is left then runs in circles.
+    for begin in [end for end in ends if end not in mates] + ends:
+        if begin.segment not in done:
+            walk = list(_walk(begin, mates))
+            done.update(end.segment for end in walk)
+            oriented = (Link(*links[e.segment][::-1]) if e.last else links[e.segment] for e in walk)
+            yield Chain(tuple(oriented), closed=walk[-1].other in mates)
+
+
+def _link(choice: Sequence[Stroke]) -> Link:
+    return Link(*(next((s for s in choice if s.flipped == flipped), None) for flipped in (False, True)))
+
+
+def _walk(begin: End, mates: Mapping[End, End]) -> Iterator[End]:
+    """The ends by which segments are entered, from `begin` to the last one, or until it is `begin`'s turn again."""
+    entered: End | None = begin
+    while entered:
+        yield entered
+        entered = mates.get(entered.other)
+        if entered == begin:
+            return
+
+
+def _mates(links: Sequence[Link]) -> dict[End, End]:
+    """Which end goes on into which; where there is a choice, the next segment, then the least step of curvature."""
+    places, ends = [], []
+    for i, link in enumerate(links):
+        stroke = link.along or link.back
+        assert stroke  # every segment can be painted
+        x, y, _ = stroke.nozzle.end
+        for last, place in ((stroke.flipped, (stroke.nozzle.x_m, stroke.nozzle.y_m)), (not stroke.flipped, (x, y))):
+            ends.append(End(i, last))
+            places.append(place)
+    near = cKDTree(np.array(places).reshape(-1, 2)).query_pairs(GAP_M, output_type="ndarray")
+    offers = []
+    for a, b in ((ends[i], ends[k]) for i, k in near.tolist()):
+        step = _step_1pm(links, a, b)
+        if a.segment != b.segment and step is not None:
+            offers.append((abs(a.segment - b.segment) != 1, step, min(a, b), max(a, b)))
+    mates: dict[End, End] = {}
+    for _, _, a, b in sorted(offers):
+        if a not in mates and b not in mates:
+            mates[a], mates[b] = b, a
+    return mates
+
+
+def _step_1pm(links: Sequence[Link], a: End, b: End) -> float | None:
+    """The step of curvature (1/m) between two ends; None if one does not go on into the other."""
+    for first, second in ((a, b), (b, a)):
+        leaving, entering = links[first.segment], links[second.segment]
+        out = leaving.along if first.last else leaving.back
+        into = entering.back if second.last else entering.along
+        if out and into and joins(out, into):
+            return abs(into.robot.curvature_1pm - out.robot.curvature_1pm)
+    return None

@@ -1,0 +1,138 @@
+"""From what the nozzle shall paint to what the robot's centre shall drive."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from touchline.schemas.curves import Curve, wrap_angle
+from touchline.schemas.errors import PlanningError
+from touchline.schemas.template import TemplateSegment
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.geometry.clothoid import Piece, PiecePath, Pose
+from touchline.services.planner.steering.method import CurveEnd
+
+# Rounding may put an arc at exactly the largest curvature a little above it.
+CURVATURE_SLACK = 1e-9
+# An arc this close to a full turn is a circle, and may begin at any of so many points.
+FULL_TURN_RAD = 1e-6
+CIRCLE_STARTS = 8
+_BOTH_WAYS: tuple[tuple[bool, Callable[[Curve], Curve]], ...] = ((False, lambda c: c), (True, lambda c: c.reversed()))
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """A template segment as it will be painted: the nozzle's and the robot's curve, in the direction of travel."""
+
+    id: str
+    label: str
+    actuation: str
+    nozzle: Curve
+    robot: Curve
+    flipped: bool
+
+    @property
+    def begin(self) -> CurveEnd:
+        """Robot pose and curvature where painting begins."""
+        return CurveEnd(Pose(self.robot.x_m, self.robot.y_m, self.robot.heading_rad), self.robot.curvature_1pm)
+
+    @property
+    def end(self) -> CurveEnd:
+        """Robot pose and curvature where painting ends."""
+        return CurveEnd(Pose(*self.robot.end), self.robot.curvature_1pm)
+
+    @property
+    def path(self) -> PiecePath:
+        """The robot's curve as a path of one piece."""
+        return PiecePath(self.begin.pose, (Piece(self.robot.length_m, self.robot.curvature_1pm),))
+
+
+def modes(
+    segments: tuple[TemplateSegment, ...], vehicle: Vehicle, curvature_max_1pm: float, *, free: bool = False
+) -> list[list[Stroke]]:
+    """For every segment, in the template's order, the ways to paint it that can be driven, the given direction first.
+
+    With `free`, a full circle may begin anywhere (at one of `CIRCLE_STARTS` points).
+
+    Raises:
+        PlanningError: Two segments share an id, or an arc cannot be driven at all.
+    """
+    seen: set[str] = set()
+    for segment in segments:
+        if segment.id in seen:
+            raise PlanningError(segment.id, "appears twice", "give every segment an id of its own")
+        seen.add(segment.id)
+    at_m = (vehicle.nozzle_x_m, vehicle.nozzle_y_m)
+    return [_modes(segment, at_m, curvature_max_1pm, free) for segment in segments]
+
+
+def strokes(segments: tuple[TemplateSegment, ...], vehicle: Vehicle, curvature_max_1pm: float) -> list[Stroke]:
+    """Every segment in the template's order, turned round where only the other direction can be driven.
+
+    Raises:
+        PlanningError: As `modes`.
+    """
+    return [ways[0] for ways in modes(segments, vehicle, curvature_max_1pm)]
+
+
+def _modes(segment: TemplateSegment, at_m: tuple[float, float], curvature_max_1pm: float, free: bool) -> list[Stroke]:
+    given = segment.curve()
+    curves = _begun_elsewhere(given) if free else [given]
+    found = []
+    for nozzle, flipped in ((turned(curve), flipped) for flipped, turned in _BOTH_WAYS for curve in curves):
+        robot = _drivable(nozzle, at_m, curvature_max_1pm)
+        if robot is not None:
+            found.append(Stroke(segment.id, segment.label, segment.actuation, nozzle, robot, flipped))
+    if found:
+        return found
+    smallest = math.hypot(at_m[0], max(1.0 / curvature_max_1pm - abs(at_m[1]), 0.0))
+    raise PlanningError(
+        segment.id,
+        f"has a radius of {1.0 / abs(given.curvature_1pm):.3f} m, too tight for the robot in either direction",
+        f"use a radius of at least {smallest:.3f} m, or a kappa_max above {curvature_max_1pm:g} 1/m",
+    )
+
+
+def _begun_elsewhere(curve: Curve) -> list[Curve]:
+    """A full circle begun at several points, any other curve as it is."""
+    if abs(abs(curve.curvature_1pm) * curve.length_m - math.tau) > FULL_TURN_RAD:
+        return [curve]
+    stations = curve.length_m * np.arange(CIRCLE_STARTS) / CIRCLE_STARTS
+    return [
+        replace(curve, x_m=float(x), y_m=float(y), heading_rad=wrap_angle(float(heading)))
+        for x, y, heading, _ in zip(*curve.at(stations), strict=True)
+    ]
+
+
+def _drivable(nozzle: Curve, at_m: tuple[float, float], curvature_max_1pm: float) -> Curve | None:
+    """The robot's curve while its nozzle, at (ahead, left), follows `nozzle`; None if it is too tight."""
+    robot = _carried(nozzle, *at_m)
+    if robot is None or abs(robot.curvature_1pm) > curvature_max_1pm * (1.0 + CURVATURE_SLACK):
+        return None
+    return robot
+
+
+def _carried(nozzle: Curve, ahead_m: float, left_m: float) -> Curve | None:
+    """The curve of the axle's middle that carries a nozzle (`ahead_m`, `left_m`) of it along `nozzle`; None without.
+
+    On an arc both circle about one point, which is on the axle's line, at (0, ρ) in the robot's frame: for a nozzle
+    radius R, R² = ahead² + (ρ − left)², and the nozzle heads asin(ahead / R) further to the left than the robot.
+    """
+    if nozzle.curvature_1pm * -left_m >= 1.0:
+        return None
+    if ahead_m == 0.0:
+        return nozzle.offset(-left_m)
+    heading, radius_m, length_m = nozzle.heading_rad, math.inf, nozzle.length_m
+    if nozzle.curvature_1pm != 0.0:
+        across = ahead_m * nozzle.curvature_1pm
+        if abs(across) >= 1.0:
+            return None
+        heading -= math.asin(across)
+        radius_m = left_m + math.sqrt(1.0 - across * across) / nozzle.curvature_1pm
+        if radius_m * nozzle.curvature_1pm <= 0.0:
+            return None
+        length_m *= radius_m * nozzle.curvature_1pm
+    cos, sin = math.cos(heading), math.sin(heading)
+    x_m, y_m = nozzle.x_m - (cos * ahead_m - sin * left_m), nozzle.y_m - (sin * ahead_m + cos * left_m)
+    return Curve(x_m, y_m, wrap_angle(heading), 1.0 / radius_m, length_m)

@@ -1,0 +1,283 @@
+"""Swaths: what is painted in one go, a template segment or several that go on into one another.
+
+Where segments join, heading is continuous, but curvature may step. A robot cannot change it at once: over a stretch of
+length L about the joint κ changes evenly. Behind that its heading is right, and it is beside the line by Δκ·L²/24: the
+integral, taken twice, of what κ is off. `JOINT_OFFSET_M` of that is allowed. The sharpness Δκ/L is what the wheels have
+to follow: it limits the speed.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import islice, pairwise
+
+import numpy as np
+
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.geometry.clothoid import Floats, Piece, PiecePath, Pose
+from touchline.services.planner.limits import Limits
+from touchline.services.planner.steering.dubins_padded import PaddedDubins
+from touchline.services.planner.steering.method import CurveEnd, before
+from touchline.services.planner.swaths.chains import Chain, Link, chains, chains_as_given, joins
+from touchline.services.planner.swaths.offset import CIRCLE_STARTS, Stroke
+
+# How far (m) the robot may be beside the line where two segments of different curvature join.
+JOINT_OFFSET_M = 0.003
+# A joint that has to be passed more slowly than this (m/s) is none.
+JOINT_SPEED_MIN_MPS = 0.1
+# What it takes (s) to leave a line and come back to it: a swath that is slowed down by more is parted.
+PARTING_S = 8.0
+# What is longer (m) is ordered in parts, so that other lines may come in between. Parts that follow each other are
+# painted in one go all the same.
+LONG_M = 60.0
+# Closed lines begin at fewer places where there would be more ways of painting than this in all: every pair is timed.
+WAYS_MAX = 4000
+# A line is painted so slowly that the valve is open for this many times as long as it has to be.
+VALVE_SPARE = 2.0
+# Curvatures that differ by less (1/m), and pieces that are shorter (m), are rounding.
+STEP_1PM, PIECE_M = 1e-9, 1e-9
+
+
+@dataclass(frozen=True)
+class Swath:
+    """Segments that are painted in one go and at one speed.
+
+    Attributes:
+        strokes: The segments, in the order and direction of travel.
+        paths: The robot's path along each: from stroke to stroke continuous in curvature.
+        speed_mps: The speed at which they are painted, m/s.
+    """
+
+    strokes: tuple[Stroke, ...]
+    paths: tuple[PiecePath, ...]
+    speed_mps: float
+
+    @property
+    def begin(self) -> CurveEnd:
+        """Robot pose, curvature and speed where painting begins."""
+        return self.strokes[0].begin._replace(speed_mps=self.speed_mps)
+
+    @property
+    def end(self) -> CurveEnd:
+        """Robot pose, curvature and speed where painting ends."""
+        return self.strokes[-1].end._replace(speed_mps=self.speed_mps)
+
+    @property
+    def length_m(self) -> float:
+        """Length of the robot's path, m."""
+        return sum(path.length_m for path in self.paths)
+
+    @property
+    def seconds(self) -> float:
+        """How long painting takes, s."""
+        return self.length_m / self.speed_mps
+
+
+@dataclass(frozen=True)
+class Painting:
+    """How fast strokes and joints can be painted.
+
+    Attributes:
+        limits: Those of the plan.
+        joining: Whether anything is painted in one go with what it goes on into.
+        sharpness_max_1pm2: The largest sharpness of the robot's path at a joint, 1/m².
+        valve_s: How much longer the valve takes to close than to open, s: it cannot be open for less.
+    """
+
+    limits: Limits
+    joining: bool = True
+    sharpness_max_1pm2: float = math.inf
+    valve_s: float = 0.0
+
+    @classmethod
+    def of(cls, vehicle: Vehicle, limits: Limits, options: PlanOptions) -> "Painting":
+        """With the limits of a plan, and the sharpness that its options ask for, if they do.
+
+        The padding of `dubins-padded` is round every segment.
+        """
+        valve_s = max(vehicle.valve_off_delay_s - vehicle.valve_on_delay_s, 0.0)
+        return cls(limits, options.method != PaddedDubins.name, options.sigma_max_1pm2 or math.inf, valve_s)
+
+    def stroke_mps(self, stroke: Stroke) -> float:
+        """The speed (m/s) along one stroke."""
+        return self.limits.steady_speed_mps(stroke.robot.curvature_1pm)
+
+    def joint_mps(self, first: Stroke, second: Stroke) -> float:
+        """The speed (m/s) from one stroke into the other; 0 if it is too slow or they do not join."""
+        if not (self.joining and joins(first, second)):
+            return 0.0
+        bends = abs(first.robot.curvature_1pm), abs(second.robot.curvature_1pm)
+        half = half_ramp_m(first, second)
+        sharpness = _step_1pm(first, second) / (2.0 * half) if half else 0.0
+        speed = self.limits.steady_speed_mps(max(bends), sharpness)
+        return speed if speed >= JOINT_SPEED_MIN_MPS and sharpness <= self.sharpness_max_1pm2 else 0.0
+
+    def in_one_go(self, first: Swath, second: Swath) -> Swath | None:
+        """Both swaths as one, if the first goes on into the second."""
+        if not self.joint_mps(first.strokes[-1], second.strokes[0]):
+            return None
+        return self.swath((*first.strokes, *second.strokes))
+
+    def swath(self, strokes: Sequence[Stroke]) -> Swath:
+        """The swath of strokes of which each goes on into the next."""
+        halves = [0.0, *(half_ramp_m(a, b) for a, b in pairwise(strokes)), 0.0]
+        bends = [stroke.robot.curvature_1pm for stroke in strokes]
+        middles = [bends[0], *(0.5 * (a + b) for a, b in pairwise(bends)), bends[-1]]
+        paths = []
+        for k, stroke in enumerate(strokes):
+            pieces = tuple(_pieces(stroke.robot.length_m, halves[k : k + 2], middles[k], bends[k], middles[k + 1]))
+            begin = stroke.begin.pose
+            if halves[k]:
+                # Behind the joint it is on the stroke again.
+                x, y, heading, _ = stroke.robot.at(halves[k])
+                begin = before(Pose(float(x), float(y), float(heading)), pieces[:1])
+            paths.append(PiecePath(begin, pieces))
+        length = sum(stroke.robot.length_m for stroke in strokes)
+        speeds = [*map(self.stroke_mps, strokes), *(self.joint_mps(a, b) for a, b in pairwise(strokes))]
+        if self.valve_s:
+            speeds.append(length / (VALVE_SPARE * self.valve_s))
+        return Swath(tuple(strokes), tuple(paths), min(speeds))
+
+
+def parted(wholes: Sequence[Swath], swaths: Sequence[Swath]) -> list[Swath]:
+    """The `swaths` as they are painted where some that follow each other are one of the `wholes`."""
+    paths = iter([(path, whole.speed_mps) for whole in wholes for path in whole.paths])
+    found = []
+    for swath in swaths:
+        own, speeds = zip(*islice(paths, len(swath.strokes)), strict=True)
+        found.append(replace(swath, paths=own, speed_mps=speeds[0]))
+    return found
+
+
+def half_ramp_m(first: Stroke, second: Stroke) -> float:
+    """Half the length (m) of the stretch over which curvature changes: not beyond the middles of the strokes."""
+    step = _step_1pm(first, second)
+    if step <= STEP_1PM:
+        return 0.0
+    return 0.5 * min(math.sqrt(24.0 * JOINT_OFFSET_M / step), first.robot.length_m, second.robot.length_m)
+
+
+def _step_1pm(first: Stroke, second: Stroke) -> float:
+    return abs(second.robot.curvature_1pm - first.robot.curvature_1pm)
+
+
+def _pieces(length: float, halves: Sequence[float], ahead: float, bend: float, behind: float) -> Iterator[Piece]:
+    """From curvature `ahead` to `bend` over the first of the `halves` (m), and over the other one on to `behind`."""
+    first, last = halves
+    if first:
+        yield Piece(first, ahead, (bend - ahead) / first)
+    if length - first - last > PIECE_M:
+        yield Piece(length - first - last, bend)
+    if last:
+        yield Piece(last, bend, (behind - bend) / last)
+
+
+def swaths(choices: Sequence[Sequence[Stroke]], painting: Painting, *, free: bool) -> list[list[Swath]]:
+    """For every swath the ways to paint it, in the order of their first segments.
+
+    Args:
+        choices: For every segment the ways to paint it, as `offset.modes` has them.
+        painting: Decides what is painted in one go.
+        free: In any order and direction; otherwise as given, each segment in its first way.
+    """
+    if not free:
+        given = chains_as_given([choice[0] for choice in choices])
+        return [modes for chain in given for modes in _swaths_of(chain, painting)]
+    # Circles that may begin anywhere have many ways and go on into nothing.
+    found = [[painting.swath([stroke]) for stroke in choice] for choice in choices if len(choice) > 2]
+    for chain in chains([choice for choice in choices if len(choice) <= 2]):
+        found += _swaths_of(chain, painting)
+    place = {choice[0].id: i for i, choice in enumerate(choices)}
+    found.sort(key=lambda ways: min(place[stroke.id] for stroke in ways[0].strokes))
+    if sum(map(len, found)) > WAYS_MAX:
+        return [_fewer(ways, max(WAYS_MAX // (2 * len(found)), 1)) for ways in found]
+    return found
+
+
+def _fewer(ways: Sequence[Swath], most: int) -> list[Swath]:
+    """The ways of painting a closed line that begin at `most` of its places; both ways of any other."""
+    begun = [(round(way.strokes[0].nozzle.x_m, 6), round(way.strokes[0].nozzle.y_m, 6)) for way in ways]
+    places = list(dict.fromkeys(begun))
+    if len(ways) <= 2 or len(places) <= most:
+        return [*ways]
+    kept = places[:: -(-len(places) // most)]
+    return [way for way, place in zip(ways, begun, strict=True) if place in kept]
+
+
+def _swaths_of(chain: Chain, painting: Painting) -> Iterator[list[Swath]]:
+    """The chain in the parts that are painted in the least time; of each part the ways to paint it."""
+    links = chain.links
+    strokes, joints = _speeds(chain, painting)
+    if chain.closed:
+        # If it is parted anywhere, then where it is slowest.
+        turn = 1 + int(np.argmin(joints.max(axis=0)))
+        links, strokes, joints = _turned(links, turn), np.roll(strokes, -turn, axis=1), np.roll(joints, -turn, axis=1)
+    lengths = np.array([next(s.nozzle.length_m for s in link if s) for link in links])
+    for first, last in _short(_parts(lengths, strokes, joints), lengths):
+        part = links[first:last]
+        starts = min(len(part), CIRCLE_STARTS) if len(part) == len(links) and joints[:, -1].any() else 1
+        begun = [_turned(part, k * len(part) // starts) for k in range(starts)]
+        yield [swath for each in begun for swath in _both_ways(each, painting)]
+
+
+def _turned(links: tuple[Link, ...], count: int) -> tuple[Link, ...]:
+    """The links of a closed chain, begun so many later."""
+    return (*links[count:], *links[:count])
+
+
+def _speeds(chain: Chain, painting: Painting) -> tuple[Floats, Floats]:
+    """The speed (m/s) of each link, and from each into the next, (2, links): along the chain, and back; 0: not so."""
+    following = [*chain.links[1:], chain.links[0] if chain.closed else Link(None, None)]
+    strokes = [[painting.stroke_mps(stroke) if stroke else 0.0 for stroke in link] for link in chain.links]
+    joints = [
+        (
+            painting.joint_mps(link.along, after.along) if link.along and after.along else 0.0,
+            painting.joint_mps(after.back, link.back) if link.back and after.back else 0.0,
+        )
+        for link, after in zip(chain.links, following, strict=True)
+    ]
+    return np.array(strokes).T, np.array(joints).T
+
+
+def _parts(length_m: Floats, strokes_mps: Floats, joints_mps: Floats) -> list[tuple[int, int]]:
+    """The parts [first, last) of a chain that take least time, where each takes `PARTING_S` besides (exact)."""
+    count = len(length_m)
+    reached = np.concatenate(([0.0], np.cumsum(length_m)))
+    least, first = np.zeros(count + 1), np.zeros(count + 1, dtype=np.int64)
+    speeds = np.zeros((2, count))
+    for last in range(count):
+        # The speeds of the parts that end here, by where they begin.
+        speeds[:, last] = np.inf
+        if last:
+            np.minimum(speeds[:, :last], joints_mps[:, last - 1, None], out=speeds[:, :last])
+        np.minimum(speeds[:, : last + 1], strokes_mps[:, last, None], out=speeds[:, : last + 1])
+        best = np.maximum(speeds[:, : last + 1].max(axis=0), 1e-9)
+        seconds = least[: last + 1] + (reached[last + 1] - reached[: last + 1]) / best + PARTING_S
+        first[last + 1] = np.argmin(seconds)
+        least[last + 1] = seconds[first[last + 1]]
+    parts, last = [], count
+    while last:
+        parts.append((int(first[last]), last))
+        last = int(first[last])
+    return parts[::-1]
+
+
+def _short(parts: Sequence[tuple[int, int]], length_m: Floats) -> Iterator[tuple[int, int]]:
+    """The parts, cut at joints where they are longer than `LONG_M`."""
+    for first, last in parts:
+        begun, way = first, 0.0
+        for i in range(first, last):
+            if i > begun and way + length_m[i] > LONG_M:
+                yield begun, i
+                begun, way = i, 0.0
+            way += float(length_m[i])
+        yield begun, last
+
+
+def _both_ways(links: Sequence[Link], painting: Painting) -> Iterator[Swath]:
+    """The swaths along links and back, as far as they are painted in one go."""
+    for way in ([link.along for link in links], [link.back for link in links[::-1]]):
+        strokes = [stroke for stroke in way if stroke]
+        if len(strokes) == len(way) and all(painting.joint_mps(a, b) for a, b in pairwise(strokes)):
+            yield painting.swath(strokes)

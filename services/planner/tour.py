@@ -1,0 +1,224 @@
+"""The order and direction in which the segments are painted, and the ways between: as given, or in the least time."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from touchline.schemas.errors import PlanningError
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.budget import Progress, Watch
+from touchline.services.planner.collision.checker import Collision, Yard
+from touchline.services.planner.geometry.clothoid import Floats, Ints
+from touchline.services.planner.route.itinerary import Drive, Driver
+from touchline.services.planner.sequencing.costs import nodes_of, problem
+from touchline.services.planner.sequencing.dry import Ground, ordered_dry, scene_of
+from touchline.services.planner.sequencing.order import kicks_for, ordered
+from touchline.services.planner.steering.method import CurveEnd
+from touchline.services.planner.swaths.swaths import Swath
+
+GIVEN, OPTIMISED = "given", "optimised"
+# The stages of progress: timing the ways from segment to segment, and looking for the best order.
+TIMING, ORDER = "timing ways", "order"
+# What it may cost in time not to run over a wet line once; if that is forbidden, as good as anything. The search does
+# not need to know how bad it is then.
+CROSSING_S, FORBIDDEN_S, SEARCHED_CROSSING_S = 1.25, 1000.0, 15.0
+COLLISION_S = 1e6
+DRYING_MAX_S = 1e6
+# The matrix of more segments would not fit; a plan of more would be too long for a message.
+ORDERED_MAX, SEGMENTS_MAX = 1500, 10_000
+# What the matrix cannot know (collisions) is learned from the drive and the order searched again, so often.
+ROUNDS = 6
+# Later searches begin with the last order and take this share of the kicks.
+AGAIN = 0.25
+
+
+def ordering(options: PlanOptions) -> bool:
+    """Whether the options ask for an order that takes least time.
+
+    Raises:
+        PlanningError: They ask for something else.
+    """
+    if options.order not in ("", GIVEN, OPTIMISED):
+        raise PlanningError("", f'asks for the unknown order "{options.order}"', f"use {OPTIMISED} or {GIVEN}")
+    return options.order != GIVEN
+
+
+def refuse_too_many(segments: int) -> None:
+    """Nothing, if so many segments can be planned.
+
+    Raises:
+        PlanningError: They cannot.
+    """
+    if segments > SEGMENTS_MAX:
+        raise PlanningError("", f"has {segments:,} segments, more than {SEGMENTS_MAX:,}", "split the template")
+
+
+def drying_s(vehicle: Vehicle, options: PlanOptions) -> float:
+    """How long paint stays wet, seconds.
+
+    Raises:
+        PlanningError: The option is not a positive time.
+    """
+    if not 0.0 <= options.drying_time_s < DRYING_MAX_S:
+        problem = f"has drying_time_s = {options.drying_time_s:g}"
+        raise PlanningError("", problem, f"give 0 (the vehicle's own) to {DRYING_MAX_S:g} s")
+    return options.drying_time_s or vehicle.drying_time_s
+
+
+def crossing_cost_s(options: PlanOptions) -> float:
+    """What not to run over a wet line once may cost, seconds."""
+    return FORBIDDEN_S if options.hard_drying else CROSSING_S
+
+
+def arranged(
+    modes: Sequence[Sequence[Swath]],
+    driver: Driver,
+    options: PlanOptions,
+    progress: Progress,
+    enough: Callable[[], bool],
+) -> Drive:
+    """One mode of every segment in painting order, and the ways between them.
+
+    Raises:
+        PlanningError: There are too many swaths to order; or a segment cannot be painted or reached without a
+            collision, or, where that is forbidden, without driving over wet paint.
+    """
+    if ordering(options) and len(modes) > ORDERED_MAX:
+        problem = f"has {len(modes):,} lines that do not go on into each other, more than {ORDERED_MAX:,}"
+        raise PlanningError("", problem, "split the template or paint it in the given order")
+    modes = [_clear_of_outlines(choice, driver.yard) for choice in modes]
+    if ordering(options):
+        drive = _optimised(modes, driver, progress, enough)
+    else:
+        drive = driver.drive([choice[0] for choice in modes])
+        progress(ORDER, 1.0)
+    _refuse_collisions(drive)
+    if options.hard_drying:
+        _refuse_crossings(drive)
+    return drive
+
+
+def _optimised(
+    modes: Sequence[Sequence[Swath]], driver: Driver, progress: Progress, enough: Callable[[], bool]
+) -> Drive:
+    """The best drive found; one that returns is ordered anew for where the one that need not would begin."""
+    drive = _found(modes, driver, progress, enough)
+    if driver.returns and driver.start is None and not enough():
+        begin = drive.legs[0].path.start
+        again = _found(modes, replace(driver, start=begin, end=begin), progress, enough)
+        drive = min(drive, again, key=lambda each: _total(each, driver))
+    return drive
+
+
+def _found(modes: Sequence[Sequence[Swath]], driver: Driver, progress: Progress, enough: Callable[[], bool]) -> Drive:
+    nodes, segment, _ = nodes_of(modes)
+    end = driver.start if driver.returns else driver.end
+    first, last = (CurveEnd(pose, 0.0) if pose else None for pose in (driver.start, end))
+    asked, tracks = problem(modes, driver.ways, driver.painting, first, last, Watch(partial(progress, TIMING), enough))
+    ground = Ground.of(nodes, segment, driver.wheels)
+    crossing_s = min(driver.crossing_s, SEARCHED_CROSSING_S)
+    cost, kicks = asked.cost.copy(), kicks_for(asked)
+    best: Drive | None = None
+    step = partial(progress, ORDER)
+    least, order = np.inf, None
+    for turn in range(ROUNDS):
+        # The quickest order, and from there on the one that is worth more time for fewer wet crossings.
+        priced = asked.priced(cost)
+        watch = Watch(Stage(step, 2 * turn), enough)
+        order = ordered(priced, watch, int((AGAIN if turn else 1.0) * kicks), order)
+        scene = scene_of(priced, tracks, ground, crossing_s, driver.run_out_m, end)
+        dry = ordered_dry(scene, order, Watch(Stage(step, 2 * turn + 1), enough))
+        drive = driver.drive([nodes[k] for k in dry.tolist()])
+        if (total := _total(drive, driver)) < least - 1e-6:
+            best, least = drive, total
+        changed = _learn(cost, drive, dry.tolist())
+        if not changed or enough():
+            break
+    step(1.0)
+    assert best  # there is at least one round
+    return best
+
+
+def _total(drive: Drive, driver: Driver) -> float:
+    """Seconds, with those that crossings and collisions are worth."""
+    return drive.seconds + driver.crossing_s * drive.wet_crossings + COLLISION_S * len(drive.blocked)
+
+
+@dataclass(frozen=True)
+class Stage:
+    """Tells `step` how much of all is done; mostly the first two searches are all there is."""
+
+    step: Callable[[float], None]
+    number: int
+
+    def __call__(self, part: float) -> None:
+        """So much of this search is done."""
+        self.step(1.0 - 0.5 ** min(self.number, 2) * (1.0 - 0.5 * part))
+
+
+def _learn(cost: Floats, drive: Drive, order: list[int]) -> bool:
+    """Close the pairs between which the drive has collided; whether anything has changed."""
+    depot = len(cost) - 1
+    changed = False
+    stops = [depot, *order, depot]
+    for i, leg in enumerate(drive.legs):
+        a, b = stops[i], stops[i + 1]
+        if leg.collision and cost[a, b] < COLLISION_S:
+            cost[a, b], changed = cost[a, b] + COLLISION_S, True
+    return changed
+
+
+def _clear_of_outlines(choice: Sequence[Swath], yard: Yard | None) -> list[Swath]:
+    """The modes in which the body keeps off the outlines."""
+    if yard is None:
+        return list(choice)
+    hits = [_first_hit(swath, yard) for swath in choice]
+    clear = [swath for swath, hit in zip(choice, hits, strict=True) if hit is None]
+    if not clear:
+        assert hits[0]
+        raise PlanningError(
+            hits[0][0],
+            f"cannot be painted: the robot's body would touch {hits[0][1]}",
+            "move the line or the outline apart, or paint it by hand",
+        )
+    return clear
+
+
+def _first_hit(swath: Swath, yard: Yard) -> tuple[str, Collision] | None:
+    """The first segment of a swath along which the body touches an outline, and what it touches."""
+    for stroke, path in zip(swath.strokes, swath.paths, strict=True):
+        if hit := yard.collision(path):
+            return stroke.id, hit
+    return None
+
+
+def _refuse_collisions(drive: Drive) -> None:
+    for i in drive.blocked:
+        hit = drive.legs[i].collision
+        if i == len(drive.swaths):
+            problem = f"leaves no room to stop behind it: the robot's body would touch {hit}"
+            raise PlanningError(drive.strokes[-1].id, problem, "make room there, or end with another line")
+        origin = f'from "{drive.swaths[i - 1].strokes[-1].id}"' if i else "from the start"
+        problem = f"cannot be reached {origin}: the robot's body would touch {hit}"
+        raise PlanningError(drive.swaths[i].strokes[0].id, problem, "make room there, or let the order be optimised")
+
+
+def _refuse_crossings(drive: Drive) -> None:
+    for name, doing, over in _met(drive):
+        if over.any():
+            wet = drive.strokes[int(np.flatnonzero(over)[0])].id
+            problem = f'cannot be {doing} without driving over "{wet}" while that is wet'
+            raise PlanningError(name, problem, "shorten the drying time, or let wet paint be crossed")
+
+
+def _met(drive: Drive) -> Iterator[tuple[str, str, Ints]]:
+    """In driving order: a segment, what the robot does with it, and what it runs over of the segments before."""
+    over = iter(drive.over)
+    for swath, leg in zip(drive.swaths, drive.legs, strict=False):
+        yield swath.strokes[0].id, "reached", leg.crossings
+        for stroke in swath.strokes:
+            yield stroke.id, "painted", next(over)
+    yield drive.strokes[-1].id, "left", drive.legs[-1].crossings

@@ -1,0 +1,202 @@
+"""Ways between painted segments: of all turns on offer, tight and slow to wide and fast, those that take least time."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from touchline.services.planner.geometry.clothoid import Floats, Piece, PiecePath, Pose, arc_displacement, joined
+from touchline.services.planner.limits import TURN_SPEEDS_MPS, Limits
+from touchline.services.planner.speed.topp import path_time
+from touchline.services.planner.steering.ccd import ContinuousDubins
+from touchline.services.planner.steering.dubins_padded import PaddedDubins
+from touchline.services.planner.steering.g2 import Steering
+from touchline.services.planner.steering.method import CurveEnd, TransitionMethod, before, carried_on
+
+# Braking before a tight turn is planned with this share of the acceleration, so that it is slow enough in time.
+BRAKING_SHARE = 0.98
+# Turns for the very fastest would have no curvature left to the rims.
+FASTEST_SHARE = 0.95
+# What a robot may do beside driving forward.
+REVERSING, SPINNING = "reversing", "spinning"
+
+
+class Turns(NamedTuple):
+    """Turns on offer: the speed (m/s) that they are made for, largest curvature (1/m) and sharpness (1/m²), method."""
+
+    speed_mps: float
+    curvature_1pm: float
+    sharpness_1pm2: float
+    method: TransitionMethod
+
+
+class Way(NamedTuple):
+    """A way between two painted segments and how long it takes (s)."""
+
+    seconds: float
+    path: PiecePath
+
+
+class Lead(NamedTuple):
+    """What lies between a painted curve and the turns: pieces (as driven away from the curve), and the end of it."""
+
+    pieces: tuple[Piece, ...]
+    curvature_1pm: float
+
+
+@dataclass(frozen=True)
+class Ways:
+    """Finds ways with one of several turns."""
+
+    limits: Limits
+    turns: tuple[Turns, ...]
+    standing: frozenset[str] = frozenset()
+
+    @classmethod
+    def by_time(cls, limits: Limits) -> "Ways":
+        """With turns made for several speeds, as far as the limits let them differ.
+
+        One more is entered at paint speed and tightens while the robot brakes, without a straight to brake before.
+        Wheels can do both at once; tyres that slide before that cannot.
+        """
+        fastest = min(limits.transit_speed_mps, FASTEST_SHARE * limits.rim_speed_mps)
+        offers = {limits.turn_at(v): v for v in [*(v for v in TURN_SPEEDS_MPS if v < fastest), fastest]}
+        if limits.wheels_limit_turns:
+            painting = limits.paint_speed_mps
+            offers.setdefault((limits.turn_at(TURN_SPEEDS_MPS[0])[0], limits.turn_at(painting)[1]), painting)
+        return cls(limits, tuple(Turns(speed, *turn, Steering(*turn)) for turn, speed in offers.items()))
+
+    @classmethod
+    def of_one(cls, make: Callable[[float, float], TransitionMethod], limits: Limits) -> "Ways":
+        """With the turns of one method at the largest curvature and sharpness, whatever the speed."""
+        turn = limits.curvature_max_1pm, limits.sharpness_max_1pm2
+        return cls(limits, (Turns(limits.rim_speed_mps, *turn, make(*turn)),))
+
+    def speed_mps(self, end: CurveEnd) -> float:
+        """The speed (m/s) at an end of a painted curve."""
+        return min(self.limits.steady_speed_mps(end.curvature_1pm), end.speed_mps)
+
+    def lead(self, turns: Turns, end: CurveEnd) -> Lead:
+        """From a painted curve straight to the turns; or, if they are slow, to a straight that leaves room to brake."""
+        speed = self.speed_mps(end)
+        slower = max(speed**2 - turns.speed_mps**2, 0.0)
+        if not slower:
+            return Lead((), end.curvature_1pm)
+        sharpness = self.limits.turn_at(speed)[1]
+        out = ContinuousDubins(self.limits.curvature_max_1pm, sharpness).lead_out(end.curvature_1pm)
+        return Lead((*out, Piece(slower / (2.0 * BRAKING_SHARE * self.limits.acceleration_mps2))), 0.0)
+
+    def widest(self, end: CurveEnd) -> Turns:
+        """The turns made for the least speed at which they do not slow down a painted curve."""
+        speed = self.speed_mps(end)
+        return min((t for t in self.turns if t.speed_mps >= speed), key=lambda t: t.speed_mps, default=self.turns[-1])
+
+    def from_rest(self, start: Pose, goal: CurveEnd, run_up_m: float) -> Way:
+        """The quickest way from standstill to a painted curve, over a straight of `run_up_m` before its lead-in."""
+        into = self.widest(goal).method.lead_in(goal.curvature_1pm)
+        pieces = (Piece(run_up_m), *into) if run_up_m else into
+        reaching = CurveEnd(before(goal.pose, pieces), 0.0)
+        ways = []
+        for turns in self.turns:
+            path = PiecePath(start, joined((*turns.method.connect(start, reaching.pose), *pieces)))
+            ways.append(Way(self.seconds(path.pieces, 0.0, self.speed_mps(goal)), path))
+        return min(ways, key=lambda way: way.seconds)
+
+    def to_rest(self, start: CurveEnd, goal: Pose, run_out_m: float) -> Way:
+        """The quickest way from a painted curve to standstill, over a straight of `run_out_m` behind its lead-out."""
+        out = self.widest(start).method.lead_out(start.curvature_1pm)
+        pieces = (*out, Piece(run_out_m)) if run_out_m else out
+        leaving = PiecePath(start.pose, pieces).end
+        ways = []
+        for turns in self.turns:
+            path = PiecePath(start.pose, joined((*pieces, *turns.method.connect(leaving, goal))))
+            ways.append(Way(self.seconds(path.pieces, self.speed_mps(start), 0.0), path))
+        return min(ways, key=lambda way: way.seconds)
+
+    def between(self, start: CurveEnd, goal: CurveEnd) -> list[Way]:
+        """Every way from the end of one painted segment to the beginning of the next, the quickest first."""
+        speeds = self.speed_mps(start), self.speed_mps(goal)
+        ways = [self._way(turns, start, goal, speeds) for turns in self.turns]
+        if self.standing:
+            ways += self._standing(start, goal, speeds)
+        ways.sort(key=lambda way: way.seconds)
+        straight_on = carried_on(start, goal, ways[0].path.length_m)
+        if straight_on:
+            ways.insert(0, Way(self.seconds(straight_on.pieces, *speeds), straight_on))
+        return ways
+
+    def _way(self, turns: Turns, start: CurveEnd, goal: CurveEnd, speeds: tuple[float, float]) -> Way:
+        out, into = self.lead(turns, start), turned_round(self.lead(turns, goal))
+        leaving = CurveEnd(PiecePath(start.pose, out.pieces).end, out.curvature_1pm)
+        reaching = CurveEnd(before(goal.pose, into.pieces), into.curvature_1pm)
+        path = PiecePath(start.pose, joined((*out.pieces, *turns.method.between(leaving, reaching), *into.pieces)))
+        return Way(self.seconds(path.pieces, *speeds), path)
+
+    def quickest_standing(self, start: CurveEnd, goal: CurveEnd, least_s: float) -> Way | None:
+        """The quickest way with cusps or turns on the spot, if it takes less than `least_s`."""
+        speeds = self.speed_mps(start), self.speed_mps(goal)
+        if self.standing_bound_s(start, goal, speeds) >= least_s:
+            return None
+        ways = [way for way in self._standing(start, goal, speeds) if way.seconds < least_s]
+        return min(ways, key=lambda way: way.seconds, default=None)
+
+    def standing_bound_s(self, start: CurveEnd, goal: CurveEnd, speeds: tuple[float, float]) -> float:
+        """No way of `_standing` with a standstill takes less (s).
+
+        The painted curves are carried on, and what lies between the ends of that is driven before the first standstill
+        or after it; best of all on one side alone, as more at once is driven faster.
+        """
+        room = self._room_m(speeds)
+        stop = start.pose.moved(arc_displacement(room, start.curvature_1pm), 0.0)
+        go = goal.pose.moved(arc_displacement(-room, goal.curvature_1pm), 0.0)
+        between = abs(go.point - stop.point)
+        first, last = (self._from_rest_s(room, speed) for speed in speeds)
+        further = [self._from_rest_s(room + between, speed) for speed in speeds]
+        return min(first + further[1], further[0] + last)
+
+    def _from_rest_s(self, length_m: float, speed_mps: float) -> float:
+        """The least time (s) from standstill over a length to a speed, or the other way round."""
+        gain = self.limits.acceleration_mps2
+        fast = min(math.sqrt(gain * length_m + 0.5 * speed_mps**2), max(self.limits.transit_speed_mps, speed_mps))
+        rest = length_m - (2.0 * fast**2 - speed_mps**2) / (2.0 * gain)
+        return (2.0 * fast - speed_mps) / gain + max(rest, 0.0) / fast
+
+    def _room_m(self, speeds: tuple[float, float]) -> float:
+        """Room to brake before the first standstill, and to gather speed after the last."""
+        return max(self.limits.stopping_distance_m(speed) for speed in speeds) / BRAKING_SHARE
+
+    def _standing(self, start: CurveEnd, goal: CurveEnd, speeds: tuple[float, float]) -> list[Way]:
+        """Ways with cusps and turns on the spot; before and after them the painted curve is carried on to brake.
+
+        A robot that has to stand anyway gains nothing by wide turns: these are the tightest.
+        """
+        method = self.turns[0].method
+        if not isinstance(method, Steering):
+            return []
+        found = method.standing_ways(start, goal, self._room_m(speeds))
+        return [Way(self.seconds(p, *speeds), PiecePath(start.pose, p)) for p in found if self._may(p)]
+
+    def _may(self, pieces: Sequence[Piece]) -> bool:
+        backward, spinning = any(p.direction < 0 for p in pieces), any(p.spin_rad for p in pieces)
+        return (not backward or REVERSING in self.standing) and (not spinning or SPINNING in self.standing)
+
+    def seconds(self, pieces: Sequence[Piece], first_mps: float, last_mps: float) -> float:
+        """Seconds for pieces that are entered and left at these speeds."""
+        table: Floats = np.array(pieces, dtype=np.float64).reshape(-1, 5)
+        return float(path_time(table, len(table), first_mps, last_mps, self.limits.row)) if len(table) else 0.0
+
+
+def turned_round(lead: Lead) -> Lead:
+    """The lead into a curve, of the same curvature, instead of out of it."""
+    back = tuple(p._replace(curvature_1pm=p.curvature_end_1pm, sharpness_1pm2=-p.sharpness_1pm2) for p in lead.pieces)
+    return lead._replace(pieces=back[::-1])
+
+
+METHODS: dict[str, Callable[[Limits], Ways]] = {
+    Steering.name: Ways.by_time,
+    ContinuousDubins.name: lambda limits: Ways.of_one(ContinuousDubins, limits),
+    PaddedDubins.name: lambda limits: Ways.of_one(lambda curvature, sharpness: PaddedDubins(curvature), limits),
+}
+DEFAULT_METHOD = Steering.name

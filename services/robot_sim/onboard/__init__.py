@@ -1,6 +1,0 @@
-"""What the robot's own computer does: estimate, follow, execute, keep safe. It sees sensor frames and nothing else."""
-
-from touchline.services.robot_sim.onboard.onboard import Onboard
-from touchline.services.robot_sim.onboard.warm_up import straight, warm_up
-
-__all__ = ["Onboard", "straight", "warm_up"]

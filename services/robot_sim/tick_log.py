@@ -1,0 +1,72 @@
+"""What is kept of every tick until it is told: one row of plain numbers, whoever ran the tick."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.schemas import topics
+from touchline.schemas.topics import Topic
+from touchline.services.core.jit import kernel
+from touchline.services.robot_sim.sensors import fast, receiver
+from touchline.services.robot_sim.world import body
+
+TICK: Final = 0
+MEASURED: Final = 1  # tick in which the newest sample of IMU, magnetometer, encoders was measured; −1: none arrived
+READINGS: Final = 4  # of the three, as in `fast`
+WHEELS: Final = READINGS + fast.READINGS  # commanded speeds, left and right [rad/s]
+ESTIMATE: Final = WHEELS + 2  # east, north, heading, speed, yaw rate
+COVARIANCE: Final = ESTIMATE + 5  # of east, north, heading, row by row
+TWIST_COVARIANCE: Final = COVARIANCE + 9  # of speed and yaw rate, row by row
+TRUTH: Final = TWIST_COVARIANCE + 4  # east, north, heading, speed, yaw rate
+SPRAYER: Final = TRUTH + 5  # valve commanded, open, disc commanded, down (0 or 1 each), flow [l/s]
+TANK_L: Final = SPRAYER + 5
+FIXES: Final = TANK_L + 1  # reports of the receiver that arrived: 0 or 1
+REPORT: Final = FIXES + 1  # it, as in `receiver`
+COLUMNS: Final = REPORT + receiver.COLUMNS
+
+Rows = NDArray[np.float64]
+
+
+def period(topic: Topic) -> int:
+    """Ticks between two messages of a periodic topic."""
+    return round(100 / topic.rate_hz)
+
+
+ODOMETRY_TICKS: Final = period(topics.ODOMETRY)
+"""Estimate and truth are told every so many ticks; in others the estimate's columns may mean nothing."""
+
+
+@kernel
+def note(
+    row: NDArray[np.float64],
+    tick: int,
+    state: NDArray[np.float64],
+    readings: NDArray[np.float64],
+    wheels: tuple[float, float],
+    valve: float,
+    disc: float,
+) -> None:
+    """Fill in a tick, but for the estimate and the receiver's report; every sample counts as one of this tick.
+
+    Args:
+        row: (COLUMNS,) filled.
+        tick: This tick.
+        state: The world's at its end.
+        readings: (fast.READINGS,) of the sensors.
+        wheels: Commanded speeds [rad/s].
+        valve: Whether it is commanded open, 0 or 1.
+        disc: Whether it is commanded down, 0 or 1.
+    """
+    row[TICK] = row[MEASURED] = row[MEASURED + 1] = row[MEASURED + 2] = tick
+    for column in range(fast.READINGS):
+        row[READINGS + column] = readings[column]
+    row[WHEELS], row[WHEELS + 1] = wheels
+    row[TRUTH], row[TRUTH + 1], row[TRUTH + 2] = state[body.EAST], state[body.NORTH], state[body.HEADING]
+    row[TRUTH + 3], row[TRUTH + 4] = state[body.SPEED], state[body.YAW_RATE]
+    row[SPRAYER], row[SPRAYER + 1] = valve, 1.0 if state[body.VALVE_OPEN] > 0.0 else 0.0
+    row[SPRAYER + 2], row[SPRAYER + 3] = disc, 1.0 if state[body.DISC_DOWN] > 0.0 else 0.0
+    row[SPRAYER + 4], row[TANK_L] = state[body.FLOW_LPS], state[body.TANK_L]
+    row[FIXES] = 0.0

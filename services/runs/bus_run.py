@@ -1,0 +1,264 @@
+"""One painting job over the bus: plan, record, load, start, follow to the end, report."""
+
+import time
+import uuid
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Protocol
+
+from touchline.schemas import topics
+from touchline.schemas.errors import PayloadError, TouchlineError
+from touchline.schemas.messages import (
+    CommandRequest,
+    Event,
+    GetDiagnosticsRequest,
+    LoadRequest,
+    PlanOptions,
+    PlanRequest,
+    PlanResponse,
+    Progress,
+    RecordRequest,
+    RecordStopRequest,
+    SetSpeedRequest,
+    Smear,
+    TraversalReport,
+    TraversalStatus,
+)
+from touchline.schemas.supplies import full
+from touchline.schemas.topics import Request, Response, Service
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.bus import Bus, CallError, Inbox
+from touchline.services.bus.counters import Counters
+from touchline.services.runs.reports import failing, hash_figures, paint_report, plan_figures, traversal_figures
+from touchline.services.system.diagnostics import read_health
+
+#: A job whose robot does not move on for this long (wall clock) will not finish by itself.
+_STALLED_S = 20.0
+_PLAN_TIMEOUT_S = 600.0
+_FINISHED = (TraversalStatus.DONE, TraversalStatus.ABORTED, TraversalStatus.ESTOPPED)
+
+
+class JobFailed(TouchlineError):
+    """The job ended early; the text is the reason."""
+
+
+class Watcher(Protocol):
+    """Whoever watches a job."""
+
+    def stage(self, text: str) -> None:
+        """A new stage begins."""
+
+    def progress(self, fraction: float, text: str) -> None:
+        """The present stage has come so far, 0…1."""
+
+    def event(self, severity: int, text: str) -> None:
+        """Something happened; ``severity`` as in ``touchline_msgs/Event``."""
+
+    def check(self) -> None:
+        """Called often; raises :class:`JobFailed` when the job cannot go on."""
+
+
+@dataclass(frozen=True)
+class JobOptions:
+    """What to paint and how.
+
+    Attributes:
+        template_json: The template's text.
+        plan: How to plan it.
+        speed: Sim seconds per wall second; negative for as fast as it goes.
+        record: File to record to, if any.
+        scenario_hash: Of what decides the session; passed on to the report.
+        vehicle: The robot's, whose tank and battery are full at the start.
+    """
+
+    template_json: str
+    plan: PlanOptions
+    speed: float
+    record: Path | None
+    scenario_hash: str = ""
+    vehicle: Vehicle = field(default_factory=Vehicle)
+
+
+@dataclass
+class Job:
+    """A job in progress on ``bus``, told to ``watcher``."""
+
+    bus: Bus
+    options: JobOptions
+    watcher: Watcher
+    started_at: float = field(default=0.0, init=False)
+    """Wall clock (monotonic) at which the robot set off."""
+    smears: tuple[Smear, ...] = field(default=(), init=False)
+    """Of wet paint, once the job is done."""
+
+    def run(self) -> dict[str, Any]:
+        """Do the whole job.
+
+        Returns:
+            The run report.
+
+        Raises:
+            JobFailed: A service refused, died, or the robot stopped for good.
+            CallError: A service did not answer.
+        """
+        inbox = self.bus.inbox([topics.EVENTS, topics.REPORT])
+        plan = self._plan()
+        recording = self._start_recording()
+        try:
+            self._load_and_start(plan)
+            status, report = self._follow(inbox)
+        except (TouchlineError, KeyboardInterrupt):
+            self._give_up(recording)
+            raise
+        wall_s, self.smears = time.monotonic() - self.started_at, report.smears
+        recorded = self._stop_recording()
+        return self._report(plan, status, report, wall_s, recorded)
+
+    def _plan(self) -> PlanResponse:
+        self.watcher.stage("Planning")
+        progress = self.bus.inbox([topics.PLANNER_PROGRESS], keep="latest")
+
+        def show() -> None:
+            self.watcher.check()
+            for _, message in progress.messages():
+                if isinstance(message, Progress):
+                    self.watcher.progress(message.fraction, message.stage)
+
+        request = PlanRequest(request_id=_new_id(), template_json=self.options.template_json, options=self.options.plan)
+        response = self._ask(topics.PLAN_SERVICE, request, _PLAN_TIMEOUT_S, show)
+        if not response.success:
+            raise JobFailed(response.message)
+        for shortage in full(response.report, self.options.vehicle).shortages:
+            self.watcher.event(Event.WARN, f"planner: the job {shortage}")
+        return response
+
+    def _start_recording(self) -> Path | None:
+        if self.options.record is None:
+            return None
+        request = RecordRequest(request_id=_new_id(), path=str(self.options.record.absolute()))
+        response = self._ask(topics.RECORD, request)
+        if not response.success:
+            raise JobFailed(response.message)
+        return self.options.record
+
+    def _load_and_start(self, plan: PlanResponse) -> None:
+        self.watcher.stage("Painting")
+        load = LoadRequest(request_id=_new_id(), trajectory=plan.trajectory, template_json=self.options.template_json)
+        loaded = self._ask(topics.LOAD, load)
+        if not loaded.success:
+            raise JobFailed(f"the robot refused the plan: {loaded.message}")
+        speed = SetSpeedRequest(request_id=_new_id(), factor=self.options.speed)
+        paced = self._ask(topics.SET_SPEED, speed)
+        if not paced.success:
+            raise JobFailed(paced.message)
+        started = self._ask(topics.START, CommandRequest(request_id=_new_id()))
+        if not started.success:
+            raise JobFailed(f"the robot refused to start: {started.message}")
+        self.started_at = time.monotonic()
+
+    def _follow(self, inbox: Inbox) -> tuple[TraversalStatus, TraversalReport]:
+        latest = self.bus.inbox([topics.STATUS], keep="latest")
+        status = TraversalStatus()
+        moved_at, moved_to = time.monotonic(), -1.0
+        while True:
+            self.watcher.check()
+            for _, message in inbox.messages():
+                if isinstance(message, Event):
+                    self.watcher.event(message.severity, f"{message.source}: {message.text}")
+                elif isinstance(message, TraversalReport) and self.started_at:
+                    return self._last_status(latest, status), message
+            for _, message in latest.messages():
+                if isinstance(message, TraversalStatus):
+                    status = message
+            if status.arc_length_m != moved_to:
+                moved_at, moved_to = time.monotonic(), status.arc_length_m
+                fraction = status.arc_length_m / status.total_length_m if status.total_length_m else 0.0
+                self.watcher.progress(fraction, f"{status.segment_id}  {status.coverage_pct:.1f} % painted")
+            elif time.monotonic() - moved_at > _STALLED_S and status.state not in _FINISHED:
+                raise JobFailed(
+                    f"the robot has not moved for {_STALLED_S:.0f} s ({status.reason or 'no reason given'})"
+                )
+            time.sleep(0.01)
+
+    @staticmethod
+    def _last_status(latest: Inbox, status: TraversalStatus) -> TraversalStatus:
+        for _, message in latest.messages():
+            if isinstance(message, TraversalStatus):
+                status = message
+        return status
+
+    def _stop_recording(self) -> dict[str, Any] | None:
+        if self.options.record is None:
+            return None
+        self.watcher.stage("Finishing the recording")
+        response = self._ask(topics.RECORD_STOP, RecordStopRequest(request_id=_new_id()), timeout_s=120.0)
+        figures: dict[str, Any] = {"path": str(self.options.record), "complete": response.success}
+        if response.success:
+            figures |= {"messages": response.messages, "bytes": response.bytes, "lost": response.lost}
+        else:
+            figures["problem"] = response.message or "the bridge does not say why"
+        return figures
+
+    def _give_up(self, recording: Path | None) -> None:
+        """Leave the robot stopped and the recording whole; what cannot be asked any more is left."""
+        self.watcher.stage("Stopping")
+        try:
+            self.bus.call(topics.ABORT, CommandRequest(request_id=_new_id()), timeout_s=2.0)
+        except TouchlineError as error:
+            self.watcher.event(Event.WARN, str(error))
+        if recording is not None:
+            try:
+                self.bus.call(topics.RECORD_STOP, RecordStopRequest(request_id=_new_id()), timeout_s=30.0)
+            except TouchlineError as error:
+                self.watcher.event(Event.WARN, str(error))
+
+    def _report(
+        self,
+        plan: PlanResponse,
+        status: TraversalStatus,
+        report: TraversalReport,
+        wall_s: float,
+        recording: dict[str, Any] | None,
+    ) -> dict[str, Any]:
+        lacking = recording["problem"] if recording is not None and not recording["complete"] else ""
+        return {
+            "success": report.success and not lacking,
+            "reason": status.reason or (lacking and f"the recording is not complete: {lacking}") or failing(report),
+            "plan": plan_figures(plan.report),
+            "traversal": traversal_figures(report, wall_s),
+            **paint_report(report),
+            "bus": self._bus_figures(),
+            "recording": recording,
+            "hash": hash_figures(self.options.scenario_hash, report),
+        }
+
+    def _bus_figures(self) -> dict[str, int]:
+        """Messages published, received and lost, over all processes, as each tells them."""
+        counters = [self.bus.counters]
+        for node in (topics.PLANNER, topics.ROBOT_SIM, topics.TELEMETRY, topics.BRIDGE):
+            try:
+                response = self._ask(topics.diagnostics_service(node), GetDiagnosticsRequest())
+            except (CallError, PayloadError) as error:
+                self.watcher.event(Event.WARN, str(error))
+                continue
+            health = read_health(node, response.diagnostics)
+            counters.append(Counters(health.published or 0, health.received or 0, health.lost or 0))
+        return {
+            "published": sum(each.published for each in counters),
+            "received": sum(each.received for each in counters),
+            "lost": sum(each.lost for each in counters),
+        }
+
+    def _ask(
+        self,
+        service: Service[Request, Response],
+        request: Request,
+        timeout_s: float = 10.0,
+        while_waiting: Callable[[], None] | None = None,
+    ) -> Response:
+        return self.bus.call(service, request, timeout_s, while_waiting or self.watcher.check)
+
+
+def _new_id() -> str:
+    return uuid.uuid4().hex

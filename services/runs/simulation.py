@@ -1,0 +1,213 @@
+"""A painting job in one process: no bus, no wall clock in it, the same bits as over Zenoh."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from touchline.schemas.digest import scenario_hash
+from touchline.schemas.messages import PaintMarks, PlanOptions, PlanReport, Trajectory, TraversalReport, TraversalStatus
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.template import Template
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.planner.plan import plan
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.fast_runner import Quiet
+from touchline.services.robot_sim.packing import Payload
+from touchline.services.robot_sim.telemetry import Telemetry
+from touchline.services.runs.reports import failing, hash_figures, paint_report, plan_figures, traversal_figures
+
+Progress = Callable[[float, str], None]
+
+#: Ticks between two looks at how far the robot has come.
+_SLICE_TICKS = 1000
+#: Slices without any progress after which a robot is taken to wait for an operator who is not there.
+_PATIENCE_SLICES = 18
+
+
+@dataclass(frozen=True)
+class Job:
+    """What is painted with what: everything but the scenario, planned once.
+
+    Attributes:
+        trajectory: The plan.
+        plan_report: Its figures, planning time included.
+    """
+
+    template: Template
+    vehicle: Vehicle
+    options: PlanOptions
+    trajectory: Trajectory
+    plan_report: PlanReport
+
+    @classmethod
+    def prepare(
+        cls,
+        template: Template,
+        options: PlanOptions,
+        vehicle: Vehicle | None = None,
+        progress: Progress = lambda done, doing: None,
+    ) -> Self:
+        """Plan ``template`` for the vehicle, by default the shipped one.
+
+        Raises:
+            PlanningError: It cannot be planned.
+        """
+        begun = time.perf_counter()
+        vehicle = vehicle or Vehicle()
+        planned = plan(template, vehicle, options, lambda stage, fraction: progress(fraction, f"Planning: {stage}"))
+        report = planned.report.model_copy(update={"planning_time_s": time.perf_counter() - begun})
+        return cls(template, vehicle, options, planned.trajectory, report)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A finished run.
+
+    Attributes:
+        report: Its ``session_hash`` is empty if the run was neither recorded nor hashed.
+        reason: Why it ended as it did, if that needs words.
+        scenario_hash: Of its cause.
+        wall_time_s: Of the drive, the report included.
+        recording: Path, messages and bytes of the recording, if there is one.
+    """
+
+    report: TraversalReport
+    reason: str
+    scenario_hash: str
+    wall_time_s: float
+    recording: dict[str, Any] | None
+    strokes: tuple[PaintMarks, ...]
+
+    def figures(self, job: Job) -> dict[str, Any]:
+        """The report as ``touchline run`` gives it."""
+        return {
+            "success": self.report.success,
+            "reason": self.reason or failing(self.report),
+            "plan": plan_figures(job.plan_report),
+            "traversal": traversal_figures(self.report, self.wall_time_s),
+            **paint_report(self.report),
+            "recording": self.recording,
+            "hash": hash_figures(self.scenario_hash, self.report),
+        }
+
+
+def simulate(
+    job: Job,
+    scenario: Scenario,
+    *,
+    hashed: bool = False,
+    record: Path | None = None,
+    with_strokes: bool = False,
+    progress: Progress = lambda done, doing: None,
+) -> Outcome:
+    """Paint ``job`` once, as fast as it goes.
+
+    Telemetry is made only to be hashed or recorded; that changes no figure.
+
+    Args:
+        job: What to paint.
+        scenario: What may go differently.
+        hashed: Whether to work out the session hash; a recorded run always has one.
+        record: MCAP file to write.
+        with_strokes: Whether the outcome holds the paint itself.
+        progress: Told the fraction done and where the robot is, every few seconds of sim time.
+
+    Raises:
+        CommandRefused: The robot does not take the plan.
+        RecordingError: The recording cannot be written.
+    """
+    begun = time.perf_counter()
+    emulator = Emulator(job.vehicle, scenario)
+    telemetry = Telemetry(emulator)
+    before = [telemetry.setup(), telemetry.status()]
+    emulator.load(job.trajectory, job.template)
+    quiet = Quiet(emulator)
+    if record is None and not hashed:
+        emulator.start()
+        reason = _drive(emulator, lambda: quiet.run(_SLICE_TICKS), progress)
+        report, recording = telemetry.report(), None
+    else:
+        with _Listener(record) as listener:
+            listener.hear(before)
+            listener.hear(telemetry.loaded(job.trajectory, job.template))
+            emulator.start()
+            listener.hear(telemetry.news())
+
+            def run_slice() -> None:
+                last = emulator.tick_count + _SLICE_TICKS
+                while emulator.tick_count < last and emulator.active:
+                    done = quiet.step(telemetry.until_due(_SLICE_TICKS), telemetry.rows)
+                    listener.hear(telemetry.after(done))
+
+            reason = _drive(emulator, run_slice, progress)
+            report = telemetry.final or telemetry.report()
+        recording = listener.figures()
+    return Outcome(
+        report,
+        reason,
+        scenario_hash(scenario, job.vehicle, job.template, job.options),
+        time.perf_counter() - begun,
+        recording,
+        telemetry.strokes() if with_strokes else (),
+    )
+
+
+def _drive(emulator: Emulator, run_slice: Callable[[], None], progress: Progress) -> str:
+    """Run to the end; a robot that waits for an operator for minutes is told to give up. Returns the reason."""
+    reached, patience = -1.0, _PATIENCE_SLICES
+    while emulator.active:
+        run_slice()
+        status = emulator.onboard.status
+        if status.total_length_m > 0.0:
+            progress(status.arc_length_m / status.total_length_m, status.segment_id)
+        patience = patience - 1 if status.arc_length_m == reached else _PATIENCE_SLICES
+        reached = status.arc_length_m
+        if patience == 0 and status.state in (TraversalStatus.RUNNING, TraversalStatus.PAUSED):
+            waited_s = _PATIENCE_SLICES * _SLICE_TICKS // 100
+            why = status.reason or "it did not move on"
+            emulator.abort(f"given up by the simulation after {waited_s} s without progress: {why}")
+    return emulator.onboard.status.reason
+
+
+class _Listener:
+    """Takes the payloads, to a recording if there is one."""
+
+    def __init__(self, path: Path | None) -> None:
+        from touchline.services.bridge.recorder import Recorder
+
+        self._path = path
+        self._recorder = Recorder(path.absolute()) if path is not None else None
+        self._sequences: dict[str, int] = {}
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._recorder is not None:
+            self._finished = self._recorder.finish()
+
+    def hear(self, said: list[Payload]) -> None:
+        """Write them down."""
+        if self._recorder is None:
+            return
+        for topic, payload in said:
+            sequence = self._sequences[topic.name] = self._sequences.get(topic.name, 0) + 1
+            self._recorder.write(topic.name, payload, sequence)
+
+    def figures(self) -> dict[str, Any] | None:
+        """What was recorded, once it is finished."""
+        if self._recorder is None:
+            return None
+        done = self._finished
+        return {
+            "path": str(self._path),
+            "complete": not done.problem,
+            "messages": done.messages,
+            "bytes": done.bytes,
+            "lost": done.lost,
+        }

@@ -1,0 +1,77 @@
+"""What a sweep says: of every combination and figure the mean, the 95th percentile, the worst and its seed."""
+
+import csv
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from touchline.services.runs.sweep.grid import Case
+from touchline.services.runs.sweep.task import Run
+from touchline.services.runs.writing import writing
+
+#: Figures of which more is better; of all others less is.
+MORE_IS_BETTER: Final = ("coverage_pct", "area_coverage_pct", "within_tolerance_pct")
+
+
+def summarise(cases: Sequence[Case], runs: Sequence[Run]) -> dict[str, Any]:
+    """The sweep's report as a JSON object: a summary per combination, then every run.
+
+    The order in which runs finished leaves no trace.
+    """
+    ordered = sorted(runs, key=lambda run: (run.case, run.seed))
+    return {
+        "combinations": [
+            _combination(case, [run for run in ordered if run.case == index]) for index, case in enumerate(cases)
+        ],
+        "runs": [
+            {
+                "set": cases[run.case].setting,
+                "seed": run.seed,
+                "success": run.success,
+                "reason": run.reason,
+                "scenario_hash": run.scenario_hash,
+                **run.figures,
+            }
+            for run in ordered
+        ],
+    }
+
+
+def _combination(case: Case, runs: list[Run]) -> dict[str, Any]:
+    told = [run for run in runs if run.figures]
+    return {
+        "set": case.setting,
+        "template": case.template,
+        "runs": len(runs),
+        "failed_seeds": [run.seed for run in runs if not run.success],
+        "figures": {name: statistics(name, told) for name in (told[0].figures if told else {})},
+    }
+
+
+def statistics(name: str, runs: Sequence[Run]) -> dict[str, float | int]:
+    """Of one figure over runs; the percentile counts from the good side."""
+    values = np.array([run.figures[name] for run in runs])
+    badness = -values if name in MORE_IS_BETTER else values
+    worst = int(np.argmax(badness))
+    return {
+        "mean": float(np.mean(values)),
+        "p95": float(abs(np.quantile(badness, 0.95))),
+        "worst": float(values[worst]),
+        "worst_seed": runs[worst].seed,
+    }
+
+
+def write_csv(report: dict[str, Any], path: Path) -> None:
+    """A line per run: settings, seed, figures.
+
+    Raises:
+        SpecError: It cannot be written.
+    """
+    rows = [{**run["set"], **{name: value for name, value in run.items() if name != "set"}} for run in report["runs"]]
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    with writing(path), path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, names)
+        writer.writeheader()
+        writer.writerows(rows)

@@ -1,0 +1,133 @@
+"""One run of a sweep, in whatever process it happens."""
+
+import signal
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+from touchline.schemas.catalogue import load_template
+from touchline.schemas.errors import TouchlineError
+from touchline.schemas.messages import TraversalReport
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.runs.reports import failing
+from touchline.services.runs.simulation import Job, Progress, simulate
+from touchline.services.runs.sweep.grid import Case
+from touchline.services.system.shutdown import ENDS
+
+
+@dataclass(frozen=True)
+class Task:
+    """A run to be done; ``case`` and ``job`` are indices."""
+
+    case: int
+    job: int
+    scenario: Scenario
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run that was done; ``figures`` is empty if it could not be, for the ``reason`` given."""
+
+    case: int
+    seed: int
+    success: bool
+    reason: str
+    figures: dict[str, float]
+    scenario_hash: str = ""
+
+
+def prepare(
+    cases: Sequence[Case],
+    seeds: int,
+    vehicle: Vehicle | None = None,
+    progress: Progress = lambda done, doing: None,
+) -> tuple[list[Job], list[Task]]:
+    """Plan every template once for each set of options, and list the runs: ``seeds`` of each case, with one vehicle.
+
+    Raises:
+        SpecError: A template is none.
+        PlanningError: One cannot be planned so.
+    """
+    jobs: dict[str, Job] = {}
+    tasks: list[Task] = []
+    for index, case in enumerate(cases):
+        key = f"{case.template} {case.options.model_dump_json()}"
+        if key not in jobs:
+            jobs[key] = Job.prepare(load_template(case.template), case.options, vehicle, progress)
+        job = list(jobs).index(key)
+        first = case.scenario.seed
+        tasks += [
+            Task(index, job, case.scenario.model_copy(update={"seed": seed})) for seed in range(first, first + seeds)
+        ]
+    return list(jobs.values()), tasks
+
+
+def perform(jobs: list[Job], task: Task) -> Run:
+    """Do it; what the robot refuses is told in the result."""
+    try:
+        outcome = simulate(jobs[task.job], task.scenario)
+    except TouchlineError as error:
+        return Run(task.case, task.scenario.seed, False, str(error), {})
+    report = outcome.report
+    reason = outcome.reason or failing(report)
+    return Run(task.case, task.scenario.seed, report.success, reason, run_figures(report), outcome.scenario_hash)
+
+
+def run_figures(report: TraversalReport) -> dict[str, float]:
+    """The main figures of a run, by the names of its report."""
+    return {
+        "coverage_pct": report.coverage_pct,
+        "area_coverage_pct": report.area_coverage_pct,
+        "within_tolerance_pct": report.within_tolerance_pct,
+        "gap_m": report.gap_m,
+        "overspray_m2": report.overspray_m2,
+        "double_paint_m2": report.double_paint_m2,
+        "lateral_error_mean_m": report.lateral_error_mean_m,
+        "lateral_error_p95_m": report.lateral_error_p95_m,
+        "lateral_error_max_m": report.lateral_error_max_m,
+        "position_rmse_m": report.position_rmse_m,
+        "heading_rmse_rad": report.heading_rmse_rad,
+        "total_time_s": report.total_time_s,
+        "follower_fallbacks": float(report.follower_fallbacks),
+    }
+
+
+_jobs: list[Any] = []
+
+
+@contextmanager
+def undisturbed() -> Iterator[None]:
+    """Let signals to end wait, also in a process that is started meanwhile, until it is :func:`begin_worker`'s.
+
+    A process of a pool gets what it needs through a pipe, and would complain of what is missing.
+    """
+    came: list[int] = []
+    handlers: dict[int, Any] = {}
+    if threading.current_thread() is threading.main_thread():  # which is interrupted whatever thread has the signal
+        handlers = {number: signal.getsignal(number) for number in ENDS if callable(signal.getsignal(number))}
+    for number in handlers:
+        signal.signal(number, lambda number, _frame: came.append(number))
+    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, ENDS)  # for the new process, which takes this over
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+    for number in came:
+        signal.raise_signal(number)
+
+
+def begin_worker(jobs: list[Job]) -> None:
+    """Called once in each process of a pool: Ctrl-C is the parent's affair."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDS)
+    _jobs[:] = jobs
+
+
+def perform_in_worker(task: Task) -> Run:
+    """As :func:`perform`, with the jobs that the process was given at its beginning."""
+    return perform(_jobs, task)

@@ -1,0 +1,1 @@
+"""Processes: start, watch, restart, stop; what they may read and write."""

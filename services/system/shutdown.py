@@ -1,0 +1,59 @@
+"""How a service process ends, on a signal or when the supervisor that started it is gone, and shows that it lives."""
+
+import os
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+from touchline.services.system.heartbeat import Heartbeat
+
+ENDS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
+
+
+class Stop:
+    """Whether this process has been asked to end. To ask is to show that the loop turns."""
+
+    def __init__(self, supervisor: int | None, heartbeat: Heartbeat | None = None) -> None:
+        """`supervisor` is the process id of the parent, if this process must not outlive it.
+
+        It is the parent that says so: by the time that one looks for it here, it may be gone, and another in its place.
+        """
+        self._signalled = False
+        self._parent = supervisor
+        self._heartbeat = heartbeat
+
+    def signal(self, _number: int, _frame: FrameType | None) -> None:
+        """Note a signal; the main loop sees it at its next turn."""
+        self._signalled = True
+
+    def beat(self) -> None:
+        """Show the supervisor that the loop turns, in waits within a turn that take long."""
+        if self._heartbeat is not None:
+            self._heartbeat.beat()
+
+    @property
+    def asked(self) -> bool:
+        """Whether to end now; not a sign that the loop turns, so for what comes before it begins to."""
+        return self._signalled or (self._parent is not None and os.getppid() != self._parent)
+
+    def __bool__(self) -> bool:
+        """Whether to end now."""
+        self.beat()
+        return self.asked
+
+
+@contextmanager
+def until_stopped(supervisor: int | None = None) -> Iterator[Stop]:
+    """Turn SIGTERM, SIGINT and a hang-up into a flag, so that a service closes everything it has open.
+
+    It is one, too, that `supervisor`, the process id of the parent, is not the parent any more.
+    """
+    stop = Stop(supervisor, Heartbeat.from_environment() if supervisor is not None else None)
+    wanted = [number for number in ENDS if signal.getsignal(number) is not signal.SIG_IGN]
+    previous = {number: signal.signal(number, stop.signal) for number in wanted}
+    try:
+        yield stop
+    finally:
+        for number, handler in previous.items():
+            signal.signal(number, handler)

@@ -1,0 +1,241 @@
+"""Starts the service processes, watches them, restarts what died, and stops them all.
+
+Children are executed afresh, never forked: a forked Zenoh session hangs. Each gets a process group of its own, so that
+Ctrl-C reaches the supervisor alone and it can end things in order; each ends by itself when its supervisor is gone.
+"""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from touchline.schemas.plain_text import plain
+from touchline.services.bus import BusConfig
+from touchline.services.bus.presence import Presence
+from touchline.services.system.heartbeat import HANGS_S, VARIABLE, HeartbeatWatch
+from touchline.services.system.private_folder import open_private
+from touchline.services.system.safe_path import safe_path
+
+#: A restart waits this long, doubled for each failure in a row.
+_FIRST_BACKOFF_S = 0.1
+_LONGEST_BACKOFF_S = 5.0
+#: A process that ran this long has recovered.
+_HEALTHY_S = 10.0
+#: A process whose liveliness token is gone this long, though its loop turns, can be reached by nobody.
+_UNREACHABLE_S = 5.0
+#: A first start compiles the kernels; a loop that has not begun to turn by then never will.
+_FIRST_BEAT_S = 180.0
+_STOP_S = 5.0
+#: As much of the end of a log is looked through for the last words of a process.
+_LAST_WORDS_BYTES = 4096
+
+
+class Notice(NamedTuple):
+    """Something that happened to a service.
+
+    ``kind`` is ``hangs`` (its loop does not turn), ``turns`` (it does again), ``hung`` (it was killed), ``died`` or
+    ``restarted``.
+    """
+
+    node: str
+    kind: str
+    text: str
+
+
+@dataclass
+class Child:
+    """One supervised service.
+
+    Attributes:
+        node: Its name on the bus.
+        arguments: ``touchline`` arguments that run it.
+        patience_s: It is killed, and started again, when its loop has not turned for this long.
+    """
+
+    node: str
+    arguments: Sequence[str]
+    patience_s: float
+    process: subprocess.Popen[bytes] | None = None
+    ended: subprocess.Popen[bytes] | None = None
+    """The process before, of which something may still run: the robot's sender, that publishes what was said last."""
+    started_at: float = 0.0
+    failures: int = 0
+    restart_at: float | None = None
+    seen: bool = False
+    missing_since: float | None = None
+    heartbeat: HeartbeatWatch | None = None
+    hangs: bool = False
+    log_begin: int = 0
+
+
+class Supervisor:
+    """Keeps a set of services running; call :meth:`poll` often."""
+
+    def __init__(self, children: Sequence[Child], config: BusConfig, log_folder: Path) -> None:
+        """Nothing is started yet.
+
+        Args:
+            children: The services.
+            config: The bus that they shall join.
+            log_folder: A private folder, where each writes its output, as ``<node>.log``, and its heartbeat.
+        """
+        self.children = list(children)
+        self._config = config
+        self._log_folder = log_folder
+        log_folder.mkdir(parents=True, exist_ok=True)
+
+    def start(self) -> None:
+        """Start every service."""
+        for child in self.children:
+            self._spawn(child)
+
+    def poll(self, presence: Presence | None = None) -> list[Notice]:
+        """Restart what died or hangs; says what happened.
+
+        Args:
+            presence: The bus's liveliness, already polled; without it only exit codes are watched.
+        """
+        notices: list[Notice] = []
+        now = time.monotonic()
+        for child in self.children:
+            if child.process is None:
+                if child.restart_at is not None and now >= child.restart_at:
+                    self._spawn(child)
+                    notices.append(
+                        Notice(child.node, "restarted", f"{child.node} restarted (pid {self.pid(child.node)})")
+                    )
+            elif (code := child.process.poll()) is not None:
+                child.ended = child.process
+                notices.append(Notice(child.node, "died", f"{child.node} {_how_it_ended(code)}{self._why(child)}"))
+                self._schedule_restart(child, now)
+            else:
+                notices += self._minded(child, child.process, presence, now)
+        return notices
+
+    def pid(self, node: str) -> int | None:
+        """Process id of ``node``, if it runs."""
+        return next((c.process.pid for c in self.children if c.node == node and c.process is not None), None)
+
+    def log_tail(self, node: str, lines: int = 15) -> str:
+        """The end of what ``node`` wrote."""
+        path = self._log_path(node)
+        text = path.read_text(errors="replace") if path.exists() else ""
+        return "\n".join(plain(line) for line in text.splitlines()[-lines:])
+
+    def stop(self) -> None:
+        """Ask every service to end, and end those that do not."""
+        running = [child.process for child in self.children if child.process is not None]
+        for process in running:
+            process.terminate()
+            process.send_signal(signal.SIGCONT)  # one that is stopped could not hear
+        deadline = time.monotonic() + _STOP_S
+        for process in running:
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(max(0.0, deadline - time.monotonic()))
+            _kill_group(process)
+            process.wait()
+        for child in self.children:
+            if child.ended is not None:
+                _kill_group(child.ended)
+            child.process = child.ended = child.restart_at = None
+
+    def _log_path(self, node: str) -> Path:
+        return self._log_folder / f"{node}.log"
+
+    def _spawn(self, child: Child) -> None:
+        if child.ended is not None:
+            _kill_group(child.ended)
+            child.ended = None
+        child.heartbeat = HeartbeatWatch(self._log_folder / f"{child.node}.heartbeat")
+        file = open_private(self._log_path(child.node), os.O_WRONLY | os.O_APPEND)
+        with os.fdopen(file, "ab") as log:
+            child.log_begin = os.fstat(file).st_size
+            child.process = subprocess.Popen(
+                # -P: code in the current folder is not ours.
+                [sys.executable, "-P", "-m", "touchline", *child.arguments, "--supervisor", str(os.getpid())],
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                env={
+                    **os.environ,
+                    **self._config.environment(),
+                    **safe_path(),
+                    VARIABLE: str(child.heartbeat.path),
+                    "PYTHONUNBUFFERED": "1",
+                },
+                process_group=0,
+            )
+        child.started_at = time.monotonic()
+        child.restart_at = child.missing_since = None
+        child.seen = child.hangs = False
+
+    def _schedule_restart(self, child: Child, now: float) -> None:
+        child.failures = 0 if now - child.started_at > _HEALTHY_S else child.failures + 1
+        backoff = min(_FIRST_BACKOFF_S * 2 ** max(0, child.failures - 1), _LONGEST_BACKOFF_S)
+        child.process, child.restart_at = None, now + backoff
+
+    def _minded(
+        self, child: Child, process: subprocess.Popen[bytes], presence: Presence | None, now: float
+    ) -> list[Notice]:
+        """Look at a process that runs; kill it if it is of no use any more."""
+        assert child.heartbeat is not None
+        heartbeat = child.heartbeat
+        heartbeat.look(now)
+        if not heartbeat.begun and now - child.started_at > _FIRST_BEAT_S:
+            _kill_group(process)
+            return [Notice(child.node, "hung", f"{child.node} has not begun in {_FIRST_BEAT_S:.0f} s; killed")]
+        hung = heartbeat.quiet_s >= HANGS_S
+        notices: list[Notice] = []
+        if hung and not child.hangs:
+            text = f"{child.node} hangs: its loop has not turned for {heartbeat.quiet_s:.1f} s"
+            notices.append(Notice(child.node, "hangs", text))
+        elif child.hangs and not hung:
+            notices.append(Notice(child.node, "turns", f"{child.node} turns again"))
+        child.hangs = hung
+        if heartbeat.quiet_s >= child.patience_s:
+            _kill_group(process)
+            text = f"{child.node} was killed: its loop has not turned for {heartbeat.quiet_s:.0f} s"
+            notices.append(Notice(child.node, "hung", text))
+        elif not hung and presence is not None and self._unreachable(child, presence, now):
+            _kill_group(process)
+            text = f"{child.node} was killed: it left the bus {_UNREACHABLE_S:.0f} s ago but still ran"
+            notices.append(Notice(child.node, "hung", text))
+        return notices
+
+    @staticmethod
+    def _unreachable(child: Child, presence: Presence, now: float) -> bool:
+        if child.node in presence.alive():
+            child.seen, child.missing_since = True, None
+        elif child.seen and child.missing_since is None:
+            child.missing_since = now
+        return child.missing_since is not None and now - child.missing_since > _UNREACHABLE_S
+
+    def _why(self, child: Child) -> str:
+        """The last words of a process in its log."""
+        with self._log_path(child.node).open("rb") as log:
+            size = log.seek(0, os.SEEK_END)
+            log.seek(max(child.log_begin, size - _LAST_WORDS_BYTES))
+            lines = [plain(line) for line in log.read().decode(errors="replace").splitlines()]
+        words = [line.strip() for line in lines if line.strip()]
+        return f": {words[-1]}" if words else ""
+
+
+def _kill_group(process: subprocess.Popen[bytes]) -> None:
+    """Kill a child and whatever it has started."""
+    with suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)
+
+
+def _how_it_ended(code: int) -> str:
+    if code >= 0:
+        return f"ended with exit code {code}"
+    try:
+        return f"was ended by {signal.Signals(-code).name}"
+    except ValueError:
+        return f"was ended by signal {-code}"

@@ -1,0 +1,202 @@
+"""What the robot does when something other than its position goes wrong, and what it takes to go on."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.onboard.rig import Run, chain, start, trajectory
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import TraversalStatus
+from touchline.services.onboard.interface import Command
+
+RUNNING, PAUSED, DONE = TraversalStatus.RUNNING, TraversalStatus.PAUSED, TraversalStatus.DONE
+ESTOPPED = TraversalStatus.ESTOPPED
+LINE = trajectory(chain((0.0, 12.0)), sprays=((5.0, 10.0),))
+
+
+def at(arc_length_m: float, noise: str = "none") -> Run:
+    run = start(LINE, noise=noise)
+    run.until_arc(arc_length_m)
+    return run
+
+
+def joint(run: Run) -> float:
+    """How far the paint after the stop begins beyond where it ended before: negative is painted twice."""
+    before, after = run.painted
+    return after[0] - before[1]
+
+
+def test_bumper_latches_until_reset() -> None:
+    run = at(7.0)
+    run.rig.bumper = True
+    command = run.tick()
+    assert command == Command(0.0, 0.0, False, False)
+    assert run.onboard.state == ESTOPPED
+    assert "bumper" in run.onboard.status.reason
+    run.ticks(100)
+    with pytest.raises(CommandRefused, match="while the bumper is pressed"):
+        run.onboard.reset()
+    run.rig.bumper = False
+    run.ticks(1000)
+    assert run.onboard.state == ESTOPPED and abs(run.rig.speed) < 1e-3
+    with pytest.raises(CommandRefused):
+        run.onboard.resume()
+    run.onboard.reset()
+    run.onboard.resume()
+    run.until(DONE)
+    assert -0.02 < joint(run) < 0.01
+
+
+def test_operator_lost_stops_after_two_seconds_and_waits_for_a_resume() -> None:
+    run = at(5.5)
+    run.rig.operator = False
+    run.ticks(195)
+    assert run.onboard.state == RUNNING
+    run.ticks(10)
+    assert run.onboard.state == PAUSED and not run.command.valve
+    assert "operator" in run.onboard.status.reason
+    run.ticks(200)
+    with pytest.raises(CommandRefused, match="operator has not been heard"):
+        run.onboard.resume()
+    run.rig.operator = True
+    run.ticks(300)
+    assert run.onboard.state == PAUSED
+    run.onboard.resume()
+    run.until(DONE)
+    assert -0.02 < joint(run) < 0.01
+
+
+def test_operator_back_in_time_is_no_reason_to_stop() -> None:
+    run = at(5.5)
+    run.rig.operator = False
+    run.ticks(150)
+    run.rig.operator = True
+    run.until(DONE)
+    assert len(run.painted) == 1
+
+
+def test_leaving_the_fence_is_an_emergency() -> None:
+    """It rolls away, or is towed: 2 m beyond the path it latches."""
+    run = at(10.5)
+    run.onboard.pause()
+    run.ticks(150)
+    while run.rig.x < 13.9:
+        run.command = run.onboard.step(run.rig.step(Command(6.0, 6.0, False, False)))
+    assert run.onboard.state == PAUSED
+    for _ in range(60):
+        run.command = run.onboard.step(run.rig.step(Command(6.0, 6.0, False, False)))
+    assert run.onboard.state == ESTOPPED
+    assert "surroundings by more than 2 m" in run.onboard.status.reason
+
+
+def test_empty_tank_stops_and_a_refill_leaves_no_gap() -> None:
+    run = at(5.5)
+    run.rig.tank_l = 0.04
+    run.until(PAUSED, limit=400)
+    assert "tank is all but empty" in run.onboard.status.reason
+    run.ticks(150)
+    with pytest.raises(CommandRefused, match="tank"):
+        run.onboard.resume()
+    run.rig.tank_l = 20.0
+    run.ticks(10)
+    run.onboard.resume()
+    run.until(DONE)
+    assert -0.02 < joint(run) < 0.01
+
+
+def test_tank_that_is_empty_at_once_is_owed_from_there() -> None:
+    run = at(7.0)
+    run.rig.tank_l = 0.0
+    dry = run.rig.nozzle()[0]
+    run.tick()
+    assert run.onboard.state == PAUSED and run.onboard.status.reason == "the tank is empty"
+    run.ticks(150)
+    run.rig.tank_l = 20.0
+    run.tick()
+    run.onboard.resume()
+    run.until(DONE)
+    assert -0.02 < run.painted[1][0] - dry < 0.015
+
+
+def test_low_battery_stops_with_a_reason() -> None:
+    run = at(7.0)
+    run.rig.battery = 0.05
+    run.tick()
+    assert run.onboard.state == PAUSED
+    assert run.onboard.status.reason == "the battery is low (5 %)"
+    run.ticks(150)
+    with pytest.raises(CommandRefused, match="battery is low"):
+        run.onboard.resume()
+
+
+def test_valve_stuck_open_is_seen() -> None:
+    run = at(9.0)
+    run.rig.valve_stuck = True
+    run.until_arc(10.0)
+    assert run.until(PAUSED, limit=100) < 80
+    assert run.onboard.status.reason == "paint comes out although the valve is closed"
+    run.ticks(150)
+    with pytest.raises(CommandRefused, match="although the valve is closed"):
+        run.onboard.resume()
+    assert any(event.severity == 2 for event in run.onboard.take_events())
+
+
+def test_valve_stuck_closed_is_seen_and_what_it_missed_is_painted() -> None:
+    run = at(7.0)
+    run.rig.valve_stuck = False
+    dry = run.rig.nozzle()[0]
+    assert run.until(PAUSED, limit=100) < 60
+    assert "too little paint" in run.onboard.status.reason
+    run.rig.valve_stuck = None
+    run.ticks(150)
+    run.onboard.resume()
+    run.until(DONE)
+    assert abs(run.painted[1][0] - dry) < 0.02
+
+
+@pytest.mark.parametrize("wheel", [0, 1])
+@pytest.mark.parametrize("noise", ["none", "default"])
+def test_blocked_wheel_stops_the_robot(wheel: int, noise: str) -> None:
+    run = at(7.0, noise)
+    run.rig.blocked = wheel
+    assert run.until(PAUSED, limit=100) < 60
+    assert not run.command.valve
+    run.ticks(300)
+    assert abs(run.rig.speed) < 0.01
+    words = {event.text for event in run.onboard.take_events()}
+    assert any(("left", "right")[wheel] in text or "contradict" in text for text in words), words
+
+
+def test_wheels_that_spin_stop_the_paint() -> None:
+    run = at(7.0, "default")
+    run.rig.spin_share = 0.5
+    assert run.until(PAUSED, limit=100) < 40
+    assert "slip" in run.onboard.status.reason or "contradict" in run.onboard.status.reason
+    run.rig.spin_share = 0.0
+    run.ticks(300)
+    run.until(DONE)
+    assert -0.03 < joint(run) < 0.03
+
+
+def test_a_lasting_jump_waits_for_the_operator() -> None:
+    run = at(7.0, "default")
+    run.rig.fix_offset_m = (0.0, 0.10)
+    assert run.until(PAUSED, limit=100) < 60
+    assert "contradict" in run.onboard.status.reason
+    run.ticks(3000)
+    assert run.onboard.state == PAUSED, "a wrong fix that lasts does not move the painting"
+    assert abs(run.onboard.estimate.north_m - run.rig.y) < 0.03
+    run.onboard.resume()
+    assert any(event.code == "position-accepted" for event in run.onboard.take_events())
+    run.ticks(10)
+    assert abs(run.onboard.estimate.north_m - run.rig.y - 0.10) < 0.03
+
+
+def test_a_jump_that_passes_needs_nobody() -> None:
+    run = at(7.0, "default")
+    run.rig.fix_offset_m = (0.0, 0.3)
+    run.ticks(800)
+    assert run.onboard.state == PAUSED
+    run.rig.fix_offset_m = (0.0, 0.0)
+    run.until(DONE)
+    assert -0.03 < joint(run) < 0.02

@@ -1,0 +1,90 @@
+"""Followers on a robot whose pose they know exactly, but which drifts or is slower than it is told."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.onboard.test_followers import standing_inputs
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.onboard.control import MpcFollower, make_follower, mpc
+from touchline.services.onboard.control.wheels import lead_ticks
+from touchline.services.onboard.trajectory import path_projection as projection
+
+TICK_S = 0.01
+
+
+def settled(name: str, nozzle_x_m: float = 0.0, drift_mps: float = 0.0, share: float = 1.0) -> tuple[float, float]:
+    """Where the nozzle is beside a straight path [m] and how fast the robot is [m/s] after 12 s at 1 m/s.
+
+    It drifts to the left with `drift_mps`, and its wheels come to `share` of the speed that they are told.
+    """
+    vehicle = Vehicle(nozzle_x_m=nozzle_x_m)
+    follower = make_follower(name, vehicle)
+    now, ahead = np.zeros(projection.NOW), np.zeros((follower.ahead_rows, projection.AHEAD_COLUMNS))
+    ahead[:, projection.A_SPEED] = now[projection.REFERENCE_SPEED] = 1.0
+    now[projection.LEFT_RADIUS] = now[projection.RIGHT_RADIUS] = vehicle.wheel_radius_m
+    stay = math.exp(-TICK_S / vehicle.motor_time_constant_s)
+    wheels = np.full(2, share / vehicle.wheel_radius_m)
+    command = wheels / share
+    lateral = heading = 0.0
+    for _ in range(1200):
+        wheels = share * command + stay * (wheels - share * command)
+        left, right = (wheels * vehicle.wheel_radius_m).tolist()
+        speed, yaw_rate = 0.5 * (left + right), (right - left) / vehicle.track_width_m
+        heading += yaw_rate * TICK_S
+        lateral += (speed * math.sin(heading) + drift_mps) * TICK_S
+        now[projection.LATERAL], now[projection.HEADING_ERROR] = lateral, heading
+        now[projection.NOZZLE_LATERAL] = lateral + nozzle_x_m * math.sin(heading)
+        now[projection.SPEED], now[projection.YAW_RATE] = speed, yaw_rate
+        now[projection.LEFT_COMMAND : projection.RIGHT_COMMAND + 1] = command
+        command = np.array(follower.step(now, ahead))
+    assert follower.fallbacks == 0
+    return float(now[projection.NOZZLE_LATERAL]), speed
+
+
+@pytest.mark.parametrize("nozzle_x_m", [-0.4, 0.0, 0.4])
+def test_the_nozzle_is_on_its_line_wherever_it_sits(nozzle_x_m: float) -> None:
+    """A robot that drifts has to head aside: the nozzle 40 cm before the axle is 12 mm off where the axle is not."""
+    off, _ = settled("mpc", nozzle_x_m, drift_mps=0.03)
+    assert abs(off) < 1e-3
+
+
+@pytest.mark.parametrize("name", ["mpc", "pure-pursuit"])
+def test_wheels_that_are_slower_than_told_cost_no_speed(name: str) -> None:
+    off, speed = settled(name, share=0.95)
+    assert speed == pytest.approx(1.0, abs=2e-3)
+    assert abs(off) < 1e-6
+
+
+def test_pure_pursuits_integral_takes_a_drift_away() -> None:
+    """Without it the robot settles 9 mm beside its line."""
+    off, _ = settled("pure-pursuit", drift_mps=0.03)
+    assert abs(off) < 6e-3
+
+
+@pytest.mark.parametrize("name", ["mpc", "pure-pursuit"])
+def test_curves_are_fed_forward_as_far_ahead_as_the_motors_lag(name: str) -> None:
+    vehicle = Vehicle()
+    lead = lead_ticks(vehicle)
+    assert lead == round(vehicle.motor_time_constant_s / TICK_S)
+    apart = []
+    for begins in (lead, lead + 1):
+        now, ahead = standing_inputs()
+        ahead[begins:, projection.A_YAW_RATE] = 0.5
+        left, right = make_follower(name, vehicle).step(now, ahead)
+        apart.append((right - left) * vehicle.wheel_radius_m / vehicle.track_width_m)
+    assert apart == pytest.approx([0.5, 0.0], abs=0.02)
+
+
+@pytest.mark.parametrize(("cap", "fallbacks"), [(1, 1), (mpc.ITERATION_CAP, 0)])
+def test_the_solver_gets_its_iteration_cap(monkeypatch: pytest.MonkeyPatch, cap: int, fallbacks: int) -> None:
+    monkeypatch.setattr(mpc, "ITERATION_CAP", cap)
+    follower = MpcFollower(Vehicle())
+    now, ahead = standing_inputs()
+    now[projection.LATERAL] = now[projection.NOZZLE_LATERAL] = 0.3
+    now[projection.HEADING_ERROR] = 0.4
+    follower.step(now, ahead)
+    assert follower.fallbacks == fallbacks

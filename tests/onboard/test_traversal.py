@@ -1,0 +1,297 @@
+"""The executive: every command in every state, pauses that paint nothing twice, starts that are refused."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+
+import pytest
+
+from tests.onboard.rig import Run, chain, start, trajectory
+from touchline.schemas.curves import Curve
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import Trajectory, TraversalStatus
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.onboard import Onboard
+
+IDLE, READY, RUNNING = TraversalStatus.IDLE, TraversalStatus.READY, TraversalStatus.RUNNING
+PAUSED, DONE = TraversalStatus.PAUSED, TraversalStatus.DONE
+ABORTED, ESTOPPED = TraversalStatus.ABORTED, TraversalStatus.ESTOPPED
+
+LINE = trajectory(chain((0.0, 12.0)), sprays=((5.0, 10.0),))
+SHORT = trajectory(chain((0.0, 1.0)), speed=0.8)
+
+
+def in_state(state: int) -> Run:
+    run = start(SHORT if state == DONE else LINE)
+    onboard = run.onboard
+    if state in (IDLE, READY):
+        onboard.abort()
+        onboard.reset()
+        if state == READY:
+            onboard.load(LINE)
+    elif state == RUNNING:
+        run.until_arc(2.0)
+    elif state == PAUSED:
+        run.until_arc(2.0)
+        onboard.pause()
+        run.ticks(200)
+    elif state == DONE:
+        run.until(DONE)
+        run.ticks(100)
+    elif state == ABORTED:
+        run.until_arc(2.0)
+        onboard.abort()
+        run.ticks(200)
+    elif state == ESTOPPED:
+        run.until_arc(2.0)
+        onboard.estop()
+        run.ticks(200)
+    assert onboard.state == state
+    return run
+
+
+COMMANDS: dict[str, Callable[[Onboard], object]] = {
+    "load": lambda onboard: onboard.load(LINE),
+    "start": Onboard.start,
+    "pause": Onboard.pause,
+    "resume": Onboard.resume,
+    "abort": Onboard.abort,
+    "estop": Onboard.estop,
+    "reset": Onboard.reset,
+}
+ALLOWED = {
+    "load": {IDLE: READY, READY: READY, DONE: READY, ABORTED: READY},
+    "start": {READY: RUNNING},
+    "pause": {RUNNING: PAUSED},
+    "resume": {PAUSED: RUNNING},
+    "abort": {READY: ABORTED, RUNNING: ABORTED, PAUSED: ABORTED},
+    "estop": dict.fromkeys((IDLE, READY, RUNNING, PAUSED, DONE, ABORTED, ESTOPPED), ESTOPPED),
+    "reset": {ESTOPPED: PAUSED, DONE: IDLE, ABORTED: IDLE},
+}
+
+
+@pytest.mark.parametrize("state", [IDLE, READY, RUNNING, PAUSED, DONE, ABORTED, ESTOPPED])
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_in_every_state(command: str, state: int) -> None:
+    run = in_state(state)
+    after = ALLOWED[command].get(state)
+    if after is None:
+        with pytest.raises(CommandRefused, match=f"cannot {command} while"):
+            COMMANDS[command](run.onboard)
+        assert run.onboard.state == state
+    else:
+        COMMANDS[command](run.onboard)
+        assert run.onboard.state == after
+    run.tick()
+    assert run.command.valve is False
+
+
+@pytest.mark.parametrize(("before", "after"), [(IDLE, IDLE), (READY, READY), (PAUSED, PAUSED), (DONE, IDLE)])
+def test_reset_after_an_emergency_stop(before: int, after: int) -> None:
+    run = in_state(before)
+    run.onboard.estop()
+    run.ticks(50)
+    run.onboard.reset()
+    assert run.onboard.state == after
+    run.ticks(100)
+    assert abs(run.rig.speed) < 1e-3
+
+
+def test_reset_while_still_rolling_is_refused() -> None:
+    run = in_state(RUNNING)
+    run.onboard.estop()
+    run.tick()
+    with pytest.raises(CommandRefused, match="while the robot is moving"):
+        run.onboard.reset()
+
+
+def test_runs_to_the_end_and_says_so() -> None:
+    run = start(LINE)
+    assert run.onboard.status.remaining_s == pytest.approx(13.0)
+    run.until(DONE)
+    run.ticks(100)
+    status = run.onboard.status
+    assert status.arc_length_m == pytest.approx(12.0, abs=0.02)
+    assert run.rig.x == pytest.approx(12.0, abs=0.03)
+    assert status.remaining_s == 0.0
+    assert status.elapsed_s == pytest.approx(13.0, abs=1.5)
+    assert run.onboard.lateral_error_m == pytest.approx(0.0, abs=1e-3)
+    assert [event.code for event in run.onboard.take_events()] == ["ready", "running", "done"]
+    assert run.onboard.take_events() == []
+
+
+def test_paint_goes_where_the_plan_says() -> None:
+    run = start(LINE)
+    run.until(DONE)
+    ((begin, end),) = run.painted
+    # The plan's arc lengths are those of the commands: the valve's delays come on top.
+    assert begin == pytest.approx(5.0 + Vehicle().valve_on_delay_s, abs=1e-3)
+    assert end == pytest.approx(10.0 + Vehicle().valve_off_delay_s, abs=1e-3)
+
+
+def joints(painted: list[tuple[float, float]]) -> list[float]:
+    """Gaps (positive) and overlaps (negative) between strokes, in m."""
+    return [after[0] - before[1] for before, after in itertools.pairwise(painted)]
+
+
+@pytest.mark.parametrize("follower", ["mpc", "pure-pursuit"])
+@pytest.mark.parametrize("noise", ["none", "default"])
+def test_pause_and_resume_leave_no_gap_and_paint_nothing_twice(follower: str, noise: str) -> None:
+    run = start(LINE, follower, noise, seed=2)
+    for place in (4.8, 6.0, 8.0, 9.9):
+        run.until_arc(place)
+        run.onboard.pause()
+        assert run.tick().valve is False
+        run.ticks(150)
+        assert abs(run.rig.speed) < 0.01
+        run.onboard.resume()
+    run.until(DONE)
+    tolerance = 0.01 if noise == "none" else 0.02
+    assert all(-0.02 < gap < tolerance for gap in joints(run.painted)), run.painted
+    assert run.painted[0][0] == pytest.approx(5.015, abs=0.02)
+    assert run.painted[-1][1] == pytest.approx(10.03, abs=0.02)
+    assert len(run.painted) == 4  # the first pause is before the line, the others inside
+
+
+def test_resume_while_still_braking() -> None:
+    run = start(LINE)
+    run.until_arc(7.0)
+    run.onboard.pause()
+    run.ticks(20)
+    run.onboard.resume()
+    run.until(DONE)
+    assert len(run.painted) == 2
+    assert all(-0.02 < gap < 0.01 for gap in joints(run.painted))
+
+
+def test_emergency_stop_brakes_hardest_and_leaves_no_gap() -> None:
+    run = start(LINE)
+    run.until_arc(7.0)
+    x = run.rig.x
+    run.onboard.estop()
+    assert run.tick().valve is False
+    run.ticks(60)
+    assert abs(run.rig.speed) < 0.01
+    assert run.rig.x - x < 0.25
+    run.onboard.reset()
+    run.ticks(100)
+    assert abs(run.rig.speed) < 1e-3
+    run.onboard.resume()
+    run.until(DONE)
+    assert all(-0.02 < gap < 0.01 for gap in joints(run.painted))
+    assert run.painted[-1][1] == pytest.approx(10.03, abs=0.01)
+
+
+def test_emergency_stop_over_the_start_of_a_line_paints_it_after_all() -> None:
+    run = start(LINE)
+    run.until_arc(4.95)
+    run.onboard.estop()
+    run.ticks(60)
+    assert run.rig.x > 5.03
+    run.onboard.reset()
+    run.onboard.resume()
+    run.until(DONE)
+    assert run.painted[0][0] == pytest.approx(5.015, abs=0.01)
+
+
+def test_pushed_while_paused_it_finds_its_place_again() -> None:
+    run = start(LINE)
+    run.until_arc(7.0)
+    run.onboard.pause()
+    run.ticks(150)
+    for _ in range(40):  # by hand, along the line
+        frame = run.rig.step(run.command._replace(left_radps=4.0, right_radps=4.0))
+        run.command = run.onboard.step(frame)
+    run.ticks(50)
+    run.onboard.resume()
+    run.until(DONE)
+    assert all(-0.02 < gap < 0.01 for gap in joints(run.painted))
+
+
+def test_resume_far_beside_the_path_is_refused() -> None:
+    run = start(LINE)
+    run.until_arc(7.0)
+    run.onboard.pause()
+    run.ticks(150)
+    run.rig.y += 1.0  # carried
+    run.ticks(400)
+    with pytest.raises(CommandRefused, match="beside its path"):
+        run.onboard.resume()
+
+
+@pytest.mark.parametrize(("dx", "turn", "words"), [(1.5, 0.0, "1.50 m and 0°"), (0.0, 0.8, "0.00 m and 46°")])
+def test_wrong_start_pose_aborts_with_a_reason(dx: float, turn: float, words: str) -> None:
+    run = start(LINE)
+    run.rig.x += dx
+    run.rig.heading += turn
+    run.until(ABORTED, limit=200)
+    assert words in run.onboard.status.reason
+    assert run.rig.speed == 0.0
+
+
+def test_start_before_the_estimator_is_ready_waits() -> None:
+    run = start(LINE)
+    run.rig.silent = True
+    run.ticks(500)
+    assert run.onboard.state == RUNNING
+    assert "aligning" in run.onboard.status.reason
+    assert run.rig.speed == 0.0
+    run.rig.silent = False
+    run.until_arc(1.0)
+    assert run.onboard.status.reason == ""
+
+
+def test_pause_during_alignment() -> None:
+    run = start(LINE)
+    run.ticks(10)
+    run.onboard.pause()
+    run.ticks(200)
+    assert run.rig.speed == 0.0
+    run.onboard.resume()
+    run.until(DONE)
+
+
+def test_refused_load_changes_nothing() -> None:
+    run = in_state(READY)
+    with pytest.raises(CommandRefused):
+        run.onboard.load(Trajectory())
+    assert run.onboard.state == READY
+    run.onboard.start()
+    run.until(DONE)
+
+
+def test_second_traversal_elsewhere() -> None:
+    """The robot is carried to the next start: load aligns the estimator anew."""
+    run = start(SHORT)
+    run.until(DONE)
+    run.ticks(100)
+    x, y, heading = 40.0, 25.0, 2.0
+    curve = Curve(x, y, heading, 0.0, 6.0)
+    run.rig.x, run.rig.y, run.rig.heading = x, y, heading
+    run.onboard.load(trajectory([curve]))
+    run.onboard.start()
+    run.until(DONE)
+    run.ticks(50)
+    assert math.dist((run.rig.x, run.rig.y), curve.end[:2]) < 0.03
+
+
+def test_link_lost_pauses_and_stays_paused() -> None:
+    run = start(LINE)
+    run.until_arc(7.0)
+    run.onboard.link_lost()
+    assert run.tick().valve is False
+    assert run.onboard.state == PAUSED
+    assert "link" in run.onboard.status.reason
+    run.ticks(1000)
+    assert run.onboard.state == PAUSED
+    run.onboard.link_lost()
+    run.onboard.resume()
+    run.until(DONE)
+
+
+def test_link_lost_while_idle_is_nothing() -> None:
+    run = in_state(IDLE)
+    run.onboard.link_lost()
+    assert run.onboard.state == IDLE

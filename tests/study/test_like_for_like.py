@@ -1,0 +1,81 @@
+"""DPP and ours like for like: on a small template, and what a row that is missed does to the command."""
+
+import pytest
+from typer.testing import CliRunner
+
+from touchline.schemas.catalogue import load_template
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.vehicle import Vehicle
+from touchline.services.cli.commands import app
+from touchline.services.planner.limits import Limits
+from touchline.services.planner.transitions.transitions import Ways
+from touchline.services.study.drive import DPP, study_vehicle
+from touchline.services.study.durations import painting_seconds
+from touchline.services.study.like_for_like import (
+    LAW,
+    WHEELS,
+    Setting,
+    dubins_padded,
+    in_order_of,
+    match,
+    match_rows,
+    matches,
+)
+from touchline.services.study.pitch import Pitch
+from touchline.services.study.run import Study
+from touchline.services.study.table import Cause
+
+CAUSES = [Cause("everything", 2.0, 1.0, 2.0)]
+
+
+@pytest.fixture(scope="module")
+def court() -> Pitch:
+    return Pitch(load_template("tennis"), study_vehicle())
+
+
+def of_weak_wheels(pitch: Pitch) -> Pitch:
+    """DPP, which is forgiven its steps, gains by wheels that hardly turn the robot."""
+    weak = {"max_wheel_acceleration_radps2": 3.0, "planned_wheel_acceleration_radps2": 3.0}
+    return Pitch(pitch.template, pitch.vehicle.model_copy(update=weak))
+
+
+def test_at_the_speed_and_curvature_of_the_study_it_is_the_dpp_of_the_study(court: Pitch) -> None:
+    options = PlanOptions(paint_speed_mps=1.5, transit_speed_mps=1.5, kappa_max_1pm=1.125)
+    seconds, driven = dubins_padded(court, Limits.of(court.vehicle, options))
+    assert seconds == pytest.approx(court.drive(DPP).seconds(1.5), rel=1e-6)
+    assert driven.length_m == pytest.approx(court.drive(DPP).length_m, rel=1e-6)
+
+
+def test_more_speed_and_curvature_make_dpp_faster_too(court: Pitch) -> None:
+    slow, fast, free = (match(court, Setting(LAW, *s)).dpp_s for s in ((1.5, 1.125), (2.0, 1.125), (2.0, WHEELS)))
+    assert slow > fast > free
+
+
+def test_ours_is_faster_on_a_court_and_its_wheels_can_do_it(court: Pitch) -> None:
+    found = matches({LAW: court})
+    assert len(found) == 4
+    assert all(each.met and each.ours_kept and each.dpp_steps > 0 for each in found.values())
+
+
+def test_a_plan_is_painted_as_fast_when_its_order_is_given(court: Pitch) -> None:
+    ordered = court.plan(order="optimised", transit_speed_mps=2.0)
+    again = in_order_of(court, ordered).plan(order="given", transit_speed_mps=2.0)
+    assert [s.stroke.id for s in again.sections if s.stroke] == [s.stroke.id for s in ordered.sections if s.stroke]
+    assert painting_seconds(again) == pytest.approx(painting_seconds(ordered), abs=1e-3)
+
+
+def test_turns_that_brake_are_offered_where_only_the_wheels_limit_turns() -> None:
+    """The shipped robot's tyres bear 1.2 m/s² across, less than its wheels could make: its plans have none."""
+    for vehicle, more in ((Vehicle(), 0), (study_vehicle(), 1)):
+        limits = Limits.of(vehicle, PlanOptions(paint_speed_mps=1.5, transit_speed_mps=2.0))
+        turns = Ways.by_time(limits).turns
+        assert limits.wheels_limit_turns == bool(more)
+        tightest = [t for t in turns if t.curvature_1pm == turns[0].curvature_1pm and t.speed_mps == 1.5]
+        assert len(tightest) == more
+
+
+def test_the_command_fails_if_a_row_is_missed_and_only_then(court: Pitch, monkeypatch: pytest.MonkeyPatch) -> None:
+    for pitch, code in ((court, 0), (of_weak_wheels(court), 1)):
+        study = Study(match_rows(matches({LAW: pitch})), CAUSES, pitch, {})
+        monkeypatch.setattr("touchline.services.study.run.run_study", lambda *_, study=study: study)
+        assert CliRunner().invoke(app, ["study", "--quick"]).exit_code == code
