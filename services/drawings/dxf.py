@@ -50,6 +50,7 @@ def _read(path: Path, scale_m: float | None, skip_others: bool) -> tuple[list[Ou
     drawing = readfile(path)
     scale = scale_m if scale_m is not None else _metres_per_unit(path.name, drawing)
     reader = _Reader(path.name, scale, skip_others)
+    _give_blocks_a_height(drawing)
     hidden = {layer.dxf.name.lower() for layer in drawing.layers if layer.is_off() or layer.is_frozen()}
     outlines = [
         outline
@@ -58,6 +59,13 @@ def _read(path: Path, scale_m: float | None, skip_others: bool) -> tuple[list[Ou
         for outline in reader.outlines(entity, 0)
     ]
     return outlines, reader.skipped
+
+
+def _give_blocks_a_height(drawing: Any) -> None:
+    """Programs that draw in a plane write a z scale of 0, with which a block cannot be transformed; heights go unused."""
+    for entity in drawing.entitydb.values():
+        if entity.dxftype() == "INSERT" and entity.dxf.zscale == 0.0:
+            entity.dxf.zscale = 1.0
 
 
 def _check_size(path: Path) -> None:

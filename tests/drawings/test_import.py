@@ -222,6 +222,18 @@ def test_dxf_blocks_layers_and_mirrored_entities(tmp_path: Path) -> None:
     assert len({s.id for s in template.segments}) == len(template.segments)
 
 
+def test_dxf_blocks_without_a_height(tmp_path: Path) -> None:
+    document, space, path = dxf(tmp_path)
+    document.blocks.new("post").add_line((0, 0), (1, 0))
+    flat = {"zscale": 0, "xscale": 2}
+    row = {**flat, "column_count": 3, "column_spacing": 4}
+    document.blocks.new("goal").add_blockref("post", (0, 0), dxfattribs=row)
+    space.add_blockref("goal", (1, 1), dxfattribs=flat)
+    document.saveas(path)
+    lines = sorted((c.x_m, c.y_m, c.length_m) for c in curves_of(path))
+    assert lines == [pytest.approx((1 + 8 * i, 1, 4)) for i in range(3)]
+
+
 def test_dxf_units(tmp_path: Path) -> None:
     for units, metres in ((6, 1.0), (4, 0.001), (2, 0.3048), (1, 0.0254)):
         document, space, path = dxf(tmp_path, units)

@@ -12,8 +12,8 @@ REQUIRED_PCT: Final = 99.0
 """Of the length of all lines together."""
 LINE_REQUIRED_PCT: Final = 95.0
 """Of the length of every single line, ..."""
-LINE_LACKS_M: Final = 0.05
-"""... but for that much of a short one."""
+LACKS_M: Final = 0.05
+"""... but for that much of a short one, and of all lines where they are short together: what the valve may err by."""
 
 
 class Verdict(NamedTuple):
@@ -26,23 +26,27 @@ class Verdict(NamedTuple):
 def verdict(lines: Sequence[SegmentMetrics], within_pct: float, tolerance_m: float) -> Verdict:
     """Judge the paint.
 
-    It is accepted if at least `REQUIRED_PCT` of the length of all lines has paint whose middle is within the tolerance,
-    and no line lacks more of that than `100 − LINE_REQUIRED_PCT` of its length or, where that is less, `LINE_LACKS_M`.
+    It is accepted if all lines together lack no more paint whose middle is within the tolerance than
+    `100 − REQUIRED_PCT` of their length, and no single one more than `100 − LINE_REQUIRED_PCT` of its own, or, where
+    that is less, `LACKS_M`.
 
     Args:
         lines: Their figures.
         within_pct: Share of the length of them all that has paint within the tolerance.
         tolerance_m: Of the template.
     """
-    near = f"{within_pct:.2f} % of the length is painted within {1e3 * tolerance_m:g} mm"
-    whole = f"{near}, {REQUIRED_PCT:g} % is asked for"
     if not lines:
         return Verdict(True, "there are no lines to paint")
-    worst = max(lines, key=lambda line: line.lacks_m - _allowed_m(line.length_m))
-    allowed_m = _allowed_m(worst.length_m)
-    single = f'the worst line, "{worst.id}", lacks {worst.lacks_m:.3f} m of it, {allowed_m:.3f} m is allowed'
-    return Verdict(within_pct >= REQUIRED_PCT and worst.lacks_m <= allowed_m, f"{whole}; {single}")
+    length_m = sum(line.length_m for line in lines)
+    allowed_m = _allowed_m(length_m, REQUIRED_PCT)
+    required = f"{REQUIRED_PCT:g} %" if allowed_m > LACKS_M else f"all but {allowed_m:.3f} m of {length_m:.2f} m"
+    near = f"{within_pct:.2f} % of the length is painted within {1e3 * tolerance_m:g} mm, {required} is asked for"
+    worst = max(lines, key=lambda line: line.lacks_m - _allowed_m(line.length_m, LINE_REQUIRED_PCT))
+    line_m = _allowed_m(worst.length_m, LINE_REQUIRED_PCT)
+    single = f'the worst line, "{worst.id}", lacks {worst.lacks_m:.3f} m of it, {line_m:.3f} m is allowed'
+    enough = (1.0 - within_pct / 100.0) * length_m <= allowed_m
+    return Verdict(enough and worst.lacks_m <= line_m, f"{near}; {single}")
 
 
-def _allowed_m(length_m: float) -> float:
-    return max(LINE_LACKS_M, (1.0 - LINE_REQUIRED_PCT / 100.0) * length_m)
+def _allowed_m(length_m: float, required_pct: float) -> float:
+    return max(LACKS_M, (1.0 - required_pct / 100.0) * length_m)
