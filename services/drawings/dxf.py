@@ -51,6 +51,7 @@ def _read(path: Path, scale_m: float | None, skip_others: bool) -> tuple[list[Ou
     scale = scale_m if scale_m is not None else _metres_per_unit(path.name, drawing)
     reader = _Reader(path.name, scale, skip_others)
     _give_blocks_a_height(drawing)
+    _expand_arrays(path.name, drawing)
     hidden = {layer.dxf.name.lower() for layer in drawing.layers if layer.is_off() or layer.is_frozen()}
     outlines = [
         outline
@@ -62,10 +63,27 @@ def _read(path: Path, scale_m: float | None, skip_others: bool) -> tuple[list[Ou
 
 
 def _give_blocks_a_height(drawing: Any) -> None:
-    """Programs that draw in a plane write a z scale of 0, with which a block cannot be transformed; heights go unused."""
+    """Programs that draw in a plane write a z scale of 0, with which no block can be transformed; heights go unused."""
     for entity in drawing.entitydb.values():
         if entity.dxftype() == "INSERT" and entity.dxf.zscale == 0.0:
             entity.dxf.zscale = 1.0
+
+
+def _expand_arrays(source: str, drawing: Any) -> None:
+    """Insert one by one what blocks insert in rows and columns: ezdxf would not scale their spacing with the block."""
+    arrays = [
+        (block, entity)
+        for block in drawing.blocks
+        if not block.is_any_layout
+        for entity in block
+        if entity.dxftype() == "INSERT" and entity.mcount > 1
+    ]
+    if sum(array.mcount for _, array in arrays) > MOST_ENTITIES:
+        raise SpecError(source, "", f"makes more than {MOST_ENTITIES:,} entities of its blocks", "simplify it")
+    for block, array in arrays:
+        for copy in array.multi_insert():
+            block.add_entity(copy)
+        block.delete_entity(array)
 
 
 def _check_size(path: Path) -> None:
