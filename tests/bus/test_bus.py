@@ -224,7 +224,7 @@ def test_junk_on_a_topic_is_counted_and_dropped(pair, outsider):
 
 
 def test_a_killed_process_is_missed_at_once(bus_config):
-    code = "import time\nfrom services.bus import Bus\nwith Bus.open('planner'): time.sleep(60)"
+    code = "import time\nfrom touchline.services.bus import Bus\nwith Bus.open('planner'): time.sleep(60)"
     environment = {**os.environ, **bus_config.environment()}
     with Bus.open("operator", bus_config) as bus, subprocess.Popen([sys.executable, "-c", code], env=environment) as it:
         presence = bus.presence()
@@ -238,7 +238,7 @@ def test_a_killed_process_is_missed_at_once(bus_config):
 
 def test_the_meeting_point_may_die(bus_config):
     """The first process listens on the endpoint; later ones must find each other when it is gone."""
-    code = "from services.bus import Bus\nwith Bus.open('hub'): print('listening', flush=True); input()"
+    code = "from touchline.services.bus import Bus\nwith Bus.open('hub'): print('listening', flush=True); input()"
     environment = {**os.environ, **bus_config.environment()}
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
     with subprocess.Popen([sys.executable, "-c", code], env=environment, **pipes) as hub:

@@ -132,7 +132,7 @@ def test_idle_connections_do_not_keep_a_peer_out(bus_config):
 def test_few_descriptors_are_told_and_as_many_as_allowed_are_used(bus_config):
     limit = 64
     code = (
-        "import resource, sys\nfrom services.bus import Bus\n"
+        "import resource, sys\nfrom touchline.services.bus import Bus\n"
         "resource.setrlimit(resource.RLIMIT_NOFILE, tuple(map(int, sys.argv[1:])))\n"
         "with Bus.open('bridge'): print(resource.getrlimit(resource.RLIMIT_NOFILE)[0])"
     )
