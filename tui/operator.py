@@ -6,6 +6,7 @@ import math
 import threading
 import time
 from collections.abc import Callable
+from itertools import count
 from typing import Protocol
 
 from touchline.schemas.errors import TouchlineError
@@ -47,7 +48,7 @@ class Operator:
         self.state = state
         self.options = PlanOptions()
         self._sender, self._say, self._session = sender, say, session
-        self._orders = 0
+        self._orders = count(1)
         self._stopping = threading.Lock()  # a stop may be given from the thread that reads the keys
         self._stopped_at_s = -math.inf
         self._speed_asked: float | None = None
@@ -153,8 +154,7 @@ class Operator:
         self.set_speed(orders.next_speed(next((speed for speed in latest if speed is not None), None), steps))
 
     def _request_id(self) -> str:
-        self._orders += 1
-        return f"tui-{self._session}-{self._orders}"
+        return f"tui-{self._session}-{next(self._orders)}"  # next() is safe from every thread
 
     def _send(self, order: Order) -> bool:
         """Send it; one of the same name that is under way stands for this one, too."""

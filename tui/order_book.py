@@ -64,11 +64,14 @@ class StopLatch:
     _robot: str = ""
 
     def press(self, request_id: str, robot: str) -> str:
-        """Give a stop; returns the request id to send it with, the old one while that is not acknowledged.
+        """Give a stop; returns the request id to send it with, the old one while nobody has answered it.
+
+        The robot does what is asked with one request id once. If that was answered and the robot does not say that it
+        is stopped, it may have stopped and been reset by somebody else: another press is another stop.
 
         `robot` is the run of the robot's process that tells its status now, "" if none does.
         """
-        if self.phase is not Phase.SENT:
+        if self.phase is not Phase.SENT or self.answer:
             self.begin(request_id)
             self._robot = robot or self._robot
         return self.request_id

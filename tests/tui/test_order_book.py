@@ -42,9 +42,13 @@ def test_an_answer_does_not_end_it() -> None:
     assert latch.phase is Phase.SENT
 
 
-def test_it_keeps_its_request_id_until_it_is_acknowledged() -> None:
+def test_it_keeps_its_request_id_until_it_is_answered_or_acknowledged() -> None:
     latch = sent()
     assert latch.press("b", "one") == "a"
+    latch.answered("a", "done", 1.0)
+    assert latch.press("b", "one") == "b", "the robot does nothing for an id that it has answered"
+    assert not latch.answer
+    assert latch.press("c", "one") == "b"
     latch.status(ESTOPPED, "one")
     assert latch.press("c", "one") == "c"
 

@@ -63,6 +63,18 @@ async def test_an_answer_while_the_robot_goes_on_is_shown_and_ends_nothing(templ
         await until(pilot, lambda: "E-STOP ANSWERED BUT RUNNING – repeating" in plain(app, SignalBar))
 
 
+async def test_another_press_is_another_stop_where_the_first_was_answered_in_vain(template: Template) -> None:
+    """Its status of being stopped was missed, and another operator has reset it."""
+    async with console(*scenes.mid_run(template), link=FakeLink(stops=False)) as (app, link, pilot):
+        await pilot.press("ctrl+e")
+        await until(pilot, lambda: app.state.orders.stop.answer)
+        link.incoming.append(received(topics.STATUS, scenes.status(template, m.TraversalStatus.RUNNING, 14)))
+        await until(pilot, lambda: len(link.asked) > 2)
+        assert len(set(stop_ids(link))) == 1
+        await pilot.press("ctrl+e")
+        await until(pilot, lambda: len(set(stop_ids(link))) == 2)
+
+
 async def test_a_robot_that_comes_back_gets_it_again_with_a_new_id(template: Template) -> None:
     async with console(*scenes.mid_run(template), link=deaf()) as (app, link, pilot):
         await pilot.press("e")
