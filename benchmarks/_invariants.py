@@ -11,7 +11,8 @@ from touchline.schemas.curves import Curve
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.faults import Fault, parse_fault
 from touchline.schemas.messages import Actuation, Trajectory, TraversalStatus
-from touchline.schemas.scenario import FenceLimits, Scenario
+from touchline.schemas.onboard import FenceLimits, Follower, OnboardConfig
+from touchline.schemas.scenario import Scenario
 from touchline.schemas.trajectories import assemble, segment, velocity
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.onboard.estimation import model
@@ -121,22 +122,22 @@ class Guarded:
         seed: Of the noise.
         patient: Whether there is an operator who resumes and resets.
         orders: What else the operator does, by tick.
-        fence: Of the scenario.
+        fence: Of the robot's computer.
     """
 
     def __init__(
         self,
         faults: tuple[Fault, ...],
         seed: int = 1,
-        follower: str = "mpc",
+        follower: Follower = "mpc",
         patient: bool = True,
         orders: dict[int, str] | None = None,
         fence: FenceLimits | None = None,
     ) -> None:
         """Loaded and started."""
         fence = fence or FenceLimits()
-        scenario = {"seed": seed, "faults": faults, "follower": follower, "fence": fence}
-        self.emulator = Emulator(Vehicle(), Scenario.model_validate(scenario))
+        scenario = Scenario(seed=seed, faults=faults)
+        self.emulator = Emulator(Vehicle(), scenario, OnboardConfig(follower=follower, fence=fence))
         self._orders = orders or {}
         self._closed = self._outside = 0
         self.emulator.load(plan())
@@ -244,5 +245,5 @@ class Guarded:
 
 def random_run(seed: int) -> Guarded:
     """A run with random faults and orders."""
-    follower = "pure-pursuit" if seed % 3 == 0 else "mpc"
+    follower: Follower = "pure-pursuit" if seed % 3 == 0 else "mpc"
     return Guarded(timeline(seed), seed % 7 + 1, follower, orders=orders(seed), fence=limits(seed))

@@ -16,7 +16,8 @@ from benchmarks._invariants import fault
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import Actuation, Trajectory, TraversalStatus
-from touchline.schemas.scenario import Scenario
+from touchline.schemas.onboard import Follower, OnboardConfig
+from touchline.schemas.scenario import Noise, Scenario
 from touchline.schemas.trajectories import assemble, segment, velocity
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.onboard.interface import Checkpoint
@@ -126,15 +127,15 @@ def places(seed: int) -> list[float]:
     return [draw.uniform(*line) for line in lines]
 
 
-def interrupted(cause: str, seed: int, noise: str = "default", follower: str = "mpc") -> list[PaintLedger]:
+def interrupted(cause: str, seed: int, noise: Noise = "default", follower: Follower = "mpc") -> list[PaintLedger]:
     """Paint the field, interrupted once on every line; the ledgers of all processes that took part.
 
     Raises:
         AssertionError: The robot did not get to the end.
     """
     vehicle, plan, interrupt = Vehicle(), field(), CAUSES[cause]
-    scenario = Scenario.model_validate({"seed": seed, "noise": noise, "follower": follower})
-    emulator = Emulator(vehicle, scenario)
+    scenario, config = Scenario(seed=seed, noise=noise), OnboardConfig(follower=follower)
+    emulator = Emulator(vehicle, scenario, config)
     emulator.load(plan, resume=Checkpoint(0, 0.0, None, BEGINS_TICK))
     emulator.start()
     ledgers, ahead, waiting = [emulator.ledger], places(seed), 0
@@ -147,7 +148,7 @@ def interrupted(cause: str, seed: int, noise: str = "default", follower: str = "
                 interrupt(emulator)
                 continue
             checkpoint = emulator.onboard.checkpoint
-            emulator = Emulator(vehicle, scenario)
+            emulator = Emulator(vehicle, scenario, config)
             emulator.load(plan, resume=checkpoint)
             emulator.start()
             ledgers.append(emulator.ledger)

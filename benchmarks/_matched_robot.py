@@ -7,6 +7,7 @@ from collections import deque
 
 import numpy as np
 
+from benchmarks._data_sheets import data_sheets
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.onboard.estimation import model as m
@@ -23,7 +24,7 @@ class MatchedRobot:
 
     def __init__(self, vehicle: Vehicle, scenario: Scenario, seed: int) -> None:
         """At rest at the origin, heading by the seed."""
-        self._c = c = m.noise_figures(vehicle, scenario)
+        self._c = c = m.noise_figures(vehicle, data_sheets(scenario))
         self._rng = np.random.default_rng(seed)
         self._block, self._next = self._rng.standard_normal(_BLOCK).tolist(), 0
         self._radius_m = vehicle.wheel_radius_m

@@ -11,23 +11,26 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks._data_sheets import data_sheets
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import Trajectory
+from touchline.schemas.onboard import Follower, OnboardConfig
 from touchline.schemas.scenario import GnssNoise, Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.onboard.control import Follower
+from touchline.services.onboard import control
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator
 
 VEHICLE = Vehicle()
+FOLLOWERS: tuple[Follower, ...] = ("mpc", "pure-pursuit")
 WHITE = GnssNoise(gauss_markov_1_m=0.0, gauss_markov_2_m=0.0)
 
 
 class Timed:
     """A follower with a stopwatch."""
 
-    def __init__(self, inner: Follower) -> None:
+    def __init__(self, inner: control.Follower) -> None:
         self.inner = inner
         self.times_s: list[float] = []
 
@@ -41,9 +44,11 @@ class Timed:
         return command
 
 
-def drive(trajectory: Trajectory, template: Template, scenario: Scenario) -> tuple[Emulator, list[float], Timed]:
+def drive(
+    trajectory: Trajectory, template: Template, scenario: Scenario, config: OnboardConfig
+) -> tuple[Emulator, list[float], Timed]:
     """A whole session; also the nozzle's distance from its line by the estimate, and the follower's times."""
-    emulator = Emulator(VEHICLE, scenario)
+    emulator = Emulator(VEHICLE, scenario, config)
     onboard = emulator.onboard
     timed = Timed(onboard._traversal._follower)  # type: ignore[attr-defined]
     onboard._traversal._follower = timed  # type: ignore[attr-defined]
@@ -57,19 +62,19 @@ def drive(trajectory: Trajectory, template: Template, scenario: Scenario) -> tup
     return emulator, followed, timed
 
 
-def _case(name: str, trajectory: Trajectory, template: Template, scenarios: list[Scenario]) -> None:
+def _case(name: str, follower: Follower, trajectory: Trajectory, template: Template, scenarios: list[Scenario]) -> None:
     errors, followed, times, fallbacks, worst = [], [], [], 0, (0.0, 0)
     for scenario in scenarios:
-        emulator, estimated, timed = drive(trajectory, template, scenario)
+        emulator, estimated, timed = drive(trajectory, template, scenario, data_sheets(scenario, follower=follower))
         lateral = np.abs(emulator.ledger.deviation().lateral_m)
         errors.append(lateral)
         followed += estimated
         times += timed.times_s
         fallbacks += emulator.onboard.status.follower_fallbacks
         worst = max(worst, (float(np.percentile(lateral, 95)), scenario.seed))
-    pooled = np.concatenate(errors) * 1e3
+    pooled, title = np.concatenate(errors) * 1e3, f"{follower}, {name}"
     print(
-        f"{name:32s} {len(scenarios):3d} seeds: mean {pooled.mean():5.2f}  p95 {np.percentile(pooled, 95):5.2f}  "
+        f"{title:32s} {len(scenarios):3d} seeds: mean {pooled.mean():5.2f}  p95 {np.percentile(pooled, 95):5.2f}  "
         f"max {pooled.max():5.2f} mm; against the estimate p95 {np.percentile(followed, 95) * 1e3:.2f} mm; "
         f"worst p95 {worst[0] * 1e3:.1f} mm (seed {worst[1]})"
     )
@@ -81,10 +86,10 @@ def main() -> None:
     seeds = range(1, int(os.environ.get("TOUCHLINE_SEEDS", "20")) + 1)
     template = load_template("soccer-11")
     trajectory = plan(template, VEHICLE).trajectory
-    for follower in ("mpc", "pure-pursuit"):
-        quiet = [Scenario(noise="none", follower=follower)]
-        white = [Scenario(seed=seed, follower=follower, gnss=WHITE) for seed in seeds]
-        noisy = [Scenario(seed=seed, follower=follower) for seed in seeds]
-        _case(f"{follower}, no noise", trajectory, template, quiet)
-        _case(f"{follower}, fixes white", trajectory, template, white)
-        _case(f"{follower}, default noise", trajectory, template, noisy)
+    for follower in FOLLOWERS:
+        quiet = [Scenario(noise="none")]
+        white = [Scenario(seed=seed, gnss=WHITE) for seed in seeds]
+        noisy = [Scenario(seed=seed) for seed in seeds]
+        _case("no noise", follower, trajectory, template, quiet)
+        _case("fixes white", follower, trajectory, template, white)
+        _case("default noise", follower, trajectory, template, noisy)

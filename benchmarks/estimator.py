@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from benchmarks._data_sheets import data_sheets
 from benchmarks._matched_robot import MatchedRobot
 from benchmarks._plain_ekf import PlainEkf
 from touchline.schemas.scenario import GnssNoise, Ground, Scenario
@@ -101,7 +102,7 @@ def monte_carlo(make: Callable[[int], Robot], scenario: Scenario, runs: int) -> 
     """Both filters on the same frames of many robots."""
     nees, nis, errors, plain_nees, plain_errors = [], [], [], [], []
     for seed in range(1, runs + 1):
-        robot, estimator, plain = make(seed), Estimator(VEHICLE, scenario), PlainEkf(VEHICLE)
+        robot, estimator, plain = make(seed), Estimator(VEHICLE, data_sheets(scenario)), PlainEkf(VEHICLE)
         rows: list[list[float]] = [[], [], []]
         for tick in range(1, CHECK_TO + 1):
             frame = robot.step(*wander(tick))
@@ -135,7 +136,7 @@ def outages(make: Callable[[int], Robot], runs: int) -> tuple[float, float, floa
     lengths, plain_lengths = [], []
     bound = chi2.ppf(0.9973, 2)
     for seed in range(1, runs + 1):
-        robot, estimator, plain = make(seed), Estimator(VEHICLE, DEFAULT), PlainEkf(VEHICLE)
+        robot, estimator, plain = make(seed), Estimator(VEHICLE, data_sheets(DEFAULT)), PlainEkf(VEHICLE)
         for tick in range(1, OUTAGE_FROM + OUTAGE_TICKS + 1):
             robot.silent = tick > OUTAGE_FROM
             frame = robot.step(*straight(tick))

@@ -15,6 +15,7 @@ import numpy as np
 
 from benchmarks._joints import field
 from touchline.schemas import topics
+from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.bus import Bus, BusConfig
@@ -51,7 +52,7 @@ def main() -> None:
             if bus.wait_for({"follower"}, START_S):
                 sys.exit("the example controller did not come up")
             ask = _Timed(Lockstep(bus))
-            emulator = Emulator(Vehicle(), Scenario(follower="external"), ask=ask)
+            emulator = Emulator(Vehicle(), Scenario(), OnboardConfig(follower="external"), ask=ask)
             emulator.load(field())
             emulator.start()
             begun = time.perf_counter()

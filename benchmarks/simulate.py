@@ -12,6 +12,7 @@ from pathlib import Path
 
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import PlanOptions
+from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import Quiet
@@ -35,21 +36,21 @@ def main() -> None:
     print(f"{TEMPLATE}: {job.plan_report.total_time_s / 60:.1f} min of driving; real-time factors, best of {REPEATS}")
     print(f"{'follower':14} {'in-process':>12} {'CPU only':>10} {'with hash':>10} {'Zenoh + recording':>18}")
     for follower in FOLLOWERS:
-        scenario = Scenario(follower=follower)
-        wall, cpu = _factor(job, scenario, hashed=False)
-        hashed, _ = _factor(job, scenario, hashed=True)
+        config = OnboardConfig(follower=follower)
+        wall, cpu = _factor(job, config, hashed=False)
+        hashed, _ = _factor(job, config, hashed=True)
         print(f"{follower:14} {wall:>11.0f}x {cpu:>9.0f}x {hashed:>9.0f}x {_over_zenoh(follower):>17.0f}x")
     print(f"\n{'repeating it':20} {'sim time':>10} {'peak RSS':>10} {'RSS':>10}")
     _memory(job, "as simulate", SIMULATED_HOURS, listening=False)
     _memory(job, "with all telemetry", TOLD_HOURS, listening=True)
 
 
-def _factor(job: Job, scenario: Scenario, *, hashed: bool) -> tuple[float, float]:
+def _factor(job: Job, config: OnboardConfig, *, hashed: bool) -> tuple[float, float]:
     """Sim time per wall time and per CPU time, the better of several runs: others use this machine too."""
     walls, cpus = [], []
     for _ in range(REPEATS):
         cpu = time.process_time()
-        outcome = simulate(job, scenario, hashed=hashed)
+        outcome = simulate(job, Scenario(), config, hashed=hashed)
         cpus.append(outcome.report.total_time_s / (time.process_time() - cpu))
         walls.append(outcome.report.total_time_s / outcome.wall_time_s)
     return max(walls), max(cpus)
@@ -68,7 +69,7 @@ def _over_zenoh(follower: str) -> float:
 
 def _memory(job: Job, title: str, hours: tuple[int, ...], listening: bool) -> None:
     """One emulator that paints the same again and again, with a full tank and battery each time."""
-    emulator = Emulator(job.vehicle, Scenario(follower="pure-pursuit"))
+    emulator = Emulator(job.vehicle, Scenario(), OnboardConfig(follower="pure-pursuit"))
     telemetry, quiet = Telemetry(emulator), Quiet(emulator)
     print(f"{title:20} {'start':>10} {_peak_mb():>9.1f}M {_rss_mb():>9.1f}M")
     for until in hours:

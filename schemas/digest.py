@@ -9,10 +9,9 @@ import struct
 from collections.abc import Iterable
 
 from touchline.schemas.messages import PlanOptions
-from touchline.schemas.scenario import Scenario
+from touchline.schemas.setup import Setup
 from touchline.schemas.template import Template
 from touchline.schemas.topics import RECORDED, Topic
-from touchline.schemas.vehicle import Vehicle
 
 #: Payloads of a topic that are hashed at once. Changing it changes every session hash.
 _BATCH = 64
@@ -22,15 +21,10 @@ def _blake() -> "hashlib.blake2b":
     return hashlib.blake2b(digest_size=8)
 
 
-def scenario_hash(scenario: Scenario, vehicle: Vehicle, template: Template, options: PlanOptions) -> str:
-    """16 hex digits for everything that decides what a session will be, except its name.
-
-    The noise figures count also with ``noise: none``: the onboard computer goes by the data sheets of its sensors
-    whether or not they err.
-    """
+def scenario_hash(setup: Setup, template: Template, options: PlanOptions) -> str:
+    """16 hex digits for everything that decides what a session will be, except the scenario's name."""
     causes = {
-        "scenario": scenario.model_dump(mode="json", exclude={"name"}),
-        "vehicle": vehicle.model_dump(mode="json"),
+        **setup.model_dump(mode="json", exclude={"scenario": {"name"}}),
         "template": template.model_dump(mode="json"),
         "plan": options.model_dump(mode="json"),
     }

@@ -1,13 +1,12 @@
 """Scenarios: everything that decides what an emulated session will be, to the bit."""
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
 from touchline.schemas.faults import Fault, Share
 from touchline.schemas.spec import Spec
 
-Follower = Literal["mpc", "pure-pursuit", "external"]
 Noise = Literal["default", "none"]
 MAX_SEED = 2**63 - 1
 Positive = Annotated[float, Field(gt=0)]
@@ -16,6 +15,10 @@ Coordinate = Annotated[float, Field(ge=-10000, le=10000)]
 
 
 _Point = tuple[Coordinate, Coordinate]
+
+
+OF_THE_COMPUTER = frozenset(("follower", "fence", "link_timeout_s"))
+"""What scenarios had before the robot's own computer had a configuration of its own."""
 
 
 class GnssNoise(Spec):
@@ -139,17 +142,6 @@ class EncoderNoise(Spec):
     quantised: bool = True
 
 
-class FenceLimits(Spec):
-    """How far any part of the robot's body may leave the fence, and for how long, before it stops hard."""
-
-    margin_m: Annotated[float, Field(ge=0, le=1000)] = 2.0
-    """Beyond the convex hull of what the body sweeps along the plan, for a template without a boundary."""
-    boundary_margin_m: Annotated[float, Field(ge=0, le=1000)] = 0.1
-    """Beyond a template's boundary."""
-    timeout_s: Annotated[float, Field(ge=0.01, le=10)] = 0.2
-    """In sim time."""
-
-
 class Pose2(Spec):
     """Position (m) and heading (rad) in the map frame."""
 
@@ -167,11 +159,13 @@ class Origin(Spec):
 
 
 class Scenario(Spec):
-    """One emulated session."""
+    """The world of one emulated session, the errors of the robot's sensors and drives included.
+
+    The robot's own computer knows nothing of it: see `touchline.schemas.onboard`.
+    """
 
     name: str = "default"
     seed: Annotated[int, Field(ge=0, le=MAX_SEED)] = 1
-    follower: Follower = "mpc"
     noise: Noise = "default"
     gnss: GnssNoise = GnssNoise()
     imu: ImuNoise = ImuNoise()
@@ -183,14 +177,18 @@ class Scenario(Spec):
     """What hides the sky from the GNSS antenna, and where."""
     steel: Annotated[tuple[Steel, ...], Field(max_length=100)] = ()
     """What disturbs the magnetometer, and where."""
-    fence: FenceLimits = FenceLimits()
     start: Pose2 | None = None
     """Where the robot stands at first; by default at the start of the plan."""
     origin: Origin = Origin()
     faults: Annotated[tuple[Fault, ...], Field(max_length=1000)] = ()
     """What goes wrong when, in sim time; see `touchline.schemas.faults`."""
-    link_timeout_s: Positive = 2.0
-    """Wall-clock seconds without operator and planner after which the robot stops by itself."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _is_of_the_world(cls, given: Any) -> Any:
+        for name in sorted(OF_THE_COMPUTER.intersection(given if isinstance(given, dict) else ())):
+            raise ValueError(f"{name} is of the robot's own computer: move it to a file for --onboard")
+        return given
 
     def at(self, origin: Origin | None) -> Self:
         """This scenario with its map frame there on the earth; as it is if ``origin`` is None."""

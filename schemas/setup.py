@@ -1,6 +1,11 @@
-"""A robot and the world that it lives in: what the robot tells about itself on the bus."""
+"""A robot, its computer and the world that it lives in: what decides a session, and what the robot tells of itself."""
 
-from touchline.schemas.scenario import Scenario
+from typing import Any, Self
+
+from pydantic import model_validator
+
+from touchline.schemas.onboard import OnboardConfig
+from touchline.schemas.scenario import OF_THE_COMPUTER, Origin, Scenario
 from touchline.schemas.spec import Spec
 from touchline.schemas.vehicle import Vehicle
 
@@ -9,4 +14,20 @@ class Setup(Spec):
     """Of one process, from its start to its end."""
 
     vehicle: Vehicle = Vehicle()
+    onboard: OnboardConfig = OnboardConfig()
     scenario: Scenario = Scenario()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_older_recordings(cls, given: Any) -> Any:
+        """Recordings from before there was an `onboard` have its fields in the scenario."""
+        scenario = given.get("scenario") if isinstance(given, dict) and "onboard" not in given else None
+        if not isinstance(scenario, dict):
+            return given
+        moved = {name: value for name, value in scenario.items() if name in OF_THE_COMPUTER}
+        left = {name: value for name, value in scenario.items() if name not in OF_THE_COMPUTER}
+        return {**given, "onboard": moved, "scenario": left}
+
+    def at(self, origin: Origin | None) -> Self:
+        """This setup with its map frame there on the earth; as it is if ``origin`` is None."""
+        return self.model_copy(update={"scenario": self.scenario.at(origin)})

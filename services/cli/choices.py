@@ -2,14 +2,16 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, TypeVar
 
 import typer
 
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import PlanOptions
-from touchline.schemas.scenario import MAX_SEED, Follower, Noise, Scenario
-from touchline.schemas.spec import parse, read_text
+from touchline.schemas.onboard import Follower, OnboardConfig
+from touchline.schemas.scenario import MAX_SEED, Noise, Scenario
+from touchline.schemas.setup import Setup
+from touchline.schemas.spec import Spec, parse, read_text
 from touchline.schemas.vehicle import Vehicle
 
 Method = Literal["g2", "ccd", "dubins-padded"]
@@ -103,57 +105,14 @@ class PlanChoice:
         )
 
 
-def check_follower(scenario: Scenario) -> None:
+def check_follower(config: OnboardConfig) -> None:
     """Refuse an external follower where there is no bus by which it could be asked.
 
     Raises:
-        SpecError: The scenario wants one.
+        SpecError: The robot's computer is told to ask one.
     """
-    if scenario.follower == "external":
-        raise SpecError("scenario", "follower", "is 'external'", "use `touchline run` or `up`, whose bus it can join")
-
-
-@dataclass(frozen=True)
-class ScenarioChoice:
-    """The robot and its world: a file, and what is said instead of its own."""
-
-    scenario: Annotated[
-        Path | None,
-        typer.Option(
-            "--scenario",
-            metavar="FILE",
-            help="Scenario JSON file; the options below take precedence over it.",
-            show_default=False,
-        ),
-    ] = None
-    seed: Annotated[
-        int | None,
-        typer.Option(
-            metavar="N",
-            help="Seed of every noise: the same seed gives the same session; default 1.",
-            min=0,
-            max=MAX_SEED,
-        ),
-    ] = None
-    follower: Annotated[
-        Follower | None,
-        typer.Option(
-            metavar="NAME", help="What steers the robot along the path: mpc (default), pure-pursuit or external."
-        ),
-    ] = None
-    noise: Annotated[
-        Noise | None, typer.Option(metavar="NOISE", help="Sensor and actuator noise: default or none.")
-    ] = None
-
-    def chosen(self) -> Scenario:
-        """The scenario in the file, or the default one, changed as the other options say.
-
-        Raises:
-            SpecError: The file is not a scenario.
-        """
-        changes = {"seed": self.seed, "follower": self.follower, "noise": self.noise}
-        given = parse(Scenario, read_text(self.scenario), self.scenario.name) if self.scenario else Scenario()
-        return given.model_copy(update={name: value for name, value in changes.items() if value is not None})
+    if config.follower == "external":
+        raise SpecError("onboard", "follower", "is 'external'", "use `touchline run` or `up`, whose bus it can join")
 
 
 @dataclass(frozen=True)
@@ -176,4 +135,78 @@ class VehicleChoice:
         Raises:
             SpecError: The file is not a vehicle.
         """
-        return parse(Vehicle, read_text(self.vehicle), self.vehicle.name) if self.vehicle else Vehicle()
+        return _read(Vehicle, self.vehicle)
+
+
+@dataclass(frozen=True)
+class SetupChoice:
+    """The robot's world, its computer and itself: three files, and what is said instead of their own."""
+
+    scenario: Annotated[
+        Path | None,
+        typer.Option(
+            "--scenario",
+            metavar="FILE",
+            help="Scenario JSON file: the robot's world; --seed and --noise take precedence over it.",
+            show_default=False,
+        ),
+    ] = None
+    seed: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            help="Seed of every noise: the same seed gives the same session; default 1.",
+            min=0,
+            max=MAX_SEED,
+        ),
+    ] = None
+    noise: Annotated[
+        Noise | None, typer.Option(metavar="NOISE", help="Sensor and actuator noise: default or none.")
+    ] = None
+    onboard: Annotated[
+        Path | None,
+        typer.Option(
+            "--onboard",
+            metavar="FILE",
+            help="JSON file for the robot's computer: data sheets, limits; --follower takes precedence over it.",
+            show_default=False,
+        ),
+    ] = None
+    follower: Annotated[
+        Follower | None,
+        typer.Option(
+            metavar="NAME", help="What steers the robot along the path: mpc (default), pure-pursuit or external."
+        ),
+    ] = None
+    vehicle: Annotated[
+        Path | None,
+        typer.Option(
+            "--vehicle",
+            metavar="FILE",
+            help="Vehicle JSON file: a robot of your own; default: the shipped one.",
+            show_default=False,
+        ),
+    ] = None
+
+    def chosen(self) -> Setup:
+        """What the files say, or the defaults, changed as the other options say.
+
+        Raises:
+            SpecError: A file is not what it should be.
+        """
+        return Setup(
+            vehicle=VehicleChoice(self.vehicle).chosen(),
+            onboard=_changed(_read(OnboardConfig, self.onboard), follower=self.follower),
+            scenario=_changed(_read(Scenario, self.scenario), seed=self.seed, noise=self.noise),
+        )
+
+
+S = TypeVar("S", bound=Spec)
+
+
+def _read(kind: type[S], path: Path | None) -> S:
+    return parse(kind, read_text(path), path.name) if path else kind()
+
+
+def _changed(spec: S, **changes: object) -> S:
+    return spec.model_copy(update={name: value for name, value in changes.items() if value is not None})

@@ -9,8 +9,7 @@ import typer
 from touchline.schemas import topics
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import RecordRequest, RecordStopRequest
-from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.setup import Setup
 from touchline.services.cli.choices import PlanChoice, VehicleChoice
 from touchline.services.cli.display import print_figures, say
 from touchline.services.cli.groups import with_groups
@@ -36,22 +35,22 @@ def demo(
     headless: Annotated[bool, typer.Option("--headless", help="No console, even in a terminal.")] = False,
 ) -> None:
     """Paint a whole soccer pitch: in the console at 20x in a terminal, else as fast as it goes."""
-    vehicle = body.chosen()
+    setup = Setup(vehicle=body.chosen())
     check_recordable(_RECORDING)
     if sys.stdin.isatty() and sys.stdout.isatty() and not headless:
-        _in_console(vehicle)
+        _in_console(setup)
         return
     template, options = load_template(_TEMPLATE), PlanChoice().options()
-    figures = run_job(template, speed=-1.0, scenario=Scenario(), vehicle=vehicle, options=options, record=_RECORDING)
+    figures = run_job(template, speed=-1.0, setup=setup, options=options, record=_RECORDING)
     print_figures(f"{template.title}, painted", figures)
     if not figures["success"]:
         sys.exit(ExitCode.FAILED)
 
 
-def _in_console(vehicle: Vehicle) -> None:
+def _in_console(setup: Setup) -> None:
     from touchline.tui.console import run_console
 
-    with local_system([], vehicle=vehicle, join_as=topics.SUPERVISOR) as system:  # the console minds the job
+    with local_system(setup, join_as=topics.SUPERVISOR) as system:  # the console minds the job
         say("Starting the services")
         system.wait_until_ready(say)
         system.bus.call(topics.RECORD, RecordRequest(request_id="demo", path=str(_RECORDING.absolute())))

@@ -9,8 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.setup import Setup
 from touchline.services.cli.display import print_figures
 from touchline.services.cli.options import ExitCode, JsonOption, ReportOption, check_plot
 from touchline.services.runs.writing import check_recordable, check_writable, write_json
@@ -53,16 +52,14 @@ class OutputChoice:
         check_recordable(self.record)
         check_writable(self.report, self.plot)
 
-    def conclude(
-        self, doing: str, template: str, scenario: Scenario, vehicle: Vehicle, figures: Mapping[str, Any]
-    ) -> None:
+    def conclude(self, doing: str, template: str, setup: Setup, figures: Mapping[str, Any]) -> None:
         """Deliver the figures of ``doing`` that template; the exit code says whether it went well."""
         named = {"template": template, **figures}
         named |= {
-            "vehicle": vehicle.name,
-            "seed": scenario.seed,
-            "follower": scenario.follower,
-            "noise": scenario.noise,
+            "vehicle": setup.vehicle.name,
+            "seed": setup.scenario.seed,
+            "follower": setup.onboard.follower,
+            "noise": setup.scenario.noise,
         }
         deliver(f"{doing} of {template}", named, self.report, self.as_json)
         if not figures["success"]:

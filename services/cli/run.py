@@ -11,11 +11,10 @@ import typer
 from touchline.schemas import topics
 from touchline.schemas.digest import scenario_hash
 from touchline.schemas.messages import GetPaintRequest, PlanOptions, Smear
-from touchline.schemas.scenario import Scenario
+from touchline.schemas.setup import Setup
 from touchline.schemas.template import Template
-from touchline.schemas.vehicle import Vehicle
 from touchline.services.bus import BusConfig
-from touchline.services.cli.choices import PlanChoice, ScenarioChoice, VehicleChoice
+from touchline.services.cli.choices import PlanChoice, SetupChoice
 from touchline.services.cli.display import Advance, print_event, progress_bar, say
 from touchline.services.cli.drawing import DrawingChoice
 from touchline.services.cli.groups import with_groups
@@ -23,7 +22,7 @@ from touchline.services.cli.options import SpeedOption, speed_factor
 from touchline.services.cli.output import OutputChoice
 from touchline.services.runs.bus_run import Job, JobFailed, JobOptions
 from touchline.services.system.running_system import only_one
-from touchline.services.system.temporary_system import LocalSystem, local_system, robot_arguments, severity_of
+from touchline.services.system.temporary_system import LocalSystem, local_system, severity_of
 
 
 def register(app: typer.Typer) -> None:
@@ -62,34 +61,30 @@ class Terminal:
 
 def run(
     drawing: DrawingChoice,
-    robot: ScenarioChoice,
-    body: VehicleChoice,
+    robot: SetupChoice,
     planning: PlanChoice,
     speed: SpeedOption = "max",
     *,
     output: OutputChoice,
 ) -> None:
     """Paint a template once: start planner, robot and bridge, do the job over Zenoh, stop them, report."""
-    template = drawing.chosen()
-    chosen, vehicle = robot.chosen(), body.chosen()
+    template, setup = drawing.chosen(), robot.chosen()
     figures = run_job(
         template,
         speed=speed_factor(speed),
-        scenario=chosen,
-        vehicle=vehicle,
+        setup=setup,
         options=planning.options(),
         record=output.record,
         plot=output.plot,
     )
-    output.conclude("Run", drawing.template, chosen, vehicle, figures)
+    output.conclude("Run", drawing.template, setup, figures)
 
 
 def run_job(
     template: Template,
     *,
     speed: float,
-    scenario: Scenario,
-    vehicle: Vehicle,
+    setup: Setup,
     options: PlanOptions,
     record: Path | None,
     plot: Path | None = None,
@@ -102,18 +97,16 @@ def run_job(
         The run report; when the job ended early, ``success`` false and the reason.
     """
     begun = time.monotonic()
-    scenario = scenario.at(template.origin)
-    cause = scenario_hash(scenario, vehicle, template, options)
-    job_options = JobOptions(template.to_json(), options, speed, record, cause, vehicle)
+    setup = setup.at(template.origin)
+    cause = scenario_hash(setup, template, options)
+    job_options = JobOptions(template.to_json(), options, speed, record, cause, setup.vehicle)
     # A private bus, so that any number can run at once; but an external follower could not find that.
-    config = BusConfig.from_environment() if scenario.follower == "external" else None
+    config = BusConfig.from_environment() if setup.onboard.follower == "external" else None
     with (
         only_one(config) if config else nullcontext(),
-        robot_arguments(scenario) as robot,
         local_system(
-            robot,
+            setup,
             config,
-            vehicle=vehicle,
             join_as=topics.OPERATOR,
             recordings=record.parent if record else None,
         ) as system,

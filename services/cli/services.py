@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from touchline.schemas.errors import TouchlineError
-from touchline.services.cli.choices import ScenarioChoice, VehicleChoice
+from touchline.services.cli.choices import SetupChoice, VehicleChoice
 from touchline.services.cli.drawing import OriginOption, parse_origin
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.options import RecordingsOption, SupervisorOption, speed_factor
@@ -33,8 +33,7 @@ def planner(body: VehicleChoice, supervisor: SupervisorOption = None) -> None:
 
 
 def robot_sim(
-    robot: ScenarioChoice,
-    body: VehicleChoice,
+    robot: SetupChoice,
     origin: OriginOption = None,
     speed: Annotated[
         str, typer.Option(metavar="FACTOR", help="Times real time, or `max`; can be changed while it runs.")
@@ -51,8 +50,7 @@ def robot_sim(
     from touchline.services.robot_sim.service import run_service
 
     chosen = robot.chosen().at(None if origin is None else parse_origin(origin, "--origin"))
-    vehicle = body.chosen()
-    run_service(None, vehicle, chosen, speed=speed_factor(speed), journal=journal, supervisor=supervisor)
+    run_service(None, chosen, speed=speed_factor(speed), journal=journal, supervisor=supervisor)
 
 
 def bridge(

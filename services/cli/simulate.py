@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from touchline.services.cli.choices import PlanChoice, ScenarioChoice, VehicleChoice, check_follower
+from touchline.services.cli.choices import PlanChoice, SetupChoice, check_follower
 from touchline.services.cli.display import progress_bar, say, warn_of_shortages
 from touchline.services.cli.drawing import DrawingChoice
 from touchline.services.cli.groups import with_groups
@@ -19,8 +19,7 @@ def register(app: typer.Typer) -> None:
 
 def simulate(
     drawing: DrawingChoice,
-    robot: ScenarioChoice,
-    body: VehicleChoice,
+    robot: SetupChoice,
     planning: PlanChoice,
     hashed: Annotated[bool, typer.Option("--hash", help="Work out the session hash; takes a little longer.")] = False,
     *,
@@ -32,17 +31,25 @@ def simulate(
     from touchline.services.runs.simulation import Job
     from touchline.services.runs.simulation import simulate as paint
 
-    template, vehicle = drawing.chosen(), body.chosen()
-    chosen = robot.chosen().at(template.origin)
-    check_follower(chosen)
+    template = drawing.chosen()
+    setup = robot.chosen().at(template.origin)
+    check_follower(setup.onboard)
     with progress_bar("Touchline") as advance:
-        job = Job.prepare(template, planning.options(), vehicle, advance)
-        warn_of_shortages(job.plan_report, vehicle)
-        warm_up(say, vehicle, chosen)
+        job = Job.prepare(template, planning.options(), setup.vehicle, advance)
+        warn_of_shortages(job.plan_report, setup.vehicle)
+        warm_up(say, setup)
         drawn = output.plot is not None
-        outcome = paint(job, chosen, hashed=hashed, record=output.record, with_strokes=drawn, progress=advance)
+        outcome = paint(
+            job,
+            setup.scenario,
+            setup.onboard,
+            hashed=hashed,
+            record=output.record,
+            with_strokes=drawn,
+            progress=advance,
+        )
         if output.plot is not None:
             advance(1.0, "Drawing")
             caption = painted_caption(paint_figures(outcome.report))
             draw_painted(template, outcome.strokes, output.plot, caption, outcome.report.smears)
-    output.conclude("Simulation", drawing.template, chosen, vehicle, outcome.figures(job))
+    output.conclude("Simulation", drawing.template, setup, outcome.figures(job))

@@ -13,8 +13,9 @@ from rich.table import Table
 from touchline.schemas.catalogue import shipped_templates
 from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.schemas.scenario import Scenario
+from touchline.schemas.setup import Setup
 from touchline.schemas.spec import read_text
-from touchline.services.cli.choices import PlanChoice, ScenarioChoice, VehicleChoice, check_follower
+from touchline.services.cli.choices import PlanChoice, SetupChoice, VehicleChoice, check_follower
 from touchline.services.cli.display import output, print_event, progress_bar, say
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.options import ExitCode, JsonOption, ReportOption
@@ -62,8 +63,9 @@ def sweep(
         typer.Option(
             "--set",
             metavar="NAME=VALUES",
-            help="NAME=VALUE,VALUE…: values to combine, of a scenario's field (gnss.white_m), `template`, or a plan's "
-            "option (plan.paint_speed_mps). Can be given several times.",
+            help="NAME=VALUE,VALUE…: values to combine, of a scenario's field (gnss.white_m), `template`, `follower`, "
+            "a plan's option (plan.paint_speed_mps) or a field of the robot's computer (onboard.gnss.white_m). "
+            "Can be given several times.",
             show_default=False,
         ),
     ] = None,
@@ -96,12 +98,12 @@ def sweep(
     vehicle = body.chosen()
     cases = all_cases(painted, scenario, PlanChoice().options(), parse_settings(settings or []))
     for case in cases:
-        check_follower(case.scenario)
+        check_follower(case.config)
     runs: list[Run] = []
     interrupted, broken = False, ""
     with progress_bar("Touchline") as advance:
         jobs, tasks = prepare(cases, seeds, vehicle, advance)
-        warm_up(say, vehicle)  # so that not every process compiles
+        warm_up(say, Setup(vehicle=vehicle))  # so that not every process compiles
         count = min(workers or cores(), len(tasks))
         if dask is not None:
             place = on_dask(jobs, tasks, dask)
@@ -157,7 +159,7 @@ def _subject(subject: str, template: str) -> tuple[str, Scenario]:
         content = None
     if isinstance(content, dict) and "segments" in content:
         return subject, Scenario()
-    return template, ScenarioChoice(path).chosen()
+    return template, SetupChoice(scenario=path).chosen().scenario
 
 
 def _print(figures: dict[str, Any], wanted: int) -> None:

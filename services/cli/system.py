@@ -14,7 +14,7 @@ from touchline.schemas.errors import PayloadError
 from touchline.schemas.messages import GetDiagnosticsRequest, TraversalStatus
 from touchline.schemas.plain_text import plain
 from touchline.services.bus import Bus, BusConfig, CallError
-from touchline.services.cli.choices import ScenarioChoice, VehicleChoice
+from touchline.services.cli.choices import SetupChoice
 from touchline.services.cli.display import output, print_event, say
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.options import ExitCode, JsonOption, RecordingsOption, speed_factor
@@ -22,7 +22,7 @@ from touchline.services.cli.ros2 import Ros2Choice
 from touchline.services.system.diagnostics import read_health
 from touchline.services.system.running_system import only_one, running_pid, stop_running
 from touchline.services.system.shutdown import until_stopped
-from touchline.services.system.temporary_system import local_system, publish_notices, robot_arguments, severity_of
+from touchline.services.system.temporary_system import local_system, publish_notices, severity_of
 
 _STOP_TIMEOUT_S = 20.0
 _STATE_NAMES = {
@@ -39,8 +39,7 @@ def register(app: typer.Typer) -> None:
 
 
 def up(
-    robot: ScenarioChoice,
-    body: VehicleChoice,
+    robot: SetupChoice,
     ros: Ros2Choice,
     speed: Annotated[
         str, typer.Option(metavar="FACTOR", help="Times real time, or `max`; the console can change it.")
@@ -50,17 +49,16 @@ def up(
     """Start planner, robot and bridge, watch them and restart what dies, until Ctrl-C or `touchline down`."""
     config = BusConfig.from_environment()
     gateway = ros.gateway()
-    vehicle = body.chosen()
+    setup = robot.chosen()
     speed_factor(speed)  # refused here rather than by a process that is then started again and again
     with (
         until_stopped() as stop,
         only_one(config),
-        robot_arguments(robot.chosen()) as arguments,
         local_system(
-            [*arguments, "--speed", speed],
+            setup,
             config,
+            ["--speed", speed],
             gateway.arguments() if gateway else (),
-            vehicle=vehicle,
             join_as=topics.SUPERVISOR,  # nobody who could stop the robot: that is who has a console
             recordings=recordings,
         ) as system,

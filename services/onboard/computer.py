@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from touchline.schemas.messages import Trajectory
-from touchline.schemas.scenario import Scenario
+from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.onboard.control import Ask, make_follower, nobody
 from touchline.services.onboard.estimation.filter import Estimator
@@ -31,21 +31,20 @@ class Onboard:
 
     Args:
         vehicle: The nominal robot.
-        scenario: The follower's name, the fence and the sensors' data sheets are taken from it, nothing else.
+        config: What follows the path, the sensors' data sheets, the fence.
         ask: How an external follower is asked.
 
     Commands raise `CommandRefused` with the reason and then change nothing.
     """
 
-    def __init__(self, vehicle: Vehicle, scenario: Scenario, ask: Ask = nobody) -> None:
+    def __init__(self, vehicle: Vehicle, config: OnboardConfig, ask: Ask = nobody) -> None:
         self._log = EventLog()
-        self._estimator = Estimator(vehicle, scenario)
-        self._watch = Watch(self._estimator, max_fix_age_s(scenario.gnss))
-        self._follower = make_follower(scenario.follower, vehicle, ask)
-        fence = scenario.fence
-        self._hazards = Hazards(vehicle, self._estimator, fence.timeout_s)
+        self._estimator = Estimator(vehicle, config)
+        self._watch = Watch(self._estimator, max_fix_age_s(config.gnss))
+        self._follower = make_follower(config.follower, vehicle, ask)
+        self._hazards = Hazards(vehicle, self._estimator, config.fence.timeout_s)
         self._traversal = Traversal(
-            vehicle, self._follower, self._estimator, self._watch, self._hazards, fence, self._log
+            vehicle, self._follower, self._estimator, self._watch, self._hazards, config.fence, self._log
         )
         self._command = STANDSTILL
         self._estimate: Estimate | None = None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from touchline.schemas.curves import Curve
 from touchline.schemas.messages import Actuation, Trajectory
-from touchline.schemas.scenario import Scenario
+from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.trajectories import assemble, segment, velocity
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.onboard.computer import Onboard
@@ -13,10 +13,10 @@ from touchline.services.onboard.interface import EncoderSample, GnssSample, ImuS
 _TICKS = 90
 
 
-def warm_up(vehicle: Vehicle | None = None, scenario: Scenario | None = None) -> None:
+def warm_up(vehicle: Vehicle | None = None, config: OnboardConfig | None = None) -> None:
     """Drive a throw-away robot off its mark once; takes seconds if nothing is cached, milliseconds if all is."""
     vehicle = vehicle or Vehicle()
-    onboard = Onboard(vehicle, scenario or Scenario())
+    onboard = Onboard(vehicle, config or OnboardConfig())
     onboard.load(straight(vehicle))
     onboard.start()
     for tick in range(1, _TICKS):

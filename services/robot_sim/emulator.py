@@ -9,15 +9,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, Final, NamedTuple, Protocol
 
-from touchline.schemas.errors import CommandRefused
+from touchline.schemas.errors import CommandRefused, SpecError
 from touchline.schemas.faults import Fault
 from touchline.schemas.messages import Trajectory, TraversalStatus
-from touchline.schemas.scenario import Scenario
+from touchline.schemas.onboard import GnssSheet, OnboardConfig
+from touchline.schemas.scenario import GnssNoise, Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import DEFAULT_TOLERANCE_M, Template
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.onboard import Onboard
 from touchline.services.onboard.control import Ask, nobody
+from touchline.services.onboard.executive.localization_monitor import max_fix_age_s
 from touchline.services.onboard.executive.traversal import ABORTED_BY_OPERATOR, EMERGENCY_STOP
 from touchline.services.onboard.interface import (
     STANDSTILL,
@@ -133,14 +135,31 @@ class OnboardComputer(Protocol):
         """Events since the last call."""
 
 
+def _check_receiver(receiver: GnssNoise, sheet: GnssSheet) -> None:
+    """Refuse a receiver with which the robot would never paint, before anything is driven.
+
+    Raises:
+        SpecError: Its fixes are always older than its data sheet lets the robot's computer accept.
+    """
+    oldest_s, allowed_s = 1.0 / receiver.rate_hz + receiver.latency_s, max_fix_age_s(sheet)
+    if oldest_s > allowed_s:
+        problem = (
+            f"make fixes up to {oldest_s:.2f} s old, which is more than the {allowed_s:.2f} s of the robot's computer"
+        )
+        raise SpecError(
+            "scenario", "gnss.rate_hz and gnss.latency_s", problem, "give the receiver's data sheet in --onboard"
+        )
+
+
 class Emulator:
     """One emulated robot.
 
     Args:
         vehicle: The nominal robot, known to it and to its surroundings.
         scenario: Everything that may go differently.
+        config: What the robot's computer is told when it is built; by default the shipped robot's.
         onboard: The robot's computer; by default Touchline's own.
-        ask: How an external follower is asked, if the scenario wants one.
+        ask: How an external follower is asked, if the configuration wants one.
 
     Attributes:
         tick_count: Ticks so far; sim time is a hundredth of it in seconds.
@@ -151,13 +170,19 @@ class Emulator:
     """
 
     def __init__(
-        self, vehicle: Vehicle, scenario: Scenario, onboard: OnboardComputer | None = None, ask: Ask = nobody
+        self,
+        vehicle: Vehicle,
+        scenario: Scenario,
+        config: OnboardConfig | None = None,
+        onboard: OnboardComputer | None = None,
+        ask: Ask = nobody,
     ) -> None:
-        self.vehicle, self.scenario = vehicle, scenario
+        self.vehicle, self.scenario, self.config = vehicle, scenario, config or OnboardConfig()
+        _check_receiver(scenario.gnss, self.config.gnss)
         self.world = World(vehicle, scenario)
         self.sensors = Sensors(vehicle, scenario)
         self.faults = FaultTimeline(scenario.faults)
-        self.onboard: OnboardComputer = onboard if onboard is not None else Onboard(vehicle, scenario, ask)
+        self.onboard: OnboardComputer = onboard if onboard is not None else Onboard(vehicle, self.config, ask)
         self.ledger = PaintLedger([], vehicle.spray_width_m, vehicle.spray_width_m)
         self.track = Track()
         self.estimator_error = EstimatorError()
@@ -352,7 +377,7 @@ class Emulator:
     @property
     def setup(self) -> Setup:
         """The robot and its world."""
-        return Setup(vehicle=self.vehicle, scenario=self.scenario)
+        return Setup(vehicle=self.vehicle, onboard=self.config, scenario=self.scenario)
 
     @property
     def totals(self) -> Totals:

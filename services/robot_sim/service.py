@@ -19,8 +19,7 @@ from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.errors import PayloadError
 from touchline.schemas.messages.base import Message
-from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.setup import Setup
 from touchline.services.bus import Bus, BusConfig, HealthReporter, ServedCall
 from touchline.services.bus.calls import Server
 from touchline.services.robot_sim.commands import Commands, Handler
@@ -59,8 +58,7 @@ ClockPolicy = Literal["held", "free"]
 
 def run_service(
     config: BusConfig | None = None,
-    vehicle: Vehicle | None = None,
-    scenario: Scenario | None = None,
+    setup: Setup | None = None,
     *,
     speed: float = 1.0,
     clock: ClockPolicy = "held",
@@ -71,8 +69,7 @@ def run_service(
 
     Args:
         config: Where the bus is.
-        vehicle: The robot; default: the Turf Tank Two.
-        scenario: What may go differently; default: default noise, seed 1.
+        setup: The robot, its computer and its world; default: the Turf Tank Two, default noise, seed 1.
         speed: Sim time per wall time: N is N× real time, 0 holds, negative is as fast as it goes.
         clock: `held`: sim time passes only while a traversal is under way or coming to rest, so that runs are
             reproducible; `free`: always.
@@ -83,19 +80,19 @@ def run_service(
         SpecError: The bus configuration cannot be used.
         TouchlineError: This robot runs already.
     """
-    vehicle, scenario = vehicle or Vehicle(), scenario or Scenario()
+    setup = setup or Setup()
     switch_threads_soon()
     run_at(FIRST)
     with until_stopped(supervisor) as stop, Bus.open(topics.ROBOT_SIM, config, lambda: stop.asked, PATIENCE_S) as bus:
         outbox = Outbox(bus.config)
         try:
             health = HealthReporter(bus)
-            warm_up(health.starting, vehicle, scenario)
+            warm_up(health.starting, setup)
             bus.claim()
             gc.freeze()
             gc.disable()
             with Journal(journal or journal_path(bus.config.namespace)) as kept:
-                robot = RobotProcess(bus, health, vehicle, scenario, outbox, speed=speed, clock=clock, journal=kept)
+                robot = RobotProcess(bus, health, setup, outbox, speed=speed, clock=clock, journal=kept)
                 while not stop:
                     robot.turn()
                 robot.close()
@@ -138,8 +135,7 @@ class RobotProcess:
         self,
         bus: Bus,
         health: HealthReporter,
-        vehicle: Vehicle,
-        scenario: Scenario,
+        setup: Setup,
         outlet: Outlet,
         *,
         speed: float,
@@ -147,14 +143,15 @@ class RobotProcess:
         journal: Journal | None = None,
     ) -> None:
         """Serve at once; nothing moves before a command."""
-        self._emulator = Emulator(vehicle, scenario, ask=Lockstep(bus, self._stop_waits))
+        ask = Lockstep(bus, self._stop_waits)
+        self._emulator = Emulator(setup.vehicle, setup.scenario, setup.onboard, ask=ask)
         self._telemetry = Telemetry(self._emulator, report_at_once=False)
         self._reporting = ThreadPoolExecutor(1, "report")
         self._report: Future[m.TraversalReport] | None = None
         self._quiet = Quiet(self._emulator)
         self._pacer = Pacer(speed, time.monotonic())
         self._free = clock == "free"
-        self._link = LinkWatch(bus, scenario.link_timeout_s)
+        self._link = LinkWatch(bus, setup.onboard.link_timeout_s)
         self._rate = RateMeter()
         self._watchdog = Watchdog()
         self._outlet = outlet

@@ -26,8 +26,8 @@ class SetupText(NamedTuple):
     def of(cls, setup: Setup) -> Self:
         """That of a robot."""
         scenario = setup.scenario.model_dump(mode="json", exclude={"name"})
-        both = {"vehicle": setup.vehicle.model_dump(mode="json"), **scenario}
-        return cls(json.dumps(both, sort_keys=True, separators=(",", ":")))
+        robot = {name: getattr(setup, name).model_dump(mode="json") for name in ("vehicle", "onboard")}
+        return cls(json.dumps({**robot, **scenario}, sort_keys=True, separators=(",", ":")))
 
     @property
     def digest(self) -> bytes:

@@ -9,8 +9,7 @@ from typing import Final
 import numpy as np
 
 from touchline.schemas.curves import Curve
-from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.setup import Setup
 from touchline.services import onboard
 from touchline.services.onboard.interface import STANDSTILL
 from touchline.services.robot_sim.emulator import Emulator
@@ -31,16 +30,15 @@ _LOOP_TICKS: Final = 150
 
 def warm_up(
     report: Callable[[str], None] = lambda _line: None,
-    vehicle: Vehicle | None = None,
-    scenario: Scenario | None = None,
+    setup: Setup | None = None,
 ) -> None:
     """Run every kernel once on throw-away data; `report` is told what takes long, and nothing if all is cached."""
-    vehicle, scenario = vehicle or Vehicle(), scenario or Scenario()
+    setup = setup or Setup()
     begun, compiled_before = time.perf_counter(), _compiled()
     for index, name in enumerate(_STEPS, start=1):
         if _compiled() > compiled_before:  # the first step was not in the cache, and so will the others not be
             report(f"compiling kernels for the first start, {index} of {len(_STEPS)}: {name}")
-        _exercise(name, vehicle, scenario)
+        _exercise(name, setup)
     if _compiled() > compiled_before:
         report(f"compiled in {time.perf_counter() - begun:.1f} s")
 
@@ -50,15 +48,16 @@ def _compiled() -> int:
     return sum(physics.advance.stats.cache_misses.values())
 
 
-def _exercise(name: str, vehicle: Vehicle, scenario: Scenario) -> None:
+def _exercise(name: str, setup: Setup) -> None:
+    vehicle, scenario = setup.vehicle, setup.scenario
     if name == _LOOP:
-        emulator = Emulator(vehicle, scenario.model_copy(update={"faults": (), "start": None}))
+        emulator = Emulator(vehicle, scenario.model_copy(update={"faults": (), "start": None}), setup.onboard)
         emulator.load(onboard.straight(vehicle))
         emulator.start()
         Quiet(emulator).run(_LOOP_TICKS)
         return
     if name == "onboard computer":
-        onboard.warm_up(vehicle, scenario)
+        onboard.warm_up(vehicle, setup.onboard)
         return
     world = World(vehicle, scenario)
     world.step(STANDSTILL, 1)

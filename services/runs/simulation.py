@@ -9,6 +9,7 @@ from typing import Any, Self
 
 from touchline.schemas.digest import scenario_hash
 from touchline.schemas.messages import PaintMarks, PlanOptions, PlanReport, Trajectory, TraversalReport, TraversalStatus
+from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicle import Vehicle
@@ -97,6 +98,7 @@ class Outcome:
 def simulate(
     job: Job,
     scenario: Scenario,
+    config: OnboardConfig | None = None,
     *,
     hashed: bool = False,
     record: Path | None = None,
@@ -110,6 +112,7 @@ def simulate(
     Args:
         job: What to paint.
         scenario: What may go differently.
+        config: What the robot's computer is told; by default the shipped robot's.
         hashed: Whether to work out the session hash; a recorded run always has one.
         record: MCAP file to write.
         with_strokes: Whether the outcome holds the paint itself.
@@ -120,7 +123,7 @@ def simulate(
         RecordingError: The recording cannot be written.
     """
     begun = time.perf_counter()
-    emulator = Emulator(job.vehicle, scenario)
+    emulator = Emulator(job.vehicle, scenario, config)
     telemetry = Telemetry(emulator)
     before = [telemetry.setup(), telemetry.status()]
     emulator.load(job.trajectory, job.template)
@@ -148,7 +151,7 @@ def simulate(
     return Outcome(
         report,
         reason,
-        scenario_hash(scenario, job.vehicle, job.template, job.options),
+        scenario_hash(emulator.setup, job.template, job.options),
         time.perf_counter() - begun,
         recording,
         telemetry.strokes() if with_strokes else (),

@@ -11,8 +11,8 @@ from pathlib import Path
 from touchline.schemas import topics
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import DiagnosticArray, Event, Header, Time
-from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.setup import Setup
+from touchline.schemas.spec import Spec
 from touchline.services.bus import Bus, BusConfig, HealthReporter
 from touchline.services.bus.health import STARTING
 from touchline.services.bus.ports import free_port
@@ -88,21 +88,21 @@ class LocalSystem:
 
 @contextmanager
 def local_system(
-    robot_arguments: Sequence[str],
+    setup: Setup,
     config: BusConfig | None = None,
+    robot_arguments: Sequence[str] = (),
     bridge_arguments: Sequence[str] = (),
     *,
-    vehicle: Vehicle | None = None,
     join_as: str = topics.OPERATOR,
     recordings: Path | None = None,
 ) -> Iterator[LocalSystem]:
     """Start planner, robot and bridge, and stop them at the end.
 
     Args:
-        robot_arguments: Options of ``touchline robot-sim``.
+        setup: The robot, which the planner plans for, its computer and its world.
         config: The bus to use; by default a private one, so that several jobs can run at once.
+        robot_arguments: Further options of ``touchline robot-sim``.
         bridge_arguments: Options of ``touchline bridge``.
-        vehicle: Planned for and driven; by default the shipped one.
         join_as: Who this process is on the bus. The operator minds a job, and the robot drives while one is there; the
             supervisor minds processes and tells how it is.
         recordings: The folder of recordings; by default the present one.
@@ -112,10 +112,12 @@ def local_system(
     with tempfile.TemporaryDirectory(prefix="touchline-") as folder:
         journal = ["--journal", f"{folder}/robot.journal"] if private else []  # nobody comes back to a private bus
         recorder = [*bridge_arguments, "--recordings", str((recordings or Path()).absolute())]
-        same = ["--vehicle", _written(vehicle, Path(folder))] if vehicle else []
+        vehicle = ["--vehicle", _written(setup.vehicle, Path(folder), "vehicle")]
+        robot = [*vehicle, "--onboard", _written(setup.onboard, Path(folder), "onboard")]
+        robot += ["--scenario", _written(setup.scenario, Path(folder), "scenario")]
         children = [
-            Child(topics.ROBOT_SIM, ["robot-sim", *robot_arguments, *same, *journal], _ROBOT_PATIENCE_S),
-            Child(topics.PLANNER, ["planner", *same], _PATIENCE_S),
+            Child(topics.ROBOT_SIM, ["robot-sim", *robot, *robot_arguments, *journal], _ROBOT_PATIENCE_S),
+            Child(topics.PLANNER, ["planner", *vehicle], _PATIENCE_S),
             Child(topics.BRIDGE, ["bridge", *recorder], _PATIENCE_S),
         ]
         # The bus first: should its endpoint be of no use, that is told before anything is started.
@@ -129,19 +131,10 @@ def local_system(
                 supervisor.stop()
 
 
-def _written(vehicle: Vehicle, folder: Path) -> str:
-    path = folder / "vehicle.json"
-    path.write_text(vehicle.model_dump_json(), encoding="utf-8")
+def _written(spec: Spec, folder: Path, name: str) -> str:
+    path = folder / f"{name}.json"
+    path.write_text(spec.model_dump_json(), encoding="utf-8")
     return str(path)
-
-
-@contextmanager
-def robot_arguments(scenario: Scenario) -> Iterator[list[str]]:
-    """What makes ``touchline robot-sim`` live ``scenario``: a file that is there as long as this context."""
-    with tempfile.NamedTemporaryFile("w", prefix="touchline-", suffix=".json", encoding="utf-8") as file:
-        file.write(scenario.model_dump_json())
-        file.flush()
-        yield ["--scenario", file.name]
 
 
 def severity_of(notice: Notice) -> int:

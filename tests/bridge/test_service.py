@@ -33,7 +33,9 @@ from touchline.services.bridge.reader import RecordingReader, read_summary
 from touchline.services.bridge.replay_service import run_replay
 from touchline.services.bus import Bus, BusConfig, HealthReporter, attachment
 
-BRIDGE = "from touchline.services.bridge.service import run_service; run_service({arguments}recordings=Path({folder!r}))"
+BRIDGE = (
+    "from touchline.services.bridge.service import run_service; run_service({arguments}recordings=Path({folder!r}))"
+)
 REPLAY = """
 import sys
 from pathlib import Path

@@ -76,10 +76,11 @@ def test_planner_and_robot_of_a_run_have_the_vehicle_that_is_chosen(over_zenoh):
 
 
 def test_a_scenario_file_and_options_are_lived_by_both(tmp_path):
-    scenario = tmp_path / "calm.json"
-    scenario.write_text(json.dumps({"seed": 3, "follower": "pure-pursuit", "gnss": {"white_m": 0.001}}))
+    scenario, computer = tmp_path / "calm.json", tmp_path / "computer.json"
+    scenario.write_text(json.dumps({"seed": 3, "gnss": {"white_m": 0.001}}))
+    computer.write_text(json.dumps({"follower": "pure-pursuit", "gnss": {"white_m": 0.001}}))
     laid = ("--place", "3,4,30", "--origin", "57.01,9.99", "--paint-speed", "0.8", "--forward-only")
-    options = ("study-square", "--json", "--scenario", str(scenario), *laid)
+    options = ("study-square", "--json", "--scenario", str(scenario), "--onboard", str(computer), *laid)
     run = figures(touchline("run", *options))
     simulation = figures(touchline("simulate", *options, "--hash"))
     assert simulation["hash"] == run["hash"]

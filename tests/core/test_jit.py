@@ -132,7 +132,8 @@ def test_a_full_disk_costs_the_cache_and_nothing_else(tmp_path: Path, monkeypatc
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
     file = tmp_path / "doubled.py"
     file.write_text(
-        "from touchline.services.core.jit import kernel\n\n\n@kernel\ndef doubled(x):\n    return 2 * x\n\n\nassert doubled(21) == 42\n"
+        "from touchline.services.core.jit import kernel\n\n\n"
+        "@kernel\ndef doubled(x):\n    return 2 * x\n\n\nassert doubled(21) == 42\n"
     )
     command = [sys.executable, str(file)]
     done = subprocess.run(command, preexec_fn=_no_room, capture_output=True, text=True, check=False)

@@ -21,6 +21,7 @@ from touchline.schemas.messages import (
     Trajectory,
     VelocityType,
 )
+from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.trajectories import assemble, segment, turn, velocity
 from touchline.schemas.vehicle import Vehicle
@@ -303,9 +304,9 @@ def start(
 ) -> Run:
     """A run whose traversal has been loaded and started, the robot at the start of the path."""
     vehicle = vehicle or Vehicle()
-    scenario = Scenario(follower=follower, noise=noise)
+    scenario = Scenario(noise=noise)
     rig = Rig(vehicle, scenario, seed, *start_pose(plan))
-    run = Run(Onboard(vehicle, scenario), rig)
+    run = Run(Onboard(vehicle, OnboardConfig(follower=follower)), rig)
     run.onboard.load(plan)
     run.onboard.start()
     return run

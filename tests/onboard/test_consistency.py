@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from benchmarks._data_sheets import data_sheets
 from benchmarks._matched_robot import MatchedRobot
 from benchmarks.estimator import DEFAULT, VEHICLE, WHITE, EmulatedRobot, error, straight, wander
 from touchline.schemas.scenario import Scenario
@@ -19,7 +20,7 @@ def test_matched_noise_leaves_no_bias_and_the_right_spread() -> None:
     """Noise of the encoders must not make the estimate lag along the track, as it does when it gets into the gains."""
     nees, nis, along = [], [], []
     for seed in range(RUNS):
-        robot, estimator = MatchedRobot(VEHICLE, WHITE, seed), Estimator(VEHICLE, WHITE)
+        robot, estimator = MatchedRobot(VEHICLE, WHITE, seed), Estimator(VEHICLE, data_sheets(WHITE))
         for tick in range(1, 2401):
             estimator.step(robot.step(*wander(tick)))
             if tick >= 1200 and tick % 100 == 0:
@@ -38,7 +39,7 @@ def test_the_mean_slip_is_learned_so_an_outage_ends_within_3_sigma() -> None:
     """Rolling resistance takes half a per cent of the way on the emulated grass: 15 cm of the 30 m."""
     bound, inside, along = chi2.ppf(0.9973, 2), 0, []
     for seed in range(1, RUNS + 1):
-        robot, estimator = EmulatedRobot(DEFAULT, seed), Estimator(VEHICLE, DEFAULT)
+        robot, estimator = EmulatedRobot(DEFAULT, seed), Estimator(VEHICLE, data_sheets(DEFAULT))
         for tick in range(1, 5501):
             robot.silent = tick > 2500
             estimator.step(robot.step(*straight(tick)))
@@ -50,7 +51,7 @@ def test_the_mean_slip_is_learned_so_an_outage_ends_within_3_sigma() -> None:
 
 
 def test_without_noise_the_slip_is_learned_to_a_fifth() -> None:
-    robot, estimator = EmulatedRobot(Scenario(noise="none"), 1), Estimator(VEHICLE, DEFAULT)
+    robot, estimator = EmulatedRobot(Scenario(noise="none"), 1), Estimator(VEHICLE, data_sheets(DEFAULT))
     for tick in range(1, 6001):
         estimator.step(robot.step(*straight(tick)))
     learned = estimator._slow[m.LEFT_MEAN : m.RIGHT_MEAN + 1]

@@ -9,6 +9,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import chi2
 
+from benchmarks._data_sheets import data_sheets
 from tests.onboard.driven import drive, error, until_fix, wander
 from tests.onboard.rig import Rig
 from touchline.schemas.scenario import DriveNoise, GnssNoise, Scenario
@@ -33,7 +34,7 @@ def nees(rig: Rig, estimator: Estimator) -> float:
 
 def test_perfect_sensors_give_the_truth() -> None:
     rig = Rig(heading=2.0, x=30.0, y=-12.0)
-    estimator = Estimator(rig.vehicle, rig.scenario)
+    estimator = Estimator(rig.vehicle, data_sheets(rig.scenario))
     drive(rig, estimator, 3000)
     assert np.all(np.abs(error(rig, estimator)) < (1e-3, 1e-3, 1e-4))
     assert abs(estimator.speed_now_mps() - rig.speed) < 1e-3
@@ -45,7 +46,7 @@ def test_consistent_over_monte_carlo_runs() -> None:
     runs, samples, nis, heading = 24, [], [], []
     for seed in range(runs):
         rig = Rig(scenario=DEFAULT, seed=seed, heading=0.3 * seed)
-        estimator = Estimator(rig.vehicle, DEFAULT)
+        estimator = Estimator(rig.vehicle, data_sheets(DEFAULT))
         drive(rig, estimator, 1500)
         checks = []
         for _ in range(4):
@@ -69,7 +70,7 @@ def test_matched_noise_without_slow_gnss_error_is_consistent() -> None:
     values = []
     for seed in range(24):
         rig = Rig(scenario=scenario, seed=100 + seed)
-        estimator = Estimator(rig.vehicle, scenario)
+        estimator = Estimator(rig.vehicle, data_sheets(scenario))
         drive(rig, estimator, 2500)
         values.append(nees(rig, estimator))
     assert np.mean(values) < chi2.ppf(0.995, 3 * 24) / 24
@@ -81,7 +82,7 @@ def test_heading_is_found_on_the_run_in() -> None:
     errors = []
     for seed in range(16):
         rig = Rig(scenario=DEFAULT, seed=seed, heading=1.0)
-        estimator = Estimator(rig.vehicle, DEFAULT)
+        estimator = Estimator(rig.vehicle, data_sheets(DEFAULT))
         drive(rig, estimator, 80, straight)
         assert estimator.heading_sigma_rad > math.radians(1.0)
         while math.hypot(rig.x, rig.y) < 5.0:
@@ -96,7 +97,7 @@ def test_late_fixes_count_for_their_own_time() -> None:
     for latency in (0.0, 0.11, 0.3):
         scenario = Scenario(noise="none", gnss=GnssNoise(latency_s=latency))
         rig = Rig(scenario=scenario)
-        estimator = Estimator(rig.vehicle, scenario)
+        estimator = Estimator(rig.vehicle, data_sheets(scenario))
         drive(rig, estimator, 2000, lambda t: STANDSTILL if t < 80 else Command(14.0, 14.0, False, False))
         assert np.hypot(*error(rig, estimator)[:2]) < 1e-3
         assert report(estimator.counters).fixes_rejected == 0
@@ -105,7 +106,7 @@ def test_late_fixes_count_for_their_own_time() -> None:
 def test_lever_arm_is_taken_into_account() -> None:
     vehicle = Vehicle(gnss_antenna_x_m=0.3, gnss_antenna_y_m=-0.2)
     rig = Rig(vehicle=vehicle, heading=0.7)
-    estimator = Estimator(vehicle, rig.scenario)
+    estimator = Estimator(vehicle, data_sheets(rig.scenario))
     drive(rig, estimator, 2500, lambda t: STANDSTILL if t < 80 else Command(6.0, 9.0, False, False))
     assert np.hypot(*error(rig, estimator)[:2]) < 2e-3
 
@@ -113,7 +114,7 @@ def test_lever_arm_is_taken_into_account() -> None:
 def test_a_pair_of_fixes_gives_the_same_estimate_in_either_order() -> None:
     def final(order: tuple[int, int]) -> Estimator:
         rig = Rig(scenario=DEFAULT, seed=6)
-        estimator = Estimator(rig.vehicle, DEFAULT)
+        estimator = Estimator(rig.vehicle, data_sheets(DEFAULT))
         drive(rig, estimator, 601)
         pair = []
         while len(pair) < 2:
@@ -134,7 +135,7 @@ def test_a_pair_of_fixes_gives_the_same_estimate_in_either_order() -> None:
 def test_outliers_are_weighed_down() -> None:
     """Half a metre off, they move the estimate by a tenth of a millimetre."""
     rig = Rig(scenario=DEFAULT, seed=3)
-    estimator = Estimator(rig.vehicle, DEFAULT)
+    estimator = Estimator(rig.vehicle, data_sheets(DEFAULT))
     drive(rig, estimator, 1000)
     before = report(estimator.counters)
     for _ in range(5):
@@ -153,7 +154,7 @@ def test_outliers_are_weighed_down() -> None:
 
 def test_accepts_a_lasting_jump_only_when_told() -> None:
     rig = Rig(scenario=DEFAULT, seed=4)
-    estimator = Estimator(rig.vehicle, DEFAULT)
+    estimator = Estimator(rig.vehicle, data_sheets(DEFAULT))
     drive(rig, estimator, 1000)
     rig.fix_offset_m = (1.0, 0.5)
     drive(rig, estimator, 500, lambda t: STANDSTILL)
@@ -172,7 +173,7 @@ def test_late_and_lost_samples_end_near_the_same_estimate() -> None:
 
     def final(late: int, lost: bool) -> tuple[Estimator, Rig]:
         rig = Rig(scenario=DEFAULT, seed=11)
-        estimator = Estimator(rig.vehicle, DEFAULT)
+        estimator = Estimator(rig.vehicle, data_sheets(DEFAULT))
         frames = [rig.step(wander(tick)) for tick in range(1500)]
         for i, frame in enumerate(frames):
             old = frames[max(i - late, 0)] if i >= 600 else frame
@@ -199,7 +200,7 @@ def test_outage_stays_within_what_is_reported() -> None:
     inside = 0
     for seed in range(12):
         rig = Rig(scenario=DEFAULT, seed=200 + seed)
-        estimator = Estimator(rig.vehicle, DEFAULT)
+        estimator = Estimator(rig.vehicle, data_sheets(DEFAULT))
         drive(rig, estimator, 2500, straight)
         rig.silent = True
         drive(rig, estimator, 3000, lambda t: straight(1000))
@@ -211,7 +212,7 @@ def test_outage_stays_within_what_is_reported() -> None:
 
 def test_duplicates_and_ancient_fixes_are_counted_and_ignored() -> None:
     rig = Rig(scenario=DEFAULT, seed=7)
-    estimator = Estimator(rig.vehicle, DEFAULT)
+    estimator = Estimator(rig.vehicle, data_sheets(DEFAULT))
     drive(rig, estimator, 500)
     frame = until_fix(rig, estimator, wander(600))
     (fix,) = frame.gnss
@@ -226,7 +227,7 @@ def test_duplicates_and_ancient_fixes_are_counted_and_ignored() -> None:
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
 def test_a_fix_that_is_not_a_number_is_ignored(bad: float) -> None:
     rig = Rig(scenario=DEFAULT, seed=8)
-    estimator = Estimator(rig.vehicle, DEFAULT)
+    estimator = Estimator(rig.vehicle, data_sheets(DEFAULT))
     drive(rig, estimator, 500)
     for _ in range(20):
         frame = rig.step(wander(600))
@@ -237,7 +238,7 @@ def test_a_fix_that_is_not_a_number_is_ignored(bad: float) -> None:
 
 def test_waits_for_standstill_and_a_fixed_position() -> None:
     rig = Rig(fix=2)
-    estimator = Estimator(rig.vehicle, rig.scenario)
+    estimator = Estimator(rig.vehicle, data_sheets(rig.scenario))
     drive(rig, estimator, 200, lambda t: STANDSTILL)
     assert not estimator.started and math.isinf(estimator.position_sigma_m)
     rig.fix = 3
@@ -250,7 +251,7 @@ def test_waits_for_standstill_and_a_fixed_position() -> None:
 def test_after_a_restart_a_fix_from_the_old_place_is_not_used() -> None:
     scenario = Scenario(noise="none", gnss=GnssNoise(latency_s=0.45))
     rig = Rig(scenario=scenario)
-    estimator = Estimator(rig.vehicle, scenario)
+    estimator = Estimator(rig.vehicle, data_sheets(scenario))
     drive(rig, estimator, 300, lambda t: STANDSTILL)
     rig.x, rig.y, rig.heading = 50.0, 20.0, 1.0
     estimator.restart()
@@ -262,7 +263,7 @@ def test_after_a_restart_a_fix_from_the_old_place_is_not_used() -> None:
 
 
 def test_one_gauss_markov_term_keeps_variance_and_short_term_decay() -> None:
-    c = m.noise_figures(Vehicle(), DEFAULT)
+    c = m.noise_figures(Vehicle(), data_sheets(DEFAULT))
     assert c[m.C_GM_VAR] == pytest.approx(2 * 0.0025**2)
     tau = -0.01 / math.log(c[m.C_GM_DECAY])
     assert tau == pytest.approx(2 / (1 / 115 + 1 / 900), rel=1e-6)
@@ -270,7 +271,7 @@ def test_one_gauss_markov_term_keeps_variance_and_short_term_decay() -> None:
 
 def test_covariance_stays_symmetric_and_positive() -> None:
     rig = Rig(scenario=Scenario(drive=DriveNoise(slip_relative=0.05)), seed=9)
-    estimator = Estimator(rig.vehicle, DEFAULT)
+    estimator = Estimator(rig.vehicle, data_sheets(DEFAULT))
     for _ in range(20):
         drive(rig, estimator, 300)
         p = estimator.covariance
@@ -281,7 +282,7 @@ def test_covariance_stays_symmetric_and_positive() -> None:
 def test_deterministic() -> None:
     def final() -> bytes:
         rig = Rig(scenario=DEFAULT, seed=10)
-        estimator = Estimator(rig.vehicle, DEFAULT)
+        estimator = Estimator(rig.vehicle, data_sheets(DEFAULT))
         drive(rig, estimator, 800)
         return estimator.state.tobytes() + estimator.covariance.tobytes()
 
@@ -290,7 +291,7 @@ def test_deterministic() -> None:
 
 def test_a_gyro_that_turns_while_the_wheels_stand_makes_the_heading_uncertain() -> None:
     rig = Rig(scenario=DEFAULT, seed=12)
-    estimator = Estimator(rig.vehicle, DEFAULT)
+    estimator = Estimator(rig.vehicle, data_sheets(DEFAULT))
     drive(rig, estimator, 1000)
     drive(rig, estimator, 150, lambda t: STANDSTILL)
     bias, sigma = float(estimator.state[m.GYRO_BIAS]), estimator.heading_sigma_rad
@@ -306,7 +307,7 @@ def test_a_gyro_that_turns_while_the_wheels_stand_makes_the_heading_uncertain() 
 
 def test_a_frozen_imu_is_no_new_sample_once_the_wheels_change() -> None:
     rig = Rig(scenario=DEFAULT, seed=13)
-    estimator = Estimator(rig.vehicle, DEFAULT)
+    estimator = Estimator(rig.vehicle, data_sheets(DEFAULT))
     drive(rig, estimator, 1000)
     last = rig.step(wander(1000))
     estimator.step(last)

@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 from tests.onboard.rig import Rig, chain, trajectory
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import TraversalStatus
-from touchline.schemas.scenario import FenceLimits, Scenario
+from touchline.schemas.onboard import FenceLimits, OnboardConfig
+from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Polygon, Template
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.onboard.executive.failsafe import Hazards
@@ -76,7 +77,9 @@ def emulator(boundary=None, **limits):
         segments=[{"id": "s", "line": {"start": (5.0, -0.41124), "end": (10.0, -0.41124)}}],
         boundary=Polygon(corners=boundary) if boundary else None,
     )
-    robot = Emulator(VEHICLE, Scenario(noise="none", follower="pure-pursuit", fence=FenceLimits(**limits)))
+    robot = Emulator(
+        VEHICLE, Scenario(noise="none"), OnboardConfig(follower="pure-pursuit", fence=FenceLimits(**limits))
+    )
     robot.load(LINE, template)
     robot.start()
     return robot

@@ -13,6 +13,7 @@ import math
 import numpy as np
 import pytest
 
+from benchmarks._data_sheets import data_sheets
 from tests.onboard.driven import drive, error, until_fix, wander
 from tests.onboard.rig import Rig
 from touchline.schemas.scenario import Scenario
@@ -31,7 +32,7 @@ OFFSET = (0.6, -0.8)
 def jumped(vehicle: Vehicle, rejected: int = 40) -> tuple[Rig, Estimator]:
     """One that has driven, stands, and has since had so many outlying fixes."""
     rig = Rig(vehicle=vehicle, scenario=SCENARIO, seed=4, heading=1.0)
-    estimator = Estimator(vehicle, SCENARIO)
+    estimator = Estimator(vehicle, data_sheets(SCENARIO))
     drive(rig, estimator, 1000)
     drive(rig, estimator, 100, lambda _: STANDSTILL)
     rig.fix_offset_m = OFFSET
@@ -65,7 +66,7 @@ def expect_what_one_fix_tells(estimator: Estimator, vehicle: Vehicle) -> None:
 @pytest.mark.parametrize("vehicle", [Vehicle(), LEVER], ids=["above the axle", "beside it"])
 def test_a_start_knows_what_one_fix_tells(vehicle: Vehicle) -> None:
     rig = Rig(vehicle=vehicle, scenario=SCENARIO, seed=2, heading=2.0)
-    estimator = Estimator(vehicle, SCENARIO)
+    estimator = Estimator(vehicle, data_sheets(SCENARIO))
     while not estimator.started:
         estimator.step(rig.step(STANDSTILL))
     expect_what_one_fix_tells(estimator, vehicle)
@@ -115,7 +116,7 @@ def test_a_fix_that_admits_trouble_counts_for_less() -> None:
 
     def moved(variance_m2: float | None) -> float:
         rig = Rig(scenario=SCENARIO, seed=6)
-        estimator = Estimator(rig.vehicle, SCENARIO)
+        estimator = Estimator(rig.vehicle, data_sheets(SCENARIO))
         drive(rig, estimator, 1000)
         frame = until_fix(rig, estimator, wander(1000))
         (fix,) = frame.gnss

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from benchmarks._data_sheets import data_sheets
 from tests.onboard.rig import Rig
 from touchline.schemas.scenario import GnssNoise, Scenario
 from touchline.services.onboard.estimation import model as m
@@ -40,7 +41,7 @@ def test_late_samples_end_in_the_estimate_of_punctual_ones(late: int) -> None:
     rig = Rig(scenario=DEFAULT, seed=21)
     frames = [rig.step(wander(tick)) for tick in range(900)]
     last = len(frames) - 1 - late
-    punctual, delayed = Estimator(rig.vehicle, DEFAULT), Estimator(rig.vehicle, DEFAULT)
+    punctual, delayed = Estimator(rig.vehicle, data_sheets(DEFAULT)), Estimator(rig.vehicle, data_sheets(DEFAULT))
     for i, frame in enumerate(frames):
         punctual.step(frame if i <= last else old(frame, frames[last]))
         delayed.step(old(frame, frames[i - late]) if i >= 400 else frame)
@@ -53,7 +54,7 @@ def test_a_fix_counts_for_its_own_fraction_of_a_tick() -> None:
     """At 1.4 m/s half a tick is 7 mm."""
     scenario = Scenario(noise="none", gnss=GnssNoise(latency_s=0.11))
     rig = Rig(scenario=scenario)
-    estimator = Estimator(rig.vehicle, scenario)
+    estimator = Estimator(rig.vehicle, data_sheets(scenario))
     for tick in range(2000):
         frame = rig.step(STANDSTILL if tick < 80 else Command(14.0, 14.0, False, False))
         if tick > 400:
@@ -65,7 +66,7 @@ def test_a_fix_counts_for_its_own_fraction_of_a_tick() -> None:
 
 def test_a_field_that_turns_at_once_is_rejected_and_counted() -> None:
     rig = Rig(scenario=DEFAULT, seed=22)
-    estimator = Estimator(rig.vehicle, DEFAULT)
+    estimator = Estimator(rig.vehicle, data_sheets(DEFAULT))
     for tick in range(1500):
         estimator.step(rig.step(wander(tick)))
     before = estimator.state.copy()
@@ -84,7 +85,7 @@ def test_wheels_and_magnetometer_say_how_well_they_agree() -> None:
     wheels, magnetic = [], []
     for seed in range(8):
         rig = Rig(scenario=DEFAULT, seed=seed)
-        estimator = Estimator(rig.vehicle, DEFAULT)
+        estimator = Estimator(rig.vehicle, data_sheets(DEFAULT))
         for tick in range(1500):
             estimator.step(rig.step(wander(tick)))
         said = report(estimator.counters)
@@ -97,7 +98,7 @@ def test_wheels_and_magnetometer_say_how_well_they_agree() -> None:
 def test_a_float_solution_that_claims_too_much_is_not_believed() -> None:
     """It drifts off by 20 cm and claims 8 mm: the estimate does not follow it further than it says."""
     rig = Rig(scenario=DEFAULT, seed=23)
-    estimator = Estimator(rig.vehicle, DEFAULT)
+    estimator = Estimator(rig.vehicle, data_sheets(DEFAULT))
     for tick in range(2000):
         estimator.step(rig.step(wander(tick)))
     rig.fix = 2
@@ -117,7 +118,7 @@ def test_gates_are_those_of_as_many_numbers_as_are_judged() -> None:
 def test_a_slip_that_jumps_is_believed_after_ten_readings_and_a_short_one_is_no_slip_yet() -> None:
     """The slip test looks at 0.3 s: ten rejected readings of 10 ms are 1 − exp(−1/3) of it, less than the half."""
     rig = Rig(scenario=DEFAULT, seed=24)
-    estimator = Estimator(rig.vehicle, DEFAULT)
+    estimator = Estimator(rig.vehicle, data_sheets(DEFAULT))
     steady = Command(8.0, 8.0, False, False)
     for tick in range(1500):
         estimator.step(rig.step(STANDSTILL if tick < 80 else steady))

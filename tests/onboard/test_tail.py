@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from benchmarks._data_sheets import data_sheets
 from tests.onboard.driven import drive, error, wander
 from tests.onboard.rig import Rig
 from touchline.schemas.scenario import Scenario
@@ -32,7 +33,7 @@ def weighed(y_m: float, sigma_m: float, variance_m2: float = VARIANCE_M2) -> flo
 
 def settled(seed: int = 4) -> tuple[Rig, Estimator]:
     rig = Rig(scenario=SCENARIO, seed=seed)
-    estimator = Estimator(rig.vehicle, SCENARIO)
+    estimator = Estimator(rig.vehicle, data_sheets(SCENARIO))
     drive(rig, estimator, 1000)
     drive(rig, estimator, 100, lambda _: STANDSTILL)
     return rig, estimator
@@ -113,7 +114,7 @@ def test_one_wild_fix_or_two_are_no_contradiction() -> None:
 def test_a_start_from_a_fix_of_the_tail_is_mended_by_the_next_ones() -> None:
     for seed in range(3):
         rig = Rig(scenario=SCENARIO, seed=seed)
-        estimator = Estimator(rig.vehicle, SCENARIO)
+        estimator = Estimator(rig.vehicle, data_sheets(SCENARIO))
         while not estimator.started:
             rig.fix_offset_m = (0.045 if rig.tick < 25 else 0.0, 0.0)
             estimator.step(rig.step(STANDSTILL))

@@ -15,9 +15,11 @@ from touchline.services.bus.ports import free_port
 
 ANSWER_S = 200.0
 """The first plan may wait for the kernels to be compiled."""
-START = (
-    "from touchline.services.bus import BusConfig; from touchline.services.planner.service import run_service; run_service(BusConfig({!r}))"
-)
+START = """
+from touchline.services.bus import BusConfig
+from touchline.services.planner.service import run_service
+run_service(BusConfig({!r}))
+"""
 
 
 @pytest.fixture(scope="module")

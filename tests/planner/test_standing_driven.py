@@ -5,6 +5,7 @@ import pytest
 from tests.planner.test_standing import there_and_back
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import LinearDirection, PlanOptions
+from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicle import Vehicle
@@ -16,8 +17,8 @@ VEHICLE = Vehicle()
 STEPS_MAX = 20_000
 
 
-def painted(planned: Plan, template: Template, scenario: Scenario) -> PaintMetrics:
-    robot = Emulator(VEHICLE, scenario)
+def painted(planned: Plan, template: Template, config: OnboardConfig) -> PaintMetrics:
+    robot = Emulator(VEHICLE, Scenario(seed=3), config)
     robot.load(planned.trajectory, template)
     robot.start()
     for _ in range(STEPS_MAX):
@@ -30,7 +31,7 @@ def painted(planned: Plan, template: Template, scenario: Scenario) -> PaintMetri
 
 @pytest.mark.parametrize("follower", ["mpc", "pure-pursuit"])
 def test_what_is_planned_with_standstills_is_painted_as_well_as_without(follower: str) -> None:
-    scenario = Scenario(seed=3, follower=follower)
+    config = OnboardConfig.model_validate({"follower": follower})
     spinning = VEHICLE.model_copy(update={"can_reverse": False, "paint_speed_mps": 0.5})
     for template, vehicle in ((load_template("study-square"), VEHICLE), (there_and_back(), spinning)):
         standing = plan(template, vehicle)
@@ -38,6 +39,6 @@ def test_what_is_planned_with_standstills_is_painted_as_well_as_without(follower
         assert standing.report.total_time_s < forward.report.total_time_s
         directions = {s.direction.value for s in standing.trajectory.path.segments}
         assert directions & {LinearDirection.BACKWARD, LinearDirection.NONE}
-        ours, theirs = painted(standing, template, scenario), painted(forward, template, scenario)
+        ours, theirs = painted(standing, template, config), painted(forward, template, config)
         assert ours.gap_m <= theirs.gap_m + 0.01
         assert ours.lateral.p95_m <= theirs.lateral.p95_m + 2e-3

@@ -9,9 +9,10 @@ from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.curves import Curve
 from touchline.schemas.messages import Header, TraversalReport, TraversalStatus
+from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
+from touchline.schemas.setup import Setup
 from touchline.schemas.template import Template
-from touchline.schemas.vehicle import Vehicle
 from touchline.services.bus import HealthReporter
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.frame import CARRIED
@@ -43,12 +44,17 @@ class AtOnce:
         return False
 
 
+def setup(**changes):
+    """Of a shipped robot; what is no field of the scenario is one of the robot's computer."""
+    world = {name: changes.pop(name) for name in Scenario.model_fields if name in changes}
+    return Setup(scenario=Scenario(**world), onboard=OnboardConfig(**changes))
+
+
 def process(bus, speed=-1.0, journal=None, **changes):
     return RobotProcess(
         bus,
         HealthReporter(bus),
-        Vehicle(),
-        Scenario(**changes),
+        setup(**changes),
         AtOnce(bus),
         speed=speed,
         clock="held",
@@ -89,9 +95,10 @@ def session(bus, robot, operator):
     return {topic.name: [payload for name, payload in said if name is topic] for topic in topics.RECORDED}
 
 
-def alone(**scenario):
+def alone(**changes):
     """All that is said in-process, from the load on."""
-    emulator = Emulator(Vehicle(), Scenario(**scenario))
+    robot = setup(**changes)
+    emulator = Emulator(robot.vehicle, robot.scenario, robot.onboard)
     telemetry = Telemetry(emulator)
     emulator.load(PLAN, TEMPLATE)
     said = telemetry.loaded(PLAN, TEMPLATE)

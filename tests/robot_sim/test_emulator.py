@@ -45,7 +45,7 @@ TEMPLATE = Template(name="one", segments=[{"id": "s1", "line": {"start": (2.0, -
 
 
 def scripted(scenario=None, script=line_script):
-    return Emulator(Vehicle(), scenario or Scenario(noise="none"), ScriptedOnboard(script))
+    return Emulator(Vehicle(), scenario or Scenario(noise="none"), onboard=ScriptedOnboard(script))
 
 
 def run(emulator, template=TEMPLATE):

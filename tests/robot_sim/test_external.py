@@ -12,6 +12,7 @@ from tests.robot_sim.scripted import trajectory
 from touchline.schemas import topics
 from touchline.schemas.curves import Curve
 from touchline.schemas.messages import TraversalStatus
+from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.bus import Bus
@@ -59,8 +60,7 @@ def outside(buses, monkeypatch):
 
 
 def session(follower, ask=None, ticks=1500):
-    scenario = Scenario(follower=follower)
-    emulator = Emulator(VEHICLE, scenario, **({"ask": ask} if ask else {}))
+    emulator = Emulator(VEHICLE, Scenario(), OnboardConfig(follower=follower), **({"ask": ask} if ask else {}))
     telemetry = Telemetry(emulator)
     emulator.load(PLAN)
     emulator.start()

@@ -9,6 +9,7 @@ from tests.robot_sim.scripted import trajectory
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import PayloadError
 from touchline.schemas.messages import FollowerStepResponse, TraversalStatus
+from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.bus import CallError
@@ -111,7 +112,7 @@ def test_a_session_is_asked_about_the_next_second_and_anew_after_a_pause():
         questions.append(Question(question.first, question.now.copy(), question.ahead.copy()))
         return pursuit.step(question.now, question.ahead)
 
-    emulator = Emulator(VEHICLE, Scenario(follower="external", noise="none"), ask=ask)
+    emulator = Emulator(VEHICLE, Scenario(noise="none"), OnboardConfig(follower="external"), ask=ask)
     emulator.load(PLAN)
     emulator.start()
 

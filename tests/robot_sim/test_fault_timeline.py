@@ -207,7 +207,7 @@ def test_an_injection_says_when_and_for_how_long():
 
 
 def robot(*faults):
-    emulator = Emulator(Vehicle(), Scenario(faults=faults), ScriptedOnboard(line_script))
+    emulator = Emulator(Vehicle(), Scenario(faults=faults), onboard=ScriptedOnboard(line_script))
     telemetry = Telemetry(emulator)
     return emulator, telemetry, Commands(emulator, telemetry, lambda _factor: None)
 

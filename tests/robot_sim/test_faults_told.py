@@ -33,7 +33,7 @@ KINDS = {
 
 def said(*faults):
     """(tick, payload) by topic of two and a half seconds, the robot driving and speeding up."""
-    emulator = Emulator(Vehicle(), Scenario(faults=faults), ScriptedOnboard(line_script))
+    emulator = Emulator(Vehicle(), Scenario(faults=faults), onboard=ScriptedOnboard(line_script))
     telemetry, heard = Telemetry(emulator), {topic.name: [] for topic in topics.TOPICS}
     emulator.load(PLAN)
     emulator.start()

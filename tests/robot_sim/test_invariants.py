@@ -6,7 +6,7 @@ import pytest
 
 from benchmarks._invariants import Broken, Guarded, fault
 from touchline.schemas.messages import Actuation, TraversalStatus
-from touchline.schemas.scenario import FenceLimits
+from touchline.schemas.onboard import FenceLimits
 from touchline.services.onboard.executive.failsafe import Hazards
 from touchline.services.onboard.executive.localization_monitor import Watch
 from touchline.services.onboard.executive.mission import Job

@@ -2,10 +2,14 @@
 
 import pytest
 
+from benchmarks._data_sheets import data_sheets
+from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import PlanOptions
+from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import GnssNoise, Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicle import Vehicle
+from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.runs.simulation import Job, simulate
 
 TEE = Template.model_validate(
@@ -20,14 +24,17 @@ TEE = Template.model_validate(
 )
 
 
-def painted(vehicle: Vehicle | None = None, **scenario):
+def painted(vehicle: Vehicle | None = None, config: OnboardConfig | None = None, **scenario):
     job = Job.prepare(TEE, PlanOptions(), vehicle or Vehicle())
-    return simulate(job, Scenario(seed=2, **scenario))
+    return simulate(job, Scenario(seed=2, **scenario), config)
 
 
 @pytest.mark.parametrize("gnss", [{"rate_hz": 1}, {"rate_hz": 2, "latency_s": 0.5}, {"latency_s": 0.5}])
 def test_a_slow_or_late_receiver_is_no_reason_not_to_paint(gnss):
-    outcome = painted(gnss=GnssNoise(**gnss))
+    receiver = GnssNoise(**gnss)
+    with pytest.raises(SpecError, match=r"gnss\.rate_hz and gnss\.latency_s .* data sheet"):
+        painted(gnss=receiver)
+    outcome = painted(config=data_sheets(Scenario(gnss=receiver)), gnss=receiver)
     assert outcome.report.success, outcome.reason
     assert outcome.report.coverage_pct > 99.0
     assert outcome.report.lateral_error_max_m < 0.03
@@ -46,3 +53,18 @@ def test_who_gives_up_a_simulation_is_told():
     outcome = painted(gnss=GnssNoise(hold_s=0.0), faults=blocked)
     assert not outcome.report.success
     assert outcome.reason.startswith("given up by the simulation after 180 s without progress: ")
+
+
+def test_a_robot_that_was_told_wrong_of_its_receiver_believes_too_much_of_it():
+    """Same world, same seed: only the data sheet differs."""
+    world = Scenario(seed=2, gnss=GnssNoise(white_m=0.02, gauss_markov_1_m=0.01, gauss_markov_2_m=0.01))
+    job, found = Job.prepare(TEE, PlanOptions()), []
+    for config in (data_sheets(world), OnboardConfig()):
+        robot = Emulator(Vehicle(), world, config)
+        robot.load(job.trajectory)
+        robot.start()
+        for _ in range(1500):
+            robot.tick()
+        found.append(robot.onboard.consistency)
+    told_right, told_wrong = found
+    assert told_wrong.position_sigma_m < 0.6 * told_right.position_sigma_m

@@ -8,6 +8,7 @@ from tests.robot_sim.scripted import trajectory
 from touchline.schemas.cdr import decode
 from touchline.schemas.curves import Curve
 from touchline.schemas.messages import TraversalStatus
+from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicle import Vehicle
@@ -50,9 +51,9 @@ FAULTS = {
 }
 
 
-def session(scenario, listen_from, *, loop, plan=PLAN, template=TEMPLATE, vehicle=None):
+def session(scenario, listen_from, *, loop, follower="mpc", plan=PLAN, template=TEMPLATE, vehicle=None):
     """(every payload from a tick on, the report, the tick it ended in)."""
-    emulator = Emulator(vehicle or Vehicle(), scenario)
+    emulator = Emulator(vehicle or Vehicle(), scenario, OnboardConfig(follower=follower))
     emulator.load(plan, template)
     emulator.start()
     quiet = Quiet(emulator)
@@ -89,7 +90,7 @@ def assert_same(scenario, listen_from, **things):
 @pytest.mark.parametrize("follower", ["mpc", "pure-pursuit"])
 @pytest.mark.parametrize("listen_from", [1, 9, 57, 333, 700, 1001, 9999])
 def test_the_loop_is_the_ticks(follower, listen_from):
-    _, report, _ = assert_same(Scenario(seed=4, follower=follower), listen_from)
+    _, report, _ = assert_same(Scenario(seed=4), listen_from, follower=follower)
     assert report.success
     assert report.coverage_pct > 90.0
 
@@ -97,9 +98,9 @@ def test_the_loop_is_the_ticks(follower, listen_from):
 @pytest.mark.parametrize("kind", FAULTS)
 def test_the_loop_is_the_ticks_whatever_goes_wrong(kind):
     fault = {"kind": kind, "start_s": 4.0, "duration_s": 2.0, **FAULTS[kind]}
-    scenario = Scenario.model_validate({"seed": 2, "follower": "pure-pursuit", "faults": [fault]})
+    scenario = Scenario.model_validate({"seed": 2, "faults": [fault]})
     for listen_from in (450, 700):
-        assert_same(scenario, listen_from)
+        assert_same(scenario, listen_from, follower="pure-pursuit")
 
 
 @settings(max_examples=12, deadline=None)
@@ -114,14 +115,14 @@ def test_the_loop_is_the_ticks_on_any_day(seed, listen_from, follower, timeline)
         {"kind": kind, "start_s": start_s, "duration_s": duration_s, **FAULTS[kind]}
         for kind, start_s, duration_s in timeline
     ]
-    scenario = Scenario.model_validate({"seed": seed, "follower": follower, "faults": faults})
-    assert_same(scenario, listen_from)
+    scenario = Scenario.model_validate({"seed": seed, "faults": faults})
+    assert_same(scenario, listen_from, follower=follower)
 
 
 def test_commands_between_two_runs_act_as_between_ticks():
     ends = []
     for loop in (True, False):
-        emulator = Emulator(Vehicle(), Scenario(follower="pure-pursuit"))
+        emulator = Emulator(Vehicle(), Scenario(), OnboardConfig(follower="pure-pursuit"))
         emulator.load(PLAN, TEMPLATE)
         emulator.start()
         quiet = Quiet(emulator)
@@ -137,7 +138,7 @@ def test_commands_between_two_runs_act_as_between_ticks():
 
 
 def test_nearly_all_ticks_are_quiet(monkeypatch):
-    emulator = Emulator(Vehicle(), Scenario(follower="pure-pursuit"))
+    emulator = Emulator(Vehicle(), Scenario(), OnboardConfig(follower="pure-pursuit"))
     emulator.load(PLAN, TEMPLATE)
     emulator.start()
     loud = []

@@ -10,6 +10,7 @@ import pytest
 from tests.onboard.rig import chain, trajectory
 from touchline.schemas.curves import PathTable
 from touchline.schemas.messages import TraversalStatus
+from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Pose2, Scenario
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.onboard.control.pure_pursuit import FAR_M, LOOKAHEAD_S, PurePursuitFollower
@@ -29,8 +30,8 @@ ARC, OFF, SPEED = range(3)
 
 def drive(vehicle: Vehicle = VEHICLE, noise: str = "none", start: Pose2 | None = None) -> np.ndarray:
     """(ticks, 3): arc length [m], true distance of the axle from the path [m], true speed [m/s]."""
-    scenario = Scenario.model_validate({"follower": "pure-pursuit", "noise": noise, "start": start})
-    emulator, table, found = Emulator(vehicle, scenario), PathTable.from_curves(CURVES), []
+    scenario, config = Scenario.model_validate({"noise": noise, "start": start}), OnboardConfig(follower="pure-pursuit")
+    emulator, table, found = Emulator(vehicle, scenario, config), PathTable.from_curves(CURVES), []
     emulator.load(trajectory(CURVES, speed=SPEED_MPS))
     emulator.start()
     while emulator.active and emulator.tick_count < 3000:

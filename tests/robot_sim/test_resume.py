@@ -11,6 +11,7 @@ from touchline.schemas import topics
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import TraversalStatus
+from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.bus import Bus
@@ -101,7 +102,7 @@ def test_sensors_go_on_as_if_they_had_lived_through_it():
 
 def test_what_has_gone_wrong_does_not_do_so_again():
     fault = {"kind": "bumper", "start_s": 3.0, "duration_s": 0.1}
-    after = Emulator(Vehicle(), Scenario.model_validate({"follower": "pure-pursuit", "faults": [fault]}))
+    after = Emulator(Vehicle(), Scenario.model_validate({"faults": [fault]}), OnboardConfig(follower="pure-pursuit"))
     after.load(PLAN, resume=Checkpoint(0, 2.0, None, tick=500))
     after.start()
     drive(after)

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from benchmarks._invariants import fault
 from benchmarks._joints import field
 from touchline.schemas.messages import TraversalStatus
+from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.onboard.estimation import model
@@ -37,7 +38,7 @@ FOLLOWERS = ("mpc", "pure-pursuit")
 
 
 def loaded(follower: str = "mpc", seed: int = 1) -> Emulator:
-    emulator = Emulator(Vehicle(), Scenario.model_validate({"seed": seed, "follower": follower}))
+    emulator = Emulator(Vehicle(), Scenario(seed=seed), OnboardConfig.model_validate({"follower": follower}))
     emulator.load(field())
     return emulator
 

@@ -9,6 +9,7 @@ import pytest
 
 from tests.onboard.rig import chain, trajectory
 from touchline.schemas.messages import PlanOptions, TraversalStatus
+from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicle import Vehicle
@@ -20,7 +21,7 @@ from touchline.services.robot_sim.world import body
 @pytest.mark.parametrize("follower", ["mpc", "pure-pursuit"])
 @pytest.mark.parametrize("surface", ["grass", "wet-grass"])
 def test_no_limit_cycle_on_a_straight_at_transit_speed(follower: str, surface: str) -> None:
-    emulator = Emulator(Vehicle(), Scenario(seed=1, follower=follower, ground={"surface": surface}))
+    emulator = Emulator(Vehicle(), Scenario(seed=1, ground={"surface": surface}), OnboardConfig(follower=follower))
     emulator.load(trajectory(chain((0.0, 30.0)), speed=1.4))
     emulator.start()
     lateral, apart = [], []
@@ -53,7 +54,9 @@ def corner() -> Plan:
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_plan_for_dry_grass_is_driven_to_the_end_of_the_grip(follower: str, seed: int) -> None:
     """Wheels at the end of their grip are not sped up until they spin, and what they slip is known."""
-    emulator = Emulator(Vehicle(), Scenario(seed=seed, follower=follower, ground={"surface": "wet-grass"}))
+    emulator = Emulator(
+        Vehicle(), Scenario(seed=seed, ground={"surface": "wet-grass"}), OnboardConfig(follower=follower)
+    )
     emulator.load(corner().trajectory, CORNER)
     emulator.start()
     worst = 0.0

@@ -2,6 +2,7 @@
 
 import pytest
 
+from touchline.schemas.setup import Setup
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.robot_sim.warm_up import warm_up
 
@@ -19,5 +20,5 @@ def test_warm_up_is_silent_once_all_is_cached():
 @pytest.mark.parametrize("vehicle", [SLOW, WEAK])
 def test_any_vehicle_warms_up(vehicle):
     said = []
-    warm_up(said.append, vehicle)
+    warm_up(said.append, Setup(vehicle=vehicle))
     assert [line for line in said if "compil" not in line] == []

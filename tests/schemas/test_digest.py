@@ -14,7 +14,9 @@ from touchline.schemas.catalogue import load_template
 from touchline.schemas.digest import SessionDigest, scenario_hash
 from touchline.schemas.faults import Fault
 from touchline.schemas.messages import PlanOptions
+from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import GnssNoise, Scenario
+from touchline.schemas.setup import Setup
 from touchline.schemas.template import Template
 from touchline.schemas.vehicle import Vehicle
 
@@ -85,8 +87,8 @@ def test_where_one_payload_ends_counts():
     )
 
 
-def cause(scenario=Scenario(), vehicle=Vehicle(), template=SQUARE, options=PlanOptions()):  # noqa: B008
-    return scenario_hash(scenario, vehicle, template, options)
+def cause(scenario=None, template=SQUARE, options=None, **robot):
+    return scenario_hash(Setup(scenario=scenario or Scenario(), **robot), template, options or PlanOptions())
 
 
 def test_the_scenario_hash_is_of_causes_not_of_names():
@@ -95,7 +97,8 @@ def test_the_scenario_hash_is_of_causes_not_of_names():
         cause(Scenario(seed=2)),
         cause(Scenario(noise="none")),
         cause(Scenario(noise="none", gnss=GnssNoise(white_m=0.01))),
-        cause(Scenario(follower="pure-pursuit")),
+        cause(onboard=OnboardConfig(follower="pure-pursuit")),
+        cause(onboard=OnboardConfig(gnss={"white_m": 0.01})),
         cause(vehicle=Vehicle(nozzle_y_m=-0.4)),
         cause(template=load_template("soccer-11")),
         cause(options=PlanOptions(paint_speed_mps=0.9)),

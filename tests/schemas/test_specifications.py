@@ -5,9 +5,12 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks._data_sheets import data_sheets
 from touchline.schemas.catalogue import load_template, parse_template
 from touchline.schemas.errors import SpecError
+from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
+from touchline.schemas.setup import Setup
 from touchline.schemas.spec import MAX_SPEC_BYTES, parse, read_text
 from touchline.schemas.vehicle import Vehicle
 
@@ -77,13 +80,11 @@ def test_bad_template(text: str, field: str, says: str):
     [
         ({"seed": 1.5}, "seed", "is 1.5; give a whole number"),
         ({"seed": 2**63}, "seed", "give at most 9223372036854775807"),
-        ({"follower": "lqr"}, "follower", "is 'lqr'; give 'mpc', 'pure-pursuit' or 'external'"),
         (
             {"start": {"x_m": 0, "y_m": 0, "heading_rad": 90}},
             "start.heading_rad",
             "is 90; give at most 7 rad (in radians, not degrees)",
         ),
-        ({"link_timeout_s": 0}, "link_timeout_s", "is 0; give more than 0 s"),
         ({"faults": [{"start_s": 3}]}, "faults[0].kind", "is missing"),
         (
             {"faults": [{"kind": "gnss-loss"}]},
@@ -98,6 +99,41 @@ def test_bad_scenario(text: dict[str, object], field: str, says: str):
         parse(Scenario, json.dumps(text), "windy.json")
     assert caught.value.field == field
     assert says in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "field", "says"),
+    [
+        ({"follower": "lqr"}, "follower", "is 'lqr'; give 'mpc', 'pure-pursuit' or 'external'"),
+        ({"link_timeout_s": 0}, "link_timeout_s", "is 0; give more than 0 s"),
+        ({"gnss": {"rate_hz": 3}}, "gnss.rate_hz", "is 3"),
+        ({"gnss": {"hold_s": 3}}, "gnss.hold_s", "is not a known field"),
+        ({"seed": 3}, "seed", "is not a known field"),
+    ],
+)
+def test_bad_configuration_of_the_computer(text: dict[str, object], field: str, says: str):
+    with pytest.raises(SpecError) as caught:
+        parse(OnboardConfig, json.dumps(text), "computer.json")
+    assert caught.value.field == field
+    assert says in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["follower", "fence", "link_timeout_s"])
+def test_what_a_scenario_had_of_the_computer_is_sent_there(name: str):
+    with pytest.raises(SpecError, match=f"{name} is of the robot's own computer: move it to a file for --onboard"):
+        parse(Scenario, json.dumps({"seed": 2, name: 1}), "windy.json")
+
+
+def test_the_setup_of_an_older_recording_is_read():
+    fence = {"margin_m": 3.0}
+    older = {"scenario": {"seed": 4, "follower": "pure-pursuit", "fence": fence, "link_timeout_s": 1.0}}
+    setup = parse(Setup, json.dumps(older), "recorded")
+    assert (setup.scenario.seed, setup.onboard.follower, setup.onboard.fence.margin_m) == (4, "pure-pursuit", 3.0)
+    assert setup.onboard.link_timeout_s == 1.0
+
+
+def test_data_sheets_say_by_default_what_the_world_is_by_default():
+    assert data_sheets(Scenario()) == OnboardConfig()
 
 
 def test_a_file_may_begin_with_a_byte_order_mark(tmp_path: Path):

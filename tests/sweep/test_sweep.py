@@ -5,6 +5,7 @@ import pytest
 from tests.sweep.combining import combined
 from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.schemas.messages import PlanOptions
+from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.services.runs.sweep.grid import Case
 from touchline.services.runs.sweep.places import here, in_processes, on_dask
@@ -14,7 +15,7 @@ from touchline.services.runs.sweep.task import Run, prepare
 
 def test_every_combination_once():
     found = combined("follower=mpc,pure-pursuit", "gnss.white_m=0.005,0.01,0.02", "plan.paint_speed_mps=0.8")
-    assert [(c.scenario.follower, c.scenario.gnss.white_m) for c in found] == [
+    assert [(c.config.follower, c.scenario.gnss.white_m) for c in found] == [
         (follower, white) for follower in ("mpc", "pure-pursuit") for white in (0.005, 0.01, 0.02)
     ]
     assert {c.options.paint_speed_mps for c in found} == {0.8}
@@ -31,6 +32,8 @@ def test_every_combination_once():
         ("gnss.white=1", "gnss.white"),
         ("gps.white_m=1", "gps"),
         ("gnss.white_m=-1", "white_m"),
+        ("onboard.gnss.white=1", "onboard.gnss.white is not a field of a robot's computer"),
+        ("onboard.gnss.white_m=-1", "white_m"),
         ("plan.speed=1", "plan.paint_speed_mps"),
         ("plan.paint_speed_mps=fast", "paint_speed_mps is 'fast'"),
         ("plan.start=3", "start is 3"),
@@ -54,7 +57,7 @@ def test_a_plan_is_made_once_per_template_and_options():
     for task in tasks:
         job, case = jobs[task.job], wanted[task.case]
         assert (job.template.name, job.options) == (case.template, case.options)
-        assert task.scenario.follower == case.scenario.follower
+        assert task.config == case.config
 
 
 @pytest.fixture(scope="module")
@@ -107,7 +110,7 @@ def test_the_worst_is_the_least_coverage_and_the_largest_error():
 
 def test_a_run_that_could_not_be_done_is_told_and_not_counted():
     runs = [Run(0, 1, True, "", {"gap_m": 1.0}), Run(0, 2, False, "refused", {}), Run(0, 3, False, "", {"gap_m": 3.0})]
-    (combination,) = summarise([Case({}, "t", Scenario(), PlanOptions())], runs)["combinations"]
+    (combination,) = summarise([Case({}, "t", Scenario(), OnboardConfig(), PlanOptions())], runs)["combinations"]
     assert (combination["runs"], combination["failed_seeds"]) == (3, [2, 3])
     assert combination["figures"]["gap_m"]["mean"] == 2.0
 

@@ -17,6 +17,7 @@ from typer.testing import CliRunner
 from tests.sweep.combining import combined
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import PlanOptions, Trajectory, TraversalReport
+from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.services.cli.commands import app
 from touchline.services.cli.options import ExitCode
@@ -34,7 +35,7 @@ def job():
 
 def test_a_run_that_the_robot_refuses_fails_alone(job):
     nothing = dataclasses.replace(job, trajectory=Trajectory())
-    refused = [Task(0, 0, Scenario(seed=seed)) for seed in (3, 4)]
+    refused = [Task(0, 0, Scenario(seed=seed), OnboardConfig()) for seed in (3, 4)]
     first, second = here([nothing], refused)
     assert (first.seed, first.success, first.figures) == (3, False, {})
     assert "no segment" in first.reason
@@ -153,7 +154,7 @@ def test_ctrl_c_while_a_worker_is_started_is_told_by_nobody_else(job, monkeypatc
     other = threading.Thread(target=over.wait)  # gets the signal, if that is blocked in this one
     other.start()
     with pytest.raises(KeyboardInterrupt):
-        list(in_processes([job], [Task(0, 0, Scenario())] * 2, 2))
+        list(in_processes([job], [Task(0, 0, Scenario(), OnboardConfig())] * 2, 2))
     over.set()
     other.join()
     with suppress(ChildProcessError):  # its end has been noted already

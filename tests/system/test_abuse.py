@@ -11,6 +11,7 @@ from touchline.schemas import topics
 from touchline.schemas.catalogue import template_text
 from touchline.schemas.cdr import MAX_PAYLOAD_BYTES
 from touchline.schemas.messages import GetDiagnosticsRequest, PlanRequest
+from touchline.schemas.setup import Setup
 from touchline.services.system.temporary_system import LocalSystem, local_system
 
 NODES = (topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE)
@@ -20,7 +21,7 @@ ANSWER_S = 200.0
 
 @pytest.fixture(scope="module")
 def system():
-    with local_system([]) as it:
+    with local_system(Setup()) as it:
         it.wait_until_ready(lambda doing: None)
         yield it
 

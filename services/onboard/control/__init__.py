@@ -21,7 +21,7 @@ __all__ = [
 
 
 def make_follower(name: str, vehicle: Vehicle, ask: Ask = nobody) -> Follower:
-    """The follower of this name (`Scenario.follower`); an external one is asked by `ask`.
+    """The follower of this name (`OnboardConfig.follower`); an external one is asked by `ask`.
 
     Raises:
         ValueError: There is none.

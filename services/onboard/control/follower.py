@@ -13,7 +13,7 @@ class Follower(Protocol):
 
     @property
     def name(self) -> str:
-        """As in `Scenario.follower`."""
+        """As in `OnboardConfig.follower`."""
         ...
 
     @property

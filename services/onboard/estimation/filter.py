@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.schemas.scenario import Scenario
+from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.onboard.estimation import model as m
 from touchline.services.onboard.estimation.calibration import start_learning
@@ -46,11 +46,11 @@ class Estimator:
     gyro and accelerometer bias from their means, heading from the magnetometer, position from the fix.
     """
 
-    def __init__(self, vehicle: Vehicle, scenario: Scenario) -> None:
+    def __init__(self, vehicle: Vehicle, config: OnboardConfig) -> None:
         """A filter that has seen nothing yet."""
-        self._c = m.noise_figures(vehicle, scenario)
-        self._gyro_start_var = scenario.imu.gyro_density_radps_rthz**2
-        self._accel_start_var = scenario.imu.accel_density_mps2_rthz**2
+        self._c = m.noise_figures(vehicle, config)
+        self._gyro_start_var = config.imu.gyro_density_radps_rthz**2
+        self._accel_start_var = config.imu.accel_density_mps2_rthz**2
         self.intake = Intake(vehicle)
         self._xs = np.zeros((m.RING, m.STATES))
         self._covariances = np.zeros((m.RING, m.STATES, m.STATES))

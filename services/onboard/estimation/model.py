@@ -29,7 +29,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.schemas.scenario import Scenario
+from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.onboard.interface import TICK_S
 
@@ -176,13 +176,9 @@ _BRIDGED_S = 30.0  # an outage that the reported σ has to cover
 _WARMING_S = 60.0  # over which a bias that drifts with the temperature counts as a random walk
 
 
-def noise_figures(vehicle: Vehicle, scenario: Scenario) -> NDArray[np.float64]:
-    """(FIGURES,) constants of the filter, from the vehicle's and the sensors' data sheets.
-
-    The figures are those of the scenario's sensors whether or not its noise is switched on: the robot does not
-    know that it has been given perfect ones.
-    """
-    gnss, imu, mag, drive = scenario.gnss, scenario.imu, scenario.magnetometer, scenario.drive
+def noise_figures(vehicle: Vehicle, config: OnboardConfig) -> NDArray[np.float64]:
+    """(FIGURES,) constants of the filter, from the vehicle's and the sensors' data sheets."""
+    gnss, imu, mag, drive = config.gnss, config.imu, config.magnetometer, config.drive
     c = np.zeros(FIGURES)
     c[C_TRACK] = vehicle.track_width_m
     c[C_ANTENNA_X], c[C_ANTENNA_Y] = vehicle.gnss_antenna_x_m, vehicle.gnss_antenna_y_m

@@ -1,7 +1,7 @@
 """The fence: where no part of the robot's body may be.
 
 It is the template's boundary if there is one, else the convex hull of what the body sweeps along the plan; in both
-cases with a margin (`touchline.schemas.scenario.FenceLimits`).
+cases with a margin (`touchline.schemas.onboard.FenceLimits`).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.errors import CommandRefused
-from touchline.schemas.scenario import FenceLimits
+from touchline.schemas.onboard import FenceLimits
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.core.jit import kernel
 from touchline.services.onboard.trajectory.path import poses_along

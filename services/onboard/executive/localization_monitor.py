@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from touchline.schemas.scenario import GnssNoise
+from touchline.schemas.onboard import GnssSheet
 from touchline.services.onboard.estimation import model as m
 from touchline.services.onboard.estimation.filter import FIX_FIXED, Estimator
 from touchline.services.onboard.interface import TICK_S
@@ -36,7 +36,7 @@ SLIP = "the wheels slip: they contradict the other sensors"
 FIX_NAMES = {0: "no fix", 1: "a single fix", 2: "a float fix"}
 
 
-def max_fix_age_s(gnss: GnssNoise) -> float:
+def max_fix_age_s(gnss: GnssSheet) -> float:
     """How old the newest fix may be to paint, for this receiver: one of its fixes may stay away, but not two."""
     return max(MAX_FIX_AGE_S, 2.0 / gnss.rate_hz + gnss.latency_s + gnss.latency_jitter_s + 2.0 * TICK_S)
 

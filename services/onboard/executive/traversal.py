@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import Trajectory, TraversalStatus
-from touchline.schemas.scenario import FenceLimits
+from touchline.schemas.onboard import FenceLimits
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.onboard.control import Follower
 from touchline.services.onboard.estimation.filter import Estimator

@@ -10,14 +10,18 @@ from pydantic import ValidationError
 
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import PlanOptions
+from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.spec import first_problem, parse
 
 Setting = dict[str, Any]
-"""Values by dotted name: a field of the scenario (``gnss.white_m``), ``template``, or ``plan.`` and an option."""
+"""Values by dotted name: a field of the scenario (``gnss.white_m``), ``template``, ``follower``, ``plan.`` and an
+option, or ``onboard.`` and a field of the robot's computer (``onboard.gnss.white_m``)."""
 
 TEMPLATE: Final = "template"
+FOLLOWER: Final = "follower"
 PLAN_PREFIX: Final = "plan."
+ONBOARD_PREFIX: Final = "onboard."
 
 
 @dataclass(frozen=True)
@@ -32,6 +36,7 @@ class Case:
     setting: Setting
     template: str
     scenario: Scenario
+    config: OnboardConfig
     options: PlanOptions
 
 
@@ -63,13 +68,15 @@ def cases(template: str, scenario: Scenario, options: PlanOptions, settings: Map
 
 
 def _case(template: str, scenario: Scenario, options: PlanOptions, setting: Setting) -> Case:
-    lived = scenario.model_dump(mode="json")
+    lived, computer = scenario.model_dump(mode="json"), OnboardConfig().model_dump(mode="json")
     planned: dict[str, Any] = {}
     for name, value in setting.items():
         if name.startswith(PLAN_PREFIX):
             planned[name.removeprefix(PLAN_PREFIX)] = value
+        elif name == FOLLOWER or name.startswith(ONBOARD_PREFIX):
+            _put(computer, name, name.removeprefix(ONBOARD_PREFIX), value, "a robot's computer")
         elif name != TEMPLATE:
-            _put(lived, name, value)
+            _put(lived, name, name, value, "a scenario")
     unknown = sorted(set(planned) - set(PlanOptions.model_fields))
     if unknown:
         known = ", ".join(f"{PLAN_PREFIX}{field}" for field in PlanOptions.model_fields)
@@ -80,18 +87,21 @@ def _case(template: str, scenario: Scenario, options: PlanOptions, setting: Sett
         chosen = PlanOptions.model_validate(options.model_dump() | planned)
     except ValidationError as error:
         raise first_problem(error, "--set plan", planned) from error
-    return Case(setting, str(setting.get(TEMPLATE, template)), parse(Scenario, json.dumps(lived), "--set"), chosen)
+    painted = str(setting.get(TEMPLATE, template))
+    world, config = parse(Scenario, json.dumps(lived), "--set"), parse(OnboardConfig, json.dumps(computer), "--set")
+    return Case(setting, painted, world, config, chosen)
 
 
-def _put(fields: dict[str, Any], name: str, value: Any) -> None:
-    *path, last = name.split(".")
+def _put(fields: dict[str, Any], name: str, place: str, value: Any, owner: str) -> None:
+    """Set the field at the dotted `place` to a value; `name` is what the setting calls it."""
+    *path, last = place.split(".")
     for part in path:
         inner = fields.get(part)
         if not isinstance(inner, dict):
-            raise SpecError("command line", f"--set {name}", f"has no {part!r} in a scenario", "mend its name")
+            raise SpecError("command line", f"--set {name}", f"has no {part!r} in {owner}", "mend its name")
         fields = inner
     if last not in fields:
-        raise SpecError("command line", f"--set {name}", "is not a field of a scenario", "mend its name")
+        raise SpecError("command line", f"--set {name}", f"is not a field of {owner}", "mend its name")
     fields[last] = value
 
 

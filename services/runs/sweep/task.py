@@ -10,6 +10,7 @@ from typing import Any
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import TraversalReport
+from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.runs.reports import failing
@@ -25,6 +26,7 @@ class Task:
     case: int
     job: int
     scenario: Scenario
+    config: OnboardConfig
 
 
 @dataclass(frozen=True)
@@ -60,7 +62,8 @@ def prepare(
         job = list(jobs).index(key)
         first = case.scenario.seed
         tasks += [
-            Task(index, job, case.scenario.model_copy(update={"seed": seed})) for seed in range(first, first + seeds)
+            Task(index, job, case.scenario.model_copy(update={"seed": seed}), case.config)
+            for seed in range(first, first + seeds)
         ]
     return list(jobs.values()), tasks
 
@@ -68,7 +71,7 @@ def prepare(
 def perform(jobs: list[Job], task: Task) -> Run:
     """Do it; what the robot refuses is told in the result."""
     try:
-        outcome = simulate(jobs[task.job], task.scenario)
+        outcome = simulate(jobs[task.job], task.scenario, task.config)
     except TouchlineError as error:
         return Run(task.case, task.scenario.seed, False, str(error), {})
     report = outcome.report

@@ -1,0 +1,23 @@
+"""Data sheets that say what a scenario's sensors are like: a robot that knows its world."""
+
+from typing import Any
+
+from touchline.schemas.onboard import DriveSheet, GnssSheet, ImuSheet, MagnetometerSheet, OnboardConfig
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.spec import Spec
+
+_SHEETS: dict[str, type[Spec]] = {
+    "gnss": GnssSheet,
+    "imu": ImuSheet,
+    "magnetometer": MagnetometerSheet,
+    "drive": DriveSheet,
+}
+
+
+def data_sheets(scenario: Scenario, **others: Any) -> OnboardConfig:
+    """The configuration whose data sheets are the scenario's figures; `others` are its other fields."""
+    groups = {
+        name: {field: getattr(getattr(scenario, name), field) for field in kind.model_fields}
+        for name, kind in _SHEETS.items()
+    }
+    return OnboardConfig.model_validate(groups | others)

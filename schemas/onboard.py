@@ -1,0 +1,88 @@
+"""What the robot's own computer is told when it is built: data sheets of its sensors, its controller, its limits.
+
+The defaults are the shipped robot's. None of it decides what is true: that is the scenario's, of which the robot's
+computer sees nothing but what its sensors say.
+"""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from touchline.schemas.spec import Spec
+
+Follower = Literal["mpc", "pure-pursuit", "external"]
+Deviation = Annotated[float, Field(ge=0, le=1_000)]
+Seconds = Annotated[float, Field(gt=0, le=1_000_000)]
+
+
+class GnssSheet(Spec):
+    """The RTK-GNSS receiver with corrections: errors per horizontal axis (1 σ), rate and delay."""
+
+    white_m: Deviation = 0.00471
+    gauss_markov_1_m: Deviation = 0.0025
+    gauss_markov_1_tau_s: Seconds = 115.0
+    gauss_markov_2_m: Deviation = 0.0025
+    gauss_markov_2_tau_s: Seconds = 900.0
+    rate_hz: Literal[1, 2, 5, 10, 20] = 10
+    latency_s: Annotated[float, Field(ge=0, le=0.5)] = 0.11
+    latency_jitter_s: Annotated[float, Field(ge=0, le=0.05)] = 0.01
+
+    @property
+    def oldest_s(self) -> float:
+        """How old a fix is at most when the next one arrives, if none stays away."""
+        return 1.0 / self.rate_hz + self.latency_s + self.latency_jitter_s
+
+
+class ImuSheet(Spec):
+    """Gyroscope and accelerometer: densities, bias walk, drift with temperature (1 σ), and how warm they get."""
+
+    gyro_density_radps_rthz: Deviation = 0.000244
+    gyro_bias_walk_radps_rts: Deviation = 0.00001
+    gyro_temperature_radps_per_k: Deviation = 0.00009
+    accel_density_mps2_rthz: Deviation = 0.001716
+    accel_turn_on_bias_mps2: Deviation = 0.196
+    accel_bias_walk_mps2_rts: Deviation = 0.0002
+    accel_temperature_mps2_per_k: Deviation = 0.002
+    warming_k: Deviation = 15.0
+    warming_tau_s: Seconds = 600.0
+
+
+class MagnetometerSheet(Spec):
+    """The magnetometer as built in: white noise, hard iron and disturbances of the surroundings (1 σ, as heading)."""
+
+    white_rad: Deviation = 0.01
+    bias_rad: Deviation = 0.04
+    disturbance_rad: Deviation = 0.04
+    disturbance_tau_s: Seconds = 20.0
+
+
+class DriveSheet(Spec):
+    """How far the wheels slip on the ground that the robot is meant for (1 σ), and how well its track is known."""
+
+    track_width_relative: Deviation = 0.002
+    slip_relative: Deviation = 0.02
+    slip_tau_s: Seconds = 0.5
+
+
+class FenceLimits(Spec):
+    """How far any part of the robot's body may leave the fence, and for how long, before it stops hard."""
+
+    margin_m: Annotated[float, Field(ge=0, le=1000)] = 2.0
+    """Beyond the convex hull of what the body sweeps along the plan, for a template without a boundary."""
+    boundary_margin_m: Annotated[float, Field(ge=0, le=1000)] = 0.1
+    """Beyond a template's boundary."""
+    timeout_s: Annotated[float, Field(ge=0.01, le=10)] = 0.2
+    """In sim time."""
+
+
+class OnboardConfig(Spec):
+    """The robot's own computer: what follows the path, what it is told of its sensors, when it stops by itself."""
+
+    follower: Follower = "mpc"
+    gnss: GnssSheet = GnssSheet()
+    imu: ImuSheet = ImuSheet()
+    magnetometer: MagnetometerSheet = MagnetometerSheet()
+    drive: DriveSheet = DriveSheet()
+    fence: FenceLimits = FenceLimits()
+    link_timeout_s: Seconds = 2.0
+    """Wall-clock seconds without operator and planner after which the robot stops by itself."""
