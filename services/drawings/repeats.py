@@ -1,5 +1,7 @@
 """Outlines that lie on others: painted once is enough."""
 
+import math
+from collections import defaultdict
 from collections.abc import Sequence
 
 import numpy as np
@@ -17,7 +19,8 @@ class Repeats:
 
     def __init__(self) -> None:
         self.count = 0
-        self._seen: list[tuple[tuple[float, ...], Sequence[Curve]]] = []
+        self._seen: dict[tuple[int, int], list[tuple[tuple[float, ...], Sequence[Curve]]]] = defaultdict(list)
+        """By the cell, as wide as the tolerance, of their lower left corner."""
 
     def has(self, curves: Sequence[Curve], detail: Detail) -> bool:
         """Whether ``curves`` lie on those of an earlier outline, whichever way round; else they count as one."""
@@ -25,12 +28,14 @@ class Repeats:
             return False
         near = SAME_SHARE * detail.tolerance_m
         size = _size(curves)
-        for other, others in self._seen:
+        column, row = (math.floor(edge / detail.tolerance_m) for edge in size[:2])
+        around = ((column + i, row + j) for i in (-1, 0, 1) for j in (-1, 0, 1))
+        for other, others in (seen for cell in around for seen in self._seen.get(cell, ())):
             alike = all(abs(a - b) <= detail.tolerance_m for a, b in zip(size, other, strict=True))
             if alike and apart_m(curves, others)[0] <= near:
                 self.count += 1
                 return True
-        self._seen.append((size, curves))
+        self._seen[column, row].append((size, curves))
         return False
 
 

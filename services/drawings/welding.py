@@ -32,7 +32,10 @@ def welded(curves: Sequence[Curve], closed: bool, least_m: float) -> list[Curve]
 
 
 def stretched(curve: Curve, start: tuple[float, float], end: tuple[float, float]) -> Curve:
-    """``curve`` moved, turned and scaled so that it begins and ends there; itself if it does."""
+    """``curve`` moved, turned and scaled so that it begins and ends there; itself if it does.
+
+    An arc that is to end where it begins becomes a full circle as long as it is.
+    """
     x, y, _ = curve.end
     if (curve.x_m, curve.y_m) == start and (x, y) == end:
         return curve
@@ -41,5 +44,9 @@ def stretched(curve: Curve, start: tuple[float, float], end: tuple[float, float]
     before, after = complex(x - curve.x_m, y - curve.y_m), complex(end[0] - start[0], end[1] - start[1])
     if abs(before) == 0.0:  # a full circle
         return replace(curve, x_m=start[0], y_m=start[1])
+    if abs(after) == 0.0:
+        return Curve(
+            *start, curve.heading_rad, np.copysign(2.0 * np.pi / curve.length_m, curve.curvature_1pm), curve.length_m
+        )
     scale, turn = abs(after) / abs(before), float(np.angle(after * before.conjugate()))
     return Curve(*start, curve.heading_rad + turn, curve.curvature_1pm / scale, curve.length_m * scale)

@@ -13,7 +13,9 @@ REQUIRED_PCT: Final = 99.0
 LINE_REQUIRED_PCT: Final = 95.0
 """Of the length of every single line, ..."""
 LACKS_M: Final = 0.05
-"""... but for that much of a short one, and of all lines where they are short together: what the valve may err by."""
+"""... but for that much of a short one."""
+VALVE_LACKS_M: Final = 0.005
+"""What the valve may err by at a line's ends; decides about lines so short that `REQUIRED_PCT` of them asks for more."""
 
 
 class Verdict(NamedTuple):
@@ -27,8 +29,8 @@ def verdict(lines: Sequence[SegmentMetrics], within_pct: float, tolerance_m: flo
     """Judge the paint.
 
     It is accepted if all lines together lack no more paint whose middle is within the tolerance than
-    `100 − REQUIRED_PCT` of their length, and no single one more than `100 − LINE_REQUIRED_PCT` of its own, or, where
-    that is less, `LACKS_M`.
+    `100 − REQUIRED_PCT` of their length or, where that is less, `VALVE_LACKS_M` each; and if no single one lacks more
+    than `100 − LINE_REQUIRED_PCT` of its own length or, where that is less, `LACKS_M`.
 
     Args:
         lines: Their figures.
@@ -38,15 +40,16 @@ def verdict(lines: Sequence[SegmentMetrics], within_pct: float, tolerance_m: flo
     if not lines:
         return Verdict(True, "there are no lines to paint")
     length_m = sum(line.length_m for line in lines)
-    allowed_m = _allowed_m(length_m, REQUIRED_PCT)
-    required = f"{REQUIRED_PCT:g} %" if allowed_m > LACKS_M else f"all but {allowed_m:.3f} m of {length_m:.2f} m"
+    least_m = VALVE_LACKS_M * len(lines)
+    allowed_m = max(least_m, (1.0 - REQUIRED_PCT / 100.0) * length_m)
+    required = f"{REQUIRED_PCT:g} %" if allowed_m > least_m else f"all but {allowed_m:.3f} m of {length_m:.2f} m"
     near = f"{within_pct:.2f} % of the length is painted within {1e3 * tolerance_m:g} mm, {required} is asked for"
-    worst = max(lines, key=lambda line: line.lacks_m - _allowed_m(line.length_m, LINE_REQUIRED_PCT))
-    line_m = _allowed_m(worst.length_m, LINE_REQUIRED_PCT)
+    worst = max(lines, key=lambda line: line.lacks_m - _allowed_m(line.length_m))
+    line_m = _allowed_m(worst.length_m)
     single = f'the worst line, "{worst.id}", lacks {worst.lacks_m:.3f} m of it, {line_m:.3f} m is allowed'
     enough = (1.0 - within_pct / 100.0) * length_m <= allowed_m
     return Verdict(enough and worst.lacks_m <= line_m, f"{near}; {single}")
 
 
-def _allowed_m(length_m: float, required_pct: float) -> float:
-    return max(LACKS_M, (1.0 - required_pct / 100.0) * length_m)
+def _allowed_m(length_m: float) -> float:
+    return max(LACKS_M, (1.0 - LINE_REQUIRED_PCT / 100.0) * length_m)
