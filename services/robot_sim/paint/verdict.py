@@ -15,7 +15,7 @@ LINE_REQUIRED_PCT: Final = 95.0
 LACKS_M: Final = 0.05
 """... but for that much of a short one."""
 VALVE_LACKS_M: Final = 0.005
-"""What the valve may err by at a line's ends; decides about lines so short that `REQUIRED_PCT` of them asks for more."""
+"""What the valve may err by at a line's ends: decides about lines so short that this is more than `REQUIRED_PCT`."""
 
 
 class Verdict(NamedTuple):
