@@ -1,0 +1,40 @@
+"""The docs name files that are there."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PLACES = (
+    ROOT,
+    ROOT / "services",
+    ROOT / "services" / "planner",
+    ROOT / "services" / "onboard",
+    ROOT / "services" / "robot_sim",
+)
+NAMED = re.compile(r"`((?:[a-z_0-9]+/)+(?:[a-z_0-9]+\.(?:py|json|msg|srv))?)`")
+#: Files and folders of others, or those that a run makes.
+ELSEWHERE = frozenset(("ws/src/", "zenoh/"))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_file_that_a_page_names_is_there(page: Path) -> None:
+    named = set(NAMED.findall(page.read_text(encoding="utf-8"))) - ELSEWHERE
+    missing = [name for name in sorted(named) if not any((place / name).exists() for place in PLACES)]
+    assert not missing
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_link_between_pages_leads_somewhere(page: Path) -> None:
+    for target, anchor in re.findall(r"\]\(([\w./-]*)(#[\w-]+)?\)", page.read_text(encoding="utf-8")):
+        path = (page.parent / target).resolve() if target else page
+        assert path.exists(), target
+        if anchor and path.suffix == ".md":
+            text = path.read_text(encoding="utf-8")
+            heads = [
+                re.sub(r"[^\w -]", "", head.strip().lower()).replace(" ", "-")
+                for head in re.findall(r"^#+ (.*)$", text, re.M)
+            ]
+            assert anchor[1:] in heads, f"{target}{anchor}"
