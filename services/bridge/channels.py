@@ -1,7 +1,7 @@
 """What a recording says of each topic: schema, type hash and QoS, as ROS 2's own recorder (rosbag2) has them."""
 
 from touchline.schemas.cdr import full_definition, type_hash
-from touchline.schemas.topics import TOPIC_BY_NAME, Topic
+from touchline.schemas.topics import FORMER_NAMES, TOPIC_BY_NAME, Topic
 
 _UNLIMITED = "{sec: 9223372036, nsec: 854775807}"
 
@@ -12,13 +12,37 @@ def topic_path(namespace: str, topic: Topic) -> str:
 
 
 def topic_at(path: str) -> Topic | None:
-    """The row of the topic table that was recorded as ``path``, under whatever namespace; None if there is none."""
+    """The row of the topic table that was recorded as ``path``, under whatever namespace; None if there is none.
+
+    Older recordings have other names for some.
+    """
+    return _found(path)[1]
+
+
+def present_path(path: str) -> str:
+    """What the topic that was recorded as ``path`` is called now, under the same namespace."""
+    namespace, topic = _found(path)
+    return path if topic is None or path.endswith(topic.name) else f"{namespace}/{topic.name}"
+
+
+def recorded_paths(path: str) -> tuple[str, ...]:
+    """Every path under which a topic may have been recorded that is asked for by one of them; the present one first."""
+    namespace, topic = _found(path)
+    if topic is None:
+        return (path,)
+    former = [name for name, known in FORMER_NAMES.items() if known is topic]
+    return tuple(f"{namespace}/{name}" for name in (topic.name, *former))
+
+
+def _found(path: str) -> tuple[str, Topic | None]:
+    """(the namespace with its slashes, the row of the topic table) of what was recorded as ``path``."""
     parts = path.strip("/").split("/")
     for first in range(len(parts)):  # the longest name wins: supervisor/events before events
-        topic = TOPIC_BY_NAME.get("/".join(parts[first:]))
+        name = "/".join(parts[first:])
+        topic = TOPIC_BY_NAME.get(name) or FORMER_NAMES.get(name)
         if topic is not None:
-            return topic
-    return None
+            return "".join(f"/{part}" for part in parts[:first]), topic
+    return "", None
 
 
 def schema_text(topic: Topic) -> bytes:
