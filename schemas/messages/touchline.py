@@ -95,9 +95,9 @@ class PaintMarks(Message):
 class TraversalStatus(Message):
     """Where the traversal stands, as the robot believes; ``TrueCoverage`` has the truth.
 
-    ``painted_ids`` are the path's sprayed segments, ``painted_fraction`` is the share of each, in that order, along which
-    the valve was open by the robot's own progress, and ``coverage_pct`` that of all of them. ``lateral_error_m`` is the
-    estimated nozzle's distance to the left of its path; ``spraying``: the valve is commanded open.
+    ``painted_ids`` are the path's sprayed segments, ``painted_fraction`` is the share of each, in that order, along
+    which the valve was open by the robot's own progress, and ``coverage_pct`` that of all of them. ``lateral_error_m``
+    is the estimated nozzle's distance to the left of its path; ``spraying``: the valve is commanded open.
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/msg/TraversalStatus"

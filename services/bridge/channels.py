@@ -16,33 +16,31 @@ def topic_at(path: str) -> Topic | None:
 
     Older recordings have other names for some.
     """
-    return _found(path)[1]
+    _, name = _found(path)
+    return TOPIC_BY_NAME.get(name) or FORMER_NAMES.get(name)
 
 
 def present_path(path: str) -> str:
     """What the topic that was recorded as ``path`` is called now, under the same namespace."""
-    namespace, topic = _found(path)
-    return path if topic is None or path.endswith(topic.name) else f"{namespace}/{topic.name}"
+    namespace, name = _found(path)
+    return f"{namespace}/{FORMER_NAMES[name].name}" if name in FORMER_NAMES else path
 
 
 def recorded_paths(path: str) -> tuple[str, ...]:
     """Every path under which a topic may have been recorded that is asked for by one of them; the present one first."""
-    namespace, topic = _found(path)
-    if topic is None:
-        return (path,)
+    (namespace, _), topic = _found(path), topic_at(path)
     former = [name for name, known in FORMER_NAMES.items() if known is topic]
-    return tuple(f"{namespace}/{name}" for name in (topic.name, *former))
+    return (present_path(path), *(f"{namespace}/{name}" for name in former))
 
 
-def _found(path: str) -> tuple[str, Topic | None]:
-    """(the namespace with its slashes, the row of the topic table) of what was recorded as ``path``."""
+def _found(path: str) -> tuple[str, str]:
+    """(the namespace with its slashes, the topic's name, present or former; "" if there is none) of a recorded path."""
     parts = path.strip("/").split("/")
     for first in range(len(parts)):  # the longest name wins: supervisor/events before events
         name = "/".join(parts[first:])
-        topic = TOPIC_BY_NAME.get(name) or FORMER_NAMES.get(name)
-        if topic is not None:
-            return "".join(f"/{part}" for part in parts[:first]), topic
-    return "", None
+        if name in TOPIC_BY_NAME or name in FORMER_NAMES:
+            return "".join(f"/{part}" for part in parts[:first]), name
+    return "", ""
 
 
 def schema_text(topic: Topic) -> bytes:
