@@ -18,11 +18,10 @@ from touchline.schemas.messages import Actuation
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.core.intervals import Intervals
 from touchline.services.onboard.interface import PaintBelief
-from touchline.services.onboard.trajectory.profiles import painted_rows
 from touchline.services.onboard.trajectory.trajectory import LoadedTrajectory
 
 SPILL_M: Final = 0.1
-"""Less than this, sprayed on a segment that is not sprayed for the most part, is the end of its neighbour's paint."""
+"""Less than this on a segment of which the most stays free is the end of its neighbour's paint."""
 END_TOLERANCE_M: Final = 0.01
 """So near to where the plan lets paint begin or end, it does: nothing that is shorter is owed."""
 
@@ -61,12 +60,11 @@ class Painted:
     def _cut(self, plan: LoadedTrajectory, lines: dict[str, int]) -> None:
         """Fill in the pieces, and number the ids of their segments."""
         starts, lengths = plan.path[:, 5], plan.path[:, 4]
-        mostly = painted_rows(plan.path, plan.switch_m, plan.actuation)
         for from_m, to_m in self._runs:
             row = max(int(np.searchsorted(starts, from_m, side="right")) - 1, 0)
             while row < len(starts) and starts[row] < to_m:
                 start_m, end_m = max(from_m, float(starts[row])), min(to_m, float(starts[row] + lengths[row]))
-                if end_m > start_m and (mostly[row] or end_m - start_m > SPILL_M):
+                if end_m - start_m > min(0.5 * float(lengths[row]), SPILL_M):
                     self._pieces.append(_Piece(start_m, end_m, lines.setdefault(plan.ids[row], len(lines))))
                 row += 1
 
