@@ -16,7 +16,15 @@ from touchline.schemas.catalogue import load_template
 from touchline.services.bus import Bus, HealthReporter, Publisher
 
 REFUSED = m.CommandResponse(success=False, message="cannot reset while running; only while emergency-stopped")
-TOLD = (topics.STATUS, topics.CLOCK, topics.ODOMETRY, topics.PAINT, topics.EVENTS, topics.TEMPLATE)
+TOLD = (
+    topics.STATUS,
+    topics.CLOCK,
+    topics.ODOMETRY,
+    topics.PAINT,
+    topics.EVENTS,
+    topics.TEMPLATE,
+    topics.TRUE_COVERAGE,
+)
 
 
 class TalkingRobot:
@@ -75,6 +83,7 @@ class TalkingRobot:
         self._say(topics.CLOCK, m.Clock(clock=m.Time(sec=self._tick // 10)))
         self._say(topics.ODOMETRY, m.Odometry(pose=m.PoseWithCovariance(pose=pose)))
         self._say(topics.STATUS, self._status())
+        self._say(topics.TRUE_COVERAGE, self._truth())
         x_m = 20 * np.cos(angle + np.linspace(0, 0.03, 3))
         y_m = 20 * np.sin(angle + np.linspace(0, 0.03, 3))
         marks = m.PaintMarks(segment_id="more", first_index=self._index, width_m=0.12, x_m=x_m, y_m=y_m)
@@ -94,6 +103,14 @@ class TalkingRobot:
             arc_length_m=float(self._tick),
             total_length_m=2400.0,
             speed_mps=1.0,
+            coverage_pct=50.0,
+            painted_ids=tuple(segment.id for segment in segments),
+            painted_fraction=[0.5] * len(segments),
+        )
+
+    def _truth(self) -> m.TrueCoverage:
+        segments = self._template.segments
+        return m.TrueCoverage(
             coverage_pct=50.0,
             painted_ids=tuple(segment.id for segment in segments),
             painted_fraction=[0.5] * len(segments),

@@ -58,7 +58,7 @@ def drive(
     while emulator.active:
         emulator.tick()
         if emulator.command.valve:
-            followed.append(abs(onboard.lateral_error_m))  # type: ignore[attr-defined]
+            followed.append(abs(onboard.lateral_error_m))
     return emulator, followed, timed
 
 

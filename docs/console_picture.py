@@ -43,8 +43,8 @@ async def take() -> str:
 
 def enough(state: ConsoleState) -> bool:
     """Whether the picture shows a job well under way."""
-    status = state.robot.status
-    return state.busy and status is not None and status.coverage_pct >= COVERAGE_PCT
+    truth = state.robot.truth
+    return state.busy and truth is not None and truth.coverage_pct >= COVERAGE_PCT
 
 
 def without_webfont(svg: str) -> str:

@@ -83,7 +83,8 @@ ODOMETRY = Topic("odometry/filtered", m.Odometry, 50, latched=True, units="m, ra
 ESTIMATOR = Topic("estimator/status", m.EstimatorStatus, 10, units="m, rad", tolerance=1e-6)
 TRUTH = Topic("truth/odometry", m.Odometry, 50, units="m, rad", tolerance=1e-6)
 SPRAYER = Topic("sprayer/state", m.SprayerState, 1, latched=True, units="l, l/s", tolerance=1e-9)
-PAINT = Topic("paint/marks", m.PaintMarks, 10, units="m", tolerance=1e-6)
+TRUE_COVERAGE = Topic("truth/coverage", m.TrueCoverage, 10, latched=True, units="m", tolerance=1e-6)
+PAINT = Topic("truth/paint", m.PaintMarks, 10, units="m", tolerance=1e-6)
 STATUS = Topic("traversal/status", m.TraversalStatus, 10, latched=True, units="m, s", tolerance=1e-6)
 REPORT = Topic("traversal/report", m.TraversalReport, latched=True, units="m, s, m2", tolerance=1e-6)
 BATTERY = Topic("battery_state", m.BatteryState, 1, latched=True, units="V, A, Ah", tolerance=1e-6)
@@ -108,6 +109,7 @@ TOPICS: tuple[Topic, ...] = (
     ESTIMATOR,
     TRUTH,
     SPRAYER,
+    TRUE_COVERAGE,
     PAINT,
     STATUS,
     REPORT,
@@ -121,6 +123,8 @@ TOPICS: tuple[Topic, ...] = (
     SUPERVISOR_EVENTS,
 )
 TOPIC_BY_NAME = {topic.name: topic for topic in TOPICS}
+#: Topics by names that they have in older recordings.
+FORMER_NAMES = {"paint/marks": PAINT}
 RECORDED = tuple(topic for topic in TOPICS if topic.recorded)
 
 #: Names of the processes, as their liveliness tokens and diagnostics carry them.
@@ -159,7 +163,7 @@ SET_SPEED = Service("simulation/set_speed", m.SetSpeedRequest, m.SetSpeedRespons
 INJECT_FAULT = Service("simulation/inject_fault", m.InjectFaultRequest, m.InjectFaultResponse, ROBOT_SIM)
 #: Served from outside, by a user's own follower, and asked by the robot; not one of ``SERVICES``.
 FOLLOWER_STEP = Service("follower/step", m.FollowerStepRequest, m.FollowerStepResponse, "")
-GET_PAINT = Service("paint/get", m.GetPaintRequest, m.GetPaintResponse, TELEMETRY)
+GET_PAINT = Service("truth/get_paint", m.GetPaintRequest, m.GetPaintResponse, TELEMETRY)
 RECORD = Service("bridge/record", m.RecordRequest, m.RecordResponse, BRIDGE)
 RECORD_STOP = Service("bridge/record_stop", m.RecordStopRequest, m.RecordStopResponse, BRIDGE)
 

@@ -123,6 +123,7 @@ def _job_lines(state: ConsoleState, status: TraversalStatus, width: int) -> list
         _row("covered", _bar(coverage, width, theme.WHITE), f" {format.percent(coverage, 1):>7}"),
         _row("time", format.duration(status.elapsed_s), (left, theme.MUTED)),
         _row("speed", f"{speed:<10}", _lateral(status) if state.busy else ""),
+        *_truth_lines(state, width),
     ]
 
 
@@ -138,14 +139,38 @@ def _line_name(state: ConsoleState, status: TraversalStatus) -> tuple[str, str]:
     return f"to {label}" if path.transition[status.segment_index] else label, f"{goal + 1}/{len(path.rows)}"
 
 
+def _truth_lines(state: ConsoleState, width: int) -> list[Content]:
+    """What only an emulator knows; the figures above are the robot's own."""
+    truth = state.robot.truth
+    if truth is None:
+        return []
+    error = truth.lateral_error_m if state.busy else math.nan
+    return [
+        _row(
+            "truth",
+            format.percent(truth.coverage_pct / 100, 1) + (" covered" if width >= ROOMY else ""),
+            (f", {abs(error) * 1000:.0f} mm off{_error_mark(error)}", _error_color(error))
+            if math.isfinite(error)
+            else "",
+        )
+    ]
+
+
+def _error_mark(error_m: float) -> str:
+    return "" if abs(error_m) <= GOOD_ERROR_M else " ▲"
+
+
+def _error_color(error_m: float) -> str:
+    return theme.INK if abs(error_m) <= GOOD_ERROR_M else theme.ORANGE
+
+
 def _lateral(status: TraversalStatus) -> Content:
     error = status.lateral_error_m
     if not math.isfinite(error):
         return Content("")
-    good = abs(error) <= GOOD_ERROR_M
     return Content.assemble(
         ("error ", theme.MUTED),
-        (f"{error * 1000:+.0f} mm{'' if good else ' ▲'}", theme.INK if good else theme.ORANGE),
+        (f"{error * 1000:+.0f} mm{_error_mark(error)}", _error_color(error)),
     )
 
 

@@ -10,7 +10,13 @@ from typing import Any
 from touchline.schemas import topics
 from touchline.schemas.messages.base import Message
 from touchline.schemas.messages.standard import BatteryState, Clock, Odometry, Time
-from touchline.schemas.messages.touchline import GnssStatus, SprayerState, TraversalReport, TraversalStatus
+from touchline.schemas.messages.touchline import (
+    GnssStatus,
+    SprayerState,
+    TraversalReport,
+    TraversalStatus,
+    TrueCoverage,
+)
 from touchline.schemas.plain_text import plain
 
 BUSY_STATES = (TraversalStatus.RUNNING, TraversalStatus.PAUSED)
@@ -34,6 +40,8 @@ class Robot:
     sim_time_s: float | None = None
     pose: Pose | None = None
     status: TraversalStatus | None = None
+    truth: TrueCoverage | None = None
+    """What is really painted; only an emulated robot tells it."""
     report: TraversalReport | None = None
     gnss: GnssStatus | None = None
     battery: BatteryState | None = None
@@ -43,7 +51,7 @@ class Robot:
 
     @property
     def fractions(self) -> dict[str, float]:
-        """Painted share 0…1 by segment id."""
+        """Painted share 0…1 by segment id, as the robot believes."""
         if not self.status:
             return {}
         shares = zip(self.status.painted_ids, self.status.painted_fraction.tolist(), strict=False)
@@ -79,6 +87,9 @@ class Robot:
             self.stopped_by = reason
         self.status = message if reason == message.reason else message.model_copy(update={"reason": reason})
 
+    def _truth(self, message: TrueCoverage) -> None:
+        self.truth = message
+
     def _report(self, message: TraversalReport) -> None:
         self.report = message
 
@@ -96,6 +107,7 @@ ROBOT_TOPICS: Mapping[str, Callable[[Robot, Any], None]] = {
     topics.CLOCK.name: Robot._clock,
     topics.ODOMETRY.name: Robot._odometry,
     topics.STATUS.name: Robot._status,
+    topics.TRUE_COVERAGE.name: Robot._truth,
     topics.REPORT.name: Robot._report,
     topics.GNSS_STATUS.name: Robot._gnss,
     topics.BATTERY.name: Robot._battery,

@@ -57,6 +57,7 @@ from touchline.schemas.messages.touchline import (
     SprayerState,
     TraversalReport,
     TraversalStatus,
+    TrueCoverage,
     WheelCommand,
 )
 from touchline.schemas.messages.turf_tank import (
@@ -145,6 +146,7 @@ __all__ = [
     "Trajectory",
     "TraversalReport",
     "TraversalStatus",
+    "TrueCoverage",
     "Twist",
     "TwistWithCovariance",
     "Vector3",

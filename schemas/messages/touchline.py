@@ -93,7 +93,12 @@ class PaintMarks(Message):
 
 
 class TraversalStatus(Message):
-    """Where the traversal stands; ``painted_fraction`` is per painted segment, in the order of ``painted_ids``."""
+    """Where the traversal stands, as the robot believes; ``TrueCoverage`` has the truth.
+
+    ``painted_ids`` are the path's sprayed segments, ``painted_fraction`` is the share of each, in that order, along
+    which the valve was open by the robot's own progress, and ``coverage_pct`` that of all of them. ``lateral_error_m``
+    is the estimated nozzle's distance to the left of its path; ``spraying``: the valve is commanded open.
+    """
 
     ros_type: ClassVar[str] = "touchline_msgs/msg/TraversalStatus"
     IDLE: ClassVar[int] = 0
@@ -119,6 +124,23 @@ class TraversalStatus(Message):
     remaining_s: float = 0.0
     lateral_error_m: float = 0.0
     spraying: bool = False
+
+
+class TrueCoverage(Message):
+    """What has really been painted, which only an emulator can know.
+
+    ``painted_ids`` are the template's lines, or, without a template, the path's sprayed segments; ``painted_fraction``
+    is the share of each over which paint lies, in that order, and ``coverage_pct`` that of all of them.
+    ``lateral_error_m`` is the distance of the last paint to the left of its line; ``flowing``: paint leaves the nozzle.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/TrueCoverage"
+    header: Header = Header()
+    coverage_pct: float = 0.0
+    painted_ids: tuple[str, ...] = ()
+    painted_fraction: Float64Array = zeros(0)
+    lateral_error_m: float = 0.0
+    flowing: bool = False
 
 
 class SegmentPaint(Message):
@@ -160,8 +182,9 @@ class Smear(Message):
 
 
 class TraversalReport(Message):
-    """The figures of a finished traversal; errors are the true nozzle's against the template.
+    """The figures of a finished traversal: the emulator's evaluation against the truth, not the robot's own.
 
+    Errors are the true nozzle's against the template.
     ``success``: it got to its end, and the paint is accepted. ``paint_accepted`` is decided by ``tolerance_m``;
     ``verdict`` says in words with what margin. ``wet_crossings`` counts how often a wheel or caster met wet paint,
     ``wet_youngest_s`` is the age of the freshest (0 without any). ``session_hash`` is that of every recorded payload

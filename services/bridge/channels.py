@@ -1,7 +1,7 @@
 """What a recording says of each topic: schema, type hash and QoS, as ROS 2's own recorder (rosbag2) has them."""
 
 from touchline.schemas.cdr import full_definition, type_hash
-from touchline.schemas.topics import TOPIC_BY_NAME, Topic
+from touchline.schemas.topics import FORMER_NAMES, TOPIC_BY_NAME, Topic
 
 _UNLIMITED = "{sec: 9223372036, nsec: 854775807}"
 
@@ -12,13 +12,35 @@ def topic_path(namespace: str, topic: Topic) -> str:
 
 
 def topic_at(path: str) -> Topic | None:
-    """The row of the topic table that was recorded as ``path``, under whatever namespace; None if there is none."""
+    """The row of the topic table that was recorded as ``path``, under whatever namespace; None if there is none.
+
+    Older recordings have other names for some.
+    """
+    _, name = _found(path)
+    return TOPIC_BY_NAME.get(name) or FORMER_NAMES.get(name)
+
+
+def present_path(path: str) -> str:
+    """What the topic that was recorded as ``path`` is called now, under the same namespace."""
+    namespace, name = _found(path)
+    return f"{namespace}/{FORMER_NAMES[name].name}" if name in FORMER_NAMES else path
+
+
+def recorded_paths(path: str) -> tuple[str, ...]:
+    """Every path under which a topic may have been recorded that is asked for by one of them; the present one first."""
+    (namespace, _), topic = _found(path), topic_at(path)
+    former = [name for name, known in FORMER_NAMES.items() if known is topic]
+    return (present_path(path), *(f"{namespace}/{name}" for name in former))
+
+
+def _found(path: str) -> tuple[str, str]:
+    """(the namespace with its slashes, the topic's name, present or former; "" if there is none) of a recorded path."""
     parts = path.strip("/").split("/")
     for first in range(len(parts)):  # the longest name wins: supervisor/events before events
-        topic = TOPIC_BY_NAME.get("/".join(parts[first:]))
-        if topic is not None:
-            return topic
-    return None
+        name = "/".join(parts[first:])
+        if name in TOPIC_BY_NAME or name in FORMER_NAMES:
+            return "".join(f"/{part}" for part in parts[:first]), name
+    return "", ""
 
 
 def schema_text(topic: Topic) -> bytes:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from touchline.services.bridge.alignment import Alignment
-from touchline.services.bridge.channels import topic_at
+from touchline.services.bridge.channels import present_path, recorded_paths, topic_at
 from touchline.services.bridge.differences import unequal_fields
 from touchline.services.bridge.output import RecordingError
 from touchline.services.bridge.reader import RecordingReader
@@ -235,7 +235,7 @@ def compare(left: Path, right: Path, topics: Collection[str] | None = None) -> C
     Args:
         left: The one to compare with.
         right: The other.
-        topics: ROS topic names to compare; all if not given.
+        topics: ROS topic names to compare, also by a name of older recordings; all if not given.
 
     Raises:
         RecordingError: A recording cannot be opened or is none, or neither has a message of a topic asked for.
@@ -246,7 +246,8 @@ def compare(left: Path, right: Path, topics: Collection[str] | None = None) -> C
     begun_ns: dict[int, int] = {}
     ended: list[int] = []
     waiting_bytes = shift_ns = 0
-    for side, message in _alternating([reader.messages(topics) for reader in readers]):
+    wanted = None if topics is None else {path for name in topics for path in recorded_paths(name)}
+    for side, message in _alternating([reader.messages(wanted) for reader in readers]):
         if message is None:
             ended.append(side)
             for topic in going.values():
@@ -257,11 +258,12 @@ def compare(left: Path, right: Path, topics: Collection[str] | None = None) -> C
             begun_ns[side] = message.publish_time_ns
             if len(begun_ns) == 2 and abs(begun_ns[0] - begun_ns[1]) > _OTHER_CLOCK_NS:
                 shift_ns = begun_ns[0] - begun_ns[1]
-        if message.topic not in going:
-            going[message.topic] = _Topic(message.topic, names)
+        name = present_path(message.topic)
+        if name not in going:
+            going[name] = _Topic(name, names)
             for other in ended:
-                going[message.topic].alignment.end(other)
-        topic = going[message.topic]
+                going[name].alignment.end(other)
+        topic = going[name]
         if side == 0:
             topic.found.left += 1
         else:
@@ -270,10 +272,10 @@ def compare(left: Path, right: Path, topics: Collection[str] | None = None) -> C
         waiting_bytes += len(message.payload) - topic.compare_decided(shift_ns)
         if waiting_bytes > MOST_WAITING_BYTES:
             raise RecordingError(
-                f"{message.topic}: the recordings are too far apart; at most {MOST_WAITING_BYTES:,} bytes of "
+                f"{name}: the recordings are too far apart; at most {MOST_WAITING_BYTES:,} bytes of "
                 "messages wait for their like"
             )
-    absent = sorted(set(topics or ()) - going.keys())
+    absent = sorted(name for name in set(topics or ()) if present_path(name) not in going)
     if absent:
         raise RecordingError(f"neither recording has a message of {', '.join(absent)}; `touchline topics` lists all")
     problems = [f"{r.summary.path}: {r.summary.problem}" for r in readers if r.summary.problem]

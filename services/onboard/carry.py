@@ -104,7 +104,10 @@ class Cruise:
         return True
 
     def end(self, tick: int, *, sensed: int) -> Command:
-        """Give back after `tick`, the last whole one; the estimator has seen all up to `sensed`."""
+        """Give back after `tick`, the last whole one; the estimator has seen all up to `sensed`.
+
+        The valve may have switched once since `begin`, and no more: what was painted is counted here.
+        """
         s, job = self.state.tolist(), self._traversal.job
         estimator, hazards, intake = self._estimator, self._hazards, self._intake
         assert job is not None, "it was there at the beginning"
@@ -128,8 +131,11 @@ class Cruise:
         left, right, valve, disc, after_s = s[c.COMMAND : c.VALVE_AFTER + 1]
         command = Command(left, right, valve > 0.0, disc > 0.0, after_s)
         job._last = self._onboard._command = command
-        job.sprayer.valve, job.sprayer._last_m = command.valve, s[c.SPRAYED_TO]
-        job.sprayer.falls_from_m, job.sprayer.falls_to_m = s[c.FALLS_FROM], s[c.FALLS_TO]
+        sprayer, was_open = job.sprayer, job.sprayer.valve
+        sprayer.valve, sprayer._last_m = command.valve, s[c.SPRAYED_TO]
+        sprayer.falls_from_m, sprayer.falls_to_m = s[c.FALLS_FROM], s[c.FALLS_TO]
+        if was_open and not sprayer.valve:
+            sprayer.note_closed()
         self._traversal._elapsed_s, self._traversal._time_s = s[c.ELAPSED], tick / 100
         self._onboard._estimate = None
         return command

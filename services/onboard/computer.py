@@ -21,6 +21,7 @@ from touchline.services.onboard.interface import (
     Consistency,
     Estimate,
     OnboardEvent,
+    PaintBelief,
     SensorFrame,
     Status,
 )
@@ -158,6 +159,12 @@ class Onboard:
         """Whether the valve is commanded open."""
         job = self._traversal.job
         return job is not None and job.sprayer.valve
+
+    @property
+    def painted(self) -> PaintBelief:
+        """What it believes it has painted of the loaded trajectory."""
+        job = self._traversal.job
+        return job.painted if job is not None else PaintBelief()
 
     @property
     def consistency(self) -> Consistency:

@@ -7,6 +7,7 @@ frame is east-north-up about the scenario's origin, heading 0 points east.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -162,6 +163,17 @@ class Status(NamedTuple):
     remaining_s: float = 0.0
     follower_fallbacks: int = 0
     """Ticks in which the follower had to fall back to its simpler method."""
+
+
+class PaintBelief(NamedTuple):
+    """What the robot believes it has painted; no sensor looks at the paint."""
+
+    ids: tuple[str, ...] = ()
+    """Of the segments that the loaded trajectory sprays, in path order."""
+    fractions: Sequence[float] = ()
+    """The painted share of each, 0…1."""
+    coverage_pct: float = 0.0
+    """The painted share of them all [%]; 100 when there are none, 0 without a trajectory."""
 
 
 class Checkpoint(NamedTuple):

@@ -28,6 +28,7 @@ from touchline.services.onboard.interface import (
     Consistency,
     Estimate,
     OnboardEvent,
+    PaintBelief,
     SensorFrame,
     Status,
 )
@@ -90,6 +91,18 @@ class OnboardComputer(Protocol):
     @property
     def consistency(self) -> Consistency:
         """How consistent the estimate is."""
+
+    @property
+    def lateral_error_m(self) -> float:
+        """How far it believes the nozzle is to the left of its path."""
+
+    @property
+    def spraying(self) -> bool:
+        """Whether it commands the valve open."""
+
+    @property
+    def painted(self) -> PaintBelief:
+        """What it believes it has painted."""
 
     @property
     def checkpoint(self) -> Checkpoint | None:

@@ -124,7 +124,7 @@ def drive_quietly(
     error: Floats,
     rows: Floats,
 ) -> None:
-    """Run ticks until `last_tick` is done, one is not quiet, or the follower must be asked.
+    """Run ticks until `last_tick` is done, the valve has switched, one is not quiet, or the follower must be asked.
 
     Args:
         at: (AT,) the tick and its stage; WHOLE or, with the wheel speeds filled in, ASKING to go on from.
@@ -156,6 +156,7 @@ def drive_quietly(
     tick = at[TICK]
     while True:
         if at[STAGE] == ASKING:
+            switched = s[c.OPEN] != s[c.COMMAND + 2]
             obey(wheels, at[WANTED], way[6][path_projection.SPEED], s, k)
             enter(table, frame, starts, members, half_width, trace, points, latest, stretches, ledger)
             x = ring[0][tick % model.RING]
@@ -168,7 +169,7 @@ def drive_quietly(
                 row = rows[tick - at[FIRST]]
                 _keep(row, tick, state, heard, at[FIXES], ring[0][slot], ring[1][slot], ring[2][slot], s)
             full = ledger[projection.STATE_POINTS] + 2 * projection.MOST_RUNS > len(points)
-            if tick >= last_tick or full or ledger[projection.STATE_STRETCHES] > 0:
+            if tick >= last_tick or switched or full or ledger[projection.STATE_STRETCHES] > 0:
                 return
         tick += 1
         at[TICK] = tick

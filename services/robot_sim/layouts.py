@@ -37,13 +37,24 @@ def paint_marks(segment_id: str, points: int) -> FixedLayout:
     )
 
 
-# One at a time is in use, until the next line or reason. It names every line painted so far: few are kept, as
-# thousands take a gigabyte.
+# One at a time is in use, until the next line or reason. It names every line of the job: few are kept, as thousands
+# take a gigabyte.
 @lru_cache(maxsize=4)
 def status(reason: str, segment_id: str, painted_ids: tuple[str, ...]) -> FixedLayout:
     """Layout of a status with these texts."""
     return FixedLayout(
         m.TraversalStatus,
         {"header.frame_id": MAP_FRAME, "reason": reason, "segment_id": segment_id, "painted_ids": painted_ids},
+        {"painted_fraction": len(painted_ids)},
+    )
+
+
+# It names every line, too; another one comes with the next job only.
+@lru_cache(maxsize=2)
+def true_coverage(painted_ids: tuple[str, ...]) -> FixedLayout:
+    """Layout of the truth about these lines."""
+    return FixedLayout(
+        m.TrueCoverage,
+        {"header.frame_id": MAP_FRAME, "painted_ids": painted_ids},
         {"painted_fraction": len(painted_ids)},
     )

@@ -37,7 +37,7 @@ class _Stroke:
 
 @dataclass
 class PaintHistory:
-    """Batches of `paint/marks` as they come; `link` puts them together a few at a time."""
+    """Batches of `truth/paint` as they come; `link` puts them together a few at a time."""
 
     _unread: list[bytes] = field(default_factory=list)
     _strokes: list[_Stroke] = field(default_factory=list)
@@ -48,7 +48,7 @@ class PaintHistory:
         self._unread, self._strokes, self._answer = [], [], None
 
     def add(self, payload: bytes) -> None:
-        """Take a message of `paint/marks`."""
+        """Take a message of `truth/paint`."""
         self._unread.append(payload)
         self._answer = None
 
@@ -65,7 +65,7 @@ class PaintHistory:
         return bool(self._unread)
 
     def answer(self) -> bytes:
-        """CDR of the response to `paint/get`."""
+        """CDR of the response to `truth/get_paint`."""
         if self._answer is None:
             while self.link():
                 pass

@@ -168,7 +168,7 @@ class RobotProcess:
         self._waiting: list[tuple[ServedCall[Any, Any], Handler]] = []
         self._health, self._told_state, self._health_at_s = health, -1, 0.0
         self._tidy_at_s = time.monotonic()
-        self._publish([self._telemetry.setup(), self._telemetry.status(), *self._commands.take()])
+        self._publish([self._telemetry.setup(), *self._telemetry.standing(), *self._commands.take()])
 
     @property
     def active(self) -> bool:

@@ -159,7 +159,7 @@ class Telemetry:
             due.append((topics.BATTERY, battery(stamp(tick), emulator)))
         due += self._events()
         if tick % _STATUS_TICKS == 0 or emulator.onboard.state != self._state:
-            due.append(self.status())
+            due += self.standing()
         if emulator.settled:
             due += self._paint(stamp(tick))
         if tick % _CLOCK_TICKS == 0:
@@ -194,8 +194,8 @@ class Telemetry:
             row[tick_log.TWIST_COVARIANCE : tick_log.TRUTH] = twist_covariance
 
     def news(self) -> list[Payload]:
-        """What a command has changed: events and the status."""
-        told = [*self._events(), self.status()]
+        """What a command has changed: events, the status and the truth beside it."""
+        told = [*self._events(), *self.standing()]
         self.digest.add(told)
         return told
 
@@ -216,11 +216,15 @@ class Telemetry:
         self.digest.add([told])
         return told
 
-    def status(self) -> Payload:
-        """Where the traversal stands; not entered in the digest."""
-        emulator, status, ledger = self._emulator, self._emulator.onboard.status, self._emulator.ledger
+    def standing(self) -> list[Payload]:
+        """Where the traversal stands, as the robot believes and in truth; not entered in the digest."""
+        return [self._status(), self._true_coverage()]
+
+    def _status(self) -> Payload:
+        """All of it is the onboard computer's own."""
+        emulator, status, painted = self._emulator, self._emulator.onboard.status, self._emulator.onboard.painted
         self._state = status.state
-        layout = layouts.status(status.reason, status.segment_id, ledger.ids)
+        layout = layouts.status(status.reason, status.segment_id, painted.ids)
         return topics.STATUS, layout.pack(
             *stamp(emulator.tick_count),
             status.state,
@@ -228,13 +232,19 @@ class Telemetry:
             status.segment_count,
             status.arc_length_m,
             status.total_length_m,
-            ledger.coverage_pct,
-            *ledger.fractions,
+            painted.coverage_pct,
+            *painted.fractions,
             emulator.onboard.estimate.speed_mps,
             status.elapsed_s,
             status.remaining_s,
-            ledger.lateral_m,
-            self._spraying,
+            emulator.onboard.lateral_error_m,
+            emulator.onboard.spraying,
+        )
+
+    def _true_coverage(self) -> Payload:
+        ledger = self._emulator.ledger
+        return topics.TRUE_COVERAGE, layouts.true_coverage(ledger.ids).pack(
+            *stamp(self._emulator.tick_count), ledger.coverage_pct, *ledger.fractions, ledger.lateral_m, self._flowing
         )
 
     def report(self) -> m.TraversalReport:
@@ -282,7 +292,7 @@ class Telemetry:
         return [_event(event, self._emulator.tick_count) for event in self._emulator.take_events()]
 
     @property
-    def _spraying(self) -> bool:
+    def _flowing(self) -> bool:
         return bool(self._emulator.world.state[body.FLOW_LPS] > 0.0)
 
     def _line(self, marks: Marks) -> str:

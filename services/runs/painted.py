@@ -35,21 +35,22 @@ def read_painted(path: Path) -> Painted:
         SpecError: No template is recorded in it, or its paint is nowhere or too much to be drawn.
         PayloadError: A message in it is none of its topic.
     """
+    from touchline.services.bridge.channels import topic_at
     from touchline.services.bridge.decoding import as_message
     from touchline.services.bridge.reader import RecordingReader
 
     template_json, batches, report = "", list[PaintMarks](), None
     reader, points = RecordingReader(path), 0
     for message in reader.messages():
-        name = message.topic.split("/", 2)[-1]
-        if name == topics.TEMPLATE.name:
+        topic = topic_at(message.topic)
+        if topic is topics.TEMPLATE:
             template_json, batches, report = decode(String, message.payload).data, [], None
-        elif name == topics.PAINT.name:
+        elif topic is topics.PAINT:
             batches.append(_checked(decode(PaintMarks, message.payload), path))
             points += len(batches[-1].x_m) + 1
             if points > MOST_POINTS:
-                raise SpecError(str(path), "paint/marks", f"has more than {MOST_POINTS:,} points", "draw a shorter one")
-        elif name == topics.REPORT.name:
+                raise SpecError(str(path), topic.name, f"has more than {MOST_POINTS:,} points", "draw a shorter one")
+        elif topic is topics.REPORT:
             report = as_message(TraversalReport, message)
     if not template_json:
         found = f"holds no template{f', and is {reader.summary.problem}' if reader.summary.problem else ''}"
@@ -69,7 +70,7 @@ def _checked(marks: PaintMarks, path: Path) -> PaintMarks:
     if not drawable:
         raise SpecError(
             str(path),
-            "paint/marks",
+            topics.PAINT.name,
             "has marks that no robot made",
             f"give a recording of strokes within {FARTHEST_M:g} m, at most {WIDEST_M:g} m wide",
         )

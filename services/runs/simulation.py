@@ -125,7 +125,7 @@ def simulate(
     begun = time.perf_counter()
     emulator = Emulator(job.vehicle, scenario, config)
     telemetry = Telemetry(emulator)
-    before = [telemetry.setup(), telemetry.status()]
+    before = [telemetry.setup(), *telemetry.standing()]
     emulator.load(job.trajectory, job.template)
     quiet = Quiet(emulator)
     if record is None and not hashed:

@@ -186,6 +186,6 @@ def test_a_replay_passes_over_what_no_one_could_read_and_waits_for_no_century(tm
 def test_marks_that_no_robot_made_are_not_drawn(tmp_path: Path, marks: PaintMarks) -> None:
     recorder = Recorder(tmp_path / "a.mcap")
     recorder.write("template", encode(String(data=TEMPLATE)), 1)
-    recorder.write("paint/marks", encode(marks), 1)
+    recorder.write("truth/paint", encode(marks), 1)
     with pytest.raises(TouchlineError, match="no robot made"):
         read_painted(recorder.finish().path)

@@ -120,12 +120,12 @@ def test_rosbags_reads_it_as_a_ros2_bag(recording: Path) -> None:
         marks = [
             reader.deserialize(payload, connection.msgtype)
             for connection, _, payload in reader.messages()
-            if connection.topic == "/tt2/paint/marks"
+            if connection.topic == "/tt2/truth/paint"
         ]
     assert rates == [0.5 * tick for tick in range(200)]
     assert marks[3].segment_id == "a" and marks[3].x_m.tolist() == [0.0, 30.0]
-    assert offered["/tt2/paint/marks"].reliability == QosReliability.RELIABLE
-    assert offered["/tt2/paint/marks"].history == QosHistory.KEEP_ALL
+    assert offered["/tt2/truth/paint"].reliability == QosReliability.RELIABLE
+    assert offered["/tt2/truth/paint"].history == QosHistory.KEEP_ALL
     assert offered["/tt2/traversal/status"].durability == QosDurability.TRANSIENT_LOCAL
 
 

@@ -389,5 +389,5 @@ def test_two_recorded_runs_of_the_same_robot_are_identical(robot: Robot, tmp_pat
             assert robot.record(tmp_path / f"{name}.mcap").success
             robot.say(400)
             assert robot.stop().success
-    result = compare(tmp_path / "a.mcap", tmp_path / "b.mcap", {"/tt2/imu/data_raw", "/tt2/paint/marks", "/tt2/clock"})
+    result = compare(tmp_path / "a.mcap", tmp_path / "b.mcap", {"/tt2/imu/data_raw", "/tt2/truth/paint", "/tt2/clock"})
     assert result.identical, list(result.lines())

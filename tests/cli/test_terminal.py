@@ -64,11 +64,11 @@ def test_recordings_are_compared_and_drawn_in_plain_text(touchline, tmp_path):
         recorder.write(
             "template", encode(String(data=json.dumps({"name": EVIL, "title": EVIL, "segments": [SEGMENT]}))), 1
         )
-        recorder.write("paint/marks", encode(PaintMarks(segment_id=EVIL, x_m=[0.0, second], y_m=[0.0, 0.0])), 1)
+        recorder.write("truth/paint", encode(PaintMarks(segment_id=EVIL, x_m=[0.0, second], y_m=[0.0, 0.0])), 1)
         recorder.finish()
     left, right = str(tmp_path / "left.mcap"), str(tmp_path / "right.mcap")
     code, out, err = touchline("compare", left, right)
-    assert code == 1 and "marks" in out
+    assert code == 1 and "paint" in out
     assert_harmless(out, err)
     code, out, err = touchline("picture", left, "--out", str(tmp_path / "x.svg"))
     assert code == 0

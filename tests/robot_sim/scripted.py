@@ -11,6 +11,7 @@ from touchline.services.onboard.interface import (
     Consistency,
     Estimate,
     OnboardEvent,
+    PaintBelief,
     SensorFrame,
     Status,
 )
@@ -47,6 +48,9 @@ class ScriptedOnboard:
         return Status(state=self.state, segment_id="s0", segment_count=1, elapsed_s=self._played / 100)
 
     checkpoint = None
+    lateral_error_m = 0.0
+    spraying = False
+    painted = PaintBelief()
 
     def check_load(self):
         if self.state == TraversalStatus.RUNNING:

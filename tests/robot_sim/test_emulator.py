@@ -81,9 +81,11 @@ def test_a_session_from_load_to_report():
     ]
     last = of(said, topics.STATUS)[-1]
     assert last.state == TraversalStatus.DONE
-    assert last.painted_ids == ("s1",)
-    assert last.painted_fraction[0] == pytest.approx(report.coverage_pct / 100)
-    assert last.coverage_pct == pytest.approx(report.coverage_pct)
+    truth = of(said, topics.TRUE_COVERAGE)[-1]
+    assert truth.painted_ids == ("s1",)
+    assert truth.painted_fraction[0] == pytest.approx(report.coverage_pct / 100)
+    assert truth.coverage_pct == pytest.approx(report.coverage_pct)
+    assert not truth.flowing
     assert abs(emulator.world.state[body.SPEED]) < 1e-6
 
 
@@ -92,13 +94,17 @@ def test_rates_are_those_of_the_topic_table():
     said = run(emulator)
     for topic in topics.TOPICS:
         count = sum(1 for name, _ in said if name is topic)
-        if topic.rate_hz and topic.recorded and topic not in (topics.PAINT, topics.STATUS, topics.SPRAYER):
+        if (
+            topic.rate_hz
+            and topic.recorded
+            and topic not in (topics.PAINT, topics.STATUS, topics.TRUE_COVERAGE, topics.SPRAYER)
+        ):
             assert count == pytest.approx(emulator.time_s * topic.rate_hz, abs=2), topic.name
 
 
 def test_stamps_are_sim_time_and_never_go_back():
     said = run(scripted())
-    for topic in (topics.IMU, topics.TRUTH, topics.GNSS_FIX, topics.STATUS):
+    for topic in (topics.IMU, topics.TRUTH, topics.GNSS_FIX, topics.STATUS, topics.TRUE_COVERAGE):
         stamps = [message.header.stamp for message in of(said, topic)]
         times = [stamp.sec + stamp.nanosec * 1e-9 for stamp in stamps]
         assert times == sorted(times)

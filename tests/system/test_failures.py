@@ -122,7 +122,7 @@ def test_the_robot_may_die_and_comes_back_with_its_valve_closed(painting):
     start_again = Observer(system.bus)
     wait_until(lambda: start_again.look().status.state == TraversalStatus.IDLE)
     assert not start_again.sprayer.valve_open
-    assert any(m.topic.endswith("paint/marks") for m in RecordingReader(recording).messages())
+    assert any(m.topic.endswith("truth/paint") for m in RecordingReader(recording).messages())
 
 
 def test_an_emergency_stop_outlives_the_process_that_was_told(painting):

@@ -136,6 +136,12 @@ def status(template: Template, state: int, done: int = 0, share: float = 0.0, **
     return m.TraversalStatus(**(values | fields))
 
 
+def truth(template: Template, done: int, share: float = 0.0, lateral_m: float = 0.003) -> m.TrueCoverage:
+    """A little less is painted than the robot believes."""
+    coverage_pct = 99.8 * (done + share) / len(template.segments)
+    return m.TrueCoverage(coverage_pct=coverage_pct, lateral_error_m=lateral_m, flowing=share > 0)
+
+
 def strokes(template: Template, done: int, share: float = 0.0) -> list[m.PaintMarks]:
     """The paint of `done` segments and of `share` of the next."""
     marks: list[m.PaintMarks] = []
@@ -200,6 +206,7 @@ def mid_run(template: Template, done: int = 14, share: float = 0.55) -> list[Inc
         PaintFetched(tuple(strokes(template, done, share))),
         received(topics.CLOCK, m.Clock(clock=m.Time(sec=754))),
         received(topics.STATUS, status(template, m.TraversalStatus.RUNNING, done, share, **fields)),
+        received(topics.TRUE_COVERAGE, truth(template, done, share)),
         received(topics.ODOMETRY, pose),
         *robot_health(valve=True),
         event(0.0, m.Event.INFO, "traversal started"),
@@ -224,12 +231,14 @@ def finished(template: Template) -> list[Incoming]:
         lateral_error_mean_m=0.003,
         lateral_error_p95_m=0.009,
     )
-    fields = {"elapsed_s": 1583.0, "coverage_pct": 99.87}
+    fields = {"elapsed_s": 1583.0}
+    covered = truth(template, n).model_copy(update={"coverage_pct": 99.87})
     return [
         *mid_run(template),
         PaintFetched(tuple(strokes(template, n))),
         received(topics.CLOCK, m.Clock(clock=m.Time(sec=1583))),
         received(topics.STATUS, status(template, m.TraversalStatus.DONE, n, **fields)),
+        received(topics.TRUE_COVERAGE, covered),
         received(topics.REPORT, report),
         *robot_health(battery=0.76, tank_l=7.3),
         event(1583.0, m.Event.INFO, "traversal done"),

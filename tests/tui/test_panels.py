@@ -23,6 +23,31 @@ async def test_a_dead_service_is_shown_at_once(template: Template) -> None:
         assert len(app.query_one(LogView).lines) > 0
 
 
+@pytest.mark.parametrize(
+    ("size", "row"), [((120, 40), "truth    53.8 % covered, 3 mm off"), ((80, 24), "truth    53.8 %, 3 mm off")]
+)
+async def test_the_truth_is_told_apart_from_what_the_robot_says(
+    template: Template, size: tuple[int, int], row: str
+) -> None:
+    async with console(*scenes.mid_run(template), size=size) as (app, _link, pilot):
+        await until(pilot, lambda: row in plain(app, StatusPanel))
+        assert "error +4 mm" in plain(app, StatusPanel)
+        assert "covered" in plain(app, StatusPanel) and "53.9 %" in plain(app, StatusPanel)
+
+
+async def test_paint_far_off_its_line_is_set_off(template: Template) -> None:
+    astray = scenes.received(topics.TRUE_COVERAGE, scenes.truth(template, 14, 0.55, lateral_m=-0.123))
+    async with console(*scenes.mid_run(template), astray, size=(80, 24)) as (app, _link, pilot):
+        await until(pilot, lambda: "truth    53.8 %, 123 mm off ▲" in plain(app, StatusPanel))
+
+
+async def test_a_robot_that_tells_no_truth_has_no_row_of_it(template: Template) -> None:
+    told = [event for event in scenes.mid_run(template) if getattr(event, "topic", "") != topics.TRUE_COVERAGE.name]
+    async with console(*told) as (app, _link, pilot):
+        await until(pilot, lambda: "error +4 mm" in plain(app, StatusPanel))
+        assert "truth" not in plain(app, StatusPanel)
+
+
 async def test_resizing_to_nothing_and_back(template: Template) -> None:
     async with console(*scenes.mid_run(template)) as (app, _link, pilot):
         for size in ((20, 5), (1, 1), (300, 90), (80, 24), (120, 40)):

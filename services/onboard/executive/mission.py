@@ -19,7 +19,7 @@ from touchline.services.onboard.control.path_tracker import STOPPED_MPS, Driver
 from touchline.services.onboard.estimation.filter import Estimator
 from touchline.services.onboard.executive.localization_monitor import Watch
 from touchline.services.onboard.executive.sprayer import Sprayer
-from touchline.services.onboard.interface import STANDSTILL, TICK_S, Checkpoint, Command
+from touchline.services.onboard.interface import STANDSTILL, TICK_S, Checkpoint, Command, PaintBelief
 from touchline.services.onboard.trajectory import path_projection as projection
 from touchline.services.onboard.trajectory.path import FORWARD, pose_at
 from touchline.services.onboard.trajectory.trajectory import LoadedTrajectory
@@ -118,6 +118,11 @@ class Job:
     def lateral_error_m(self) -> float:
         """Estimated distance of the nozzle to the left of its path."""
         return float(self.driver.now[projection.NOZZLE_LATERAL])
+
+    @property
+    def painted(self) -> PaintBelief:
+        """What the robot believes it has painted."""
+        return self.sprayer.belief(self._nozzle_m())
 
     @property
     def next_paint_m(self) -> float:

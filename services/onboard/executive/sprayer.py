@@ -10,7 +10,8 @@ import math
 
 from touchline.schemas.messages import Actuation
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.onboard.interface import TICK_S
+from touchline.services.onboard.executive.painted import Painted
+from touchline.services.onboard.interface import TICK_S, PaintBelief
 from touchline.services.onboard.trajectory.trajectory import LoadedTrajectory
 
 MISSED_TOLERANCE_M = 0.01
@@ -26,6 +27,7 @@ class Sprayer:
 
     Attributes:
         valve: Whether the valve is commanded open, at the end of the coming tick at the latest.
+        painted: What has been painted, as far as the robot knows.
         owed_from_m: Where paint is to begin again, although the robot has passed; None if nothing is owed.
         falls_from_m, falls_to_m: Where the paint of the open or last opened valve falls: from → to, as far as known.
     """
@@ -38,6 +40,7 @@ class Sprayer:
         self._last_m = 0.0
         self._same, self._same_from_m, self._same_to_m = Actuation.NONE, 0.0, 0.0
         self.valve = False
+        self.painted = Painted(plan, vehicle)
         self.owed_from_m: float | None = None
         self.falls_from_m, self.falls_to_m = math.inf, -math.inf
 
@@ -76,6 +79,7 @@ class Sprayer:
             self.falls_from_m, self.falls_to_m = place_m + speed_mps * self._on_delay_s, math.inf
         else:
             self.falls_to_m = place_m + speed_mps * self._off_delay_s
+            self.note_closed()
         return valve, after_s
 
     def _next(self, arc_length_m: float, speed_mps: float, due: bool) -> tuple[bool, float]:
@@ -96,6 +100,7 @@ class Sprayer:
         self.valve = False
         speed_mps = max(speed_mps, 0.0)
         self.falls_to_m = arc_length_m + speed_mps * self._off_delay_s
+        self.note_closed()
         if self._goes_on(arc_length_m):
             opened = arc_length_m >= self.falls_from_m
             self.owed_from_m = self.falls_to_m - JOINT_OVERLAP_M if opened else self.falls_from_m
@@ -104,6 +109,7 @@ class Sprayer:
         """Close the valve here; if it was open and dry for `dry_s`, paint is owed from the last good drop on."""
         if self.valve and dry_s > 0.0:
             fell_m = arc_length_m - self._plan.way_m(arc_length_m, dry_s)
+            self.painted.add(self.falls_from_m, fell_m)
             self.owed_from_m = max(fell_m - JOINT_OVERLAP_M, self.falls_from_m)
             self.valve = False
         self.close(arc_length_m, speed_mps)
@@ -122,6 +128,8 @@ class Sprayer:
 
     def pass_by(self, arc_length_m: float) -> None:
         """Be here on a leg that paints nothing, or at the end of one that does: all that was owed is painted."""
+        if self.valve:
+            self.painted.add(self.falls_from_m, arc_length_m)
         self.valve = False
         self.owed_from_m = None
         self._last_m = arc_length_m
@@ -129,6 +137,15 @@ class Sprayer:
     def resume_at(self, arc_length_m: float, owed_from_m: float | None) -> None:
         """Go on where another process left off."""
         self._last_m, self.owed_from_m = arc_length_m, owed_from_m
+        self.painted.restore(arc_length_m if owed_from_m is None else owed_from_m)
+
+    def note_closed(self) -> None:
+        """Count what has fallen from the valve that has just been closed, its last drop included."""
+        self.painted.add(self.falls_from_m, self.falls_to_m)
+
+    def belief(self, arc_length_m: float) -> PaintBelief:
+        """What has been painted when the nozzle is here."""
+        return self.painted.belief(self.falls_from_m, arc_length_m) if self.valve else self.painted.belief()
 
     def owed_if_it_ended(self, arc_length_m: float) -> float | None:
         """From where paint would be owed if this were the last tick: nothing flows without the computer."""

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.template import DEFAULT_TOLERANCE_M
+from touchline.services.core.intervals import Intervals
 from touchline.services.robot_sim.paint import projection as p
 from touchline.services.robot_sim.paint.grid import make_grid
-from touchline.services.robot_sim.paint.intervals import Intervals
 from touchline.services.robot_sim.paint.targets import Target
 from touchline.services.robot_sim.world import body
 
