@@ -8,6 +8,7 @@ from tests.onboard.rig import Run, chain, start, trajectory
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.onboard.executive.painted import Painted
+from touchline.services.onboard.executive.sprayer import JOINT_OVERLAP_M, Sprayer
 from touchline.services.onboard.interface import Checkpoint
 from touchline.services.onboard.trajectory.trajectory import load_trajectory
 
@@ -143,3 +144,16 @@ def test_the_valves_delay_spills_onto_no_other_segment() -> None:
     assert run.onboard.painted.ids == ("s1",)
     run.until(DONE)
     assert run.onboard.painted.coverage_pct == pytest.approx(100.0)
+
+
+def test_a_process_that_ends_while_it_brakes_from_dry_paint_still_owes_from_the_last_good_drop() -> None:
+    sprayer = Sprayer(load_trajectory(LINES, VEHICLE), VEHICLE)
+    place_m = 4.5
+    while place_m < 7.2:
+        sprayer.step(place_m, 1.0, allowed=True)
+        place_m += 0.01
+    sprayer.dry(place_m, 1.0, 0.2)
+    owed_m = place_m - 0.2 - JOINT_OVERLAP_M
+    assert sprayer.owed_from_m == pytest.approx(owed_m, abs=0.02)
+    for braked_m in (0.0, 0.1, 0.5):
+        assert sprayer.owed_if_it_ended(place_m + braked_m) == sprayer.owed_from_m

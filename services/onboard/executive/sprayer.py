@@ -111,7 +111,7 @@ class Sprayer:
             fell_m = arc_length_m - self._plan.way_m(arc_length_m, dry_s)
             self.painted.add(self.falls_from_m, fell_m)
             self.owed_from_m = max(fell_m - JOINT_OVERLAP_M, self.falls_from_m)
-            self.valve = False
+            self.valve, self.falls_to_m = False, fell_m
         self.close(arc_length_m, speed_mps)
 
     def skip(self, arc_length_m: float, speed_mps: float) -> None:
