@@ -98,6 +98,7 @@ def test_many_ways_at_once_take_what_each_alone_takes(method: str, some: list[Cu
     on = PiecePath(start.pose, (Piece(length, start.curvature_1pm),)).end if length else start.pose
     ways, begins = ways_for(method), [*some, start._replace(pose=on)]
     pairs = np.stack(np.divmod(np.arange(len(some) * len(begins)), len(begins)), axis=1)
+    print([tuple(e) for e in begins], flush=True)
     many = ways.pricing.timer(ways, some, begins)(pairs, False)
     single = OneByOne().timer(ways, some, begins)(pairs, False)
     assert many.seconds == pytest.approx(single.seconds, abs=1e-6)
