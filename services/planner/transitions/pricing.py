@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 # As many pairs are timed within about 50 ms, one by one.
 ONE_BY_ONE_PART = 50
 # Ends from which a line or arc might be carried on to a beginning are off it by no more than this (1/m, share of the
-# distance); `carried_on` then says whether one is.
+# distance), and the way there is longer by no more (share); `carried_on` then says whether one is.
 NEARLY_ON = 1e-8
 
 
@@ -110,7 +110,8 @@ def carry_on(ways: Ways, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd], p
     nearly = (np.abs(goals[:, 3] - starts[:, 3]) <= NEARLY_ON) & (aside <= NEARLY_ON * (1.0 + np.abs(apart)))
     for i in np.flatnonzero(nearly).tolist():
         start, goal = ends[pairs[i, 0]], begins[pairs[i, 1]]
-        path = carried_on(start, goal, float(priced.pieces[i, : priced.counts[i], 0].sum()))
+        length = float(priced.pieces[i, : priced.counts[i], 0].sum())
+        path = carried_on(start, goal, length * (1.0 + NEARLY_ON))
         if path is None:
             continue
         seconds = ways.seconds(path.pieces, ways.speed_mps(start), ways.speed_mps(goal))
