@@ -6,11 +6,21 @@ computer sees nothing but what its sensors say.
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
+from touchline.schemas.plugins import FOLLOWERS, UnknownPlugin
 from touchline.schemas.spec import Spec
 
-Follower = Literal["mpc", "pure-pursuit", "external"]
+
+def _registered(name: str) -> str:
+    try:
+        return FOLLOWERS.known(name)
+    except UnknownPlugin as error:
+        raise ValueError(error.remedy) from error
+
+
+Follower = Annotated[str, AfterValidator(_registered)]
+"""The name of a follower that is registered in `FOLLOWERS`."""
 Deviation = Annotated[float, Field(ge=0, le=1_000)]
 Seconds = Annotated[float, Field(gt=0, le=1_000_000)]
 
@@ -78,7 +88,7 @@ class FenceLimits(Spec):
 class OnboardConfig(Spec):
     """The robot's own computer: what follows the path, what it is told of its sensors, when it stops by itself."""
 
-    follower: Follower = "mpc"
+    follower: Follower = FOLLOWERS.default
     gnss: GnssSheet = GnssSheet()
     imu: ImuSheet = ImuSheet()
     magnetometer: MagnetometerSheet = MagnetometerSheet()

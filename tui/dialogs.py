@@ -18,10 +18,10 @@ from touchline.schemas.catalogue import parse_template, shipped_templates, templ
 from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.schemas.messages.touchline import PlanOptions
 from touchline.schemas.plain_text import plain
+from touchline.schemas.plugins import METHODS
 from touchline.schemas.template import Template
 from touchline.schemas.vehicle import Vehicle
 from touchline.tui import format, theme
-from touchline.tui.orders import METHODS
 from touchline.tui.stop_screen import add_stop
 
 Result = TypeVar("Result")
@@ -147,9 +147,9 @@ class PlanDialog(Dialog[PlanOptions | None]):
         """Method, limits, buttons."""
         with Vertical(id="dialog"):
             yield Label("Plan the path", classes="title")
-            chosen = self._options.method or next(iter(METHODS))
+            chosen = self._options.method or METHODS.default
             with RadioSet(id="method"):
-                for name, text in METHODS.items():
+                for name, text in METHODS.summaries().items():
                     yield Choice(f"{name}  [{theme.MUTED}]{text}[/]", value=name == chosen, name=name)
             with Grid(id="limits"):
                 for field, (label, default) in self.FIELDS.items():

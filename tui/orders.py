@@ -20,12 +20,6 @@ from touchline.schemas.topics import Service
 
 SPEEDS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, -1.0)
 """Speed factors on offer; a negative one is as fast as it goes."""
-METHODS = {
-    "g2": "quickest: turns by the wheels' limits, reversing too",
-    "ccd": "smooth: one kind of curvature-continuous turn",
-    "dubins-padded": "baseline: plain arcs with padding",
-}
-"""Planning methods on offer; the first is the planner's own default."""
 
 COMMANDS = {
     "start": ("Start", topics.START),

@@ -8,13 +8,14 @@ import typer
 
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import PlanOptions
-from touchline.schemas.onboard import Follower, OnboardConfig
+from touchline.schemas.onboard import OnboardConfig
+from touchline.schemas.plugins import EXTERNAL, FOLLOWERS, METHODS
 from touchline.schemas.scenario import MAX_SEED, Noise, Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import Spec, parse, read_text
 from touchline.schemas.vehicle import Vehicle
+from touchline.services.cli.plugin_option import PluginOption
 
-Method = Literal["g2", "ccd", "dubins-padded"]
 Order = Literal["optimised", "given"]
 
 
@@ -28,14 +29,9 @@ class PlanChoice:
             "--order", metavar="ORDER", help="Paint in an order that takes least time (optimised), or as given (given)."
         ),
     ] = "optimised"
-    method: Annotated[
-        Method,
-        typer.Option(
-            metavar="METHOD",
-            help="How painted lines are joined: g2 by time, curvature-continuous; ccd by CC words; dubins-padded by "
-            "plain Dubins with padding.",
-        ),
-    ] = "g2"
+    method: Annotated[str, PluginOption("--method", METHODS, "METHOD", "How painted lines are joined")] = (
+        METHODS.default
+    )
     kappa_max: Annotated[
         float,
         typer.Option(
@@ -111,8 +107,8 @@ def check_follower(config: OnboardConfig) -> None:
     Raises:
         SpecError: The robot's computer is told to ask one.
     """
-    if config.follower == "external":
-        raise SpecError("onboard", "follower", "is 'external'", "use `touchline run` or `up`, whose bus it can join")
+    if config.follower == EXTERNAL:
+        raise SpecError("onboard", "follower", f"is {EXTERNAL!r}", "use `touchline run` or `up`, whose bus it can join")
 
 
 @dataclass(frozen=True)
@@ -173,10 +169,7 @@ class SetupChoice:
         ),
     ] = None
     follower: Annotated[
-        Follower | None,
-        typer.Option(
-            metavar="NAME", help="What steers the robot along the path: mpc (default), pure-pursuit or external."
-        ),
+        str | None, PluginOption("--follower", FOLLOWERS, "NAME", "What steers the robot along the path")
     ] = None
     vehicle: Annotated[
         Path | None,

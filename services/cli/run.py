@@ -11,6 +11,7 @@ import typer
 from touchline.schemas import topics
 from touchline.schemas.digest import scenario_hash
 from touchline.schemas.messages import GetPaintRequest, PlanOptions, Smear
+from touchline.schemas.plugins import EXTERNAL
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import Template
 from touchline.services.bus import BusConfig
@@ -101,7 +102,7 @@ def run_job(
     cause = scenario_hash(setup, template, options)
     job_options = JobOptions(template.to_json(), options, speed, record, cause, setup.vehicle)
     # A private bus, so that any number can run at once; but an external follower could not find that.
-    config = BusConfig.from_environment() if setup.onboard.follower == "external" else None
+    config = BusConfig.from_environment() if setup.onboard.follower == EXTERNAL else None
     with (
         only_one(config) if config else nullcontext(),
         local_system(

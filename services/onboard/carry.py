@@ -13,7 +13,6 @@ from touchline.services.onboard import carried as c
 from touchline.services.onboard.carried import Ring, Way
 from touchline.services.onboard.computer import Onboard
 from touchline.services.onboard.control import Follower
-from touchline.services.onboard.control.external import ExternalFollower
 from touchline.services.onboard.estimation import model as m
 from touchline.services.onboard.estimation.sample_buffer import MAG_EVERY_TICKS
 from touchline.services.onboard.executive import failsafe as h
@@ -80,8 +79,7 @@ class Cruise:
         along = job._phase is Phase.ALONG and driver.leg.sense == FORWARD and sprayer.owed_from_m is None
         worried = self._watch.pose_problem or hazards.emergency or hazards.stop or any(hazards._wheel_s)
         away = hazards._outside_s > 0.0 or hazards._unheard_s > 0.0 or hazards.dry_s > 0.0
-        asked = isinstance(self.follower, ExternalFollower)  # which can fail in any tick
-        if not along or worried or away or asked or not intake.imu_tick == intake.encoder_tick == tick:
+        if not along or worried or away or self.follower.can_fail or not intake.imu_tick == intake.encoder_tick == tick:
             return False
         s, k = self.state, self.constants
         s[c.STILL], s[c.ACCEL], s[c.RATE : c.RATE + 2] = intake.still_ticks, intake.accel_mps2, intake.encoder_rates

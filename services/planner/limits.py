@@ -9,6 +9,7 @@ from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.planner.geometry.clothoid import Floats
+from touchline.services.planner.method import method_of
 
 # Beyond these a plan would be nonsense (turns of 100 m radius, puddles of paint) rather than merely poor.
 CURVATURE_MIN_1PM = 0.01
@@ -21,8 +22,6 @@ CURVATURE_SHARE = 0.98
 # Turns on offer are made for these speeds, the slower the tighter; of the wheels' acceleration they take this share.
 TURN_SPEEDS_MPS = (0.6, 0.8, 1.0, 1.25, 1.5, 1.8)
 TURNING_SHARE = 0.8
-# Methods that choose turns by time; "" is the default one.
-BY_DYNAMICS = ("", "g2")
 # Curvature (1/m) and sharpness (1/m²) below this limit no speed.
 STRAIGHT = 1e-9
 
@@ -49,7 +48,7 @@ class Limits:
 
         Raises:
             PlanningError: An option is not finite, not positive, or beyond what the vehicle can do; or paint shall be
-                faster than transit.
+                faster than transit; or there is no such method.
         """
         rim_speed = vehicle.max_wheel_speed_radps * vehicle.wheel_radius_m
         wheel_acceleration = min(vehicle.planned_wheel_acceleration_radps2, vehicle.max_wheel_acceleration_radps2)
@@ -58,7 +57,7 @@ class Limits:
         # In a tighter turn than 1/r the inner wheel would run backward, in the middle of a forward path.
         curvatures = (CURVATURE_MIN_1PM, 1.0 / half_track)
         # A method with one turn for all speeds turns as the vehicle's data say; else the wheels' dynamics do.
-        by_dynamics = options.method in BY_DYNAMICS
+        by_dynamics = method_of(options).by_dynamics
         tightest = CURVATURE_SHARE / half_track if by_dynamics else vehicle.default_kappa_max_1pm
         curvature = _option("kappa_max_1pm", options.kappa_max_1pm, tightest, *curvatures, "1/m")
         sharpest = vehicle.default_sigma_max_1pm2

@@ -11,6 +11,7 @@ from touchline.services.planner.budget import Progress
 from touchline.services.planner.collision.checker import Yard
 from touchline.services.planner.geometry.clothoid import Floats, Pose
 from touchline.services.planner.limits import Limits
+from touchline.services.planner.method import method_of
 from touchline.services.planner.output.measure import measure
 from touchline.services.planner.output.message import trajectory_message
 from touchline.services.planner.route.itinerary import Driver
@@ -25,7 +26,7 @@ from touchline.services.planner.speed.timing import SpeedProfile, Steady, speed_
 from touchline.services.planner.swaths.offset import modes
 from touchline.services.planner.swaths.swaths import Painting, swaths
 from touchline.services.planner.tour import arranged, crossing_cost_s, drying_s, ordering, refuse_too_many
-from touchline.services.planner.transitions.transitions import DEFAULT_METHOD, METHODS, REVERSING, SPINNING, Ways
+from touchline.services.planner.transitions.transitions import REVERSING, SPINNING, Ways
 
 # A pose further out than this (m) is a mistake.
 POSE_MAX = 20_000.0
@@ -105,13 +106,9 @@ def ways_of(vehicle: Vehicle, options: PlanOptions, limits: Limits) -> Ways:
     Raises:
         PlanningError: There is no such method.
     """
-    make = METHODS.get(options.method or DEFAULT_METHOD)
-    if make is None:
-        known = ", ".join(METHODS)
-        raise PlanningError("", f'asks for the unknown method "{options.method}"', f"use one of: {known}")
     able = {REVERSING: vehicle.can_reverse, SPINNING: vehicle.can_spin}
     standing = frozenset(skill for skill, can in able.items() if can and not options.forward_only)
-    return replace(make(limits), standing=standing)
+    return replace(method_of(options).ways(limits), standing=standing)
 
 
 def _pose(name: str, given: Floats) -> Pose | None:

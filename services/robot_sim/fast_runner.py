@@ -248,7 +248,7 @@ class Quiet:
     def _drive(self, cruise: Cruise, last_tick: int, rows: Rows) -> None:
         emulator, at = self._emulator, self._at
         world, sensors, ledger, follower = emulator.world, emulator.sensors, emulator.ledger, cruise.follower
-        if isinstance(follower, PurePursuitFollower):
+        if type(follower) is PurePursuitFollower:  # one derived from it has a step of its own
             pursuit = (follower.lead, follower.parameters, follower.memory)
         else:
             pursuit = (-1, self._wheels, self._wheels)

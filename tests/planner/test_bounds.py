@@ -14,8 +14,6 @@ from touchline.schemas.vehicle import Vehicle
 from touchline.services.planner.geometry.clothoid import Piece, PiecePath, Pose
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.plan import ways_of
-from touchline.services.planner.sequencing.costs import way_rows
-from touchline.services.planner.sequencing.way_times import TRACK_PIECES, least_time, way_time, way_times
 from touchline.services.planner.steering.dubins import dubins_pieces
 from touchline.services.planner.steering.dubins_bound import least_plain
 from touchline.services.planner.steering.forward import (
@@ -30,6 +28,8 @@ from touchline.services.planner.steering.method import CurveEnd
 from touchline.services.planner.steering.newton3 import solve_three
 from touchline.services.planner.steering.profile import amount_of, solve
 from touchline.services.planner.transitions.transitions import BRAKING_SHARE, Way
+from touchline.services.planner.transitions.way_rows import way_rows
+from touchline.services.planner.transitions.way_times import TRACK_PIECES, least_time, way_time, way_times
 
 ORIGIN = Pose(0.0, 0.0, 0.0)
 

@@ -14,6 +14,7 @@ from touchline.services.planner.sequencing import costs
 from touchline.services.planner.swaths.offset import modes
 from touchline.services.planner.swaths.swaths import Painting, swaths
 from touchline.services.planner.tour import ORDER, TIMING
+from touchline.services.planner.transitions import methods
 
 # Paint dries at once: wet paint has its own tests.
 VEHICLE, OPTIONS = Vehicle(), PlanOptions(drying_time_s=1e-3)
@@ -26,15 +27,15 @@ class Stop(Exception):
 
 def in_parts(monkeypatch: pytest.MonkeyPatch, rough: int, words: int, hops: int) -> None:
     monkeypatch.setattr(costs, "ROUGH_PART", rough)
-    monkeypatch.setattr(costs, "WORDS", costs.WORDS._replace(part=words))
-    monkeypatch.setattr(costs, "HOPS", costs.HOPS._replace(part=hops))
+    monkeypatch.setattr(costs, "FIRST", costs.FIRST._replace(part=words))
+    monkeypatch.setattr(costs, "SECOND", costs.SECOND._replace(part=hops))
 
 
 @pytest.fixture
 def parts(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """What has been timed part by part; the matrix is that of many lines, in many small parts."""
     done: list[str] = []
-    words, rough = costs.way_times, costs.word_lengths
+    words, rough = methods.way_times, methods.word_lengths
 
     def way_times(*given: object) -> Floats:
         done.append("hops" if given[6] else "words")
@@ -46,8 +47,8 @@ def parts(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
     monkeypatch.setattr(costs, "ALL_NODES", 10)
     in_parts(monkeypatch, 200, 50, 10)
-    monkeypatch.setattr(costs, "way_times", way_times)
-    monkeypatch.setattr(costs, "word_lengths", word_lengths)
+    monkeypatch.setattr(methods, "way_times", way_times)
+    monkeypatch.setattr(methods, "word_lengths", word_lengths)
     return done
 
 

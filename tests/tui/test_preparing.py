@@ -14,12 +14,10 @@ from touchline.schemas import topics
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import Template
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.planner.transitions import transitions
 from touchline.tui import format
 from touchline.tui.dialogs import PlanDialog, TemplateDialog, Tick
 from touchline.tui.event_log import ERROR, INFO
 from touchline.tui.map_view import MapView
-from touchline.tui.orders import METHODS
 from touchline.tui.panels import StatusPanel
 
 
@@ -107,11 +105,6 @@ async def test_planning_with_options(template: Template) -> None:
         await pilot.press("p")
         assert app.screen.query_one("#paint_speed_mps", Input).value == "0.8"
         assert [tick.value for tick in app.screen.query(Tick)] == [True, False, True]
-
-
-def test_the_methods_on_offer_are_the_planners_its_default_first() -> None:
-    assert set(METHODS) == set(transitions.METHODS)
-    assert next(iter(METHODS)) == transitions.DEFAULT_METHOD
 
 
 async def test_the_chosen_method_is_told_without_colour(template: Template) -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+from touchline.schemas.plugins import FOLLOWERS
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.onboard.control.external import Ask, ExternalFollower, Interrupted, Question, nobody
 from touchline.services.onboard.control.follower import Follower
@@ -10,26 +13,39 @@ from touchline.services.onboard.control.pure_pursuit import PurePursuitFollower
 
 __all__ = [
     "Ask",
+    "ExternalFollower",
     "Follower",
     "Interrupted",
+    "Make",
     "MpcFollower",
     "PurePursuitFollower",
     "Question",
     "make_follower",
+    "make_mpc",
+    "make_pure_pursuit",
     "nobody",
 ]
+
+
+Make = Callable[[Vehicle, Ask], Follower]
+"""Makes a follower for a vehicle, and for what answers in its place where it lives outside."""
+
+
+def make_mpc(vehicle: Vehicle, _ask: Ask) -> Follower:
+    """See `MpcFollower`."""
+    return MpcFollower(vehicle)
+
+
+def make_pure_pursuit(vehicle: Vehicle, _ask: Ask) -> Follower:
+    """See `PurePursuitFollower`."""
+    return PurePursuitFollower(vehicle)
 
 
 def make_follower(name: str, vehicle: Vehicle, ask: Ask = nobody) -> Follower:
     """The follower of this name (`OnboardConfig.follower`); an external one is asked by `ask`.
 
     Raises:
-        ValueError: There is none.
+        UnknownPlugin: There is none.
     """
-    if name == "mpc":
-        return MpcFollower(vehicle)
-    if name == "pure-pursuit":
-        return PurePursuitFollower(vehicle)
-    if name == "external":
-        return ExternalFollower(vehicle, ask)
-    raise ValueError(f'there is no follower "{name}"; choose mpc, pure-pursuit or external')
+    make: Make = FOLLOWERS.find(name)
+    return make(vehicle, ask)

@@ -47,6 +47,7 @@ class ExternalFollower:
     """See the module."""
 
     name = "external"
+    can_fail = True
 
     def __init__(self, vehicle: Vehicle, ask: Ask) -> None:
         """A follower at rest that asks `ask`."""

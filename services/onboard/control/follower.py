@@ -13,7 +13,7 @@ class Follower(Protocol):
 
     @property
     def name(self) -> str:
-        """As in `OnboardConfig.follower`."""
+        """As in `OnboardConfig.follower`, and registered in `FOLLOWERS` of schemas/plugins.py."""
         ...
 
     @property
@@ -29,6 +29,11 @@ class Follower(Protocol):
     @property
     def fallbacks(self) -> int:
         """Ticks in which the follower could not do its own method and used a simpler one."""
+        ...
+
+    @property
+    def can_fail(self) -> bool:
+        """Whether `problem` may be set in any tick: the robot is then emulated tick by tick, which is slower."""
         ...
 
     @property

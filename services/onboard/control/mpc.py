@@ -47,6 +47,7 @@ class MpcFollower:
     """See the module."""
 
     name = "mpc"
+    can_fail = False
     problem = ""
 
     def __init__(self, vehicle: Vehicle) -> None:

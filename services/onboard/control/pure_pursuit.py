@@ -74,6 +74,7 @@ class PurePursuitFollower:
     """See the module."""
 
     name = "pure-pursuit"
+    can_fail = False
     problem = ""
 
     def __init__(self, vehicle: Vehicle) -> None:

@@ -9,20 +9,16 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from touchline.services.planner.budget import UNWATCHED, Watch
-from touchline.services.planner.geometry.clothoid import Floats, Ints, Piece, PiecePath, Pose
+from touchline.services.planner.geometry.clothoid import Floats, Ints
 from touchline.services.planner.sequencing.order import Problem
-from touchline.services.planner.sequencing.way_times import HEADING, TRACK_PIECES, X, Y, way_times
-from touchline.services.planner.steering.ccd import ContinuousDubins
-from touchline.services.planner.steering.circles import LIMIT, circle
-from touchline.services.planner.steering.method import CurveEnd, before
-from touchline.services.planner.steering.word_lengths import word_lengths
+from touchline.services.planner.steering.method import CurveEnd
 from touchline.services.planner.swaths.chains import GAP_M
 from touchline.services.planner.swaths.swaths import Painting, Swath
-from touchline.services.planner.transitions.transitions import Turns, Ways, turned_round
+from touchline.services.planner.transitions.pricing import end_rows
+from touchline.services.planner.transitions.transitions import Ways
 
-# Every node's nearest neighbours are timed exactly; of the nearest of these, short hops, cusps and turns on the spot
-# are tried as well.
-TIMED, HOPPED = 12, 3
+# Every node's nearest neighbours are timed exactly; at the nearest of these methods with more ways look closer.
+TIMED, CLOSER = 12, 3
 # Up to this many nodes all pairs are timed.
 ALL_NODES = 200
 # So many pairs take about 50 ms to time roughly, which is done when this share of all time has passed.
@@ -31,23 +27,24 @@ ROUGH_PART, ROUGH_DONE = 150_000, 0.15
 NEVER_S = 1e6
 # Pairs that differ by no more than rounding (m, rad, 1/m) take the same time.
 ALIKE = 1e-7
-ORIGIN = Pose(0.0, 0.0, 0.0)
+# No pieces of ways, and no counts.
+NO_WAYS = np.zeros((0, 0, 5)), np.zeros(0, dtype=np.int64)
 
 
 class Timing(NamedTuple):
-    """How pairs are timed: by words alone or with short `hops`, cusps and turns on the spot as well.
+    """How pairs are timed: at first sight, or `closer`, for methods with more ways than they look at then.
 
-    A `part` of the pairs takes about 50 ms; behind each it may be enough. `begun` and `ended` are the shares of all
-    time that have passed before and after it.
+    At most `part` pairs are timed at once, in about 50 ms; behind each part it may be enough. `begun` and `ended` are
+    the shares of all time that have passed before and after it.
     """
 
-    hops: bool
+    closer: bool
     part: int
     begun: float
     ended: float
 
 
-WORDS, HOPS = Timing(False, 3000, ROUGH_DONE, 0.25), Timing(True, 120, 0.25, 1.0)
+FIRST, SECOND = Timing(False, 3000, ROUGH_DONE, 0.25), Timing(True, 120, 0.25, 1.0)
 
 
 @dataclass(frozen=True)
@@ -57,7 +54,7 @@ class Tracks:
     Attributes:
         paint_s: (nodes,) seconds that painting takes.
         kind: (ends, beginnings) which way, −1 where it has only been timed roughly.
-        pieces: (ways, TRACK_PIECES, 5) the columns of `Piece`, from the end of the painted segment on.
+        pieces: (ways, k, 5) the columns of `Piece`, from the end of the painted segment on.
         counts: (ways,) how many of them there are.
     """
 
@@ -70,9 +67,8 @@ class Tracks:
         """With these `pieces` and `counts` too, of which the pairs (n, 2) have those number `which` (n,)."""
         kind = self.kind.copy()
         kind[pairs[:, 0], pairs[:, 1]] = len(self.counts) + which
-        return replace(
-            self, kind=kind, pieces=np.concatenate((self.pieces, pieces)), counts=np.concatenate((self.counts, counts))
-        )
+        pieces, counts = stacked([(self.pieces, self.counts), (pieces, counts)])
+        return replace(self, kind=kind, pieces=pieces, counts=counts)
 
 
 def nodes_of(modes: Sequence[Sequence[Swath]]) -> tuple[list[Swath], Ints, Ints]:
@@ -140,7 +136,7 @@ def _going_on(nodes: Sequence[Swath], painting: Painting, cost: Floats, tracks: 
             pairs.append((a, b))
     if not pairs:
         return tracks
-    none = np.zeros((1, TRACK_PIECES, 5)), np.zeros(1, dtype=np.int64)
+    none = np.zeros((1, 0, 5)), np.zeros(1, dtype=np.int64)
     return tracks.with_pairs(np.array(pairs), np.zeros(len(pairs), dtype=np.int64), *none)
 
 
@@ -149,17 +145,16 @@ def seconds_between(
 ) -> tuple[Floats, Tracks]:
     """Seconds (ends, begins) of the quickest ways, rough ones for pairs that are far from each other; and the ways."""
     count = len(ends)
-    none = np.zeros((0, TRACK_PIECES, 5)), np.zeros(0, dtype=np.int64)
-    tracks = Tracks(paint_s, np.full((count, count), -1), *none)
+    tracks = Tracks(paint_s, np.full((count, count), -1), *NO_WAYS)
     table = _straight(ends, begins, ways)
     if count <= ALL_NODES:
         pairs = _all_pairs(count, count)
     else:
         _rough(ends, begins, ways, table, watch)
         pairs = _nearest(table, segment, TIMED)
-    for timing in (WORDS, HOPS):
-        if timing.hops:
-            pairs = _nearest(table, segment, HOPPED)
+    for timing in (FIRST, SECOND) if ways.pricing.looks_closer else (FIRST._replace(ended=1.0),):
+        if timing.closer:
+            pairs = _nearest(table, segment, CLOSER)
         chosen, seconds, which, pieces, counts = _timed(ends, begins, ways, pairs, timing, watch)
         done = pairs[chosen]
         table[done[:, 0], done[:, 1]] = seconds
@@ -169,27 +164,15 @@ def seconds_between(
 
 def _straight(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways) -> Floats:
     """Seconds straight on from each end to each beginning, whichever way they look."""
-    starts, goals = _table(ends), _table(begins)
-    apart = np.hypot(*(goals[None, :, axis] - starts[:, None, axis] for axis in (X, Y)))
+    starts, goals = end_rows(ends), end_rows(begins)
+    apart = np.hypot(*(goals[None, :, axis] - starts[:, None, axis] for axis in (0, 1)))
     return np.asarray(apart / ways.limits.transit_speed_mps)
 
 
 def _rough(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, table: Floats, watch: Watch) -> None:
-    """Seconds by the length of the words, with the turns driven at the speed that they are made for."""
-    starts, goals = _table(ends), _table(begins)
-    fast = ways.limits.transit_speed_mps
-    for part in watch.parts(len(starts), max(ROUGH_PART // len(goals), 1), 0.0, ROUGH_DONE):
-        tables = [
-            word_lengths(
-                starts[part],
-                goals,
-                turns.curvature_1pm,
-                turns.sharpness_1pm2,
-                turn_weight=max(fast / turns.speed_mps, 1.0),
-            )
-            for turns in ways.turns[1::2] or ways.turns
-        ]
-        table[part] = np.minimum.reduce(tables) / fast
+    """Fill in rough seconds, as the method in use has them."""
+    for part in watch.parts(len(ends), max(ROUGH_PART // len(begins), 1), 0.0, ROUGH_DONE):
+        table[part] = ways.pricing.rough_s(ways, ends[part], begins)
 
 
 def _nearest(table: Floats, segment: Ints, count: int) -> Ints:
@@ -209,9 +192,9 @@ def _all_pairs(starts: int, goals: int) -> Ints:
 
 
 def _timed_all(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways) -> Floats:
-    """Seconds (n,) by words from one end to all beginnings, or from all ends to one beginning."""
+    """Seconds (n,) at first sight from one end to all beginnings, or from all ends to one beginning."""
     pairs = _all_pairs(len(ends), len(begins))
-    return _timed(ends, begins, ways, pairs, WORDS, UNWATCHED)[1]
+    return _timed(ends, begins, ways, pairs, FIRST, UNWATCHED)[1]
 
 
 def _timed(
@@ -219,41 +202,25 @@ def _timed(
 ) -> tuple[Ints, Floats, Ints, Floats, Ints]:
     """Which (n,) of the `pairs` were timed before it was enough; seconds (n,) of the quickest way of each, and which.
 
-    These ways are pieces (m, TRACK_PIECES, 5) and their number (m,): pairs that are alike but for their place have one.
-    Cusps and turns on the spot compete as far as the robot drives them.
+    These ways are pieces (m, k, 5) and their number (m,): pairs that are alike but for their place have one.
     """
-    rows = way_rows(ends, begins, ways)
-    first, alike = _alike(_table(ends)[pairs[:, 0]], _table(begins)[pairs[:, 1]])
+    first, alike = _alike(end_rows(ends)[pairs[:, 0]], end_rows(begins)[pairs[:, 1]])
     pairs = pairs[first]
-    pieces, counts = np.zeros((len(pairs), TRACK_PIECES, 5)), np.zeros(len(pairs), dtype=np.int64)
-    seconds, done = np.zeros(len(pairs)), 0
-    for part in watch.parts(len(pairs), timing.part, timing.begun, timing.ended):
-        seconds[part] = way_times(*rows, ways.limits.row, pairs[part], timing.hops, pieces[part], counts[part])
-        done = part.stop
-        if not (timing.hops and ways.standing):
-            continue
-        for i in range(part.start, part.stop):
-            way = ways.quickest_standing(ends[pairs[i, 0]], begins[pairs[i, 1]], float(seconds[i]))
-            if way:
-                seconds[i], counts[i] = way.seconds, len(way.path.pieces)
-                pieces[i, : counts[i]] = way.path.pieces
-    chosen = np.flatnonzero(alike < done)
+    price = ways.pricing.timer(ways, ends, begins)
+    size = min(timing.part, ways.pricing.part)
+    priced = [price(pairs[part], timing.closer) for part in watch.parts(len(pairs), size, timing.begun, timing.ended)]
+    seconds = np.concatenate([np.zeros(0), *(each.seconds for each in priced)])
+    pieces, counts = stacked([NO_WAYS, *((each.pieces, each.counts) for each in priced)])
+    chosen = np.flatnonzero(alike < len(seconds))
     which = alike[chosen]
-    return chosen, seconds[which], which, pieces[:done], counts[:done]
+    return chosen, seconds[which], which, pieces, counts
 
 
-def way_rows(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways) -> tuple[Floats, Floats, Floats, Floats]:
-    """The starts, goals, circles and roots that `way_times` takes."""
-    circles = [circle(t.curvature_1pm / t.sharpness_1pm2**0.5) for t in ways.turns]
-    roots = np.array([t.sharpness_1pm2**0.5 for t in ways.turns])
-    starts = np.array([_rows(ends, ways, *each, leaving=True) for each in zip(ways.turns, circles, strict=True)])
-    goals = np.array([_rows(begins, ways, *each, leaving=False) for each in zip(ways.turns, circles, strict=True)])
-    return starts, goals, np.array(circles), roots
-
-
-def _table(ends: list[CurveEnd]) -> Floats:
-    """(n, 5) x, y, heading, curvature and largest speed."""
-    return np.array([(*end.pose, end.curvature_1pm, end.speed_mps) for end in ends])
+def stacked(tables: Sequence[tuple[Floats, Ints]]) -> tuple[Floats, Ints]:
+    """Pieces (n, k, 5) and counts (n,) of ways as one table, as wide as the widest."""
+    most = max(pieces.shape[1] for pieces, _ in tables)
+    wide = [np.pad(pieces, ((0, 0), (0, most - pieces.shape[1]), (0, 0))) for pieces, _ in tables]
+    return np.concatenate(wide), np.concatenate([counts for _, counts in tables])
 
 
 def _alike(starts: Floats, goals: Floats) -> tuple[Ints, Ints]:
@@ -267,31 +234,3 @@ def _alike(starts: Floats, goals: Floats) -> tuple[Ints, Ints]:
     grid = np.rint(seen / ALIKE).astype(np.int64)
     _, first, alike = np.unique(grid, axis=0, return_index=True, return_inverse=True)
     return first, alike.reshape(-1)
-
-
-def _rows(ends: list[CurveEnd], ways: Ways, turns: Turns, figures: Floats, *, leaving: bool) -> Floats:
-    """The rows of `way_times` for ends (or beginnings) with one kind of turn."""
-    known: dict[tuple[float, float], tuple[float, ...]] = {}
-    for end in ends:
-        if end[1:] not in known:
-            known[end[1:]] = _lead_row(end, ways, turns, figures, leaving=leaving)
-    rows = np.array([known[end[1:]] for end in ends])
-    poses = np.array([end.pose for end in ends])
-    moved = (rows[:, X] + 1j * rows[:, Y]) * np.exp(1j * poses[:, 2])
-    rows[:, X], rows[:, Y] = poses[:, 0] + moved.real, poses[:, 1] + moved.imag
-    rows[:, HEADING] += poses[:, 2]
-    return rows
-
-
-def _lead_row(end: CurveEnd, ways: Ways, turns: Turns, figures: Floats, *, leaving: bool) -> tuple[float, ...]:
-    """The row for an end like this at the origin."""
-    lead = ways.lead(turns, end)
-    if abs(lead.curvature_1pm) > figures[LIMIT] * turns.sharpness_1pm2**0.5:
-        # Too tight for these turns to begin with: they begin where it is straight.
-        words = ContinuousDubins(turns.curvature_1pm, turns.sharpness_1pm2)
-        lead = lead._replace(pieces=words.lead_out(lead.curvature_1pm), curvature_1pm=0.0)
-    pose = PiecePath(ORIGIN, lead.pieces).end if leaving else before(ORIGIN, turned_round(lead).pieces)
-    bend: Piece | None = next((p for p in lead.pieces if p.sharpness_1pm2), None)
-    straight = sum(p.length_m for p in lead.pieces if not p.sharpness_1pm2)
-    painted, sharpness = (bend.curvature_1pm, abs(bend.sharpness_1pm2)) if bend else (0.0, 1.0)
-    return *pose, lead.curvature_1pm, ways.speed_mps(end), painted, sharpness, straight

@@ -17,7 +17,7 @@ from touchline.schemas.messages import PlanOptions
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.planner.geometry.clothoid import Floats, Piece, PiecePath, Pose
 from touchline.services.planner.limits import Limits
-from touchline.services.planner.steering.dubins_padded import PaddedDubins
+from touchline.services.planner.method import method_of
 from touchline.services.planner.steering.method import CurveEnd, before
 from touchline.services.planner.swaths.chains import Chain, Link, chains, chains_as_given, joins
 from touchline.services.planner.swaths.offset import CIRCLE_STARTS, Stroke
@@ -94,10 +94,11 @@ class Painting:
     def of(cls, vehicle: Vehicle, limits: Limits, options: PlanOptions) -> "Painting":
         """With the limits of a plan, and the sharpness that its options ask for, if they do.
 
-        The padding of `dubins-padded` is round every segment.
+        Nothing is painted in one go where the method does not join: the padding of `dubins-padded` is round every
+        segment.
         """
         valve_s = max(vehicle.valve_off_delay_s - vehicle.valve_on_delay_s, 0.0)
-        return cls(limits, options.method != PaddedDubins.name, options.sigma_max_1pm2 or math.inf, valve_s)
+        return cls(limits, method_of(options).joins, options.sigma_max_1pm2 or math.inf, valve_s)
 
     def stroke_mps(self, stroke: Stroke) -> float:
         """The speed (m/s) along one stroke."""

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -11,9 +11,9 @@ from touchline.services.planner.geometry.clothoid import Floats, Piece, PiecePat
 from touchline.services.planner.limits import TURN_SPEEDS_MPS, Limits
 from touchline.services.planner.speed.topp import path_time
 from touchline.services.planner.steering.ccd import ContinuousDubins
-from touchline.services.planner.steering.dubins_padded import PaddedDubins
 from touchline.services.planner.steering.g2 import Steering
 from touchline.services.planner.steering.method import CurveEnd, TransitionMethod, before, carried_on
+from touchline.services.planner.transitions.pricing import OneByOne, Pricing
 
 # Braking before a tight turn is planned with this share of the acceleration, so that it is slow enough in time.
 BRAKING_SHARE = 0.98
@@ -48,11 +48,19 @@ class Lead(NamedTuple):
 
 @dataclass(frozen=True)
 class Ways:
-    """Finds ways with one of several turns."""
+    """Finds ways with one of several turns.
+
+    Attributes:
+        limits: Those of the plan.
+        turns: On offer.
+        standing: What the robot may do beside driving forward.
+        pricing: Says how long many of the ways take.
+    """
 
     limits: Limits
     turns: tuple[Turns, ...]
     standing: frozenset[str] = frozenset()
+    pricing: Pricing = field(default_factory=OneByOne)
 
     @classmethod
     def by_time(cls, limits: Limits) -> "Ways":
@@ -69,10 +77,18 @@ class Ways:
         return cls(limits, tuple(Turns(speed, *turn, Steering(*turn)) for turn, speed in offers.items()))
 
     @classmethod
-    def of_one(cls, make: Callable[[float, float], TransitionMethod], limits: Limits) -> "Ways":
-        """With the turns of one method at the largest curvature and sharpness, whatever the speed."""
+    def of_one(
+        cls, make: Callable[[float, float], TransitionMethod], limits: Limits, pricing: Pricing | None = None
+    ) -> "Ways":
+        """With the turns of one method at the largest curvature and sharpness, whatever the speed.
+
+        Args:
+            make: Makes the method for a largest curvature (1/m) and sharpness (1/m²).
+            limits: Those of the plan.
+            pricing: The method's own; without one its ways are timed one by one.
+        """
         turn = limits.curvature_max_1pm, limits.sharpness_max_1pm2
-        return cls(limits, (Turns(limits.rim_speed_mps, *turn, make(*turn)),))
+        return cls(limits, (Turns(limits.rim_speed_mps, *turn, make(*turn)),), pricing=pricing or OneByOne())
 
     def speed_mps(self, end: CurveEnd) -> float:
         """The speed (m/s) at an end of a painted curve."""
@@ -192,11 +208,3 @@ def turned_round(lead: Lead) -> Lead:
     """The lead into a curve, of the same curvature, instead of out of it."""
     back = tuple(p._replace(curvature_1pm=p.curvature_end_1pm, sharpness_1pm2=-p.sharpness_1pm2) for p in lead.pieces)
     return lead._replace(pieces=back[::-1])
-
-
-METHODS: dict[str, Callable[[Limits], Ways]] = {
-    Steering.name: Ways.by_time,
-    ContinuousDubins.name: lambda limits: Ways.of_one(ContinuousDubins, limits),
-    PaddedDubins.name: lambda limits: Ways.of_one(lambda curvature, sharpness: PaddedDubins(curvature), limits),
-}
-DEFAULT_METHOD = Steering.name

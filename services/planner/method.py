@@ -1,0 +1,44 @@
+"""What a transition method is as plan options name it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from touchline.schemas.errors import PlanningError
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.plugins import METHODS
+
+if TYPE_CHECKING:
+    from touchline.services.planner.limits import Limits
+    from touchline.services.planner.transitions.transitions import Ways
+
+
+@dataclass(frozen=True)
+class Method:
+    """A transition method, registered in `METHODS`.
+
+    Attributes:
+        ways: Makes its ways within limits: what they are, and how long many of them take.
+        by_dynamics: Whether it turns as tightly as the wheels' dynamics allow, where the options do not say; else as
+            the vehicle's data say.
+        joins: Whether segments that go on into each other are painted in one go.
+    """
+
+    ways: Callable[[Limits], Ways]
+    by_dynamics: bool = False
+    joins: bool = True
+
+
+def method_of(options: PlanOptions) -> Method:
+    """The method that the options name; "" is the default one.
+
+    Raises:
+        PlanningError: There is no such method.
+    """
+    name = options.method or METHODS.default
+    if name not in METHODS.names():
+        raise PlanningError("", f'asks for the unknown method "{name}"', f"use one of: {', '.join(METHODS.names())}")
+    found: Method = METHODS.find(name)
+    return found

@@ -1,0 +1,51 @@
+"""Ends of painted segments as the rows that the kernels of way_times.py take."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from touchline.services.planner.geometry.clothoid import Floats, Piece, PiecePath, Pose
+from touchline.services.planner.steering.ccd import ContinuousDubins
+from touchline.services.planner.steering.circles import LIMIT, circle
+from touchline.services.planner.steering.method import CurveEnd, before
+from touchline.services.planner.transitions.transitions import Turns, Ways, turned_round
+from touchline.services.planner.transitions.way_times import HEADING, X, Y
+
+ORIGIN = Pose(0.0, 0.0, 0.0)
+
+
+def way_rows(ends: Sequence[CurveEnd], begins: Sequence[CurveEnd], ways: Ways) -> tuple[Floats, Floats, Floats, Floats]:
+    """The starts, goals, circles and roots that `way_times` takes."""
+    circles = [circle(t.curvature_1pm / t.sharpness_1pm2**0.5) for t in ways.turns]
+    roots = np.array([t.sharpness_1pm2**0.5 for t in ways.turns])
+    starts = np.array([_rows(ends, ways, *each, leaving=True) for each in zip(ways.turns, circles, strict=True)])
+    goals = np.array([_rows(begins, ways, *each, leaving=False) for each in zip(ways.turns, circles, strict=True)])
+    return starts, goals, np.array(circles), roots
+
+
+def _rows(ends: Sequence[CurveEnd], ways: Ways, turns: Turns, figures: Floats, *, leaving: bool) -> Floats:
+    """The rows of `way_times` for ends (or beginnings) with one kind of turn."""
+    known: dict[tuple[float, float], tuple[float, ...]] = {}
+    for end in ends:
+        if end[1:] not in known:
+            known[end[1:]] = _lead_row(end, ways, turns, figures, leaving=leaving)
+    rows = np.array([known[end[1:]] for end in ends])
+    poses = np.array([end.pose for end in ends])
+    moved = (rows[:, X] + 1j * rows[:, Y]) * np.exp(1j * poses[:, 2])
+    rows[:, X], rows[:, Y] = poses[:, 0] + moved.real, poses[:, 1] + moved.imag
+    rows[:, HEADING] += poses[:, 2]
+    return rows
+
+
+def _lead_row(end: CurveEnd, ways: Ways, turns: Turns, figures: Floats, *, leaving: bool) -> tuple[float, ...]:
+    """The row for an end like this at the origin."""
+    lead = ways.lead(turns, end)
+    if abs(lead.curvature_1pm) > figures[LIMIT] * turns.sharpness_1pm2**0.5:
+        # Too tight for these turns to begin with: they begin where it is straight.
+        words = ContinuousDubins(turns.curvature_1pm, turns.sharpness_1pm2)
+        lead = lead._replace(pieces=words.lead_out(lead.curvature_1pm), curvature_1pm=0.0)
+    pose = PiecePath(ORIGIN, lead.pieces).end if leaving else before(ORIGIN, turned_round(lead).pieces)
+    bend: Piece | None = next((p for p in lead.pieces if p.sharpness_1pm2), None)
+    straight = sum(p.length_m for p in lead.pieces if not p.sharpness_1pm2)
+    painted, sharpness = (bend.curvature_1pm, abs(bend.sharpness_1pm2)) if bend else (0.0, 1.0)
+    return *pose, lead.curvature_1pm, ways.speed_mps(end), painted, sharpness, straight
