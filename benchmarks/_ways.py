@@ -132,7 +132,7 @@ class ByOrder(Way):
 
     _STARTED = """
 import sys, time
-import touchline.services.cli as cli, touchline.services.cli.commands, touchline.services.cli.orders as orders
+import touchline.services.cli as cli, touchline.services.cli.commands, touchline.services.cli.order_command as orders
 
 insist = orders.insist
 

@@ -20,7 +20,7 @@ from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.bus import Bus, BusConfig
 from touchline.services.bus.ports import free_port
-from touchline.services.onboard.control import Question
+from touchline.services.onboard.control import FollowerQuestion
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.lockstep import Lockstep
 
@@ -35,7 +35,7 @@ class _Timed:
         self._ask = ask
         self.took_s: list[float] = []
 
-    def __call__(self, question: Question) -> tuple[float, float]:
+    def __call__(self, question: FollowerQuestion) -> tuple[float, float]:
         begun = time.perf_counter()
         wheels = self._ask(question)
         self.took_s.append(time.perf_counter() - begun)

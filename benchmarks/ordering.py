@@ -18,7 +18,7 @@ import numpy as np
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.planner.budget import Watch
+from touchline.services.planner.budget import Budget
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.plan import ways_of
 from touchline.services.planner.sequencing.costs import NEVER_S, problem
@@ -66,7 +66,7 @@ def instances() -> dict[str, Callable[[], Problem]]:
 def ours(asked: Problem, seconds: float) -> float:
     """Ours, stopped after so many seconds."""
     end = time.perf_counter() + seconds
-    return asked.cost_of(ordered(asked, Watch(enough=lambda: time.perf_counter() > end), int(200_000 * seconds)))
+    return asked.cost_of(ordered(asked, Budget(enough=lambda: time.perf_counter() > end), int(200_000 * seconds)))
 
 
 def ortools(asked: Problem, seconds: float) -> float:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from touchline.services.core.jit import kernel
-from touchline.services.planner.geometry.clothoid import NODES, WEIGHTS, Floats, PiecePath, Pose
+from touchline.services.planner.geometry.clothoid import NODES, WEIGHTS, Floats, PathPose, PiecePath
 from touchline.services.planner.steering.circles import circle
 from touchline.services.planner.steering.construct import MAX_PIECES, forward_pieces
 from touchline.services.planner.steering.g2 import Steering
@@ -72,8 +72,8 @@ def _reference_rows() -> None:
 
 
 def _row_lengths(row: dict[str, float]) -> tuple[float, float]:
-    start = CurveEnd(Pose(row["x0"], row["y0"], row["theta0"]), 0.0)
-    goal = CurveEnd(Pose(row["x1"], row["y1"], row["theta1"]), 0.0)
+    start = CurveEnd(PathPose(row["x0"], row["y0"], row["theta0"]), 0.0)
+    goal = CurveEnd(PathPose(row["x1"], row["y1"], row["theta1"]), 0.0)
     steering = Steering(row["kappa_max"], row["sigma_max"])
     ways = [steering.between(start, goal), *steering.standing_ways(start, goal)]
     driven = [PiecePath(start.pose, way).length_m for way in ways if not any(piece.spin_rad for piece in way)]

@@ -12,8 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from touchline.schemas.messages.standard import Point
-from touchline.schemas.messages.turf_tank import Arc, CurveType, Line
-from touchline.schemas.messages.turf_tank import Curve as CurveMessage
+from touchline.schemas.messages.turf_tank import Arc, CurveMessage, CurveType, Line
 
 Floats = npt.NDArray[np.float64]
 

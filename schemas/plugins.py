@@ -117,7 +117,7 @@ _METHODS = "touchline.services.planner.transitions.methods"
 _FOLLOWERS = "touchline.services.onboard.control"
 
 METHODS: Registry[Any] = Registry("transition method")
-"""How painted lines are joined: a `Method` of services/planner/method.py each."""
+"""How painted lines are joined: a `Method` of services/planner/method_choice.py each."""
 METHODS.register("g2", "quickest: turns by the wheels' limits, reversing too", f"{_METHODS}:G2")
 METHODS.register("ccd", "smooth: one kind of curvature-continuous turn", f"{_METHODS}:CCD")
 METHODS.register("dubins-padded", "baseline: plain arcs with padding", f"{_METHODS}:DUBINS_PADDED")

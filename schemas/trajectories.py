@@ -7,6 +7,7 @@ from touchline.schemas.messages import (
     Actuation,
     ActuationProfile,
     Arc,
+    CurveMessage,
     CurveType,
     LinearDirection,
     Path,
@@ -19,7 +20,6 @@ from touchline.schemas.messages import (
     VelocityProfile,
     VelocityType,
 )
-from touchline.schemas.messages import Curve as CurveMessage
 
 
 def segment(name: str, curve: Curve, direction: int = LinearDirection.FORWARD, label: str = "") -> Segment:

@@ -21,7 +21,7 @@ from textual.screen import Screen
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages.touchline import PlanOptions, TraversalStatus
 from touchline.schemas.plain_text import plain
-from touchline.tui import palette, supplies, theme
+from touchline.tui import palette, supply_check, theme
 from touchline.tui.autostart import AutoStart
 from touchline.tui.colors import Grey
 from touchline.tui.dialogs import Chosen, ConfirmDialog, KeysDialog, PlanDialog, TemplateDialog, read_template
@@ -30,14 +30,14 @@ from touchline.tui.driver import SturdyDriver
 from touchline.tui.event_log import ERROR, INFO, WARN
 from touchline.tui.header import HeaderBar
 from touchline.tui.key_bar import KeyBar
+from touchline.tui.lines_view import SegmentsTable
 from touchline.tui.log_view import LogView
 from touchline.tui.map_view import MapView
 from touchline.tui.operator import Operator
 from touchline.tui.order_book import Phase
-from touchline.tui.orders import Outcome, Tried
+from touchline.tui.orders import OrderOutcome, Tried
 from touchline.tui.panels import ServicesPanel, StatusPanel
 from touchline.tui.protocol import Link
-from touchline.tui.segments import SegmentsTable
 from touchline.tui.signal_bar import SignalBar
 from touchline.tui.state import ConsoleState
 from touchline.tui.stop_screen import Palette
@@ -51,7 +51,7 @@ LONGEST_TICK_S = 0.25
 class OrderNews(Message):
     """An order was sent again or came back; posted from its thread."""
 
-    def __init__(self, news: Tried | Outcome) -> None:
+    def __init__(self, news: Tried | OrderOutcome) -> None:
         """With what became of it."""
         super().__init__()
         self.news = news
@@ -190,7 +190,7 @@ class ConsoleApp(App[None]):
             case "speed" if self._autostart.speed is not None:
                 self.operator.set_speed(self._autostart.speed)
             case "start":
-                for shortage in supplies.of_job(self.state).shortages:
+                for shortage in supply_check.of_job(self.state).shortages:
                     self.state.note(WARN, "console", f"the job {shortage}")
                 self.operator.command("start")
 
@@ -204,7 +204,7 @@ class ConsoleApp(App[None]):
 
     def action_command(self, name: str) -> None:
         """An order without arguments; asks before a start for which tank or battery will not last."""
-        shortages = supplies.of_job(self.state).shortages
+        shortages = supply_check.of_job(self.state).shortages
         if name != "start" or not shortages or not self.state.path_loaded or self.state.busy:
             self.operator.command(name)
             self._show_signals()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
-from touchline.tui.orders import WITHOUT_END, Order, Outcome, Tried
+from touchline.tui.orders import WITHOUT_END, Order, OrderOutcome, Tried
 from touchline.tui.protocol import CallFailed, Link
 from touchline.tui.stop_sender import StopSender
 
@@ -13,7 +13,7 @@ from touchline.tui.stop_sender import StopSender
 class Dispatcher:
     """One short-lived thread an order: an emergency stop never queues behind a plan that takes its time."""
 
-    def __init__(self, link: Link, deliver: Callable[[Tried | Outcome], object]) -> None:
+    def __init__(self, link: Link, deliver: Callable[[Tried | OrderOutcome], object]) -> None:
         """`deliver` is called from the orders' threads: for every try, and once with what came of an order."""
         self._link = link
         self._deliver = deliver
@@ -34,13 +34,13 @@ class Dispatcher:
     def _run(self, order: Order) -> None:
         self._deliver(self._ask(order))
 
-    def _ask(self, order: Order) -> Outcome:
+    def _ask(self, order: Order) -> OrderOutcome:
         failure = ""
         for number in range(1, order.attempts + 1):
             if number > 1:
                 self._deliver(Tried(order, number))
             try:
-                return Outcome(order, self._link.call(order.service, order.request, order.timeout_s))
+                return OrderOutcome(order, self._link.call(order.service, order.request, order.timeout_s))
             except CallFailed as error:
                 failure = str(error)
-        return Outcome(order, failure=failure)
+        return OrderOutcome(order, failure=failure)

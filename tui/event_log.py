@@ -22,7 +22,7 @@ class Entry:
     times: int = 1
 
 
-class EventLog:
+class OperatorLog:
     """The last entries; `revision` changes with every one, `total` counts those that are not repeats."""
 
     def __init__(self) -> None:

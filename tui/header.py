@@ -6,7 +6,7 @@ from textual.content import Content
 
 from touchline.schemas.messages.touchline import TraversalStatus
 from touchline.tui import format, theme
-from touchline.tui.health import Freshness
+from touchline.tui.node_health import Freshness
 from touchline.tui.panels import NODE_LABELS, LinesPanel
 from touchline.tui.state import EXPECTED_NODES, ConsoleState
 

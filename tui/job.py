@@ -24,7 +24,7 @@ PLAIN_LABELS = frozenset({"transition", "run-in", "run-out"})
 
 
 @dataclass(frozen=True)
-class Row:
+class LineRow:
     """A painted segment as the table lists it."""
 
     segment_id: str
@@ -56,10 +56,10 @@ class TemplateView:
         return {segment.id: segment.curve().length_m for segment in self.template.segments}
 
     @cached_property
-    def rows(self) -> tuple[Row, ...]:
+    def rows(self) -> tuple[LineRow, ...]:
         """The segments in the template's order."""
         return tuple(
-            Row(segment.id, plain(segment.label or segment.id), self.lengths_m[segment.id])
+            LineRow(segment.id, plain(segment.label or segment.id), self.lengths_m[segment.id])
             for segment in self.template.segments
         )
 
@@ -72,7 +72,7 @@ class PathView:
     report: PlanReport | None
     lines: tuple[Polyline, ...] = field(repr=False)
     transition: tuple[bool, ...] = field(repr=False)
-    rows: tuple[Row, ...]
+    rows: tuple[LineRow, ...]
     """The painted segments in the order in which they are driven."""
     goals: tuple[int, ...] = field(repr=False)
     """For each segment the row it paints or leads to; the number of rows behind the last one."""
@@ -87,7 +87,7 @@ class PathView:
         lengths = template.lengths_m if template else {}
         driven = tuple(segment.id not in lengths if lengths else segment.label in PLAIN_LABELS for segment in segments)
         rows = tuple(
-            Row(segment.id, plain(segment.label or segment.id), lengths.get(segment.id, math.nan))
+            LineRow(segment.id, plain(segment.label or segment.id), lengths.get(segment.id, math.nan))
             for segment, transition in zip(segments, driven, strict=True)
             if not transition
         )
@@ -110,14 +110,14 @@ class PathView:
 
 
 @dataclass(frozen=True, eq=False)
-class Job:
+class JobView:
     """A template and, once it is planned, the path for it."""
 
     template: TemplateView | None = None
     path: PathView | None = None
 
 
-NOTHING = Job()
+NOTHING = JobView()
 
 
 def sample(curves: list[Curve]) -> Polyline:

@@ -17,7 +17,7 @@ from textual.scroll_view import ScrollView
 from textual.strip import Strip
 
 from touchline.tui import format, theme
-from touchline.tui.event_log import INFO, Entry, EventLog
+from touchline.tui.event_log import INFO, Entry, OperatorLog
 
 ROOMY = 64
 """From this width on there is room for who says it."""
@@ -71,7 +71,7 @@ class LogView(ScrollView, can_focus=True):
         """An empty log."""
         super().__init__(id=id)
         self.border_title = "Events"
-        self._events = EventLog()
+        self._events = OperatorLog()
         self._revision = self._total = self._width = 0
         self._blocks: list[Block] = []
         self._firsts: list[int] = []
@@ -83,7 +83,7 @@ class LogView(ScrollView, can_focus=True):
         """All rows of text."""
         return [row for shown in self._blocks for row in shown.rows]
 
-    def show(self, log: EventLog) -> None:
+    def show(self, log: OperatorLog) -> None:
         """Take in what is new; a repeat of the last entry counts there."""
         self._events = log
         if log.revision == self._revision or not self._width:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from touchline.schemas.vehicle import Vehicle
 from touchline.tui import format
 from touchline.tui.raster import BRAILLE_BASE, EMPTY, GrowingLayer, Polyline, draw
-from touchline.tui.robot import Pose
+from touchline.tui.robot import ShownPose
 from touchline.tui.viewport import DOTS_Y, Viewport
 
 ARROWS = "→↗↑↖←↙↓↘"
@@ -46,7 +46,7 @@ class Ink(IntEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
+class MapScene:
     """What there is to draw. A revision that changes says that a line is another one; growth alone does not."""
 
     template: Polyline = EMPTY
@@ -60,7 +60,7 @@ class Scene:
     paint: Polyline = EMPTY
     paint_revision: int = 0
     vehicle: Vehicle = field(default_factory=Vehicle)
-    robot: Pose | None = None
+    robot: ShownPose | None = None
     stopped: bool = False
     spraying: bool = False
 
@@ -89,7 +89,7 @@ class MapRaster:
         self._path, self._axle_path = GrowingLayer(), GrowingLayer()
         self._template, self._current, self._paint = GrowingLayer(), GrowingLayer(), GrowingLayer()
 
-    def compose(self, view: Viewport, scene: Scene) -> Cells:
+    def compose(self, view: Viewport, scene: MapScene) -> Cells:
         """Draw a scene."""
         self._path.update(view, scene.path, scene.path_revision)
         axle_path = scene.axle_path if view.dot_m <= AXLE_PATH_DOT_M else EMPTY
@@ -130,7 +130,7 @@ class MapRaster:
         bits[free] = self._grid.bits[free]
         inks[free] = Ink.GRID
 
-    def _draw_robot(self, view: Viewport, scene: Scene, pose: Pose, bits: Bits, cells: Cells) -> None:
+    def _draw_robot(self, view: Viewport, scene: MapScene, pose: ShownPose, bits: Bits, cells: Cells) -> None:
         cos, sin = math.cos(pose.heading_rad), math.sin(pose.heading_rad)
         octant = round(pose.heading_rad / (math.pi / 4)) % 8
         ink = Ink.ROBOT_STOPPED if scene.stopped else Ink.ROBOT
@@ -198,13 +198,13 @@ def _put(cells: Cells, at: tuple[int, int], character: str, ink: Ink) -> None:
     cells.inks[row, column] = ink
 
 
-def _outline(vehicle: Vehicle, pose: Pose, cos: float, sin: float) -> Polyline:
+def _outline(vehicle: Vehicle, pose: ShownPose, cos: float, sin: float) -> Polyline:
     """The body as seen from above."""
     x, y = np.array([*vehicle.footprint_m, vehicle.footprint_m[0]]).T
     return Polyline(pose.x_m + cos * x - sin * y, pose.y_m + sin * x + cos * y, np.arange(len(x)) > 0)
 
 
-def _edge(view: Viewport, pose: Pose) -> tuple[tuple[int, int], str]:
+def _edge(view: Viewport, pose: ShownPose) -> tuple[tuple[int, int], str]:
     """The cell at the border nearest to a robot out of view, and a mark that points to it."""
     x, y = np.array([pose.x_m]), np.array([pose.y_m])
     u, v = (float(axis[0]) for axis in view.to_dots(x, y))

@@ -17,7 +17,7 @@ from textual.widget import Widget
 from touchline.schemas.messages.touchline import TraversalStatus
 from touchline.schemas.plain_text import plain
 from touchline.tui import theme
-from touchline.tui.map_raster import Cells, Ink, MapRaster, Scene
+from touchline.tui.map_raster import Cells, Ink, MapRaster, MapScene
 from touchline.tui.raster import EMPTY
 from touchline.tui.state import ConsoleState
 from touchline.tui.viewport import Viewport
@@ -81,7 +81,7 @@ class MapView(Widget, can_focus=True):
         self.view = Viewport(1, 1, dot_m=0.5)
         self.follow = False
         self._fitted = True
-        self._scene = Scene()
+        self._scene = MapScene()
         self._seen: tuple[object, object] = (None, None)
         self._raster = MapRaster()
         self._cells: Cells | None = None
@@ -119,7 +119,7 @@ class MapView(Widget, can_focus=True):
             self._show_title()
             self.refresh()
 
-    def _scene_of(self, state: ConsoleState) -> Scene:
+    def _scene_of(self, state: ConsoleState) -> MapScene:
         template, path, status = state.template, state.path, state.robot.status
         current, paints = EMPTY, False
         if state.busy and status:
@@ -128,7 +128,7 @@ class MapView(Widget, can_focus=True):
                 current = template.lines[status.segment_id]
             elif path and status.segment_index < len(path.lines):
                 current = path.lines[status.segment_index]
-        return Scene(
+        return MapScene(
             template=template.line if template else EMPTY,
             template_revision=id(template),
             path=path.transitions if path else EMPTY,

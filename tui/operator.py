@@ -16,7 +16,7 @@ from touchline.schemas.template import Template
 from touchline.tui import format, orders
 from touchline.tui.event_log import ERROR, INFO, WARN
 from touchline.tui.order_book import ESTOP_TRIES, Change, Phase
-from touchline.tui.orders import Order, Outcome, Tried
+from touchline.tui.orders import Order, OrderOutcome, Tried
 from touchline.tui.state import ConsoleState
 
 WITHDRAWN_AFTER_S = 0.5
@@ -25,7 +25,7 @@ PAUSE_TOLD_S = 1.0
 """How long the status may take to tell of a pause."""
 
 
-class Sender(Protocol):
+class OrderSender(Protocol):
     """Whatever sends an order."""
 
     def send(self, order: Order) -> None:
@@ -40,7 +40,7 @@ class Sender(Protocol):
 class Operator:
     """The operator's hand: every order goes out through here, and every outcome comes back here."""
 
-    def __init__(self, state: ConsoleState, sender: Sender, say: Callable[[int, str], None], session: str) -> None:
+    def __init__(self, state: ConsoleState, sender: OrderSender, say: Callable[[int, str], None], session: str) -> None:
         """`say(severity, text)` tells the operator; `session` sets this console's request ids apart from all others.
 
         They must differ from those of an earlier console, whose answers the services still remember.
@@ -179,7 +179,7 @@ class Operator:
             text = f"Emergency stop NOT ACKNOWLEDGED after {ESTOP_TRIES} tries: it is repeated until it is"
             self.state.note(ERROR, "console", text)
 
-    def done(self, outcome: Outcome) -> bool:
+    def done(self, outcome: OrderOutcome) -> bool:
         """Take in what came of an order and say so; False if it was not carried out or its answer makes no sense."""
         if outcome.order.name == "estop":
             return self._stop_answered(outcome)
@@ -190,7 +190,7 @@ class Operator:
                 self.set_speed(wanted)
         return done
 
-    def _answered(self, outcome: Outcome) -> bool:
+    def _answered(self, outcome: OrderOutcome) -> bool:
         title = outcome.order.title
         if isinstance(outcome.order.request, PlanRequest):
             self.state.plan_done(outcome.order.request_id)
@@ -205,13 +205,13 @@ class Operator:
         severity = WARN if outcome.order.name == "abort" else INFO
         return self._last_word(outcome, severity, f"{title}: {text or 'done'}", accepted=True)
 
-    def _last_word(self, outcome: Outcome, severity: int, text: str, *, accepted: bool = False) -> bool:
+    def _last_word(self, outcome: OrderOutcome, severity: int, text: str, *, accepted: bool = False) -> bool:
         text, now_s = plain(text), self.state.now_s
         self.state.orders.done(outcome.order.name, accepted=accepted, severity=severity, text=text, now_s=now_s)
         self.state.note(severity, "console", text)
         return accepted
 
-    def _stop_answered(self, outcome: Outcome) -> bool:
+    def _stop_answered(self, outcome: OrderOutcome) -> bool:
         """An answer is noted, but ends nothing: only the robot's status does."""
         if outcome.failure:
             return False
@@ -221,7 +221,7 @@ class Operator:
             self.state.note(severity, "console", f"Emergency stop{'' if outcome.ok else ' REFUSED'}: {outcome.reason}")
         return outcome.ok
 
-    def _take_over(self, outcome: Outcome) -> str:
+    def _take_over(self, outcome: OrderOutcome) -> str:
         """Change the state as the order did the world; what to say about it."""
         request, response = outcome.order.request, outcome.response
         if isinstance(request, PlanRequest):

@@ -42,7 +42,7 @@ class Change(Enum):
 
 
 @dataclass(frozen=True)
-class Line:
+class OrderLine:
     """What is shown of the orders: how grave it is, and whether it is about an emergency stop still to be heard."""
 
     severity: int
@@ -113,17 +113,17 @@ class StopLatch:
         self.phase = Phase.OFF
         self.changes.clear()
 
-    def line(self, now_s: float, state: str) -> Line | None:
+    def line(self, now_s: float, state: str) -> OrderLine | None:
         """How it stands; `state` is the robot's as shown, "" when none is there."""
         if self.phase is Phase.HELD:
-            return Line(ERROR, "E-STOP ACCEPTED")
+            return OrderLine(ERROR, "E-STOP ACCEPTED")
         if self.phase is Phase.OFF:
             return None
         if self.answer and state and now_s - self._answered_s > DOUBT_S:
-            return Line(ERROR, f"E-STOP ANSWERED BUT {state} – repeating ({self.tries})", loud=True)
+            return OrderLine(ERROR, f"E-STOP ANSWERED BUT {state} – repeating ({self.tries})", loud=True)
         if self.tries <= ESTOP_TRIES:
-            return Line(ERROR, f"E-STOP SENT {max(self.tries, 1)}/{ESTOP_TRIES}", loud=True)
-        return Line(ERROR, f"E-STOP NOT ACKNOWLEDGED – repeating ({self.tries})", loud=True)
+            return OrderLine(ERROR, f"E-STOP SENT {max(self.tries, 1)}/{ESTOP_TRIES}", loud=True)
+        return OrderLine(ERROR, f"E-STOP NOT ACKNOWLEDGED – repeating ({self.tries})", loud=True)
 
 
 @dataclass
@@ -135,14 +135,14 @@ class Placed:
     most: int
     at_s: float
     tries: int = 1
-    word: Line | None = None
+    word: OrderLine | None = None
     accepted: bool = False
 
-    def line(self) -> Line:
+    def line(self) -> OrderLine:
         """How it stands."""
         if self.word is not None:
             return self.word
-        return Line(INFO, f"{self.title} sent {self.tries}/{self.most}" if self.most > 1 else f"{self.title} sent")
+        return OrderLine(INFO, f"{self.title} sent {self.tries}/{self.most}" if self.most > 1 else f"{self.title} sent")
 
 
 @dataclass
@@ -151,7 +151,7 @@ class OrderBook:
 
     stop: StopLatch = field(default_factory=StopLatch)
     _orders: dict[str, Placed] = field(default_factory=dict)
-    _said: tuple[Line, float] | None = None
+    _said: tuple[OrderLine, float] | None = None
 
     def place(self, name: str, title: str, most: int, now_s: float) -> None:
         """An order goes out; it is sent up to `most` times."""
@@ -170,25 +170,25 @@ class OrderBook:
         """The last word on an order."""
         order = self._orders.get(name)
         if order is not None:
-            order.word, order.accepted, order.at_s = Line(severity, text), accepted, now_s
+            order.word, order.accepted, order.at_s = OrderLine(severity, text), accepted, now_s
 
     def say(self, severity: int, text: str, now_s: float) -> None:
         """Something about an order that was not sent."""
-        self._said = Line(severity, text), now_s
+        self._said = OrderLine(severity, text), now_s
 
     def accepted_within(self, name: str, seconds: float, now_s: float) -> bool:
         """Whether the last order of this name was accepted so recently that the status may not tell of it yet."""
         order = self._orders.get(name)
         return order is not None and order.accepted and now_s - order.at_s <= seconds
 
-    def line(self, now_s: float, state: str, *, running: bool) -> Line | None:
+    def line(self, now_s: float, state: str, *, running: bool) -> OrderLine | None:
         """The one line on the orders: the emergency stop first, then a stop under way, then the latest."""
         stop, other = self.stop.line(now_s, state), self._other(now_s, running)
         if stop is None or stop.loud or other is None:
             return stop or other
-        return Line(max(stop.severity, other.severity), f"{stop.text}   {other.text}")
+        return OrderLine(max(stop.severity, other.severity), f"{stop.text}   {other.text}")
 
-    def _other(self, now_s: float, running: bool) -> Line | None:
+    def _other(self, now_s: float, running: bool) -> OrderLine | None:
         orders = sorted(self._orders.values(), key=lambda order: order.at_s)
         for order in orders:
             if order.word is None and order.name in STOPPING:
@@ -199,7 +199,7 @@ class OrderBook:
         fresh = [(at_s, line) for at_s, line in lines if at_s in under_way or now_s - at_s <= SHOWN_S[line.severity]]
         return sorted(fresh, key=lambda entry: entry[0])[-1][1] if fresh else None
 
-    def _doubted(self, order: Placed, now_s: float, running: bool) -> Line:
+    def _doubted(self, order: Placed, now_s: float, running: bool) -> OrderLine:
         if order.name in STOPPING and order.accepted and running and now_s - order.at_s > DOUBT_S:
-            return Line(ERROR, f"{order.title} ANSWERED, BUT THE ROBOT SAYS RUNNING")
+            return OrderLine(ERROR, f"{order.title} ANSWERED, BUT THE ROBOT SAYS RUNNING")
         return order.line()

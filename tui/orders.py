@@ -73,7 +73,7 @@ class Tried:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class OrderOutcome:
     """What came of an order, or of one try of an emergency stop: the answer, or the reason why there is none."""
 
     order: Order

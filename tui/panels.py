@@ -12,9 +12,9 @@ from touchline.schemas import topics
 from touchline.schemas.messages.touchline import GnssStatus, TraversalStatus
 from touchline.schemas.plain_text import plain
 from touchline.schemas.supplies import times
-from touchline.tui import format, supplies, theme
+from touchline.tui import format, supply_check, theme
 from touchline.tui.alerts import LOW_BATTERY, remedy
-from touchline.tui.health import Freshness, silence
+from touchline.tui.node_health import Freshness, silence
 from touchline.tui.order_book import Phase
 from touchline.tui.state import ConsoleState
 
@@ -196,7 +196,7 @@ def _plan_lines(state: ConsoleState) -> list[Content]:
 
 def _needs_lines(state: ConsoleState) -> list[Content]:
     """What the job needs, against what the robot has, and what that means."""
-    needs, report = supplies.of_job(state), state.path.report if state.path else None
+    needs, report = supply_check.of_job(state), state.path.report if state.path else None
     lines: list[Content] = []
     for supply, thing, unit, digits, verb in (
         (needs.paint, "tank", "L", 1, "refill"),

@@ -25,7 +25,7 @@ HALTED_STATES = (TraversalStatus.PAUSED, TraversalStatus.ESTOPPED, TraversalStat
 
 
 @dataclass(frozen=True)
-class Pose:
+class ShownPose:
     """The robot's axle centre in the map frame: metres, radians."""
 
     x_m: float
@@ -38,7 +38,7 @@ class Robot:
     """The latest of everything; a restarted robot begins with an empty one."""
 
     sim_time_s: float | None = None
-    pose: Pose | None = None
+    pose: ShownPose | None = None
     status: TraversalStatus | None = None
     truth: TrueCoverage | None = None
     """What is really painted; only an emulated robot tells it."""
@@ -74,7 +74,7 @@ class Robot:
         position, q = message.pose.pose.position, message.pose.pose.orientation
         heading = math.atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z))
         if all(map(math.isfinite, (position.x, position.y, heading))):
-            self.pose = Pose(position.x, position.y, heading)
+            self.pose = ShownPose(position.x, position.y, heading)
 
     def _status(self, message: TraversalStatus) -> None:
         before = self.status.state if self.status else None

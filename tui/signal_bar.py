@@ -8,7 +8,7 @@ from touchline.schemas.messages.touchline import TraversalStatus
 from touchline.tui import theme
 from touchline.tui.alerts import alerts
 from touchline.tui.event_log import INFO
-from touchline.tui.order_book import Line
+from touchline.tui.order_book import OrderLine
 from touchline.tui.panels import LinesPanel
 from touchline.tui.state import ConsoleState
 
@@ -31,11 +31,11 @@ def _orders(state: ConsoleState, width: int) -> Content:
     return Content.styled(text.ljust(width), _style(line))
 
 
-def _mark(line: Line) -> str:
+def _mark(line: OrderLine) -> str:
     return theme.SEVERITIES[line.severity].mark
 
 
-def _style(line: Line) -> str:
+def _style(line: OrderLine) -> str:
     if line.loud:
         return f"bold {theme.WHITE} on {theme.STOP}"
     return theme.INK if line.severity == INFO else f"bold {theme.SEVERITIES[line.severity].color}"

@@ -21,9 +21,9 @@ from touchline.schemas.template import Template
 from touchline.schemas.topics import Topic
 from touchline.schemas.vehicle import Vehicle
 from touchline.tui import robot as robot_model
-from touchline.tui.event_log import ERROR, INFO, WARN, EventLog
-from touchline.tui.health import Freshness, Node, take_report
-from touchline.tui.job import NOTHING, Job, PathView, Row, TemplateView
+from touchline.tui.event_log import ERROR, INFO, WARN, OperatorLog
+from touchline.tui.job import NOTHING, JobView, LineRow, PathView, TemplateView
+from touchline.tui.node_health import Freshness, Node, take_report
 from touchline.tui.order_book import OrderBook
 from touchline.tui.paint_track import PaintTrack
 from touchline.tui.protocol import Incoming, Lost, NodeChanged, PaintFetched, Received, Rejected
@@ -49,10 +49,10 @@ class ConsoleState:
     robot: Robot = field(default_factory=Robot)
     nodes: dict[str, Node] = field(default_factory=lambda: {name: Node(name) for name in EXPECTED_NODES})
     paint: PaintTrack = field(default_factory=PaintTrack)
-    log: EventLog = field(default_factory=EventLog)
+    log: OperatorLog = field(default_factory=OperatorLog)
     orders: OrderBook = field(default_factory=OrderBook)
-    draft: Job = NOTHING
-    loaded: Job = NOTHING
+    draft: JobView = NOTHING
+    loaded: JobView = NOTHING
     progress: Progress | None = None
     plan_request: str = ""
     lost: int = 0
@@ -123,7 +123,7 @@ class ConsoleState:
         return factor if self.now_s - set_s < SPEED_TOLD_S else self.nodes[topics.ROBOT_SIM].number("speed_factor")
 
     @property
-    def job(self) -> Job:
+    def job(self) -> JobView:
         """The job in view."""
         return self.loaded if self.busy or self.draft is NOTHING else self.draft
 
@@ -144,7 +144,7 @@ class ConsoleState:
         return self.job is self.loaded and self.loaded.path is not None and not idle
 
     @property
-    def rows(self) -> tuple[Row, ...]:
+    def rows(self) -> tuple[LineRow, ...]:
         """The segments to paint, in path order if there is a path."""
         if self.path:
             return self.path.rows
@@ -239,7 +239,7 @@ class ConsoleState:
 
     def choose_template(self, template: Template, text: str) -> None:
         """Begin to prepare a job."""
-        self.draft = Job(TemplateView.of(template, text))
+        self.draft = JobView(TemplateView.of(template, text))
 
     def plan_done(self, request_id: str) -> None:
         """A request to plan is answered: what is still on its way of its progress comes too late."""
@@ -248,7 +248,7 @@ class ConsoleState:
 
     def planned(self, trajectory: Trajectory, report: PlanReport) -> None:
         """Take a plan for the template in view. Raises ValueError when it makes no sense."""
-        self.draft = Job(self.template, PathView.of(trajectory, self.template, report))
+        self.draft = JobView(self.template, PathView.of(trajectory, self.template, report))
 
     def handed_over(self) -> None:
         """The robot has taken the job in view."""
@@ -271,13 +271,13 @@ class ConsoleState:
             template = known if known and known.template == parsed else TemplateView.of(parsed, message.data)
         if path is not None and template is not self.loaded.template:
             path = PathView.of(path.trajectory, template, path.report)
-        self.loaded = Job(template, path)
+        self.loaded = JobView(template, path)
 
     def _plan(self, message: Trajectory) -> None:
         path = self.loaded.path
         if path is None or path.trajectory != message:
             path = PathView.of(message, self.loaded.template)
-        self.loaded = Job(self.loaded.template, path)
+        self.loaded = JobView(self.loaded.template, path)
         self.paint.request_fetch()
 
     def _setup(self, message: String) -> None:

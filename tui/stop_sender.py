@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from touchline.tui.orders import Order, Outcome, Tried
+from touchline.tui.orders import Order, OrderOutcome, Tried
 from touchline.tui.protocol import CallFailed, Link
 
 EVERY_S = 0.5
@@ -27,7 +27,7 @@ class _Stop:
 class StopSender:
     """Every try has a thread of its own: one that waits for its answer never holds the next one up."""
 
-    def __init__(self, link: Link, deliver: Callable[[Tried | Outcome], object]) -> None:
+    def __init__(self, link: Link, deliver: Callable[[Tried | OrderOutcome], object]) -> None:
         """`deliver` is called from the tries' threads."""
         self._link, self._deliver = link, deliver
         self._lock = threading.Lock()
@@ -73,7 +73,7 @@ class StopSender:
         order = stop.order
         self._deliver(Tried(order, tries))
         try:
-            outcome = Outcome(order, self._link.call(order.service, order.request, order.timeout_s))
+            outcome = OrderOutcome(order, self._link.call(order.service, order.request, order.timeout_s))
         except CallFailed as error:
-            outcome = Outcome(order, failure=str(error))
+            outcome = OrderOutcome(order, failure=str(error))
         self._deliver(outcome)

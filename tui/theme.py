@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from textual.theme import Theme
 
 from touchline.schemas.messages.touchline import GnssStatus, TraversalStatus
-from touchline.tui.health import Freshness
+from touchline.tui.node_health import Freshness
 
 BLACK = "#0b100e"
 SURFACE = "#111a16"

@@ -8,7 +8,7 @@ from pydantic import ValidationError
 
 from touchline.schemas.errors import SpecError
 from touchline.schemas.fields.american_football import AmericanFootball, american_football
-from touchline.schemas.fields.athletics import Track, athletics_track
+from touchline.schemas.fields.athletics import AthleticsTrack, athletics_track
 from touchline.schemas.fields.baseball import Baseball, baseball
 from touchline.schemas.fields.basketball import Basketball, basketball
 from touchline.schemas.fields.field_hockey import FieldHockey, field_hockey
@@ -83,7 +83,7 @@ FIELDS: dict[str, Field] = {
     name: Field(name, kind, draw)
     for name, kind, draw in (
         ("american-football", AmericanFootball, american_football),
-        ("athletics-400", Track, athletics_track),
+        ("athletics-400", AthleticsTrack, athletics_track),
         ("baseball-infield", Baseball, baseball),
         ("basketball", Basketball, basketball),
         ("field-hockey", FieldHockey, field_hockey),

@@ -14,7 +14,7 @@ RUN_KERB_M, RUN_LINE_M = 0.30, 0.20
 SPRINTS_M, START_AREA_M, RUN_OUT_M = (100.0, 110.0), 3.0, 17.0
 
 
-class Track(Parameters):
+class AthleticsTrack(Parameters):
     """Rules TR14 and TR15; the straights follow from the radius, so that lane 1 is 400 m long."""
 
     lanes: Annotated[int, Field(ge=4, le=9, description="lanes of the oval and of the home straight")] = 8
@@ -24,7 +24,7 @@ class Track(Parameters):
     start_lines: Annotated[bool, Field(description="100, 110, 200 and 400 m start lines and the finish")] = True
 
 
-def athletics_track(p: Track) -> Template:
+def athletics_track(p: AthleticsTrack) -> Template:
     """Lane lines from the inside out, then the home straight's extension, then finish and starts."""
     sheet = Sheet(LINE_M)
     straight = straight_m(p)
@@ -51,17 +51,17 @@ def athletics_track(p: Track) -> Template:
     return sheet.template("athletics-400", title, source)
 
 
-def straight_m(p: Track) -> float:
+def straight_m(p: AthleticsTrack) -> float:
     """Length of a straight: what the two bends at the running line of lane 1 leave of 400 m, to the centimetre."""
     return round((LAP_M - 2 * math.pi * (p.radius + RUN_KERB_M)) / 2, 2)
 
 
-def stagger_m(p: Track, lane: int, bends: int) -> float:
+def stagger_m(p: AthleticsTrack, lane: int, bends: int) -> float:
     """How much further a lane runs than lane 1 over so many bends, m."""
     return bends * math.pi * (run_radius_m(p, lane) - run_radius_m(p, 1))
 
 
-def run_radius_m(p: Track, lane: int) -> float:
+def run_radius_m(p: AthleticsTrack, lane: int) -> float:
     """Radius of a lane's running line in the bends, m."""
     return p.radius + (lane - 1) * p.lane_width + (RUN_KERB_M if lane == 1 else RUN_LINE_M)
 
@@ -75,7 +75,7 @@ def _oval(sheet: Sheet, name: str, label: str, radius: float, straight: float) -
     sheet.arc(f"{name}-east", f"{label}, east bend", (x, radius), (x, 0.0), -math.pi)
 
 
-def _home_straight(sheet: Sheet, p: Track, straight: float) -> None:
+def _home_straight(sheet: Sheet, p: AthleticsTrack, straight: float) -> None:
     x, start = straight / 2, straight / 2 - SPRINTS_M[-1] - START_AREA_M
     for part, (near, far) in {"run-out": (x, x + RUN_OUT_M), "sprint": (-x, start)}.items():
         for lane in range(p.lanes + 1):
@@ -87,7 +87,7 @@ def _home_straight(sheet: Sheet, p: Track, straight: float) -> None:
             sheet.line(f"{part}-{lane}", f"Home straight, {part}, line {lane}", *ends)
 
 
-def _starts(sheet: Sheet, p: Track, straight: float) -> None:
+def _starts(sheet: Sheet, p: AthleticsTrack, straight: float) -> None:
     finish, half = straight / 2, sheet.half
     inner, outer = -p.radius, -(p.radius + p.lanes * p.lane_width)
     sheet.line("finish-line", "Finish line", (finish + half, inner), (finish + half, outer))
@@ -101,7 +101,7 @@ def _starts(sheet: Sheet, p: Track, straight: float) -> None:
             _start(sheet, p, f"{distance}", lane, (center, turned), ahead + half)
 
 
-def _start(sheet: Sheet, p: Track, distance: str, lane: int, bend: tuple[float, float], ahead: float) -> None:
+def _start(sheet: Sheet, p: AthleticsTrack, distance: str, lane: int, bend: tuple[float, float], ahead: float) -> None:
     """One lane's start line, ``ahead`` along its running line from the beginning of a bend (centre x, polar angle)."""
     center, angle = bend[0], bend[1] + ahead / run_radius_m(p, lane)
     inner = p.radius + (lane - 1) * p.lane_width

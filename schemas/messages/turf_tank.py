@@ -35,7 +35,7 @@ class Arc(Message):
     sweep_angle: float = 0.0
 
 
-class Curve(Message):
+class CurveMessage(Message):
     """A line or an arc."""
 
     ros_type: ClassVar[str] = "tt_geometry_msgs/msg/Curve"
@@ -60,7 +60,7 @@ class Segment(Message):
     ros_type: ClassVar[str] = "tt_trajectory_msgs/msg/Segment"
     id: str = ""
     label: str = ""
-    curve: Curve = Curve()
+    curve: CurveMessage = CurveMessage()
     direction: LinearDirection = LinearDirection()
 
 

@@ -10,7 +10,7 @@ from touchline.services.bridge.channels import present_path, recorded_paths, top
 from touchline.services.bridge.differences import unequal_fields
 from touchline.services.bridge.output import RecordingError
 from touchline.services.bridge.reader import RecordingReader
-from touchline.services.bridge.recorded import Kind, Recorded
+from touchline.services.bridge.recorded import Recorded, RecordingKind
 from touchline.services.bridge.schema_change import SchemaChange, schema_change
 
 #: Differences kept per topic; the rest is only counted.
@@ -177,7 +177,7 @@ class _Topic:
         topic = topic_at(name)
         self._tolerance = topic.tolerance if topic else 0.0
         self._sides = sides
-        self._changes: dict[tuple[Kind, Kind], SchemaChange] = {}
+        self._changes: dict[tuple[RecordingKind, RecordingKind], SchemaChange] = {}
 
     def compare_decided(self, shift_ns: int) -> int:
         """Compare what belongs together as far as that is certain; returns the bytes that wait no longer."""
@@ -217,7 +217,7 @@ class _Topic:
             time_s = left.publish_time_ns / 1e9
             found.first.append(Difference(index, time_s, worst.field, worst.left, worst.right, worst.unit))
 
-    def _change(self, left: Kind, right: Kind) -> SchemaChange:
+    def _change(self, left: RecordingKind, right: RecordingKind) -> SchemaChange:
         known = self._changes.get((left, right))
         if known is None:
             known = self._changes[left, right] = schema_change(left, right, self._sides)

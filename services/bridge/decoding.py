@@ -16,7 +16,7 @@ from touchline.schemas.cdr import full_definition, typestore
 from touchline.schemas.errors import PayloadError
 from touchline.schemas.messages.base import Message
 from touchline.schemas.topics import TOPICS
-from touchline.services.bridge.recorded import Damage, Kind, Recorded
+from touchline.services.bridge.recorded import Damage, Recorded, RecordingKind
 
 M = TypeVar("M", bound=Message)
 Decode = Callable[[bytes], object]
@@ -37,7 +37,7 @@ def fields_of(node: object) -> Mapping[str, object] | None:
 
 
 @cache
-def decoder(kind: Kind) -> Decode | None:
+def decoder(kind: RecordingKind) -> Decode | None:
     """What makes a tree of a payload of that kind, raising :class:`Damage` if it cannot; None if nothing here does."""
     if kind.encoding == "json":
         return _from_json
@@ -74,7 +74,7 @@ def as_message(form: type[M], message: Recorded) -> M:
 
 
 @cache
-def layout(kind: Kind) -> dict[str, str] | None:
+def layout(kind: RecordingKind) -> dict[str, str] | None:
     """Types of all fields of that kind by their path (``pose.position.x``), in order; None if they are not known."""
     store = _store(kind)
     return None if store is None else dict(_flat(store.fielddefs, full_name(kind.type), "", _DEEPEST))
@@ -110,7 +110,7 @@ def _ours() -> dict[str, str]:
     return {topic.type.ros_type: full_definition(topic.type) for topic in TOPICS}
 
 
-def _store(kind: Kind) -> Typestore | None:
+def _store(kind: RecordingKind) -> Typestore | None:
     """The types that a payload of that kind is made of; None if they are not known."""
     name = full_name(kind.type)
     if not kind.schema or kind.schema == _ours().get(name):

@@ -17,7 +17,7 @@ from mcap.records import Header as FileHeader
 from mcap.writer import MCAP0_MAGIC
 
 from touchline.services.bridge.output import RecordingError
-from touchline.services.bridge.recorded import NO_END, Damage, Kind, Loss, Recorded, Summary
+from touchline.services.bridge.recorded import NO_END, Damage, Loss, Recorded, RecordingKind, Summary
 from touchline.services.bridge.unpack import LARGEST_CHUNK_BYTES, unpacked
 
 R = TypeVar("R", FileHeader, Footer, Metadata, Chunk, Schema, Channel)
@@ -68,7 +68,7 @@ class McapFile:
         self._size_bytes = size_bytes
         self._summary = summary
         self._schemas: dict[int, Schema] = {}
-        self._channels: dict[int, tuple[str, Kind]] = {}
+        self._channels: dict[int, tuple[str, RecordingKind]] = {}
         self._unknown: Counter[int] = Counter()
         self._summary_searched = False
         self._complete = False
@@ -257,10 +257,10 @@ class McapFile:
         if len(channel.topic) > LONGEST_NAME:
             raise Damage(f"a topic's name of {len(channel.topic):,} characters; at most {LONGEST_NAME:,} are read")
         schema_of = self._schemas.get(channel.schema_id)
-        kind = Kind(channel.message_encoding)
+        kind = RecordingKind(channel.message_encoding)
         if schema_of is not None:
             text = schema_of.data.decode(errors="backslashreplace")
-            kind = Kind(channel.message_encoding, schema_of.name, schema_of.encoding, text)
+            kind = RecordingKind(channel.message_encoding, schema_of.name, schema_of.encoding, text)
         self._channels[channel.id] = channel.topic, kind
         self._summary.define(channel.topic, kind, dict(channel.metadata))
 
@@ -291,7 +291,7 @@ class McapFile:
         self._summary.count(name, log_time_ns, len(payload))
         return (Recorded(name, log_time_ns, publish_time_ns, sequence, payload, kind),)
 
-    def _channel_of_summary(self, channel: int) -> tuple[str, Kind] | None:
+    def _channel_of_summary(self, channel: int) -> tuple[str, RecordingKind] | None:
         """A channel whose own record is lost, from those repeated at the end of a whole file."""
         if not self._summary_searched:
             self._summary_searched = True

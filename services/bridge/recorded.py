@@ -17,7 +17,7 @@ class Damage(ValueError):
 
 
 @dataclass(frozen=True)
-class Kind:
+class RecordingKind:
     """How the payloads of a channel are to be read.
 
     Attributes:
@@ -50,7 +50,7 @@ class Recorded(NamedTuple):
     publish_time_ns: int
     sequence: int
     payload: bytes
-    kind: Kind
+    kind: RecordingKind
 
 
 @dataclass
@@ -145,7 +145,7 @@ class Summary:
         elif (last := self.losses[-1]).messages is not None:
             last.messages += loss.messages
 
-    def define(self, topic: str, kind: Kind, metadata: dict[str, str]) -> None:
+    def define(self, topic: str, kind: RecordingKind, metadata: dict[str, str]) -> None:
         """Take up a topic, unless it is known."""
         self.topics.setdefault(topic, TopicSummary(kind.type, kind.schema, metadata))
 

@@ -8,7 +8,7 @@ from touchline.schemas.topics import Topic
 from touchline.schemas.wellformed import Wellformed
 from touchline.services.bridge.channels import schema_text, topic_at
 from touchline.services.bridge.reader import RecordingReader
-from touchline.services.bridge.recorded import Kind
+from touchline.services.bridge.recorded import RecordingKind
 from touchline.services.bridge.schema_change import schema_change
 
 #: A log time further back than this is not a late measurement: the recorded clock began anew (a restarted robot).
@@ -48,7 +48,7 @@ class Timeline:
         self.reader = RecordingReader(path)
         self.skipped = 0
         self.reasons: list[str] = []
-        self._topics: dict[tuple[str, Kind], tuple[Topic, Wellformed] | None] = {}
+        self._topics: dict[tuple[str, RecordingKind], tuple[Topic, Wellformed] | None] = {}
 
     def cues(self) -> Iterator[Cue]:
         """The cues, once.
@@ -69,16 +69,16 @@ class Timeline:
                 latest_ns = message.log_time_ns
             yield Cue(elapsed_ns / 1e9, known[0], message.payload)
 
-    def _topic(self, path: str, kind: Kind) -> tuple[Topic, Wellformed] | None:
+    def _topic(self, path: str, kind: RecordingKind) -> tuple[Topic, Wellformed] | None:
         if (path, kind) not in self._topics:
             topic = topic_at(path)
             sendable = topic is not None and self._sendable(path, kind, topic)
             self._topics[path, kind] = (topic, Wellformed(topic.type)) if topic and sendable else None
         return self._topics[path, kind]
 
-    def _sendable(self, path: str, kind: Kind, topic: Topic) -> bool:
+    def _sendable(self, path: str, kind: RecordingKind, topic: Topic) -> bool:
         """Whether what was recorded so is what the bus has now; why not is noted."""
-        now = Kind("cdr", topic.type.ros_type, "ros2msg", schema_text(topic).decode())
+        now = RecordingKind("cdr", topic.type.ros_type, "ros2msg", schema_text(topic).decode())
         change = schema_change(
             replace(kind, schema=kind.schema or now.schema), now, ("the recording", "the topic table")
         )

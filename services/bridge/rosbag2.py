@@ -9,7 +9,7 @@ from typing import Any
 from urllib.parse import quote
 
 from touchline.services.bridge.output import RecordingError
-from touchline.services.bridge.recorded import NO_END, Kind, Loss, Recorded, Summary
+from touchline.services.bridge.recorded import NO_END, Loss, Recorded, RecordingKind, Summary
 
 METADATA = "metadata.yaml"
 SQLITE_MAGIC = b"SQLite format 3\0"
@@ -117,9 +117,9 @@ class SqliteFile:
                 "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions"
             )
             definitions = {str(name): (str(encoding), str(text)) for name, encoding, text in found}
-        self._kinds: dict[str, Kind] = {}
+        self._kinds: dict[str, RecordingKind] = {}
         for name, ros_type, encoding in self._database.execute("SELECT name, type, serialization_format FROM topics"):
-            kind = Kind(str(encoding), str(ros_type), *definitions.get(str(ros_type), ("", "")))
+            kind = RecordingKind(str(encoding), str(ros_type), *definitions.get(str(ros_type), ("", "")))
             self._kinds[str(name)] = kind
             self._summary.define(str(name), kind, {})
 

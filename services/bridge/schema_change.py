@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 from touchline.services.bridge.decoding import full_name, layout
-from touchline.services.bridge.recorded import Kind
+from touchline.services.bridge.recorded import RecordingKind
 
 #: Fields of a schema that are named; the rest is counted.
 _FIELDS_NAMED = 5
@@ -25,7 +25,7 @@ class SchemaChange:
     right_only: frozenset[str] = field(default_factory=frozenset)
 
 
-def schema_change(left: Kind, right: Kind, names: tuple[str, str]) -> SchemaChange:
+def schema_change(left: RecordingKind, right: RecordingKind, names: tuple[str, str]) -> SchemaChange:
     """What is different between two kinds of payload; comments and spaces in a definition make no difference.
 
     Args:

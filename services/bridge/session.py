@@ -12,7 +12,7 @@ from touchline.services.bridge.sequencer import Arrived, Sequencer
 FLUSH_PERIOD_S = 0.5
 
 
-class Inbox(Protocol):
+class SessionInbox(Protocol):
     """Where messages wait; the bus's inbox is one."""
 
     @property
@@ -31,7 +31,7 @@ class RecordingSession:
         inbox: Where what is recorded arrives; it is left when the session is dropped.
     """
 
-    def __init__(self, recorder: Recorder, inbox: Inbox) -> None:
+    def __init__(self, recorder: Recorder, inbox: SessionInbox) -> None:
         self.recorder = recorder
         self._inbox = inbox
         self._sequencer = Sequencer()

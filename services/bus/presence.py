@@ -25,7 +25,7 @@ class Token(NamedTuple):
     instance: str
 
 
-class Change(NamedTuple):
+class PresenceChange(NamedTuple):
     """A process that came (``alive``) or went."""
 
     node: str
@@ -50,9 +50,9 @@ class Presence:
             all_tokens(namespace), handlers.RingChannel(_WAITING), history=True
         )
 
-    def poll(self) -> list[Change]:
+    def poll(self) -> list[PresenceChange]:
         """What changed since the last call; never waits."""
-        changes: list[Change] = []
+        changes: list[PresenceChange] = []
         taken = 0
         while taken < _WAITING and (sample := self._subscriber.try_recv()) is not None:
             taken += 1
@@ -77,15 +77,15 @@ class Presence:
         """Session ids of the processes of this name, as of the last :meth:`poll`."""
         return frozenset(self._instances.get(node, ()))
 
-    def _note(self, token: Token, alive: bool, changes: list[Change]) -> None:
+    def _note(self, token: Token, alive: bool, changes: list[PresenceChange]) -> None:
         instances = self._instances[token.node]
         if alive != (token.instance in instances):
             (instances.add if alive else instances.discard)(token.instance)
-            changes.append(Change(*token, alive))
+            changes.append(PresenceChange(*token, alive))
         if not instances:
             del self._instances[token.node]
 
-    def _finish_count(self, count: "_Count", changes: list[Change]) -> None:
+    def _finish_count(self, count: "_Count", changes: list[PresenceChange]) -> None:
         if not count.poll():
             return
         self._count = None

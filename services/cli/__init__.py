@@ -35,14 +35,14 @@ def main() -> None:
     heard = [number for number in ENDS if signal.getsignal(number) is not signal.SIG_IGN]  # as under nohup
     for number in heard:
         signal.signal(number, lambda number, frame: _leave(number))  # an exception could get lost in an import
-    from touchline.services.cli.commands import run_command
+    from touchline.services.cli.commands import execute
 
     for number in heard:
         signal.signal(number, end)
     sys.unraisablehook = lost
     signal.signal(signal.SIGALRM, lambda _number, frame: end(told[-1], frame))
     try:
-        code = run_command()
+        code = execute()
     except KeyboardInterrupt:
         code = 128 + signal.SIGINT
     except Exception:

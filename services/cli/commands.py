@@ -9,20 +9,20 @@ import typer
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.plain_text import plain_lines
 from touchline.services.cli import (
-    compare,
-    demo,
-    orders,
-    picture,
-    plan,
-    recordings,
-    run,
-    services,
-    simulate,
-    study,
-    sweep,
-    system,
-    templates,
-    vehicle,
+    compare_command,
+    demo_command,
+    order_command,
+    picture_command,
+    plan_command,
+    recording_commands,
+    run_command,
+    service_commands,
+    simulate_command,
+    study_command,
+    sweep_command,
+    system_commands,
+    template_commands,
+    vehicle_commands,
 )
 from touchline.services.cli.groups import in_panel
 from touchline.services.cli.options import ExitCode
@@ -39,11 +39,11 @@ app = typer.Typer(
 )
 #: The order of the help: what belongs together, and what is done first before what is done with it.
 for name, modules in {
-    "Jobs": (demo, plan, run, simulate, sweep, study),
-    "Drawings and robots": (templates, vehicle),
-    "The running system": (system, orders),
-    "Recordings": (recordings, compare, picture),
-    "Processes, each alone": (services,),
+    "Jobs": (demo_command, plan_command, run_command, simulate_command, sweep_command, study_command),
+    "Drawings and robots": (template_commands, vehicle_commands),
+    "The running system": (system_commands, order_command),
+    "Recordings": (recording_commands, compare_command, picture_command),
+    "Processes, each alone": (service_commands,),
 }.items():
     for module in modules:
         module.register(app)
@@ -62,7 +62,7 @@ def touchline(
         raise typer.Exit
 
 
-def run_command() -> int:
+def execute() -> int:
     """Run the command; what a person can mend is told in one line, without a traceback.
 
     Returns:

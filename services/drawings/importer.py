@@ -23,7 +23,7 @@ from touchline.services.drawings.dxf import read_dxf
 from touchline.services.drawings.outline import Edge, Floats, Outline
 from touchline.services.drawings.picture import bounds
 from touchline.services.drawings.repeats import Repeats
-from touchline.services.drawings.strokes import Kind, Strokes
+from touchline.services.drawings.strokes import StrokeKind, Strokes
 from touchline.services.drawings.svg import read_svg
 
 Reader = Callable[[Path, float | None, bool], tuple[list[Outline], list[str]]]
@@ -102,7 +102,7 @@ class _Collected:
     skipped: list[str]
     segments: list[TemplateSegment] = field(default_factory=list)
     areas: list[tuple[Outline, list[Curve]]] = field(default_factory=list)
-    kinds: Counter[Kind] = field(default_factory=Counter)
+    kinds: Counter[StrokeKind] = field(default_factory=Counter)
     drawn: list[Curve] = field(default_factory=list)
     left_out: list[Curve] = field(default_factory=list)
     worst_m: float = 0.0
@@ -117,7 +117,7 @@ class _Collected:
         self.kinds[strokes.kind] += 1
         self.drawn += strokes.drawn
         self.segments += [_segment(outline.name, i, curve) for i, curve in enumerate(strokes.curves, 1)]
-        if strokes.kind is not Kind.DOT:
+        if strokes.kind is not StrokeKind.DOT:
             worst, where = apart_m(strokes.drawn, strokes.curves)
             if worst > self.worst_m:
                 self.worst_m, self.where_m = worst, where
@@ -170,8 +170,8 @@ def import_drawing(path: Path, options: ImportOptions | None = None, progress: P
         farthest_m=(found.where_m[0] + x, found.where_m[1] + y),
         skipped=tuple(found.skipped),
         pieces=pieces,
-        dots=found.kinds[Kind.DOT],
-        doubled=found.kinds[Kind.DOUBLED],
+        dots=found.kinds[StrokeKind.DOT],
+        doubled=found.kinds[StrokeKind.DOUBLED],
         repeated=found.repeats.count,
         drawn=_shifted(found.drawn, x, y),
         left_out=_shifted(found.left_out, x, y),
@@ -192,12 +192,12 @@ def _collected(
         progress(READING + (1.0 - READING) * done / max(every, 1), f"fitting {plain(outline.name, 40)}")
         done += len(outline.pieces)
         strokes = Strokes.of(outline, detail)
-        area = options.fill and outline.filled and outline.closed and strokes.kind is Kind.LINES
+        area = options.fill and outline.filled and outline.closed and strokes.kind is StrokeKind.LINES
         if area:
             found.areas.append((outline, strokes.curves))
         hidden = outline.edge is Edge.NEVER and not options.fill
         repeated = not hidden and detail.feature_m and found.repeats.has(strokes.drawn, detail)
-        if strokes.kind is Kind.SPECK or hidden or repeated:
+        if strokes.kind is StrokeKind.SPECK or hidden or repeated:
             found.leave_out(outline, strokes)
         elif area and outline.edge is not Edge.PAINTED:
             found.drawn += strokes.drawn

@@ -24,7 +24,7 @@ FLAT_M, FLAT_RADIUS_M = 1e-3, 2_000.0
 POINTS, POINTS_SHARE, MOST_POINTS = 65, 0.5, 2_000
 
 
-class Kind(Enum):
+class StrokeKind(Enum):
     """What became of an outline."""
 
     LINES = "lines"
@@ -43,7 +43,7 @@ class Strokes:
         curves: Those that are painted; a speck has none.
     """
 
-    kind: Kind
+    kind: StrokeKind
     drawn: list[Curve]
     curves: list[Curve]
 
@@ -54,12 +54,12 @@ class Strokes:
         exact = {_flattened(piece) for piece in outline.pieces if isinstance(piece, Curve)}
         drawn = [_flattened(curve) for curve in fit_outline(outline, fine)]
         if not drawn:
-            return cls(Kind.SPECK, [], [])
-        kind, curves = Kind.LINES, drawn
+            return cls(StrokeKind.SPECK, [], [])
+        kind, curves = StrokeKind.LINES, drawn
         if detail.feature_m:
             kind, curves = _reduced(drawn, [curve in exact for curve in drawn], outline.closed, detail)
         curves = without_slivers(curves) if curves else []
-        return cls(kind if curves else Kind.SPECK, drawn, curves)
+        return cls(kind if curves else StrokeKind.SPECK, drawn, curves)
 
 
 def _flattened(curve: Curve) -> Curve:
@@ -69,7 +69,7 @@ def _flattened(curve: Curve) -> Curve:
     return Curve.from_line((curve.x_m, curve.y_m), curve.end[:2])
 
 
-def _reduced(drawn: list[Curve], exact: Sequence[bool], closed: bool, detail: Detail) -> tuple[Kind, list[Curve]]:
+def _reduced(drawn: list[Curve], exact: Sequence[bool], closed: bool, detail: Detail) -> tuple[StrokeKind, list[Curve]]:
     start, end = (drawn[0].x_m, drawn[0].y_m), drawn[-1].end[:2]
     length = sum(curve.length_m for curve in drawn)
     if length <= 4 * detail.feature_m:
@@ -77,9 +77,9 @@ def _reduced(drawn: list[Curve], exact: Sequence[bool], closed: bool, detail: De
         axis = _axis(points)
         size = float(np.ptp(points @ axis))
         if size < detail.stray_m:
-            return Kind.SPECK, []
+            return StrokeKind.SPECK, []
         if size < detail.feature_m:
-            return Kind.DOT, [drawn[0]] if len(drawn) == 1 and size >= detail.feature_m / 2 else _dot(
+            return StrokeKind.DOT, [drawn[0]] if len(drawn) == 1 and size >= detail.feature_m / 2 else _dot(
                 points, axis, detail
             )
     gap = float(np.hypot(end[0] - start[0], end[1] - start[1]))
@@ -90,8 +90,8 @@ def _reduced(drawn: list[Curve], exact: Sequence[bool], closed: bool, detail: De
     if closed:
         middle = _middle_line(drawn, length, detail)
         if middle:
-            return Kind.DOUBLED, refit(middle, [False] * len(middle), False, detail)
-    return Kind.LINES, refit(drawn, exact, closed, detail)
+            return StrokeKind.DOUBLED, refit(middle, [False] * len(middle), False, detail)
+    return StrokeKind.LINES, refit(drawn, exact, closed, detail)
 
 
 def _dot(points: Floats, axis: Floats, detail: Detail) -> list[Curve]:

@@ -1,6 +1,6 @@
 """What the robot's own computer does: estimate, follow, execute, keep safe. It sees sensor frames and nothing else."""
 
 from touchline.services.onboard.computer import Onboard
-from touchline.services.onboard.warm_up import straight, warm_up
+from touchline.services.onboard.warm_up_drive import straight, warm_up
 
 __all__ = ["Onboard", "straight", "warm_up"]

@@ -16,7 +16,7 @@ from touchline.services.onboard.control import Follower
 from touchline.services.onboard.estimation import model as m
 from touchline.services.onboard.estimation.sample_buffer import MAG_EVERY_TICKS
 from touchline.services.onboard.executive import failsafe as h
-from touchline.services.onboard.executive.mission import Phase
+from touchline.services.onboard.executive.mission import MissionPhase
 from touchline.services.onboard.interface import Command, GnssSample, ImuSample
 from touchline.services.onboard.trajectory import path_projection as t
 from touchline.services.onboard.trajectory.path import FORWARD
@@ -76,7 +76,7 @@ class Cruise:
         ):
             return False
         driver, sprayer, plan = job.driver, job.sprayer, job.plan
-        along = job._phase is Phase.ALONG and driver.leg.sense == FORWARD and sprayer.owed_from_m is None
+        along = job._phase is MissionPhase.ALONG and driver.leg.sense == FORWARD and sprayer.owed_from_m is None
         worried = self._watch.pose_problem or hazards.emergency or hazards.stop or any(hazards._wheel_s)
         away = hazards._outside_s > 0.0 or hazards._unheard_s > 0.0 or hazards.dry_s > 0.0
         if not along or worried or away or self.follower.can_fail or not intake.imu_tick == intake.encoder_tick == tick:

@@ -11,8 +11,8 @@ from touchline.services.onboard.control import Ask, make_follower, nobody
 from touchline.services.onboard.estimation.filter import Estimator
 from touchline.services.onboard.estimation.report import report
 from touchline.services.onboard.executive.events import EventLog
-from touchline.services.onboard.executive.failsafe import Hazards
-from touchline.services.onboard.executive.localization_monitor import Watch, max_fix_age_s
+from touchline.services.onboard.executive.failsafe import Failsafe
+from touchline.services.onboard.executive.localization_monitor import LocalizationMonitor, max_fix_age_s
 from touchline.services.onboard.executive.traversal import ABORTED_BY_OPERATOR, EMERGENCY_STOP, Course, Traversal
 from touchline.services.onboard.interface import (
     STANDSTILL,
@@ -41,9 +41,9 @@ class Onboard:
     def __init__(self, vehicle: Vehicle, config: OnboardConfig, ask: Ask = nobody) -> None:
         self._log = EventLog()
         self._estimator = Estimator(vehicle, config)
-        self._watch = Watch(self._estimator, max_fix_age_s(config.gnss))
+        self._watch = LocalizationMonitor(self._estimator, max_fix_age_s(config.gnss))
         self._follower = make_follower(config.follower, vehicle, ask)
-        self._hazards = Hazards(vehicle, self._estimator, config.fence.timeout_s)
+        self._hazards = Failsafe(vehicle, self._estimator, config.fence.timeout_s)
         self._traversal = Traversal(
             vehicle, self._follower, self._estimator, self._watch, self._hazards, config.fence, self._log
         )

@@ -8,7 +8,7 @@ Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True)
-class Watch:
+class Budget:
     """Whoever waits: `step` is told the fraction done, `enough` asked whether to stop early with what there is."""
 
     step: Callable[[float], None] = lambda fraction: None
@@ -25,4 +25,4 @@ class Watch:
 
 
 # Nobody waits.
-UNWATCHED = Watch()
+UNWATCHED = Budget()

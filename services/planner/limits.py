@@ -9,7 +9,7 @@ from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.planner.geometry.clothoid import Floats
-from touchline.services.planner.method import method_of
+from touchline.services.planner.method_choice import method_of
 
 # Beyond these a plan would be nonsense (turns of 100 m radius, puddles of paint) rather than merely poor.
 CURVATURE_MIN_1PM = 0.01

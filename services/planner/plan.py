@@ -8,19 +8,19 @@ from touchline.schemas.messages import PlanOptions, PlanReport, Trajectory
 from touchline.schemas.template import Template
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.planner.budget import Progress
-from touchline.services.planner.collision.checker import Yard
-from touchline.services.planner.geometry.clothoid import Floats, Pose
+from touchline.services.planner.collision.checker import CollisionChecker
+from touchline.services.planner.geometry.clothoid import Floats, PathPose
 from touchline.services.planner.limits import Limits
-from touchline.services.planner.method import method_of
+from touchline.services.planner.method_choice import method_of
 from touchline.services.planner.output.measure import measure
 from touchline.services.planner.output.message import trajectory_message
-from touchline.services.planner.route.itinerary import Driver
+from touchline.services.planner.route.itinerary import ItineraryBuilder
 from touchline.services.planner.route.route import route
 from touchline.services.planner.segments.section import Section
-from touchline.services.planner.segments.segments import Sent, send
+from touchline.services.planner.segments.sent_segments import Sent, send
 from touchline.services.planner.sequencing.unavoidable import unavoidable_crossings
 from touchline.services.planner.sequencing.wet import Wheels
-from touchline.services.planner.speed.actuation import Painted, actuation_profile
+from touchline.services.planner.speed.actuation import PaintedStretch, actuation_profile
 from touchline.services.planner.speed.path_grid import course
 from touchline.services.planner.speed.timing import SpeedProfile, Steady, speed_profile
 from touchline.services.planner.swaths.offset import modes
@@ -44,7 +44,7 @@ class Plan:
     report: PlanReport
     sections: list[Section]
     sent: list[Sent]
-    painted: list[Painted]
+    painted: list[PaintedStretch]
     speeds: SpeedProfile
     limits: Limits
 
@@ -72,10 +72,10 @@ def plan(
     painting = Painting.of(vehicle, limits, options)
 
     choices = modes(template.segments, vehicle, limits.curvature_max_1pm, free=ordering(options))
-    driver = Driver(
+    driver = ItineraryBuilder(
         ways,
         painting,
-        Yard.of(template, vehicle),
+        CollisionChecker.of(template, vehicle),
         wheels,
         crossing_cost_s(options),
         start,
@@ -86,7 +86,7 @@ def plan(
     sections = route(drive)
     sent = send(sections, lambda done: progress("cutting into arcs", done))
 
-    painted = [Painted(s.id, s.start_m, s.end_m, s.stroke.actuation) for s in sent if s.stroke]
+    painted = [PaintedStretch(s.id, s.start_m, s.end_m, s.stroke.actuation) for s in sent if s.stroke]
     steady = _steady(painted, [s.speed_mps for s in sections if s.stroke], vehicle)
     borders = [border for stretch in steady for border in stretch[:2]]
     speeds = speed_profile(course(sections, sent, borders, limits), steady, limits)
@@ -111,22 +111,22 @@ def ways_of(vehicle: Vehicle, options: PlanOptions, limits: Limits) -> Ways:
     return replace(method_of(options).ways(limits), standing=standing)
 
 
-def _pose(name: str, given: Floats) -> Pose | None:
+def _pose(name: str, given: Floats) -> PathPose | None:
     if not len(given):
         return None
-    pose = Pose(*given.tolist()) if len(given) == len(Pose._fields) else None
+    pose = PathPose(*given.tolist()) if len(given) == len(PathPose._fields) else None
     if pose is None or not all(abs(value) < POSE_MAX for value in pose):
         raise PlanningError("", f"has an unusable {name} pose", "give x (m), y (m) and heading (rad) on the field")
     return pose
 
 
-def _end(options: PlanOptions) -> Pose | None:
+def _end(options: PlanOptions) -> PathPose | None:
     if options.return_to_start and len(options.end):
         raise PlanningError("", "shall end where it began and at another pose", "give one of both")
     return _pose("end", options.end)
 
 
-def _steady(painted: list[Painted], speeds_mps: list[float], vehicle: Vehicle) -> list[Steady]:
+def _steady(painted: list[PaintedStretch], speeds_mps: list[float], vehicle: Vehicle) -> list[Steady]:
     """The speed at which each line is painted, from where the valve is opened to where it ends."""
     return [
         Steady(line.start_m - vehicle.valve_on_delay_s * speed, line.end_m, speed)

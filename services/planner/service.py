@@ -96,7 +96,7 @@ class ProgressTeller:
 
 
 @dataclass
-class Tally:
+class RequestTally:
     """What the service has done, for its diagnostics."""
 
     planned: int = 0
@@ -126,7 +126,7 @@ def run_service(
     """
     with until_stopped(supervisor) as stop, Bus.open(topics.PLANNER, config, lambda: stop.asked) as bus:
         bus.claim()
-        worker, tally = Worker(vehicle or Vehicle()), Tally()
+        worker, tally = Worker(vehicle or Vehicle()), RequestTally()
         server, health = bus.serve(topics.PLAN_SERVICE), HealthReporter(bus)
         progress = bus.publisher(topics.PLANNER_PROGRESS)
         worker.start()
@@ -142,7 +142,7 @@ def run_service(
             call.fail("the planner is stopping; ask again when it is back")
 
 
-def _admit(call: PlanCall, worker: Worker, tally: Tally) -> None:
+def _admit(call: PlanCall, worker: Worker, tally: RequestTally) -> None:
     if len(tally.waiting) > WAITING_MAX:
         tally.refused += 1
         call.fail(f"the planner is busy with {len(tally.waiting)} requests; ask again later")
@@ -151,7 +151,7 @@ def _admit(call: PlanCall, worker: Worker, tally: Tally) -> None:
     worker.calls.put(call)
 
 
-def _pass_on(worker: Worker, progress: Publisher, tally: Tally) -> None:
+def _pass_on(worker: Worker, progress: Publisher, tally: RequestTally) -> None:
     """Publish and answer what the worker has said."""
     while not worker.said.empty():
         said = worker.said.get()

@@ -9,12 +9,12 @@ import numpy as np
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.planner.budget import Progress, Watch
-from touchline.services.planner.collision.checker import Collision, Yard
+from touchline.services.planner.budget import Budget, Progress
+from touchline.services.planner.collision.checker import Collision, CollisionChecker
 from touchline.services.planner.geometry.clothoid import Floats, Ints
-from touchline.services.planner.route.itinerary import Drive, Driver
+from touchline.services.planner.route.itinerary import Itinerary, ItineraryBuilder
 from touchline.services.planner.sequencing.costs import nodes_of, problem
-from touchline.services.planner.sequencing.dry import Ground, ordered_dry, scene_of
+from touchline.services.planner.sequencing.dry import WetGround, ordered_dry, scene_of
 from touchline.services.planner.sequencing.order import kicks_for, ordered
 from touchline.services.planner.steering.method import CurveEnd
 from touchline.services.planner.swaths.swaths import Swath
@@ -75,11 +75,11 @@ def crossing_cost_s(options: PlanOptions) -> float:
 
 def arranged(
     modes: Sequence[Sequence[Swath]],
-    driver: Driver,
+    driver: ItineraryBuilder,
     options: PlanOptions,
     progress: Progress,
     enough: Callable[[], bool],
-) -> Drive:
+) -> Itinerary:
     """One mode of every segment in painting order, and the ways between them.
 
     Raises:
@@ -102,8 +102,8 @@ def arranged(
 
 
 def _optimised(
-    modes: Sequence[Sequence[Swath]], driver: Driver, progress: Progress, enough: Callable[[], bool]
-) -> Drive:
+    modes: Sequence[Sequence[Swath]], driver: ItineraryBuilder, progress: Progress, enough: Callable[[], bool]
+) -> Itinerary:
     """The best drive found; one that returns is ordered anew for where the one that need not would begin."""
     drive = _found(modes, driver, progress, enough)
     if driver.returns and driver.start is None and not enough():
@@ -113,24 +113,26 @@ def _optimised(
     return drive
 
 
-def _found(modes: Sequence[Sequence[Swath]], driver: Driver, progress: Progress, enough: Callable[[], bool]) -> Drive:
+def _found(
+    modes: Sequence[Sequence[Swath]], driver: ItineraryBuilder, progress: Progress, enough: Callable[[], bool]
+) -> Itinerary:
     nodes, segment, _ = nodes_of(modes)
     end = driver.start if driver.returns else driver.end
     first, last = (CurveEnd(pose, 0.0) if pose else None for pose in (driver.start, end))
-    asked, tracks = problem(modes, driver.ways, driver.painting, first, last, Watch(partial(progress, TIMING), enough))
-    ground = Ground.of(nodes, segment, driver.wheels)
+    asked, tracks = problem(modes, driver.ways, driver.painting, first, last, Budget(partial(progress, TIMING), enough))
+    ground = WetGround.of(nodes, segment, driver.wheels)
     crossing_s = min(driver.crossing_s, SEARCHED_CROSSING_S)
     cost, kicks = asked.cost.copy(), kicks_for(asked)
-    best: Drive | None = None
+    best: Itinerary | None = None
     step = partial(progress, ORDER)
     least, order = np.inf, None
     for turn in range(ROUNDS):
         # The quickest order, and from there on the one that is worth more time for fewer wet crossings.
         priced = asked.priced(cost)
-        watch = Watch(Stage(step, 2 * turn), enough)
+        watch = Budget(Stage(step, 2 * turn), enough)
         order = ordered(priced, watch, int((AGAIN if turn else 1.0) * kicks), order)
         scene = scene_of(priced, tracks, ground, crossing_s, driver.run_out_m, end)
-        dry = ordered_dry(scene, order, Watch(Stage(step, 2 * turn + 1), enough))
+        dry = ordered_dry(scene, order, Budget(Stage(step, 2 * turn + 1), enough))
         drive = driver.drive([nodes[k] for k in dry.tolist()])
         if (total := _total(drive, driver)) < least - 1e-6:
             best, least = drive, total
@@ -142,7 +144,7 @@ def _found(modes: Sequence[Sequence[Swath]], driver: Driver, progress: Progress,
     return best
 
 
-def _total(drive: Drive, driver: Driver) -> float:
+def _total(drive: Itinerary, driver: ItineraryBuilder) -> float:
     """Seconds, with those that crossings and collisions are worth."""
     return drive.seconds + driver.crossing_s * drive.wet_crossings + COLLISION_S * len(drive.blocked)
 
@@ -159,7 +161,7 @@ class Stage:
         self.step(1.0 - 0.5 ** min(self.number, 2) * (1.0 - 0.5 * part))
 
 
-def _learn(cost: Floats, drive: Drive, order: list[int]) -> bool:
+def _learn(cost: Floats, drive: Itinerary, order: list[int]) -> bool:
     """Close the pairs between which the drive has collided; whether anything has changed."""
     depot = len(cost) - 1
     changed = False
@@ -171,7 +173,7 @@ def _learn(cost: Floats, drive: Drive, order: list[int]) -> bool:
     return changed
 
 
-def _clear_of_outlines(choice: Sequence[Swath], yard: Yard | None) -> list[Swath]:
+def _clear_of_outlines(choice: Sequence[Swath], yard: CollisionChecker | None) -> list[Swath]:
     """The modes in which the body keeps off the outlines."""
     if yard is None:
         return list(choice)
@@ -187,7 +189,7 @@ def _clear_of_outlines(choice: Sequence[Swath], yard: Yard | None) -> list[Swath
     return clear
 
 
-def _first_hit(swath: Swath, yard: Yard) -> tuple[str, Collision] | None:
+def _first_hit(swath: Swath, yard: CollisionChecker) -> tuple[str, Collision] | None:
     """The first segment of a swath along which the body touches an outline, and what it touches."""
     for stroke, path in zip(swath.strokes, swath.paths, strict=True):
         if hit := yard.collision(path):
@@ -195,7 +197,7 @@ def _first_hit(swath: Swath, yard: Yard) -> tuple[str, Collision] | None:
     return None
 
 
-def _refuse_collisions(drive: Drive) -> None:
+def _refuse_collisions(drive: Itinerary) -> None:
     for i in drive.blocked:
         hit = drive.legs[i].collision
         if i == len(drive.swaths):
@@ -206,7 +208,7 @@ def _refuse_collisions(drive: Drive) -> None:
         raise PlanningError(drive.swaths[i].strokes[0].id, problem, "make room there, or let the order be optimised")
 
 
-def _refuse_crossings(drive: Drive) -> None:
+def _refuse_crossings(drive: Itinerary) -> None:
     for name, doing, over in _met(drive):
         if over.any():
             wet = drive.strokes[int(np.flatnonzero(over)[0])].id
@@ -214,7 +216,7 @@ def _refuse_crossings(drive: Drive) -> None:
             raise PlanningError(name, problem, "shorten the drying time, or let wet paint be crossed")
 
 
-def _met(drive: Drive) -> Iterator[tuple[str, str, Ints]]:
+def _met(drive: Itinerary) -> Iterator[tuple[str, str, Ints]]:
     """In driving order: a segment, what the robot does with it, and what it runs over of the segments before."""
     over = iter(drive.over)
     for swath, leg in zip(drive.swaths, drive.legs, strict=False):

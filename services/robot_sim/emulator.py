@@ -34,7 +34,7 @@ from touchline.services.onboard.interface import (
 )
 from touchline.services.onboard.trajectory.trajectory import resume_pose
 from touchline.services.robot_sim.estimator_error import EstimatorError
-from touchline.services.robot_sim.faults import FaultTimeline
+from touchline.services.robot_sim.fault_timeline import FaultTimeline
 from touchline.services.robot_sim.paint.ledger import PaintLedger
 from touchline.services.robot_sim.paint.metrics import PaintMetrics, paint_metrics
 from touchline.services.robot_sim.paint.targets import start_pose, targets
@@ -43,7 +43,7 @@ from touchline.services.robot_sim.recovery_state import Remains, Totals
 from touchline.services.robot_sim.sensors.sampling import stand_by
 from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.world import body
-from touchline.services.robot_sim.world.world import NO_EFFECTS, Pose, World
+from touchline.services.robot_sim.world.world import NO_EFFECTS, TruePose, World
 
 SETTLE_TICKS: Final = 100
 """A traversal that has ended is watched for this long, so that the robot has come to rest and the paint is all out."""
@@ -56,7 +56,7 @@ SENSED: Final = 1  # the onboard computer has not seen it
 ESTIMATED: Final = 2  # only its estimator has
 
 
-class Job(NamedTuple):
+class LoadedJob(NamedTuple):
     """A trajectory and what it shall paint, checked and ready to be taken.
 
     Attributes:
@@ -205,7 +205,7 @@ class Emulator:
         self.settled = False
         self._ended_ticks = SETTLE_TICKS
         if scenario.start is not None:
-            self.world.place(Pose(scenario.start.x_m, scenario.start.y_m, scenario.start.heading_rad))
+            self.world.place(TruePose(scenario.start.x_m, scenario.start.y_m, scenario.start.heading_rad))
 
     @property
     def time_s(self) -> float:
@@ -244,7 +244,7 @@ class Emulator:
         template: Template | None = None,
         resume: Checkpoint | None = None,
         remains: Remains | None = None,
-    ) -> Job:
+    ) -> LoadedJob:
         """Check a trajectory and what it shall paint; changes nothing, so that any thread may do it meanwhile.
 
         Raises:
@@ -264,9 +264,9 @@ class Emulator:
         ledger = PaintLedger(wanted, width_m, self.vehicle.spray_width_m, tolerance_m)
         if remains is not None:
             ledger.restore(remains.paint)
-        return Job(course, start, ledger, resume, remains)
+        return LoadedJob(course, start, ledger, resume, remains)
 
-    def take(self, job: Job) -> float:
+    def take(self, job: LoadedJob) -> float:
         """Take what `prepare` gave; returns its planned duration [s].
 
         The robot is carried to the scenario's start or else to where the plan begins, and a new ledger is opened. A job
@@ -285,7 +285,7 @@ class Emulator:
             self.estimator_error = EstimatorError(remains.totals.errors)
             self.world.supply(remains.totals.supplies)
         if self.scenario.start is None or resume is not None:
-            self.world.place(Pose(*job.start))
+            self.world.place(TruePose(*job.start))
         if resume is not None and resume.tick > self.tick_count:
             self._stand_by(resume.tick)
         return duration_s

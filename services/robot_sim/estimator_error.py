@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from touchline.services.core.jit import kernel
 from touchline.services.onboard.interface import Estimate
-from touchline.services.robot_sim.world.world import Pose
+from touchline.services.robot_sim.world.world import TruePose
 
 COUNT: Final = 0
 POSITION: Final = 1  # m²
@@ -58,7 +58,7 @@ class EstimatorError:
         """(SUMS,) those before included."""
         return tuple(map(add, self._before, self.sums.tolist()))
 
-    def add(self, truth: Pose, speed_mps: float, estimate: Estimate) -> None:
+    def add(self, truth: TruePose, speed_mps: float, estimate: Estimate) -> None:
         """Enter one tick."""
         enter_error(self.sums, speed_mps, tuple(truth), estimate[:3])
 

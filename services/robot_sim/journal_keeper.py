@@ -12,7 +12,7 @@ from touchline.services.robot_sim.recovery_state import Remains
 from touchline.services.robot_sim.setup_text import SetupText
 
 
-class Progress:
+class JournalKeeper:
     """See the module; without a journal, nothing is kept.
 
     What was kept of the last traversal stays until the next one is under way.

@@ -10,7 +10,7 @@ from typing import Any, Final, NamedTuple
 
 from touchline.schemas.errors import CommandRefused, PayloadError, SpecError
 from touchline.services.bus import ServedCall
-from touchline.services.robot_sim.commands import Load, Ready
+from touchline.services.robot_sim.command_handlers import Load, Ready
 
 WAITING: Final = 2
 """Beside the one that is being prepared; more are told to come back."""

@@ -9,7 +9,7 @@ from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.errors import PayloadError
 from touchline.services.bus import Bus, CallError
-from touchline.services.onboard.control import Interrupted, Question
+from touchline.services.onboard.control import FollowerQuestion, Interrupted
 
 TIMEOUT_S: Final = 1.0
 """Wall clock. Sim time stands still meanwhile, and so do all services but those that `interrupted` looks for."""
@@ -28,7 +28,7 @@ class Lockstep:
         self._interrupted = interrupted
         self._step = 0
 
-    def __call__(self, question: Question) -> tuple[float, float]:
+    def __call__(self, question: FollowerQuestion) -> tuple[float, float]:
         """Wheel speeds (left, right) [rad/s].
 
         Raises:

@@ -12,14 +12,14 @@ from touchline.services.robot_sim import layouts
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.sensors.gnss import GnssReport
 from touchline.services.robot_sim.world import body
-from touchline.services.robot_sim.world.drive import EMPTY_V, FULL_V
+from touchline.services.robot_sim.world.motors import EMPTY_V, FULL_V
 
 Payload = tuple[Topic, bytes]
 Stamp = tuple[int, int]
 """Seconds and nanoseconds of sim time."""
 
 NOMINAL_V: Final = 37.0
-"""Ten lithium cells in series, as in world/drive.py."""
+"""Ten lithium cells in series, as in world/motors.py."""
 _NAVSAT_STATUS: Final = {
     m.GnssStatus.NONE: m.NavSatStatus.STATUS_NO_FIX,
     m.GnssStatus.SINGLE: m.NavSatStatus.STATUS_FIX,

@@ -22,7 +22,7 @@ from touchline.schemas.messages.base import Message
 from touchline.schemas.setup import Setup
 from touchline.services.bus import Bus, BusConfig, HealthReporter, ServedCall
 from touchline.services.bus.calls import Server
-from touchline.services.robot_sim.commands import Commands, Handler
+from touchline.services.robot_sim.command_handlers import Commands, Handler
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import Quiet
 from touchline.services.robot_sim.journal import Journal

@@ -24,7 +24,7 @@ from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.packing import Payload, battery, header, stamp
 from touchline.services.robot_sim.paint.ledger import Marks, PaintLedger
 from touchline.services.robot_sim.paint.metrics import SegmentMetrics, paint_metrics
-from touchline.services.robot_sim.paint.smears import Smear, Smearing, smearing
+from touchline.services.robot_sim.paint.smears import Smearing, SmearPrint, smearing
 from touchline.services.robot_sim.samples import Samples, sprayer_state
 from touchline.services.robot_sim.tick_log import Rows, period
 from touchline.services.robot_sim.world import body
@@ -339,7 +339,7 @@ def _segment(segment: SegmentMetrics) -> m.SegmentPaint:
     )
 
 
-def _smear(smear: Smear, ids: Sequence[str]) -> m.Smear:
+def _smear(smear: SmearPrint, ids: Sequence[str]) -> m.Smear:
     return m.Smear(
         segment_id=ids[smear.line] if smear.line >= 0 else "",
         age_s=smear.age_s,

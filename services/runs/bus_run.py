@@ -81,7 +81,7 @@ class JobOptions:
 
 
 @dataclass
-class Job:
+class BusRun:
     """A job in progress on ``bus``, told to ``watcher``."""
 
     bus: Bus

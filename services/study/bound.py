@@ -10,7 +10,7 @@ from touchline.services.planner.sequencing.costs import NEVER_S, nodes_of
 from touchline.services.planner.sequencing.order import Problem, ordered
 from touchline.services.planner.swaths.offset import modes
 from touchline.services.planner.swaths.swaths import Painting, swaths
-from touchline.services.study.drive import STUDY_SPEED_MPS, UNPADDED
+from touchline.services.study.driven_template import STUDY_SPEED_MPS, UNPADDED
 from touchline.services.study.pitch import Pitch
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from functools import partial
 
-from touchline.services.study.drive import CONTESTANTS, OURS, STUDY_CCD, STUDY_KAPPA_1PM, UNPADDED
+from touchline.services.study.driven_template import CONTESTANTS, OURS, STUDY_CCD, STUDY_KAPPA_1PM, UNPADDED
 from touchline.services.study.pairs import Tally, close_pairs, random_pairs, tally
 from touchline.services.study.pitch import LENGTH_TARGETS, STUDY_SIGMA_1PM2
 from touchline.services.study.table import Row, of_each

@@ -11,7 +11,14 @@ from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.plan import Plan
 from touchline.services.planner.plots.wheel_series import wheel_series
 from touchline.services.planner.swaths.offset import strokes
-from touchline.services.study.drive import CONTESTANTS, STEP_1PM, STUDY_CCD, STUDY_KAPPA_1PM, Contestant, drive
+from touchline.services.study.driven_template import (
+    CONTESTANTS,
+    STEP_1PM,
+    STUDY_CCD,
+    STUDY_KAPPA_1PM,
+    Contestant,
+    drive,
+)
 from touchline.services.study.pairs import joints, tally
 from touchline.services.study.pitch import STUDY_SIGMA_1PM2, Pitch
 from touchline.services.study.sent import as_biarcs, as_chords

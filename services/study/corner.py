@@ -9,14 +9,14 @@ import math
 import numpy as np
 
 from touchline.schemas.messages import Trajectory
-from touchline.services.planner.geometry.clothoid import Piece, PiecePath, Pose
+from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 from touchline.services.planner.output.message import trajectory_message
 from touchline.services.planner.segments.section import Section
-from touchline.services.planner.segments.segments import send
+from touchline.services.planner.segments.sent_segments import send
 from touchline.services.planner.speed.timing import SpeedProfile
 from touchline.services.planner.steering.method import CurveEnd, transition
 from touchline.services.planner.steering.turns import ContinuousTurn
-from touchline.services.study.drive import STUDY_KAPPA_1PM, STUDY_SPEED_MPS, Contestant
+from touchline.services.study.driven_template import STUDY_KAPPA_1PM, STUDY_SPEED_MPS, Contestant
 
 LEG_M = 3.0
 RUN_M = 5.0
@@ -30,10 +30,10 @@ def corner_path(contestant: Contestant, sigma_1pm2: float) -> PiecePath:
     """The legs and the contestant's way between them, without run-up and run-out."""
     turn = ContinuousTurn(STUDY_KAPPA_1PM, CORNER_SIGMA_1PM2)
     apart = turn.centre.real + turn.centre.imag
-    start, goal = Pose(0.0, 0.0, 0.0), Pose(apart, -apart, -0.5 * math.pi)
+    start, goal = PathPose(0.0, 0.0, 0.0), PathPose(apart, -apart, -0.5 * math.pi)
     method = contestant.method(STUDY_KAPPA_1PM, sigma_1pm2)
     way = transition(method, CurveEnd(start, 0.0), CurveEnd(goal, 0.0))
-    return PiecePath(Pose(-LEG_M, 0.0, 0.0), (Piece(LEG_M), *way.pieces, Piece(LEG_M)))
+    return PiecePath(PathPose(-LEG_M, 0.0, 0.0), (Piece(LEG_M), *way.pieces, Piece(LEG_M)))
 
 
 def corner_trajectory(

@@ -10,7 +10,7 @@ import numpy as np
 from touchline.services.planner.geometry.clothoid import Floats, Piece, PiecePath
 from touchline.services.planner.plots.style import INK, save
 from touchline.services.study.corner import LEG_M, corner_path
-from touchline.services.study.drive import CONTESTANTS, Drive
+from touchline.services.study.driven_template import CONTESTANTS, Drive
 from touchline.services.study.pitch import LENGTH_TARGETS, STUDY_SIGMA_1PM2, Pitch
 
 if TYPE_CHECKING:

@@ -23,7 +23,7 @@ from touchline.services.planner.steering.method import CurveEnd, before, carried
 from touchline.services.planner.swaths.offset import strokes
 from touchline.services.planner.transitions.transitions import BRAKING_SHARE, Way, Ways
 from touchline.services.study.bound import turning_bound_s
-from touchline.services.study.drive import DPP, STEP_1PM, STUDY_KAPPA_1PM, STUDY_SPEED_MPS, Drive
+from touchline.services.study.driven_template import DPP, STEP_1PM, STUDY_KAPPA_1PM, STUDY_SPEED_MPS, Drive
 from touchline.services.study.durations import painting_seconds
 from touchline.services.study.pitch import Pitch
 from touchline.services.study.table import Cause, Row

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from touchline.schemas.errors import PlanningError
-from touchline.services.planner.geometry.clothoid import PiecePath, Pose
+from touchline.services.planner.geometry.clothoid import PathPose, PiecePath
 from touchline.services.planner.steering.method import CurveEnd, TransitionMethod
 
 BOX_M = 10.0
@@ -51,7 +51,7 @@ def random_pairs(count: int, seed: int = SEED) -> Iterator[Pair]:
     for _ in range(count):
         x0, y0, x1, y1 = generator.uniform(0.0, BOX_M, 4).tolist()
         first, last = generator.uniform(-math.pi, math.pi, 2).tolist()
-        yield Pair(CurveEnd(Pose(x0, y0, first), 0.0), CurveEnd(Pose(x1, y1, last), 0.0))
+        yield Pair(CurveEnd(PathPose(x0, y0, first), 0.0), CurveEnd(PathPose(x1, y1, last), 0.0))
 
 
 def close_pairs(count: int, seed: int = SEED) -> Iterator[Pair]:
@@ -63,7 +63,7 @@ def close_pairs(count: int, seed: int = SEED) -> Iterator[Pair]:
         apart = cmath.rect(generator.uniform(0.0, 0.0999), generator.uniform(-math.pi, math.pi))
         if k % 10 < 2:
             apart, last = 0j, first if k % 10 == 0 else last
-        yield Pair(CurveEnd(Pose(x, y, first), 0.0), CurveEnd(Pose(x + apart.real, y + apart.imag, last), 0.0))
+        yield Pair(CurveEnd(PathPose(x, y, first), 0.0), CurveEnd(PathPose(x + apart.real, y + apart.imag, last), 0.0))
 
 
 def joints(count: int, curvatures_1pm: Sequence[float], seed: int = SEED) -> Iterator[Pair]:

@@ -7,7 +7,7 @@ from touchline.schemas.template import Template, TemplateSegment
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.planner.plan import Plan, plan
 from touchline.services.planner.swaths.offset import Stroke, strokes
-from touchline.services.study.drive import (
+from touchline.services.study.driven_template import (
     DPP,
     OURS,
     STUDY_CCD,

@@ -21,7 +21,7 @@ from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.world import body
 from touchline.services.study import completeness, continuity, durations, figures, like_for_like, pitch
 from touchline.services.study.corner import FINE_M, RUN_M, corner_trajectory
-from touchline.services.study.drive import DPP, OURS, STUDY_CCD, STUDY_SPEED_MPS, Contestant
+from touchline.services.study.driven_template import DPP, OURS, STUDY_CCD, STUDY_SPEED_MPS, Contestant
 from touchline.services.study.table import Cause, Row, as_csv, as_json, as_markdown
 
 Floats = npt.NDArray[np.float64]

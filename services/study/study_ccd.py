@@ -14,7 +14,7 @@ better one.
 import math
 
 from touchline.schemas.errors import PlanningError
-from touchline.services.planner.geometry.clothoid import Piece, Pose
+from touchline.services.planner.geometry.clothoid import PathPose, Piece
 from touchline.services.planner.steering.method import CurveEnd
 from touchline.services.planner.steering.turns import ArcTurn, ContinuousTurn
 from touchline.services.planner.steering.words import TAU, Word, words
@@ -63,7 +63,7 @@ class StudyContinuousDubins:
         """The way between the poses, whatever the curvatures there."""
         return self.connect(start.pose, goal.pose)
 
-    def connect(self, start: Pose, goal: Pose) -> tuple[Piece, ...]:
+    def connect(self, start: PathPose, goal: PathPose) -> tuple[Piece, ...]:
         """The chosen family's path.
 
         Raises:

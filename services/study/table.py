@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 
-from touchline.services.study.drive import CONTESTANTS
+from touchline.services.study.driven_template import CONTESTANTS
 
 NAMES = tuple(contestant.name for contestant in CONTESTANTS)
 HEADINGS = ("row", "requirement", *NAMES, "ours must", "met")

@@ -11,7 +11,7 @@ from touchline.schemas.cdr import encode
 from touchline.schemas.messages import String
 from touchline.services.bridge.alignment import SIGHT, Alignment
 from touchline.services.bridge.compare import compare
-from touchline.services.bridge.recorded import Kind, Recorded
+from touchline.services.bridge.recorded import Recorded, RecordingKind
 
 Made = tuple[float, str]
 
@@ -21,7 +21,7 @@ def aligned(left: list[Made], right: list[Made]) -> list[tuple[str | None, str |
     alignment, found = Alignment(), []
     for side, made in enumerate((left, right)):
         for at_s, text in made:
-            alignment.add(side, Recorded("/a", 0, round(at_s * 1e9) + 1, 0, text.encode(), Kind()))
+            alignment.add(side, Recorded("/a", 0, round(at_s * 1e9) + 1, 0, text.encode(), RecordingKind()))
             found += list(alignment.decided())
         alignment.end(side)
     found += list(alignment.decided())

@@ -27,7 +27,7 @@ from touchline.services.bridge.reader import read_summary
 from touchline.services.bridge.recorder import Recorder
 from touchline.services.bridge.replayer import Timeline
 from touchline.services.bridge.unpack import LARGEST_CHUNK_BYTES
-from touchline.services.runs.painted import read_painted
+from touchline.services.runs.recorded_paint import read_painted
 
 TEMPLATE = '{"name": "t", "segments": [{"id": "a", "line": {"start": [0, 0], "end": [5, 0]}}]}'
 MUTATED = 160

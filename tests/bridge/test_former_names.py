@@ -14,10 +14,10 @@ from touchline.services.bridge.compare import compare
 from touchline.services.bridge.decoding import as_message
 from touchline.services.bridge.output import RecordingError
 from touchline.services.bridge.reader import RecordingReader
-from touchline.services.bridge.recorded import Kind, Recorded
+from touchline.services.bridge.recorded import Recorded, RecordingKind
 from touchline.services.bridge.recorder import Recorder
 from touchline.services.bridge.replayer import Timeline
-from touchline.services.runs.painted import read_painted
+from touchline.services.runs.recorded_paint import read_painted
 
 TEMPLATE = '{"name": "one", "segments": [{"id": "a", "line": {"start": [0, 0], "end": [1, 0]}, "actuation": "SPRAY"}]}'
 MARKS = PaintMarks(segment_id="a", width_m=0.12, x_m=[0.0, 1.0], y_m=[0.0, 0.0])
@@ -77,7 +77,7 @@ def test_a_status_of_an_older_schema_is_read() -> None:
     kind = store.types[TraversalStatus.ros_type]
     said = kind(state=2, segment_id="a", coverage_pct=40.0, painted_ids=["a"], painted_fraction=MARKS.x_m[1:] * 0.4)
     payload = bytes(store.serialize_cdr(said, TraversalStatus.ros_type))
-    how = Kind("cdr", TraversalStatus.ros_type, "ros2msg", older)
+    how = RecordingKind("cdr", TraversalStatus.ros_type, "ros2msg", older)
     read = as_message(TraversalStatus, Recorded("/tt2/traversal/status", 0, 0, 0, payload, how))
     assert (read.state, read.segment_id, read.coverage_pct) == (2, "a", 40.0)
     assert (read.painted_ids, read.painted_fraction.tolist(), read.spraying) == (("a",), [0.4], False)

@@ -13,7 +13,7 @@ from touchline.schemas.errors import PayloadError
 from touchline.schemas.messages import SegmentPaint, String
 from touchline.services.bridge.compare import Comparison, compare
 from touchline.services.bridge.decoding import as_message
-from touchline.services.bridge.recorded import Kind, Recorded
+from touchline.services.bridge.recorded import Recorded, RecordingKind
 
 NOW = "float64 x_m\nfloat64 speed_mps\nstring[] names\n"
 OLDER = "float64 x_m\nfloat64 speed_mps\n"
@@ -100,7 +100,7 @@ def test_a_schema_that_is_none_is_no_reason_to_fail(tmp_path: Path) -> None:
 
 
 def recorded(schema: str, data: bytes, type_: str = "touchline_msgs/msg/SegmentPaint") -> Recorded:
-    return Recorded("/tt2/line", 0, 0, 0, data, Kind("cdr", type_, "ros2msg", schema))
+    return Recorded("/tt2/line", 0, 0, 0, data, RecordingKind("cdr", type_, "ros2msg", schema))
 
 
 def test_a_message_of_an_older_schema_has_defaults_for_what_it_lacks() -> None:

@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-from touchline.services.cli.commands import run_command
+from touchline.services.cli.commands import execute
 
 
 @pytest.fixture
@@ -13,7 +13,7 @@ def touchline(monkeypatch, capsys):
 
     def run(*arguments):
         monkeypatch.setattr(sys, "argv", ["touchline", *arguments])
-        code = run_command()
+        code = execute()
         return code, *capsys.readouterr()
 
     return run

@@ -37,7 +37,7 @@ def test_waiting_for_services_that_compile_can_be_ended():
 def run_as_command(body):
     """A process of ``touchline`` whose command is the function `command` of this text."""
     begin = "import ctypes, os, signal\nimport touchline.services.cli\nfrom touchline.services.cli import commands\n"
-    script = begin + dedent(body) + "\ncommands.run_command = command\ntouchline.services.cli.main()\n"
+    script = begin + dedent(body) + "\ncommands.execute = command\ntouchline.services.cli.main()\n"
     return subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False, timeout=100)
 
 

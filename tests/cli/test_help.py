@@ -12,7 +12,7 @@ from typer.main import get_command
 from typer.testing import CliRunner
 
 from touchline.services.cli.commands import app
-from touchline.services.cli.ros2 import Ros2Choice
+from touchline.services.cli.ros2_choice import Ros2Choice
 
 ROOT = Path(__file__).resolve().parents[2]
 COMMANDS = sorted(get_command(app).commands)  # type: ignore[attr-defined]

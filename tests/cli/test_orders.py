@@ -9,7 +9,7 @@ import pytest
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.services.bus import Bus
-from touchline.services.cli.commands import run_command
+from touchline.services.cli.commands import execute
 
 
 @pytest.fixture
@@ -20,7 +20,7 @@ def touchline(monkeypatch, capsys, bus_config):
 
     def run(*arguments):
         monkeypatch.setattr(sys, "argv", ["touchline", *arguments])
-        code = run_command()
+        code = execute()
         return code, *capsys.readouterr()
 
     return run

@@ -16,7 +16,7 @@ from touchline.schemas.vehicle import Vehicle
 from touchline.services.bus import CallError
 from touchline.services.bus.counters import Counters
 from touchline.services.runs import reports
-from touchline.services.runs.bus_run import Job, JobOptions
+from touchline.services.runs.bus_run import BusRun, JobOptions
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "reports.md"
 
@@ -69,12 +69,12 @@ class Planner:
 def test_a_job_that_a_full_tank_does_not_last_for_is_told_as_soon_as_it_is_planned():
     watcher = Listening()
     options = JobOptions("{}", PlanOptions(), -1.0, None, vehicle=Vehicle(tank_l=10.0))
-    Job(Planner(PlanReport(paint_l=29.0, battery_wh=1.0)), options, watcher)._plan()
+    BusRun(Planner(PlanReport(paint_l=29.0, battery_wh=1.0)), options, watcher)._plan()
     assert watcher.told == ["planner: the job needs 29.0 L of paint, the tank has 10.0 L: refill it twice"]
 
 
 def job_report(recording):
-    job = Job(DeadBus(), JobOptions("{}", PlanOptions(), -1.0, Path("x.mcap"), "cause"), Deaf())
+    job = BusRun(DeadBus(), JobOptions("{}", PlanOptions(), -1.0, Path("x.mcap"), "cause"), Deaf())
     plan = PlanResponse(success=True, report=PlanReport())
     return job._report(plan, TraversalStatus(), TraversalReport(success=True, total_time_s=2.0), 1.0, recording)
 

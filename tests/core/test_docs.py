@@ -15,8 +15,8 @@ PLACES = (
     ROOT / "services" / "robot_sim",
 )
 NAMED = re.compile(r"`((?:[a-z_0-9]+/)+(?:[a-z_0-9]+\.(?:py|json|msg|srv))?)`")
-#: Files and folders of others, or those that a run makes.
-ELSEWHERE = frozenset(("ws/src/", "zenoh/"))
+#: Folders of others, and where topics are.
+ELSEWHERE = frozenset(("ws/src/", "zenoh/", "truth/"))
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

@@ -19,7 +19,7 @@ from touchline.services.drawings.detail import Detail
 from touchline.services.drawings.importer import Imported, ImportOptions, import_drawing
 from touchline.services.drawings.outline import Outline, bezier
 from touchline.services.drawings.slivers import paintable
-from touchline.services.drawings.strokes import Kind, Strokes
+from touchline.services.drawings.strokes import StrokeKind, Strokes
 
 LINE_M = 0.12
 DETAIL = Detail.of(LINE_M)
@@ -130,7 +130,7 @@ def test_any_chain_of_curves_stays_within_the_tolerance(
     ends = [begin, *(span[-1] for span in spans)]
     outline = Outline("chain", tuple(bezier([start, *span]) for start, span in zip(ends, spans, strict=False)))
     strokes = Strokes.of(outline, DETAIL)
-    if strokes.kind is Kind.LINES:
+    if strokes.kind is StrokeKind.LINES:
         assert apart_m(strokes.drawn, strokes.curves) <= DETAIL.stray_m + 1e-3
         assert all(paintable(curve) for curve in strokes.curves)
         assert all(math.dist(a.end[:2], (b.x_m, b.y_m)) < 1e-6 for a, b in itertools.pairwise(strokes.curves))
@@ -142,7 +142,7 @@ def test_so_does_any_chain_of_short_lines(steps: list[tuple[float, float]]) -> N
     ends = list(itertools.accumulate(((x / 40, y / 40) for x, y in steps), lambda p, q: (p[0] + q[0], p[1] + q[1])))
     lines = tuple(Curve.from_line(a, b) for a, b in itertools.pairwise(ends) if a != b)
     strokes = Strokes.of(Outline("chain", lines), DETAIL)
-    if strokes.kind is Kind.LINES:
+    if strokes.kind is StrokeKind.LINES:
         assert apart_m(strokes.drawn, strokes.curves) <= DETAIL.stray_m + 1e-3
 
 

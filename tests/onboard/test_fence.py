@@ -18,13 +18,13 @@ from touchline.schemas.onboard import FenceLimits, OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Polygon, Template
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.onboard.executive.failsafe import Hazards
-from touchline.services.onboard.executive.geofence import Fence, beyond_m
+from touchline.services.onboard.executive.failsafe import Failsafe
+from touchline.services.onboard.executive.geofence import Geofence, beyond_m
 from touchline.services.onboard.interface import STANDSTILL
 from touchline.services.onboard.trajectory.path import cut_path
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import Quiet
-from touchline.services.robot_sim.world.world import Pose
+from touchline.services.robot_sim.world.world import TruePose
 
 VEHICLE = Vehicle()
 ESTOPPED, RUNNING, DONE = TraversalStatus.ESTOPPED, TraversalStatus.RUNNING, TraversalStatus.DONE
@@ -35,7 +35,7 @@ ELL = ((0.0, 0.0), (10.0, 0.0), (10.0, 4.0), (4.0, 4.0), (4.0, 10.0), (0.0, 10.0
 
 def fence(plan=BENT, boundary=(), **limits):
     rows, _ = cut_path(plan.path.segments, VEHICLE)
-    return Fence(rows, boundary, VEHICLE, FenceLimits(**limits))
+    return Geofence(rows, boundary, VEHICLE, FenceLimits(**limits))
 
 
 @settings(deadline=None)
@@ -93,7 +93,7 @@ def pushed(robot, north_m, at_m=3.0):
     while robot.onboard.status.arc_length_m < at_m:
         robot.tick()
     east, north, heading = robot.world.pose
-    robot.world.place(Pose(east, north + north_m, heading))
+    robot.world.place(TruePose(east, north + north_m, heading))
     estimator = robot.onboard._estimator
     estimator._xs[:, 1] += north_m  # it knows: what is tested is the fence, not what the filter makes of a jump
     for ticks in range(1, 100):
@@ -138,7 +138,7 @@ def test_a_body_that_may_be_turned_is_not_yet_beyond_the_fence(sigma_rad: float,
     estimator = SimpleNamespace(
         started=True, heading_sigma_rad=sigma_rad, state=state, intake=SimpleNamespace(encoder_rates=(0.0, 0.0))
     )
-    hazards = Hazards(VEHICLE, estimator, 0.2)  # type: ignore[arg-type]
+    hazards = Failsafe(VEHICLE, estimator, 0.2)  # type: ignore[arg-type]
     hazards.fence = surroundings
     rig = Rig()
     for _ in range(25):

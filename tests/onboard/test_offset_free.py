@@ -10,7 +10,7 @@ import pytest
 from tests.onboard.test_followers import standing_inputs
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.onboard.control import MpcFollower, make_follower, mpc
-from touchline.services.onboard.control.wheels import lead_ticks
+from touchline.services.onboard.control.wheel_limits import lead_ticks
 from touchline.services.onboard.trajectory import path_projection as projection
 
 TICK_S = 0.01

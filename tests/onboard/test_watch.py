@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from touchline.services.onboard.estimation import model as m
-from touchline.services.onboard.executive.localization_monitor import Watch
+from touchline.services.onboard.executive.localization_monitor import LocalizationMonitor
 from touchline.services.onboard.interface import GnssSample
 
 NOW_S = 20.0
@@ -21,7 +21,7 @@ def fix(**changes: Any) -> GnssSample:
     return GnssSample(NOW_S - 0.1, 0.0, 0.0, 1e-4, 3, 20, 1.0)._replace(**changes)
 
 
-def looked(counters: dict[int, float] | None = None, **changes: Any) -> Watch:
+def looked(counters: dict[int, float] | None = None, **changes: Any) -> LocalizationMonitor:
     """A watch that has looked at an estimator with which all is well but for these."""
     values = np.zeros(m.COUNTERS)
     for index, value in (counters or {}).items():
@@ -36,7 +36,7 @@ def looked(counters: dict[int, float] | None = None, **changes: Any) -> Watch:
         "intake": SimpleNamespace(imu_tick=TICK, encoder_tick=TICK),
     }
     estimator: Any = SimpleNamespace(counters=values, **{**well, **changes})
-    watch = Watch(estimator)
+    watch = LocalizationMonitor(estimator)
     watch.look(TICK, NOW_S)
     return watch
 

@@ -20,7 +20,7 @@ from touchline.services.onboard.trajectory.smoothing import (
     W_START,
 )
 from touchline.services.onboard.trajectory.trajectory import LoadedTrajectory, load_trajectory
-from touchline.services.planner.geometry.clothoid import Piece, PiecePath, Pose
+from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 from touchline.services.planner.segments.fit_arcs import cut
 
 SPRAY_LEAD_M = 0.015
@@ -31,7 +31,7 @@ def turn(sharpness: float, curvature: float) -> PiecePath:
     ramp = abs(curvature) / sharpness
     slope = math.copysign(sharpness, curvature)
     pieces = (Piece(2.0), Piece(ramp, 0.0, slope), Piece(0.3, curvature), Piece(ramp, curvature, -slope), Piece(2.0))
-    return PiecePath(Pose(0.0, 0.0, 0.3), pieces)
+    return PiecePath(PathPose(0.0, 0.0, 0.3), pieces)
 
 
 def load(curves: list[Curve], *, spray: tuple[float, float] | None = None, backward: bool = False) -> LoadedTrajectory:
@@ -70,7 +70,7 @@ def test_cut_clothoids_become_continuous(sharpness: float, curvature: float, bac
 
 
 def test_a_painted_arc_is_followed_as_it_is_and_entered_with_its_curvature() -> None:
-    curves = [piece.curve for piece in cut(PiecePath(Pose(0.0, 0.0, 0.0), (Piece(2.0), Piece(0.4, 0.0, 1.0))))]
+    curves = [piece.curve for piece in cut(PiecePath(PathPose(0.0, 0.0, 0.0), (Piece(2.0), Piece(0.4, 0.0, 1.0))))]
     x, y, heading = curves[-1].end
     curves += chain((0.4, 3.0), x=x, y=y, heading=heading)
     start = sum(curve.length_m for curve in curves[:-1])

@@ -5,7 +5,7 @@ import math
 from hypothesis import strategies as st
 
 from touchline.schemas.template import ArcSpec, LineSpec, Template, TemplateSegment
-from touchline.services.planner.geometry.clothoid import Piece, Pose
+from touchline.services.planner.geometry.clothoid import PathPose, Piece
 
 
 def floats(low: float, high: float) -> st.SearchStrategy[float]:
@@ -13,13 +13,13 @@ def floats(low: float, high: float) -> st.SearchStrategy[float]:
 
 
 headings = floats(-math.pi, math.pi)
-poses = st.builds(Pose, floats(-10, 10), floats(-10, 10), headings)
+poses = st.builds(PathPose, floats(-10, 10), floats(-10, 10), headings)
 # Near misses are where words change, deflections wrap and pieces shrink to nothing.
 nudges = st.one_of(st.just(0.0), floats(-1e-3, 1e-3), floats(-1e-9, 1e-9))
 
 
 @st.composite
-def pose_pairs(draw: st.DrawFn) -> tuple[Pose, Pose]:
+def pose_pairs(draw: st.DrawFn) -> tuple[PathPose, PathPose]:
     start = draw(poses)
     if draw(st.booleans()):
         return start, draw(poses)

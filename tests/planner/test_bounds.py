@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from tests.planner.strategies import floats, headings, pose_pairs
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.planner.geometry.clothoid import Piece, PiecePath, Pose
+from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.plan import ways_of
 from touchline.services.planner.steering.dubins import dubins_pieces
@@ -31,12 +31,12 @@ from touchline.services.planner.transitions.transitions import BRAKING_SHARE, Wa
 from touchline.services.planner.transitions.way_rows import way_rows
 from touchline.services.planner.transitions.way_times import TRACK_PIECES, least_time, way_time, way_times
 
-ORIGIN = Pose(0.0, 0.0, 0.0)
+ORIGIN = PathPose(0.0, 0.0, 0.0)
 
 
 @given(pose_pairs())
 @settings(max_examples=300)
-def test_no_plain_dubins_path_is_shorter_than_its_bound(pair: tuple[Pose, Pose]) -> None:
+def test_no_plain_dubins_path_is_shorter_than_its_bound(pair: tuple[PathPose, PathPose]) -> None:
     z, turn = pair[1].seen_from(pair[0])
     length = sum(piece.length_m for piece in dubins_pieces(*pair, 1.0))
     bound = least_plain(z.real, z.imag, turn)
@@ -91,7 +91,7 @@ def test_of_all_turns_the_quickest_is_found_without_trying_all(curvature: float)
     limits = Limits.of(Vehicle(), PlanOptions())
     ways = ways_of(Vehicle(), PlanOptions(), limits)
     rng = np.random.default_rng(3)
-    poses = [Pose(x, y, h) for x, y, h in rng.uniform((0, 0, -4), (5, 5, 4), (12, 3)).tolist()]
+    poses = [PathPose(x, y, h) for x, y, h in rng.uniform((0, 0, -4), (5, 5, 4), (12, 3)).tolist()]
     ends = [CurveEnd(pose, curvature * (i % 2)) for i, pose in enumerate(poses)]
     starts, goals, circles, roots = way_rows(ends, ends, ways)
     pairs = np.array([(a, b) for a in range(12) for b in range(12) if a != b])
@@ -110,7 +110,9 @@ def test_of_all_turns_the_quickest_is_found_without_trying_all(curvature: float)
 
 @given(pose_pairs(), floats(-0.5, 0.5), st.sampled_from([0.0, 0.2]))
 @settings(max_examples=50)
-def test_no_way_with_a_standstill_is_quicker_than_its_bound(pair: tuple[Pose, Pose], first: float, last: float) -> None:
+def test_no_way_with_a_standstill_is_quicker_than_its_bound(
+    pair: tuple[PathPose, PathPose], first: float, last: float
+) -> None:
     ways = ways_of(Vehicle(), PlanOptions(), Limits.of(Vehicle(), PlanOptions()))
     start, goal = CurveEnd(pair[0], first), CurveEnd(pair[1], last)
     speeds = ways.speed_mps(start), ways.speed_mps(goal)
@@ -135,6 +137,6 @@ def test_the_bound_of_ways_with_a_standstill_is_what_braking_and_gathering_speed
     ways = ways_of(Vehicle(), PlanOptions(), Limits.of(Vehicle(), PlanOptions()))
     room = ways.limits.stopping_distance_m(1.0) / BRAKING_SHARE
     start = CurveEnd(ORIGIN, 0.0)
-    near, far = (CurveEnd(Pose(2.0 * room + gap, 0.0, 0.0), 0.0) for gap in (0.0, 14.0))
+    near, far = (CurveEnd(PathPose(2.0 * room + gap, 0.0, 0.0), 0.0) for gap in (0.0, 14.0))
     assert ways.standing_bound_s(start, near, (1.0, 1.0)) == pytest.approx(2.0, abs=0.05)
     assert ways.standing_bound_s(start, far, (1.0, 1.0)) >= 2.0 + 14.0 / ways.limits.transit_speed_mps

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.special import fresnel
 
 from tests.planner.strategies import floats, moves, pieces, poses
-from touchline.services.planner.geometry.clothoid import Piece, PiecePath, Pose, joined
+from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath, joined
 
 
 @pytest.mark.parametrize("sharpness", [1.0, 2.1, 15.75, 1e-3, 0.3])
@@ -24,7 +24,7 @@ def test_clothoid_is_the_fresnel_integral(sharpness: float) -> None:
 
 def test_line_and_quarter_arc_are_exact() -> None:
     assert Piece(3.0).displacement_at(3.0) == 3.0
-    quarter = PiecePath(Pose(1.0, 2.0, 0.0), (Piece(math.pi, 0.5),)).end
+    quarter = PiecePath(PathPose(1.0, 2.0, 0.0), (Piece(math.pi, 0.5),)).end
     assert quarter == pytest.approx((3.0, 4.0, math.pi / 2), abs=1e-15)
 
 
@@ -35,7 +35,7 @@ def test_vanishing_sharpness_is_an_arc(curvature: float, length: float) -> None:
 
 
 @given(poses, pieces, floats(0.0, 1.0))
-def test_a_cut_piece_goes_on_where_it_was_cut(start: Pose, piece: Piece, share: float) -> None:
+def test_a_cut_piece_goes_on_where_it_was_cut(start: PathPose, piece: Piece, share: float) -> None:
     s = share * piece.length_m
     first = piece._replace(length_m=s)
     second = piece._replace(length_m=piece.length_m - s, curvature_1pm=piece.curvature_at(s))
@@ -45,7 +45,7 @@ def test_a_cut_piece_goes_on_where_it_was_cut(start: Pose, piece: Piece, share: 
 
 
 @given(poses, st.lists(moves, max_size=5))
-def test_sampling_agrees_with_single_poses(start: Pose, chain: list[Piece]) -> None:
+def test_sampling_agrees_with_single_poses(start: PathPose, chain: list[Piece]) -> None:
     path = PiecePath(start, tuple(chain))
     s = np.linspace(0.0, path.length_m, 7)
     x, y, heading, _ = path.sample(s)
@@ -66,7 +66,7 @@ def test_joined_merges_lines_and_arcs_and_drops_empty_pieces() -> None:
 
 
 @given(poses, poses)
-def test_seen_from_undoes_moved(a: Pose, b: Pose) -> None:
+def test_seen_from_undoes_moved(a: PathPose, b: PathPose) -> None:
     displacement, turn = b.seen_from(a)
     back = a.moved(displacement, turn)
     assert abs(back.point - b.point) < 1e-13
@@ -74,12 +74,12 @@ def test_seen_from_undoes_moved(a: Pose, b: Pose) -> None:
 
 
 def test_reversing_keeps_the_turning_centre_on_its_side() -> None:
-    back = PiecePath(Pose(0.0, 0.0, 0.0), (Piece(math.pi, 0.5, direction=-1),)).end
+    back = PiecePath(PathPose(0.0, 0.0, 0.0), (Piece(math.pi, 0.5, direction=-1),)).end
     assert back == pytest.approx((-2.0, 2.0, -math.pi / 2), abs=1e-15)
 
 
 def test_turning_on_the_spot_moves_nothing() -> None:
-    path = PiecePath(Pose(1.0, 2.0, 0.0), (Piece.spin(math.pi / 2), Piece(3.0), Piece.spin(-1.0)))
+    path = PiecePath(PathPose(1.0, 2.0, 0.0), (Piece.spin(math.pi / 2), Piece(3.0), Piece.spin(-1.0)))
     assert path.length_m == 3.0
     assert path.end == pytest.approx((1.0, 5.0, math.pi / 2 - 1.0), abs=1e-15)
     assert path.pose_at(0.0).heading_rad == math.pi / 2
@@ -87,7 +87,7 @@ def test_turning_on_the_spot_moves_nothing() -> None:
 
 
 @given(poses, st.lists(moves, max_size=4))
-def test_the_way_back_leads_back(start: Pose, chain: list[Piece]) -> None:
+def test_the_way_back_leads_back(start: PathPose, chain: list[Piece]) -> None:
     """The pieces in reverse order and direction, bent as before: backward with (κ, σ) undoes forward."""
     back = (Piece(p.length_m, p.curvature_end_1pm, -p.sharpness_1pm2, -p.direction, -p.spin_rad) for p in chain[::-1])
     path = PiecePath(start, (*chain, *back))
@@ -96,7 +96,7 @@ def test_the_way_back_leads_back(start: Pose, chain: list[Piece]) -> None:
 
 
 @given(poses, moves)
-def test_a_piece_obeys_its_differential_equations(start: Pose, piece: Piece) -> None:
+def test_a_piece_obeys_its_differential_equations(start: PathPose, piece: Piece) -> None:
     path, s, h = PiecePath(start, (piece,)), 0.5 * piece.length_m, 1e-5
     if piece.length_m < 0.1:
         return

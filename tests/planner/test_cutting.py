@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from tests.planner.strategies import floats, forward_pieces, pose_pairs, poses
 from touchline.schemas.curves import Curve
-from touchline.services.planner.geometry.clothoid import Floats, Piece, PiecePath, Pose
+from touchline.services.planner.geometry.clothoid import Floats, PathPose, Piece, PiecePath
 from touchline.services.planner.segments.fit_arcs import TOLERANCE_M, Cut, biarc, cut
 from touchline.services.planner.steering.ccd import ContinuousDubins
 from touchline.services.planner.steering.method import CurveEnd, transition
@@ -18,7 +18,7 @@ GAP_TOLERANCE = 1e-9
 SEGMENT_MIN_M = 1e-3
 
 
-def check(path: PiecePath, cuts: list[Cut], goal: Pose) -> None:
+def check(path: PiecePath, cuts: list[Cut], goal: PathPose) -> None:
     # As the robot reads them: from the message, where only points and sweeps are left.
     curves = [Curve.from_message(piece.curve.to_message()) for piece in cuts]
     ends = [(path.start.x_m, path.start.y_m, path.start.heading_rad), *(curve.end for curve in curves)]
@@ -48,7 +48,7 @@ def beside(curve: Curve, x: Floats, y: Floats) -> Floats:
 @given(pose_pairs(), floats(0.2, 1.5), floats(0.3, 8.0), floats(-1.0, 1.0), floats(-1.0, 1.0))
 @settings(max_examples=150)
 def test_transitions_are_cut_within_a_millimetre(
-    pair: tuple[Pose, Pose], curvature: float, sharpness: float, out_share: float, in_share: float
+    pair: tuple[PathPose, PathPose], curvature: float, sharpness: float, out_share: float, in_share: float
 ) -> None:
     start, goal = CurveEnd(pair[0], out_share * curvature), CurveEnd(pair[1], in_share * curvature)
     path = transition(ContinuousDubins(curvature, sharpness), start, goal)
@@ -60,7 +60,7 @@ def test_transitions_are_cut_within_a_millimetre(
 
 
 @given(poses, st.lists(forward_pieces(floats(1e-6, 0.02), floats(-1.1, 1.1), st.just(0.0)), min_size=1, max_size=4))
-def test_slivers_are_drawn_together_with_their_neighbours(start: Pose, chain: list[Piece]) -> None:
+def test_slivers_are_drawn_together_with_their_neighbours(start: PathPose, chain: list[Piece]) -> None:
     path = PiecePath(start, (Piece(0.5), *chain, Piece(0.5, 0.5)))
     cuts = cut(path)
     check(path, cuts, path.end)
@@ -68,19 +68,19 @@ def test_slivers_are_drawn_together_with_their_neighbours(start: Pose, chain: li
 
 
 def test_lines_and_arcs_stay_what_they_are() -> None:
-    path = PiecePath(Pose(3.0, -2.0, 0.7), (Piece(2.0), Piece(3.0, 0.4), Piece(1.0)))
+    path = PiecePath(PathPose(3.0, -2.0, 0.7), (Piece(2.0), Piece(3.0, 0.4), Piece(1.0)))
     assert [(c.curve.curvature_1pm, c.curve.length_m) for c in cut(path)] == [(0.0, 2.0), (0.4, 3.0), (0.0, 1.0)]
 
 
 def test_few_segments() -> None:
     """A clothoid to the tightest curvature takes one biarc at a sharpness of 2.4 1/m², two at 1.0."""
     for sharpness, arcs in ((2.4, 2), (1.0, 4)):
-        path = PiecePath(Pose(0.0, 0.0, 0.0), (Piece(1.125 / sharpness, 0.0, sharpness),))
+        path = PiecePath(PathPose(0.0, 0.0, 0.0), (Piece(1.125 / sharpness, 0.0, sharpness),))
         assert len(cut(path)) == arcs
 
 
 @given(poses, floats(0.05, 2.0), floats(-1.0, 1.0), floats(-1.0, 1.0))
-def test_biarcs_meet_both_poses(start: Pose, distance: float, bearing: float, turn: float) -> None:
+def test_biarcs_meet_both_poses(start: PathPose, distance: float, bearing: float, turn: float) -> None:
     goal = start.moved(cmath.rect(distance, bearing), turn)
     first, second = biarc(start, goal)
     x, y, heading = second.end
@@ -94,9 +94,9 @@ def test_a_sliver_bent_the_other_way_is_not_made_up_for_by_a_tighter_arc() -> No
     sliver = Piece(0.0027565595500644116, -1.125)
     around = (Piece(0.0155980671599, -1.125), Piece(4.943686010869605, 1.125))
     for path in (
-        PiecePath(Pose(0.0, 0.0, 0.0), (Piece(0.1), *around, sliver, Piece(0.5))),
-        PiecePath(Pose(0.0, 0.0, 0.0), (Piece(0.5), sliver, *around[::-1], Piece(0.1))),
-        PiecePath(Pose(0.0, 0.0, 0.0), (Piece(1.0, 1.125), sliver, Piece(1.0, 1.125))),
+        PiecePath(PathPose(0.0, 0.0, 0.0), (Piece(0.1), *around, sliver, Piece(0.5))),
+        PiecePath(PathPose(0.0, 0.0, 0.0), (Piece(0.5), sliver, *around[::-1], Piece(0.1))),
+        PiecePath(PathPose(0.0, 0.0, 0.0), (Piece(1.0, 1.125), sliver, Piece(1.0, 1.125))),
     ):
         cuts = cut(path, path.end)
         check(path, cuts, path.end)

@@ -10,7 +10,7 @@ from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import LineSpec, Polygon, Template, TemplateSegment
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.planner.collision.checker import Yard
+from touchline.services.planner.collision.checker import CollisionChecker
 from touchline.services.planner.plan import Plan, plan
 
 VEHICLE = Vehicle()
@@ -64,7 +64,7 @@ def test_the_way_home_keeps_off_obstacles() -> None:
     template = row(2).model_copy(update={"obstacles": (bench,)})
     start = [40.0, 8.0, 0.0]
     planned = plan(template.model_copy(update={"segments": template.segments[:1]}), VEHICLE, PlanOptions(end=start))
-    yard = Yard.of(template, VEHICLE)
+    yard = CollisionChecker.of(template, VEHICLE)
     assert yard
     assert not any(yard.collision(section.path) for section in planned.sections)
 

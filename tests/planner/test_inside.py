@@ -16,8 +16,8 @@ from touchline.schemas.errors import PlanningError, SpecError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import LineSpec, Polygon, Template, TemplateSegment
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.planner.collision.checker import MARGIN_M, Yard
-from touchline.services.planner.geometry.clothoid import Piece, PiecePath, Pose
+from touchline.services.planner.collision.checker import MARGIN_M, CollisionChecker
+from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 from touchline.services.planner.plan import Plan, plan
 
 VEHICLE = Vehicle()
@@ -68,7 +68,7 @@ yards = st.builds(
 )
 wanderings = st.builds(
     PiecePath,
-    st.builds(Pose, floats(-4, 4), floats(-4, 4), floats(-math.pi, math.pi)),
+    st.builds(PathPose, floats(-4, 4), floats(-4, 4), floats(-math.pi, math.pi)),
     st.lists(
         st.builds(
             Piece,
@@ -87,7 +87,7 @@ wanderings = st.builds(
 @given(yards, wanderings)
 @settings(max_examples=80)
 def test_what_is_called_clear_is_clear_and_what_is_not_is_close(template: Template, path: PiecePath) -> None:
-    yard = Yard.of(template, VEHICLE)
+    yard = CollisionChecker.of(template, VEHICLE)
     assert yard is not None
     hit = yard.collision(path)
     boundary = shapely.Polygon(template.boundary.corners)
@@ -105,11 +105,11 @@ def test_what_is_called_clear_is_clear_and_what_is_not_is_close(template: Templa
 
 def test_a_turn_on_the_spot_sweeps_its_corners() -> None:
     post = Template(name="p", segments=lines((0, 0, 1, 0)), obstacles=(box((-0.05, 0.7), (0.05, 0.8), "post"),))
-    yard = Yard.of(post, VEHICLE)
+    yard = CollisionChecker.of(post, VEHICLE)
     assert yard is not None
-    still = PiecePath(Pose(0.0, 0.0, 0.0), (Piece(0.01),))
+    still = PiecePath(PathPose(0.0, 0.0, 0.0), (Piece(0.01),))
     assert yard.collision(still) is None
-    hit = yard.collision(PiecePath(Pose(0.0, 0.0, 0.0), (Piece.spin(2.5), Piece(0.01))))
+    hit = yard.collision(PiecePath(PathPose(0.0, 0.0, 0.0), (Piece.spin(2.5), Piece(0.01))))
     assert hit is not None
     assert hit.outline == "post"
 
@@ -193,5 +193,5 @@ def test_the_body_is_clear_where_it_reverses_and_turns_on_the_spot() -> None:
     # A post where the casters would sweep round: another way is taken, and it is clear as well.
     post = box((4.6, 0.85), (4.7, 0.95), "post")
     posted = template.model_copy(update={"obstacles": (post,)})
-    assert Yard.of(posted, SPINNING).collision(planned.sections[2].path)
+    assert CollisionChecker.of(posted, SPINNING).collision(planned.sections[2].path)
     check_clear(plan(posted, SPINNING, PlanOptions(start=[-4.0, 0.5, 0.0])), posted)

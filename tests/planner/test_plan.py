@@ -29,7 +29,7 @@ from touchline.schemas.vehicle import Vehicle
 from touchline.services.planner.output.measure import wheels
 from touchline.services.planner.plan import Plan, plan
 from touchline.services.planner.request import answer
-from touchline.services.planner.segments import segments
+from touchline.services.planner.segments import sent_segments
 from touchline.services.planner.swaths.swaths import JOINT_OFFSET_M
 
 VEHICLE = Vehicle()
@@ -265,7 +265,7 @@ def test_an_unusable_start_is_refused(start: list[float]) -> None:
 
 
 def test_a_plan_that_fits_no_message_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(segments, "SENT_MAX", 20)
+    monkeypatch.setattr(sent_segments, "SENT_MAX", 20)
     with pytest.raises(PlanningError, match="more than 20 lines and arcs; split the template"):
         plan(load_template("study-square"), VEHICLE)
 

@@ -8,7 +8,7 @@ import pytest
 from touchline.schemas.catalogue import load_template, parse_template
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.planner.plan import plan
-from touchline.services.planner.plots.plan import plot_plan
+from touchline.services.planner.plots.plan_picture import plot_plan
 
 
 def test_svg_and_png(tmp_path: Path) -> None:

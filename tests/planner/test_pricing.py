@@ -14,7 +14,7 @@ from touchline.schemas.messages import PlanOptions
 from touchline.schemas.plugins import METHODS
 from touchline.schemas.template import Template
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.planner.geometry.clothoid import Piece, PiecePath, Pose
+from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.plan import Plan, plan, ways_of
 from touchline.services.planner.sequencing.costs import nodes_of, problem
@@ -95,7 +95,7 @@ def test_many_ways_at_once_take_what_each_alone_takes(
 ) -> None:
     """That which is carried on included: of an end there is the beginning of what goes on from it."""
     poses = np.random.default_rng(seed).uniform(-6.0, 6.0, (4, 3)).tolist()
-    some = [CurveEnd(Pose(*pose), curvature * (i % 2), speed) for i, pose in enumerate(poses, 1)]
+    some = [CurveEnd(PathPose(*pose), curvature * (i % 2), speed) for i, pose in enumerate(poses, 1)]
     start = some[0]
     on = PiecePath(start.pose, (Piece(length, start.curvature_1pm),)).end
     ways, begins = ways_for(method), [*some, start._replace(pose=on)]
@@ -112,7 +112,7 @@ def test_many_ways_at_once_take_what_each_alone_takes(
 @settings(max_examples=200)
 def test_plain_words_are_the_dubins_paths(seed: int, curvature: float) -> None:
     """Of random poses: where a turn is nothing or all the way round but for rounding, either is right."""
-    first, second = (Pose(*row) for row in np.random.default_rng(seed).uniform(-4.0, 4.0, (2, 3)).tolist())
+    first, second = (PathPose(*row) for row in np.random.default_rng(seed).uniform(-4.0, 4.0, (2, 3)).tolist())
     (length,) = plain_lengths(np.array([[*first, 0.3]]), np.array([[*second, 0.0]]), curvature)[0]
     assert length == pytest.approx(sum(p.length_m for p in dubins_pieces(first, second, curvature)), abs=1e-6)
 
@@ -122,7 +122,7 @@ def test_rough_times_tell_near_from_far(method: str) -> None:
     """For most of 30 ends five of the beginnings that are really nearest are among the twelve that look so."""
     rng = np.random.default_rng(8)
     poses = rng.uniform((0.0, 0.0, -3.0), (60.0, 60.0, 3.0), (30, 3)).tolist()
-    some, ways = [CurveEnd(Pose(*pose), 0.0) for pose in poses], ways_for(method)
+    some, ways = [CurveEnd(PathPose(*pose), 0.0) for pose in poses], ways_for(method)
     rough = ways.pricing.rough_s(ways, some, some)
     pairs = np.stack(np.divmod(np.arange(900), 30), axis=1)
     exact = ways.pricing.timer(ways, some, some)(pairs, False).seconds.reshape(30, 30)

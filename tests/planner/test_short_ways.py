@@ -12,7 +12,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from tests.planner.strategies import floats, limits, pose_pairs
-from touchline.services.planner.geometry.clothoid import Floats, Piece, PiecePath, Pose
+from touchline.services.planner.geometry.clothoid import Floats, PathPose, Piece, PiecePath
 from touchline.services.planner.steering.ccd import ContinuousDubins
 from touchline.services.planner.steering.g2 import Steering
 from touchline.services.planner.steering.method import CurveEnd, before, through_straights
@@ -21,7 +21,7 @@ from touchline.services.planner.steering.unit_clothoid import CURVATURE_CAP, ram
 from touchline.services.planner.steering.word_lengths import word_lengths
 
 DATA = Path(__file__).parent / "data" / "steering_lengths.csv"
-ORIGIN = Pose(0.0, 0.0, 0.0)
+ORIGIN = PathPose(0.0, 0.0, 0.0)
 TOLERANCE = 1e-9
 SMALL_BOX_M = 2.5
 SMALL_BOX = slice(4000, 5000)
@@ -69,7 +69,7 @@ def reference_rows() -> list[dict[str, float]]:
 
 
 def row_ends(row: dict[str, float]) -> tuple[CurveEnd, CurveEnd, float, float]:
-    start, goal = Pose(row["x0"], row["y0"], row["theta0"]), Pose(row["x1"], row["y1"], row["theta1"])
+    start, goal = PathPose(row["x0"], row["y0"], row["theta0"]), PathPose(row["x1"], row["y1"], row["theta1"])
     return CurveEnd(start, 0.0), CurveEnd(goal, 0.0), row["kappa_max"], row["sigma_max"]
 
 
@@ -133,7 +133,7 @@ def test_ways_with_standstills_join_any_poses_and_curvatures(
 def test_the_way_of_the_mirror_image_is_the_mirror_image(ends: tuple[CurveEnd, CurveEnd, float, float]) -> None:
     start, goal, curvature, sharpness = ends
     steering = Steering(curvature, sharpness)
-    other = [CurveEnd(Pose(e.pose.x_m, -e.pose.y_m, -e.pose.heading_rad), -e.curvature_1pm) for e in (start, goal)]
+    other = [CurveEnd(PathPose(e.pose.x_m, -e.pose.y_m, -e.pose.heading_rad), -e.curvature_1pm) for e in (start, goal)]
     length = PiecePath(start.pose, steering.between(start, goal)).length_m
     assert PiecePath(other[0].pose, steering.between(*other)).length_m == pytest.approx(length, rel=1e-3)
 
@@ -146,7 +146,7 @@ def test_goals_far_behind_are_reached() -> None:
     for x in (-90.0, -49.585208163265314, -20.0):
         for y in (-3.6576, 0.0, 30.0):
             for heading in (0.0, 1.5, math.pi):
-                goal = CurveEnd(Pose(x, y, heading), 0.0)
+                goal = CurveEnd(PathPose(x, y, heading), 0.0)
                 for way in all_ways(steering, start, goal):
                     check(way, start, goal, curvature, sharpness)
 
@@ -185,7 +185,7 @@ def test_curvatures_above_what_a_way_may_have_are_left_first() -> None:
     curvature, sharpness = 1.9, 0.5
     steering = Steering(curvature, sharpness)
     assert steering.curvature_cap_1pm < 1.3
-    start, goal = CurveEnd(ORIGIN, 1.9), CurveEnd(Pose(9.0, 3.0, 1.0), -1.7)
+    start, goal = CurveEnd(ORIGIN, 1.9), CurveEnd(PathPose(9.0, 3.0, 1.0), -1.7)
     for way in all_ways(steering, start, goal):
         check(way, start, goal, curvature, sharpness)
     measured = word_lengths(np.array([[*start.pose, 1.9]]), np.array([[*goal.pose, -1.7]]), curvature, sharpness)
@@ -194,7 +194,7 @@ def test_curvatures_above_what_a_way_may_have_are_left_first() -> None:
 
 
 def test_turning_on_the_spot_leads_straight_there() -> None:
-    start, goal = CurveEnd(ORIGIN, 0.0), CurveEnd(Pose(0.0, 2.0, -math.pi / 2), 0.0)
+    start, goal = CurveEnd(ORIGIN, 0.0), CurveEnd(PathPose(0.0, 2.0, -math.pi / 2), 0.0)
     spins = [way for way in Steering(1.125, 2.1).standing_ways(start, goal) if any(piece.spin_rad for piece in way)]
     forward, backward = spins
     assert forward[1] == Piece(2.0)
@@ -204,13 +204,13 @@ def test_turning_on_the_spot_leads_straight_there() -> None:
 
 def test_going_back_a_little_is_reversing() -> None:
     """The shortest way to a place straight behind is straight backward, with a cusp at each end."""
-    start, goal = CurveEnd(ORIGIN, 0.0), CurveEnd(Pose(-1.0, 0.0, 0.0), 0.0)
+    start, goal = CurveEnd(ORIGIN, 0.0), CurveEnd(PathPose(-1.0, 0.0, 0.0), 0.0)
     ways = Steering(1.125, 2.1).standing_ways(start, goal)
     assert min(PiecePath(ORIGIN, way).length_m for way in ways) == pytest.approx(1.0, abs=1e-9)
 
 
 @given(end_pairs())
-@example((CurveEnd(ORIGIN, 0.0), CurveEnd(Pose(-3e-11, 0.0, 0.0), 0.0), 1.0, 1.0))
+@example((CurveEnd(ORIGIN, 0.0), CurveEnd(PathPose(-3e-11, 0.0, 0.0), 0.0), 1.0, 1.0))
 @settings(max_examples=50)
 def test_no_stretch_between_standstills_is_too_short_to_drive(ends: tuple[CurveEnd, CurveEnd, float, float]) -> None:
     start, goal, curvature, sharpness = ends
@@ -230,7 +230,7 @@ def test_every_count_of_cusps_fits_its_table() -> None:
 @given(floats(-CURVATURE_CAP, CURVATURE_CAP), floats(-CURVATURE_CAP, CURVATURE_CAP), floats(-4.0, 4.0))
 def test_the_series_is_the_integral(k_from: float, k_to: float, heading: float) -> None:
     piece = Piece(abs(k_to - k_from), k_from, math.copysign(1.0, k_to - k_from))
-    end = PiecePath(Pose(0.0, 0.0, heading), (piece,)).end
+    end = PiecePath(PathPose(0.0, 0.0, heading), (piece,)).end
     move, turn = ramp(heading, k_from, k_to)
     assert abs(move - end.point) < 1e-14
     assert turn == pytest.approx(end.heading_rad - heading, abs=1e-14)
@@ -255,7 +255,7 @@ def test_lengths_of_words_are_those_of_single_ways(box_m: float) -> None:
     words = ContinuousDubins(curvature, sharpness)
     for i, s in enumerate(starts.tolist()):
         for j, g in enumerate(goals.tolist()):
-            start, goal = CurveEnd(Pose(*s[:3]), s[3]), CurveEnd(Pose(*g[:3]), g[3])
+            start, goal = CurveEnd(PathPose(*s[:3]), s[3]), CurveEnd(PathPose(*g[:3]), g[3])
             way = through_straights(words, start, goal)
             assert measured[i, j] == pytest.approx(PiecePath(start.pose, way).length_m, abs=TOLERANCE)
 
@@ -273,6 +273,6 @@ def test_weighted_turns_are_the_dearer_part_of_the_length() -> None:
 
 
 def test_a_ramp_into_a_goal_ends_there() -> None:
-    goal = Pose(3.0, 4.0, 1.0)
+    goal = PathPose(3.0, 4.0, 1.0)
     into = (Piece(0.3, 0.0, 1.0),)
     assert PiecePath(before(goal, into), into).end == pytest.approx(goal)

@@ -13,8 +13,8 @@ from touchline.schemas.messages import Actuation, PlanOptions
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.planner.geometry.clothoid import Piece
 from touchline.services.planner.limits import Limits
-from touchline.services.planner.speed.actuation import Painted, actuation_profile
-from touchline.services.planner.speed.path_grid import Course
+from touchline.services.planner.speed.actuation import PaintedStretch, actuation_profile
+from touchline.services.planner.speed.path_grid import PathGrid
 from touchline.services.planner.speed.timing import SpeedProfile, Steady, speed_profile
 from touchline.services.planner.speed.topp import gain, path_time
 
@@ -27,19 +27,19 @@ def stations(lengths: np.ndarray) -> np.ndarray:
     return np.concatenate(([0.0], np.cumsum(lengths)))
 
 
-def straight(lengths_and_speeds: list[tuple[float, float]]) -> Course:
+def straight(lengths_and_speeds: list[tuple[float, float]]) -> PathGrid:
     table = np.array(lengths_and_speeds)
     still = np.zeros(len(table))
-    return Course(stations(table[:, 0]), table[:, 0], still, still, np.square(table[:, 1]))
+    return PathGrid(stations(table[:, 0]), table[:, 0], still, still, np.square(table[:, 1]))
 
 
-def with_borders(course: Course, borders: list[float]) -> Course:
+def with_borders(course: PathGrid, borders: list[float]) -> PathGrid:
     """The same straight course with more cells."""
     ends = np.cumsum(course.length_m)
     knots = np.unique([0.0, *ends, *(b for b in borders if 0.0 < b < ends[-1])])
     cap = course.square_cap[np.searchsorted(ends, 0.5 * (knots[1:] + knots[:-1]))]
     still = np.zeros(len(cap))
-    return Course(knots, np.diff(knots), still, still, cap)
+    return PathGrid(knots, np.diff(knots), still, still, cap)
 
 
 def test_trapezium() -> None:
@@ -94,7 +94,7 @@ def test_steady_stretches_are_steady(
 
 
 @st.composite
-def winding(draw: st.DrawFn) -> tuple[Course, list[tuple[float, float, float]]]:
+def winding(draw: st.DrawFn) -> tuple[PathGrid, list[tuple[float, float, float]]]:
     """Clothoids whose curvature is continuous, cut into cells as a course's are."""
     curvature, rows = 0.0, []
     for _ in range(draw(st.integers(1, 6))):
@@ -108,11 +108,11 @@ def winding(draw: st.DrawFn) -> tuple[Course, list[tuple[float, float, float]]]:
     ends = table[:, 1] + table[:, 2] * table[:, 0]
     tightest = np.maximum(np.abs(table[:, 1]), np.abs(ends))
     cap = LIMITS.square_cap(tightest, np.abs(table[:, 2]))
-    return Course(stations(table[:, 0]), table[:, 0], table[:, 1], table[:, 2], cap), rows
+    return PathGrid(stations(table[:, 0]), table[:, 0], table[:, 1], table[:, 2], cap), rows
 
 
 @given(winding())
-def test_winding_paths_keep_both_wheels_at_every_millimetre(case: tuple[Course, list]) -> None:
+def test_winding_paths_keep_both_wheels_at_every_millimetre(case: tuple[PathGrid, list]) -> None:
     course, rows = case
     profile = speed_profile(course, [], LIMITS)
     starts = np.concatenate(([0.0], np.cumsum(course.length_m)))
@@ -134,7 +134,7 @@ def test_winding_paths_keep_both_wheels_at_every_millimetre(case: tuple[Course, 
 
 
 @given(winding())
-def test_the_time_of_a_way_is_that_of_its_profile(case: tuple[Course, list]) -> None:
+def test_the_time_of_a_way_is_that_of_its_profile(case: tuple[PathGrid, list]) -> None:
     course, rows = case
     profile = speed_profile(course, [], LIMITS)
     # The estimate cuts every row into two cells more, whose caps are a little looser.
@@ -170,7 +170,7 @@ def test_painting_from_standstill_is_refused() -> None:
         speed_profile(with_borders(straight([(5.0, 1.0)]), [1.0]), [Steady(0.0, 1.0, 1.0)], LIMITS)
 
 
-def masks(painted: list[Painted], speed: float = 1.0) -> list[tuple[float, int]]:
+def masks(painted: list[PaintedStretch], speed: float = 1.0) -> list[tuple[float, int]]:
     steady = [Steady(p.start_m - 0.1, p.end_m, speed) for p in painted]
     course = with_borders(straight([(20.0, 1.4)]), [border for s in steady for border in s[:2]])
     profile: SpeedProfile = speed_profile(course, steady, replace(LIMITS, acceleration_mps2=1.0))
@@ -182,26 +182,26 @@ def test_valve_and_discs_lead_by_their_delays() -> None:
     lowered = 5.0 - 0.1 - (0.4 + 0.5 * 0.4**2)
     on, off = 5.0 - 0.015, 8.0 - 0.030
     disc, spray = Actuation.DISC, Actuation.DISC_SPRAY
-    assert masks([Painted("a", 5.0, 8.0, "DISC_SPRAY")]) == [
+    assert masks([PaintedStretch("a", 5.0, 8.0, "DISC_SPRAY")]) == [
         (0.0, 0),
         (lowered, disc),
         (on, spray),
         (off, disc),
         (8.0, 0),
     ]
-    assert masks([Painted("a", 5.0, 8.0, "SPRAY")]) == [(0.0, 0), (on, Actuation.SPRAY), (off, 0)]
+    assert masks([PaintedStretch("a", 5.0, 8.0, "SPRAY")]) == [(0.0, 0), (on, Actuation.SPRAY), (off, 0)]
 
 
 def test_close_lines_keep_the_discs_down_and_joined_ones_the_valve_open() -> None:
-    close = masks([Painted("a", 5.0, 6.0, "DISC_SPRAY"), Painted("b", 6.2, 7.0, "DISC_SPRAY")])
+    close = masks([PaintedStretch("a", 5.0, 6.0, "DISC_SPRAY"), PaintedStretch("b", 6.2, 7.0, "DISC_SPRAY")])
     assert [mask for _, mask in close] == [0, 4, 7, 4, 7, 4, 0]
-    joined = masks([Painted("a", 5.0, 6.0, "DISC_SPRAY"), Painted("b", 6.0, 7.0, "DISC_SPRAY")])
+    joined = masks([PaintedStretch("a", 5.0, 6.0, "DISC_SPRAY"), PaintedStretch("b", 6.0, 7.0, "DISC_SPRAY")])
     assert [mask for _, mask in joined] == [0, 4, 7, 4, 0]
 
 
 def test_a_line_shorter_than_the_valve_can_paint_is_named() -> None:
     with pytest.raises(PlanningError, match='segment "dot" is 14 mm long'):
-        masks([Painted("dot", 5.0, 5.014, "SPRAY")])
+        masks([PaintedStretch("dot", 5.0, 5.014, "SPRAY")])
 
 
 @pytest.mark.parametrize("field", ["kappa_max_1pm", "sigma_max_1pm2", "paint_speed_mps", "transit_speed_mps"])

@@ -10,7 +10,7 @@ from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import CurveType, LinearDirection, PlanOptions, VelocityType
 from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.planner.geometry.clothoid import Piece, PiecePath, Pose
+from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 from touchline.services.planner.plan import Plan, plan
 from touchline.services.planner.segments.sections import runs
 
@@ -86,7 +86,7 @@ def test_a_turn_on_the_spot_is_an_arc_without_radius_at_an_angular_velocity() ->
 
 def test_runs_are_the_curves_that_are_travelled() -> None:
     path = PiecePath(
-        Pose(1.0, 2.0, 0.3),
+        PathPose(1.0, 2.0, 0.3),
         (
             Piece(1.0, 0.0, 0.5),
             Piece(2.0, 0.5, -0.4, -1),

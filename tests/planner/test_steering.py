@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.special import fresnel
 
 from tests.planner.strategies import floats, limits, pieces, pose_pairs, poses
-from touchline.services.planner.geometry.clothoid import Piece, PiecePath, Pose, joined
+from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath, joined
 from touchline.services.planner.steering.ccd import ContinuousDubins
 from touchline.services.planner.steering.dubins import dubins_pieces
 from touchline.services.planner.steering.dubins_padded import PADDING_AFTER_M, PADDING_BEFORE_M, PaddedDubins
@@ -21,12 +21,12 @@ from touchline.services.planner.steering.turns import ArcTurn, ContinuousTurn
 from touchline.services.planner.steering.words import shortest_word, words
 
 ROWS = Path(__file__).parent / "data" / "steering_lengths.csv"
-ORIGIN = Pose(0.0, 0.0, 0.0)
+ORIGIN = PathPose(0.0, 0.0, 0.0)
 ENDS_TOLERANCE = 1e-9
 METHODS: tuple[TransitionMethod, ...] = (Steering(1.125, 2.1), ContinuousDubins(1.125, 2.1), PaddedDubins(1.125))
 
 
-def miss(path: PiecePath, goal: Pose) -> float:
+def miss(path: PiecePath, goal: PathPose) -> float:
     end = path.end
     return max(abs(end.point - goal.point), abs(cmath.phase(end.direction / goal.direction)))
 
@@ -68,7 +68,7 @@ def test_turns_of_any_deflection_end_on_the_turning_circle(bounds: tuple[float, 
     assert path.end.heading_rad == pytest.approx(deflection, abs=1e-12)
     assert abs(path.end.point - turn.centre) == pytest.approx(turn.radius, rel=1e-12)
     # It leaves the circle at the angle at which it came: the centre lies at the mirror image of where it lay.
-    centre, _ = Pose(turn.centre.real, turn.centre.imag, 0.0).seen_from(path.end)
+    centre, _ = PathPose(turn.centre.real, turn.centre.imag, 0.0).seen_from(path.end)
     assert abs(centre + turn.centre.conjugate()) < 1e-11
 
 
@@ -80,19 +80,19 @@ def test_partial_turn_meets_the_full_one_at_the_limit_deflection() -> None:
 
 @pytest.mark.parametrize("method", METHODS, ids=lambda m: m.name)
 def test_straight_ahead_is_straight(method: TransitionMethod) -> None:
-    goal = Pose(0.05, 0.0, 0.0)
+    goal = PathPose(0.05, 0.0, 0.0)
     assert method.connect(ORIGIN, goal) == (Piece(0.05),)
     assert method.connect(ORIGIN, ORIGIN) == ()
 
 
 def test_quarter_turns() -> None:
-    assert dubins_pieces(ORIGIN, Pose(1.0, 1.0, math.pi / 2), 1.0) == (Piece(pytest.approx(math.pi / 2), 1.0),)  # type: ignore[arg-type]
+    assert dubins_pieces(ORIGIN, PathPose(1.0, 1.0, math.pi / 2), 1.0) == (Piece(pytest.approx(math.pi / 2), 1.0),)  # type: ignore[arg-type]
     turn = ContinuousTurn(1.125, 2.1)
     corner = PiecePath(ORIGIN, turn.pieces(math.pi / 2)).end
-    far = Pose(corner.x_m + 0.0, corner.y_m + 2.0, math.pi / 2)
+    far = PathPose(corner.x_m + 0.0, corner.y_m + 2.0, math.pi / 2)
     word = shortest_word(ORIGIN, far, turn)
     assert word.length(turn) == pytest.approx(turn.length(math.pi / 2) + 2.0, rel=1e-12)
-    assert shortest_word(ORIGIN, Pose(far.x_m, -far.y_m, -far.heading_rad), turn).length(turn) == pytest.approx(
+    assert shortest_word(ORIGIN, PathPose(far.x_m, -far.y_m, -far.heading_rad), turn).length(turn) == pytest.approx(
         word.length(turn)
     )
 
@@ -107,8 +107,8 @@ def test_reference_lengths() -> None:
     with ROWS.open() as file:
         for number, row in enumerate(csv.DictReader(file)):
             value = {key: float(text) for key, text in row.items()}
-            start = Pose(value["x0"], value["y0"], value["theta0"])
-            goal = Pose(value["x1"], value["y1"], value["theta1"])
+            start = PathPose(value["x0"], value["y0"], value["theta0"])
+            goal = PathPose(value["x1"], value["y1"], value["theta1"])
             curvature, sharpness = value["kappa_max"], value["sigma_max"]
             plain = PiecePath(start, dubins_pieces(start, goal, curvature))
             assert plain.length_m == pytest.approx(value["dubins_m"], abs=1e-6)
@@ -128,7 +128,9 @@ def test_reference_lengths() -> None:
 
 @given(pose_pairs(), limits)
 @settings(max_examples=300)
-def test_any_two_poses_are_connected_within_the_limits(pair: tuple[Pose, Pose], bounds: tuple[float, float]) -> None:
+def test_any_two_poses_are_connected_within_the_limits(
+    pair: tuple[PathPose, PathPose], bounds: tuple[float, float]
+) -> None:
     start, goal = pair
     path = PiecePath(start, ContinuousDubins(*bounds).connect(start, goal))
     assert miss(path, goal) < ENDS_TOLERANCE
@@ -137,7 +139,7 @@ def test_any_two_poses_are_connected_within_the_limits(pair: tuple[Pose, Pose], 
 
 
 @given(pose_pairs(), limits)
-def test_every_word_reaches_the_goal(pair: tuple[Pose, Pose], bounds: tuple[float, float]) -> None:
+def test_every_word_reaches_the_goal(pair: tuple[PathPose, PathPose], bounds: tuple[float, float]) -> None:
     start, goal = pair
     for turn in (ContinuousTurn(*bounds), ArcTurn(bounds[0])):
         for word in words(start, goal, turn):
@@ -148,20 +150,20 @@ def test_every_word_reaches_the_goal(pair: tuple[Pose, Pose], bounds: tuple[floa
 
 @given(pose_pairs(), limits)
 def test_curvature_continuity_costs_length_and_a_mirror_image_costs_nothing(
-    pair: tuple[Pose, Pose], bounds: tuple[float, float]
+    pair: tuple[PathPose, PathPose], bounds: tuple[float, float]
 ) -> None:
     start, goal = pair
     plain, smooth = ArcTurn(bounds[0]), ContinuousTurn(*bounds)
     length = shortest_word(start, goal, smooth).length(smooth)
     assert length >= shortest_word(start, goal, plain).length(plain) - 1e-8
-    mirrored = (Pose(p.x_m, -p.y_m, -p.heading_rad) for p in pair)
+    mirrored = (PathPose(p.x_m, -p.y_m, -p.heading_rad) for p in pair)
     assert shortest_word(*mirrored, smooth).length(smooth) == pytest.approx(length, abs=1e-7)
 
 
 @given(pose_pairs(), limits, floats(-1.0, 1.0), floats(-1.0, 1.0))
 @settings(max_examples=200)
 def test_transitions_between_curvatures_are_g2(
-    pair: tuple[Pose, Pose], bounds: tuple[float, float], out_share: float, in_share: float
+    pair: tuple[PathPose, PathPose], bounds: tuple[float, float], out_share: float, in_share: float
 ) -> None:
     curvature, sharpness = bounds
     start, goal = CurveEnd(pair[0], out_share * curvature), CurveEnd(pair[1], in_share * curvature)
@@ -173,7 +175,9 @@ def test_transitions_between_curvatures_are_g2(
 
 @pytest.mark.parametrize("method", METHODS, ids=lambda m: m.name)
 @given(start=poses, curvature=floats(-1.0, 1.0), length=floats(0.0, 3.0))
-def test_a_curve_in_parts_is_carried_on(method: TransitionMethod, start: Pose, curvature: float, length: float) -> None:
+def test_a_curve_in_parts_is_carried_on(
+    method: TransitionMethod, start: PathPose, curvature: float, length: float
+) -> None:
     curve = PiecePath(start, (Piece(length, curvature),))
     path = transition(method, CurveEnd(start, curvature), CurveEnd(curve.end, curvature))
     # A long bow may be cut short, but nothing winds about.
@@ -183,7 +187,7 @@ def test_a_curve_in_parts_is_carried_on(method: TransitionMethod, start: Pose, c
 
 
 def test_the_baseline_pads_every_segment() -> None:
-    goal = Pose(4.0, 3.0, 1.0)
+    goal = PathPose(4.0, 3.0, 1.0)
     path = transition(PaddedDubins(1.125), CurveEnd(ORIGIN, 0.5), CurveEnd(goal, 0.0))
     assert path.pieces[0] == Piece(PADDING_AFTER_M)
     assert path.pieces[-1].curvature_1pm == 0.0
@@ -192,6 +196,6 @@ def test_the_baseline_pads_every_segment() -> None:
 
 
 @given(poses, st.lists(pieces, max_size=3))
-def test_before_is_where_the_pieces_lead_to_the_goal(goal: Pose, chain: list[Piece]) -> None:
+def test_before_is_where_the_pieces_lead_to_the_goal(goal: PathPose, chain: list[Piece]) -> None:
     path = PiecePath(before(goal, tuple(chain)), tuple(chain))
     assert miss(path, goal) < 1e-12

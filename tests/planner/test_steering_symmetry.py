@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from touchline.services.planner.geometry.clothoid import Floats, Piece, PiecePath, Pose
+from touchline.services.planner.geometry.clothoid import Floats, PathPose, Piece, PiecePath
 from touchline.services.planner.steering.g2 import Steering
 from touchline.services.planner.steering.method import CurveEnd
 
@@ -20,7 +20,7 @@ LIMITS = ((1.125, 2.1), (1.3126, 7.0))
 
 
 def mirrored_query(query: Query) -> Query:
-    start, goal = (CurveEnd(Pose(e.pose.x_m, -e.pose.y_m, -e.pose.heading_rad), -e.curvature_1pm) for e in query)
+    start, goal = (CurveEnd(PathPose(e.pose.x_m, -e.pose.y_m, -e.pose.heading_rad), -e.curvature_1pm) for e in query)
     return start, goal
 
 
@@ -31,7 +31,7 @@ def mirrored_way(way: Way) -> Way:
 def turned_query(query: Query) -> Query:
     """From the goal to the start, looking the other way at both: what is driven forward still is."""
     goal, start = (
-        CurveEnd(Pose(e.pose.x_m, e.pose.y_m, e.pose.heading_rad + math.pi), -e.curvature_1pm) for e in query
+        CurveEnd(PathPose(e.pose.x_m, e.pose.y_m, e.pose.heading_rad + math.pi), -e.curvature_1pm) for e in query
     )
     return start, goal
 
@@ -45,7 +45,7 @@ def queries(box_m: float, share: float, curvature: float, seed: int) -> list[Que
     rng = np.random.default_rng(seed)
     corner = (box_m, box_m, math.pi, share * curvature)
     ends = rng.uniform((0.0, 0.0, -math.pi, -share * curvature), corner, (PAIRS, 2, 4)).tolist()
-    return [(CurveEnd(Pose(*a[:3]), a[3]), CurveEnd(Pose(*b[:3]), b[3])) for a, b in ends]
+    return [(CurveEnd(PathPose(*a[:3]), a[3]), CurveEnd(PathPose(*b[:3]), b[3])) for a, b in ends]
 
 
 def ways(steering: Steering, query: Query) -> list[Way]:
@@ -55,7 +55,7 @@ def ways(steering: Steering, query: Query) -> list[Way]:
 
 
 def length(way: Way) -> float:
-    return PiecePath(Pose(0.0, 0.0, 0.0), way).length_m
+    return PiecePath(PathPose(0.0, 0.0, 0.0), way).length_m
 
 
 def table(way: Way) -> Floats:
@@ -88,7 +88,7 @@ def test_the_ways_of_an_image_are_the_images_of_the_ways(share: float, box_m: fl
 def test_the_images_of_a_way_with_a_flat_turn_are_its_ways() -> None:
     """Two turns of full sharpness make 2.664 m; the first of the shortest way has less than half of that sharpness."""
     steering = Steering(1.3126, 7.0)
-    start, goal = Pose(0.609220037, 1.749076837, 0.145518542), Pose(0.022687158, 0.237469681, 3.040370346)
+    start, goal = PathPose(0.609220037, 1.749076837, 0.145518542), PathPose(0.022687158, 0.237469681, 3.040370346)
     query = CurveEnd(start, 0.0), CurveEnd(goal, 0.0)
     found = min(ways(steering, query), key=length)
     assert length(found) == pytest.approx(2.63832335, abs=1e-8)

@@ -6,7 +6,7 @@ import pytest
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.planner.budget import Watch
+from touchline.services.planner.budget import Budget
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.plan import plan, ways_of
@@ -62,10 +62,10 @@ def strewn() -> Template:
 
 def test_parts_are_all_there_is_and_end_when_it_is_enough() -> None:
     told: list[float] = []
-    slices = list(Watch(told.append).parts(10, 4, 0.2, 0.7))
+    slices = list(Budget(told.append).parts(10, 4, 0.2, 0.7))
     assert [list(range(10))[part] for part in slices] == [[0, 1, 2, 3], [4, 5, 6, 7], [8, 9]]
     assert told == pytest.approx([0.4, 0.6, 0.7])
-    assert len(list(Watch(enough=lambda: True).parts(10, 4, 0.0, 1.0))) == 0
+    assert len(list(Budget(enough=lambda: True).parts(10, 4, 0.0, 1.0))) == 0
 
 
 @pytest.mark.parametrize("stopped", ["rough", "words", "hops"])

@@ -10,7 +10,7 @@ from touchline.schemas.faults import Fault, parse_fault
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.onboard.interface import Command, SensorFrame
-from touchline.services.robot_sim.faults import FaultTimeline
+from touchline.services.robot_sim.fault_timeline import FaultTimeline
 from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world.world import World

@@ -10,7 +10,7 @@ from touchline.schemas.vehicle import Motor, Vehicle
 from touchline.services.onboard.interface import Command
 from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world.constants import SURFACES
-from touchline.services.robot_sim.world.drive import FULL_V
+from touchline.services.robot_sim.world.motors import FULL_V
 from touchline.services.robot_sim.world.world import World
 
 QUIET = Scenario(noise="none")

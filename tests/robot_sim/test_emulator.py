@@ -16,6 +16,7 @@ from touchline.schemas.messages import (
     Actuation,
     ActuationProfile,
     Arc,
+    CurveMessage,
     CurveType,
     Line,
     NavSatFix,
@@ -29,7 +30,6 @@ from touchline.schemas.messages import (
     TraversalReport,
     TraversalStatus,
 )
-from touchline.schemas.messages import Curve as CurveMessage
 from touchline.schemas.scenario import Pose2, Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicle import Vehicle

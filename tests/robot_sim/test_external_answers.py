@@ -13,7 +13,7 @@ from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.bus import CallError
-from touchline.services.onboard.control import Interrupted, PurePursuitFollower, Question
+from touchline.services.onboard.control import FollowerQuestion, Interrupted, PurePursuitFollower
 from touchline.services.onboard.control.external import AHEAD_TICKS, ExternalFollower
 from touchline.services.onboard.trajectory import path_projection as t
 from touchline.services.robot_sim.emulator import Emulator
@@ -109,7 +109,7 @@ def test_a_session_is_asked_about_the_next_second_and_anew_after_a_pause():
     questions, pursuit = [], PurePursuitFollower(VEHICLE)
 
     def ask(question):
-        questions.append(Question(question.first, question.now.copy(), question.ahead.copy()))
+        questions.append(FollowerQuestion(question.first, question.now.copy(), question.ahead.copy()))
         return pursuit.step(question.now, question.ahead)
 
     emulator = Emulator(VEHICLE, Scenario(noise="none"), OnboardConfig(follower="external"), ask=ask)
@@ -158,7 +158,7 @@ class Answering:
 
 def question():
     now, ahead = np.arange(1.0, t.NOW + 1), np.arange(2.0 * AHEAD_TICKS).reshape(-1, 2)
-    return Question(True, now, ahead)
+    return FollowerQuestion(True, now, ahead)
 
 
 def test_a_question_is_told_field_by_field_and_the_answer_is_left_then_right():

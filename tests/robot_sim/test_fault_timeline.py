@@ -17,9 +17,9 @@ from touchline.schemas.faults import Fault, parse_fault
 from touchline.schemas.messages import Event, InjectFaultRequest
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.robot_sim.commands import Commands
+from touchline.services.robot_sim.command_handlers import Commands
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.faults import MAX_FAULTS, FaultTimeline
+from touchline.services.robot_sim.fault_timeline import MAX_FAULTS, FaultTimeline
 from touchline.services.robot_sim.telemetry import Telemetry
 from touchline.services.robot_sim.world import effects as e
 

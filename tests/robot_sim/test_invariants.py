@@ -7,13 +7,13 @@ import pytest
 from benchmarks._invariants import Broken, Guarded, fault
 from touchline.schemas.messages import Actuation, TraversalStatus
 from touchline.schemas.onboard import FenceLimits
-from touchline.services.onboard.executive.failsafe import Hazards
-from touchline.services.onboard.executive.localization_monitor import Watch
-from touchline.services.onboard.executive.mission import Job
+from touchline.services.onboard.executive.failsafe import Failsafe
+from touchline.services.onboard.executive.localization_monitor import LocalizationMonitor
+from touchline.services.onboard.executive.mission import Mission
 from touchline.services.onboard.executive.sprayer import Sprayer
 from touchline.services.onboard.executive.traversal import Traversal
 from touchline.services.onboard.interface import Command
-from touchline.services.robot_sim.world.world import Pose
+from touchline.services.robot_sim.world.world import TruePose
 
 RUNNING = TraversalStatus.RUNNING
 
@@ -32,19 +32,24 @@ def sprays_on(_sprayer: Sprayer, arc_length_m: float, *_: float) -> int:
 
 
 STEP = Traversal.step
-REST = Job.rest
+REST = Mission.rest
 OUT = {"start_s": 6.5, "duration_s": 4.0}
 QUIET, NOTHING = (lambda *_: ""), (lambda *_: None)
 # what is broken, the guards that are taken out and what is put in their place, the fault, what the operator does
 GUARDS = [
-    ("without an RTK fix", {(Watch, "paint_problem"): QUIET}, "gnss-outage", None),
-    ("against the fixes", {(Watch, "paint_problem"): QUIET, (Watch, "drive_problem"): QUIET}, "gnss-wrong-fix", None),
-    ("on slipping wheels", {(Watch, "paint_problem"): QUIET}, "wheel-slip", None),
-    ("without an operator", {(Hazards, "_operator"): QUIET}, "operator-lost", None),
+    ("without an RTK fix", {(LocalizationMonitor, "paint_problem"): QUIET}, "gnss-outage", None),
+    (
+        "against the fixes",
+        {(LocalizationMonitor, "paint_problem"): QUIET, (LocalizationMonitor, "drive_problem"): QUIET},
+        "gnss-wrong-fix",
+        None,
+    ),
+    ("on slipping wheels", {(LocalizationMonitor, "paint_problem"): QUIET}, "wheel-slip", None),
+    ("without an operator", {(Failsafe, "_operator"): QUIET}, "operator-lost", None),
     ("pressed bumper", {(Traversal, "_heed_hazards"): NOTHING}, "bumper", None),
     ("left the emergency stop", {(Traversal, "step"): release}, None, "estop"),
-    ("wheels commanded while stopped", {(Job, "stop_hard"): REST}, None, "estop"),
-    ("while not running", {(Job, "rest"): lambda job: REST(job)._replace(valve=True)}, None, "pause"),
+    ("wheels commanded while stopped", {(Mission, "stop_hard"): REST}, None, "estop"),
+    ("while not running", {(Mission, "rest"): lambda job: REST(job)._replace(valve=True)}, None, "pause"),
     (
         "outside what the plan sprays",
         {(Sprayer, "wanted_at"): sprays_on, (Sprayer, "_sprays_at"): sprays_on},
@@ -73,11 +78,11 @@ def test_without_the_fence_a_robot_that_is_carried_off_goes_on(monkeypatch, guar
     run.run(700)
     emulator = run.emulator
     east, north, heading = emulator.world.pose
-    emulator.world.place(Pose(east, north - 1.0, heading))
+    emulator.world.place(TruePose(east, north - 1.0, heading))
     emulator.onboard._estimator._xs[:, 1] -= 1.0  # type: ignore[attr-defined]
     if guarded:
         assert run.run(200) == TraversalStatus.ESTOPPED
         return
-    monkeypatch.setattr(Hazards, "_outside", lambda *_: "")
+    monkeypatch.setattr(Failsafe, "_outside", lambda *_: "")
     with pytest.raises(Broken, match="beyond the fence"):
         run.run(200)

@@ -14,7 +14,7 @@ from touchline.schemas.curves import Curve
 from touchline.schemas.template import Template
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.core.intervals import Intervals
-from touchline.services.robot_sim.paint.grid import cell_of, make_grid
+from touchline.services.robot_sim.paint.cell_grid import cell_of, make_grid
 from touchline.services.robot_sim.paint.metrics import paint_metrics
 from touchline.services.robot_sim.paint.projection import REACH_M, project
 from touchline.services.robot_sim.paint.targets import segment_length_m, sprayed_stretches, start_pose, targets

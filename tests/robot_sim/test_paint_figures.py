@@ -17,7 +17,7 @@ from touchline.services.robot_sim.paint.ledger import PaintLedger
 from touchline.services.robot_sim.paint.metrics import paint_metrics
 from touchline.services.robot_sim.paint.targets import Target, nozzle_curve, start_pose
 from touchline.services.robot_sim.world.body import STEPS
-from touchline.services.robot_sim.world.world import Pose
+from touchline.services.robot_sim.world.world import TruePose
 
 
 def sprayed(ledger, points, width):
@@ -199,7 +199,7 @@ def test_the_estimators_error_counts_from_the_first_motion_on_and_the_short_way_
 
     def add(speed_mps, east_m, north_m, heading_rad):
         error.add(
-            Pose(1.0, 2.0, 3.0), speed_mps, Estimate(1.0 + east_m, 2.0 + north_m, heading_rad, 0.0, 0.0, None, None)
+            TruePose(1.0, 2.0, 3.0), speed_mps, Estimate(1.0 + east_m, 2.0 + north_m, heading_rad, 0.0, 0.0, None, None)
         )
 
     add(0.0, 9.0, 9.0, 0.0)

@@ -12,7 +12,7 @@ from touchline.services.onboard.interface import Command
 from touchline.services.robot_sim.sensors.receiver import white
 from touchline.services.robot_sim.sensors.suite import FIELD_HORIZONTAL_T, Sensors
 from touchline.services.robot_sim.world import body
-from touchline.services.robot_sim.world.world import Pose, World
+from touchline.services.robot_sim.world.world import TruePose, World
 
 VEHICLE = Vehicle()
 STILL = World(VEHICLE, Scenario(noise="none")).state
@@ -31,7 +31,7 @@ def speeds(world):
 def test_without_noise_everything_is_true():
     world = World(VEHICLE, Scenario(noise="none"))
     sensors = Sensors(VEHICLE, Scenario(noise="none"))
-    world.place(Pose(5.0, -3.0, 0.3))
+    world.place(TruePose(5.0, -3.0, 0.3))
     for tick in range(1, 200):
         heading, (speed, side) = world.pose.heading_rad, speeds(world)
         world.step(Command(8.0, 10.0, False, False), tick)
@@ -200,7 +200,7 @@ def test_steel_turns_the_field_towards_itself_and_falls_with_distance():
 def test_on_a_slope_accelerometer_magnetometer_and_antenna_lean():
     scenario = Scenario(noise="none", ground=Ground(grade=0.1, uphill_rad=math.pi / 2))
     world = World(VEHICLE, scenario)
-    world.place(Pose(0.0, 0.0, math.pi / 2))  # nose uphill
+    world.place(TruePose(0.0, 0.0, math.pi / 2))  # nose uphill
     sensors = Sensors(VEHICLE, scenario)
     for tick in range(1, 40):
         world.step(Command(0.0, 0.0, False, False), tick)
@@ -223,7 +223,7 @@ def test_on_a_slope_the_antenna_is_where_the_bodys_axes_put_it(heading_rad, uphi
     vehicle = Vehicle(gnss_antenna_x_m=lever[0], gnss_antenna_y_m=lever[1], gnss_antenna_z_m=lever[2])
     scenario = Scenario(noise="none", ground=Ground(grade=grade, uphill_rad=uphill_rad))
     world, sensors = World(vehicle, scenario), Sensors(vehicle, scenario)
-    world.place(Pose(10.0, -20.0, heading_rad))
+    world.place(TruePose(10.0, -20.0, heading_rad))
     rise = np.array([math.cos(uphill_rad), math.sin(uphill_rad)]) * grade
     upright = np.array([-rise[0], -rise[1], 1.0]) / math.hypot(grade, 1.0)
     ahead = np.array([math.cos(heading_rad), math.sin(heading_rad), 0.0])

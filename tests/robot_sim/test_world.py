@@ -13,7 +13,7 @@ from touchline.services.onboard.interface import Command
 from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world.constants import SURFACES
 from touchline.services.robot_sim.world.effects import FLOW, neutral
-from touchline.services.robot_sim.world.world import NO_EFFECTS, Pose, World
+from touchline.services.robot_sim.world.world import NO_EFFECTS, TruePose, World
 
 QUIET = Scenario(noise="none")
 VEHICLE = Vehicle()
@@ -31,7 +31,7 @@ def level(**ground):
 
 def test_a_straight_line_is_straight_and_as_long_as_the_wheels_rolled_less_their_slip():
     world = World(VEHICLE, QUIET)
-    world.place(Pose(1.0, 2.0, math.pi / 6))
+    world.place(TruePose(1.0, 2.0, math.pi / 6))
     drive(world, Command(10.0, 10.0, False, False), 1000)
     rolled = world.state[body.LEFT_ANGLE] * VEHICLE.wheel_radius_m
     length = math.hypot(world.pose.east_m - 1.0, world.pose.north_m - 2.0)
@@ -225,7 +225,7 @@ def test_battery_holds_a_bit_over_five_hours_of_work():
 
 def test_the_nozzle_is_on_the_right():
     world = World(VEHICLE, QUIET)
-    world.place(Pose(3.0, 4.0, math.pi / 2))
+    world.place(TruePose(3.0, 4.0, math.pi / 2))
     world.step(Command(0.0, 0.0, False, False), 1)
     assert world.trace[-1, :2] == pytest.approx([3.0 + 0.41124, 4.0], abs=1e-12)
 

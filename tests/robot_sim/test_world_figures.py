@@ -15,7 +15,7 @@ from touchline.services.onboard.interface import Command
 from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.constants import SURFACES
-from touchline.services.robot_sim.world.world import NO_EFFECTS, Pose, World
+from touchline.services.robot_sim.world.world import NO_EFFECTS, TruePose, World
 
 VEHICLE = Vehicle()
 GRAVITY = 9.80665
@@ -61,7 +61,7 @@ def test_a_way_across_the_slope_is_as_long_on_the_map_as_on_level_ground():
         flat, slope = World(VEHICLE, level()), World(VEHICLE, level(grade=0.15, uphill_rad=uphill))
         lengths = []
         for world in (flat, slope):
-            world.place(Pose(0.0, 0.0, heading))
+            world.place(TruePose(0.0, 0.0, heading))
             drive(world, AHEAD, 500)
             lengths.append(world.pose.east_m * math.cos(heading) + world.pose.north_m * math.sin(heading))
         assert lengths[1] == pytest.approx(lengths[0], rel=2e-3)
@@ -72,7 +72,7 @@ def test_on_a_slope_the_map_sees_less_of_the_nozzles_lever(heading_rad, uphill_r
     """The lever lies in the ground's plane: along the robot's way, and at a right angle to that in the plane."""
     vehicle, grade = Vehicle(nozzle_x_m=0.3, nozzle_y_m=-0.4), 0.15
     world = World(vehicle, level(grade=grade, uphill_rad=uphill_rad))
-    world.place(Pose(3.0, 4.0, heading_rad))
+    world.place(TruePose(3.0, 4.0, heading_rad))
     drive(world, STAND, 1)
     rise = grade * np.array([math.cos(uphill_rad), math.sin(uphill_rad)])
     ahead = np.array([math.cos(heading_rad), math.sin(heading_rad), 0.0])

@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from touchline.schemas.curves import Curve, PathTable, wrap_angle
-from touchline.schemas.messages import Arc, CurveType, Line, Point
-from touchline.schemas.messages import Curve as CurveMessage
+from touchline.schemas.messages import Arc, CurveMessage, CurveType, Line, Point
 
 coordinate = st.floats(-200, 200)
 angle = st.floats(-math.pi, math.pi)

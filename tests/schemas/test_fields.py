@@ -13,7 +13,7 @@ from shapely.geometry.base import BaseGeometry
 from touchline.schemas.catalogue import load_template, parse_template, shipped_templates
 from touchline.schemas.errors import SpecError
 from touchline.schemas.fields import FIELDS
-from touchline.schemas.fields.athletics import Track, run_radius_m, stagger_m, straight_m
+from touchline.schemas.fields.athletics import AthleticsTrack, run_radius_m, stagger_m, straight_m
 from touchline.schemas.template import Template, TemplateSegment
 
 INCH, FOOT, YARD = 0.0254, 0.3048, 0.9144
@@ -178,7 +178,7 @@ def test_american_football_has_every_number_and_hash() -> None:
 @pytest.mark.parametrize("lanes", [4, 8, 9])
 def test_every_lane_runs_its_distance(lanes: int) -> None:
     """From the far edge of each painted start line along the lane's running line to the near edge of the finish."""
-    track = Track(lanes=lanes)
+    track = AthleticsTrack(lanes=lanes)
     template = load_template("athletics-400", {"lanes": lanes})
     straight = 84.39
     assert straight_m(track) == straight
@@ -198,7 +198,7 @@ def test_every_lane_runs_its_distance(lanes: int) -> None:
 def test_staggers_are_the_published_ones() -> None:
     """World Athletics Facilities Manual, 400 m with both bends in lanes."""
     published = [7.04, 14.70, 22.37, 30.03, 37.70, 45.37, 53.03]
-    assert [stagger_m(Track(), lane, 2) for lane in range(2, 9)] == pytest.approx(published, abs=0.01)
+    assert [stagger_m(AthleticsTrack(), lane, 2) for lane in range(2, 9)] == pytest.approx(published, abs=0.01)
 
 
 def test_the_hockey_broken_line_has_dashes_of_300_mm_and_gaps_of_3_m() -> None:

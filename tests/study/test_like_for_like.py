@@ -9,7 +9,7 @@ from touchline.schemas.vehicle import Vehicle
 from touchline.services.cli.commands import app
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.transitions.transitions import Ways
-from touchline.services.study.drive import DPP, study_vehicle
+from touchline.services.study.driven_template import DPP, study_vehicle
 from touchline.services.study.durations import painting_seconds
 from touchline.services.study.like_for_like import (
     LAW,

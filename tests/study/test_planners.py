@@ -9,18 +9,18 @@ from hypothesis import given, settings
 from tests.planner.strategies import pose_pairs
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.errors import PlanningError
-from touchline.services.planner.geometry.clothoid import PiecePath, Pose
+from touchline.services.planner.geometry.clothoid import PathPose, PiecePath
 from touchline.services.planner.steering.method import CurveEnd
 from touchline.services.planner.steering.turns import ContinuousTurn
 from touchline.services.planner.steering.words import TAU
-from touchline.services.study.drive import DPP, OURS, STUDY_CCD, STUDY_KAPPA_1PM, UNPADDED
+from touchline.services.study.driven_template import DPP, OURS, STUDY_CCD, STUDY_KAPPA_1PM, UNPADDED
 from touchline.services.study.pairs import close_pairs, joints, random_pairs, tally
 from touchline.services.study.pitch import Pitch
 from touchline.services.study.sent import CHORD_M, as_biarcs, as_chords
 from touchline.services.study.sent import joints as joints_of
 from touchline.services.study.study_ccd import CLOSEST_M, StudyContinuousDubins
 
-ORIGIN = Pose(0.0, 0.0, 0.0)
+ORIGIN = PathPose(0.0, 0.0, 0.0)
 KAPPA, SIGMA = STUDY_KAPPA_1PM, 1.0
 
 
@@ -47,7 +47,7 @@ def test_its_dpp_is_padded_by_0_6_m_a_line_at_most(pitch: Pitch) -> None:
 
 def test_a_small_turn_winds_a_full_circle_where_ours_does_not() -> None:
     """10 m on, 1 m to the side: two turns of a few degrees, and each winds once round in the study's planner."""
-    start, goal = CurveEnd(ORIGIN, 0.0), CurveEnd(Pose(10.0, 1.0, 0.2), 0.0)
+    start, goal = CurveEnd(ORIGIN, 0.0), CurveEnd(PathPose(10.0, 1.0, 0.2), 0.0)
     theirs = PiecePath(ORIGIN, STUDY_CCD.method(KAPPA, SIGMA).between(start, goal))
     ours = PiecePath(ORIGIN, OURS.method(KAPPA, SIGMA).between(start, goal))
     assert turned(theirs) > 2 * TAU
@@ -63,7 +63,7 @@ def test_turns_above_the_limit_deflection_are_the_usual_ones() -> None:
 
 def test_lsr_and_rsl_are_missing() -> None:
     """A change of lane, which plain Dubins drives as LSR, takes turns of one hand."""
-    path = PiecePath(ORIGIN, STUDY_CCD.method(KAPPA, 7.0).connect(ORIGIN, Pose(12.0, 6.0, 0.0)))
+    path = PiecePath(ORIGIN, STUDY_CCD.method(KAPPA, 7.0).connect(ORIGIN, PathPose(12.0, 6.0, 0.0)))
     hands = {math.copysign(1.0, p.turn_at(p.length_m)) for p in path.pieces if p.turn_at(p.length_m)}
     assert len(hands) == 1
 
@@ -73,7 +73,7 @@ def test_close_poses_fail_and_ours_do_not() -> None:
     assert theirs.complete == 0
     assert ours.feasible == ours.continuous == ours.tried == 60
     with pytest.raises(PlanningError, match=r"closer than 0\.1 m"):
-        STUDY_CCD.method(KAPPA, SIGMA).connect(ORIGIN, Pose(0.99 * CLOSEST_M, 0.0, 0.0))
+        STUDY_CCD.method(KAPPA, SIGMA).connect(ORIGIN, PathPose(0.99 * CLOSEST_M, 0.0, 0.0))
 
 
 def test_random_pairs_are_complete_for_all() -> None:
@@ -126,7 +126,7 @@ def test_joints_are_measured() -> None:
 
 @given(pose_pairs())
 @settings(max_examples=100)
-def test_its_paths_lead_to_the_goal_and_are_never_shorter_than_ours(pair: tuple[Pose, Pose]) -> None:
+def test_its_paths_lead_to_the_goal_and_are_never_shorter_than_ours(pair: tuple[PathPose, PathPose]) -> None:
     start, goal = pair
     if abs(goal.point - start.point) < CLOSEST_M:
         return

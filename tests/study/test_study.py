@@ -20,7 +20,7 @@ ROW_12 = ["12a", "12b", "12c", "12a, by hand", "12b, by hand", "12c, by hand", "
 NUMBERS = ["1", "2", "3", "4", "5", "6, 7", "8", "9", "10", *ROW_11, *ROW_12, "13", "14", "14, fine"]
 #: For information only.
 UNJUDGED = {"11, too fast", "11c, by hand", "12, pairs"}
-DOCS = Path(__file__).parents[3] / "docs" / "study.md"
+DOCS = Path(__file__).parents[2] / "docs" / "study.md"
 #: Rows whose figures depend on neither --quick nor --pairs.
 PINNED = {*ROW_11, "12a", "12b", "12c", "13", "14", "14, fine"}
 

@@ -13,11 +13,11 @@ from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import Template
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.planner.plan import plan
-from touchline.services.planner.plots.plan import plot_plan
+from touchline.services.planner.plots.plan_picture import plot_plan
+from touchline.services.planner.plots.wheel_picture import plot_wheels
 from touchline.services.planner.plots.wheel_series import wheel_series
-from touchline.services.planner.plots.wheels import plot_wheels
 from touchline.services.study import continuity, figures
-from touchline.services.study.drive import DPP, OURS, STUDY_CCD
+from touchline.services.study.driven_template import DPP, OURS, STUDY_CCD
 from touchline.services.study.pitch import Pitch, length_rows
 from touchline.services.study.table import HEADINGS, Cause, Row, as_csv, as_json, as_markdown
 

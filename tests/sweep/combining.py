@@ -2,7 +2,7 @@
 
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.scenario import Scenario
-from touchline.services.runs.sweep.grid import cases, parse_settings
+from touchline.services.runs.sweep.combinations import cases, parse_settings
 
 
 def combined(*texts, scenario=None):

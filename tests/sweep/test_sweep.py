@@ -7,10 +7,10 @@ from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
-from touchline.services.runs.sweep.grid import Case
+from touchline.services.runs.sweep.combinations import SweepCase
 from touchline.services.runs.sweep.places import here, in_processes, on_dask
 from touchline.services.runs.sweep.summary import statistics, summarise, write_csv
-from touchline.services.runs.sweep.task import Run, prepare
+from touchline.services.runs.sweep.task import SweepRun, prepare
 
 
 def test_every_combination_once():
@@ -100,7 +100,9 @@ def test_the_report_and_its_csv(ran, tmp_path):
 
 
 def test_the_worst_is_the_least_coverage_and_the_largest_error():
-    runs = [Run(0, seed, True, "", {"coverage_pct": 100.0 - seed, "gap_m": float(seed % 10)}) for seed in range(1, 21)]
+    runs = [
+        SweepRun(0, seed, True, "", {"coverage_pct": 100.0 - seed, "gap_m": float(seed % 10)}) for seed in range(1, 21)
+    ]
     coverage, gap = statistics("coverage_pct", runs), statistics("gap_m", runs)
     assert (coverage["worst"], coverage["worst_seed"]) == (80.0, 20)
     assert (gap["worst"], gap["worst_seed"]) == (9.0, 9)
@@ -109,8 +111,12 @@ def test_the_worst_is_the_least_coverage_and_the_largest_error():
 
 
 def test_a_run_that_could_not_be_done_is_told_and_not_counted():
-    runs = [Run(0, 1, True, "", {"gap_m": 1.0}), Run(0, 2, False, "refused", {}), Run(0, 3, False, "", {"gap_m": 3.0})]
-    (combination,) = summarise([Case({}, "t", Scenario(), OnboardConfig(), PlanOptions())], runs)["combinations"]
+    runs = [
+        SweepRun(0, 1, True, "", {"gap_m": 1.0}),
+        SweepRun(0, 2, False, "refused", {}),
+        SweepRun(0, 3, False, "", {"gap_m": 3.0}),
+    ]
+    (combination,) = summarise([SweepCase({}, "t", Scenario(), OnboardConfig(), PlanOptions())], runs)["combinations"]
     assert (combination["runs"], combination["failed_seeds"]) == (3, [2, 3])
     assert combination["figures"]["gap_m"]["mean"] == 2.0
 

@@ -25,7 +25,7 @@ from touchline.services.runs.simulation import Job, simulate
 from touchline.services.runs.sweep import task as sweep_task
 from touchline.services.runs.sweep.places import here, in_processes
 from touchline.services.runs.sweep.summary import statistics, summarise, write_csv
-from touchline.services.runs.sweep.task import Run, Task, prepare, run_figures
+from touchline.services.runs.sweep.task import SweepRun, Task, prepare, run_figures
 
 
 @pytest.fixture(scope="module")
@@ -59,13 +59,13 @@ def test_a_runs_figures_are_those_of_its_report():
 
 
 def test_the_worst_seed_is_that_of_the_worst_run_whatever_seeds_there_are():
-    runs = [Run(0, seed, True, "", {"gap_m": gap}) for seed, gap in ((40, 0.1), (7, 0.3), (19, 0.2))]
+    runs = [SweepRun(0, seed, True, "", {"gap_m": gap}) for seed, gap in ((40, 0.1), (7, 0.3), (19, 0.2))]
     assert statistics("gap_m", runs)["worst_seed"] == 7
 
 
 def test_a_line_of_the_csv_says_what_was_set(tmp_path):
     wanted = combined("follower=mpc,pure-pursuit", "gnss.white_m=0.01")
-    runs = [Run(case, 5, True, "", {"gap_m": 0.1 * case}, f"hash{case}") for case in range(2)]
+    runs = [SweepRun(case, 5, True, "", {"gap_m": 0.1 * case}, f"hash{case}") for case in range(2)]
     write_csv(summarise(wanted, runs), tmp_path / "runs.csv")
     with (tmp_path / "runs.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
@@ -97,11 +97,11 @@ def sweep(monkeypatch):
 
 
 def done(seed):
-    return Run(0, seed, True, "", {"coverage_pct": 100.0 - seed, "lateral_error_p95_m": 0.001 * seed})
+    return SweepRun(0, seed, True, "", {"coverage_pct": 100.0 - seed, "lateral_error_p95_m": 0.001 * seed})
 
 
 def test_a_failed_run_makes_the_sweep_fail_and_is_named(sweep):
-    ended = sweep(lambda seed: done(seed) if seed != 3 else Run(0, 3, False, "refused", {}), "--json")
+    ended = sweep(lambda seed: done(seed) if seed != 3 else SweepRun(0, 3, False, "refused", {}), "--json")
     assert ended.exit_code == ExitCode.FAILED
     told = json.loads(ended.stdout[ended.stdout.index("{") :])
     assert told["complete"]

@@ -32,7 +32,7 @@ from touchline.schemas.setup import Setup
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.bridge.reader import RecordingReader
 from touchline.services.bus import Bus, BusConfig
-from touchline.services.runs.painted import read_painted
+from touchline.services.runs.recorded_paint import read_painted
 from touchline.services.system.supervisor import Notice
 from touchline.services.system.temporary_system import LocalSystem, local_system
 

@@ -9,8 +9,8 @@ from touchline.schemas.template import Template
 from touchline.tui import panels, theme
 from touchline.tui.app import ConsoleApp
 from touchline.tui.header import HeaderBar, header_line
-from touchline.tui.health import Freshness
 from touchline.tui.map_view import MapView
+from touchline.tui.node_health import Freshness
 from touchline.tui.panels import StatusPanel
 from touchline.tui.protocol import Incoming, NodeChanged
 from touchline.tui.state import ConsoleState

@@ -8,10 +8,10 @@ from touchline.schemas import topics
 from touchline.schemas.template import Template
 from touchline.tui import format
 from touchline.tui.header import HeaderBar
+from touchline.tui.lines_view import SegmentsTable
 from touchline.tui.log_view import LogView
 from touchline.tui.panels import ServicesPanel, StatusPanel
 from touchline.tui.protocol import NodeChanged
-from touchline.tui.segments import SegmentsTable
 
 
 async def test_a_dead_service_is_shown_at_once(template: Template) -> None:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from touchline.tui.map_raster import Ink, MapRaster, Scene
+from touchline.tui.map_raster import Ink, MapRaster, MapScene
 from touchline.tui.raster import EMPTY, GrowingLayer, Polyline, draw
 from touchline.tui.viewport import Viewport
 
@@ -173,7 +173,7 @@ def test_a_cell_is_coloured_as_most_of_its_dots_are() -> None:
     seen = []
     for dots_painted in range(5):
         paint = polyline((0.5, 1.5), (0.5, 2.5 - dots_painted)) if dots_painted else EMPTY
-        cells = MapRaster().compose(view, Scene(template=whole, paint=paint))
+        cells = MapRaster().compose(view, MapScene(template=whole, paint=paint))
         seen.append(Ink(cells.inks[0, 0]))
     assert seen == [Ink.TEMPLATE, Ink.TEMPLATE, Ink.PAINT, Ink.PAINT, Ink.PAINT]
 
@@ -185,7 +185,7 @@ def test_a_line_half_painted_looks_half_painted(end: tuple[float, float], beside
     view = Viewport(columns=70, rows=20, center_x_m=0.5, center_y_m=0.5, dot_m=1.0)
     line = polyline((0.0, 0.0), end)
     paint = polyline((beside, -beside), (end[0] / 2 + beside, end[1] / 2 - beside))
-    inks = MapRaster().compose(view, Scene(template=line, paint=paint)).inks
+    inks = MapRaster().compose(view, MapScene(template=line, paint=paint)).inks
     share = float((inks == Ink.PAINT).sum() / np.isin(inks, (Ink.PAINT, Ink.TEMPLATE)).sum())
     assert share == pytest.approx(0.5, abs=0.1)
 
@@ -194,6 +194,6 @@ def test_a_dot_of_paint_leaves_what_is_left_to_paint_beside_it() -> None:
     """And the line that is being painted."""
     view = Viewport(columns=1, rows=1, dot_m=1.0)
     line, dot = polyline((0.5, 1.5), (0.5, -1.5)), polyline((-0.5, -1.5))
-    assert MapRaster().compose(view, Scene(template=line, paint=dot)).inks[0, 0] == Ink.TEMPLATE
-    now = Scene(template=line, current=line, current_paints=True, paint=dot)
+    assert MapRaster().compose(view, MapScene(template=line, paint=dot)).inks[0, 0] == Ink.TEMPLATE
+    now = MapScene(template=line, current=line, current_paints=True, paint=dot)
     assert MapRaster().compose(view, now).inks[0, 0] == Ink.CURRENT

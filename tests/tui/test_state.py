@@ -14,7 +14,7 @@ from touchline.schemas.setup import Setup
 from touchline.schemas.template import Template
 from touchline.schemas.vehicle import Vehicle
 from touchline.tui import panels, theme
-from touchline.tui.event_log import ERROR, WARN, EventLog
+from touchline.tui.event_log import ERROR, WARN, OperatorLog
 from touchline.tui.protocol import Incoming, Lost, NodeChanged, PaintFetched, Rejected
 from touchline.tui.state import ConsoleState
 
@@ -315,7 +315,7 @@ def test_the_log_counts_repeats_and_keeps_sim_time(template: Template) -> None:
     state = reduced(scenes.mid_run(template))
     warning = next(entry for entry in state.log.entries if entry.severity == WARN)
     assert warning.time_s == pytest.approx(412.3)
-    log = EventLog()
+    log = OperatorLog()
     for _ in range(3):
         log.add(1.0, WARN, "robot", "bump")
     assert (len(log.entries), log.total, log.revision, log.entries[0].times) == (1, 1, 3, 3)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from touchline.schemas.plugins import FOLLOWERS
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.onboard.control.external import Ask, ExternalFollower, Interrupted, Question, nobody
+from touchline.services.onboard.control.external import Ask, ExternalFollower, FollowerQuestion, Interrupted, nobody
 from touchline.services.onboard.control.follower import Follower
 from touchline.services.onboard.control.mpc import MpcFollower
 from touchline.services.onboard.control.pure_pursuit import PurePursuitFollower
@@ -15,11 +15,11 @@ __all__ = [
     "Ask",
     "ExternalFollower",
     "Follower",
+    "FollowerQuestion",
     "Interrupted",
     "Make",
     "MpcFollower",
     "PurePursuitFollower",
-    "Question",
     "make_follower",
     "make_mpc",
     "make_pure_pursuit",

@@ -20,7 +20,7 @@ AHEAD_TICKS: Final = 100
 """An outside follower is told of the next second."""
 
 
-class Question(NamedTuple):
+class FollowerQuestion(NamedTuple):
     """What an outside follower is told in a tick; see `Follower.step`."""
 
     first: bool
@@ -33,12 +33,12 @@ class Interrupted(Exception):
     """The wait for an answer was broken off, because somebody waits to stop the robot."""
 
 
-Ask = Callable[[Question], tuple[float, float]]
+Ask = Callable[[FollowerQuestion], tuple[float, float]]
 """Answers with wheel speeds (left, right) [rad/s]; raises `ConnectionError` with the reason if there is no answer, and
 `Interrupted` if it was not waited for."""
 
 
-def nobody(_question: Question) -> tuple[float, float]:
+def nobody(_question: FollowerQuestion) -> tuple[float, float]:
     """Where nothing is connected."""
     raise ConnectionError("no external follower is connected")
 
@@ -72,7 +72,7 @@ class ExternalFollower:
         """As `Follower.step`. After a failure, or if the wait is broken off, it is not asked before the robot rests."""
         if not self.problem and not self._stopping:
             try:
-                left, right = self._ask(Question(self._first, now, ahead))
+                left, right = self._ask(FollowerQuestion(self._first, now, ahead))
             except ConnectionError as error:
                 self.problem = str(error)
             except Interrupted:

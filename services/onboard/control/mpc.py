@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.onboard.control import mpc_kernel as k
 from touchline.services.onboard.control.pure_pursuit import PurePursuitFollower
-from touchline.services.onboard.control.wheels import lead_ticks
+from touchline.services.onboard.control.wheel_limits import lead_ticks
 from touchline.services.onboard.interface import TICK_S
 from touchline.services.onboard.trajectory.path_projection import HEADING_ERROR, LATERAL
 

@@ -43,7 +43,7 @@ BODY: Final = 3
 Floats = NDArray[np.float64]
 
 
-class Driver:
+class PathTracker:
     """Progress along one trajectory.
 
     Attributes:

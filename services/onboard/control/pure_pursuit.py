@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.core.jit import kernel
-from touchline.services.onboard.control.wheels import (
+from touchline.services.onboard.control.wheel_limits import (
     W_ACROSS,
     W_BRAKE,
     W_SIDE_SLIP,

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from touchline.services.onboard.interface import TICK_S
 from touchline.services.onboard.trajectory import path_projection as t
-from touchline.services.onboard.trajectory.turn import Turn
+from touchline.services.onboard.trajectory.turn import TurnInPlace
 
 CREEP_RADPS = 0.05
 """Slowest reference rate before the end."""
@@ -24,7 +24,7 @@ PATIENCE_S = 1.5
 class Turning:
     """A turn under way. The reference runs by time, so that what lags behind it is seen as an error."""
 
-    def __init__(self, turn: Turn, start_heading_rad: float) -> None:
+    def __init__(self, turn: TurnInPlace, start_heading_rad: float) -> None:
         """At its start, `start_heading_rad` unwrapped."""
         self._turn = turn
         self._start_rad = start_heading_rad

@@ -13,7 +13,7 @@ from typing import Final
 from touchline.schemas import supplies
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.onboard.estimation.filter import Estimator
-from touchline.services.onboard.executive.geofence import Fence
+from touchline.services.onboard.executive.geofence import Geofence
 from touchline.services.onboard.interface import TICK_S, Command, SensorFrame
 
 OPERATOR_TIMEOUT_S: Final = 2.0
@@ -35,7 +35,7 @@ REFILL_L: Final = 0.02
 """No flow changes the level so much in a tick: somebody filled or changed the tank, or the sensor did."""
 
 
-class Hazards:
+class Failsafe:
     """See the module.
 
     Attributes:
@@ -58,7 +58,7 @@ class Hazards:
         self.emergency = self.stop = self.lasting = ""
         self.bumper = False
         self.dry_s = 0.0
-        self.fence: Fence | None = None
+        self.fence: Geofence | None = None
         self._outside_s = 0.0
         self._unheard_s = 0.0
         self._expected = [0.0, 0.0]

@@ -67,7 +67,7 @@ def beyond_m(outline: Floats, body: Floats, radius_m: float, east: float, north:
     return farthest
 
 
-class Fence:
+class Geofence:
     """A fence round a plan.
 
     Args:

@@ -41,7 +41,7 @@ def max_fix_age_s(gnss: GnssSheet) -> float:
     return max(MAX_FIX_AGE_S, 2.0 / gnss.rate_hz + gnss.latency_s + gnss.latency_jitter_s + 2.0 * TICK_S)
 
 
-class Watch:
+class LocalizationMonitor:
     """Judges every tick; says why not.
 
     Args:

@@ -15,9 +15,9 @@ from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import Actuation
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.onboard.control import Follower
-from touchline.services.onboard.control.path_tracker import STOPPED_MPS, Driver
+from touchline.services.onboard.control.path_tracker import STOPPED_MPS, PathTracker
 from touchline.services.onboard.estimation.filter import Estimator
-from touchline.services.onboard.executive.localization_monitor import Watch
+from touchline.services.onboard.executive.localization_monitor import LocalizationMonitor
 from touchline.services.onboard.executive.sprayer import Sprayer
 from touchline.services.onboard.interface import STANDSTILL, TICK_S, Checkpoint, Command, PaintBelief
 from touchline.services.onboard.trajectory import path_projection as projection
@@ -34,7 +34,7 @@ RUN_UP_SETTLE_M = 1.0
 slip by a per cent more, which the estimate finds out late: it is 1.5 mm ahead after 0.25 m, and right after this."""
 
 
-class Phase(Enum):
+class MissionPhase(Enum):
     """What a running job is doing."""
 
     ALIGN = auto()
@@ -54,7 +54,7 @@ class Step(NamedTuple):
     done: bool = False
 
 
-class Job:
+class Mission:
     """See the module.
 
     Attributes:
@@ -62,16 +62,21 @@ class Job:
     """
 
     def __init__(
-        self, plan: LoadedTrajectory, vehicle: Vehicle, follower: Follower, estimator: Estimator, watch: Watch
+        self,
+        plan: LoadedTrajectory,
+        vehicle: Vehicle,
+        follower: Follower,
+        estimator: Estimator,
+        watch: LocalizationMonitor,
     ) -> None:
         """At the start, not yet aligned."""
         self.plan = plan
-        self.driver = Driver(plan, vehicle, follower)
+        self.driver = PathTracker(plan, vehicle, follower)
         self.sprayer = Sprayer(plan, vehicle)
         self._estimator, self._watch = estimator, watch
         self._run_up_m = vehicle.paint_speed_mps**2 / (2.0 * vehicle.max_acceleration_mps2) + RUN_UP_SETTLE_M
         self._radius_m, self._nozzle_y_m = vehicle.wheel_radius_m, vehicle.nozzle_y_m
-        self._phase = Phase.ALIGN
+        self._phase = MissionPhase.ALIGN
         self._resumed = False
         self._back_to_m = 0.0
         self._last = STANDSTILL
@@ -98,7 +103,7 @@ class Job:
     @property
     def aligning(self) -> bool:
         """Whether the robot has not yet set off."""
-        return self._phase is Phase.ALIGN
+        return self._phase is MissionPhase.ALIGN
 
     @property
     def waiting(self) -> bool:
@@ -157,12 +162,12 @@ class Job:
             in_s: When the command takes effect, counted from the tick that the driver has seen last. Between ticks, and
                 before the driver has seen the present one, the last command is in force for a tick still.
         """
-        if self._phase is Phase.ALONG:
+        if self._phase is MissionPhase.ALONG:
             self.sprayer.close(self._nozzle_m(in_s), self.driver.speed_mps)
 
     def owe_dry(self, dry_s: float) -> None:
         """Close the valve, and owe what it has sprayed dry, or too thin, in the last `dry_s` seconds."""
-        if self._phase is Phase.ALONG:
+        if self._phase is MissionPhase.ALONG:
             self.sprayer.dry(self._nozzle_m(TICK_S), self.driver.speed_mps, dry_s)
 
     def _nozzle_m(self, in_s: float = 0.0) -> float:
@@ -177,39 +182,39 @@ class Job:
     def locate(self) -> float:
         """Find the standing robot's place on the path anew; returns how far beside it that is [m]."""
         self.driver.locate(self._estimator)
-        if self._phase is Phase.ALONG:
+        if self._phase is MissionPhase.ALONG:
             self.sprayer.skip(self._nozzle_m(), 0.0)
         return abs(float(self.driver.now[projection.LATERAL]))
 
     def go_on(self) -> None:
         """Forward again, by way of the place from which paint is owed."""
-        if self._phase is Phase.ALIGN:
+        if self._phase is MissionPhase.ALIGN:
             return
-        self._phase = Phase.ALONG
+        self._phase = MissionPhase.ALONG
         self.sprayer.closed()
         owed = self.sprayer.owed_from_m
         if owed is not None and (self._resumed or self.sprayer.must_go_back(self._nozzle_m())):
             run_up_m = max(self._run_up_m, RESUMED_RUN_UP_M if self._resumed else 0.0)
             self._back_to_m = max(owed - run_up_m, self.driver.leg.start_m)
             self._resumed = False
-            self._phase = Phase.STOP_TO_GO_BACK
+            self._phase = MissionPhase.STOP_TO_GO_BACK
 
     def _run(self) -> Step:
-        if self._phase is Phase.ALIGN:
+        if self._phase is MissionPhase.ALIGN:
             if not self._estimator.aligned:
                 return Step(STANDSTILL)
             problem = self._start_problem()
             if problem:
                 return Step(STANDSTILL, refusal=problem)
             self.driver.halt()
-            self._phase = Phase.ALONG
+            self._phase = MissionPhase.ALONG
             if self._resumed:
                 self.locate()
                 self.go_on()
         problem = self._watch.drive_problem()
         if problem:
             return self._hold(problem)
-        if self._phase is Phase.ALONG:
+        if self._phase is MissionPhase.ALONG:
             return self._along()
         return self._back()
 
@@ -241,13 +246,13 @@ class Job:
 
     def _back(self) -> Step:
         """Stop, reverse to the run-up, stop, and forward again."""
-        if self._phase is Phase.BACK and self.driver.arc_length_m > self._back_to_m + 1e-3:
+        if self._phase is MissionPhase.BACK and self.driver.arc_length_m > self._back_to_m + 1e-3:
             left, right = self.driver.step(self._estimator, self._wheels(), projection.MODE_BACK, self._back_to_m)
             return Step(Command(left, right, False, False))
         if not self.standing:
             return Step(self._rest())
         self.driver.halt()
-        self._phase = Phase.BACK if self._phase is Phase.STOP_TO_GO_BACK else Phase.ALONG
+        self._phase = MissionPhase.BACK if self._phase is MissionPhase.STOP_TO_GO_BACK else MissionPhase.ALONG
         return Step(STANDSTILL)
 
     def _hold(self, problem: str) -> Step:
@@ -256,14 +261,14 @@ class Job:
 
     def _rest(self) -> Command:
         driver = self.driver
-        if self._phase is Phase.ALIGN or self._at_rest:
+        if self._phase is MissionPhase.ALIGN or self._at_rest:
             return STANDSTILL
         if driver.still and (self.standing or driver.wheels_rest(self._estimator)):
             driver.halt()
             self._at_rest = True
             return STANDSTILL
         left, right = driver.step(self._estimator, self._wheels(), projection.MODE_BRAKE)
-        if self._phase is Phase.ALONG:
+        if self._phase is MissionPhase.ALONG:
             self.sprayer.skip(self._nozzle_m(), driver.speed_mps)
         return Command(left, right, False, False)
 

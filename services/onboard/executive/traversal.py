@@ -23,10 +23,10 @@ from touchline.schemas.vehicle import Vehicle
 from touchline.services.onboard.control import Follower
 from touchline.services.onboard.estimation.filter import Estimator
 from touchline.services.onboard.executive.events import ERROR, INFO, WARN, EventLog
-from touchline.services.onboard.executive.failsafe import Hazards
-from touchline.services.onboard.executive.geofence import Fence
-from touchline.services.onboard.executive.localization_monitor import Watch
-from touchline.services.onboard.executive.mission import Job
+from touchline.services.onboard.executive.failsafe import Failsafe
+from touchline.services.onboard.executive.geofence import Geofence
+from touchline.services.onboard.executive.localization_monitor import LocalizationMonitor
+from touchline.services.onboard.executive.mission import Mission
 from touchline.services.onboard.executive.retry_limit import MAX_TRIES, Tries
 from touchline.services.onboard.interface import STANDSTILL, TICK_S, Checkpoint, Command, Status
 from touchline.services.onboard.trajectory.trajectory import LoadedTrajectory, load_trajectory
@@ -53,7 +53,7 @@ class Course(NamedTuple):
     """A trajectory that was found to be drivable, and the fence round it."""
 
     plan: LoadedTrajectory
-    fence: Fence
+    fence: Geofence
 
 
 class Traversal:
@@ -70,8 +70,8 @@ class Traversal:
         vehicle: Vehicle,
         follower: Follower,
         estimator: Estimator,
-        watch: Watch,
-        hazards: Hazards,
+        watch: LocalizationMonitor,
+        hazards: Failsafe,
         fence_limits: FenceLimits,
         log: EventLog,
     ) -> None:
@@ -81,7 +81,7 @@ class Traversal:
         self._watch, self._hazards, self._log = watch, hazards, log
         self.state = IDLE
         self.reason = ""
-        self.job: Job | None = None
+        self.job: Mission | None = None
         self._automatic = False  # the pause was ordered by the robot and ends by itself
         self._tries = Tries()
         self._before_estop = IDLE
@@ -107,7 +107,7 @@ class Traversal:
             CommandRefused: For what is wrong with the trajectory.
         """
         plan = load_trajectory(trajectory, self._vehicle)
-        return Course(plan, Fence(plan.path, boundary, self._vehicle, self._fence_limits))
+        return Course(plan, Geofence(plan.path, boundary, self._vehicle, self._fence_limits))
 
     def take(self, course: Course, resume: Checkpoint | None = None) -> float:
         """Take what `prepare` gave, to begin at its start or at a checkpoint; returns its planned duration [s].
@@ -117,7 +117,7 @@ class Traversal:
         """
         self.check_load()
         plan = course.plan
-        job = Job(plan, self._vehicle, self._follower, self._estimator, self._watch)
+        job = Mission(plan, self._vehicle, self._follower, self._estimator, self._watch)
         if resume is not None:
             job.resume_at(resume)
         self.job, self._hazards.fence = job, course.fence
@@ -245,7 +245,7 @@ class Traversal:
             self._fallbacks,
         )
 
-    def _heed_hazards(self, job: Job) -> None:
+    def _heed_hazards(self, job: Mission) -> None:
         hazards = self._hazards
         if hazards.emergency and self.state in (READY, RUNNING, PAUSED):
             self._stop_hard(hazards.emergency)
@@ -262,7 +262,7 @@ class Traversal:
             self.job.close_valve()
         self._become(ESTOPPED, reason, ERROR)
 
-    def _run(self, job: Job) -> Command:
+    def _run(self, job: Mission) -> Command:
         step = job.run()
         if step.done:
             self._leave_running(DONE, "")
@@ -279,7 +279,7 @@ class Traversal:
             self.reason = _waits_for(job)
         return step.command
 
-    def _try_again(self, job: Job) -> None:
+    def _try_again(self, job: Mission) -> None:
         """An automatic pause ends when the pose has been good for a while and the robot stands."""
         if not job.standing or not self._watch.settled(self._time_s):
             return
@@ -294,7 +294,7 @@ class Traversal:
             return
         self._go_on(job)
 
-    def _go_on(self, job: Job) -> None:
+    def _go_on(self, job: Mission) -> None:
         self._automatic = False
         self._become(RUNNING, "")
         job.go_on()
@@ -304,7 +304,7 @@ class Traversal:
         self._automatic = False
         self._become(state, reason, severity)
 
-    def _loaded(self) -> Job:
+    def _loaded(self) -> Mission:
         assert self.job is not None, "every state but IDLE has a job"
         return self.job
 
@@ -323,7 +323,7 @@ class Traversal:
         self._log.report(severity, NAMES[state], f"{NAMES[state]}: {reason}" if reason else NAMES[state])
 
 
-def _waits_for(job: Job) -> str:
+def _waits_for(job: Mission) -> str:
     """Why a job that runs has not set off, "" if it has."""
     if job.waiting:
         return "waiting: the accelerometer contradicts the standing wheels"

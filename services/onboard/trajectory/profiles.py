@@ -12,7 +12,7 @@ from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import Actuation, Segment, Trajectory, VelocityType
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.onboard.trajectory.path import BACKWARD, MAX_GAP_M, SPIN, Leg, segment_name
-from touchline.services.onboard.trajectory.turn import Turn
+from touchline.services.onboard.trajectory.turn import TurnInPlace
 
 MAX_PROFILE_OVERHANG_M = 0.01
 MIN_SPRAY_SPEED_MPS = 0.05
@@ -46,9 +46,9 @@ def velocities(trajectory: Trajectory) -> tuple[list[tuple[float, float]], list[
 
 def turns_on_the_spot(
     legs: list[Leg], angular: list[tuple[float, float]], segments: tuple[Segment, ...], vehicle: Vehicle
-) -> dict[int, Turn]:
+) -> dict[int, TurnInPlace]:
     """The turns on the spot by leg, each at the fastest of the ANGULAR entries at its place."""
-    turns: dict[int, Turn] = {}
+    turns: dict[int, TurnInPlace] = {}
     places: set[float] = set()
     for index, leg in enumerate(legs):
         if leg.sense != SPIN:
@@ -63,7 +63,7 @@ def turns_on_the_spot(
                 f"{rate * vehicle.half_track_m / vehicle.wheel_radius_m:.2f} rad/s; the limit is "
                 f"{vehicle.max_wheel_speed_radps:.2f} rad/s"
             )
-        turns[index] = Turn(leg.turn_rad, rate, vehicle.max_acceleration_mps2 / vehicle.half_track_m)
+        turns[index] = TurnInPlace(leg.turn_rad, rate, vehicle.max_acceleration_mps2 / vehicle.half_track_m)
         places.add(leg.start_m)
     for s, _ in angular:
         if not any(abs(s - place) <= SPIN_PLACE_M for place in places):

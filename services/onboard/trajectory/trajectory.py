@@ -27,7 +27,7 @@ from touchline.services.onboard.trajectory.profiles import (
     velocities,
 )
 from touchline.services.onboard.trajectory.smoothing import smooth_way
-from touchline.services.onboard.trajectory.turn import Turn
+from touchline.services.onboard.trajectory.turn import TurnInPlace
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class LoadedTrajectory:
     path: NDArray[np.float64]
     legs: list[Leg]
     ways: list[NDArray[np.float64]]
-    turns: dict[int, Turn]
+    turns: dict[int, TurnInPlace]
     speeds: NDArray[np.float64]
     times_s: NDArray[np.float64]
     switch_m: list[float]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Turn:
+class TurnInPlace:
     """A turn on the spot by `angle_rad` at up to `rate_radps` with `acceleration_radps2`."""
 
     angle_rad: float

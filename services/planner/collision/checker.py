@@ -9,7 +9,7 @@ import numpy as np
 from touchline.schemas.template import Template
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.core.jit import kernel
-from touchline.services.planner.geometry.clothoid import Floats, Ints, PiecePath, Pose
+from touchline.services.planner.geometry.clothoid import Floats, Ints, PathPose, PiecePath
 
 # Between two poses that are looked at no point of the body moves further than twice this (m); the body is taken to be
 # larger by as much all round, so that nothing is missed in between.
@@ -19,7 +19,7 @@ MARGIN_M = 0.02
 class Collision(NamedTuple):
     """Where the body touches which outline."""
 
-    pose: Pose
+    pose: PathPose
     outline: str
 
     def __str__(self) -> str:
@@ -27,7 +27,7 @@ class Collision(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Yard:
+class CollisionChecker:
     """The outlines of a template, and the body that keeps off them.
 
     Attributes:
@@ -45,7 +45,7 @@ class Yard:
     body: Floats
 
     @classmethod
-    def of(cls, template: Template, vehicle: Vehicle) -> "Yard | None":
+    def of(cls, template: Template, vehicle: Vehicle) -> "CollisionChecker | None":
         """The yard of a template; None if it has no outlines."""
         outlines = [*([template.boundary] if template.boundary else []), *template.obstacles]
         if not outlines:
@@ -65,7 +65,7 @@ class Yard:
         """The first place where the body on `path` touches an outline, or is on its wrong side."""
         poses = self._poses(path)
         at, outline = first_touch(poses, self.edges, self.owner, self.bounded, self.body, MARGIN_M)
-        return Collision(Pose(*poses[at].tolist()), self.names[outline]) if at >= 0 else None
+        return Collision(PathPose(*poses[at].tolist()), self.names[outline]) if at >= 0 else None
 
     def _poses(self, path: PiecePath) -> Floats:
         """(n, 3) poses so close that no point of the body moves more than 2·MARGIN_M from one to the next."""

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from touchline.services.planner.collision.checker import Yard
-from touchline.services.planner.geometry.clothoid import Floats, PiecePath, Pose
+from touchline.services.planner.collision.checker import CollisionChecker
+from touchline.services.planner.geometry.clothoid import Floats, PathPose, PiecePath
 from touchline.services.planner.steering.method import CurveEnd
 from touchline.services.planner.steering.word_lengths import word_lengths
 from touchline.services.planner.transitions.transitions import Way, Ways
@@ -19,7 +19,7 @@ TRIED = 150
 OFFERED = 4
 
 
-def detours(start: CurveEnd, goal: CurveEnd, ways: Ways, yard: Yard) -> Iterator[Way]:
+def detours(start: CurveEnd, goal: CurveEnd, ways: Ways, yard: CollisionChecker) -> Iterator[Way]:
     """Ways over one pose in between that collide with nothing, roughly the quickest first."""
     via = _poses(start, goal, yard)
     ends = (np.array([(*end.pose, end.curvature_1pm)]) for end in (start, goal))
@@ -29,7 +29,7 @@ def detours(start: CurveEnd, goal: CurveEnd, ways: Ways, yard: Yard) -> Iterator
     around = word_lengths(first, via, *limits)[0] + word_lengths(via, last, *limits)[:, 0]
     offered = 0
     for k in np.argsort(around, kind="stable")[:TRIED]:
-        middle = CurveEnd(Pose(*via[k, :3].tolist()), 0.0)
+        middle = CurveEnd(PathPose(*via[k, :3].tolist()), 0.0)
         there = next((w for w in ways.between(start, middle) if not yard.collision(w.path)), None)
         if there is None:
             continue
@@ -43,7 +43,7 @@ def detours(start: CurveEnd, goal: CurveEnd, ways: Ways, yard: Yard) -> Iterator
                 return
 
 
-def _poses(start: CurveEnd, goal: CurveEnd, yard: Yard) -> Floats:
+def _poses(start: CurveEnd, goal: CurveEnd, yard: CollisionChecker) -> Floats:
     """(n, 4) poses (x, y, heading) and curvature 0 that may help."""
     points = np.array([start.pose[:2], goal.pose[:2]])
     low, high = points.min(axis=0) - ROOM_M, points.max(axis=0) + ROOM_M

@@ -33,7 +33,7 @@ UNIT_PANEL: tuple[tuple[float, float], ...] = tuple(zip(NODES.tolist(), WEIGHTS.
 PANEL_TURN_RAD = 4.0
 
 
-class Pose(NamedTuple):
+class PathPose(NamedTuple):
     """Position (m) and heading (rad, counter-clockwise from +x) in the map frame."""
 
     x_m: float
@@ -50,12 +50,12 @@ class Pose(NamedTuple):
         """The unit vector of the heading."""
         return cmath.rect(1.0, self.heading_rad)
 
-    def moved(self, displacement: complex, turn_rad: float) -> "Pose":
+    def moved(self, displacement: complex, turn_rad: float) -> "PathPose":
         """The pose after `displacement` (m, seen from this pose) and a turn of `turn_rad`."""
         point = self.point + self.direction * displacement
-        return Pose(point.real, point.imag, self.heading_rad + turn_rad)
+        return PathPose(point.real, point.imag, self.heading_rad + turn_rad)
 
-    def seen_from(self, other: "Pose") -> tuple[complex, float]:
+    def seen_from(self, other: "PathPose") -> tuple[complex, float]:
         """Position (m) and heading (rad) of this pose in the frame of `other`."""
         return (self.point - other.point) / other.direction, self.heading_rad - other.heading_rad
 
@@ -140,11 +140,11 @@ class PiecePath:
     as it may at a turn on the spot. Everywhere else it is continuous.
     """
 
-    start: Pose
+    start: PathPose
     pieces: tuple[Piece, ...]
 
     @cached_property
-    def knots(self) -> tuple[Pose, ...]:
+    def knots(self) -> tuple[PathPose, ...]:
         """The start pose and the pose after each piece."""
         poses = [self.start]
         for piece in self.pieces:
@@ -165,7 +165,7 @@ class PiecePath:
         return self.stations[-1]
 
     @property
-    def end(self) -> Pose:
+    def end(self) -> PathPose:
         """The pose after the last piece."""
         return self.knots[-1]
 
@@ -173,7 +173,7 @@ class PiecePath:
         """Index of the piece that holds arc length `s_m`."""
         return max(0, min(int(np.searchsorted(self.stations, s_m, side="right")) - 1, len(self.pieces) - 1))
 
-    def pose_at(self, s_m: float) -> Pose:
+    def pose_at(self, s_m: float) -> PathPose:
         """The pose at arc length `s_m`; after the turn on the spot, if there is one at `s_m`."""
         if not self.pieces:
             return self.start

@@ -16,9 +16,9 @@ from touchline.schemas.curves import Curve, wrap_angle
 from touchline.schemas.messages import LinearDirection, PlanReport, Trajectory
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.planner.geometry.clothoid import Floats
-from touchline.services.planner.route.itinerary import Drive
+from touchline.services.planner.route.itinerary import Itinerary
 from touchline.services.planner.segments.section import TRANSITION, Section
-from touchline.services.planner.segments.segments import Sent
+from touchline.services.planner.segments.sent_segments import Sent
 from touchline.services.planner.speed.energy import battery_wh
 from touchline.services.planner.speed.timing import SpeedProfile
 
@@ -29,7 +29,7 @@ POINTS = 5
 
 def measure(
     trajectory: Trajectory,
-    drive: Drive,
+    drive: Itinerary,
     sections: list[Section],
     sent: list[Sent],
     speeds: SpeedProfile,

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 from touchline.schemas.messages import PathVelocityParameter, Segment, Trajectory, VelocityType
 from touchline.schemas.trajectories import assemble, segment, turn, velocity
-from touchline.services.planner.segments.segments import Sent
+from touchline.services.planner.segments.sent_segments import Sent
 from touchline.services.planner.speed.actuation import Switch
 from touchline.services.planner.speed.timing import STATION_TOLERANCE_M, SpeedProfile
 

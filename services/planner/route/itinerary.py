@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from touchline.services.planner.collision.checker import Collision, Yard
+from touchline.services.planner.collision.checker import Collision, CollisionChecker
 from touchline.services.planner.collision.via_poses import detours
-from touchline.services.planner.geometry.clothoid import Floats, Ints, Piece, PiecePath, Pose
+from touchline.services.planner.geometry.clothoid import Floats, Ints, PathPose, Piece, PiecePath
 from touchline.services.planner.sequencing.wet import BEGUN, SPEED, Wheels, wet_rows
 from touchline.services.planner.steering.method import CurveEnd, before
 from touchline.services.planner.steering.turns import ContinuousTurn
@@ -32,7 +32,7 @@ ALIKE = 1e-11
 ROUNDING_S = 1e-9
 
 
-class Leg(NamedTuple):
+class ItineraryLeg(NamedTuple):
     """A way that was chosen, what it runs over of the lines painted so far, and what it collides with if it has to."""
 
     path: PiecePath
@@ -42,14 +42,14 @@ class Leg(NamedTuple):
 
 
 @dataclass
-class Drive:
+class Itinerary:
     """Swaths in driving order and the legs round them: one more than there are swaths.
 
     `over` says for each stroke of the swaths which of those painted before it are run over while it is painted.
     """
 
     swaths: list[Swath]
-    legs: list[Leg] = field(default_factory=list)
+    legs: list[ItineraryLeg] = field(default_factory=list)
     over: list[Ints] = field(default_factory=list)
     seconds: float = 0.0
 
@@ -70,7 +70,7 @@ class Drive:
 
 
 @dataclass(frozen=True)
-class Driver:
+class ItineraryBuilder:
     """Chooses the legs between swaths: the least seconds, wet crossings counted as `crossing_s` each.
 
     The first leads from `start`, or from a straight before the first swath; the last to `end`, or, if the robot
@@ -79,22 +79,22 @@ class Driver:
 
     ways: Ways
     painting: Painting
-    yard: Yard | None
+    yard: CollisionChecker | None
     wheels: Wheels
     crossing_s: float
-    start: Pose | None
-    end: Pose | None = None
+    start: PathPose | None
+    end: PathPose | None = None
     returns: bool = False
     known: dict[tuple[int, ...], list[Way]] = field(default_factory=dict)
 
-    def drive(self, swaths: list[Swath]) -> Drive:
+    def drive(self, swaths: list[Swath]) -> Itinerary:
         """The drive along the swaths in this order."""
         swaths, going_on = self._in_one_go(swaths)
-        drive = Drive(swaths)
+        drive = Itinerary(swaths)
         rows, done = wet_rows(stroke.nozzle for stroke in drive.strokes), 0
         for i, swath in enumerate(swaths):
             if going_on[i]:
-                self._take(drive, Leg(PiecePath(swath.begin.pose, ()), 0.0, np.zeros(done, dtype=np.int64)))
+                self._take(drive, ItineraryLeg(PiecePath(swath.begin.pose, ()), 0.0, np.zeros(done, dtype=np.int64)))
             else:
                 offers = self._between(swaths[i - 1].end, swath.begin) if i else self.run_ins(swath.begin)
                 self._take(drive, self.choose(offers, drive.seconds, rows[:done], in_turn=i == 0))
@@ -122,25 +122,25 @@ class Driver:
             wholes[-1:] = [both] if both and joined else [last, swath]
         return parted(wholes, swaths), going_on
 
-    def choose(self, offers: Iterator[Way], begun_s: float, painted: Floats, *, in_turn: bool) -> Leg:
+    def choose(self, offers: Iterator[Way], begun_s: float, painted: Floats, *, in_turn: bool) -> ItineraryLeg:
         """The best of the ways offered, or (`in_turn`) the first that is clear; if none is, the first of all."""
-        best: Leg | None = None
+        best: ItineraryLeg | None = None
         least, bump = math.inf, None
         for way in offers:
             if best and (in_turn or way.seconds >= least):
                 break
             hit = self.yard.collision(way.path) if self.yard else None
             if hit:
-                bump = bump or Leg(way.path, way.seconds, np.zeros(len(painted), dtype=np.int64), hit)
+                bump = bump or ItineraryLeg(way.path, way.seconds, np.zeros(len(painted), dtype=np.int64), hit)
                 continue
             over = self.wheels.crossings(way.path, begun_s, way.seconds, painted)
             if (cost := way.seconds + self.crossing_s * float(over.sum())) < least:
-                best, least = Leg(way.path, way.seconds, over), cost
+                best, least = ItineraryLeg(way.path, way.seconds, over), cost
         chosen = best or bump
         assert chosen  # there is at least one offer
         return chosen
 
-    def _take(self, drive: Drive, leg: Leg) -> None:
+    def _take(self, drive: Itinerary, leg: ItineraryLeg) -> None:
         drive.legs.append(leg)
         drive.seconds += leg.seconds
 
@@ -179,7 +179,7 @@ class Driver:
         """The straight behind a last line at paint speed."""
         return self.ways.limits.stopping_distance_m(self.ways.limits.paint_speed_mps) + RUN_OUT_SPARE_M
 
-    def run_outs(self, end: CurveEnd, goal: Pose | None) -> Iterator[Way]:
+    def run_outs(self, end: CurveEnd, goal: PathPose | None) -> Iterator[Way]:
         """To the goal; without one, a straight behind the last line, or what else there is room for."""
         speed = self.ways.speed_mps(end)
         length = self.ways.limits.stopping_distance_m(speed) + RUN_OUT_SPARE_M

@@ -1,10 +1,10 @@
 """The route: run-in, painted segments in order with the transitions between them, run-out."""
 
-from touchline.services.planner.route.itinerary import Drive
+from touchline.services.planner.route.itinerary import Itinerary
 from touchline.services.planner.segments.section import RUN_IN, RUN_OUT, TRANSITION, Section
 
 
-def route(drive: Drive) -> list[Section]:
+def route(drive: Itinerary) -> list[Section]:
     """The sections in driving order; each begins at the pose at which the last one ended."""
     sections = []
     for i, leg in enumerate(drive.legs):

@@ -10,7 +10,7 @@ import math
 from typing import NamedTuple
 
 from touchline.schemas.curves import Curve
-from touchline.services.planner.geometry.clothoid import PiecePath, Pose
+from touchline.services.planner.geometry.clothoid import PathPose, PiecePath
 
 TOLERANCE_M = 1e-3
 # The bound is of leading order, and up to 7 % short of the truth at the tightest turns.
@@ -41,7 +41,7 @@ class _Span(NamedTuple):
         return self.end_m - self.start_m
 
 
-def cut(path: PiecePath, goal: Pose | None = None, tolerance_m: float = TOLERANCE_M) -> list[Cut]:
+def cut(path: PiecePath, goal: PathPose | None = None, tolerance_m: float = TOLERANCE_M) -> list[Cut]:
     """Lines and arcs within `tolerance_m` of `path`, each beginning where the last one ended, with its heading.
 
     The last one ends at `goal` if given, which is the path's end but for rounding.
@@ -63,7 +63,7 @@ def cut(path: PiecePath, goal: Pose | None = None, tolerance_m: float = TOLERANC
     return cuts
 
 
-def biarc(start: Pose, goal: Pose) -> tuple[Curve, Curve]:
+def biarc(start: PathPose, goal: PathPose) -> tuple[Curve, Curve]:
     """Two arcs with one tangent where they meet, from `start` to `goal`, with control tangents of equal length.
 
     Raises:
@@ -77,17 +77,17 @@ def biarc(start: Pose, goal: Pose) -> tuple[Curve, Curve]:
     handle = square / (along + math.sqrt(along * along + spread * square))
     near, far = start.point + handle * start.direction, goal.point - handle * goal.direction
     joint = 0.5 * (near + far)
-    return _arc_to(start, joint), _arc_to(Pose(joint.real, joint.imag, cmath.phase(far - near)), goal.point)
+    return _arc_to(start, joint), _arc_to(PathPose(joint.real, joint.imag, cmath.phase(far - near)), goal.point)
 
 
-def _arc_to(start: Pose, end: complex) -> Curve:
+def _arc_to(start: PathPose, end: complex) -> Curve:
     chord = end - start.point
     half_turn = cmath.phase(chord / start.direction)
     length = abs(chord) * (half_turn / math.sin(half_turn) if half_turn else 1.0)
     return _curve(start, 2.0 * half_turn / length, length)
 
 
-def _curve(start: Pose, curvature_1pm: float, length_m: float) -> Curve:
+def _curve(start: PathPose, curvature_1pm: float, length_m: float) -> Curve:
     if abs(curvature_1pm * length_m) < STRAIGHT_TURN_RAD:
         curvature_1pm = 0.0
     return Curve(start.x_m, start.y_m, start.heading_rad, curvature_1pm, length_m)

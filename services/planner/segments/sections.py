@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from touchline.services.planner.geometry.clothoid import Piece, PiecePath, Pose
+from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 
 
 class Run(NamedTuple):
@@ -16,10 +16,10 @@ class Run(NamedTuple):
     spin_rad: float
     direction: int
     path: PiecePath
-    goal: Pose | None = None
+    goal: PathPose | None = None
 
 
-def runs(path: PiecePath, goal: Pose | None = None) -> list[Run]:
+def runs(path: PiecePath, goal: PathPose | None = None) -> list[Run]:
     """The runs of a path; the last one leads to `goal`, which is the path's end but for rounding."""
     found: list[Run] = []
     for piece, before in zip(path.pieces, path.knots, strict=False):
@@ -37,7 +37,7 @@ def runs(path: PiecePath, goal: Pose | None = None) -> list[Run]:
     return found
 
 
-def _travelling(pose: Pose, direction: int) -> Pose:
+def _travelling(pose: PathPose, direction: int) -> PathPose:
     """The pose with the direction of travel for a heading."""
     return pose if direction > 0 else pose._replace(heading_rad=pose.heading_rad + math.pi)
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from touchline.services.planner.budget import UNWATCHED, Watch
+from touchline.services.planner.budget import UNWATCHED, Budget
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 from touchline.services.planner.sequencing.order import Problem
 from touchline.services.planner.steering.method import CurveEnd
@@ -100,7 +100,7 @@ def problem(
     painting: Painting,
     start: CurveEnd | None,
     end: CurveEnd | None = None,
-    watch: Watch = UNWATCHED,
+    watch: Budget = UNWATCHED,
 ) -> tuple[Problem, Tracks]:
     """The ordering problem, and the ways behind it.
 
@@ -141,7 +141,7 @@ def _going_on(nodes: Sequence[Swath], painting: Painting, cost: Floats, tracks: 
 
 
 def seconds_between(
-    ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, segment: Ints, paint_s: Floats, watch: Watch
+    ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, segment: Ints, paint_s: Floats, watch: Budget
 ) -> tuple[Floats, Tracks]:
     """Seconds (ends, begins) of the quickest ways, rough ones for pairs that are far from each other; and the ways."""
     count = len(ends)
@@ -169,7 +169,7 @@ def _straight(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways) -> Float
     return np.asarray(apart / ways.limits.transit_speed_mps)
 
 
-def _rough(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, table: Floats, watch: Watch) -> None:
+def _rough(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, table: Floats, watch: Budget) -> None:
     """Fill in rough seconds, as the method in use has them."""
     for part in watch.parts(len(ends), max(ROUGH_PART // len(begins), 1), 0.0, ROUGH_DONE):
         table[part] = ways.pricing.rough_s(ways, ends[part], begins)
@@ -198,7 +198,7 @@ def _timed_all(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways) -> Floa
 
 
 def _timed(
-    ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, pairs: Ints, timing: Timing, watch: Watch
+    ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, pairs: Ints, timing: Timing, watch: Budget
 ) -> tuple[Ints, Floats, Ints, Floats, Ints]:
     """Which (n,) of the `pairs` were timed before it was enough; seconds (n,) of the quickest way of each, and which.
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from touchline.services.planner.budget import UNWATCHED, Watch
-from touchline.services.planner.geometry.clothoid import Floats, Ints, Pose
+from touchline.services.planner.budget import UNWATCHED, Budget
+from touchline.services.planner.geometry.clothoid import Floats, Ints, PathPose
 from touchline.services.planner.sequencing.annealing import anneal
 from touchline.services.planner.sequencing.costs import Tracks
 from touchline.services.planner.sequencing.order import Problem
@@ -30,7 +30,7 @@ KNOWN_MAX = 4_000_000
 
 
 @dataclass(frozen=True)
-class Ground:
+class WetGround:
     """What painting the nodes of a problem runs over.
 
     Attributes:
@@ -48,7 +48,7 @@ class Ground:
     over: Ints
 
     @classmethod
-    def of(cls, nodes: Sequence[Swath], segment: Ints, wheels: Wheels) -> "Ground":
+    def of(cls, nodes: Sequence[Swath], segment: Ints, wheels: Wheels) -> "WetGround":
         """The ground under nodes, of which each paints a swath, numbered `segment`."""
         painted = [nodes[k].strokes for k in np.unique(segment, return_index=True)[1]]
         owner = np.repeat(np.arange(len(painted)), [len(strokes) for strokes in painted])
@@ -60,7 +60,7 @@ class Ground:
         return cls(nodes, wheels, lines, owner, over)
 
 
-def ordered_dry(scene: Scene, begin: Ints, watch: Watch = UNWATCHED) -> Ints:
+def ordered_dry(scene: Scene, begin: Ints, watch: Budget = UNWATCHED) -> Ints:
     """The nodes (segments,) in the best order found from `begin` on, or by the time that the `watch` has enough."""
     if not scene.crossing:
         return begin
@@ -102,7 +102,7 @@ def unknown_yet(nodes: int) -> Known:
 
 
 def scene_of(
-    problem: Problem, tracks: Tracks, ground: Ground, crossing_s: float, run_out_m: float, end: Pose | None
+    problem: Problem, tracks: Tracks, ground: WetGround, crossing_s: float, run_out_m: float, end: PathPose | None
 ) -> Scene:
     """What the search needs to judge an order, where a crossing of wet paint costs `crossing_s`.
 
@@ -110,7 +110,7 @@ def scene_of(
     """
     segment, flip = problem.with_depot
     node, other = np.nonzero(ground.over)
-    stop = end or Pose(math.nan, math.nan, math.nan)
+    stop = end or PathPose(math.nan, math.nan, math.nan)
     return Scene(
         cost=problem.cost,
         segment=segment,

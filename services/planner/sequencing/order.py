@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from touchline.services.planner.budget import UNWATCHED, Watch
+from touchline.services.planner.budget import UNWATCHED, Budget
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 from touchline.services.planner.sequencing.search import best_modes, improve, tour_cost
 
@@ -76,7 +76,7 @@ class Problem:
         return float(tour_cost(self.cost, np.concatenate(([self.depot], nodes))))
 
 
-def ordered(problem: Problem, watch: Watch = UNWATCHED, kicks: int | None = None, begin: Ints | None = None) -> Ints:
+def ordered(problem: Problem, watch: Budget = UNWATCHED, kicks: int | None = None, begin: Ints | None = None) -> Ints:
     """The nodes (segments,) in the best order found, from `begin` on if that is given.
 
     The watch may have enough after the first kicks. If it has not, the result depends on the problem alone.

@@ -9,7 +9,7 @@ import numpy as np
 from touchline.schemas.curves import Curve
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.core.jit import kernel
-from touchline.services.planner.geometry.clothoid import Floats, Ints, PiecePath, Pose
+from touchline.services.planner.geometry.clothoid import Floats, Ints, PathPose, PiecePath
 
 # Tracks are looked at this often (m): less than half the width of a line.
 STEP_M = 0.04
@@ -49,7 +49,7 @@ class Wheels:
         figures = self.half_width_m, self.drying_s, STEP_M
         return np.asarray(wet_crossings(poses, self.contacts, painted, boxes_of(painted), *figures))
 
-    def _with_spin(self, poses: Floats, station_m: float, at: Pose, angle_rad: float) -> Floats:
+    def _with_spin(self, poses: Floats, station_m: float, at: PathPose, angle_rad: float) -> Floats:
         """Poses (n, 4), their last column the station, with those of a turn on the spot."""
         count = 2 + math.ceil(abs(angle_rad) * float(np.hypot(*self.contacts.T).max()) / STEP_M)
         spin = np.tile((at.x_m, at.y_m, 0.0, station_m), (count, 1))

@@ -13,7 +13,7 @@ JOINT_M = 1e-6
 MASKS = {"SPRAY": Actuation.SPRAY, "DISC_SPRAY": Actuation.DISC_SPRAY}
 
 
-class Painted(NamedTuple):
+class PaintedStretch(NamedTuple):
     """Arc lengths (m) between which a template segment is painted, and with what."""
 
     segment_id: str
@@ -29,7 +29,7 @@ class Switch(NamedTuple):
     mask: int
 
 
-def actuation_profile(painted: Sequence[Painted], speeds: SpeedProfile, vehicle: Vehicle) -> list[Switch]:
+def actuation_profile(painted: Sequence[PaintedStretch], speeds: SpeedProfile, vehicle: Vehicle) -> list[Switch]:
     """The switches in order of arc length, from none at the start to none at the end.
 
     The valve is commanded its delays ahead of the line's ends, the discs theirs ahead of the line's start; they stay
@@ -57,8 +57,8 @@ def actuation_profile(painted: Sequence[Painted], speeds: SpeedProfile, vehicle:
     return _switches(changes)
 
 
-def _in_one_go(painted: Sequence[Painted]) -> list[Painted]:
-    lines: list[Painted] = []
+def _in_one_go(painted: Sequence[PaintedStretch]) -> list[PaintedStretch]:
+    lines: list[PaintedStretch] = []
     for line in painted:
         last = lines[-1] if lines else None
         if last and last.actuation == line.actuation and line.start_m - last.end_m <= JOINT_M:

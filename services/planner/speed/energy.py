@@ -9,7 +9,7 @@ import numpy as np
 
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.planner.geometry.clothoid import Floats
-from touchline.services.planner.segments.segments import Sent
+from touchline.services.planner.segments.sent_segments import Sent
 from touchline.services.planner.speed.timing import SpeedProfile
 
 SECONDS_PER_HOUR = 3600.0

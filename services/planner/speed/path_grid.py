@@ -10,7 +10,7 @@ import numpy as np
 from touchline.services.planner.geometry.clothoid import Floats, Piece
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.segments.section import Section
-from touchline.services.planner.segments.segments import Sent
+from touchline.services.planner.segments.sent_segments import Sent
 from touchline.services.planner.speed.topp import CELL_CURVATURE_1PM
 
 # Borders closer than this (m) are one.
@@ -18,7 +18,7 @@ BORDER_M = 1e-9
 
 
 @dataclass(frozen=True)
-class Course:
+class PathGrid:
     """Cells of the ideal curve and the knots between them.
 
     Attributes:
@@ -39,7 +39,7 @@ class Course:
     spins: tuple[tuple[int, float], ...] = ()
 
 
-def course(sections: Sequence[Section], sent: Sequence[Sent], borders_m: Iterable[float], limits: Limits) -> Course:
+def course(sections: Sequence[Section], sent: Sequence[Sent], borders_m: Iterable[float], limits: Limits) -> PathGrid:
     """The cells of all sections, with borders of cells at `borders_m` of arc length (as sent) too."""
     pieces = [piece for section in sections for piece in section.path.pieces]
     table = np.array([piece[:3] for piece in pieces])
@@ -63,7 +63,7 @@ def course(sections: Sequence[Section], sent: Sequence[Sent], borders_m: Iterabl
     cap = limits.square_cap(tightest, np.abs(sharpness))
     stops, spins = _stops(pieces, ends, border)
     station = np.interp(border, ideal_at, sent_at)
-    return Course(station, np.diff(border), curvature, sharpness, cap, stops, spins)
+    return PathGrid(station, np.diff(border), curvature, sharpness, cap, stops, spins)
 
 
 def _subdivisions(pieces: Sequence[Piece], starts: Floats) -> list[Floats]:

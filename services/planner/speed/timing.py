@@ -15,7 +15,7 @@ import numpy as np
 from touchline.schemas.errors import PlanningError
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.limits import Limits
-from touchline.services.planner.speed.path_grid import Course
+from touchline.services.planner.speed.path_grid import PathGrid
 
 SPEED_TOLERANCE_MPS = 1e-9
 # Entries closer than this (m) say the same, and so do those off the straight between their neighbours by less (m²/s²).
@@ -91,7 +91,7 @@ class SpeedProfile:
         return float(self.station_m[i] + (self.speed_mps[i] + 0.5 * acceleration * since) * since)
 
 
-def speed_profile(course: Course, steady: Sequence[Steady], limits: Limits) -> SpeedProfile:
+def speed_profile(course: PathGrid, steady: Sequence[Steady], limits: Limits) -> SpeedProfile:
     """The fastest profile along `course`, constant over every `steady` stretch.
 
     The borders of `steady` stretches are borders of the course; they may overlap each other. A steady stretch that

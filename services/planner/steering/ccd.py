@@ -2,7 +2,7 @@
 
 import math
 
-from touchline.services.planner.geometry.clothoid import Piece, Pose
+from touchline.services.planner.geometry.clothoid import PathPose, Piece
 from touchline.services.planner.steering.method import CurveEnd, through_straights
 from touchline.services.planner.steering.turns import ContinuousTurn
 from touchline.services.planner.steering.words import shortest_word
@@ -32,7 +32,7 @@ class ContinuousDubins:
         """The clothoid from `curvature_1pm` to straight."""
         return tuple(Piece(p.length_m, curvature_1pm, -p.sharpness_1pm2) for p in self.lead_in(curvature_1pm))
 
-    def connect(self, start: Pose, goal: Pose) -> tuple[Piece, ...]:
+    def connect(self, start: PathPose, goal: PathPose) -> tuple[Piece, ...]:
         """The shortest of the CC words."""
         return shortest_word(start, goal, self.turn).pieces(self.turn)
 

@@ -1,11 +1,11 @@
 """Plain Dubins paths: the shortest forward path of bounded curvature, which steps at every joint."""
 
-from touchline.services.planner.geometry.clothoid import Piece, Pose
+from touchline.services.planner.geometry.clothoid import PathPose, Piece
 from touchline.services.planner.steering.turns import ArcTurn
 from touchline.services.planner.steering.words import shortest_word
 
 
-def dubins_pieces(start: Pose, goal: Pose, curvature_max_1pm: float) -> tuple[Piece, ...]:
+def dubins_pieces(start: PathPose, goal: PathPose, curvature_max_1pm: float) -> tuple[Piece, ...]:
     """The pieces of the optimal Dubins path from `start` to `goal` (all six words; arcs at `curvature_max_1pm`)."""
     turn = ArcTurn(curvature_max_1pm)
     return shortest_word(start, goal, turn).pieces(turn)

@@ -1,6 +1,6 @@
 """Method `dubins-padded`: plain Dubins between padded segments, the study's baseline."""
 
-from touchline.services.planner.geometry.clothoid import Piece, Pose
+from touchline.services.planner.geometry.clothoid import PathPose, Piece
 from touchline.services.planner.steering.dubins import dubins_pieces
 from touchline.services.planner.steering.method import CurveEnd, through_straights
 
@@ -25,7 +25,7 @@ class PaddedDubins:
         """The straight padding after a segment, whatever its curvature."""
         return (Piece(PADDING_AFTER_M),)
 
-    def connect(self, start: Pose, goal: Pose) -> tuple[Piece, ...]:
+    def connect(self, start: PathPose, goal: PathPose) -> tuple[Piece, ...]:
         """The optimal Dubins path."""
         return dubins_pieces(start, goal, self.curvature_max_1pm)
 

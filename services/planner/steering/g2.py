@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from touchline.services.planner.geometry.clothoid import Floats, Piece, PiecePath, Pose, joined
+from touchline.services.planner.geometry.clothoid import Floats, PathPose, Piece, PiecePath, joined
 from touchline.services.planner.steering.ccd import ContinuousDubins
 from touchline.services.planner.steering.circles import circle
 from touchline.services.planner.steering.construct import MAX_PIECES, forward_pieces
@@ -38,7 +38,7 @@ class Steering:
         """The clothoid from `curvature_1pm` to straight."""
         return self.words.lead_out(curvature_1pm)
 
-    def connect(self, start: Pose, goal: Pose) -> tuple[Piece, ...]:
+    def connect(self, start: PathPose, goal: PathPose) -> tuple[Piece, ...]:
         """The shortest forward way between poses that are straight at both ends."""
         return self.between(CurveEnd(start, 0.0), CurveEnd(goal, 0.0))
 

@@ -4,7 +4,7 @@ import cmath
 import math
 from typing import NamedTuple, Protocol
 
-from touchline.services.planner.geometry.clothoid import Piece, PiecePath, Pose, arc_displacement, joined
+from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath, arc_displacement, joined
 
 # A goal this close (m, rad, 1/m) to the curve just painted, carried on, is on it: the path simply goes on.
 CARRY_ON = 1e-10
@@ -15,7 +15,7 @@ NO_LIMIT_MPS = 1e3
 class CurveEnd(NamedTuple):
     """Where a painted curve begins or ends: pose and curvature (1/m) there, and at which speed (m/s) at most."""
 
-    pose: Pose
+    pose: PathPose
     curvature_1pm: float
     speed_mps: float = NO_LIMIT_MPS
 
@@ -33,7 +33,7 @@ class TransitionMethod(Protocol):
     def lead_out(self, curvature_1pm: float) -> tuple[Piece, ...]:
         """What comes right after a painted curve that ends with this curvature."""
 
-    def connect(self, start: Pose, goal: Pose) -> tuple[Piece, ...]:
+    def connect(self, start: PathPose, goal: PathPose) -> tuple[Piece, ...]:
         """The way between two poses, straight (curvature 0) at both; exists for every pair."""
 
     def between(self, start: CurveEnd, goal: CurveEnd) -> tuple[Piece, ...]:
@@ -54,12 +54,12 @@ def through_straights(method: TransitionMethod, start: CurveEnd, goal: CurveEnd)
     return joined((*lead_out, *between, *lead_in))
 
 
-def before(goal: Pose, pieces: tuple[Piece, ...]) -> Pose:
+def before(goal: PathPose, pieces: tuple[Piece, ...]) -> PathPose:
     """The pose from which `pieces` lead to `goal`."""
-    end = PiecePath(Pose(0.0, 0.0, 0.0), pieces).end
+    end = PiecePath(PathPose(0.0, 0.0, 0.0), pieces).end
     heading = goal.heading_rad - end.heading_rad
     point = goal.point - cmath.rect(1.0, heading) * end.point
-    return Pose(point.real, point.imag, heading)
+    return PathPose(point.real, point.imag, heading)
 
 
 def carried_on(start: CurveEnd, goal: CurveEnd, length_max_m: float) -> PiecePath | None:

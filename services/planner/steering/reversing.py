@@ -44,7 +44,7 @@ WORD_MARGIN = 1.0
 STEP = 1e-9
 
 
-class Row(NamedTuple):
+class PatternRow(NamedTuple):
     """Element kinds and directions (see patterns.py), and values."""
 
     kinds: str
@@ -53,44 +53,46 @@ class Row(NamedTuple):
 
 
 ROWS = (
-    Row("BBBB", "-++-", (-2.0, 2.0, -2.0, -0.15)),
-    Row("BBB", "-+-", (-0.8, 0.8, -0.15)),
-    Row("BSB", "---", (-2.0, 0.9, 0.15)),
-    Row("BBB", "++-", (-2.0, 2.0, -0.15)),
-    Row("BBB", "+--", (-0.8, 0.8, -0.8)),
-    Row("BBB", "+-+", (-0.8, 0.8, -0.15)),
-    Row("BSQB", "+++-", (-0.15, 0.9, QUARTER, -0.8)),
-    Row("BBB", "---", (-2.0, 0.8, -0.8)),
-    Row("BQSB", "+---", (-0.8, QUARTER, 0.9, -0.15)),
-    Row("BBB", "++-", (-0.8, 0.15, -0.15)),
-    Row("BBB", "-+-", (-2.0, 0.15, -2.0)),
-    Row("BSB", "++-", (-0.8, 0.15, -0.8)),
-    Row("BBB", "++-", (-0.15, 0.15, -2.0)),
-    Row("BQSQB", "-+++-", (-0.15, QUARTER, 0.9, -QUARTER, -2.0)),
-    Row("BBB", "++-", (-0.15, 0.8, -0.8)),
-    Row("BBB", "++-", (-0.15, 2.0, -2.0)),
-    Row("BSB", "-+-", (-2.0, 0.9, -0.15)),
-    Row("BBBB", "+--+", (-2.0, 0.15, -0.15, 0.8)),
-    Row("BSQB", "+++-", (-0.8, 0.9, QUARTER, 0.8)),
-    Row("BBB", "+--", (-0.8, 0.8, -0.15)),
-    Row("BBBB", "++--", (-0.15, 0.8, -0.8, 0.8)),
-    Row("BQSQB", "+---+", (-2.0, QUARTER, 0.15, QUARTER, -2.0)),
-    Row("BBBB", "-++-", (-0.8, 0.15, -0.15, 0.15)),
-    Row("BBBB", "-++-", (-2.0, 0.8, -0.8, -0.8)),
-    Row("BBB", "++-", (-2.0, 0.8, -0.8)),
-    Row("BBB", "+--", (-2.0, 0.8, -0.15)),
-    Row("BSQB", "+++-", (-0.15, 0.9, QUARTER, -0.15)),
-    Row("BQSB", "+---", (0.15, QUARTER, 0.9, 0.15)),
-    Row("BSB", "---", (-0.15, 0.9, -0.15)),
+    PatternRow("BBBB", "-++-", (-2.0, 2.0, -2.0, -0.15)),
+    PatternRow("BBB", "-+-", (-0.8, 0.8, -0.15)),
+    PatternRow("BSB", "---", (-2.0, 0.9, 0.15)),
+    PatternRow("BBB", "++-", (-2.0, 2.0, -0.15)),
+    PatternRow("BBB", "+--", (-0.8, 0.8, -0.8)),
+    PatternRow("BBB", "+-+", (-0.8, 0.8, -0.15)),
+    PatternRow("BSQB", "+++-", (-0.15, 0.9, QUARTER, -0.8)),
+    PatternRow("BBB", "---", (-2.0, 0.8, -0.8)),
+    PatternRow("BQSB", "+---", (-0.8, QUARTER, 0.9, -0.15)),
+    PatternRow("BBB", "++-", (-0.8, 0.15, -0.15)),
+    PatternRow("BBB", "-+-", (-2.0, 0.15, -2.0)),
+    PatternRow("BSB", "++-", (-0.8, 0.15, -0.8)),
+    PatternRow("BBB", "++-", (-0.15, 0.15, -2.0)),
+    PatternRow("BQSQB", "-+++-", (-0.15, QUARTER, 0.9, -QUARTER, -2.0)),
+    PatternRow("BBB", "++-", (-0.15, 0.8, -0.8)),
+    PatternRow("BBB", "++-", (-0.15, 2.0, -2.0)),
+    PatternRow("BSB", "-+-", (-2.0, 0.9, -0.15)),
+    PatternRow("BBBB", "+--+", (-2.0, 0.15, -0.15, 0.8)),
+    PatternRow("BSQB", "+++-", (-0.8, 0.9, QUARTER, 0.8)),
+    PatternRow("BBB", "+--", (-0.8, 0.8, -0.15)),
+    PatternRow("BBBB", "++--", (-0.15, 0.8, -0.8, 0.8)),
+    PatternRow("BQSQB", "+---+", (-2.0, QUARTER, 0.15, QUARTER, -2.0)),
+    PatternRow("BBBB", "-++-", (-0.8, 0.15, -0.15, 0.15)),
+    PatternRow("BBBB", "-++-", (-2.0, 0.8, -0.8, -0.8)),
+    PatternRow("BBB", "++-", (-2.0, 0.8, -0.8)),
+    PatternRow("BBB", "+--", (-2.0, 0.8, -0.15)),
+    PatternRow("BSQB", "+++-", (-0.15, 0.9, QUARTER, -0.15)),
+    PatternRow("BQSB", "+---", (0.15, QUARTER, 0.9, 0.15)),
+    PatternRow("BSB", "---", (-0.15, 0.9, -0.15)),
 )
 
 
-def _both_ways(row: Row) -> list[Row]:
+def _both_ways(row: PatternRow) -> list[PatternRow]:
     """The row, mirrored and turned round."""
     kinds, directions, values = row
     mirrored = tuple(v if kind == "S" else -v for kind, v in zip(kinds, values, strict=True))
     ways = (values, mirrored)
-    return [Row(kinds, directions, w) for w in ways] + [Row(kinds[::-1], directions[::-1], w[::-1]) for w in ways]
+    return [PatternRow(kinds, directions, w) for w in ways] + [
+        PatternRow(kinds[::-1], directions[::-1], w[::-1]) for w in ways
+    ]
 
 
 _ALL = list(dict.fromkeys(way for row in ROWS for way in _both_ways(row)))

@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from touchline.services.planner.geometry.clothoid import Piece, Pose, joined
+from touchline.services.planner.geometry.clothoid import PathPose, Piece, joined
 from touchline.services.planner.steering.turns import Turn
 
 TAU = 2.0 * math.pi
@@ -48,7 +48,7 @@ class Word(NamedTuple):
         return joined(pieces)
 
 
-def shortest_word(start: Pose, goal: Pose, turn: Turn) -> Word:
+def shortest_word(start: PathPose, goal: PathPose, turn: Turn) -> Word:
     """The shortest word from `start` to `goal`, each word measured by its own length."""
     best, best_length = Word("", ()), math.inf
     for word in words(start, goal, turn):
@@ -58,7 +58,7 @@ def shortest_word(start: Pose, goal: Pose, turn: Turn) -> Word:
     return best
 
 
-def words(start: Pose, goal: Pose, turn: Turn) -> Iterator[Word]:
+def words(start: PathPose, goal: PathPose, turn: Turn) -> Iterator[Word]:
     """Every word that leads from `start` to `goal`: S, L, R where they fit, and the valid ones of the six."""
     z, heading = goal.seen_from(start)
     if abs(z.imag) <= ON_PATH and z.real >= -ON_PATH and abs(math.remainder(heading, TAU)) <= ON_PATH:

@@ -15,7 +15,7 @@ from touchline.services.planner.swaths.offset import Stroke
 GAP_M, KINK_RAD = 1e-4, 5e-4
 
 
-class Link(NamedTuple):
+class ChainLink(NamedTuple):
     """A segment of a chain: as it is painted along the chain, and back; None where it cannot be driven so."""
 
     along: Stroke | None
@@ -26,7 +26,7 @@ class Link(NamedTuple):
 class Chain:
     """Segments of which each goes on into the next, at least one way; if it is `closed`, the last into the first."""
 
-    links: tuple[Link, ...]
+    links: tuple[ChainLink, ...]
     closed: bool = False
 
 
@@ -54,9 +54,9 @@ def chains_as_given(strokes: Sequence[Stroke]) -> Iterator[Chain]:
     begun = 0
     for i, (first, second) in enumerate(pairwise(strokes), 1):
         if not joins(first, second):
-            yield Chain(tuple(Link(stroke, None) for stroke in strokes[begun:i]))
+            yield Chain(tuple(ChainLink(stroke, None) for stroke in strokes[begun:i]))
             begun = i
-    yield Chain(tuple(Link(stroke, None) for stroke in strokes[begun:]))
+    yield Chain(tuple(ChainLink(stroke, None) for stroke in strokes[begun:]))
 
 
 def chains(choices: Sequence[Sequence[Stroke]]) -> Iterator[Chain]:
@@ -74,12 +74,12 @@ def chains(choices: Sequence[Sequence[Stroke]]) -> Iterator[Chain]:
         if begin.segment not in done:
             walk = list(_walk(begin, mates))
             done.update(end.segment for end in walk)
-            oriented = (Link(*links[e.segment][::-1]) if e.last else links[e.segment] for e in walk)
+            oriented = (ChainLink(*links[e.segment][::-1]) if e.last else links[e.segment] for e in walk)
             yield Chain(tuple(oriented), closed=walk[-1].other in mates)
 
 
-def _link(choice: Sequence[Stroke]) -> Link:
-    return Link(*(next((s for s in choice if s.flipped == flipped), None) for flipped in (False, True)))
+def _link(choice: Sequence[Stroke]) -> ChainLink:
+    return ChainLink(*(next((s for s in choice if s.flipped == flipped), None) for flipped in (False, True)))
 
 
 def _walk(begin: End, mates: Mapping[End, End]) -> Iterator[End]:
@@ -92,7 +92,7 @@ def _walk(begin: End, mates: Mapping[End, End]) -> Iterator[End]:
             return
 
 
-def _mates(links: Sequence[Link]) -> dict[End, End]:
+def _mates(links: Sequence[ChainLink]) -> dict[End, End]:
     """Which end goes on into which; where there is a choice, the next segment, then the least step of curvature."""
     places, ends = [], []
     for i, link in enumerate(links):
@@ -115,7 +115,7 @@ def _mates(links: Sequence[Link]) -> dict[End, End]:
     return mates
 
 
-def _step_1pm(links: Sequence[Link], a: End, b: End) -> float | None:
+def _step_1pm(links: Sequence[ChainLink], a: End, b: End) -> float | None:
     """The step of curvature (1/m) between two ends; None if one does not go on into the other."""
     for first, second in ((a, b), (b, a)):
         leaving, entering = links[first.segment], links[second.segment]

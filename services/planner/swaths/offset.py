@@ -10,7 +10,7 @@ from touchline.schemas.curves import Curve, wrap_angle
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.template import TemplateSegment
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.planner.geometry.clothoid import Piece, PiecePath, Pose
+from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 from touchline.services.planner.steering.method import CurveEnd
 
 # Rounding may put an arc at exactly the largest curvature a little above it.
@@ -35,12 +35,12 @@ class Stroke:
     @property
     def begin(self) -> CurveEnd:
         """Robot pose and curvature where painting begins."""
-        return CurveEnd(Pose(self.robot.x_m, self.robot.y_m, self.robot.heading_rad), self.robot.curvature_1pm)
+        return CurveEnd(PathPose(self.robot.x_m, self.robot.y_m, self.robot.heading_rad), self.robot.curvature_1pm)
 
     @property
     def end(self) -> CurveEnd:
         """Robot pose and curvature where painting ends."""
-        return CurveEnd(Pose(*self.robot.end), self.robot.curvature_1pm)
+        return CurveEnd(PathPose(*self.robot.end), self.robot.curvature_1pm)
 
     @property
     def path(self) -> PiecePath:

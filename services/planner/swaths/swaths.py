@@ -15,11 +15,11 @@ import numpy as np
 
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.planner.geometry.clothoid import Floats, Piece, PiecePath, Pose
+from touchline.services.planner.geometry.clothoid import Floats, PathPose, Piece, PiecePath
 from touchline.services.planner.limits import Limits
-from touchline.services.planner.method import method_of
+from touchline.services.planner.method_choice import method_of
 from touchline.services.planner.steering.method import CurveEnd, before
-from touchline.services.planner.swaths.chains import Chain, Link, chains, chains_as_given, joins
+from touchline.services.planner.swaths.chains import Chain, ChainLink, chains, chains_as_given, joins
 from touchline.services.planner.swaths.offset import CIRCLE_STARTS, Stroke
 
 # How far (m) the robot may be beside the line where two segments of different curvature join.
@@ -132,7 +132,7 @@ class Painting:
             if halves[k]:
                 # Behind the joint it is on the stroke again.
                 x, y, heading, _ = stroke.robot.at(halves[k])
-                begin = before(Pose(float(x), float(y), float(heading)), pieces[:1])
+                begin = before(PathPose(float(x), float(y), float(heading)), pieces[:1])
             paths.append(PiecePath(begin, pieces))
         length = sum(stroke.robot.length_m for stroke in strokes)
         speeds = [*map(self.stroke_mps, strokes), *(self.joint_mps(a, b) for a, b in pairwise(strokes))]
@@ -222,14 +222,14 @@ def _swaths_of(chain: Chain, painting: Painting) -> Iterator[list[Swath]]:
         yield [swath for each in begun for swath in _both_ways(each, painting)]
 
 
-def _turned(links: tuple[Link, ...], count: int) -> tuple[Link, ...]:
+def _turned(links: tuple[ChainLink, ...], count: int) -> tuple[ChainLink, ...]:
     """The links of a closed chain, begun so many later."""
     return (*links[count:], *links[:count])
 
 
 def _speeds(chain: Chain, painting: Painting) -> tuple[Floats, Floats]:
     """The speed (m/s) of each link, and from each into the next, (2, links): along the chain, and back; 0: not so."""
-    following = [*chain.links[1:], chain.links[0] if chain.closed else Link(None, None)]
+    following = [*chain.links[1:], chain.links[0] if chain.closed else ChainLink(None, None)]
     strokes = [[painting.stroke_mps(stroke) if stroke else 0.0 for stroke in link] for link in chain.links]
     joints = [
         (
@@ -276,7 +276,7 @@ def _short(parts: Sequence[tuple[int, int]], length_m: Floats) -> Iterator[tuple
         yield begun, last
 
 
-def _both_ways(links: Sequence[Link], painting: Painting) -> Iterator[Swath]:
+def _both_ways(links: Sequence[ChainLink], painting: Painting) -> Iterator[Swath]:
     """The swaths along links and back, as far as they are painted in one go."""
     for way in ([link.along for link in links], [link.back for link in links[::-1]]):
         strokes = [stroke for stroke in way if stroke]

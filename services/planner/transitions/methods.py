@@ -7,7 +7,7 @@ import numpy as np
 
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 from touchline.services.planner.limits import Limits
-from touchline.services.planner.method import Method
+from touchline.services.planner.method_choice import Method
 from touchline.services.planner.steering.ccd import ContinuousDubins
 from touchline.services.planner.steering.dubins_padded import PADDING_AFTER_M, PADDING_BEFORE_M, PaddedDubins
 from touchline.services.planner.steering.method import CurveEnd

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from touchline.services.planner.geometry.clothoid import Floats, Piece, PiecePath, Pose, arc_displacement, joined
+from touchline.services.planner.geometry.clothoid import Floats, PathPose, Piece, PiecePath, arc_displacement, joined
 from touchline.services.planner.limits import TURN_SPEEDS_MPS, Limits
 from touchline.services.planner.speed.topp import path_time
 from touchline.services.planner.steering.ccd import ContinuousDubins
@@ -109,7 +109,7 @@ class Ways:
         speed = self.speed_mps(end)
         return min((t for t in self.turns if t.speed_mps >= speed), key=lambda t: t.speed_mps, default=self.turns[-1])
 
-    def from_rest(self, start: Pose, goal: CurveEnd, run_up_m: float) -> Way:
+    def from_rest(self, start: PathPose, goal: CurveEnd, run_up_m: float) -> Way:
         """The quickest way from standstill to a painted curve, over a straight of `run_up_m` before its lead-in."""
         into = self.widest(goal).method.lead_in(goal.curvature_1pm)
         pieces = (Piece(run_up_m), *into) if run_up_m else into
@@ -120,7 +120,7 @@ class Ways:
             ways.append(Way(self.seconds(path.pieces, 0.0, self.speed_mps(goal)), path))
         return min(ways, key=lambda way: way.seconds)
 
-    def to_rest(self, start: CurveEnd, goal: Pose, run_out_m: float) -> Way:
+    def to_rest(self, start: CurveEnd, goal: PathPose, run_out_m: float) -> Way:
         """The quickest way from a painted curve to standstill, over a straight of `run_out_m` behind its lead-out."""
         out = self.widest(start).method.lead_out(start.curvature_1pm)
         pieces = (*out, Piece(run_out_m)) if run_out_m else out

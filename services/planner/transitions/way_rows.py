@@ -4,14 +4,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from touchline.services.planner.geometry.clothoid import Floats, Piece, PiecePath, Pose
+from touchline.services.planner.geometry.clothoid import Floats, PathPose, Piece, PiecePath
 from touchline.services.planner.steering.ccd import ContinuousDubins
 from touchline.services.planner.steering.circles import LIMIT, circle
 from touchline.services.planner.steering.method import CurveEnd, before
 from touchline.services.planner.transitions.transitions import Turns, Ways, turned_round
 from touchline.services.planner.transitions.way_times import HEADING, X, Y
 
-ORIGIN = Pose(0.0, 0.0, 0.0)
+ORIGIN = PathPose(0.0, 0.0, 0.0)
 
 
 def way_rows(ends: Sequence[CurveEnd], begins: Sequence[CurveEnd], ways: Ways) -> tuple[Floats, Floats, Floats, Floats]:

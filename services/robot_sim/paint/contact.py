@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.services.core.jit import kernel
-from touchline.services.robot_sim.paint.grid import cell_of
+from touchline.services.robot_sim.paint.cell_grid import cell_of
 
 CELL_M: Final = 0.005
 """The tread and the way are looked at in pieces no longer than this."""

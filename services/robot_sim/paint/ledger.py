@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from touchline.schemas.template import DEFAULT_TOLERANCE_M
 from touchline.services.core.intervals import Intervals
 from touchline.services.robot_sim.paint import projection as p
-from touchline.services.robot_sim.paint.grid import make_grid
+from touchline.services.robot_sim.paint.cell_grid import make_grid
 from touchline.services.robot_sim.paint.targets import Target
 from touchline.services.robot_sim.world import body
 
@@ -40,7 +40,7 @@ class Marks(NamedTuple):
     y_m: NDArray[np.float64]
 
 
-class Stroke(NamedTuple):
+class PaintStroke(NamedTuple):
     """The nozzle while paint flowed evenly: (n, 2) points [m], and how wide it painted [m]."""
 
     points: Floats
@@ -226,15 +226,15 @@ class PaintLedger:
             trace[0, :2] = row[:2]
         self._state[p.STATE_OPEN] = 0
 
-    def strokes(self) -> list[Stroke]:
+    def strokes(self) -> list[PaintStroke]:
         """Each stroke so far, the open one last."""
         points = self._points[: self.points]
         begins = np.flatnonzero(points[:, p.POINT_TARGET] == p.STROKE_BEGINS).tolist()
         return [self._stroke(points[first:end]) for first, end in pairwise((*begins, len(points)))]
 
-    def strokes_by_target(self) -> list[list[Stroke]]:
+    def strokes_by_target(self) -> list[list[PaintStroke]]:
         """Per target, the stretches of strokes that belong to it."""
-        parts: list[list[Stroke]] = [[] for _ in self.targets]
+        parts: list[list[PaintStroke]] = [[] for _ in self.targets]
         for marks in self.all_marks():
             if marks.target >= 0:
                 end = marks.first_index + len(marks.x_m)
@@ -251,8 +251,8 @@ class PaintLedger:
                 drawn[marks.target].add(*p.extent(xy, self._table[marks.target]))
         return [stretches.length for stretches in drawn]
 
-    def _stroke(self, points: Floats) -> Stroke:
-        return Stroke(points[:, :2], float(points[-1, p.POINT_WIDTH]) * self.spray_width_m)
+    def _stroke(self, points: Floats) -> PaintStroke:
+        return PaintStroke(points[:, :2], float(points[-1, p.POINT_WIDTH]) * self.spray_width_m)
 
     def take_marks(self) -> list[Marks]:
         """The paint since the last call, cut where it passes from one line to another."""

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.services.robot_sim.paint.areas import Areas, paint_areas
 from touchline.services.robot_sim.paint.ledger import PaintLedger
+from touchline.services.robot_sim.paint.paint_areas import Areas, paint_areas
 from touchline.services.robot_sim.paint.verdict import Verdict, verdict
 
 

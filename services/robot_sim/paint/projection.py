@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.services.core.jit import kernel
-from touchline.services.robot_sim.paint.grid import cell_of
+from touchline.services.robot_sim.paint.cell_grid import cell_of
 from touchline.services.robot_sim.world.body import STEPS, TRACE_EAST, TRACE_NORTH, TRACE_SPRAYING
 
 # Columns of the target table (n, 5): the geometry of `touchline.schemas.curves.Curve`.

@@ -13,9 +13,9 @@ from touchline.schemas.vehicle import Vehicle
 from touchline.services.onboard.interface import TICK_S
 from touchline.services.robot_sim.paint import contact as c
 from touchline.services.robot_sim.paint import track as t
-from touchline.services.robot_sim.paint.areas import band_of, simplified, strip
-from touchline.services.robot_sim.paint.grid import Grid, grid_of_boxes
+from touchline.services.robot_sim.paint.cell_grid import Grid, grid_of_boxes
 from touchline.services.robot_sim.paint.ledger import PaintLedger
+from touchline.services.robot_sim.paint.paint_areas import band_of, simplified, strip
 from touchline.services.robot_sim.paint.targets import Target
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ _SIMPLIFIED_M: Final = 1e-3
 Floats = NDArray[np.float64]
 
 
-class Smear(NamedTuple):
+class SmearPrint(NamedTuple):
     """One print of a tread."""
 
     line: int
@@ -56,7 +56,7 @@ class Smearing(NamedTuple):
     """Age of the freshest paint that one of them met; 0 without any."""
     area_m2: float
     """With prints on it, outside the lines' bands."""
-    smears: list[Smear]
+    smears: list[SmearPrint]
 
 
 class Contact(NamedTuple):
@@ -90,7 +90,7 @@ def smearing(ledger: PaintLedger, track: t.Track, vehicle: Vehicle) -> Smearing:
         return Smearing(0, 0.0, 0.0, [])
     grid, left_m = _grid(paint), np.zeros(len(ledger.targets) + 1)
     wet = vehicle.drying_time_s, vehicle.smear_share, vehicle.smear_length_m
-    crossings, youngest_s, smears, prints = 0, math.inf, list[Smear](), np.zeros((_ROOM, c.PRINT_COLUMNS))
+    crossings, youngest_s, smears, prints = 0, math.inf, list[SmearPrint](), np.zeros((_ROOM, c.PRINT_COLUMNS))
     for contact in contacts(vehicle):
         way = _way(rows, contact)
         while True:
@@ -146,7 +146,7 @@ def _grid(paint: Floats) -> Grid:
     return grid_of_boxes(low, high, _SMALLEST_CELL_M, _MOST_CELLS)
 
 
-def _smears(prints: Floats, width_m: float) -> Iterator[Smear]:
+def _smears(prints: Floats, width_m: float) -> Iterator[SmearPrint]:
     """Pieces of one contact's prints that follow on one another, put together."""
     if not len(prints):
         return
@@ -156,10 +156,10 @@ def _smears(prints: Floats, width_m: float) -> Iterator[Smear]:
     for run in np.split(prints, np.flatnonzero(apart | other | (np.diff(line) != 0.0)) + 1):
         points = np.vstack((run[0, [c.X0, c.Y0]], run[:, [c.X1, c.Y1]]))
         age_s, mean = float(run[:, c.AGE].min()), float(run[:, c.STRENGTH].mean())
-        yield Smear(int(run[0, c.PRINT_LINE]), age_s, mean, width_m, simplified(points, _SIMPLIFIED_M))
+        yield SmearPrint(int(run[0, c.PRINT_LINE]), age_s, mean, width_m, simplified(points, _SIMPLIFIED_M))
 
 
-def _outside(smears: Sequence[Smear], targets: Sequence[Target], line_width_m: float) -> float:
+def _outside(smears: Sequence[SmearPrint], targets: Sequence[Target], line_width_m: float) -> float:
     """Area [m²] under prints that is in no line's band."""
     import shapely
 

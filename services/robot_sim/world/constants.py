@@ -13,7 +13,7 @@ from touchline.schemas.vehicle import Vehicle
 from touchline.services.core.random import STREAM_CHASSIS, normal
 from touchline.services.onboard.interface import TICK_S
 from touchline.services.robot_sim.world import body
-from touchline.services.robot_sim.world.drive import share_per_step
+from touchline.services.robot_sim.world.motors import share_per_step
 
 CURRENT_LAG_S: Final = 0.002
 """Of the amplifier's current loop."""

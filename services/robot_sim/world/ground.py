@@ -45,7 +45,7 @@ from touchline.services.robot_sim.world.body import (
     UP_Z,
     YAW_RATE,
 )
-from touchline.services.robot_sim.world.drive import drag
+from touchline.services.robot_sim.world.motors import drag
 
 GRAVITY_MPS2 = 9.80665
 _CREEP_MPS = 0.02  # slip is taken against no less than this

@@ -67,8 +67,8 @@ from touchline.services.robot_sim.world.body import (
     VALVE_OPEN,
     YAW_RATE,
 )
-from touchline.services.robot_sim.world.drive import drive
 from touchline.services.robot_sim.world.ground import GRAVITY_MPS2, ground
+from touchline.services.robot_sim.world.motors import drive
 
 Floats = NDArray[np.float64]
 

@@ -21,7 +21,7 @@ _AT_REST: Final = [
 ]
 
 
-class Pose(NamedTuple):
+class TruePose(NamedTuple):
     """Axle centre and heading in the map frame; the heading is not wrapped."""
 
     east_m: float
@@ -50,12 +50,12 @@ class World:
         self._full_l, self._full_wh = vehicle.tank_l, vehicle.battery_wh
         self.refill_tank()
         self.replace_battery()
-        self.place(Pose(0.0, 0.0, 0.0))
+        self.place(TruePose(0.0, 0.0, 0.0))
 
     @property
-    def pose(self) -> Pose:
+    def pose(self) -> TruePose:
         """Where the robot truly is."""
-        return Pose(*self.state[body.EAST : body.HEADING + 1].tolist())
+        return TruePose(*self.state[body.EAST : body.HEADING + 1].tolist())
 
     @property
     def supplies(self) -> tuple[float, float, float, float]:
@@ -77,7 +77,7 @@ class World:
         """Have a full battery, as `refill_tank`."""
         self.state[body.BATTERY_WH], self.state[body.BATTERY_RESERVE_WH] = self._full_wh, 0.0
 
-    def place(self, pose: Pose) -> None:
+    def place(self, pose: TruePose) -> None:
         """Put the robot at rest at `pose`, as if carried there; tank, battery and wheel angles stay."""
         self.state[body.EAST], self.state[body.NORTH], self.state[body.HEADING] = pose
         self.state[_AT_REST] = 0.0

@@ -8,16 +8,16 @@ from concurrent.futures.process import BrokenProcessPool
 
 from touchline.schemas.errors import TouchlineError
 from touchline.services.runs.simulation import Job
-from touchline.services.runs.sweep.task import Run, Task, begin_worker, perform, perform_in_worker, undisturbed
+from touchline.services.runs.sweep.task import SweepRun, Task, begin_worker, perform, perform_in_worker, undisturbed
 
 
-def here(jobs: list[Job], tasks: Sequence[Task]) -> Generator[Run, None, None]:
+def here(jobs: list[Job], tasks: Sequence[Task]) -> Generator[SweepRun, None, None]:
     """One after the other in this process."""
     for task in tasks:
         yield perform(jobs, task)
 
 
-def in_processes(jobs: list[Job], tasks: Sequence[Task], workers: int) -> Generator[Run, None, None]:
+def in_processes(jobs: list[Job], tasks: Sequence[Task], workers: int) -> Generator[SweepRun, None, None]:
     """In ``workers`` processes, as they finish. Closing the iterator early stops them.
 
     Raises:
@@ -26,7 +26,7 @@ def in_processes(jobs: list[Job], tasks: Sequence[Task], workers: int) -> Genera
     # Spawned, not forked: a fork copies the threads' locks as they happen to be.
     context = multiprocessing.get_context("spawn")
     pool = ProcessPoolExecutor(min(workers, len(tasks)), context, begin_worker, (jobs,))
-    futures: list[Future[Run]] = []
+    futures: list[Future[SweepRun]] = []
     try:
         for task in tasks:
             with undisturbed():  # it may start a process
@@ -41,7 +41,7 @@ def in_processes(jobs: list[Job], tasks: Sequence[Task], workers: int) -> Genera
             process.terminate()
 
 
-def on_dask(jobs: list[Job], tasks: Sequence[Task], address: str) -> Generator[Run, None, None]:
+def on_dask(jobs: list[Job], tasks: Sequence[Task], address: str) -> Generator[SweepRun, None, None]:
     """On the workers of the Dask scheduler at ``address``, which need this version of Touchline installed.
 
     Raises:
@@ -68,7 +68,7 @@ def on_dask(jobs: list[Job], tasks: Sequence[Task], address: str) -> Generator[R
             client.cancel(futures)
 
 
-def _perform(task: Task, jobs: list[Job]) -> Run:
+def _perform(task: Task, jobs: list[Job]) -> SweepRun:
     return perform(jobs, task)
 
 

@@ -7,15 +7,15 @@ from typing import Any, Final
 
 import numpy as np
 
-from touchline.services.runs.sweep.grid import Case
-from touchline.services.runs.sweep.task import Run
+from touchline.services.runs.sweep.combinations import SweepCase
+from touchline.services.runs.sweep.task import SweepRun
 from touchline.services.runs.writing import writing
 
 #: Figures of which more is better; of all others less is.
 MORE_IS_BETTER: Final = ("coverage_pct", "area_coverage_pct", "within_tolerance_pct")
 
 
-def summarise(cases: Sequence[Case], runs: Sequence[Run]) -> dict[str, Any]:
+def summarise(cases: Sequence[SweepCase], runs: Sequence[SweepRun]) -> dict[str, Any]:
     """The sweep's report as a JSON object: a summary per combination, then every run.
 
     The order in which runs finished leaves no trace.
@@ -39,7 +39,7 @@ def summarise(cases: Sequence[Case], runs: Sequence[Run]) -> dict[str, Any]:
     }
 
 
-def _combination(case: Case, runs: list[Run]) -> dict[str, Any]:
+def _combination(case: SweepCase, runs: list[SweepRun]) -> dict[str, Any]:
     told = [run for run in runs if run.figures]
     return {
         "set": case.setting,
@@ -50,7 +50,7 @@ def _combination(case: Case, runs: list[Run]) -> dict[str, Any]:
     }
 
 
-def statistics(name: str, runs: Sequence[Run]) -> dict[str, float | int]:
+def statistics(name: str, runs: Sequence[SweepRun]) -> dict[str, float | int]:
     """Of one figure over runs; the percentile counts from the good side."""
     values = np.array([run.figures[name] for run in runs])
     badness = -values if name in MORE_IS_BETTER else values

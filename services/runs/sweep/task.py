@@ -15,7 +15,7 @@ from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.runs.reports import failing
 from touchline.services.runs.simulation import Job, Progress, simulate
-from touchline.services.runs.sweep.grid import Case
+from touchline.services.runs.sweep.combinations import SweepCase
 from touchline.services.system.shutdown import ENDS
 
 
@@ -30,7 +30,7 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Run:
+class SweepRun:
     """A run that was done; ``figures`` is empty if it could not be, for the ``reason`` given."""
 
     case: int
@@ -42,7 +42,7 @@ class Run:
 
 
 def prepare(
-    cases: Sequence[Case],
+    cases: Sequence[SweepCase],
     seeds: int,
     vehicle: Vehicle | None = None,
     progress: Progress = lambda done, doing: None,
@@ -68,15 +68,15 @@ def prepare(
     return list(jobs.values()), tasks
 
 
-def perform(jobs: list[Job], task: Task) -> Run:
+def perform(jobs: list[Job], task: Task) -> SweepRun:
     """Do it; what the robot refuses is told in the result."""
     try:
         outcome = simulate(jobs[task.job], task.scenario, task.config)
     except TouchlineError as error:
-        return Run(task.case, task.scenario.seed, False, str(error), {})
+        return SweepRun(task.case, task.scenario.seed, False, str(error), {})
     report = outcome.report
     reason = outcome.reason or failing(report)
-    return Run(task.case, task.scenario.seed, report.success, reason, run_figures(report), outcome.scenario_hash)
+    return SweepRun(task.case, task.scenario.seed, report.success, reason, run_figures(report), outcome.scenario_hash)
 
 
 def run_figures(report: TraversalReport) -> dict[str, float]:
@@ -131,6 +131,6 @@ def begin_worker(jobs: list[Job]) -> None:
     _jobs[:] = jobs
 
 
-def perform_in_worker(task: Task) -> Run:
+def perform_in_worker(task: Task) -> SweepRun:
     """As :func:`perform`, with the jobs that the process was given at its beginning."""
     return perform(_jobs, task)

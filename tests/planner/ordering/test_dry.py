@@ -14,9 +14,9 @@ from touchline.schemas.vehicle import Vehicle
 from touchline.services.planner.geometry.clothoid import Ints
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.plan import plan, ways_of
-from touchline.services.planner.route.itinerary import Driver
+from touchline.services.planner.route.itinerary import ItineraryBuilder
 from touchline.services.planner.sequencing.costs import Tracks, nodes_of, problem
-from touchline.services.planner.sequencing.dry import Ground, ordered_dry, scene_of, unknown_yet, wet_times
+from touchline.services.planner.sequencing.dry import WetGround, ordered_dry, scene_of, unknown_yet, wet_times
 from touchline.services.planner.sequencing.order import Problem, ordered
 from touchline.services.planner.sequencing.wet import Wheels
 from touchline.services.planner.swaths.offset import modes
@@ -29,14 +29,14 @@ PAINTING = Painting.of(VEHICLE, LIMITS, OPTIONS)
 CROSSING_S, RUN_OUT_M = 1.5, 0.6
 
 
-def asked(template: Template) -> tuple[list[Swath], Problem, Tracks, Ground]:
+def asked(template: Template) -> tuple[list[Swath], Problem, Tracks, WetGround]:
     choices = swaths(modes(template.segments, VEHICLE, LIMITS.curvature_max_1pm, free=True), PAINTING, free=True)
     nodes, segment, _ = nodes_of(choices)
     matrix, tracks = problem(choices, WAYS, PAINTING, None)
-    return nodes, matrix, tracks, Ground.of(nodes, segment, Wheels.of(VEHICLE, template.line_width_m, 900.0))
+    return nodes, matrix, tracks, WetGround.of(nodes, segment, Wheels.of(VEHICLE, template.line_width_m, 900.0))
 
 
-def total(order: Ints, matrix: Problem, tracks: Tracks, ground: Ground) -> float:
+def total(order: Ints, matrix: Problem, tracks: Tracks, ground: WetGround) -> float:
     scene = scene_of(matrix, tracks, ground, CROSSING_S, RUN_OUT_M, None)
     tour = np.concatenate(([len(matrix.segment)], order))
     wet = int(wet_times(scene, unknown_yet(len(matrix.segment)), tour).sum())
@@ -47,7 +47,7 @@ def test_what_the_search_counts_is_what_the_drive_meets() -> None:
     template = load_template("soccer-11")
     nodes, matrix, tracks, ground = asked(template)
     scene = scene_of(matrix, tracks, ground, CROSSING_S, RUN_OUT_M, None)
-    driver = Driver(WAYS, PAINTING, None, ground.wheels, 0.0, None)
+    driver = ItineraryBuilder(WAYS, PAINTING, None, ground.wheels, 0.0, None)
     for kicks in (1, 100):
         order = ordered(matrix, kicks=kicks)
         wet = wet_times(scene, unknown_yet(len(nodes)), np.concatenate(([len(nodes)], order)))
@@ -80,7 +80,7 @@ def test_few_segments_are_ordered_as_well_as_can_be(seed: int) -> None:
 def test_half_the_crossings_are_worth_a_twentieth_of_the_time() -> None:
     template = load_template("soccer-11")
     nodes, matrix, _, ground = asked(template)
-    quickest = Driver(WAYS, PAINTING, None, ground.wheels, 0.0, None).drive(
+    quickest = ItineraryBuilder(WAYS, PAINTING, None, ground.wheels, 0.0, None).drive(
         [nodes[k] for k in ordered(matrix).tolist()]
     )
     careful = plan(template, VEHICLE).report

@@ -14,7 +14,7 @@ from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import ArcSpec, LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.planner.budget import Watch
+from touchline.services.planner.budget import Budget
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.plan import plan, ways_of
 from touchline.services.planner.sequencing.costs import nodes_of, problem
@@ -55,7 +55,7 @@ def test_more_kicks_are_never_worse_and_the_same_every_time() -> None:
 def test_what_is_enough_ends_the_search_with_every_segment_in_it() -> None:
     asked = random_lines(150, 3)
     told: list[float] = []
-    found = ordered(asked, Watch(told.append, lambda: len(told) >= 2))
+    found = ordered(asked, Budget(told.append, lambda: len(told) >= 2))
     assert len(told) == 2
     assert sorted(asked.segment[found].tolist()) == list(range(150))
 

@@ -15,7 +15,7 @@ from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.planner import tour
-from touchline.services.planner.geometry.clothoid import Piece, PiecePath, Pose
+from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 from touchline.services.planner.plan import plan
 from touchline.services.planner.sequencing.wet import BEGUN, SPEED, Wheels, wet_rows
 
@@ -31,21 +31,21 @@ def crossings(path: PiecePath, line: Curve, begun_s: float = 100.0, line_begun_s
 
 
 def test_two_wheels_and_two_casters_cross_a_line_once_each() -> None:
-    assert crossings(PiecePath(Pose(0.0, 0.0, 0.0), (Piece(10.0),)), ACROSS) == 4
+    assert crossings(PiecePath(PathPose(0.0, 0.0, 0.0), (Piece(10.0),)), ACROSS) == 4
 
 
 def test_paint_that_is_dry_or_not_there_yet_is_not_crossed() -> None:
-    straight = PiecePath(Pose(0.0, 0.0, 0.0), (Piece(10.0),))
+    straight = PiecePath(PathPose(0.0, 0.0, 0.0), (Piece(10.0),))
     assert crossings(straight, ACROSS, begun_s=2000.0) == 0
     assert crossings(straight, ACROSS, line_begun_s=200.0) == 0
 
 
 def test_the_robot_straddles_or_passes_a_line_without_touching_it() -> None:
     along = Curve.from_line((0.0, 0.0), (10.0, 0.0))
-    assert crossings(PiecePath(Pose(0.0, 0.0, 0.0), (Piece(10.0),)), along) == 0
-    assert crossings(PiecePath(Pose(0.0, -VEHICLE.nozzle_y_m, 0.0), (Piece(10.0),)), along) == 0
+    assert crossings(PiecePath(PathPose(0.0, 0.0, 0.0), (Piece(10.0),)), along) == 0
+    assert crossings(PiecePath(PathPose(0.0, -VEHICLE.nozzle_y_m, 0.0), (Piece(10.0),)), along) == 0
     # With the line under the right wheel, the caster on that side smears its edge as well.
-    assert crossings(PiecePath(Pose(0.0, VEHICLE.half_track_m, 0.0), (Piece(10.0),)), along) == 2
+    assert crossings(PiecePath(PathPose(0.0, VEHICLE.half_track_m, 0.0), (Piece(10.0),)), along) == 2
 
 
 @given(floats(-math.pi, math.pi), floats(1.0, 8.0), st.sampled_from([1.0, -1.0]), floats(0.5, 6.0))
@@ -54,7 +54,7 @@ def test_crossings_of_an_arc_are_those_of_points_along_it(
 ) -> None:
     start = (radius * math.cos(turn), radius * math.sin(turn))
     arc = Curve.from_arc(start, (0.0, 0.0), side * min(sweep, 6.28))
-    path = PiecePath(Pose(-12.0, 0.35, 0.0), (Piece(24.0),))
+    path = PiecePath(PathPose(-12.0, 0.35, 0.0), (Piece(24.0),))
     x = np.arange(-12.0, 12.0, 1e-3)
     expected = 0
     for ahead, left in WHEELS.contacts.tolist():
@@ -105,8 +105,8 @@ def test_hard_drying_finds_the_one_order_without_a_crossing() -> None:
 
 def test_a_turn_on_the_spot_runs_over_what_its_casters_sweep() -> None:
     beside = Curve.from_line((0.3, 0.3), (0.6, 0.6))
-    assert crossings(PiecePath(Pose(-5.0, 0.0, 0.0), (Piece(5.0),)), beside) == 0
-    turned = PiecePath(Pose(-5.0, 0.0, 0.0), (Piece(5.0), Piece.spin(math.pi / 2)))
+    assert crossings(PiecePath(PathPose(-5.0, 0.0, 0.0), (Piece(5.0),)), beside) == 0
+    turned = PiecePath(PathPose(-5.0, 0.0, 0.0), (Piece(5.0), Piece.spin(math.pi / 2)))
     assert crossings(turned, beside) == 2
 
 

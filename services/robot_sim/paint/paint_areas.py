@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.curves import Curve
-from touchline.services.robot_sim.paint.ledger import Stroke
+from touchline.services.robot_sim.paint.ledger import PaintStroke
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
@@ -44,8 +44,8 @@ class PaintAreas(NamedTuple):
 
 
 def paint_areas(
-    strokes: Sequence[Stroke],
-    by_line: Sequence[Sequence[Stroke]],
+    strokes: Sequence[PaintStroke],
+    by_line: Sequence[Sequence[PaintStroke]],
     lines: Sequence[Curve],
     line_width_m: float,
 ) -> PaintAreas:
@@ -88,7 +88,7 @@ def paint_areas(
     return PaintAreas(total, each)
 
 
-def _passes(strokes: Sequence[Stroke]) -> list[BaseGeometry]:
+def _passes(strokes: Sequence[PaintStroke]) -> list[BaseGeometry]:
     """The strips of these strokes, cut so that none overlaps itself."""
     return [strip(simplified(piece), stroke.width_m) for stroke in strokes for piece in _pieces(stroke.points)]
 

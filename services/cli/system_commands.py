@@ -18,7 +18,7 @@ from touchline.services.cli.choices import SetupChoice
 from touchline.services.cli.display import output, print_event, say
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.options import ExitCode, JsonOption, RecordingsOption, speed_factor
-from touchline.services.cli.ros2 import Ros2Choice
+from touchline.services.cli.ros2_choice import Ros2Choice
 from touchline.services.system.diagnostics import read_health
 from touchline.services.system.running_system import only_one, running_pid, stop_running
 from touchline.services.system.shutdown import until_stopped

@@ -12,7 +12,7 @@ from touchline.services.cli.choices import SetupChoice, VehicleChoice
 from touchline.services.cli.drawing import OriginOption, parse_origin
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.options import RecordingsOption, SupervisorOption, speed_factor
-from touchline.services.cli.ros2 import Ros2Choice
+from touchline.services.cli.ros2_choice import Ros2Choice
 from touchline.services.runs.writing import check_recordable
 from touchline.services.system.priority import SOON, run_at, switch_threads_soon
 

@@ -17,9 +17,9 @@ from touchline.schemas.placement import same_place
 from touchline.schemas.template import Template
 from touchline.schemas.topics import Service
 from touchline.services.onboard.interface import OnboardEvent
-from touchline.services.robot_sim.emulator import Emulator, Job
+from touchline.services.robot_sim.emulator import Emulator, LoadedJob
 from touchline.services.robot_sim.journal import Journal, digest
-from touchline.services.robot_sim.journal_keeper import Progress
+from touchline.services.robot_sim.journal_keeper import JournalKeeper
 from touchline.services.robot_sim.packing import Payload, header
 from touchline.services.robot_sim.telemetry import Telemetry, job_payloads
 
@@ -37,7 +37,7 @@ class Ready(NamedTuple):
         told: What is published about it.
     """
 
-    job: Job
+    job: LoadedJob
     whose: bytes
     told: list[Payload]
 
@@ -72,7 +72,7 @@ class Commands:
         set_speed: Callable[[float], None],
         journal: Journal | None = None,
     ) -> None:
-        self._progress = Progress(emulator, journal)
+        self._progress = JournalKeeper(emulator, journal)
         self._emulator, self._telemetry, self._set_speed = emulator, telemetry, set_speed
         self.told: list[Payload] = telemetry.news() if self._progress.restore_latch() else []
         self.handlers: dict[Service[Any, Any], Handler] = {

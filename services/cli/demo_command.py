@@ -14,7 +14,7 @@ from touchline.services.cli.choices import PlanChoice, VehicleChoice
 from touchline.services.cli.display import print_figures, say
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.options import ExitCode
-from touchline.services.cli.run import run_job
+from touchline.services.cli.run_command import run_job
 from touchline.services.runs.reports import estimator_figures, paint_figures
 from touchline.services.runs.writing import check_recordable
 from touchline.services.system.priority import switch_threads_soon

@@ -20,8 +20,8 @@ from touchline.services.cli.display import Advance, print_event, progress_bar, s
 from touchline.services.cli.drawing import DrawingChoice
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.options import SpeedOption, speed_factor
-from touchline.services.cli.output import OutputChoice
-from touchline.services.runs.bus_run import Job, JobFailed, JobOptions
+from touchline.services.cli.output_choice import OutputChoice
+from touchline.services.runs.bus_run import BusRun, JobFailed, JobOptions
 from touchline.services.system.running_system import only_one
 from touchline.services.system.temporary_system import LocalSystem, local_system, severity_of
 
@@ -115,7 +115,7 @@ def run_job(
     ):
         advance(0.0, "Starting the services")
         system.wait_until_ready(say)
-        job = Job(system.bus, job_options, Terminal(system, advance))
+        job = BusRun(system.bus, job_options, Terminal(system, advance))
         try:
             figures = job.run()
         except JobFailed as error:

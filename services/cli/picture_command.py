@@ -22,8 +22,8 @@ def picture(
     out: Annotated[Path, typer.Option(metavar="FILE", help="The picture: an .svg or .png file.", show_default=False)],
 ) -> None:
     """Draw what was painted in a recording (in its last traversal), coloured by its distance from the template."""
-    from touchline.services.runs.painted import read_painted
     from touchline.services.runs.painted_picture import draw_painted, painted_caption
+    from touchline.services.runs.recorded_paint import read_painted
 
     check_plot(out, "--out")
     check_writable(out)

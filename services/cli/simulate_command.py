@@ -8,7 +8,7 @@ from touchline.services.cli.choices import PlanChoice, SetupChoice, check_follow
 from touchline.services.cli.display import progress_bar, say, warn_of_shortages
 from touchline.services.cli.drawing import DrawingChoice
 from touchline.services.cli.groups import with_groups
-from touchline.services.cli.output import OutputChoice
+from touchline.services.cli.output_choice import OutputChoice
 from touchline.services.runs.reports import paint_figures
 
 

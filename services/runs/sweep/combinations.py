@@ -25,7 +25,7 @@ ONBOARD_PREFIX: Final = "onboard."
 
 
 @dataclass(frozen=True)
-class Case:
+class SweepCase:
     """One combination.
 
     Attributes:
@@ -57,7 +57,9 @@ def parse_settings(texts: Sequence[str]) -> dict[str, list[Any]]:
     return settings
 
 
-def cases(template: str, scenario: Scenario, options: PlanOptions, settings: Mapping[str, Sequence[Any]]) -> list[Case]:
+def cases(
+    template: str, scenario: Scenario, options: PlanOptions, settings: Mapping[str, Sequence[Any]]
+) -> list[SweepCase]:
     """Every combination of ``settings``, the last name's values changing fastest.
 
     Raises:
@@ -67,7 +69,7 @@ def cases(template: str, scenario: Scenario, options: PlanOptions, settings: Map
     return [_case(template, scenario, options, setting) for setting in combinations]
 
 
-def _case(template: str, scenario: Scenario, options: PlanOptions, setting: Setting) -> Case:
+def _case(template: str, scenario: Scenario, options: PlanOptions, setting: Setting) -> SweepCase:
     lived, computer = scenario.model_dump(mode="json"), OnboardConfig().model_dump(mode="json")
     planned: dict[str, Any] = {}
     for name, value in setting.items():
@@ -89,7 +91,7 @@ def _case(template: str, scenario: Scenario, options: PlanOptions, setting: Sett
         raise first_problem(error, "--set plan", planned) from error
     painted = str(setting.get(TEMPLATE, template))
     world, config = parse(Scenario, json.dumps(lived), "--set"), parse(OnboardConfig, json.dumps(computer), "--set")
-    return Case(setting, painted, world, config, chosen)
+    return SweepCase(setting, painted, world, config, chosen)
 
 
 def _put(fields: dict[str, Any], name: str, place: str, value: Any, owner: str) -> None:

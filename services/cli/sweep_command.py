@@ -87,11 +87,11 @@ def sweep(
 ) -> None:
     """Simulate every combination of settings with many seeds; Ctrl-C ends it with what is done so far."""
     from touchline.services.robot_sim.warm_up import warm_up
-    from touchline.services.runs.sweep.grid import cases as all_cases
-    from touchline.services.runs.sweep.grid import parse_settings
+    from touchline.services.runs.sweep.combinations import cases as all_cases
+    from touchline.services.runs.sweep.combinations import parse_settings
     from touchline.services.runs.sweep.places import cores, here, in_processes, on_dask
     from touchline.services.runs.sweep.summary import summarise, write_csv
-    from touchline.services.runs.sweep.task import Run, prepare
+    from touchline.services.runs.sweep.task import SweepRun, prepare
 
     check_writable(report, csv)
     painted, scenario = _subject(subject, template)
@@ -99,7 +99,7 @@ def sweep(
     cases = all_cases(painted, scenario, PlanChoice().options(), parse_settings(settings or []))
     for case in cases:
         check_follower(case.config)
-    runs: list[Run] = []
+    runs: list[SweepRun] = []
     interrupted, broken = False, ""
     with progress_bar("Touchline") as advance:
         jobs, tasks = prepare(cases, seeds, vehicle, advance)

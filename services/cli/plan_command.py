@@ -16,7 +16,7 @@ from touchline.services.cli.display import progress_bar, say, warn_of_shortages
 from touchline.services.cli.drawing import DrawingChoice
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.options import JsonOption, ReportOption, check_plot
-from touchline.services.cli.output import deliver
+from touchline.services.cli.output_choice import deliver
 from touchline.services.runs.reports import plan_figures
 from touchline.services.runs.writing import check_writable, write_text, writing
 
@@ -78,8 +78,8 @@ def plan(
     """Plan a template: from what is to be painted to the trajectory that the robot drives."""
     with without_collecting():
         from touchline.services.planner.plan import plan as make_plan
-        from touchline.services.planner.plots.plan import plot_plan
-        from touchline.services.planner.plots.wheels import plot_wheels as draw_wheels
+        from touchline.services.planner.plots.plan_picture import plot_plan
+        from touchline.services.planner.plots.wheel_picture import plot_wheels as draw_wheels
 
     check_plot(plot)
     check_plot(plot_wheels, "--plot-wheels")

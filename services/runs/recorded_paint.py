@@ -19,7 +19,7 @@ WIDEST_M = 10.0
 
 
 @dataclass(frozen=True)
-class Painted:
+class RecordedPaint:
     """A traversal's paint; ``report`` is missing from a recording that ends before it."""
 
     template: Template
@@ -27,7 +27,7 @@ class Painted:
     report: TraversalReport | None
 
 
-def read_painted(path: Path) -> Painted:
+def read_painted(path: Path) -> RecordedPaint:
     """The last traversal of the recording at ``path``, batches of marks joined to strokes again.
 
     Raises:
@@ -55,7 +55,7 @@ def read_painted(path: Path) -> Painted:
     if not template_json:
         found = f"holds no template{f', and is {reader.summary.problem}' if reader.summary.problem else ''}"
         raise SpecError(str(path), "", found, "give the recording of a template's traversal")
-    return Painted(
+    return RecordedPaint(
         parse_template(template_json, f"the template in {path.name}", recorded=True), _joined(batches), report
     )
 
