@@ -1,4 +1,4 @@
-"""Where the kernels of `cruise` find what `Cruise` carries into them."""
+"""Array layout of the nominal-tick state: what `carry` passes to the kernels of `nominal_tick`."""
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
-"""The onboard computer's quiet ticks as kernels: driving along a leg with nothing to decide.
+"""The robot's computer in nominal ticks, compiled: driving along a leg with nothing to decide.
 
 Nearly all ticks of a session are alike: samples arrive in time, the pose is good, no hazard is in sight, the robot
 follows its leg and the valve does what the plan says. `take_in` and `steer` do such a tick on plain arrays, with the
-arithmetic of `Intake`, `Estimator`, `Watch`, `Hazards`, `Job`, `Driver` and `Sprayer` in the same order, so the bits
-are the same. As soon as a tick is not quiet they stop, having changed nothing that those do not expect, and the objects
-take over. `Cruise` in `carry` brings the state across.
+arithmetic of the sample buffer, `Estimator`, `LocalizationMonitor`, `Failsafe`, `Mission`, `PathTracker` and `Sprayer`
+in the same order, so the bits are the same. If a tick needs a decision, the kernel returns before modifying state and
+the full executive runs it. `Cruise` in `carry` passes the state across.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Long computations in parts: told how far they are, and asked whether that is enough."""
+"""Progress reports and deadline checks for long computations."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ Progress = Callable[[str, float], None]
 
 @dataclass(frozen=True)
 class Budget:
-    """Whoever waits: `step` is told the fraction done, `enough` asked whether to stop early with what there is."""
+    """Of one computation: `step` is told the fraction done, `enough` says whether to stop early with what there is."""
 
     step: Callable[[float], None] = lambda fraction: None
     enough: Callable[[], bool] = lambda: False

@@ -1,4 +1,4 @@
-"""The order and direction in which the segments are painted, and the ways between: as given, or in the least time."""
+"""The tour: order and directions of the swaths, as given or in the least time, and the itinerary along it."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -47,7 +47,7 @@ def ordering(options: PlanOptions) -> bool:
 
 
 def refuse_too_many(segments: int) -> None:
-    """Nothing, if so many segments can be planned.
+    """Raise if the template exceeds the segment limit.
 
     Raises:
         PlanningError: They cannot.
@@ -89,7 +89,7 @@ def arranged(
     if ordering(options) and len(modes) > ORDERED_MAX:
         problem = f"has {len(modes):,} lines that do not go on into each other, more than {ORDERED_MAX:,}"
         raise PlanningError("", problem, "split the template or paint it in the given order")
-    modes = [_clear_of_outlines(choice, driver.yard) for choice in modes]
+    modes = [_clear_of_outlines(choice, driver.checker) for choice in modes]
     if ordering(options):
         drive = _optimised(modes, driver, progress, enough)
     else:
@@ -129,8 +129,8 @@ def _found(
     for turn in range(ROUNDS):
         # The quickest order, and from there on the one that is worth more time for fewer wet crossings.
         priced = asked.priced(cost)
-        watch = Budget(Stage(step, 2 * turn), enough)
-        order = ordered(priced, watch, int((AGAIN if turn else 1.0) * kicks), order)
+        budget = Budget(Stage(step, 2 * turn), enough)
+        order = ordered(priced, budget, int((AGAIN if turn else 1.0) * kicks), order)
         scene = scene_of(priced, tracks, ground, crossing_s, driver.run_out_m, end)
         dry = ordered_dry(scene, order, Budget(Stage(step, 2 * turn + 1), enough))
         drive = driver.drive([nodes[k] for k in dry.tolist()])
@@ -173,11 +173,11 @@ def _learn(cost: Floats, drive: Itinerary, order: list[int]) -> bool:
     return changed
 
 
-def _clear_of_outlines(choice: Sequence[Swath], yard: CollisionChecker | None) -> list[Swath]:
+def _clear_of_outlines(choice: Sequence[Swath], checker: CollisionChecker | None) -> list[Swath]:
     """The modes in which the body keeps off the outlines."""
-    if yard is None:
+    if checker is None:
         return list(choice)
-    hits = [_first_hit(swath, yard) for swath in choice]
+    hits = [_first_hit(swath, checker) for swath in choice]
     clear = [swath for swath, hit in zip(choice, hits, strict=True) if hit is None]
     if not clear:
         assert hits[0]
@@ -189,10 +189,10 @@ def _clear_of_outlines(choice: Sequence[Swath], yard: CollisionChecker | None) -
     return clear
 
 
-def _first_hit(swath: Swath, yard: CollisionChecker) -> tuple[str, Collision] | None:
+def _first_hit(swath: Swath, checker: CollisionChecker) -> tuple[str, Collision] | None:
     """The first segment of a swath along which the body touches an outline, and what it touches."""
     for stroke, path in zip(swath.strokes, swath.paths, strict=True):
-        if hit := yard.collision(path):
+        if hit := checker.collision(path):
             return stroke.id, hit
     return None
 

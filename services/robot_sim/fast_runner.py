@@ -1,4 +1,4 @@
-"""Many quiet ticks in one kernel: the emulator's inner loop when nobody listens to every tick.
+"""The fast runner: many nominal ticks in one kernel, for when nobody listens to every tick.
 
 A tick is the one of `Emulator.tick`, made of the same kernels. The loop stops before anything that is not quiet: a
 fault that begins or ends, a message that is late, a switch of state, a pose in doubt; the emulator then does that tick

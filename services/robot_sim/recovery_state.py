@@ -1,4 +1,4 @@
-"""What a process that died leaves to the one that goes on with its traversal, besides the place."""
+"""State, other than position, restored after a crash."""
 
 from __future__ import annotations
 

@@ -177,7 +177,7 @@ class Telemetry:
         return topics.REPORT, encode(report)
 
     def until_due(self, most: int) -> int:
-        """How many of `most` ticks may run before something is due that does not come with every tick or other."""
+        """Number of ticks (at most `most`) until the next low-rate message is due."""
         return min(most, QUIET_TICKS - self._emulator.tick_count % QUIET_TICKS)
 
     def _note(self, row: NDArray[np.float64]) -> None:

@@ -1,4 +1,4 @@
-"""What is kept of every tick until it is told: one row of plain numbers, whoever ran the tick."""
+"""The tick log: one row of numbers per tick, kept until it is published, whoever ran the tick."""
 
 from __future__ import annotations
 

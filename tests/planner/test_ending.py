@@ -64,9 +64,9 @@ def test_the_way_home_keeps_off_obstacles() -> None:
     template = row(2).model_copy(update={"obstacles": (bench,)})
     start = [40.0, 8.0, 0.0]
     planned = plan(template.model_copy(update={"segments": template.segments[:1]}), VEHICLE, PlanOptions(end=start))
-    yard = CollisionChecker.of(template, VEHICLE)
-    assert yard
-    assert not any(yard.collision(section.path) for section in planned.sections)
+    checker = CollisionChecker.of(template, VEHICLE)
+    assert checker
+    assert not any(checker.collision(section.path) for section in planned.sections)
 
 
 def test_two_ends_or_half_a_pose_are_refused() -> None:

@@ -57,7 +57,7 @@ def check_clear(planned: Plan, template: Template) -> None:
 
 yards = st.builds(
     lambda x, y, size: Template(
-        name="yard",
+        name="checker",
         segments=lines((0, 0, 1, 0)),
         boundary=box((-6, -6), (6, 6)),
         obstacles=(box((x, y), (x + size, y + size), "bench"),),
@@ -87,9 +87,9 @@ wanderings = st.builds(
 @given(yards, wanderings)
 @settings(max_examples=80)
 def test_what_is_called_clear_is_clear_and_what_is_not_is_close(template: Template, path: PiecePath) -> None:
-    yard = CollisionChecker.of(template, VEHICLE)
-    assert yard is not None
-    hit = yard.collision(path)
+    checker = CollisionChecker.of(template, VEHICLE)
+    assert checker is not None
+    hit = checker.collision(path)
     boundary = shapely.Polygon(template.boundary.corners)
     bench = shapely.Polygon(template.obstacles[0].corners)
     if hit is None:
@@ -105,11 +105,11 @@ def test_what_is_called_clear_is_clear_and_what_is_not_is_close(template: Templa
 
 def test_a_turn_on_the_spot_sweeps_its_corners() -> None:
     post = Template(name="p", segments=lines((0, 0, 1, 0)), obstacles=(box((-0.05, 0.7), (0.05, 0.8), "post"),))
-    yard = CollisionChecker.of(post, VEHICLE)
-    assert yard is not None
+    checker = CollisionChecker.of(post, VEHICLE)
+    assert checker is not None
     still = PiecePath(PathPose(0.0, 0.0, 0.0), (Piece(0.01),))
-    assert yard.collision(still) is None
-    hit = yard.collision(PiecePath(PathPose(0.0, 0.0, 0.0), (Piece.spin(2.5), Piece(0.01))))
+    assert checker.collision(still) is None
+    hit = checker.collision(PiecePath(PathPose(0.0, 0.0, 0.0), (Piece.spin(2.5), Piece(0.01))))
     assert hit is not None
     assert hit.outline == "post"
 
@@ -123,7 +123,7 @@ def test_without_outlines_nothing_changes() -> None:
 @pytest.mark.parametrize("order", ["given", "optimised"])
 def test_ways_keep_inside_a_boundary_and_off_a_post(order: str) -> None:
     segments = lines((0, 0, 8, 0), (8, 3, 0, 3), (0, 6, 8, 6))
-    free = Template(name="yard", segments=segments)
+    free = Template(name="checker", segments=segments)
     template = free.model_copy(
         update={"boundary": box((-5.5, -5), (13.5, 11)), "obstacles": (box((9.2, 1.4), (9.4, 1.6), "post"),)}
     )

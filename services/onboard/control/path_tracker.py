@@ -1,4 +1,4 @@
-"""Drives along a loaded trajectory, leg by leg: tracking or turning, and the follower, joined; one call per tick."""
+"""The path tracker: follows a loaded trajectory leg by leg, turns in place between them; one call per tick."""
 
 from __future__ import annotations
 

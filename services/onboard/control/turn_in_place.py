@@ -1,4 +1,4 @@
-"""Turning on the spot: how the heading goes from where the last leg ends to where the next begins."""
+"""Turns in place: the reference for the heading between two legs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the robot learns beside the filter's states, because it changes too slowly to be one.
+"""Calibration: what is learned beside the filter's states, because it changes too slowly to be one.
 
 **Slope.** Less what the curve asks for, the accelerometer's left axis feels its own bias and gravity's part across:
 a_y − v·ω = b + g·(rise_n·cos θ − rise_e·sin θ). As the robot turns, the two come apart: a small Kalman filter of three

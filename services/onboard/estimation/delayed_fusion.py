@@ -1,4 +1,4 @@
-"""The filter's course through time: one kernel call per tick, with late samples put where they belong.
+"""Delayed-measurement fusion: one kernel call per tick, late samples are fused at the time they were measured.
 
 A fix is valid some 110 ms before it arrives. The ring holds the posterior of each of the last `RING` ticks and what
 was measured in it; whatever comes late is entered in its own tick, and the ticks since are run again. Fixes and samples

@@ -1,4 +1,4 @@
-"""From frames to the rows of the ring: each sample is entered in the tick in which it was measured.
+"""The sample buffer: enters each sample of a frame in the tick in which it was measured.
 
 A sample that comes late is entered late, and the filter runs again from there; one that never comes leaves its row
 empty (nan), and the filter predicts over it.

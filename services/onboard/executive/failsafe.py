@@ -1,4 +1,4 @@
-"""What makes the robot stop that has nothing to do with where it is: bumper, operator, fence, wheels, paint, battery.
+"""The failsafe: what stops the robot whatever its pose (bumper, operator, fence, wheels, paint, battery).
 
 Three answers, in this order: an emergency latches until a reset; a stop lasts until somebody says `resume`, and resume
 is refused as long as the cause can still be seen; the rest is `safety.Watch`'s.

@@ -1,4 +1,4 @@
-"""The fence: where no part of the robot's body may be.
+"""The geofence: where no part of the robot's body may be.
 
 It is the template's boundary if there is one, else the convex hull of what the body sweeps along the plan; in both
 cases with a margin (`touchline.schemas.onboard.FenceLimits`).

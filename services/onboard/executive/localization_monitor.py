@@ -1,4 +1,4 @@
-"""Whether the robot knows well enough where it is to drive, and to paint."""
+"""The localization monitor: whether the pose is good enough to drive, and to paint."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One loaded trajectory being driven: phases of the motion, paint and progress.
+"""The mission: one loaded trajectory being driven, its phases, paint and progress.
 
 A job that runs goes through phases: ALIGN (stand until the estimator has settled), ALONG (the plan, leg by leg), and
 after a pause BACK: where paint is owed lies behind the robot, so it reverses along the path, far enough to be at speed

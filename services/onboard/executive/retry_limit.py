@@ -1,4 +1,4 @@
-"""How often the robot goes on by itself before it asks its operator."""
+"""Retry limit: how often the robot goes on by itself before it asks its operator."""
 
 from __future__ import annotations
 

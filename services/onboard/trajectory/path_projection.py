@@ -1,4 +1,4 @@
-"""Where on the path the robot is and what lies ahead: one kernel call per tick.
+"""Projection on the path: arc length, cross-track and heading error, and the path ahead; one kernel call per tick.
 
 Progress is an arc length that only moves the way the robot is sent (along the plan, or back when it returns to where
 paint stopped) and only as far as the robot can have come in a tick: at a crossing the projection cannot jump to the

@@ -1,4 +1,4 @@
-"""The way that the robot follows: the path with the steps taken out of its curvature where nothing is painted.
+"""Smoothing: the path with the steps taken out of its curvature where nothing is painted.
 
 A plan's clothoids arrive cut into arcs. Fed forward, each arc's step of curvature would reach the wheels. Where the
 robot does not paint, the way is therefore allowed to leave the path by a little: with u = dκ/ds of the way and e its

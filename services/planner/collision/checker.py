@@ -1,4 +1,4 @@
-"""Keeping inside: the body, swept along a path, stays within the boundary and off the obstacles."""
+"""Collision checks of the swept body along a path, against a boundary and obstacles."""
 
 import math
 from dataclasses import dataclass
@@ -46,7 +46,7 @@ class CollisionChecker:
 
     @classmethod
     def of(cls, template: Template, vehicle: Vehicle) -> "CollisionChecker | None":
-        """The yard of a template; None if it has no outlines."""
+        """The checker for a template's boundary and obstacles; None if it has none."""
         outlines = [*([template.boundary] if template.boundary else []), *template.obstacles]
         if not outlines:
             return None

@@ -1,4 +1,4 @@
-"""Ways round about: where every direct way collides, over a pose in between."""
+"""Via poses: where every direct transition collides, two transitions over a pose in between."""
 
 import math
 from collections.abc import Iterator
@@ -19,9 +19,9 @@ TRIED = 150
 OFFERED = 4
 
 
-def detours(start: CurveEnd, goal: CurveEnd, ways: Ways, yard: CollisionChecker) -> Iterator[Way]:
+def detours(start: CurveEnd, goal: CurveEnd, ways: Ways, checker: CollisionChecker) -> Iterator[Way]:
     """Ways over one pose in between that collide with nothing, roughly the quickest first."""
-    via = _poses(start, goal, yard)
+    via = _poses(start, goal, checker)
     ends = (np.array([(*end.pose, end.curvature_1pm)]) for end in (start, goal))
     tight = ways.turns[0]
     limits = (tight.curvature_1pm, tight.sharpness_1pm2)
@@ -30,10 +30,10 @@ def detours(start: CurveEnd, goal: CurveEnd, ways: Ways, yard: CollisionChecker)
     offered = 0
     for k in np.argsort(around, kind="stable")[:TRIED]:
         middle = CurveEnd(PathPose(*via[k, :3].tolist()), 0.0)
-        there = next((w for w in ways.between(start, middle) if not yard.collision(w.path)), None)
+        there = next((w for w in ways.between(start, middle) if not checker.collision(w.path)), None)
         if there is None:
             continue
-        on = next((w for w in ways.between(middle, goal) if not yard.collision(w.path)), None)
+        on = next((w for w in ways.between(middle, goal) if not checker.collision(w.path)), None)
         if on is not None:
             pieces = (*there.path.pieces, *on.path.pieces)
             speeds = (ways.speed_mps(end) for end in (start, goal))
@@ -43,15 +43,15 @@ def detours(start: CurveEnd, goal: CurveEnd, ways: Ways, yard: CollisionChecker)
                 return
 
 
-def _poses(start: CurveEnd, goal: CurveEnd, yard: CollisionChecker) -> Floats:
+def _poses(start: CurveEnd, goal: CurveEnd, checker: CollisionChecker) -> Floats:
     """(n, 4) poses (x, y, heading) and curvature 0 that may help."""
     points = np.array([start.pose[:2], goal.pose[:2]])
     low, high = points.min(axis=0) - ROOM_M, points.max(axis=0) + ROOM_M
     grid = np.stack(np.meshgrid(*(np.linspace(a, b, GRID) for a, b in zip(low, high, strict=True))), -1).reshape(-1, 2)
-    corners = yard.edges[:, :2]
+    corners = checker.edges[:, :2]
     near = corners[np.all((corners > low - ROOM_M) & (corners < high + ROOM_M), axis=1)]
     angles = np.arange(4) * math.pi / 2.0 + math.pi / 4.0
-    beside = near[:, None] + 1.6 * yard.reach_m * np.stack((np.cos(angles), np.sin(angles)), -1)
+    beside = near[:, None] + 1.6 * checker.reach_m * np.stack((np.cos(angles), np.sin(angles)), -1)
     places = np.concatenate((grid, beside.reshape(-1, 2)))
     headings = np.arange(HEADINGS) * math.tau / HEADINGS
     count = len(places) * HEADINGS

@@ -1,4 +1,4 @@
-"""The legs of a drive: run-in, the ways between painted segments, run-out; each off outlines, wet paint at a cost."""
+"""The itinerary: run-in, transitions and run-out, each collision-free, and off wet paint where that is worth it."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -79,7 +79,7 @@ class ItineraryBuilder:
 
     ways: Ways
     painting: Painting
-    yard: CollisionChecker | None
+    checker: CollisionChecker | None
     wheels: Wheels
     crossing_s: float
     start: PathPose | None
@@ -129,7 +129,7 @@ class ItineraryBuilder:
         for way in offers:
             if best and (in_turn or way.seconds >= least):
                 break
-            hit = self.yard.collision(way.path) if self.yard else None
+            hit = self.checker.collision(way.path) if self.checker else None
             if hit:
                 bump = bump or ItineraryLeg(way.path, way.seconds, np.zeros(len(painted), dtype=np.int64), hit)
                 continue
@@ -148,8 +148,8 @@ class ItineraryBuilder:
         """The ways on offer, the quickest first; behind them, for the case that all collide, ways round about."""
         direct = [way._replace(path=PiecePath(start.pose, way.path.pieces)) for way in self._ways(start, goal)]
         yield from direct
-        if self.yard and all(self.yard.collision(way.path) for way in direct):
-            yield from detours(start, goal, self.ways, self.yard)
+        if self.checker and all(self.checker.collision(way.path) for way in direct):
+            yield from detours(start, goal, self.ways, self.checker)
 
     def _ways(self, start: CurveEnd, goal: CurveEnd) -> list[Way]:
         """The ways between two ends that lie like these, the quickest first."""
@@ -165,9 +165,9 @@ class ItineraryBuilder:
         if self.start is not None:
             way = self.ways.from_rest(self.start, begin, 0.0)
             yield way if way.path.length_m >= run_up else self.ways.from_rest(self.start, begin, run_up)
-            if self.yard:
+            if self.checker:
                 standing = CurveEnd(self.start, 0.0)
-                yield from detours(standing, begin, self.ways, self.yard)
+                yield from detours(standing, begin, self.ways, self.checker)
             return
         into = self.ways.widest(begin).method.lead_in(begin.curvature_1pm)
         for pieces in self._runs(into, RUN_IN_M, run_up, begin):
@@ -186,8 +186,8 @@ class ItineraryBuilder:
         if goal is not None:
             way = self.ways.to_rest(end, goal, 0.0)
             yield way if way.path.length_m >= length else self.ways.to_rest(end, goal, length)
-            if self.yard:
-                yield from detours(end, CurveEnd(goal, 0.0), self.ways, self.yard)
+            if self.checker:
+                yield from detours(end, CurveEnd(goal, 0.0), self.ways, self.checker)
             return
         out = self.ways.widest(end).method.lead_out(end.curvature_1pm)
         back = turned_round(Lead(out, 0.0)).pieces
@@ -200,7 +200,7 @@ class ItineraryBuilder:
     ) -> Iterator[tuple[Piece, ...]]:
         """Straight pieces before `into`; where there are outlines also shorter ones, and bends."""
         yield (Piece(length_m), *into)
-        if self.yard is None:
+        if self.checker is None:
             return
         if least_m < length_m:
             yield (Piece(least_m), *into)

@@ -1,4 +1,4 @@
-"""A path in runs: stretches between standstills, each driven one way, as the curve that is travelled."""
+"""Same-direction stretches of a path, between standstills, as the curves that are travelled."""
 
 import math
 from typing import NamedTuple

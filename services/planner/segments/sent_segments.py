@@ -1,4 +1,4 @@
-"""The lines and arcs that are sent to the robot for every section of the route."""
+"""The LINE and ARC segments of the message for every section of the route."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass

@@ -100,11 +100,11 @@ def problem(
     painting: Painting,
     start: CurveEnd | None,
     end: CurveEnd | None = None,
-    watch: Budget = UNWATCHED,
+    budget: Budget = UNWATCHED,
 ) -> tuple[Problem, Tracks]:
     """The ordering problem, and the ways behind it.
 
-    Without a `start` every swath may come first, without an `end` every one last, at no cost. If the `watch` has
+    Without a `start` every swath may come first, without an `end` every one last, at no cost. If the `budget` has
     enough early, the costs are rougher.
     """
     nodes, segment, flip = nodes_of(modes)
@@ -112,7 +112,7 @@ def problem(
     begins, ends = [n.begin for n in nodes], [n.end for n in nodes]
     cost = np.full((count + 1, count + 1), 0.0)
     paint = np.array([node.seconds for node in nodes])
-    cost[:-1, :-1], tracks = seconds_between(ends, begins, ways, segment, paint, watch)
+    cost[:-1, :-1], tracks = seconds_between(ends, begins, ways, segment, paint, budget)
     cost[:-1, :-1][segment[:, None] == segment[None, :]] = NEVER_S
     tracks = _going_on(nodes, painting, cost, tracks)
     if start is not None:
@@ -141,7 +141,7 @@ def _going_on(nodes: Sequence[Swath], painting: Painting, cost: Floats, tracks: 
 
 
 def seconds_between(
-    ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, segment: Ints, paint_s: Floats, watch: Budget
+    ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, segment: Ints, paint_s: Floats, budget: Budget
 ) -> tuple[Floats, Tracks]:
     """Seconds (ends, begins) of the quickest ways, rough ones for pairs that are far from each other; and the ways."""
     count = len(ends)
@@ -150,12 +150,12 @@ def seconds_between(
     if count <= ALL_NODES:
         pairs = _all_pairs(count, count)
     else:
-        _rough(ends, begins, ways, table, watch)
+        _rough(ends, begins, ways, table, budget)
         pairs = _nearest(table, segment, TIMED)
     for timing in (FIRST, SECOND) if ways.pricing.looks_closer else (FIRST._replace(ended=1.0),):
         if timing.closer:
             pairs = _nearest(table, segment, CLOSER)
-        chosen, seconds, which, pieces, counts = _timed(ends, begins, ways, pairs, timing, watch)
+        chosen, seconds, which, pieces, counts = _timed(ends, begins, ways, pairs, timing, budget)
         done = pairs[chosen]
         table[done[:, 0], done[:, 1]] = seconds
         tracks = tracks.with_pairs(done, which, pieces, counts)
@@ -169,9 +169,9 @@ def _straight(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways) -> Float
     return np.asarray(apart / ways.limits.transit_speed_mps)
 
 
-def _rough(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, table: Floats, watch: Budget) -> None:
+def _rough(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, table: Floats, budget: Budget) -> None:
     """Fill in rough seconds, as the method in use has them."""
-    for part in watch.parts(len(ends), max(ROUGH_PART // len(begins), 1), 0.0, ROUGH_DONE):
+    for part in budget.parts(len(ends), max(ROUGH_PART // len(begins), 1), 0.0, ROUGH_DONE):
         table[part] = ways.pricing.rough_s(ways, ends[part], begins)
 
 
@@ -198,7 +198,7 @@ def _timed_all(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways) -> Floa
 
 
 def _timed(
-    ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, pairs: Ints, timing: Timing, watch: Budget
+    ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, pairs: Ints, timing: Timing, budget: Budget
 ) -> tuple[Ints, Floats, Ints, Floats, Ints]:
     """Which (n,) of the `pairs` were timed before it was enough; seconds (n,) of the quickest way of each, and which.
 
@@ -208,7 +208,7 @@ def _timed(
     pairs = pairs[first]
     price = ways.pricing.timer(ways, ends, begins)
     size = min(timing.part, ways.pricing.part)
-    priced = [price(pairs[part], timing.closer) for part in watch.parts(len(pairs), size, timing.begun, timing.ended)]
+    priced = [price(pairs[part], timing.closer) for part in budget.parts(len(pairs), size, timing.begun, timing.ended)]
     seconds = np.concatenate([np.zeros(0), *(each.seconds for each in priced)])
     pieces, counts = stacked([NO_WAYS, *((each.pieces, each.counts) for each in priced)])
     chosen = np.flatnonzero(alike < len(seconds))

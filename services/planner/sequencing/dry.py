@@ -1,4 +1,4 @@
-"""The order that keeps wheels off wet paint, where that is worth the time."""
+"""The wet-aware tour: keeps wheels off wet paint where that is worth the time."""
 
 import math
 from collections.abc import Sequence
@@ -60,8 +60,8 @@ class WetGround:
         return cls(nodes, wheels, lines, owner, over)
 
 
-def ordered_dry(scene: Scene, begin: Ints, watch: Budget = UNWATCHED) -> Ints:
-    """The nodes (segments,) in the best order found from `begin` on, or by the time that the `watch` has enough."""
+def ordered_dry(scene: Scene, begin: Ints, budget: Budget = UNWATCHED) -> Ints:
+    """The nodes (segments,) in the best order found from `begin` on, or by the time that the `budget` has enough."""
     if not scene.crossing:
         return begin
     depot, segments = len(scene.ends), len(begin)
@@ -76,7 +76,7 @@ def ordered_dry(scene: Scene, begin: Ints, watch: Budget = UNWATCHED) -> Ints:
     moves = min(moves, affordable // len(heats))
     for turn, heat in enumerate(heats):
         tour = best.copy()
-        for run in watch.parts(moves, RUN, turn / len(heats), (turn + 1) / len(heats)):
+        for run in budget.parts(moves, RUN, turn / len(heats), (turn + 1) / len(heats)):
             anneal(scene, known, tour, best, costs, heat, SEED + turn, run.start, run.stop - run.start, moves)
     return best[1:]
 

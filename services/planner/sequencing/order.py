@@ -76,7 +76,7 @@ class Problem:
         return float(tour_cost(self.cost, np.concatenate(([self.depot], nodes))))
 
 
-def ordered(problem: Problem, watch: Budget = UNWATCHED, kicks: int | None = None, begin: Ints | None = None) -> Ints:
+def ordered(problem: Problem, budget: Budget = UNWATCHED, kicks: int | None = None, begin: Ints | None = None) -> Ints:
     """The nodes (segments,) in the best order found, from `begin` on if that is given.
 
     The watch may have enough after the first kicks. If it has not, the result depends on the problem alone.
@@ -89,8 +89,8 @@ def ordered(problem: Problem, watch: Budget = UNWATCHED, kicks: int | None = Non
     for first in range(0, kicks, RUN):
         count = min(RUN, kicks - first)
         improve(*tables, tour, best, lengths, SEED, first, count, kicks)
-        watch.step((first + count) / kicks)
-        if watch.enough():
+        budget.step((first + count) / kicks)
+        if budget.enough():
             break
     return np.asarray(best_modes(cost, segment, problem.modes, best)[1:])
 

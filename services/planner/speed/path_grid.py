@@ -1,4 +1,4 @@
-"""The path as the speed profile needs it: cells of constant sharpness, each with a cap on the squared speed."""
+"""The grid for TOPP: cells of constant sharpness along the path, each with a cap on the squared speed."""
 
 import math
 from collections.abc import Iterable, Sequence

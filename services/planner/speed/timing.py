@@ -1,4 +1,4 @@
-"""How fast the robot drives along the path: the fastest profile that the wheels can follow.
+"""The speed profile: the fastest one along the path that the wheels can follow.
 
 Between two entries the squared speed is linear in arc length (constant acceleration), so the profile is exact, starts
 from standstill and ends in it, and stands still at every cusp and turn on the spot.

@@ -1,4 +1,4 @@
-"""Compiled: the fastest speeds along cells of constant sharpness, under the limits of the wheels.
+"""Time-optimal path parametrisation (TOPP), compiled: the fastest speeds along cells of constant sharpness.
 
 State is u = v² (m²/s²), linear in arc length within a cell (constant acceleration a). At curvature κ a rim runs at
 v(1 ± κr) and accelerates with a(1 ± κr) ± uσr. With u and κ linear that is linear too: where both ends of a cell keep

@@ -1,4 +1,4 @@
-"""How short a way with turns of a largest curvature can be, whatever its sharpness: the plain Dubins path."""
+"""A lower bound on the length of any path of bounded curvature: the plain Dubins path."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Newton's method for the profiles of forward ways: bend, bend or straight, bend.
+"""Newton's method in three unknowns for forward profiles: bend, bend or straight, bend.
 
 The same as `profile.solve` for three elements that are all driven forward, each with an unknown of its own, but without
 tables, and with each clothoid's series taken once: nearly all the time that short hops take is spent here.

@@ -1,4 +1,4 @@
-"""Ways between painted segments: of all turns on offer, tight and slow to wide and fast, those that take least time."""
+"""Selects the fastest transition between two swaths from a family of curvature limits (and speeds)."""
 
 import math
 from collections.abc import Callable, Sequence

@@ -1,4 +1,4 @@
-"""The way of a sensor's messages to the computer: late, again, out of order or never, as faults will have it.
+"""Sensor transport model: delay, duplication, reordering and loss.
 
 A 100 Hz sensor's newest arrival replaces what the computer had of it, even if it is older: that is what a driver
 without a look at the stamps does, and why frames say how old a sample is. GNSS fixes are all handed over.

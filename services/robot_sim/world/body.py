@@ -1,4 +1,4 @@
-"""Where what is in the world's state vector, its parameter vector and its trace of the nozzle."""
+"""Layouts of the world's state, parameter and nozzle-trace arrays."""
 
 from __future__ import annotations
 
