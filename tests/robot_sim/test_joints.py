@@ -20,6 +20,13 @@ def test_joints_are_closed_and_not_painted_twice(cause: str, seed: int) -> None:
     assert all(joint.gap_m <= 0.01 and joint.double_m <= 0.02 for joint in found), found
 
 
+def test_a_process_that_starts_on_an_outlying_fix_waits_until_others_agree() -> None:
+    """With this seed the first fix after the restart is 3 cm off: the robot painted before it had found out."""
+    found = joints(*interrupted("process killed", 7))
+    assert len(found) == LINES
+    assert all(joint.double_m <= 0.02 for joint in found), found
+
+
 @pytest.mark.parametrize("cause", ["pause", "process killed"])
 def test_without_noise_they_are_where_they_are_meant_to_be(cause: str) -> None:
     found = joints(*interrupted(cause, 1, noise="none", follower="pure-pursuit"))

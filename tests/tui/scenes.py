@@ -84,7 +84,7 @@ def pitch() -> Template:
 def line_segment(name: str, label: str, start: tuple[float, float], end: tuple[float, float]) -> m.Segment:
     points = m.Point(x=start[0], y=start[1]), m.Point(x=end[0], y=end[1])
     line = m.Line(start=points[0], end=points[1])
-    curve = m.Curve(type=m.CurveType(value=m.CurveType.LINE), line=(line,))
+    curve = m.CurveMessage(type=m.CurveType(value=m.CurveType.LINE), line=(line,))
     return m.Segment(id=name, label=label, curve=curve, direction=m.LinearDirection(value=1))
 
 

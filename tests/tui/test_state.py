@@ -249,7 +249,7 @@ def test_unreadable_messages_are_counted_and_logged_once() -> None:
 
 def test_messages_that_are_legal_but_make_no_sense_do_no_harm(template: Template) -> None:
     nan, inf = math.nan, math.inf
-    nowhere = m.Segment(id="x", curve=m.Curve())
+    nowhere = m.Segment(id="x", curve=m.CurveMessage())
     weird: list[Incoming] = [
         received(topics.ODOMETRY, scenes.odometry(nan, inf, 0.0)),
         received(topics.PLAN, m.Trajectory(path=m.Path(segments=(nowhere,)))),

@@ -84,8 +84,12 @@ class Estimator:
 
     @property
     def aligned(self) -> bool:
-        """Whether the filter has settled enough at standstill to drive off."""
-        return self.started and self.counters[m.N_FIXES] >= _ALIGNED_FIXES and not self.disputed
+        """Whether the filter has settled enough at standstill to drive off.
+
+        The last fix has to agree with those before: should the first one have been far off, it is outweighed only then.
+        """
+        agreed = self.counters[m.FIX_DOUBT] == 0.0
+        return bool(self.started and self.counters[m.N_FIXES] >= _ALIGNED_FIXES and agreed and not self.disputed)
 
     @property
     def contradicted(self) -> bool:
