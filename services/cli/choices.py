@@ -111,19 +111,22 @@ def check_follower(config: OnboardConfig) -> None:
         raise SpecError("onboard", "follower", f"is {EXTERNAL!r}", "use `touchline run` or `up`, whose bus it can join")
 
 
+VehicleOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--vehicle",
+        metavar="FILE",
+        help="Vehicle JSON file: a robot of your own; default: the shipped one.",
+        show_default=False,
+    ),
+]
+
+
 @dataclass(frozen=True)
 class VehicleChoice:
     """The robot itself: its dimensions and limits."""
 
-    vehicle: Annotated[
-        Path | None,
-        typer.Option(
-            "--vehicle",
-            metavar="FILE",
-            help="Vehicle JSON file: a robot of your own; default: the shipped one.",
-            show_default=False,
-        ),
-    ] = None
+    vehicle: VehicleOption = None
 
     def chosen(self) -> Vehicle:
         """The vehicle in the file, or the default one.
@@ -171,15 +174,7 @@ class SetupChoice:
     follower: Annotated[
         str | None, PluginOption("--follower", FOLLOWERS, "NAME", "What steers the robot along the path")
     ] = None
-    vehicle: Annotated[
-        Path | None,
-        typer.Option(
-            "--vehicle",
-            metavar="FILE",
-            help="Vehicle JSON file: a robot of your own; default: the shipped one.",
-            show_default=False,
-        ),
-    ] = None
+    vehicle: VehicleOption = None
 
     def chosen(self) -> Setup:
         """What the files say, or the defaults, changed as the other options say.
