@@ -22,6 +22,7 @@ MOST_BINARY_BYTES = 1_000_000
 #: A point is painted as a stroke of this length along x, m.
 POINT_M = 0.24
 FLAT = (0.0, 0.0, 1.0)
+_CURVES = frozenset(("LINE", "ARC", "CIRCLE", "LWPOLYLINE", "POLYLINE", "ELLIPSE", "SPLINE"))
 
 
 def read_dxf(path: Path, scale_m: float | None, skip_others: bool) -> tuple[list[Outline], list[str]]:
@@ -114,6 +115,11 @@ def _metres_per_unit(source: str, drawing: Any) -> float:
         ) from error
 
 
+def _is_mesh(entity: Any, kind: str) -> bool:
+    """Whether a polyline holds the vertices of a surface."""
+    return kind == "POLYLINE" and bool(entity.is_polygon_mesh or entity.is_poly_face_mesh)
+
+
 class _Reader:
     """Turns entities into outlines in metres; what it may skip it lists."""
 
@@ -135,7 +141,7 @@ class _Reader:
         elif kind == "POINT":
             x, y = self._at(name, entity.dxf.location)
             yield Outline(name, (Curve.from_line((x - POINT_M / 2, y), (x + POINT_M / 2, y)),))
-        elif kind in ("LINE", "ARC", "CIRCLE", "LWPOLYLINE", "POLYLINE", "ELLIPSE", "SPLINE"):
+        elif kind in _CURVES and not _is_mesh(entity, kind):
             pieces = tuple(self._pieces(entity, kind, name))
             if pieces:
                 yield Outline(name, pieces, closed=_closed(entity, kind))

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import ezdxf
@@ -220,6 +221,16 @@ def test_dxf_blocks_layers_and_mirrored_entities(tmp_path: Path) -> None:
     t = np.linspace(0, math.pi / 2, 50)
     assert distance_m(np.column_stack((3 - 2 * np.cos(t), 1 + 2 * np.sin(t))), below).max() < 1e-3
     assert len({s.id for s in template.segments}) == len(template.segments)
+
+
+def test_dxf_meshes_are_named_and_may_be_skipped(tmp_path: Path) -> None:
+    document, space, path = dxf(tmp_path)
+    space.add_line((0, 0), (5, 0))
+    space.add_polymesh((3, 3))
+    document.saveas(path)
+    with pytest.raises(SpecError, match=r"polyline-\w+ cannot be painted; .* --skip-others"):
+        import_drawing(path, OWN)
+    assert len(import_drawing(path, replace(OWN, skip_others=True)).template.segments) == 1
 
 
 def test_dxf_blocks_without_a_height(tmp_path: Path) -> None:
