@@ -37,11 +37,6 @@ class GnssSheet(Spec):
     latency_s: Annotated[float, Field(ge=0, le=0.5)] = 0.11
     latency_jitter_s: Annotated[float, Field(ge=0, le=0.05)] = 0.01
 
-    @property
-    def oldest_s(self) -> float:
-        """How old a fix is at most when the next one arrives, if none stays away."""
-        return 1.0 / self.rate_hz + self.latency_s + self.latency_jitter_s
-
 
 class ImuSheet(Spec):
     """Gyroscope and accelerometer: densities, bias walk, drift with temperature (1 σ), and how warm they get."""

@@ -157,3 +157,13 @@ def test_a_process_that_ends_while_it_brakes_from_dry_paint_still_owes_from_the_
     assert sprayer.owed_from_m == pytest.approx(owed_m, abs=0.02)
     for braked_m in (0.0, 0.1, 0.5):
         assert sprayer.owed_if_it_ended(place_m + braked_m) == sprayer.owed_from_m
+
+
+@pytest.mark.parametrize("to_m", [6.5, 7.0, 4.0])
+def test_paint_that_was_found_to_be_dry_from_the_first_drop_on_counts_for_nothing(to_m: float) -> None:
+    """Where the last good drop fell is then before where the first one was to fall."""
+    belief = painted()
+    belief.add(7.0, to_m)
+    assert belief.belief().fractions == [0.0, 0.0, 0.0]
+    belief.add(5.0, 6.0)
+    assert belief.belief(7.0, to_m).fractions == pytest.approx([1.0 / 3.0, 0.0, 0.0])

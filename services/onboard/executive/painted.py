@@ -69,9 +69,10 @@ class Painted:
                 row += 1
 
     def add(self, from_m: float, to_m: float) -> None:
-        """Paint has fallen from there to there."""
-        for line in self._unite(self._covered, from_m, to_m):
-            self._covered_m[line] = self._covered[line].length
+        """Paint has fallen from there to there; none has if that is no stretch."""
+        for piece in self._parts(from_m, to_m):
+            self._covered[piece.line].add(piece.start_m, piece.end_m)
+            self._covered_m[piece.line] = self._covered[piece.line].length
 
     def restore(self, to_m: float) -> None:
         """Take all that the plan sprays up to a place for painted, as another process left it.
@@ -85,34 +86,27 @@ class Painted:
 
     def belief(self, from_m: float = math.inf, to_m: float = -math.inf) -> PaintBelief:
         """What is painted, and what falls from there to here from the open valve."""
-        covered_m = self._covered_m
-        if to_m > from_m:
-            covered_m, falling = covered_m.copy(), dict[int, Intervals]()
-            for line in self._lines(from_m, to_m):
-                falling[line] = copy.deepcopy(self._covered[line])
-            for line in self._unite(falling, from_m, to_m):
-                covered_m[line] = falling[line].length
+        covered_m, falling = self._covered_m.copy(), dict[int, Intervals]()
+        for piece in self._parts(from_m, to_m):
+            covered = falling.setdefault(piece.line, copy.deepcopy(self._covered[piece.line]))
+            covered.add(piece.start_m, piece.end_m)
+            covered_m[piece.line] = covered.length
         shares: list[float] = np.minimum(1.0, covered_m / self._lengths).tolist()
         if self._length_m <= 0.0:
             return PaintBelief(self.ids, shares, 100.0)
         return PaintBelief(self.ids, shares, min(100.0, 100.0 * math.fsum(covered_m) / self._length_m))
 
-    def _unite(self, covered: list[Intervals] | dict[int, Intervals], from_m: float, to_m: float) -> set[int]:
-        """Enter a stretch; the lines on which it lies."""
+    def _parts(self, from_m: float, to_m: float) -> list[_Piece]:
+        """The parts of the pieces that a stretch covers."""
         from_m, to_m = self._at_plan(from_m, 0), self._at_plan(to_m, 1)
-        lines: set[int] = set()
-        for piece in self._among(from_m, to_m):
-            covered[piece.line].add(max(from_m, piece.start_m), min(to_m, piece.end_m))
-            lines.add(piece.line)
-        return lines
-
-    def _lines(self, from_m: float, to_m: float) -> set[int]:
-        return {piece.line for piece in self._among(self._at_plan(from_m, 0), self._at_plan(to_m, 1))}
-
-    def _among(self, from_m: float, to_m: float) -> list[_Piece]:
-        """The pieces that a stretch covers somewhere."""
+        if from_m >= to_m:
+            return []
         first, last = bisect_right(self._ends, from_m), bisect_right(self._starts, to_m)
-        return [piece for piece in self._pieces[first:last] if piece.start_m < to_m]
+        return [
+            _Piece(max(from_m, piece.start_m), min(to_m, piece.end_m), piece.line)
+            for piece in self._pieces[first:last]
+            if piece.start_m < to_m
+        ]
 
     def _at_plan(self, arc_length_m: float, end: int) -> float:
         """Where the plan lets paint begin (0) or end (1), if that is near; otherwise the place itself."""
