@@ -29,6 +29,8 @@ _STUCK_S: Final = 30.0
 _KEPT_S: Final = 0.6
 """What a recording may lack before its recorder was killed: its half second, and the time to look."""
 _RESTART_S: Final = 60.0
+_GOES_ON_S: Final = 10.0
+"""Within which a bridge that is started again goes on with its recording in the next part."""
 
 
 def main() -> None:
@@ -93,13 +95,13 @@ class _Victim:
         self._figures[f"{deed} {name}"] += 1
         # A recorder or sender that is frozen is cut off in time, and a sender that is killed takes what it had with it.
         self._cut_off |= "/" in name or (deed == "freeze" and name == topics.BRIDGE)
-        struck_s = time.monotonic()
+        written, struck_s = self._parts()[-1:], time.monotonic()
         if deed == "kill":
             with suppress(ProcessLookupError):
                 os.kill(alive[name], signal.SIGKILL)
         else:
             self._freeze(alive[name])
-        self._recover(alive, struck_s)
+        self._recover(alive, written, struck_s)
 
     def _freeze(self, pid: int) -> None:
         with suppress(ProcessLookupError):
@@ -109,7 +111,7 @@ class _Victim:
             finally:
                 os.kill(pid, signal.SIGCONT)
 
-    def _recover(self, before: dict[str, int], struck_s: float) -> None:
+    def _recover(self, before: dict[str, int], written: list[Path], struck_s: float) -> None:
         """Wait for restarts, and do what a person would after them."""
         deadline = time.monotonic() + _RESTART_S
         time.sleep(0.2)
@@ -122,16 +124,15 @@ class _Victim:
             if time.monotonic() > deadline:
                 raise SystemLost(f"{sorted(set(before) - set(after))} not restarted within {_RESTART_S:.0f} s")
         if after[topics.BRIDGE] != before[topics.BRIDGE]:
-            self._check_broken(struck_s)
+            for part in written:
+                if part in self._parts():  # else its job has ended meanwhile
+                    self._check_broken(part, struck_s)
         if after[topics.ROBOT_SIM] != before[topics.ROBOT_SIM]:
             self._resume()
 
-    def _check_broken(self, struck_s: float) -> None:
-        """The recorder was killed: what it had written has to be there but for the last half second."""
-        recording, self._recording = self._recording, None
-        if recording is None:
-            return
-        found = verdict(recording)
+    def _check_broken(self, part: Path, struck_s: float) -> None:
+        """The recorder was killed: what it had written has to be there but for the last half second, and it goes on."""
+        found = verdict(part)
         missing = [wall_s for wall_s, time_ns in self._times if time_ns > found.last_ns and wall_s < struck_s]
         lost_s = struck_s - missing[0] if missing else 0.0
         self._bad(found.problems, "in a broken recording")
@@ -139,8 +140,20 @@ class _Victim:
             _note(self._figures, f"BAD: a broken recording lacks {lost_s:.1f} s before the kill")
         else:
             self._figures["recordings broken, whole but for the last half second"] += 1
-        recording.unlink(missing_ok=True)
-        self._record()
+        deadline = time.monotonic() + _GOES_ON_S
+        while self._parts()[-1] == part:
+            if time.monotonic() > deadline:
+                raise SystemLost(f"the recording does not go on after {part.name}")
+            self._listen()
+            time.sleep(0.01)
+        self._figures["recordings that go on in another part"] += 1
+
+    def _parts(self) -> list[Path]:
+        """The files of the recording under way, in their order."""
+        if self._recording is None:
+            return []
+        further = self._recording.parent.glob(f"{self._recording.stem}.part*.mcap")
+        return [self._recording, *sorted(further, key=lambda path: int(path.stem.rpartition(".part")[2]))]
 
     def _resume(self) -> None:
         """The robot's process died: go on where it was."""
@@ -210,18 +223,19 @@ class _Victim:
         self._job()
 
     def _end_recording(self) -> None:
-        recording, self._recording = self._recording, None
-        if recording is None:
+        parts, self._recording = self._parts(), None
+        if not parts:
             return
         if problem := self._hand.finish_recording():
             told = self._cut_off and problem.endswith("messages lost")
             _note(self._figures, f"{'told' if told else 'BAD'}: a recording is not whole: {problem}")
-        found = verdict(recording)
+        found = verdict(parts[-1])
         if not found.complete:
             _note(self._figures, "BAD: a finished recording is not complete")
         self._bad(found.problems, "in a recording")
         self._figures["recordings finished"] += 1
-        recording.unlink(missing_ok=True)
+        for part in parts:
+            part.unlink(missing_ok=True)
 
     def _listen(self) -> None:
         now_s = time.monotonic()

@@ -135,16 +135,16 @@ def drive_quietly(
         world: State, parameters and trace.
         sensing: What `sense` is given from the sensors' own.
         heard: Of that the readings, the ticks they were measured in, and the arrivals.
-        ring: As of `cruise.take_in`.
-        way: As of `cruise.steer`, with `ahead`.
+        ring: As of `nominal_tick.take_in`.
+        way: As of `nominal_tick.steer`, with `ahead`.
         ahead: See `way`.
         scratch: Saved, flows, fix and wheel speeds.
-        s: Of `cruise`, with `k`.
+        s: Of `nominal_tick`, with `k`.
         k: See `s`.
         pursuit: Lead (negative: the follower is asked outside), parameters and memory of `pursue`.
         paint: Table, grid (3), points, latest, stretches and state of the ledger.
         half_width: Of a line.
-        track: Rows and count of the `Track`, with room for all these tick_log.
+        track: Rows and count of the `Track`, with room for all these ticks.
         error: Sums of the estimator's error.
         rows: (n, tick_log.COLUMNS) in which the ticks are kept, if n > 0.
     """

@@ -68,4 +68,4 @@ NOW_FIELDS: Final = (
     "left_command_radps",
     "right_command_radps",
 )
-"""Fields of the request in the order of `tracking`'s `now`."""
+"""Fields of the request in the order of `path_projection`'s `now`."""

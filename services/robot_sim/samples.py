@@ -42,7 +42,7 @@ _COVARIANCE: Final = {
     "twist.covariance[30]": slice(_T + 2, _T + 3),
     "twist.covariance[35]": slice(_T + 3, _T + 4),
 }
-"""Where the columns of `ticks` go in the covariances of (x, y, z, roll, pitch, yaw) and of their rates."""
+"""Where the columns of `tick_log` go in the covariances of (x, y, z, roll, pitch, yaw) and of their rates."""
 
 _SPRAYER_TICKS: Final = period(topics.SPRAYER)
 _GYRO: Final = slice(tick_log.READINGS + fast.IMU, tick_log.READINGS + fast.IMU + 3)
@@ -53,7 +53,7 @@ _WHEELS: Final = slice(tick_log.WHEELS, tick_log.ESTIMATE)
 
 
 class Samples:
-    """Packs rows of `ticks`.
+    """Packs rows of `tick_log`.
 
     Args:
         scenario: Has the IMU's noise, of which the covariances that it reports are made.

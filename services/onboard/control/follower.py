@@ -23,7 +23,7 @@ class Follower(Protocol):
 
     @property
     def fine_rows(self) -> int:
-        """How many of these are a tick apart; those after them are COARSE_TICKS of `tracking` apart."""
+        """How many of these are a tick apart; those after them are COARSE_TICKS of `path_projection` apart."""
         ...
 
     @property
@@ -49,8 +49,8 @@ class Follower(Protocol):
         """Wheel speeds (left, right) [rad/s] until the next tick.
 
         Args:
-            now: (NOW,) of `tracking`: errors against the path, twist, reference speed, effective wheel radii and
+            now: (NOW,) of `path_projection`: errors against the path, twist, reference speed, effective wheel radii and
                 the wheel command of the last tick.
-            ahead: (ahead_rows, AHEAD_COLUMNS) of `tracking`: reference speed and yaw rate in the time to come.
+            ahead: (ahead_rows, AHEAD_COLUMNS) of `path_projection`: reference speed and yaw rate in the time to come.
         """
         ...

@@ -159,8 +159,8 @@ def build(
     ė_θ = ω − κ·v, ė_y = v̄·e_θ + drift, integrated exactly over each step.
 
     Args:
-        now: (NOW,) of `tracking`.
-        ahead: (enough rows for the horizon and the lead, AHEAD_COLUMNS) of `tracking`.
+        now: (NOW,) of `path_projection`.
+        ahead: (enough rows for the horizon and the lead, AHEAD_COLUMNS) of `path_projection`.
         ticks: (N,) lengths of the steps in ticks.
         p: (PARAMETERS,).
         memory: (MEMORY,) updated.

@@ -47,7 +47,7 @@ class PathTracker:
     """Progress along one trajectory.
 
     Attributes:
-        now: (NOW,) of `tracking`, of the last tick.
+        now: (NOW,) of `path_projection`, of the last tick.
         leg_index: Of the leg that the robot is on.
     """
 
@@ -221,7 +221,7 @@ def observe(x: Floats, speed_mps: float, left_radps: float, right_radps: float, 
         left_radps: Commanded in the last tick, as `right_radps`.
         right_radps: See `left_radps`.
         body: (BODY,) of this vehicle.
-        now: (NOW,) of `tracking`: twist, effective radii and commands are filled in.
+        now: (NOW,) of `path_projection`: twist, effective radii and commands are filled in.
     """
     now[t.SPEED] = speed_mps
     now[t.LEFT_RADIUS] = body[B_RADIUS] * (1.0 - _bounded(x[m.LEFT_SLIP]))

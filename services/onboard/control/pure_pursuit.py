@@ -135,8 +135,8 @@ def pursue(now: Floats, ahead: Floats, lead: int, p: Floats, memory: Floats, whe
     """One tick: the wheel speeds for the errors of `now`.
 
     Args:
-        now: (NOW,) of `tracking`.
-        ahead: (more than `lead`, AHEAD_COLUMNS) of `tracking`, up to row `lead` by ticks, then by COARSE_TICKS.
+        now: (NOW,) of `path_projection`.
+        ahead: (more than `lead`, AHEAD_COLUMNS) of `path_projection`, up to row `lead` by ticks, then by COARSE_TICKS.
         lead: By how many ticks the feed-forward is ahead.
         p: (PARAMETERS,) of `wheels`.
         memory: (MEMORY,) updated.

@@ -59,7 +59,7 @@ class Turning:
         self._rate = 0.0
 
     def step(self, heading_rad: float, brake: bool, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> None:
-        """Move the reference on by a tick and fill the errors in `now` and the way `ahead`, as `tracking.track`."""
+        """Move the reference on a tick; fill the errors in `now` and the path `ahead`, as `path_projection.track`."""
         behind = self._sign * math.remainder(self._start_rad + self._sign * self._done_rad - heading_rad, math.tau)
         if not brake and behind > MAX_LAG_RAD:
             self._rate = 0.0

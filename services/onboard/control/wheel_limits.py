@@ -47,7 +47,7 @@ def wheel_limits(vehicle: Vehicle) -> NDArray[np.float64]:
 
 @kernel
 def command_wheels(speed_mps: float, yaw_rate_radps: float, now: Floats, p: Floats, wheels: Floats) -> None:
-    """Wheel speeds for a wanted twist, given the actual one and the effective radii of `now` (NOW,) of `tracking`.
+    """Wheel speeds for a wanted twist, given the actual one and effective radii of `now` (NOW,) of `path_projection`.
 
     Too fast is scaled down with the curvature kept; too sudden for the wheels is cut off. `p` is (PARAMETERS,),
     `wheels` (2,) is filled [rad/s].

@@ -164,7 +164,7 @@ def track(
     """Project the pose, step the reference speed and look ahead.
 
     Args:
-        way: (n, COLUMNS) pieces of a leg, of `way`.
+        way: (n, COLUMNS) pieces of a leg, of `smoothing`.
         sense: +1 if the leg is driven forward, −1 if backward.
         speeds: (m, 2) of `LoadedTrajectory`.
         progress: (PROGRESS,) updated.

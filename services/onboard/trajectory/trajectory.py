@@ -37,7 +37,7 @@ class LoadedTrajectory:
     Attributes:
         path: (n, 7) rows of `path.cut_path`, one a segment.
         legs: What is driven without stopping, in order.
-        ways: The pieces (m, COLUMNS) of `way` that the robot follows, by leg.
+        ways: The pieces (m, COLUMNS) of `smoothing` that the robot follows, by leg.
         turns: The turns on the spot, by index of their leg.
         speeds: (m, 2) arc length [m] and speed [m/s]; v² is linear in between.
         times_s: (m,) time at each of these arc lengths, turns on the spot left out.
