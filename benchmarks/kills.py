@@ -75,10 +75,11 @@ class _Victim:
             self._hand.plan(template)
         self._inbox = bus.inbox([topics.STATUS, topics.SPRAYER], keep="recent")
         self._times: deque[tuple[float, int]] = deque(maxlen=20_000)
+        self._deeds: deque[tuple[float, str]] = deque(maxlen=6)
         self._place, self._moved_s = 0.0, time.monotonic()
         self._recordings = 0
         self._recording: Path | None = None
-        self._cut_off = False
+        self._cut_off, self._begun_s = False, 0.0
         self._template = ""
         self._state, self._reason = -1, ""
         self._not_running_s: float | None = None
@@ -93,6 +94,7 @@ class _Victim:
         name = self._chance.choice(sorted(alive))
         deed = self._chance.choice(("kill", "freeze"))
         self._figures[f"{deed} {name}"] += 1
+        self._deeds.append((time.monotonic(), f"{deed} {name}"))
         # A recorder or sender that is frozen is cut off in time, and a sender that is killed takes what it had with it.
         self._cut_off |= "/" in name or (deed == "freeze" and name == topics.BRIDGE)
         written, struck_s = self._parts()[-1:], time.monotonic()
@@ -133,11 +135,13 @@ class _Victim:
     def _check_broken(self, part: Path, struck_s: float) -> None:
         """The recorder was killed: what it had written has to be there but for the last half second, and it goes on."""
         found = verdict(part)
-        missing = [wall_s for wall_s, time_ns in self._times if time_ns > found.last_ns and wall_s < struck_s]
+        recorded = ((wall_s, time_ns) for wall_s, time_ns in self._times if self._begun_s <= wall_s < struck_s)
+        missing = [wall_s for wall_s, time_ns in recorded if time_ns > found.last_ns]
         lost_s = struck_s - missing[0] if missing else 0.0
         self._bad(found.problems, "in a broken recording")
         if lost_s > _KEPT_S:
-            _note(self._figures, f"BAD: a broken recording lacks {lost_s:.1f} s before the kill")
+            before = ", ".join(f"{struck_s - then_s:.1f} s {deed}" for then_s, deed in self._deeds)
+            _note(self._figures, f"BAD: {part.name} lacks {lost_s:.1f} s before the kill; before it: {before}")
         else:
             self._figures["recordings broken, whole but for the last half second"] += 1
         deadline = time.monotonic() + _GOES_ON_S
@@ -146,6 +150,7 @@ class _Victim:
                 raise SystemLost(f"the recording does not go on after {part.name}")
             self._listen()
             time.sleep(0.01)
+        self._begun_s = time.monotonic()
         self._figures["recordings that go on in another part"] += 1
 
     def _parts(self) -> list[Path]:
@@ -182,7 +187,7 @@ class _Victim:
 
     def _record(self) -> None:
         self._recordings += 1
-        self._cut_off = False
+        self._cut_off, self._begun_s = False, time.monotonic()
         self._recording = self._system.recordings / f"kills-{self._recordings}.mcap"
         if problem := self._hand.record(self._recording):
             _note(self._figures, f"BAD: no recording: {problem}")
