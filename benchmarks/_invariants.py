@@ -15,7 +15,7 @@ from touchline.schemas.onboard import FenceLimits, Follower, OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.trajectories import assemble, segment, velocity
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.onboard.estimation import model
+from touchline.services.onboard import filter_model as model
 from touchline.services.onboard.estimation.tail import CONTRADICTED
 from touchline.services.onboard.executive.localization_monitor import MAX_NIS
 from touchline.services.robot_sim.emulator import Emulator

@@ -19,7 +19,7 @@ from benchmarks._matched_robot import MatchedRobot
 from benchmarks._plain_ekf import PlainEkf
 from touchline.schemas.scenario import GnssNoise, Ground, Scenario
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.onboard.estimation import model as m
+from touchline.services.onboard import filter_model as m
 from touchline.services.onboard.estimation.filter import Estimator
 from touchline.services.onboard.interface import Command, SensorFrame
 from touchline.services.robot_sim.sensors.suite import Sensors

@@ -104,6 +104,14 @@ class Kernel(CPUDispatcher):
             finally:
                 gc.set_threshold(*often)
 
+    def for_types_of(self, arguments: tuple[Any, ...]) -> Callable[..., Any]:
+        """The code for arguments of these types, to be called many times with the like.
+
+        It does not look at types any more, which takes as long as a short kernel: give it nothing else.
+        """
+        code: Callable[..., Any] = self.compile(tuple(self.typeof_pyval(argument) for argument in arguments))
+        return code
+
     def get_call_template(self, args: Any, kws: Any) -> tuple[Any, ...]:
         """What Numba asks for when it types a call in another kernel: the signature that fits."""
         parameters, folded = self.fold_argument_types(args, kws)

@@ -53,7 +53,7 @@ UNDER_WAY: Final = (TraversalStatus.RUNNING, TraversalStatus.PAUSED)
 # How far a tick is that was begun elsewhere.
 WHOLE: Final = 0  # all is done
 SENSED: Final = 1  # the onboard computer has not seen it
-ESTIMATED: Final = 2  # only its estimator has
+PERCEIVED: Final = 2  # it has, and has yet to decide
 
 
 class LoadedJob(NamedTuple):
@@ -141,8 +141,8 @@ class OnboardComputer(Protocol):
     def step(self, frame: SensorFrame) -> Command:
         """One tick."""
 
-    def act(self, frame: SensorFrame) -> Command:
-        """A tick whose frame the estimator has seen already."""
+    def decide(self, tick: int) -> Command:
+        """The last part of a tick that has been perceived already."""
 
     def take_events(self) -> list[OnboardEvent]:
         """Events since the last call."""
@@ -381,8 +381,8 @@ class Emulator:
         self.frame = frame
         if stage == SENSED:
             self.command = self.onboard.step(frame)
-        elif stage == ESTIMATED:
-            self.command = self.onboard.act(frame)
+        elif stage == PERCEIVED:
+            self.command = self.onboard.decide(frame.tick)
         if stage != WHOLE:
             self._record()
             self._follow_up()

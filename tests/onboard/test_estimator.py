@@ -14,8 +14,9 @@ from tests.onboard.driven import drive, error, until_fix, wander
 from tests.onboard.rig import Rig
 from touchline.schemas.scenario import DriveNoise, GnssNoise, Scenario
 from touchline.schemas.vehicle import Vehicle
-from touchline.services.onboard.estimation import model as m
+from touchline.services.onboard import filter_model as m
 from touchline.services.onboard.estimation.filter import Estimator
+from touchline.services.onboard.estimation.noise import noise_figures
 from touchline.services.onboard.estimation.report import report
 from touchline.services.onboard.estimation.tail import bounded
 from touchline.services.onboard.interface import STANDSTILL, Command
@@ -263,7 +264,7 @@ def test_after_a_restart_a_fix_from_the_old_place_is_not_used() -> None:
 
 
 def test_one_gauss_markov_term_keeps_variance_and_short_term_decay() -> None:
-    c = m.noise_figures(Vehicle(), data_sheets(DEFAULT))
+    c = noise_figures(Vehicle(), data_sheets(DEFAULT))
     assert c[m.C_GM_VAR] == pytest.approx(2 * 0.0025**2)
     tau = -0.01 / math.log(c[m.C_GM_DECAY])
     assert tau == pytest.approx(2 / (1 / 115 + 1 / 900), rel=1e-6)
@@ -313,5 +314,5 @@ def test_a_frozen_imu_is_no_new_sample_once_the_wheels_change() -> None:
     estimator.step(last)
     for tick in range(60):
         estimator.step(rig.step(Command(10.0 - 0.1 * tick, 10.0, False, False))._replace(imu=last.imu))
-    assert last.tick <= estimator.intake.imu_tick < last.tick + 20
+    assert last.tick <= estimator.buffer.imu_tick < last.tick + 20
     assert abs(error(rig, estimator)[2]) < 0.1

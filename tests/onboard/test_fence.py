@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,6 +17,8 @@ from touchline.schemas.onboard import FenceLimits, OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Polygon, Template
 from touchline.schemas.vehicle import Vehicle
+from touchline.services.onboard import filter_model as m
+from touchline.services.onboard.computer_state import ComputerState
 from touchline.services.onboard.executive.failsafe import Failsafe
 from touchline.services.onboard.executive.geofence import Geofence, beyond_m
 from touchline.services.onboard.interface import STANDSTILL
@@ -95,7 +96,7 @@ def pushed(robot, north_m, at_m=3.0):
     east, north, heading = robot.world.pose
     robot.world.place(TruePose(east, north + north_m, heading))
     estimator = robot.onboard._estimator
-    estimator._xs[:, 1] += north_m  # it knows: what is tested is the fence, not what the filter makes of a jump
+    estimator.ring.states[:, 1] += north_m  # it knows: what is tested is the fence, not what the filter makes of a jump
     for ticks in range(1, 100):
         robot.tick()
         if robot.onboard.state == ESTOPPED:
@@ -134,13 +135,16 @@ def test_over_the_fence_it_stops_hard_after_the_time_out(boundary, limits, push_
 def test_a_body_that_may_be_turned_is_not_yet_beyond_the_fence(sigma_rad: float, stops: bool) -> None:
     """Two σ of the heading at the farthest corner, some 80 cm away, are added to the margin."""
     surroundings = fence(margin_m=0.1)
-    state = np.array([0.0, surroundings.outline[:, 1].min() - min(y for _, y in VEHICLE.footprint_m) - 0.17, 0.0])
-    estimator = SimpleNamespace(
-        started=True, heading_sigma_rad=sigma_rad, state=state, intake=SimpleNamespace(encoder_rates=(0.0, 0.0))
-    )
-    hazards = Failsafe(VEHICLE, estimator, 0.2)  # type: ignore[arg-type]
+    robot = ComputerState()
+    robot.times.first_tick = 0
+    south_m = surroundings.outline[:, 1].min() - min(y for _, y in VEHICLE.footprint_m) - 0.17
+    robot.filter.states[:, m.NORTH] = south_m
+    robot.filter.covariances[:, m.HEADING, m.HEADING] = sigma_rad**2
+    hazards = Failsafe(VEHICLE, robot, 0.2)
     hazards.fence = surroundings
     rig = Rig()
     for _ in range(25):
-        hazards.look(rig.step(STANDSTILL), STANDSTILL)
+        frame = rig.step(STANDSTILL)
+        robot.frame.fill(frame)
+        hazards.look(frame.tick)
     assert bool(hazards.emergency) is stops

@@ -11,6 +11,7 @@ from tests.onboard.rig import Run, chain, clothoid, start, trajectory
 from touchline.schemas.curves import PathTable
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.vehicle import Vehicle
+from touchline.services.onboard.computer_state import NOW
 from touchline.services.onboard.control import MpcFollower, make_follower, mpc
 from touchline.services.onboard.interface import Command
 from touchline.services.onboard.trajectory import path_projection as projection
@@ -109,7 +110,7 @@ def test_wheel_limits_hold_even_from_a_bad_start(follower: str) -> None:
 
 
 def standing_inputs() -> tuple[np.ndarray, np.ndarray]:
-    now = np.zeros(projection.NOW)
+    now = np.zeros(NOW)
     now[projection.LEFT_RADIUS] = now[projection.RIGHT_RADIUS] = VEHICLE.wheel_radius_m
     now[projection.SPEED] = now[projection.REFERENCE_SPEED] = 1.0
     now[projection.LEFT_COMMAND] = now[projection.RIGHT_COMMAND] = 10.0

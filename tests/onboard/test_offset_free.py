@@ -9,6 +9,7 @@ import pytest
 
 from tests.onboard.test_followers import standing_inputs
 from touchline.schemas.vehicle import Vehicle
+from touchline.services.onboard.computer_state import NOW
 from touchline.services.onboard.control import MpcFollower, make_follower, mpc
 from touchline.services.onboard.control.wheel_limits import lead_ticks
 from touchline.services.onboard.trajectory import path_projection as projection
@@ -23,7 +24,7 @@ def settled(name: str, nozzle_x_m: float = 0.0, drift_mps: float = 0.0, share: f
     """
     vehicle = Vehicle(nozzle_x_m=nozzle_x_m)
     follower = make_follower(name, vehicle)
-    now, ahead = np.zeros(projection.NOW), np.zeros((follower.ahead_rows, projection.AHEAD_COLUMNS))
+    now, ahead = np.zeros(NOW), np.zeros((follower.ahead_rows, projection.AHEAD_COLUMNS))
     ahead[:, projection.A_SPEED] = now[projection.REFERENCE_SPEED] = 1.0
     now[projection.LEFT_RADIUS] = now[projection.RIGHT_RADIUS] = vehicle.wheel_radius_m
     stay = math.exp(-TICK_S / vehicle.motor_time_constant_s)

@@ -7,6 +7,7 @@ import pytest
 from tests.onboard.rig import Run, chain, start, trajectory
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.vehicle import Vehicle
+from touchline.services.onboard.computer_state import ComputerState
 from touchline.services.onboard.executive.painted import Painted
 from touchline.services.onboard.executive.sprayer import JOINT_OVERLAP_M, Sprayer
 from touchline.services.onboard.interface import Checkpoint
@@ -147,7 +148,7 @@ def test_the_valves_delay_spills_onto_no_other_segment() -> None:
 
 
 def test_a_process_that_ends_while_it_brakes_from_dry_paint_still_owes_from_the_last_good_drop() -> None:
-    sprayer = Sprayer(load_trajectory(LINES, VEHICLE), VEHICLE)
+    sprayer = Sprayer(load_trajectory(LINES, VEHICLE), VEHICLE, ComputerState())
     place_m = 4.5
     while place_m < 7.2:
         sprayer.step(place_m, 1.0, allowed=True)

@@ -11,7 +11,7 @@ from scipy.stats import chi2
 from benchmarks._data_sheets import data_sheets
 from tests.onboard.rig import Rig
 from touchline.schemas.scenario import GnssNoise, Scenario
-from touchline.services.onboard.estimation import model as m
+from touchline.services.onboard import filter_model as m
 from touchline.services.onboard.estimation.filter import Estimator
 from touchline.services.onboard.estimation.measurements import strain_tyres
 from touchline.services.onboard.estimation.report import report

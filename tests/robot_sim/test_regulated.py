@@ -13,6 +13,7 @@ from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Pose2, Scenario
 from touchline.schemas.vehicle import Vehicle
+from touchline.services.onboard.computer_state import NOW
 from touchline.services.onboard.control.pure_pursuit import FAR_M, LOOKAHEAD_S, PurePursuitFollower
 from touchline.services.onboard.trajectory import path_projection as projection
 from touchline.services.robot_sim.emulator import Emulator
@@ -75,7 +76,7 @@ def test_off_its_path_it_is_slow_until_it_is_back() -> None:
 
 @pytest.mark.parametrize(("off_m", "slower"), [(0.02, False), (FAR_M, True)])
 def test_distance_alone_makes_it_slower(off_m: float, slower: bool) -> None:
-    now = np.zeros(projection.NOW)
+    now = np.zeros(NOW)
     now[[projection.LEFT_RADIUS, projection.RIGHT_RADIUS]] = VEHICLE.wheel_radius_m
     now[[projection.SPEED, projection.REFERENCE_SPEED]] = 1.0
     now[projection.NOZZLE_LATERAL] = off_m

@@ -11,7 +11,18 @@ from numpy.typing import NDArray
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.core.geodesy import local_frame
-from touchline.services.onboard.interface import TICK_S, EncoderSample, GnssSample, ImuSample, MagSample, SensorFrame
+from touchline.services.onboard.interface import (
+    ANGLES,
+    GYRO,
+    MAG,
+    READINGS,
+    TICK_S,
+    EncoderSample,
+    GnssSample,
+    ImuSample,
+    MagSample,
+    SensorFrame,
+)
 from touchline.services.robot_sim.sensors import fast, gnss, receiver, transport, zones
 from touchline.services.robot_sim.sensors.gnss import GnssReport
 from touchline.services.robot_sim.sensors.sampling import sense
@@ -36,7 +47,7 @@ class Sensors:
     Attributes:
         gnss_reports: The positions that arrived in the last tick as the receiver reported them.
         arrived: (3,) whether a sample of IMU, magnetometer, encoders arrived in it.
-        history: (transport.HISTORY, fast.READINGS) what was measured, by tick, whether or not it has arrived.
+        history: (transport.HISTORY, interface.READINGS) what was measured, by tick, whether or not it has arrived.
         arguments: What `sense` keeps or reads, in its order from `sensor` to `arrivals`.
         heard: Of that the readings, the ticks in which they were measured, and the arrivals.
     """
@@ -47,10 +58,10 @@ class Sensors:
         self._battery_wh = vehicle.battery_wh
         self.gnss_reports: tuple[GnssReport, ...] = ()
         self.arrived: NDArray[np.int64] = np.zeros(3, dtype=np.int64)
-        self._readings: NDArray[np.float64] = np.zeros(fast.READINGS)
+        self._readings: NDArray[np.float64] = np.zeros(READINGS)
         self._measured_tick: NDArray[np.int64] = np.zeros(3, dtype=np.int64)
         self._arrivals: NDArray[np.float64] = np.zeros((transport.ARRIVALS, receiver.COLUMNS))
-        self.history: NDArray[np.float64] = np.zeros((transport.HISTORY, fast.READINGS))
+        self.history: NDArray[np.float64] = np.zeros((transport.HISTORY, READINGS))
         self.heard = (self._readings, self._measured_tick, self._arrivals)
         sensor, p = np.zeros(fast.STATE_SIZE), _parameters(vehicle, scenario)
         fast.switch_on(sensor, p, self._seed)
@@ -99,9 +110,9 @@ class Sensors:
         return SensorFrame(
             tick,
             tick / 100,
-            ImuSample(*values[fast.IMU : fast.MAG]),
-            MagSample(*values[fast.MAG : fast.ENCODER]),
-            EncoderSample(*values[fast.ENCODER :]),
+            ImuSample(*values[GYRO:MAG]),
+            MagSample(*values[MAG:ANGLES]),
+            EncoderSample(*values[ANGLES:]),
             fixes,
             tick - imu_tick,
             tick - mag_tick,
