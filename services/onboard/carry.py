@@ -8,7 +8,7 @@ from collections import deque
 import numpy as np
 
 from touchline.schemas.messages import TraversalStatus
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard import carried as c
 from touchline.services.onboard.carried import Ring, Way
 from touchline.services.onboard.computer import Onboard
@@ -51,11 +51,11 @@ class Cruise:
         self.ahead = np.zeros((0, t.AHEAD_COLUMNS))
         self.way: Way = (*(np.zeros((0, 0)),) * 2, *(np.zeros(0),) * 6, *(np.zeros((0, 2)),) * 2)
         hazards, k = self._hazards, self.constants
-        k[c.K_RADIUS] = vehicle.wheel_radius_m
+        k[c.K_RADIUS] = vehicle.drive.wheel_radius_m
         k[c.K_LAG], k[c.K_MAX_STEP], k[c.K_NOMINAL_L] = hazards._lag, hazards._max_step, hazards._nominal_l
         k[c.K_SETTLE_TICKS] = hazards._settle_ticks
         k[c.K_FIX_AGE] = self._watch.fix_age_s
-        k[c.K_VALVE_ON], k[c.K_VALVE_OFF] = vehicle.valve_on_delay_s, vehicle.valve_off_delay_s
+        k[c.K_VALVE_ON], k[c.K_VALVE_OFF] = vehicle.tool.valve_on_delay_s, vehicle.tool.valve_off_delay_s
 
     @property
     def follower(self) -> Follower:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from touchline.schemas.messages import Trajectory
 from touchline.schemas.onboard import OnboardConfig
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.control import Ask, make_follower, nobody
 from touchline.services.onboard.estimation.filter import Estimator
 from touchline.services.onboard.estimation.report import report

@@ -258,7 +258,7 @@ class Quiet:
             at,
             last_tick,
             emulator.scenario.seed,
-            emulator.vehicle.battery_wh,
+            emulator.vehicle.body.battery_wh,
             emulator.faults.effects,
             (world.state, world.parameters, world.trace),
             sensors.arguments,

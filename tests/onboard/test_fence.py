@@ -17,7 +17,7 @@ from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.onboard import FenceLimits, OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Polygon, Template
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.executive.failsafe import Failsafe
 from touchline.services.onboard.executive.geofence import Geofence, beyond_m
 from touchline.services.onboard.interface import STANDSTILL
@@ -41,7 +41,7 @@ def fence(plan=BENT, boundary=(), **limits):
 @settings(deadline=None)
 @given(st.floats(-3, 13), st.floats(-3, 13), st.floats(-4, 4))
 def test_the_body_beyond_an_outline_is_what_shapely_says(east: float, north: float, heading: float) -> None:
-    outline, body = np.array(ELL), np.array(VEHICLE.footprint_m)
+    outline, body = np.array(ELL), np.array(VEHICLE.body.footprint_m)
     turn = np.array([[math.cos(heading), math.sin(heading)], [-math.sin(heading), math.cos(heading)]])
     corners = shapely.points(body @ turn + (east, north))
     expected = float(shapely.distance(shapely.Polygon(ELL), corners).max())
@@ -134,7 +134,7 @@ def test_over_the_fence_it_stops_hard_after_the_time_out(boundary, limits, push_
 def test_a_body_that_may_be_turned_is_not_yet_beyond_the_fence(sigma_rad: float, stops: bool) -> None:
     """Two σ of the heading at the farthest corner, some 80 cm away, are added to the margin."""
     surroundings = fence(margin_m=0.1)
-    state = np.array([0.0, surroundings.outline[:, 1].min() - min(y for _, y in VEHICLE.footprint_m) - 0.17, 0.0])
+    state = np.array([0.0, surroundings.outline[:, 1].min() - min(y for _, y in VEHICLE.body.footprint_m) - 0.17, 0.0])
     estimator = SimpleNamespace(
         started=True, heading_sigma_rad=sigma_rad, state=state, intake=SimpleNamespace(encoder_rates=(0.0, 0.0))
     )

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
 from touchline.services.onboard.control import Follower
 from touchline.services.onboard.control.turn_in_place import Turning
@@ -56,14 +56,14 @@ class PathTracker:
         self._plan = plan
         self._follower = follower
         self._body = np.zeros(BODY)
-        self._body[B_RADIUS], self._body[B_TRACK] = vehicle.wheel_radius_m, vehicle.track_width_m
-        self._body[B_HALF_TICK] = 1.0 - math.exp(-0.5 * TICK_S / max(vehicle.motor_time_constant_s, TICK_S))
+        self._body[B_RADIUS], self._body[B_TRACK] = vehicle.drive.wheel_radius_m, vehicle.drive.track_width_m
+        self._body[B_HALF_TICK] = 1.0 - math.exp(-0.5 * TICK_S / max(vehicle.drive.motor_time_constant_s, TICK_S))
         self._progress = np.zeros(t.PROGRESS)
         self._limits = np.zeros(t.LIMITS)
-        self._limits[t.L_ACCELERATE] = vehicle.max_acceleration_mps2 * ACCELERATION_MARGIN
-        self._limits[t.L_BRAKE] = vehicle.max_acceleration_mps2
+        self._limits[t.L_ACCELERATE] = vehicle.drive.max_acceleration_mps2 * ACCELERATION_MARGIN
+        self._limits[t.L_BRAKE] = vehicle.drive.max_acceleration_mps2
         self._limits[t.L_BACK_SPEED] = BACK_SPEED_MPS
-        self._limits[t.L_NOZZLE_X], self._limits[t.L_NOZZLE_Y] = vehicle.nozzle_x_m, vehicle.nozzle_y_m
+        self._limits[t.L_NOZZLE_X], self._limits[t.L_NOZZLE_Y] = vehicle.tool.nozzle_x_m, vehicle.tool.nozzle_y_m
         self._ahead = np.zeros((follower.ahead_rows, t.AHEAD_COLUMNS))
         self._limits[t.L_FINE] = follower.fine_rows
         self.now = np.zeros(t.NOW)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.onboard import OnboardConfig
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.estimation import model as m
 from touchline.services.onboard.estimation.calibration import start_learning
 from touchline.services.onboard.estimation.delayed_fusion import advance, take_fix

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.estimation import model as m
 from touchline.services.onboard.interface import TICK_S, ImuSample, SensorFrame
 
@@ -38,7 +38,7 @@ class Intake:
 
     def __init__(self, vehicle: Vehicle) -> None:
         """Nothing has come yet."""
-        self._radius_m = vehicle.wheel_radius_m
+        self._radius_m = vehicle.drive.wheel_radius_m
         self.imu_tick = self.encoder_tick = self._mag_tick = -1
         self.still_ticks = 0
         self.accel_mps2 = 0.0

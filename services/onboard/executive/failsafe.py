@@ -11,7 +11,7 @@ from collections import deque
 from typing import Final
 
 from touchline.schemas import supplies
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.estimation.filter import Estimator
 from touchline.services.onboard.executive.geofence import Geofence
 from touchline.services.onboard.interface import TICK_S, Command, SensorFrame
@@ -51,10 +51,10 @@ class Failsafe:
         """Nothing seen yet."""
         self._estimator = estimator
         self._fence_timeout_s = fence_timeout_s
-        self._lag = 1.0 - math.exp(-TICK_S / max(vehicle.motor_time_constant_s, TICK_S))
-        self._max_step = vehicle.max_wheel_acceleration_radps2 * TICK_S
-        self._nominal_l = vehicle.paint_l_per_m * vehicle.paint_speed_mps * TICK_S
-        self._settle_ticks = math.ceil(max(vehicle.valve_on_delay_s, vehicle.valve_off_delay_s) / TICK_S) + 2
+        self._lag = 1.0 - math.exp(-TICK_S / max(vehicle.drive.motor_time_constant_s, TICK_S))
+        self._max_step = vehicle.drive.max_wheel_acceleration_radps2 * TICK_S
+        self._nominal_l = vehicle.tool.paint_l_per_m * vehicle.tool.paint_speed_mps * TICK_S
+        self._settle_ticks = math.ceil(max(vehicle.tool.valve_on_delay_s, vehicle.tool.valve_off_delay_s) / TICK_S) + 2
         self.emergency = self.stop = self.lasting = ""
         self.bumper = False
         self.dry_s = 0.0

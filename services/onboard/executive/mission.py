@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import Actuation
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.control import Follower
 from touchline.services.onboard.control.path_tracker import STOPPED_MPS, PathTracker
 from touchline.services.onboard.estimation.filter import Estimator
@@ -74,8 +74,8 @@ class Mission:
         self.driver = PathTracker(plan, vehicle, follower)
         self.sprayer = Sprayer(plan, vehicle)
         self._estimator, self._watch = estimator, watch
-        self._run_up_m = vehicle.paint_speed_mps**2 / (2.0 * vehicle.max_acceleration_mps2) + RUN_UP_SETTLE_M
-        self._radius_m, self._nozzle_y_m = vehicle.wheel_radius_m, vehicle.nozzle_y_m
+        self._run_up_m = vehicle.tool.paint_speed_mps**2 / (2.0 * vehicle.drive.max_acceleration_mps2) + RUN_UP_SETTLE_M
+        self._radius_m, self._nozzle_y_m = vehicle.drive.wheel_radius_m, float(vehicle.tool.nozzle_y_m)
         self._phase = MissionPhase.ALIGN
         self._resumed = False
         self._back_to_m = 0.0

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from touchline.schemas.messages import Actuation
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.executive.painted import Painted
 from touchline.services.onboard.interface import TICK_S, PaintBelief
 from touchline.services.onboard.trajectory.trajectory import LoadedTrajectory
@@ -35,8 +35,8 @@ class Sprayer:
     def __init__(self, plan: LoadedTrajectory, vehicle: Vehicle) -> None:
         """Nothing painted, nothing owed."""
         self._plan = plan
-        self._on_delay_s = vehicle.valve_on_delay_s
-        self._off_delay_s = vehicle.valve_off_delay_s
+        self._on_delay_s = vehicle.tool.valve_on_delay_s
+        self._off_delay_s = vehicle.tool.valve_off_delay_s
         self._last_m = 0.0
         self._same, self._same_from_m, self._same_to_m = Actuation.NONE, 0.0, 0.0
         self.valve = False
