@@ -9,7 +9,7 @@ import numpy as np
 
 from benchmarks._data_sheets import data_sheets
 from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard import filter_model as m
 from touchline.services.onboard.estimation.noise import noise_figures
 from touchline.services.onboard.interface import TICK_S, EncoderSample, GnssSample, ImuSample, MagSample, SensorFrame
@@ -28,7 +28,7 @@ class MatchedRobot:
         self._c = c = noise_figures(vehicle, data_sheets(scenario))
         self._rng = np.random.default_rng(seed)
         self._block, self._next = self._rng.standard_normal(_BLOCK).tolist(), 0
-        self._radius_m = vehicle.wheel_radius_m
+        self._radius_m = vehicle.drive.wheel_radius_m
         self.x = self.y = 0.0
         self.heading = 0.61 * seed
         self.speed = self.yaw_rate = 0.0

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.interface import TICK_S, SensorFrame
 
 SLIP = 0.02
@@ -22,7 +22,7 @@ class PlainEkf:
 
     def __init__(self, vehicle: Vehicle) -> None:
         """Not started yet."""
-        self._radius_m = vehicle.wheel_radius_m
+        self._radius_m = vehicle.drive.wheel_radius_m
         self.state = np.zeros(3)
         self.covariance = np.zeros((3, 3))
         self.started = False

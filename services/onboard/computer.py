@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from touchline.schemas.messages import Trajectory
 from touchline.schemas.onboard import OnboardConfig
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.computer_state import Computer, ComputerState
 from touchline.services.onboard.control import Ask, Follower, make_follower, nobody
 from touchline.services.onboard.estimation.filter import Estimator

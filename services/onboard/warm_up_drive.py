@@ -6,7 +6,7 @@ from touchline.schemas.curves import Curve
 from touchline.schemas.messages import Actuation, Trajectory
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.trajectories import assemble, segment, velocity
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.computer import Onboard
 from touchline.services.onboard.interface import EncoderSample, GnssSample, ImuSample, MagSample, SensorFrame
 
@@ -29,4 +29,4 @@ def warm_up(vehicle: Vehicle | None = None, config: OnboardConfig | None = None)
 def straight(vehicle: Vehicle) -> Trajectory:
     """A metre straight ahead at a speed that the vehicle can do, nothing sprayed."""
     line = segment("w", Curve(0.0, 0.0, 0.0, 0.0, 1.0))
-    return assemble([line], [(0.0, Actuation.NONE)], [velocity(0.0, min(0.5, vehicle.transit_speed_mps))])
+    return assemble([line], [(0.0, Actuation.NONE)], [velocity(0.0, min(0.5, vehicle.drive.transit_speed_mps))])

@@ -316,7 +316,7 @@ class Quiet:
             emulator.scenario.seed,
             emulator.faults.effects,
             (world.state, world.parameters, world.trace),
-            Hearing(sensors.arguments, *sensors.heard, self._fix, emulator.vehicle.battery_wh),
+            Hearing(sensors.arguments, *sensors.heard, self._fix, emulator.vehicle.body.battery_wh),
             nominal.computer,
             nominal.course,
             pursuit,

@@ -16,7 +16,7 @@ from touchline.schemas.messages import String
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import parse
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.bridge.compare import compare
 from touchline.services.bridge.reader import RecordingReader
 

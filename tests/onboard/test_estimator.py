@@ -13,7 +13,7 @@ from benchmarks._data_sheets import data_sheets
 from tests.onboard.driven import drive, error, until_fix, wander
 from tests.onboard.rig import Rig
 from touchline.schemas.scenario import DriveNoise, GnssNoise, Scenario
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard import filter_model as m
 from touchline.services.onboard.estimation.filter import Estimator
 from touchline.services.onboard.estimation.noise import noise_figures
@@ -105,7 +105,7 @@ def test_late_fixes_count_for_their_own_time() -> None:
 
 
 def test_lever_arm_is_taken_into_account() -> None:
-    vehicle = Vehicle(gnss_antenna_x_m=0.3, gnss_antenna_y_m=-0.2)
+    vehicle = Vehicle(body={"gnss_antenna_x_m": 0.3, "gnss_antenna_y_m": -0.2})
     rig = Rig(vehicle=vehicle, heading=0.7)
     estimator = Estimator(vehicle, data_sheets(rig.scenario))
     drive(rig, estimator, 2500, lambda t: STANDSTILL if t < 80 else Command(6.0, 9.0, False, False))

@@ -16,7 +16,7 @@ from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.onboard import FenceLimits, OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Polygon, Template
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard import filter_model as m
 from touchline.services.onboard.computer_state import ComputerState
 from touchline.services.onboard.executive.failsafe import Failsafe
@@ -42,7 +42,7 @@ def fence(plan=BENT, boundary=(), **limits):
 @settings(deadline=None)
 @given(st.floats(-3, 13), st.floats(-3, 13), st.floats(-4, 4))
 def test_the_body_beyond_an_outline_is_what_shapely_says(east: float, north: float, heading: float) -> None:
-    outline, body = np.array(ELL), np.array(VEHICLE.footprint_m)
+    outline, body = np.array(ELL), np.array(VEHICLE.body.footprint_m)
     turn = np.array([[math.cos(heading), math.sin(heading)], [-math.sin(heading), math.cos(heading)]])
     corners = shapely.points(body @ turn + (east, north))
     expected = float(shapely.distance(shapely.Polygon(ELL), corners).max())
@@ -137,7 +137,7 @@ def test_a_body_that_may_be_turned_is_not_yet_beyond_the_fence(sigma_rad: float,
     surroundings = fence(margin_m=0.1)
     robot = ComputerState()
     robot.times.first_tick = 0
-    south_m = surroundings.outline[:, 1].min() - min(y for _, y in VEHICLE.footprint_m) - 0.17
+    south_m = surroundings.outline[:, 1].min() - min(y for _, y in VEHICLE.body.footprint_m) - 0.17
     robot.filter.states[:, m.NORTH] = south_m
     robot.filter.covariances[:, m.HEADING, m.HEADING] = sigma_rad**2
     hazards = Failsafe(VEHICLE, robot, 0.2)

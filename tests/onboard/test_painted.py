@@ -6,7 +6,7 @@ import pytest
 
 from tests.onboard.rig import Run, chain, start, trajectory
 from touchline.schemas.messages import TraversalStatus
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.computer_state import ComputerState
 from touchline.services.onboard.executive.painted import Painted
 from touchline.services.onboard.executive.sprayer import JOINT_OVERLAP_M, Sprayer
@@ -15,7 +15,7 @@ from touchline.services.onboard.trajectory.trajectory import load_trajectory
 
 PAUSED, DONE = TraversalStatus.PAUSED, TraversalStatus.DONE
 VEHICLE = Vehicle()
-OFF_M, ON_M = VEHICLE.valve_off_delay_s, VEHICLE.valve_on_delay_s  # at 1 m/s
+OFF_M, ON_M = VEHICLE.tool.valve_off_delay_s, VEHICLE.tool.valve_on_delay_s  # at 1 m/s
 
 #: Two lines of 3 m and 2 m that go over into each other, and one of 2 m; the valve is opened early by its delay.
 LINES = trajectory(

@@ -8,7 +8,7 @@ import numpy as np
 
 from touchline.schemas.faults import Fault, parse_fault
 from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.interface import Command, SensorFrame
 from touchline.services.robot_sim.fault_timeline import FaultTimeline
 from touchline.services.robot_sim.sensors.suite import Sensors

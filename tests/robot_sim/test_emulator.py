@@ -32,7 +32,7 @@ from touchline.schemas.messages import (
 )
 from touchline.schemas.scenario import Pose2, Scenario
 from touchline.schemas.template import Template
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.interface import STANDSTILL, Command
 from touchline.services.robot_sim.emulator import SETTLE_TICKS, Emulator
 from touchline.services.robot_sim.telemetry import Telemetry

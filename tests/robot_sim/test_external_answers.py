@@ -11,7 +11,7 @@ from touchline.schemas.errors import PayloadError
 from touchline.schemas.messages import FollowerStepResponse, TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.bus import CallError
 from touchline.services.onboard.computer_state import NOW
 from touchline.services.onboard.control import FollowerQuestion, Interrupted, PurePursuitFollower
@@ -26,15 +26,15 @@ PLAN = trajectory(
     speed_mps=0.8,
 )
 VEHICLE = Vehicle()
-LIMIT_RADPS = VEHICLE.max_wheel_speed_radps
+LIMIT_RADPS = VEHICLE.drive.max_wheel_speed_radps
 
 
 def inputs(speed_mps=1.0):
     """On the path at this speed."""
     now, ahead = np.zeros(NOW), np.zeros((AHEAD_TICKS, t.AHEAD_COLUMNS))
-    now[[t.LEFT_RADIUS, t.RIGHT_RADIUS]] = VEHICLE.wheel_radius_m
+    now[[t.LEFT_RADIUS, t.RIGHT_RADIUS]] = VEHICLE.drive.wheel_radius_m
     now[[t.SPEED, t.REFERENCE_SPEED]] = ahead[:, t.A_SPEED] = speed_mps
-    now[[t.LEFT_COMMAND, t.RIGHT_COMMAND]] = speed_mps / VEHICLE.wheel_radius_m
+    now[[t.LEFT_COMMAND, t.RIGHT_COMMAND]] = speed_mps / VEHICLE.drive.wheel_radius_m
     return now, ahead
 
 

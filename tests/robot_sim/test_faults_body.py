@@ -53,7 +53,7 @@ def test_stuck_discs_stay():
 def test_a_clogged_nozzle_paints_a_narrower_line_with_less_paint():
     run = drive(300, second("nozzle-clogged", share=0.25))
     assert [run[tick].width for tick in (50, 150, 250)] == [1.0, 0.5, 1.0]
-    flow = VEHICLE.paint_l_per_m * VEHICLE.paint_speed_mps
+    flow = VEHICLE.tool.paint_l_per_m * VEHICLE.tool.paint_speed_mps
     assert [run[tick].state[body.FLOW_LPS] for tick in (50, 150, 250)] == pytest.approx([flow, flow / 4, flow])
 
 

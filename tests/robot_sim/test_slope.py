@@ -10,7 +10,7 @@ from touchline.schemas.curves import Curve
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.scenario import GnssNoise, Ground, Scenario
 from touchline.schemas.template import Template
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard import filter_model as m
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import Quiet
@@ -21,7 +21,7 @@ AGAIN = Curve.from_arc((0, 4), (0, 2), math.pi)
 THERE = Curve.from_line((0, 0), (8, 0))
 CURVES = [THERE, TURN, BACK, AGAIN, THERE, Curve.from_line((8, 0), (9, 0))]
 PLAN = trajectory(CURVES, [0, 0, 1, 0, 1, 0], ids=["t0", "t1", "far", "t2", "near", "t3"], speed_mps=0.8)
-OFFSET = Vehicle().nozzle_y_m
+OFFSET = Vehicle().tool.nozzle_y_m
 TEMPLATE = Template(
     name="two",
     segments=[

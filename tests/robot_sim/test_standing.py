@@ -13,7 +13,7 @@ from benchmarks._joints import field
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard import filter_model as model
 from touchline.services.onboard.estimation.standing import LASTING_TICKS
 from touchline.services.robot_sim.emulator import Emulator

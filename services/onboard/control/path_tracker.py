@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
 from touchline.services.onboard import filter_model as m
 from touchline.services.onboard.computer_state import Computer, ComputerState
@@ -53,15 +53,15 @@ class PathTracker:
         self._follower = follower
         self._computer, self._state = computer, computer.leg
         self._state.reset(
-            accelerate_mps2=vehicle.max_acceleration_mps2 * ACCELERATION_MARGIN,
-            brake_mps2=vehicle.max_acceleration_mps2,
+            accelerate_mps2=vehicle.drive.max_acceleration_mps2 * ACCELERATION_MARGIN,
+            brake_mps2=vehicle.drive.max_acceleration_mps2,
             back_speed_mps=BACK_SPEED_MPS,
-            nozzle_x_m=vehicle.nozzle_x_m,
-            nozzle_y_m=vehicle.nozzle_y_m,
+            nozzle_x_m=vehicle.tool.nozzle_x_m,
+            nozzle_y_m=vehicle.tool.nozzle_y_m,
             fine_rows=follower.fine_rows,
-            wheel_radius_m=vehicle.wheel_radius_m,
-            track_width_m=vehicle.track_width_m,
-            half_tick_share=1.0 - math.exp(-0.5 * TICK_S / max(vehicle.motor_time_constant_s, TICK_S)),
+            wheel_radius_m=vehicle.drive.wheel_radius_m,
+            track_width_m=vehicle.drive.track_width_m,
+            half_tick_share=1.0 - math.exp(-0.5 * TICK_S / max(vehicle.drive.motor_time_constant_s, TICK_S)),
         )
         self._ahead = np.zeros((follower.ahead_rows, t.AHEAD_COLUMNS))
         self.now = self._state.now

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.onboard import OnboardConfig
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
 from touchline.services.onboard import filter_model as m
 from touchline.services.onboard.computer_state import Computer, ComputerState, FilterState, FilterTimes
@@ -149,7 +149,7 @@ class Estimator:
         self._accel_start_var = config.imu.accel_density_mps2_rthz**2
         self._computer = computer or ComputerState()
         self.buffer, self.times, self.ring = self._computer.buffer, self._computer.times, self._computer.filter
-        self.buffer.radius_m = vehicle.wheel_radius_m
+        self.buffer.radius_m = vehicle.drive.wheel_radius_m
         self.ring.figures[:] = noise_figures(vehicle, config)
         self._sums = np.zeros(4)
         self._accels: deque[float] = deque(maxlen=_GATHERED_TICKS)

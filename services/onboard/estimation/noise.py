@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.onboard import OnboardConfig
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.filter_model import (
     C_ANTENNA_X,
     C_ANTENNA_Y,
@@ -64,8 +64,8 @@ def noise_figures(vehicle: Vehicle, config: OnboardConfig) -> NDArray[np.float64
     """(FIGURES,) constants of the filter, from the vehicle's and the sensors' data sheets."""
     gnss, imu, mag, drive = config.gnss, config.imu, config.magnetometer, config.drive
     c = np.zeros(FIGURES)
-    c[C_TRACK] = vehicle.track_width_m
-    c[C_ANTENNA_X], c[C_ANTENNA_Y] = vehicle.gnss_antenna_x_m, vehicle.gnss_antenna_y_m
+    c[C_TRACK] = vehicle.drive.track_width_m
+    c[C_ANTENNA_X], c[C_ANTENNA_Y] = vehicle.body.gnss_antenna_x_m, vehicle.body.gnss_antenna_y_m
     c[C_Q_SPEED] = imu.accel_density_mps2_rthz**2 * TICK_S + _SPEED_NOISE_MPS**2
     c[C_Q_YAW] = _YAW_NOISE_RADPS**2
     warming_kps = imu.warming_k / imu.warming_tau_s
@@ -80,7 +80,7 @@ def noise_figures(vehicle: Vehicle, config: OnboardConfig) -> NDArray[np.float64
     c[C_SLIP_DECAY] = math.exp(-TICK_S / tau)
     c[C_MEAN_SLIP_VAR] = _MEAN_SLIP**2
     c[C_R_MEAN_SLIP] = fast * 2.0 * drive.slip_tau_s * gnss.rate_hz
-    c[C_MAST] = vehicle.gnss_antenna_z_m / _GRAVITY_MPS2
+    c[C_MAST] = vehicle.body.gnss_antenna_z_m / _GRAVITY_MPS2
     c[C_RISE_VAR] = (_RISE * _GRAVITY_MPS2) ** 2
     c[C_Q_RISE] = _RISE_CHANGE_PM * _GRAVITY_MPS2**2
     c[C_SIDE_BIAS_VAR] = imu.accel_turn_on_bias_mps2**2 + 1e-6
@@ -98,12 +98,12 @@ def noise_figures(vehicle: Vehicle, config: OnboardConfig) -> NDArray[np.float64
     )
     c[C_GM_DECAY] = math.exp(-TICK_S / tau)
     c[C_R_GYRO] = imu.gyro_density_radps_rthz**2 / TICK_S + _GYRO_FLOOR_RADPS**2
-    tick_m = 2.0 * math.pi / vehicle.encoder_ticks_per_revolution * vehicle.wheel_radius_m
+    tick_m = 2.0 * math.pi / vehicle.drive.encoder_ticks_per_revolution * vehicle.drive.wheel_radius_m
     c[C_R_ENCODER] = (tick_m / TICK_S) ** 2 / 6.0 + _ENCODER_FLOOR_MPS**2
     c[C_R_MAG] = max(mag.white_rad, _MAG_FLOOR_RAD) ** 2
     c[C_R_GNSS] = max(gnss.white_m, _GNSS_FLOOR_M) ** 2
     c[C_Q_SIDE] = _SIDE_SLIP_M2PM
-    c[C_SIDE_SLIP] = vehicle.side_slip_rad_per_mps2
+    c[C_SIDE_SLIP] = vehicle.drive.side_slip_rad_per_mps2
     c[C_R_ENCODER_TURN] = max(drive.track_width_relative, 0.001)
     return c
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas import supplies
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
 from touchline.services.onboard import filter_model as m
 from touchline.services.onboard.computer_state import FLOW_WINDOW_TICKS, Computer, ComputerState, SafetyFindings
@@ -207,10 +207,10 @@ class Failsafe:
         self._computer, self.findings = computer, computer.safety
         self.findings.reset(
             fence_timeout_s=fence_timeout_s,
-            lag=1.0 - math.exp(-TICK_S / max(vehicle.motor_time_constant_s, TICK_S)),
-            max_step_radps=vehicle.max_wheel_acceleration_radps2 * TICK_S,
-            nominal_l=vehicle.paint_l_per_m * vehicle.paint_speed_mps * TICK_S,
-            settle_ticks=math.ceil(max(vehicle.valve_on_delay_s, vehicle.valve_off_delay_s) / TICK_S) + 2,
+            lag=1.0 - math.exp(-TICK_S / max(vehicle.drive.motor_time_constant_s, TICK_S)),
+            max_step_radps=vehicle.drive.max_wheel_acceleration_radps2 * TICK_S,
+            nominal_l=vehicle.tool.paint_l_per_m * vehicle.tool.paint_speed_mps * TICK_S,
+            settle_ticks=math.ceil(max(vehicle.tool.valve_on_delay_s, vehicle.tool.valve_off_delay_s) / TICK_S) + 2,
         )
         self._fence: Geofence | None = None
         self.fence_arrays = FenceArrays(np.zeros((0, 2)), np.zeros((0, 2)))

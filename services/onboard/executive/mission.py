@@ -12,7 +12,7 @@ from enum import Enum, auto
 from typing import NamedTuple
 
 from touchline.schemas.errors import CommandRefused
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.computer_state import ComputerState
 from touchline.services.onboard.control import Follower
 from touchline.services.onboard.control.path_tracker import STOPPED_MPS, PathTracker, nozzle_m
@@ -75,8 +75,8 @@ class Mission:
         self.driver = PathTracker(plan, vehicle, follower, computer)
         self.sprayer = Sprayer(plan, vehicle, computer)
         self._estimator, self._watch = estimator, watch
-        self._run_up_m = vehicle.paint_speed_mps**2 / (2.0 * vehicle.max_acceleration_mps2) + RUN_UP_SETTLE_M
-        self._radius_m = vehicle.wheel_radius_m
+        self._run_up_m = vehicle.tool.paint_speed_mps**2 / (2.0 * vehicle.drive.max_acceleration_mps2) + RUN_UP_SETTLE_M
+        self._radius_m = vehicle.drive.wheel_radius_m
         self._phase = MissionPhase.ALIGN
         self._resumed = False
         self._back_to_m = 0.0

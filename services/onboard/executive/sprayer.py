@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.messages import Actuation
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.arrays import count_up_to
 from touchline.services.core.jit import kernel
 from touchline.services.onboard.computer_state import Computer, ComputerState, SprayState
@@ -153,7 +153,7 @@ class Sprayer:
         self._plan = plan
         self.switches = Switches(np.array(plan.switch_m), np.array(plan.actuation, dtype=np.int64))
         self._computer, self.state = computer, computer.spray
-        self.state.reset(on_delay_s=vehicle.valve_on_delay_s, off_delay_s=vehicle.valve_off_delay_s)
+        self.state.reset(on_delay_s=vehicle.tool.valve_on_delay_s, off_delay_s=vehicle.tool.valve_off_delay_s)
         self.painted = Painted(plan, vehicle)
 
     @property

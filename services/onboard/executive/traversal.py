@@ -19,7 +19,7 @@ from typing import NamedTuple
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import Trajectory, TraversalStatus
 from touchline.schemas.onboard import FenceLimits
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.computer_state import ComputerState
 from touchline.services.onboard.control import Follower
 from touchline.services.onboard.estimation.filter import Estimator

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.geodesy import local_frame
 from touchline.services.onboard.interface import (
     ANGLES,
@@ -55,7 +55,7 @@ class Sensors:
     def __init__(self, vehicle: Vehicle, scenario: Scenario) -> None:
         scenario = scenario.effective()
         self._seed = scenario.seed
-        self._battery_wh = vehicle.battery_wh
+        self._battery_wh = vehicle.body.battery_wh
         self.gnss_reports: tuple[GnssReport, ...] = ()
         self.arrived: NDArray[np.int64] = np.zeros(3, dtype=np.int64)
         self._readings: NDArray[np.float64] = np.zeros(READINGS)
@@ -145,5 +145,5 @@ def _parameters(vehicle: Vehicle, scenario: Scenario) -> NDArray[np.float64]:
     p[fast.P_MAG_DISTURBANCE] = mag.disturbance_rad * FIELD_HORIZONTAL_T
     p[fast.P_MAG_DECAY] = math.exp(-TICK_S / mag.disturbance_tau_s)
     if scenario.encoder.quantised:
-        p[fast.P_ENCODER_TICK] = 2.0 * math.pi / vehicle.encoder_ticks_per_revolution
+        p[fast.P_ENCODER_TICK] = 2.0 * math.pi / vehicle.drive.encoder_ticks_per_revolution
     return p
