@@ -171,11 +171,11 @@ class Guarded:
             self.reasons.append(status.reason)
         self._unheard = 0 if frame.operator_alive else self._unheard + 1
         limit = emulator.vehicle.drive.max_wheel_speed_radps * 1.001
-        self._hold(all(abs(w) <= limit for w in command[:2]), f"wheel commands {command[:2]}")
+        self._hold(all(abs(w) <= limit for w in command.actuators), f"wheel commands {command.actuators}")
         if status.state != RUNNING:
             self._hold(not command.valve and not command.disc, "valve or disc while not running")
         if status.state == ESTOPPED:
-            self._hold(command[:2] == (0.0, 0.0), "wheels commanded while stopped")
+            self._hold(command.actuators == (0.0, 0.0), "wheels commanded while stopped")
         self._hold(before != ESTOPPED or status.state == ESTOPPED or self._reset, "left the emergency stop by itself")
         if frame.bumper:
             self._hold(status.state not in (RUNNING, PAUSED), "on with a pressed bumper")

@@ -12,7 +12,7 @@ from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard import filter_model as m
 from touchline.services.onboard.estimation.noise import noise_figures
-from touchline.services.onboard.interface import TICK_S, EncoderSample, GnssSample, ImuSample, MagSample, SensorFrame
+from touchline.services.onboard.interface import TICK_S, GnssSample, ImuSample, MagSample, SensorFrame
 
 LATENCY_TICKS = 11
 SLIP_ANGLE_SHARE = 0.3
@@ -100,7 +100,7 @@ class MatchedRobot:
             self.tick * TICK_S,
             ImuSample(0.0, 0.0, gyro, accel, self._accel_bias + self.speed * self.yaw_rate, 9.81),
             MagSample(1.7e-5 * math.sin(seen), 1.7e-5 * math.cos(seen), -4.8e-5),
-            EncoderSample(*self._angles),
+            tuple(self._angles),
             fixes,
         )
 

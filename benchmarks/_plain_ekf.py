@@ -27,7 +27,7 @@ class PlainEkf:
         self.covariance = np.zeros((3, 3))
         self.started = False
         self._gyro: list[float] = []
-        self._angles: tuple[float, float] | None = None
+        self._angles: tuple[float, ...] | None = None
 
     @property
     def pose(self) -> tuple[float, float, float]:
@@ -37,7 +37,7 @@ class PlainEkf:
 
     def step(self, frame: SensorFrame) -> None:
         """Take in a tick."""
-        before, self._angles = self._angles, (frame.encoders.left_rad, frame.encoders.right_rad)
+        before, self._angles = self._angles, frame.encoders
         if not self.started:
             self._gyro.append(frame.imu.gyro_z_radps)
             if frame.gnss:

@@ -63,7 +63,7 @@ class EmulatedRobot:
         self._tick += 1
         rim = VEHICLE.drive.half_track_m * yaw_rate
         left, right = (speed - rim) / VEHICLE.drive.wheel_radius_m, (speed + rim) / VEHICLE.drive.wheel_radius_m
-        self.world.step(Command(left, right, False, False), self._tick)
+        self.world.step(Command((left, right), False, False), self._tick)
         frame = self.sensors.read(self._tick, self.world.state)
         return frame._replace(gnss=()) if self.silent else frame
 

@@ -14,7 +14,16 @@ from numpy.typing import NDArray
 
 from touchline.services.core.records import Record
 from touchline.services.onboard import filter_model as m
-from touchline.services.onboard.interface import ACCEL, ANGLES, FIX_COLUMNS, MAG, READINGS, Command, SensorFrame
+from touchline.services.onboard.interface import (
+    ACCEL,
+    ACTUATORS,
+    ANGLES,
+    FIX_COLUMNS,
+    MAG,
+    READINGS,
+    Command,
+    SensorFrame,
+)
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -50,8 +59,7 @@ class FrameState(Record):
 class CommandState(Record):
     """The command that is in force; fields as in `Command`."""
 
-    left_radps: float
-    right_radps: float
+    actuators: Annotated[Floats, ACTUATORS]
     valve: bool
     disc: bool
     valve_after_s: float
@@ -59,11 +67,11 @@ class CommandState(Record):
     @property
     def command(self) -> Command:
         """For the actuators."""
-        return Command(self.left_radps, self.right_radps, self.valve, self.disc, self.valve_after_s)
+        return Command(tuple(self.actuators.tolist()), self.valve, self.disc, self.valve_after_s)
 
     def give(self, command: Command) -> Command:
         """Put a command in force; returns it."""
-        self.left_radps, self.right_radps, self.valve, self.disc, self.valve_after_s = command
+        self.actuators[:], self.valve, self.disc, self.valve_after_s = command
         return command
 
 

@@ -22,8 +22,9 @@ TICK_S: Final = 0.01
 GYRO: Final = 0  # x, y, z [rad/s]
 ACCEL: Final = 3  # x, y, z [m/s²]
 MAG: Final = 6  # x, y, z [T]
-ANGLES: Final = 9  # of the wheels, left and right [rad]
-READINGS: Final = 11
+ANGLES: Final = 9  # of the drive's actuators [rad]
+ACTUATORS: Final = 2
+READINGS: Final = ANGLES + ACTUATORS
 F_STAMP: Final = 0
 F_EAST: Final = 1
 F_NORTH: Final = 2
@@ -74,13 +75,6 @@ class MagSample(NamedTuple):
     z_t: float
 
 
-class EncoderSample(NamedTuple):
-    """Cumulative wheel angles as the quantised encoders report them [rad]; forward is positive."""
-
-    left_rad: float
-    right_rad: float
-
-
 class SensorFrame(NamedTuple):
     """All that the onboard computer learns in one tick."""
 
@@ -88,7 +82,8 @@ class SensorFrame(NamedTuple):
     time_s: float
     imu: ImuSample
     mag: MagSample
-    encoders: EncoderSample
+    encoders: tuple[float, ...]
+    """Cumulative readings of the encoders of the drive's actuators, in their order, quantised [rad]."""
     gnss: tuple[GnssSample, ...] = ()
     """The fixes that arrived in this tick, in the order of their arrival (10 Hz; late by the receiver's latency).
 
@@ -110,15 +105,15 @@ class SensorFrame(NamedTuple):
 class Command(NamedTuple):
     """What the onboard computer asks of the actuators until its next tick."""
 
-    left_radps: float
-    right_radps: float
+    actuators: tuple[float, ...]
+    """In the order and units of `DriveSpec.actuators`."""
     valve: bool
     disc: bool
     valve_after_s: float = 0.0
     """How far into the tick the valve is to be so; until then it is to be the opposite. 0 if nothing changes."""
 
 
-STANDSTILL: Final = Command(0.0, 0.0, False, False)
+STANDSTILL: Final = Command((0.0,) * ACTUATORS, False, False)
 """The safe command: wheels stopped, valve closed, disc lifted."""
 
 

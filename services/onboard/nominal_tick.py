@@ -117,7 +117,7 @@ def actuate(wheels: Floats, wanted: int, computer: Computer, course: CourseArray
     """
     c = computer[0]
     command, before = c.command, c.command.valve
-    command.left_radps, command.right_radps = wheels[0], wheels[1]
+    copy(wheels, command.actuators)
     command.valve_after_s = switch(course.switches, computer, nozzle_m(computer), c.leg.now[t.SPEED])
     command.valve = c.spray.valve
     command.disc = wanted & _DISC != 0

@@ -8,7 +8,7 @@ from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.trajectories import assemble, segment, velocity
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.computer import Onboard
-from touchline.services.onboard.interface import EncoderSample, GnssSample, ImuSample, MagSample, SensorFrame
+from touchline.services.onboard.interface import GnssSample, ImuSample, MagSample, SensorFrame
 
 _TICKS = 90
 
@@ -23,7 +23,7 @@ def warm_up(vehicle: Vehicle | None = None, config: OnboardConfig | None = None)
         fix = GnssSample((tick - 11) / 100, 0.0, 0.0, 1e-4, 3, 20, 0.0)
         fixes = (fix,) if tick % 10 == 1 and tick > 11 else ()
         imu, mag = ImuSample(0.0, 0.0, 0.0, 0.0, 0.0, 9.81), MagSample(0.0, 1.7e-5, -4.8e-5)
-        onboard.step(SensorFrame(tick, tick / 100, imu, mag, EncoderSample(0.0, 0.0), fixes))
+        onboard.step(SensorFrame(tick, tick / 100, imu, mag, (0.0, 0.0), fixes))
 
 
 def straight(vehicle: Vehicle) -> Trajectory:

@@ -150,7 +150,7 @@ def _read_frame(state: Floats, fixes: int, hearing: Hearing, computer: Computer)
 def _keep(row: Floats, tick: int, state: Floats, hearing: Hearing, fixes: int, computer: Computer) -> None:
     """Keep a tick in a row of the log."""
     command, slot = computer[0].command, tick % model.RING
-    wheels = (command.left_radps, command.right_radps)
+    wheels = (command.actuators[0], command.actuators[1])
     valve, disc = 1.0 if command.valve else 0.0, 1.0 if command.disc else 0.0
     tick_log.note(row, tick, state, hearing.readings, wheels, valve, disc)
     x, P = computer[0].filter.states[slot], computer[0].filter.covariances[slot]
@@ -230,7 +230,7 @@ def drive_quietly(
         tick += 1
         at[TICK] = tick
         command = computer[0].command
-        left, right, valve, disc = command.left_radps, command.right_radps, command.valve, command.disc
+        left, right, valve, disc = command.actuators[0], command.actuators[1], command.valve, command.disc
         physics.advance(state, parameters, left, right, valve, disc, command.valve_after_s, effects, seed, tick, trace)
         at[FIXES] = sense(state, effects, seed, tick, *sensing)
         at[STAGE] = SENSED

@@ -30,7 +30,6 @@ from touchline.services.onboard.interface import (
     STANDSTILL,
     TICK_S,
     Command,
-    EncoderSample,
     GnssSample,
     ImuSample,
     MagSample,
@@ -96,7 +95,7 @@ class Rig:
             self.tick * TICK_S,
             self._imu(),
             self._mag(),
-            EncoderSample(*self.angles),
+            tuple(self.angles),
             (fix,) if fix else (),
             bumper=self.bumper,
             battery_fraction=self.battery,
@@ -116,7 +115,7 @@ class Rig:
         self.slip = keep * self.slip + self.rng.normal(0.0, fresh, 2)
         stay, reach = math.exp(-TICK_S / v.drive.motor_time_constant_s), v.drive.max_wheel_acceleration_radps2 * TICK_S
         means = [0.0, 0.0]
-        for i, target in enumerate(command[:2]):
+        for i, target in enumerate(command.actuators):
             change = (target - self.wheels[i]) * (1.0 - stay)
             after = self.wheels[i] + min(max(change, -reach), reach)
             if i == self.blocked:

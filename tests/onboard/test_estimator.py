@@ -25,7 +25,7 @@ DEFAULT = Scenario()
 
 
 def straight(tick: int) -> Command:
-    return STANDSTILL if tick < 80 else Command(10.0, 10.0, False, False)
+    return STANDSTILL if tick < 80 else Command((10.0, 10.0), False, False)
 
 
 def nees(rig: Rig, estimator: Estimator) -> float:
@@ -99,7 +99,7 @@ def test_late_fixes_count_for_their_own_time() -> None:
         scenario = Scenario(noise="none", gnss=GnssNoise(latency_s=latency))
         rig = Rig(scenario=scenario)
         estimator = Estimator(rig.vehicle, data_sheets(scenario))
-        drive(rig, estimator, 2000, lambda t: STANDSTILL if t < 80 else Command(14.0, 14.0, False, False))
+        drive(rig, estimator, 2000, lambda t: STANDSTILL if t < 80 else Command((14.0, 14.0), False, False))
         assert np.hypot(*error(rig, estimator)[:2]) < 1e-3
         assert report(estimator.counters).fixes_rejected == 0
 
@@ -108,7 +108,7 @@ def test_lever_arm_is_taken_into_account() -> None:
     vehicle = Vehicle(body={"gnss_antenna_x_m": 0.3, "gnss_antenna_y_m": -0.2})
     rig = Rig(vehicle=vehicle, heading=0.7)
     estimator = Estimator(vehicle, data_sheets(rig.scenario))
-    drive(rig, estimator, 2500, lambda t: STANDSTILL if t < 80 else Command(6.0, 9.0, False, False))
+    drive(rig, estimator, 2500, lambda t: STANDSTILL if t < 80 else Command((6.0, 9.0), False, False))
     assert np.hypot(*error(rig, estimator)[:2]) < 2e-3
 
 
@@ -243,7 +243,7 @@ def test_waits_for_standstill_and_a_fixed_position() -> None:
     drive(rig, estimator, 200, lambda t: STANDSTILL)
     assert not estimator.started and math.isinf(estimator.position_sigma_m)
     rig.fix = 3
-    drive(rig, estimator, 200, lambda t: Command(5.0, 5.0, False, False))
+    drive(rig, estimator, 200, lambda t: Command((5.0, 5.0), False, False))
     assert not estimator.started
     drive(rig, estimator, 200, lambda t: STANDSTILL)
     assert estimator.aligned
@@ -313,6 +313,6 @@ def test_a_frozen_imu_is_no_new_sample_once_the_wheels_change() -> None:
     last = rig.step(wander(1000))
     estimator.step(last)
     for tick in range(60):
-        estimator.step(rig.step(Command(10.0 - 0.1 * tick, 10.0, False, False))._replace(imu=last.imu))
+        estimator.step(rig.step(Command((10.0 - 0.1 * tick, 10.0), False, False))._replace(imu=last.imu))
     assert last.tick <= estimator.buffer.imu_tick < last.tick + 20
     assert abs(error(rig, estimator)[2]) < 0.1

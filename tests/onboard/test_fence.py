@@ -128,7 +128,7 @@ def test_over_the_fence_it_stops_hard_after_the_time_out(boundary, limits, push_
     if stops_after is not None:
         name = "the template's boundary" if boundary else "its plan's surroundings"
         assert f"has left {name}" in robot.onboard.status.reason
-        assert robot.command[:3] == (0.0, 0.0, False)
+        assert robot.command[:2] == ((0.0, 0.0), False)
 
 
 @pytest.mark.parametrize(("sigma_rad", "stops"), [(0.0, True), (0.02, True), (0.1, False)])

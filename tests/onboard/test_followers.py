@@ -103,8 +103,8 @@ def test_wheel_limits_hold_even_from_a_bad_start(follower: str) -> None:
     reach = VEHICLE.drive.max_wheel_acceleration_radps2 * VEHICLE.drive.motor_time_constant_s
     for _ in range(1500):
         command = run.tick()
-        assert max(abs(command.left_radps), abs(command.right_radps)) <= VEHICLE.drive.max_wheel_speed_radps + 1e-9
-        for turning, wanted in zip(run.rig.wheels, command[:2], strict=True):
+        assert max(abs(command.actuators[0]), abs(command.actuators[1])) <= VEHICLE.drive.max_wheel_speed_radps + 1e-9
+        for turning, wanted in zip(run.rig.wheels, command.actuators, strict=True):
             assert abs(wanted - turning) <= reach + 0.6, command
     assert abs(run.onboard.lateral_error_m) < 0.01
 

@@ -211,5 +211,5 @@ def _check(run: Run, ticks: int) -> None:
             assert 4.9 < run.onboard.status.arc_length_m < 14.1
             assert run.rig.speed > 0.0
         if state == TraversalStatus.ESTOPPED:
-            assert command.left_radps == command.right_radps == 0.0
-        assert math.isfinite(command.left_radps) and math.isfinite(command.right_radps)
+            assert command.actuators == (0.0, 0.0)
+        assert all(map(math.isfinite, command.actuators))

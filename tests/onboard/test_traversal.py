@@ -202,7 +202,7 @@ def test_pushed_while_paused_it_finds_its_place_again() -> None:
     run.onboard.pause()
     run.ticks(150)
     for _ in range(40):  # by hand, along the line
-        frame = run.rig.step(run.command._replace(left_radps=4.0, right_radps=4.0))
+        frame = run.rig.step(run.command._replace(actuators=(4.0, 4.0)))
         run.command = run.onboard.step(frame)
     run.ticks(50)
     run.onboard.resume()

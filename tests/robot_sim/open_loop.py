@@ -17,8 +17,8 @@ from touchline.services.robot_sim.world.world import World
 
 VEHICLE = Vehicle()
 FAULTS = get_args(get_args(Fault)[0])
-AHEAD = Command(10.0, 10.0, True, True)
-REST = Command(0.0, 0.0, False, False)
+AHEAD = Command((10.0, 10.0), True, True)
+REST = Command((0.0, 0.0), False, False)
 
 
 class Tick(NamedTuple):

@@ -20,7 +20,7 @@ GRAVITY = 9.80665
 
 def drive(world, left, right, ticks):
     for tick in range(1, ticks + 1):
-        world.step(Command(left, right, False, False), tick)
+        world.step(Command((left, right), False, False), tick)
     return world
 
 
@@ -39,7 +39,7 @@ def test_the_wheels_slip_each_on_its_own_and_more_on_wet_grass():
         world = World(VEHICLE, Scenario(drive=DriveNoise(slip_tau_s=0.05), ground=Ground(surface=surface)))
         slips = []
         for tick in range(1, 4001):
-            world.step(Command(0.0, 0.0, False, False), tick)
+            world.step(Command((0.0, 0.0), False, False), tick)
             slips.append(world.state[body.LEFT_SLIP : body.RIGHT_SLIP + 1].copy())
         spread[surface] = np.std(slips)
         assert abs(np.corrcoef(np.transpose(slips))[0, 1]) < 0.1
@@ -68,7 +68,7 @@ def test_a_tyre_has_one_grip_for_both_directions(spinning):
     world = World(VEHICLE, QUIET)
     world.state[body.SPEED] = world.state[body.SIDE_SPEED] = 1.0
     world.state[body.LEFT_RATE : body.RIGHT_RATE + 1] = spinning / VEHICLE.drive.wheel_radius_m
-    world.step(Command(10.0, 10.0, False, False), 1)
+    world.step(Command((10.0, 10.0), False, False), 1)
     held = (1.0 - world.state[body.SIDE_SPEED]) / 0.01
     most = SURFACES["grass"].grip * GRAVITY * (1.0 - VEHICLE.drive.caster_load_share)
     casters = SURFACES["grass"].rolling * GRAVITY * VEHICLE.drive.caster_load_share

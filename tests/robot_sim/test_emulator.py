@@ -208,7 +208,7 @@ def test_nothing_moves_before_the_start_and_watching_ends_after_the_end():
 
 
 def test_a_command_acts_from_the_next_tick_on():
-    emulator = scripted(script=lambda tick: Command(10.0, 10.0, False, False))
+    emulator = scripted(script=lambda tick: Command((10.0, 10.0), False, False))
     emulator.load(PLAN)
     emulator.start()
     emulator.tick()

@@ -34,7 +34,7 @@ def test_without_noise_everything_is_true():
     world.place(TruePose(5.0, -3.0, 0.3))
     for tick in range(1, 200):
         heading, (speed, side) = world.pose.heading_rad, speeds(world)
-        world.step(Command(8.0, 10.0, False, False), tick)
+        world.step(Command((8.0, 10.0), False, False), tick)
         frame = sensors.read(tick, world.state)
         assert frame.time_s == tick / 100
         assert frame.imu.gyro_z_radps == pytest.approx((world.pose.heading_rad - heading) / 0.01, abs=1e-12)
@@ -58,7 +58,7 @@ def test_gnss_is_late_by_its_latency_and_true_at_its_stamp():
     world, sensors = World(vehicle, scenario), Sensors(vehicle, scenario)
     antenna, arrivals = {}, []
     for tick in range(1, 400):
-        world.step(Command(8.0, 10.0, False, False), tick)
+        world.step(Command((8.0, 10.0), False, False), tick)
         east, north, heading = world.pose
         antenna[tick] = (
             east + 0.2 * math.cos(heading) + 0.1 * math.sin(heading),
@@ -203,7 +203,7 @@ def test_on_a_slope_accelerometer_magnetometer_and_antenna_lean():
     world.place(TruePose(0.0, 0.0, math.pi / 2))  # nose uphill
     sensors = Sensors(VEHICLE, scenario)
     for tick in range(1, 40):
-        world.step(Command(0.0, 0.0, False, False), tick)
+        world.step(Command((0.0, 0.0), False, False), tick)
         frame = sensors.read(tick, world.state)
         for fix in frame.gnss:
             assert fix.north_m == pytest.approx(-VEHICLE.body.gnss_antenna_z_m * math.sin(math.atan(0.1)), abs=1e-6)
@@ -271,10 +271,7 @@ def test_encoders_count_whole_ticks_and_lose_no_fraction():
         assert left / quantum == pytest.approx(round(left / quantum), abs=1e-9)
         assert abs(left - state[body.LEFT_ANGLE]) <= quantum
         assert abs(right - state[body.RIGHT_ANGLE]) <= quantum
-    assert (
-        frames(Scenario(encoder=EncoderNoise(quantised=False)), 1, state)[0].encoders.left_rad
-        == (state[body.LEFT_ANGLE])
-    )
+    assert frames(Scenario(encoder=EncoderNoise(quantised=False)), 1, state)[0].encoders[0] == (state[body.LEFT_ANGLE])
 
 
 def test_one_sensor_changes_no_other():

@@ -82,7 +82,7 @@ def test_a_jolt_moves_neither_a_paused_robot_nor_what_it_believes(name: str, fol
         assert math.hypot(now.east_m - before.east_m, now.north_m - before.north_m) < 0.005
         assert abs(now.speed_mps) < 0.01
         assert _bias(emulator) == pytest.approx(bias, abs=0.02)
-        assert emulator.command[:2] == (0.0, 0.0)
+        assert emulator.command.actuators == (0.0, 0.0)
     ticks(emulator, 20)
     emulator.resume()
     assert emulator.onboard.state == RUNNING

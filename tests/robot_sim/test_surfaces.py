@@ -29,7 +29,7 @@ def test_no_limit_cycle_on_a_straight_at_transit_speed(follower: str, surface: s
         emulator.tick()
         if emulator.onboard.state == TraversalStatus.RUNNING and emulator.time_s > 5.0:
             lateral.append(abs(emulator.onboard.lateral_error_m))
-            apart.append(emulator.command.right_radps - emulator.command.left_radps)
+            apart.append(emulator.command.actuators[1] - emulator.command.actuators[0])
     assert emulator.onboard.status.arc_length_m > 19.0
     assert np.percentile(lateral, 95) < 0.006
     assert np.std(np.diff(apart)) < 0.15

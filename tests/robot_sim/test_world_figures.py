@@ -19,8 +19,8 @@ from touchline.services.robot_sim.world.world import NO_EFFECTS, TruePose, World
 
 VEHICLE = Vehicle()
 GRAVITY = 9.80665
-AHEAD = Command(10.0, 10.0, False, False)
-STAND = Command(0.0, 0.0, False, False)
+AHEAD = Command((10.0, 10.0), False, False)
+STAND = Command((0.0, 0.0), False, False)
 
 
 def level(**ground):
@@ -84,7 +84,7 @@ def test_on_a_slope_the_map_sees_less_of_the_nozzles_lever(heading_rad, uphill_r
 
 
 def test_discs_are_lifted_as_slowly_as_they_are_lowered():
-    world = drive(World(VEHICLE, level()), Command(0.0, 0.0, False, True), 60)
+    world = drive(World(VEHICLE, level()), Command((0.0, 0.0), False, True), 60)
     assert world.state[body.DISC_DOWN] == 1.0
     drive(world, STAND, 49)
     assert world.state[body.DISC_DOWN] == 1.0
@@ -108,18 +108,18 @@ def test_casters_come_round_within_their_trail(angle_rad):
 @pytest.mark.parametrize("paint_speed_mps", [0.5, 1.5])
 def test_a_line_takes_the_same_paint_whatever_speed_it_is_painted_at(paint_speed_mps):
     vehicle = Vehicle(tool={"paint_speed_mps": paint_speed_mps})
-    world = drive(World(vehicle, level()), Command(0.0, 0.0, True, False), 10)
+    world = drive(World(vehicle, level()), Command((0.0, 0.0), True, False), 10)
     before = world.state[body.TANK_L]
-    drive(world, Command(0.0, 0.0, True, False), 100)
+    drive(world, Command((0.0, 0.0), True, False), 100)
     assert before - world.state[body.TANK_L] == pytest.approx(vehicle.tool.paint_l_per_m * paint_speed_mps, rel=1e-9)
 
 
 def test_a_clogged_nozzle_takes_its_share_of_the_tank():
     world, clogged = World(VEHICLE, level()), NO_EFFECTS.copy()
     clogged[e.FLOW] = 0.25
-    drive(world, Command(0.0, 0.0, True, False), 10, clogged)
+    drive(world, Command((0.0, 0.0), True, False), 10, clogged)
     before = world.state[body.TANK_L]
-    drive(world, Command(0.0, 0.0, True, False), 100, clogged)
+    drive(world, Command((0.0, 0.0), True, False), 100, clogged)
     assert before - world.state[body.TANK_L] == pytest.approx(0.25 * VEHICLE.tool.paint_l_per_m, rel=1e-9)
 
 
@@ -134,7 +134,7 @@ def test_supplies_that_faults_keep_back_come_back_less_what_was_used():
     worse = [fault("tank-empty", litres=2.0, start_s=1.0, duration_s=1.0)]
     worse.append(fault("battery-low", fraction=0.3, start_s=1.0, duration_s=1.0))
     worse.append(fault("tank-empty", litres=1.0, start_s=1.5, duration_s=0.2))
-    command = Command(10.0, 10.0, True, False)
+    command = Command((10.0, 10.0), True, False)
     run, plain = open_loop(300, *worse, noise="none", command=command), open_loop(300, noise="none", command=command)
     assert run[100].frame.tank_l <= 2.0 and run[160].frame.tank_l <= 1.0
     assert run[199].frame.tank_l <= 1.0, "not given back as long as there is less than was asked for"
@@ -146,7 +146,7 @@ def test_braking_and_rolling_downhill_give_nothing_back_to_the_battery():
     world = drive(World(VEHICLE, level(grade=0.15, uphill_rad=math.pi)), AHEAD, 300)
     charge = [float(world.state[body.BATTERY_WH])]
     for _ in range(200):
-        drive(world, Command(2.0, 2.0, False, False), 1)
+        drive(world, Command((2.0, 2.0), False, False), 1)
         charge.append(float(world.state[body.BATTERY_WH]))
         assert world.state[body.POWER_W] >= VEHICLE.body.idle_power_w - 1e-9
     used_wh = -np.diff(charge)

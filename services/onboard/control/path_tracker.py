@@ -229,13 +229,13 @@ def nozzle_m(computer: Computer) -> float:
 def observe(computer: Computer) -> None:
     """What the follower is told about the robot itself: twist, effective radii and commands, in the leg's `now`."""
     c = computer[0]
-    x, wheels, now = c.filter.states[c.times.tick % m.RING], c.command, c.leg.now
+    x, wheels, now = c.filter.states[c.times.tick % m.RING], c.command.actuators, c.leg.now
     radius_m = c.leg.wheel_radius_m
     now[t.SPEED] = speed_now_mps(computer)
     now[t.LEFT_RADIUS] = radius_m * (1.0 - _bounded(x[m.LEFT_SLIP]))
     now[t.RIGHT_RADIUS] = radius_m * (1.0 - _bounded(x[m.RIGHT_SLIP]))
-    now[t.LEFT_COMMAND], now[t.RIGHT_COMMAND] = wheels.left_radps, wheels.right_radps
+    now[t.LEFT_COMMAND], now[t.RIGHT_COMMAND] = wheels[0], wheels[1]
     # The estimate is the mean of the last tick; the motors' lag says how far it has moved on since its middle.
-    turned_mps = wheels.right_radps * now[t.RIGHT_RADIUS] - wheels.left_radps * now[t.LEFT_RADIUS]
+    turned_mps = wheels[1] * now[t.RIGHT_RADIUS] - wheels[0] * now[t.LEFT_RADIUS]
     commanded = turned_mps / c.leg.track_width_m
     now[t.YAW_RATE] = x[m.YAW_RATE] + c.leg.half_tick_share * (commanded - x[m.YAW_RATE])

@@ -115,7 +115,7 @@ def _operator(alive: bool, found: SafetyFindings) -> int:
 def _wheels(c: ComputerState) -> int:
     found, problem = c.safety, NOTHING
     for wheel in range(2):
-        wanted = c.command.left_radps if wheel == 0 else c.command.right_radps
+        wanted = c.command.actuators[0] if wheel == 0 else c.command.actuators[1]
         expected = found.expected_radps[wheel]
         expected += min(max(found.lag * (wanted - expected), -found.max_step_radps), found.max_step_radps)
         found.expected_radps[wheel] = expected

@@ -11,6 +11,8 @@ import math
 from enum import Enum, auto
 from typing import NamedTuple
 
+import numpy as np
+
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.computer_state import ComputerState
@@ -121,7 +123,7 @@ class Mission:
     @property
     def standing(self) -> bool:
         """Whether the robot neither is told to move nor does: its wheels have stood for a while, or it knows so."""
-        commanded = max(abs(self._command.left_radps), abs(self._command.right_radps)) * self._radius_m
+        commanded = float(np.abs(self._command.actuators).max()) * self._radius_m
         if commanded >= 2.0 * STOPPED_MPS:
             return False
         known = not self._estimator.started or abs(self._estimator.speed_now_mps()) < 2.0 * STOPPED_MPS
@@ -225,7 +227,7 @@ class Mission:
         place, speed = self._nozzle_m(), driver.speed_mps
         if driver.leg.sense != FORWARD:
             sprayer.pass_by(place)
-            return self._leg_done() if driver.leg_done else Step(Command(left, right, False, False))
+            return self._leg_done() if driver.leg_done else Step(Command((left, right), False, False))
         problem = self._watch.paint_problem(self.lateral_error_m) if sprayer.due(place, speed) else ""
         valve, valve_after_s = sprayer.step(place, speed, not problem)
         if problem:
@@ -234,7 +236,7 @@ class Mission:
             self.go_on()
         if driver.leg_done:
             return self._leg_done()
-        return Step(Command(left, right, valve, sprayer.disc_at(place, speed), valve_after_s))
+        return Step(Command((left, right), valve, sprayer.disc_at(place, speed), valve_after_s))
 
     def _leg_done(self) -> Step:
         """At a cusp or the end: the robot is all but at rest."""
@@ -242,13 +244,13 @@ class Mission:
         if not self.driver.next_leg():
             return Step(self._rest(), done=True)
         left, right = self.driver.step(self._estimator, projection.MODE_PROFILE)
-        return Step(Command(left, right, False, False))
+        return Step(Command((left, right), False, False))
 
     def _back(self) -> Step:
         """Stop, reverse to the run-up, stop, and forward again."""
         if self._phase is MissionPhase.BACK and self.driver.arc_length_m > self._back_to_m + 1e-3:
             left, right = self.driver.step(self._estimator, projection.MODE_BACK, self._back_to_m)
-            return Step(Command(left, right, False, False))
+            return Step(Command((left, right), False, False))
         if not self.standing:
             return Step(self._rest())
         self.driver.halt()
@@ -270,7 +272,7 @@ class Mission:
         left, right = driver.step(self._estimator, projection.MODE_BRAKE)
         if self._phase is MissionPhase.ALONG:
             self.sprayer.skip(self._nozzle_m(), driver.speed_mps)
-        return Command(left, right, False, False)
+        return Command((left, right), False, False)
 
     def _start_problem(self) -> str:
         east, north, heading = self._estimator.state[:3].tolist()

@@ -86,4 +86,6 @@ class World:
 
     def step(self, command: Command, tick: int, effects: NDArray[np.float64] = NO_EFFECTS) -> None:
         """Advance by one onboard tick under `command` and the `effects` of faults; `tick` keys the randomness."""
-        physics.advance(self.state, self.parameters, *command, effects, self._seed, tick, self.trace)
+        physics.advance(
+            self.state, self.parameters, *command.actuators, *command[1:], effects, self._seed, tick, self.trace
+        )
