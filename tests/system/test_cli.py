@@ -33,8 +33,13 @@ def test_a_command_ends_in_order_at_a_signal(number, after_s, code, bus_config, 
     assert "Traceback" not in log.read_text()
 
 
-def test_demo_without_a_terminal_paints_the_pitch(tmp_path: Path):
+def test_demo_without_a_terminal_paints_the_pitch_to_two_centimetres(tmp_path: Path):
     done = touchline("demo", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert "paint.coverage_pct" in done.stdout
+    rows = (line.split() for line in done.stdout.splitlines())
+    told = {row[0]: row[1] for row in rows if len(row) == 2}
+    assert told["success"] == "yes"
+    assert float(told["paint.coverage_pct"]) >= 99.0
+    assert float(told["paint.lateral_error_m.p95"]) <= 0.02
+    assert told["bus.lost"] == told["recording.lost"] == "0"
     assert (tmp_path / "session.mcap").stat().st_size > 1_000_000
