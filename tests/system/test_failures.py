@@ -157,6 +157,7 @@ def test_a_killed_robot_goes_on_and_reports_the_whole_job(tmp_path: Path):
         wait_until(lambda: observer.look().status.coverage_pct > 45.0)
         before = bus.call(topics.GET_PAINT, GetPaintRequest()).strokes
         kill(system, topics.ROBOT_SIM)
+        wait_until(lambda: observer.look().status.state == TraversalStatus.IDLE)
         load = LoadRequest(request_id="go on", trajectory=plan, template_json=THREE_LINES, resume=True)
         answer = bus.call(topics.LOAD, load, 60.0)
         assert "to go on at" in answer.message, answer.message
