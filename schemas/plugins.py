@@ -42,10 +42,12 @@ class KindParts:
     Attributes:
         spec: What a vehicle's file says of it: a `DriveSpec` or `ToolSpec` of schemas/vehicles.
         planner: What plans keep to: a `PlannedDrive` of services/planner/drives. Tools have none.
+        onboard: What the robot's computer asks: an `OnboardDrive` of services/onboard/drives. Tools have none.
     """
 
     spec: Any
     planner: Any = None
+    onboard: Any = None
 
     def part(self, room: str) -> Any:
         """The class for one room, by the attribute's name."""
@@ -145,7 +147,11 @@ DRIVES: Registry[KindParts] = Registry("drive")
 DRIVES.register(
     "differential",
     "two driven wheels on one axle, and casters",
-    KindParts(f"{_VEHICLES}:DifferentialDrive", f"{_DRIVES}.differential_caps:PlannedDifferential"),
+    KindParts(
+        f"{_VEHICLES}:DifferentialDrive",
+        planner=f"{_DRIVES}.differential_caps:PlannedDifferential",
+        onboard="touchline.services.onboard.drives.differential_onboard:OnboardDifferential",
+    ),
 )
 
 TOOLS: Registry[KindParts] = Registry("tool")

@@ -404,21 +404,17 @@ class FollowerStepRequest(Message):
     speed_mps: float = 0.0
     yaw_rate_radps: float = 0.0
     reference_speed_mps: float = 0.0
-    left_radius_m: float = 0.0
-    right_radius_m: float = 0.0
-    left_command_radps: float = 0.0
-    right_command_radps: float = 0.0
     ahead_speed_mps: Float64Array = zeros(0)
     ahead_yaw_rate_radps: Float64Array = zeros(0)
 
 
 class FollowerStepResponse(Message):
-    """Wheel speeds (rad/s) until the next tick, and the ``step`` that they answer."""
+    """The wanted twist of the body until the next tick, and the ``step`` that it answers."""
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/FollowerStep_Response"
     step: UInt64 = 0
-    left_radps: float = 0.0
-    right_radps: float = 0.0
+    speed_mps: float = 0.0
+    yaw_rate_radps: float = 0.0
 
 
 class RecordRequest(Message):
