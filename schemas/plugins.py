@@ -6,7 +6,8 @@ registered here by where they are found, so that the command line and the consol
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any, Generic, TypeVar
 
@@ -34,10 +35,12 @@ class Plugin(Generic[T]):
     Attributes:
         summary: One line for people.
         make: What makes it, or where that is found: ``"package.module:name"``.
+        empty: What options that are left empty mean with it, by the option's name, as dialogs show it.
     """
 
     summary: str
     make: T | str
+    empty: Mapping[str, str] = field(default_factory=dict)
 
     def found(self) -> T:
         """What makes it, imported if need be."""
@@ -56,20 +59,22 @@ class Registry(Generic[T]):
         self.kind = kind
         self._plugins: dict[str, Plugin[T]] = {}
 
-    def register(self, name: str, summary: str, make: T | str) -> None:
+    def register(self, name: str, summary: str, make: T | str, empty: Mapping[str, str] | None = None) -> None:
         """Add a plug-in.
 
         Args:
             name: By which it is asked for.
             summary: One line for people: help texts and dialogs show it.
             make: What makes it, or ``"package.module:name"``, which is imported when it is first needed.
+            empty: What options that are left empty mean with it, by the option's name; those that are not named mean
+                what the vehicle says.
 
         Raises:
             ValueError: There is one of that name.
         """
         if name in self._plugins:
             raise ValueError(f'there is a {self.kind} "{name}" already')
-        self._plugins[name] = Plugin(summary, make)
+        self._plugins[name] = Plugin(summary, make, empty or {})
 
     def forget(self, name: str) -> None:
         """Take a plug-in out again."""
@@ -87,6 +92,10 @@ class Registry(Generic[T]):
     def summaries(self) -> dict[str, str]:
         """Summary by name."""
         return {name: plugin.summary for name, plugin in self._plugins.items()}
+
+    def empty(self, name: str, option: str) -> str | None:
+        """What an option that is left empty means with the plug-in of that name; None: what the vehicle says."""
+        return self._plugins[self.known(name)].empty.get(option)
 
     @property
     def advice(self) -> str:
@@ -118,7 +127,12 @@ _FOLLOWERS = "touchline.services.onboard.control"
 
 METHODS: Registry[Any] = Registry("transition method")
 """How painted lines are joined: a `Method` of services/planner/method_choice.py each."""
-METHODS.register("g2", "quickest: turns by the wheels' limits, reversing too", f"{_METHODS}:G2")
+METHODS.register(
+    "g2",
+    "quickest: turns by the wheels' limits, reversing too",
+    f"{_METHODS}:G2",
+    empty={"kappa_max_1pm": "by the wheels", "sigma_max_1pm2": "by the wheels"},
+)
 METHODS.register("ccd", "smooth: one kind of curvature-continuous turn", f"{_METHODS}:CCD")
 METHODS.register("dubins-padded", "baseline: plain arcs with padding", f"{_METHODS}:DUBINS_PADDED")
 

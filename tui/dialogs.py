@@ -127,10 +127,10 @@ class PlanDialog(Dialog[PlanOptions | None]):
     FIELDS: ClassVar[dict[str, tuple[str, str]]] = {
         "paint_speed_mps": ("painting speed  m/s", "{paint_speed_mps:g}"),
         "transit_speed_mps": ("driving speed  m/s", "{transit_speed_mps:g}"),
-        "kappa_max_1pm": ("curvature ≤  1/m", "g2: by the wheels   others: {default_kappa_max_1pm:g}"),
-        "sigma_max_1pm2": ("sharpness ≤  1/m²", "g2: by the wheels   others: {default_sigma_max_1pm2:g}"),
+        "kappa_max_1pm": ("curvature ≤  1/m", "{default_kappa_max_1pm:g}"),
+        "sigma_max_1pm2": ("sharpness ≤  1/m²", "{default_sigma_max_1pm2:g}"),
     }
-    """Option → (label, what holds if it is left empty, with the vehicle's fields)."""
+    """Option → (label, what holds if it is left empty unless the method says otherwise, with the vehicle's fields)."""
     TICKS: ClassVar[dict[str, str]] = {
         "order": "order as given",
         "forward_only": "forward only",
@@ -152,12 +152,12 @@ class PlanDialog(Dialog[PlanOptions | None]):
                 for name, text in METHODS.summaries().items():
                     yield Choice(f"{name}  [{theme.MUTED}]{text}[/]", value=name == chosen, name=name)
             with Grid(id="limits"):
-                for field, (label, default) in self.FIELDS.items():
+                for field, (label, _) in self.FIELDS.items():
                     value = getattr(self._options, field)
                     yield Label(label)
                     yield Input(
                         f"{value:g}" if value else "",
-                        placeholder=default.format_map(vars(self._vehicle)),
+                        placeholder=self._left_empty(field, chosen),
                         type="number",
                         id=field,
                         compact=True,
@@ -175,6 +175,15 @@ class PlanDialog(Dialog[PlanOptions | None]):
     def on_mount(self) -> None:
         """Enter at once plans as before."""
         self.query_one("#ok").focus()
+
+    def on_radio_set_changed(self, event: RadioSet.Changed) -> None:
+        """Say what fields that are left empty mean with the method."""
+        for field in self.FIELDS:
+            self.query_one(f"#{field}", Input).placeholder = self._left_empty(field, str(event.pressed.name))
+
+    def _left_empty(self, field: str, method: str) -> str:
+        """What holds for a field that is left empty."""
+        return METHODS.empty(method, field) or self.FIELDS[field][1].format_map(vars(self._vehicle))
 
     def on_button_pressed(self, event: Button.Pressed) -> None:
         """Plan or leave."""

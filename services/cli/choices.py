@@ -37,7 +37,7 @@ class PlanChoice:
         typer.Option(
             "--kappa-max",
             metavar="1/M",
-            help="Largest curvature of a turn, 1/m; 0: what the wheels allow.",
+            help="Largest curvature of a turn, 1/m; 0: as the method has it.",
             show_default=False,
         ),
     ] = 0.0
@@ -46,7 +46,7 @@ class PlanChoice:
         typer.Option(
             "--sigma-max",
             metavar="1/M²",
-            help="Largest sharpness dκ/ds, 1/m²; 0: what the wheels allow.",
+            help="Largest sharpness dκ/ds, 1/m²; 0: as the method has it.",
             show_default=False,
         ),
     ] = 0.0

@@ -63,6 +63,10 @@ class StudyContinuousDubins:
         """The way between the poses, whatever the curvatures there."""
         return self.connect(start.pose, goal.pose)
 
+    def standing_ways(self, start: CurveEnd, goal: CurveEnd, room_m: float = 0.0) -> list[tuple[Piece, ...]]:
+        """None: the study's robot drives forward throughout."""
+        return []
+
     def connect(self, start: PathPose, goal: PathPose) -> tuple[Piece, ...]:
         """The chosen family's path.
 

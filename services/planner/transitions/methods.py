@@ -1,7 +1,6 @@
 """The methods that are shipped, and how long the ways of each take: compiled, for thousands of pairs at once."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -10,6 +9,7 @@ from touchline.services.planner.limits import Limits
 from touchline.services.planner.method_choice import Method
 from touchline.services.planner.steering.ccd import ContinuousDubins
 from touchline.services.planner.steering.dubins_padded import PADDING_AFTER_M, PADDING_BEFORE_M, PaddedDubins
+from touchline.services.planner.steering.g2 import Steering
 from touchline.services.planner.steering.method import CurveEnd
 from touchline.services.planner.steering.word_lengths import word_lengths
 from touchline.services.planner.transitions.plain_times import PLAIN_PIECES, plain_times
@@ -131,7 +131,7 @@ def padded_rows(ways: Ways, ends: Sequence[CurveEnd], padding_m: float) -> Float
     return np.array([(*pose, ways.speed_mps(end)) for pose, end in zip(moved, ends, strict=True)])
 
 
-G2 = Method(lambda limits: replace(Ways.by_time(limits), pricing=SteeredPricing()), by_dynamics=True)
+G2 = Method(lambda limits: Ways.by_time(Steering, limits, SteeredPricing()), by_dynamics=True)
 CCD = Method(lambda limits: Ways.of_one(ContinuousDubins, limits, WordPricing()))
 DUBINS_PADDED = Method(
     lambda limits: Ways.of_one(lambda curvature, _sharpness: PaddedDubins(curvature), limits, PaddedPricing()),
