@@ -1,4 +1,4 @@
-"""What can be plugged in: transition methods and followers, each kind in one registry that every part reads.
+"""What can be plugged in: transition methods, area methods and followers, one registry for each kind, read by all.
 
 A plug-in has a name, by which options ask for it, a summary for people, and what makes it. Those that are shipped are
 registered here by where they are found, so that the command line and the console can list them without importing them.
@@ -123,6 +123,7 @@ class Registry(Generic[T]):
 
 
 _METHODS = "touchline.services.planner.transitions.methods"
+_COVERAGE = "touchline.services.planner.coverage"
 _FOLLOWERS = "touchline.services.onboard.control"
 
 METHODS: Registry[Any] = Registry("transition method")
@@ -135,6 +136,10 @@ METHODS.register(
 )
 METHODS.register("ccd", "smooth: one kind of curvature-continuous turn", f"{_METHODS}:CCD")
 METHODS.register("dubins-padded", "baseline: plain arcs with padding", f"{_METHODS}:DUBINS_PADDED")
+
+AREA_METHODS: Registry[Any] = Registry("area method")
+"""How areas are covered: an `AreaMethod` of services/planner/coverage/area_method.py each."""
+AREA_METHODS.register("parallel", "straight swaths side by side", f"{_COVERAGE}.parallel:parallel")
 
 FOLLOWERS: Registry[Any] = Registry("follower")
 """What steers the robot along its path: from `Vehicle` and `Ask` to a `Follower` of services/onboard/control each."""

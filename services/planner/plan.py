@@ -9,6 +9,8 @@ from touchline.schemas.template import Template
 from touchline.schemas.vehicle import Vehicle
 from touchline.services.planner.budget import Progress
 from touchline.services.planner.collision.checker import CollisionChecker
+from touchline.services.planner.coverage.area_method import area_method_of
+from touchline.services.planner.coverage.area_swaths import painted_segments
 from touchline.services.planner.geometry.clothoid import Floats, PathPose
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.method_choice import method_of
@@ -65,13 +67,14 @@ def plan(
         PlanningError: An option or a segment cannot be met; it names which and what to do.
     """
     options = options or PlanOptions()
-    refuse_too_many(len(template.segments))
+    segments = painted_segments(template, vehicle.spray_width_m, area_method_of(options))
+    refuse_too_many(len(segments))
     limits = Limits.of(vehicle, options)
     ways, start, end = ways_of(vehicle, options, limits), _pose("start", options.start), _end(options)
     wheels = Wheels.of(vehicle, template.line_width_m, drying_s(vehicle, options))
     painting = Painting.of(vehicle, limits, options)
 
-    choices = modes(template.segments, vehicle, limits.curvature_max_1pm, free=ordering(options))
+    choices = modes(segments, vehicle, limits.curvature_max_1pm, free=ordering(options))
     driver = ItineraryBuilder(
         ways,
         painting,
