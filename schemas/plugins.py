@@ -2,16 +2,24 @@
 
 A plug-in has a name, by which options ask for it, a summary for people, and what makes it. Those that are shipped are
 registered here by where they are found, so that the command line and the console can list them without importing them.
+Those of other packages are entry points that name a `Plugin` each; a registry looks for them when it is first asked for
+more than what is shipped (see docs/plugins.md).
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any, Generic, TypeVar
 
+from touchline.schemas.entry_points import Offer, leave_out, offers
+from touchline.schemas.errors import TouchlineError
+
 T = TypeVar("T")
+#: What options and help texts can hold.
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 
 
 class UnknownPlugin(ValueError):
@@ -26,6 +34,10 @@ class UnknownPlugin(ValueError):
     def __init__(self, kind: str, name: str, remedy: str) -> None:
         self.kind, self.name, self.remedy = kind, name, remedy
         super().__init__(f'there is no {kind} "{name}"; {remedy}')
+
+
+class BrokenPlugin(TouchlineError):
+    """What makes a plug-in of another package cannot be imported."""
 
 
 @dataclass(frozen=True)
@@ -52,12 +64,20 @@ class Plugin(Generic[T]):
 
 
 class Registry(Generic[T]):
-    """The plug-ins of one kind by name, in the order in which they were registered; the first is the default."""
+    """The plug-ins of one kind by name, in the order in which they were registered; the first is the default.
+
+    Attributes:
+        kind: What people call one of them: ``"area method"``.
+        group: Of the entry points by which other packages offer theirs: ``"touchline.area_methods"``.
+    """
 
     def __init__(self, kind: str) -> None:
         """`kind` is what people call one of them."""
         self.kind = kind
+        self.group = f"touchline.{kind.replace(' ', '_')}s"
         self._plugins: dict[str, Plugin[T]] = {}
+        self._packages: dict[str, str] = {}
+        self._looked = False
 
     def register(self, name: str, summary: str, make: T | str, empty: Mapping[str, str] | None = None) -> None:
         """Add a plug-in.
@@ -80,6 +100,30 @@ class Registry(Generic[T]):
         """Take a plug-in out again."""
         del self._plugins[name]
 
+    def _all(self) -> dict[str, Plugin[T]]:
+        """All plug-ins; the first time, those of other packages are looked for."""
+        if not self._looked:
+            self._looked = True
+            for offer in offers(self.group):
+                if problem := self._take(offer):
+                    leave_out(self.kind, offer, problem)
+        return self._plugins
+
+    def _take(self, offer: Offer) -> str:
+        """Add what another package offers; what is wrong with it, or nothing."""
+        if not _NAME.fullmatch(offer.name):
+            return "its name must be of letters, digits, dots, dashes and underscores"
+        if offer.name in self._plugins:
+            return f"there is a {self.kind} of that name already; rename it, or uninstall one of both"
+        try:
+            found = offer.load()
+        except (Exception, SystemExit) as error:  # noqa: BLE001, whatever somebody else's module does on import
+            return f"importing it fails with {type(error).__name__}: {error}; mend or uninstall the package"
+        if not isinstance(found, Plugin):
+            return f"its entry point names a {type(found).__name__}, not a touchline.schemas.plugins.Plugin"
+        self._plugins[offer.name], self._packages[offer.name] = found, offer.package
+        return ""
+
     @property
     def default(self) -> str:
         """The name of the one that is meant if none is named."""
@@ -87,11 +131,11 @@ class Registry(Generic[T]):
 
     def names(self) -> tuple[str, ...]:
         """All names."""
-        return tuple(self._plugins)
+        return tuple(self._all())
 
     def summaries(self) -> dict[str, str]:
         """Summary by name."""
-        return {name: plugin.summary for name, plugin in self._plugins.items()}
+        return {name: plugin.summary for name, plugin in self._all().items()}
 
     def empty(self, name: str, option: str) -> str | None:
         """What an option that is left empty means with the plug-in of that name; None: what the vehicle says."""
@@ -100,7 +144,7 @@ class Registry(Generic[T]):
     @property
     def advice(self) -> str:
         """What to give instead of an unknown name: ``give 'a', 'b' or 'c'``."""
-        *others, last = map(repr, self._plugins)
+        *others, last = map(repr, self._all())
         return f"give {', '.join(others)} or {last}" if others else f"give {last}"
 
     def known(self, name: str) -> str:
@@ -109,7 +153,7 @@ class Registry(Generic[T]):
         Raises:
             UnknownPlugin: Nothing of that name is registered.
         """
-        if name not in self._plugins:
+        if name not in self._plugins and name not in self._all():
             raise UnknownPlugin(self.kind, name, self.advice)
         return name
 
@@ -118,8 +162,17 @@ class Registry(Generic[T]):
 
         Raises:
             UnknownPlugin: Nothing of that name is registered.
+            BrokenPlugin: It is of another package, which fails to import it.
         """
-        return self._plugins[self.known(name)].found()
+        plugin = self._plugins[self.known(name)]
+        if name not in self._packages:
+            return plugin.found()
+        try:
+            return plugin.found()
+        except Exception as error:  # whatever somebody else's module does on import
+            problem = f'importing the {self.kind} "{name}" of the package {self._packages[name]} fails'
+            remedy = "mend or uninstall the package"
+            raise BrokenPlugin(f"{problem} with {type(error).__name__}: {error}; {remedy}") from error
 
 
 _METHODS = "touchline.services.planner.transitions.methods"
