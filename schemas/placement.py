@@ -116,7 +116,8 @@ def to_map(template: Template, map_origin: Origin) -> Template:
 def offset_m(origin: Origin, map_origin: Origin) -> Point:
     """(east, north) in m of ``origin`` seen from ``map_origin``, in the tangent plane at ``map_origin``.
 
-    WGS 84 to earth-centred coordinates and from there to the local east-north-up frame, without approximation.
+    WGS 84 to earth-centred coordinates and from there to the local east-north-up frame, without approximation: as
+    kernels of services/core/geodesy.py have it, which templates cannot see; a test holds both to each other.
     """
     here, there = _ecef(map_origin), _ecef(origin)
     dx, dy, dz = (b - a for a, b in zip(here, there, strict=True))

@@ -58,13 +58,19 @@ def plan(
     progress: Progress = lambda stage, fraction: None,
     enough: Callable[[], bool] = lambda: False,
 ) -> Plan:
-    """The trajectory that paints `template` with `vehicle`.
+    """The trajectory that paints a template.
 
-    `progress` is told the stage and the fraction of it that is done; `enough` is asked now and then whether to take the
-    best order so far. The report's planning time is left at 0: the core knows no clock.
+    The report's planning time is left at 0: the core knows no clock.
+
+    Args:
+        template: In the map frame.
+        vehicle: That shall paint it.
+        options: How to plan; by default the vehicle's own.
+        progress: Told the stage and the fraction of it that is done; may raise, which ends planning.
+        enough: Asked now and then whether to take the best order so far.
 
     Raises:
-        PlanningError: An option or a segment cannot be met; it names which and what to do.
+        PlanningError: An option, a segment or an area cannot be met; it names which and what to do.
     """
     options = options or PlanOptions()
     segments = painted_segments(template, vehicle.spray_width_m, area_method_of(options))

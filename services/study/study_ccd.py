@@ -14,10 +14,11 @@ better one.
 import math
 
 from touchline.schemas.errors import PlanningError
+from touchline.services.core.angles import TAU
 from touchline.services.planner.geometry.clothoid import PathPose, Piece
 from touchline.services.planner.steering.method import CurveEnd
 from touchline.services.planner.steering.turns import ArcTurn, ContinuousTurn
-from touchline.services.planner.steering.words import TAU, Word, words
+from touchline.services.planner.steering.words import Word, words
 
 FAMILIES = ("LSL", "RSR", "LRL", "RLR")
 CLOSEST_M = 0.1

@@ -19,7 +19,14 @@ OFFERED = 4
 
 
 def detours(start: CurveEnd, goal: CurveEnd, ways: Ways, checker: CollisionChecker) -> Iterator[Way]:
-    """Ways over one pose in between that collide with nothing, by the method's rough times the quickest first."""
+    """Ways over one pose in between that collide with nothing, by the method's rough times the quickest first.
+
+    Args:
+        start: Where the last painted curve ends.
+        goal: Where the next one begins.
+        ways: The transitions of the method in use.
+        checker: The outlines.
+    """
     via = [CurveEnd(PathPose(*pose), 0.0) for pose in _poses(start, goal, checker).tolist()]
     price = ways.pricing.rough_s
     around_s = price(ways, [start], via)[0] + price(ways, via, [goal])[:, 0]

@@ -1,4 +1,4 @@
-"""The methods that are shipped, and how long the ways of each take: compiled, for thousands of pairs at once."""
+"""The transition methods that are shipped, each with its pricing: compiled, for thousands of pairs at once."""
 
 from collections.abc import Sequence
 
@@ -12,6 +12,7 @@ from touchline.services.planner.steering.dubins_padded import PADDING_AFTER_M, P
 from touchline.services.planner.steering.g2 import Steering
 from touchline.services.planner.steering.method import CurveEnd
 from touchline.services.planner.steering.word_lengths import word_lengths
+from touchline.services.planner.transitions.piece_table import PieceTable
 from touchline.services.planner.transitions.plain_times import PLAIN_PIECES, plain_times
 from touchline.services.planner.transitions.pricing import (
     Priced,
@@ -23,7 +24,7 @@ from touchline.services.planner.transitions.pricing import (
 )
 from touchline.services.planner.transitions.transitions import Ways
 from touchline.services.planner.transitions.way_rows import way_rows
-from touchline.services.planner.transitions.way_times import TRACK_PIECES, way_times
+from touchline.services.planner.transitions.way_times import TRACK_PIECES, TurnRows, way_times
 
 # So many pairs are timed within about 50 ms.
 PART = 3000
@@ -110,19 +111,19 @@ class PaddedPricing:
         paddings = PADDING_AFTER_M, PADDING_BEFORE_M
 
         def timed(pairs: Ints, _closer: bool) -> Priced:
-            pieces, counts = np.zeros((len(pairs), PLAIN_PIECES, 5)), np.zeros(len(pairs), dtype=np.int64)
-            seconds = plain_times(*rows, turns.curvature_1pm, paddings, ways.limits.row, pairs, pieces, counts)
-            priced = Priced(seconds, pieces, counts)
+            found = PieceTable(np.zeros((len(pairs), PLAIN_PIECES, 5)), np.zeros(len(pairs), dtype=np.int64))
+            seconds = plain_times(rows, turns.curvature_1pm, paddings, ways.limits.row, pairs, found)
+            priced = Priced(seconds, *found)
             carry_on(ways, ends, begins, pairs, priced)
             return priced
 
         return timed
 
 
-def words_or_hops(rows: tuple[Floats, Floats, Floats, Floats], limits: Limits, pairs: Ints, *, hops: bool) -> Priced:
+def words_or_hops(rows: TurnRows, limits: Limits, pairs: Ints, *, hops: bool) -> Priced:
     """The quickest words, or short hops as well, for pairs (n, 2) of the ends and beginnings of `way_rows`."""
-    pieces, counts = np.zeros((len(pairs), TRACK_PIECES, 5)), np.zeros(len(pairs), dtype=np.int64)
-    return Priced(way_times(*rows, limits.row, pairs, hops, pieces, counts), pieces, counts)
+    found = PieceTable(np.zeros((len(pairs), TRACK_PIECES, 5)), np.zeros(len(pairs), dtype=np.int64))
+    return Priced(way_times(rows, limits.row, pairs, hops, found), *found)
 
 
 def padded_rows(ways: Ways, ends: Sequence[CurveEnd], padding_m: float) -> Floats:
