@@ -304,7 +304,8 @@ class ConsoleApp(App[None]):
                 self.operator.plan(options)
 
         if self.operator.may_prepare("Plan", needs_template=True):
-            self.push_screen(PlanDialog(self.operator.options, self.state.vehicle), chosen)
+            areas = bool(self.state.template and self.state.template.template.areas)
+            self.push_screen(PlanDialog(self.operator.options, self.state.vehicle, areas=areas), chosen)
 
     def action_follow(self) -> None:
         """Keep the robot in the middle of the map, or no longer."""

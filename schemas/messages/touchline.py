@@ -249,7 +249,8 @@ class PlanOptions(Message):
     ``start`` is empty or (x m, y m, heading rad) in the map frame. ``order`` is "optimised" (also if empty) or "given".
     Curvature and sharpness of 0 leave both to the wheels' dynamics, point by point. Wet paint is kept off
     ``drying_time_s`` long: at the cost of some time, or, if ``hard_drying``, without exception. The robot stops behind
-    the last line, at the pose ``end`` if that is given, or, if it shall ``return_to_start``, where it began.
+    the last line, at the pose ``end`` if that is given, or, if it shall ``return_to_start``, where it began. Areas are
+    covered by ``area_method``.
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/msg/PlanOptions"
@@ -265,6 +266,7 @@ class PlanOptions(Message):
     hard_drying: bool = False
     return_to_start: bool = False
     end: Annotated[Float64Array, Field(max_length=3)] = zeros(0)
+    area_method: str = ""
 
 
 class PlanReport(Message):

@@ -9,7 +9,7 @@ import typer
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.onboard import OnboardConfig
-from touchline.schemas.plugins import EXTERNAL, FOLLOWERS, METHODS
+from touchline.schemas.plugins import AREA_METHODS, EXTERNAL, FOLLOWERS, METHODS
 from touchline.schemas.scenario import MAX_SEED, Noise, Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import Spec, parse, read_text
@@ -32,12 +32,15 @@ class PlanChoice:
     method: Annotated[str, PluginOption("--method", METHODS, "METHOD", "How painted lines are joined")] = (
         METHODS.default
     )
+    area_method: Annotated[str, PluginOption("--area-method", AREA_METHODS, "METHOD", "How areas are covered")] = (
+        AREA_METHODS.default
+    )
     kappa_max: Annotated[
         float,
         typer.Option(
             "--kappa-max",
             metavar="1/M",
-            help="Largest curvature of a turn, 1/m; 0: what the wheels allow.",
+            help="Largest curvature of a turn, 1/m; 0: as the method has it.",
             show_default=False,
         ),
     ] = 0.0
@@ -46,7 +49,7 @@ class PlanChoice:
         typer.Option(
             "--sigma-max",
             metavar="1/M²",
-            help="Largest sharpness dκ/ds, 1/m²; 0: what the wheels allow.",
+            help="Largest sharpness dκ/ds, 1/m²; 0: as the method has it.",
             show_default=False,
         ),
     ] = 0.0
@@ -89,6 +92,7 @@ class PlanChoice:
                 raise SpecError("command line", option, f"is {value}", "give a positive number, or leave it out")
         return PlanOptions(
             method=self.method,
+            area_method=self.area_method,
             kappa_max_1pm=self.kappa_max,
             sigma_max_1pm2=self.sigma_max,
             paint_speed_mps=self.paint_speed,

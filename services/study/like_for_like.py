@@ -19,6 +19,7 @@ from touchline.services.planner.geometry.clothoid import Piece, PiecePath, joine
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.plan import Plan
 from touchline.services.planner.steering.dubins_padded import PADDING_AFTER_M, PADDING_BEFORE_M, PaddedDubins
+from touchline.services.planner.steering.g2 import Steering
 from touchline.services.planner.steering.method import CurveEnd, before, carried_on
 from touchline.services.planner.swaths.offset import strokes
 from touchline.services.planner.transitions.transitions import BRAKING_SHARE, Way, Ways
@@ -96,7 +97,7 @@ def match(pitch: Pitch, setting: Setting) -> Match:
 
 def dubins_padded(pitch: Pitch, limits: Limits) -> tuple[float, Drive]:
     """DPP within the limits: seconds from the first painted line's start to the last one's end, and what it drives."""
-    ways = Ways.by_time(limits)
+    ways = Ways.by_time(Steering, limits)
     lines = strokes(pitch.template.segments, pitch.vehicle, limits.curvature_max_1pm)
     found = [_padded_way(ways, a.end, b.begin) for a, b in pairwise(lines)]
     painting = sum(line.path.length_m / ways.speed_mps(line.begin) for line in lines)
