@@ -9,13 +9,13 @@ from touchline.schemas.messages.standard import DiagnosticArray, Header
 from touchline.schemas.messages.turf_tank import Trajectory
 
 
-class WheelCommand(Message):
-    """Commanded wheel rates."""
+class ActuatorCommand(Message):
+    """What the drive's actuators are told: of each ``names`` one of ``values``, in rad/s or rad as its drive says."""
 
-    ros_type: ClassVar[str] = "touchline_msgs/msg/WheelCommand"
+    ros_type: ClassVar[str] = "touchline_msgs/msg/ActuatorCommand"
     header: Header = Header()
-    left_radps: float = 0.0
-    right_radps: float = 0.0
+    names: tuple[str, ...] = ()
+    values: Float64Array = zeros(0)
 
 
 class GnssStatus(Message):
@@ -269,6 +269,20 @@ class PlanOptions(Message):
     area_method: str = ""
 
 
+class ActuatorExtremes(Message):
+    """The most that a plan asks of an actuator: of its ``quantity``, in ``unit``, and of how fast that changes.
+
+    ``max_rate`` is per second, and infinite where curvature steps.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/ActuatorExtremes"
+    name: str = ""
+    quantity: str = ""
+    unit: str = ""
+    max: float = 0.0
+    max_rate: float = 0.0
+
+
 class PlanReport(Message):
     """The figures of a plan, as it is sent to the robot.
 
@@ -288,8 +302,7 @@ class PlanReport(Message):
     transitions: UInt32 = 0
     max_curvature_1pm: float = 0.0
     max_sharpness_1pm2: float = 0.0
-    max_wheel_speed_radps: float = 0.0
-    max_wheel_acceleration_radps2: float = 0.0
+    actuators: tuple[ActuatorExtremes, ...] = ()
     position_gap_m: float = 0.0
     heading_gap_rad: float = 0.0
     planning_time_s: float = 0.0

@@ -7,6 +7,7 @@ from pathlib import Path
 from touchline.schemas.topics import Topic
 from touchline.schemas.wellformed import Wellformed
 from touchline.services.bridge.channels import schema_text, topic_at
+from touchline.services.bridge.former_types import presented
 from touchline.services.bridge.reader import RecordingReader
 from touchline.services.bridge.recorded import RecordingKind
 from touchline.services.bridge.schema_change import schema_change
@@ -57,7 +58,7 @@ class Timeline:
             RecordingError: The file is not MCAP.
         """
         elapsed_ns, latest_ns = 0, None
-        for message in self.reader.messages():
+        for message in map(presented, self.reader.messages()):
             known = self._topic(message.topic, message.kind)
             if known is None or known[1].problem(message.payload):
                 self.skipped += 1

@@ -151,9 +151,8 @@ def _read_frame(state: Floats, fixes: int, hearing: Hearing, computer: Computer)
 def _keep(row: Floats, tick: int, state: Floats, hearing: Hearing, fixes: int, computer: Computer) -> None:
     """Keep a tick in a row of the log."""
     command, slot = computer[0].command, tick % model.RING
-    wheels = (command.actuators[0], command.actuators[1])
     valve, disc = 1.0 if command.valve else 0.0, 1.0 if command.disc else 0.0
-    tick_log.note(row, tick, state, hearing.readings, wheels, valve, disc)
+    tick_log.note(row, tick, state, hearing.readings, command.actuators, valve, disc)
     x, P = computer[0].filter.states[slot], computer[0].filter.covariances[slot]
     pose = row[tick_log.ESTIMATE : tick_log.COVARIANCE]
     pose[0], pose[1], pose[2] = x[model.EAST], x[model.NORTH], x[model.HEADING]

@@ -124,11 +124,11 @@ def _padded_way(ways: Ways, start: CurveEnd, goal: CurveEnd) -> Way:
 def _kept(pitch: Pitch, planned: Plan) -> bool:
     """Whether curvature does not step and both wheels keep their limits."""
     report, vehicle = planned.report, pitch.vehicle
-    wheels = (
-        (report.max_wheel_speed_radps, vehicle.drive.max_wheel_speed_radps),
-        (report.max_wheel_acceleration_radps2, vehicle.drive.max_wheel_acceleration_radps2),
+    most = 1.0 + LIMIT_SLACK
+    return isfinite(report.max_sharpness_1pm2) and all(
+        asked.max <= wheel.limit * most and asked.max_rate <= wheel.rate_limit * most
+        for asked, wheel in zip(report.actuators, vehicle.drive.actuators, strict=True)
     )
-    return isfinite(report.max_sharpness_1pm2) and all(most <= limit * (1.0 + LIMIT_SLACK) for most, limit in wheels)
 
 
 def in_order_of(pitch: Pitch, planned: Plan) -> Pitch:

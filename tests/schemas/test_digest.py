@@ -137,7 +137,6 @@ CHOICES = {  # one of its kind, where a text or a number cannot be any
     "best_fix": "none",
     "fix": "single",
     "sensor": "magnetometer",
-    "wheel": "right",
     "actuation": "SPRAY",
 }
 NOT_TO_BE_CHANGED = ("kind",)  # of a fault, a drive or a tool: another kind has other fields
