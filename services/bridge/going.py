@@ -27,7 +27,7 @@ class GoingRecording:
     """
 
     def __init__(self, config: BusConfig, folder: Path, supervisor: int | None) -> None:
-        self._name = re.sub(r"\W+", "-", f"{config.endpoint}-{config.namespace}") + ".recording"
+        self._name = re.sub(r"\W+", "-", f"{config.endpoint}-{'-'.join(config.namespaces)}") + ".recording"
         self._folder = folder
         self._supervisor = supervisor
 

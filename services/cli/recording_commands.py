@@ -13,9 +13,9 @@ import typer
 from touchline.schemas import topics
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import DiagnosticArray, DiagnosticStatus, Event, RecordRequest, RecordStopRequest
-from touchline.services.bus import Bus
+from touchline.services.bus import Bus, BusConfig
 from touchline.services.cli.display import print_event, print_figures, progress_bar, say
-from touchline.services.cli.options import ExitCode, JsonOption, SpeedOption, speed_factor
+from touchline.services.cli.options import ExitCode, JsonOption, RobotOption, SpeedOption, config_of, speed_factor
 from touchline.services.runs.writing import check_recordable
 from touchline.services.system.shutdown import until_stopped
 
@@ -33,11 +33,15 @@ def register(app: typer.Typer) -> None:
 def record(
     file: Annotated[Path, typer.Argument(metavar="FILE.mcap", help="Recording to write.", show_default=False)],
     seconds: Annotated[float, typer.Option(metavar="S", help="Stop after this long; 0: at Ctrl-C.", min=0.0)] = 0.0,
+    robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Have the running bridge record the session until Ctrl-C; exit code 1 if something is lost, or it ends early."""
+    """Have the running bridge record the session until Ctrl-C; exit code 1 if something is lost, or it ends early.
+
+    It is the bridge of the robot that is named, and records all robots that it serves.
+    """
     check_recordable(file)
-    with until_stopped() as stop, Bus.open(topics.OPERATOR, stop=lambda: bool(stop)) as bus:
+    with until_stopped() as stop, Bus.open(topics.OPERATOR, config_of(robot), lambda: bool(stop)) as bus:
         watch = _Watch(bus)
         begun = bus.call(topics.RECORD, RecordRequest(request_id=uuid.uuid4().hex, path=str(file.absolute())))
         if not begun.success:
@@ -116,15 +120,27 @@ def replay(
         Path, typer.Argument(metavar="RECORDING", help="What to replay (docs/recording.md).", show_default=False)
     ],
     speed: SpeedOption = "1",
+    robot: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--robot",
+            metavar="NAME",
+            help="Of a recording of several robots, one to replay; may be repeated. One robot alone is replayed as "
+            "NAME; default: $TOUCHLINE_NAMESPACE, or tt2.",
+            show_default=False,
+        ),
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Send a recording onto the bus again, as if the robot were there; a cut-off file is sent up to its break."""
+    """Send a recording onto the bus again, as if its robots were there; a cut-off file is sent up to its break."""
     from touchline.services.bridge.replay_service import run_replay
 
     with until_stopped() as stop, progress_bar("Replaying") as advance:
         sent = run_replay(
             file,
             speed_factor(speed),
+            BusConfig.from_environment(robot or ()),
+            robots=robot or (),
             progress=lambda fraction, sim_time_s: advance(fraction, f"{sim_time_s:.0f} s"),
             stop=lambda: bool(stop),
         )

@@ -152,8 +152,9 @@ def test_commands_without_services_say_so(bus_config, tmp_path):
     assert "nobody answers" in done.stderr
     status = touchline("status", "--json", config=bus_config)
     assert status.returncode == 1
-    assert json.loads(status.stdout)["traversal"] is None
-    assert {service["state"] for service in json.loads(status.stdout)["services"]} == {"not running"}
+    (robot,) = json.loads(status.stdout)["robots"]
+    assert (robot["namespace"], robot["traversal"]) == ("tt2", None)
+    assert {service["state"] for service in robot["services"]} == {"not running"}
     assert "nothing was running" in touchline("down", config=bus_config).stdout
 
 
