@@ -9,12 +9,14 @@ import typer
 
 from touchline.schemas.errors import TouchlineError
 from touchline.services.bus import BusConfig
+from touchline.services.bus.config import named_robots
 from touchline.services.cli.choices import SetupChoice, VehicleChoice
 from touchline.services.cli.drawing import OriginOption, parse_origin
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.options import (
     RecordingsOption,
     RobotsOption,
+    SomeRobotsOption,
     SupervisorOption,
     speed_factor,
 )
@@ -79,12 +81,12 @@ def bridge(
         typer.echo(json.dumps({"path": str(report.path), "messages": report.messages, "lost": report.lost}))
 
 
-def tui() -> None:
-    """Open the operator's console on the bus; services may come and go while it is open."""
+def tui(robot: SomeRobotsOption = None) -> None:
+    """Open the operator's console on the bus, for every robot there; services may come and go while it is open."""
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise TouchlineError("the console needs a terminal; without one, use `touchline run` and `touchline status`")
     from touchline.tui.console import run_console
 
     run_at(SOON)
     switch_threads_soon()
-    run_console()
+    run_console(BusConfig.from_environment(robot or ()), everyone=not (robot or named_robots()))
