@@ -14,6 +14,7 @@ from touchline.schemas import topics
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import DiagnosticArray, DiagnosticStatus, Event, RecordRequest, RecordStopRequest
 from touchline.services.bus import Bus, BusConfig
+from touchline.services.bus.config import named_robots
 from touchline.services.cli.display import print_event, print_figures, progress_bar, say
 from touchline.services.cli.options import ExitCode, JsonOption, RobotOption, SpeedOption, config_of, speed_factor
 from touchline.services.runs.writing import check_recordable
@@ -22,6 +23,8 @@ from touchline.services.system.shutdown import until_stopped
 _STOP_TIMEOUT_S = 120.0
 #: A supervisor has started a bridge again by then that was killed.
 _RETURN_S = 15.0
+#: Whoever joins the bus knows all of its robots by then.
+_LOOK_S = 0.5
 
 
 def register(app: typer.Typer) -> None:
@@ -38,10 +41,12 @@ def record(
 ) -> None:
     """Have the running bridge record the session until Ctrl-C; exit code 1 if something is lost, or it ends early.
 
-    It is the bridge of the robot that is named, and records all robots that it serves.
+    A bridge records all robots that it serves; --robot says whose it is, where there are several bridges.
     """
     check_recordable(file)
-    with until_stopped() as stop, Bus.open(topics.OPERATOR, config_of(robot), lambda: bool(stop)) as bus:
+    named = robot is not None or bool(named_robots())
+    with until_stopped() as stop, Bus.open(topics.OPERATOR, config_of(robot), lambda: bool(stop)) as first:
+        bus = first if named else _with_bridge(first)
         watch = _Watch(bus)
         begun = bus.call(topics.RECORD, RecordRequest(request_id=uuid.uuid4().hex, path=str(file.absolute())))
         if not begun.success:
@@ -65,6 +70,12 @@ def record(
         print_event(Event.WARN, done.message)
     if done.lost or watch.interrupted:
         sys.exit(ExitCode.FAILED)
+
+
+def _with_bridge(bus: Bus) -> Bus:
+    """That of the default robot if it has a bridge or nobody has, else of the first one that has."""
+    robots = bus.roster().look({topics.BRIDGE}, _LOOK_S)
+    return bus if not robots or bus.namespace in robots else bus.of(robots[0])
 
 
 class _Watch:

@@ -196,9 +196,7 @@ def _watch_system(system: LocalSystem) -> None:
 def _watch_robot(presence: Presence, name: str) -> None:
     for change in presence.poll():
         if change.node == topics.ROBOT_SIM and not change.alive:
-            raise JobFailed(
-                f"robot {name} has left the bus; its traversal is lost, what was recorded until then is kept"
-            )
+            raise JobFailed(f"robot {name} has left the bus; back again, it can go on (console: Load and go on)")
 
 
 def _do(job: BusRun, begun_s: float, plot: Path | None) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """Three robots on one bus, in one process and in three: recorded, replayed, listed, and each the same as ever."""
 
+import os
 import signal
 import time
 from collections import defaultdict
@@ -147,7 +148,17 @@ def apart(fleet: Path, tmp_path_factory: pytest.TempPathFactory) -> Session:
     with pytest.MonkeyPatch.context() as environment:
         environment.setenv("XDG_STATE_HOME", str(folder))  # the others of the same names keep their journals elsewhere
         with system(fleet, config, folder, "--apart"):
-            return session(fleet, config, folder)
+            done = session(fleet, config, folder)
+            kill_second(done.status, folder / "up.log")
+    return done
+
+
+def kill_second(status: dict[str, Any], log: Path) -> None:
+    """Kill the process of one robot, and wait until the supervisor has another."""
+    robot = next(robot for robot in status["robots"] if robot["namespace"] == "club/r2")
+    (pid,) = (service["pid"] for service in robot["services"] if service["node"] == topics.ROBOT_SIM)
+    os.kill(pid, signal.SIGKILL)
+    assert eventually(lambda: "robot-sim of club/r2 restarted" in log.read_text())
 
 
 def session(fleet: Path, config: BusConfig, folder: Path) -> Session:
@@ -212,6 +223,13 @@ def test_a_robot_that_was_not_recorded_cannot_be_replayed(together, bus_config):
         run_replay(together[0].recording, 0.0, bus_config, robots=["r4"])
 
 
+def test_a_robot_that_dies_in_a_process_of_its_own_leaves_the_others_alone(apart):
+    said = apart.recording.with_name("up.log").read_text()
+    assert "robot-sim of club/r2 was ended by SIGKILL" in said
+    assert "robot-sim of r1" not in said
+    assert "robot-sim of r3" not in said
+
+
 def test_a_recording_of_three_is_the_same_as_another_of_them(together, apart):
     result = compare(together[0].recording, apart.recording)
     assert result.identical, list(result.lines())
@@ -229,6 +247,9 @@ def test_the_paint_of_one_of_them_is_drawn(together, tmp_path):
 
 def test_a_run_drives_the_robot_that_is_named_and_an_emergency_stop_reaches_all(fleet, together):
     config, template = unnamed(together[1]), str(fleet.with_name("template.json"))
+    record = fleet.with_name("one.mcap")
+    refused = touchline("record", str(record), "--seconds", "0.1", config=config)
+    assert "is outside of the recordings folder" in refused.stderr, "a bridge answers, though none is named"
     done = figures(touchline("run", template, "--robot", "r3", "--json", config=config))
     assert (done["success"], done["seed"], done["vehicle"]) == (True, 13, "wide")
     absent = touchline("order", "start", config=config)
