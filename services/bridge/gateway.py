@@ -5,7 +5,7 @@ that it does not take in time are dropped, and its requests are checked by whoev
 """
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Final, Self
@@ -93,7 +93,7 @@ class Gateway:
     def turn(self) -> bool:
         """Pass on what has arrived on either side, but for what stops the robot; returns whether anything had.
 
-        Raises whatever has ended `passing_stops`: better no gateway than one by which nobody can stop the robot.
+        Raises whatever has failed in `pass_stops`: better no gateway than one by which nobody can stop the robot.
         """
         if self._failure is not None:
             raise self._failure
@@ -105,23 +105,11 @@ class Gateway:
             service.turn()
         return bool(samples)
 
-    @contextmanager
-    def passing_stops(self) -> Iterator[None]:
-        """Pass on what stops the robot, from a thread of its own: the loop that turns this may take long for a turn."""
-        left = threading.Event()
-        thread = threading.Thread(target=self._pass_stops, args=(left,), name="ros2-stops", daemon=True)
-        thread.start()
+    def pass_stops(self) -> None:
+        """Pass on what stops the robot; should that fail, `turn` raises why."""
         try:
-            yield
-        finally:
-            left.set()
-            thread.join()
-
-    def _pass_stops(self, left: threading.Event) -> None:
-        try:
-            while not left.wait(_STOPS_EVERY_S):
-                for service in self._stops:
-                    service.turn()
+            for service in self._stops:
+                service.turn()
         except Exception as error:  # noqa: BLE001, raised again by `turn`
             self._failure = error
 
@@ -134,3 +122,22 @@ class Gateway:
             "ros2_calls": sum(service.calls for service in self._services),
             "ros2_refused": sum(service.refused for service in self._services),
         }
+
+
+@contextmanager
+def passing_stops(gateways: Sequence[Gateway]) -> Iterator[None]:
+    """Pass on what stops the robots, from a thread of its own: the loop that turns these may take long for a turn."""
+    left = threading.Event()
+
+    def work() -> None:
+        while not left.wait(_STOPS_EVERY_S):
+            for gateway in gateways:
+                gateway.pass_stops()
+
+    thread = threading.Thread(target=work, name="ros2-stops", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        left.set()
+        thread.join()

@@ -17,7 +17,7 @@ from touchline.schemas.messages import (
     Time,
 )
 from touchline.services.bridge.folder import RecordingFolder
-from touchline.services.bridge.gateway import Gateway, GatewayConfig
+from touchline.services.bridge.gateway import Gateway, GatewayConfig, passing_stops
 from touchline.services.bridge.going import GoingRecording, next_part
 from touchline.services.bridge.handshake import shake_hands
 from touchline.services.bridge.output import RecordingError
@@ -301,8 +301,7 @@ def run_service(
             for number, bus in enumerate(buses):
                 shown = ros2.of(bus.namespace, alone=len(buses) == 1)
                 gateways.append(Gateway(bus, session, shown, number))
-        for gateway in gateways:
-            stack.enter_context(gateway.passing_stops())
+            stack.enter_context(passing_stops(gateways))
         going = GoingRecording(config, folder.path, supervisor)
         service = BridgeService(buses, existing, folder, gateways, stop.beat, going)
         gc.freeze()  # a collection of all that was loaded would hold up stops from ROS 2

@@ -13,7 +13,7 @@ from touchline.schemas.cdr import decode, encode
 from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.schemas.messages import Clock, CommandRequest, CommandResponse, GetPaintRequest, String, Time
 from touchline.services.bridge import routes
-from touchline.services.bridge.gateway import Gateway, GatewayConfig
+from touchline.services.bridge.gateway import Gateway, GatewayConfig, passing_stops
 from touchline.services.bridge.rmw_zenoh import RosNode, gid
 from touchline.services.bus import Bus, attachment
 from touchline.services.bus.ports import free_port
@@ -50,7 +50,7 @@ def session(endpoint):
 @pytest.fixture
 def gateway(bridge, session):
     gateway = Gateway(bridge, session, GatewayConfig(domain=3))
-    with gateway.passing_stops():
+    with passing_stops([gateway]):
         yield gateway
 
 
