@@ -54,7 +54,7 @@ HEALTH_EVERY_S: Final = 0.02
 RESET_AFTER_S: Final = 0.5
 """A reset that comes sooner after an emergency stop was given before it, and is late: it must not undo the stop."""
 TIDY_S: Final = 10.0
-"""How often cyclic garbage is collected while the robot has nothing to do; a collection amid a job could take long."""
+"""How often cyclic garbage is collected while no robot has anything to do; a collection amid a job could take long."""
 IDLE_S: Final = 0.002
 """How long at most a turn sleeps while no tick is to come."""
 BESIDE_EVERY_S: Final = 0.001
@@ -405,9 +405,16 @@ class RobotProcess:
         if self._outlet.turn():
             self._publish(self._telemetry.all_paint())
 
+    @property
+    def at_rest(self) -> bool:
+        """Whether nothing of this robot would suffer from a pause of the process."""
+        return self._loader.idle and not self._emulator.active
+
     def _tidy(self, now_s: float) -> None:
-        if self._loader.idle and now_s > self._tidy_at_s:
-            self._tidy_at_s = now_s + TIDY_S
+        robots = (self, *self.beside)
+        if now_s > self._tidy_at_s and all(robot.at_rest for robot in robots):
+            for robot in robots:
+                robot._tidy_at_s = now_s + TIDY_S
             give_back()
 
     def _set_speed(self, factor: float) -> None:

@@ -127,6 +127,21 @@ def test_a_flood_of_requests_to_one_robot_leaves_the_others_their_pace_and_their
     assert time.monotonic() - asked < 0.3
 
 
+def test_no_garbage_is_collected_while_any_of_the_robots_drives(rig, monkeypatch):
+    collected = []
+    monkeypatch.setattr(service, "give_back", lambda: collected.append(time.monotonic()))
+    monkeypatch.setattr(service, "TIDY_S", 0.0)
+    here = rig(1.0)
+    here.turn_until(lambda: collected)
+    here.start("r2")
+    collected.clear()
+    for _ in range(50):
+        here.host.turn()
+    assert not collected
+    here.ask("r2", topics.ABORT, CommandRequest(request_id="abort"))
+    here.turn_until(lambda: collected)
+
+
 def test_one_that_waits_for_a_follower_outside_needs_a_process_of_its_own():
     waits = setup(follower="external")
     check_together({"r1": waits})
