@@ -15,7 +15,7 @@ from pathlib import Path
 from touchline.schemas import topics
 from touchline.tui.app import ConsoleApp
 from touchline.tui.autostart import AutoStart
-from touchline.tui.link import open_link
+from touchline.tui.link import BusConfig, open_links
 from touchline.tui.state import ConsoleState
 
 SIZE = (120, 40)
@@ -30,8 +30,8 @@ PLACES = ((0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (1, 2), (0, 3), (1, 3))
 
 async def take() -> str:
     """The console as SVG once enough is painted."""
-    with open_link(None, topics.CONSOLE) as link:
-        app = ConsoleApp(link, AutoStart("soccer-11", SPEED, run=True))
+    with open_links(BusConfig.from_environment(), topics.CONSOLE) as links:
+        app = ConsoleApp(links, AutoStart("soccer-11", SPEED, run=True))
         async with app.run_test(size=SIZE) as pilot:
             while not enough(app.state):
                 await pilot.pause(0.05)

@@ -5,7 +5,7 @@ from typing import Any, Self
 from pydantic import model_validator
 
 from touchline.schemas.onboard import OnboardConfig
-from touchline.schemas.scenario import OF_THE_COMPUTER, Origin, Scenario
+from touchline.schemas.scenario import MAX_SEED, OF_THE_COMPUTER, Origin, Scenario
 from touchline.schemas.spec import Spec
 from touchline.schemas.vehicles import Vehicle
 
@@ -31,3 +31,8 @@ class Setup(Spec):
     def at(self, origin: Origin | None) -> Self:
         """This setup with its map frame there on the earth; as it is if ``origin`` is None."""
         return self.model_copy(update={"scenario": self.scenario.at(origin)})
+
+    def with_seed(self, seed: int) -> Self:
+        """This setup with another seed; what is too large begins anew from 0."""
+        scenario = self.scenario.model_copy(update={"seed": seed % (MAX_SEED + 1)})
+        return self.model_copy(update={"scenario": scenario})

@@ -14,6 +14,12 @@ Response = TypeVar("Response", bound=Message)
 
 #: Robot namespace used when none is given.
 DEFAULT_NAMESPACE = "tt2"
+NAMESPACE_RULE = "use letters, digits, _ and single /, at most 64 in all"
+
+
+def is_namespace(text: str) -> bool:
+    """Whether a robot may be called so."""
+    return len(text) <= 64 and all(part.replace("_", "").isalnum() for part in text.split("/"))
 
 
 @dataclass(frozen=True)
@@ -128,7 +134,7 @@ FORMER_NAMES = {"paint/marks": PAINT, "cmd/wheels": ACTUATOR_COMMAND}
 RECORDED = tuple(topic for topic in TOPICS if topic.recorded)
 
 #: Names of the processes, as their liveliness tokens and diagnostics carry them.
-PLANNER, ROBOT_SIM, BRIDGE, CONSOLE, OPERATOR, OBSERVER, SUPERVISOR, TELEMETRY = (
+PLANNER, ROBOT_SIM, BRIDGE, CONSOLE, OPERATOR, OBSERVER, SUPERVISOR, TELEMETRY, REPLAY = (
     "planner",
     "robot-sim",
     "bridge",
@@ -137,7 +143,10 @@ PLANNER, ROBOT_SIM, BRIDGE, CONSOLE, OPERATOR, OBSERVER, SUPERVISOR, TELEMETRY =
     "observer",
     "supervisor",
     "telemetry",
+    "replay",
 )
+#: Of these, some are there wherever there is a robot, or was until it died.
+SERVING = (PLANNER, ROBOT_SIM, BRIDGE)
 #: Largest plan, or template to plan, that is taken: 80,000 segments.
 MOST_PLAN_BYTES = 16 * 1024 * 1024
 

@@ -6,6 +6,8 @@ import math
 import secrets
 import time
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import partial
 from typing import ClassVar
 
 from textual import events
@@ -34,31 +36,51 @@ from touchline.tui.lines_view import SegmentsTable
 from touchline.tui.log_view import LogView
 from touchline.tui.map_view import MapView
 from touchline.tui.operator import Operator
-from touchline.tui.order_book import Phase
 from touchline.tui.orders import OrderOutcome, Tried
 from touchline.tui.panels import ServicesPanel, StatusPanel
-from touchline.tui.protocol import Link
+from touchline.tui.protocol import Link, Links
+from touchline.tui.robots import Robots, never_there
+from touchline.tui.robots_bar import RobotsBar
 from touchline.tui.signal_bar import SignalBar
 from touchline.tui.state import ConsoleState
 from touchline.tui.stop_screen import Palette
 
 POLL_HZ = 12
 PAINT_RETRY_S = 1.0
+STOP_HOLDS_S = 3.0
+"""A robot that is found so soon after an emergency stop is stopped, too."""
 LONGEST_TICK_S = 0.25
 """What goes on longer between two ticks is the console's own absence: it makes nobody else silent."""
 
 
 class OrderNews(Message):
-    """An order was sent again or came back; posted from its thread."""
+    """An order to a robot was sent again or came back; posted from its thread."""
 
-    def __init__(self, news: Tried | OrderOutcome) -> None:
+    def __init__(self, robot: str, news: Tried | OrderOutcome) -> None:
         """With what became of it."""
         super().__init__()
-        self.news = news
+        self.robot, self.news = robot, news
+
+
+@dataclass
+class Desk:
+    """What the operator has for one robot.
+
+    Attributes:
+        link: The way to it.
+        state: What is known of it.
+        operator: By which orders go out to it.
+        paint_due_s: When it may be asked for all its paint again.
+    """
+
+    link: Link
+    state: ConsoleState
+    operator: Operator
+    paint_due_s: float = 0.0
 
 
 class ConsoleApp(App[None]):
-    """An operator's console over a link."""
+    """An operator's console over links to robots."""
 
     TITLE = "Touchline"
     CSS_PATH = "console.tcss"
@@ -79,6 +101,7 @@ class ConsoleApp(App[None]):
         Binding("b", "command('battery')", "Battery replaced"),
         Binding("right_square_bracket,full_stop", "speed(1)", "Faster"),
         Binding("left_square_bracket,comma", "speed(-1)", "Slower"),
+        Binding("o", "next_robot", "Other robot"),
         Binding("f", "follow", "Follow the robot"),
         Binding("0,home", "fit", "Show the whole job"),
         Binding("plus,equals_sign", "zoom(1)", "Zoom in"),
@@ -89,32 +112,44 @@ class ConsoleApp(App[None]):
 
     def __init__(
         self,
-        link: Link,
+        links: Links,
         autostart: AutoStart | None = None,
         *,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        """Show what comes over `link`; `clock` is used to notice silence and to pace repeats."""
+        """Show what comes over `links`; `clock` is used to notice silence and to pace repeats."""
         super().__init__()
-        self.state = ConsoleState()
-        dispatcher = Dispatcher(link, lambda news: self.post_message(OrderNews(news)))
-        self.operator = Operator(self.state, dispatcher, self._say, secrets.token_hex(4))
-        self._link = link
+        self.robots = Robots()
+        self._links = links
+        self._desks: dict[str, Desk] = {}
         self._autostart = autostart or AutoStart()
         self._clock = clock
         self._ticked_s = clock()
-        self._stop_typed_s = -math.inf
-        self._paint_due_s = 0.0
+        self._stop_typed_s = self._stopped_at_s = -math.inf
+        self._take_up_robots()
+        self._started_with = self._desks[self.robots.selected_name]
         self._header, self._signals, self._keys = HeaderBar(), SignalBar(), KeyBar()
+        self._robots_bar = RobotsBar()
         self._map, self._log_view = MapView(), LogView()
         self._status, self._services, self._segments = StatusPanel("Status"), ServicesPanel("Services"), SegmentsTable()
         self._filters = [Grey() if isinstance(filter, Monochrome) else filter for filter in self._filters]
         self.register_theme(theme.THEME)
         self.theme = theme.THEME.name
 
+    @property
+    def state(self) -> ConsoleState:
+        """Of the robot in view."""
+        return self.robots.selected
+
+    @property
+    def operator(self) -> Operator:
+        """By which orders go out to the robot in view."""
+        return self._desks[self.robots.selected_name].operator
+
     def compose(self) -> ComposeResult:
-        """Header, orders and alerts, map and log on the left, panels on the right, keys."""
+        """Header, robots if there are several, orders and alerts; map and log, left; panels, right; keys."""
         yield self._header
+        yield self._robots_bar
         yield self._signals
         with Horizontal(id="body"):
             with Vertical(id="left"):
@@ -140,15 +175,39 @@ class ConsoleApp(App[None]):
         """Take what came in, give what orders are due, and show how things are."""
         now, since = self._clock(), self._ticked_s
         self._ticked_s = now
-        self.state.now_s += min(max(now - since, 0.0), LONGEST_TICK_S)
-        for event in self._link.poll():
-            self.state.apply(event, self.state.now_s)
-        self.operator.heed_status()
-        if self.state.paint.needs_fetch and self.state.robot_alive and now >= self._paint_due_s:
-            self._paint_due_s = now + PAINT_RETRY_S
-            self._link.fetch_paint()
+        self._take_up_robots()
+        for desk in self._desks.values():
+            state = desk.state
+            state.now_s += min(max(now - since, 0.0), LONGEST_TICK_S)
+            for event in desk.link.poll():
+                state.apply(event, state.now_s)
+            desk.operator.heed_status()
+            if state.paint.needs_fetch and state.robot_alive and now >= desk.paint_due_s:
+                desk.paint_due_s = now + PAINT_RETRY_S
+                desk.link.fetch_paint()
         self._go_on_starting()
         self.show_state()
+
+    def _take_up_robots(self) -> None:
+        """Make a desk for each robot that has been found; one that was only a guess gives way to them.
+
+        A robot that is found while the others are being stopped is stopped, too: whoever pressed the key meant all.
+        """
+        found = self._links.found()
+        guesses = [name for name, desk in self._desks.items() if never_there(desk.state)] if found else []
+        for name, link in found:
+            state = self.robots.add(name)
+            dispatcher = Dispatcher(link, partial(self._post_news, name))
+            operator = Operator(state, dispatcher, partial(self._say_of, state), secrets.token_hex(4))
+            self._desks[name] = Desk(link, state, operator)
+            if self.robots.stopping or self._clock() - self._stopped_at_s < STOP_HOLDS_S:
+                operator.stop()
+        for name in guesses:
+            self.robots.remove(name)
+            del self._desks[name]
+
+    def _post_news(self, robot: str, news: Tried | OrderOutcome) -> None:
+        self.post_message(OrderNews(robot, news))
 
     def show_state(self) -> None:
         """Bring every panel up to date; each redraws only what changed."""
@@ -156,8 +215,10 @@ class ConsoleApp(App[None]):
             return
         state = self.state
         self.screen_stack[0].set_class(state.traversal == TraversalStatus.ESTOPPED, "-stopped-robot")
-        for panel in (self._header, self._map, self._status, self._services, self._segments, self._keys):
+        for panel in (self._header, self._status, self._services, self._segments, self._keys):
             panel.show(state)
+        self._map.show(self.robots)
+        self._robots_bar.show(self.robots)
         self._log_view.show(state.log)
         self._show_signals()
 
@@ -166,57 +227,74 @@ class ConsoleApp(App[None]):
         if self._signals.is_attached:
             for screen in self.screen_stack:
                 for bar in screen.query(SignalBar):
-                    bar.show(self.state)
+                    bar.show(self.robots)
 
     def on_order_news(self, event: OrderNews) -> None:
         """Take in what became of an order; the next tick shows the rest of what that changed."""
+        desk = self._desks.get(event.robot)
+        if desk is None:
+            return
         if isinstance(event.news, Tried):
-            self.operator.tried(event.news)
+            desk.operator.tried(event.news)
         else:
-            ok = self.operator.done(event.news)
-            self._autostart.done(event.news.order.name, ok)
-            self._go_on_starting()
+            ok = desk.operator.done(event.news)
+            if desk is self._started_with:
+                self._autostart.done(event.news.order.name, ok)
+                self._go_on_starting()
         self._show_signals()
 
     def _go_on_starting(self) -> None:
-        match self._autostart.due(self.state):
+        """The next step of what the console was opened for, with the robot that it was opened for."""
+        state, operator = self._started_with.state, self._started_with.operator
+        match self._autostart.due(state):
             case "plan":
-                if self.operator.may_prepare("Start", needs_template=True):
-                    self.operator.plan(self.operator.options)
+                if operator.may_prepare("Start", needs_template=True):
+                    operator.plan(operator.options)
                 else:
                     self._autostart.stop()
             case "load":
-                self.operator.load()
+                operator.load()
             case "speed" if self._autostart.speed is not None:
-                self.operator.set_speed(self._autostart.speed)
+                operator.set_speed(self._autostart.speed)
             case "start":
-                for shortage in supply_check.of_job(self.state).shortages:
-                    self.state.note(WARN, "console", f"the job {shortage}")
-                self.operator.command("start")
+                for shortage in supply_check.of_job(state).shortages:
+                    state.note(WARN, "console", f"the job {shortage}")
+                operator.command("start")
 
     def _say(self, severity: int, text: str) -> None:
+        """Tell the operator about the robot in view."""
+        self._say_of(self.state, severity, text)
+
+    @staticmethod
+    def _say_of(state: ConsoleState, severity: int, text: str) -> None:
         """Tell the operator: in the row of the orders and in the log. There are no toasts, which would cover things."""
         text = plain(text)
-        self.state.note(severity, "console", text)
-        self.state.orders.say(severity, text, self.state.now_s)
+        state.note(severity, "console", text)
+        state.orders.say(severity, text, state.now_s)
 
     # -- keys --------------------------------------------------------------------------------------------------------
 
     def action_command(self, name: str) -> None:
         """An order without arguments; asks before a start for which tank or battery will not last."""
+        operator = self.operator  # the robot in view may be another by the time it is answered
         shortages = supply_check.of_job(self.state).shortages
         if name != "start" or not shortages or not self.state.path_loaded or self.state.busy:
-            self.operator.command(name)
+            operator.command(name)
             self._show_signals()
             return
 
         def answered(yes: bool | None) -> None:
             if yes:
-                self.operator.command(name)
+                operator.command(name)
 
         text = "\n".join(f"The job {shortage}." for shortage in shortages)
         note = "The robot stops on the line when it runs out, and goes on when it is told to resume."
-        self.push_screen(ConfirmDialog("Start all the same?", f"{text}\n{note}", "Start"), answered)
+        self.push_screen(ConfirmDialog(f"Start{self._which} all the same?", f"{text}\n{note}", "Start"), answered)
+
+    @property
+    def _which(self) -> str:
+        """Which robot is meant, in questions where there are several."""
+        return "" if self.state.alone else f" {self.state.name}"
 
     @property
     def breakdown(self) -> Exception | None:
@@ -235,9 +313,15 @@ class ConsoleApp(App[None]):
         return SturdyDriver if usual is LinuxDriver else usual
 
     def stop_at_once(self, typed_s: float) -> None:
-        """Stop the robot, from the thread that reads the keys; those typed before are of no use any more."""
+        """Stop the robots, from the thread that reads the keys; those typed before are of no use any more."""
         self._stop_typed_s = typed_s
-        self.operator.stop()
+        self._stop_all()
+
+    def _stop_all(self) -> None:
+        """Stop every robot: to stop one too many costs a minute, to stop the wrong one may cost more."""
+        self._stopped_at_s = self._clock()
+        for name in self.robots.to_stop():
+            self._desks[name].operator.stop()
 
     async def on_event(self, event: events.Event) -> None:
         """Leave out keys that were typed before an emergency stop and come after it: a reset may be among them."""
@@ -246,8 +330,8 @@ class ConsoleApp(App[None]):
         await super().on_event(event)
 
     def action_estop(self) -> None:
-        """Stop the robot, whatever else is going on."""
-        self.operator.stop()
+        """Stop the robots, whatever else is going on."""
+        self._stop_all()
         self._autostart.stop()
         self._show_signals()
 
@@ -270,23 +354,26 @@ class ConsoleApp(App[None]):
 
     def action_abort(self) -> None:
         """Give up the job, once confirmed."""
+        operator = self.operator
 
         def answered(yes: bool | None) -> None:
             if yes:
-                self.operator.command("abort")
+                operator.command("abort")
 
+        title = "Abort this job?" if self.state.alone else f"Abort the job of{self._which}?"
         text = "The robot stops and gives the job up. A pause (space) keeps it."
-        self.push_screen(ConfirmDialog("Abort this job?", text, "Abort"), answered)
+        self.push_screen(ConfirmDialog(title, text, "Abort"), answered)
 
     def action_template(self) -> None:
         """Choose a template."""
+        operator = self.operator
 
         def chosen(result: Chosen | None) -> None:
             if result:
-                self.operator.choose(*result)
+                operator.choose(*result)
                 self.show_state()
 
-        if self.operator.may_prepare("Template", needs_template=False):
+        if operator.may_prepare("Template", needs_template=False):
             self.push_screen(TemplateDialog(), chosen)
 
     def _open_template(self, name_or_path: str) -> None:
@@ -298,14 +385,26 @@ class ConsoleApp(App[None]):
 
     def action_plan(self) -> None:
         """Ask for options, then plan."""
+        operator = self.operator
 
         def chosen(options: PlanOptions | None) -> None:
             if options is not None:
-                self.operator.plan(options)
+                operator.plan(options)
 
-        if self.operator.may_prepare("Plan", needs_template=True):
+        if operator.may_prepare("Plan", needs_template=True):
             areas = bool(self.state.template and self.state.template.template.areas)
-            self.push_screen(PlanDialog(self.operator.options, self.state.vehicle, areas=areas), chosen)
+            self.push_screen(PlanDialog(operator.options, self.state.vehicle, areas=areas), chosen)
+
+    def action_next_robot(self) -> None:
+        """Bring the next robot into view: orders go to that one from now on."""
+        self.robots.select_next()
+        self.show_state()
+
+    def action_select(self, name: str) -> None:
+        """Bring this robot into view."""
+        if name in self.robots.states:
+            self.robots.selected_name = name
+            self.show_state()
 
     def action_follow(self) -> None:
         """Keep the robot in the middle of the map, or no longer."""
@@ -330,13 +429,14 @@ class ConsoleApp(App[None]):
             if yes:
                 self.exit()
 
-        stopping = self.state.orders.stop.phase is Phase.SENT
-        if not self.state.busy and not stopping:
+        busy, stopping = self.robots.busy, self.robots.stopping
+        if not busy and not stopping:
             self.exit()
         elif not isinstance(self.screen, ConfirmDialog):
-            text = "The robot is on a job. Nobody watches it from here once this console is closed."
+            who = "The robot is on a job" if self.state.alone else f"On a job: {', '.join(busy)}"
+            text = f"{who}. Nobody watches it from here once this console is closed."
             if stopping:
-                text = "The robot has not acknowledged the emergency stop, which only this console repeats."
+                text = "A robot has not acknowledged the emergency stop, which only this console repeats."
             self.push_screen(ConfirmDialog("Leave the console?", text, "Leave"), answered)
 
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:

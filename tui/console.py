@@ -20,7 +20,7 @@ from touchline.schemas.messages.touchline import TraversalReport
 from touchline.schemas.plugins import AREA_METHODS, METHODS
 from touchline.tui.app import ConsoleApp
 from touchline.tui.autostart import AutoStart
-from touchline.tui.link import BusConfig, open_link
+from touchline.tui.link import BusConfig, open_links
 
 ENDS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 
@@ -28,6 +28,7 @@ ENDS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 def run_console(
     config: BusConfig | None = None,
     *,
+    everyone: bool = False,
     template: str | None = None,
     auto_start: bool = False,
     speed: float | None = None,
@@ -35,7 +36,8 @@ def run_console(
     """Open the console and return when the operator leaves it, with the figures of the last finished job if any.
 
     Args:
-        config: How to join the bus; the environment's by default.
+        config: How to join the bus, and the robots to begin with; the environment's by default.
+        everyone: Whether further robots are taken up as they come.
         template: Shipped name or file to show on opening.
         auto_start: Also plan the template, load it and start, as soon as the services are there.
         speed: Speed factor to set on opening; negative is as fast as it goes.
@@ -47,8 +49,8 @@ def run_console(
     check_encoding(sys.__stdout__)
     for registry in (METHODS, AREA_METHODS):
         registry.names()  # what is wrong with plug-ins of packages is told while standard error can be seen
-    with open_link(config, topics.CONSOLE) as link:
-        app = ConsoleApp(link, AutoStart(template, speed, auto_start))
+    with open_links(config or BusConfig.from_environment(), topics.CONSOLE, everyone=everyone) as links:
+        app = ConsoleApp(links, AutoStart(template, speed, auto_start))
         gc.freeze()  # a collection of all that was loaded would hold up the emergency stop
         with ended_by_signals(app):
             app.run()

@@ -272,12 +272,12 @@ KEYS_TEXT = (
         ("r", "reset after a stop or an abort"),
         ("u, b", "tank filled up, battery replaced"),
     )),
-    ("Stop", (("e, ctrl+e", "emergency stop, at once; ctrl+e anywhere"),)),
+    ("Stop", (("e, ctrl+e", "emergency stop of every robot, at once; ctrl+e anywhere"),)),
     ("Time", (("[ , and ] .", "slower and faster"),)),
     ("Map", (
         ("arrows, drag", "pan"), ("+ -, wheel", "zoom"), ("f", "follow the robot"), ("0, home", "show the whole job"),
     )),
-    ("Console", (("tab", "next panel"), ("ctrl+p", "all commands by name"), ("q", "quit"))),
+    ("Console", (("o", "other robot"), ("tab", "next panel"), ("ctrl+p", "all commands by name"), ("q", "quit"))),
 )  # fmt: skip
 LEGEND = (
     ("●", theme.WHITE, "painted"),

@@ -16,7 +16,7 @@ from textual.events import Key
 from textual.message import Message
 
 STOP_KEY: Final = "ctrl+e"
-"""It stops the robot wherever it is typed, also in a field of text."""
+"""It stops the robots wherever it is typed, also in a field of text."""
 HUNG_UP = 128 + signal.SIGHUP
 """Exit code of a console whose terminal is gone."""
 

@@ -37,6 +37,7 @@ KEYS = (
     Key("u", "Refill", "command('refill')", 1),
     Key("b", "Battery", "command('battery')", 1),
     Key("[ ]", "Speed", "speed(1)", 1),
+    Key("o", "Other robot", "next_robot", 1),
     Key("f", "Follow", "follow", 3),
     Key("0", "Fit", "fit", 4),
     Key("+ -", "Zoom", "zoom(1)", 5),
@@ -48,6 +49,8 @@ _USELESS_RANK = 8
 _PREPARING = frozenset("tpl")
 _DRIVING = frozenset(("space", "g", "a"))
 _SUPPLIES = frozenset("ub")
+_OF_SEVERAL = frozenset("o")
+"""Keys that are of use, and shown, when there are several robots."""
 
 
 def useless(state: ConsoleState) -> frozenset[str]:
@@ -74,7 +77,8 @@ def layout(state: ConsoleState, width: int) -> list[tuple[Key, int, int]]:
     """The keys that fit into `width` cells, in order, each with its first and last column (exclusive)."""
     idle = useless(state)
     room, chosen = width, set[Key]()
-    for key in sorted(KEYS, key=lambda key: key.rank + (_USELESS_RANK if key.key in idle else 0)):
+    offered = [key for key in KEYS if not (state.alone and key.key in _OF_SEVERAL)]
+    for key in sorted(offered, key=lambda key: key.rank + (_USELESS_RANK if key.key in idle else 0)):
         if _width(key) <= room:
             chosen.add(key)
             room -= _width(key)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from typing import Any
 
@@ -15,7 +15,7 @@ from touchline.schemas.messages.base import Message
 from touchline.schemas.messages.touchline import GetPaintRequest, GetPaintResponse
 from touchline.schemas.topics import Service
 from touchline.services.bus import Bus, BusConfig
-from touchline.tui.protocol import CallFailed, Incoming, Lost, NodeChanged, PaintFetched, Received, Rejected
+from touchline.tui.protocol import CallFailed, Incoming, Link, Lost, NodeChanged, PaintFetched, Received, Rejected
 from touchline.tui.state import CONSOLE_TOPICS
 
 EVERY_ONE = (topics.PAINT, topics.EVENTS, topics.SUPERVISOR_EVENTS, topics.DIAGNOSTICS)
@@ -26,13 +26,44 @@ TOLD_TIMEOUT_S = 1.0
 
 
 @contextmanager
-def open_link(config: BusConfig | None, node: str) -> Iterator[BusLink]:
-    """Join the bus as `node`; leaving the context leaves the bus. Raises SpecError for an unusable configuration."""
-    with Bus.open(node, config) as bus:
-        yield BusLink(bus)
+def open_links(config: BusConfig, node: str, *, everyone: bool = False) -> Iterator[BusLinks]:
+    """Join the bus as `node`; leaving the context leaves the bus.
+
+    Args:
+        config: Where the bus is, and the robots to begin with.
+        node: This process's name.
+        everyone: Whether further robots are taken up as they come.
+
+    Raises:
+        SpecError: The configuration cannot be used.
+    """
+    with Bus.open_all(node, config) as buses:
+        yield BusLinks(buses, everyone=everyone)
 
 
-__all__ = ["BusConfig", "BusLink", "open_link"]
+__all__ = ["BusConfig", "BusLink", "BusLinks", "open_links"]
+
+
+class BusLinks:
+    """Links over a bus: to the robots that are named, and to those that turn up."""
+
+    def __init__(self, buses: Sequence[Bus], *, everyone: bool) -> None:
+        """Begin to listen."""
+        self._bus = buses[0]
+        self._known = {bus.namespace for bus in buses}
+        self._new: list[tuple[str, Link]] = [(bus.namespace, BusLink(bus)) for bus in buses]
+        self._roster = self._bus.roster() if everyone else None
+
+    def found(self) -> list[tuple[str, Link]]:
+        """See `Links`."""
+        found, self._new = self._new, []
+        if self._roster is not None:
+            self._roster.poll()
+            for name in self._roster.robots({topics.ROBOT_SIM, topics.REPLAY}):
+                if name not in self._known:
+                    self._known.add(name)
+                    found.append((name, BusLink(self._bus.of(name))))
+        return found
 
 
 class BusLink:

@@ -39,10 +39,21 @@ class Ink(IntEnum):
     PAINT = 6
     BODY = 7
     LABEL = 8
-    NOZZLE_OFF = 9
-    NOZZLE_ON = 10
-    ROBOT = 11
-    ROBOT_STOPPED = 12
+    OTHER = 9
+    OTHER_STOPPED = 10
+    NOZZLE_OFF = 11
+    NOZZLE_ON = 12
+    ROBOT = 13
+    ROBOT_STOPPED = 14
+
+
+@dataclass(frozen=True)
+class NamedRobot:
+    """A robot of several: its name, where it is, and whether it is stopped."""
+
+    name: str
+    pose: ShownPose
+    stopped: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,12 +74,16 @@ class MapScene:
     robot: ShownPose | None = None
     stopped: bool = False
     spraying: bool = False
+    name: str = ""
+    """Of the robot; "" where there is no other."""
+    others: tuple[NamedRobot, ...] = ()
 
     @property
     def key(self) -> tuple[object, ...]:
         """Equal for scenes that look the same."""
         revisions = (self.template_revision, self.path_revision, self.current_revision, self.paint_revision)
-        return (*revisions, len(self.paint), id(self.vehicle), self.robot, self.stopped, self.spraying)
+        robots = (self.robot, self.stopped, self.spraying, self.name, self.others)
+        return (*revisions, len(self.paint), id(self.vehicle), *robots)
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,6 +129,8 @@ class MapRaster:
         self._draw_grid(view, step, bits, inks)
         codes = bits.astype(np.uint32) + np.uint32(BRAILLE_BASE)
         cells = Cells(codes, inks, stripes(view, step))
+        for other in scene.others:
+            _draw_other(view, other, cells)
         if scene.robot:
             self._draw_robot(view, scene, scene.robot, bits, cells)
         draw_scale(view, cells)
@@ -147,8 +164,27 @@ class MapRaster:
             _put(cells, nozzle, "●" if scene.spraying else "○", Ink.NOZZLE_ON if scene.spraying else Ink.NOZZLE_OFF)
         if center:
             _put(cells, center, ARROWS[octant], ink)
+            _put_name(cells, center, scene.name)
         else:
             _put(cells, *_edge(view, pose), ink)
+
+
+def _draw_other(view: Viewport, other: NamedRobot, cells: Cells) -> None:
+    """A robot that is not in question: its arrow and its name, as far as it is in view."""
+    octant = round(other.pose.heading_rad / (math.pi / 4)) % 8
+    center = view.to_cell(other.pose.x_m, other.pose.y_m)
+    if center:
+        _put(cells, center, ARROWS[octant], Ink.OTHER_STOPPED if other.stopped else Ink.OTHER)
+        _put_name(cells, center, other.name)
+
+
+def _put_name(cells: Cells, at: tuple[int, int], name: str) -> None:
+    """Beside an arrow, on the right, or on the left where there is no room."""
+    column, row = at
+    first = column + 2 if column + 2 + len(name) <= cells.codes.shape[1] else column - 1 - len(name)
+    if first >= 0:
+        for offset, character in enumerate(name):
+            _put(cells, (first + offset, row), character, Ink.LABEL)
 
 
 def line_inks(template: Bits, current: Bits, paint: Bits) -> Bits:

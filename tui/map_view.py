@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
@@ -17,11 +18,13 @@ from textual.widget import Widget
 from touchline.schemas.messages.touchline import TraversalStatus
 from touchline.schemas.plain_text import plain
 from touchline.tui import theme
-from touchline.tui.map_raster import Cells, Ink, MapRaster, MapScene
+from touchline.tui.map_raster import Cells, Ink, MapRaster, MapScene, NamedRobot
 from touchline.tui.raster import EMPTY
+from touchline.tui.robots import Robots
 from touchline.tui.state import ConsoleState
 from touchline.tui.viewport import Viewport
 
+_STOPPED = (TraversalStatus.ESTOPPED, TraversalStatus.ABORTED)
 ZOOM_STEP = 1.4
 PAN_CELLS = 6
 
@@ -35,6 +38,8 @@ COLORS = {
     Ink.PAINT: (theme.WHITE, "bold"),
     Ink.BODY: (theme.ORANGE, "bold"),
     Ink.LABEL: (theme.LABEL, ""),
+    Ink.OTHER: (f"{theme.BLACK} on {theme.MUTED}", "bold"),
+    Ink.OTHER_STOPPED: (f"{theme.WHITE} on {theme.STOP}", "bold"),
     Ink.NOZZLE_OFF: (theme.ORANGE, "bold"),
     Ink.NOZZLE_ON: (theme.YELLOW, "bold"),
     Ink.ROBOT: (f"{theme.BLACK} on {theme.ORANGE}", "bold"),
@@ -93,11 +98,12 @@ class MapView(Widget, can_focus=True):
 
     # -- what is drawn -----------------------------------------------------------------------------------------------
 
-    def show(self, state: ConsoleState) -> None:
+    def show(self, robots: Robots) -> None:
         """Draw what changed."""
+        state = robots.selected
         self._show_stale(state.robot_stale)
         before = self._scene
-        self._scene = self._scene_of(state)
+        self._scene = self._scene_of(state, robots.others)
         seen = (state.template, state.path)
         if seen[0] is not self._seen[0]:
             self._fitted = True
@@ -119,7 +125,7 @@ class MapView(Widget, can_focus=True):
             self._show_title()
             self.refresh()
 
-    def _scene_of(self, state: ConsoleState) -> MapScene:
+    def _scene_of(self, state: ConsoleState, others: Mapping[str, ConsoleState]) -> MapScene:
         template, path, status = state.template, state.path, state.robot.status
         current, paints = EMPTY, False
         if state.busy and status:
@@ -141,8 +147,14 @@ class MapView(Widget, can_focus=True):
             paint_revision=state.paint.revision,
             vehicle=state.vehicle,
             robot=state.robot.pose if state.robot_alive else None,
-            stopped=state.traversal in (TraversalStatus.ESTOPPED, TraversalStatus.ABORTED),
+            stopped=state.traversal in _STOPPED,
             spraying=bool(status and status.spraying),
+            name="" if state.alone else state.name,
+            others=tuple(
+                NamedRobot(name, other.robot.pose, other.traversal in _STOPPED)
+                for name, other in others.items()
+                if other.robot_alive and other.robot.pose is not None
+            ),
         )
 
     def _redraw(self) -> None:
@@ -184,6 +196,7 @@ class MapView(Widget, can_focus=True):
     def _fit(self) -> Viewport:
         boxes = [line.bounds() for line in (self._scene.template, self._scene.path, self._scene.paint)]
         found = [box for box in boxes if box]
+        found += [(pose.x_m, pose.y_m, pose.x_m, pose.y_m) for pose in (other.pose for other in self._scene.others)]
         if not found:
             return self.view.fitted((-10.0, -10.0, 10.0, 10.0))
         lows, highs = np.array(found)[:, :2].min(axis=0), np.array(found)[:, 2:].max(axis=0)

@@ -132,7 +132,7 @@ class Operator:
         if self.state.template is None:
             return
         self.options = options
-        order = orders.plan(self.state.template.text, options, self._request_id())
+        order = orders.plan(self.state.template.text, self.state.vehicle_json, options, self._request_id())
         if self._send(order):
             self.state.plan_request = order.request_id
 

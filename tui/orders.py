@@ -102,9 +102,11 @@ def command(name: str, request_id: str) -> Order:
     return Order(name, title, service, request)
 
 
-def plan(template_json: str, options: PlanOptions, request_id: str) -> Order:
-    """Plan a template."""
-    request = PlanRequest(request_id=request_id, template_json=template_json, options=options)
+def plan(template_json: str, vehicle_json: str, options: PlanOptions, request_id: str) -> Order:
+    """Plan a template for a vehicle; "" is the planner's own."""
+    request = PlanRequest(
+        request_id=request_id, template_json=template_json, vehicle_json=vehicle_json, options=options
+    )
     return Order("plan", "Plan", topics.PLAN_SERVICE, request, PLAN_TIMEOUT_S)
 
 

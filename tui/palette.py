@@ -11,7 +11,7 @@ from touchline.tui.operator import Operator
 
 def commands(app: App[None], hand: Operator) -> Iterator[SystemCommand]:
     """The entries, the most urgent first; what needs the screen is an action of the ``app``."""
-    yield SystemCommand("Emergency stop", "Stop the robot at once (e)", partial(app.run_action, "estop"))
+    yield SystemCommand("Emergency stop", "Stop all robots at once (e)", partial(app.run_action, "estop"))
     yield SystemCommand("Choose template", "A shipped template or a file (t)", partial(app.run_action, "template"))
     yield SystemCommand("Plan", "Plan the path for the template (p)", partial(app.run_action, "plan"))
     yield SystemCommand("Load", "Load the plan into the robot (l)", hand.load)
@@ -27,6 +27,7 @@ def commands(app: App[None], hand: Operator) -> Iterator[SystemCommand]:
     for factor in orders.SPEEDS:
         name = "as fast as it goes" if factor < 0 else f"{format.factor(factor)} real time"
         yield SystemCommand(f"Speed {format.factor(factor)}", f"Simulate {name}", partial(hand.set_speed, factor))
+    yield SystemCommand("Other robot", "Bring the next robot into view (o)", partial(app.run_action, "next_robot"))
     yield SystemCommand("Follow the robot", "Keep it in the middle of the map (f)", partial(app.run_action, "follow"))
     yield SystemCommand("Show the whole job", "Fit the map (0)", partial(app.run_action, "fit"))
     yield SystemCommand("Keys", "List all keys (?)", partial(app.run_action, "keys"))

@@ -313,6 +313,7 @@ class StatusPanel(LinesPanel):
 
     def show(self, state: ConsoleState) -> None:
         """Redraw what changed."""
+        self.border_title = "Status" if state.alone else f"Status of {state.name}"
         self.show_lines(status_lines(state, max(self.content_size.width, 20)))
 
 

@@ -58,7 +58,7 @@ Incoming = Received | NodeChanged | Rejected | PaintFetched | Lost
 
 
 class Link(Protocol):
-    """The console's way to the bus. Only `call` blocks; it and `tell` may be called from any thread."""
+    """The console's way to one robot. Only `call` blocks; it and `tell` may be called from any thread."""
 
     def poll(self) -> list[Incoming]:
         """Everything that came in since the last poll, state topics thinned to their latest message."""
@@ -74,4 +74,15 @@ class Link(Protocol):
 
     def fetch_paint(self) -> None:
         """Ask for everything painted so far; a PaintFetched follows. Does nothing while one is under way."""
+        ...
+
+
+class Links(Protocol):
+    """The console's ways to the robots that there are."""
+
+    def found(self) -> list[tuple[str, Link]]:
+        """Robots that have been found since the last call, by namespace; the first call has at least one. Never waits.
+
+        One that has gone is no news: its link goes on, and says so.
+        """
         ...

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from textual.content import Content
 
 from touchline.schemas.messages.touchline import TraversalStatus
@@ -10,19 +12,44 @@ from touchline.tui.alerts import alerts
 from touchline.tui.event_log import INFO
 from touchline.tui.order_book import OrderLine
 from touchline.tui.panels import LinesPanel
+from touchline.tui.robots import Robots
 from touchline.tui.state import ConsoleState
 
 
-def signal_line(state: ConsoleState, width: int) -> Content:
-    """The row, `width` cells wide."""
+def signal_line(state: ConsoleState, width: int, others: Mapping[str, ConsoleState] | None = None) -> Content:
+    """The row about a robot, `width` cells wide; of the `others` emergency stops that they have not acknowledged."""
     right = _alerts(state, width)
-    return _orders(state, width - right.cell_length) + right
+    line = _line(state)
+    if (elsewhere := _stopping(others or {})) and (line is None or not line.loud):
+        line = elsewhere
+    elif elsewhere is not None and line is not None:
+        line = OrderLine(line.severity, f"{line.text}; {elsewhere.text}", loud=True)
+    return _shown(line, width - right.cell_length) + right
 
 
-def _orders(state: ConsoleState, width: int) -> Content:
-    shown = "" if state.traversal is None or state.robot_stale else theme.STATES[state.traversal].text
+def _stopping(others: Mapping[str, ConsoleState]) -> OrderLine | None:
+    """Emergency stops that robots out of view have not acknowledged."""
+    lines = {name: state.orders.stop.line(state.now_s, _badge_text(state)) for name, state in others.items()}
+    loud = [(name, line) for name, line in lines.items() if line is not None and line.loud]
+    if not loud:
+        return None
+    name, line = loud[0]
+    if len(loud) == 1:
+        return OrderLine(line.severity, f"{name}: {line.text}", loud=True)
+    return OrderLine(line.severity, f"E-STOP NOT ACKNOWLEDGED BY {', '.join(name for name, _ in loud)}", loud=True)
+
+
+def _badge_text(state: ConsoleState) -> str:
+    return "" if state.traversal is None or state.robot_stale else theme.STATES[state.traversal].text
+
+
+def _line(state: ConsoleState) -> OrderLine | None:
+    shown = _badge_text(state)
     running = shown == theme.STATES[TraversalStatus.RUNNING].text
-    line = state.orders.line(state.now_s, shown, running=running)
+    return state.orders.line(state.now_s, shown, running=running)
+
+
+def _shown(line: OrderLine | None, width: int) -> Content:
     if line is None:
         return Content(" " * width)
     text = f" {_mark(line)} {line.text}"
@@ -59,6 +86,6 @@ def _alert_style(*, stops: bool) -> str:
 class SignalBar(LinesPanel):
     """The row as a widget; every dialog has one, too, in the same place."""
 
-    def show(self, state: ConsoleState) -> None:
+    def show(self, robots: Robots) -> None:
         """Redraw what changed."""
-        self.show_lines([signal_line(state, max(self.size.width, 40))])
+        self.show_lines([signal_line(robots.selected, max(self.size.width, 40), robots.others)])

@@ -39,13 +39,19 @@ SPEED_TOLD_S = 2.5
 
 @dataclass
 class ConsoleState:
-    """Everything the console shows. Messages come in by `apply`; what came of the operator's orders by its own methods.
+    """Everything the console shows of one robot.
+
+    Messages come in by `apply`; what came of the operator's orders by its own methods.
 
     `draft` is the job that is being prepared here, `loaded` the one that the robot has. The robot's is in view while
     it is busy, and whenever nothing is being prepared. `vehicle` is the robot's,
     once it has told.
     """
 
+    name: str = ""
+    """The robot's namespace."""
+    alone: bool = True
+    """Whether the console knows no other robot."""
     robot: Robot = field(default_factory=Robot)
     nodes: dict[str, Node] = field(default_factory=lambda: {name: Node(name) for name in EXPECTED_NODES})
     paint: PaintTrack = field(default_factory=PaintTrack)
@@ -60,6 +66,8 @@ class ConsoleState:
     now_s: float = 0.0
     """The console's own time: it stands still while the console does, so that nobody else seems silent for that."""
     vehicle: Vehicle = field(default_factory=Vehicle)
+    vehicle_json: str = ""
+    """The same as text, for the planner; "" as long as the robot has not told."""
     _speed_set: tuple[float, float] = (1.0, -math.inf)
     _publisher: str = ""
     _rejected_topics: set[str] = field(default_factory=set)
@@ -282,6 +290,7 @@ class ConsoleState:
 
     def _setup(self, message: String) -> None:
         self.vehicle = parse(Setup, message.data, "the robot's setup").vehicle
+        self.vehicle_json = self.vehicle.model_dump_json()
 
     def _event(self, message: Event) -> None:
         self.log.add(seconds(message.header.stamp), message.severity, message.source or "robot", message.text)

@@ -11,14 +11,14 @@ from textual.screen import Screen
 from textual.widgets import Static
 
 from touchline.tui import theme
+from touchline.tui.robots import Robots
 from touchline.tui.signal_bar import SignalBar
-from touchline.tui.state import ConsoleState
 
 
 class Console(Protocol):
     """Of the console, what such a screen needs."""
 
-    state: ConsoleState
+    robots: Robots
 
 
 class StopKey(Static):
@@ -29,7 +29,7 @@ class StopKey(Static):
         super().__init__(Content.styled(" ctrl+e E-STOP ", f"bold {theme.WHITE} on {theme.VERMILION}"))
 
     async def on_click(self, event: events.Click) -> None:
-        """Stop the robot."""
+        """Stop the robots."""
         event.stop()
         await self.app.run_action("estop", self.app)
 
@@ -41,7 +41,7 @@ def add_stop(screen: Screen[Any]) -> None:
     signals.styles.dock, signals.styles.height, signals.styles.margin = "top", 1, (1, 0, 0, 0)
     key.styles.dock, key.styles.height, key.styles.width = "bottom", 1, "auto"
     screen.mount(signals, key)
-    signals.show(cast(Console, screen.app).state)
+    signals.show(cast(Console, screen.app).robots)
 
 
 class Palette(CommandPalette):

@@ -317,11 +317,12 @@ class PlanReport(Message):
 
 
 class PlanRequest(Message):
-    """Plan a template, given as its JSON text."""
+    """Plan a template for a vehicle, both given as their JSON text; no vehicle: the planner's own."""
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/Plan_Request"
     request_id: str = ""
     template_json: str = ""
+    vehicle_json: str = ""
     options: PlanOptions = PlanOptions()
 
 

@@ -1,5 +1,7 @@
 """What a recording says of each topic: schema, type hash and QoS, as ROS 2's own recorder (rosbag2) has them."""
 
+from collections.abc import Iterable
+
 from touchline.schemas.cdr import full_definition, type_hash
 from touchline.schemas.topics import FORMER_NAMES, TOPIC_BY_NAME, Topic
 
@@ -18,6 +20,16 @@ def topic_at(path: str) -> Topic | None:
     """
     _, name = _found(path)
     return TOPIC_BY_NAME.get(name) or FORMER_NAMES.get(name)
+
+
+def namespace_at(path: str) -> str:
+    """The namespace, without slashes round it, of the robot whose topic was recorded as ``path``; "" for none."""
+    return _found(path)[0].strip("/")
+
+
+def robots_among(paths: Iterable[str]) -> tuple[str, ...]:
+    """Namespaces of the robots of which there are topics of the table among recorded paths, in their order."""
+    return tuple(dict.fromkeys(namespace_at(path) for path in paths if topic_at(path) is not None))
 
 
 def present_path(path: str) -> str:

@@ -5,10 +5,10 @@ that it does not take in time are dropped, and its requests are checked by whoev
 """
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
-from typing import Final
+from dataclasses import dataclass, field, replace
+from typing import Final, Self
 
 from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.schemas.topics import SERVICES, TOPICS
@@ -29,6 +29,7 @@ class GatewayConfig:
         endpoint: Where they are met.
         domain: ROS domain id.
         namespace: ROS namespace of all names, with or without its leading slash; ``/`` for none, empty for the robot's.
+            Of several robots each has its own below that.
     """
 
     endpoint: Ros2Endpoint = field(default_factory=Ros2Endpoint)
@@ -41,6 +42,11 @@ class GatewayConfig:
         if self.namespace.strip("/") and not all(part.isidentifier() and part.isascii() for part in parts):
             remedy = "use letters, digits, _ and single /, no digit first"
             raise SpecError("command line", "--ros-namespace", f"is {self.namespace!r}", remedy)
+
+    def of(self, robot: str, *, alone: bool) -> Self:
+        """For the robot of this namespace, which is alone or one of several."""
+        namespace = self.namespace if alone and self.namespace else f"{self.namespace.strip('/')}/{robot}".strip("/")
+        return replace(self, namespace=namespace)
 
     def arguments(self) -> list[str]:
         """The options that hand this to ``touchline bridge``."""
@@ -57,28 +63,27 @@ class Gateway:
         bus: An open bus.
         session: An open session among ROS 2 nodes.
         config: What they are to see.
+        number: Which of the gateways in this session it is, from 0.
 
     Raises:
         TouchlineError: Another gateway shows the same robot there.
     """
 
-    def __init__(self, bus: Bus, session: Ros2Session, config: GatewayConfig) -> None:
+    def __init__(self, bus: Bus, session: Ros2Session, config: GatewayConfig, number: int = 0) -> None:
         self._bus = bus
         self._config = config
-        namespace = config.namespace or bus.config.namespace
-        self._node = RosNode(config.domain, f"/{namespace.strip('/')}", NODE_NAME, session.id)
+        namespace = config.namespace or bus.namespace
+        first = number * (1 + len(TOPICS) + len(SERVICES))
+        self._node = RosNode(config.domain, f"/{namespace.strip('/')}", NODE_NAME, session.id, first)
         if session.tokens(self._node.twins()):
             raise TouchlineError(
                 f"{config.endpoint.option} {config.endpoint.locator}: ROS 2 node {self._node.full_name(NODE_NAME)} is "
                 f"there already in domain {config.domain}; choose another --ros-namespace or --ros-domain"
             )
         session.declare_token(self._node.token())
-        self._topics = {
-            topic.name: TopicRoute(session, self._node, number, topic) for number, topic in enumerate(TOPICS, 1)
-        }
-        first = len(TOPICS) + 1
+        self._topics = {topic.name: TopicRoute(session, self._node, at, topic) for at, topic in enumerate(TOPICS, 1)}
         self._services = [
-            ServiceRoute(bus, session, self._node, number, service) for number, service in enumerate(SERVICES, first)
+            ServiceRoute(bus, session, self._node, at, service) for at, service in enumerate(SERVICES, len(TOPICS) + 1)
         ]
         self._stops = [route for route in self._services if route.urgent]
         self._others = [route for route in self._services if not route.urgent]
@@ -88,7 +93,7 @@ class Gateway:
     def turn(self) -> bool:
         """Pass on what has arrived on either side, but for what stops the robot; returns whether anything had.
 
-        Raises whatever has ended `passing_stops`: better no gateway than one by which nobody can stop the robot.
+        Raises whatever has failed in `pass_stops`: better no gateway than one by which nobody can stop the robot.
         """
         if self._failure is not None:
             raise self._failure
@@ -100,23 +105,11 @@ class Gateway:
             service.turn()
         return bool(samples)
 
-    @contextmanager
-    def passing_stops(self) -> Iterator[None]:
-        """Pass on what stops the robot, from a thread of its own: the loop that turns this may take long for a turn."""
-        left = threading.Event()
-        thread = threading.Thread(target=self._pass_stops, args=(left,), name="ros2-stops", daemon=True)
-        thread.start()
+    def pass_stops(self) -> None:
+        """Pass on what stops the robot; should that fail, `turn` raises why."""
         try:
-            yield
-        finally:
-            left.set()
-            thread.join()
-
-    def _pass_stops(self, left: threading.Event) -> None:
-        try:
-            while not left.wait(_STOPS_EVERY_S):
-                for service in self._stops:
-                    service.turn()
+            for service in self._stops:
+                service.turn()
         except Exception as error:  # noqa: BLE001, raised again by `turn`
             self._failure = error
 
@@ -129,3 +122,22 @@ class Gateway:
             "ros2_calls": sum(service.calls for service in self._services),
             "ros2_refused": sum(service.refused for service in self._services),
         }
+
+
+@contextmanager
+def passing_stops(gateways: Sequence[Gateway]) -> Iterator[None]:
+    """Pass on what stops the robots, from a thread of its own: the loop that turns these may take long for a turn."""
+    left = threading.Event()
+
+    def work() -> None:
+        while not left.wait(_STOPS_EVERY_S):
+            for gateway in gateways:
+                gateway.pass_stops()
+
+    thread = threading.Thread(target=work, name="ros2-stops", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        left.set()
+        thread.join()

@@ -1,5 +1,6 @@
 """Which recording goes on, kept in the run folder, so that a bridge that was killed can be told to go on with it."""
 
+import hashlib
 import json
 import os
 import re
@@ -27,7 +28,10 @@ class GoingRecording:
     """
 
     def __init__(self, config: BusConfig, folder: Path, supervisor: int | None) -> None:
-        self._name = re.sub(r"\W+", "-", f"{config.endpoint}-{config.namespace}") + ".recording"
+        robots = ",".join(config.namespaces)
+        if len(config.namespaces) > 1:  # all their names may be too long for a file's
+            robots = hashlib.blake2b(robots.encode(), digest_size=8).hexdigest()
+        self._name = re.sub(r"\W+", "-", f"{config.endpoint}-{robots}") + ".recording"
         self._folder = folder
         self._supervisor = supervisor
 

@@ -7,7 +7,7 @@ found where it was asked for. A file that is there already is never overwritten 
 import os
 import stat
 import struct
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from importlib.metadata import version
@@ -63,16 +63,55 @@ class RecordingReport:
 
 
 class _Channel:
-    """The recorder's state of one topic."""
+    """The recorder's state of one topic of a robot."""
 
-    __slots__ = ("channel_id", "last_ns", "messages", "name", "stamped")
+    __slots__ = ("channel_id", "last_ns", "messages", "name", "robot", "stamped")
 
-    def __init__(self, name: str, channel_id: int, stamped: bool) -> None:
+    def __init__(self, name: str, channel_id: int, stamped: bool, robot: "_RobotTime") -> None:
         self.name = name
         self.channel_id = channel_id
         self.stamped = stamped
+        self.robot = robot
         self.messages = 0
         self.last_ns = 0
+
+
+class _RobotTime:
+    """What the recorder knows of one robot's sim time; see `Recorder`.
+
+    Attributes:
+        now_ns: Latest sim time of the clock (of any stamp, while no clock has come).
+        latest_ns: Of the clock and of the stamps before.
+        past_ns: Log time over sim time: what passed before the clock began anew.
+        known: Whether any time has come.
+        waiting: What came before that.
+    """
+
+    __slots__ = ("clock_seen", "known", "latest_ns", "now_ns", "past_ns", "waiting")
+
+    def __init__(self) -> None:
+        self.now_ns = self.latest_ns = self.past_ns = 0
+        self.known = self.clock_seen = False
+        self.waiting: list[tuple[_Channel, bytes, int]] = []
+
+    @property
+    def log_ns(self) -> int:
+        """The log time."""
+        return self.latest_ns + self.past_ns
+
+    def hear(self, stamp_ns: int, is_clock: bool) -> None:
+        """A stamp has come, the clock's or another."""
+        if is_clock:
+            self.clock_seen = True
+            self.now_ns = stamp_ns
+        elif not self.clock_seen:
+            self.now_ns = stamp_ns
+        ahead_ns = stamp_ns - self.latest_ns
+        if is_clock and ahead_ns < -ANEW_NS:
+            self.past_ns -= ahead_ns
+            self.latest_ns = stamp_ns
+        elif ahead_ns > 0 and (is_clock or not self.clock_seen or ahead_ns <= _AHEAD_NS):
+            self.latest_ns = stamp_ns
 
 
 def is_stamped(topic: Topic) -> bool:
@@ -82,16 +121,16 @@ def is_stamped(topic: Topic) -> bool:
 
 
 class Recorder:
-    """Records messages into one MCAP file.
+    """Records messages of one or more robots into one MCAP file.
 
-    ``publish_time`` is the sim time of the message's stamp. ``log_time`` is when it arrived, in sim time: the latest of
-    the clock and of the stamps before and in it, so that the same run gives the same recording at any pace; it never
-    steps back, and goes on where it was when the robot's clock begins anew. What has no stamp takes the latest sim time
-    for both (the first that comes, if none has come yet).
+    ``publish_time`` is the sim time of the message's stamp. ``log_time`` is when it arrived, in the robot's sim time:
+    the latest of its clock and of the stamps before and in it, so that the same run gives the same recording at any
+    pace, alone and beside other robots; it never steps back, and goes on where it was when the robot's clock begins
+    anew. What has no stamp takes the robot's latest sim time for both (the first that comes, if none has come yet).
 
     Args:
         path: File to write; its folder must exist and its name end in ``.mcap``.
-        namespace: Robot namespace under which the topics are recorded.
+        namespaces: Of the robots, under which their topics are recorded.
         topics: Rows of the topic table to record.
         existing: What to do when the file is there already.
         continues: The files of the same recording before this one.
@@ -103,8 +142,8 @@ class Recorder:
     def __init__(
         self,
         path: Path,
-        namespace: str = DEFAULT_NAMESPACE,
-        topics: Iterable[Topic] = RECORDED,
+        namespaces: Sequence[str] = (DEFAULT_NAMESPACE,),
+        topics: Sequence[Topic] = RECORDED,
         existing: Existing = Existing.RENAME,
         continues: Sequence[Path] = (),
     ) -> None:
@@ -113,19 +152,14 @@ class Recorder:
         self._file = RecordingFile(path)
         self._problem = ""
         self._report: RecordingReport | None = None
-        self._now_ns = 0
-        self._latest_ns = 0
-        self._past_ns = 0
-        """Log time over sim time: what passed before the clock began anew."""
-        self._now_known = False
-        self._clock_seen = False
-        self._waiting: list[tuple[_Channel, bytes, int]] = []
-        self._channels: dict[str, _Channel] = {}
+        self._robots = {namespace: _RobotTime() for namespace in namespaces}
+        self._first = namespaces[0]
+        self._channels: dict[tuple[str, str], _Channel] = {}
         self._losses = Losses()
         self._writer = Writer(self._file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)  # type: ignore[arg-type]
         try:
             self._writer.start("ros2", f"touchline {version('touchline')}")
-            self._register(namespace, topics)
+            self._register(topics)
             if continues:
                 part = {"part": str(len(continues) + 1), "before": ", ".join(each.name for each in continues)}
                 self._writer.add_metadata("touchline_part", part)
@@ -134,15 +168,16 @@ class Recorder:
             path.unlink(missing_ok=True)
             raise
 
-    def _register(self, namespace: str, topics: Iterable[Topic]) -> None:
+    def _register(self, topics: Sequence[Topic]) -> None:
         schemas: dict[str, int] = {}
-        for topic in topics:
-            ros_type = topic.type.ros_type
-            if ros_type not in schemas:
-                schemas[ros_type] = self._writer.register_schema(ros_type, "ros2msg", schema_text(topic))
-            name = topic_path(namespace, topic)
-            channel_id = self._writer.register_channel(name, "cdr", schemas[ros_type], channel_metadata(topic))
-            self._channels[topic.name] = _Channel(name, channel_id, is_stamped(topic))
+        for namespace, robot in self._robots.items():
+            for topic in topics:
+                ros_type = topic.type.ros_type
+                if ros_type not in schemas:
+                    schemas[ros_type] = self._writer.register_schema(ros_type, "ros2msg", schema_text(topic))
+                name = topic_path(namespace, topic)
+                channel_id = self._writer.register_channel(name, "cdr", schemas[ros_type], channel_metadata(topic))
+                self._channels[namespace, topic.name] = _Channel(name, channel_id, is_stamped(topic), robot)
 
     @property
     def messages(self) -> int:
@@ -165,16 +200,20 @@ class Recorder:
         return self._file.tell()
 
     @property
-    def now_ns(self) -> int:
-        """Latest sim time of the clock (of any stamp, while no clock has come)."""
-        return self._now_ns
+    def robots(self) -> tuple[str, ...]:
+        """Their namespaces."""
+        return tuple(self._robots)
+
+    def now_ns(self, namespace: str) -> int:
+        """Latest sim time of a robot's clock (of any stamp, while no clock has come)."""
+        return self._robots[namespace].now_ns
 
     @property
     def problem(self) -> str:
         """Why recording ended early; empty while all is well."""
         return self._problem
 
-    def write(self, topic: str, payload: bytes, sequence: int, missed: int = 0) -> None:
+    def write(self, topic: str, payload: bytes, sequence: int, missed: int = 0, namespace: str = "") -> None:
         """Record one message.
 
         Args:
@@ -182,59 +221,47 @@ class Recorder:
             payload: CDR with its header.
             sequence: The publisher's count; its lower 32 bits are recorded.
             missed: Messages of the same topic that should have come before this one and did not.
+            namespace: Of the robot; the first one's if it is empty.
 
         Raises:
             RecordingError: The disk is full or failed. The recording is closed as well as it can be and takes nothing
                 more; :meth:`finish` tells what it holds.
-            KeyError: The topic is not among those given at the start.
+            KeyError: The robot or the topic is not among those given at the start.
         """
-        channel = self._channels[topic]
+        channel = self._channels[namespace or self._first, topic]
+        robot = channel.robot
         channel.messages += 1
         if channel.stamped and len(payload) >= _STAMP_END:
             seconds, nanoseconds = _STAMP.unpack_from(payload, _STAMP_OFFSET)
             time_ns = max(seconds * 1_000_000_000 + nanoseconds, 0)
-            if topic == CLOCK.name:
-                self._clock_seen = True
-                self._now_ns = time_ns
-            elif not self._clock_seen:
-                self._now_ns = time_ns
-            self._advance(time_ns, topic == CLOCK.name)
-            if not self._now_known:
-                self._now_known = True
-                self._write_waiting()
-        elif self._now_known:
-            time_ns = self._latest_ns
+            robot.hear(time_ns, topic == CLOCK.name)
+            if not robot.known:
+                robot.known = True
+                self._write_waiting(robot)
+        elif robot.known:
+            time_ns = robot.latest_ns
         else:
-            self._waiting.append((channel, payload, sequence))
+            robot.waiting.append((channel, payload, sequence))
             return
         if missed:
             self._losses.add(channel.name, missed, channel.last_ns or time_ns, time_ns)
         channel.last_ns = time_ns
-        self._put(channel.channel_id, time_ns, payload, sequence)
+        self._put(channel, time_ns, payload, sequence)
 
-    def _advance(self, stamp_ns: int, is_clock: bool) -> None:
-        """Go on to the time of a stamp, if it is a later one."""
-        ahead_ns = stamp_ns - self._latest_ns
-        if is_clock and ahead_ns < -ANEW_NS:
-            self._past_ns -= ahead_ns
-            self._latest_ns = stamp_ns
-        elif ahead_ns > 0 and (is_clock or not self._clock_seen or ahead_ns <= _AHEAD_NS):
-            self._latest_ns = stamp_ns
-
-    def _put(self, channel_id: int, time_ns: int, payload: bytes, sequence: int) -> None:
+    def _put(self, channel: _Channel, time_ns: int, payload: bytes, sequence: int) -> None:
         if self._problem:
             raise RecordingError(self._problem)
         try:
-            log_time_ns = self._latest_ns + self._past_ns
-            self._writer.add_message(channel_id, log_time_ns, payload, time_ns, sequence & 0xFFFFFFFF)
+            log_ns = channel.robot.log_ns
+            self._writer.add_message(channel.channel_id, log_ns, payload, time_ns, sequence & 0xFFFFFFFF)
         except RecordingError as error:
             self._fail(error)
             raise
 
-    def _write_waiting(self) -> None:
-        waiting, self._waiting = self._waiting, []
+    def _write_waiting(self, robot: _RobotTime) -> None:
+        waiting, robot.waiting = robot.waiting, []
         for channel, payload, sequence in waiting:
-            self._put(channel.channel_id, self._latest_ns, payload, sequence)
+            self._put(channel, robot.latest_ns, payload, sequence)
 
     def flush(self) -> None:
         """End the chunk in progress, so that all taken until now survives the process.
@@ -254,23 +281,24 @@ class Recorder:
         ended = self._file.close_short()
         self._problem = f"{error}; {'the recording ends before it' if ended else 'the recording is broken off there'}"
 
-    def finish(self, rejected: Mapping[str, int] | None = None) -> RecordingReport:
+    def finish(self, rejected: Mapping[tuple[str, str], int] | None = None) -> RecordingReport:
         """Complete the file with its index and close it; a repeat gives the same report.
 
         After a failed write nothing is raised: the report says what went wrong and what the file does hold.
 
         Args:
-            rejected: By name in the topic table, payloads that were kept from the recording.
+            rejected: By robot and name in the topic table, payloads that were kept from the recording.
         """
         if self._report is None:
             self._report = self._finish(rejected or {})
         return self._report
 
-    def _finish(self, rejected: Mapping[str, int]) -> RecordingReport:
+    def _finish(self, rejected: Mapping[tuple[str, str], int]) -> RecordingReport:
         counts = {channel.name: channel.messages for channel in self._channels.values()}
         if not self._problem:
             try:
-                self._write_waiting()
+                for robot in self._robots.values():
+                    self._write_waiting(robot)
                 self._writer.flush()  # type: ignore[no-untyped-call]
                 for name, values in self._losses.metadata():
                     self._writer.add_metadata(name, values)
@@ -288,9 +316,9 @@ class Recorder:
         refused = sum(rejected.values())
         return RecordingReport(self.path, sum(counts.values()), size, self.lost, counts, refused, self._problem)
 
-    def _told(self, rejected: Mapping[str, int]) -> dict[str, str]:
+    def _told(self, rejected: Mapping[tuple[str, str], int]) -> dict[str, str]:
         """Rejected payloads in all and by topic."""
-        per_topic = {self._channels[topic].name: str(count) for topic, count in rejected.items()}
+        per_topic = {self._channels[place].name: str(count) for place, count in rejected.items()}
         return {"total": str(sum(rejected.values())), **per_topic}
 
 

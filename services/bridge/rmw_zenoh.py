@@ -27,12 +27,14 @@ class RosNode:
         namespace: Namespace with its leading slash; ``/`` for none.
         name: The node's name.
         session: Zenoh id of the session that it lives in.
+        number: Its id in that session; its endpoints count on from there.
     """
 
     domain: int
     namespace: str
     name: str
     session: str
+    number: int = 0
 
     def full_name(self, name: str) -> str:
         """The fully qualified name of something in the node's namespace; ROS names have no hyphens."""
@@ -40,7 +42,7 @@ class RosNode:
 
     def token(self) -> str:
         """The node's liveliness token."""
-        return f"{_TOKENS}/{self.domain}/{self.session}/0/0/{NODE}/{self._place()}"
+        return f"{_TOKENS}/{self.domain}/{self.session}/{self.number}/{self.number}/{NODE}/{self._place()}"
 
     def twins(self) -> str:
         """Matches the tokens of all nodes of this name in this domain."""
@@ -72,7 +74,7 @@ class RosNode:
 
     def _endpoint_token(self, number: int, kind: str, name: str, ros_type: str, digest: str, qos: str) -> str:
         return (
-            f"{_TOKENS}/{self.domain}/{self.session}/0/{number}/{kind}/{self._place()}"
+            f"{_TOKENS}/{self.domain}/{self.session}/{self.number}/{self.number + number}/{kind}/{self._place()}"
             f"/{_mangled(self.full_name(name))}/{dds_type(ros_type)}/{digest}/{qos}"
         )
 

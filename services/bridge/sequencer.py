@@ -46,6 +46,10 @@ class Arrived(Protocol):
     def missed(self) -> int:
         """Messages of its publisher that are missing just before it."""
 
+    @property
+    def namespace(self) -> str:
+        """Of the robot that it is about."""
+
 
 class _Heard(NamedTuple):
     """The last message of a publisher: its wall time, how often clocks had been set back, and its place in time."""

@@ -1,4 +1,4 @@
-"""The bridge as a process: records on request, and shows the robot to ROS 2."""
+"""The bridge as a process: records its robots on request, and shows them to ROS 2."""
 
 import gc
 import time
@@ -17,7 +17,7 @@ from touchline.schemas.messages import (
     Time,
 )
 from touchline.services.bridge.folder import RecordingFolder
-from touchline.services.bridge.gateway import Gateway, GatewayConfig
+from touchline.services.bridge.gateway import Gateway, GatewayConfig, passing_stops
 from touchline.services.bridge.going import GoingRecording, next_part
 from touchline.services.bridge.handshake import shake_hands
 from touchline.services.bridge.output import RecordingError
@@ -38,35 +38,30 @@ class BridgeService:
     """Serves recording; everything happens in :meth:`run`'s one loop.
 
     Args:
-        bus: An open bus.
+        buses: Of each robot.
         existing: What to do when a recording's file is there already.
         recordings: The folder of what is recorded on request.
-        gateway: To ROS 2, if there is to be one.
+        gateways: To ROS 2, one for each robot, if it is to see them.
         beat: Called in waits that are longer than a turn of the loop, to show that it is at work.
         going: Where to note what is being recorded, for a bridge after this one.
     """
 
     def __init__(
         self,
-        bus: Bus,
+        buses: Sequence[Bus],
         existing: Existing,
         recordings: RecordingFolder,
-        gateway: Gateway | None = None,
+        gateways: Sequence[Gateway] = (),
         beat: Callable[[], None] = lambda: None,
         going: GoingRecording | None = None,
     ) -> None:
-        self._bus = bus
+        self._ends = [_RobotEnd(bus) for bus in buses]
         self._going = going
         self._parts: list[Path] = []
         self._folder = recordings
         self._beat = beat
-        self._gateway = gateway
+        self._gateways = gateways
         self._existing = existing
-        self._presence = bus.presence()
-        self._health = HealthReporter(bus)
-        self._events = bus.publisher(topics.EVENTS)
-        self._record = bus.serve(topics.RECORD)
-        self._record_stop = bus.serve(topics.RECORD_STOP)
         self._session: RecordingSession | None = None
         self._failed: RecordingReport | None = None
         self._gaps_told = 0
@@ -88,7 +83,8 @@ class BridgeService:
             self.start(path, parts)
         except RecordingError as error:
             text = f"the bridge was ended while it recorded {parts[-1].name}, and cannot go on: {error}"
-            self._publish(Event.ERROR, "recording-failed", text, 0)
+            for end in self._ends:
+                end.publish(Event.ERROR, "recording-failed", text, 0)
             return
         text = (
             f"the bridge was ended while it recorded {parts[-1].name}; it goes on in {path.name}, "
@@ -109,26 +105,29 @@ class BridgeService:
         if self._session is not None:
             raise RecordingError(f"{self._session.recorder.path} is being recorded; stop that first")
         self._failed, self._gaps_told = None, 0
-        recorder = Recorder(path, self._bus.config.namespace, topics.RECORDED, self._existing, continues)
+        namespaces = [end.bus.namespace for end in self._ends]
+        recorder = Recorder(path, namespaces, topics.RECORDED, self._existing, continues)
         self._parts = [*continues, path]
         if self._going is not None:
             self._going.note(self._parts)
-        self._session = RecordingSession(recorder, self._bus.inbox(topics.RECORDED))
+        self._session = RecordingSession(recorder, [end.bus.inbox(topics.RECORDED) for end in self._ends])
         self._handshake()
         if self._failed is not None:
             raise RecordingError(self._failed.problem)
 
     def _turn(self) -> bool:
         """One round of the loop; returns whether there was anything to record."""
-        self._presence.poll()
+        for end in self._ends:
+            end.presence.poll()
         busy = self._pump()
-        if self._gateway is not None:
-            busy |= self._gateway.turn()
+        for gateway in self._gateways:
+            busy |= gateway.turn()
         self._report_health()
-        if (call := self._record.poll()) is not None:
-            call.reply(self._answer_record(call.request))
-        if (stop_call := self._record_stop.poll()) is not None:
-            stop_call.reply(self._answer_stop())
+        for end in self._ends:
+            if (call := end.record.poll()) is not None:
+                call.reply(self._answer_record(call.request))
+            if (stop_call := end.record_stop.poll()) is not None:
+                stop_call.reply(self._answer_stop())
         return busy
 
     def _pump(self) -> bool:
@@ -146,13 +145,10 @@ class BridgeService:
         return busy
 
     def _tell(self, severity: int, code: str, text: str) -> None:
-        """Publish an event, at the sim time of the recording."""
+        """Publish an event under every robot, at its sim time in the recording."""
         assert self._session is not None
-        self._publish(severity, code, text, self._session.recorder.now_ns)
-
-    def _publish(self, severity: int, code: str, text: str, time_ns: int) -> None:
-        header = Header(stamp=Time.of_ns(time_ns))
-        self._events.send(Event(header=header, severity=severity, source=topics.BRIDGE, code=code, text=text))
+        for end in self._ends:
+            end.publish(severity, code, text, self._session.recorder.now_ns(end.bus.namespace))
 
     def _fail(self, error: RecordingError) -> None:
         """End a recording that cannot be written; leaving the bus's topics lets their publishers go on."""
@@ -167,24 +163,27 @@ class BridgeService:
             self._going.forget()
 
     def _report_health(self) -> None:
-        figures = self._gateway.figures() if self._gateway is not None else {}
+        level, message, values = self._health()
+        for number, end in enumerate(self._ends):
+            figures = self._gateways[number].figures() if self._gateways else {}
+            end.health.poll({**values, **figures}, level=level, message=message)
+
+    def _health(self) -> tuple[int, str, dict[str, object]]:
+        """(level, message, figures) of the recording."""
         if self._failed is not None:
-            self._health.poll({"recording": "", **figures}, level=DiagnosticStatus.ERROR, message=self._failed.problem)
-        elif self._session is None:
-            self._health.poll({"recording": "", **figures}, message="idle")
-        else:
-            recorder = self._session.recorder
-            values = {
-                "recording": recorder.path,
-                "messages": recorder.messages,
-                "bytes": recorder.size_bytes,
-                "lost_in_recording": recorder.lost,
-                "rejected_in_recording": self._session.rejected,
-                **figures,
-            }
-            flawed = recorder.lost or self._session.rejected
-            level = DiagnosticStatus.WARN if flawed else DiagnosticStatus.OK
-            self._health.poll(values, level=level, message="recording")
+            return DiagnosticStatus.ERROR, self._failed.problem, {"recording": ""}
+        if self._session is None:
+            return DiagnosticStatus.OK, "idle", {"recording": ""}
+        recorder = self._session.recorder
+        values: dict[str, object] = {
+            "recording": recorder.path,
+            "messages": recorder.messages,
+            "bytes": recorder.size_bytes,
+            "lost_in_recording": recorder.lost,
+            "rejected_in_recording": self._session.rejected,
+        }
+        flawed = recorder.lost or self._session.rejected
+        return DiagnosticStatus.WARN if flawed else DiagnosticStatus.OK, "recording", values
 
     def _answer_record(self, request: RecordRequest) -> RecordResponse:
         try:
@@ -220,14 +219,32 @@ class BridgeService:
 
     def _handshake(self) -> None:
         """Know that every publisher knows of us and that what it has sent is here, recording meanwhile."""
-        shake_hands(self._bus, self._presence, _PUBLISHERS, _HANDSHAKE_TIMEOUT_S, self._while_waiting)
+        for end in self._ends:
+            shake_hands(end.bus, end.presence, _PUBLISHERS, _HANDSHAKE_TIMEOUT_S, self._while_waiting)
 
     def _while_waiting(self) -> None:
         self._beat()
         self._pump()
-        if self._gateway is not None:
-            self._gateway.turn()
+        for gateway in self._gateways:
+            gateway.turn()
         self._report_health()
+
+
+class _RobotEnd:
+    """The bridge's end of one robot's bus: asked by any of them, it records all."""
+
+    def __init__(self, bus: Bus) -> None:
+        self.bus = bus
+        self.presence = bus.presence()
+        self.health = HealthReporter(bus)
+        self.record = bus.serve(topics.RECORD)
+        self.record_stop = bus.serve(topics.RECORD_STOP)
+        self._events = bus.publisher(topics.EVENTS)
+
+    def publish(self, severity: int, code: str, text: str, time_ns: int) -> None:
+        """An event for this robot's log."""
+        header = Header(stamp=Time.of_ns(time_ns))
+        self._events.send(Event(header=header, severity=severity, source=topics.BRIDGE, code=code, text=text))
 
 
 def _in_words(report: RecordingReport, parts: Sequence[Path]) -> str:
@@ -269,18 +286,24 @@ def run_service(
         TouchlineError: Another bridge is there, or ROS 2 nodes cannot be met where ``ros2`` says.
     """
     folder = RecordingFolder(recordings or Path.cwd())
+    config = config or BusConfig.from_environment()
     switch_threads_soon()
     with (
         until_stopped(supervisor) as stop,
-        Bus.open(topics.BRIDGE, config, lambda: stop.asked) as bus,
+        Bus.open_all(topics.BRIDGE, config, lambda: stop.asked) as buses,
         ExitStack() as stack,
     ):
-        bus.claim()
-        gateway = Gateway(bus, stack.enter_context(Ros2Session.open(ros2.endpoint)), ros2) if ros2 else None
-        if gateway is not None:
-            stack.enter_context(gateway.passing_stops())
-        going = GoingRecording(bus.config, folder.path, supervisor)
-        service = BridgeService(bus, existing, folder, gateway, stop.beat, going)
+        for bus in buses:
+            bus.claim()
+        gateways = []
+        if ros2 is not None:
+            session = stack.enter_context(Ros2Session.open(ros2.endpoint))
+            for number, bus in enumerate(buses):
+                shown = ros2.of(bus.namespace, alone=len(buses) == 1)
+                gateways.append(Gateway(bus, session, shown, number))
+            stack.enter_context(passing_stops(gateways))
+        going = GoingRecording(config, folder.path, supervisor)
+        service = BridgeService(buses, existing, folder, gateways, stop.beat, going)
         gc.freeze()  # a collection of all that was loaded would hold up stops from ROS 2
         if record is not None:
             service.start(record)

@@ -1,6 +1,6 @@
 """A recording while it goes on."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from typing import Protocol
 
@@ -13,7 +13,11 @@ FLUSH_PERIOD_S = 0.5
 
 
 class SessionInbox(Protocol):
-    """Where messages wait; the bus's inbox is one."""
+    """Where a robot's messages wait; the bus's inbox is one."""
+
+    @property
+    def namespace(self) -> str:
+        """Of the robot."""
 
     @property
     def rejected(self) -> Mapping[str, int]:
@@ -24,23 +28,27 @@ class SessionInbox(Protocol):
 
 
 class RecordingSession:
-    """One recording while it goes on: an inbox at one end, a file at the other.
+    """One recording while it goes on: inboxes at one end, a file at the other.
 
     Args:
         recorder: The file.
-        inbox: Where what is recorded arrives; it is left when the session is dropped.
+        inboxes: Where what is recorded of each robot arrives; they are left when the session is dropped.
     """
 
-    def __init__(self, recorder: Recorder, inbox: SessionInbox) -> None:
+    def __init__(self, recorder: Recorder, inboxes: Sequence[SessionInbox]) -> None:
         self.recorder = recorder
-        self._inbox = inbox
+        self._inboxes = inboxes
         self._sequencer = Sequencer()
         self._flush_due_s = 0.0
 
     @property
     def rejected(self) -> int:
         """Payloads so far that were kept from the recording because they were no messages of their topic."""
-        return sum(self._inbox.rejected.values())
+        return sum(self._rejected().values())
+
+    def _rejected(self) -> dict[tuple[str, str], int]:
+        """By robot and topic name."""
+        return {(inbox.namespace, name): n for inbox in self._inboxes for name, n in inbox.rejected.items()}
 
     def pump(self, now_s: float) -> bool:
         """Record what has arrived; returns whether anything had.
@@ -51,10 +59,8 @@ class RecordingSession:
         Raises:
             RecordingError: The disk is full or failed.
         """
-        batch = self._inbox.drain()
-        write = self.recorder.write
-        for message in self._sequencer.take(batch):
-            write(message.topic.name, message.payload, message.sequence, message.missed)
+        batch = [message for inbox in self._inboxes for message in inbox.drain()]
+        self._write(self._sequencer.take(batch))
         if now_s >= self._flush_due_s:
             self._flush_due_s = now_s + FLUSH_PERIOD_S
             self.recorder.flush()
@@ -65,6 +71,10 @@ class RecordingSession:
         if not self.recorder.problem:
             with suppress(RecordingError):  # the report tells
                 self.pump(0.0)
-                for message in self._sequencer.rest():
-                    self.recorder.write(message.topic.name, message.payload, message.sequence, message.missed)
-        return self.recorder.finish(self._inbox.rejected)
+                self._write(self._sequencer.rest())
+        return self.recorder.finish(self._rejected())
+
+    def _write(self, messages: Iterable[Arrived]) -> None:
+        write = self.recorder.write
+        for message in messages:
+            write(message.topic.name, message.payload, message.sequence, message.missed, message.namespace)

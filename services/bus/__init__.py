@@ -5,7 +5,7 @@ from touchline.services.bus.calls import CallError, ServedCall, Server
 from touchline.services.bus.config import BusConfig
 from touchline.services.bus.health import HealthReporter
 from touchline.services.bus.inbox import Inbox, Sample
-from touchline.services.bus.insist import insist
+from touchline.services.bus.insist import UrgentOrder, insist
 from touchline.services.bus.publisher import Publisher
 
 __all__ = [
@@ -18,5 +18,6 @@ __all__ = [
     "Sample",
     "ServedCall",
     "Server",
+    "UrgentOrder",
     "insist",
 ]

@@ -3,11 +3,11 @@
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any, Literal, Self
+from typing import Any, Final, Literal, Self
 
 import zenoh
 
-from touchline.schemas.topics import Request, Response, Service, Topic
+from touchline.schemas.topics import SERVING, Request, Response, Service, Topic
 from touchline.services.bus import calls
 from touchline.services.bus.answerers import Answerers
 from touchline.services.bus.calls import Question, Server
@@ -19,10 +19,15 @@ from touchline.services.bus.joining import join, join_at_door, leave
 from touchline.services.bus.presence import Presence, token_prefix
 from touchline.services.bus.publisher import Publisher
 from touchline.services.bus.replies import Replies
+from touchline.services.bus.roster import Roster
+
+_TOLD: Final = 12
 
 
 class Bus:
-    """Typed topics, services and presence; everything is polled, nothing calls back.
+    """Typed topics, services and presence of one robot; everything is polled, nothing calls back.
+
+    A process that acts for several robots has a bus for each, all of one session.
 
     Attributes:
         node: This process's name, as others see it.
@@ -38,6 +43,7 @@ class Bus:
         self._opened_at = time.monotonic()
         self._answerers = Answerers(self.presence)
         self._replies = Replies()
+        self._others: list[Bus] = []
         self._token = session.liveliness().declare_token(f"{token_prefix(config.namespace)}/{node}/{session.zid()}")
 
     @classmethod
@@ -70,6 +76,20 @@ class Bus:
 
     @classmethod
     @contextmanager
+    def open_all(
+        cls,
+        node: str,
+        config: BusConfig,
+        stop: Callable[[], object] = lambda: False,
+        patience_s: float = PATIENCE_S,
+    ) -> Iterator[tuple[Self, ...]]:
+        """As :meth:`open`, for each of the robots of ``config``, in their order."""
+        first, *others = config.namespaces
+        with cls.open(node, config.of(first), stop, patience_s) as bus:
+            yield (bus, *(bus.of(namespace) for namespace in others))
+
+    @classmethod
+    @contextmanager
     def open_at_door(cls, node: str, config: BusConfig, stop: Callable[[], bool]) -> Iterator[Self]:
         """As :meth:`open`, but with the robot alone, at its own door, so that nobody else can delay it.
 
@@ -89,9 +109,29 @@ class Bus:
             try:
                 yield bus
             finally:
-                bus._replies.close()
+                bus._close()
         finally:
             leave(session)
+
+    def _close(self) -> None:
+        for bus in (self, *self._others):
+            bus._replies.close()
+
+    def of(self, namespace: str) -> Self:
+        """A bus of another robot in the same session, with counters and answering threads of its own."""
+        other = type(self)(self._session, self.node, self.config.of(namespace))
+        other._opened_at = self._opened_at
+        self._others.append(other)  # held here: its liveliness token goes with it
+        return other
+
+    @property
+    def namespace(self) -> str:
+        """Of the robot."""
+        return self.config.namespace
+
+    def roster(self) -> Roster:
+        """A view of which robots are on the bus."""
+        return Roster(self._session)
 
     def claim(self) -> None:
         """Make sure that no other process of this name serves, because two would answer the same requests.
@@ -113,7 +153,7 @@ class Bus:
 
     def inbox(self, topics: Sequence[Topic], keep: Literal["all", "recent", "latest"] = "all") -> Inbox:
         """An inbox of ``topics``; see :class:`Inbox` for ``keep``."""
-        return Inbox(self._session, [(self.key(topic.name), topic) for topic in topics], keep, self.counters)
+        return Inbox(self._session, self.namespace, topics, keep, self.counters)
 
     def serve(self, service: Service[Request, Response]) -> Server[Request, Response]:
         """The serving end of ``service``."""
@@ -134,7 +174,14 @@ class Bus:
             CallError: Nobody answers within ``timeout_s``, or the answer is an error.
             PayloadError: The answer is not a response of this service.
         """
-        return calls.call(self.ask, service, request, timeout_s, while_waiting)
+        return calls.call(self.ask, service, request, timeout_s, while_waiting, self._why_nobody)
+
+    def _why_nobody(self) -> str:
+        robots = self.roster().look(SERVING)
+        if not robots or self.namespace in robots:
+            return "is the service running?"
+        there = robots[0] if len(robots) == 1 else f"{', '.join(robots[:_TOLD])}{' …' * (len(robots) > _TOLD)}"
+        return f"there is no robot {self.namespace} on the bus, but {there}; name one with --robot"
 
     def ask(self, service: Service[Any, Any], payload: bytes, timeout_s: float) -> Question:
         """As :meth:`call` with a request that is CDR already, without waiting, and without looking for the service."""

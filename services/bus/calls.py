@@ -349,8 +349,12 @@ def call(
     request: Request,
     timeout_s: float,
     while_waiting: Callable[[], None] | None = None,
+    why: Callable[[], str] = lambda: "is the service running?",
 ) -> Response:
-    """Ask ``service`` and wait for its answer; see :meth:`touchline.services.bus.Bus.call`."""
+    """Ask ``service`` and wait for its answer; see :meth:`touchline.services.bus.Bus.call`.
+
+    ``why`` is asked for what to say when nobody answers.
+    """
     if type(request) is not service.request:
         raise TypeError(f"{service.name} takes {service.request.__name__}, not {type(request).__name__}")
     payload = encode(request)
@@ -369,7 +373,7 @@ def call(
         if waited >= timeout_s:
             raise CallError(f"{service.name}: no answer within {timeout_s:.1f} s")
         if waited >= _DISCOVERY_S:
-            raise CallError(f"{service.name}: nobody answers; is the service running?")
+            raise CallError(f"{service.name}: nobody answers; {why()}")
         time.sleep(_RETRY_S)  # the service may have been started this moment
 
 

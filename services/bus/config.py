@@ -1,8 +1,9 @@
-"""Where the bus is: an endpoint, a robot namespace, and what a Zenoh configuration file lays over our settings."""
+"""Where the bus is: an endpoint, robot namespaces, and what a Zenoh configuration file lays over our settings."""
 
 import json
 import os
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Self
 
@@ -11,7 +12,7 @@ from zenoh import Config
 
 from touchline.schemas.cdr import MAX_PAYLOAD_BYTES
 from touchline.schemas.errors import SpecError
-from touchline.schemas.topics import DEFAULT_NAMESPACE, ROBOT_SIM
+from touchline.schemas.topics import DEFAULT_NAMESPACE, NAMESPACE_RULE, ROBOT_SIM, is_namespace
 from touchline.services.bus.reach import endpoints
 
 #: A peer that does not take a message for so long is cut off, so that it holds up nobody else.
@@ -35,35 +36,62 @@ class BusConfig:
 
     Attributes:
         endpoint: Zenoh locator of the meeting point, unless ``config_file`` has endpoints of its own.
-        namespace: Robot namespace, the first part of every key.
+        namespaces: Of the robots that the process acts for, each the first part of every key of its robot.
         config_file: Zenoh JSON5 configuration laid over ours, key by key (TLS, access control, routers).
     """
 
     endpoint: str = DEFAULT_ENDPOINT
-    namespace: str = DEFAULT_NAMESPACE
+    namespaces: tuple[str, ...] = (DEFAULT_NAMESPACE,)
     config_file: Path | None = None
 
     def __post_init__(self) -> None:
         """Refuse what Zenoh could not use."""
-        if not self.namespace or not all(part.replace("_", "").isalnum() for part in self.namespace.split("/")):
-            raise SpecError(NAMESPACE_VARIABLE, "", f"is {self.namespace!r}", "use letters, digits, _ and single /")
+        for namespace in self.namespaces:
+            if not is_namespace(namespace):
+                raise SpecError(NAMESPACE_VARIABLE, "", f"is {namespace!r}", NAMESPACE_RULE)
+        if not self.namespaces or len(set(self.namespaces)) < len(self.namespaces):
+            problem = f"is {','.join(self.namespaces)!r}"
+            raise SpecError(NAMESPACE_VARIABLE, "", problem, "name at least one robot, and each once")
         protocol, _, address = self.endpoint.partition("/")
         if not protocol.isalnum() or not address:
             raise SpecError(ENDPOINT_VARIABLE, "", f"is {self.endpoint!r}", f"give a locator like {DEFAULT_ENDPOINT}")
 
     @classmethod
-    def from_environment(cls) -> Self:
-        """The configuration in ``TOUCHLINE_ENDPOINT``, ``TOUCHLINE_NAMESPACE`` and ``TOUCHLINE_ZENOH_CONFIG``."""
+    def from_environment(cls, robots: Sequence[str] = ()) -> Self:
+        """The configuration in ``TOUCHLINE_ENDPOINT``, ``TOUCHLINE_NAMESPACE`` and ``TOUCHLINE_ZENOH_CONFIG``.
+
+        Args:
+            robots: Namespaces that were named otherwise, in place of the comma-separated ones of the environment.
+
+        Raises:
+            SpecError: One of them cannot be used.
+        """
         file = os.environ.get(CONFIG_VARIABLE)
         return cls(
             endpoint=os.environ.get(ENDPOINT_VARIABLE, DEFAULT_ENDPOINT),
-            namespace=os.environ.get(NAMESPACE_VARIABLE, DEFAULT_NAMESPACE),
+            namespaces=tuple(robots) or named_robots() or (DEFAULT_NAMESPACE,),
             config_file=Path(file) if file else None,
         )
 
+    @property
+    def namespace(self) -> str:
+        """Namespace of the one robot that the process acts for.
+
+        Raises:
+            SpecError: It was given several.
+        """
+        if len(self.namespaces) > 1:
+            problem = f"names {len(self.namespaces)} robots ({', '.join(self.namespaces)})"
+            raise SpecError(NAMESPACE_VARIABLE, "", problem, "name one, or choose it with --robot")
+        return self.namespaces[0]
+
+    def of(self, *namespaces: str) -> Self:
+        """The same bus, for these robots."""
+        return replace(self, namespaces=namespaces)
+
     def environment(self) -> dict[str, str]:
         """The variables that hand this configuration to a child process."""
-        variables = {ENDPOINT_VARIABLE: self.endpoint, NAMESPACE_VARIABLE: self.namespace}
+        variables = {ENDPOINT_VARIABLE: self.endpoint, NAMESPACE_VARIABLE: ",".join(self.namespaces)}
         if self.config_file:
             variables[CONFIG_VARIABLE] = str(self.config_file)
         return variables
@@ -151,6 +179,12 @@ class BusConfig:
             "transport/unicast/accept_timeout": 3000,
             "transport/unicast/accept_pending": 4000,
         }
+
+
+def named_robots() -> tuple[str, ...]:
+    """The namespaces in ``TOUCHLINE_NAMESPACE``, which commas separate; empty if it is not set."""
+    given = os.environ.get(NAMESPACE_VARIABLE)
+    return tuple(name.strip() for name in given.split(",")) if given is not None else ()
 
 
 def _door(endpoint: str) -> str | None:

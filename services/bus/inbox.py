@@ -32,6 +32,7 @@ class Sample(NamedTuple):
         source_time_ns: When it was sent, ns since the epoch; 0 if unknown.
         publisher: The publisher's id; empty if unknown.
         missed: Messages of this publisher that are missing just before this one.
+        namespace: Of the robot that it is about.
     """
 
     topic: Topic
@@ -40,6 +41,7 @@ class Sample(NamedTuple):
     source_time_ns: int
     publisher: bytes
     missed: int = 0
+    namespace: str = ""
 
     def decode(self) -> Message:
         """The message.
@@ -51,13 +53,14 @@ class Sample(NamedTuple):
 
 
 class Inbox:
-    """Samples of several topics.
+    """Samples of several topics of one robot.
 
     ``keep="all"`` loses nothing: when the inbox is full, publishers of blocking topics wait. ``keep="latest"`` holds
     one sample a topic and lets newer ones replace it; ``keep="recent"`` holds a thousand, so that only who falls far
     behind loses any, and publishers never wait.
 
     Attributes:
+        namespace: Of the robot.
         lost: Messages that were published but never came out of this inbox, from gaps in the sequence numbers.
         rejected: By topic name, payloads that were no messages of their topic, whoever sent them.
     """
@@ -65,15 +68,18 @@ class Inbox:
     def __init__(
         self,
         session: zenoh.Session,
-        keys: Sequence[tuple[str, Topic]],
+        namespace: str,
+        topics: Sequence[Topic],
         keep: Literal["all", "recent", "latest"],
         counters: Counters,
     ) -> None:
         """Declare the subscriptions; use :meth:`touchline.services.bus.Bus.inbox`."""
+        self.namespace = namespace
         self._counters = counters
         self._keep = keep
         self._subscribers = [
-            (topic, Wellformed(topic.type), SequenceGaps(), self._declare(session, key, topic)) for key, topic in keys
+            (topic, Wellformed(topic.type), SequenceGaps(), self._declare(session, f"{namespace}/{topic.name}", topic))
+            for topic in topics
         ]
         self.lost = 0
         self.rejected: dict[str, int] = {}
@@ -128,7 +134,7 @@ class Inbox:
         numbered = attachment.unpack(raw.attachment.to_bytes()) if raw.attachment is not None else None
         self._counters.received += 1
         if numbered is None:
-            return Sample(topic, payload, 0, 0, b"")
+            return Sample(topic, payload, 0, 0, b"", 0, self.namespace)
         missed = gaps.missed(numbered.publisher, numbered.sequence)
         if missed < 0:
             return None
@@ -136,4 +142,4 @@ class Inbox:
             self.lost += missed
         if self._keep == "all":
             self._counters.lost += missed
-        return Sample(topic, payload, *numbered, missed)
+        return Sample(topic, payload, *numbered, missed, self.namespace)

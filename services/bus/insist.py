@@ -1,12 +1,14 @@
-"""An order that cannot wait: asked for by two ways at once, again and again, until it is acknowledged."""
+"""An order that cannot wait: asked for by two ways at once, again and again, until every robot has acknowledged it."""
 
 import threading
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager
+from dataclasses import dataclass
 from queue import Empty, SimpleQueue
 from typing import Final, Generic, TypeAlias
 
+from touchline.schemas import topics
 from touchline.schemas.errors import PayloadError, TouchlineError
 from touchline.schemas.topics import Request, Response, Service
 from touchline.services.bus.bus import Bus
@@ -20,6 +22,9 @@ _TELL_AGAIN_S: Final = 5.0
 _AMONG_ALL_S: Final = 2.0
 _AT_DOOR_S: Final = 0.3
 _PAUSE_S: Final = 0.02
+_POLL_S: Final = 0.005
+#: Whoever has joined the bus knows all of its robots after this long.
+_FOUND_S: Final = 0.5
 
 _Way: TypeAlias = Callable[[], AbstractContextManager[Bus]]
 
@@ -28,33 +33,47 @@ class _DoneError(Exception):
     """The other way was the quicker one."""
 
 
-def insist(
-    service: Service[Request, Response],
-    request: Request,
-    node: str,
-    config: BusConfig,
-    patience_s: float,
-    tell: Callable[[str], None],
-) -> Response:
-    """Ask `service` as a peer of everybody and at the robot's own door at once; the first answer counts.
+@dataclass(frozen=True)
+class UrgentOrder(Generic[Request, Response]):
+    """What is asked for.
 
-    The request's id makes one order of all repeats. A crowd on the bus, or a frozen process at its meeting point, can
-    hold up the first way but not the second; a robot on another machine may be reached by the first alone.
+    Attributes:
+        service: One of the robots'.
+        request: With an id, which makes one order of all repeats.
+        patience_s: For how long it is repeated.
+        everyone: Whether it is for every robot on the bus; those of the bus configuration are asked before it is known
+            who there is.
+    """
+
+    service: Service[Request, Response]
+    request: Request
+    patience_s: float
+    everyone: bool = False
+
+
+def insist(
+    order: UrgentOrder[Request, Response], node: str, config: BusConfig, tell: Callable[[str], None]
+) -> Iterator[tuple[str, Response]]:
+    """Ask robots as a peer of everybody and at a robot's own door at once; of each the first answer counts.
+
+    A crowd on the bus, or a frozen process at its meeting point, can hold up the first way but not the second; a robot
+    on another machine may be reached by the first alone.
 
     Args:
-        service: One of the robot's.
-        request: What is asked for, with an id.
+        order: What is asked for.
         node: Name of this process on the bus.
-        config: Where the bus is.
-        patience_s: For how long it is repeated.
+        config: Where the bus is, and the robots.
         tell: Called with the reason when there is no answer after `TELL_S`, and every few seconds from then on.
+
+    Yields:
+        Robots, by their namespaces, and what they have answered, as the answers come.
 
     Raises:
         SpecError: The bus configuration cannot be used.
-        CallError: Not acknowledged within `patience_s`.
-        PayloadError: The answer is not a response of this service.
+        CallError: Not acknowledged by all of them within the order's patience.
+        PayloadError: An answer is not a response of this service.
     """
-    asked = _Asked(service, request)
+    asked = _Asked(order, config.namespaces)
     threads = [
         threading.Thread(target=asked.repeat, args=way, name="order", daemon=True)
         for way in _ways(node, config, asked.done.is_set)
@@ -64,19 +83,21 @@ def insist(
         thread.start()
     try:
         tell_s = TELL_S
-        while (waited_s := time.monotonic() - begun) < patience_s:
-            if (answer := asked.answer(min(tell_s, patience_s) - waited_s)) is not None:
-                return answer
-            if time.monotonic() - begun >= tell_s:
+        while not asked.finished and (waited_s := time.monotonic() - begun) < order.patience_s:
+            if (answer := asked.answer(min(tell_s, order.patience_s) - waited_s)) is not None:
+                yield answer
+            elif not asked.finished and time.monotonic() - begun >= tell_s:
                 tell(asked.problem)
                 tell_s += _TELL_AGAIN_S
-        raise CallError(f"{service.name}: NOT ACKNOWLEDGED within {patience_s:g} s: {asked.problem}")
+        if not asked.finished:
+            raise CallError(f"{order.service.name}: NOT ACKNOWLEDGED within {order.patience_s:g} s: {asked.problem}")
     finally:
-        asked.done.set()  # the threads leave by themselves: whoever gave the order waits for its answer alone
+        asked.done.set()  # the threads leave by themselves: whoever gave the order waits for its answers alone
 
 
 def _ways(node: str, config: BusConfig, stop: Callable[[], bool]) -> Iterable[tuple[_Way, float, bool]]:
-    """The ways to the robot, how long one question takes at most, and whether it is told what goes wrong with it."""
+    """The ways to the robots, how long one question takes at most, and whether by that way all robots are met."""
+    config = config.of(config.namespaces[0])
     yield lambda: Bus.open(node, config, stop), _AMONG_ALL_S, True
     if config.at_door() is not None:
         yield lambda: Bus.open_at_door(node, config, stop), _AT_DOOR_S, False
@@ -87,42 +108,113 @@ class _Asked(Generic[Request, Response]):
 
     Attributes:
         done: Set when no more is to be asked.
-        problem: Why there is no answer yet, as far as is known.
     """
 
-    def __init__(self, service: Service[Request, Response], request: Request) -> None:
+    def __init__(self, order: UrgentOrder[Request, Response], robots: Iterable[str]) -> None:
         self.done = threading.Event()
-        self.problem = f"{service.server} has not answered"
-        self._service, self._request = service, request
-        self._answers: SimpleQueue[Response | PayloadError] = SimpleQueue()
+        self._order = order
+        self._lock = threading.Lock()
+        self._wanted = set(robots)
+        self._answered: set[str] = set()
+        self._all_found = not order.everyone
+        self._problem = ""
+        self._answers: SimpleQueue[tuple[str, Response] | PayloadError] = SimpleQueue()
 
-    def answer(self, timeout_s: float) -> Response | None:
-        """What was answered; ``None`` if that takes longer."""
-        try:
-            answer = self._answers.get(timeout=max(0.0, timeout_s))
-        except Empty:
-            return None
-        if isinstance(answer, PayloadError):
-            raise answer
-        return answer
+    @property
+    def problem(self) -> str:
+        """Why there is no answer yet, as far as is known."""
+        missing = sorted(self._missing())
+        if self._problem:
+            return self._problem
+        if not missing:
+            return "who else is on the bus has not been found out yet"
+        whose = f" of {', '.join(missing)}" if len(self._wanted) > 1 else ""
+        return f"{self._order.service.server}{whose} has not answered"
 
-    def repeat(self, way: _Way, attempt_s: float, telling: bool) -> None:
-        """Ask by one way until somebody answers, or it is done."""
+    @property
+    def finished(self) -> bool:
+        """Whether there is nobody left to ask, and all answers have been taken."""
+        return self._all_found and not self._missing() and self._answers.empty()
+
+    def answer(self, timeout_s: float) -> tuple[str, Response] | None:
+        """The next answer; ``None`` if it takes longer, or there is nobody left to give one."""
+        deadline = time.monotonic() + timeout_s
+        while True:
+            try:
+                answer = self._answers.get(timeout=max(0.0, min(_PAUSE_S, deadline - time.monotonic())))
+            except Empty:
+                if self.finished or time.monotonic() >= deadline:
+                    return None
+                continue
+            if isinstance(answer, PayloadError):
+                raise answer
+            return answer
+
+    def repeat(self, way: _Way, attempt_s: float, meets_all: bool) -> None:
+        """Ask by one way until everybody has answered, or it is done."""
         while not self.done.is_set():
             try:
                 with way() as bus:
-                    self._answers.put(bus.call(self._service, self._request, attempt_s, self._go_on))
-                    return
-            except PayloadError as error:
-                self._answers.put(error)
-                return
+                    self._ask(bus, attempt_s, meets_all)
             except TouchlineError as error:
-                if telling:
-                    self.problem = str(error)
+                if meets_all:
+                    self._problem = str(error)
             except (_DoneError, KeyboardInterrupt):
                 return
             self.done.wait(_PAUSE_S)
 
-    def _go_on(self) -> None:
-        if self.done.is_set():
+    def _ask(self, bus: Bus, attempt_s: float, meets_all: bool) -> None:
+        """Ask everybody who has not answered, and those who are found meanwhile, side by side."""
+        roster, begun = bus.roster(), time.monotonic()
+        buses, asking = {bus.namespace: bus}, dict[str, threading.Thread]()
+        while not self.done.is_set() and (missing := self._missing() or not self._all_found):
+            if self._order.everyone:
+                roster.poll()
+                self._find(roster.robots({topics.ROBOT_SIM}), meets_all and time.monotonic() - begun > _FOUND_S)
+            for robot in self._missing() - asking.keys():
+                buses[robot] = buses.get(robot) or bus.of(robot)
+                asking[robot] = threading.Thread(
+                    target=self._call, args=(buses[robot], attempt_s, meets_all), name="order", daemon=True
+                )
+                asking[robot].start()
+            if missing and not any(thread.is_alive() for thread in asking.values()):
+                if time.monotonic() - begun > attempt_s:
+                    break
+                asking = {robot: thread for robot, thread in asking.items() if robot not in self._missing()}
+            time.sleep(_POLL_S)
+        for thread in asking.values():
+            thread.join()
+
+    def _call(self, bus: Bus, attempt_s: float, telling: bool) -> None:
+        robot = bus.namespace
+        try:
+            answer = bus.call(self._order.service, self._order.request, attempt_s, lambda: self._go_on(robot))
+        except PayloadError as error:
+            self._answers.put(error)
+        except TouchlineError as error:
+            if telling:
+                self._problem = str(error)
+        except _DoneError:
+            pass
+        else:
+            with self._lock:
+                if robot not in self._answered:
+                    self._answered.add(robot)
+                    self._problem = ""
+                    self._answers.put((robot, answer))
+
+    def _find(self, robots: Iterable[str], all_found: bool) -> None:
+        """Take up robots that are on the bus; when all are known, those that are not are not waited for."""
+        with self._lock:
+            self._wanted |= set(robots)
+            if all_found and robots:
+                self._wanted &= {*robots, *self._answered}
+                self._all_found = True
+
+    def _missing(self) -> set[str]:
+        with self._lock:
+            return self._wanted - self._answered
+
+    def _go_on(self, robot: str) -> None:
+        if self.done.is_set() or robot not in self._missing():
             raise _DoneError

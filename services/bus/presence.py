@@ -14,6 +14,8 @@ _COUNTED: Final = 16_384
 _COUNT_TIMEOUT_S: Final = 5.0
 _NAMES: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,63}")
 _IDS: Final = re.compile(r"[0-9a-f]{1,32}")
+EVERY_TOKEN: Final = "@touchline/**"
+"""The key expression of the tokens of all robots."""
 
 LivelinessReplies: TypeAlias = "handlers.Handler[zenoh.Reply]"
 
@@ -135,6 +137,12 @@ class _Count:
 def token_prefix(namespace: str) -> str:
     """Where the liveliness tokens are; ``@`` keeps them out of every ``**``."""
     return f"@touchline/{namespace}"
+
+
+def namespace_of(key: str) -> str:
+    """Namespace of the token at ``key``; "" if it has none."""
+    _, *namespace = key.split("/")[:-2]
+    return "/".join(namespace)
 
 
 def all_tokens(namespace: str, node: str = "*") -> str:

@@ -1,12 +1,14 @@
 """Groups of options: how to plan, and with which robot in which world."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Annotated, Literal, TypeVar
 
 import typer
 
 from touchline.schemas.errors import SpecError
+from touchline.schemas.fleet import Fleet
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.plugins import AREA_METHODS, EXTERNAL, FOLLOWERS, METHODS
@@ -191,6 +193,30 @@ class SetupChoice:
             onboard=_changed(_read(OnboardConfig, self.onboard), follower=self.follower),
             scenario=_changed(_read(Scenario, self.scenario), seed=self.seed, noise=self.noise),
         )
+
+    def refuse_with(self, other: str, remedy: str) -> None:
+        """Refuse these options beside ``other``, which says the same.
+
+        Raises:
+            SpecError: One of them is given.
+        """
+        for field in fields(self):
+            if (value := getattr(self, field.name)) is not None:
+                raise SpecError("command line", f"--{field.name}", f"is {value!s}, and {other} is given, too", remedy)
+
+    def chosen_robots(self, fleet: Path | None, namespaces: Sequence[str]) -> dict[str, Setup]:
+        """The robots in the file ``fleet``; without it, those of these names as the other options say.
+
+        Of several that differ in nothing else, the seeds count up from the one given.
+
+        Raises:
+            SpecError: A file is not what it should be, or an option says of all what the file says of each.
+        """
+        if fleet is not None:
+            self.refuse_with("--robots", f"say it of each robot in {fleet.name}")
+            return Fleet.read(fleet).setups()
+        setup = self.chosen()
+        return {name: setup.with_seed(setup.scenario.seed + number) for number, name in enumerate(namespaces)}
 
 
 S = TypeVar("S", bound=Spec)

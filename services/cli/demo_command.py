@@ -10,6 +10,7 @@ from touchline.schemas import topics
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import RecordRequest, RecordStopRequest
 from touchline.schemas.setup import Setup
+from touchline.schemas.topics import DEFAULT_NAMESPACE
 from touchline.services.cli.choices import PlanChoice, VehicleChoice
 from touchline.services.cli.display import print_figures, say
 from touchline.services.cli.groups import with_groups
@@ -50,7 +51,7 @@ def demo(
 def _in_console(setup: Setup) -> None:
     from touchline.tui.console import run_console
 
-    with local_system(setup, join_as=topics.SUPERVISOR) as system:  # the console minds the job
+    with local_system({DEFAULT_NAMESPACE: setup}, join_as=topics.SUPERVISOR) as system:  # the console minds the job
         say("Starting the services")
         system.wait_until_ready(say)
         system.bus.call(topics.RECORD, RecordRequest(request_id="demo", path=str(_RECORDING.absolute())))

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from touchline.schemas.errors import SpecError
+from touchline.services.bus import BusConfig
 
 PLOT_ENDINGS = (".svg", ".png")
 
@@ -40,6 +41,26 @@ RecordingsOption = Annotated[
         show_default=False,
     ),
 ]
+RobotsOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--robots",
+        metavar="FILE",
+        help="JSON file of several robots, each with its namespace, vehicle, computer and world (docs/robots.md).",
+        show_default=False,
+    ),
+]
+_ROBOT_HELP = "Namespace of the robot; default: $TOUCHLINE_NAMESPACE, or tt2."
+RobotOption = Annotated[str | None, typer.Option("--robot", metavar="NAME", help=_ROBOT_HELP, show_default=False)]
+SomeRobotsOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--robot",
+        metavar="NAME",
+        help="Namespace of a robot; may be repeated. Default: those in $TOUCHLINE_NAMESPACE, or all.",
+        show_default=False,
+    ),
+]
 SupervisorOption = Annotated[
     int | None, typer.Option("--supervisor", hidden=True, help="End when this process is not the parent any more.")
 ]
@@ -70,3 +91,12 @@ def check_plot(path: Path | None, option: str = "--plot") -> None:
     """
     if path is not None and path.suffix not in PLOT_ENDINGS:
         raise SpecError("command line", option, f"ends in {path.suffix!r}", f"use {' or '.join(PLOT_ENDINGS)}")
+
+
+def config_of(robot: str | None) -> BusConfig:
+    """The bus, and the robot that is named, or else the environment's.
+
+    Raises:
+        SpecError: It cannot be used.
+    """
+    return BusConfig.from_environment([robot] if robot is not None else ())

@@ -3,6 +3,7 @@
 import json
 import sys
 import uuid
+from collections.abc import Iterable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
@@ -14,12 +15,14 @@ from rich.table import Column, Table
 from touchline.schemas import topics
 from touchline.schemas.cdr import typestore
 from touchline.schemas.faults import parse_fault
-from touchline.schemas.messages import CommandRequest, InjectFaultRequest
+from touchline.schemas.messages import CommandRequest, CommandResponse, InjectFaultRequest, InjectFaultResponse
 from touchline.schemas.plain_text import plain
 from touchline.schemas.spec import read_text
-from touchline.services.bus import Bus, BusConfig, insist
+from touchline.schemas.topics import Service
+from touchline.services.bus import Bus, BusConfig, UrgentOrder, insist
+from touchline.services.bus.config import named_robots
 from touchline.services.cli.display import output
-from touchline.services.cli.options import ExitCode, JsonOption
+from touchline.services.cli.options import ExitCode, JsonOption, RobotOption, config_of
 from touchline.services.system.priority import FIRST, run_at
 
 OrderName = Literal["start", "pause", "resume", "abort", "estop", "reset", "refill", "replace-battery"]
@@ -56,22 +59,40 @@ def order(
             help="For how long estop, pause and abort are repeated until they are acknowledged.",
         ),
     ] = 30.0,
+    robot: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--robot",
+            metavar="NAME",
+            help="Namespace of a robot; may be repeated. Default: $TOUCHLINE_NAMESPACE; without that, estop, pause and "
+            "abort go to every robot on the bus, other orders to tt2.",
+            show_default=False,
+        ),
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Give the robot on the bus an order, as the console does; exit code 1 if it refuses.
+    """Give a robot on the bus an order, as the console does; exit code 1 if it refuses.
 
-    What stops it is repeated until it is acknowledged, and says on standard error while it is not.
+    What stops a robot is repeated until it is acknowledged, and says on standard error while it is not.
     """
     service, request = _SERVICES[what], CommandRequest(request_id=uuid.uuid4().hex)
+    config = BusConfig.from_environment(robot or ())
     if service.urgent:
         run_at(FIRST)
         typestore()  # takes a tenth of a second, which the order itself need not wait for
-        config = BusConfig.from_environment()
-        answer = insist(service, request, topics.OPERATOR, config, patience_s, partial(_tell_unacknowledged, what))
+        urgent = UrgentOrder(service, request, patience_s, everyone=not (robot or named_robots()))
+        answers = insist(urgent, topics.OPERATOR, config, partial(_tell_unacknowledged, what))
     else:
-        with Bus.open(topics.OPERATOR) as bus:
-            answer = bus.call(service, request)
-    _tell(answer.success, what, answer.message, as_json)
+        answers = _asked(service, request, config)
+    _tell(answers, what, config, as_json)
+
+
+def _asked(
+    service: Service[CommandRequest, CommandResponse], request: CommandRequest, config: BusConfig
+) -> Iterator[tuple[str, CommandResponse]]:
+    with Bus.open_all(topics.OPERATOR, config) as buses:
+        for bus in buses:
+            yield bus.namespace, bus.call(service, request)
 
 
 def fault(
@@ -83,27 +104,39 @@ def fault(
             show_default=False,
         ),
     ],
+    robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Let something go wrong with the robot on the bus (docs/robot-sim.md lists the faults)."""
+    config = config_of(robot)
     text = what if what.lstrip().startswith("{") else read_text(Path(what))
     parse_fault(text)  # told here, whether or not a robot is there
-    with Bus.open(topics.OPERATOR) as bus:
+    with Bus.open(topics.OPERATOR, config) as bus:
         answer = bus.call(topics.INJECT_FAULT, InjectFaultRequest(request_id=uuid.uuid4().hex, fault_json=text))
-    _tell(answer.success, "fault", answer.message, as_json)
+    _tell([(config.namespace, answer)], "fault", config, as_json)
 
 
 def _tell_unacknowledged(what: str, problem: str) -> None:
     typer.echo(f"{what}: NOT ACKNOWLEDGED ({plain(problem)}); repeating, Ctrl-C gives up", err=True)
 
 
-def _tell(success: bool, what: str, message: str, as_json: bool) -> None:
-    said = plain(message)
-    if as_json:
-        typer.echo(json.dumps({"order": what, "success": success, "message": said}, indent=2))
-    else:
-        typer.echo(f"{what}: {said}" if success else f"{what} refused: {said}", err=not success)
-    if not success:
+def _tell(
+    answers: Iterable[tuple[str, CommandResponse | InjectFaultResponse]], what: str, config: BusConfig, as_json: bool
+) -> None:
+    """Print each answer as it comes."""
+    refused = False
+    for robot, answer in answers:
+        said = plain(answer.message)
+        shown = what if (robot,) == config.namespaces else f"{robot}: {what}"
+        refused |= not answer.success
+        if as_json:
+            told = {"robot": robot, "order": what, "success": answer.success, "message": said}
+            typer.echo(json.dumps(told, indent=2))
+        elif answer.success:
+            typer.echo(f"{shown}: {said}")
+        else:
+            typer.echo(f"{shown} refused: {said}", err=True)
+    if refused:
         sys.exit(ExitCode.FAILED)
 
 

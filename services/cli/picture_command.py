@@ -20,6 +20,12 @@ def picture(
         Path, typer.Argument(metavar="RECORDING", help="What to draw (docs/recording.md).", show_default=False)
     ],
     out: Annotated[Path, typer.Option(metavar="FILE", help="The picture: an .svg or .png file.", show_default=False)],
+    robot: Annotated[
+        str | None,
+        typer.Option(
+            "--robot", metavar="NAME", help="Of a recording of several robots, the one to draw.", show_default=False
+        ),
+    ] = None,
 ) -> None:
     """Draw what was painted in a recording (in its last traversal), coloured by its distance from the template."""
     from touchline.services.runs.painted_picture import draw_painted, painted_caption
@@ -27,6 +33,6 @@ def picture(
 
     check_plot(out, "--out")
     check_writable(out)
-    session = read_painted(file)
+    session = read_painted(file, robot)
     caption = painted_caption(paint_figures(session.report)) if session.report else "not finished"
     draw_painted(session.template, session.strokes, out, caption, session.report.smears if session.report else ())

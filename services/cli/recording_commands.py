@@ -13,15 +13,18 @@ import typer
 from touchline.schemas import topics
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import DiagnosticArray, DiagnosticStatus, Event, RecordRequest, RecordStopRequest
-from touchline.services.bus import Bus
+from touchline.services.bus import Bus, BusConfig
+from touchline.services.bus.config import named_robots
 from touchline.services.cli.display import print_event, print_figures, progress_bar, say
-from touchline.services.cli.options import ExitCode, JsonOption, SpeedOption, speed_factor
+from touchline.services.cli.options import ExitCode, JsonOption, RobotOption, SpeedOption, config_of, speed_factor
 from touchline.services.runs.writing import check_recordable
 from touchline.services.system.shutdown import until_stopped
 
 _STOP_TIMEOUT_S = 120.0
 #: A supervisor has started a bridge again by then that was killed.
 _RETURN_S = 15.0
+#: Whoever joins the bus knows all of its robots by then.
+_LOOK_S = 0.5
 
 
 def register(app: typer.Typer) -> None:
@@ -33,11 +36,17 @@ def register(app: typer.Typer) -> None:
 def record(
     file: Annotated[Path, typer.Argument(metavar="FILE.mcap", help="Recording to write.", show_default=False)],
     seconds: Annotated[float, typer.Option(metavar="S", help="Stop after this long; 0: at Ctrl-C.", min=0.0)] = 0.0,
+    robot: RobotOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Have the running bridge record the session until Ctrl-C; exit code 1 if something is lost, or it ends early."""
+    """Have the running bridge record the session until Ctrl-C; exit code 1 if something is lost, or it ends early.
+
+    A bridge records all robots that it serves; --robot says whose it is, where there are several bridges.
+    """
     check_recordable(file)
-    with until_stopped() as stop, Bus.open(topics.OPERATOR, stop=lambda: bool(stop)) as bus:
+    named = robot is not None or bool(named_robots())
+    with until_stopped() as stop, Bus.open(topics.OPERATOR, config_of(robot), lambda: bool(stop)) as first:
+        bus = first if named else _with_bridge(first)
         watch = _Watch(bus)
         begun = bus.call(topics.RECORD, RecordRequest(request_id=uuid.uuid4().hex, path=str(file.absolute())))
         if not begun.success:
@@ -61,6 +70,12 @@ def record(
         print_event(Event.WARN, done.message)
     if done.lost or watch.interrupted:
         sys.exit(ExitCode.FAILED)
+
+
+def _with_bridge(bus: Bus) -> Bus:
+    """That of the default robot if it has a bridge or nobody has, else of the first one that has."""
+    robots = bus.roster().look({topics.BRIDGE}, _LOOK_S)
+    return bus if not robots or bus.namespace in robots else bus.of(robots[0])
 
 
 class _Watch:
@@ -116,15 +131,27 @@ def replay(
         Path, typer.Argument(metavar="RECORDING", help="What to replay (docs/recording.md).", show_default=False)
     ],
     speed: SpeedOption = "1",
+    robot: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--robot",
+            metavar="NAME",
+            help="Of a recording of several robots, one to replay; may be repeated. One robot alone is replayed as "
+            "NAME; default: $TOUCHLINE_NAMESPACE, or tt2.",
+            show_default=False,
+        ),
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Send a recording onto the bus again, as if the robot were there; a cut-off file is sent up to its break."""
+    """Send a recording onto the bus again, as if its robots were there; a cut-off file is sent up to its break."""
     from touchline.services.bridge.replay_service import run_replay
 
     with until_stopped() as stop, progress_bar("Replaying") as advance:
         sent = run_replay(
             file,
             speed_factor(speed),
+            BusConfig.from_environment(robot or ()),
+            robots=robot or (),
             progress=lambda fraction, sim_time_s: advance(fraction, f"{sim_time_s:.0f} s"),
             stop=lambda: bool(stop),
         )

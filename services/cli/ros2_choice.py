@@ -1,5 +1,6 @@
 """The options of the ROS 2 gateway, which ``touchline bridge`` and ``touchline up`` share."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,7 +14,7 @@ if TYPE_CHECKING:  # every process starts through this command line, and few nee
 
 @dataclass(frozen=True)
 class Ros2Choice:
-    """Whether and where ROS 2 nodes see the robot."""
+    """Whether and where ROS 2 nodes see the robots."""
 
     ros2: Annotated[
         bool,
@@ -43,18 +44,19 @@ class Ros2Choice:
         ),
     ] = ""
 
-    def told(self, namespace: str) -> str:
-        """Where ROS 2 nodes find the robot, for who starts them; empty without the gateway.
+    def told(self, robots: Sequence[str]) -> str:
+        """Where ROS 2 nodes find the robots, for who starts them; empty without the gateway.
 
         Args:
-            namespace: The robot's.
+            robots: Their namespaces.
         """
         gateway = self.gateway()
         if gateway is None:
             return ""
-        shown = f"/{(gateway.namespace or namespace).strip('/')}"
+        names = [gateway.of(robot, alone=len(robots) == 1).namespace.strip("/") for robot in robots]
+        shown = f"{'it' if len(robots) == 1 else 'them'} under {', '.join(f'/{name}' for name in names)}"
         lines = [
-            f"ROS 2 nodes find it under {shown}, through the Zenoh router at {gateway.endpoint.locator}:",
+            f"ROS 2 nodes find {shown}, through the Zenoh router at {gateway.endpoint.locator}:",
             "  export RMW_IMPLEMENTATION=rmw_zenoh_cpp",
             f"  export ROS_DOMAIN_ID={gateway.domain}",
             f"  export ZENOH_CONFIG_OVERRIDE='connect/endpoints=[\"{gateway.endpoint.locator}\"]'",

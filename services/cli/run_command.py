@@ -1,20 +1,28 @@
 """``touchline run``: one job from template to report, with real service processes."""
 
 import time
+from collections.abc import Callable, Iterator
 from contextlib import nullcontext
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Final
 
 import typer
 
 from touchline.schemas import topics
+from touchline.schemas.catalogue import parse_template
 from touchline.schemas.digest import scenario_hash
-from touchline.schemas.messages import GetPaintRequest, PlanOptions, Smear
+from touchline.schemas.errors import TouchlineError
+from touchline.schemas.messages import GetDiagnosticsRequest, GetPaintRequest, PlanOptions, String
+from touchline.schemas.messages.base import Message
 from touchline.schemas.plugins import EXTERNAL
 from touchline.schemas.setup import Setup
+from touchline.schemas.spec import parse
 from touchline.schemas.template import Template
-from touchline.services.bus import BusConfig
+from touchline.schemas.topics import DEFAULT_NAMESPACE
+from touchline.services.bus import Bus, BusConfig, Inbox, Sample
+from touchline.services.bus.presence import Presence
 from touchline.services.cli.choices import PlanChoice, SetupChoice
 from touchline.services.cli.display import Advance, print_event, progress_bar, say
 from touchline.services.cli.drawing import DrawingChoice
@@ -25,6 +33,9 @@ from touchline.services.runs.bus_run import BusRun, JobFailed, JobOptions
 from touchline.services.system.running_system import only_one
 from touchline.services.system.temporary_system import LocalSystem, local_system, severity_of
 
+#: A robot that answers has told its setup long before.
+_SETUP_S: Final = 5.0
+
 
 def register(app: typer.Typer) -> None:
     """Add the subcommand."""
@@ -33,10 +44,15 @@ def register(app: typer.Typer) -> None:
 
 @dataclass
 class Terminal:
-    """Shows a job on standard error, and ends it when the robot's process dies."""
+    """Shows a job on standard error, and ends it when the robot's process dies.
 
-    system: LocalSystem
+    Attributes:
+        advance: The bar.
+        watch: Called often; raises `JobFailed` when the robot's process has died.
+    """
+
     advance: Advance
+    watch: Callable[[], None]
     _stage: str = field(default="", init=False)
 
     def stage(self, text: str) -> None:
@@ -54,10 +70,7 @@ class Terminal:
 
     def check(self) -> None:
         """Tell what happened to the services."""
-        for notice in self.system.poll():
-            print_event(severity_of(notice), f"supervisor: {notice.text}")
-            if notice.node == topics.ROBOT_SIM and notice.kind in ("died", "hung"):
-                raise JobFailed(f"{notice.text}; its traversal is lost, what was recorded until then is kept")
+        self.watch()
 
 
 def run(
@@ -65,19 +78,35 @@ def run(
     robot: SetupChoice,
     planning: PlanChoice,
     speed: SpeedOption = "max",
+    name: Annotated[
+        str | None,
+        typer.Option(
+            "--robot",
+            metavar="NAME",
+            help="Do the job with this robot of the system that runs on the bus (see `touchline status`), instead of "
+            "starting one for it.",
+            show_default=False,
+        ),
+    ] = None,
     *,
     output: OutputChoice,
 ) -> None:
     """Paint a template once: start planner, robot and bridge, do the job over Zenoh, stop them, report."""
-    template, setup = drawing.chosen(), robot.chosen()
-    figures = run_job(
-        template,
-        speed=speed_factor(speed),
-        setup=setup,
-        options=planning.options(),
-        record=output.record,
-        plot=output.plot,
-    )
+    template = drawing.chosen()
+    if name is not None:
+        robot.refuse_with("--robot", "leave it out: the robot on the bus is what it is")
+        config = BusConfig.from_environment([name])
+        setup, figures = run_on_bus(template, config, speed_factor(speed), planning.options(), output)
+    else:
+        setup = robot.chosen()
+        figures = run_job(
+            template,
+            speed=speed_factor(speed),
+            setup=setup,
+            options=planning.options(),
+            record=output.record,
+            plot=output.plot,
+        )
     output.conclude("Run", drawing.template, setup, figures)
 
 
@@ -103,10 +132,11 @@ def run_job(
     job_options = JobOptions(template.to_json(), options, speed, record, cause, setup.vehicle)
     # A private bus, so that any number can run at once; but an external follower could not find that.
     config = BusConfig.from_environment() if setup.onboard.follower == EXTERNAL else None
+    namespace = config.namespace if config else DEFAULT_NAMESPACE
     with (
         only_one(config) if config else nullcontext(),
         local_system(
-            setup,
+            {namespace: setup},
             config,
             join_as=topics.OPERATOR,
             recordings=record.parent if record else None,
@@ -115,23 +145,77 @@ def run_job(
     ):
         advance(0.0, "Starting the services")
         system.wait_until_ready(say)
-        job = BusRun(system.bus, job_options, Terminal(system, advance))
-        try:
-            figures = job.run()
-        except JobFailed as error:
-            print_event(2, str(error))
-            return {"success": False, "reason": str(error)}
-        first_motion_s = job.started_at - begun
-        if plot is not None:
-            advance(1.0, "Drawing")
-            _draw(system, template, plot, figures, job.smears)
+        return _do(BusRun(system.bus, job_options, Terminal(advance, partial(_watch_system, system))), begun, plot)
+
+
+def run_on_bus(
+    template: Template, config: BusConfig, speed: float, options: PlanOptions, output: OutputChoice
+) -> tuple[Setup, dict[str, Any]]:
+    """Do one job with the robot of ``config`` on the bus, and leave it there.
+
+    Returns:
+        The robot's setup, as it tells it, and the run report.
+
+    Raises:
+        CallError: There is no such robot.
+    """
+    with Bus.open(topics.OPERATOR, config) as bus, progress_bar(f"Touchline, {config.namespace}") as advance:
+        begun = time.monotonic()
+        presence = bus.presence()
+        # Only a robot that answers is waited for: whoever names one that is not there is told so, and which are.
+        bus.call(topics.diagnostics_service(topics.ROBOT_SIM), GetDiagnosticsRequest())
+        setup = _setup_of(bus)
+        cause = scenario_hash(setup, template, options)
+        job_options = JobOptions(template.to_json(), options, speed, output.record, cause, setup.vehicle)
+        job = BusRun(bus, job_options, Terminal(advance, partial(_watch_robot, presence, config.namespace)))
+        return setup, _do(job, begun, output.plot)
+
+
+def _setup_of(bus: Bus) -> Setup:
+    """The robot's setup, which it tells whoever asks late, too."""
+    for _, message in _told(bus.inbox([topics.SETUP], keep="latest")):
+        if isinstance(message, String):
+            return parse(Setup, message.data, f"the setup of {bus.namespace}", recorded=True)
+    raise TouchlineError(f"robot {bus.namespace} does not tell its setup within {_SETUP_S:.0f} s")
+
+
+def _told(inbox: Inbox) -> Iterator[tuple[Sample, Message]]:
+    deadline = time.monotonic() + _SETUP_S
+    while time.monotonic() < deadline:
+        yield from inbox.messages()
+        time.sleep(0.005)
+
+
+def _watch_system(system: LocalSystem) -> None:
+    for notice in system.poll():
+        print_event(severity_of(notice), f"supervisor: {notice.text}")
+        if notice.node == topics.ROBOT_SIM and notice.kind in ("died", "hung"):
+            raise JobFailed(f"{notice.text}; its traversal is lost, what was recorded until then is kept")
+
+
+def _watch_robot(presence: Presence, name: str) -> None:
+    for change in presence.poll():
+        if change.node == topics.ROBOT_SIM and not change.alive:
+            raise JobFailed(f"robot {name} has left the bus; back again, it can go on (console: Load and go on)")
+
+
+def _do(job: BusRun, begun_s: float, plot: Path | None) -> dict[str, Any]:
+    """Do the job and draw it; the run report, or why the job ended early."""
+    try:
+        figures = job.run()
+    except JobFailed as error:
+        print_event(2, str(error))
+        return {"success": False, "reason": str(error)}
+    first_motion_s = job.started_at - begun_s
+    if plot is not None:
+        job.watcher.stage("Drawing")
+        _draw(job, plot, figures)
     return {**figures, "first_motion_s": first_motion_s}
 
 
-def _draw(
-    system: LocalSystem, template: Template, path: Path, figures: dict[str, Any], smears: tuple[Smear, ...]
-) -> None:
+def _draw(job: BusRun, path: Path, figures: dict[str, Any]) -> None:
     from touchline.services.runs.painted_picture import draw_painted, painted_caption
 
-    strokes = system.bus.call(topics.GET_PAINT, GetPaintRequest(), timeout_s=30.0).strokes
-    draw_painted(template, strokes, path, painted_caption(figures["paint"]), smears)
+    strokes = job.bus.call(topics.GET_PAINT, GetPaintRequest(), timeout_s=30.0).strokes
+    template = parse_template(job.options.template_json)
+    draw_painted(template, strokes, path, painted_caption(figures["paint"]), job.smears)

@@ -8,10 +8,18 @@ from typing import Annotated
 import typer
 
 from touchline.schemas.errors import TouchlineError
+from touchline.services.bus import BusConfig
+from touchline.services.bus.config import named_robots
 from touchline.services.cli.choices import SetupChoice, VehicleChoice
 from touchline.services.cli.drawing import OriginOption, parse_origin
 from touchline.services.cli.groups import with_groups
-from touchline.services.cli.options import RecordingsOption, SupervisorOption, speed_factor
+from touchline.services.cli.options import (
+    RecordingsOption,
+    RobotsOption,
+    SomeRobotsOption,
+    SupervisorOption,
+    speed_factor,
+)
 from touchline.services.cli.ros2_choice import Ros2Choice
 from touchline.services.runs.writing import check_recordable
 from touchline.services.system.priority import SOON, run_at, switch_threads_soon
@@ -34,6 +42,7 @@ def planner(body: VehicleChoice, supervisor: SupervisorOption = None) -> None:
 
 def robot_sim(
     robot: SetupChoice,
+    fleet: RobotsOption = None,
     origin: OriginOption = None,
     speed: Annotated[
         str, typer.Option(metavar="FACTOR", help="Times real time, or `max`; can be changed while it runs.")
@@ -46,11 +55,13 @@ def robot_sim(
     ] = None,
     supervisor: SupervisorOption = None,
 ) -> None:
-    """Run the emulated robot: waits on the bus for a trajectory and drives it, until Ctrl-C."""
+    """Run the emulated robot, or several of them: waits on the bus for trajectories and drives them, until Ctrl-C."""
     from touchline.services.robot_sim.service import run_service
 
-    chosen = robot.chosen().at(None if origin is None else parse_origin(origin, "--origin"))
-    run_service(None, chosen, speed=speed_factor(speed), journal=journal, supervisor=supervisor)
+    here = None if origin is None else parse_origin(origin, "--origin")
+    config = BusConfig.from_environment()
+    robots = {name: setup.at(here) for name, setup in robot.chosen_robots(fleet, config.namespaces).items()}
+    run_service(robots, config, speed=speed_factor(speed), journal=journal, supervisor=supervisor)
 
 
 def bridge(
@@ -70,12 +81,12 @@ def bridge(
         typer.echo(json.dumps({"path": str(report.path), "messages": report.messages, "lost": report.lost}))
 
 
-def tui() -> None:
-    """Open the operator's console on the bus; services may come and go while it is open."""
+def tui(robot: SomeRobotsOption = None) -> None:
+    """Open the operator's console on the bus, for every robot there; services may come and go while it is open."""
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise TouchlineError("the console needs a terminal; without one, use `touchline run` and `touchline status`")
     from touchline.tui.console import run_console
 
     run_at(SOON)
     switch_threads_soon()
-    run_console()
+    run_console(BusConfig.from_environment(robot or ()), everyone=not (robot or named_robots()))

@@ -14,10 +14,18 @@ from touchline.schemas.errors import PayloadError
 from touchline.schemas.messages import GetDiagnosticsRequest, TraversalStatus
 from touchline.schemas.plain_text import plain
 from touchline.services.bus import Bus, BusConfig, CallError
+from touchline.services.bus.config import named_robots
 from touchline.services.cli.choices import SetupChoice
 from touchline.services.cli.display import output, print_event, say
 from touchline.services.cli.groups import with_groups
-from touchline.services.cli.options import ExitCode, JsonOption, RecordingsOption, speed_factor
+from touchline.services.cli.options import (
+    ExitCode,
+    JsonOption,
+    RecordingsOption,
+    RobotsOption,
+    SomeRobotsOption,
+    speed_factor,
+)
 from touchline.services.cli.ros2_choice import Ros2Choice
 from touchline.services.system.diagnostics import read_health
 from touchline.services.system.running_system import only_one, running_pid, stop_running
@@ -25,6 +33,9 @@ from touchline.services.system.shutdown import until_stopped
 from touchline.services.system.temporary_system import local_system, publish_notices, severity_of
 
 _STOP_TIMEOUT_S = 20.0
+_LOOK_S = 0.5
+_MISSING = "not running"
+_COUNTS = ("pid", "published", "received", "lost", "rejected")
 _STATE_NAMES = {
     getattr(TraversalStatus, name): name.lower()
     for name in ("IDLE", "READY", "RUNNING", "PAUSED", "DONE", "ABORTED", "ESTOPPED")
@@ -41,43 +52,54 @@ def register(app: typer.Typer) -> None:
 def up(
     robot: SetupChoice,
     ros: Ros2Choice,
+    fleet: RobotsOption = None,
+    apart: Annotated[
+        bool, typer.Option("--apart", help="Run each robot in a process of its own, not all in one.")
+    ] = False,
     speed: Annotated[
         str, typer.Option(metavar="FACTOR", help="Times real time, or `max`; the console can change it.")
     ] = "1",
     recordings: RecordingsOption = None,
 ) -> None:
-    """Start planner, robot and bridge, watch them and restart what dies, until Ctrl-C or `touchline down`."""
+    """Start planner, robots and bridge, watch them and restart what dies, until Ctrl-C or `touchline down`."""
+    from touchline.services.robot_sim.together import check_together
+
     config = BusConfig.from_environment()
     gateway = ros.gateway()
-    setup = robot.chosen()
+    robots = robot.chosen_robots(fleet, config.namespaces)
+    if not apart:
+        check_together(robots)
+    config = config.of(*robots)
     speed_factor(speed)  # refused here rather than by a process that is then started again and again
     with (
         until_stopped() as stop,
         only_one(config),
         local_system(
-            setup,
+            robots,
             config,
             ["--speed", speed],
             gateway.arguments() if gateway else (),
-            join_as=topics.SUPERVISOR,  # nobody who could stop the robot: that is who has a console
+            join_as=topics.SUPERVISOR,  # nobody who could stop a robot: that is who has a console
             recordings=recordings,
+            apart=apart,
         ) as system,
     ):
         if system.wait_until_ready(say, lambda: bool(stop)):
-            say(f"Touchline is up on {config.endpoint}; open a console with `touchline tui`, stop with Ctrl-C")
-            if where := ros.told(config.namespace):
+            which = f" with {', '.join(robots)}" if len(robots) > 1 else ""
+            say(f"Touchline is up on {config.endpoint}{which}; open a console with `touchline tui`, stop with Ctrl-C")
+            if where := ros.told(config.namespaces):
                 say(where)
         publish_notices(system, lambda: bool(stop), lambda notice: print_event(severity_of(notice), notice.text))
     say("Touchline is down")
 
 
-def down(as_json: JsonOption = False) -> None:
-    """Stop the system that `touchline up` runs on this bus."""
-    pid = stop_running(BusConfig.from_environment(), _STOP_TIMEOUT_S)
+def down(robot: SomeRobotsOption = None, as_json: JsonOption = False) -> None:
+    """Stop what `touchline up` runs on this bus: all of it, or the systems of the robots that are named."""
+    pids = stop_running(BusConfig.from_environment(), _STOP_TIMEOUT_S, robot or named_robots())
     if as_json:
-        typer.echo(json.dumps({"stopped_pid": pid}))
+        typer.echo(json.dumps({"stopped_pids": pids}))
     else:
-        typer.echo("nothing was running" if pid is None else f"stopped (pid {pid})")
+        typer.echo(f"stopped (pid {', '.join(map(str, pids))})" if pids else "nothing was running")
 
 
 @dataclass(frozen=True)
@@ -93,31 +115,41 @@ class ServiceState:
     rejected: int | None = None
 
 
-def status(as_json: JsonOption = False) -> None:
-    """Show which services are on the bus and how they are."""
+@dataclass(frozen=True)
+class RobotState:
+    """One robot as ``touchline status`` shows it."""
+
+    namespace: str
+    supervisor_pid: int | None
+    services: list[ServiceState]
+    traversal: dict[str, Any] | None
+
+
+def status(robot: SomeRobotsOption = None, as_json: JsonOption = False) -> None:
+    """Show which robots and services are on the bus and how they are."""
     config = BusConfig.from_environment()
-    with Bus.open(topics.OBSERVER, config) as bus:
-        missing = bus.wait_for({topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE}, timeout_s=0.5)
-        states = [_state(bus, node, node in missing) for node in (topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE)]
-        traversal = _traversal(bus) if topics.ROBOT_SIM not in missing else None
-    shown = {
-        "endpoint": config.endpoint,
-        "namespace": config.namespace,
-        "supervisor_pid": running_pid(config),
-        "services": [asdict(state) for state in states],
-        "traversal": traversal,
-    }
+    named = tuple(robot or named_robots())
+    with Bus.open(topics.OBSERVER, config.of((named or config.namespaces)[0])) as bus:
+        names = named or bus.roster().look(topics.SERVING, _LOOK_S) or config.namespaces
+        robots = [_robot(bus if name == bus.namespace else bus.of(name)) for name in names]
     if as_json:
-        typer.echo(json.dumps(shown, indent=2))
+        typer.echo(json.dumps({"endpoint": config.endpoint, "robots": [asdict(each) for each in robots]}, indent=2))
     else:
-        _print(shown, states)
-    if missing:
+        _print(config.endpoint, robots)
+    if any(service.state == _MISSING for each in robots for service in each.services):
         sys.exit(ExitCode.FAILED)
+
+
+def _robot(bus: Bus) -> RobotState:
+    missing = bus.wait_for(set(topics.SERVING), timeout_s=_LOOK_S)
+    states = [_state(bus, node, node in missing) for node in topics.SERVING]
+    traversal = _traversal(bus) if topics.ROBOT_SIM not in missing else None
+    return RobotState(bus.namespace, running_pid(bus.config), states, traversal)
 
 
 def _state(bus: Bus, node: str, missing: bool) -> ServiceState:
     if missing:
-        return ServiceState(node, "not running")
+        return ServiceState(node, _MISSING)
     try:
         answer = bus.call(topics.diagnostics_service(node), GetDiagnosticsRequest(), timeout_s=2.0)
     except (CallError, PayloadError):
@@ -139,16 +171,26 @@ def _traversal(bus: Bus) -> dict[str, Any] | None:
     return None
 
 
-def _print(shown: dict[str, Any], states: list[ServiceState]) -> None:
-    table = Table("service", "state", "pid", "published", "received", "lost", "rejected")
-    for state in states:
-        table.add_row(*("–" if value is None else escape(plain(str(value))) for value in asdict(state).values()))
+def _print(endpoint: str, robots: list[RobotState]) -> None:
     console = output()
-    pid = shown["supervisor_pid"]
-    console.print(f"robot {shown['namespace']} on {shown['endpoint']}" + (f", supervisor pid {pid}" if pid else ""))
+    for robot in robots:
+        pid = f", supervisor pid {robot.supervisor_pid}" if robot.supervisor_pid else ""
+        console.print(f"robot {robot.namespace} on {endpoint}{pid}", markup=False)
+    several = len(robots) > 1
+    table = Table(*(["robot"] if several else []), "service", "state", *_COUNTS)
+    for robot in robots:
+        for number, state in enumerate(robot.services):
+            name = [robot.namespace if number == 0 else ""] if several else []
+            values = ("–" if value is None else escape(plain(str(value))) for value in asdict(state).values())
+            table.add_row(*name, *values)
     console.print(table)
-    if shown["traversal"]:
-        job = shown["traversal"]
-        painted = "" if job["coverage_pct"] is None else f", {job['coverage_pct']:.1f} % painted"
-        at = f" at {job['segment']}" if job["segment"] else ""
-        console.print(plain(f"traversal: {job['state']}{at}{painted}"), markup=False)
+    for robot in robots:
+        if robot.traversal:
+            whose = f"{robot.namespace}: " if several else "traversal: "
+            console.print(plain(f"{whose}{_in_words(robot.traversal)}"), markup=False)
+
+
+def _in_words(job: dict[str, Any]) -> str:
+    painted = "" if job["coverage_pct"] is None else f", {job['coverage_pct']:.1f} % painted"
+    at = f" at {job['segment']}" if job["segment"] else ""
+    return f"{job['state']}{at}{painted}"

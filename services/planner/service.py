@@ -1,10 +1,12 @@
-"""The planner as a process: answers plan requests on the bus, says how far it is and how it does."""
+"""The planner as a process: answers every robot's plan requests on the bus, says how far it is and how it does."""
 
 import queue
 import sys
 import threading
 import traceback
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from touchline.schemas import topics
 from touchline.schemas.messages import DiagnosticStatus, PlanRequest, PlanResponse, Progress
@@ -14,7 +16,7 @@ from touchline.services.system.shutdown import until_stopped
 
 # How often the main thread looks for requests, finished plans and the end.
 TURN_S = 0.01
-# Requests that may wait for the one being planned; more are told to come back.
+# Requests of a robot that may wait for the one being planned; more are told to come back.
 WAITING_MAX = 8
 # Progress is published when it has grown by this much, and at every new stage.
 PROGRESS_STEP = 0.02
@@ -27,6 +29,20 @@ WARM_UP = """{"name": "warm-up", "segments": [
 PlanCall = ServedCall[PlanRequest, PlanResponse]
 
 
+class Asked(NamedTuple):
+    """A request, and the number of the robot for which it is."""
+
+    call: PlanCall
+    robot: int
+
+
+class Told(NamedTuple):
+    """How far a robot's plan is."""
+
+    progress: Progress
+    robot: int
+
+
 class Stopping(Exception):
     """The service ends while a plan is being made."""
 
@@ -35,7 +51,7 @@ class Stopping(Exception):
 class Planned:
     """A finished request: the answer, or None if planning failed in a way that nobody foresaw."""
 
-    call: PlanCall
+    asked: Asked
     response: PlanResponse | None
 
 
@@ -47,8 +63,8 @@ class Worker:
     """
 
     vehicle: Vehicle
-    calls: "queue.SimpleQueue[PlanCall]" = field(default_factory=queue.SimpleQueue)
-    said: "queue.SimpleQueue[Progress | Planned]" = field(default_factory=queue.SimpleQueue)
+    calls: "queue.SimpleQueue[Asked]" = field(default_factory=queue.SimpleQueue)
+    said: "queue.SimpleQueue[Told | Planned]" = field(default_factory=queue.SimpleQueue)
     stopping: threading.Event = field(default_factory=threading.Event)
 
     def start(self) -> None:
@@ -61,26 +77,26 @@ class Worker:
 
         answer(PlanRequest(template_json=WARM_UP), self.vehicle)
         while not self.stopping.is_set():
-            call = self.calls.get()
+            asked = self.calls.get()
             try:
-                response: PlanResponse | None = answer(call.request, self.vehicle, self._teller(call.request_id))
+                response: PlanResponse | None = answer(asked.call.request, self.vehicle, self._teller(asked))
             except Stopping:
                 return
             except Exception:  # noqa: BLE001, a defect of the planner must not end the service
                 traceback.print_exc(file=sys.stderr)
                 response = None
-            self.said.put(Planned(call, response))
+            self.said.put(Planned(asked, response))
 
-    def _teller(self, request_id: str) -> "ProgressTeller":
-        return ProgressTeller(request_id, self.said, self.stopping)
+    def _teller(self, asked: Asked) -> "ProgressTeller":
+        return ProgressTeller(asked, self.said, self.stopping)
 
 
 @dataclass
 class ProgressTeller:
     """Passes on the progress of one request, thinned out."""
 
-    request_id: str
-    said: "queue.SimpleQueue[Progress | Planned]"
+    asked: Asked
+    said: "queue.SimpleQueue[Told | Planned]"
     stopping: threading.Event
     stage: str = ""
     fraction: float = 0.0
@@ -92,7 +108,8 @@ class ProgressTeller:
         if stage == self.stage and fraction < min(self.fraction + PROGRESS_STEP, 1.0):
             return
         self.stage, self.fraction = stage, fraction
-        self.said.put(Progress(request_id=self.request_id, stage=stage, fraction=fraction))
+        progress = Progress(request_id=self.asked.call.request_id, stage=stage, fraction=fraction)
+        self.said.put(Told(progress, self.asked.robot))
 
 
 @dataclass
@@ -103,7 +120,7 @@ class RequestTally:
     refused: int = 0
     failed: int = 0
     planning_time_s: float = 0.0
-    waiting: list[PlanCall] = field(default_factory=list)
+    waiting: list[Asked] = field(default_factory=list)
 
     def values(self) -> dict[str, object]:
         """The diagnostics' key-value pairs."""
@@ -119,51 +136,63 @@ class RequestTally:
 def run_service(
     config: BusConfig | None = None, vehicle: Vehicle | None = None, *, supervisor: int | None = None
 ) -> None:
-    """Serve `planner/plan` until SIGTERM or SIGINT (or until `supervisor`, the parent process, is gone).
+    """Serve `planner/plan` of all robots of `config` until SIGTERM or SIGINT (or until `supervisor` is gone).
+
+    Args:
+        config: Where the bus is, and the robots that may ask.
+        vehicle: For which is planned when a request carries none.
+        supervisor: Process id of the parent, to end with it.
 
     Raises:
         SpecError: The bus configuration cannot be used.
     """
-    with until_stopped(supervisor) as stop, Bus.open(topics.PLANNER, config, lambda: stop.asked) as bus:
-        bus.claim()
+    config = config or BusConfig.from_environment()
+    with until_stopped(supervisor) as stop, Bus.open_all(topics.PLANNER, config, lambda: stop.asked) as buses:
+        for bus in buses:
+            bus.claim()
         worker, tally = Worker(vehicle or Vehicle()), RequestTally()
-        server, health = bus.serve(topics.PLAN_SERVICE), HealthReporter(bus)
-        progress = bus.publisher(topics.PLANNER_PROGRESS)
+        servers, health = [bus.serve(topics.PLAN_SERVICE) for bus in buses], [HealthReporter(bus) for bus in buses]
+        progress = [bus.publisher(topics.PLANNER_PROGRESS) for bus in buses]
         worker.start()
         while not stop:
-            call = server.wait(TURN_S)
-            if call is not None:
-                _admit(call, worker, tally)
+            wait_s = TURN_S  # for the first robot; the others are only looked at
+            for robot, server in enumerate(servers):
+                if (call := server.wait(wait_s)) is not None:
+                    _admit(Asked(call, robot), worker, tally)
+                wait_s = 0.0
             _pass_on(worker, progress, tally)
             level = DiagnosticStatus.WARN if tally.failed else DiagnosticStatus.OK
-            health.poll(tally.values(), level=level, message="planning" if tally.waiting else "ready")
+            for reporter in health:
+                reporter.poll(tally.values(), level=level, message="planning" if tally.waiting else "ready")
         worker.stopping.set()
-        for call in tally.waiting:
-            call.fail("the planner is stopping; ask again when it is back")
+        for asked in tally.waiting:
+            asked.call.fail("the planner is stopping; ask again when it is back")
 
 
-def _admit(call: PlanCall, worker: Worker, tally: RequestTally) -> None:
-    if len(tally.waiting) > WAITING_MAX:
+def _admit(asked: Asked, worker: Worker, tally: RequestTally) -> None:
+    before = sum(other.robot == asked.robot for other in tally.waiting)
+    if before > WAITING_MAX:
         tally.refused += 1
-        call.fail(f"the planner is busy with {len(tally.waiting)} requests; ask again later")
+        asked.call.fail(f"the planner is busy with {before} requests; ask again later")
         return
-    tally.waiting.append(call)
-    worker.calls.put(call)
+    tally.waiting.append(asked)
+    worker.calls.put(asked)
 
 
-def _pass_on(worker: Worker, progress: Publisher, tally: RequestTally) -> None:
+def _pass_on(worker: Worker, progress: Sequence[Publisher], tally: RequestTally) -> None:
     """Publish and answer what the worker has said."""
     while not worker.said.empty():
         said = worker.said.get()
-        if isinstance(said, Progress):
-            progress.send(said)
+        if isinstance(said, Told):
+            progress[said.robot].send(said.progress)
             continue
-        tally.waiting.remove(said.call)
+        tally.waiting.remove(said.asked)
+        call = said.asked.call
         if said.response is None:
             tally.failed += 1
-            said.call.fail("the planner failed on this request: a defect; its log has the details")
+            call.fail("the planner failed on this request: a defect; its log has the details")
             continue
         tally.planned += said.response.success
         tally.refused += not said.response.success
         tally.planning_time_s = said.response.report.planning_time_s
-        said.call.reply(said.response)
+        call.reply(said.response)

@@ -8,9 +8,10 @@ from typing import Final
 from touchline.schemas import topics
 
 HEADER: Final = struct.Struct("<IHQ")
-"""Bytes of the payload, number of the topic, sequence number."""
+"""Bytes of the payload, number of robot and topic, sequence number."""
 
 _OTHERS: Final = (topics.PLANNER_PROGRESS, topics.SUPERVISOR_EVENTS, topics.DIAGNOSTICS)
 CARRIED: Final = tuple(topic for topic in topics.TOPICS if topic not in _OTHERS)
 """What the robot publishes by way of the sender."""
 NUMBERS: Final = {topic.name: number for number, topic in enumerate(CARRIED)}
+"""Of the first robot's topics; those of the next one go on after them."""

@@ -1,4 +1,4 @@
-"""Telemetry on its way to a process of its own, so that the control loop waits for no subscriber.
+"""Telemetry of a process's robots on its way to a process of its own, so that the control loop waits for no subscriber.
 
 What is to be published is written to a pipe that never blocks; what the pipe does not take waits here, up to a bound,
 beyond which it is dropped: the sequence numbers, which are given here, then show the gap to every subscriber. At the
@@ -19,7 +19,7 @@ from contextlib import suppress
 from typing import Final
 
 from touchline.services.bus import BusConfig
-from touchline.services.robot_sim.frame import HEADER, NUMBERS
+from touchline.services.robot_sim.frame import CARRIED, HEADER, NUMBERS
 from touchline.services.robot_sim.packing import Payload
 from touchline.services.system.safe_path import safe_path
 
@@ -38,7 +38,7 @@ class Outbox:
     """See the module; use `send` for all, `turn` often, and `close` at the end.
 
     Args:
-        config: Of the bus.
+        config: Of the bus, with the robots of this process.
         clock: Monotonic seconds.
 
     Attributes:
@@ -50,8 +50,8 @@ class Outbox:
     def __init__(self, config: BusConfig, clock: Callable[[], float] = time.monotonic) -> None:
         self._config, self._clock = config, clock
         self._run = uuid.uuid4().hex
-        self._sequences = dict.fromkeys(NUMBERS, 0)
-        self._latest: dict[str, bytes] = {}
+        self._sequences = [0] * (len(config.namespaces) * len(CARRIED))
+        self._latest: dict[int, bytes] = {}
         self._waiting: deque[memoryview] = deque()
         self._cut = False
         self.waiting_bytes = 0
@@ -84,25 +84,38 @@ class Outbox:
         """Whether so much waits that sim time should not run ahead."""
         return self.waiting_bytes > BEHIND_BYTES
 
-    def send(self, payloads: Sequence[Payload]) -> None:
-        """Have these messages published, in this order; never waits."""
+    def send(self, payloads: Sequence[Payload], robot: int = 0) -> int:
+        """Have these messages published, in this order; never waits.
+
+        Args:
+            payloads: Of one robot.
+            robot: Which of the robots of this process it is, from 0.
+
+        Returns:
+            How many of them there was no room for.
+        """
         frames: list[bytes] = []
+        first = robot * len(CARRIED)
         for topic, payload in payloads:
-            name = topic.name
-            self._sequences[name] += 1
-            header = HEADER.pack(len(payload), NUMBERS[name], self._sequences[name])
+            number = first + NUMBERS[topic.name]
+            self._sequences[number] += 1
+            header = HEADER.pack(len(payload), number, self._sequences[number])
             frames += (header, payload)
             if topic.latched:
-                self._latest[name] = header + payload
-        self._put(b"".join(frames), len(payloads))
+                self._latest[number] = header + payload
+        dropped = 0 if self._put(b"".join(frames)) else len(payloads)
+        self.dropped += dropped
         self._flush()
+        return dropped
 
-    def _put(self, batch: bytes, messages: int) -> None:
+    def _put(self, batch: bytes) -> bool:
+        """Whether there was room."""
         if self.waiting_bytes + len(batch) > MOST_BYTES:
-            self.dropped += messages
-        elif batch:
+            return False
+        if batch:
             self._waiting.append(memoryview(batch))
             self.waiting_bytes += len(batch)
+        return True
 
     def _flush(self) -> None:
         while self._waiting:
@@ -157,3 +170,37 @@ class Outbox:
         except subprocess.TimeoutExpired:
             self._sender.kill()
             self._sender.wait()
+
+
+class RobotOutlet:
+    """One robot's end of an `Outbox`.
+
+    Attributes:
+        dropped: Messages of this robot for which there was no room.
+    """
+
+    def __init__(self, outbox: Outbox, robot: int = 0) -> None:
+        """`robot` is which of the outbox's robots it is, from 0."""
+        self._outbox, self._robot = outbox, robot
+        self._told_restarts = outbox.restarts
+        self.dropped = 0
+
+    @property
+    def behind(self) -> bool:
+        """Whether so much waits, of all robots together, that sim time should not run ahead."""
+        return self._outbox.behind
+
+    @property
+    def restarts(self) -> int:
+        """How often the process that publishes was replaced."""
+        return self._outbox.restarts
+
+    def send(self, payloads: Sequence[Payload]) -> None:
+        """Have these messages published, in this order; never waits."""
+        self.dropped += self._outbox.send(payloads, self._robot)
+
+    def turn(self) -> bool:
+        """As of the outbox; True if this robot's paint has to be told anew."""
+        self._outbox.turn()
+        told, self._told_restarts = self._told_restarts, self._outbox.restarts
+        return told != self._told_restarts

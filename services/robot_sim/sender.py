@@ -1,4 +1,4 @@
-"""The process that publishes the robot's telemetry and tells what was painted.
+"""The process that publishes the telemetry of the robots of a process and tells what was painted.
 
 It reads `frame`s from a pipe and puts them on the bus. A subscriber that does not take them holds up this process, but
 not the robot, and not for long: after the bus's patience it is cut off, told of, and counted.
@@ -12,6 +12,7 @@ import select
 import signal
 import sys
 import time
+from collections.abc import Callable, Sequence
 from typing import Final
 
 from touchline.schemas import topics
@@ -31,30 +32,25 @@ _ANSWER_EVERY_S: Final = 0.1
 """Paint is told so often at most, whoever asks: it may be megabytes."""
 _CUT_OFF_S: Final = 0.9 * PATIENCE_S
 
+_PaintCall = ServedCall[GetPaintRequest, GetPaintResponse]
+
 
 class Sender:
     """Publishes what comes through the pipe; call `turn` in a loop.
 
     Args:
-        bus: Of the node `telemetry`.
-        run: Tells the publishers of this run of the robot from all others; a sender that replaces another has its.
+        buses: Of the node `telemetry`, one for each robot.
+        run: Tells the publishers of this run of the robots from all others; a sender that replaces another has its.
     """
 
-    def __init__(self, bus: Bus, run: str) -> None:
-        self._bus = bus
-        self._publishers = [bus.publisher(topic, _publisher_id(run, topic.name)) for topic in CARRIED]
-        self._health = HealthReporter(bus)
-        self._events = bus.publisher(topics.SUPERVISOR_EVENTS)
-        self._get_paint = bus.serve(topics.GET_PAINT)
-        self._paint = PaintHistory()
-        self._answer_at_s = 0.0
+    def __init__(self, buses: Sequence[Bus], run: str) -> None:
+        self._voices = [_RobotVoice(bus, run) for bus in buses]
         self._rest = b""
-        self._cut_off = 0
 
     def turn(self, pipe: int) -> bool:
         """Publish what is there and answer requests; False once the pipe has been closed and is empty."""
         # What had been sent before a request came is published before its answer.
-        asked = self._get_paint.poll() if time.monotonic() >= self._answer_at_s else None
+        asked = [(voice, call) for voice in self._voices if (call := voice.asked()) is not None]
         is_open = True
 
         def drain() -> None:
@@ -62,15 +58,11 @@ class Sender:
             is_open = self._drain(pipe)
 
         drain()
-        figures = {"forwarded": self._bus.counters.published, "cut_off": self._cut_off}
-        self._health.poll(figures, message="sending", settle=drain)
-        if asked is not None:
-            self._answer(asked)
+        for voice in self._voices:
+            voice.tell_health(drain)
+        for voice, call in asked:
+            voice.answer(call)
         return is_open
-
-    def _answer(self, asked: ServedCall[GetPaintRequest, GetPaintResponse]) -> None:
-        asked.reply_bytes(self._paint.answer())
-        self._answer_at_s = time.monotonic() + _ANSWER_EVERY_S
 
     def _drain(self, pipe: int) -> bool:
         """Publish all that is in the pipe; False at its end."""
@@ -78,7 +70,8 @@ class Sender:
             try:
                 data = os.read(pipe, _READ_BYTES)
             except BlockingIOError:
-                self._paint.link()
+                for voice in self._voices:
+                    voice.paint.link()
                 return True
             if not data:
                 return False
@@ -99,11 +92,44 @@ class Sender:
         self._rest = data[at:]
 
     def _put(self, number: int, payload: bytes, sequence: int) -> None:
+        robot, topic = divmod(number, len(CARRIED))
+        self._voices[robot].put(topic, payload, sequence)
+
+
+class _RobotVoice:
+    """What one robot says, and its paint."""
+
+    def __init__(self, bus: Bus, run: str) -> None:
+        self._bus = bus
+        self._publishers = [bus.publisher(topic, _publisher_id(run, bus.key(topic.name))) for topic in CARRIED]
+        self._health = HealthReporter(bus)
+        self._events = bus.publisher(topics.SUPERVISOR_EVENTS)
+        self._get_paint = bus.serve(topics.GET_PAINT)
+        self.paint = PaintHistory()
+        self._answer_at_s = 0.0
+        self._cut_off = 0
+
+    def asked(self) -> _PaintCall | None:
+        """A request for all paint, if one waits and it is time for the next answer."""
+        return self._get_paint.poll() if time.monotonic() >= self._answer_at_s else None
+
+    def answer(self, asked: _PaintCall) -> None:
+        """Tell all paint."""
+        asked.reply_bytes(self.paint.answer())
+        self._answer_at_s = time.monotonic() + _ANSWER_EVERY_S
+
+    def tell_health(self, settle: Callable[[], None]) -> None:
+        """Tell how this process does; `settle` comes between a question and its answer."""
+        figures = {"forwarded": self._bus.counters.published, "cut_off": self._cut_off}
+        self._health.poll(figures, message="sending", settle=settle)
+
+    def put(self, number: int, payload: bytes, sequence: int) -> None:
+        """Publish one message of the topic of this number."""
         topic = CARRIED[number]
         if topic is topics.PLAN:
-            self._paint.clear()
+            self.paint.clear()
         elif topic is topics.PAINT:
-            self._paint.add(payload)
+            self.paint.add(payload)
         begun_s = time.monotonic()
         self._publishers[number].send_numbered(payload, sequence)
         if time.monotonic() - begun_s > _CUT_OFF_S:
@@ -118,8 +144,8 @@ class Sender:
         )
 
 
-def _publisher_id(run: str, topic: str) -> bytes:
-    return hashlib.blake2b(f"{run} {topic}".encode(), digest_size=16).digest()
+def _publisher_id(run: str, key: str) -> bytes:
+    return hashlib.blake2b(f"{run} {key}".encode(), digest_size=16).digest()
 
 
 def main(pipe: int, run: str) -> None:
@@ -130,8 +156,8 @@ def main(pipe: int, run: str) -> None:
     os.set_blocking(pipe, False)
     wait = select.poll()
     wait.register(pipe, select.POLLIN)
-    with Bus.open(topics.TELEMETRY, BusConfig.from_environment()) as bus:
-        sender = Sender(bus, run)
+    with Bus.open_all(topics.TELEMETRY, BusConfig.from_environment()) as buses:
+        sender = Sender(buses, run)
         while sender.turn(pipe):
             wait.poll(1e3 * _IDLE_S)
 

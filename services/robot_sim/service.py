@@ -1,7 +1,9 @@
-"""The robot as a process: it serves commands, keeps the pace, and minds its links; a process of its own publishes.
+"""Robots as a process: it serves commands, keeps the pace, and minds their links; a process of its own publishes.
 
-The loop waits for nobody. Stops are looked for before everything else and after every few ticks; what takes long is
-done in other threads (`loading`) and processes (`outbox`); of everything else a bounded amount is served in a turn.
+The loop waits for nobody. Stops, of all its robots, are looked for before everything else and after every few ticks;
+what takes long is done in other threads (`loading`) and processes (`outbox`); of everything else a bounded amount is
+served in a turn. Robots share the loop and nothing else: each has its own emulator, pace, journal and handlers, so that
+its bytes are the same alone and beside others.
 """
 
 from __future__ import annotations
@@ -10,8 +12,9 @@ import gc
 import math
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Final, Literal, Protocol
 
@@ -29,10 +32,11 @@ from touchline.services.robot_sim.journal import Journal
 from touchline.services.robot_sim.loading import Loader, Prepared
 from touchline.services.robot_sim.lockstep import Lockstep
 from touchline.services.robot_sim.memory import give_back
-from touchline.services.robot_sim.outbox import Outbox
+from touchline.services.robot_sim.outbox import Outbox, RobotOutlet
 from touchline.services.robot_sim.pace import LONGEST_SLICE_S, Pacer
 from touchline.services.robot_sim.packing import Payload
 from touchline.services.robot_sim.telemetry import Telemetry
+from touchline.services.robot_sim.together import check_together
 from touchline.services.robot_sim.warm_up import warm_up
 from touchline.services.system.priority import FIRST, run_at, switch_threads_soon
 from touchline.services.system.shutdown import until_stopped
@@ -50,26 +54,30 @@ HEALTH_EVERY_S: Final = 0.02
 RESET_AFTER_S: Final = 0.5
 """A reset that comes sooner after an emergency stop was given before it, and is late: it must not undo the stop."""
 TIDY_S: Final = 10.0
-"""How often cyclic garbage is collected while the robot has nothing to do; a collection amid a job could take long."""
+"""How often cyclic garbage is collected while no robot has anything to do; a collection amid a job could take long."""
+IDLE_S: Final = 0.002
+"""How long at most a turn sleeps while no tick is to come."""
+BESIDE_EVERY_S: Final = 0.001
+"""How often at most, amid the ticks of one robot, the stops of the others are looked for."""
 BRAKING_TICKS: Final = 300
 """More than enough to come to rest."""
 ClockPolicy = Literal["held", "free"]
 
 
 def run_service(
+    robots: Mapping[str, Setup],
     config: BusConfig | None = None,
-    setup: Setup | None = None,
     *,
     speed: float = 1.0,
     clock: ClockPolicy = "held",
     journal: Path | None = None,
     supervisor: int | None = None,
 ) -> None:
-    """Be the robot until SIGTERM or SIGINT (or until `supervisor`, the parent process, is gone).
+    """Be these robots until SIGTERM or SIGINT (or until `supervisor`, the parent process, is gone).
 
     Args:
+        robots: By namespace, each with its computer and its world.
         config: Where the bus is.
-        setup: The robot, its computer and its world; default: the Turf Tank Two, default noise, seed 1.
         speed: Sim time per wall time: N is N× real time, 0 holds, negative is as fast as it goes.
         clock: `held`: sim time passes only while a traversal is under way or coming to rest, so that runs are
             reproducible; `free`: always.
@@ -77,27 +85,60 @@ def run_service(
         supervisor: Process id of the parent, to end with it.
 
     Raises:
-        SpecError: The bus configuration cannot be used.
-        TouchlineError: This robot runs already.
+        SpecError: The bus configuration cannot be used, or these robots cannot be of one process.
+        TouchlineError: One of them runs already.
     """
-    setup = setup or Setup()
+    check_together(robots, journal)
+    config = (config or BusConfig.from_environment()).of(*robots)
     switch_threads_soon()
     run_at(FIRST)
-    with until_stopped(supervisor) as stop, Bus.open(topics.ROBOT_SIM, config, lambda: stop.asked, PATIENCE_S) as bus:
-        outbox = Outbox(bus.config)
+    with (
+        until_stopped(supervisor) as stop,
+        Bus.open_all(topics.ROBOT_SIM, config, lambda: stop.asked, PATIENCE_S) as buses,
+    ):
+        outbox = Outbox(config)
         try:
-            health = HealthReporter(bus)
-            warm_up(health.starting, setup)
-            bus.claim()
+            health = [HealthReporter(bus) for bus in buses]
+            _warm_up(robots.values(), health)
+            for bus in buses:
+                bus.claim()
             gc.freeze()
             gc.disable()
-            with Journal(journal or journal_path(bus.config.namespace)) as kept:
-                robot = RobotProcess(bus, health, setup, outbox, speed=speed, clock=clock, journal=kept)
+            with ExitStack() as journals:
+                host = RobotHost(
+                    [
+                        RobotProcess(
+                            bus,
+                            health[number],
+                            setup,
+                            RobotOutlet(outbox, number),
+                            speed=speed,
+                            clock=clock,
+                            journal=journals.enter_context(Journal(journal or journal_path(bus.namespace))),
+                        )
+                        for number, (bus, setup) in enumerate(zip(buses, robots.values(), strict=True))
+                    ]
+                )
                 while not stop:
-                    robot.turn()
-                robot.close()
+                    host.turn()
+                host.close()
         finally:
             outbox.close()
+
+
+def _warm_up(setups: Iterable[Setup], health: Sequence[HealthReporter]) -> None:
+    """Compile what these robots need; what differs in their worlds only needs nothing else."""
+
+    def tell(doing: str) -> None:
+        for reporter in health:
+            reporter.starting(doing)
+
+    done: list[tuple[object, object]] = []
+    for setup in setups:
+        kind = setup.vehicle, setup.onboard
+        if kind not in done:
+            done.append(kind)
+            warm_up(tell, setup)
 
 
 def journal_path(namespace: str) -> Path:
@@ -128,8 +169,33 @@ class Outlet(Protocol):
         """Called in every turn of the loop; True if all paint has to be told anew."""
 
 
+class RobotHost:
+    """The robots of one process in one loop; call `turn` in a loop."""
+
+    def __init__(self, robots: Sequence[RobotProcess]) -> None:
+        """They take turns from now on."""
+        self._robots = robots
+        self._slice_s = LONGEST_SLICE_S / len(robots)
+        for robot in robots:
+            robot.beside = tuple(other for other in robots if other is not robot)
+
+    def turn(self) -> None:
+        """A turn of each robot, and sleep if nothing is due."""
+        due_s = min([robot.step(self._slice_s) for robot in self._robots])
+        time.sleep(max(0.0, due_s - time.monotonic()))
+
+    def close(self) -> None:
+        """End all runs in good order."""
+        for robot in self._robots:
+            robot.close()
+
+
 class RobotProcess:
-    """The emulator on the bus; call `turn` in a loop."""
+    """The emulator on the bus; call `turn` in a loop, or `step` in that of a `RobotHost`.
+
+    Attributes:
+        beside: The other robots of this process, whose stops are looked for whenever this one's are.
+    """
 
     def __init__(
         self,
@@ -143,6 +209,8 @@ class RobotProcess:
         journal: Journal | None = None,
     ) -> None:
         """Serve at once; nothing moves before a command."""
+        self.beside: tuple[RobotProcess, ...] = ()
+        self._beside_at_s = 0.0
         ask = Lockstep(bus, self._stop_waits)
         self._emulator = Emulator(setup.vehicle, setup.scenario, setup.onboard, ask=ask)
         self._telemetry = Telemetry(self._emulator, report_at_once=False)
@@ -177,7 +245,15 @@ class RobotProcess:
 
     def turn(self) -> None:
         """Serve what waits, run the ticks that are due (at most 10 ms of them), and sleep if there are none."""
-        self._answer_stops()
+        time.sleep(max(0.0, self.step(LONGEST_SLICE_S) - time.monotonic()))
+
+    def step(self, slice_s: float) -> float:
+        """Serve what waits and run the ticks that are due; returns until when (monotonic) nothing else is due.
+
+        Args:
+            slice_s: Ticks run for no longer than about this.
+        """
+        self._answer_all_stops(time.monotonic())
         self._mind_watchdog()
         self._serve()
         self._mind_report()
@@ -187,15 +263,14 @@ class RobotProcess:
         self._rate.note(now, self._emulator.tick_count)
         self._tell_health()
         if self._free or self._emulator.active:
-            if self._held:
-                time.sleep(0.002)
-            else:
-                self._run(self._pacer.due(now), now + LONGEST_SLICE_S)
-                time.sleep(self._pacer.wait_s(time.monotonic()))
+            if not self._held:
+                self._run(self._pacer.due(now), now + slice_s)
+                now = time.monotonic()
+                return now + self._pacer.wait_s(now)
         else:
             self._pacer.restart(now)
             self._tidy(now)
-            time.sleep(0.002)
+        return time.monotonic() + IDLE_S
 
     def close(self) -> None:
         """End a run in good order: valve closed and the robot braked, whatever the pace."""
@@ -223,8 +298,9 @@ class RobotProcess:
             self._publish(self._commands.note_progress())
             self._publish(self._telemetry.after(done))
             ticks -= done
-            self._answer_stops()
-            if time.monotonic() >= until_s:
+            now = time.monotonic()
+            self._answer_all_stops(now)
+            if now >= until_s:
                 self._pacer.give_back(ticks)
                 return
 
@@ -278,7 +354,16 @@ class RobotProcess:
                 self._waiting.append((call, handler))
         return bool(self._waiting)
 
-    def _answer_stops(self) -> None:
+    def _answer_all_stops(self, now_s: float) -> None:
+        """Those of this robot, and now and then those of the others in this process."""
+        self.answer_stops()
+        if now_s >= self._beside_at_s:
+            self._beside_at_s = now_s + BESIDE_EVERY_S
+            for robot in self.beside:
+                robot.answer_stops()
+
+    def answer_stops(self) -> None:
+        """Carry out what stops this robot; between ticks only."""
         self._stop_waits()
         waiting, self._waiting = self._waiting, []
         for call, handler in waiting:
@@ -320,9 +405,16 @@ class RobotProcess:
         if self._outlet.turn():
             self._publish(self._telemetry.all_paint())
 
+    @property
+    def at_rest(self) -> bool:
+        """Whether nothing of this robot would suffer from a pause of the process."""
+        return self._loader.idle and not self._emulator.active
+
     def _tidy(self, now_s: float) -> None:
-        if self._loader.idle and now_s > self._tidy_at_s:
-            self._tidy_at_s = now_s + TIDY_S
+        robots = (self, *self.beside)
+        if now_s > self._tidy_at_s and all(robot.at_rest for robot in robots):
+            for robot in robots:
+                robot._tidy_at_s = now_s + TIDY_S
             give_back()
 
     def _set_speed(self, factor: float) -> None:

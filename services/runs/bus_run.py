@@ -125,7 +125,12 @@ class BusRun:
                 if isinstance(message, Progress):
                     self.watcher.progress(message.fraction, message.stage)
 
-        request = PlanRequest(request_id=_new_id(), template_json=self.options.template_json, options=self.options.plan)
+        request = PlanRequest(
+            request_id=_new_id(),
+            template_json=self.options.template_json,
+            vehicle_json=self.options.vehicle.model_dump_json(),
+            options=self.options.plan,
+        )
         response = self._ask(topics.PLAN_SERVICE, request, _PLAN_TIMEOUT_S, show)
         if not response.success:
             raise JobFailed(response.message)

@@ -1,7 +1,8 @@
 """What was painted in a recorded session."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -11,6 +12,10 @@ from touchline.schemas.cdr import decode
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import PaintMarks, String, TraversalReport
 from touchline.schemas.template import MAX_COORDINATE_M, Template
+from touchline.schemas.topics import Topic
+
+if TYPE_CHECKING:
+    from touchline.services.bridge.recorded import Recorded
 
 #: Points of strokes that are drawn: a day of painting.
 MOST_POINTS = 10_000_000
@@ -27,37 +32,69 @@ class RecordedPaint:
     report: TraversalReport | None
 
 
-def read_painted(path: Path) -> RecordedPaint:
-    """The last traversal of the recording at ``path``, batches of marks joined to strokes again.
+def read_painted(path: Path, robot: str | None = None) -> RecordedPaint:
+    """The last traversal in the recording at ``path``, batches of marks joined to strokes again.
+
+    Args:
+        path: The recording.
+        robot: Namespace of the robot; may be left out if only one has painted.
 
     Raises:
         RecordingError: The file cannot be read.
-        SpecError: No template is recorded in it, or its paint is nowhere or too much to be drawn.
+        SpecError: No template of the robot is recorded in it, its paint is nowhere or too much to be drawn, or it must
+            be said which robot is meant.
         PayloadError: A message in it is none of its topic.
     """
-    from touchline.services.bridge.channels import topic_at
-    from touchline.services.bridge.decoding import as_message
+    from touchline.services.bridge.channels import namespace_at, topic_at
     from touchline.services.bridge.reader import RecordingReader
 
-    template_json, batches, report = "", list[PaintMarks](), None
+    found: dict[str, _Traversal] = {}
     reader, points = RecordingReader(path), 0
     for message in reader.messages():
-        topic = topic_at(message.topic)
+        topic, namespace = topic_at(message.topic), namespace_at(message.topic)
+        if topic not in _OF_PAINT or robot not in (None, namespace):
+            continue
+        traversal = found.setdefault(namespace, _Traversal())
+        points += traversal.take(topic, message, path)
+        if points > MOST_POINTS:
+            raise SpecError(str(path), topics.PAINT.name, f"has more than {MOST_POINTS:,} points", "draw a shorter one")
+    painted = {name: traversal for name, traversal in found.items() if traversal.template_json}
+    if not painted:
+        ending = f", and is {reader.summary.problem}" if reader.summary.problem else ""
+        whose = f" of robot {robot}" if robot is not None else ""
+        problem = f"holds no template{whose}{ending}"
+        raise SpecError(str(path), "", problem, "give the recording of a template's traversal")
+    if len(painted) > 1:
+        problem = f"holds {len(painted)} robots ({', '.join(painted)})"
+        raise SpecError(str(path), "", problem, "name one with --robot")
+    (traversal,) = painted.values()
+    template = parse_template(traversal.template_json, f"the template in {path.name}", recorded=True)
+    return RecordedPaint(template, _joined(traversal.batches), traversal.report)
+
+
+_OF_PAINT: Final = (topics.TEMPLATE, topics.PAINT, topics.REPORT)
+
+
+@dataclass
+class _Traversal:
+    """The last one of a robot."""
+
+    template_json: str = ""
+    batches: list[PaintMarks] = field(default_factory=list)
+    report: TraversalReport | None = None
+
+    def take(self, topic: Topic | None, message: "Recorded", path: Path) -> int:
+        """Note a message; returns how many points it has."""
+        from touchline.services.bridge.decoding import as_message
+
         if topic is topics.TEMPLATE:
-            template_json, batches, report = decode(String, message.payload).data, [], None
-        elif topic is topics.PAINT:
-            batches.append(_checked(decode(PaintMarks, message.payload), path))
-            points += len(batches[-1].x_m) + 1
-            if points > MOST_POINTS:
-                raise SpecError(str(path), topic.name, f"has more than {MOST_POINTS:,} points", "draw a shorter one")
+            self.template_json, self.batches, self.report = decode(String, message.payload).data, [], None
         elif topic is topics.REPORT:
-            report = as_message(TraversalReport, message)
-    if not template_json:
-        found = f"holds no template{f', and is {reader.summary.problem}' if reader.summary.problem else ''}"
-        raise SpecError(str(path), "", found, "give the recording of a template's traversal")
-    return RecordedPaint(
-        parse_template(template_json, f"the template in {path.name}", recorded=True), _joined(batches), report
-    )
+            self.report = as_message(TraversalReport, message)
+        else:
+            self.batches.append(_checked(decode(PaintMarks, message.payload), path))
+            return len(self.batches[-1].x_m) + 1
+        return 0
 
 
 def _checked(marks: PaintMarks, path: Path) -> PaintMarks:

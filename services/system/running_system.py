@@ -1,12 +1,12 @@
-"""The system that ``touchline up`` runs: one per bus endpoint, found again by ``touchline down``."""
+"""The system that ``touchline up`` runs: one for each robot on a bus, found again by ``touchline down``."""
 
 import fcntl
 import os
 import re
 import signal
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from touchline.schemas.errors import TouchlineError
@@ -15,23 +15,35 @@ from touchline.services.system.private_folder import open_private, run_folder
 
 
 def _lock_path(config: BusConfig) -> Path:
-    return run_folder() / (re.sub(r"\W+", "-", f"{config.endpoint}-{config.namespace}") + ".pid")
+    return run_folder() / f"{_file_name(config.endpoint)}-{_file_name(config.namespace)}.pid"
+
+
+def _file_name(text: str) -> str:
+    return re.sub(r"\W+", "-", text)
 
 
 @contextmanager
 def only_one(config: BusConfig) -> Iterator[None]:
-    """Be the one system on this bus; the lock goes with the process, however it ends.
+    """Be the one system of these robots on this bus; the locks go with the process, however it ends.
 
     Raises:
         TouchlineError: Another one runs, or the run folder is not private.
     """
+    with ExitStack() as locks:
+        for namespace in config.namespaces:
+            locks.enter_context(_locked(config.of(namespace)))
+        yield
+
+
+@contextmanager
+def _locked(config: BusConfig) -> Iterator[None]:
     with os.fdopen(open_private(_lock_path(config), os.O_RDWR), "r+") as lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:
             raise TouchlineError(
-                f"a system is already running on {config.endpoint} (pid {running_pid(config)}); "
-                "`touchline down` stops it, `touchline status` shows it"
+                f"a system is already running on {config.endpoint} with robot {config.namespace} "
+                f"(pid {running_pid(config)}); `touchline down` stops it, `touchline status` shows it"
             ) from error
         lock.truncate(0)
         lock.write(str(os.getpid()))
@@ -43,14 +55,29 @@ def only_one(config: BusConfig) -> Iterator[None]:
 
 
 def running_pid(config: BusConfig) -> int | None:
-    """Process id of the system on this bus, if one runs.
+    """Process id of the system of this robot, if one runs.
 
     Raises:
         TouchlineError: The lock is held, but not by the process that the file names.
     """
     path = _lock_path(config)
-    if not path.exists():
-        return None
+    return _holder(path) if path.exists() else None
+
+
+def running_pids(config: BusConfig, robots: Sequence[str]) -> list[int]:
+    """Process ids of the systems of these robots, or, if none is named, of all that run on this bus; sorted.
+
+    Raises:
+        TouchlineError: A lock is held, but not by the process that the file names.
+    """
+    if robots:
+        pids = [running_pid(config.of(robot)) for robot in robots]
+    else:
+        pids = [_holder(path) for path in run_folder().glob(f"{_file_name(config.endpoint)}-*.pid")]
+    return sorted({pid for pid in pids if pid is not None})
+
+
+def _holder(path: Path) -> int | None:
     with os.fdopen(open_private(path, os.O_RDWR), "r") as lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
@@ -85,22 +112,21 @@ def _has_open(pid: int, file: int) -> bool:
     return False
 
 
-def stop_running(config: BusConfig, timeout_s: float) -> int | None:
-    """Ask the system on this bus to stop, and wait until it has.
+def stop_running(config: BusConfig, timeout_s: float, robots: Sequence[str] = ()) -> list[int]:
+    """Ask the systems of these robots, or all on this bus if none is named, to stop, and wait until they have.
 
     Returns:
-        Its process id, or ``None`` when there was none.
+        Their process ids.
 
     Raises:
-        TouchlineError: It is still there after ``timeout_s``.
+        TouchlineError: One is still there after ``timeout_s``.
     """
-    pid = running_pid(config)
-    if pid is None:
-        return None
-    os.kill(pid, signal.SIGTERM)
+    pids = running_pids(config, robots)
+    for pid in pids:
+        os.kill(pid, signal.SIGTERM)
     deadline = time.monotonic() + timeout_s
-    while running_pid(config) == pid:
+    while left := set(pids) & set(running_pids(config, robots)):
         if time.monotonic() > deadline:
-            raise TouchlineError(f"the system (pid {pid}) has not stopped within {timeout_s:.0f} s")
+            raise TouchlineError(f"the system (pid {min(left)}) has not stopped within {timeout_s:.0f} s")
         time.sleep(0.05)
-    return pid
+    return pids

@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -46,6 +46,8 @@ class Notice(NamedTuple):
     node: str
     kind: str
     text: str
+    robots: tuple[str, ...] = ()
+    """Namespaces of the robots that it is about; empty: all."""
 
 
 @dataclass
@@ -56,11 +58,13 @@ class Child:
         node: Its name on the bus.
         arguments: ``touchline`` arguments that run it.
         patience_s: It is killed, and started again, when its loop has not turned for this long.
+        robot: Namespace of the one robot that it serves; empty if it serves all of the system's.
     """
 
     node: str
     arguments: Sequence[str]
     patience_s: float
+    robot: str = ""
     process: subprocess.Popen[bytes] | None = None
     ended: subprocess.Popen[bytes] | None = None
     """The process before, of which something may still run: the robot's sender, that publishes what was said last."""
@@ -72,6 +76,20 @@ class Child:
     heartbeat: HeartbeatWatch | None = None
     hangs: bool = False
     log_begin: int = 0
+
+    @property
+    def name(self) -> str:
+        """For people."""
+        return f"{self.node} of {self.robot}" if self.robot else self.node
+
+    @property
+    def file_name(self) -> str:
+        """For its log and heartbeat."""
+        return f"{self.node}-{self.robot.replace('/', '-')}" if self.robot else self.node
+
+    def notice(self, kind: str, text: str) -> Notice:
+        """Something that happened to it; ``text`` goes on after its name."""
+        return Notice(self.node, kind, f"{self.name} {text}", (self.robot,) if self.robot else ())
 
 
 class Supervisor:
@@ -95,11 +113,11 @@ class Supervisor:
         for child in self.children:
             self._spawn(child)
 
-    def poll(self, presence: Presence | None = None) -> list[Notice]:
+    def poll(self, presences: Mapping[str, Presence] | None = None) -> list[Notice]:
         """Restart what died or hangs; says what happened.
 
         Args:
-            presence: The bus's liveliness, already polled; without it only exit codes are watched.
+            presences: The bus's liveliness by robot, already polled; without it only exit codes are watched.
         """
         notices: list[Notice] = []
         now = time.monotonic()
@@ -107,24 +125,26 @@ class Supervisor:
             if child.process is None:
                 if child.restart_at is not None and now >= child.restart_at:
                     self._spawn(child)
-                    notices.append(
-                        Notice(child.node, "restarted", f"{child.node} restarted (pid {self.pid(child.node)})")
-                    )
+                    notices.append(child.notice("restarted", f"restarted (pid {self.pid(child.node, child.robot)})"))
             elif (code := child.process.poll()) is not None:
                 child.ended = child.process
-                notices.append(Notice(child.node, "died", f"{child.node} {_how_it_ended(code)}{self._why(child)}"))
+                notices.append(child.notice("died", f"{_how_it_ended(code)}{self._why(child)}"))
                 self._schedule_restart(child, now)
             else:
-                notices += self._minded(child, child.process, presence, now)
+                notices += self._minded(child, child.process, presences, now)
         return notices
 
-    def pid(self, node: str) -> int | None:
-        """Process id of ``node``, if it runs."""
-        return next((c.process.pid for c in self.children if c.node == node and c.process is not None), None)
+    def pid(self, node: str, robot: str = "") -> int | None:
+        """Process id of ``node``, or of that robot's, if it runs."""
+        child = self._child(node, robot)
+        return child.process.pid if child is not None and child.process is not None else None
 
-    def log_tail(self, node: str, lines: int = 15) -> str:
-        """The end of what ``node`` wrote."""
-        path = self._log_path(node)
+    def log_tail(self, node: str, robot: str = "", lines: int = 15) -> str:
+        """The end of what ``node``, or that robot's, wrote."""
+        child = self._child(node, robot)
+        if child is None:
+            return ""
+        path = self._log_path(child)
         text = path.read_text(errors="replace") if path.exists() else ""
         return "\n".join(plain(line) for line in text.splitlines()[-lines:])
 
@@ -145,15 +165,18 @@ class Supervisor:
                 _kill_group(child.ended)
             child.process = child.ended = child.restart_at = None
 
-    def _log_path(self, node: str) -> Path:
-        return self._log_folder / f"{node}.log"
+    def _child(self, node: str, robot: str) -> Child | None:
+        return next((child for child in self.children if (child.node, child.robot) == (node, robot)), None)
+
+    def _log_path(self, child: Child) -> Path:
+        return self._log_folder / f"{child.file_name}.log"
 
     def _spawn(self, child: Child) -> None:
         if child.ended is not None:
             _kill_group(child.ended)
             child.ended = None
-        child.heartbeat = HeartbeatWatch(self._log_folder / f"{child.node}.heartbeat")
-        file = open_private(self._log_path(child.node), os.O_WRONLY | os.O_APPEND)
+        child.heartbeat = HeartbeatWatch(self._log_folder / f"{child.file_name}.heartbeat")
+        file = open_private(self._log_path(child), os.O_WRONLY | os.O_APPEND)
         with os.fdopen(file, "ab") as log:
             child.log_begin = os.fstat(file).st_size
             child.process = subprocess.Popen(
@@ -164,7 +187,7 @@ class Supervisor:
                 stderr=subprocess.STDOUT,
                 env={
                     **os.environ,
-                    **self._config.environment(),
+                    **self._config_of(child).environment(),
                     **safe_path(),
                     VARIABLE: str(child.heartbeat.path),
                     "PYTHONUNBUFFERED": "1",
@@ -175,13 +198,16 @@ class Supervisor:
         child.restart_at = child.missing_since = None
         child.seen = child.hangs = False
 
+    def _config_of(self, child: Child) -> BusConfig:
+        return self._config.of(child.robot) if child.robot else self._config
+
     def _schedule_restart(self, child: Child, now: float) -> None:
         child.failures = 0 if now - child.started_at > _HEALTHY_S else child.failures + 1
         backoff = min(_FIRST_BACKOFF_S * 2 ** max(0, child.failures - 1), _LONGEST_BACKOFF_S)
         child.process, child.restart_at = None, now + backoff
 
     def _minded(
-        self, child: Child, process: subprocess.Popen[bytes], presence: Presence | None, now: float
+        self, child: Child, process: subprocess.Popen[bytes], presences: Mapping[str, Presence] | None, now: float
     ) -> list[Notice]:
         """Look at a process that runs; kill it if it is of no use any more."""
         assert child.heartbeat is not None
@@ -189,28 +215,27 @@ class Supervisor:
         heartbeat.look(now)
         if not heartbeat.begun and now - child.started_at > _FIRST_BEAT_S:
             _kill_group(process)
-            return [Notice(child.node, "hung", f"{child.node} has not begun in {_FIRST_BEAT_S:.0f} s; killed")]
+            return [child.notice("hung", f"has not begun in {_FIRST_BEAT_S:.0f} s; killed")]
         hung = heartbeat.quiet_s >= HANGS_S
         notices: list[Notice] = []
         if hung and not child.hangs:
-            text = f"{child.node} hangs: its loop has not turned for {heartbeat.quiet_s:.1f} s"
-            notices.append(Notice(child.node, "hangs", text))
+            text = f"hangs: its loop has not turned for {heartbeat.quiet_s:.1f} s"
+            notices.append(child.notice("hangs", text))
         elif child.hangs and not hung:
-            notices.append(Notice(child.node, "turns", f"{child.node} turns again"))
+            notices.append(child.notice("turns", "turns again"))
         child.hangs = hung
         if heartbeat.quiet_s >= child.patience_s:
             _kill_group(process)
-            text = f"{child.node} was killed: its loop has not turned for {heartbeat.quiet_s:.0f} s"
-            notices.append(Notice(child.node, "hung", text))
-        elif not hung and presence is not None and self._unreachable(child, presence, now):
+            text = f"was killed: its loop has not turned for {heartbeat.quiet_s:.0f} s"
+            notices.append(child.notice("hung", text))
+        elif not hung and presences is not None and self._unreachable(child, presences, now):
             _kill_group(process)
-            text = f"{child.node} was killed: it left the bus {_UNREACHABLE_S:.0f} s ago but still ran"
-            notices.append(Notice(child.node, "hung", text))
+            text = f"was killed: it left the bus {_UNREACHABLE_S:.0f} s ago but still ran"
+            notices.append(child.notice("hung", text))
         return notices
 
-    @staticmethod
-    def _unreachable(child: Child, presence: Presence, now: float) -> bool:
-        if child.node in presence.alive():
+    def _unreachable(self, child: Child, presences: Mapping[str, Presence], now: float) -> bool:
+        if child.node in presences[self._config_of(child).namespaces[0]].alive():
             child.seen, child.missing_since = True, None
         elif child.seen and child.missing_since is None:
             child.missing_since = now
@@ -218,7 +243,7 @@ class Supervisor:
 
     def _why(self, child: Child) -> str:
         """The last words of a process in its log."""
-        with self._log_path(child.node).open("rb") as log:
+        with self._log_path(child).open("rb") as log:
             size = log.seek(0, os.SEEK_END)
             log.seek(max(child.log_begin, size - _LAST_WORDS_BYTES))
             lines = [plain(line) for line in log.read().decode(errors="replace").splitlines()]

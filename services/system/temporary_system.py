@@ -3,16 +3,16 @@
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 from touchline.schemas import topics
 from touchline.schemas.errors import TouchlineError
+from touchline.schemas.fleet import Fleet
 from touchline.schemas.messages import DiagnosticArray, Event, Header, Time
 from touchline.schemas.setup import Setup
-from touchline.schemas.spec import Spec
 from touchline.services.bus import Bus, BusConfig, HealthReporter
 from touchline.services.bus.health import STARTING
 from touchline.services.bus.ports import free_port
@@ -22,7 +22,6 @@ from touchline.services.system.supervisor import Child, Notice, Supervisor
 #: A first start compiles the kernels; a later one takes a second or two.
 _START_TIMEOUT_S = 180.0
 _WATCH_PERIOD_S = 0.02
-_SERVICES = (topics.PLANNER, topics.ROBOT_SIM, topics.BRIDGE)
 #: A robot whose loop hangs is out of control, and comes back with brakes on and valve closed; nobody waits longer.
 _ROBOT_PATIENCE_S = 3.0
 #: What hangs with a plan or a recording that could be lost gets more time to come round; the robot goes on meanwhile.
@@ -31,19 +30,35 @@ _PATIENCE_S = 10.0
 
 @dataclass
 class LocalSystem:
-    """Planner, robot and bridge as processes, on ``bus``."""
+    """Planner, robots and bridge as processes.
 
-    bus: Bus
+    Attributes:
+        buses: Of each robot.
+        presences: Who is there, by robot.
+    """
+
+    buses: Sequence[Bus]
     supervisor: Supervisor
-    presence: Presence
-    health: HealthReporter | None = None
+    presences: Mapping[str, Presence]
+    health: Sequence[HealthReporter] = ()
+
+    @property
+    def bus(self) -> Bus:
+        """Of the first robot."""
+        return self.buses[0]
+
+    @property
+    def presence(self) -> Presence:
+        """Of the first robot."""
+        return self.presences[self.bus.namespace]
 
     def poll(self) -> list[Notice]:
         """Watch the services; restarts what died."""
-        self.presence.poll()
-        if self.health is not None:
-            self.health.poll({})
-        return self.supervisor.poll(self.presence)
+        for presence in self.presences.values():
+            presence.poll()
+        for reporter in self.health:
+            reporter.poll({})
+        return self.supervisor.poll(self.presences)
 
     def wait_until_ready(self, tell: Callable[[str], None], enough: Callable[[], bool] = lambda: False) -> bool:
         """Wait until every service answers, passing on what they say they are doing.
@@ -58,82 +73,123 @@ class LocalSystem:
         Raises:
             TouchlineError: One keeps failing, or the wait was too long.
         """
-        inbox = self.bus.inbox([topics.DIAGNOSTICS])
-        waiting = set(_SERVICES)
-        said: dict[str, str] = {}
+        inboxes = [bus.inbox([topics.DIAGNOSTICS]) for bus in self.buses]
+        start = _Start(len(inboxes), tell)
         deadline = time.monotonic() + _START_TIMEOUT_S
-        while waiting:
+        while not start.done:
             if enough():
                 return False
             for notice in self.poll():
                 if notice.kind != "died":
                     tell(notice.text)
                 else:
-                    tail = self.supervisor.log_tail(notice.node)
+                    tail = self.supervisor.log_tail(notice.node, "".join(notice.robots))
                     raise TouchlineError(f"{notice.text} while starting; its last words:\n{tail}")
-            for _, message in inbox.messages():
-                if isinstance(message, DiagnosticArray):
-                    for status in message.status:
-                        if status.message.startswith(STARTING):
-                            if said.get(status.name) != status.message:
-                                said[status.name] = status.message
-                                tell(f"{status.name}: {status.message}")
-                        else:
-                            waiting.discard(status.name)
+            for number, inbox in enumerate(inboxes):
+                for _, message in inbox.messages():
+                    if isinstance(message, DiagnosticArray):
+                        start.hear(number, message)
             if time.monotonic() > deadline:
-                raise TouchlineError(f"{', '.join(sorted(waiting))} did not become ready in {_START_TIMEOUT_S:.0f} s")
+                raise TouchlineError(f"{start.missing} did not become ready in {_START_TIMEOUT_S:.0f} s")
             time.sleep(0.005)
         return True
 
 
+class _Start:
+    """Which services do not serve every robot yet, and what they have said."""
+
+    def __init__(self, robots: int, tell: Callable[[str], None]) -> None:
+        self._waiting = {(number, node) for number in range(robots) for node in topics.SERVING}
+        self._said: dict[str, str] = {}
+        self._tell = tell
+
+    @property
+    def done(self) -> bool:
+        """Whether all serve."""
+        return not self._waiting
+
+    @property
+    def missing(self) -> str:
+        """Those that do not."""
+        return ", ".join(sorted({node for _, node in self._waiting}))
+
+    def hear(self, robot: int, message: DiagnosticArray) -> None:
+        """Take what one says of itself to a robot."""
+        for status in message.status:
+            if not status.message.startswith(STARTING):
+                self._waiting.discard((robot, status.name))
+            elif self._said.get(status.name) != status.message:
+                self._said[status.name] = status.message
+                self._tell(f"{status.name}: {status.message}")
+
+
 @contextmanager
 def local_system(
-    setup: Setup,
+    robots: Mapping[str, Setup],
     config: BusConfig | None = None,
     robot_arguments: Sequence[str] = (),
     bridge_arguments: Sequence[str] = (),
     *,
     join_as: str = topics.OPERATOR,
     recordings: Path | None = None,
+    apart: bool = False,
 ) -> Iterator[LocalSystem]:
-    """Start planner, robot and bridge, and stop them at the end.
+    """Start planner, robots and bridge, and stop them at the end.
 
     Args:
-        setup: The robot, which the planner plans for, its computer and its world.
+        robots: The robots by namespace: each itself, its computer and its world.
         config: The bus to use; by default a private one, so that several jobs can run at once.
         robot_arguments: Further options of ``touchline robot-sim``.
         bridge_arguments: Options of ``touchline bridge``.
         join_as: Who this process is on the bus. The operator minds a job, and the robot drives while one is there; the
             supervisor minds processes and tells how it is.
         recordings: The folder of recordings; by default the present one.
+        apart: Whether each robot has a process of its own.
     """
     private = config is None
-    config = config or BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}")
+    config = (config or BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}")).of(*robots)
     with tempfile.TemporaryDirectory(prefix="touchline-") as folder:
-        journal = ["--journal", f"{folder}/robot.journal"] if private else []  # nobody comes back to a private bus
-        recorder = [*bridge_arguments, "--recordings", str((recordings or Path()).absolute())]
-        vehicle = ["--vehicle", _written(setup.vehicle, Path(folder), "vehicle")]
-        robot = [*vehicle, "--onboard", _written(setup.onboard, Path(folder), "onboard")]
-        robot += ["--scenario", _written(setup.scenario, Path(folder), "scenario")]
+        state = Path(folder)
         children = [
-            Child(topics.ROBOT_SIM, ["robot-sim", *robot, *robot_arguments, *journal], _ROBOT_PATIENCE_S),
-            Child(topics.PLANNER, ["planner", *vehicle], _PATIENCE_S),
-            Child(topics.BRIDGE, ["bridge", *recorder], _PATIENCE_S),
+            *_robot_children(robots, robot_arguments, state, private=private, apart=apart),
+            Child(topics.PLANNER, ["planner", "--vehicle", _vehicle(robots, state)], _PATIENCE_S),
+            Child(
+                topics.BRIDGE,
+                ["bridge", *bridge_arguments, "--recordings", str((recordings or Path()).absolute())],
+                _PATIENCE_S,
+            ),
         ]
         # The bus first: should its endpoint be of no use, that is told before anything is started.
-        with Bus.open(join_as, config) as bus:
-            supervisor = Supervisor(children, config, Path(folder))
+        with Bus.open_all(join_as, config) as buses:
+            supervisor = Supervisor(children, config, state)
             supervisor.start()
             try:
-                health = HealthReporter(bus) if join_as == topics.SUPERVISOR else None
-                yield LocalSystem(bus, supervisor, bus.presence(), health)
+                health = [HealthReporter(bus) for bus in buses] if join_as == topics.SUPERVISOR else []
+                yield LocalSystem(buses, supervisor, {bus.namespace: bus.presence() for bus in buses}, health)
             finally:
                 supervisor.stop()
 
 
-def _written(spec: Spec, folder: Path, name: str) -> str:
-    path = folder / f"{name}.json"
-    path.write_text(spec.model_dump_json(), encoding="utf-8")
+def _robot_children(
+    robots: Mapping[str, Setup], arguments: Sequence[str], folder: Path, *, private: bool, apart: bool
+) -> list[Child]:
+    """The robots' process, or processes; nobody comes back to a private bus, so journals are kept there."""
+    groups = [{name: setup} for name, setup in robots.items()] if apart else [dict(robots)]
+    children = []
+    for number, group in enumerate(groups):
+        path = folder / f"robots-{number}.json"
+        path.write_text(Fleet.of(group).model_dump_json(), encoding="utf-8")
+        journal = ["--journal", str(folder / f"robot-{number}.journal")] if private and len(group) == 1 else []
+        alone = next(iter(group)) if len(groups) > 1 else ""
+        command = ["robot-sim", "--robots", str(path), *arguments, *journal]
+        children.append(Child(topics.ROBOT_SIM, command, _ROBOT_PATIENCE_S, alone))
+    return children
+
+
+def _vehicle(robots: Mapping[str, Setup], folder: Path) -> str:
+    """A file of the first robot's vehicle, for which the planner plans unless a request carries another."""
+    path = folder / "vehicle.json"
+    path.write_text(next(iter(robots.values())).vehicle.model_dump_json(), encoding="utf-8")
     return str(path)
 
 
@@ -144,11 +200,12 @@ def severity_of(notice: Notice) -> int:
 
 def publish_notices(system: LocalSystem, until: Callable[[], bool], tell: Callable[[Notice], None]) -> None:
     """Watch the services until ``until()``, telling ``tell`` and everyone on the bus what happens to them."""
-    publisher = system.bus.publisher(topics.SUPERVISOR_EVENTS)
+    publishers = {bus.namespace: bus.publisher(topics.SUPERVISOR_EVENTS) for bus in system.buses}
     while not until():
         for notice in system.poll():
             tell(notice)
-            publisher.send(_event(notice))
+            for namespace in notice.robots or publishers:
+                publishers[namespace].send(_event(notice))
         time.sleep(_WATCH_PERIOD_S)
 
 

@@ -13,7 +13,7 @@ from touchline.schemas.cdr import decode, encode
 from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.schemas.messages import Clock, CommandRequest, CommandResponse, GetPaintRequest, String, Time
 from touchline.services.bridge import routes
-from touchline.services.bridge.gateway import Gateway, GatewayConfig
+from touchline.services.bridge.gateway import Gateway, GatewayConfig, passing_stops
 from touchline.services.bridge.rmw_zenoh import RosNode, gid
 from touchline.services.bus import Bus, attachment
 from touchline.services.bus.ports import free_port
@@ -50,7 +50,7 @@ def session(endpoint):
 @pytest.fixture
 def gateway(bridge, session):
     gateway = Gateway(bridge, session, GatewayConfig(domain=3))
-    with gateway.passing_stops():
+    with passing_stops([gateway]):
         yield gateway
 
 
@@ -315,3 +315,35 @@ def test_nobody_at_the_router_is_told(endpoint, monkeypatch):
     expected = rf"--ros2-connect {endpoint}: nobody answers .*rmw_zenohd"
     with pytest.raises(TouchlineError, match=expected), Ros2Session.open(Ros2Endpoint(endpoint, listen=False)):
         pass
+
+
+def test_several_robots_are_several_nodes_of_one_session(bus_config, session, endpoint):
+    with Bus.open_all(topics.BRIDGE, bus_config.of("r1", "club/r2")) as buses:
+        config = GatewayConfig(domain=3, namespace="/demo")
+        gateways = [
+            Gateway(bus, session, config.of(bus.namespace, alone=False), number) for number, bus in enumerate(buses)
+        ]
+        with zenoh_session("peer", connect=[endpoint]) as ros:
+            found = turn_until(gateways[0], lambda: len(there := tokens(ros)) == 2 * EVERYTHING and there)
+            ids = [tuple(token.split("/")[2:5]) for token in found]
+            assert len(set(ids)) == 2 * EVERYTHING, "session, node and endpoint tell each from all others"
+            nodes = {token.split("/")[-2] for token in found if "/NN/" in token}
+            assert nodes == {"%demo%r1", "%demo%club%r2"}
+            second = RosNode(3, "/demo/club/r2", "touchline", session.id, EVERYTHING)
+            subscriber = subscribe(ros, session, second.topic_key(topics.CLOCK))
+            caught_up(buses[1], buses[1])
+            said = encode(Clock(clock=Time(sec=7)))
+            buses[1].publisher(topics.CLOCK).send_bytes(said)
+            sample = turn_until(gateways[1], subscriber.try_recv)
+            assert sample.payload.to_bytes() == said
+            assert not gateways[0].turn()
+
+
+@pytest.mark.parametrize(
+    ("given", "alone", "several"),
+    [("", "r1", "r1"), ("/", "/", "r1"), ("demo", "demo", "demo/r1"), ("/a/b/", "/a/b/", "a/b/r1")],
+)
+def test_each_of_several_robots_has_its_name_below_the_one_that_is_given(given, alone, several):
+    config = GatewayConfig(namespace=given)
+    assert config.of("r1", alone=True).namespace == alone
+    assert config.of("r1", alone=False).namespace == several

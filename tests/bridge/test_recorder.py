@@ -141,7 +141,7 @@ def test_what_is_missing_is_told_with_its_place(tmp_path: Path) -> None:
         if tick == 51:
             recorder.write("clock", encode(Clock(clock=stamp(50))), 6, 3)
     assert (recorder.lost, recorder.gaps) == (52, 2)
-    report = recorder.finish({"clock": 2, "template": 1})
+    report = recorder.finish({("tt2", "clock"): 2, ("tt2", "template"): 1})
     assert (report.messages, report.lost, report.rejected) == (8, 52, 3)
     metadata = read_summary(report.path).metadata
     assert metadata["touchline_lost"] == {"total": "52", "/tt2/clock": "3", "/tt2/imu/data_raw": "49"}

@@ -22,6 +22,7 @@ class Sent:
     payload: bytes = b""
     missed: int = 0
     publisher: bytes = b""
+    namespace: str = "tt2"
 
 
 @given(st.lists(st.one_of(st.sampled_from(CHANNELS), st.just("drain one channel")), max_size=60))

@@ -342,7 +342,7 @@ def test_a_replay_arrives_complete_and_in_order(robot: Robot, config: BusConfig,
     original = record(tmp_path / "original.mcap", messages(3000)).finish().path
     with pytest.raises(CommandRefused, match="a robot is on the bus"):
         run_replay(original, config=config)
-    elsewhere = BusConfig(endpoint=config.endpoint, namespace="copy")
+    elsewhere = BusConfig(endpoint=config.endpoint, namespaces=("copy",))
     with Bus.open("operator", elsewhere) as bus, bridge(bus, tmp_path):
         operator = Robot(bus)
         assert operator.record(tmp_path / "copy.mcap").success

@@ -16,6 +16,7 @@ class Waiting:
 
     def __init__(self) -> None:
         self.said = 0
+        self.namespace = "tt2"
         self.rejected: dict[str, int] = {}
 
     def drain(self) -> list[Sent]:
@@ -25,7 +26,7 @@ class Waiting:
 
 def test_what_was_heard_half_a_second_ago_is_on_the_disk(tmp_path: Path) -> None:
     path, inbox = tmp_path / "session.mcap", Waiting()
-    session = RecordingSession(Recorder(path), inbox)
+    session = RecordingSession(Recorder(path), [inbox])
     kept = []
     for tenth in range(13):
         session.pump(tenth / 10)

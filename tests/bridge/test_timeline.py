@@ -8,9 +8,10 @@ from touchline.schemas import topics
 from touchline.schemas.cdr import encode
 from touchline.schemas.messages import Clock, Header, Imu, NavSatFix, String
 from touchline.schemas.topics import Topic
-from touchline.services.bridge.channels import topic_at
+from touchline.services.bridge.channels import namespace_at, topic_at
+from touchline.services.bridge.reader import RecordingReader
 from touchline.services.bridge.recorder import Recorder
-from touchline.services.bridge.replayer import Timeline
+from touchline.services.bridge.replayer import Timeline, recorded_robots
 
 
 def test_everything_in_order_at_its_time(recording: Path) -> None:
@@ -66,6 +67,59 @@ def test_topics_are_found_under_any_namespace() -> None:
     assert topic_at("/fleet/seven/supervisor/events") is topics.SUPERVISOR_EVENTS
     assert topic_at("/events") is topics.EVENTS
     assert topic_at("/tt2/other") is None
+    assert namespace_at("/tt2/gnss/fix") == "tt2"
+    assert namespace_at("/fleet/seven/supervisor/events") == "fleet/seven"
+    assert namespace_at("/events") == namespace_at("/tt2/other") == ""
+
+
+def clocks(recorder: Recorder, namespace: str, ticks: range) -> None:
+    for tick in ticks:
+        recorder.write("clock", encode(Clock(clock=stamp(tick))), tick, namespace=namespace)
+
+
+def test_robots_that_drive_at_the_same_time_are_replayed_at_the_same_time(tmp_path: Path) -> None:
+    recorder = Recorder(tmp_path / "a.mcap", ("r1", "club/r2"))
+    for second in range(20):
+        for robot in ("r1", "club/r2"):
+            clocks(recorder, robot, range(100 * second, 100 * (second + 1), 10))
+    path = recorder.finish().path
+    assert recorded_robots(path) == ("r1", "club/r2")
+    cues = list(Timeline(path).cues())
+    for robot in ("r1", "club/r2"):
+        times = [cue.at_s for cue in cues if cue.namespace == robot]
+        assert all(abs(at_s - number / 10) <= 1.0 for number, at_s in enumerate(times))
+    assert [cue.at_s for cue in cues] == sorted(cue.at_s for cue in cues)
+    assert cues[-1].at_s < 20.0
+
+
+def test_a_robot_that_began_when_another_was_far_is_replayed_from_there(tmp_path: Path) -> None:
+    recorder = Recorder(tmp_path / "a.mcap", ("r1", "r2"))
+    clocks(recorder, "r2", range(1))
+    clocks(recorder, "r1", range(0, 6000, 10))
+    clocks(recorder, "r2", range(10, 310, 10))
+    clocks(recorder, "r1", range(6000, 6010, 10))  # it stood meanwhile
+    cues = list(Timeline(recorder.finish().path).cues())
+    begun, ended = cues[601].at_s, cues[-2].at_s
+    assert begun == 59.9
+    assert ended == 59.9 + 2.9
+    assert cues[-1].at_s == ended
+
+
+def test_log_times_of_a_robot_are_the_same_alone_and_beside_another(tmp_path: Path) -> None:
+    alone, beside = Recorder(tmp_path / "a.mcap", ("r2",)), Recorder(tmp_path / "b.mcap", ("r1", "r2"))
+    for recorder in (alone, beside):
+        for round_ in range(5):
+            if recorder is beside:
+                clocks(recorder, "r1", range(10_000 + 50 * round_, 10_050 + 50 * round_))
+            clocks(recorder, "r2", range(9 * round_, 9 * (round_ + 1)))
+            recorder.write("template", encode(String(data="x")), round_, namespace="r2")
+
+    def of_r2(recorder: Recorder) -> list[tuple[str, int, int, bytes]]:
+        found = RecordingReader(recorder.finish().path).messages()
+        return [(m.topic, m.log_time_ns, m.publish_time_ns, m.payload) for m in found if m.topic.startswith("/r2/")]
+
+    assert len(of_r2(alone)) == 50
+    assert of_r2(alone) == of_r2(beside)
 
 
 def test_what_was_recorded_with_another_schema_is_not_sent_and_it_is_said_why(tmp_path: Path) -> None:

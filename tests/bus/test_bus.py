@@ -288,7 +288,9 @@ def test_health_is_published_and_answered(pair):
     assert int(values["pid"]) == os.getpid()
 
 
-@pytest.mark.parametrize("fields", [{"namespace": "a b"}, {"namespace": ""}, {"endpoint": "7461"}])
+@pytest.mark.parametrize(
+    "fields", [{"namespaces": ("a b",)}, {"namespaces": ("",)}, {"namespaces": ()}, {"endpoint": "7461"}]
+)
 def test_unusable_configuration(fields):
     with pytest.raises(SpecError):
         BusConfig(**fields)

@@ -12,7 +12,7 @@ import pytest
 from touchline.schemas import topics
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import CommandRequest
-from touchline.services.bus import Bus, BusConfig, insist
+from touchline.services.bus import Bus, BusConfig, CallError, UrgentOrder, insist
 
 # Says how many requests it has had. Given an argument, it has no descriptor left for another connection once the first
 # peer has come: as a robot does among its services.
@@ -59,7 +59,10 @@ def robot(bus_config, *arguments):
 
 
 def estop(config, patience_s=30.0, tell=lambda problem: None):
-    return insist(topics.ESTOP, CommandRequest(request_id="stop"), topics.OPERATOR, config, patience_s, tell)
+    order = UrgentOrder(topics.ESTOP, CommandRequest(request_id="stop"), patience_s)
+    ((namespace, answer),) = insist(order, topics.OPERATOR, config, tell)
+    assert namespace == config.namespace
+    return answer
 
 
 @pytest.mark.skipif(not Path("/proc/self/fd").is_dir(), reason="needs to know how many files are open")
@@ -85,6 +88,35 @@ def test_an_order_to_a_frozen_robot_is_told_and_carried_out_once_when_it_goes_on
         assert told == ["robot-sim has not answered"]
         with Bus.open(topics.OPERATOR, bus_config) as bus:  # repeats of the order got the first one's answer
             assert bus.call(topics.ESTOP, CommandRequest(request_id="another")).message == "request 2"
+
+
+def stop_everyone(config, patience_s=30.0, tell=lambda problem: None):
+    order = UrgentOrder(topics.ESTOP, CommandRequest(request_id="stop"), patience_s, everyone=True)
+    return {namespace: answer.message for namespace, answer in insist(order, topics.OPERATOR, config, tell)}
+
+
+def test_an_order_for_everyone_reaches_robots_that_nobody_has_named(bus_config):
+    with robot(bus_config.of("r1")), robot(bus_config.of("club/r2")), robot(bus_config):
+        said = stop_everyone(bus_config)
+        assert said == dict.fromkeys(("r1", "club/r2", "tt2"), "request 1")
+
+
+def test_a_robot_that_is_not_there_is_not_waited_for_when_others_are(bus_config):
+    with robot(bus_config.of("r1")):
+        assert stop_everyone(bus_config) == {"r1": "request 1"}
+    with pytest.raises(CallError, match=r"NOT ACKNOWLEDGED within 1 s"):
+        stop_everyone(bus_config, 1.0)
+
+
+def test_a_frozen_robot_holds_up_no_other_and_is_stopped_when_it_goes_on(bus_config):
+    with robot(bus_config.of("r2")), robot(bus_config.of("r1")) as frozen:
+        frozen.send_signal(signal.SIGSTOP)
+        order = UrgentOrder(topics.ESTOP, CommandRequest(request_id="stop"), 60.0, everyone=True)
+        answers = insist(order, topics.OPERATOR, bus_config.of("r1", "r2"), lambda problem: None)
+        assert next(answers)[0] == "r2"
+        frozen.send_signal(signal.SIGCONT)
+        assert next(answers)[0] == "r1"
+        assert list(answers) == []
 
 
 def test_a_configuration_that_leads_elsewhere_has_no_door(tmp_path, bus_config):

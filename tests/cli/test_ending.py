@@ -29,7 +29,7 @@ def test_waiting_for_services_that_compile_can_be_ended():
             return self
 
     asked = []
-    system = LocalSystem(Silent(), None, None)
+    system = LocalSystem((Silent(),), None, {})
     assert system.wait_until_ready(print, lambda: not asked.append(1)) is False
     assert len(asked) == 1
 

@@ -76,9 +76,9 @@ def test_commands_without_services_say_so(touchline, tmp_path):
     code, _, err = touchline("record", str(tmp_path / "x.mcap"))
     assert (code, "nobody answers" in err) == (2, True)
     code, out, _ = touchline("status", "--json")
-    status = json.loads(out)
-    assert (code, status["traversal"]) == (1, None)
-    assert {service["state"] for service in status["services"]} == {"not running"}
+    (robot,) = json.loads(out)["robots"]
+    assert (code, robot["traversal"]) == (1, None)
+    assert {service["state"] for service in robot["services"]} == {"not running"}
     assert "nothing was running" in touchline("down")[1]
 
 

@@ -60,7 +60,7 @@ def test_errors_events_and_figures_are_plain(touchline, tmp_path, capsys):
 
 def test_recordings_are_compared_and_drawn_in_plain_text(touchline, tmp_path):
     for name, second in (("left", 1.0), ("right", 2.0)):
-        recorder = Recorder(tmp_path / f"{name}.mcap", namespace=EVIL.replace("/", ""))
+        recorder = Recorder(tmp_path / f"{name}.mcap", namespaces=(EVIL.replace("/", ""),))
         recorder.write(
             "template", encode(String(data=json.dumps({"name": EVIL, "title": EVIL, "segments": [SEGMENT]}))), 1
         )

@@ -8,10 +8,12 @@ from collections.abc import Iterator
 import pytest
 
 from touchline.schemas import topics
-from touchline.schemas.catalogue import template_text
-from touchline.schemas.messages import GetDiagnosticsRequest, PlanOptions, PlanRequest, Progress
+from touchline.schemas.catalogue import parse_template, template_text
+from touchline.schemas.messages import GetDiagnosticsRequest, PlanOptions, PlanRequest, PlanResponse, Progress
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.bus import Bus, BusConfig
 from touchline.services.bus.ports import free_port
+from touchline.services.planner.plan import plan
 
 ANSWER_S = 200.0
 """The first plan may wait for the kernels to be compiled."""
@@ -54,6 +56,28 @@ def test_a_template_is_planned_with_progress(bus: Bus) -> None:
         said += [s.decode() for s in inbox.wait(60.0)]
     assert {m.request_id for m in said} == {"pitch"}
     assert any(m.stage == "order" and m.fraction == 1.0 for m in said)
+
+
+def test_it_is_planned_for_the_vehicle_of_the_request(bus: Bus) -> None:
+    square = template_text("study-square")[0]
+    wide = Vehicle(name="wide", track_width_m=0.8)
+
+    def planned(name: str, vehicle_json: str) -> PlanResponse:
+        request = PlanRequest(request_id=f"vehicle {name}", template_json=square, vehicle_json=vehicle_json)
+        return bus.call(topics.PLAN_SERVICE, request, ANSWER_S)
+
+    own, same, other = (
+        planned("own", ""),
+        planned("same", Vehicle().model_dump_json()),
+        planned("wide", wide.model_dump_json()),
+    )
+    assert own.trajectory == same.trajectory == plan(parse_template(square), Vehicle(), PlanOptions()).trajectory
+    assert other.trajectory == plan(parse_template(square), wide, PlanOptions()).trajectory
+    assert other.trajectory != own.trajectory
+    refused = planned("broken", '{"track_width_m": 99}')
+    assert not refused.success
+    assert "the request's vehicle: track_width_m is 99" in refused.message
+    assert planned("none", "{]").message.startswith("the request's vehicle")
 
 
 def test_bad_templates_and_options_are_answered_and_the_next_request_is_served(bus: Bus) -> None:

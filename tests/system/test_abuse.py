@@ -23,7 +23,7 @@ ANSWER_S = 200.0
 
 @pytest.fixture(scope="module")
 def system():
-    with local_system(Setup()) as it:
+    with local_system({"tt2": Setup()}) as it:
         it.wait_until_ready(lambda doing: None)
         yield it
 

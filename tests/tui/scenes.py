@@ -16,7 +16,7 @@ from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages.base import Message
 from touchline.schemas.template import Template
 from touchline.schemas.topics import Service, Topic
-from touchline.tui.protocol import CallFailed, Incoming, NodeChanged, PaintFetched, Received
+from touchline.tui.protocol import CallFailed, Incoming, Link, NodeChanged, PaintFetched, Received
 
 Answer = Message | CallFailed | Callable[[Message], Message]
 
@@ -35,6 +35,13 @@ class FakeLink:
     fetches: int = 0
     held: threading.Event | None = None
     stops: bool = True
+    name: str = "tt2"
+    found_yet: bool = False
+
+    def found(self) -> list[tuple[str, Link]]:
+        """It is the link to the only robot."""
+        found, self.found_yet = [] if self.found_yet else [(self.name, self)], True
+        return found
 
     def poll(self) -> list[Incoming]:
         events, self.incoming = self.incoming, []
@@ -62,6 +69,19 @@ class FakeLink:
 
     def names(self) -> list[str]:
         return [name for name, _ in self.asked]
+
+
+@dataclass
+class FakeLinks:
+    """Links by name; those that a test adds later are found later."""
+
+    links: dict[str, FakeLink]
+    told: set[str] = field(default_factory=set)
+
+    def found(self) -> list[tuple[str, Link]]:
+        new = [(name, link) for name, link in self.links.items() if name not in self.told]
+        self.told |= {name for name, _ in new}
+        return list(new)
 
 
 def received(topic: Topic, message: Message, publisher: str = "robot-1") -> Received:

@@ -3,7 +3,7 @@
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from typing import Any
 
 import pytest
@@ -13,9 +13,17 @@ from tests.tui import scenes
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.services.bus import Bus, BusConfig
-from touchline.tui.link import BusLink, open_link
+from touchline.tui.link import BusLink, open_links
 from touchline.tui.protocol import CallFailed, Incoming, NodeChanged, PaintFetched, Received, Rejected
 from touchline.tui.state import ConsoleState
+
+
+@contextmanager
+def open_link(config: BusConfig, node: str) -> Iterator[BusLink]:
+    """The link to the one robot."""
+    with open_links(config, node) as links:
+        ((_, link),) = links.found()
+        yield link
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ import pytest
 from textual.pilot import Pilot
 
 from tests.tui import scenes
-from tests.tui.scenes import FakeLink
+from tests.tui.scenes import FakeLink, FakeLinks
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.template import Template
@@ -52,6 +52,17 @@ def test_mid_run(snap_compare: Compare, template: Template) -> None:
 
 def test_mid_run_wide(snap_compare: Compare, template: Template) -> None:
     assert snap_compare(app_with(scenes.mid_run(template)), terminal_size=(200, 60), run_before=settled())
+
+
+@pytest.mark.parametrize("size", [(80, 24), (120, 40)], ids=["narrow", "normal"])
+def test_three_robots_of_which_one_has_not_acknowledged_a_stop(
+    snap_compare: Compare, template: Template, size: tuple[int, int]
+) -> None:
+    links = {"r1": FakeLink(incoming=scenes.mid_run(template)), "club/r2": FakeLink(incoming=scenes.estopped(template))}
+    links["r3"] = FakeLink(incoming=[*scenes.up(), scenes.received(topics.ODOMETRY, scenes.odometry(-20.0, 12.0, 2.0))])
+    app = ConsoleApp(FakeLinks(links), clock=lambda: 1.0)
+    app.robots.states["r3"].orders.stop.press("stop", "")
+    assert snap_compare(app, terminal_size=size, run_before=settled())
 
 
 def test_mid_run_narrow(snap_compare: Compare, template: Template) -> None:

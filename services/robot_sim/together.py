@@ -1,0 +1,26 @@
+"""Which robots may share a process."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from touchline.schemas.errors import SpecError
+from touchline.schemas.plugins import EXTERNAL
+from touchline.schemas.setup import Setup
+
+
+def check_together(robots: Mapping[str, Setup], journal: Path | None = None) -> None:
+    """Whether these robots can be of one process.
+
+    Raises:
+        SpecError: They cannot; one alone always can.
+    """
+    if len(robots) == 1:
+        return
+    if journal is not None:
+        remedy = "leave it out: each keeps its own in the state folder ($XDG_STATE_HOME)"
+        raise SpecError("command line", "--journal", f"is one file for {len(robots)} robots", remedy)
+    for namespace, setup in robots.items():
+        if setup.onboard.follower == EXTERNAL:
+            problem = f"is {EXTERNAL!r}, and for that follower the whole process would wait"
+            remedy = "give each robot a process of its own (--apart), or this one another follower"
+            raise SpecError(f"robot {namespace}", "onboard.follower", problem, remedy)

@@ -1,0 +1,155 @@
+"""Several robots in one loop: nothing that one does or suffers changes another, or keeps a stop from it."""
+
+import time
+from collections import defaultdict
+from contextlib import ExitStack
+
+import pytest
+
+from tests.meeting import caught_up
+from tests.robot_sim.bus_rig import PLAN, TEMPLATE, AtOnce, alone, setup
+from touchline.schemas import topics
+from touchline.schemas.cdr import encode
+from touchline.schemas.errors import SpecError
+from touchline.schemas.messages import CommandRequest, LoadRequest, SetSpeedRequest, TraversalStatus
+from touchline.services.bus import Bus, HealthReporter
+from touchline.services.robot_sim import service
+from touchline.services.robot_sim.service import RobotHost, RobotProcess
+from touchline.services.robot_sim.together import check_together
+
+ROBOTS = {"r1": {"seed": 1}, "r2": {"seed": 2, "follower": "pure-pursuit"}, "club/r3": {"seed": 3}}
+
+
+class Rig:
+    """Three robots in this process, and an operator for each."""
+
+    def __init__(self, stack, config, speed):
+        config = config.of(*ROBOTS)
+        buses = stack.enter_context(Bus.open_all(topics.ROBOT_SIM, config))
+        operators = stack.enter_context(Bus.open_all(topics.OPERATOR, config))
+        self.operators = {bus.namespace: bus for bus in operators}
+        self.host = RobotHost(
+            [
+                RobotProcess(bus, HealthReporter(bus), setup(**changes), AtOnce(bus), speed=speed, clock="held")
+                for bus, changes in zip(buses, ROBOTS.values(), strict=True)
+            ]
+        )
+        self.inboxes = {name: bus.inbox(topics.RECORDED) for name, bus in self.operators.items()}
+        self.latest = {name: bus.inbox([topics.STATUS], keep="latest") for name, bus in self.operators.items()}
+        self.states = {}
+        for host, operator in zip(buses, operators, strict=True):
+            caught_up(host, operator)
+
+    def ask(self, name, service_, request):
+        response = self.operators[name].call(service_, request, 100.0, while_waiting=self.host.turn)
+        assert response.success, response.message
+
+    def start(self, name):
+        load = LoadRequest(request_id=f"load {name}", trajectory=PLAN, template_json=TEMPLATE.model_dump_json())
+        self.ask(name, topics.LOAD, load)
+        self.ask(name, topics.START, CommandRequest(request_id=f"start {name}"))
+
+    def turn_until(self, condition):
+        deadline = time.monotonic() + 100.0
+        while not condition():
+            assert time.monotonic() < deadline, "it never happened"
+            self.host.turn()
+
+    def state(self, name):
+        for _, message in self.latest[name].messages():
+            self.states[name] = message.state
+        return self.states.get(name)
+
+
+@pytest.fixture
+def rig(bus_config):
+    with ExitStack() as stack:
+        yield lambda speed: Rig(stack, bus_config, speed)
+
+
+def test_each_robot_says_what_it_says_alone(rig):
+    here = rig(-1.0)
+    heard = defaultdict(list)
+
+    def all_done():
+        for name, inbox in here.inboxes.items():
+            heard[name] += [(sample.topic, sample.payload) for sample in inbox.drain()]
+        return all(any(topic is topics.REPORT for topic, _ in said) for said in heard.values())
+
+    for name in ROBOTS:
+        here.start(name)
+    here.turn_until(all_done)
+    for name, changes in ROBOTS.items():
+        # The setup is told before the job, and the status of a robot that has none.
+        said = [pair for pair in heard[name] if pair[0] is not topics.SETUP]
+        expected = [pair for pair in alone(**changes) if pair[0] is not topics.SETUP]
+        for topic in set(topics.RECORDED) - {topics.SETUP}:
+            ours = [payload for which, payload in said if which is topic]
+            theirs = [payload for which, payload in expected if which is topic]
+            assert ours[-len(theirs) :] == theirs, (name, topic.name)
+
+
+def test_stops_of_all_robots_are_looked_for_amid_the_ticks_of_one(rig, monkeypatch):
+    """Each turn may take its slice; a stop waits for no more than a part of it."""
+    monkeypatch.setattr(service, "BESIDE_EVERY_S", 0.0)
+    here = rig(-1.0)
+    here.start("r1")
+    here.start("club/r3")
+    first = here.host._robots[0]
+    question = here.operators["club/r3"].ask(topics.ESTOP, encode(CommandRequest(request_id="stop")), 100.0)
+    deadline = time.monotonic() + 100.0
+    while question.poll() is None:
+        assert time.monotonic() < deadline, "nobody answers"
+        first.step(0.05)  # a turn of r1 alone
+    here.turn_until(lambda: here.state("club/r3") == TraversalStatus.ESTOPPED)
+    assert here.state("r1") == TraversalStatus.RUNNING
+
+
+def test_a_flood_of_requests_to_one_robot_leaves_the_others_their_pace_and_their_stops(rig):
+    here = rig(1.0)
+    for name in ROBOTS:
+        here.start(name)
+    flood = here.operators["r1"]
+    slowest_s, begun = 0.0, time.monotonic()
+    while time.monotonic() < begun + 1.0:
+        for number in range(20):
+            flood.ask(
+                topics.SET_SPEED, encode(SetSpeedRequest(request_id=f"{time.monotonic()} {number}", factor=1.0)), 0.1
+            )
+            flood.ask(topics.ESTOP, b"junk", 0.1)
+        turn = time.monotonic()
+        here.host.turn()
+        slowest_s = max(slowest_s, time.monotonic() - turn)
+    assert slowest_s < service.WATCHDOG_S
+    assert {name: here.state(name) for name in ROBOTS} == dict.fromkeys(ROBOTS, TraversalStatus.RUNNING)
+    asked = time.monotonic()
+    here.ask("r2", topics.ESTOP, CommandRequest(request_id="stop"))
+    assert time.monotonic() - asked < 0.3
+
+
+def test_no_garbage_is_collected_while_any_of_the_robots_drives(rig, monkeypatch):
+    collected = []
+    monkeypatch.setattr(service, "give_back", lambda: collected.append(time.monotonic()))
+    monkeypatch.setattr(service, "TIDY_S", 0.0)
+    here = rig(1.0)
+    here.turn_until(lambda: collected)
+    here.start("r2")
+    collected.clear()
+    for _ in range(50):
+        here.host.turn()
+    assert not collected
+    here.ask("r2", topics.ABORT, CommandRequest(request_id="abort"))
+    here.turn_until(lambda: collected)
+
+
+def test_one_that_waits_for_a_follower_outside_needs_a_process_of_its_own():
+    waits = setup(follower="external")
+    check_together({"r1": waits})
+    with pytest.raises(SpecError, match=r"robot r2: onboard.follower is 'external'.*--apart"):
+        check_together({"r1": setup(), "r2": waits})
+
+
+def test_several_robots_cannot_keep_one_journal(tmp_path):
+    check_together({"r1": setup()}, tmp_path / "journal")
+    with pytest.raises(SpecError, match="--journal is one file for 2 robots"):
+        check_together({"r1": setup(), "r2": setup()}, tmp_path / "journal")

@@ -1,0 +1,275 @@
+"""Three robots on one bus, in one process and in three: recorded, replayed, listed, and each the same as ever."""
+
+import os
+import signal
+import time
+from collections import defaultdict
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+
+from tests.meeting import eventually
+from tests.system.commands import figures, start_touchline, touchline
+from touchline.schemas import topics
+from touchline.schemas.catalogue import parse_template
+from touchline.schemas.errors import SpecError
+from touchline.schemas.fleet import Fleet
+from touchline.schemas.messages import (
+    CommandRequest,
+    LoadRequest,
+    PlanOptions,
+    PlanRequest,
+    RecordRequest,
+    RecordStopRequest,
+    TraversalReport,
+)
+from touchline.schemas.setup import Setup
+from touchline.services.bridge.channels import namespace_at, topic_at
+from touchline.services.bridge.compare import compare
+from touchline.services.bridge.output import RecordingError
+from touchline.services.bridge.reader import RecordingReader
+from touchline.services.bridge.replay_service import run_replay
+from touchline.services.bus import Bus, BusConfig
+from touchline.services.bus.config import NAMESPACE_VARIABLE
+from touchline.services.bus.ports import free_port
+from touchline.services.robot_sim.service import RESET_AFTER_S
+from touchline.services.runs.recorded_paint import read_painted
+from touchline.services.runs.simulation import Job, simulate
+
+TEMPLATE = """{"name": "two-lines", "segments": [
+    {"id": "a", "line": {"start": [0, 0], "end": [2, 0]}}, {"id": "b", "line": {"start": [2, 1], "end": [0, 1]}}]}"""
+FLEET = """{"robots": [
+    {"namespace": "r1", "seed": 11, "onboard": {"follower": "pure-pursuit"}},
+    {"namespace": "club/r2", "seed": 12, "vehicle": "narrow.json", "onboard": {"follower": "pure-pursuit"}},
+    {"namespace": "r3", "seed": 13, "vehicle": {"name": "wide", "track_width_m": 0.6},
+     "onboard": {"follower": "pure-pursuit"}}
+]}"""
+ROBOTS = ("r1", "club/r2", "r3")
+
+
+@pytest.fixture(scope="module")
+def fleet(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Three robots of different seeds and vehicles."""
+    folder = tmp_path_factory.mktemp("fleet")
+    (folder / "narrow.json").write_text('{"name": "narrow", "track_width_m": 0.45}')
+    (folder / "robots.json").write_text(FLEET)
+    (folder / "template.json").write_text(TEMPLATE)
+    return folder / "robots.json"
+
+
+@contextmanager
+def system(fleet: Path, config: BusConfig, folder: Path, *options: str) -> Iterator[None]:
+    """``touchline up`` with the fleet."""
+    log = folder / "up.log"
+    up = start_touchline(
+        "up", "--robots", str(fleet), "--speed", "max", "--recordings", str(folder), *options, config=config, log=log
+    )
+    try:
+        assert eventually(lambda: "is up" in log.read_text(), 300.0), log.read_text()
+        yield
+    finally:
+        up.send_signal(signal.SIGTERM)
+        assert up.wait(60) == 0
+
+
+def drive(buses: dict[str, Bus], setups: dict[str, Setup], recording: Path) -> dict[str, str]:
+    """Have every robot paint the template at once, recorded; the session hashes that they report."""
+    first = next(iter(buses.values()))
+    begun = first.call(topics.RECORD, RecordRequest(request_id="record", path=str(recording)), 60.0)
+    assert begun.success, begun.message
+    inboxes = {name: bus.inbox([topics.REPORT]) for name, bus in buses.items()}
+    for name, bus in buses.items():
+        vehicle = setups[name].vehicle.model_dump_json()
+        request = PlanRequest(request_id=f"plan {name}", template_json=TEMPLATE, vehicle_json=vehicle)
+        planned = bus.call(topics.PLAN_SERVICE, request, 300.0)
+        assert planned.success, planned.message
+        load = LoadRequest(request_id=f"load {name}", trajectory=planned.trajectory, template_json=TEMPLATE)
+        loaded = bus.call(topics.LOAD, load, 60.0)
+        assert loaded.success, loaded.message
+    for name, bus in buses.items():
+        assert bus.call(topics.START, CommandRequest(request_id=f"start {name}"), 60.0).success
+    hashes: dict[str, str] = {}
+
+    def done() -> bool:
+        for name, inbox in inboxes.items():
+            for _, message in inbox.messages():
+                if isinstance(message, TraversalReport):
+                    hashes[name] = message.session_hash
+        return len(hashes) == len(buses)
+
+    assert eventually(done, 300.0)
+    ended = first.call(topics.RECORD_STOP, RecordStopRequest(request_id="stop"), 60.0)
+    assert ended.success, ended.message
+    assert ended.lost == 0
+    return hashes
+
+
+def contents(recording: Path) -> dict[str, dict[str, list[bytes]]]:
+    """Payloads of the recorded topics by robot and topic."""
+    found: dict[str, dict[str, list[bytes]]] = defaultdict(lambda: defaultdict(list))
+    for message in RecordingReader(recording).messages():
+        topic = topic_at(message.topic)
+        assert topic is not None
+        found[namespace_at(message.topic)][topic.name].append(message.payload)
+    return found
+
+
+@contextmanager
+def operators(config: BusConfig) -> Iterator[dict[str, Bus]]:
+    with Bus.open_all(topics.OPERATOR, config.of(*ROBOTS)) as buses:
+        for bus in buses:
+            assert not bus.wait_for({*topics.SERVING, topics.TELEMETRY}, 60.0)
+        yield {bus.namespace: bus for bus in buses}
+
+
+class Session(NamedTuple):
+    """What came of the three jobs: the recording, the hashes reported, and what commands said meanwhile."""
+
+    recording: Path
+    hashes: dict[str, str]
+    status: dict[str, Any]
+
+
+@pytest.fixture(scope="module")
+def together(fleet: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Session, BusConfig]]:
+    """All robots in one process, which is there for as long as the tests are."""
+    folder, config = tmp_path_factory.mktemp("together"), BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}")
+    with system(fleet, config, folder):
+        yield session(fleet, config, folder), config
+
+
+@pytest.fixture(scope="module")
+def apart(fleet: Path, tmp_path_factory: pytest.TempPathFactory) -> Session:
+    """Each robot in a process of its own."""
+    folder, config = tmp_path_factory.mktemp("apart"), BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}")
+    with pytest.MonkeyPatch.context() as environment:
+        environment.setenv("XDG_STATE_HOME", str(folder))  # the others of the same names keep their journals elsewhere
+        with system(fleet, config, folder, "--apart"):
+            done = session(fleet, config, folder)
+            kill_second(done.status, folder / "up.log")
+    return done
+
+
+def kill_second(status: dict[str, Any], log: Path) -> None:
+    """Kill the process of one robot, and wait until the supervisor has another."""
+    robot = next(robot for robot in status["robots"] if robot["namespace"] == "club/r2")
+    (pid,) = (service["pid"] for service in robot["services"] if service["node"] == topics.ROBOT_SIM)
+    os.kill(pid, signal.SIGKILL)
+    assert eventually(lambda: "robot-sim of club/r2 restarted" in log.read_text())
+
+
+def session(fleet: Path, config: BusConfig, folder: Path) -> Session:
+    with operators(config) as buses:
+        status = figures(touchline("status", "--json", config=unnamed(config)))
+        hashes = drive(buses, Fleet.read(fleet).setups(), folder / "session.mcap")
+    return Session(folder / "session.mcap", hashes, status)
+
+
+def test_each_robot_says_the_same_in_one_process_in_three_and_alone(fleet, together, apart):
+    (shared, _), setups = together, Fleet.read(fleet).setups()
+    ours, theirs = contents(shared.recording), contents(apart.recording)
+    assert set(ours) == set(theirs) == set(ROBOTS)
+    for robot, setup in setups.items():
+        for topic in topics.RECORDED:
+            assert ours[robot][topic.name] == theirs[robot][topic.name], (robot, topic.name)
+        job = Job.prepare(parse_template(TEMPLATE), PlanOptions(), setup.vehicle)
+        alone = simulate(job, setup.scenario, setup.onboard, hashed=True).report.session_hash
+        assert alone == shared.hashes[robot] == apart.hashes[robot]
+    assert len(set(shared.hashes.values())) == 3
+    assert len({tuple(ours[robot]["plan"]) for robot in ROBOTS}) == 3, "each is planned for its own vehicle"
+
+
+def test_status_lists_all_robots_and_the_processes_that_they_share(together, apart):
+    for status, processes in ((together[0].status, 1), (apart.status, 3)):
+        robots = status["robots"]
+        assert [robot["namespace"] for robot in robots] == sorted(ROBOTS)
+        pids = {service["node"]: set() for service in robots[0]["services"]}
+        for robot in robots:
+            assert robot["traversal"]["state"] == "idle"
+            for service in robot["services"]:
+                pids[service["node"]].add(service["pid"])
+        assert {node: len(of_node) for node, of_node in pids.items()} == {
+            topics.PLANNER: 1,
+            topics.ROBOT_SIM: processes,
+            topics.BRIDGE: 1,
+        }
+
+
+@pytest.mark.parametrize("chosen", [(), ("r3",), ("club/r2", "r1")])
+def test_a_recording_of_three_is_replayed_as_three_or_as_those_that_are_named(together, bus_config, chosen):
+    (shared, _), robots = together, chosen or ROBOTS
+    with Bus.open_all(topics.OPERATOR, bus_config.of(*ROBOTS)) as buses:
+        inboxes = [bus.inbox(topics.RECORDED) for bus in buses]
+        report = run_replay(shared.recording, 0.0, bus_config, robots=chosen)
+        heard: dict[str, dict[str, list[bytes]]] = defaultdict(lambda: defaultdict(list))
+
+        def all_heard() -> bool:
+            for inbox in inboxes:
+                for sample in inbox.drain():
+                    heard[sample.namespace][sample.topic.name].append(sample.payload)
+            return sum(len(said) for of_robot in heard.values() for said in of_robot.values()) >= report.sent
+
+        assert eventually(all_heard)
+    recorded = contents(shared.recording)
+    assert heard == {robot: recorded[robot] for robot in robots}
+    assert report.skipped == 0
+
+
+def test_a_robot_that_was_not_recorded_cannot_be_replayed(together, bus_config):
+    with pytest.raises(RecordingError, match="has no robot r4, but r1, club/r2, r3"):
+        run_replay(together[0].recording, 0.0, bus_config, robots=["r4"])
+
+
+def test_a_robot_that_dies_in_a_process_of_its_own_leaves_the_others_alone(apart):
+    said = apart.recording.with_name("up.log").read_text()
+    assert "robot-sim of club/r2 was ended by SIGKILL" in said
+    assert "robot-sim of r1" not in said
+    assert "robot-sim of r3" not in said
+
+
+def test_a_recording_of_three_is_the_same_as_another_of_them(together, apart):
+    result = compare(together[0].recording, apart.recording)
+    assert result.identical, list(result.lines())
+    assert {namespace_at(path) for path in result.topics} == set(ROBOTS)
+
+
+def test_the_paint_of_one_of_them_is_drawn(together, tmp_path):
+    with pytest.raises(SpecError, match=r"holds 3 robots .*; name one with --robot"):
+        read_painted(together[0].recording)
+    with pytest.raises(SpecError, match="no template of robot r4"):
+        read_painted(together[0].recording, "r4")
+    painted = [read_painted(together[0].recording, robot) for robot in ROBOTS]
+    assert len({painted_by.report.session_hash for painted_by in painted}) == 3
+
+
+def test_a_run_drives_the_robot_that_is_named_and_an_emergency_stop_reaches_all(fleet, together):
+    config, template = unnamed(together[1]), str(fleet.with_name("template.json"))
+    record = fleet.with_name("one.mcap")
+    refused = touchline("record", str(record), "--seconds", "0.1", config=config)
+    assert "is outside of the recordings folder" in refused.stderr, "a bridge answers, though none is named"
+    done = figures(touchline("run", template, "--robot", "r3", "--json", config=config))
+    assert (done["success"], done["seed"], done["vehicle"]) == (True, 13, "wide")
+    absent = touchline("order", "start", config=config)
+    assert "there is no robot tt2 on the bus, but club/r2, r1, r3" in absent.stderr
+    stopped = touchline("order", "estop", config=config)
+    assert sorted(stopped.stdout.splitlines()) == sorted(f"{robot}: estop: done" for robot in ROBOTS)
+    time.sleep(RESET_AFTER_S)
+    assert touchline("order", "reset", "--robot", "r1", config=config).stdout == "reset: done\n"
+    states = {
+        robot["namespace"]: robot["traversal"]["state"]
+        for robot in figures(touchline("status", "--json", config=config))["robots"]
+    }
+    assert states == {"r1": "idle", "club/r2": "estopped", "r3": "estopped"}
+
+
+def unnamed(config: BusConfig) -> BusConfig:
+    """The bus, for a command that is not told of any robot."""
+
+    class _Unnamed(BusConfig):
+        def environment(self) -> dict[str, str]:
+            return {name: value for name, value in super().environment().items() if name != NAMESPACE_VARIABLE}
+
+    return _Unnamed(endpoint=config.endpoint)

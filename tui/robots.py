@@ -1,0 +1,78 @@
+"""The robots that the console knows, one of them selected: what keys and orders are about."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from touchline.schemas import topics
+from touchline.tui.event_log import INFO
+from touchline.tui.job import NOTHING
+from touchline.tui.order_book import Phase
+from touchline.tui.state import ConsoleState
+
+
+@dataclass
+class Robots:
+    """What the console knows of each robot, by namespace, in the order of their coming."""
+
+    states: dict[str, ConsoleState] = field(default_factory=dict)
+    selected_name: str = ""
+
+    @property
+    def selected(self) -> ConsoleState:
+        """Of the robot that is in view."""
+        return self.states[self.selected_name]
+
+    @property
+    def others(self) -> Mapping[str, ConsoleState]:
+        """The robots that are not."""
+        return {name: state for name, state in self.states.items() if name != self.selected_name}
+
+    def add(self, name: str) -> ConsoleState:
+        """A robot has been found; the first one is selected."""
+        state = self.states[name] = ConsoleState(name=name)
+        state.now_s = max(known.now_s for known in self.states.values())
+        if not self.selected_name:
+            self.selected_name = name
+        self._count()
+        return state
+
+    def remove(self, name: str) -> None:
+        """A robot is of no interest any more; another one takes its place in view."""
+        del self.states[name]
+        if name == self.selected_name:
+            self.selected_name = next(iter(self.states))
+        self._count()
+
+    def _count(self) -> None:
+        for state in self.states.values():
+            state.alone = len(self.states) == 1
+
+    def select_next(self) -> None:
+        """Bring the next robot into view."""
+        names = list(self.states)
+        self.selected_name = names[(names.index(self.selected_name) + 1) % len(names)]
+        if len(names) > 1:
+            self.selected.orders.say(INFO, f"{self.selected_name} selected", self.selected.now_s)
+
+    def to_stop(self) -> tuple[str, ...]:
+        """Robots that an emergency stop is for: the selected one, whether or not it is there, and all that are."""
+        there = (name for name, state in self.others.items() if state.robot_alive)
+        return (self.selected_name, *there)
+
+    @property
+    def stopping(self) -> bool:
+        """Whether an emergency stop has been given that a robot has not acknowledged."""
+        return any(state.orders.stop.phase is Phase.SENT for state in self.states.values())
+
+    @property
+    def busy(self) -> tuple[str, ...]:
+        """Those that are on a job."""
+        return tuple(name for name, state in self.states.items() if state.busy)
+
+
+def never_there(state: ConsoleState) -> bool:
+    """Whether nothing was ever heard of a robot, nor is a job prepared for it: its name was only a guess."""
+    seen = any(state.nodes[name].seen for name in topics.SERVING)
+    return not seen and state.draft is NOTHING and state.orders.stop.phase is Phase.OFF
