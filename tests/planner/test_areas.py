@@ -22,6 +22,7 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.cli.commands import app
 from touchline.services.planner.coverage.parallel import SHORTEST_M, parallel
 from touchline.services.planner.plan import plan
+from touchline.services.robot_sim.paint.targets import targets
 from touchline.services.runs.simulation import Job, simulate
 
 WIDTH_M = Vehicle().tool.spray_width_m
@@ -110,6 +111,12 @@ def test_a_template_with_an_area_and_a_line_is_painted() -> None:
     assert ids == names
     assert len(ids) == 1 + len(parallel(lawn().areas[0], WIDTH_M))
     assert all(segment.coverage_pct > 95.0 for segment in outcome.report.segments)
+
+
+def test_a_plan_that_has_no_swath_of_an_area_cannot_be_judged_by_it() -> None:
+    without = Job.prepare(lawn().model_copy(update={"areas": ()}), PlanOptions())
+    with pytest.raises(ValueError, match='no swath of the area "lawn"'):
+        targets(without.trajectory, lawn(), Vehicle())
 
 
 def lanes(area: Area, width_m: float) -> list[Curve]:
