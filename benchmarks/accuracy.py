@@ -37,7 +37,7 @@ class Timed:
     def __getattr__(self, name: str) -> object:
         return getattr(self.inner, name)
 
-    def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> tuple[float, float]:
+    def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> Twist:
         begun = time.perf_counter()
         command = self.inner.step(now, ahead)
         self.times_s.append(time.perf_counter() - begun)

@@ -8,6 +8,7 @@ a tick needs a decision, `steer` says so and has changed nothing beyond what the
 
 from __future__ import annotations
 
+import math
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -111,7 +112,8 @@ def actuate(twist: Floats, wanted: int, computer: Computer, course: CourseArrays
     """End a nominal tick.
 
     Args:
-        twist: (2,) the follower's answer, speed [m/s] and yaw rate [rad/s].
+        twist: (2 + ACTUATORS,) the follower's answer: speed [m/s], yaw rate [rad/s], and its commands of the actuators;
+            nan if the drive is to work them out.
         wanted: By the plan, of `steer`.
         computer: (1,) command, valve and clock are updated.
         course: That is driven.
@@ -121,7 +123,10 @@ def actuate(twist: Floats, wanted: int, computer: Computer, course: CourseArrays
     """
     c = computer[0]
     command, before = c.command, c.command.valve
-    drive_command(course.drive, twist[0], twist[1], c.leg.now, command.actuators)
+    if math.isnan(twist[2]):
+        drive_command(course.drive, twist[0], twist[1], c.leg.now, command.actuators)
+    else:
+        copy(twist[2:], command.actuators)
     command.valve_after_s = switch(course.switches, computer, nozzle_m(computer), c.leg.now[tracking.SPEED])
     command.valve = c.spray.valve
     command.disc = wanted & _DISC != 0

@@ -23,6 +23,7 @@ from touchline.services.onboard.control import PurePursuitFollower
 from touchline.services.onboard.control.pure_pursuit import PursuitLimits, pursue
 from touchline.services.onboard.estimation.filter import speed_now_mps
 from touchline.services.onboard.interface import (
+    ACTUATORS,
     F_AGE,
     F_EAST,
     F_FIX,
@@ -104,7 +105,7 @@ class Pursuit(NamedTuple):
         lead: Row of the path ahead; negative if another follower is asked outside.
         limits: That it keeps to.
         memory: Of the follower.
-        twist: (2,) what it, or the other, answers.
+        twist: (2 + ACTUATORS,) what it, or the other, answers; see `nominal_tick.actuate`.
     """
 
     lead: int
@@ -256,7 +257,7 @@ class Quiet:
         self._onboard = emulator.onboard if isinstance(emulator.onboard, Onboard) else None
         self._at: Integers = np.zeros(AT, dtype=np.int64)
         self._fix: Floats = np.zeros((1, FIX_COLUMNS))
-        self._twist: Floats = np.zeros(2)
+        self._twist: Floats = np.full(2 + ACTUATORS, np.nan)
         self._saved: Floats = np.zeros(NOW)
         self._not_before = 0
         self._code: Callable[..., None] | None = (
@@ -335,7 +336,8 @@ class Quiet:
         drive(*arguments)
         now, ahead = nominal.now, nominal.course.leg.ahead
         while at[STAGE] == ASKING:
-            self._twist[:] = follower.step(now, ahead)
+            speed_mps, yaw_rate_radps, actuators = follower.step(now, ahead)
+            self._twist[:2], self._twist[2:] = (speed_mps, yaw_rate_radps), actuators or np.nan
             drive(*arguments)
 
     def _hand_over(self, onboard: Onboard) -> None:

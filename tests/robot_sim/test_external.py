@@ -113,7 +113,7 @@ def test_one_that_stops_answering_is_replaced_for_braking(buses):
     def ask(question):
         if next(answers, None) is None:
             raise ConnectionError("gone")
-        return PurePursuitFollower(VEHICLE).step(question.now, question.ahead)
+        return PurePursuitFollower(VEHICLE).step(question.now, question.ahead)[:2]
 
     emulator, _ = session("external", ask, ticks=900)
     assert emulator.onboard.status.reason == "gone"

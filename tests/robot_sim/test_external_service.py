@@ -49,7 +49,7 @@ class Controller:
             self.inner.reset()
         now = np.array([getattr(request, name) for name in NOW_FIELDS])
         ahead = np.column_stack((request.ahead_speed_mps, request.ahead_yaw_rate_radps))
-        speed_mps, yaw_rate_radps = self.inner.step(now, ahead)
+        speed_mps, yaw_rate_radps, _ = self.inner.step(now, ahead)
         call.reply(FollowerStepResponse(step=request.step, speed_mps=speed_mps, yaw_rate_radps=yaw_rate_radps))
         self.answered = request.step
 

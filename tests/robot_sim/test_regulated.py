@@ -85,6 +85,6 @@ def test_distance_alone_makes_it_slower(off_m: float, slower: bool) -> None:
     ahead = np.zeros((follower.ahead_rows, projection.AHEAD_COLUMNS))
     ahead[:, projection.A_SPEED] = 1.0
     for _ in range(10):
-        speed_mps, yaw_rate_radps = follower.step(now, ahead)
+        speed_mps, yaw_rate_radps, _ = follower.step(now, ahead)
     assert yaw_rate_radps == pytest.approx(0.0, abs=1e-9)
     assert (speed_mps < 0.9) if slower else speed_mps == pytest.approx(1.0)

@@ -2,10 +2,25 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+
+
+class Twist(NamedTuple):
+    """What a follower wants until the next tick.
+
+    Attributes:
+        speed_mps: Of the body, forward.
+        yaw_rate_radps: Of the body, counter-clockwise.
+        actuators: The commands that lead to it, if the follower has worked them out within the drive's limits; else the
+            drive does.
+    """
+
+    speed_mps: float
+    yaw_rate_radps: float
+    actuators: tuple[float, ...] | None = None
 
 
 class Follower(Protocol):
@@ -45,8 +60,8 @@ class Follower(Protocol):
         """Forget what was learned about the motion: the robot stood still, or another path begins."""
         ...
 
-    def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> tuple[float, float]:
-        """The wanted twist of the body: speed [m/s] and yaw rate [rad/s] until the next tick.
+    def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> Twist:
+        """The wanted twist of the body until the next tick.
 
         Args:
             now: (NOW,) of `tracking_state`: errors against the path, twist, reference speed, and what the actuators do.

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.control import mpc_kernel as k
+from touchline.services.onboard.control.follower import Twist
 from touchline.services.onboard.control.lead import lead_ticks
 from touchline.services.onboard.control.pure_pursuit import PurePursuitFollower
 from touchline.services.onboard.drives.onboard_drive import OnboardDrive, drive_of
@@ -65,7 +66,7 @@ class MpcFollower:
         self._pull = _pull_rows(max(drive.lag_s, _MIN_LAG_S))
         self._solver: daqp.Model | None = None
         self._build: Callable[..., None] | None = None  # for the types of its arguments, which do not change
-        self._answer: Callable[..., tuple[float, float]] | None = None
+        self._answer: Callable[..., tuple[float, ...]] | None = None
         self._pursuit = PurePursuitFollower(vehicle)
         self.ahead_rows = self.fine_rows = sum(HORIZON_TICKS) + max(1, int(self._p[k.M_LEAD]))
         self.fallbacks = 0
@@ -77,7 +78,7 @@ class MpcFollower:
         self._solver = None
         self._pursuit.reset()
 
-    def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> tuple[float, float]:
+    def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> Twist:
         """As `Follower.step`."""
         arguments = (now, ahead, self._ticks, self._p, self._memory, self._drive.figures, self._programme)
         if self._build is None:
@@ -91,7 +92,7 @@ class MpcFollower:
         self.fallbacks += 1
         return self._pursuit.step(now, ahead[: self._pursuit.fine_rows])
 
-    def _solve(self, now: NDArray[np.float64]) -> tuple[float, float] | None:
+    def _solve(self, now: NDArray[np.float64]) -> Twist | None:
         solver, programme = self._solver, self._programme
         if solver is None:
             solver = self._solver = daqp.Model()
@@ -107,7 +108,8 @@ class MpcFollower:
         arguments = (programme.forward, u, self._drive.figures, now)
         if self._answer is None:
             self._answer = k.answer.for_types_of(arguments)
-        return self._answer(*arguments)
+        speed_mps, yaw_rate_radps, *actuators = self._answer(*arguments)
+        return Twist(speed_mps, yaw_rate_radps, tuple(actuators))
 
 
 def _parameters(vehicle: Vehicle, drive: OnboardDrive) -> NDArray[np.float64]:

@@ -255,8 +255,8 @@ def build(
 
 
 @kernel
-def answer(forward: Floats, added: Floats, drive: Any, now: Floats) -> tuple[float, float]:
-    """The twist of the coming tick [m/s, rad/s].
+def answer(forward: Floats, added: Floats, drive: Any, now: Floats) -> tuple[float, float, float, float]:
+    """The twist of the coming tick [m/s, rad/s], and the commands of both actuators that lead to it.
 
     Args:
         forward: (2,) feed-forward of the actuators.
@@ -267,4 +267,4 @@ def answer(forward: Floats, added: Floats, drive: Any, now: Floats) -> tuple[flo
     actuators = np.empty(2)
     actuators[0], actuators[1] = forward[0] + added[0], forward[1] + added[1]
     speed_mps, yaw_rate_radps = onboard_drive.twist(drive, actuators, now)
-    return speed_mps, yaw_rate_radps
+    return speed_mps, yaw_rate_radps, actuators[0], actuators[1]

@@ -160,8 +160,11 @@ class PathTracker:
         self._braked_ticks = self._braked_ticks + 1 if mode == t.MODE_BRAKE and self.still else 0
         if self._braked_ticks > BRAKED_TICKS:
             return (0.0,) * ACTUATORS
-        speed_mps, yaw_rate_radps = self._follower.step(now, self._ahead)
-        onboard_drive.command(self.drive.figures, speed_mps, yaw_rate_radps, now, self._actuators)
+        speed_mps, yaw_rate_radps, actuators = self._follower.step(now, self._ahead)
+        if actuators is None:
+            onboard_drive.command(self.drive.figures, speed_mps, yaw_rate_radps, now, self._actuators)
+        else:
+            self._actuators[:] = actuators
         if mode == t.MODE_BRAKE:
             self._hold_back()
         return tuple(self._actuators.tolist())
