@@ -10,8 +10,8 @@ from touchline.schemas.faults import Fault
 from touchline.schemas.scenario import Obstruction, Scenario, Steel
 from touchline.schemas.spec import Spec, parse, read_text
 
-VEHICLES = {"small-robot.json"}
-EXAMPLES = sorted(path for path in (Path(__file__).parents[2] / "examples").glob("*.json") if path.name not in VEHICLES)
+OTHERS = {"small-robot.json", "three-robots.json"}
+EXAMPLES = sorted(path for path in (Path(__file__).parents[2] / "examples").glob("*.json") if path.name not in OTHERS)
 TEXT = (Path(__file__).parents[2] / "docs" / "robot-sim.md").read_text(encoding="utf-8")
 SCENARIO = TEXT[TEXT.index("## Scenario") : TEXT.index("## Faults")]
 FAULTS = TEXT[TEXT.index("## Faults") :]
