@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Any, Generic, TypeVar
 
+from touchline.schemas.errors import SpecError
+
 T = TypeVar("T")
 
 
@@ -42,10 +44,12 @@ class KindParts:
     Attributes:
         spec: What a vehicle's file says of it: a `DriveSpec` or `ToolSpec` of schemas/vehicles.
         planner: What plans keep to: a `PlannedDrive` of services/planner/drives. Tools have none.
+        world: How it is emulated: a `WorldDrive` or `WorldTool` of services/robot_sim/world.
     """
 
     spec: Any
     planner: Any = None
+    world: Any = None
 
     def part(self, room: str) -> Any:
         """The class for one room, by the attribute's name."""
@@ -135,9 +139,24 @@ class Registry(Generic[T]):
         return self._plugins[self.known(name)].found()
 
 
+def part_for(registry: Registry[KindParts], kind: str, room: str) -> Any:
+    """The class that a kind of drive or tool has for one room, by the attribute's name of `KindParts`.
+
+    Raises:
+        SpecError: It has none.
+    """
+    parts = registry.find(kind)
+    if getattr(parts, room) is None:
+        others = [name for name in registry.names() if getattr(registry.find(name), room) is not None]
+        remedy = f"give one that has ({', '.join(others)}), or register its part `{room}` in `KindParts`"
+        raise SpecError("vehicle", f"{registry.kind}.kind", f"is {kind!r}, which has nothing for the {room}", remedy)
+    return parts.part(room)
+
+
 _VEHICLES = "touchline.schemas.vehicles"
 _DRIVES = "touchline.services.planner.drives"
 _METHODS = "touchline.services.planner.transitions.methods"
+_WORLD = "touchline.services.robot_sim.world"
 _FOLLOWERS = "touchline.services.onboard.control"
 
 DRIVES: Registry[KindParts] = Registry("drive")
@@ -145,13 +164,24 @@ DRIVES: Registry[KindParts] = Registry("drive")
 DRIVES.register(
     "differential",
     "two driven wheels on one axle, and casters",
-    KindParts(f"{_VEHICLES}:DifferentialDrive", f"{_DRIVES}.differential_caps:PlannedDifferential"),
+    KindParts(
+        f"{_VEHICLES}:DifferentialDrive",
+        f"{_DRIVES}.differential_caps:PlannedDifferential",
+        f"{_WORLD}.drives.differential:DifferentialInWorld",
+    ),
 )
 
 TOOLS: Registry[KindParts] = Registry("tool")
 """What a vehicle works with, by the `kind` of its `tool`."""
 TOOLS.register(
-    "sprayer", "a nozzle that paints lines, with valve, discs and tank", KindParts(f"{_VEHICLES}:SprayerTool")
+    "sprayer",
+    "a nozzle that paints lines, with valve, discs and tank",
+    KindParts(f"{_VEHICLES}:SprayerTool", world=f"{_WORLD}.tools.spraying:SprayerInWorld"),
+)
+TOOLS.register(
+    "none",
+    "nothing: the vehicle drives along lines and leaves nothing there",
+    KindParts(f"{_VEHICLES}:NoTool", world=f"{_WORLD}.tools.idle_tool:NoToolInWorld"),
 )
 
 METHODS: Registry[Any] = Registry("transition method")
