@@ -19,6 +19,7 @@ from touchline.schemas.scenario import GnssNoise, Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard import control
+from touchline.services.onboard.control.follower import Twist
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator
 

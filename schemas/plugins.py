@@ -15,7 +15,7 @@ from importlib import import_module
 from typing import Any, Generic, TypeVar
 
 from touchline.schemas.entry_points import Offer, leave_out, offers
-from touchline.schemas.errors import TouchlineError
+from touchline.schemas.errors import SpecError, TouchlineError
 
 T = TypeVar("T")
 #: What options and help texts can hold.
@@ -52,11 +52,13 @@ class KindParts:
         spec: What a vehicle's file says of it: a `DriveSpec` or `ToolSpec` of schemas/vehicles.
         planner: What plans keep to: a `PlannedDrive` of services/planner/drives. Tools have none.
         onboard: What the robot's computer asks: an `OnboardDrive` of services/onboard/drives. Tools have none.
+        world: How it is emulated: a `WorldDrive` or `WorldTool` of services/robot_sim/world.
     """
 
     spec: Any
     planner: Any = None
     onboard: Any = None
+    world: Any = None
 
     def part(self, room: str) -> Any:
         """The class for one room, by the attribute's name."""
@@ -199,10 +201,25 @@ class Registry(Generic[T]):
             raise BrokenPlugin(f"{problem} with {type(error).__name__}: {error}; {remedy}") from error
 
 
+def part_for(registry: Registry[KindParts], kind: str, room: str) -> Any:
+    """The class that a kind of drive or tool has for one room, by the attribute's name of `KindParts`.
+
+    Raises:
+        SpecError: It has none.
+    """
+    parts = registry.find(kind)
+    if getattr(parts, room) is None:
+        others = [name for name in registry.names() if getattr(registry.find(name), room) is not None]
+        remedy = f"give one that has ({', '.join(others)}), or register its part `{room}` in `KindParts`"
+        raise SpecError("vehicle", f"{registry.kind}.kind", f"is {kind!r}, which has nothing for the {room}", remedy)
+    return parts.part(room)
+
+
 _VEHICLES = "touchline.schemas.vehicles"
 _DRIVES = "touchline.services.planner.drives"
 _METHODS = "touchline.services.planner.transitions.methods"
 _COVERAGE = "touchline.services.planner.coverage"
+_WORLD = "touchline.services.robot_sim.world"
 _FOLLOWERS = "touchline.services.onboard.control"
 
 DRIVES: Registry[KindParts] = Registry("drive")
@@ -214,13 +231,21 @@ DRIVES.register(
         f"{_VEHICLES}:DifferentialDrive",
         planner=f"{_DRIVES}.differential_caps:PlannedDifferential",
         onboard="touchline.services.onboard.drives.differential_onboard:OnboardDifferential",
+        world=f"{_WORLD}.drives.differential:DifferentialInWorld",
     ),
 )
 
 TOOLS: Registry[KindParts] = Registry("tool")
 """What a vehicle works with, by the `kind` of its `tool`."""
 TOOLS.register(
-    "sprayer", "a nozzle that paints lines, with valve, discs and tank", KindParts(f"{_VEHICLES}:SprayerTool")
+    "sprayer",
+    "a nozzle that paints lines, with valve, discs and tank",
+    KindParts(f"{_VEHICLES}:SprayerTool", world=f"{_WORLD}.tools.spraying:SprayerInWorld"),
+)
+TOOLS.register(
+    "none",
+    "nothing: the vehicle drives along lines and leaves nothing there",
+    KindParts(f"{_VEHICLES}:NoTool", world=f"{_WORLD}.tools.idle_tool:NoToolInWorld"),
 )
 
 METHODS: Registry[Any] = Registry("transition method")

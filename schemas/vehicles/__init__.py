@@ -3,9 +3,22 @@
 from touchline.schemas.vehicles.actuator import Actuator
 from touchline.schemas.vehicles.differential_drive import DifferentialDrive, Motor
 from touchline.schemas.vehicles.drive_spec import DriveSpec
+from touchline.schemas.vehicles.ground_contact import GroundContact
+from touchline.schemas.vehicles.no_tool import NoTool
 from touchline.schemas.vehicles.sprayer_tool import SprayerTool
 from touchline.schemas.vehicles.tool_spec import ToolSpec
 from touchline.schemas.vehicles.vehicle import Vehicle
 from touchline.schemas.vehicles.vehicle_body import VehicleBody
 
-__all__ = ["Actuator", "DifferentialDrive", "DriveSpec", "Motor", "SprayerTool", "ToolSpec", "Vehicle", "VehicleBody"]
+__all__ = [
+    "Actuator",
+    "DifferentialDrive",
+    "DriveSpec",
+    "GroundContact",
+    "Motor",
+    "NoTool",
+    "SprayerTool",
+    "ToolSpec",
+    "Vehicle",
+    "VehicleBody",
+]

@@ -14,6 +14,7 @@ class Actuator(NamedTuple):
         limit: The largest absolute value.
         rate_limit: The largest absolute change, per second.
         joint: Its name among the joint states.
+        encoder_rad: Between two counts of its encoder, whose readings are its angle.
     """
 
     name: str
@@ -23,3 +24,4 @@ class Actuator(NamedTuple):
     limit: float
     rate_limit: float
     joint: str
+    encoder_rad: float

@@ -1,5 +1,6 @@
 """Two driven wheels on one axle, and casters."""
 
+import math
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
@@ -7,6 +8,7 @@ from pydantic import Field
 from touchline.schemas.spec import Spec
 from touchline.schemas.vehicles.actuator import Actuator
 from touchline.schemas.vehicles.drive_spec import DriveSpec
+from touchline.schemas.vehicles.ground_contact import GroundContact
 from touchline.schemas.vehicles.quantities import (
     BodyPoint,
     Delay,
@@ -86,15 +88,18 @@ class DifferentialDrive(DriveSpec):
     def actuators(self) -> tuple[Actuator, ...]:
         """The left and the right wheel."""
         limits = self.max_wheel_speed_radps, self.max_wheel_acceleration_radps2
+        count_rad = 2.0 * math.pi / self.encoder_ticks_per_revolution
         return tuple(
-            Actuator(side, "wheel speed", "rad/s", "wheel acceleration", *limits, f"{side}_wheel")
+            Actuator(side, "wheel speed", "rad/s", "wheel acceleration", *limits, f"{side}_wheel", count_rad)
             for side in ("left", "right")
         )
 
     @property
-    def contacts_m(self) -> tuple[tuple[float, float], ...]:
-        """The wheels and the casters."""
-        return (*self.wheels_m, *self.casters_m)
+    def contacts(self) -> tuple[GroundContact, ...]:
+        """The wheels, left and right, and the casters."""
+        wheels = (GroundContact(x, y, self.wheel_width_m, self.wheel_radius_m) for x, y in self.wheels_m)
+        casters = (GroundContact(x, y, self.caster_width_m, self.caster_radius_m, True) for x, y in self.casters_m)
+        return *wheels, *casters
 
     @property
     def max_speed_mps(self) -> float:

@@ -6,6 +6,7 @@ from pydantic import Field, model_validator
 
 from touchline.schemas.spec import Spec
 from touchline.schemas.vehicles.actuator import Actuator
+from touchline.schemas.vehicles.ground_contact import GroundContact
 from touchline.schemas.vehicles.misfit import misfit
 from touchline.schemas.vehicles.quantities import Acceleration, Speed
 
@@ -46,9 +47,14 @@ class DriveSpec(Spec):
         raise NotImplementedError
 
     @property
-    def contacts_m(self) -> tuple[tuple[float, float], ...]:
-        """Where it touches the ground (x, y), in the body's frame."""
+    def contacts(self) -> tuple[GroundContact, ...]:
+        """Where it touches the ground."""
         raise NotImplementedError
+
+    @property
+    def contacts_m(self) -> tuple[tuple[float, float], ...]:
+        """Their places (x, y), in the body's frame."""
+        return tuple((contact.x_m, contact.y_m) for contact in self.contacts)
 
     @model_validator(mode="after")
     def _transit_fits(self) -> Self:

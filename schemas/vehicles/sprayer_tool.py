@@ -44,6 +44,45 @@ class SprayerTool(ToolSpec):
         """That of painting."""
         return self.paint_speed_mps
 
+    @property
+    def flow_lps(self) -> float:
+        """The pump's: that of a line painted at the tool's own speed."""
+        return self.paint_l_per_m * self.paint_speed_mps
+
+    @property
+    def capacity_l(self) -> float:
+        """That of the tank."""
+        return self.tank_l
+
+    @property
+    def width_m(self) -> float:
+        """That of a stroke."""
+        return self.spray_width_m
+
+    @property
+    def drying_s(self) -> float:
+        """Until wheels take up no paint any more."""
+        return self.drying_time_s
+
+    @property
+    def opens_s(self) -> float:
+        """The valve's delay."""
+        return self.valve_on_delay_s
+
+    @property
+    def closes_s(self) -> float:
+        """The valve's delay."""
+        return self.valve_off_delay_s
+
+    @property
+    def lowers_s(self) -> float:
+        """The discs' delay."""
+        return self.disc_delay_s
+
+    def full_kg(self, _body: VehicleBody) -> float:
+        """With a full tank."""
+        return self.mass_full_kg
+
     def check(self, body: VehicleBody, drive: DriveSpec) -> None:
         """See whether paint weighs something and the drive is fast enough.
 

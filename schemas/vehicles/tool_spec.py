@@ -8,9 +8,10 @@ from touchline.schemas.vehicles.vehicle_body import VehicleBody
 
 
 class ToolSpec(Spec):
-    """Base of the tools: the kind's name and what plans ask of it. A kind is registered in `TOOLS`.
+    """Base of the tools: the kind's name and what is asked of each. A kind is registered in `TOOLS`.
 
-    Only the files of a kind read its own fields.
+    Only the files of a kind read its own fields. What has a value here is for tools that put something on the ground:
+    one that does not leaves it as it is.
     """
 
     kind: str
@@ -24,6 +25,45 @@ class ToolSpec(Spec):
     def work_speed_mps(self) -> float:
         """Planned speed while it works."""
         raise NotImplementedError
+
+    @property
+    def flow_lps(self) -> float:
+        """What it uses up while it works [l/s]; 0: it puts nothing on the ground."""
+        return 0.0
+
+    @property
+    def capacity_l(self) -> float:
+        """What its tank holds."""
+        return 0.0
+
+    @property
+    def width_m(self) -> float:
+        """Of what it puts on the ground."""
+        return 0.0
+
+    @property
+    def drying_s(self) -> float:
+        """How long that must not be rolled over."""
+        return 0.0
+
+    @property
+    def opens_s(self) -> float:
+        """How long before a line's start it has to be told to work."""
+        return 0.0
+
+    @property
+    def closes_s(self) -> float:
+        """How long before a line's end it has to be told to stop."""
+        return 0.0
+
+    @property
+    def lowers_s(self) -> float:
+        """How long before a line's start it has to be lowered."""
+        return 0.0
+
+    def full_kg(self, body: VehicleBody) -> float:
+        """Mass of the whole vehicle with all that it can carry."""
+        return body.mass_empty_kg
 
     def check(self, body: VehicleBody, drive: DriveSpec) -> None:
         """See whether it suits what carries and what drives it.

@@ -48,6 +48,11 @@ class Vehicle(Spec):
             tool.check(info.data["body"], info.data["drive"])
         return tool
 
+    @property
+    def mass_full_kg(self) -> float:
+        """With all that the tool can carry."""
+        return self.tool.full_kg(self.body)
+
     def changed(
         self,
         *,

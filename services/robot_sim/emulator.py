@@ -196,7 +196,7 @@ class Emulator:
         self.sensors = Sensors(vehicle, scenario)
         self.faults = FaultTimeline(scenario.faults, vehicle.drive)
         self.onboard: OnboardComputer = onboard if onboard is not None else Onboard(vehicle, self.config, ask)
-        self.ledger = PaintLedger([], vehicle.tool.spray_width_m, vehicle.tool.spray_width_m)
+        self.ledger = PaintLedger([], vehicle.tool.width_m, vehicle.tool.width_m)
         self.track = Track()
         self.estimator_error = EstimatorError()
         self.tick_count = 0
@@ -259,9 +259,9 @@ class Emulator:
         course = self.onboard.prepare(trajectory, boundary)
         if resume is not None:
             start = resume_pose(trajectory, self.vehicle, resume)
-        width_m = template.line_width_m if template is not None else self.vehicle.tool.spray_width_m
+        width_m = template.line_width_m if template is not None else self.vehicle.tool.width_m
         tolerance_m = template.tolerance_m if template is not None else DEFAULT_TOLERANCE_M
-        ledger = PaintLedger(wanted, width_m, self.vehicle.tool.spray_width_m, tolerance_m)
+        ledger = PaintLedger(wanted, width_m, self.vehicle.tool.width_m, tolerance_m)
         if remains is not None:
             ledger.restore(remains.paint)
         return LoadedJob(course, start, ledger, resume, remains)

@@ -171,10 +171,10 @@ def _keep(row: Floats, tick: int, state: Floats, hearing: Hearing, fixes: int, c
 
 @kernel
 def _enter(
-    at: Integers, world: tuple[Floats, Floats, Floats], hearing: Hearing, computer: Computer, books: Books
+    at: Integers, world: tuple[Any, Floats, Floats, Floats], hearing: Hearing, computer: Computer, books: Books
 ) -> None:
     """Enter a tick that is done in the books."""
-    state, _, trace = world
+    _, state, _, trace = world
     tick = at[TICK]
     table, frame, starts, members, points, latest, stretches, ledger = books.paint
     enter(table, frame, starts, members, books.half_width_m, trace, points, latest, stretches, ledger)
@@ -192,7 +192,7 @@ def drive_quietly(
     last_tick: int,
     seed: int,
     effects: Floats,
-    world: tuple[Floats, Floats, Floats],
+    world: tuple[Any, Floats, Floats, Floats],
     hearing: Hearing,
     computer: Computer,
     course: CourseArrays,
@@ -207,7 +207,7 @@ def drive_quietly(
         last_tick: To be done.
         seed: Of the scenario.
         effects: Of faults; they must not change before `last_tick` is done.
-        world: State, parameters and trace.
+        world: Parts, state, parameters and trace.
         hearing: Of the sensors.
         computer: The robot's.
         course: That it drives.
@@ -215,7 +215,7 @@ def drive_quietly(
         books: In which each tick is entered.
         saved: (NOW,) scratch.
     """
-    state, parameters, trace = world
+    parts, state, parameters, trace = world
     sensing, _, measured_tick, arrivals, fixes, _ = hearing
     lead, limits, memory, twist = pursuit
     ledger, points, ahead = books.paint[7], books.paint[4], course.leg.ahead
@@ -231,8 +231,8 @@ def drive_quietly(
         tick += 1
         at[TICK] = tick
         command = computer[0].command
-        left, right, valve, disc = command.actuators[0], command.actuators[1], command.valve, command.disc
-        physics.advance(state, parameters, left, right, valve, disc, command.valve_after_s, effects, seed, tick, trace)
+        valve, disc, after_s = command.valve, command.disc, command.valve_after_s
+        physics.advance(parts, state, parameters, command.actuators, valve, disc, after_s, effects, seed, tick, trace)
         at[FIXES] = sense(state, effects, seed, tick, *sensing)
         at[STAGE] = SENSED
         if not _arrived_in_time(at[FIXES], tick, measured_tick, arrivals):
@@ -316,7 +316,7 @@ class Quiet:
             last_tick,
             emulator.scenario.seed,
             emulator.faults.effects,
-            (world.state, world.parameters, world.trace),
+            (world.parts, world.state, world.parameters, world.trace),
             Hearing(sensors.arguments, *sensors.heard, self._fix, emulator.vehicle.body.battery_wh),
             nominal.computer,
             nominal.course,

@@ -12,14 +12,12 @@ from touchline.services.robot_sim import layouts
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.sensors.gnss import GnssReport
 from touchline.services.robot_sim.world import body
-from touchline.services.robot_sim.world.motors import EMPTY_V, FULL_V
+from touchline.services.robot_sim.world.battery import NOMINAL_V, voltage_of
 
 Payload = tuple[Topic, bytes]
 Stamp = tuple[int, int]
 """Seconds and nanoseconds of sim time."""
 
-NOMINAL_V: Final = 37.0
-"""Ten lithium cells in series, as in world/motors.py."""
 _NAVSAT_STATUS: Final = {
     m.GnssStatus.NONE: m.NavSatStatus.STATUS_NO_FIX,
     m.GnssStatus.SINGLE: m.NavSatStatus.STATUS_FIX,
@@ -70,7 +68,7 @@ def battery(time: Stamp, emulator: Emulator) -> bytes:
     state, capacity_wh = emulator.world.state, emulator.vehicle.body.battery_wh
     left_wh, power_w = float(state[body.BATTERY_WH]), float(state[body.POWER_W])
     share = left_wh / capacity_wh
-    voltage = EMPTY_V + (FULL_V - EMPTY_V) * share
+    voltage: float = voltage_of(share)
     return layouts.BATTERY.pack(
         *time,
         voltage,

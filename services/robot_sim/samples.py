@@ -13,7 +13,7 @@ from touchline.schemas import topics
 from touchline.schemas.layout import Records
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.topics import Topic
-from touchline.schemas.vehicles import Actuator
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.interface import ACCEL, ANGLES, GYRO, MAG
 from touchline.services.robot_sim import layouts, tick_log
 from touchline.services.robot_sim.packing import Payload, gnss, stamp
@@ -55,14 +55,15 @@ class Samples:
     """Packs rows of `tick_log`.
 
     Args:
-        actuators: The drive's.
+        vehicle: Has the actuators, and a tool or none.
         scenario: Has the IMU's noise, of which the covariances that it reports are made.
         history: (transport.HISTORY, READINGS) what was measured, by tick.
         most: Rows at once.
     """
 
-    def __init__(self, actuators: Sequence[Actuator], scenario: Scenario, history: Floats, most: int) -> None:
+    def __init__(self, vehicle: Vehicle, scenario: Scenario, history: Floats, most: int) -> None:
         """See the class."""
+        actuators = vehicle.drive.actuators
         count = len(actuators)
         self._angles = slice(tick_log.READINGS + ANGLES, tick_log.READINGS + ANGLES + count)
         self._commanded = slice(tick_log.COMMANDED, tick_log.COMMANDED + count)

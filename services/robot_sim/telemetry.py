@@ -113,9 +113,7 @@ class Telemetry:
     def __init__(self, emulator: Emulator, *, report_at_once: bool = True) -> None:
         self._emulator, self._at_once = emulator, report_at_once
         self.ended: Figures | None = None
-        self._samples = Samples(
-            emulator.vehicle.drive.actuators, emulator.scenario, emulator.sensors.history, QUIET_TICKS
-        )
+        self._samples = Samples(emulator.vehicle, emulator.scenario, emulator.sensors.history, QUIET_TICKS)
         self.rows: Rows = np.zeros((QUIET_TICKS, tick_log.COLUMNS))
         self._state = -1
         self.digest = SessionDigest()

@@ -15,6 +15,7 @@ from touchline.services.planner.plan import plan
 from touchline.services.planner.plots.actuator_series import actuator_series
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.world import body
+from touchline.services.robot_sim.world.drives import differential_layout as wheels
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "small-robot.json"
 
@@ -38,7 +39,7 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "small-robot.json"
         ({"body": {"footprint_m": [[0, 0], [1, 1]]}}, "own.json: body.footprint_m has 2 items; give at least 3"),
         ({"drive": {"kind": "tricycle"}}, "own.json: drive.kind is 'tricycle'; give 'differential'"),
         ({"drive": {"kind": ["differential"]}}, "own.json: drive.kind is not allowed; give 'differential'"),
-        ({"tool": {"kind": "mower"}}, "own.json: tool.kind is 'mower'; give 'sprayer'"),
+        ({"tool": {"kind": "mower"}}, "own.json: tool.kind is 'mower'; give 'sprayer' or 'none'"),
         ({"kinematics": "tricycle"}, "own.json: drive.kind is 'tricycle'; give 'differential'"),
         ({"drive": 3}, "own.json: drive is a JSON number; give an object"),
         (
@@ -101,7 +102,7 @@ def test_the_example_drives_with_its_own_track():
     rates, yaw = [], []
     while emulator.active:
         emulator.tick()
-        rates.append(emulator.world.state[[body.LEFT_RATE, body.RIGHT_RATE]].copy())
+        rates.append(emulator.world.state[[wheels.LEFT_RATE, wheels.RIGHT_RATE]].copy())
         yaw.append(emulator.world.state[body.YAW_RATE])
     left, right = np.array(rates).T
     turning = np.abs(yaw) > 0.5

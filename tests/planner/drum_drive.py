@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.plugins import DRIVES, KindParts
-from touchline.schemas.vehicles import Actuator, DriveSpec, Vehicle
+from touchline.schemas.vehicles import Actuator, DriveSpec, GroundContact, Vehicle
 from touchline.services.core.jit import kernel
 from touchline.services.planner.drives.planned_drive import ActuatorMotion, PlannedDrive
 
@@ -42,13 +42,14 @@ class DrumDrive(DriveSpec):
         drum = self.max_drum_speed_radps, self.max_drum_acceleration_radps2
         steering = self.max_steering_rad, self.max_steering_rate_radps
         return (
-            Actuator("drum", "wheel speed", "rad/s", "wheel acceleration", *drum, "drum"),
-            Actuator("steering", "steering angle", "rad", "steering rate", *steering, "fork"),
+            Actuator("drum", "wheel speed", "rad/s", "wheel acceleration", *drum, "drum", 1e-4),
+            Actuator("steering", "steering angle", "rad", "steering rate", *steering, "fork", 1e-4),
         )
 
     @property
-    def contacts_m(self) -> tuple[tuple[float, float], ...]:
-        return (0.0, 0.3), (0.0, -0.3), (-self.wheelbase_m, 0.0)
+    def contacts(self) -> tuple[GroundContact, ...]:
+        drum = (GroundContact(0.0, y, 0.02, self.drum_radius_m) for y in (0.3, -0.3))
+        return *drum, GroundContact(-self.wheelbase_m, 0.0, 0.05, 0.15)
 
 
 class DrumCaps(NamedTuple):

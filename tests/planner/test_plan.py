@@ -235,12 +235,11 @@ def test_wheel_figures_agree_with_finite_differences() -> None:
     time = np.concatenate(([0.0], np.cumsum(2 * np.diff(ideal) / np.maximum(v[1:] + v[:-1], 1e-9))))
     rims = [v * (1 + side * curvature * VEHICLE.drive.half_track_m) / VEHICLE.drive.wheel_radius_m for side in (1, -1)]
     accelerations = [np.abs(np.diff(rim[moving]) / np.diff(time[moving])).max() for rim in rims]
-    found = extremes(planned.sections, planned.sent, planned.speeds, VEHICLE, planned.limits.drive)
-    wheel_speed = max(wheel.largest for wheel in found.actuators)
-    wheel_acceleration = max(wheel.largest_rate for wheel in found.actuators)
-    assert wheel_speed == pytest.approx(np.max(rims), rel=1e-3)
-    assert wheel_acceleration == pytest.approx(max(accelerations), rel=1e-2)
-    assert wheel_speed <= VEHICLE.drive.max_wheel_speed_radps * (1 + 1e-9)
+    found = extremes(planned.sections, planned.sent, planned.speeds, VEHICLE, planned.limits.drive).actuators
+    right, left = (np.max(rim) for rim in rims)
+    assert [each.max for each in found] == pytest.approx([left, right], rel=1e-3)
+    assert [each.max_rate for each in found] == pytest.approx(accelerations[::-1], rel=1e-2)
+    assert max(each.max for each in found) <= VEHICLE.drive.max_wheel_speed_radps * (1 + 1e-9)
 
 
 def test_fast_and_tight_is_slowed_to_what_the_wheels_can() -> None:

@@ -9,8 +9,9 @@ from touchline.schemas.scenario import DriveNoise, Ground, Scenario
 from touchline.schemas.vehicles import Motor, Vehicle
 from touchline.services.onboard.interface import Command
 from touchline.services.robot_sim.world import body
+from touchline.services.robot_sim.world.battery import FULL_V
 from touchline.services.robot_sim.world.constants import SURFACES
-from touchline.services.robot_sim.world.motors import FULL_V
+from touchline.services.robot_sim.world.drives import differential_layout as wheels
 from touchline.services.robot_sim.world.world import World
 
 QUIET = Scenario(noise="none")
@@ -25,7 +26,7 @@ def drive(world, left, right, ticks):
 
 
 def test_every_robot_has_a_track_and_two_wheels_of_its_own():
-    columns = [body.P_TRACK, body.P_LEFT_RADIUS, body.P_RIGHT_RADIUS]
+    columns = [wheels.P_TRACK, wheels.P_LEFT_RADIUS, wheels.P_RIGHT_RADIUS]
     nominal = [VEHICLE.drive.track_width_m, VEHICLE.drive.wheel_radius_m, VEHICLE.drive.wheel_radius_m]
     drawn = [World(VEHICLE, Scenario(seed=seed)).parameters[columns] for seed in range(400)]
     errors = np.array(drawn) / nominal - 1.0
@@ -40,7 +41,7 @@ def test_the_wheels_slip_each_on_its_own_and_more_on_wet_grass():
         slips = []
         for tick in range(1, 4001):
             world.step(Command((0.0, 0.0), False, False), tick)
-            slips.append(world.state[body.LEFT_SLIP : body.RIGHT_SLIP + 1].copy())
+            slips.append(world.state[wheels.LEFT_SLIP : wheels.RIGHT_SLIP + 1].copy())
         spread[surface] = np.std(slips)
         assert abs(np.corrcoef(np.transpose(slips))[0, 1]) < 0.1
     assert spread["artificial-turf"] < 0.6 * spread["grass"]
@@ -49,7 +50,7 @@ def test_the_wheels_slip_each_on_its_own_and_more_on_wet_grass():
 
 def after_a_turned_caster(angle_rad):
     world = World(VEHICLE, QUIET)
-    world.state[body.CASTER_X], world.state[body.CASTER_Y] = math.cos(angle_rad), math.sin(angle_rad)
+    world.state[wheels.CASTER_X], world.state[wheels.CASTER_Y] = math.cos(angle_rad), math.sin(angle_rad)
     return drive(world, 5.0, 5.0, 30).pose.heading_rad
 
 
@@ -67,7 +68,7 @@ def test_a_tyre_has_one_grip_for_both_directions(spinning):
     """Sliding sideways they hold with no more than their grip, and with far less of it when they spin as well."""
     world = World(VEHICLE, QUIET)
     world.state[body.SPEED] = world.state[body.SIDE_SPEED] = 1.0
-    world.state[body.LEFT_RATE : body.RIGHT_RATE + 1] = spinning / VEHICLE.drive.wheel_radius_m
+    world.state[wheels.LEFT_RATE : wheels.RIGHT_RATE + 1] = spinning / VEHICLE.drive.wheel_radius_m
     world.step(Command((10.0, 10.0), False, False), 1)
     held = (1.0 - world.state[body.SIDE_SPEED]) / 0.01
     most = SURFACES["grass"].grip * GRAVITY * (1.0 - VEHICLE.drive.caster_load_share)
@@ -81,10 +82,10 @@ def test_the_batterys_voltage_limits_the_speed():
     idle_radps = FULL_V / (motor.constant_nm_per_a * motor.gear_ratio)
     assert idle_radps < 0.8 * VEHICLE.drive.max_wheel_speed_radps
     world = World(VEHICLE.changed(drive={"motor": motor}), QUIET)
-    full = drive(world, 20.0, 20.0, 500).state[body.LEFT_RATE]
+    full = drive(world, 20.0, 20.0, 500).state[wheels.LEFT_RATE]
     assert 0.8 * idle_radps < full < idle_radps
     world.state[body.BATTERY_WH] *= 0.2
-    assert drive(world, 20.0, 20.0, 500).state[body.LEFT_RATE] < 0.9 * full
+    assert drive(world, 20.0, 20.0, 500).state[wheels.LEFT_RATE] < 0.9 * full
 
 
 def test_the_body_turns_as_fast_as_torque_and_inertia_say():

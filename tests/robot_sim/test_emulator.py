@@ -37,6 +37,7 @@ from touchline.services.onboard.interface import STANDSTILL, Command
 from touchline.services.robot_sim.emulator import SETTLE_TICKS, Emulator
 from touchline.services.robot_sim.telemetry import Telemetry
 from touchline.services.robot_sim.world import body
+from touchline.services.robot_sim.world.drives import differential_layout as wheels
 
 PLAN = trajectory(
     [Curve.from_line((0, 0), (2, 0)), Curve.from_line((2, 0), (9, 0)), Curve.from_line((9, 0), (12, 0))], [0, 1, 0]
@@ -212,10 +213,10 @@ def test_a_command_acts_from_the_next_tick_on():
     emulator.load(PLAN)
     emulator.start()
     emulator.tick()
-    assert emulator.world.state[body.LEFT_RATE] == 0.0
+    assert emulator.world.state[wheels.LEFT_RATE] == 0.0
     assert emulator.command != STANDSTILL
     emulator.tick()
-    assert emulator.world.state[body.LEFT_RATE] > 0.0
+    assert emulator.world.state[wheels.LEFT_RATE] > 0.0
 
 
 def test_odometry_and_truth_are_whole_messages():

@@ -207,7 +207,7 @@ def test_an_injection_says_when_and_for_how_long():
     timeline = FaultTimeline([], DRIVE)
     timeline.inject(fault("wheel-slip", actuator="left", share=0.3, start_s=1.5), 100)
     (event,) = timeline.take_events()
-    assert event.text == "a wheel slips (wheel left, share 0.3), in 1.5 s, to the end"
+    assert event.text == "a wheel slips (actuator left, share 0.3), in 1.5 s, to the end"
 
 
 def robot(*faults):

@@ -5,21 +5,22 @@ import pytest
 from tests.robot_sim.open_loop import VEHICLE, drive, fault, second
 from touchline.services.onboard.interface import Command
 from touchline.services.robot_sim.world import body
+from touchline.services.robot_sim.world.drives import differential_layout as wheels
 
 
 def test_a_blocked_wheel_stands_and_turns_the_robot():
     run = drive(400, second("wheel-blocked", actuator="left"), noise="none")
     assert run[99].state[body.YAW_RATE] == pytest.approx(0.0, abs=1e-6)
-    assert {float(tick.state[body.LEFT_RATE]) for tick in run[100:200]} == {0.0}
+    assert {float(tick.state[wheels.LEFT_RATE]) for tick in run[100:200]} == {0.0}
     assert run[199].state[body.HEADING] > 0.5
     assert run[199].frame.encoders[0] == run[100].frame.encoders[0]
-    assert run[-1].state[body.LEFT_RATE] == pytest.approx(10.0, abs=0.2)
+    assert run[-1].state[wheels.LEFT_RATE] == pytest.approx(10.0, abs=0.2)
     assert run[-1].state[body.YAW_RATE] == pytest.approx(0.0, abs=0.02)
 
 
 def test_a_slipping_wheel_turns_without_getting_on():
     run = drive(400, second("wheel-slip", share=0.5), noise="none")
-    assert run[199].state[body.LEFT_RATE] == pytest.approx(10.0, abs=0.2)
+    assert run[199].state[wheels.LEFT_RATE] == pytest.approx(10.0, abs=0.2)
     assert run[199].state[body.SPEED] == pytest.approx(0.5, abs=0.05)
     assert run[-1].state[body.SPEED] == pytest.approx(run[99].state[body.SPEED], abs=0.02)
 
@@ -27,9 +28,9 @@ def test_a_slipping_wheel_turns_without_getting_on():
 def test_a_weak_motor_cannot_keep_up():
     hill = {"grade": 0.15, "uphill_rad": 0.0}
     run = drive(500, second("motor-weak", actuator="all", share=0.02), noise="none", ground=hill)
-    assert run[99].state[body.LEFT_RATE] == pytest.approx(10.0, abs=0.2)
-    assert run[199].state[body.LEFT_RATE] < 5.0
-    assert run[-1].state[body.LEFT_RATE] == pytest.approx(10.0, abs=0.3)
+    assert run[99].state[wheels.LEFT_RATE] == pytest.approx(10.0, abs=0.2)
+    assert run[199].state[wheels.LEFT_RATE] < 5.0
+    assert run[-1].state[wheels.LEFT_RATE] == pytest.approx(10.0, abs=0.3)
 
 
 def test_a_valve_stuck_open_sprays_whatever_is_commanded():

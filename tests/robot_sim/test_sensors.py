@@ -12,6 +12,7 @@ from touchline.services.onboard.interface import Command
 from touchline.services.robot_sim.sensors.receiver import white
 from touchline.services.robot_sim.sensors.suite import FIELD_HORIZONTAL_T, Sensors
 from touchline.services.robot_sim.world import body
+from touchline.services.robot_sim.world.drives import differential_layout as wheels
 from touchline.services.robot_sim.world.world import TruePose, World
 
 VEHICLE = Vehicle()
@@ -48,7 +49,7 @@ def test_without_noise_everything_is_true():
         assert math.remainder(math.atan2(frame.mag.x_t, frame.mag.y_t) - world.pose.heading_rad, math.tau) == (
             pytest.approx(0.0, abs=1e-12)
         ), magnetic_heading
-        assert frame.encoders == (world.state[body.LEFT_ANGLE], world.state[body.RIGHT_ANGLE])
+        assert frame.encoders == (world.state[wheels.LEFT_ANGLE], world.state[wheels.RIGHT_ANGLE])
     assert frame.imu.accel_y_mps2 == pytest.approx(world.state[body.SPEED] * world.state[body.YAW_RATE], rel=1e-2)
 
 
@@ -265,13 +266,14 @@ def test_encoders_count_whole_ticks_and_lose_no_fraction():
     quantum = math.tau / 100
     sensors, state = Sensors(vehicle, Scenario()), STILL.copy()
     for tick in range(1, 2000):
-        state[body.LEFT_ANGLE] = tick * quantum / 7
-        state[body.RIGHT_ANGLE] = -tick * quantum / 7
+        state[wheels.LEFT_ANGLE] = tick * quantum / 7
+        state[wheels.RIGHT_ANGLE] = -tick * quantum / 7
         left, right = sensors.read(tick, state).encoders
         assert left / quantum == pytest.approx(round(left / quantum), abs=1e-9)
-        assert abs(left - state[body.LEFT_ANGLE]) <= quantum
-        assert abs(right - state[body.RIGHT_ANGLE]) <= quantum
-    assert frames(Scenario(encoder=EncoderNoise(quantised=False)), 1, state)[0].encoders[0] == (state[body.LEFT_ANGLE])
+        assert abs(left - state[wheels.LEFT_ANGLE]) <= quantum
+        assert abs(right - state[wheels.RIGHT_ANGLE]) <= quantum
+    (exact,) = frames(Scenario(encoder=EncoderNoise(quantised=False)), 1, state)
+    assert exact.encoders[0] == state[wheels.LEFT_ANGLE]
 
 
 def test_one_sensor_changes_no_other():

@@ -16,6 +16,7 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import Plan, plan
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.world import body
+from touchline.services.robot_sim.world.drives import differential_layout as wheels
 
 
 @pytest.mark.parametrize("follower", ["mpc", "pure-pursuit"])
@@ -64,7 +65,7 @@ def test_a_plan_for_dry_grass_is_driven_to_the_end_of_the_grip(follower: str, se
         emulator.tick()
         state = emulator.world.state
         beneath = state[body.SPEED] + np.array((-0.5, 0.5)) * Vehicle().drive.track_width_m * state[body.YAW_RATE]
-        slid = Vehicle().drive.wheel_radius_m * state[body.LEFT_RATE : body.RIGHT_RATE + 1] - beneath
+        slid = Vehicle().drive.wheel_radius_m * state[wheels.LEFT_RATE : wheels.RIGHT_RATE + 1] - beneath
         worst = max(worst, float(np.abs(slid).max()))
     assert worst > 0.15  # the plan asks for all of the grip
     assert emulator.onboard.state == TraversalStatus.DONE

@@ -12,6 +12,7 @@ from touchline.schemas.vehicles import Motor, Vehicle
 from touchline.services.onboard.interface import Command
 from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world.constants import SURFACES
+from touchline.services.robot_sim.world.drives import differential_layout as wheels
 from touchline.services.robot_sim.world.effects import FLOW, neutral
 from touchline.services.robot_sim.world.world import NO_EFFECTS, TruePose, World
 
@@ -33,7 +34,7 @@ def test_a_straight_line_is_straight_and_as_long_as_the_wheels_rolled_less_their
     world = World(VEHICLE, QUIET)
     world.place(TruePose(1.0, 2.0, math.pi / 6))
     drive(world, Command((10.0, 10.0), False, False), 1000)
-    rolled = world.state[body.LEFT_ANGLE] * VEHICLE.drive.wheel_radius_m
+    rolled = world.state[wheels.LEFT_ANGLE] * VEHICLE.drive.wheel_radius_m
     length = math.hypot(world.pose.east_m - 1.0, world.pose.north_m - 2.0)
     assert 0.98 * rolled < length < 0.998 * rolled
     assert world.pose.north_m - 2.0 == pytest.approx((world.pose.east_m - 1.0) * math.tan(math.pi / 6), abs=1e-9)
@@ -42,7 +43,7 @@ def test_a_straight_line_is_straight_and_as_long_as_the_wheels_rolled_less_their
 
 def test_steady_slip_is_what_the_rolling_resistance_asks_of_the_tyres():
     world = drive(World(VEHICLE, QUIET), Command((10.0, 10.0), False, False), 500)
-    slip = 1.0 - world.state[body.SPEED] / (world.state[body.LEFT_RATE] * VEHICLE.drive.wheel_radius_m)
+    slip = 1.0 - world.state[body.SPEED] / (world.state[wheels.LEFT_RATE] * VEHICLE.drive.wheel_radius_m)
     grass = SURFACES["grass"]
     load_share = 1.0 - VEHICLE.drive.caster_load_share
     assert slip == pytest.approx(grass.rolling / (grass.stiffness_x * load_share), rel=0.03)
@@ -60,7 +61,7 @@ def test_a_curve_drifts_outward_as_its_lateral_acceleration_asks():
 def test_a_spin_stays_nearly_on_the_spot():
     world = drive(World(VEHICLE, QUIET), Command((-5.0, 5.0), False, False), 500)
     assert math.hypot(*world.pose[:2]) < 0.05
-    turned = 2 * world.state[body.RIGHT_ANGLE] * VEHICLE.drive.wheel_radius_m / VEHICLE.drive.track_width_m
+    turned = 2 * world.state[wheels.RIGHT_ANGLE] * VEHICLE.drive.wheel_radius_m / VEHICLE.drive.track_width_m
     assert 0.97 * turned < world.pose.heading_rad < turned
 
 
@@ -68,9 +69,9 @@ def test_wheels_follow_the_profile_of_lag_and_limits():
     world, rates, references = World(VEHICLE, QUIET), [0.0], [0.0]
     for tick in range(1, 200):
         world.step(Command((1000.0, -1000.0), False, False), tick)
-        rates.append(float(world.state[body.LEFT_RATE]))
-        references.append(float(world.state[body.REFERENCE]))
-        assert world.state[body.RIGHT_RATE] == pytest.approx(-rates[-1], abs=0.3)  # casters pull unevenly
+        rates.append(float(world.state[wheels.LEFT_RATE]))
+        references.append(float(world.state[wheels.REFERENCE]))
+        assert world.state[wheels.RIGHT_RATE] == pytest.approx(-rates[-1], abs=0.3)  # casters pull unevenly
     assert np.diff(references).max() == pytest.approx(VEHICLE.drive.max_wheel_acceleration_radps2 * 0.01)
     assert references[-1] == pytest.approx(VEHICLE.drive.max_wheel_speed_radps, abs=1e-6)
     assert rates[-1] == pytest.approx(VEHICLE.drive.max_wheel_speed_radps, abs=0.05)
@@ -80,8 +81,8 @@ def test_wheels_follow_the_profile_of_lag_and_limits():
 def test_below_the_limits_the_profile_is_first_order_and_the_wheels_are_close_to_it():
     world = drive(World(VEHICLE, QUIET), Command((1.0, 1.0), False, False), 5)
     expected = 1.0 - math.exp(-0.05 / VEHICLE.drive.motor_time_constant_s)
-    assert world.state[body.REFERENCE] == pytest.approx(expected, abs=1e-12)
-    assert world.state[body.LEFT_RATE] == pytest.approx(expected, abs=0.1)
+    assert world.state[wheels.REFERENCE] == pytest.approx(expected, abs=1e-12)
+    assert world.state[wheels.LEFT_RATE] == pytest.approx(expected, abs=0.1)
 
 
 @pytest.mark.parametrize("tank_l, power_w", [(20.0, 131.0), (0.0, 98.0)])
@@ -96,10 +97,10 @@ def test_acceleration_beyond_the_current_limit_is_not_had():
     weak = VEHICLE.changed(drive={"motor": Motor(max_current_a=5.0)})
     world = drive(World(weak, QUIET), Command((20.0, 20.0), False, False), 20)
     torque = 5.0 * 0.08 * 20.0 * 0.85
-    assert world.state[body.TORQUE] == pytest.approx(torque, rel=1e-3)
+    assert world.state[wheels.TORQUE] == pytest.approx(torque, rel=1e-3)
     assert world.state[body.SPEED] < 0.25
     drive(world, Command((20.0, 20.0), False, False), 2000)
-    assert world.state[body.LEFT_RATE] == pytest.approx(20.0, abs=0.1)  # and no overshoot from a wound-up integral
+    assert world.state[wheels.LEFT_RATE] == pytest.approx(20.0, abs=0.1)  # and no overshoot from a wound-up integral
 
 
 def test_an_empty_battery_gives_no_torque():
@@ -155,10 +156,10 @@ def test_a_parked_robot_does_not_creep_down_the_slope():
 def test_casters_pull_aside_after_a_reversal():
     world = World(VEHICLE, QUIET)
     drive(world, Command((8.0, 10.0), False, False), 300)
-    assert world.state[body.CASTER_X] > 0.9
+    assert world.state[wheels.CASTER_X] > 0.9
     drive(world, Command((-8.0, -10.0), False, False), 300, first=301)
-    assert world.state[body.CASTER_X] < -0.9
-    assert np.hypot(*world.state[body.CASTER_X : body.CASTER_Y + 1]) == pytest.approx(1.0)
+    assert world.state[wheels.CASTER_X] < -0.9
+    assert np.hypot(*world.state[wheels.CASTER_X : wheels.CASTER_Y + 1]) == pytest.approx(1.0)
 
 
 def flow_times(world, commands):
@@ -240,7 +241,7 @@ def test_trace_is_unbroken():
 
 def test_chassis_errors_and_slip_follow_the_scenario():
     radii = [
-        World(VEHICLE, Scenario(seed=seed)).parameters[body.P_LEFT_RADIUS] / VEHICLE.drive.wheel_radius_m - 1
+        World(VEHICLE, Scenario(seed=seed)).parameters[wheels.P_LEFT_RADIUS] / VEHICLE.drive.wheel_radius_m - 1
         for seed in range(400)
     ]
     assert np.std(radii) == pytest.approx(0.003, rel=0.15)
@@ -248,7 +249,7 @@ def test_chassis_errors_and_slip_follow_the_scenario():
     slips = []
     for tick in range(1, 20_000):
         world.step(Command((0.0, 0.0), False, False), tick)
-        slips.append(float(world.state[body.LEFT_SLIP]))
+        slips.append(float(world.state[wheels.LEFT_SLIP]))
     assert np.std(slips) == pytest.approx(0.02, rel=0.1)
     lag = 50  # τ = 0.5 s
     assert np.corrcoef(slips[:-lag], slips[lag:])[0, 1] == pytest.approx(math.exp(-1), abs=0.08)
@@ -259,5 +260,5 @@ def test_whatever_the_command_the_state_stays_finite_and_limited(left, right, se
     world = World(VEHICLE, Scenario(seed=seed))
     drive(world, Command((left, right), True, True), 20)
     assert np.isfinite(world.state).all()
-    assert abs(world.state[body.LEFT_RATE]) <= 20.5
-    assert abs(world.state[body.RIGHT_RATE]) <= 20.5
+    assert abs(world.state[wheels.LEFT_RATE]) <= 20.5
+    assert abs(world.state[wheels.RIGHT_RATE]) <= 20.5

@@ -15,6 +15,7 @@ from touchline.services.onboard.interface import Command
 from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.constants import SURFACES
+from touchline.services.robot_sim.world.drives import differential_layout as wheels
 from touchline.services.robot_sim.world.world import NO_EFFECTS, TruePose, World
 
 VEHICLE = Vehicle()
@@ -46,7 +47,7 @@ def test_the_surfaces_are_those_of_the_documentation():
 def test_on_every_surface_a_wheel_slips_as_far_as_its_rolling_resistance_asks(surface, slip):
     """Share f / (C · √(1 − (f/μ)²)), f = rolling / 0.8: the driven wheels bear 80 % of the load and push all of it."""
     state = drive(World(VEHICLE, level(surface=surface)), AHEAD, 500).state
-    assert 1.0 - state[body.SPEED] / (state[body.LEFT_RATE] * 0.1) == pytest.approx(slip, rel=0.01)
+    assert 1.0 - state[body.SPEED] / (state[wheels.LEFT_RATE] * 0.1) == pytest.approx(slip, rel=0.01)
 
 
 @pytest.mark.parametrize(("surface", "across"), [("grass", 20.0), ("wet-grass", 12.0), ("artificial-turf", 26.0)])
@@ -96,11 +97,11 @@ def test_discs_are_lifted_as_slowly_as_they_are_lowered():
 def test_casters_come_round_within_their_trail(angle_rad):
     """A tractrix: dθ/ds = −sin θ / trail, so tan(θ/2) falls by e on each trail's length."""
     world = drive(World(VEHICLE, level()), AHEAD, 300)
-    world.state[body.CASTER_X], world.state[body.CASTER_Y] = math.cos(angle_rad), math.sin(angle_rad)
+    world.state[wheels.CASTER_X], world.state[wheels.CASTER_Y] = math.cos(angle_rad), math.sin(angle_rad)
     for _ in range(4):
-        before, at = math.atan2(*world.state[[body.CASTER_Y, body.CASTER_X]]), world.pose.east_m
+        before, at = math.atan2(*world.state[[wheels.CASTER_Y, wheels.CASTER_X]]), world.pose.east_m
         drive(world, AHEAD, 1)
-        after, way = math.atan2(*world.state[[body.CASTER_Y, body.CASTER_X]]), world.pose.east_m - at
+        after, way = math.atan2(*world.state[[wheels.CASTER_Y, wheels.CASTER_X]]), world.pose.east_m - at
         shrunk = math.exp(-way / VEHICLE.drive.caster_trail_m)
         assert math.tan(after / 2) == pytest.approx(math.tan(before / 2) * shrunk, rel=0.03)
 
@@ -157,6 +158,6 @@ def test_braking_and_rolling_downhill_give_nothing_back_to_the_battery():
 def test_one_weak_motor_leaves_the_other_as_it_is_and_turns_the_robot_to_its_side(wheel, turned):
     weak = fault("motor-weak", actuator=wheel, share=0.0, start_s=1.0)
     run = open_loop(150, weak, noise="none", command=AHEAD)
-    other = body.RIGHT_RATE if wheel == "left" else body.LEFT_RATE
+    other = wheels.RIGHT_RATE if wheel == "left" else wheels.LEFT_RATE
     assert run[-1].state[other] == pytest.approx(10.0, abs=0.3)
     assert turned * run[-1].state[body.HEADING] > 0.05

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from touchline.schemas.plugins import DRIVES
+from touchline.schemas.plugins import DRIVES, part_for
 from touchline.services.core.jit import kernel_of_class
 
 if TYPE_CHECKING:
@@ -88,8 +88,12 @@ class PlannedDrive(ABC):
 
 
 def planned_drive(vehicle: Vehicle) -> PlannedDrive:
-    """That of a vehicle, by the kind of its drive."""
-    found: PlannedDrive = DRIVES.find(vehicle.drive.kind).part("planner")(vehicle)
+    """That of a vehicle, by the kind of its drive.
+
+    Raises:
+        SpecError: The kind cannot be planned for.
+    """
+    found: PlannedDrive = part_for(DRIVES, vehicle.drive.kind, "planner")(vehicle)
     return found
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.schemas.vehicles import Vehicle
+from touchline.schemas.vehicles import GroundContact, Vehicle
 from touchline.services.onboard.interface import TICK_S
 from touchline.services.robot_sim.paint import contact as c
 from touchline.services.robot_sim.paint import track as t
@@ -59,24 +59,6 @@ class Smearing(NamedTuple):
     smears: list[SmearPrint]
 
 
-class Contact(NamedTuple):
-    """A wheel or caster: where it touches the ground in the body's frame [m], its tread, and whether it swivels."""
-
-    x_m: float
-    y_m: float
-    width_m: float
-    circumference_m: float
-    swivels: bool
-
-
-def contacts(vehicle: Vehicle) -> list[Contact]:
-    """The wheels, left and right, and the casters."""
-    wheel = vehicle.drive.wheel_width_m, 2.0 * math.pi * vehicle.drive.wheel_radius_m, False
-    caster = vehicle.drive.caster_width_m, 2.0 * math.pi * vehicle.drive.caster_radius_m, True
-    wheels = [Contact(x, y, *wheel) for x, y in vehicle.drive.wheels_m]
-    return wheels + [Contact(x, y, *caster) for x, y in vehicle.drive.casters_m]
-
-
 def smearing(ledger: PaintLedger, track: t.Track, vehicle: Vehicle) -> Smearing:
     """Follow every wheel and caster over the paint; takes a moment, so once at the end.
 
@@ -91,10 +73,10 @@ def smearing(ledger: PaintLedger, track: t.Track, vehicle: Vehicle) -> Smearing:
     grid, left_m = _grid(paint), np.zeros(len(ledger.targets) + 1)
     wet = vehicle.tool.drying_time_s, vehicle.tool.smear_share, vehicle.tool.smear_length_m
     crossings, youngest_s, smears, prints = 0, math.inf, list[SmearPrint](), np.zeros((_ROOM, c.PRINT_COLUMNS))
-    for contact in contacts(vehicle):
+    for contact in vehicle.drive.contacts:
         way = _way(rows, contact)
         while True:
-            found = c.roll(way, contact.swivels, contact.circumference_m, paint, grid[:3], wet, left_m, prints)
+            found = c.roll(way, contact.swivels, 2.0 * math.pi * contact.radius_m, paint, grid[:3], wet, left_m, prints)
             if found[1] <= len(prints):
                 break
             prints = np.zeros((2 * found[1], c.PRINT_COLUMNS))
@@ -104,7 +86,7 @@ def smearing(ledger: PaintLedger, track: t.Track, vehicle: Vehicle) -> Smearing:
     return Smearing(crossings, youngest_s if crossings else 0.0, area_m2, smears)
 
 
-def _way(rows: Floats, contact: Contact) -> Floats:
+def _way(rows: Floats, contact: GroundContact) -> Floats:
     """(n, contact.WAY_COLUMNS) of a contact."""
     cos, sin = np.cos(rows[:, t.TRACK_HEADING]), np.sin(rows[:, t.TRACK_HEADING])
     x = rows[:, t.TRACK_EAST] + cos * contact.x_m - sin * contact.y_m

@@ -1,10 +1,10 @@
-"""The 100 Hz sensors: IMU, magnetometer, wheel encoders.
+"""The 100 Hz sensors: IMU, magnetometer, encoders.
 
 IMU: the mean rate and specific force over the tick, white noise from the density, a turn-on bias drawn once per seed, a
 bias random walk and a bias that grows as the sensor warms up. Magnetometer: the earth's field (declination 0, stated
 dip) and that of steel near by, turned into the body, through soft iron, plus hard iron, a slowly varying disturbance of
-the surroundings and white noise. Encoders: the cumulative wheel angle floored to whole ticks, so that no fraction is
-ever lost.
+the surroundings and white noise. Encoders: the cumulative angle of each actuator floored to whole counts, so that no
+fraction is ever lost.
 """
 
 from __future__ import annotations
@@ -24,23 +24,23 @@ from touchline.services.core.random import (
     normal,
     uniform,
 )
-from touchline.services.onboard.interface import ANGLES, GYRO, MAG
+from touchline.services.onboard.interface import ACTUATORS, ANGLES, GYRO, MAG
 from touchline.services.robot_sim.sensors.zones import CENTRE_X, CENTRE_Y, VALUE_1, VALUE_2, distance
 from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world import effects as e
-from touchline.services.robot_sim.world.ground import GRAVITY_MPS2
+from touchline.services.robot_sim.world.body import GRAVITY_MPS2
 
 # Sensor state.
 GYRO_BIAS: Final = 0  # x y z
 ACCEL_BIAS: Final = 3
 HARD_IRON: Final = 6
 DISTURBANCE: Final = 9  # east, north, up, in the map frame
-ENCODER_PHASE: Final = 12  # left, right, rad: where within a tick the wheel stood at switch-on
-WARMTH: Final = 14  # gyro x y z, accel x y z: bias per kelvin
-SOFT_IRON: Final = 20  # xx, xy, yy: gains less 1, cross-gain
-MISSED: Final = 23  # left, right, rad: what an encoder that dropped out did not count
-LAST_ANGLE: Final = 25  # left, right, rad
-STATE_SIZE: Final = 27
+WARMTH: Final = 12  # gyro x y z, accel x y z: bias per kelvin
+SOFT_IRON: Final = 18  # xx, xy, yy: gains less 1, cross-gain
+ENCODER_PHASE: Final = 21  # of each actuator, rad: where between two counts it stood at switch-on
+MISSED: Final = ENCODER_PHASE + ACTUATORS  # of each, rad: what an encoder that dropped out did not count
+LAST_ANGLE: Final = MISSED + ACTUATORS  # of each, rad
+STATE_SIZE: Final = LAST_ANGLE + ACTUATORS
 
 # Parameters.
 P_GYRO_WHITE: Final = 0  # rad/s per sample
@@ -55,13 +55,13 @@ P_MAG_WHITE: Final = 8  # T per sample
 P_MAG_HARD_IRON: Final = 9  # T, 1σ per axis
 P_MAG_DISTURBANCE: Final = 10  # T, 1σ per axis
 P_MAG_DECAY: Final = 11  # per tick
-P_ENCODER_TICK: Final = 12  # rad; 0: not quantised
-P_GYRO_WARMTH: Final = 13  # rad/s per K, 1σ
-P_ACCEL_WARMTH: Final = 14
-P_WARMING: Final = 15  # K
-P_WARMING_TAU: Final = 16  # s
-P_SOFT_IRON: Final = 17  # 1σ
-PARAMETER_SIZE: Final = 18
+P_GYRO_WARMTH: Final = 12  # rad/s per K, 1σ
+P_ACCEL_WARMTH: Final = 13
+P_WARMING: Final = 14  # K
+P_WARMING_TAU: Final = 15  # s
+P_SOFT_IRON: Final = 16  # 1σ
+P_ENCODER_QUANTUM: Final = 17  # of each actuator, rad; 0: not quantised
+PARAMETER_SIZE: Final = P_ENCODER_QUANTUM + ACTUATORS
 
 _TURN_ON = -1  # the "tick" that keys what is drawn once
 
@@ -79,8 +79,9 @@ def switch_on(sensor: Floats, p: Floats, seed: int) -> None:
         sensor[HARD_IRON + axis] = p[P_MAG_HARD_IRON] * normal(seed, STREAM_MAGNETOMETER, _TURN_ON, axis)
         sensor[DISTURBANCE + axis] = p[P_MAG_DISTURBANCE] * normal(seed, STREAM_MAGNETOMETER, _TURN_ON, 3 + axis)
         sensor[SOFT_IRON + axis] = p[P_SOFT_IRON] * normal(seed, STREAM_MAGNETOMETER, _TURN_ON, 6 + axis)
-    for wheel in range(2):
-        sensor[ENCODER_PHASE + wheel] = p[P_ENCODER_TICK] * uniform(seed, STREAM_ENCODER, _TURN_ON, wheel)
+    for actuator in range(ACTUATORS):
+        phase = uniform(seed, STREAM_ENCODER, _TURN_ON, actuator)
+        sensor[ENCODER_PHASE + actuator] = p[P_ENCODER_QUANTUM + actuator] * phase
 
 
 @kernel
@@ -186,7 +187,7 @@ def measure(
     """Read every 100 Hz sensor once.
 
     Args:
-        world: (body.STATE_SIZE,) the true state after the tick's physics.
+        world: The true state after the tick's physics.
         sensor: (STATE_SIZE,) the sensors' own state, changed in place.
         p: (PARAMETER_SIZE,) noise figures.
         steel: (n, places.COLUMNS) magnetic places: field [T], reach [m].
@@ -198,13 +199,12 @@ def measure(
     """
     _inertial(world, sensor, p, effects, seed, tick, readings)
     _magnetic(world, sensor, p, steel, vertices, effects, seed, tick, readings)
-    quantum = p[P_ENCODER_TICK]
-    for wheel in range(2):
-        angle = world[body.LEFT_ANGLE + wheel]
-        if effects[e.ENCODER_OUT + wheel] > 0.0:
-            sensor[MISSED + wheel] += angle - sensor[LAST_ANGLE + wheel]
-        sensor[LAST_ANGLE + wheel] = angle
-        angle -= sensor[MISSED + wheel]
+    for actuator in range(ACTUATORS):
+        angle, quantum = world[body.ANGLES + actuator], p[P_ENCODER_QUANTUM + actuator]
+        if effects[e.ENCODER_OUT + actuator] > 0.0:
+            sensor[MISSED + actuator] += angle - sensor[LAST_ANGLE + actuator]
+        sensor[LAST_ANGLE + actuator] = angle
+        angle -= sensor[MISSED + actuator]
         if quantum > 0.0:
-            angle = math.floor((angle + sensor[ENCODER_PHASE + wheel]) / quantum) * quantum
-        readings[ANGLES + wheel] = angle
+            angle = math.floor((angle + sensor[ENCODER_PHASE + actuator]) / quantum) * quantum
+        readings[ANGLES + actuator] = angle

@@ -254,7 +254,7 @@ def take(
     """Take a position.
 
     Args:
-        world: (body.STATE_SIZE,) the truth.
+        world: The truth, as of `body`.
         gnss: (STATE_SIZE,) the receiver's state, changed in place.
         r: (PARAMETERS,) its figures.
         frame: The map's tangent plane, of `geodesy.local_frame`.

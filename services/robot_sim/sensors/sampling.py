@@ -47,7 +47,7 @@ def sense(
     """Sense the world at the end of a tick.
 
     Args:
-        world: (body.STATE_SIZE,) the truth.
+        world: The truth, as of `body`.
         effects: (effects.SIZE,) what faults do.
         seed: Of the scenario.
         tick: Onboard tick.

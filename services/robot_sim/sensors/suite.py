@@ -144,5 +144,6 @@ def _parameters(vehicle: Vehicle, scenario: Scenario) -> NDArray[np.float64]:
     p[fast.P_MAG_DISTURBANCE] = mag.disturbance_rad * FIELD_HORIZONTAL_T
     p[fast.P_MAG_DECAY] = math.exp(-TICK_S / mag.disturbance_tau_s)
     if scenario.encoder.quantised:
-        p[fast.P_ENCODER_TICK] = 2.0 * math.pi / vehicle.drive.encoder_ticks_per_revolution
+        for number, actuator in enumerate(vehicle.drive.actuators):
+            p[fast.P_ENCODER_QUANTUM + number] = actuator.encoder_rad
     return p

@@ -1,56 +1,40 @@
-"""The 1 ms physics of a differential-drive robot with a sprayer: one kernel call per onboard tick.
+"""The 1 ms physics of a robot: one kernel call per onboard tick.
 
-A step is: drives (`drive`), forces and speeds (`ground`), then the pose along the mean of the old and the new speeds.
-Valve and disc are plungers that travel at constant speed: open (down) when they reach the far end, closed (up) when
-they are back, so that a pulse shorter than the delay does nothing. Paint flows when the valve is open and the tank is
-not empty; the disc shapes the edge but does not gate the flow.
+A step is: what the drive makes of its commands (`drives/`), then the pose along the mean of the old and the new speeds,
+then the tool (`tools/`).
 """
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from touchline.services.core.jit import kernel
-from touchline.services.core.random import STREAM_SLIP, normal
 from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.body import (
     BATTERY_RESERVE_WH,
     BATTERY_WH,
-    DISC,
-    DISC_DOWN,
     EAST,
-    FLOW_LPS,
+    GRAVITY_MPS2,
     HEADING,
     HEIGHT,
-    LEFT_ANGLE,
-    LEFT_RATE,
-    LEFT_SLIP,
     MEAN_ACCEL_X,
     MEAN_ACCEL_Y,
     MEAN_YAW_RATE,
     NORTH,
     P_BATTERY_WH,
-    P_DISC,
-    P_FLOW_LPS,
     P_GRADE,
     P_IDLE_W,
     P_MASS,
-    P_NOZZLE_X,
-    P_NOZZLE_Y,
     P_PAINT_KGPL,
-    P_SLIP_DECAY,
-    P_SLIP_SIGMA,
+    P_POINT_X,
+    P_POINT_Y,
     P_UPHILL_EAST,
     P_UPHILL_NORTH,
-    P_VALVE_OFF,
-    P_VALVE_ON,
     POWER_W,
-    RIGHT_ANGLE,
-    RIGHT_RATE,
-    RIGHT_SLIP,
     SIDE_SPEED,
     SPEED,
     STEP_S,
@@ -63,46 +47,12 @@ from touchline.services.robot_sim.world.body import (
     UP_X,
     UP_Y,
     UP_Z,
-    VALVE,
-    VALVE_OPEN,
     YAW_RATE,
 )
-from touchline.services.robot_sim.world.ground import GRAVITY_MPS2, ground
-from touchline.services.robot_sim.world.motors import drive
+from touchline.services.robot_sim.world.drives.world_drive import actuate, begin_tick, roll_on
+from touchline.services.robot_sim.world.tools.world_tool import work
 
 Floats = NDArray[np.float64]
-
-_ARRIVED = 1.0 - 1e-9
-_HOME = 1e-9
-_DRIBBLE = 0.05  # a smaller share of the flow leaves no line
-
-
-@kernel
-def _plunger(
-    position: float, engaged: float, commanded: bool, on: float, off: float, stuck: float
-) -> tuple[float, float]:
-    if stuck != e.FREE:
-        return stuck, stuck
-    if commanded:
-        position = min(position + on, 1.0)
-        return position, 1.0 if position >= _ARRIVED else engaged
-    position = max(position - off, 0.0)
-    return position, 0.0 if position <= _HOME else engaged
-
-
-@kernel
-def _spray(state: Floats, p: Floats, effects: Floats, valve: bool, disc: bool) -> float:
-    """Let paint flow for a step, then move the plungers; the share of the spray width painted, 0 without paint."""
-    flows = state[VALVE_OPEN] > 0.0 and state[TANK_L] > 0.0
-    share = effects[e.FLOW] if flows else 0.0
-    state[FLOW_LPS] = share * p[P_FLOW_LPS]
-    state[TANK_L] = max(state[TANK_L] - state[FLOW_LPS] * STEP_S, 0.0)
-    state[VALVE], state[VALVE_OPEN] = _plunger(
-        state[VALVE], state[VALVE_OPEN], valve, p[P_VALVE_ON], p[P_VALVE_OFF], effects[e.VALVE]
-    )
-    state[DISC], state[DISC_DOWN] = _plunger(state[DISC], state[DISC_DOWN], disc, p[P_DISC], p[P_DISC], effects[e.DISC])
-    width: float = math.sqrt(share) if share >= _DRIBBLE else 0.0
-    return width
 
 
 @kernel
@@ -118,7 +68,7 @@ def leaning(state: Floats, x: float, y: float, z: float) -> tuple[float, float, 
 
 @kernel
 def _trace_row(state: Floats, p: Floats, cos: float, sin: float, width: float, row: Floats) -> None:
-    x, y, _ = leaning(state, p[P_NOZZLE_X], p[P_NOZZLE_Y], 0.0)
+    x, y, _ = leaning(state, p[P_POINT_X], p[P_POINT_Y], 0.0)
     row[TRACE_EAST] = state[EAST] + cos * x - sin * y
     row[TRACE_NORTH] = state[NORTH] + sin * x + cos * y
     row[TRACE_SPRAYING] = width
@@ -170,10 +120,10 @@ def _withhold(state: Floats, usable: int, reserve: int, most: float, full: float
 
 @kernel
 def advance(
+    parts: tuple[Any, Any],
     state: Floats,
     p: Floats,
-    left_radps: float,
-    right_radps: float,
+    commanded: Floats,
     valve: bool,
     disc: bool,
     valve_after_s: float,
@@ -185,22 +135,20 @@ def advance(
     """Advance the world by one onboard tick of ten 1 ms steps, in place.
 
     Args:
-        state: (STATE_SIZE,) the world, changed in place; indices in `body`.
-        p: (PARAMETER_SIZE,) constants of this vehicle and scenario.
-        left_radps: Commanded wheel speed, held over the tick.
-        right_radps: As `left_radps`.
+        parts: The drive's and the tool's kernels.
+        state: The world, changed in place; indices in `body`.
+        p: Constants of this vehicle and scenario; indices in `body`.
+        commanded: (interface.ACTUATORS,) of the drive's actuators, held over the tick.
         valve: Whether the valve is commanded open.
         disc: Whether the disc is commanded down.
         valve_after_s: How far into the tick the valve is to be so; before it is the opposite.
         effects: (effects.SIZE,) what faults do.
         seed: Of the scenario.
         tick: Onboard tick, the counter of the randomness.
-        trace: TRACE_SHAPE, filled with the nozzle's positions [m] and the share of its width that it paints.
+        trace: TRACE_SHAPE, filled with the tool's positions [m] and the share of its width on which it works.
     """
-    fresh = p[P_SLIP_SIGMA] * math.sqrt(1.0 - p[P_SLIP_DECAY] * p[P_SLIP_DECAY])
-    if fresh > 0.0:
-        state[LEFT_SLIP] = p[P_SLIP_DECAY] * state[LEFT_SLIP] + fresh * normal(seed, STREAM_SLIP, tick, 0)
-        state[RIGHT_SLIP] = p[P_SLIP_DECAY] * state[RIGHT_SLIP] + fresh * normal(seed, STREAM_SLIP, tick, 1)
+    drive, tool = parts
+    begin_tick(drive, state, p, seed, tick)
     full_wh = p[P_BATTERY_WH]
     _withhold(state, TANK_L, TANK_RESERVE_L, effects[e.TANK_MAX_L], math.inf)
     _withhold(state, BATTERY_WH, BATTERY_RESERVE_WH, effects[e.BATTERY_MAX] * full_wh, full_wh)
@@ -211,18 +159,15 @@ def advance(
     _trace_row(state, p, math.cos(state[HEADING]), math.sin(state[HEADING]), 0.0, trace[0])
     late = math.floor(valve_after_s / STEP_S + 0.5)
     for step in range(STEPS):
-        left_rate, right_rate = state[LEFT_RATE], state[RIGHT_RATE]
         speed, side, yaw_rate = state[SPEED], state[SIDE_SPEED], state[YAW_RATE]
-        energy_j += (p[P_IDLE_W] + drive(state, p, effects, left_radps, right_radps)) * STEP_S
-        ground(state, p, effects, mass)
-        state[LEFT_ANGLE] += 0.5 * (left_rate + state[LEFT_RATE]) * STEP_S
-        state[RIGHT_ANGLE] += 0.5 * (right_rate + state[RIGHT_RATE]) * STEP_S
+        energy_j += (p[P_IDLE_W] + actuate(drive, state, p, effects, commanded)) * STEP_S
+        roll_on(drive, state, p, effects, mass)
         speed, side = 0.5 * (speed + state[SPEED]), 0.5 * (side + state[SIDE_SPEED])
         yaw_rate = 0.5 * (yaw_rate + state[YAW_RATE])
         _move(state, p, speed, side, yaw_rate)
         turned_x -= side * yaw_rate
         turned_y += speed * yaw_rate
-        width = _spray(state, p, effects, valve == (step >= late), disc)
+        width = work(tool, state, p, effects, valve == (step >= late), disc)
         _trace_row(state, p, math.cos(state[HEADING]), math.sin(state[HEADING]), width, trace[step + 1])
     duration = STEPS * STEP_S
     state[POWER_W] = energy_j / duration

@@ -12,17 +12,16 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.interface import Command
 from touchline.services.robot_sim.world import body, physics
 from touchline.services.robot_sim.world.constants import constants
+from touchline.services.robot_sim.world.drives.world_drive import world_drive
 from touchline.services.robot_sim.world.effects import neutral
+from touchline.services.robot_sim.world.tools.world_tool import world_tool
 
 NO_EFFECTS: Final = neutral()
-_AT_REST: Final = [
-    *(body.LEFT_RATE, body.RIGHT_RATE, body.SPEED, body.YAW_RATE, body.SIDE_SPEED),
-    *(body.REFERENCE, body.REFERENCE + 1, body.TORQUE, body.TORQUE + 1, body.INTEGRAL, body.INTEGRAL + 1),
-]
+_AT_REST: Final = [body.SPEED, body.SIDE_SPEED, body.YAW_RATE]
 
 
 class TruePose(NamedTuple):
-    """Axle centre and heading in the map frame; the heading is not wrapped."""
+    """The body's origin and heading in the map frame; the heading is not wrapped."""
 
     east_m: float
     north_m: float
@@ -37,17 +36,25 @@ class World:
         scenario: Seed, ground, errors of the chassis and slip; `effective()` is taken here.
 
     Attributes:
-        state: (body.STATE_SIZE,) the truth, indexed by the constants of `body`.
-        trace: body.TRACE_SHAPE, the nozzle during the last tick.
-        parameters: (body.PARAMETER_SIZE,) the world's constants.
+        parts: What the kernels of the vehicle's drive and tool are chosen by.
+        state: The truth, indexed by the constants of `body`, from `body.DRIVE` on by those of the drive.
+        trace: body.TRACE_SHAPE, the tool's point during the last tick.
+        parameters: The world's constants, from `body.P_DRIVE` on the drive's.
+
+    Raises:
+        SpecError: The vehicle's drive or tool cannot be emulated.
     """
 
     def __init__(self, vehicle: Vehicle, scenario: Scenario) -> None:
-        self.state: NDArray[np.float64] = np.zeros(body.STATE_SIZE)
+        scenario = scenario.effective()
+        self._drive, tool = world_drive(vehicle, scenario), world_tool(vehicle.tool.kind)
+        self.parts = self._drive.kernels, tool.kernels
+        self.state: NDArray[np.float64] = np.zeros(body.DRIVE + self._drive.state_size)
         self.trace: NDArray[np.float64] = np.zeros(body.TRACE_SHAPE)
-        self.parameters = constants(vehicle, scenario.effective())
+        self.parameters = np.concatenate((constants(vehicle, scenario), self._drive.parameters))
+        tool.constants(self.parameters, vehicle)
         self._seed = scenario.seed
-        self._full_l, self._full_wh = vehicle.tool.tank_l, vehicle.body.battery_wh
+        self._full_l, self._full_wh = vehicle.tool.capacity_l, vehicle.body.battery_wh
         self.refill_tank()
         self.replace_battery()
         self.place(TruePose(0.0, 0.0, 0.0))
@@ -81,11 +88,12 @@ class World:
         """Put the robot at rest at `pose`, as if carried there; tank, battery and wheel angles stay."""
         self.state[body.EAST], self.state[body.NORTH], self.state[body.HEADING] = pose
         self.state[_AT_REST] = 0.0
-        self.state[body.CASTER_X], self.state[body.CASTER_Y] = 1.0, 0.0
+        self._drive.rest(self.state)
         physics.tilt(self.state, self.parameters)
 
     def step(self, command: Command, tick: int, effects: NDArray[np.float64] = NO_EFFECTS) -> None:
         """Advance by one onboard tick under `command` and the `effects` of faults; `tick` keys the randomness."""
+        commanded = np.array(command.actuators)
         physics.advance(
-            self.state, self.parameters, *command.actuators, *command[1:], effects, self._seed, tick, self.trace
+            self.parts, self.state, self.parameters, commanded, *command[1:], effects, self._seed, tick, self.trace
         )

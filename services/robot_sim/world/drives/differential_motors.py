@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from touchline.services.core.jit import kernel
 from touchline.services.robot_sim.world import effects as e
+from touchline.services.robot_sim.world.battery import voltage_of
 from touchline.services.robot_sim.world.body import (
     BATTERY_WH,
+    P_BATTERY_WH,
+    STEP_S,
+)
+from touchline.services.robot_sim.world.drives.differential_layout import (
     INTEGRAL,
     LEFT_RATE,
     P_AHEAD_COMMON,
     P_AHEAD_TURN,
-    P_BATTERY_WH,
     P_CURRENT_LAG,
     P_EMF,
     P_FRICTION,
@@ -29,13 +33,9 @@ from touchline.services.robot_sim.world.body import (
     P_TORQUE_PER_A,
     P_VISCOUS,
     REFERENCE,
-    STEP_S,
     TORQUE,
 )
 
-EMPTY_V = 33.0
-FULL_V = 42.0
-"""Ten lithium cells in series; linear in the charge."""
 _DRY_RADPS = 0.05  # dry friction is drag below this wheel speed
 _INTEGRAL_LIMIT_NM = 40.0
 
@@ -59,21 +59,21 @@ def drag(rate: float, p: Floats) -> float:
 
 
 @kernel
-def drive(state: Floats, p: Floats, effects: Floats, left_radps: float, right_radps: float) -> float:
+def actuate(_drive: Any, state: Floats, p: Floats, effects: Floats, commanded: Floats) -> float:
     """Advance both drives by one step; returns the electrical power drawn [W].
 
     The controllers follow the profile with feed-forward of the nominal inertia and friction, and a PI on the rest.
     Torque is limited by the current that the amplifier gives and by the voltage that the motor's own leaves of the
     battery's. An empty battery gives nothing.
     """
-    left = profile(state[REFERENCE], left_radps, p)
-    right = profile(state[REFERENCE + 1], right_radps, p)
+    left = profile(state[REFERENCE], commanded[0], p)
+    right = profile(state[REFERENCE + 1], commanded[1], p)
     left_accel = (left - state[REFERENCE]) / STEP_S
     right_accel = (right - state[REFERENCE + 1]) / STEP_S
     state[REFERENCE], state[REFERENCE + 1] = left, right
     both, turn = 0.5 * (left_accel + right_accel), 0.5 * (right_accel - left_accel)
     charge = state[BATTERY_WH] / p[P_BATTERY_WH]
-    voltage = EMPTY_V + (FULL_V - EMPTY_V) * charge if charge > 0.0 else 0.0
+    voltage = voltage_of(charge) if charge > 0.0 else 0.0
     power = 0.0
     for wheel in range(2):
         rate, reference = state[LEFT_RATE + wheel], state[REFERENCE + wheel]
@@ -94,9 +94,3 @@ def drive(state: Floats, p: Floats, effects: Floats, left_radps: float, right_ra
         current = state[TORQUE + wheel] / p[P_TORQUE_PER_A]
         power += current * current * p[P_RESISTANCE] + back * current
     return max(power, 0.0)
-
-
-@kernel
-def share_per_step(time_constant_s: float) -> float:
-    """How much of the way to its input a first-order lag comes in one step; all of it without a lag."""
-    return 1.0 - math.exp(-STEP_S / time_constant_s) if time_constant_s > 0.0 else 1.0

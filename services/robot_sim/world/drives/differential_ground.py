@@ -10,6 +10,7 @@ rolling resistance acts along it, so after a turn or a reversal they pull the ro
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,37 +18,41 @@ from numpy.typing import NDArray
 from touchline.services.core.jit import kernel
 from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.body import (
+    GRAVITY_MPS2,
+    P_GRIP,
+    P_GYRATION2,
+    P_ROLLING,
+    P_STIFFNESS_X,
+    P_STIFFNESS_Y,
+    SIDE_SPEED,
+    SPEED,
+    STEP_S,
+    UP_X,
+    UP_Y,
+    UP_Z,
+    YAW_RATE,
+)
+from touchline.services.robot_sim.world.drives.differential_layout import (
     CASTER_X,
     CASTER_Y,
+    LEFT_ANGLE,
     LEFT_RATE,
     LEFT_SLIP,
     LEFT_TRACTION,
     P_CASTER_SHARE,
     P_CASTER_TRAIL,
     P_CASTER_X,
-    P_GRIP,
-    P_GYRATION2,
     P_LEFT_RADIUS,
-    P_ROLLING,
-    P_STIFFNESS_X,
-    P_STIFFNESS_Y,
     P_TRACK,
     P_WHEEL_INERTIA,
     REFERENCE,
+    RIGHT_ANGLE,
     RIGHT_RATE,
     RIGHT_TRACTION,
-    SIDE_SPEED,
-    SPEED,
-    STEP_S,
     TORQUE,
-    UP_X,
-    UP_Y,
-    UP_Z,
-    YAW_RATE,
 )
-from touchline.services.robot_sim.world.motors import drag
+from touchline.services.robot_sim.world.drives.differential_motors import drag
 
-GRAVITY_MPS2 = 9.80665
 _CREEP_MPS = 0.02  # slip is taken against no less than this
 _ROLLING_MPS = 0.01  # rolling resistance is drag below this speed
 _PARKED_MPS = 0.002
@@ -94,11 +99,17 @@ def _parked(state: Floats, p: Floats) -> bool:
 
 
 @kernel
-def ground(state: Floats, p: Floats, effects: Floats, mass_kg: float) -> None:
-    """Advance the speeds of body and wheels by one step under the motors' torques."""
+def roll_on(_drive: Any, state: Floats, p: Floats, effects: Floats, mass_kg: float) -> None:
+    """Advance the speeds of body and wheels by one step under the motors' torques.
+
+    The wheels turn along the mean of their old and new rates.
+    """
+    left_rate, right_rate = state[LEFT_RATE], state[RIGHT_RATE]
     if _parked(state, p):
         for quantity in (SPEED, SIDE_SPEED, YAW_RATE, LEFT_RATE, RIGHT_RATE, LEFT_TRACTION, RIGHT_TRACTION):
             state[quantity] = 0.0
+        state[LEFT_ANGLE] += 0.5 * left_rate * STEP_S
+        state[RIGHT_ANGLE] += 0.5 * right_rate * STEP_S
         return
     weight = mass_kg * GRAVITY_MPS2 * state[UP_Z]
     load = 0.5 * weight * (1.0 - p[P_CASTER_SHARE])
@@ -152,3 +163,5 @@ def ground(state: Floats, p: Floats, effects: Floats, mass_kg: float) -> None:
             rate = state[LEFT_RATE + wheel]
             momentum = p[P_WHEEL_INERTIA] * rate + STEP_S * (state[TORQUE + wheel] - p[P_LEFT_RADIUS + wheel] * force)
             state[LEFT_RATE + wheel] = momentum / (p[P_WHEEL_INERTIA] + STEP_S * drag(rate, p))
+    state[LEFT_ANGLE] += 0.5 * (left_rate + state[LEFT_RATE]) * STEP_S
+    state[RIGHT_ANGLE] += 0.5 * (right_rate + state[RIGHT_RATE]) * STEP_S

@@ -1,0 +1,87 @@
+"""What the world asks of a drive, whatever its kind."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.schemas.errors import SpecError
+from touchline.schemas.plugins import DRIVES, part_for
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.core.jit import kernel_of_class
+from touchline.services.onboard.interface import ACTUATORS
+
+Floats = NDArray[np.float64]
+
+
+class WorldDrive(ABC):
+    """The drive of a vehicle in its world. Made of a `Vehicle` and an effective `Scenario`.
+
+    Attributes:
+        kernels: A named tuple whose class has the kernels `begin_tick`, `actuate` and `roll_on`.
+        parameters: Its constants: in the world's parameter vector from `body.P_DRIVE` on.
+        state_size: How much of the state vector it has for itself, from `body.DRIVE` on; all 0 at first.
+    """
+
+    kernels: Any
+    parameters: Floats
+    state_size: int
+
+    @abstractmethod
+    def rest(self, state: Floats) -> None:
+        """Put its own part of the state at rest; the angles of the actuators stay."""
+
+
+def world_drive(vehicle: Vehicle, scenario: Scenario) -> WorldDrive:
+    """That of a vehicle, by the kind of its drive; `scenario` must be effective.
+
+    Raises:
+        SpecError: The kind cannot be emulated, or has more actuators than there is room for.
+    """
+    drive = vehicle.drive
+    made: WorldDrive = part_for(DRIVES, drive.kind, "world")(vehicle, scenario)
+    count = len(drive.actuators)
+    if count > ACTUATORS:
+        problem = f"is {drive.kind!r}, a drive of {count} actuators"
+        raise SpecError("vehicle", "drive.kind", problem, f"give one of at most {ACTUATORS}")
+    return made
+
+
+@kernel_of_class
+def begin_tick(drive: Any, state: Floats, p: Floats, seed: int, tick: int) -> None:
+    """Draw what changes at random once a tick: `tick` and the `seed` key it."""
+
+
+@kernel_of_class
+def actuate(  # type: ignore[empty-body]
+    drive: Any, state: Floats, p: Floats, effects: Floats, commanded: Floats
+) -> float:
+    """Let the actuators follow their commands for one physics step, in place.
+
+    Args:
+        drive: The `WorldDrive.kernels`.
+        state: The world's.
+        p: The world's parameters.
+        effects: (effects.SIZE,) what faults do: `TORQUE` of each actuator.
+        commanded: (interface.ACTUATORS,) of the actuators, in the units of `DriveSpec.actuators`.
+
+    Returns:
+        The electrical power that they draw [W].
+    """
+
+
+@kernel_of_class
+def roll_on(drive: Any, state: Floats, p: Floats, effects: Floats, mass_kg: float) -> None:
+    """Advance the body's speeds and the actuators' angles by one physics step, in place.
+
+    Args:
+        drive: The `WorldDrive.kernels`.
+        state: The world's; `body.SPEED`, `SIDE_SPEED`, `YAW_RATE` and `ANGLES` are the drive's to change.
+        p: The world's parameters.
+        effects: (effects.SIZE,) what faults do: `BLOCKED` and `SLIP` of each actuator.
+        mass_kg: Of the whole robot.
+    """

@@ -1,0 +1,9 @@
+"""What the kernels of a drive or tool are chosen by."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class KernelClass(NamedTuple):
+    """Base of classes that only have kernels: all their figures are in the world's arrays."""

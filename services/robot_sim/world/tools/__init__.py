@@ -1,0 +1,1 @@
+"""What each kind of tool does to the world."""

@@ -1,0 +1,30 @@
+"""The world's side of `NoTool`: nothing is left on the ground, and nothing is used up."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.core.jit import kernel
+from touchline.services.robot_sim.world.kernel_class import KernelClass
+
+Floats = NDArray[np.float64]
+
+
+class NoToolKernels(KernelClass):
+    """What physics calls."""
+
+    @kernel
+    def work(self, _state: Floats, _p: Floats, _effects: Floats, _valve: bool, _disc: bool) -> float:
+        """Nothing, whatever is commanded."""
+        return 0.0
+
+
+class NoToolInWorld:
+    """A vehicle that only drives."""
+
+    kernels = NoToolKernels()
+
+    def constants(self, p: Floats, vehicle: Vehicle) -> None:
+        """There are none."""
