@@ -19,7 +19,7 @@ from touchline.schemas.scenario import GnssNoise, Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard import control
-from touchline.services.onboard.control.follower import Twist
+from touchline.services.onboard.control.follower import BodyTwist
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator
 
@@ -38,7 +38,7 @@ class Timed:
     def __getattr__(self, name: str) -> object:
         return getattr(self.inner, name)
 
-    def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> Twist:
+    def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> BodyTwist:
         begun = time.perf_counter()
         command = self.inner.step(now, ahead)
         self.times_s.append(time.perf_counter() - begun)

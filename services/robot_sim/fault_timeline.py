@@ -26,7 +26,7 @@ class _Entry(NamedTuple):
     first_tick: int
     last_tick: float
     fault: f.Fault
-    actuators: NDArray[np.int64]
+    actuators: tuple[int, ...]
     """Numbers of those that it is a fault of, if it is one of actuators."""
 
 
@@ -105,20 +105,20 @@ class FaultTimeline:
         self._entries.append(_Entry(first, last, fault, actuators))
         self._next_change = min(self._next_change, first)
 
-    def _numbers(self, fault: f.Fault, source: str, place: str) -> NDArray[np.int64]:
+    def _numbers(self, fault: f.Fault, source: str, place: str) -> tuple[int, ...]:
         """Of the actuators that it is a fault of.
 
         Raises:
             SpecError: There is none of that name; it is found in `source`, at this place.
         """
         if not isinstance(fault, f.ActuatorFault):
-            return np.array([], dtype=np.int64)
+            return ()
         if fault.actuator == f.ALL:
-            return np.arange(len(self._names))
+            return tuple(range(len(self._names)))
         if fault.actuator not in self._names:
             remedy = f"give {', '.join(map(repr, self._names))} or {f.ALL!r}: the vehicle's drive has no other"
             raise SpecError(source, f"{place}actuator", f"is {fault.actuator!r}", remedy)
-        return np.array([self._names.index(fault.actuator)])
+        return (self._names.index(fault.actuator),)
 
 
 def _apply(entry: _Entry, effects: NDArray[np.float64]) -> None:
@@ -141,7 +141,7 @@ def _apply(entry: _Entry, effects: NDArray[np.float64]) -> None:
             effects[e.FIELD_EAST_T] += fault.east_t
             effects[e.FIELD_NORTH_T] += fault.north_t
         case f.ActuatorFault():
-            _apply_actuators(fault, entry.actuators, effects)
+            _apply_actuators(fault, np.array(entry.actuators, dtype=np.int64), effects)
         case _:
             _apply_body(fault, effects)
 

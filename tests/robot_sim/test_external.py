@@ -78,7 +78,7 @@ def pursuit():
         if request.first:
             inner.reset()
         now = np.array([getattr(request, name) for name in NOW_FIELDS])
-        return inner.step(now, np.column_stack((request.ahead_speed_mps, request.ahead_yaw_rate_radps)))
+        return inner.step(now, np.column_stack((request.ahead_speed_mps, request.ahead_yaw_rate_radps)))[:2]
 
     return controller
 

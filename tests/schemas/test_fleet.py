@@ -53,7 +53,7 @@ def test_parts_are_given_in_place_or_by_the_name_of_a_file_beside_it(tmp_path):
         ([{"namespace": "r1"}, {"namespace": "r1"}], r"robots\[1\]\.namespace is 'r1', as is an earlier one's"),
         ([{"namespace": "r1", "sed": 1}], r"robots\[0\]\.sed is not a known field"),
         ([{"namespace": "r1", "seed": -1}], r"robots\[0\]\.seed is -1"),
-        ([{"namespace": "r1", "vehicle": {"track_width_m": 99}}], r"robots\[0\]\.vehicle\.drive\.track_width_m is 99"),
+        ([{"namespace": "r1", "vehicle": {"track_width_m": 99}}], r"robots\[0\]\.vehicle\.track_width_m is 99"),
         ([{"namespace": "r1", "vehicle": "absent.json"}], r"absent\.json.*cannot be read"),
         ([{"namespace": "r1", "vehicle": "broken.json"}], r"broken\.json: drive\.track_width_m is 99"),
         ([{"namespace": "r1", "scenario": {"follower": "mpc"}}], r"robots\[0\]\.scenario.*follower"),

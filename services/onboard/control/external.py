@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard.control.follower import Twist
+from touchline.services.onboard.control.follower import BodyTwist
 from touchline.services.onboard.control.pure_pursuit import PurePursuitFollower
 
 AHEAD_TICKS: Final = 100
@@ -68,7 +68,7 @@ class ExternalFollower:
         self.problem = ""
         self._pursuit.reset()
 
-    def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> Twist:
+    def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> BodyTwist:
         """As `Follower.step`. After a failure, or if the wait is broken off, it is not asked before the robot rests."""
         if not self.problem and not self._stopping:
             try:
@@ -80,7 +80,7 @@ class ExternalFollower:
             else:
                 self._first = False
                 if math.isfinite(speed_mps) and math.isfinite(yaw_rate_radps):
-                    return Twist(speed_mps, yaw_rate_radps)
+                    return BodyTwist(speed_mps, yaw_rate_radps)
                 self.problem = "the external follower's twist is not finite"
         self.fallbacks += 1
         return self._pursuit.step(now, ahead[: self._pursuit.fine_rows])

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-class Twist(NamedTuple):
+class BodyTwist(NamedTuple):
     """What a follower wants until the next tick.
 
     Attributes:
@@ -60,7 +60,7 @@ class Follower(Protocol):
         """Forget what was learned about the motion: the robot stood still, or another path begins."""
         ...
 
-    def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> Twist:
+    def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> BodyTwist:
         """The wanted twist of the body until the next tick.
 
         Args:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.control import mpc_kernel as k
-from touchline.services.onboard.control.follower import Twist
+from touchline.services.onboard.control.follower import BodyTwist
 from touchline.services.onboard.control.lead import lead_ticks
 from touchline.services.onboard.control.pure_pursuit import PurePursuitFollower
 from touchline.services.onboard.drives.onboard_drive import OnboardDrive, drive_of
@@ -78,7 +78,7 @@ class MpcFollower:
         self._solver = None
         self._pursuit.reset()
 
-    def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> Twist:
+    def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> BodyTwist:
         """As `Follower.step`."""
         arguments = (now, ahead, self._ticks, self._p, self._memory, self._drive.figures, self._programme)
         if self._build is None:
@@ -92,7 +92,7 @@ class MpcFollower:
         self.fallbacks += 1
         return self._pursuit.step(now, ahead[: self._pursuit.fine_rows])
 
-    def _solve(self, now: NDArray[np.float64]) -> Twist | None:
+    def _solve(self, now: NDArray[np.float64]) -> BodyTwist | None:
         solver, programme = self._solver, self._programme
         if solver is None:
             solver = self._solver = daqp.Model()
@@ -109,7 +109,7 @@ class MpcFollower:
         if self._answer is None:
             self._answer = k.answer.for_types_of(arguments)
         speed_mps, yaw_rate_radps, *actuators = self._answer(*arguments)
-        return Twist(speed_mps, yaw_rate_radps, tuple(actuators))
+        return BodyTwist(speed_mps, yaw_rate_radps, tuple(actuators))
 
 
 def _parameters(vehicle: Vehicle, drive: OnboardDrive) -> NDArray[np.float64]:

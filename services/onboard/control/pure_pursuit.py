@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
-from touchline.services.onboard.control.follower import Twist
+from touchline.services.onboard.control.follower import BodyTwist
 from touchline.services.onboard.control.lead import lead_ticks
 from touchline.services.onboard.drives.onboard_drive import drive_of
 from touchline.services.onboard.interface import TICK_S
@@ -106,11 +106,11 @@ class PurePursuitFollower:
         """Empty the integrators; the speed is not reduced."""
         self.memory[:] = 0.0
 
-    def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> Twist:
+    def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> BodyTwist:
         """As `Follower.step`."""
         pursue(now, ahead, self.lead, self.limits, self.memory, self._twist)
         speed_mps, yaw_rate_radps = self._twist.tolist()
-        return Twist(speed_mps, yaw_rate_radps)
+        return BodyTwist(speed_mps, yaw_rate_radps)
 
 
 @kernel
