@@ -24,4 +24,5 @@ def _report(state: ConsoleState) -> PlanReport | None:
         return state.path.report
     if state.template is None:
         return None
-    return PlanReport(paint_l=state.vehicle.tool.paint_l_per_m * state.template.template.length_m)
+    tool = state.vehicle.tool
+    return PlanReport(paint_l=tool.flow_lps / tool.work_speed_mps * state.template.template.length_m)

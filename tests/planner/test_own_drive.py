@@ -101,3 +101,14 @@ def test_its_figures_are_its_own() -> None:
             '{"drive": {"kind": "drum", "drum_radius_m": 0.2, "transit_speed_mps": 0.5}}',
             "own.json",
         )
+
+
+def test_a_kind_that_cannot_be_emulated_is_told_in_a_line(tmp_path: Path) -> None:
+    path = tmp_path / "own.json"
+    path.write_text(OWN)
+    told = CliRunner().invoke(app, ["simulate", "study-square", "--vehicle", str(path)])
+    assert isinstance(told.exception, SpecError)  # the command line makes one line of it
+    assert str(told.exception) == (
+        "vehicle: drive.kind is 'drum', which has nothing for the world; "
+        "give one that has (differential), or register its part `world` in `KindParts`"
+    )
