@@ -87,7 +87,7 @@ def test_it_is_in_the_help_and_printed_as_a_file_that_can_be_given(tmp_path: Pat
     path = tmp_path / "own.json"
     path.write_text(printed)
     planned = json.loads(runner.invoke(app, ["plan", "study-square", "--json", "--vehicle", str(path)]).output)
-    assert planned["actuators"][0]["max"] <= DrumDrive().max_drum_speed_radps
+    assert planned["actuators"]["drum"]["max"] <= DrumDrive().max_drum_speed_radps
 
 
 def test_its_figures_are_its_own() -> None:
