@@ -82,7 +82,7 @@ def supplies(
     """
     charge = _known(charge)
     return Supplies(
-        Supply(_needed(report.paint_l if report else None), _known(tank_l), vehicle.tool.tank_l, LOW_TANK_L),
+        Supply(_needed(report.paint_l if report else None), _known(tank_l), vehicle.tool.capacity_l, LOW_TANK_L),
         Supply(
             _needed(report.battery_wh if report else None),
             None if charge is None else charge * vehicle.body.battery_wh,
@@ -94,7 +94,7 @@ def supplies(
 
 def full(report: PlanReport, vehicle: Vehicle) -> Supplies:
     """A plan against a tank and a battery that are full."""
-    return supplies(report, vehicle, vehicle.tool.tank_l, 1.0)
+    return supplies(report, vehicle, vehicle.tool.capacity_l, 1.0)
 
 
 def times(count: int) -> str:

@@ -157,7 +157,7 @@ class MapRaster:
             here = body > 0
             cells.codes[here] = (bits[here] | body[here]).astype(np.uint32) + np.uint32(BRAILLE_BASE)
             cells.inks[here] = Ink.BODY
-        x, y = scene.vehicle.tool.nozzle_x_m, scene.vehicle.tool.nozzle_y_m
+        x, y = scene.vehicle.tool.point_m
         nozzle = view.to_cell(pose.x_m + cos * x - sin * y, pose.y_m + sin * x + cos * y)
         center = view.to_cell(pose.x_m, pose.y_m)
         if nozzle:

@@ -231,9 +231,9 @@ def _robot_lines(state: ConsoleState, width: int) -> list[Content]:
         charge = robot.battery.percentage
         color = theme.GREEN if charge > LOW_BATTERY else theme.VERMILION
         lines.append(_row("battery", _bar(charge, width, color), f" {format.percent(charge):>6}"))
-    if robot.sprayer:
+    if robot.sprayer and state.vehicle.tool.paints:
         tank = robot.sprayer.tank_l
-        share = tank / state.vehicle.tool.tank_l
+        share = tank / state.vehicle.tool.capacity_l
         color = theme.WHITE if share > LOW_PAINT else theme.VERMILION
         lines.append(_row("paint", _bar(share, width, color), f" {format.number(tank, 1, 'L'):>7}"))
         valve = ("● open", theme.YELLOW) if robot.sprayer.valve_open else ("○ shut", theme.MUTED)

@@ -24,6 +24,8 @@ def _report(state: ConsoleState) -> PlanReport | None:
         return state.path.report
     if state.template is None:
         return None
-    template, vehicle = state.template.template, state.vehicle
-    painted_m = template.length_m + template.area_m2 / vehicle.tool.spray_width_m
-    return PlanReport(paint_l=vehicle.tool.paint_l_per_m * painted_m)
+    template, tool = state.template.template, state.vehicle.tool
+    if not tool.paints:
+        return PlanReport()
+    painted_m = template.length_m + template.area_m2 / tool.width_m
+    return PlanReport(paint_l=tool.flow_lps / tool.work_speed_mps * painted_m)

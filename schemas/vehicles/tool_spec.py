@@ -32,6 +32,11 @@ class ToolSpec(Spec):
         return 0.0
 
     @property
+    def paints(self) -> bool:
+        """Whether it puts anything on the ground."""
+        return self.flow_lps > 0.0
+
+    @property
     def capacity_l(self) -> float:
         """What its tank holds."""
         return 0.0

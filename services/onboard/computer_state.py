@@ -154,7 +154,7 @@ class SafetyFindings(Record):
     tolerance_share: Annotated[Floats, ACTUATORS]
     """By how much it may differ from what is expected: the larger of both."""
     nominal_l: float
-    """Paint through the open valve in a tick."""
+    """Paint through the open valve in a tick; 0 without a sprayer."""
     settle_ticks: int
     """After the valve has switched, until the flow is what it is to be."""
     fence_margin_m: float

@@ -73,7 +73,7 @@ def plan(
         PlanningError: An option, a segment or an area cannot be met; it names which and what to do.
     """
     options = options or PlanOptions()
-    segments = painted_segments(template, vehicle.tool.spray_width_m, area_method_of(options))
+    segments = painted_segments(template, vehicle.tool.width_m, area_method_of(options))
     refuse_too_many(len(segments))
     limits = Limits.of(vehicle, options)
     ways, start, end = ways_of(vehicle, options, limits), _pose("start", options.start), _end(options)
@@ -136,8 +136,8 @@ def _end(options: PlanOptions) -> PathPose | None:
 
 
 def _steady(painted: list[PaintedStretch], speeds_mps: list[float], vehicle: Vehicle) -> list[Steady]:
-    """The speed at which each line is painted, from where the valve is opened to where it ends."""
+    """The speed at which each line is worked on, from where the tool is told to begin to where it ends."""
     return [
-        Steady(line.start_m - vehicle.tool.valve_on_delay_s * speed, line.end_m, speed)
+        Steady(line.start_m - vehicle.tool.opens_s * speed, line.end_m, speed)
         for line, speed in zip(painted, speeds_mps, strict=True)
     ]

@@ -57,7 +57,7 @@ def refuse_too_many(segments: int) -> None:
 
 
 def drying_s(vehicle: Vehicle, options: PlanOptions) -> float:
-    """How long paint stays wet, seconds.
+    """How long paint stays wet, seconds; 0 for a vehicle that does not paint.
 
     Raises:
         PlanningError: The option is not a positive time.
@@ -65,7 +65,7 @@ def drying_s(vehicle: Vehicle, options: PlanOptions) -> float:
     if not 0.0 <= options.drying_time_s < DRYING_MAX_S:
         problem = f"has drying_time_s = {options.drying_time_s:g}"
         raise PlanningError("", problem, f"give 0 (the vehicle's own) to {DRYING_MAX_S:g} s")
-    return options.drying_time_s or vehicle.tool.drying_time_s
+    return options.drying_time_s or vehicle.tool.drying_s if vehicle.tool.paints else 0.0
 
 
 def crossing_cost_s(options: PlanOptions) -> float:

@@ -326,8 +326,10 @@ class Emulator:
         """Fill the tank; the paint in it before and after [l].
 
         Raises:
-            CommandRefused: The robot drives.
+            CommandRefused: The robot drives, or has no tank.
         """
+        if not self.vehicle.tool.capacity_l:
+            raise CommandRefused("cannot refill the tank: the vehicle has none")
         self._require_rest("refill the tank")
         before_l = self.world.supplies[0]
         self.world.refill_tank()

@@ -88,7 +88,7 @@ class Samples:
         covariance = {path: len(range(tick_log.TRUTH)[columns]) for path, columns in _COVARIANCE.items()}
         self._estimate = Records(layouts.ODOMETRY, odometry, _STAMP | pose | twist | covariance, most)
         self._truth = Records(layouts.ODOMETRY, odometry, _STAMP | pose | twist, most)
-        self._history = history
+        self._history, self._sprays = history, vehicle.tool.paints
         self._sprayer: Floats = np.full((1, tick_log.TANK_L - tick_log.SPRAYER), math.nan)  # its state, as last told
 
     def payloads(self, rows: Rows, reports: Sequence[GnssReport]) -> list[Payload]:
@@ -107,7 +107,7 @@ class Samples:
             turn, between = divmod(index - before, tick_log.ODOMETRY_TICKS)
             if not between:
                 due += [(topic, payloads[turn]) for topic, payloads in odometry]
-            if switched[index]:
+            if switched[index] and self._sprays:
                 due.append((topics.SPRAYER, sprayer_state(rows[index])))
         return due
 

@@ -203,10 +203,9 @@ class Telemetry:
         """Tank and battery, at once after one of them was filled: sim time may stand still."""
         row = np.zeros(tick_log.COLUMNS)
         self._note(row)
-        told = [
-            (topics.SPRAYER, sprayer_state(row)),
-            (topics.BATTERY, battery(stamp(self._emulator.tick_count), self._emulator)),
-        ]
+        told = [(topics.BATTERY, battery(stamp(self._emulator.tick_count), self._emulator))]
+        if self._emulator.vehicle.tool.paints:
+            told.insert(0, (topics.SPRAYER, sprayer_state(row)))
         self.digest.add(told)
         return told
 

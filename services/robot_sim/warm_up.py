@@ -63,7 +63,7 @@ def _exercise(name: str, setup: Setup) -> None:
     world.step(STANDSTILL, 1)
     if name == "sensors":
         Sensors(vehicle, scenario).read(1, world.state)
-    elif name == "paint":
+    elif name == "paint" and vehicle.tool.paints:
         world.trace[:, body.TRACE_SPRAYING] = 1.0
         world.trace[:, body.TRACE_EAST] = np.linspace(0.0, 0.01, body.STEPS + 1)
         line = Target("line", Curve.from_line((0.0, 0.0), (1.0, 0.0)))

@@ -29,16 +29,15 @@ def plan_figures(report: PlanReport) -> dict[str, Any]:
             "sharpness_1pm2": _finite(report.max_sharpness_1pm2),
             "lateral_acceleration_mps2": report.max_lateral_acceleration_mps2,
         },
-        "actuators": [
-            {
-                "name": actuator.name,
+        "actuators": {
+            actuator.name: {
                 "quantity": actuator.quantity,
                 "unit": actuator.unit,
                 "max": actuator.max,
                 "max_rate": _finite(actuator.max_rate),
             }
             for actuator in report.actuators
-        ],
+        },
         "continuity": {
             "position_gap_m": report.position_gap_m,
             "heading_gap_rad": report.heading_gap_rad,

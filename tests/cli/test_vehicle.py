@@ -90,7 +90,7 @@ def test_the_example_is_planned_within_its_own_limits(touchline):
         json.loads(touchline("plan", "study-square", "--json", *arguments)[1])
         for arguments in (("--vehicle", str(EXAMPLE)), ())
     )
-    assert [each["max"] for each in told["actuators"]] == [each.max for each in planned.report.actuators]
+    assert [each["max"] for each in told["actuators"].values()] == [each.max for each in planned.report.actuators]
     assert told["time_s"]["total"] > usual["time_s"]["total"]
 
 

@@ -87,7 +87,7 @@ def test_it_is_in_the_help_and_printed_as_a_file_that_can_be_given(tmp_path: Pat
     path = tmp_path / "own.json"
     path.write_text(printed)
     planned = json.loads(runner.invoke(app, ["plan", "study-square", "--json", "--vehicle", str(path)]).output)
-    assert planned["actuators"][0]["max"] <= DrumDrive().max_drum_speed_radps
+    assert planned["actuators"]["drum"]["max"] <= DrumDrive().max_drum_speed_radps
 
 
 def test_its_figures_are_its_own() -> None:
@@ -101,3 +101,14 @@ def test_its_figures_are_its_own() -> None:
             '{"drive": {"kind": "drum", "drum_radius_m": 0.2, "transit_speed_mps": 0.5}}',
             "own.json",
         )
+
+
+def test_a_kind_that_cannot_be_emulated_is_told_in_a_line(tmp_path: Path) -> None:
+    path = tmp_path / "own.json"
+    path.write_text(OWN)
+    told = CliRunner().invoke(app, ["simulate", "study-square", "--vehicle", str(path)])
+    assert isinstance(told.exception, SpecError)  # the command line makes one line of it
+    assert str(told.exception) == (
+        "vehicle: drive.kind is 'drum', which has nothing for the world; "
+        "give one that has (differential), or register its part `world` in `KindParts`"
+    )

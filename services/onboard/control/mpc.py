@@ -116,7 +116,7 @@ def _parameters(vehicle: Vehicle, drive: OnboardDrive) -> NDArray[np.float64]:
     p = np.zeros(k.PARAMETERS)
     p[k.M_LAG] = max(drive.lag_s, _MIN_LAG_S) + TYRE_LAG_S
     p[k.M_LIMIT : k.M_LIMIT + 2], p[k.M_REACH : k.M_REACH + 2] = drive.limit, drive.reach
-    p[k.M_NOZZLE_X] = vehicle.tool.nozzle_x_m
+    p[k.M_NOZZLE_X] = vehicle.tool.point_m[0]
     p[k.M_W_LATERAL] = LATERAL_SCALE_M**-2
     p[k.M_W_HEADING] = HEADING_SCALE_RAD**-2
     p[k.M_W_SPEED] = SPEED_SCALE_MPS**-2

@@ -61,8 +61,8 @@ class PathTracker:
             accelerate_mps2=vehicle.drive.max_acceleration_mps2 * ACCELERATION_MARGIN,
             brake_mps2=vehicle.drive.max_acceleration_mps2,
             back_speed_mps=BACK_SPEED_MPS,
-            nozzle_x_m=vehicle.tool.nozzle_x_m,
-            nozzle_y_m=vehicle.tool.nozzle_y_m,
+            nozzle_x_m=vehicle.tool.point_m[0],
+            nozzle_y_m=vehicle.tool.point_m[1],
             fine_rows=follower.fine_rows,
             half_tick_share=1.0 - math.exp(-0.5 * TICK_S / max(self.drive.lag_s, TICK_S)),
         )

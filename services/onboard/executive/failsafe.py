@@ -74,10 +74,11 @@ def judge_safety(tick: int, computer: Computer, fence: FenceArrays) -> None:
     found.emergency = BUMPER if robot.bumper else _outside(c, fence)
     operator = _operator(robot.operator_alive, found)
     disobeyed = _disobeyed(c) if robot.measured_tick[ENCODERS] == tick else NOTHING
-    flow = _paint(robot.tank_l, valve, found)
+    sprays = found.nominal_l > 0.0  # else there is neither tank nor valve
+    flow = _paint(robot.tank_l, valve, found) if sprays else NOTHING
     if operator != NOTHING:
         found.lasting = operator
-    elif robot.tank_l < LOW_TANK_L:
+    elif sprays and robot.tank_l < LOW_TANK_L:
         found.lasting = EMPTY_TANK if robot.tank_l <= DRY_TANK_L else LOW_TANK
     elif robot.battery_fraction < LOW_BATTERY:
         found.lasting = BATTERY
@@ -207,8 +208,8 @@ class Failsafe:
             max_step=drive.max_step,
             tolerance=drive.tolerance,
             tolerance_share=drive.tolerance_share,
-            nominal_l=vehicle.tool.paint_l_per_m * vehicle.tool.paint_speed_mps * TICK_S,
-            settle_ticks=math.ceil(max(vehicle.tool.valve_on_delay_s, vehicle.tool.valve_off_delay_s) / TICK_S) + 2,
+            nominal_l=vehicle.tool.flow_lps * TICK_S,
+            settle_ticks=math.ceil(max(vehicle.tool.opens_s, vehicle.tool.closes_s) / TICK_S) + 2,
         )
         self._fence: Geofence | None = None
         self.fence_arrays = FenceArrays(np.zeros((0, 2)), np.zeros((0, 2)))

@@ -76,7 +76,7 @@ class Mission:
         self.driver = PathTracker(plan, vehicle, follower, computer)
         self.sprayer = Sprayer(plan, vehicle, computer)
         self._estimator, self._watch = estimator, watch
-        self._run_up_m = vehicle.tool.paint_speed_mps**2 / (2.0 * vehicle.drive.max_acceleration_mps2) + RUN_UP_SETTLE_M
+        self._run_up_m = vehicle.tool.work_speed_mps**2 / (2.0 * vehicle.drive.max_acceleration_mps2) + RUN_UP_SETTLE_M
         self._phase = MissionPhase.ALIGN
         self._resumed = False
         self._back_to_m = 0.0

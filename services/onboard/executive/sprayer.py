@@ -153,7 +153,7 @@ class Sprayer:
         self._plan = plan
         self.switches = Switches(np.array(plan.switch_m), np.array(plan.actuation, dtype=np.int64))
         self._computer, self.state = computer, computer.spray
-        self.state.reset(on_delay_s=vehicle.tool.valve_on_delay_s, off_delay_s=vehicle.tool.valve_off_delay_s)
+        self.state.reset(on_delay_s=vehicle.tool.opens_s, off_delay_s=vehicle.tool.closes_s)
         self.painted = Painted(plan, vehicle)
 
     @property

@@ -66,7 +66,7 @@ def measure(
         wet_crossings=drive.wet_crossings,
         wet_crossings_unavoidable=unavoidable,
         # The pump's flow is that of a line painted at the vehicle's own speed.
-        paint_l=vehicle.tool.paint_l_per_m * vehicle.tool.paint_speed_mps * paint_time,
+        paint_l=vehicle.tool.flow_lps * paint_time,
         battery_wh=battery_wh(sent, speeds, vehicle, planned),
     )
 

@@ -33,17 +33,19 @@ def actuation_profile(painted: Sequence[PaintedStretch], speeds: SpeedProfile, v
     """The switches in order of arc length, from none at the start to none at the end.
 
     The valve is commanded its delays ahead of the line's ends, the discs theirs ahead of the line's start; they stay
-    down until its end.
+    down until its end. For a vehicle that does not paint there are none.
 
     Raises:
         PlanningError: A line is painted in less time than the valve needs.
     """
+    if not vehicle.tool.paints:
+        return _switches([])
     changes: list[tuple[float, int, int]] = []
     for line in _in_one_go(painted):
         mask = MASKS[line.actuation]
         begin, end = speeds.time_at(line.start_m), speeds.time_at(line.end_m)
-        opened = speeds.station_at(begin - vehicle.tool.valve_on_delay_s)
-        closed = speeds.station_at(end - vehicle.tool.valve_off_delay_s)
+        opened = speeds.station_at(begin - vehicle.tool.opens_s)
+        closed = speeds.station_at(end - vehicle.tool.closes_s)
         if closed <= opened:
             raise PlanningError(
                 line.segment_id,
@@ -52,7 +54,7 @@ def actuation_profile(painted: Sequence[PaintedStretch], speeds: SpeedProfile, v
             )
         changes += (opened, mask & Actuation.SPRAY, 1), (closed, mask & Actuation.SPRAY, -1)
         if mask & Actuation.DISC:
-            lowered = speeds.station_at(begin - vehicle.tool.disc_delay_s)
+            lowered = speeds.station_at(begin - vehicle.tool.lowers_s)
             changes += (lowered, Actuation.DISC, 1), (line.end_m, Actuation.DISC, -1)
     return _switches(changes)
 

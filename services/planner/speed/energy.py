@@ -54,13 +54,15 @@ def _curvature_1pm(station_m: Floats, sent: list[Sent]) -> Floats:
 
 
 def _mass_kg(station_m: Floats, sent: list[Sent], speeds: SpeedProfile, vehicle: Vehicle) -> Floats:
-    """Of the robot at these arc lengths (n,)."""
+    """Of the robot at these arc lengths (n,); of one that carries nothing always the same."""
     at_m, used_l = [0.0], [0.0]
-    flow_lps = vehicle.tool.paint_l_per_m * vehicle.tool.paint_speed_mps
+    full_l, empty_kg, full_kg = vehicle.tool.capacity_l, vehicle.body.mass_empty_kg, vehicle.mass_full_kg
+    if not full_l:
+        return np.full(len(station_m), full_kg)
+    flow_lps = vehicle.tool.flow_lps
     for piece in sent:
         painting_s = speeds.time_at(piece.end_m) - speeds.time_at(piece.start_m) if piece.stroke else 0.0
         at_m.append(piece.end_m)
         used_l.append(used_l[-1] + flow_lps * painting_s)
-    full_l, empty_kg, full_kg = vehicle.tool.tank_l, vehicle.body.mass_empty_kg, vehicle.tool.mass_full_kg
     left_l = full_l - np.interp(station_m, at_m, used_l) % full_l
     return np.asarray(empty_kg + (full_kg - empty_kg) * left_l / full_l)

@@ -97,7 +97,7 @@ class Painting:
         Nothing is painted in one go where the method does not join: the padding of `dubins-padded` is round every
         segment.
         """
-        valve_s = max(vehicle.tool.valve_off_delay_s - vehicle.tool.valve_on_delay_s, 0.0)
+        valve_s = max(vehicle.tool.closes_s - vehicle.tool.opens_s, 0.0)
         return cls(limits, method_of(options).joins, options.sigma_max_1pm2 or math.inf, valve_s)
 
     def stroke_mps(self, stroke: Stroke) -> float:

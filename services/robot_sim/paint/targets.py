@@ -27,12 +27,14 @@ def targets(trajectory: Trajectory, template: Template | None, vehicle: Vehicle)
     """Lines to be painted, in the order of the path; lines of the template that the path leaves out come last.
 
     The swaths of the template's areas are taken from the path, as far as it has them. Without a template the sprayed
-    stretches of the path are taken, moved to the nozzle.
+    stretches of the path are taken, moved to the nozzle. A vehicle that does not paint has none.
 
     Raises:
         ValueError: A sprayed segment of the trajectory is neither a line nor an arc; or the trajectory has no swath of
             an area.
     """
+    if not vehicle.tool.paints:
+        return []
     sprayed = list(sprayed_stretches(trajectory))
     if template is None:
         return [Target(segment.id, nozzle_curve(segment, first, last, vehicle)) for segment, first, last in sprayed]
@@ -88,10 +90,8 @@ def nozzle_curve(segment: Segment, first_m: float, last_m: float, vehicle: Vehic
     x, y, tangent, _ = (float(value) for value in whole.at(first_m))
     heading = tangent + (math.pi if segment.direction.value == LinearDirection.BACKWARD else 0.0)
     cos, sin = math.cos(heading), math.sin(heading)
-    start = (
-        x + cos * vehicle.tool.nozzle_x_m - sin * vehicle.tool.nozzle_y_m,
-        y + sin * vehicle.tool.nozzle_x_m + cos * vehicle.tool.nozzle_y_m,
-    )
+    ahead, left = vehicle.tool.point_m
+    start = x + cos * ahead - sin * left, y + sin * ahead + cos * left
     if whole.curvature_1pm == 0.0:
         return Curve(*start, tangent, 0.0, last_m - first_m)
     radius = 1.0 / whole.curvature_1pm
