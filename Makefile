@@ -3,21 +3,20 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
-# Tests of whole systems have the machine to themselves; those that mostly wait for others or for the screen share it
-# with their like, and so do those that reckon.
-SYSTEM := tests/system
-WAITING := tests/bus tests/bridge tests/tui
-PURE := $(filter-out $(SYSTEM) $(WAITING),$(patsubst %/,%,$(wildcard tests/*/)))
+# Tests of whole systems, and those that mostly wait for others or for the screen, share the machine with their like;
+# so do those that reckon. What takes longest begins first.
+WAITING := tests/system tests/bridge tests/bus tests/tui
+PURE := $(filter-out $(WAITING),$(patsubst %/,%,$(wildcard tests/*/)))
 
-.PHONY: demo test lint bench clean
+.PHONY: demo test lint kernels bench clean
 
 demo: $(STAMP)
 	$(BIN)/touchline demo
 
-test: $(STAMP) lint
+test: $(STAMP)
+	$(MAKE) --no-print-directory -j 2 lint kernels
 	$(BIN)/python -m pytest -q -n 2 $(PURE)
-	$(BIN)/python -m pytest -q -n 2 $(WAITING)
-	$(BIN)/python -m pytest -q $(SYSTEM)
+	$(BIN)/python -m pytest -q -n 3 --dist loadgroup $(WAITING)
 
 lint: $(STAMP)
 	$(BIN)/ruff check .
@@ -25,6 +24,10 @@ lint: $(STAMP)
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/python -m tests.house
+
+# Compiled by one process, beside what lint does: two that test would each compile most of them.
+kernels: $(STAMP)
+	$(BIN)/touchline simulate tennis > /dev/null
 
 bench: $(STAMP)
 	$(BIN)/python -m benchmarks

@@ -14,8 +14,8 @@ from touchline.schemas.messages import Actuation, Trajectory, TraversalStatus
 from touchline.schemas.onboard import FenceLimits, Follower, OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.trajectories import assemble, segment, velocity
-from touchline.schemas.vehicle import Vehicle
-from touchline.services.onboard.estimation import model
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.onboard import filter_model as model
 from touchline.services.onboard.estimation.tail import CONTRADICTED
 from touchline.services.onboard.executive.localization_monitor import MAX_NIS
 from touchline.services.robot_sim.emulator import Emulator
@@ -170,12 +170,12 @@ class Guarded:
         if status.reason and (not self.reasons or self.reasons[-1] != status.reason):
             self.reasons.append(status.reason)
         self._unheard = 0 if frame.operator_alive else self._unheard + 1
-        limit = emulator.vehicle.max_wheel_speed_radps * 1.001
-        self._hold(all(abs(w) <= limit for w in command[:2]), f"wheel commands {command[:2]}")
+        limit = emulator.vehicle.drive.max_wheel_speed_radps * 1.001
+        self._hold(all(abs(w) <= limit for w in command.actuators), f"wheel commands {command.actuators}")
         if status.state != RUNNING:
             self._hold(not command.valve and not command.disc, "valve or disc while not running")
         if status.state == ESTOPPED:
-            self._hold(command[:2] == (0.0, 0.0), "wheels commanded while stopped")
+            self._hold(command.actuators == (0.0, 0.0), "wheels commanded while stopped")
         self._hold(before != ESTOPPED or status.state == ESTOPPED or self._reset, "left the emergency stop by itself")
         if frame.bumper:
             self._hold(status.state not in (RUNNING, PAUSED), "on with a pressed bumper")

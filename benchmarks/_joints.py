@@ -19,7 +19,7 @@ from touchline.schemas.messages import Actuation, Trajectory, TraversalStatus
 from touchline.schemas.onboard import Follower, OnboardConfig
 from touchline.schemas.scenario import Noise, Scenario
 from touchline.schemas.trajectories import assemble, segment, velocity
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.interface import Checkpoint
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.paint.ledger import PaintLedger

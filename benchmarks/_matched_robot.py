@@ -9,9 +9,10 @@ import numpy as np
 
 from benchmarks._data_sheets import data_sheets
 from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicle import Vehicle
-from touchline.services.onboard.estimation import model as m
-from touchline.services.onboard.interface import TICK_S, EncoderSample, GnssSample, ImuSample, MagSample, SensorFrame
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.onboard import filter_model as m
+from touchline.services.onboard.estimation.noise import noise_figures
+from touchline.services.onboard.interface import TICK_S, GnssSample, ImuSample, MagSample, SensorFrame
 
 LATENCY_TICKS = 11
 SLIP_ANGLE_SHARE = 0.3
@@ -20,14 +21,14 @@ _BLOCK = 4096
 
 
 class MatchedRobot:
-    """Drives at a given speed and yaw rate; all noise has the figures of `model.noise_figures`, fixes with a tail."""
+    """Drives at a given speed and yaw rate; all noise has the figures of `noise_figures`, fixes with a tail."""
 
     def __init__(self, vehicle: Vehicle, scenario: Scenario, seed: int) -> None:
         """At rest at the origin, heading by the seed."""
-        self._c = c = m.noise_figures(vehicle, data_sheets(scenario))
+        self._c = c = noise_figures(vehicle, data_sheets(scenario))
         self._rng = np.random.default_rng(seed)
         self._block, self._next = self._rng.standard_normal(_BLOCK).tolist(), 0
-        self._radius_m = vehicle.wheel_radius_m
+        self._radius_m = vehicle.drive.wheel_radius_m
         self.x = self.y = 0.0
         self.heading = 0.61 * seed
         self.speed = self.yaw_rate = 0.0
@@ -99,7 +100,7 @@ class MatchedRobot:
             self.tick * TICK_S,
             ImuSample(0.0, 0.0, gyro, accel, self._accel_bias + self.speed * self.yaw_rate, 9.81),
             MagSample(1.7e-5 * math.sin(seen), 1.7e-5 * math.cos(seen), -4.8e-5),
-            EncoderSample(*self._angles),
+            tuple(self._angles),
             fixes,
         )
 

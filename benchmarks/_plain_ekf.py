@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.interface import TICK_S, SensorFrame
 
 SLIP = 0.02
@@ -22,12 +22,12 @@ class PlainEkf:
 
     def __init__(self, vehicle: Vehicle) -> None:
         """Not started yet."""
-        self._radius_m = vehicle.wheel_radius_m
+        self._radius_m = vehicle.drive.wheel_radius_m
         self.state = np.zeros(3)
         self.covariance = np.zeros((3, 3))
         self.started = False
         self._gyro: list[float] = []
-        self._angles: tuple[float, float] | None = None
+        self._angles: tuple[float, ...] | None = None
 
     @property
     def pose(self) -> tuple[float, float, float]:
@@ -37,7 +37,7 @@ class PlainEkf:
 
     def step(self, frame: SensorFrame) -> None:
         """Take in a tick."""
-        before, self._angles = self._angles, (frame.encoders.left_rad, frame.encoders.right_rad)
+        before, self._angles = self._angles, frame.encoders
         if not self.started:
             self._gyro.append(frame.imu.gyro_z_radps)
             if frame.gnss:

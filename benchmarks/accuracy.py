@@ -17,7 +17,7 @@ from touchline.schemas.messages import Trajectory
 from touchline.schemas.onboard import Follower, OnboardConfig
 from touchline.schemas.scenario import GnssNoise, Scenario
 from touchline.schemas.template import Template
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard import control
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator

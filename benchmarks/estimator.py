@@ -18,8 +18,8 @@ from benchmarks._data_sheets import data_sheets
 from benchmarks._matched_robot import MatchedRobot
 from benchmarks._plain_ekf import PlainEkf
 from touchline.schemas.scenario import GnssNoise, Ground, Scenario
-from touchline.schemas.vehicle import Vehicle
-from touchline.services.onboard.estimation import model as m
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.onboard import filter_model as m
 from touchline.services.onboard.estimation.filter import Estimator
 from touchline.services.onboard.interface import Command, SensorFrame
 from touchline.services.robot_sim.sensors.suite import Sensors
@@ -61,9 +61,9 @@ class EmulatedRobot:
 
     def step(self, speed: float, yaw_rate: float) -> SensorFrame:
         self._tick += 1
-        rim = VEHICLE.half_track_m * yaw_rate
-        left, right = (speed - rim) / VEHICLE.wheel_radius_m, (speed + rim) / VEHICLE.wheel_radius_m
-        self.world.step(Command(left, right, False, False), self._tick)
+        rim = VEHICLE.drive.half_track_m * yaw_rate
+        left, right = (speed - rim) / VEHICLE.drive.wheel_radius_m, (speed + rim) / VEHICLE.drive.wheel_radius_m
+        self.world.step(Command((left, right), False, False), self._tick)
         frame = self.sensors.read(self._tick, self.world.state)
         return frame._replace(gnss=()) if self.silent else frame
 

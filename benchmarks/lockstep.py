@@ -17,7 +17,7 @@ from benchmarks._joints import field
 from touchline.schemas import topics
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.bus import Bus, BusConfig
 from touchline.services.bus.ports import free_port
 from touchline.services.onboard.control import FollowerQuestion

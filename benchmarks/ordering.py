@@ -17,7 +17,7 @@ import numpy as np
 
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import PlanOptions
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.budget import Budget
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.plan import ways_of

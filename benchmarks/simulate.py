@@ -75,8 +75,8 @@ def _memory(job: Job, title: str, hours: tuple[int, ...], listening: bool) -> No
     for until in hours:
         while emulator.time_s < until * 3600.0:
             emulator.world.state[body.TANK_L], emulator.world.state[body.BATTERY_WH] = (
-                job.vehicle.tank_l,
-                job.vehicle.battery_wh,
+                job.vehicle.tool.tank_l,
+                job.vehicle.body.battery_wh,
             )
             emulator.load(job.trajectory, job.template)
             telemetry.loaded(job.trajectory, job.template)

@@ -12,7 +12,7 @@ from touchline.schemas.scenario import MAX_SEED, Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import Spec, parse, read_text
 from touchline.schemas.topics import NAMESPACE_RULE, is_namespace
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 
 _FILES: Final[Mapping[str, type[Spec]]] = {"vehicle": Vehicle, "onboard": OnboardConfig, "scenario": Scenario}
 """Fields that may be the name of a file instead, relative to the fleet's."""

@@ -1,4 +1,4 @@
-"""What can be plugged in: transition methods and followers, each kind in one registry that every part reads.
+"""What can be plugged in: drives, tools, transition methods and followers, in one registry each that every part reads.
 
 A plug-in has a name, by which options ask for it, a summary for people, and what makes it. Those that are shipped are
 registered here by where they are found, so that the command line and the console can list them without importing them.
@@ -27,6 +27,31 @@ class UnknownPlugin(ValueError):
         super().__init__(f'there is no {kind} "{name}"; {remedy}')
 
 
+def located(made: Any) -> Any:
+    """What is found under ``"package.module:name"``, imported if need be; anything but a text is itself."""
+    if not isinstance(made, str):
+        return made
+    module, _, name = made.partition(":")
+    return getattr(import_module(module), name)
+
+
+@dataclass(frozen=True)
+class KindParts:
+    """A kind of drive or tool: a class in each room that has to know it, or where that is found.
+
+    Attributes:
+        spec: What a vehicle's file says of it: a `DriveSpec` or `ToolSpec` of schemas/vehicles.
+        planner: What plans keep to: a `PlannedDrive` of services/planner/drives. Tools have none.
+    """
+
+    spec: Any
+    planner: Any = None
+
+    def part(self, room: str) -> Any:
+        """The class for one room, by the attribute's name."""
+        return located(getattr(self, room))
+
+
 @dataclass(frozen=True)
 class Plugin(Generic[T]):
     """One entry of a registry.
@@ -41,10 +66,7 @@ class Plugin(Generic[T]):
 
     def found(self) -> T:
         """What makes it, imported if need be."""
-        if not isinstance(self.make, str):
-            return self.make
-        module, _, name = self.make.partition(":")
-        made: T = getattr(import_module(module), name)
+        made: T = located(self.make)
         return made
 
 
@@ -113,8 +135,24 @@ class Registry(Generic[T]):
         return self._plugins[self.known(name)].found()
 
 
+_VEHICLES = "touchline.schemas.vehicles"
+_DRIVES = "touchline.services.planner.drives"
 _METHODS = "touchline.services.planner.transitions.methods"
 _FOLLOWERS = "touchline.services.onboard.control"
+
+DRIVES: Registry[KindParts] = Registry("drive")
+"""What moves a vehicle, by the `kind` of its `drive`."""
+DRIVES.register(
+    "differential",
+    "two driven wheels on one axle, and casters",
+    KindParts(f"{_VEHICLES}:DifferentialDrive", f"{_DRIVES}.differential_caps:PlannedDifferential"),
+)
+
+TOOLS: Registry[KindParts] = Registry("tool")
+"""What a vehicle works with, by the `kind` of its `tool`."""
+TOOLS.register(
+    "sprayer", "a nozzle that paints lines, with valve, discs and tank", KindParts(f"{_VEHICLES}:SprayerTool")
+)
 
 METHODS: Registry[Any] = Registry("transition method")
 """How painted lines are joined: a `Method` of services/planner/method_choice.py each."""

@@ -7,7 +7,7 @@ from pydantic import model_validator
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import MAX_SEED, OF_THE_COMPUTER, Origin, Scenario
 from touchline.schemas.spec import Spec
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 
 
 class Setup(Spec):

@@ -99,11 +99,15 @@ def field_path(location: tuple[int | str, ...]) -> str:
     return path
 
 
-def _without_tags(location: tuple[int | str, ...], data: Any, missing: bool) -> tuple[int | str, ...]:
+# Problems of a field that may have been left out.
+_LEFT_OUT = ("missing", "misfit")
+
+
+def _without_tags(location: tuple[int | str, ...], data: Any, left_out: bool) -> tuple[int | str, ...]:
     """A pydantic location less the tags of tagged unions, which the author of the text has never seen."""
     kept: list[int | str] = []
     for index, part in enumerate(location):
-        known = index == 0 or (missing and index == len(location) - 1)  # a field, perhaps one left at its default
+        known = index == 0 or (left_out and index == len(location) - 1)  # a field, perhaps one left at its default
         if isinstance(data, dict) and part not in data and not known:
             continue
         kept.append(part)
@@ -137,7 +141,7 @@ def first_problem(error: ValidationError, source: str, data: Any) -> SpecError:
     problems = error.errors()
     first = problems[0]
     others = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
-    field = field_path(_without_tags(first["loc"], data, first["type"] == "missing"))
+    field = field_path(_without_tags(first["loc"], data, first["type"] in _LEFT_OUT))
     given = first["input"]
     if first["type"] == "missing":
         return SpecError(source, field, "is missing", f"add it{others}")

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from touchline.schemas.messages.touchline import PlanReport
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 
 LOW_TANK_L = 0.03
 """At this level the robot stops by itself, with some four metres of line left: an empty nozzle would sputter."""
@@ -82,19 +82,19 @@ def supplies(
     """
     charge = _known(charge)
     return Supplies(
-        Supply(_needed(report.paint_l if report else None), _known(tank_l), vehicle.tank_l, LOW_TANK_L),
+        Supply(_needed(report.paint_l if report else None), _known(tank_l), vehicle.tool.tank_l, LOW_TANK_L),
         Supply(
             _needed(report.battery_wh if report else None),
-            None if charge is None else charge * vehicle.battery_wh,
-            vehicle.battery_wh,
-            LOW_BATTERY * vehicle.battery_wh,
+            None if charge is None else charge * vehicle.body.battery_wh,
+            vehicle.body.battery_wh,
+            LOW_BATTERY * vehicle.body.battery_wh,
         ),
     )
 
 
 def full(report: PlanReport, vehicle: Vehicle) -> Supplies:
     """A plan against a tank and a battery that are full."""
-    return supplies(report, vehicle, vehicle.tank_l, 1.0)
+    return supplies(report, vehicle, vehicle.tool.tank_l, 1.0)
 
 
 def times(count: int) -> str:

@@ -20,7 +20,7 @@ from touchline.schemas.messages.touchline import PlanOptions
 from touchline.schemas.plain_text import plain
 from touchline.schemas.plugins import METHODS
 from touchline.schemas.template import Template
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.tui import format, theme
 from touchline.tui.stop_screen import add_stop
 
@@ -125,12 +125,12 @@ class PlanDialog(Dialog[PlanOptions | None]):
     """Choose how to plan; what is left empty is the vehicle's default."""
 
     FIELDS: ClassVar[dict[str, tuple[str, str]]] = {
-        "paint_speed_mps": ("painting speed  m/s", "{paint_speed_mps:g}"),
-        "transit_speed_mps": ("driving speed  m/s", "{transit_speed_mps:g}"),
-        "kappa_max_1pm": ("curvature ≤  1/m", "g2: by the wheels   others: {default_kappa_max_1pm:g}"),
-        "sigma_max_1pm2": ("sharpness ≤  1/m²", "g2: by the wheels   others: {default_sigma_max_1pm2:g}"),
+        "paint_speed_mps": ("painting speed  m/s", "{tool.work_speed_mps:g}"),
+        "transit_speed_mps": ("driving speed  m/s", "{drive.transit_speed_mps:g}"),
+        "kappa_max_1pm": ("curvature ≤  1/m", "g2: by the wheels   others: {drive.default_kappa_max_1pm:g}"),
+        "sigma_max_1pm2": ("sharpness ≤  1/m²", "g2: by the wheels   others: {drive.default_sigma_max_1pm2:g}"),
     }
-    """Option → (label, what holds if it is left empty, with the vehicle's fields)."""
+    """Option → (label, what holds if it is left empty, of the vehicle)."""
     TICKS: ClassVar[dict[str, str]] = {
         "order": "order as given",
         "forward_only": "forward only",

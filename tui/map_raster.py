@@ -9,7 +9,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.tui import format
 from touchline.tui.raster import BRAILLE_BASE, EMPTY, GrowingLayer, Polyline, draw
 from touchline.tui.robot import ShownPose
@@ -157,7 +157,7 @@ class MapRaster:
             here = body > 0
             cells.codes[here] = (bits[here] | body[here]).astype(np.uint32) + np.uint32(BRAILLE_BASE)
             cells.inks[here] = Ink.BODY
-        x, y = scene.vehicle.nozzle_x_m, scene.vehicle.nozzle_y_m
+        x, y = scene.vehicle.tool.nozzle_x_m, scene.vehicle.tool.nozzle_y_m
         nozzle = view.to_cell(pose.x_m + cos * x - sin * y, pose.y_m + sin * x + cos * y)
         center = view.to_cell(pose.x_m, pose.y_m)
         if nozzle:
@@ -236,7 +236,7 @@ def _put(cells: Cells, at: tuple[int, int], character: str, ink: Ink) -> None:
 
 def _outline(vehicle: Vehicle, pose: ShownPose, cos: float, sin: float) -> Polyline:
     """The body as seen from above."""
-    x, y = np.array([*vehicle.footprint_m, vehicle.footprint_m[0]]).T
+    x, y = np.array([*vehicle.body.footprint_m, vehicle.body.footprint_m[0]]).T
     return Polyline(pose.x_m + cos * x - sin * y, pose.y_m + sin * x + cos * y, np.arange(len(x)) > 0)
 
 

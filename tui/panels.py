@@ -232,7 +232,7 @@ def _robot_lines(state: ConsoleState, width: int) -> list[Content]:
         lines.append(_row("battery", _bar(charge, width, color), f" {format.percent(charge):>6}"))
     if robot.sprayer:
         tank = robot.sprayer.tank_l
-        share = tank / state.vehicle.tank_l
+        share = tank / state.vehicle.tool.tank_l
         color = theme.WHITE if share > LOW_PAINT else theme.VERMILION
         lines.append(_row("paint", _bar(share, width, color), f" {format.number(tank, 1, 'L'):>7}"))
         valve = ("● open", theme.YELLOW) if robot.sprayer.valve_open else ("○ shut", theme.MUTED)

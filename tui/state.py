@@ -19,7 +19,7 @@ from touchline.schemas.setup import Setup
 from touchline.schemas.spec import parse
 from touchline.schemas.template import Template
 from touchline.schemas.topics import Topic
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.tui import robot as robot_model
 from touchline.tui.event_log import ERROR, INFO, WARN, OperatorLog
 from touchline.tui.job import NOTHING, JobView, LineRow, PathView, TemplateView

@@ -24,4 +24,4 @@ def _report(state: ConsoleState) -> PlanReport | None:
         return state.path.report
     if state.template is None:
         return None
-    return PlanReport(paint_l=state.vehicle.paint_l_per_m * state.template.template.length_m)
+    return PlanReport(paint_l=state.vehicle.tool.paint_l_per_m * state.template.template.length_m)

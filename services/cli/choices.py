@@ -15,7 +15,7 @@ from touchline.schemas.plugins import EXTERNAL, FOLLOWERS, METHODS
 from touchline.schemas.scenario import MAX_SEED, Noise, Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import Spec, parse, read_text
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.cli.plugin_option import PluginOption
 
 Order = Literal["optimised", "given"]

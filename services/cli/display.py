@@ -13,7 +13,7 @@ from rich.table import Table
 from touchline.schemas.messages import Event, PlanReport
 from touchline.schemas.plain_text import plain, plain_lines
 from touchline.schemas.supplies import full
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 
 #: Progress and events go to standard error, so that standard output holds nothing but the result.
 stderr = Console(stderr=True, highlight=False)

@@ -78,8 +78,8 @@ def plan(
     """Plan a template: from what is to be painted to the trajectory that the robot drives."""
     with without_collecting():
         from touchline.services.planner.plan import plan as make_plan
+        from touchline.services.planner.plots.actuator_picture import plot_actuators
         from touchline.services.planner.plots.plan_picture import plot_plan
-        from touchline.services.planner.plots.wheel_picture import plot_wheels as draw_wheels
 
     check_plot(plot)
     check_plot(plot_wheels, "--plot-wheels")
@@ -101,5 +101,5 @@ def plan(
             plot_plan(planned, template, plot, colour, vehicle)
     if plot_wheels is not None:
         with writing(plot_wheels):
-            draw_wheels(planned, template, vehicle, plot_wheels)
+            plot_actuators(planned, template, vehicle, plot_wheels)
     deliver(f"Plan of {template.title or template.name}", figures, report, as_json)

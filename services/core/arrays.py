@@ -34,3 +34,16 @@ def ascending(values: NDArray[np.float64], order: NDArray[np.int64]) -> None:
             order[j] = order[j - 1]
             j -= 1
         order[j] = i
+
+
+@kernel
+def count_up_to(values: NDArray[np.float64], limit: float) -> int:
+    """How many of the ascending `values` (n,) are at most `limit`: the place right of them (``bisect_right``)."""
+    low, high = 0, len(values)
+    while low < high:
+        middle = (low + high) // 2
+        if limit < values[middle]:
+            high = middle
+        else:
+            low = middle + 1
+    return low

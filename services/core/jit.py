@@ -25,6 +25,7 @@ from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher
 from numba.core.typing.templates import make_concrete_template
 
+_PACKAGE = __name__.partition(".")[0]
 _SERVICES = Path(__file__).resolve().parent.parent
 
 
@@ -58,11 +59,25 @@ class _Cache(FunctionCache):
 
     Processes write one after another: the code of two signatures of a kernel gets one name, and one is then run for the
     other, if each is written by a process that has not seen the other's in the kernel's index.
+
+    Code for a named tuple of somebody else is made anew in every process: the index could be read only where that
+    class can be imported, and would not notice a change of its kernels.
     """
 
     def save_overload(self, sig: Any, data: Any) -> None:
+        if any(map(_foreign, sig)):
+            return
         with suppress(OSError), _one_at_a_time(Path(self.cache_path)):
             super().save_overload(sig, data)  # type: ignore[no-untyped-call]
+
+
+def _foreign(kind: Any) -> bool:
+    """Whether a type is, or holds, a named tuple of a class that is not ours."""
+    if not isinstance(kind, types.BaseTuple):
+        return False
+    held: Any = kind
+    named = isinstance(kind, types.BaseNamedTuple)
+    return (named and held.instance_class.__module__.partition(".")[0] != _PACKAGE) or any(map(_foreign, held))
 
 
 @contextmanager
@@ -104,6 +119,14 @@ class Kernel(CPUDispatcher):
             finally:
                 gc.set_threshold(*often)
 
+    def for_types_of(self, arguments: tuple[Any, ...]) -> Callable[..., Any]:
+        """The code for arguments of these types, to be called many times with the like.
+
+        It does not look at types any more, which takes as long as a short kernel: give it nothing else.
+        """
+        code: Callable[..., Any] = self.compile(tuple(self.typeof_pyval(argument) for argument in arguments))
+        return code
+
     def get_call_template(self, args: Any, kws: Any) -> tuple[Any, ...]:
         """What Numba asks for when it types a call in another kernel: the signature that fits."""
         parameters, folded = self.fold_argument_types(args, kws)
@@ -132,3 +155,32 @@ class Kernel(CPUDispatcher):
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile a function for the types that it is called with, once it is."""
     return Kernel(function)
+
+
+class KernelOfClass(Kernel):
+    """Stands for the kernels of its name in the classes of its first argument, named tuples.
+
+    In a kernel the types of all arguments are known when it is compiled, so the one that is meant is chosen then, and
+    nothing is left to decide when it runs.
+    """
+
+    def _meant(self, first: Any) -> Any:
+        return getattr(first, self.py_func.__name__)
+
+    def __call__(self, first: Any, *others: Any) -> Any:
+        """From Python."""
+        return self._meant(type(first))(first, *others)
+
+    def get_call_template(self, args: Any, kws: Any) -> tuple[Any, ...]:
+        """As for the kernel that is meant."""
+        found: tuple[Any, ...] = self._meant(args[0].instance_class).get_call_template(args, kws)
+        return found
+
+    def get_overload(self, sig: Any) -> Any:
+        """As for the kernel that is meant."""
+        return self._meant(sig[0].instance_class).get_overload(sig)
+
+
+def kernel_of_class(stub: Callable[..., Any]) -> Any:
+    """A kernel that every class of named tuples of a kind has its own of; only the name of `stub` counts."""
+    return KernelOfClass(stub)

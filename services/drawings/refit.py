@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from touchline.schemas.curves import Curve, along, wrap_angle
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.drawings.arcs import (
     COINCIDENT_M,
     COLUMNS,
@@ -44,7 +44,7 @@ DUST_SHARE = 0.1
 #: pieces; straying by the tolerance costs one, by a share of it the share's square.
 CORNER, SHORT, SHORT_SMOOTH, TIGHT, CRAMPED = 1.5, 1.5, 0.3, 0.5, 1.5
 #: Arcs tighter than the nozzle is beside the axle can be painted one way round only.
-EASY_RADIUS_M = abs(Vehicle().nozzle_y_m)
+EASY_RADIUS_M = abs(Vehicle().tool.nozzle_y_m)
 #: Something this many times the smallest feature is none any more.
 FEATURES = 5.0
 #: Of each piece at most so many points are looked at, no closer than this share of the tolerance; of all together.

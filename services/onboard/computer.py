@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from touchline.schemas.messages import Trajectory
 from touchline.schemas.onboard import OnboardConfig
-from touchline.schemas.vehicle import Vehicle
-from touchline.services.onboard.control import Ask, make_follower, nobody
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.onboard.computer_state import Computer, ComputerState
+from touchline.services.onboard.control import Ask, Follower, make_follower, nobody
 from touchline.services.onboard.estimation.filter import Estimator
 from touchline.services.onboard.estimation.report import report
 from touchline.services.onboard.executive.events import EventLog
@@ -15,7 +20,6 @@ from touchline.services.onboard.executive.failsafe import Failsafe
 from touchline.services.onboard.executive.localization_monitor import LocalizationMonitor, max_fix_age_s
 from touchline.services.onboard.executive.traversal import ABORTED_BY_OPERATOR, EMERGENCY_STOP, Course, Traversal
 from touchline.services.onboard.interface import (
-    STANDSTILL,
     Checkpoint,
     Command,
     Consistency,
@@ -25,6 +29,23 @@ from touchline.services.onboard.interface import (
     SensorFrame,
     Status,
 )
+from touchline.services.onboard.nominal_tick import CourseArrays
+
+
+class Nominal(NamedTuple):
+    """For ticks in which nothing has to be decided.
+
+    Attributes:
+        computer: (1,) its state, for kernels.
+        course: What it drives.
+        follower: Which is asked between `steer` and `actuate`.
+        now: (NOW,) what it is told, with the path ahead of `course.leg`.
+    """
+
+    computer: Computer
+    course: CourseArrays
+    follower: Follower
+    now: NDArray[np.float64]
 
 
 class Onboard:
@@ -40,15 +61,15 @@ class Onboard:
 
     def __init__(self, vehicle: Vehicle, config: OnboardConfig, ask: Ask = nobody) -> None:
         self._log = EventLog()
-        self._estimator = Estimator(vehicle, config)
-        self._watch = LocalizationMonitor(self._estimator, max_fix_age_s(config.gnss))
+        self._state = ComputerState()
+        self._estimator = Estimator(vehicle, config, self._state)
+        self._watch = LocalizationMonitor(self._state, max_fix_age_s(config.gnss))
         self._follower = make_follower(config.follower, vehicle, ask)
-        self._hazards = Failsafe(vehicle, self._estimator, config.fence.timeout_s)
+        self._hazards = Failsafe(vehicle, self._state, config.fence.timeout_s)
         self._traversal = Traversal(
-            vehicle, self._follower, self._estimator, self._watch, self._hazards, config.fence, self._log
+            vehicle, self._follower, self._estimator, self._watch, self._hazards, config.fence, self._state, self._log
         )
-        self._command = STANDSTILL
-        self._estimate: Estimate | None = None
+        self._estimate: tuple[int, Estimate] | None = None
 
     def check_load(self) -> None:
         """Whether a trajectory would be taken now; `CommandRefused` if not."""
@@ -111,16 +132,28 @@ class Onboard:
 
     def step(self, frame: SensorFrame) -> Command:
         """One tick; frames must come in order, none left out."""
-        self._estimate = None
         self._estimator.step(frame)
-        return self.act(frame)
+        self._watch.look(frame.tick)
+        self._hazards.look(frame.tick)
+        return self.decide(frame.tick)
 
-    def act(self, frame: SensorFrame) -> Command:
-        """The second half of a tick: the estimator has seen the frame already."""
-        self._watch.look(frame.tick, frame.time_s)
-        self._hazards.look(frame, self._command)
-        self._command = self._traversal.step(frame.time_s)
-        return self._command
+    def decide(self, tick: int) -> Command:
+        """The last part of a tick, of which the estimate and the monitors' findings are there."""
+        return self._state.command.give(self._traversal.step(tick))
+
+    def nominal(self, tick: int) -> Nominal | None:
+        """What the ticks after `tick` can be driven with by `nominal_tick`, if nothing has to be decided."""
+        estimator, job = self._estimator, self._traversal.job
+        buffer = estimator.buffer
+        if job is None or not self._traversal.nominal or not buffer.imu_tick == buffer.encoder_tick == tick:
+            return None
+        course = CourseArrays(self._hazards.fence_arrays, job.sprayer.switches, job.driver.leg_arrays)
+        return Nominal(self._state.array, course, self._follower, job.driver.now)
+
+    def driven(self, tick: int) -> Command:
+        """The ticks up to this one have been driven by `nominal_tick`; returns the command in force."""
+        self._traversal.driven(tick)
+        return self._state.command.command
 
     def take_events(self) -> list[OnboardEvent]:
         """What happened since the last call."""
@@ -144,9 +177,10 @@ class Onboard:
     @property
     def estimate(self) -> Estimate:
         """Pose, twist and covariance at the last tick."""
-        if self._estimate is None:
-            self._estimate = self._estimator.estimate()
-        return self._estimate
+        tick = self._estimator.times.tick
+        if self._estimate is None or self._estimate[0] != tick:
+            self._estimate = tick, self._estimator.estimate()
+        return self._estimate[1]
 
     @property
     def lateral_error_m(self) -> float:

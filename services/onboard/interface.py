@@ -13,8 +13,26 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+TICKS_PER_S: Final = 100
+"""Of the onboard computer: one `SensorFrame` in, one `Command` out."""
 TICK_S: Final = 0.01
-"""Period of the onboard computer [s]: one `SensorFrame` in, one `Command` out."""
+"""Its period [s]."""
+
+# A frame's readings as an array, and a fix as one: the values of the samples below, in their order.
+GYRO: Final = 0  # x, y, z [rad/s]
+ACCEL: Final = 3  # x, y, z [m/s²]
+MAG: Final = 6  # x, y, z [T]
+ANGLES: Final = 9  # of the drive's actuators [rad]
+ACTUATORS: Final = 2
+READINGS: Final = ANGLES + ACTUATORS
+F_STAMP: Final = 0
+F_EAST: Final = 1
+F_NORTH: Final = 2
+F_VARIANCE: Final = 3
+F_FIX: Final = 4
+F_SATELLITES: Final = 5
+F_AGE: Final = 6
+FIX_COLUMNS: Final = 7
 
 
 class GnssSample(NamedTuple):
@@ -57,13 +75,6 @@ class MagSample(NamedTuple):
     z_t: float
 
 
-class EncoderSample(NamedTuple):
-    """Cumulative wheel angles as the quantised encoders report them [rad]; forward is positive."""
-
-    left_rad: float
-    right_rad: float
-
-
 class SensorFrame(NamedTuple):
     """All that the onboard computer learns in one tick."""
 
@@ -71,7 +82,8 @@ class SensorFrame(NamedTuple):
     time_s: float
     imu: ImuSample
     mag: MagSample
-    encoders: EncoderSample
+    encoders: tuple[float, ...]
+    """Cumulative readings of the encoders of the drive's actuators, in their order, quantised [rad]."""
     gnss: tuple[GnssSample, ...] = ()
     """The fixes that arrived in this tick, in the order of their arrival (10 Hz; late by the receiver's latency).
 
@@ -93,15 +105,15 @@ class SensorFrame(NamedTuple):
 class Command(NamedTuple):
     """What the onboard computer asks of the actuators until its next tick."""
 
-    left_radps: float
-    right_radps: float
+    actuators: tuple[float, ...]
+    """In the order and units of `DriveSpec.actuators`."""
     valve: bool
     disc: bool
     valve_after_s: float = 0.0
     """How far into the tick the valve is to be so; until then it is to be the opposite. 0 if nothing changes."""
 
 
-STANDSTILL: Final = Command(0.0, 0.0, False, False)
+STANDSTILL: Final = Command((0.0,) * ACTUATORS, False, False)
 """The safe command: wheels stopped, valve closed, disc lifted."""
 
 

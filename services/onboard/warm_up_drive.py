@@ -6,9 +6,9 @@ from touchline.schemas.curves import Curve
 from touchline.schemas.messages import Actuation, Trajectory
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.trajectories import assemble, segment, velocity
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.computer import Onboard
-from touchline.services.onboard.interface import EncoderSample, GnssSample, ImuSample, MagSample, SensorFrame
+from touchline.services.onboard.interface import GnssSample, ImuSample, MagSample, SensorFrame
 
 _TICKS = 90
 
@@ -23,10 +23,10 @@ def warm_up(vehicle: Vehicle | None = None, config: OnboardConfig | None = None)
         fix = GnssSample((tick - 11) / 100, 0.0, 0.0, 1e-4, 3, 20, 0.0)
         fixes = (fix,) if tick % 10 == 1 and tick > 11 else ()
         imu, mag = ImuSample(0.0, 0.0, 0.0, 0.0, 0.0, 9.81), MagSample(0.0, 1.7e-5, -4.8e-5)
-        onboard.step(SensorFrame(tick, tick / 100, imu, mag, EncoderSample(0.0, 0.0), fixes))
+        onboard.step(SensorFrame(tick, tick / 100, imu, mag, (0.0, 0.0), fixes))
 
 
 def straight(vehicle: Vehicle) -> Trajectory:
     """A metre straight ahead at a speed that the vehicle can do, nothing sprayed."""
     line = segment("w", Curve(0.0, 0.0, 0.0, 0.0, 1.0))
-    return assemble([line], [(0.0, Actuation.NONE)], [velocity(0.0, min(0.5, vehicle.transit_speed_mps))])
+    return assemble([line], [(0.0, Actuation.NONE)], [velocity(0.0, min(0.5, vehicle.drive.transit_speed_mps))])

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions, PlanReport, Trajectory
 from touchline.schemas.template import Template
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.budget import Progress
 from touchline.services.planner.collision.checker import CollisionChecker
 from touchline.services.planner.geometry.clothoid import Floats, PathPose
@@ -106,7 +106,7 @@ def ways_of(vehicle: Vehicle, options: PlanOptions, limits: Limits) -> Ways:
     Raises:
         PlanningError: There is no such method.
     """
-    able = {REVERSING: vehicle.can_reverse, SPINNING: vehicle.can_spin}
+    able = {REVERSING: vehicle.drive.can_reverse, SPINNING: vehicle.drive.can_spin}
     standing = frozenset(skill for skill, can in able.items() if can and not options.forward_only)
     return replace(method_of(options).ways(limits), standing=standing)
 
@@ -129,6 +129,6 @@ def _end(options: PlanOptions) -> PathPose | None:
 def _steady(painted: list[PaintedStretch], speeds_mps: list[float], vehicle: Vehicle) -> list[Steady]:
     """The speed at which each line is painted, from where the valve is opened to where it ends."""
     return [
-        Steady(line.start_m - vehicle.valve_on_delay_s * speed, line.end_m, speed)
+        Steady(line.start_m - vehicle.tool.valve_on_delay_s * speed, line.end_m, speed)
         for line, speed in zip(painted, speeds_mps, strict=True)
     ]

@@ -9,7 +9,7 @@ from touchline.schemas.catalogue import parse_template
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import PlanRequest, PlanResponse
 from touchline.schemas.spec import parse
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
 from touchline.services.planner.tour import ordering
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from touchline.schemas import topics
 from touchline.schemas.messages import DiagnosticStatus, PlanRequest, PlanResponse, Progress
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.bus import Bus, BusConfig, HealthReporter, Publisher, ServedCall
 from touchline.services.system.shutdown import until_stopped
 

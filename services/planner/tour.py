@@ -8,7 +8,7 @@ import numpy as np
 
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.budget import Budget, Progress
 from touchline.services.planner.collision.checker import Collision, CollisionChecker
 from touchline.services.planner.geometry.clothoid import Floats, Ints
@@ -65,7 +65,7 @@ def drying_s(vehicle: Vehicle, options: PlanOptions) -> float:
     if not 0.0 <= options.drying_time_s < DRYING_MAX_S:
         problem = f"has drying_time_s = {options.drying_time_s:g}"
         raise PlanningError("", problem, f"give 0 (the vehicle's own) to {DRYING_MAX_S:g} s")
-    return options.drying_time_s or vehicle.drying_time_s
+    return options.drying_time_s or vehicle.tool.drying_time_s
 
 
 def crossing_cost_s(options: PlanOptions) -> float:

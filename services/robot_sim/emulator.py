@@ -16,7 +16,7 @@ from touchline.schemas.onboard import GnssSheet, OnboardConfig
 from touchline.schemas.scenario import GnssNoise, Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import DEFAULT_TOLERANCE_M, Template
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard import Onboard
 from touchline.services.onboard.control import Ask, nobody
 from touchline.services.onboard.executive.localization_monitor import max_fix_age_s
@@ -53,7 +53,7 @@ UNDER_WAY: Final = (TraversalStatus.RUNNING, TraversalStatus.PAUSED)
 # How far a tick is that was begun elsewhere.
 WHOLE: Final = 0  # all is done
 SENSED: Final = 1  # the onboard computer has not seen it
-ESTIMATED: Final = 2  # only its estimator has
+PERCEIVED: Final = 2  # it has, and has yet to decide
 
 
 class LoadedJob(NamedTuple):
@@ -141,8 +141,8 @@ class OnboardComputer(Protocol):
     def step(self, frame: SensorFrame) -> Command:
         """One tick."""
 
-    def act(self, frame: SensorFrame) -> Command:
-        """A tick whose frame the estimator has seen already."""
+    def decide(self, tick: int) -> Command:
+        """The last part of a tick that has been perceived already."""
 
     def take_events(self) -> list[OnboardEvent]:
         """Events since the last call."""
@@ -196,7 +196,7 @@ class Emulator:
         self.sensors = Sensors(vehicle, scenario)
         self.faults = FaultTimeline(scenario.faults)
         self.onboard: OnboardComputer = onboard if onboard is not None else Onboard(vehicle, self.config, ask)
-        self.ledger = PaintLedger([], vehicle.spray_width_m, vehicle.spray_width_m)
+        self.ledger = PaintLedger([], vehicle.tool.spray_width_m, vehicle.tool.spray_width_m)
         self.track = Track()
         self.estimator_error = EstimatorError()
         self.tick_count = 0
@@ -259,9 +259,9 @@ class Emulator:
         course = self.onboard.prepare(trajectory, boundary)
         if resume is not None:
             start = resume_pose(trajectory, self.vehicle, resume)
-        width_m = template.line_width_m if template is not None else self.vehicle.spray_width_m
+        width_m = template.line_width_m if template is not None else self.vehicle.tool.spray_width_m
         tolerance_m = template.tolerance_m if template is not None else DEFAULT_TOLERANCE_M
-        ledger = PaintLedger(wanted, width_m, self.vehicle.spray_width_m, tolerance_m)
+        ledger = PaintLedger(wanted, width_m, self.vehicle.tool.spray_width_m, tolerance_m)
         if remains is not None:
             ledger.restore(remains.paint)
         return LoadedJob(course, start, ledger, resume, remains)
@@ -381,8 +381,8 @@ class Emulator:
         self.frame = frame
         if stage == SENSED:
             self.command = self.onboard.step(frame)
-        elif stage == ESTIMATED:
-            self.command = self.onboard.act(frame)
+        elif stage == PERCEIVED:
+            self.command = self.onboard.decide(frame.tick)
         if stage != WHOLE:
             self._record()
             self._follow_up()

@@ -8,23 +8,33 @@ itself. The bits are the same either way.
 from __future__ import annotations
 
 import math
-from typing import Any, Final
+from collections.abc import Callable
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from touchline.services.core.arrays import copy
 from touchline.services.core.jit import kernel
-from touchline.services.onboard import carried as c
-from touchline.services.onboard.carry import Cruise
-from touchline.services.onboard.computer import Onboard
+from touchline.services.onboard import filter_model as model
+from touchline.services.onboard.computer import Nominal, Onboard
+from touchline.services.onboard.computer_state import NOW, Computer
 from touchline.services.onboard.control import PurePursuitFollower
 from touchline.services.onboard.control.pure_pursuit import pursue
-from touchline.services.onboard.estimation import model
-from touchline.services.onboard.nominal_tick import obey, speed_now_mps, steer, take_in
-from touchline.services.onboard.trajectory import path_projection
+from touchline.services.onboard.estimation.filter import speed_now_mps
+from touchline.services.onboard.interface import (
+    F_AGE,
+    F_EAST,
+    F_FIX,
+    F_NORTH,
+    F_SATELLITES,
+    F_STAMP,
+    F_VARIANCE,
+    FIX_COLUMNS,
+)
+from touchline.services.onboard.nominal_tick import CourseArrays, actuate, perceive, steer
 from touchline.services.robot_sim import tick_log
-from touchline.services.robot_sim.emulator import ESTIMATED, SENSED, WHOLE, Emulator
+from touchline.services.robot_sim.emulator import PERCEIVED, SENSED, WHOLE, Emulator
 from touchline.services.robot_sim.estimator_error import enter_error
 from touchline.services.robot_sim.paint import projection
 from touchline.services.robot_sim.paint.projection import enter
@@ -66,30 +76,87 @@ def _arrived_in_time(fixes: int, tick: int, measured_tick: Integers, arrivals: F
     return fixes == 1 and finite and row[receiver.FIX] == receiver.FIXED
 
 
-@kernel
-def _read_fix(row: Floats, fix: Floats) -> None:
-    fix[c.F_STAMP], fix[c.F_EAST], fix[c.F_NORTH] = row[receiver.STAMP_S], row[receiver.EAST], row[receiver.NORTH]
-    fix[c.F_VARIANCE], fix[c.F_FIX] = row[receiver.VARIANCE], row[receiver.FIX]
-    fix[c.F_SATELLITES], fix[c.F_AGE] = row[receiver.SATELLITES], row[receiver.CORRECTION_AGE]
+class Hearing(NamedTuple):
+    """What the sensors leave, and the frame that it becomes.
+
+    Attributes:
+        sensing: What `sense` is given from the sensors' own.
+        readings: (interface.READINGS,) newest samples.
+        measured_tick: (3,) ticks in which they were measured.
+        arrivals: (ARRIVALS, receiver.COLUMNS) reports of the receiver.
+        fixes: (1, FIX_COLUMNS) the one that arrived, for the computer.
+        battery_wh: Full.
+    """
+
+    sensing: Any
+    readings: Floats
+    measured_tick: Integers
+    arrivals: Floats
+    fixes: Floats
+    battery_wh: float
+
+
+class Pursuit(NamedTuple):
+    """What `pursue` is given.
+
+    Attributes:
+        lead: Row of the path ahead; negative if another follower is asked outside.
+        parameters: Of the wheels.
+        memory: Of the follower.
+        wheels: (2,) what it, or the other, answers [rad/s].
+    """
+
+    lead: int
+    parameters: Floats
+    memory: Floats
+    wheels: Floats
+
+
+class Books(NamedTuple):
+    """Where a tick is entered.
+
+    Attributes:
+        paint: Table, grid (3), points, latest, stretches and state of the ledger.
+        half_width_m: Of a line.
+        track: Rows and count of the `Track`, with room for all these ticks.
+        error: Sums of the estimator's error.
+        rows: (n, tick_log.COLUMNS) in which the ticks are kept, if n > 0.
+    """
+
+    paint: tuple[Floats, Floats, Integers, Integers, Floats, Floats, Floats, Integers]
+    half_width_m: float
+    track: tuple[Floats, Integers]
+    error: Floats
+    rows: Floats
 
 
 @kernel
-def _keep(
-    row: Floats,
-    tick: int,
-    state: Floats,
-    heard: tuple[Floats, Integers, Floats],
-    fixes: int,
-    x: Floats,
-    P: Floats,
-    z: Floats,
-    s: Floats,
-) -> None:
-    readings, _, arrivals = heard
-    tick_log.note(row, tick, state, readings, (s[c.COMMAND], s[c.COMMAND + 1]), s[c.COMMAND + 2], s[c.COMMAND + 3])
+def _read_frame(state: Floats, fixes: int, hearing: Hearing, computer: Computer) -> None:
+    """Fill in the frame from the sensors' arrays and the world's state."""
+    frame = computer[0].frame
+    copy(hearing.readings, frame.readings)
+    copy(hearing.measured_tick, frame.measured_tick)
+    frame.battery_fraction, frame.tank_l = state[body.BATTERY_WH] / hearing.battery_wh, state[body.TANK_L]
+    frame.bumper, frame.operator_alive = False, True
+    if fixes == 0:
+        return
+    row, fix = hearing.arrivals[0], hearing.fixes[0]
+    fix[F_STAMP], fix[F_EAST], fix[F_NORTH] = row[receiver.STAMP_S], row[receiver.EAST], row[receiver.NORTH]
+    fix[F_VARIANCE], fix[F_FIX] = row[receiver.VARIANCE], row[receiver.FIX]
+    fix[F_SATELLITES], fix[F_AGE] = row[receiver.SATELLITES], row[receiver.CORRECTION_AGE]
+
+
+@kernel
+def _keep(row: Floats, tick: int, state: Floats, hearing: Hearing, fixes: int, computer: Computer) -> None:
+    """Keep a tick in a row of the log."""
+    command, slot = computer[0].command, tick % model.RING
+    wheels = (command.actuators[0], command.actuators[1])
+    valve, disc = 1.0 if command.valve else 0.0, 1.0 if command.disc else 0.0
+    tick_log.note(row, tick, state, hearing.readings, wheels, valve, disc)
+    x, P = computer[0].filter.states[slot], computer[0].filter.covariances[slot]
     pose = row[tick_log.ESTIMATE : tick_log.COVARIANCE]
     pose[0], pose[1], pose[2] = x[model.EAST], x[model.NORTH], x[model.HEADING]
-    pose[3], pose[4] = speed_now_mps(x, z, s), x[model.YAW_RATE]
+    pose[3], pose[4] = speed_now_mps(computer), x[model.YAW_RATE]
     for i in range(3):
         for j in range(3):
             row[tick_log.COVARIANCE + 3 * i + j] = P[i, j]
@@ -98,7 +165,24 @@ def _keep(
     twist[2], twist[3] = P[model.YAW_RATE, model.SPEED], P[model.YAW_RATE, model.YAW_RATE]
     row[tick_log.FIXES] = fixes
     if fixes > 0:
-        copy(arrivals[0], row[tick_log.REPORT :])
+        copy(hearing.arrivals[0], row[tick_log.REPORT :])
+
+
+@kernel
+def _enter(
+    at: Integers, world: tuple[Floats, Floats, Floats], hearing: Hearing, computer: Computer, books: Books
+) -> None:
+    """Enter a tick that is done in the books."""
+    state, _, trace = world
+    tick = at[TICK]
+    table, frame, starts, members, points, latest, stretches, ledger = books.paint
+    enter(table, frame, starts, members, books.half_width_m, trace, points, latest, stretches, ledger)
+    x = computer[0].filter.states[tick % model.RING]
+    truth = (state[body.EAST], state[body.NORTH], state[body.HEADING])
+    follow(tick, truth, ledger[projection.STATE_POINTS], *books.track)
+    enter_error(books.error, state[body.SPEED], truth, (x[model.EAST], x[model.NORTH], x[model.HEADING]))
+    if len(books.rows) > 0:
+        _keep(books.rows[tick - at[FIRST]], tick, state, hearing, at[FIXES], computer)
 
 
 @kernel
@@ -106,23 +190,14 @@ def drive_quietly(
     at: Integers,
     last_tick: int,
     seed: int,
-    battery_wh: float,
     effects: Floats,
     world: tuple[Floats, Floats, Floats],
-    sensing: Any,
-    heard: tuple[Floats, Integers, Floats],
-    ring: c.Ring,
-    way: c.Way,
-    ahead: Floats,
-    scratch: tuple[Floats, Floats, Floats, Floats],
-    s: Floats,
-    k: Floats,
-    pursuit: tuple[int, Floats, Floats],
-    paint: tuple[Floats, Floats, Integers, Integers, Floats, Floats, Floats, Integers],
-    half_width: float,
-    track: tuple[Floats, Integers],
-    error: Floats,
-    rows: Floats,
+    hearing: Hearing,
+    computer: Computer,
+    course: CourseArrays,
+    pursuit: Pursuit,
+    books: Books,
+    saved: Floats,
 ) -> None:
     """Run ticks until `last_tick` is done, the valve has switched, one is not quiet, or the follower must be asked.
 
@@ -130,70 +205,47 @@ def drive_quietly(
         at: (AT,) the tick and its stage; WHOLE or, with the wheel speeds filled in, ASKING to go on from.
         last_tick: To be done.
         seed: Of the scenario.
-        battery_wh: Full.
         effects: Of faults; they must not change before `last_tick` is done.
         world: State, parameters and trace.
-        sensing: What `sense` is given from the sensors' own.
-        heard: Of that the readings, the ticks they were measured in, and the arrivals.
-        ring: As of `nominal_tick.take_in`.
-        way: As of `nominal_tick.steer`, with `ahead`.
-        ahead: See `way`.
-        scratch: Saved, flows, fix and wheel speeds.
-        s: Of `nominal_tick`, with `k`.
-        k: See `s`.
-        pursuit: Lead (negative: the follower is asked outside), parameters and memory of `pursue`.
-        paint: Table, grid (3), points, latest, stretches and state of the ledger.
-        half_width: Of a line.
-        track: Rows and count of the `Track`, with room for all these ticks.
-        error: Sums of the estimator's error.
-        rows: (n, tick_log.COLUMNS) in which the ticks are kept, if n > 0.
+        hearing: Of the sensors.
+        computer: The robot's.
+        course: That it drives.
+        pursuit: Its follower.
+        books: In which each tick is entered.
+        saved: (NOW,) scratch.
     """
     state, parameters, trace = world
-    readings, measured_tick, arrivals = heard
-    saved, flows, fix, wheels = scratch
-    lead, limits, memory = pursuit
-    table, frame, starts, members, points, latest, stretches, ledger = paint
+    sensing, _, measured_tick, arrivals, fixes, _ = hearing
+    lead, limits, memory, wheels = pursuit
+    ledger, points, ahead = books.paint[7], books.paint[4], course.leg.ahead
     tick = at[TICK]
     while True:
         if at[STAGE] == ASKING:
-            switched = s[c.OPEN] != s[c.COMMAND + 2]
-            obey(wheels, at[WANTED], way[6][path_projection.SPEED], s, k)
-            enter(table, frame, starts, members, half_width, trace, points, latest, stretches, ledger)
-            x = ring[0][tick % model.RING]
-            truth = (state[body.EAST], state[body.NORTH], state[body.HEADING])
-            follow(tick, truth, ledger[projection.STATE_POINTS], *track)
-            enter_error(error, state[body.SPEED], truth, (x[model.EAST], x[model.NORTH], x[model.HEADING]))
+            switched = actuate(wheels, at[WANTED], computer, course)
+            _enter(at, world, hearing, computer, books)
             at[STAGE] = WHOLE
-            if len(rows) > 0:
-                slot = tick % model.RING
-                row = rows[tick - at[FIRST]]
-                _keep(row, tick, state, heard, at[FIXES], ring[0][slot], ring[1][slot], ring[2][slot], s)
             full = ledger[projection.STATE_POINTS] + 2 * projection.MOST_RUNS > len(points)
             if tick >= last_tick or switched or full or ledger[projection.STATE_STRETCHES] > 0:
                 return
         tick += 1
         at[TICK] = tick
-        left, right = s[c.COMMAND], s[c.COMMAND + 1]
-        valve, disc = s[c.COMMAND + 2] > 0.0, s[c.COMMAND + 3] > 0.0
-        after_s = s[c.VALVE_AFTER]
-        physics.advance(state, parameters, left, right, valve, disc, after_s, effects, seed, tick, trace)
+        command = computer[0].command
+        left, right, valve, disc = command.actuators[0], command.actuators[1], command.valve, command.disc
+        physics.advance(state, parameters, left, right, valve, disc, command.valve_after_s, effects, seed, tick, trace)
         at[FIXES] = sense(state, effects, seed, tick, *sensing)
         at[STAGE] = SENSED
         if not _arrived_in_time(at[FIXES], tick, measured_tick, arrivals):
             return
-        if at[FIXES] > 0:
-            _read_fix(arrivals[0], fix)
-        if not take_in(tick, readings, at[FIXES], fix, ring, s, k):
-            return
-        at[STAGE] = ESTIMATED
-        battery = state[body.BATTERY_WH] / battery_wh
-        at[WANTED] = steer(tick, battery, state[body.TANK_L], ring, way, ahead, saved, flows, s, k)
+        _read_frame(state, at[FIXES], hearing, computer)
+        perceive(tick, fixes, at[FIXES], computer, course)
+        at[STAGE] = PERCEIVED
+        at[WANTED] = steer(computer, course, saved)
         if at[WANTED] < 0:
             return
         at[STAGE] = ASKING
         if lead < 0:
             return
-        pursue(way[6], ahead, lead, limits, memory, wheels)
+        pursue(computer[0].leg.now, ahead, lead, limits, memory, wheels)
 
 
 class Quiet:
@@ -201,12 +253,15 @@ class Quiet:
 
     def __init__(self, emulator: Emulator) -> None:
         self._emulator = emulator
-        onboard = emulator.onboard
-        self._cruise = Cruise(onboard, emulator.vehicle) if isinstance(onboard, Onboard) else None
+        self._onboard = emulator.onboard if isinstance(emulator.onboard, Onboard) else None
         self._at: Integers = np.zeros(AT, dtype=np.int64)
-        self._fix: Floats = np.zeros(c.FIX_COLUMNS)
+        self._fix: Floats = np.zeros((1, FIX_COLUMNS))
         self._wheels: Floats = np.zeros(2)
+        self._saved: Floats = np.zeros(NOW)
         self._not_before = 0
+        self._code: Callable[..., None] | None = (
+            None  # of `drive_quietly`, whose arguments are always of the same types
+        )
 
     def run(self, most: int) -> None:
         """Let up to that many ticks pass, no more than the traversal takes; what they had to say is not looked at.
@@ -225,13 +280,13 @@ class Quiet:
         """
         emulator = self._emulator
         first = emulator.tick_count
-        if self._cruise is not None:
-            self._run_quietly(self._cruise, first + most, rows)
+        if self._onboard is not None:
+            self._run_quietly(self._onboard, first + most, rows)
         if emulator.tick_count == first:
             emulator.tick()
         return emulator.tick_count - first
 
-    def _run_quietly(self, cruise: Cruise, last_tick: int, rows: Rows) -> None:
+    def _run_quietly(self, onboard: Onboard, last_tick: int, rows: Rows) -> None:
         """Run from the emulator's tick on, to `last_tick` at most; to the end of the first tick that is not quiet."""
         emulator = self._emulator
         first = emulator.tick_count
@@ -239,53 +294,54 @@ class Quiet:
         effects = emulator.faults.effects
         if first < self._not_before or last_tick <= first or effects[e.BUMPER] > 0.0 or effects[e.OPERATOR_LOST] > 0.0:
             return
-        if not cruise.begin(first):
+        nominal = onboard.nominal(first)
+        if nominal is None:
             self._not_before = first + RETRY_TICKS
             return
-        self._drive(cruise, last_tick, rows)
-        self._hand_over(cruise)
+        self._drive(nominal, last_tick, rows)
+        self._hand_over(onboard)
 
-    def _drive(self, cruise: Cruise, last_tick: int, rows: Rows) -> None:
+    def _drive(self, nominal: Nominal, last_tick: int, rows: Rows) -> None:
         emulator, at = self._emulator, self._at
-        world, sensors, ledger, follower = emulator.world, emulator.sensors, emulator.ledger, cruise.follower
+        world, sensors, ledger, follower = emulator.world, emulator.sensors, emulator.ledger, nominal.follower
         if type(follower) is PurePursuitFollower:  # one derived from it has a step of its own
-            pursuit = (follower.lead, follower.parameters, follower.memory)
+            pursuit = Pursuit(follower.lead, follower.parameters, follower.memory, self._wheels)
         else:
-            pursuit = (-1, self._wheels, self._wheels)
+            pursuit = Pursuit(-1, self._wheels, self._wheels, self._wheels)
         at[TICK], at[STAGE], at[FIRST] = emulator.tick_count, WHOLE, emulator.tick_count + 1
         ledger.make_room()
         arguments = (
             at,
             last_tick,
             emulator.scenario.seed,
-            emulator.vehicle.battery_wh,
             emulator.faults.effects,
             (world.state, world.parameters, world.trace),
-            sensors.arguments,
-            sensors.heard,
-            cruise.ring,
-            cruise.way,
-            cruise.ahead,
-            (cruise.saved, cruise.flows, self._fix, self._wheels),
-            cruise.state,
-            cruise.constants,
+            Hearing(sensors.arguments, *sensors.heard, self._fix, emulator.vehicle.body.battery_wh),
+            nominal.computer,
+            nominal.course,
             pursuit,
-            ledger.arrays,
-            0.5 * ledger.line_width_m,
-            emulator.track.arrays(last_tick - emulator.tick_count),
-            emulator.estimator_error.sums,
-            rows,
+            Books(
+                ledger.arrays,
+                0.5 * ledger.line_width_m,
+                emulator.track.arrays(last_tick - emulator.tick_count),
+                emulator.estimator_error.sums,
+                rows,
+            ),
+            self._saved,
         )
-        drive_quietly(*arguments)
+        if self._code is None:
+            self._code = drive_quietly.for_types_of(arguments)
+        drive = self._code
+        drive(*arguments)
+        now, ahead = nominal.now, nominal.course.leg.ahead
         while at[STAGE] == ASKING:
-            self._wheels[:] = follower.step(cruise.way[6], cruise.ahead)
-            drive_quietly(*arguments)
+            self._wheels[:] = follower.step(now, ahead)
+            drive(*arguments)
 
-    def _hand_over(self, cruise: Cruise) -> None:
+    def _hand_over(self, onboard: Onboard) -> None:
         """Give everything back, and let the emulator do what is left of the last tick."""
         emulator, (tick, stage, fixes, *_) = self._emulator, self._at.tolist()
-        sensed = tick - 1 if stage == SENSED else tick
-        emulator.command = cruise.end(tick if stage == WHOLE else tick - 1, sensed=sensed)
+        emulator.command = onboard.driven(tick if stage == WHOLE else tick - 1)
         emulator.tick_count = tick
         emulator.ledger.put_aside()
         frame = emulator.sensors.frame(tick, fixes, emulator.world.state, emulator.faults.effects)

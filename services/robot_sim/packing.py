@@ -67,7 +67,7 @@ def gnss(report: GnssReport) -> list[Payload]:
 
 def battery(time: Stamp, emulator: Emulator) -> bytes:
     """The battery, its voltage linear in its charge."""
-    state, capacity_wh = emulator.world.state, emulator.vehicle.battery_wh
+    state, capacity_wh = emulator.world.state, emulator.vehicle.body.battery_wh
     left_wh, power_w = float(state[body.BATTERY_WH]), float(state[body.POWER_W])
     share = left_wh / capacity_wh
     voltage = EMPTY_V + (FULL_V - EMPTY_V) * share

@@ -13,9 +13,9 @@ from touchline.schemas import topics
 from touchline.schemas.layout import Records
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.topics import Topic
+from touchline.services.onboard.interface import ACCEL, ANGLES, GYRO, MAG
 from touchline.services.robot_sim import layouts, tick_log
 from touchline.services.robot_sim.packing import Payload, gnss, stamp
-from touchline.services.robot_sim.sensors import fast
 from touchline.services.robot_sim.sensors.gnss import GnssReport, unpack
 from touchline.services.robot_sim.tick_log import Rows, period
 
@@ -45,10 +45,10 @@ _COVARIANCE: Final = {
 """Where the columns of `tick_log` go in the covariances of (x, y, z, roll, pitch, yaw) and of their rates."""
 
 _SPRAYER_TICKS: Final = period(topics.SPRAYER)
-_GYRO: Final = slice(tick_log.READINGS + fast.IMU, tick_log.READINGS + fast.IMU + 3)
-_ACCEL: Final = slice(tick_log.READINGS + fast.IMU + 3, tick_log.READINGS + fast.MAG)
-_FIELD: Final = slice(tick_log.READINGS + fast.MAG, tick_log.READINGS + fast.ENCODER)
-_ANGLES: Final = slice(tick_log.READINGS + fast.ENCODER, tick_log.WHEELS)
+_GYRO: Final = slice(tick_log.READINGS + GYRO, tick_log.READINGS + GYRO + 3)
+_ACCEL: Final = slice(tick_log.READINGS + ACCEL, tick_log.READINGS + MAG)
+_FIELD: Final = slice(tick_log.READINGS + MAG, tick_log.READINGS + ANGLES)
+_ANGLES: Final = slice(tick_log.READINGS + ANGLES, tick_log.WHEELS)
 _WHEELS: Final = slice(tick_log.WHEELS, tick_log.ESTIMATE)
 
 
@@ -57,7 +57,7 @@ class Samples:
 
     Args:
         scenario: Has the IMU's noise, of which the covariances that it reports are made.
-        history: (transport.HISTORY, fast.READINGS) what was measured, by tick.
+        history: (transport.HISTORY, READINGS) what was measured, by tick.
         most: Rows at once.
     """
 
@@ -129,7 +129,7 @@ class Samples:
         That is where they are read, so a message that is late, lost or sent again changes no other one's.
         """
         before = (encoders[:, tick_log.MEASURED + 2].astype(np.int64) - 1) % len(self._history)
-        rates: Floats = (encoders[:, _ANGLES] - self._history[before, fast.ENCODER :]) * 100.0
+        rates: Floats = (encoders[:, _ANGLES] - self._history[before, ANGLES:]) * 100.0
         return rates
 
     def _of_odometry(self, rows: Rows) -> list[tuple[Topic, list[bytes]]]:

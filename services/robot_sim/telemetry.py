@@ -184,7 +184,7 @@ class Telemetry:
         """Fill in the emulator's last tick."""
         emulator = self._emulator
         command, sensors, tick = emulator.command, emulator.sensors, emulator.tick_count
-        wheels, readings, measured = (command.left_radps, command.right_radps), *sensors.heard[:2]
+        wheels, readings, measured = command.actuators, *sensors.heard[:2]
         tick_log.note(row, tick, emulator.world.state, readings, wheels, float(command.valve), float(command.disc))
         row[tick_log.MEASURED : tick_log.READINGS] = np.where(sensors.arrived, measured, -1)
         if tick % tick_log.ODOMETRY_TICKS == 0:

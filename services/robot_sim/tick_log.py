@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 from touchline.schemas import topics
 from touchline.schemas.topics import Topic
 from touchline.services.core.jit import kernel
-from touchline.services.robot_sim.sensors import fast, receiver
+from touchline.services.onboard import interface
+from touchline.services.robot_sim.sensors import receiver
 from touchline.services.robot_sim.world import body
 
 TICK: Final = 0
 MEASURED: Final = 1  # tick in which the newest sample of IMU, magnetometer, encoders was measured; −1: none arrived
-READINGS: Final = 4  # of the three, as in `fast`
-WHEELS: Final = READINGS + fast.READINGS  # commanded speeds, left and right [rad/s]
+READINGS: Final = 4  # of the three, as in `interface`
+WHEELS: Final = READINGS + interface.READINGS  # commanded speeds, left and right [rad/s]
 ESTIMATE: Final = WHEELS + 2  # east, north, heading, speed, yaw rate
 COVARIANCE: Final = ESTIMATE + 5  # of east, north, heading, row by row
 TWIST_COVARIANCE: Final = COVARIANCE + 9  # of speed and yaw rate, row by row
@@ -55,13 +56,13 @@ def note(
         row: (COLUMNS,) filled.
         tick: This tick.
         state: The world's at its end.
-        readings: (fast.READINGS,) of the sensors.
+        readings: (interface.READINGS,) of the sensors.
         wheels: Commanded speeds [rad/s].
         valve: Whether it is commanded open, 0 or 1.
         disc: Whether it is commanded down, 0 or 1.
     """
     row[TICK] = row[MEASURED] = row[MEASURED + 1] = row[MEASURED + 2] = tick
-    for column in range(fast.READINGS):
+    for column in range(interface.READINGS):
         row[READINGS + column] = readings[column]
     row[WHEELS], row[WHEELS + 1] = wheels
     row[TRUTH], row[TRUTH + 1], row[TRUTH + 2] = state[body.EAST], state[body.NORTH], state[body.HEADING]

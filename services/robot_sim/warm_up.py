@@ -67,7 +67,7 @@ def _exercise(name: str, setup: Setup) -> None:
         world.trace[:, body.TRACE_SPRAYING] = 1.0
         world.trace[:, body.TRACE_EAST] = np.linspace(0.0, 0.01, body.STEPS + 1)
         line = Target("line", Curve.from_line((0.0, 0.0), (1.0, 0.0)))
-        ledger = PaintLedger([line], vehicle.spray_width_m, vehicle.spray_width_m)
+        ledger = PaintLedger([line], vehicle.tool.spray_width_m, vehicle.tool.spray_width_m)
         ledger.record(world.trace)
         ledger.within_by_target_m(ledger.tolerance_m)
         ledger.drawn_by_target_m()

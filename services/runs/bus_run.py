@@ -27,7 +27,7 @@ from touchline.schemas.messages import (
 )
 from touchline.schemas.supplies import full
 from touchline.schemas.topics import Request, Response, Service
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.bus import Bus, CallError, Inbox
 from touchline.services.bus.counters import Counters
 from touchline.services.runs.reports import failing, hash_figures, paint_report, plan_figures, traversal_figures

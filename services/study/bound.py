@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from touchline.schemas.messages import PlanOptions
+from touchline.services.planner.drives.planned_drive import planned_drive
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.sequencing.costs import NEVER_S, nodes_of
 from touchline.services.planner.sequencing.order import Problem, ordered
@@ -20,14 +21,14 @@ def straight_hops_s(pitch: Pitch) -> float:
     Lines are painted at 1.5 m/s either way round, circles from anywhere, hops driven at the wheels' limit. No planner
     comes below the optimum of this; what is returned is at or just above it.
     """
-    tightest = 1.0 / pitch.vehicle.half_track_m
-    painting = Painting(Limits.of(pitch.vehicle, PlanOptions()))
-    choices = modes(pitch.template.segments, pitch.vehicle, tightest, free=True)
+    limits = Limits.of(pitch.vehicle, PlanOptions())
+    painting = Painting(limits)
+    choices = modes(pitch.template.segments, pitch.vehicle, limits.drive.curvature_max_1pm, free=True)
     nodes, segment, flip = nodes_of(swaths(choices, painting, free=True))
     begin = np.array([node.begin.pose.point for node in nodes])
     end = np.array([node.end.pose.point for node in nodes])
     cost = np.zeros((len(nodes) + 1, len(nodes) + 1))
-    cost[:-1, :-1] = np.abs(begin[None, :] - end[:, None]) / pitch.vehicle.max_rim_speed_mps
+    cost[:-1, :-1] = np.abs(begin[None, :] - end[:, None]) / limits.drive.max_speed_mps
     cost[:-1, :-1][segment[:, None] == segment[None, :]] = NEVER_S
     cost[:, :-1] += [node.length_m / STUDY_SPEED_MPS for node in nodes]
     problem = Problem(cost, segment, flip)
@@ -37,11 +38,10 @@ def straight_hops_s(pitch: Pitch) -> float:
 def turning_bound_s(pitch: Pitch) -> float:
     """Seconds that nobody beats in the given order who keeps κ_max = 1.125 1/m and the wheels' speed.
 
-    With the outer rim at v_w a robot drives v = v_w / (1 + |κ|·r), so a way of length L that turns by θ in all takes
-    (L + r·θ) / v_w at least. None is shorter than the plain Dubins path, and none turns by less than the headings
-    differ. Lines are painted at 1.5 m/s.
+    What the drive needs for a way of some length that turns by some angle is known (`PlannedDrive.least_s`). None is
+    shorter than the plain Dubins path, and none turns by less than the headings differ. Lines are painted at 1.5 m/s.
     """
     driven = pitch.drive(UNPADDED)
-    rim, half_track = pitch.vehicle.max_rim_speed_mps, pitch.vehicle.half_track_m
     turned = (abs(math.remainder(w.end.heading_rad - w.start.heading_rad, math.tau)) for w in driven.ways)
-    return driven.painted_m / STUDY_SPEED_MPS + (driven.transition_m + half_track * sum(turned)) / rim
+    fastest_s = planned_drive(pitch.vehicle).least_s(driven.transition_m, sum(turned))
+    return driven.painted_m / STUDY_SPEED_MPS + fastest_s

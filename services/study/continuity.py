@@ -6,10 +6,10 @@ import numpy as np
 
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.template import Template
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.plan import Plan
-from touchline.services.planner.plots.wheel_series import wheel_series
+from touchline.services.planner.plots.actuator_series import actuator_series
 from touchline.services.planner.swaths.offset import strokes
 from touchline.services.study.driven_template import (
     CONTESTANTS,
@@ -135,9 +135,9 @@ def joint_row(count: int, sigma_1pm2: float = STUDY_SIGMA_1PM2) -> Row:
 def limit_row(pitch: Pitch, planned: Plan) -> Row:
     """Rows 6 and 7: wheel speed and acceleration, sampled every millimetre of ours; steps of the others."""
     steps = [int(np.count_nonzero(pitch.drive(c).steps_1pm > STEP_1PM)) for c in CONTESTANTS]
-    series = wheel_series(planned, pitch.vehicle, SAMPLE_M)
+    series = actuator_series(planned, SAMPLE_M)
     broken = series.violations(pitch.vehicle)
-    fastest, hardest = (float(np.abs(a).max()) for a in (series.wheel_radps, series.wheel_radps2))
+    fastest, hardest = (float(np.abs(a).max()) for a in (series.value, series.rate))
     return Row(
         "6, 7",
         "κ and dκ/ds from the dynamics",

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.geometry.clothoid import Floats, Piece, PiecePath
 from touchline.services.planner.steering.dubins import dubins_pieces
 from touchline.services.planner.steering.dubins_padded import PaddedDubins
@@ -124,11 +124,11 @@ UNPADDED = Contestant("DPP without padding", lambda kappa, sigma: UnpaddedDubins
 def study_vehicle() -> Vehicle:
     """The study's robot: nothing but the wheels' speed and acceleration limits it."""
     vehicle = Vehicle()
-    rim_acceleration = vehicle.max_wheel_acceleration_radps2 * vehicle.wheel_radius_m
-    return vehicle.model_copy(
-        update={
+    rim_acceleration = vehicle.drive.max_wheel_acceleration_radps2 * vehicle.drive.wheel_radius_m
+    return vehicle.changed(
+        drive={
             "max_acceleration_mps2": rim_acceleration,
-            "planned_wheel_acceleration_radps2": vehicle.max_wheel_acceleration_radps2,
+            "planned_wheel_acceleration_radps2": vehicle.drive.max_wheel_acceleration_radps2,
             "max_lateral_acceleration_mps2": 1e3,
         }
     )

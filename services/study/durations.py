@@ -49,7 +49,7 @@ class Case(NamedTuple):
 
 def cases(pitch: Pitch) -> tuple[Case, ...]:
     """Row 11's targets."""
-    wheels = pitch.vehicle.max_rim_speed_mps
+    wheels = pitch.vehicle.drive.max_speed_mps
     return (
         Case("a", "total time, ours at most 1.5 m/s", 0.0, "given", STUDY_SPEED_MPS),
         Case("b", "total time, ours in transit up to the wheels", 0.05, "given", wheels),
@@ -86,9 +86,10 @@ def hand_ordered_rows(pitch: Pitch) -> list[Row]:
     dpp = pitch.drive(DPP).seconds(STUDY_SPEED_MPS)
     bound = straight_hops_s(pitch)
     *same, ordered = cases(pitch)
+    wheels = pitch.vehicle.drive.max_speed_mps
     rows = [_row(pitch, case, f"11{case.letter}{HAND_ORDERED}") for case in same]
     note = (
-        f"for information: straight hops from line to line at {pitch.vehicle.max_rim_speed_mps:g} m/s, without turning "
+        f"for information: straight hops from line to line at {wheels:g} m/s, without turning "
         f"or gathering speed, take {bound:.1f} s in the best order found ({bound / dpp - 1.0:+.1%}): against an order "
         f"that was optimised by hand already, nothing that turns on wheels comes {ordered.below:.0%} below."
     )

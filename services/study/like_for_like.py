@@ -75,7 +75,7 @@ def matches(
     """
     found: dict[Setting, Match] = {}
     for name, pitch in pitches.items():
-        for speed in (STUDY_SPEED_MPS, pitch.vehicle.max_rim_speed_mps):
+        for speed in (STUDY_SPEED_MPS, pitch.vehicle.drive.max_speed_mps):
             for kappa in (STUDY_KAPPA_1PM, WHEELS):
                 setting = Setting(name, speed, kappa)
                 found[setting] = match(pitch, setting)
@@ -124,8 +124,8 @@ def _kept(pitch: Pitch, planned: Plan) -> bool:
     """Whether curvature does not step and both wheels keep their limits."""
     report, vehicle = planned.report, pitch.vehicle
     wheels = (
-        (report.max_wheel_speed_radps, vehicle.max_wheel_speed_radps),
-        (report.max_wheel_acceleration_radps2, vehicle.max_wheel_acceleration_radps2),
+        (report.max_wheel_speed_radps, vehicle.drive.max_wheel_speed_radps),
+        (report.max_wheel_acceleration_radps2, vehicle.drive.max_wheel_acceleration_radps2),
     )
     return isfinite(report.max_sharpness_1pm2) and all(most <= limit * (1.0 + LIMIT_SLACK) for most, limit in wheels)
 
@@ -194,10 +194,10 @@ def too_fast_row(pitch: Pitch, found: Mapping[Setting, Match]) -> Row:
         pitch: In the order of Law 1.
         found: As `matches` has it.
     """
-    fastest, most_radps = pitch.vehicle.max_rim_speed_mps, pitch.vehicle.max_wheel_speed_radps
+    fastest, most_radps = pitch.vehicle.drive.max_speed_mps, pitch.vehicle.drive.max_wheel_speed_radps
     driven = pitch.drive(DPP)
     dpp = driven.painted_m / STUDY_SPEED_MPS + driven.transition_m / fastest
-    outer_radps = most_radps * (1.0 + STUDY_KAPPA_1PM * pitch.vehicle.half_track_m)
+    outer_radps = most_radps * (1.0 + STUDY_KAPPA_1PM * pitch.vehicle.drive.half_track_m)
     ours, free = (found[Setting(LAW, fastest, kappa)].ours_s for kappa in (STUDY_KAPPA_1PM, WHEELS))
     bound = turning_bound_s(pitch)
     return Row(

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import Template, TemplateSegment
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import Plan, plan
 from touchline.services.planner.swaths.offset import Stroke, strokes
 from touchline.services.study.driven_template import (

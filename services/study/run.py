@@ -13,7 +13,7 @@ from touchline.schemas.lettering import write
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import LineSpec, Template, TemplateSegment
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.drawings.hatch import hatch
 from touchline.services.onboard.interface import TICK_S
 from touchline.services.planner.segments.fit_arcs import TOLERANCE_M
@@ -77,7 +77,7 @@ def run_study(pairs: int, quick: bool, progress: Progress) -> Study:
     shipped = pitch.Pitch(load_template(FIELD))
     field = shipped.in_order_of_the_law()
     progress("planning the pitch", 0.0)
-    ordered = field.plan(order="optimised", transit_speed_mps=field.vehicle.max_rim_speed_mps)
+    ordered = field.plan(order="optimised", transit_speed_mps=field.vehicle.drive.max_speed_mps)
     rows = [continuity.template_row(_templates(quick), lambda done: progress("templates", done))]
     smoothness = continuity.smoothness_rows(field, ordered)
     rows += [

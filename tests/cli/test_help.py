@@ -16,10 +16,12 @@ from touchline.services.cli.ros2_choice import Ros2Choice
 
 ROOT = Path(__file__).resolve().parents[2]
 COMMANDS = sorted(get_command(app).commands)  # type: ignore[attr-defined]
+JOBS = {"demo", "plan", "run", "simulate", "sweep", "templates"}
+SYSTEM = {"up", "status", "down", "record", "replay", "picture", "planner", "robot-sim", "bridge", "tui"}
 
 
-def help_of(*command: str) -> str:
-    result = CliRunner().invoke(app, [*command, "-h"], env={"COLUMNS": "80", "TERMINAL_WIDTH": "80"})
+def help_of(*command: str, option: str = "-h") -> str:
+    result = CliRunner().invoke(app, [*command, option], env={"COLUMNS": "80", "TERMINAL_WIDTH": "80"})
     assert result.exit_code == 0
     return result.output
 
@@ -30,6 +32,7 @@ def test_every_command_is_in_a_group_and_told_to_the_end() -> None:
         assert f"─ {group} ─" in text
     assert "…" not in text and "─ Commands ─" not in text
     assert all(f"│ {name} " in text for name in COMMANDS)
+    assert set(COMMANDS) >= JOBS | SYSTEM
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -37,7 +40,10 @@ def test_every_command_has_the_short_option_and_cuts_nothing(name: str) -> None:
     text = help_of(name)
     # What is cut ends a cell of the help; "0.5 …" and "VALUE…" are written so, and a long ROS type is folded.
     cut = [line for line in text.splitlines() if re.search(r"[a-z]… ", line) and "Trajec…" not in line]
-    assert not cut and "Usage:" in text
+    assert not cut
+    for shown in (text, help_of(name, option="--help")):
+        assert f"Usage: touchline {name} " in shown
+        assert len(shown.splitlines()) > 4
 
 
 def test_completion_is_offered() -> None:

@@ -72,6 +72,16 @@ def test_orders_to_nobody_and_faults_that_are_none(touchline):
     assert (code, "kind is 'gremlins'; give one of gnss-outage" in err) == (2, True)
 
 
+def test_commands_without_services_say_so(touchline, tmp_path):
+    code, _, err = touchline("record", str(tmp_path / "x.mcap"))
+    assert (code, "nobody answers" in err) == (2, True)
+    code, out, _ = touchline("status", "--json")
+    (robot,) = json.loads(out)["robots"]
+    assert (code, robot["namespace"], robot["traversal"]) == (1, "tt2", None)
+    assert {service["state"] for service in robot["services"]} == {"not running"}
+    assert "nothing was running" in touchline("down")[1]
+
+
 def test_every_topic_and_service_is_listed(touchline):
     code, out, _ = touchline("topics")
     assert code == 0

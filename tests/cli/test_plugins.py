@@ -15,7 +15,7 @@ from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.plugins import FOLLOWERS, METHODS, Registry, UnknownPlugin
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.spec import parse
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.cli.commands import app
 from touchline.services.onboard.control import Ask, PurePursuitFollower, make_follower
 from touchline.services.planner.limits import Limits

@@ -11,6 +11,18 @@ from touchline.schemas.errors import SpecError
 from touchline.services.runs.writing import write_text
 
 SEGMENT = {"id": "a", "line": {"start": [0, 0], "end": [5, 0]}}
+TWICE = {"id": "bad", "line": {"start": [0, 2], "end": [1, 2]}}
+BAD = {
+    "not JSON": ("{", "is not JSON"),
+    "empty": ('{"name": "t", "segments": []}', "segments"),
+    "NaN": ('{"name": "t", "segments": [{"id": "a", "line": {"start": [0, 0], "end": [NaN, 0]}}]}', "end[0] is nan"),
+    "zero length": (
+        '{"name": "t", "segments": [{"id": "a", "line": {"start": [0, 0], "end": [0, 0]}}]}',
+        "at least 0.01 m apart",
+    ),
+    "unknown field": (json.dumps({"name": "t", "segments": [SEGMENT], "speed": 3}), "speed is not a known field"),
+    "same id twice": (json.dumps({"name": "t", "segments": [SEGMENT, TWICE, TWICE]}), 'share the id "bad"'),
+}
 
 
 @pytest.mark.parametrize(
@@ -26,12 +38,32 @@ SEGMENT = {"id": "a", "line": {"start": [0, 0], "end": [5, 0]}}
         (("simulate", "study-square", "--follower", "external"), "use `touchline run` or `up`"),
         (("sweep", "study-square", "--set", "follower=mpc,external"), "use `touchline run` or `up`"),
         (("tui",), "needs a terminal"),
+        (("plan", "no-such"), "soccer-11"),
+        (("plan", "study-square", "--kappa-max", "-1"), "--kappa-max"),
+        (("plan", "study-square", "--plot", "x.bmp"), ".svg"),
+        (("plan", "study-square", "--out", "/no/such/folder/x.json"), "cannot be written"),
+        (("run", "study-square", "--speed", "fast"), "--speed"),
+        (("run", "study-square", "--follower", "lqr"), "follower"),
+        (("robot-sim", "--scenario", "/no/such.json"), "cannot be read"),
+        (("replay", "/no/such.mcap"), "no/such.mcap"),
     ],
 )
 def test_what_cannot_be_done_is_refused_at_once(arguments, says, touchline):
     code, out, err = touchline(*arguments)
     assert (code, out) == (2, "")
     assert says in " ".join(err.split())
+
+
+# Both commands read templates with the same function: of `run` one is enough.
+@pytest.mark.parametrize(("command", "bad"), [*(("plan", bad) for bad in BAD), ("run", "NaN")])
+def test_a_bad_template_is_told_in_one_line(command, bad, touchline, tmp_path):
+    text, says = BAD[bad]
+    path = tmp_path / "field.json"
+    path.write_text(text)
+    code, _, err = touchline(command, str(path))
+    assert code in (1, 2)
+    assert says in err
+    assert len(err.splitlines()) == 1
 
 
 def test_parameters_are_for_shipped_templates(touchline, tmp_path):

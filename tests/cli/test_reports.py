@@ -12,7 +12,7 @@ from touchline.schemas.messages import (
     TraversalReport,
     TraversalStatus,
 )
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.bus import CallError
 from touchline.services.bus.counters import Counters
 from touchline.services.runs import reports
@@ -68,7 +68,7 @@ class Planner:
 
 def test_a_job_that_a_full_tank_does_not_last_for_is_told_as_soon_as_it_is_planned():
     watcher = Listening()
-    options = JobOptions("{}", PlanOptions(), -1.0, None, vehicle=Vehicle(tank_l=10.0))
+    options = JobOptions("{}", PlanOptions(), -1.0, None, vehicle=Vehicle(tool={"tank_l": 10.0}))
     BusRun(Planner(PlanReport(paint_l=29.0, battery_wh=1.0)), options, watcher)._plan()
     assert watcher.told == ["planner: the job needs 29.0 L of paint, the tank has 10.0 L: refill it twice"]
 

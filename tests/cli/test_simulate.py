@@ -10,13 +10,13 @@ from pathlib import Path
 
 import pytest
 
-from tests.system.commands import figures, start_touchline, touchline
+from tests.system import commands
 from touchline.schemas.cdr import decode
 from touchline.schemas.messages import String
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import parse
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.bridge.compare import compare
 from touchline.services.bridge.reader import RecordingReader
 
@@ -27,13 +27,30 @@ WALL_CLOCK = ("wall_time_s", "real_time_factor")
 @pytest.fixture(scope="module")
 def over_zenoh(tmp_path_factory):
     recording = tmp_path_factory.mktemp("run") / "run.mcap"
-    return figures(touchline("run", *SQUARE, "--record", str(recording))), recording
+    return run_of(*SQUARE, "--record", str(recording)), recording
 
 
-def test_a_simulation_says_byte_for_byte_what_a_run_says(over_zenoh, tmp_path):
+def run_of(*options):
+    """What a run with real processes says."""
+    return commands.figures(commands.touchline("run", *options))
+
+
+@pytest.fixture
+def simulation_of(touchline):
+    """What a simulation in this process says."""
+
+    def run(*options):
+        code, out, err = touchline("simulate", *options)
+        assert code == 0, err
+        return json.loads(out)
+
+    return run
+
+
+def test_a_simulation_says_byte_for_byte_what_a_run_says(over_zenoh, simulation_of, tmp_path):
     run, recorded = over_zenoh
     recording = tmp_path / "simulation.mcap"
-    simulation = figures(touchline("simulate", *SQUARE, "--record", str(recording)))
+    simulation = simulation_of(*SQUARE, "--record", str(recording))
     assert simulation["hash"] == run["hash"]
     assert len(run["hash"]["session"]) == len(run["hash"]["scenario"]) == 16
     comparison = compare(recorded, recording)
@@ -47,9 +64,9 @@ def test_a_recording_says_which_robot_lived_in_which_world(over_zenoh):
     assert setup == Setup(vehicle=Vehicle(), scenario=Scenario(seed=7, name=setup.scenario.name))
 
 
-def test_the_figures_are_the_same_with_and_without_telemetry(over_zenoh):
+def test_the_figures_are_the_same_with_and_without_telemetry(over_zenoh, simulation_of):
     run, _ = over_zenoh
-    simulation = figures(touchline("simulate", *SQUARE))
+    simulation = simulation_of(*SQUARE)
     assert simulation["hash"] == {"scenario": run["hash"]["scenario"], "session": None}
     for part in ("paint", "segments", "estimator"):
         assert simulation[part] == run[part]
@@ -59,65 +76,65 @@ def test_the_figures_are_the_same_with_and_without_telemetry(over_zenoh):
     assert simulation["traversal"] == run["traversal"]
 
 
-def test_not_recorded_is_the_same_session(over_zenoh):
+def test_not_recorded_is_the_same_session(over_zenoh, simulation_of):
     run, _ = over_zenoh
-    assert figures(touchline("run", *SQUARE))["hash"] == run["hash"]
-    assert figures(touchline("simulate", *SQUARE, "--hash"))["hash"] == run["hash"]
+    assert run_of(*SQUARE)["hash"] == run["hash"]
+    assert simulation_of(*SQUARE, "--hash")["hash"] == run["hash"]
 
 
-def test_planner_and_robot_of_a_run_have_the_vehicle_that_is_chosen(over_zenoh):
+def test_planner_and_robot_of_a_run_have_the_vehicle_that_is_chosen(over_zenoh, simulation_of):
     usual, _ = over_zenoh
     options = (*SQUARE, "--vehicle", str(Path(__file__).parents[2] / "examples" / "small-robot.json"))
-    run, simulation = figures(touchline("run", *options)), figures(touchline("simulate", *options, "--hash"))
+    run, simulation = run_of(*options), simulation_of(*options, "--hash")
     assert run["hash"] == simulation["hash"]
     assert run["hash"]["scenario"] != usual["hash"]["scenario"]
     assert run["plan"]["max"] == simulation["plan"]["max"] != usual["plan"]["max"]
     assert run["vehicle"] == "small-robot"
 
 
-def test_a_scenario_file_and_options_are_lived_by_both(tmp_path):
+def test_a_scenario_file_and_options_are_lived_by_both(simulation_of, tmp_path):
     scenario, computer = tmp_path / "calm.json", tmp_path / "computer.json"
     scenario.write_text(json.dumps({"seed": 3, "gnss": {"white_m": 0.001}}))
     computer.write_text(json.dumps({"follower": "pure-pursuit", "gnss": {"white_m": 0.001}}))
     laid = ("--place", "3,4,30", "--origin", "57.01,9.99", "--paint-speed", "0.8", "--forward-only")
     options = ("study-square", "--json", "--scenario", str(scenario), "--onboard", str(computer), *laid)
-    run = figures(touchline("run", *options))
-    simulation = figures(touchline("simulate", *options, "--hash"))
+    run = run_of(*options)
+    simulation = simulation_of(*options, "--hash")
     assert simulation["hash"] == run["hash"]
     assert (run["seed"], run["follower"]) == (3, "pure-pursuit")
-    assert run["traversal"]["total_time_s"] > figures(touchline("simulate", *SQUARE))["traversal"]["total_time_s"]
-    assert figures(touchline("simulate", *options, "--hash", "--seed", "4"))["hash"] != run["hash"]
+    assert run["traversal"]["total_time_s"] > simulation_of(*SQUARE)["traversal"]["total_time_s"]
+    assert simulation_of(*options, "--hash", "--seed", "4")["hash"] != run["hash"]
 
 
-def test_a_recording_is_drawn(over_zenoh, tmp_path):
+def test_a_recording_is_drawn(over_zenoh, touchline, tmp_path):
     _, recorded = over_zenoh
     picture = tmp_path / "painted.svg"
-    done = touchline("picture", str(recorded), "--out", str(picture))
-    assert done.returncode == 0, done.stderr
+    code, _, err = touchline("picture", str(recorded), "--out", str(picture))
+    assert code == 0, err
     drawn = picture.read_text()
     assert "nozzle off the template" in drawn
-    assert touchline("picture", str(recorded), "--out", "painted.gif").returncode == 2
-    assert touchline("picture", str(picture), "--out", str(picture)).returncode == 2
+    assert touchline("picture", str(recorded), "--out", "painted.gif")[0] == 2
+    assert touchline("picture", str(picture), "--out", str(picture))[0] == 2
 
 
-def test_a_sweep_from_the_command_line(tmp_path):
+def test_a_sweep_from_the_command_line(touchline, simulation_of, tmp_path):
     scenario, report, csv = tmp_path / "calm.json", tmp_path / "report.json", tmp_path / "runs.csv"
     scenario.write_text(json.dumps({"seed": 3, "gnss": {"white_m": 0.001}}))
     options = ("--template", "study-square", "--seeds", "2", "--workers", "1")
     outputs = ("--report", str(report), "--csv", str(csv))
-    done = touchline("sweep", str(scenario), *options, *outputs, "--set", "follower=mpc,pure-pursuit")
-    assert done.returncode == 0, done.stderr
-    assert "lateral error p95, mm" in done.stdout
-    assert "4 of 4 runs" in done.stdout
+    code, out, err = touchline("sweep", str(scenario), *options, *outputs, "--set", "follower=mpc,pure-pursuit")
+    assert code == 0, err
+    assert "lateral error p95, mm" in out
+    assert "4 of 4 runs" in out
     swept = json.loads(report.read_text())
     assert [run["seed"] for run in swept["runs"]] == [3, 4, 3, 4]
-    single = figures(touchline("simulate", "study-square", "--scenario", str(scenario), "--json"))
+    single = simulation_of("study-square", "--scenario", str(scenario), "--json")
     assert swept["runs"][0]["scenario_hash"] == single["hash"]["scenario"]
     assert swept["runs"][0]["coverage_pct"] == single["paint"]["coverage_pct"]
     assert len(csv.read_text().splitlines()) == 5
-    refused = touchline("sweep", "no-such-thing")
-    assert refused.returncode == 2
-    assert "study-square" in refused.stderr
+    code, _, err = touchline("sweep", "no-such-thing")
+    assert code == 2
+    assert "study-square" in err
 
 
 def _workers(pid):
@@ -136,7 +153,7 @@ def test_a_sweep_that_is_broken_off_gives_what_is_done(what, bus_config, tmp_pat
     monkeypatch.setenv("FORCE_COLOR", "1")  # so that it shows how far it is, as on a terminal
     monkeypatch.setenv("COLUMNS", "120")
     log = tmp_path / "log"
-    sweep = start_touchline(
+    sweep = commands.start_touchline(
         "sweep", "study-square", "--seeds", "3000", "--workers", "2", "--json", config=bus_config, log=log
     )
     deadline = time.monotonic() + 300.0

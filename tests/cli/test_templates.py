@@ -5,30 +5,39 @@ from pathlib import Path
 
 import pytest
 
-from tests.system.commands import figures, touchline
 from touchline.schemas.catalogue import load_template, parse_template
 
 
-def test_parameters_and_placement_reach_the_template(tmp_path: Path) -> None:
+def test_parameters_and_placement_reach_the_template(touchline, tmp_path: Path) -> None:
     out, plot = tmp_path / "pitch.json", tmp_path / "pitch.svg"
     options = ["--set", "length=100", "--set", "width=64", "--place", "10,20,90,mirror", "--origin", "57.1,9.9,12"]
-    done = touchline("templates", "soccer-11", *options, "--out", str(out), "--plot", str(plot))
-    assert done.returncode == 0, done.stderr
+    code, _, err = touchline("templates", "soccer-11", *options, "--out", str(out), "--plot", str(plot))
+    assert code == 0, err
     template = load_template(out)
     assert template.title == "Soccer, 11-a-side, 100 x 64 m"
     assert template.origin is not None and template.origin.latitude_deg == 57.1
     xs = [segment.curve().x_m for segment in template.segments]
     assert max(xs) - min(xs) == pytest.approx(64.0, abs=0.2)
     assert "<svg" in plot.read_text()
-    planned = figures(touchline("plan", "soccer-11", "--set", "length=100", "--set", "width=64", "--json"))
-    assert planned["length_m"]["paint"] == pytest.approx(template.length_m, rel=0.01)
-    carried = touchline("templates", str(out), "--map-origin", "57.1,9.901,12")
-    moved = parse_template(carried.stdout).segments[0].curve()
+    _, planned, _ = touchline("plan", "soccer-11", "--set", "length=100", "--set", "width=64", "--json")
+    assert json.loads(planned)["length_m"]["paint"] == pytest.approx(template.length_m, rel=0.01)
+    _, carried, _ = touchline("templates", str(out), "--map-origin", "57.1,9.901,12")
+    moved = parse_template(carried).segments[0].curve()
     assert moved.x_m - template.segments[0].curve().x_m == pytest.approx(-60.6, abs=0.5)
 
 
-def test_parameters_are_listed() -> None:
-    rows = {row["name"]: row for row in json.loads(touchline("templates", "--json").stdout)}
+def test_templates_are_listed_and_printed(touchline) -> None:
+    listed = touchline("templates")[1]
+    assert "soccer-11" in listed
+    assert "study-square" in listed
+    rows = {row["name"]: row for row in json.loads(touchline("templates", "--json")[1])}
+    assert rows["study-square"]["length_m"] == pytest.approx(4.0)
+    printed = touchline("templates", "soccer-11")[1]
+    assert len(parse_template(printed).segments) == rows["soccer-11"]["segments"]
+
+
+def test_parameters_are_listed(touchline) -> None:
+    rows = {row["name"]: row for row in json.loads(touchline("templates", "--json")[1])}
     assert rows["soccer-11"]["parameters"][0] == {
         "name": "length",
         "default": 105.0,
@@ -37,22 +46,23 @@ def test_parameters_are_listed() -> None:
     }
 
 
-def test_text_and_drawings_become_templates(tmp_path: Path) -> None:
-    written = touchline("templates", "text", "GO TEAM", "--height", "2")
-    assert parse_template(written.stdout).title == "GO TEAM"
-    rounded = touchline("templates", "text", "GO", "--height", "1", "--corners", "round")
-    assert rounded.stderr == ""
-    assert any(segment.arc for segment in parse_template(rounded.stdout).segments)
+def test_text_and_drawings_become_templates(touchline, tmp_path: Path) -> None:
+    _, written, _ = touchline("templates", "text", "GO TEAM", "--height", "2")
+    assert parse_template(written).title == "GO TEAM"
+    _, rounded, err = touchline("templates", "text", "GO", "--height", "1", "--corners", "round")
+    assert err == ""
+    assert any(segment.arc for segment in parse_template(rounded).segments)
     drawing, out = tmp_path / "logo.svg", tmp_path / "logo.json"
     drawing.write_text('<svg><path d="M0 0C5 0 5 5 9 5"/><text>GO</text></svg>')
     plot, options = tmp_path / "logo.png", ["--scale", "2", "--skip-others"]
-    done = touchline("templates", "import", str(drawing), *options, "--out", str(out), "--plot", str(plot))
-    assert done.returncode == 0, done.stderr
-    assert "left out: text-1" in done.stderr and "of 1 drawn ones" in done.stderr
+    code, _, err = touchline("templates", "import", str(drawing), *options, "--out", str(out), "--plot", str(plot))
+    assert code == 0, err
+    assert "left out: text-1" in err and "of 1 drawn ones" in err
     assert plot.read_bytes().startswith(b"\x89PNG")
-    finer = touchline("templates", "import", str(drawing), *options, "--detail", "0")
-    assert "within 0." in finer.stderr
-    assert figures(touchline("plan", str(out), "--json"))["segments"]["painted"] == len(load_template(out).segments)
+    _, _, finer = touchline("templates", "import", str(drawing), *options, "--detail", "0")
+    assert "within 0." in finer
+    planned = json.loads(touchline("plan", str(out), "--json")[1])
+    assert planned["segments"]["painted"] == len(load_template(out).segments)
 
 
 @pytest.mark.parametrize(
@@ -70,8 +80,11 @@ def test_text_and_drawings_become_templates(tmp_path: Path) -> None:
         (("templates", "import", "/no/such.svg"), "is not a file"),
     ],
 )
-def test_what_cannot_be_meant_is_told_in_one_line(arguments: tuple[str, ...], says: str) -> None:
-    done = touchline(*arguments)
-    assert done.returncode == 2
-    assert says in done.stderr
-    assert "Traceback" not in done.stderr
+def test_what_cannot_be_meant_is_told_in_one_line(
+    touchline, monkeypatch, arguments: tuple[str, ...], says: str
+) -> None:
+    monkeypatch.setenv("COLUMNS", "120")
+    code, _, err = touchline(*arguments)
+    assert code == 2
+    assert says in err
+    assert "Traceback" not in err

@@ -1,13 +1,14 @@
 """Kernels: what is compiled for Python, and what only as a part of another kernel."""
 
 import gc
+import math
 import resource
 import subprocess
 import sys
 import threading
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -16,7 +17,7 @@ from numba.core.caching import IndexDataCacheFile
 from numba.core.errors import TypingError
 
 from touchline.services.core.arrays import ascending, copy, least
-from touchline.services.core.jit import _Cache, kernel
+from touchline.services.core.jit import _Cache, kernel, kernel_of_class
 
 
 @pytest.fixture(autouse=True)
@@ -141,3 +142,71 @@ def test_a_full_disk_costs_the_cache_and_nothing_else(tmp_path: Path, monkeypatc
     assert not any(path.stat().st_size for path in tmp_path.rglob("*.nbc"))
     assert subprocess.run(command, check=False).returncode == 0
     assert any(tmp_path.rglob("*.nbc"))
+
+
+class Square(NamedTuple):
+    """A shape."""
+
+    side: float
+
+    @kernel
+    def area(self, share: float) -> float:
+        return share * self.side * self.side
+
+
+class Circle(NamedTuple):
+    """Another shape."""
+
+    radius: float
+
+    @kernel
+    def area(self, share: float) -> float:
+        return share * math.pi * self.radius * self.radius
+
+
+class Framed(NamedTuple):
+    """A shape in a frame."""
+
+    width: float
+    shape: Any
+
+
+@kernel_of_class
+def area(shape: Any, share: float) -> float:
+    """Stands for those of the shapes."""
+
+
+def test_a_kernel_of_a_class_is_that_of_its_first_argument() -> None:
+    @kernel
+    def halves(framed: Framed) -> float:
+        return area(framed.shape, 0.5) + area(framed.shape, share=0.5)
+
+    assert halves(Framed(1.0, Square(3.0))) == 9.0
+    assert halves(Framed(1.0, Circle(1.0))) == math.pi
+    assert halves(Framed(1.0, Square(2.0))) == 4.0
+    assert area(Square(2.0), 0.25) == Square(2.0).area(0.25) == 1.0
+    assert len(halves.overloads) == 2
+
+
+def test_a_class_without_a_kernel_of_that_name_is_told() -> None:
+    @kernel
+    def outer(framed: Framed) -> float:
+        return area(framed, 1.0)
+
+    with pytest.raises(Exception, match="area"):
+        outer(Framed(1.0, Square(3.0)))
+
+
+@pytest.mark.parametrize("ours", [True, False])
+def test_code_for_named_tuples_of_somebody_else_is_not_kept(
+    ours: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if ours:
+        monkeypatch.setattr("touchline.services.core.jit._PACKAGE", __name__.partition(".")[0])
+
+    @kernel
+    def whole(framed: Framed) -> float:
+        return area(framed.shape, 1.0)
+
+    assert whole(Framed(1.0, Square(3.0))) == 9.0
+    assert bool(list(tmp_path.rglob("*whole*.nbc"))) == ours

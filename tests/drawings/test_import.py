@@ -11,7 +11,7 @@ import pytest
 
 from touchline.schemas.catalogue import parse_template
 from touchline.schemas.errors import SpecError
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.drawings.deviation import distance_m
 from touchline.services.drawings.importer import Anchor, ImportOptions, import_drawing
 from touchline.services.drawings.picture import bounds, picture

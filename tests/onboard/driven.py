@@ -17,7 +17,7 @@ def wander(tick: int) -> Command:
     if tick < 80:
         return STANDSTILL
     turn = 2.0 * math.sin(tick / 250.0)
-    return Command(9.0 - turn, 9.0 + turn, False, False)
+    return Command((9.0 - turn, 9.0 + turn), False, False)
 
 
 def drive(

@@ -24,13 +24,12 @@ from touchline.schemas.messages import (
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.trajectories import assemble, segment, turn, velocity
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard import Onboard
 from touchline.services.onboard.interface import (
     STANDSTILL,
     TICK_S,
     Command,
-    EncoderSample,
     GnssSample,
     ImuSample,
     MagSample,
@@ -73,7 +72,7 @@ class Rig:
         self.angles = [0.0, 0.0]
         self.speed = self.yaw_rate = 0.0
         self.slip = rng.normal(0.0, noise.drive.slip_relative, 2)
-        self.radius = self.vehicle.wheel_radius_m * (1.0 + rng.normal(0.0, noise.drive.wheel_radius_relative, 2))
+        self.radius = self.vehicle.drive.wheel_radius_m * (1.0 + rng.normal(0.0, noise.drive.wheel_radius_relative, 2))
         self.gyro_bias = rng.normal(0.0, noise.imu.gyro_turn_on_bias_radps)
         self.accel_bias = rng.normal(0.0, noise.imu.accel_turn_on_bias_mps2)
         self.mag_bias = rng.normal(0.0, noise.magnetometer.bias_rad)
@@ -88,13 +87,15 @@ class Rig:
         self._move(command)
         fix = self._gnss()
         if command.valve if self.valve_stuck is None else self.valve_stuck:
-            self.tank_l = max(self.tank_l - self.vehicle.paint_l_per_m * self.vehicle.paint_speed_mps * TICK_S, 0.0)
+            self.tank_l = max(
+                self.tank_l - self.vehicle.tool.paint_l_per_m * self.vehicle.tool.paint_speed_mps * TICK_S, 0.0
+            )
         return SensorFrame(
             self.tick,
             self.tick * TICK_S,
             self._imu(),
             self._mag(),
-            EncoderSample(*self.angles),
+            tuple(self.angles),
             (fix,) if fix else (),
             bumper=self.bumper,
             battery_fraction=self.battery,
@@ -103,7 +104,7 @@ class Rig:
         )
 
     def nozzle(self) -> tuple[float, float]:
-        nx, ny = self.vehicle.nozzle_x_m, self.vehicle.nozzle_y_m
+        nx, ny = self.vehicle.tool.nozzle_x_m, self.vehicle.tool.nozzle_y_m
         c, s = math.cos(self.heading), math.sin(self.heading)
         return self.x + c * nx - s * ny, self.y + s * nx + c * ny
 
@@ -112,9 +113,9 @@ class Rig:
         keep = math.exp(-TICK_S / noise.drive.slip_tau_s)
         fresh = noise.drive.slip_relative * math.sqrt(1.0 - keep * keep)
         self.slip = keep * self.slip + self.rng.normal(0.0, fresh, 2)
-        stay, reach = math.exp(-TICK_S / v.motor_time_constant_s), v.max_wheel_acceleration_radps2 * TICK_S
+        stay, reach = math.exp(-TICK_S / v.drive.motor_time_constant_s), v.drive.max_wheel_acceleration_radps2 * TICK_S
         means = [0.0, 0.0]
-        for i, target in enumerate(command[:2]):
+        for i, target in enumerate(command.actuators):
             change = (target - self.wheels[i]) * (1.0 - stay)
             after = self.wheels[i] + min(max(change, -reach), reach)
             if i == self.blocked:
@@ -123,13 +124,13 @@ class Rig:
             self.wheels[i] = after
             self.angles[i] += means[i] * TICK_S
         left, right = (means[i] * self.radius[i] * (1.0 - self.slip[i] - self.spin_share) for i in range(2))
-        speed, self.yaw_rate = 0.5 * (left + right), (right - left) / v.track_width_m
+        speed, self.yaw_rate = 0.5 * (left + right), (right - left) / v.drive.track_width_m
         ends = [self.wheels[i] * self.radius[i] * (1.0 - self.slip[i] - self.spin_share) for i in range(2)]
         self.accel = (0.5 * sum(ends) - self.speed) / TICK_S
         self.speed = 0.5 * sum(ends)
         middle = self.heading + 0.5 * self.yaw_rate * TICK_S
         side = self.crab_mps if abs(speed) > 0.01 else 0.0
-        side -= v.side_slip_rad_per_mps2 * speed * speed * self.yaw_rate
+        side -= v.drive.side_slip_rad_per_mps2 * speed * speed * self.yaw_rate
         self.x += (speed * math.cos(middle) - side * math.sin(middle)) * TICK_S
         self.y += (speed * math.sin(middle) + side * math.cos(middle)) * TICK_S
         self.heading += self.yaw_rate * TICK_S
@@ -159,7 +160,7 @@ class Rig:
             ):
                 keep = math.exp(-10 * TICK_S / tau)
                 self.slow[term] = keep * self.slow[term] + self.rng.normal(0.0, sigma * math.sqrt(1 - keep**2), 2)
-            ax, ay = self.vehicle.gnss_antenna_x_m, self.vehicle.gnss_antenna_y_m
+            ax, ay = self.vehicle.body.gnss_antenna_x_m, self.vehicle.body.gnss_antenna_y_m
             c, s = math.cos(self.heading), math.sin(self.heading)
             error = self.slow.sum(axis=0) + self.rng.normal(0.0, gnss.white_m, 2) + self.fix_offset_m
             variance = gnss.white_m**2 + gnss.gauss_markov_1_m**2 + gnss.gauss_markov_2_m**2
@@ -269,10 +270,10 @@ class Run:
         x, _ = self.rig.nozzle()
         ahead = self.rig.speed * math.cos(self.rig.heading)
         if self.command.valve and not before.valve:
-            place = x + ahead * (self.command.valve_after_s + self.rig.vehicle.valve_on_delay_s)
+            place = x + ahead * (self.command.valve_after_s + self.rig.vehicle.tool.valve_on_delay_s)
             self.painted.append((place, place))
         if before.valve:
-            closes_s = self.command.valve_after_s + self.rig.vehicle.valve_off_delay_s
+            closes_s = self.command.valve_after_s + self.rig.vehicle.tool.valve_off_delay_s
             end = x + ahead * (0.0 if self.command.valve else closes_s)
             self.painted[-1] = (self.painted[-1][0], end)
         return self.command

@@ -10,7 +10,7 @@ from benchmarks._data_sheets import data_sheets
 from benchmarks._matched_robot import MatchedRobot
 from benchmarks.estimator import DEFAULT, VEHICLE, WHITE, EmulatedRobot, error, straight, wander
 from touchline.schemas.scenario import Scenario
-from touchline.services.onboard.estimation import model as m
+from touchline.services.onboard import filter_model as m
 from touchline.services.onboard.estimation.filter import Estimator
 
 RUNS = 30
@@ -54,5 +54,5 @@ def test_without_noise_the_slip_is_learned_to_a_fifth() -> None:
     robot, estimator = EmulatedRobot(Scenario(noise="none"), 1), Estimator(VEHICLE, data_sheets(DEFAULT))
     for tick in range(1, 6001):
         estimator.step(robot.step(*straight(tick)))
-    learned = estimator._slow[m.LEFT_MEAN : m.RIGHT_MEAN + 1]
+    learned = estimator.ring.slow[m.LEFT_MEAN : m.RIGHT_MEAN + 1]
     assert learned == pytest.approx([0.005, 0.005], abs=0.001)

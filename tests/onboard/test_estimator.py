@@ -13,9 +13,10 @@ from benchmarks._data_sheets import data_sheets
 from tests.onboard.driven import drive, error, until_fix, wander
 from tests.onboard.rig import Rig
 from touchline.schemas.scenario import DriveNoise, GnssNoise, Scenario
-from touchline.schemas.vehicle import Vehicle
-from touchline.services.onboard.estimation import model as m
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.onboard import filter_model as m
 from touchline.services.onboard.estimation.filter import Estimator
+from touchline.services.onboard.estimation.noise import noise_figures
 from touchline.services.onboard.estimation.report import report
 from touchline.services.onboard.estimation.tail import bounded
 from touchline.services.onboard.interface import STANDSTILL, Command
@@ -24,7 +25,7 @@ DEFAULT = Scenario()
 
 
 def straight(tick: int) -> Command:
-    return STANDSTILL if tick < 80 else Command(10.0, 10.0, False, False)
+    return STANDSTILL if tick < 80 else Command((10.0, 10.0), False, False)
 
 
 def nees(rig: Rig, estimator: Estimator) -> float:
@@ -98,16 +99,16 @@ def test_late_fixes_count_for_their_own_time() -> None:
         scenario = Scenario(noise="none", gnss=GnssNoise(latency_s=latency))
         rig = Rig(scenario=scenario)
         estimator = Estimator(rig.vehicle, data_sheets(scenario))
-        drive(rig, estimator, 2000, lambda t: STANDSTILL if t < 80 else Command(14.0, 14.0, False, False))
+        drive(rig, estimator, 2000, lambda t: STANDSTILL if t < 80 else Command((14.0, 14.0), False, False))
         assert np.hypot(*error(rig, estimator)[:2]) < 1e-3
         assert report(estimator.counters).fixes_rejected == 0
 
 
 def test_lever_arm_is_taken_into_account() -> None:
-    vehicle = Vehicle(gnss_antenna_x_m=0.3, gnss_antenna_y_m=-0.2)
+    vehicle = Vehicle(body={"gnss_antenna_x_m": 0.3, "gnss_antenna_y_m": -0.2})
     rig = Rig(vehicle=vehicle, heading=0.7)
     estimator = Estimator(vehicle, data_sheets(rig.scenario))
-    drive(rig, estimator, 2500, lambda t: STANDSTILL if t < 80 else Command(6.0, 9.0, False, False))
+    drive(rig, estimator, 2500, lambda t: STANDSTILL if t < 80 else Command((6.0, 9.0), False, False))
     assert np.hypot(*error(rig, estimator)[:2]) < 2e-3
 
 
@@ -242,7 +243,7 @@ def test_waits_for_standstill_and_a_fixed_position() -> None:
     drive(rig, estimator, 200, lambda t: STANDSTILL)
     assert not estimator.started and math.isinf(estimator.position_sigma_m)
     rig.fix = 3
-    drive(rig, estimator, 200, lambda t: Command(5.0, 5.0, False, False))
+    drive(rig, estimator, 200, lambda t: Command((5.0, 5.0), False, False))
     assert not estimator.started
     drive(rig, estimator, 200, lambda t: STANDSTILL)
     assert estimator.aligned
@@ -263,7 +264,7 @@ def test_after_a_restart_a_fix_from_the_old_place_is_not_used() -> None:
 
 
 def test_one_gauss_markov_term_keeps_variance_and_short_term_decay() -> None:
-    c = m.noise_figures(Vehicle(), data_sheets(DEFAULT))
+    c = noise_figures(Vehicle(), data_sheets(DEFAULT))
     assert c[m.C_GM_VAR] == pytest.approx(2 * 0.0025**2)
     tau = -0.01 / math.log(c[m.C_GM_DECAY])
     assert tau == pytest.approx(2 / (1 / 115 + 1 / 900), rel=1e-6)
@@ -312,6 +313,6 @@ def test_a_frozen_imu_is_no_new_sample_once_the_wheels_change() -> None:
     last = rig.step(wander(1000))
     estimator.step(last)
     for tick in range(60):
-        estimator.step(rig.step(Command(10.0 - 0.1 * tick, 10.0, False, False))._replace(imu=last.imu))
-    assert last.tick <= estimator.intake.imu_tick < last.tick + 20
+        estimator.step(rig.step(Command((10.0 - 0.1 * tick, 10.0), False, False))._replace(imu=last.imu))
+    assert last.tick <= estimator.buffer.imu_tick < last.tick + 20
     assert abs(error(rig, estimator)[2]) < 0.1

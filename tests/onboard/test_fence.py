@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,7 +16,9 @@ from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.onboard import FenceLimits, OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Polygon, Template
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.onboard import filter_model as m
+from touchline.services.onboard.computer_state import ComputerState
 from touchline.services.onboard.executive.failsafe import Failsafe
 from touchline.services.onboard.executive.geofence import Geofence, beyond_m
 from touchline.services.onboard.interface import STANDSTILL
@@ -41,7 +42,7 @@ def fence(plan=BENT, boundary=(), **limits):
 @settings(deadline=None)
 @given(st.floats(-3, 13), st.floats(-3, 13), st.floats(-4, 4))
 def test_the_body_beyond_an_outline_is_what_shapely_says(east: float, north: float, heading: float) -> None:
-    outline, body = np.array(ELL), np.array(VEHICLE.footprint_m)
+    outline, body = np.array(ELL), np.array(VEHICLE.body.footprint_m)
     turn = np.array([[math.cos(heading), math.sin(heading)], [-math.sin(heading), math.cos(heading)]])
     corners = shapely.points(body @ turn + (east, north))
     expected = float(shapely.distance(shapely.Polygon(ELL), corners).max())
@@ -95,7 +96,7 @@ def pushed(robot, north_m, at_m=3.0):
     east, north, heading = robot.world.pose
     robot.world.place(TruePose(east, north + north_m, heading))
     estimator = robot.onboard._estimator
-    estimator._xs[:, 1] += north_m  # it knows: what is tested is the fence, not what the filter makes of a jump
+    estimator.ring.states[:, 1] += north_m  # it knows: what is tested is the fence, not what the filter makes of a jump
     for ticks in range(1, 100):
         robot.tick()
         if robot.onboard.state == ESTOPPED:
@@ -127,20 +128,23 @@ def test_over_the_fence_it_stops_hard_after_the_time_out(boundary, limits, push_
     if stops_after is not None:
         name = "the template's boundary" if boundary else "its plan's surroundings"
         assert f"has left {name}" in robot.onboard.status.reason
-        assert robot.command[:3] == (0.0, 0.0, False)
+        assert robot.command[:2] == ((0.0, 0.0), False)
 
 
 @pytest.mark.parametrize(("sigma_rad", "stops"), [(0.0, True), (0.02, True), (0.1, False)])
 def test_a_body_that_may_be_turned_is_not_yet_beyond_the_fence(sigma_rad: float, stops: bool) -> None:
     """Two σ of the heading at the farthest corner, some 80 cm away, are added to the margin."""
     surroundings = fence(margin_m=0.1)
-    state = np.array([0.0, surroundings.outline[:, 1].min() - min(y for _, y in VEHICLE.footprint_m) - 0.17, 0.0])
-    estimator = SimpleNamespace(
-        started=True, heading_sigma_rad=sigma_rad, state=state, intake=SimpleNamespace(encoder_rates=(0.0, 0.0))
-    )
-    hazards = Failsafe(VEHICLE, estimator, 0.2)  # type: ignore[arg-type]
+    robot = ComputerState()
+    robot.times.first_tick = 0
+    south_m = surroundings.outline[:, 1].min() - min(y for _, y in VEHICLE.body.footprint_m) - 0.17
+    robot.filter.states[:, m.NORTH] = south_m
+    robot.filter.covariances[:, m.HEADING, m.HEADING] = sigma_rad**2
+    hazards = Failsafe(VEHICLE, robot, 0.2)
     hazards.fence = surroundings
     rig = Rig()
     for _ in range(25):
-        hazards.look(rig.step(STANDSTILL), STANDSTILL)
+        frame = rig.step(STANDSTILL)
+        robot.frame.fill(frame)
+        hazards.look(frame.tick)
     assert bool(hazards.emergency) is stops

@@ -10,7 +10,8 @@ import pytest
 from tests.onboard.rig import Run, chain, clothoid, start, trajectory
 from touchline.schemas.curves import PathTable
 from touchline.schemas.messages import TraversalStatus
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.onboard.computer_state import NOW
 from touchline.services.onboard.control import MpcFollower, make_follower, mpc
 from touchline.services.onboard.interface import Command
 from touchline.services.onboard.trajectory import path_projection as projection
@@ -99,18 +100,18 @@ def test_wheel_limits_hold_even_from_a_bad_start(follower: str) -> None:
     run = start(trajectory(COURSES["slalom"], speed=1.0), follower)
     run.rig.heading += 0.5
     run.rig.y += 0.6
-    reach = VEHICLE.max_wheel_acceleration_radps2 * VEHICLE.motor_time_constant_s
+    reach = VEHICLE.drive.max_wheel_acceleration_radps2 * VEHICLE.drive.motor_time_constant_s
     for _ in range(1500):
         command = run.tick()
-        assert max(abs(command.left_radps), abs(command.right_radps)) <= VEHICLE.max_wheel_speed_radps + 1e-9
-        for turning, wanted in zip(run.rig.wheels, command[:2], strict=True):
+        assert max(abs(command.actuators[0]), abs(command.actuators[1])) <= VEHICLE.drive.max_wheel_speed_radps + 1e-9
+        for turning, wanted in zip(run.rig.wheels, command.actuators, strict=True):
             assert abs(wanted - turning) <= reach + 0.6, command
     assert abs(run.onboard.lateral_error_m) < 0.01
 
 
 def standing_inputs() -> tuple[np.ndarray, np.ndarray]:
-    now = np.zeros(projection.NOW)
-    now[projection.LEFT_RADIUS] = now[projection.RIGHT_RADIUS] = VEHICLE.wheel_radius_m
+    now = np.zeros(NOW)
+    now[projection.LEFT_RADIUS] = now[projection.RIGHT_RADIUS] = VEHICLE.drive.wheel_radius_m
     now[projection.SPEED] = now[projection.REFERENCE_SPEED] = 1.0
     now[projection.LEFT_COMMAND] = now[projection.RIGHT_COMMAND] = 10.0
     ahead = np.zeros((100, projection.AHEAD_COLUMNS))

@@ -30,7 +30,7 @@ def test_bumper_latches_until_reset() -> None:
     run = at(7.0)
     run.rig.bumper = True
     command = run.tick()
-    assert command == Command(0.0, 0.0, False, False)
+    assert command == Command((0.0, 0.0), False, False)
     assert run.onboard.state == ESTOPPED
     assert "bumper" in run.onboard.status.reason
     run.ticks(100)
@@ -81,10 +81,10 @@ def test_leaving_the_fence_is_an_emergency() -> None:
     run.onboard.pause()
     run.ticks(150)
     while run.rig.x < 13.9:
-        run.command = run.onboard.step(run.rig.step(Command(6.0, 6.0, False, False)))
+        run.command = run.onboard.step(run.rig.step(Command((6.0, 6.0), False, False)))
     assert run.onboard.state == PAUSED
     for _ in range(60):
-        run.command = run.onboard.step(run.rig.step(Command(6.0, 6.0, False, False)))
+        run.command = run.onboard.step(run.rig.step(Command((6.0, 6.0), False, False)))
     assert run.onboard.state == ESTOPPED
     assert "surroundings by more than 2 m" in run.onboard.status.reason
 

@@ -17,15 +17,15 @@ from benchmarks._data_sheets import data_sheets
 from tests.onboard.driven import drive, error, until_fix, wander
 from tests.onboard.rig import Rig
 from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicle import Vehicle
-from touchline.services.onboard.estimation import model as m
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.onboard import filter_model as m
 from touchline.services.onboard.estimation.filter import Estimator
 from touchline.services.onboard.interface import STANDSTILL
 
 SCENARIO = Scenario()
 WHITE_VAR_M2 = 4.0 * SCENARIO.gnss.white_m**2
 SLOW_VAR_M2 = SCENARIO.gnss.gauss_markov_1_m**2 + SCENARIO.gnss.gauss_markov_2_m**2
-LEVER = Vehicle(gnss_antenna_x_m=0.5, gnss_antenna_y_m=-0.3)
+LEVER = Vehicle(body={"gnss_antenna_x_m": 0.5, "gnss_antenna_y_m": -0.3})
 OFFSET = (0.6, -0.8)
 
 
@@ -44,7 +44,7 @@ def jumped(vehicle: Vehicle, rejected: int = 40) -> tuple[Rig, Estimator]:
 def antenna_variance_m2(estimator: Estimator, vehicle: Vehicle) -> np.ndarray:
     """(2,) of the antenna's place, by the covariance of the axle's and the heading."""
     cos, sin = math.cos(estimator.state[m.HEADING]), math.sin(estimator.state[m.HEADING])
-    x, y = vehicle.gnss_antenna_x_m, vehicle.gnss_antenna_y_m
+    x, y = vehicle.body.gnss_antenna_x_m, vehicle.body.gnss_antenna_y_m
     rows = np.zeros((2, m.STATES))
     rows[0, [m.EAST, m.HEADING]] = 1.0, -(sin * x + cos * y)
     rows[1, [m.NORTH, m.HEADING]] = 1.0, cos * x - sin * y

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from tests.onboard.test_followers import standing_inputs
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.onboard.computer_state import NOW
 from touchline.services.onboard.control import MpcFollower, make_follower, mpc
 from touchline.services.onboard.control.wheel_limits import lead_ticks
 from touchline.services.onboard.trajectory import path_projection as projection
@@ -21,19 +22,19 @@ def settled(name: str, nozzle_x_m: float = 0.0, drift_mps: float = 0.0, share: f
 
     It drifts to the left with `drift_mps`, and its wheels come to `share` of the speed that they are told.
     """
-    vehicle = Vehicle(nozzle_x_m=nozzle_x_m)
+    vehicle = Vehicle(tool={"nozzle_x_m": nozzle_x_m})
     follower = make_follower(name, vehicle)
-    now, ahead = np.zeros(projection.NOW), np.zeros((follower.ahead_rows, projection.AHEAD_COLUMNS))
+    now, ahead = np.zeros(NOW), np.zeros((follower.ahead_rows, projection.AHEAD_COLUMNS))
     ahead[:, projection.A_SPEED] = now[projection.REFERENCE_SPEED] = 1.0
-    now[projection.LEFT_RADIUS] = now[projection.RIGHT_RADIUS] = vehicle.wheel_radius_m
-    stay = math.exp(-TICK_S / vehicle.motor_time_constant_s)
-    wheels = np.full(2, share / vehicle.wheel_radius_m)
+    now[projection.LEFT_RADIUS] = now[projection.RIGHT_RADIUS] = vehicle.drive.wheel_radius_m
+    stay = math.exp(-TICK_S / vehicle.drive.motor_time_constant_s)
+    wheels = np.full(2, share / vehicle.drive.wheel_radius_m)
     command = wheels / share
     lateral = heading = 0.0
     for _ in range(1200):
         wheels = share * command + stay * (wheels - share * command)
-        left, right = (wheels * vehicle.wheel_radius_m).tolist()
-        speed, yaw_rate = 0.5 * (left + right), (right - left) / vehicle.track_width_m
+        left, right = (wheels * vehicle.drive.wheel_radius_m).tolist()
+        speed, yaw_rate = 0.5 * (left + right), (right - left) / vehicle.drive.track_width_m
         heading += yaw_rate * TICK_S
         lateral += (speed * math.sin(heading) + drift_mps) * TICK_S
         now[projection.LATERAL], now[projection.HEADING_ERROR] = lateral, heading
@@ -69,13 +70,13 @@ def test_pure_pursuits_integral_takes_a_drift_away() -> None:
 def test_curves_are_fed_forward_as_far_ahead_as_the_motors_lag(name: str) -> None:
     vehicle = Vehicle()
     lead = lead_ticks(vehicle)
-    assert lead == round(vehicle.motor_time_constant_s / TICK_S)
+    assert lead == round(vehicle.drive.motor_time_constant_s / TICK_S)
     apart = []
     for begins in (lead, lead + 1):
         now, ahead = standing_inputs()
         ahead[begins:, projection.A_YAW_RATE] = 0.5
         left, right = make_follower(name, vehicle).step(now, ahead)
-        apart.append((right - left) * vehicle.wheel_radius_m / vehicle.track_width_m)
+        apart.append((right - left) * vehicle.drive.wheel_radius_m / vehicle.drive.track_width_m)
     assert apart == pytest.approx([0.5, 0.0], abs=0.02)
 
 

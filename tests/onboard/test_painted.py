@@ -6,7 +6,8 @@ import pytest
 
 from tests.onboard.rig import Run, chain, start, trajectory
 from touchline.schemas.messages import TraversalStatus
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.onboard.computer_state import ComputerState
 from touchline.services.onboard.executive.painted import Painted
 from touchline.services.onboard.executive.sprayer import JOINT_OVERLAP_M, Sprayer
 from touchline.services.onboard.interface import Checkpoint
@@ -14,7 +15,7 @@ from touchline.services.onboard.trajectory.trajectory import load_trajectory
 
 PAUSED, DONE = TraversalStatus.PAUSED, TraversalStatus.DONE
 VEHICLE = Vehicle()
-OFF_M, ON_M = VEHICLE.valve_off_delay_s, VEHICLE.valve_on_delay_s  # at 1 m/s
+OFF_M, ON_M = VEHICLE.tool.valve_off_delay_s, VEHICLE.tool.valve_on_delay_s  # at 1 m/s
 
 #: Two lines of 3 m and 2 m that go over into each other, and one of 2 m; the valve is opened early by its delay.
 LINES = trajectory(
@@ -147,7 +148,7 @@ def test_the_valves_delay_spills_onto_no_other_segment() -> None:
 
 
 def test_a_process_that_ends_while_it_brakes_from_dry_paint_still_owes_from_the_last_good_drop() -> None:
-    sprayer = Sprayer(load_trajectory(LINES, VEHICLE), VEHICLE)
+    sprayer = Sprayer(load_trajectory(LINES, VEHICLE), VEHICLE, ComputerState())
     place_m = 4.5
     while place_m < 7.2:
         sprayer.step(place_m, 1.0, allowed=True)

@@ -9,7 +9,7 @@ import pytest
 from tests.onboard.rig import reversing, start
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import Trajectory, TraversalStatus, VelocityProfile
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.trajectory.path import BACKWARD, FORWARD, SPIN
 from touchline.services.onboard.trajectory.trajectory import load_trajectory
 from touchline.services.robot_sim.paint.targets import start_pose
@@ -45,7 +45,7 @@ def test_legs_of_a_path() -> None:
 def test_time_counts_the_turns() -> None:
     loaded = load_trajectory(QUARTER, VEHICLE)
     # 1.57 rad at up to 2 rad/s, as fast as the wheels may speed up
-    gain = VEHICLE.max_acceleration_mps2 / VEHICLE.half_track_m
+    gain = VEHICLE.drive.max_acceleration_mps2 / VEHICLE.drive.half_track_m
     turning = math.pi / 2 / 2.0 + 2.0 / gain
     assert loaded.total_time_s == pytest.approx(4.0 + 5.0 + turning)
     assert loaded.time_at(3.0, 1) == pytest.approx(4.0)

@@ -11,7 +11,7 @@ from scipy.stats import chi2
 from benchmarks._data_sheets import data_sheets
 from tests.onboard.rig import Rig
 from touchline.schemas.scenario import GnssNoise, Scenario
-from touchline.services.onboard.estimation import model as m
+from touchline.services.onboard import filter_model as m
 from touchline.services.onboard.estimation.filter import Estimator
 from touchline.services.onboard.estimation.measurements import strain_tyres
 from touchline.services.onboard.estimation.report import report
@@ -24,7 +24,7 @@ def wander(tick: int) -> Command:
     if tick < 80:
         return STANDSTILL
     turn = 2.0 * math.sin(tick / 100.0)
-    return Command(9.0 - turn, 9.0 + turn, False, False)
+    return Command((9.0 - turn, 9.0 + turn), False, False)
 
 
 def old(frame: SensorFrame, of: SensorFrame) -> SensorFrame:
@@ -56,7 +56,7 @@ def test_a_fix_counts_for_its_own_fraction_of_a_tick() -> None:
     rig = Rig(scenario=scenario)
     estimator = Estimator(rig.vehicle, data_sheets(scenario))
     for tick in range(2000):
-        frame = rig.step(STANDSTILL if tick < 80 else Command(14.0, 14.0, False, False))
+        frame = rig.step(STANDSTILL if tick < 80 else Command((14.0, 14.0), False, False))
         if tick > 400:
             later = [fix._replace(stamp_s=fix.stamp_s + 0.005, east_m=fix.east_m + 0.007) for fix in frame.gnss]
             frame = frame._replace(gnss=tuple(later))
@@ -119,7 +119,7 @@ def test_a_slip_that_jumps_is_believed_after_ten_readings_and_a_short_one_is_no_
     """The slip test looks at 0.3 s: ten rejected readings of 10 ms are 1 − exp(−1/3) of it, less than the half."""
     rig = Rig(scenario=DEFAULT, seed=24)
     estimator = Estimator(rig.vehicle, data_sheets(DEFAULT))
-    steady = Command(8.0, 8.0, False, False)
+    steady = Command((8.0, 8.0), False, False)
     for tick in range(1500):
         estimator.step(rig.step(STANDSTILL if tick < 80 else steady))
     rig.spin_share, seen = 0.08, []

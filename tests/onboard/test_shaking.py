@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from touchline.services.onboard.estimation.measurements import doubt_accelerometer
-from touchline.services.onboard.estimation.model import IN_ACCEL, INPUTS, SPEED, STATES
+from touchline.services.onboard.filter_model import IN_ACCEL, INPUTS, SPEED, STATES
 
 TICK_S = 0.01
 

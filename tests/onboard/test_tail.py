@@ -12,7 +12,7 @@ from benchmarks._data_sheets import data_sheets
 from tests.onboard.driven import drive, error, wander
 from tests.onboard.rig import Rig
 from touchline.schemas.scenario import Scenario
-from touchline.services.onboard.estimation import model as m
+from touchline.services.onboard import filter_model as m
 from touchline.services.onboard.estimation import tail
 from touchline.services.onboard.estimation.filter import Estimator
 from touchline.services.onboard.interface import STANDSTILL

@@ -23,7 +23,7 @@ from touchline.schemas.messages import (
     VelocityType,
 )
 from touchline.schemas.trajectories import velocity
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.trajectory.trajectory import load_trajectory
 
 VEHICLE = Vehicle()

@@ -12,7 +12,7 @@ from tests.onboard.rig import Run, chain, start, trajectory
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import Trajectory, TraversalStatus
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard import Onboard
 
 IDLE, READY, RUNNING = TraversalStatus.IDLE, TraversalStatus.READY, TraversalStatus.RUNNING
@@ -127,8 +127,8 @@ def test_paint_goes_where_the_plan_says() -> None:
     run.until(DONE)
     ((begin, end),) = run.painted
     # The plan's arc lengths are those of the commands: the valve's delays come on top.
-    assert begin == pytest.approx(5.0 + Vehicle().valve_on_delay_s, abs=1e-3)
-    assert end == pytest.approx(10.0 + Vehicle().valve_off_delay_s, abs=1e-3)
+    assert begin == pytest.approx(5.0 + Vehicle().tool.valve_on_delay_s, abs=1e-3)
+    assert end == pytest.approx(10.0 + Vehicle().tool.valve_off_delay_s, abs=1e-3)
 
 
 def joints(painted: list[tuple[float, float]]) -> list[float]:
@@ -202,7 +202,7 @@ def test_pushed_while_paused_it_finds_its_place_again() -> None:
     run.onboard.pause()
     run.ticks(150)
     for _ in range(40):  # by hand, along the line
-        frame = run.rig.step(run.command._replace(left_radps=4.0, right_radps=4.0))
+        frame = run.rig.step(run.command._replace(actuators=(4.0, 4.0)))
         run.command = run.onboard.step(frame)
     run.ticks(50)
     run.onboard.resume()

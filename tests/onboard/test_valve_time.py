@@ -6,7 +6,7 @@ import pytest
 
 from tests.onboard.rig import chain, start, trajectory
 from touchline.schemas.messages import TraversalStatus
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 
 VEHICLE = Vehicle()
 
@@ -17,5 +17,5 @@ def test_paint_begins_and_ends_within_two_millimetres_of_where_it_is_told(start_
     run = start(trajectory(chain((0.0, 10.0)), sprays=((start_m, 13.0 - start_m),)))
     run.until(TraversalStatus.DONE)
     ((begins, ends),) = run.painted
-    assert begins == pytest.approx(start_m + VEHICLE.valve_on_delay_s, abs=2e-3)
-    assert ends == pytest.approx(13.0 - start_m + VEHICLE.valve_off_delay_s, abs=2e-3)
+    assert begins == pytest.approx(start_m + VEHICLE.tool.valve_on_delay_s, abs=2e-3)
+    assert ends == pytest.approx(13.0 - start_m + VEHICLE.tool.valve_off_delay_s, abs=2e-3)

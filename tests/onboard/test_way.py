@@ -9,7 +9,7 @@ import pytest
 
 from tests.onboard.rig import chain, trajectory
 from touchline.schemas.curves import Curve
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.trajectory.path_projection import _pose
 from touchline.services.onboard.trajectory.smoothing import (
     MAX_OFFSET_M,

@@ -4,7 +4,7 @@ import pytest
 
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.limits import Limits
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from tests.planner.strategies import floats, headings, pose_pairs
 from touchline.schemas.messages import PlanOptions
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.plan import ways_of
@@ -96,13 +96,13 @@ def test_of_all_turns_the_quickest_is_found_without_trying_all(curvature: float)
     starts, goals, circles, roots = way_rows(ends, ends, ways)
     pairs = np.array([(a, b) for a in range(12) for b in range(12) if a != b])
     tracks, counts = np.zeros((len(pairs), TRACK_PIECES, 5)), np.zeros(len(pairs), dtype=np.int64)
-    seconds = way_times(starts, goals, circles, roots, limits.row, pairs, True, tracks, counts)
+    seconds = way_times(starts, goals, circles, roots, limits.caps, pairs, True, tracks, counts)
     pieces = np.zeros((TRACK_PIECES, 5))
     for p, (a, b) in enumerate(pairs.tolist()):
         times = []
         for k, turns in enumerate(ways.turns):
-            times.append(way_time(starts[k, a], goals[k, b], circles[k], roots[k], limits.row, True, pieces)[0])
-            assert least_time(starts[k, a], goals[k, b], turns.curvature_1pm, limits.row) <= times[-1] + 1e-9
+            times.append(way_time(starts[k, a], goals[k, b], circles[k], roots[k], limits.caps, True, pieces)[0])
+            assert least_time(starts[k, a], goals[k, b], turns.curvature_1pm, limits.caps) <= times[-1] + 1e-9
         assert seconds[p] == min(times)
         way = PiecePath(ends[a].pose, tuple(Piece(*row) for row in tracks[p, : counts[p]].tolist()))
         assert abs(way.end.point - ends[b].pose.point) < 1e-9

@@ -5,7 +5,7 @@ import pytest
 
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import LineSpec, Template, TemplateSegment
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.budget import Budget
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.limits import Limits

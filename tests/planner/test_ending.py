@@ -9,7 +9,7 @@ from touchline.schemas.catalogue import load_template
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import LineSpec, Polygon, Template, TemplateSegment
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.collision.checker import CollisionChecker
 from touchline.services.planner.plan import Plan, plan
 
@@ -55,7 +55,7 @@ def test_a_closed_order_takes_less_time_than_going_home_from_an_open_one() -> No
     open_end = plan(template, VEHICLE, options)
     closed = plan(template, VEHICLE, options.model_copy(update={"return_to_start": True}))
     first, last = ends(open_end)
-    home_s = float(np.hypot(*(first - last)[:2])) / VEHICLE.transit_speed_mps
+    home_s = float(np.hypot(*(first - last)[:2])) / VEHICLE.drive.transit_speed_mps
     assert open_end.report.total_time_s < closed.report.total_time_s < open_end.report.total_time_s + home_s
 
 

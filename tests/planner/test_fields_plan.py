@@ -9,7 +9,7 @@ from touchline.schemas.fields import FIELDS
 from touchline.schemas.lettering import Corners, write
 from touchline.schemas.placement import place
 from touchline.schemas.template import Placement, Template
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
 
 

@@ -15,13 +15,13 @@ from touchline.schemas.catalogue import parse_template
 from touchline.schemas.errors import PlanningError, SpecError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import LineSpec, Polygon, Template, TemplateSegment
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.collision.checker import MARGIN_M, CollisionChecker
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 from touchline.services.planner.plan import Plan, plan
 
 VEHICLE = Vehicle()
-BODY = shapely.Polygon(VEHICLE.footprint_m)
+BODY = shapely.Polygon(VEHICLE.body.footprint_m)
 
 
 def box(low: tuple[float, float], high: tuple[float, float], name: str = "boundary") -> Polygon:

@@ -11,7 +11,7 @@ from tests.planner.strategies import template_segments
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.template import ArcSpec, LineSpec, TemplateSegment
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.swaths.offset import Stroke, strokes
 
 TURF_TANK = Vehicle()
@@ -68,7 +68,7 @@ def test_repeated_ids_are_refused() -> None:
 @pytest.mark.parametrize("ahead_m", [0.3, -0.3])
 def test_a_nozzle_off_the_axle_has_its_own_smallest_radius(ahead_m: float) -> None:
     """The axle turns at 1/1.125 m about a centre from which the nozzle is 0.3 m along and 0.478 m across."""
-    vehicle = TURF_TANK.model_copy(update={"nozzle_x_m": ahead_m})
+    vehicle = TURF_TANK.changed(tool={"nozzle_x_m": ahead_m})
     smallest = math.hypot(0.3, 1 / CURVATURE_MAX - K)
     assert abs(one(arc(smallest + 1e-6, -1.0), vehicle).robot.curvature_1pm) <= CURVATURE_MAX
     with pytest.raises(PlanningError, match=r"radius of at least 0\.564 m"):
@@ -79,7 +79,7 @@ def test_a_nozzle_off_the_axle_has_its_own_smallest_radius(ahead_m: float) -> No
 def test_the_nozzle_of_the_robot_runs_on_the_segment(
     segment: TemplateSegment, nozzle_y_m: float, nozzle_x_m: float
 ) -> None:
-    vehicle = TURF_TANK.model_copy(update={"nozzle_x_m": nozzle_x_m, "nozzle_y_m": nozzle_y_m})
+    vehicle = TURF_TANK.changed(tool={"nozzle_x_m": nozzle_x_m, "nozzle_y_m": nozzle_y_m})
     try:
         (stroke,) = strokes((segment,), vehicle, 2.0)
     except PlanningError:

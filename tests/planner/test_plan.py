@@ -25,8 +25,8 @@ from touchline.schemas.messages import (
 )
 from touchline.schemas.plugins import METHODS
 from touchline.schemas.template import LineSpec, Template, TemplateSegment
-from touchline.schemas.vehicle import Vehicle
-from touchline.services.planner.output.measure import wheels
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.planner.output.measure import extremes
 from touchline.services.planner.plan import Plan, plan
 from touchline.services.planner.request import answer
 from touchline.services.planner.segments import sent_segments
@@ -59,10 +59,10 @@ def check(planned: Plan, template: Template, method: str, *, given: bool = False
     assert report.total_length_m == pytest.approx(report.paint_length_m + report.transition_length_m)
     assert report.total_time_s == pytest.approx(report.paint_time_s + report.transition_time_s)
     assert report.max_curvature_1pm <= planned.limits.curvature_max_1pm * (1 + 1e-9)
-    assert report.max_wheel_speed_radps <= VEHICLE.max_wheel_speed_radps * (1 + 1e-9)
+    assert report.max_wheel_speed_radps <= VEHICLE.drive.max_wheel_speed_radps * (1 + 1e-9)
     if method != "dubins-padded":
         assert report.max_sharpness_1pm2 <= planned.limits.sharpness_max_1pm2 * (1 + 1e-9)
-        assert report.max_wheel_acceleration_radps2 <= VEHICLE.max_wheel_acceleration_radps2
+        assert report.max_wheel_acceleration_radps2 <= VEHICLE.drive.max_wheel_acceleration_radps2
         check_g2(planned)
         check_wheels(planned)
 
@@ -74,15 +74,15 @@ def check(planned: Plan, template: Template, method: str, *, given: bool = False
     valve = spray_intervals(trajectory)
     wet = [
         (
-            opened + VEHICLE.valve_on_delay_s * speed(planned, opened),
-            closed + VEHICLE.valve_off_delay_s * speed(planned, closed),
+            opened + VEHICLE.tool.valve_on_delay_s * speed(planned, opened),
+            closed + VEHICLE.tool.valve_off_delay_s * speed(planned, closed),
         )
         for opened, closed in valve
     ]
     for k, segment in painted:
         begin, length = path.starts_m[k], path.array[k, 4]
         x, y, heading, _ = Curve.from_message(segment.curve).at(np.linspace(0.0, length, 9))
-        nozzle = x - VEHICLE.nozzle_y_m * np.sin(heading) + 1j * (y + VEHICLE.nozzle_y_m * np.cos(heading))
+        nozzle = x - VEHICLE.tool.nozzle_y_m * np.sin(heading) + 1j * (y + VEHICLE.tool.nozzle_y_m * np.cos(heading))
         given_curve = by_id[segment.id].curve()
         u, v, _, _ = given_curve.at(np.linspace(0.0, given_curve.length_m, 9))
         if abs(abs(given_curve.curvature_1pm) * given_curve.length_m - math.tau) < 1e-6:
@@ -114,12 +114,15 @@ def check_wheels(planned: Plan) -> None:
     cell = np.clip(np.searchsorted(border, ideal, side="right") - 1, 0, len(border) - 2)
     long = np.diff(border)[cell] > 1e-7
     gain = np.diff(squares)[cell] / (2.0 * np.maximum(np.diff(border)[cell], 1e-7))
-    r, rim_limit = VEHICLE.half_track_m, VEHICLE.max_wheel_acceleration_radps2 * VEHICLE.wheel_radius_m
+    r, rim_limit = (
+        VEHICLE.drive.half_track_m,
+        VEHICLE.drive.max_wheel_acceleration_radps2 * VEHICLE.drive.wheel_radius_m,
+    )
     for side in (1, -1):
         rim = gain * (1 + side * curvature * r) + side * square * pieces[index, 2] * r
         assert np.abs(rim[long]).max() <= rim_limit * (1 + 1e-6)
-        assert (np.sqrt(square) * np.abs(1 + side * curvature * r)).max() <= VEHICLE.max_rim_speed_mps * (1 + 1e-6)
-    assert (square * np.abs(curvature)).max() <= VEHICLE.max_lateral_acceleration_mps2 * (1 + 1e-6)
+        assert (np.sqrt(square) * np.abs(1 + side * curvature * r)).max() <= VEHICLE.drive.max_speed_mps * (1 + 1e-6)
+    assert (square * np.abs(curvature)).max() <= VEHICLE.drive.max_lateral_acceleration_mps2 * (1 + 1e-6)
 
 
 def check_g2(planned: Plan) -> None:
@@ -146,8 +149,8 @@ def check_profile(planned: Plan) -> None:
     assert speeds.speed_mps.max() <= planned.limits.transit_speed_mps + 1e-12
     station = np.linspace(0.0, speeds.station_m[-1], 2000)
     _, _, _, curvature = table(planned.trajectory).at(station)
-    rim = speeds.speed_at(station) * (1 + np.abs(curvature) * VEHICLE.half_track_m)
-    assert rim.max() <= VEHICLE.max_rim_speed_mps * (1 + 1e-6)
+    rim = speeds.speed_at(station) * (1 + np.abs(curvature) * VEHICLE.drive.half_track_m)
+    assert rim.max() <= VEHICLE.drive.max_speed_mps * (1 + 1e-6)
     for line in planned.painted:
         inside = speeds.speed_at(np.linspace(line.start_m, line.end_m, 20))
         assert np.ptp(inside) < 1e-6
@@ -230,12 +233,14 @@ def test_wheel_figures_agree_with_finite_differences() -> None:
     v = planned.speeds.speed_at(sent)
     moving = slice(50, -50)
     time = np.concatenate(([0.0], np.cumsum(2 * np.diff(ideal) / np.maximum(v[1:] + v[:-1], 1e-9))))
-    rims = [v * (1 + side * curvature * VEHICLE.half_track_m) / VEHICLE.wheel_radius_m for side in (1, -1)]
+    rims = [v * (1 + side * curvature * VEHICLE.drive.half_track_m) / VEHICLE.drive.wheel_radius_m for side in (1, -1)]
     accelerations = [np.abs(np.diff(rim[moving]) / np.diff(time[moving])).max() for rim in rims]
-    _, wheel_speed, wheel_acceleration, _ = wheels(planned.sections, planned.sent, planned.speeds, VEHICLE)
+    _, wheel_speed, wheel_acceleration, _ = extremes(
+        planned.sections, planned.sent, planned.speeds, VEHICLE, planned.limits.drive
+    )
     assert wheel_speed == pytest.approx(np.max(rims), rel=1e-3)
     assert wheel_acceleration == pytest.approx(max(accelerations), rel=1e-2)
-    assert wheel_speed <= VEHICLE.max_wheel_speed_radps * (1 + 1e-9)
+    assert wheel_speed <= VEHICLE.drive.max_wheel_speed_radps * (1 + 1e-9)
 
 
 def test_fast_and_tight_is_slowed_to_what_the_wheels_can() -> None:
@@ -254,7 +259,7 @@ def test_painted_ids_may_look_like_transition_ids() -> None:
 def test_a_start_on_the_first_line_still_gets_up_to_speed() -> None:
     line = LineSpec(start=(0.0, 0.0), end=(1.0, 0.0))
     template = Template(name="line", segments=(TemplateSegment(id="a", line=line),))
-    start = [0.0, -VEHICLE.nozzle_y_m, 0.0]
+    start = [0.0, -VEHICLE.tool.nozzle_y_m, 0.0]
     check(plan(template, VEHICLE, PlanOptions(start=start)), template, "g2")
 
 

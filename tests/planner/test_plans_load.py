@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import LineSpec, Template, TemplateSegment
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.trajectory.trajectory import load_trajectory
 from touchline.services.planner.plan import plan
 

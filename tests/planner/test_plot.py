@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from touchline.schemas.catalogue import load_template, parse_template
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
 from touchline.services.planner.plots.plan_picture import plot_plan
 

@@ -13,7 +13,7 @@ from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.plugins import METHODS
 from touchline.schemas.template import Template
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.plan import Plan, plan, ways_of

@@ -10,13 +10,14 @@ from hypothesis import strategies as st
 from tests.planner.strategies import floats
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import Actuation, PlanOptions
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.planner.drives.caps import gain
 from touchline.services.planner.geometry.clothoid import Piece
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.speed.actuation import PaintedStretch, actuation_profile
 from touchline.services.planner.speed.path_grid import PathGrid
 from touchline.services.planner.speed.timing import SpeedProfile, Steady, speed_profile
-from touchline.services.planner.speed.topp import gain, path_time
+from touchline.services.planner.speed.topp import path_time
 
 ACCELERATION = 0.8
 VEHICLE = Vehicle()
@@ -124,12 +125,14 @@ def test_winding_paths_keep_both_wheels_at_every_millimetre(case: tuple[PathGrid
     square = np.square(profile.speed_at(at))
     entry = np.clip(np.searchsorted(profile.station_m, at, side="right") - 1, 0, len(profile.station_m) - 2)
     gains = np.diff(np.square(profile.speed_mps)) / (2.0 * np.diff(profile.station_m))
-    r, a = VEHICLE.half_track_m, gains[entry]
+    r, a = VEHICLE.drive.half_track_m, gains[entry]
     for side in (1, -1):
         rim = a * (1 + side * curvature * r) + side * square * sharpness * r
-        assert np.abs(rim).max() <= VEHICLE.max_wheel_acceleration_radps2 * VEHICLE.wheel_radius_m * (1 + 1e-6)
-        assert (np.sqrt(square) * np.abs(1 + side * curvature * r)).max() <= VEHICLE.max_rim_speed_mps * (1 + 1e-6)
-    assert (square * np.abs(curvature)).max() <= VEHICLE.max_lateral_acceleration_mps2 * (1 + 1e-6)
+        assert np.abs(rim).max() <= VEHICLE.drive.max_wheel_acceleration_radps2 * VEHICLE.drive.wheel_radius_m * (
+            1 + 1e-6
+        )
+        assert (np.sqrt(square) * np.abs(1 + side * curvature * r)).max() <= VEHICLE.drive.max_speed_mps * (1 + 1e-6)
+    assert (square * np.abs(curvature)).max() <= VEHICLE.drive.max_lateral_acceleration_mps2 * (1 + 1e-6)
     assert np.abs(a).max() <= ACCELERATION * (1 + 1e-6)
 
 
@@ -139,7 +142,7 @@ def test_the_time_of_a_way_is_that_of_its_profile(case: tuple[PathGrid, list]) -
     profile = speed_profile(course, [], LIMITS)
     # The estimate cuts every row into two cells more, whose caps are a little looser.
     pieces = np.array([Piece(*row) for row in rows])
-    assert path_time(pieces, len(rows), 0.0, 0.0, LIMITS.row) == pytest.approx(profile.total_time_s, rel=0.03)
+    assert path_time(pieces, len(rows), 0.0, 0.0, LIMITS.caps) == pytest.approx(profile.total_time_s, rel=0.03)
 
 
 def test_the_robot_stands_still_at_a_cusp_and_turns_on_the_spot() -> None:
@@ -149,7 +152,7 @@ def test_the_robot_stands_still_at_a_cusp_and_turns_on_the_spot() -> None:
     assert profile.speed_at(np.array([2.0, 4.0])).tolist() == [0.0, 0.0]
     (spin,) = profile.spins
     assert (spin.station_m, spin.angle_rad) == (4.0, 1.0)
-    rim_gain = ACCELERATION / VEHICLE.half_track_m
+    rim_gain = ACCELERATION / VEHICLE.drive.half_track_m
     assert spin.rate_radps == pytest.approx(rim_gain**0.5)
     seconds = spin.seconds
     assert seconds == pytest.approx(2.0 / rim_gain**0.5)
@@ -219,17 +222,17 @@ def test_turns_are_as_tight_as_the_wheels_and_the_grass_allow() -> None:
     assert gripping.turn_at(1.556)[0] == pytest.approx(1.125, abs=2e-3)
     assert given.turn_at(1.5)[0] * 1.5**2 == pytest.approx(1.2)
     # Turning in at full sharpness leaves a fifth of the planned 16 rad/s² to the driving.
-    wheel_acceleration = given.turn_at(1.5)[1] * 1.5**2 * VEHICLE.half_track_m / VEHICLE.wheel_radius_m
+    wheel_acceleration = given.turn_at(1.5)[1] * 1.5**2 * VEHICLE.drive.half_track_m / VEHICLE.drive.wheel_radius_m
     assert wheel_acceleration == pytest.approx(12.8, rel=1e-5)
 
 
 @given(floats(0.0, 4.0), floats(-3.9, 3.9), floats(-30.0, 30.0), floats(1e-4, 0.02))
 def test_no_gain_drives_a_wheel_beyond_its_limit(square: float, curvature: float, slope: float, length: float) -> None:
     cap = LIMITS.square_cap(np.array([abs(curvature)]), np.array([abs(slope)]))[0]
-    u, r = min(square, cap), VEHICLE.half_track_m
-    a = gain(u, curvature, slope, length, LIMITS.row)
+    u, r = min(square, cap), VEHICLE.drive.half_track_m
+    a = gain(u, curvature, slope, length, LIMITS.caps)
     assert 0.0 <= a <= ACCELERATION
     for s in np.linspace(0.0, length, 5):
         for side in (1, -1):
             rim = a * (1 + side * (curvature + slope * s) * r) + side * (u + 2 * a * s) * slope * r
-            assert abs(rim) <= LIMITS.rim_acceleration_mps2 * (1 + 1e-9)
+            assert abs(rim) <= LIMITS.drive.acceleration_mps2 * (1 + 1e-9)

@@ -9,14 +9,16 @@ import pytest
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import CurveType, LinearDirection, PlanOptions, VelocityType
 from touchline.schemas.template import LineSpec, Template, TemplateSegment
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 from touchline.services.planner.plan import Plan, plan
 from touchline.services.planner.segments.sections import runs
 
-AGILE = Vehicle(can_reverse=True, can_spin=True, max_acceleration_mps2=3.0, paint_speed_mps=0.5)
-SPINNING = AGILE.model_copy(update={"can_reverse": False})
-REVERSING = AGILE.model_copy(update={"can_spin": False})
+AGILE = Vehicle(
+    drive={"can_reverse": True, "can_spin": True, "max_acceleration_mps2": 3.0}, tool={"paint_speed_mps": 0.5}
+)
+SPINNING = AGILE.changed(drive={"can_reverse": False})
+REVERSING = AGILE.changed(drive={"can_spin": False})
 
 
 def comb() -> Template:
@@ -27,7 +29,7 @@ def comb() -> Template:
 
 def there_and_back() -> Template:
     """Two lines, the second painted on the way back along the robot's own track."""
-    left = -2.0 * AGILE.nozzle_y_m
+    left = -2.0 * AGILE.tool.nozzle_y_m
     lines = [LineSpec(start=(0.0, 0.0), end=(4.0, 0.0)), LineSpec(start=(4.0, left), end=(0.0, left))]
     return Template(name="back", segments=tuple(TemplateSegment(id=f"s{k}", line=line) for k, line in enumerate(lines)))
 
@@ -36,7 +38,7 @@ def check(planned: Plan) -> None:
     report = planned.report
     assert report.position_gap_m < 1e-9
     assert report.heading_gap_rad < 1e-9
-    assert report.max_wheel_acceleration_radps2 <= AGILE.max_wheel_acceleration_radps2
+    assert report.max_wheel_acceleration_radps2 <= AGILE.drive.max_wheel_acceleration_radps2
     for station in stops(planned):
         assert float(planned.speeds.speed_at(station)) == pytest.approx(0.0, abs=1e-6)
 
@@ -46,7 +48,7 @@ def stops(planned: Plan) -> list[float]:
 
 
 def test_a_robot_that_can_only_go_forward_is_sent_no_standstill() -> None:
-    planned = plan(comb(), Vehicle(can_reverse=False, can_spin=False))
+    planned = plan(comb(), Vehicle(drive={"can_reverse": False, "can_spin": False}))
     assert (planned.report.cusps, planned.report.spins) == (0, 0)
     assert {s.direction.value for s in planned.trajectory.path.segments} == {LinearDirection.FORWARD}
     assert planned.trajectory == plan(comb(), Vehicle(), PlanOptions(forward_only=True)).trajectory
@@ -64,9 +66,9 @@ def test_standing_still_saves_time_where_there_is_no_room(vehicle: Vehicle, temp
     check(planned)
     assert planned.report.cusps + planned.report.spins > 0
     assert planned.report.total_time_s < forward.report.total_time_s
-    if not vehicle.can_spin:
+    if not vehicle.drive.can_spin:
         assert planned.report.spins == 0
-    if not vehicle.can_reverse:
+    if not vehicle.drive.can_reverse:
         assert LinearDirection.BACKWARD not in {s.direction.value for s in planned.trajectory.path.segments}
 
 

@@ -8,7 +8,7 @@ from touchline.schemas.messages import LinearDirection, PlanOptions
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Template
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import Plan, plan
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.paint.metrics import PaintMetrics
@@ -32,7 +32,7 @@ def painted(planned: Plan, template: Template, config: OnboardConfig) -> PaintMe
 @pytest.mark.parametrize("follower", ["mpc", "pure-pursuit"])
 def test_what_is_planned_with_standstills_is_painted_as_well_as_without(follower: str) -> None:
     config = OnboardConfig.model_validate({"follower": follower})
-    spinning = VEHICLE.model_copy(update={"can_reverse": False, "paint_speed_mps": 0.5})
+    spinning = VEHICLE.changed(drive={"can_reverse": False}, tool={"paint_speed_mps": 0.5})
     for template, vehicle in ((load_template("study-square"), VEHICLE), (there_and_back(), spinning)):
         standing = plan(template, vehicle)
         forward = plan(template, vehicle, PlanOptions(forward_only=True))

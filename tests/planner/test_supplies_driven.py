@@ -4,7 +4,7 @@ import pytest
 
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import Quiet
@@ -15,7 +15,7 @@ SLICE_TICKS = 10_000
 @pytest.mark.parametrize("tank_l", [1.3, 20.0])
 def test_a_job_takes_what_its_plan_says(tank_l: float) -> None:
     """With a tank that the job all but empties the robot loses 38 of its 100 kg on the way."""
-    vehicle, template = Vehicle(tank_l=tank_l), load_template("tennis")
+    vehicle, template = Vehicle(tool={"tank_l": tank_l}), load_template("tennis")
     planned = plan(template, vehicle)
     robot = Emulator(vehicle, Scenario(seed=1))
     before_l, before_wh, *_ = robot.world.supplies

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from touchline.schemas.curves import Curve
 from touchline.schemas.messages import Actuation, PlanOptions
 from touchline.schemas.template import ArcSpec, LineSpec, Template, TemplateSegment
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.plan import Plan, plan
 from touchline.services.planner.swaths import swaths as planned_swaths
@@ -125,8 +125,8 @@ def test_the_paint_of_a_chain_is_not_interrupted() -> None:
     planned = plan(template(slot()), VEHICLE)
     assert planned.report.transitions == 0
     assert len(sprayed_m(planned)) == 1
-    assert planned.report.max_wheel_acceleration_radps2 <= VEHICLE.max_wheel_acceleration_radps2
-    assert planned.report.max_lateral_acceleration_mps2 <= VEHICLE.max_lateral_acceleration_mps2 * (1 + 1e-6)
+    assert planned.report.max_wheel_acceleration_radps2 <= VEHICLE.drive.max_wheel_acceleration_radps2
+    assert planned.report.max_lateral_acceleration_mps2 <= VEHICLE.drive.max_lateral_acceleration_mps2 * (1 + 1e-6)
 
 
 def test_in_the_given_order_only_what_follows_is_joined() -> None:
@@ -184,7 +184,7 @@ def test_a_line_too_short_for_the_valve_is_painted_more_slowly() -> None:
     planned = plan(template([line("dot", (0, 0), (0.01, 0)), line("line", (3, 0), (6, 0))]), VEHICLE)
     (dot,) = (each for each in planned.painted if each.segment_id == "dot")
     assert planned.speeds.time_at(dot.end_m) - planned.speeds.time_at(dot.start_m) >= (
-        VEHICLE.valve_off_delay_s - VEHICLE.valve_on_delay_s
+        VEHICLE.tool.valve_off_delay_s - VEHICLE.tool.valve_on_delay_s
     )
     assert len(sprayed_m(planned)) == 2
 

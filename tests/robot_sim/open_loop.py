@@ -8,7 +8,7 @@ import numpy as np
 
 from touchline.schemas.faults import Fault, parse_fault
 from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.interface import Command, SensorFrame
 from touchline.services.robot_sim.fault_timeline import FaultTimeline
 from touchline.services.robot_sim.sensors.suite import Sensors
@@ -17,8 +17,8 @@ from touchline.services.robot_sim.world.world import World
 
 VEHICLE = Vehicle()
 FAULTS = get_args(get_args(Fault)[0])
-AHEAD = Command(10.0, 10.0, True, True)
-REST = Command(0.0, 0.0, False, False)
+AHEAD = Command((10.0, 10.0), True, True)
+REST = Command((0.0, 0.0), False, False)
 
 
 class Tick(NamedTuple):

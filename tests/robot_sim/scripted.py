@@ -109,4 +109,4 @@ def line_script(tick):
     """0.5 s at rest, 12 s at 1 m/s with paint from second 2 to second 10."""
     if tick >= 1250:
         return None
-    return Command(10.0, 10.0, 200 <= tick < 1000, 150 <= tick < 1050) if tick >= 50 else STANDSTILL
+    return Command((10.0, 10.0), 200 <= tick < 1000, 150 <= tick < 1050) if tick >= 50 else STANDSTILL

@@ -32,7 +32,7 @@ from touchline.schemas.messages import (
 )
 from touchline.schemas.scenario import Pose2, Scenario
 from touchline.schemas.template import Template
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.interface import STANDSTILL, Command
 from touchline.services.robot_sim.emulator import SETTLE_TICKS, Emulator
 from touchline.services.robot_sim.telemetry import Telemetry
@@ -208,7 +208,7 @@ def test_nothing_moves_before_the_start_and_watching_ends_after_the_end():
 
 
 def test_a_command_acts_from_the_next_tick_on():
-    emulator = scripted(script=lambda tick: Command(10.0, 10.0, False, False))
+    emulator = scripted(script=lambda tick: Command((10.0, 10.0), False, False))
     emulator.load(PLAN)
     emulator.start()
     emulator.tick()

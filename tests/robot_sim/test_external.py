@@ -14,7 +14,7 @@ from touchline.schemas.curves import Curve
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.bus import Bus
 from touchline.services.onboard.control import PurePursuitFollower
 from touchline.services.robot_sim import lockstep

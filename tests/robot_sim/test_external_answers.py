@@ -11,8 +11,9 @@ from touchline.schemas.errors import PayloadError
 from touchline.schemas.messages import FollowerStepResponse, TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.bus import CallError
+from touchline.services.onboard.computer_state import NOW
 from touchline.services.onboard.control import FollowerQuestion, Interrupted, PurePursuitFollower
 from touchline.services.onboard.control.external import AHEAD_TICKS, ExternalFollower
 from touchline.services.onboard.trajectory import path_projection as t
@@ -25,15 +26,15 @@ PLAN = trajectory(
     speed_mps=0.8,
 )
 VEHICLE = Vehicle()
-LIMIT_RADPS = VEHICLE.max_wheel_speed_radps
+LIMIT_RADPS = VEHICLE.drive.max_wheel_speed_radps
 
 
 def inputs(speed_mps=1.0):
     """On the path at this speed."""
-    now, ahead = np.zeros(t.NOW), np.zeros((AHEAD_TICKS, t.AHEAD_COLUMNS))
-    now[[t.LEFT_RADIUS, t.RIGHT_RADIUS]] = VEHICLE.wheel_radius_m
+    now, ahead = np.zeros(NOW), np.zeros((AHEAD_TICKS, t.AHEAD_COLUMNS))
+    now[[t.LEFT_RADIUS, t.RIGHT_RADIUS]] = VEHICLE.drive.wheel_radius_m
     now[[t.SPEED, t.REFERENCE_SPEED]] = ahead[:, t.A_SPEED] = speed_mps
-    now[[t.LEFT_COMMAND, t.RIGHT_COMMAND]] = speed_mps / VEHICLE.wheel_radius_m
+    now[[t.LEFT_COMMAND, t.RIGHT_COMMAND]] = speed_mps / VEHICLE.drive.wheel_radius_m
     return now, ahead
 
 
@@ -157,7 +158,7 @@ class Answering:
 
 
 def question():
-    now, ahead = np.arange(1.0, t.NOW + 1), np.arange(2.0 * AHEAD_TICKS).reshape(-1, 2)
+    now, ahead = np.arange(1.0, NOW + 1), np.arange(2.0 * AHEAD_TICKS).reshape(-1, 2)
     return FollowerQuestion(True, now, ahead)
 
 
@@ -167,7 +168,7 @@ def test_a_question_is_told_field_by_field_and_the_answer_is_left_then_right():
     assert ask(question()) == (3.0, 4.0)
     ask(question()._replace(first=False))
     told, again = bus.requests
-    assert [getattr(told, name) for name in NOW_FIELDS] == list(range(1, t.NOW + 1))
+    assert [getattr(told, name) for name in NOW_FIELDS] == list(range(1, NOW + 1))
     assert (told.lateral_m, told.right_command_radps) == (1.0 + t.LATERAL, 1.0 + t.RIGHT_COMMAND)
     assert (told.speed_mps, told.reference_speed_mps) == (1.0 + t.SPEED, 1.0 + t.REFERENCE_SPEED)
     assert list(told.ahead_speed_mps) == list(range(0, 200, 2))

@@ -12,7 +12,7 @@ from tests.robot_sim.bus_rig import PLAN, alone, ask, hash_in, process, session,
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.messages import FollowerStepResponse, SetSpeedResponse, TraversalStatus
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.bus import Bus
 from touchline.services.onboard.control import PurePursuitFollower
 from touchline.services.robot_sim import lockstep

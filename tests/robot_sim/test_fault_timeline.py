@@ -16,7 +16,7 @@ from touchline.schemas.errors import CommandRefused
 from touchline.schemas.faults import Fault, parse_fault
 from touchline.schemas.messages import Event, InjectFaultRequest
 from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.command_handlers import Commands
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fault_timeline import MAX_FAULTS, FaultTimeline

@@ -85,7 +85,7 @@ def test_whatever_goes_wrong_the_world_stays_finite_and_the_same_again(faults, s
         assert np.isfinite([*tick.frame.imu, *tick.frame.mag, *tick.frame.encoders]).all()
         assert all(np.isfinite(fix).all() for fix in tick.frame.gnss)
         assert 0.0 <= tick.frame.battery_fraction <= 1.0
-        assert 0.0 <= tick.frame.tank_l <= VEHICLE.tank_l
+        assert 0.0 <= tick.frame.tank_l <= VEHICLE.tool.tank_l
         assert abs(tick.state[body.SPEED]) < 3.0
     again = drive(300, *faults, seed=seed)
     assert [tick.frame for tick in again] == [tick.frame for tick in run]

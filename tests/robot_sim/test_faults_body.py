@@ -12,7 +12,7 @@ def test_a_blocked_wheel_stands_and_turns_the_robot():
     assert run[99].state[body.YAW_RATE] == pytest.approx(0.0, abs=1e-6)
     assert {float(tick.state[body.LEFT_RATE]) for tick in run[100:200]} == {0.0}
     assert run[199].state[body.HEADING] > 0.5
-    assert run[199].frame.encoders.left_rad == run[100].frame.encoders.left_rad
+    assert run[199].frame.encoders[0] == run[100].frame.encoders[0]
     assert run[-1].state[body.LEFT_RATE] == pytest.approx(10.0, abs=0.2)
     assert run[-1].state[body.YAW_RATE] == pytest.approx(0.0, abs=0.02)
 
@@ -33,7 +33,7 @@ def test_a_weak_motor_cannot_keep_up():
 
 
 def test_a_valve_stuck_open_sprays_whatever_is_commanded():
-    run = drive(300, second("valve-stuck", position="open"), command=Command(10.0, 10.0, False, False))
+    run = drive(300, second("valve-stuck", position="open"), command=Command((10.0, 10.0), False, False))
     assert [tick.sprayed for tick in run] == [False] * 100 + [True] * 103 + [False] * 97  # closes in 30 ms
     assert run[150].state[body.VALVE_OPEN] == 1.0
 
@@ -53,7 +53,7 @@ def test_stuck_discs_stay():
 def test_a_clogged_nozzle_paints_a_narrower_line_with_less_paint():
     run = drive(300, second("nozzle-clogged", share=0.25))
     assert [run[tick].width for tick in (50, 150, 250)] == [1.0, 0.5, 1.0]
-    flow = VEHICLE.paint_l_per_m * VEHICLE.paint_speed_mps
+    flow = VEHICLE.tool.paint_l_per_m * VEHICLE.tool.paint_speed_mps
     assert [run[tick].state[body.FLOW_LPS] for tick in (50, 150, 250)] == pytest.approx([flow, flow / 4, flow])
 
 

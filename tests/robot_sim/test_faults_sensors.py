@@ -125,12 +125,12 @@ def test_a_disturbed_field_is_the_maps():
 
 def test_an_encoder_that_drops_out_never_catches_up():
     run, plain = drive(300, second("encoder-dropout", wheel="left")), drive(300)
-    left = np.array([tick.frame.encoders.left_rad for tick in run])
-    right = np.array([tick.frame.encoders.left_rad for tick in plain])
+    left = np.array([tick.frame.encoders[0] for tick in run])
+    right = np.array([tick.frame.encoders[0] for tick in plain])
     assert (left[:100] == right[:100]).all()
     assert np.ptp(left[99:200]) == 0.0
     missed = right[200:] - left[200:]
     assert np.ptp(missed) < 1e-3
     assert missed[0] == pytest.approx(10.0, rel=0.02)
-    assert [tick.frame.encoders.right_rad for tick in run] == [tick.frame.encoders.right_rad for tick in plain]
+    assert [tick.frame.encoders[1] for tick in run] == [tick.frame.encoders[1] for tick in plain]
     assert np.array_equal(run[-1].state, plain[-1].state)

@@ -12,7 +12,7 @@ from touchline.schemas.curves import Curve
 from touchline.schemas.faults import parse_fault
 from touchline.schemas.messages import JointState
 from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.telemetry import Telemetry
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from benchmarks._invariants import Broken, Guarded, fault
-from touchline.schemas.messages import Actuation, TraversalStatus
+from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.onboard import FenceLimits
 from touchline.services.onboard.executive.failsafe import Failsafe
 from touchline.services.onboard.executive.localization_monitor import LocalizationMonitor
@@ -26,9 +26,10 @@ def release(traversal: Traversal, time_s: float) -> Command:
     return command
 
 
-def sprays_on(_sprayer: Sprayer, arc_length_m: float, *_: float) -> int:
+def sprays_on(sprayer: Sprayer, arc_length_m: float, *_: float) -> tuple[bool, float]:
     """From the first line on the valve stays open."""
-    return Actuation.SPRAY if arc_length_m >= 3.0 else Actuation.NONE
+    sprayer.state.valve = arc_length_m >= 3.0
+    return sprayer.valve, 0.0
 
 
 STEP = Traversal.step
@@ -45,14 +46,14 @@ GUARDS = [
         None,
     ),
     ("on slipping wheels", {(LocalizationMonitor, "paint_problem"): QUIET}, "wheel-slip", None),
-    ("without an operator", {(Failsafe, "_operator"): QUIET}, "operator-lost", None),
+    ("without an operator", {(Failsafe, "stop"): property(QUIET)}, "operator-lost", None),
     ("pressed bumper", {(Traversal, "_heed_hazards"): NOTHING}, "bumper", None),
     ("left the emergency stop", {(Traversal, "step"): release}, None, "estop"),
     ("wheels commanded while stopped", {(Mission, "stop_hard"): REST}, None, "estop"),
     ("while not running", {(Mission, "rest"): lambda job: REST(job)._replace(valve=True)}, None, "pause"),
     (
         "outside what the plan sprays",
-        {(Sprayer, "wanted_at"): sprays_on, (Sprayer, "_sprays_at"): sprays_on},
+        {(Sprayer, "step"): sprays_on},
         None,
         None,
     ),
@@ -79,10 +80,10 @@ def test_without_the_fence_a_robot_that_is_carried_off_goes_on(monkeypatch, guar
     emulator = run.emulator
     east, north, heading = emulator.world.pose
     emulator.world.place(TruePose(east, north - 1.0, heading))
-    emulator.onboard._estimator._xs[:, 1] -= 1.0  # type: ignore[attr-defined]
+    emulator.onboard._estimator.ring.states[:, 1] -= 1.0  # type: ignore[attr-defined]
     if guarded:
         assert run.run(200) == TraversalStatus.ESTOPPED
         return
-    monkeypatch.setattr(Failsafe, "_outside", lambda *_: "")
+    monkeypatch.setattr(Failsafe, "emergency", property(QUIET))
     with pytest.raises(Broken, match="beyond the fence"):
         run.run(200)

@@ -12,7 +12,7 @@ from touchline.schemas.curves import Curve
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.interface import Checkpoint
 from touchline.services.robot_sim.journal import Journal, digest
 from touchline.services.robot_sim.paint import record
@@ -185,7 +185,7 @@ def test_killed_at_any_moment_the_place_and_its_paint_are_there(path, after_s):
 
 
 CHANGED = {
-    "vehicle": (Vehicle(nozzle_y_m=-0.5), Scenario(), "vehicle.nozzle_y_m was -0.41124, is -0.5"),
+    "vehicle": (Vehicle(tool={"nozzle_y_m": -0.5}), Scenario(), "vehicle.tool.nozzle_y_m was -0.41124, is -0.5"),
     "scenario": (
         Vehicle(),
         Scenario.model_validate({"seed": 2, "ground": {"surface": "wet-grass"}}),

@@ -16,7 +16,7 @@ from touchline.schemas.cdr import decode
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.command_handlers import Commands
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.journal import Journal

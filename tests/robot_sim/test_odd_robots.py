@@ -8,7 +8,7 @@ from touchline.schemas.messages import PlanOptions
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import GnssNoise, Scenario
 from touchline.schemas.template import Template
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.runs.simulation import Job, simulate
 
@@ -42,7 +42,7 @@ def test_a_slow_or_late_receiver_is_no_reason_not_to_paint(gnss):
 
 @pytest.mark.parametrize("ahead_m", [-0.3, 0.25])
 def test_a_nozzle_before_or_behind_the_axle_paints_where_it_should(ahead_m):
-    outcome = painted(Vehicle(nozzle_x_m=ahead_m), noise="none")
+    outcome = painted(Vehicle(tool={"nozzle_x_m": ahead_m}), noise="none")
     assert outcome.report.success, outcome.reason
     assert outcome.report.coverage_pct > 99.0
     assert outcome.report.lateral_error_max_m < 0.01

@@ -5,7 +5,7 @@ import pytest
 from touchline.schemas.cdr import decode
 from touchline.schemas.messages import BatteryState, GnssStatus, NavSatFix, NavSatStatus
 from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.packing import battery, gnss
 from touchline.services.robot_sim.sensors.gnss import GnssReport

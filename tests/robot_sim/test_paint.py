@@ -12,7 +12,7 @@ from tests.robot_sim.scripted import trajectory
 from tests.robot_sim.strokes import EASTWARD, NORTHWARD, WIDTH, along, ledger_of, line, paint
 from touchline.schemas.curves import Curve
 from touchline.schemas.template import Template
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.intervals import Intervals
 from touchline.services.robot_sim.paint.cell_grid import cell_of, make_grid
 from touchline.services.robot_sim.paint.metrics import paint_metrics

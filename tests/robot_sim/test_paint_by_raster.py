@@ -9,7 +9,7 @@ import pytest
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Template
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.paint.metrics import paint_metrics

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from tests.robot_sim.strokes import EASTWARD, NORTHWARD, WIDTH, along, ledger_of, line, paint
 from touchline.schemas.curves import Curve
 from touchline.schemas.trajectories import assemble, segment, turn, velocity
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.interface import Estimate
 from touchline.services.robot_sim.estimator_error import EstimatorError
 from touchline.services.robot_sim.paint.ledger import PaintLedger
@@ -175,7 +175,7 @@ def test_a_restored_ledger_has_the_same_figures_and_begins_a_new_stroke():
 
 
 def test_a_nozzle_before_or_behind_the_axle_draws_there():
-    ahead = Vehicle(nozzle_x_m=0.3, nozzle_y_m=0.0)
+    ahead = Vehicle(tool={"nozzle_x_m": 0.3, "nozzle_y_m": 0.0})
     east = nozzle_curve(segment("s", EASTWARD, 1), 1.0, 4.0, ahead)
     assert (east.x_m, east.y_m, east.length_m) == pytest.approx((1.3, 0.0, 3.0))
     left = Curve.from_arc((0.0, -2.0), (0.0, 0.0), math.pi)

@@ -11,7 +11,7 @@ from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Template
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import Quiet
 from touchline.services.robot_sim.telemetry import Telemetry

@@ -6,10 +6,10 @@ from tests.robot_sim.test_journal_kept import Robot
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.world import body
 
-FULL_L, FULL_WH = Vehicle().tank_l, Vehicle().battery_wh
+FULL_L, FULL_WH = Vehicle().tool.tank_l, Vehicle().body.battery_wh
 
 
 def test_a_full_tank_is_told_also_while_sim_time_stands_still():

@@ -12,7 +12,8 @@ from touchline.schemas.curves import PathTable
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Pose2, Scenario
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.onboard.computer_state import NOW
 from touchline.services.onboard.control.pure_pursuit import FAR_M, LOOKAHEAD_S, PurePursuitFollower
 from touchline.services.onboard.trajectory import path_projection as projection
 from touchline.services.robot_sim.emulator import Emulator
@@ -23,7 +24,7 @@ CURVATURE_1PM = 1.15
 IN_M, ARC_M, OUT_M = 6.0, 2.5, 5.0
 CURVES = chain((0.0, IN_M), (CURVATURE_1PM, ARC_M), (0.0, OUT_M))
 VEHICLE = Vehicle()
-BOLD = VEHICLE.model_copy(update={"max_lateral_acceleration_mps2": 1e3})
+BOLD = VEHICLE.changed(drive={"max_lateral_acceleration_mps2": 1e3})
 """As the robot would drive if it took its tyres to hold anything: without regulation by curvature."""
 ARC, OFF, SPEED = range(3)
 
@@ -52,7 +53,7 @@ def between(run: np.ndarray, from_m: float, to_m: float) -> np.ndarray:
 @pytest.mark.parametrize("noise", ["none", "default"])
 def test_a_curve_too_tight_for_its_speed_is_driven_slower_and_kept(noise: str) -> None:
     wild, sober = (between(drive(vehicle, noise), IN_M - 0.5, IN_M + ARC_M + 2.0) for vehicle in (BOLD, VEHICLE))
-    held_mps = math.sqrt(1.25 * VEHICLE.max_lateral_acceleration_mps2 / CURVATURE_1PM)
+    held_mps = math.sqrt(1.25 * VEHICLE.drive.max_lateral_acceleration_mps2 / CURVATURE_1PM)
     turning = between(sober, IN_M + 0.5, IN_M + ARC_M - 0.2)
     assert turning[:, SPEED].max() < 1.03 * held_mps
     assert turning[:, SPEED].min() > 0.85 * held_mps
@@ -75,8 +76,8 @@ def test_off_its_path_it_is_slow_until_it_is_back() -> None:
 
 @pytest.mark.parametrize(("off_m", "slower"), [(0.02, False), (FAR_M, True)])
 def test_distance_alone_makes_it_slower(off_m: float, slower: bool) -> None:
-    now = np.zeros(projection.NOW)
-    now[[projection.LEFT_RADIUS, projection.RIGHT_RADIUS]] = VEHICLE.wheel_radius_m
+    now = np.zeros(NOW)
+    now[[projection.LEFT_RADIUS, projection.RIGHT_RADIUS]] = VEHICLE.drive.wheel_radius_m
     now[[projection.SPEED, projection.REFERENCE_SPEED]] = 1.0
     now[projection.NOZZLE_LATERAL] = off_m
     now[projection.HEADING_ERROR] = math.atan2(-off_m, LOOKAHEAD_S)  # it aims where it goes: no curvature is commanded

@@ -13,7 +13,7 @@ from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.bus import Bus
 from touchline.services.onboard.interface import Checkpoint
 from touchline.services.robot_sim.emulator import Emulator
@@ -138,9 +138,9 @@ def test_figures_and_supplies_are_those_of_the_whole_job(at):
     assert len(after.ledger.strokes()) == 2
     assert figures.coverage_pct == pytest.approx(known.coverage_pct, abs=1e-9)
     assert 0.0 < figures.painted_length_m - known.painted_length_m < 0.02
-    twice_m = figures.double_paint_m2 / Vehicle().spray_width_m
+    twice_m = figures.double_paint_m2 / Vehicle().tool.spray_width_m
     assert twice_m == pytest.approx(figures.painted_length_m - known.painted_length_m, abs=1e-3)
-    used, known_used = (Vehicle().tank_l - e.world.supplies[0] for e in (after, whole))
+    used, known_used = (Vehicle().tool.tank_l - e.world.supplies[0] for e in (after, whole))
     assert used == pytest.approx(known_used, rel=0.005)
     assert used > known_used
     assert after.world.supplies[1] < whole.world.supplies[1] < before.world.supplies[1]
@@ -161,7 +161,7 @@ def test_what_a_fault_keeps_from_use_comes_back_when_it_ends():
     after.load(PLAN, None, before.onboard.checkpoint, Remains(before.totals, before.ledger.rows(0)))
     after.start()
     drive(after)
-    assert Vehicle().tank_l - 0.05 < after.world.supplies[0] < Vehicle().tank_l
+    assert Vehicle().tool.tank_l - 0.05 < after.world.supplies[0] < Vehicle().tool.tank_l
 
 
 def test_a_gap_at_the_joint_shows_in_the_figures():

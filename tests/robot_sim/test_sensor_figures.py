@@ -7,7 +7,7 @@ import pytest
 
 from tests.robot_sim.open_loop import REST, drive, fault, fixes
 from touchline.schemas.scenario import GnssNoise, ImuNoise, MagnetometerNoise, Obstruction, Scenario
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.world.world import World
 

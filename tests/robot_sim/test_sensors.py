@@ -7,7 +7,7 @@ import pytest
 
 from touchline.schemas.messages import GnssStatus
 from touchline.schemas.scenario import EncoderNoise, GnssNoise, Ground, ImuNoise, MagnetometerNoise, Scenario, Steel
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.interface import Command
 from touchline.services.robot_sim.sensors.receiver import white
 from touchline.services.robot_sim.sensors.suite import FIELD_HORIZONTAL_T, Sensors
@@ -34,7 +34,7 @@ def test_without_noise_everything_is_true():
     world.place(TruePose(5.0, -3.0, 0.3))
     for tick in range(1, 200):
         heading, (speed, side) = world.pose.heading_rad, speeds(world)
-        world.step(Command(8.0, 10.0, False, False), tick)
+        world.step(Command((8.0, 10.0), False, False), tick)
         frame = sensors.read(tick, world.state)
         assert frame.time_s == tick / 100
         assert frame.imu.gyro_z_radps == pytest.approx((world.pose.heading_rad - heading) / 0.01, abs=1e-12)
@@ -53,12 +53,12 @@ def test_without_noise_everything_is_true():
 
 
 def test_gnss_is_late_by_its_latency_and_true_at_its_stamp():
-    vehicle = Vehicle(gnss_antenna_x_m=0.2, gnss_antenna_y_m=-0.1)
+    vehicle = Vehicle(body={"gnss_antenna_x_m": 0.2, "gnss_antenna_y_m": -0.1})
     scenario = Scenario(noise="none")
     world, sensors = World(vehicle, scenario), Sensors(vehicle, scenario)
     antenna, arrivals = {}, []
     for tick in range(1, 400):
-        world.step(Command(8.0, 10.0, False, False), tick)
+        world.step(Command((8.0, 10.0), False, False), tick)
         east, north, heading = world.pose
         antenna[tick] = (
             east + 0.2 * math.cos(heading) + 0.1 * math.sin(heading),
@@ -203,10 +203,10 @@ def test_on_a_slope_accelerometer_magnetometer_and_antenna_lean():
     world.place(TruePose(0.0, 0.0, math.pi / 2))  # nose uphill
     sensors = Sensors(VEHICLE, scenario)
     for tick in range(1, 40):
-        world.step(Command(0.0, 0.0, False, False), tick)
+        world.step(Command((0.0, 0.0), False, False), tick)
         frame = sensors.read(tick, world.state)
         for fix in frame.gnss:
-            assert fix.north_m == pytest.approx(-VEHICLE.gnss_antenna_z_m * math.sin(math.atan(0.1)), abs=1e-6)
+            assert fix.north_m == pytest.approx(-VEHICLE.body.gnss_antenna_z_m * math.sin(math.atan(0.1)), abs=1e-6)
             assert fix.east_m == pytest.approx(0.0, abs=1e-6)
     angle = math.atan(0.1)
     assert frame.imu.accel_x_mps2 == pytest.approx(9.80665 * math.sin(angle), rel=1e-9)
@@ -220,7 +220,7 @@ def test_on_a_slope_accelerometer_magnetometer_and_antenna_lean():
 def test_on_a_slope_the_antenna_is_where_the_bodys_axes_put_it(heading_rad, uphill_rad):
     """The axes by cross products from the plane's normal, the lever along them."""
     lever, grade = (0.3, -0.2, 0.6), 0.15
-    vehicle = Vehicle(gnss_antenna_x_m=lever[0], gnss_antenna_y_m=lever[1], gnss_antenna_z_m=lever[2])
+    vehicle = Vehicle(body={"gnss_antenna_x_m": lever[0], "gnss_antenna_y_m": lever[1], "gnss_antenna_z_m": lever[2]})
     scenario = Scenario(noise="none", ground=Ground(grade=grade, uphill_rad=uphill_rad))
     world, sensors = World(vehicle, scenario), Sensors(vehicle, scenario)
     world.place(TruePose(10.0, -20.0, heading_rad))
@@ -261,7 +261,7 @@ def test_hard_iron_turns_with_the_body():
 
 
 def test_encoders_count_whole_ticks_and_lose_no_fraction():
-    vehicle = Vehicle(encoder_ticks_per_revolution=100)
+    vehicle = Vehicle(drive={"encoder_ticks_per_revolution": 100})
     quantum = math.tau / 100
     sensors, state = Sensors(vehicle, Scenario()), STILL.copy()
     for tick in range(1, 2000):
@@ -271,10 +271,7 @@ def test_encoders_count_whole_ticks_and_lose_no_fraction():
         assert left / quantum == pytest.approx(round(left / quantum), abs=1e-9)
         assert abs(left - state[body.LEFT_ANGLE]) <= quantum
         assert abs(right - state[body.RIGHT_ANGLE]) <= quantum
-    assert (
-        frames(Scenario(encoder=EncoderNoise(quantised=False)), 1, state)[0].encoders.left_rad
-        == (state[body.LEFT_ANGLE])
-    )
+    assert frames(Scenario(encoder=EncoderNoise(quantised=False)), 1, state)[0].encoders[0] == (state[body.LEFT_ANGLE])
 
 
 def test_one_sensor_changes_no_other():

@@ -8,7 +8,7 @@ from touchline.schemas.cdr import decode, encode
 from touchline.schemas.digest import SessionDigest
 from touchline.schemas.messages import TraversalReport
 from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.bus import Bus
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.telemetry import Telemetry

@@ -10,8 +10,8 @@ from touchline.schemas.curves import Curve
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.scenario import GnssNoise, Ground, Scenario
 from touchline.schemas.template import Template
-from touchline.schemas.vehicle import Vehicle
-from touchline.services.onboard.estimation import model as m
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.onboard import filter_model as m
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import Quiet
 
@@ -21,7 +21,7 @@ AGAIN = Curve.from_arc((0, 4), (0, 2), math.pi)
 THERE = Curve.from_line((0, 0), (8, 0))
 CURVES = [THERE, TURN, BACK, AGAIN, THERE, Curve.from_line((8, 0), (9, 0))]
 PLAN = trajectory(CURVES, [0, 0, 1, 0, 1, 0], ids=["t0", "t1", "far", "t2", "near", "t3"], speed_mps=0.8)
-OFFSET = Vehicle().nozzle_y_m
+OFFSET = Vehicle().tool.nozzle_y_m
 TEMPLATE = Template(
     name="two",
     segments=[
@@ -43,5 +43,5 @@ def test_paints_on_a_slope_without_a_pause(grade: float, uphill_rad: float) -> N
     assert emulator.onboard.state == TraversalStatus.DONE
     assert not [event.text for event in emulator.take_events() if event.severity]
     assert np.percentile(np.abs(emulator.ledger.deviation().lateral_m), 95) < 0.01
-    learned = emulator.onboard._estimator._slow[m.RISE_EAST : m.RISE_NORTH + 1] / 9.81
+    learned = emulator.onboard._estimator.ring.slow[m.RISE_EAST : m.RISE_NORTH + 1] / 9.81
     assert learned == pytest.approx([grade * math.cos(uphill_rad), grade * math.sin(uphill_rad)], abs=0.003)

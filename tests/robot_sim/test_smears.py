@@ -9,7 +9,7 @@ from tests.robot_sim.strokes import EASTWARD, WIDTH, ledger_of, line, paint
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Template
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import Quiet
@@ -19,14 +19,13 @@ from touchline.services.robot_sim.paint.smears import smearing
 from touchline.services.robot_sim.paint.track import Track
 from touchline.services.robot_sim.telemetry import Telemetry
 
-SIDE_M = 0.25
-LEFT_ONLY = {"casters_m": [], "track_width_m": 2 * SIDE_M}
-WHEEL_M, TREAD_M = 0.1, 0.08
+SIDE_M, WHEEL_M, TREAD_M = 0.25, 0.1, 0.08
+LEFT_ONLY = {"casters_m": [], "track_width_m": 2 * SIDE_M, "wheel_width_m": TREAD_M}
 ROUND_M = 2 * math.pi * WHEEL_M
 
 
-def vehicle(**fields):
-    return Vehicle.model_validate({"drying_time_s": 60.0, "wheel_width_m": TREAD_M} | LEFT_ONLY | fields)
+def vehicle(drive=None, **tool):
+    return Vehicle.model_validate({"drive": LEFT_ONLY | (drive or {}), "tool": {"drying_time_s": 60.0} | tool})
 
 
 def painted(*ways):
@@ -110,7 +109,7 @@ def test_a_caster_always_rolls_forward():
     poses = northward(5.0, -2.0, 3.0, heading=-math.pi / 2)
     fields = {"casters_m": [[0.0, 0.0]], "caster_radius_m": 0.1, "caster_width_m": TREAD_M}
     ledger, track = painted((13.0, poses))
-    found = smearing(ledger, track, vehicle(**fields))
+    found = smearing(ledger, track, vehicle(fields))
     for x in (4.75, 5.0, 5.25):
         (first, *_) = [smear for smear in found.smears if abs(smear.points[0, 0] - x) < 0.02]
         assert np.mean(first.points[[0, -1], 1]) == pytest.approx(ROUND_M, abs=0.01)

@@ -13,10 +13,9 @@ from benchmarks._joints import field
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicle import Vehicle
-from touchline.services.onboard.estimation import model
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.onboard import filter_model as model
 from touchline.services.onboard.estimation.standing import LASTING_TICKS
-from touchline.services.onboard.executive.localization_monitor import CONTRADICTION
 from touchline.services.robot_sim.emulator import Emulator
 
 READY, RUNNING, PAUSED, DONE = (
@@ -83,7 +82,7 @@ def test_a_jolt_moves_neither_a_paused_robot_nor_what_it_believes(name: str, fol
         assert math.hypot(now.east_m - before.east_m, now.north_m - before.north_m) < 0.005
         assert abs(now.speed_mps) < 0.01
         assert _bias(emulator) == pytest.approx(bias, abs=0.02)
-        assert emulator.command[:2] == (0.0, 0.0)
+        assert emulator.command.actuators == (0.0, 0.0)
     ticks(emulator, 20)
     emulator.resume()
     assert emulator.onboard.state == RUNNING
@@ -109,7 +108,7 @@ def test_nor_in_any_other_state(name: str) -> None:
         emulator.tick()
     if emulator.onboard.state == PAUSED:
         # Shaken while it learned how it stands, it may need the operator.
-        assert emulator.onboard.status.reason == CONTRADICTION
+        assert emulator.onboard.status.reason == "the fixes contradict the estimate"
         assert ticks(emulator, 100) < 1e-3
         emulator = driving()
 
@@ -168,7 +167,7 @@ def test_it_stands_from_when_it_has_come_to_rest(
         emulator.inject_fault(fault("imu-bias", start_s=start_s, duration_s=duration_s, **share))
     x, y, _ = emulator.world.pose
     braked = 0
-    while emulator.onboard._estimator.intake.still_ticks < 3:
+    while emulator.onboard._estimator.buffer.still_ticks < 3:
         emulator.tick()
         braked += 1
         assert braked < 250

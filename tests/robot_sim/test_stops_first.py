@@ -4,6 +4,7 @@ import time
 
 import pytest
 
+from tests.meeting import caught_up
 from tests.robot_sim.bus_rig import PLAN, TEMPLATE, ask, process, turn_until
 from touchline.schemas import messages as m
 from touchline.schemas import topics
@@ -127,6 +128,7 @@ def test_an_answer_of_a_stranger_is_not_believed(bus_config):
             operator.call(topics.ESTOP, CommandRequest(request_id="1"), 20.0, lambda: fake(stranger))
         with Bus.open(topics.ROBOT_SIM, bus_config) as bus:
             robot = process(bus)
+            caught_up(operator, bus)
 
             def both():
                 fake(stranger)

@@ -12,7 +12,7 @@ from touchline.schemas.messages import PlanOptions, TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import LineSpec, Template, TemplateSegment
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import Plan, plan
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.world import body
@@ -29,7 +29,7 @@ def test_no_limit_cycle_on_a_straight_at_transit_speed(follower: str, surface: s
         emulator.tick()
         if emulator.onboard.state == TraversalStatus.RUNNING and emulator.time_s > 5.0:
             lateral.append(abs(emulator.onboard.lateral_error_m))
-            apart.append(emulator.command.right_radps - emulator.command.left_radps)
+            apart.append(emulator.command.actuators[1] - emulator.command.actuators[0])
     assert emulator.onboard.status.arc_length_m > 19.0
     assert np.percentile(lateral, 95) < 0.006
     assert np.std(np.diff(apart)) < 0.15
@@ -63,8 +63,8 @@ def test_a_plan_for_dry_grass_is_driven_to_the_end_of_the_grip(follower: str, se
     while emulator.active and emulator.time_s < 60.0:
         emulator.tick()
         state = emulator.world.state
-        beneath = state[body.SPEED] + np.array((-0.5, 0.5)) * Vehicle().track_width_m * state[body.YAW_RATE]
-        slid = Vehicle().wheel_radius_m * state[body.LEFT_RATE : body.RIGHT_RATE + 1] - beneath
+        beneath = state[body.SPEED] + np.array((-0.5, 0.5)) * Vehicle().drive.track_width_m * state[body.YAW_RATE]
+        slid = Vehicle().drive.wheel_radius_m * state[body.LEFT_RATE : body.RIGHT_RATE + 1] - beneath
         worst = max(worst, float(np.abs(slid).max()))
     assert worst > 0.15  # the plan asks for all of the grip
     assert emulator.onboard.state == TraversalStatus.DONE

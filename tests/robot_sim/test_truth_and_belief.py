@@ -9,7 +9,7 @@ from touchline.schemas.curves import Curve
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.interface import Checkpoint
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.telemetry import Telemetry

@@ -3,11 +3,11 @@
 import pytest
 
 from touchline.schemas.setup import Setup
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.warm_up import warm_up
 
-SLOW = Vehicle(wheel_radius_m=0.02, paint_speed_mps=0.3, transit_speed_mps=0.4)
-WEAK = Vehicle(motor={"max_current_a": 0.01})
+SLOW = Vehicle(drive={"wheel_radius_m": 0.02, "transit_speed_mps": 0.4}, tool={"paint_speed_mps": 0.3})
+WEAK = Vehicle(drive={"motor": {"max_current_a": 0.01}})
 
 
 def test_warm_up_is_silent_once_all_is_cached():

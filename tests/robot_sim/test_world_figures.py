@@ -10,7 +10,7 @@ import pytest
 from tests.robot_sim.open_loop import drive as open_loop
 from tests.robot_sim.open_loop import fault
 from touchline.schemas.scenario import Ground, Scenario
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.interface import Command
 from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world import effects as e
@@ -19,8 +19,8 @@ from touchline.services.robot_sim.world.world import NO_EFFECTS, TruePose, World
 
 VEHICLE = Vehicle()
 GRAVITY = 9.80665
-AHEAD = Command(10.0, 10.0, False, False)
-STAND = Command(0.0, 0.0, False, False)
+AHEAD = Command((10.0, 10.0), False, False)
+STAND = Command((0.0, 0.0), False, False)
 
 
 def level(**ground):
@@ -70,7 +70,7 @@ def test_a_way_across_the_slope_is_as_long_on_the_map_as_on_level_ground():
 @pytest.mark.parametrize(("heading_rad", "uphill_rad"), [(0.0, 0.0), (0.0, math.pi / 2), (1.0, 2.8), (-2.0, 0.4)])
 def test_on_a_slope_the_map_sees_less_of_the_nozzles_lever(heading_rad, uphill_rad):
     """The lever lies in the ground's plane: along the robot's way, and at a right angle to that in the plane."""
-    vehicle, grade = Vehicle(nozzle_x_m=0.3, nozzle_y_m=-0.4), 0.15
+    vehicle, grade = Vehicle(tool={"nozzle_x_m": 0.3, "nozzle_y_m": -0.4}), 0.15
     world = World(vehicle, level(grade=grade, uphill_rad=uphill_rad))
     world.place(TruePose(3.0, 4.0, heading_rad))
     drive(world, STAND, 1)
@@ -84,7 +84,7 @@ def test_on_a_slope_the_map_sees_less_of_the_nozzles_lever(heading_rad, uphill_r
 
 
 def test_discs_are_lifted_as_slowly_as_they_are_lowered():
-    world = drive(World(VEHICLE, level()), Command(0.0, 0.0, False, True), 60)
+    world = drive(World(VEHICLE, level()), Command((0.0, 0.0), False, True), 60)
     assert world.state[body.DISC_DOWN] == 1.0
     drive(world, STAND, 49)
     assert world.state[body.DISC_DOWN] == 1.0
@@ -101,26 +101,26 @@ def test_casters_come_round_within_their_trail(angle_rad):
         before, at = math.atan2(*world.state[[body.CASTER_Y, body.CASTER_X]]), world.pose.east_m
         drive(world, AHEAD, 1)
         after, way = math.atan2(*world.state[[body.CASTER_Y, body.CASTER_X]]), world.pose.east_m - at
-        shrunk = math.exp(-way / VEHICLE.caster_trail_m)
+        shrunk = math.exp(-way / VEHICLE.drive.caster_trail_m)
         assert math.tan(after / 2) == pytest.approx(math.tan(before / 2) * shrunk, rel=0.03)
 
 
 @pytest.mark.parametrize("paint_speed_mps", [0.5, 1.5])
 def test_a_line_takes_the_same_paint_whatever_speed_it_is_painted_at(paint_speed_mps):
-    vehicle = Vehicle(paint_speed_mps=paint_speed_mps)
-    world = drive(World(vehicle, level()), Command(0.0, 0.0, True, False), 10)
+    vehicle = Vehicle(tool={"paint_speed_mps": paint_speed_mps})
+    world = drive(World(vehicle, level()), Command((0.0, 0.0), True, False), 10)
     before = world.state[body.TANK_L]
-    drive(world, Command(0.0, 0.0, True, False), 100)
-    assert before - world.state[body.TANK_L] == pytest.approx(vehicle.paint_l_per_m * paint_speed_mps, rel=1e-9)
+    drive(world, Command((0.0, 0.0), True, False), 100)
+    assert before - world.state[body.TANK_L] == pytest.approx(vehicle.tool.paint_l_per_m * paint_speed_mps, rel=1e-9)
 
 
 def test_a_clogged_nozzle_takes_its_share_of_the_tank():
     world, clogged = World(VEHICLE, level()), NO_EFFECTS.copy()
     clogged[e.FLOW] = 0.25
-    drive(world, Command(0.0, 0.0, True, False), 10, clogged)
+    drive(world, Command((0.0, 0.0), True, False), 10, clogged)
     before = world.state[body.TANK_L]
-    drive(world, Command(0.0, 0.0, True, False), 100, clogged)
-    assert before - world.state[body.TANK_L] == pytest.approx(0.25 * VEHICLE.paint_l_per_m, rel=1e-9)
+    drive(world, Command((0.0, 0.0), True, False), 100, clogged)
+    assert before - world.state[body.TANK_L] == pytest.approx(0.25 * VEHICLE.tool.paint_l_per_m, rel=1e-9)
 
 
 def test_paint_that_a_fault_keeps_back_is_still_carried():
@@ -134,7 +134,7 @@ def test_supplies_that_faults_keep_back_come_back_less_what_was_used():
     worse = [fault("tank-empty", litres=2.0, start_s=1.0, duration_s=1.0)]
     worse.append(fault("battery-low", fraction=0.3, start_s=1.0, duration_s=1.0))
     worse.append(fault("tank-empty", litres=1.0, start_s=1.5, duration_s=0.2))
-    command = Command(10.0, 10.0, True, False)
+    command = Command((10.0, 10.0), True, False)
     run, plain = open_loop(300, *worse, noise="none", command=command), open_loop(300, noise="none", command=command)
     assert run[100].frame.tank_l <= 2.0 and run[160].frame.tank_l <= 1.0
     assert run[199].frame.tank_l <= 1.0, "not given back as long as there is less than was asked for"
@@ -146,11 +146,11 @@ def test_braking_and_rolling_downhill_give_nothing_back_to_the_battery():
     world = drive(World(VEHICLE, level(grade=0.15, uphill_rad=math.pi)), AHEAD, 300)
     charge = [float(world.state[body.BATTERY_WH])]
     for _ in range(200):
-        drive(world, Command(2.0, 2.0, False, False), 1)
+        drive(world, Command((2.0, 2.0), False, False), 1)
         charge.append(float(world.state[body.BATTERY_WH]))
-        assert world.state[body.POWER_W] >= VEHICLE.idle_power_w - 1e-9
+        assert world.state[body.POWER_W] >= VEHICLE.body.idle_power_w - 1e-9
     used_wh = -np.diff(charge)
-    assert (used_wh >= VEHICLE.idle_power_w * 0.01 / 3600.0 * (1.0 - 1e-6)).all()
+    assert (used_wh >= VEHICLE.body.idle_power_w * 0.01 / 3600.0 * (1.0 - 1e-6)).all()
 
 
 @pytest.mark.parametrize(("wheel", "turned"), [("left", 1.0), ("right", -1.0)])

@@ -11,7 +11,7 @@ from shapely.ops import unary_union
 
 from touchline.schemas.catalogue import load_template, shipped_templates
 from touchline.schemas.template import Template
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 
 WIDTH_M = 0.12
 FINE = 2048  # segments per quarter circle of the ideal areas
@@ -104,8 +104,8 @@ def test_every_arc_can_be_driven_with_the_nozzle_on_the_right() -> None:
     """The axle centre runs beside the nozzle: its curvature must be within the vehicle's."""
     vehicle = Vehicle()
     for segment in pitch().segments:
-        axle = segment.curve().offset(-vehicle.nozzle_y_m)
-        assert abs(axle.curvature_1pm) <= vehicle.default_kappa_max_1pm, segment.id
+        axle = segment.curve().offset(-vehicle.tool.nozzle_y_m)
+        assert abs(axle.curvature_1pm) <= vehicle.drive.default_kappa_max_1pm, segment.id
 
 
 def test_no_wheel_rolls_over_the_boundary_once_it_is_painted() -> None:
@@ -117,7 +117,7 @@ def test_no_wheel_rolls_over_the_boundary_once_it_is_painted() -> None:
         "goal-line-west",
         "touchline-north",
     ]
-    wheel_m = -Vehicle().nozzle_y_m - Vehicle().track_width_m / 2
+    wheel_m = -Vehicle().tool.nozzle_y_m - Vehicle().drive.track_width_m / 2
     inside = Polygon([(-52.5, -34.0), (52.5, -34.0), (52.5, 34.0), (-52.5, 34.0)])
     for segment in last:
         x, y, _, _ = segment.curve().offset(wheel_m).at(segment.curve().length_m / 2)

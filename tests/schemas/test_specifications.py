@@ -12,7 +12,7 @@ from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import MAX_SPEC_BYTES, parse, read_text
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 
 LINE = {"id": "a", "line": {"start": [0, 0], "end": [1, 0]}}
 
@@ -185,4 +185,4 @@ def test_noise_none_silences_everything_but_latency():
 
 def test_a_vehicle_that_cannot_keep_its_speed_is_refused():
     with pytest.raises(SpecError, match=r"transit_speed_mps is 2\.5; give at most 2 m/s"):
-        parse(Vehicle, '{"transit_speed_mps": 2.5}', "robot.json")
+        parse(Vehicle, '{"drive": {"transit_speed_mps": 2.5}}', "robot.json")

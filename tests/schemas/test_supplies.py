@@ -6,9 +6,9 @@ import pytest
 
 from touchline.schemas.messages import PlanReport
 from touchline.schemas.supplies import LOW_BATTERY, LOW_TANK_L, full, supplies
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 
-VEHICLE = Vehicle(tank_l=20.0, battery_wh=600.0)
+VEHICLE = Vehicle(tool={"tank_l": 20.0}, body={"battery_wh": 600.0})
 
 
 @pytest.mark.parametrize(

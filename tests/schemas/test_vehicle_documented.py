@@ -9,14 +9,17 @@ import pytest
 
 from touchline.schemas.remedies import unit_of
 from touchline.schemas.spec import parse, read_text
-from touchline.schemas.vehicle import Motor, Vehicle
+from touchline.schemas.vehicles import Motor, Vehicle
 
 ROOT = Path(__file__).parents[2]
 TEXT = (ROOT / "docs" / "robot-sim.md").read_text(encoding="utf-8")
 TABLE = TEXT[TEXT.index("## Your own robot") : TEXT.index("## Scenario")]
 ROWS = {cells[1].strip("` "): cells for cells in (line.split("|") for line in TABLE.splitlines()) if len(cells) == 7}
-FIELDS = {name: field for name, field in Vehicle.model_fields.items() if name != "motor"}
-FIELDS |= {f"motor.{name}": field for name, field in Motor.model_fields.items()}
+PARTS = {"body": Vehicle().body, "drive": Vehicle().drive, "tool": Vehicle().tool}
+FIELDS = {"name": Vehicle.model_fields["name"]}
+FIELDS |= {f"{part}.{name}": field for part, spec in PARTS.items() for name, field in type(spec).model_fields.items()}
+del FIELDS["drive.motor"]
+FIELDS |= {f"drive.motor.{name}": field for name, field in Motor.model_fields.items()}
 SIGNS = {
     annotated_types.Ge: ("≥", "ge"),
     annotated_types.Gt: (">", "gt"),
@@ -29,7 +32,7 @@ def test_the_table_has_the_fields_and_no_others():
     assert set(ROWS) - {"field", "---"} == set(FIELDS)
 
 
-@pytest.mark.parametrize("name", sorted(set(FIELDS) - {"footprint_m"}))
+@pytest.mark.parametrize("name", sorted(set(FIELDS) - {"body.footprint_m"}))
 def test_the_default_is_the_one_told(name):
     assert json.loads(ROWS[name][2]) == json.loads(json.dumps(FIELDS[name].default))
 
@@ -37,10 +40,10 @@ def test_the_default_is_the_one_told(name):
 @pytest.mark.parametrize("name", FIELDS)
 def test_the_unit_is_the_one_that_a_refusal_tells(name):
     unit = unit_of((name.rpartition(".")[2],))
-    assert ROWS[name][3].strip() == (unit or ("ticks" if name.startswith("encoder_ticks") else ""))
+    assert ROWS[name][3].strip() == (unit or ("ticks" if "encoder_ticks" in name else ""))
 
 
-@pytest.mark.parametrize("name", sorted(set(FIELDS) - {"footprint_m", "casters_m"}))
+@pytest.mark.parametrize("name", sorted(set(FIELDS) - {"body.footprint_m", "drive.casters_m"}))
 def test_the_range_is_the_one_that_is_held(name):
     held = {
         (SIGNS[type(bound)][0], float(getattr(bound, SIGNS[type(bound)][1])))
@@ -62,5 +65,5 @@ def test_the_example_is_another_robot_that_says_so():
     example = parse(Vehicle, read_text(ROOT / "examples" / "small-robot.json"), "small-robot.json")
     shipped = Vehicle()
     assert example.name == "small-robot"
-    assert example.track_width_m < shipped.track_width_m
-    assert example.max_rim_speed_mps < shipped.max_rim_speed_mps
+    assert example.drive.track_width_m < shipped.drive.track_width_m
+    assert example.drive.max_speed_mps < shipped.drive.max_speed_mps

@@ -5,7 +5,7 @@ from typer.testing import CliRunner
 
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import PlanOptions
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.cli.commands import app
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.transitions.transitions import Ways
@@ -36,7 +36,7 @@ def court() -> Pitch:
 def of_weak_wheels(pitch: Pitch) -> Pitch:
     """DPP, which is forgiven its steps, gains by wheels that hardly turn the robot."""
     weak = {"max_wheel_acceleration_radps2": 3.0, "planned_wheel_acceleration_radps2": 3.0}
-    return Pitch(pitch.template, pitch.vehicle.model_copy(update=weak))
+    return Pitch(pitch.template, pitch.vehicle.changed(drive=weak))
 
 
 def test_at_the_speed_and_curvature_of_the_study_it_is_the_dpp_of_the_study(court: Pitch) -> None:
@@ -69,7 +69,7 @@ def test_turns_that_brake_are_offered_where_only_the_wheels_limit_turns() -> Non
     for vehicle, more in ((Vehicle(), 0), (study_vehicle(), 1)):
         limits = Limits.of(vehicle, PlanOptions(paint_speed_mps=1.5, transit_speed_mps=2.0))
         turns = Ways.by_time(limits).turns
-        assert limits.wheels_limit_turns == bool(more)
+        assert limits.drive_limits_turns == bool(more)
         tightest = [t for t in turns if t.curvature_1pm == turns[0].curvature_1pm and t.speed_mps == 1.5]
         assert len(tightest) == more
 

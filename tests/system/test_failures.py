@@ -29,7 +29,7 @@ from touchline.schemas.messages import (
 from touchline.schemas.messages.base import Message
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.bridge.reader import RecordingReader
 from touchline.services.bus import Bus, BusConfig
 from touchline.services.runs.recorded_paint import read_painted
@@ -157,6 +157,7 @@ def test_a_killed_robot_goes_on_and_reports_the_whole_job(tmp_path: Path):
         wait_until(lambda: observer.look().status.coverage_pct > 45.0)
         before = bus.call(topics.GET_PAINT, GetPaintRequest()).strokes
         kill(system, topics.ROBOT_SIM)
+        wait_until(lambda: observer.look().status.state == TraversalStatus.IDLE)
         load = LoadRequest(request_id="go on", trajectory=plan, template_json=THREE_LINES, resume=True)
         answer = bus.call(topics.LOAD, load, 60.0)
         assert "to go on at" in answer.message, answer.message
@@ -182,8 +183,8 @@ def test_a_killed_robot_goes_on_and_reports_the_whole_job(tmp_path: Path):
         mark.model_copy(update={"header": strokes[0].header}) for mark in restored[:-1]
     )
     assert len(strokes) > len(restored)
-    used_l = report.painted_length_m * Vehicle().paint_l_per_m
-    assert tank_l == pytest.approx(Vehicle().tank_l - used_l, abs=0.002)
+    used_l = report.painted_length_m * Vehicle().tool.paint_l_per_m
+    assert tank_l == pytest.approx(Vehicle().tool.tank_l - used_l, abs=0.002)
     recorded = read_painted(recording).strokes
     assert [stroke.first_index for stroke in recorded] == [stroke.first_index for stroke in strokes]
     for here, there in zip(recorded, strokes, strict=True):

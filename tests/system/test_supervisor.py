@@ -1,6 +1,7 @@
 """What the supervisor does with services that hang, fail or have started processes of their own."""
 
 import os
+import re
 import signal
 import sys
 import time
@@ -51,7 +52,8 @@ def test_a_loop_that_stands_still_is_told_and_started_again(tmp_path: Path, bus_
         pid = supervisor.pid(topics.BRIDGE)
         os.kill(pid, signal.SIGSTOP)
         told = notices_until(supervisor, lambda notices: "hangs" in kinds(notices))
-        assert told[-1].text == "bridge hangs: its loop has not turned for 1.0 s"
+        (quiet_s,) = re.findall(r"^bridge hangs: its loop has not turned for (\d+\.\d) s$", told[-1].text)
+        assert float(quiet_s) >= 1.0, "and more, where the machine is busy"
         os.kill(pid, signal.SIGCONT)
         assert "turns" in kinds(notices_until(supervisor, lambda notices: "turns" in kinds(notices)))
         os.kill(pid, signal.SIGSTOP)

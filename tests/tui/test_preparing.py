@@ -13,7 +13,7 @@ from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import Template
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.tui import format
 from touchline.tui.dialogs import PlanDialog, TemplateDialog, Tick
 from touchline.tui.event_log import ERROR, INFO
@@ -72,11 +72,11 @@ async def test_a_tilde_is_the_home_folder(tmp_path: Path, template: Template, mo
 
 
 async def test_the_limits_offered_are_those_of_the_robot_on_the_bus(template: Template) -> None:
-    slow = m.String(data=Setup(vehicle=Vehicle(paint_speed_mps=0.25)).model_dump_json())
+    slow = m.String(data=Setup(vehicle=Vehicle(tool={"paint_speed_mps": 0.25})).model_dump_json())
     async with console(*scenes.up()) as (app, link, pilot):
         app.operator.choose(template, template.model_dump_json())
         link.incoming.append(received(topics.SETUP, slow))
-        await until(pilot, lambda: app.state.vehicle.paint_speed_mps == 0.25)
+        await until(pilot, lambda: app.state.vehicle.tool.paint_speed_mps == 0.25)
         await pilot.press("p")
         assert app.screen.query_one("#paint_speed_mps", Input).placeholder == "0.25"
 

@@ -12,7 +12,7 @@ from touchline.schemas import topics
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import Template
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.tui import panels, theme
 from touchline.tui.event_log import ERROR, WARN, OperatorLog
 from touchline.tui.protocol import Incoming, Lost, NodeChanged, PaintFetched, Rejected
@@ -68,7 +68,7 @@ def test_the_level_is_a_share_of_the_tank_there_is(template: Template) -> None:
         return any(span.style == theme.VERMILION for span in line.spans)
 
     assert not is_low(reduced(scenes.mid_run(template)))
-    setup = m.String(data=Setup(vehicle=Vehicle(tank_l=100.0)).model_dump_json())
+    setup = m.String(data=Setup(vehicle=Vehicle(tool={"tank_l": 100.0})).model_dump_json())
     assert is_low(reduced([*scenes.mid_run(template), received(topics.SETUP, setup)]))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from touchline.schemas.plugins import FOLLOWERS
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.control.external import Ask, ExternalFollower, FollowerQuestion, Interrupted, nobody
 from touchline.services.onboard.control.follower import Follower
 from touchline.services.onboard.control.mpc import MpcFollower

@@ -13,7 +13,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.control.pure_pursuit import PurePursuitFollower
 
 AHEAD_TICKS: Final = 100
@@ -52,7 +52,7 @@ class ExternalFollower:
     def __init__(self, vehicle: Vehicle, ask: Ask) -> None:
         """A follower at rest that asks `ask`."""
         self._ask = ask
-        self._limit_radps = vehicle.max_wheel_speed_radps
+        self._limit_radps: float = vehicle.drive.max_wheel_speed_radps
         self._pursuit = PurePursuitFollower(vehicle)
         self._first = True
         self._stopping = False

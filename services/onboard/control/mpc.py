@@ -14,7 +14,7 @@ import daqp
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.control import mpc_kernel as k
 from touchline.services.onboard.control.pure_pursuit import PurePursuitFollower
 from touchline.services.onboard.control.wheel_limits import lead_ticks
@@ -61,7 +61,7 @@ class MpcFollower:
         self._lower = np.full(2 * size, -1.0)
         self._upper = np.full(2 * size, 1.0)
         self._forward = np.zeros(2)
-        self._pull = _pull_rows(max(vehicle.motor_time_constant_s, _MIN_LAG_S))
+        self._pull = _pull_rows(max(vehicle.drive.motor_time_constant_s, _MIN_LAG_S))
         self._solver: daqp.Model | None = None
         self._pursuit = PurePursuitFollower(vehicle)
         self.ahead_rows = self.fine_rows = sum(HORIZON_TICKS) + max(1, int(self._p[k.M_LEAD]))
@@ -115,13 +115,13 @@ class MpcFollower:
 
 def _parameters(vehicle: Vehicle) -> NDArray[np.float64]:
     p = np.zeros(k.PARAMETERS)
-    p[k.M_HALF_TRACK] = vehicle.half_track_m
-    motor_lag_s = max(vehicle.motor_time_constant_s, _MIN_LAG_S)
+    p[k.M_HALF_TRACK] = vehicle.drive.half_track_m
+    motor_lag_s = max(vehicle.drive.motor_time_constant_s, _MIN_LAG_S)
     p[k.M_LAG] = motor_lag_s + TYRE_LAG_S
-    p[k.M_MAX_RATE] = vehicle.max_wheel_speed_radps
+    p[k.M_MAX_RATE] = vehicle.drive.max_wheel_speed_radps
     # A first-order motor accelerates by (command − speed) / lag.
-    p[k.M_REACH] = vehicle.max_wheel_acceleration_radps2 * motor_lag_s
-    p[k.M_NOZZLE_X] = vehicle.nozzle_x_m
+    p[k.M_REACH] = vehicle.drive.max_wheel_acceleration_radps2 * motor_lag_s
+    p[k.M_NOZZLE_X] = vehicle.tool.nozzle_x_m
     p[k.M_W_LATERAL] = LATERAL_SCALE_M**-2
     p[k.M_W_HEADING] = HEADING_SCALE_RAD**-2
     p[k.M_W_SPEED] = SPEED_SCALE_MPS**-2
@@ -130,7 +130,7 @@ def _parameters(vehicle: Vehicle) -> NDArray[np.float64]:
     p[k.M_DISTURBANCE_GAIN] = TICK_S / DISTURBANCE_TIME_S
     p[k.M_DRIFT_GAIN] = TICK_S / DRIFT_TIME_S
     p[k.M_LEAD] = lead_ticks(vehicle)
-    p[k.M_SIDE_SLIP] = vehicle.side_slip_rad_per_mps2
+    p[k.M_SIDE_SLIP] = vehicle.drive.side_slip_rad_per_mps2
     return p
 
 

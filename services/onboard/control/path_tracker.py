@@ -8,16 +8,17 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
+from touchline.services.onboard import filter_model as m
+from touchline.services.onboard.computer_state import Computer, ComputerState
 from touchline.services.onboard.control import Follower
 from touchline.services.onboard.control.turn_in_place import Turning
-from touchline.services.onboard.estimation import model as m
-from touchline.services.onboard.estimation.filter import Estimator
+from touchline.services.onboard.estimation.filter import Estimator, speed_now_mps
 from touchline.services.onboard.interface import TICK_S
 from touchline.services.onboard.trajectory import path_projection as t
 from touchline.services.onboard.trajectory.path import SPIN, Leg
-from touchline.services.onboard.trajectory.smoothing import W_SEGMENT, W_START
+from touchline.services.onboard.trajectory.smoothing import W_LENGTH, W_SEGMENT, W_START
 from touchline.services.onboard.trajectory.trajectory import LoadedTrajectory
 
 ACCELERATION_MARGIN = 1.2
@@ -35,11 +36,6 @@ _LOCATE_STEPS = 30  # of at most 5 cm each
 # wheels would only make it slip more still.
 _SLIP_LIMIT = 0.05
 
-B_RADIUS: Final = 0  # m
-B_TRACK: Final = 1  # m
-B_HALF_TICK: Final = 2  # share of the way to the command that the motors make in half a tick
-BODY: Final = 3
-
 Floats = NDArray[np.float64]
 
 
@@ -51,22 +47,24 @@ class PathTracker:
         leg_index: Of the leg that the robot is on.
     """
 
-    def __init__(self, plan: LoadedTrajectory, vehicle: Vehicle, follower: Follower) -> None:
+    def __init__(self, plan: LoadedTrajectory, vehicle: Vehicle, follower: Follower, computer: ComputerState) -> None:
         """At the start of `plan`."""
         self._plan = plan
         self._follower = follower
-        self._body = np.zeros(BODY)
-        self._body[B_RADIUS], self._body[B_TRACK] = vehicle.wheel_radius_m, vehicle.track_width_m
-        self._body[B_HALF_TICK] = 1.0 - math.exp(-0.5 * TICK_S / max(vehicle.motor_time_constant_s, TICK_S))
-        self._progress = np.zeros(t.PROGRESS)
-        self._limits = np.zeros(t.LIMITS)
-        self._limits[t.L_ACCELERATE] = vehicle.max_acceleration_mps2 * ACCELERATION_MARGIN
-        self._limits[t.L_BRAKE] = vehicle.max_acceleration_mps2
-        self._limits[t.L_BACK_SPEED] = BACK_SPEED_MPS
-        self._limits[t.L_NOZZLE_X], self._limits[t.L_NOZZLE_Y] = vehicle.nozzle_x_m, vehicle.nozzle_y_m
+        self._computer, self._state = computer, computer.leg
+        self._state.reset(
+            accelerate_mps2=vehicle.drive.max_acceleration_mps2 * ACCELERATION_MARGIN,
+            brake_mps2=vehicle.drive.max_acceleration_mps2,
+            back_speed_mps=BACK_SPEED_MPS,
+            nozzle_x_m=vehicle.tool.nozzle_x_m,
+            nozzle_y_m=vehicle.tool.nozzle_y_m,
+            fine_rows=follower.fine_rows,
+            wheel_radius_m=vehicle.drive.wheel_radius_m,
+            track_width_m=vehicle.drive.track_width_m,
+            half_tick_share=1.0 - math.exp(-0.5 * TICK_S / max(vehicle.drive.motor_time_constant_s, TICK_S)),
+        )
         self._ahead = np.zeros((follower.ahead_rows, t.AHEAD_COLUMNS))
-        self._limits[t.L_FINE] = follower.fine_rows
-        self.now = np.zeros(t.NOW)
+        self.now = self._state.now
         follower.reset()
         self._braked_ticks = 0
         self.leg_index = 0
@@ -77,14 +75,16 @@ class PathTracker:
         leg = self.leg
         self._rows = self._plan.ways[index]
         self._turning = Turning(self._plan.turns[index], leg.heading_rad) if leg.sense == SPIN else None
-        self._progress[t.P_ARC], self._progress[t.P_PIECE], self._progress[t.P_SPEED] = leg.start_m, 0.0, 0.0
+        state, rows = self._state, self._rows
+        state.arc_m, state.piece, state.speed_mps, state.end_m = leg.start_m, 0, 0.0, leg.end_m
+        state.way_end_m = rows[-1, W_START] + rows[-1, W_LENGTH] if len(rows) else leg.end_m
 
     def resume_at(self, leg: int, arc_length_m: float) -> None:
         """Stand at an arc length of a leg."""
         self._enter(leg)
         rows = self._rows
-        self._progress[t.P_ARC] = arc_length_m
-        self._progress[t.P_PIECE] = max(int(np.searchsorted(rows[:, W_START], arc_length_m, side="right")) - 1, 0)
+        self._state.arc_m = arc_length_m
+        self._state.piece = max(int(np.searchsorted(rows[:, W_START], arc_length_m, side="right")) - 1, 0)
 
     @property
     def leg(self) -> Leg:
@@ -94,7 +94,7 @@ class PathTracker:
     @property
     def arc_length_m(self) -> float:
         """Progress of the axle centre along the path."""
-        return float(self._progress[t.P_ARC])
+        return self._state.arc_m
 
     @property
     def speed_mps(self) -> float:
@@ -104,12 +104,12 @@ class PathTracker:
     @property
     def segment(self) -> int:
         """Index of the path segment under the robot."""
-        return int(self._rows[int(self._progress[t.P_PIECE]), W_SEGMENT])
+        return int(self._rows[self._state.piece, W_SEGMENT])
 
     @property
     def reference_mps(self) -> float:
         """Reference speed, negative when going back."""
-        return float(self._progress[t.P_SPEED])
+        return self._state.speed_mps
 
     @property
     def still(self) -> bool:
@@ -121,7 +121,7 @@ class PathTracker:
         """Whether the leg is done but for coming to rest."""
         if self._turning is not None:
             return self._turning.arrived(self.now)
-        return self.arc_length_m >= self.leg.end_m - END_TOLERANCE_M and abs(self.speed_mps) < 2.0 * t.CREEP_MPS
+        return bool(has_arrived(self._computer.array))
 
     def next_leg(self) -> bool:
         """Begin the next leg; False if this was the last."""
@@ -132,20 +132,28 @@ class PathTracker:
 
     def halt(self) -> None:
         """The robot stands: the next motion starts from nothing."""
-        self._progress[t.P_SPEED] = 0.0
+        self._state.speed_mps = 0.0
         self._follower.reset()
 
-    def step(
-        self, estimator: Estimator, command: tuple[float, float], mode: int, back_to_m: float = 0.0
-    ) -> tuple[float, float]:
-        """Wheel speeds (left, right) [rad/s] for the coming tick; `command` are those of the last one."""
-        x, now = estimator.state, self.now
-        self._limits[t.L_BACK_TO] = back_to_m
-        observe(x, estimator.speed_now_mps(), *command, self._body, now)
+    @property
+    def leg_arrays(self) -> t.LegArrays:
+        """The leg, for kernels."""
+        return t.LegArrays(self._rows, self._plan.speeds, self._ahead)
+
+    @property
+    def brakes(self) -> bool:
+        """Whether its last ticks were of coming to rest."""
+        return self._braked_ticks > 0
+
+    def step(self, estimator: Estimator, mode: int, back_to_m: float = 0.0) -> tuple[float, float]:
+        """Wheel speeds (left, right) [rad/s] for the coming tick."""
+        now = self.now
+        self._state.back_to_m = back_to_m
+        observe(self._computer.array)
         if self._turning is not None:
-            self._turning.step(float(x[m.HEADING]), mode == t.MODE_BRAKE, now, self._ahead)
+            self._turning.step(float(estimator.state[m.HEADING]), mode == t.MODE_BRAKE, now, self._ahead)
         else:
-            self._track(x, mode)
+            self._track(mode)
         self._braked_ticks = self._braked_ticks + 1 if mode == t.MODE_BRAKE and self.still else 0
         if self._braked_ticks > BRAKED_TICKS:
             return 0.0, 0.0
@@ -154,8 +162,8 @@ class PathTracker:
 
     def wheels_rest(self, estimator: Estimator) -> bool:
         """Whether the wheels, by their encoders, have come to rest or begun to turn back."""
-        left, right = estimator.intake.encoder_rates
-        radius_m = self._body[B_RADIUS]
+        left, right = estimator.buffer.rates_radps.tolist()
+        radius_m = self._state.wheel_radius_m
         ahead_mps, turn_mps = 0.5 * radius_m * (left + right) * self._direction, 0.5 * radius_m * abs(right - left)
         return bool(ahead_mps < 2.0 * STOPPED_MPS and turn_mps < 2.0 * STOPPED_MPS)
 
@@ -169,7 +177,7 @@ class PathTracker:
 
         A speed that is believed and wrong would else have the robot speed up, or drive back.
         """
-        radius_m, direction = float(self._body[B_RADIUS]), self._direction
+        radius_m, direction = self._state.wheel_radius_m, self._direction
         ahead = 0.5 * (left + right) * direction
         most = (BRAKE_SHARE * abs(self.reference_mps) + BRAKE_MARGIN_MPS) / radius_m
         least = -BRAKE_MARGIN_MPS / radius_m
@@ -183,27 +191,15 @@ class PathTracker:
             self._turning.hold(float(x[m.HEADING]))
             self.halt()
             return
-        self._limits[t.L_BACK_TO] = self.leg.start_m
+        self._state.back_to_m = self.leg.start_m
         for mode in (t.MODE_BRAKE, t.MODE_BACK):
             for _ in range(_LOCATE_STEPS):
-                self._progress[t.P_SPEED] = 0.0
-                self._track(x, mode)
+                self._state.speed_mps = 0.0
+                self._track(mode)
         self.halt()
 
-    def _track(self, x: Floats, mode: int) -> None:
-        t.track(
-            self._rows,
-            self.leg.sense,
-            self._plan.speeds,
-            self._progress,
-            self._limits,
-            mode,
-            x[m.EAST],
-            x[m.NORTH],
-            x[m.HEADING],
-            self.now,
-            self._ahead,
-        )
+    def _track(self, mode: int) -> None:
+        t.track(self._computer.array, self.leg_arrays, self.leg.sense, mode)
 
 
 @kernel
@@ -212,21 +208,34 @@ def _bounded(slip: float) -> float:
 
 
 @kernel
-def observe(x: Floats, speed_mps: float, left_radps: float, right_radps: float, body: Floats, now: Floats) -> None:
-    """What the follower is told about the robot itself.
+def has_arrived(computer: Computer) -> bool:
+    """Whether a leg is done but for coming to rest."""
+    leg = computer[0].leg
+    return bool(leg.arc_m >= leg.end_m - END_TOLERANCE_M and abs(leg.now[t.SPEED]) < 2.0 * t.CREEP_MPS)
 
-    Args:
-        x: (STATES,) of the estimator.
-        speed_mps: At the end of the tick.
-        left_radps: Commanded in the last tick, as `right_radps`.
-        right_radps: See `left_radps`.
-        body: (BODY,) of this vehicle.
-        now: (NOW,) of `path_projection`: twist, effective radii and commands are filled in.
+
+@kernel
+def nozzle_m(computer: Computer) -> float:
+    """The arc length at which the nozzle would be if the robot's heading were the path's [m].
+
+    The nozzle is beside the axle: a robot turned by an angle carries it ahead by that times its distance.
     """
-    now[t.SPEED] = speed_mps
-    now[t.LEFT_RADIUS] = body[B_RADIUS] * (1.0 - _bounded(x[m.LEFT_SLIP]))
-    now[t.RIGHT_RADIUS] = body[B_RADIUS] * (1.0 - _bounded(x[m.RIGHT_SLIP]))
-    now[t.LEFT_COMMAND], now[t.RIGHT_COMMAND] = left_radps, right_radps
+    leg = computer[0].leg
+    place_m: float = leg.arc_m - leg.nozzle_y_m * leg.now[t.HEADING_ERROR]
+    return place_m
+
+
+@kernel
+def observe(computer: Computer) -> None:
+    """What the follower is told about the robot itself: twist, effective radii and commands, in the leg's `now`."""
+    c = computer[0]
+    x, wheels, now = c.filter.states[c.times.tick % m.RING], c.command.actuators, c.leg.now
+    radius_m = c.leg.wheel_radius_m
+    now[t.SPEED] = speed_now_mps(computer)
+    now[t.LEFT_RADIUS] = radius_m * (1.0 - _bounded(x[m.LEFT_SLIP]))
+    now[t.RIGHT_RADIUS] = radius_m * (1.0 - _bounded(x[m.RIGHT_SLIP]))
+    now[t.LEFT_COMMAND], now[t.RIGHT_COMMAND] = wheels[0], wheels[1]
     # The estimate is the mean of the last tick; the motors' lag says how far it has moved on since its middle.
-    commanded = (right_radps * now[t.RIGHT_RADIUS] - left_radps * now[t.LEFT_RADIUS]) / body[B_TRACK]
-    now[t.YAW_RATE] = x[m.YAW_RATE] + body[B_HALF_TICK] * (commanded - x[m.YAW_RATE])
+    turned_mps = wheels[1] * now[t.RIGHT_RADIUS] - wheels[0] * now[t.LEFT_RADIUS]
+    commanded = turned_mps / c.leg.track_width_m
+    now[t.YAW_RATE] = x[m.YAW_RATE] + c.leg.half_tick_share * (commanded - x[m.YAW_RATE])

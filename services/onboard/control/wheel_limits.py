@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
 from touchline.services.onboard.interface import TICK_S
 from touchline.services.onboard.trajectory.path_projection import LEFT_RADIUS, RIGHT_RADIUS, SPEED, YAW_RATE
@@ -30,18 +30,18 @@ def lead_ticks(vehicle: Vehicle) -> int:
 
     The mean of that tick, not its start, is what its command stands for: that makes up for the command being held.
     """
-    return min(round(vehicle.motor_time_constant_s / TICK_S), MAX_LEAD_TICKS)
+    return min(round(float(vehicle.drive.motor_time_constant_s) / TICK_S), MAX_LEAD_TICKS)
 
 
 def wheel_limits(vehicle: Vehicle) -> NDArray[np.float64]:
     """(PARAMETERS,) differential drive, limits, nominal side slip and planned accelerations of this vehicle."""
     p = np.zeros(PARAMETERS)
-    p[W_HALF_TRACK] = vehicle.half_track_m
-    p[W_MAX_RATE] = vehicle.max_wheel_speed_radps
+    p[W_HALF_TRACK] = vehicle.drive.half_track_m
+    p[W_MAX_RATE] = vehicle.drive.max_wheel_speed_radps
     # A first-order motor accelerates by (command − speed) / lag.
-    p[W_REACH] = vehicle.max_wheel_acceleration_radps2 * max(vehicle.motor_time_constant_s, TICK_S)
-    p[W_SIDE_SLIP] = vehicle.side_slip_rad_per_mps2
-    p[W_ACROSS], p[W_BRAKE] = vehicle.max_lateral_acceleration_mps2, vehicle.max_acceleration_mps2
+    p[W_REACH] = vehicle.drive.max_wheel_acceleration_radps2 * max(vehicle.drive.motor_time_constant_s, TICK_S)
+    p[W_SIDE_SLIP] = vehicle.drive.side_slip_rad_per_mps2
+    p[W_ACROSS], p[W_BRAKE] = vehicle.drive.max_lateral_acceleration_mps2, vehicle.drive.max_acceleration_mps2
     return p
 
 

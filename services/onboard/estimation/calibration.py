@@ -20,7 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.services.core.jit import kernel
-from touchline.services.onboard.estimation.model import (
+from touchline.services.onboard.estimation.standing import contradicts
+from touchline.services.onboard.filter_model import (
     C_MEAN_SLIP_VAR,
     C_Q_RISE,
     C_Q_SIDE_BIAS,
@@ -53,7 +54,6 @@ from touchline.services.onboard.estimation.model import (
     SPEED,
     YAW_RATE,
 )
-from touchline.services.onboard.estimation.standing import contradicts
 from touchline.services.onboard.interface import TICK_S
 
 Floats = NDArray[np.float64]

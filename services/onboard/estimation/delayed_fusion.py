@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.services.core.jit import kernel
+from touchline.services.onboard.computer_state import FilterState
 from touchline.services.onboard.estimation.calibration import LEARN_TICKS, lay_down, learn
 from touchline.services.onboard.estimation.measurements import (
     doubt_accelerometer,
@@ -23,7 +24,11 @@ from touchline.services.onboard.estimation.measurements import (
     strain_tyres,
     use_fix,
 )
-from touchline.services.onboard.estimation.model import (
+from touchline.services.onboard.estimation.prediction import predict
+from touchline.services.onboard.estimation.standing import settle_dispute
+from touchline.services.onboard.estimation.tail import CONTRADICTED, bounded, doubt, likelihood
+from touchline.services.onboard.estimation.updates import two
+from touchline.services.onboard.filter_model import (
     ACCEL_BIAS,
     C_MAST,
     EAST,
@@ -49,10 +54,6 @@ from touchline.services.onboard.estimation.model import (
     SPEED,
     STATES,
 )
-from touchline.services.onboard.estimation.prediction import predict
-from touchline.services.onboard.estimation.standing import settle_dispute
-from touchline.services.onboard.estimation.tail import CONTRADICTED, bounded, doubt, likelihood
-from touchline.services.onboard.estimation.updates import two
 
 Floats = NDArray[np.float64]
 
@@ -61,10 +62,10 @@ _NO_IMU_SPEED_VAR = 1e-4  # (1 m/s² · a tick)²
 
 
 @kernel
-def _step(
-    xs: Floats, Ps: Floats, inputs: Floats, slot: int, c: Floats, n: Floats, live: bool, h: Floats, g: Floats
-) -> None:
+def _step(ring: FilterState, slot: int, live: bool, h: Floats, g: Floats) -> None:
     """The posterior of `slot` from that of the slot before."""
+    xs, Ps, inputs = ring.states, ring.covariances, ring.inputs
+    c, n = ring.figures, ring.counters
     before = (slot - 1) % RING
     x, P = xs[slot], Ps[slot]
     for i in range(STATES):
@@ -89,54 +90,29 @@ def _step(
 
 
 @kernel
-def _rerun(
-    xs: Floats,
-    Ps: Floats,
-    inputs: Floats,
-    fixes: Floats,
-    c: Floats,
-    n: Floats,
-    first: int,
-    last: int,
-    live: int,
-    h: Floats,
-    g: Floats,
-) -> None:
+def _rerun(ring: FilterState, first: int, last: int, live: int, h: Floats, g: Floats) -> None:
     """Run the ticks `first` … `last` again; statistics count in tick `live` only."""
+    xs, Ps, inputs = ring.states, ring.covariances, ring.inputs
+    fixes, c = ring.fixes, ring.figures
     for tick in range(first, last + 1):
         slot = tick % RING
-        _step(xs, Ps, inputs, slot, c, n, tick == live, h, g)
+        _step(ring, slot, tick == live, h, g)
         if fixes[slot, FIX_USED] > 0.0:
             use_fix(xs[slot], Ps[slot], fixes[slot], inputs[slot], c, h, g)
 
 
 @kernel
-def advance(
-    xs: Floats,
-    Ps: Floats,
-    inputs: Floats,
-    fixes: Floats,
-    c: Floats,
-    n: Floats,
-    slow: Floats,
-    tick: int,
-    oldest: int,
-    live: int,
-) -> None:
+def advance(ring: FilterState, tick: int, oldest: int, live: int) -> None:
     """Advance the filter by one tick, from the `oldest` tick on that learned something new.
 
     Args:
-        xs: (RING, STATES) posterior states by tick modulo RING; `inputs[tick % RING]` is already filled.
-        Ps: (RING, STATES, STATES) their covariances.
-        inputs: (RING, INPUTS) measurements of each tick but GNSS.
-        fixes: (RING + 1, FIXES) fixes by the tick they are valid in; the last row holds the one that just arrived.
-        c: (FIGURES,) constants.
-        n: (COUNTERS,) counters and innovations, updated.
-        slow: (SLOW,) what is learned beside the states, updated from the oldest tick of the ring.
+        ring: Updated; the inputs of the tick are filled in already.
         tick: This tick.
         oldest: At most `tick`, later than the tick in which the filter was started.
         live: The tick whose measurements are new and count in the statistics.
     """
+    xs, inputs, fixes = ring.states, ring.inputs, ring.fixes
+    c, slow = ring.figures, ring.slow
     h = np.zeros((2, STATES))
     g = np.zeros(STATES)
     fixes[tick % RING, FIX_USED] = 0.0
@@ -144,36 +120,31 @@ def advance(
     if settled % LEARN_TICKS == 0 or fixes[settled, FIX_USED] > 0.0:
         learn(settled, xs[settled], inputs[settled], fixes[settled], c, slow)
     lay_down(slow, inputs[tick % RING])
-    _rerun(xs, Ps, inputs, fixes, c, n, oldest, tick, live, h, g)
+    _rerun(ring, oldest, tick, live, h, g)
 
 
 @kernel
-def take_fix(
-    xs: Floats,
-    Ps: Floats,
-    inputs: Floats,
-    fixes: Floats,
-    c: Floats,
-    n: Floats,
-    tick: int,
-    first_tick: int,
-    fix_tick: int,
-) -> None:
-    """Take in a fix, `fixes[RING]`, that has arrived in `tick` and is valid in `fix_tick`; the rest as `advance`.
+def take_fix(ring: FilterState, tick: int, first_tick: int, fix_tick: int) -> bool:
+    """Take in a fix, the last row of `ring.fixes`, that has arrived in `tick` and is valid in `fix_tick`.
 
     Fixes from before `first_tick`, in which the filter was started, are taken as of then.
+
+    Returns:
+        Whether it is used.
     """
+    xs, Ps, inputs = ring.states, ring.covariances, ring.inputs
+    fixes, c, n = ring.fixes, ring.figures, ring.counters
     h = np.zeros((2, STATES))
     g = np.zeros(STATES)
     at = max(fix_tick, first_tick)
     if at > tick or tick - at > RING - 2:
         n[N_FIX_LATE] += 1.0
-        return
+        return False
     where = at % RING
     fix = fixes[RING]
     if fixes[where, FIX_USED] > 0.0 and at == fix_tick:
         n[N_FIX_DUPLICATE] += 1.0
-        return
+        return False
     y0, y1 = fix_rows(xs[where], fix, inputs[where], c, h)
     nis = two(Ps[where], h, y0, y1, fix[FIX_VARIANCE])
     weighed = bounded(nis)
@@ -182,7 +153,7 @@ def take_fix(
     n[N_FIX_OUTLYING_RUN] = n[N_FIX_OUTLYING_RUN] + 1.0 if n[FIX_DOUBT] > 0.0 else 0.0
     if n[FIX_DOUBT] >= CONTRADICTED:
         n[N_FIX_REJECTED] += 1.0
-        return
+        return False
     n[N_FIXES] += 1.0
     n[NIS_FIX_SUM] += weighed
     n[NIS_FIX_RECENT] += _RECENT * (weighed - n[NIS_FIX_RECENT])
@@ -194,4 +165,5 @@ def take_fix(
         fixes[where, k] = fix[k]
     fixes[where, FIX_USED] = 1.0
     use_fix(xs[where], Ps[where], fixes[where], inputs[where], c, h, g)
-    _rerun(xs, Ps, inputs, fixes, c, n, at + 1, tick, -1, h, g)
+    _rerun(ring, at + 1, tick, -1, h, g)
+    return True

@@ -10,16 +10,34 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.onboard import OnboardConfig
-from touchline.schemas.vehicle import Vehicle
-from touchline.services.onboard.estimation import model as m
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.core.jit import kernel
+from touchline.services.onboard import filter_model as m
+from touchline.services.onboard.computer_state import Computer, ComputerState, FilterState, FilterTimes
 from touchline.services.onboard.estimation.calibration import start_learning
 from touchline.services.onboard.estimation.delayed_fusion import advance, take_fix
-from touchline.services.onboard.estimation.sample_buffer import STILL_TICKS, Intake
+from touchline.services.onboard.estimation.noise import noise_figures
+from touchline.services.onboard.estimation.sample_buffer import STILL_TICKS, take_samples
 from touchline.services.onboard.estimation.standing import JOLT_MPS2
 from touchline.services.onboard.estimation.tail import CONTRADICTED
-from touchline.services.onboard.interface import TICK_S, Estimate, GnssSample, SensorFrame
+from touchline.services.onboard.interface import (
+    F_EAST,
+    F_FIX,
+    F_NORTH,
+    F_STAMP,
+    F_VARIANCE,
+    FIX_COLUMNS,
+    TICK_S,
+    TICKS_PER_S,
+    Estimate,
+    GnssSample,
+    SensorFrame,
+)
+
+Floats = NDArray[np.float64]
 
 FIX_NONE: Final = 0
+FIX_FLOAT: Final = 2
 FIX_FIXED: Final = 3
 
 _START_TICKS = 25  # at standstill before the biases are worth starting from
@@ -28,15 +46,94 @@ _MOST_LEAN_MPS2 = 3.0  # of an accelerometer's reading at standstill, beyond its
 _GATHERED_SIGMAS = 4.0
 _ALIGNED_FIXES = 3
 _LOOSE_FIX_FACTOR = 20.0  # float and single fixes err slowly: their variance counts for two seconds, not for 0.1 s
-_LOOSE_FIX_FLOOR_M2 = {1: 1.0, 2: 0.04}
-LEAD_S = 0.005  # by which a receiver's clock may be ahead and still be believed
+_SINGLE_FIX_FLOOR_M2 = 1.0
+_FLOAT_FIX_FLOOR_M2 = 0.04
+_LEAD_S = 0.005  # by which a receiver's clock may be ahead and still be believed
 _ALONE = 4.0  # factor on the white variance of a fix that there is nothing to weigh by: it may be one of the tail
 _ACCEPTED_HEADING_VAR = math.radians(0.3) ** 2
 JUMP_RUN: Final = 15
 """Outlying fixes in a row (1.5 s) after which they are a jump that the operator may accept."""
 _PLACE: Final = [m.EAST, m.NORTH]
+_NO_FIXES = np.zeros((0, FIX_COLUMNS))
 _NO_COVARIANCE = np.diag([1e6, 1e6, math.pi**2]).ravel()
 _NO_TWIST_COVARIANCE = np.diag([1e6, 1e6]).ravel()
+
+
+@kernel
+def take_frame(tick: int, fixes: Floats, count: int, computer: Computer) -> None:
+    """Take in a tick's measurements: samples, then the filter's step, then each fix.
+
+    Args:
+        tick: This tick; none is left out.
+        fixes: (n, FIX_COLUMNS) that arrived in it, whenever they were measured.
+        count: How many of them count.
+        computer: (1,) with the frame; sample buffer and filter are updated, the filter once it has been started.
+    """
+    c = computer[0]
+    ring, times = c.filter, c.times
+    oldest = take_samples(tick, c)
+    for i in range(count):
+        _note_fix(tick, fixes[i], times)
+    if times.first_tick < 0:
+        return
+    times.tick = tick
+    advance(ring, tick, max(oldest, times.first_tick + 1), c.buffer.encoder_tick)
+    for i in range(count):
+        fix = fixes[i]
+        finite = math.isfinite(fix[F_STAMP] + fix[F_EAST] + fix[F_NORTH] + fix[F_VARIANCE])
+        if fix[F_FIX] == FIX_NONE or not finite:
+            continue
+        used = take_fix(ring, tick, times.first_tick, _enter_fix(fix, ring))
+        if used and fix[F_FIX] == FIX_FIXED:
+            times.last_used_stamp_s = max(times.last_used_stamp_s, fix[F_STAMP])
+
+
+@kernel
+def _note_fix(tick: int, fix: Floats, times: FilterTimes) -> None:
+    """Remember a fix (FIX_COLUMNS,) if it is the newest, and not from the future."""
+    newer = not times.has_fix or fix[F_STAMP] > times.fix[F_STAMP]
+    if newer and fix[F_STAMP] <= tick / TICKS_PER_S + _LEAD_S:
+        times.has_fix = True
+        for column in range(FIX_COLUMNS):
+            times.fix[column] = fix[column]
+
+
+@kernel
+def _enter_fix(fix: Floats, ring: FilterState) -> int:
+    """Put a fix (FIX_COLUMNS,) into the last row of `ring.fixes`; returns the tick in which it is valid."""
+    c = ring.figures
+    tick: int = math.floor(fix[F_STAMP] / TICK_S + 1e-6)
+    row = ring.fixes[m.RING]
+    row[m.FIX_EAST], row[m.FIX_NORTH] = fix[F_EAST], fix[F_NORTH]
+    row[m.FIX_AFTER] = fix[F_STAMP] - tick * TICK_S
+    if fix[F_FIX] == FIX_FIXED:
+        # What the receiver reports beyond its data sheet is trouble; what it reports less is not believed.
+        excess = fix[F_VARIANCE] - c[m.C_R_GNSS] - c[m.C_GM_VAR]
+        row[m.FIX_VARIANCE] = c[m.C_R_GNSS] + max(excess, 0.0)
+    else:
+        floor = _FLOAT_FIX_FLOOR_M2 if fix[F_FIX] == FIX_FLOAT else _SINGLE_FIX_FLOOR_M2
+        row[m.FIX_VARIANCE] = _LOOSE_FIX_FACTOR * max(fix[F_VARIANCE], floor)
+    return tick
+
+
+@kernel
+def speed_now_mps(computer: Computer) -> float:
+    """Speed at the end of the tick [m/s]: the state is the tick's mean, the accelerometer gives the other half."""
+    c = computer[0]
+    slot = c.times.tick % m.RING
+    x, z = c.filter.states[slot], c.filter.inputs[slot]
+    accel_mps2 = c.buffer.accel_mps2 - x[m.ACCEL_BIAS]
+    speed_mps: float = x[m.SPEED]
+    if z[m.IN_STILL] > 0.0 and abs(accel_mps2) > JOLT_MPS2:
+        return speed_mps
+    speed_mps += 0.5 * TICK_S * accel_mps2
+    return speed_mps
+
+
+@kernel
+def position_sigma(P: Floats) -> float:
+    """Larger standard deviation of the two horizontal axes [m], slow GNSS error included; `P` (STATES, STATES)."""
+    return math.sqrt(max(P[m.EAST, m.EAST], P[m.NORTH, m.NORTH]))
 
 
 class Estimator:
@@ -46,41 +143,44 @@ class Estimator:
     gyro and accelerometer bias from their means, heading from the magnetometer, position from the fix.
     """
 
-    def __init__(self, vehicle: Vehicle, config: OnboardConfig) -> None:
-        """A filter that has seen nothing yet."""
-        self._c = m.noise_figures(vehicle, config)
+    def __init__(self, vehicle: Vehicle, config: OnboardConfig, computer: ComputerState | None = None) -> None:
+        """A filter that has seen nothing yet; of this computer, or of one of its own."""
         self._gyro_start_var = config.imu.gyro_density_radps_rthz**2
         self._accel_start_var = config.imu.accel_density_mps2_rthz**2
-        self.intake = Intake(vehicle)
-        self._xs = np.zeros((m.RING, m.STATES))
-        self._covariances = np.zeros((m.RING, m.STATES, m.STATES))
-        self._inputs = np.zeros((m.RING, m.INPUTS))
-        self._fixes = np.zeros((m.RING + 1, m.FIXES))
-        self.counters = np.zeros(m.COUNTERS)
-        """(COUNTERS,) counts, NIS sums and the last innovation; indices in `model`."""
-        self._slow = np.zeros(m.SLOW)
+        self._computer = computer or ComputerState()
+        self.buffer, self.times, self.ring = self._computer.buffer, self._computer.times, self._computer.filter
+        self.buffer.radius_m = vehicle.drive.wheel_radius_m
+        self.ring.figures[:] = noise_figures(vehicle, config)
         self._sums = np.zeros(4)
         self._accels: deque[float] = deque(maxlen=_GATHERED_TICKS)
         self.restart()
 
     def restart(self) -> None:
         """Forget everything and start again from the sensors: the robot may have been carried elsewhere."""
-        self._first_tick = -1
-        self._slot = self._tick = 0
+        self.times.reset()
         self._gather_anew()
-        self._fixes[:] = 0.0
-        self._inputs[:] = math.nan  # nothing of it is learned from
-        start_learning(self._c, self._slow)
+        self.ring.fixes[:] = 0.0
+        self.ring.inputs[:] = math.nan  # nothing of it is learned from
+        start_learning(self.ring.figures, self.ring.slow)
         self.counters[:] = 0.0
-        self.last_fix: GnssSample | None = None
+
+    @property
+    def counters(self) -> Floats:
+        """(COUNTERS,) counts, NIS sums and the last innovation; indices in `model`."""
+        return self.ring.counters
+
+    @property
+    def last_fix(self) -> GnssSample | None:
         """The newest fix that arrived, used or not; by its stamp, and not from the future."""
-        self.last_used_stamp_s = -math.inf
-        """Time of validity of the newest RTK-fixed position that was used."""
+        if not self.times.has_fix:
+            return None
+        stamp, east, north, variance, fix, satellites, age = self.times.fix.tolist()
+        return GnssSample(stamp, east, north, variance, int(fix), int(satellites), age)
 
     @property
     def started(self) -> bool:
         """Whether there is an estimate."""
-        return self._first_tick >= 0
+        return self.times.first_tick >= 0
 
     @property
     def aligned(self) -> bool:
@@ -99,49 +199,48 @@ class Estimator:
     @property
     def disputed(self) -> bool:
         """Whether the accelerometer contradicts wheels that stand, and is not believed."""
-        return bool(self._inputs[self._slot, m.IN_DISPUTED] > 0.0)
+        return bool(self.ring.inputs[self._slot, m.IN_DISPUTED] > 0.0)
 
     @property
     def wheels_stand(self) -> bool:
         """Whether the wheels have stood for a while, whatever the other sensors say."""
-        return self.intake.still_ticks >= STILL_TICKS
+        return self.buffer.still_ticks >= STILL_TICKS
 
     @property
-    def state(self) -> NDArray[np.float64]:
+    def _slot(self) -> int:
+        return self.times.tick % m.RING
+
+    @property
+    def state(self) -> Floats:
         """(STATES,) the current state; a view."""
-        row: NDArray[np.float64] = self._xs[self._slot]
+        row: Floats = self.ring.states[self._slot]
         return row
 
     @property
-    def covariance(self) -> NDArray[np.float64]:
+    def covariance(self) -> Floats:
         """(STATES, STATES) its covariance; a view."""
-        matrix: NDArray[np.float64] = self._covariances[self._slot]
+        matrix: Floats = self.ring.covariances[self._slot]
         return matrix
 
     @property
     def position_sigma_m(self) -> float:
         """Larger standard deviation of the two horizontal axes, slow GNSS error included."""
-        p = self._covariances[self._slot]
-        return math.sqrt(max(p[m.EAST, m.EAST], p[m.NORTH, m.NORTH])) if self.started else math.inf
+        return float(position_sigma(self.covariance)) if self.started else math.inf
 
     @property
     def heading_sigma_rad(self) -> float:
         """Standard deviation of the heading."""
-        return math.sqrt(self._covariances[self._slot, m.HEADING, m.HEADING]) if self.started else math.inf
+        return math.sqrt(self.covariance[m.HEADING, m.HEADING]) if self.started else math.inf
 
     def speed_now_mps(self) -> float:
-        """Speed at the end of the tick: the state is the tick's mean, the accelerometer gives the other half."""
-        x = self._xs[self._slot]
-        accel_mps2 = self.intake.accel_mps2 - x[m.ACCEL_BIAS]
-        if self._inputs[self._slot, m.IN_STILL] > 0.0 and abs(accel_mps2) > JOLT_MPS2:
-            return float(x[m.SPEED])
-        return float(x[m.SPEED] + 0.5 * TICK_S * accel_mps2)
+        """Speed at the end of the tick [m/s]."""
+        return float(speed_now_mps(self._computer.array))
 
     def estimate(self) -> Estimate:
         """Pose, twist and their covariances of the axle centre at the tick's time."""
         if not self.started:
             return Estimate(0.0, 0.0, 0.0, 0.0, 0.0, _NO_COVARIANCE, _NO_TWIST_COVARIANCE)
-        x, p = self._xs[self._slot].tolist(), self._covariances[self._slot]
+        x, p = self.state.tolist(), self.covariance
         twist = m.SPEED, m.YAW_RATE
         return Estimate(
             x[m.EAST],
@@ -155,24 +254,12 @@ class Estimator:
 
     def step(self, frame: SensorFrame) -> None:
         """Take in a tick's measurements. Frames must come in order, one per tick; what is in them need not."""
-        oldest, live = self.intake.take(frame, self._inputs)
-        for gnss in frame.gnss:
-            newer = self.last_fix is None or gnss.stamp_s > self.last_fix.stamp_s
-            if newer and gnss.stamp_s <= frame.time_s + LEAD_S:
-                self.last_fix = gnss
-        if not self.started:
+        self._computer.frame.fill(frame)
+        fixes = np.array(frame.gnss, dtype=np.float64) if frame.gnss else _NO_FIXES
+        started = self.started
+        take_frame(frame.tick, fixes, len(frame.gnss), self._computer.array)
+        if not started:
             self._gather(frame)
-            return
-        self._slot, self._tick = frame.tick % m.RING, frame.tick
-        ring = (self._xs, self._covariances, self._inputs, self._fixes, self._c, self.counters)
-        advance(*ring, self._slow, frame.tick, max(oldest, self._first_tick + 1), live)
-        for gnss in frame.gnss:
-            if gnss.fix == FIX_NONE or not math.isfinite(gnss.stamp_s + gnss.east_m + gnss.north_m + gnss.variance_m2):
-                continue
-            used = self.counters[m.N_FIXES]
-            take_fix(*ring, frame.tick, self._first_tick, self._enter_fix(gnss))
-            if gnss.fix == FIX_FIXED and self.counters[m.N_FIXES] > used:
-                self.last_used_stamp_s = max(self.last_used_stamp_s, gnss.stamp_s)
 
     @property
     def jump_m(self) -> float:
@@ -190,19 +277,19 @@ class Estimator:
         assert fix is not None, "there is no jump without a fix"
         self.covariance[m.HEADING, m.HEADING] += _ACCEPTED_HEADING_VAR
         self._place(self.state, self.covariance, fix)
-        self._fixes[:] = 0.0
+        self.ring.fixes[:] = 0.0
         # Nothing from before this tick is run again.
-        self._first_tick = self._tick
+        self.times.first_tick = self.times.tick
         self.counters[[m.N_FIX_OUTLYING_RUN, m.FIX_DOUBT, m.NIS_FIX_RECENT]] = 0.0
         self.counters[m.N_RECOVERIES] += 1.0
 
-    def _place(self, x: NDArray[np.float64], p: NDArray[np.float64], fix: GnssSample) -> None:
+    def _place(self, x: Floats, p: Floats, fix: GnssSample) -> None:
         """Put the axle where a fix says, into a state and its covariance, whose heading is known already.
 
         Its place is the fix less the fix's error and less the lever, which turns with the heading and all that goes
         with that.
         """
-        c, slows = self._c, [m.GNSS_EAST, m.GNSS_NORTH]
+        c, slows = self.ring.figures, [m.GNSS_EAST, m.GNSS_NORTH]
         cos, sin = math.cos(x[m.HEADING]), math.sin(x[m.HEADING])
         ax, ay = c[m.C_ANTENNA_X], c[m.C_ANTENNA_Y]
         x[_PLACE] = fix.east_m - (cos * ax - sin * ay), fix.north_m - (sin * ax + cos * ay)
@@ -218,23 +305,9 @@ class Estimator:
         p[:, _PLACE] += turned.T
         p[np.ix_(_PLACE, _PLACE)] += turned @ lever.T + np.eye(2) * (_ALONE * c[m.C_R_GNSS] + c[m.C_GM_VAR])
 
-    def _enter_fix(self, gnss: GnssSample) -> int:
-        tick = math.floor(gnss.stamp_s / TICK_S + 1e-6)
-        row = self._fixes[m.RING]
-        row[m.FIX_EAST], row[m.FIX_NORTH] = gnss.east_m, gnss.north_m
-        row[m.FIX_AFTER] = gnss.stamp_s - tick * TICK_S
-        if gnss.fix == FIX_FIXED:
-            # What the receiver reports beyond its data sheet is trouble; what it reports less is not believed.
-            excess = gnss.variance_m2 - self._c[m.C_R_GNSS] - self._c[m.C_GM_VAR]
-            row[m.FIX_VARIANCE] = self._c[m.C_R_GNSS] + max(excess, 0.0)
-        else:
-            floor = _LOOSE_FIX_FLOOR_M2.get(gnss.fix, 1.0)
-            row[m.FIX_VARIANCE] = _LOOSE_FIX_FACTOR * max(gnss.variance_m2, floor)
-        return tick
-
     def _gather(self, frame: SensorFrame) -> None:
         """Average the sensors at standstill and start the filter when a fixed position arrives."""
-        if self.intake.still_ticks == 0:
+        if self.buffer.still_ticks == 0:
             self._gather_anew()
             return
         imu, mag = frame.imu, frame.mag
@@ -247,12 +320,12 @@ class Estimator:
         if gnss.stamp_s < frame.time_s - (self._sum_ticks - 0.5) * TICK_S:
             return  # from before the robot stood here
         gyro, accel, mag_x, mag_y = (self._sums / self._sum_ticks).tolist()
-        accel, c = self._without_jolts(accel), self._c
+        accel, c = self._without_jolts(accel), self.ring.figures
         if abs(accel) > _MOST_LEAN_MPS2 + _GATHERED_SIGMAS * math.sqrt(c[m.C_SIDE_BIAS_VAR]):
             self._gather_anew()
             return
-        self._slot = frame.tick % m.RING
-        x, p = self._xs[self._slot], self._covariances[self._slot]
+        self.times.first_tick = self.times.tick = frame.tick
+        x, p = self.state, self.covariance
         x[m.HEADING], x[m.GYRO_BIAS], x[m.ACCEL_BIAS] = math.atan2(mag_x, mag_y), gyro, accel
         span_s = self._sum_ticks * TICK_S
         diagonal = np.zeros(m.STATES)
@@ -266,8 +339,7 @@ class Estimator:
         # The heading's error is the magnetometer's.
         p[m.HEADING, m.MAG_BIAS] = p[m.MAG_BIAS, m.HEADING] = -c[m.C_MAG_VAR]
         self._place(x, p, gnss)
-        self._inputs[self._slot, m.IN_RISE_EAST :] = 0.0  # nothing has been learned yet
-        self._first_tick = frame.tick
+        self.ring.inputs[self._slot, m.IN_RISE_EAST :] = 0.0  # nothing has been learned yet
 
     def _gather_anew(self) -> None:
         self._sums[:] = 0.0

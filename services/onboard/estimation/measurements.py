@@ -12,7 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.services.core.jit import kernel
-from touchline.services.onboard.estimation.model import (
+from touchline.services.onboard.estimation.tail import weighed_variance
+from touchline.services.onboard.estimation.updates import apply, apply_two, two, wrap
+from touchline.services.onboard.filter_model import (
     C_ANTENNA_X,
     C_ANTENNA_Y,
     C_MAST,
@@ -62,8 +64,6 @@ from touchline.services.onboard.estimation.model import (
     STATES,
     YAW_RATE,
 )
-from touchline.services.onboard.estimation.tail import weighed_variance
-from touchline.services.onboard.estimation.updates import apply, apply_two, two, wrap
 from touchline.services.onboard.interface import TICK_S
 
 Floats = NDArray[np.float64]

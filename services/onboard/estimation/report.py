@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.services.onboard.estimation import model as m
+from touchline.services.onboard import filter_model as m
 from touchline.services.onboard.interface import Consistency
 
 

@@ -9,12 +9,15 @@ from __future__ import annotations
 import math
 from typing import Final
 
-import numpy as np
-from numpy.typing import NDArray
+from touchline.services.core.jit import kernel
+from touchline.services.onboard import filter_model as m
+from touchline.services.onboard.computer_state import ComputerState
+from touchline.services.onboard.interface import ACCEL, ANGLES, MAG, TICK_S
 
-from touchline.schemas.vehicle import Vehicle
-from touchline.services.onboard.estimation import model as m
-from touchline.services.onboard.interface import TICK_S, ImuSample, SensorFrame
+# Rows of `FrameState.measured_tick`.
+IMU: Final = 0
+MAGNETOMETER: Final = 1
+ENCODERS: Final = 2
 
 STILL_RAD: Final = 1e-4
 """Wheel angle in a tick below which the wheel stands (1 mm/s)."""
@@ -26,83 +29,99 @@ FROZEN_RADPS: Final = 0.05
 """If the IMU repeats itself while the wheels' rates have changed by so much, it is frozen: that is no new sample."""
 
 
-class Intake:
-    """See the module.
+@kernel
+def take_samples(tick: int, c: ComputerState) -> int:
+    """Enter the samples of a tick's frame in the filter's inputs; the tick's own row is emptied first.
 
-    Attributes:
-        still_ticks: For how long no wheel has turned.
-        accel_mps2: The newest forward acceleration.
-        imu_tick, encoder_tick: In which the newest samples were measured; −1 before the first.
-        encoder_rates: The newest rates of the wheels (left, right) [rad/s].
+    Returns:
+        The oldest tick that learned something new; `tick` if none did.
     """
+    row = c.filter.inputs[tick % m.RING]
+    for column in range(m.INPUTS):
+        row[column] = math.nan
+    row[m.IN_STILL] = 0.0
+    oldest = tick
+    for sensor in range(3):
+        sampled = c.frame.measured_tick[sensor]
+        if tick - sampled > OLDEST_TICKS:
+            new = False
+        elif sensor == IMU:
+            new = _take_imu(sampled, c)
+        elif sensor == ENCODERS:
+            new = _take_encoders(sampled, c)
+        else:
+            new = _take_magnetometer(sampled, c)
+        if new:
+            oldest = min(oldest, sampled)
+    return oldest
 
-    def __init__(self, vehicle: Vehicle) -> None:
-        """Nothing has come yet."""
-        self._radius_m = vehicle.wheel_radius_m
-        self.imu_tick = self.encoder_tick = self._mag_tick = -1
-        self.still_ticks = 0
-        self.accel_mps2 = 0.0
-        self.encoder_rates = (0.0, 0.0)
-        self._left_rad = self._right_rad = 0.0
-        self._reading: ImuSample | None = None
-        self._rates_then = (0.0, 0.0)
 
-    def take(self, frame: SensorFrame, inputs: NDArray[np.float64]) -> tuple[int, int]:
-        """Enter a frame in `inputs` (RING, INPUTS); its row is emptied first.
+@kernel
+def _frozen(c: ComputerState) -> bool:
+    """Whether the IMU repeats itself while the wheels change their rates; a new reading is remembered."""
+    state = c.buffer
+    new = state.imu_tick < 0
+    for axis in range(6):
+        new = new or c.frame.readings[axis] != state.reading[axis]
+    if not new:
+        change = 0.0
+        for wheel in range(2):
+            change = max(change, abs(state.rates_radps[wheel] - state.rates_then_radps[wheel]))
+        return change > FROZEN_RADPS
+    for axis in range(6):
+        state.reading[axis] = c.frame.readings[axis]
+    for wheel in range(2):
+        state.rates_then_radps[wheel] = state.rates_radps[wheel]
+    return False
 
-        Returns:
-            The oldest tick that learned something new, and the newest tick with wheel angles.
-        """
-        tick = frame.tick
-        row = inputs[tick % m.RING]
-        row[:] = math.nan
-        row[m.IN_STILL] = 0.0
-        oldest = min(tick, self._imu(frame, inputs), self._encoders(frame, inputs), self._mag(frame, inputs))
-        return oldest, self.encoder_tick
 
-    def _imu(self, frame: SensorFrame, inputs: NDArray[np.float64]) -> int:
-        sampled = frame.tick - frame.imu_age_ticks
-        if sampled <= self.imu_tick or frame.imu_age_ticks > OLDEST_TICKS:
-            return frame.tick
-        if frame.imu != self._reading:
-            self._reading, self._rates_then = frame.imu, self.encoder_rates
-        elif any(abs(a - b) > FROZEN_RADPS for a, b in zip(self.encoder_rates, self._rates_then, strict=True)):
-            return frame.tick
-        accel = frame.imu.accel_x_mps2
-        before = self.accel_mps2 if sampled == self.imu_tick + 1 else accel
-        row = inputs[sampled % m.RING]
-        row[m.IN_GYRO] = frame.imu.gyro_z_radps
-        row[m.IN_ACCEL] = 0.5 * (accel + before)
-        row[m.IN_SIDE] = frame.imu.accel_y_mps2
-        self.accel_mps2, self.imu_tick = accel, sampled
-        return sampled
+@kernel
+def _take_imu(sampled: int, c: ComputerState) -> bool:
+    """Enter a sample of the IMU, unless it is an old or a frozen one; the acceleration is the mean of two."""
+    state = c.buffer
+    if sampled <= state.imu_tick or _frozen(c):
+        return False
+    accel = c.frame.readings[ACCEL]
+    before = state.accel_mps2 if sampled == state.imu_tick + 1 else accel
+    row = c.filter.inputs[sampled % m.RING]
+    row[m.IN_GYRO] = c.frame.readings[2]
+    row[m.IN_ACCEL] = 0.5 * (accel + before)
+    row[m.IN_SIDE] = c.frame.readings[ACCEL + 1]
+    state.accel_mps2 = accel
+    state.imu_tick = sampled
+    return True
 
-    def _encoders(self, frame: SensorFrame, inputs: NDArray[np.float64]) -> int:
-        sampled = frame.tick - frame.encoder_age_ticks
-        if sampled <= self.encoder_tick or frame.encoder_age_ticks > OLDEST_TICKS:
-            return frame.tick
-        left, right = frame.encoders
-        span = sampled - self.encoder_tick
-        first, self.encoder_tick = self.encoder_tick < 0, sampled
-        turned_left, turned_right = left - self._left_rad, right - self._right_rad
-        self._left_rad, self._right_rad = left, right
-        if first:  # nothing to compare with yet
-            turned_left = turned_right = 0.0
-            span = 1
-        still = abs(turned_left) < STILL_RAD * span and abs(turned_right) < STILL_RAD * span
-        self.still_ticks = self.still_ticks + span if still else 0
-        self.encoder_rates = (turned_left / (span * TICK_S), turned_right / (span * TICK_S))
-        row = inputs[sampled % m.RING]
-        row[m.IN_LEFT] = self.encoder_rates[0] * self._radius_m
-        row[m.IN_RIGHT] = self.encoder_rates[1] * self._radius_m
-        row[m.IN_SPAN] = span
-        row[m.IN_STILL] = 1.0 if self.still_ticks >= STILL_TICKS else 0.0
-        return sampled
 
-    def _mag(self, frame: SensorFrame, inputs: NDArray[np.float64]) -> int:
-        sampled = frame.tick - frame.mag_age_ticks
-        if sampled <= self._mag_tick or sampled % MAG_EVERY_TICKS or frame.mag_age_ticks > OLDEST_TICKS:
-            return frame.tick
-        self._mag_tick = sampled
-        inputs[sampled % m.RING, m.IN_MAG] = math.atan2(frame.mag.x_t, frame.mag.y_t)
-        return sampled
+@kernel
+def _take_encoders(sampled: int, c: ComputerState) -> bool:
+    """Enter the wheels' mean rates since the sample before, unless this is an old one."""
+    state = c.buffer
+    if sampled <= state.encoder_tick:
+        return False
+    first = state.encoder_tick < 0  # nothing to compare with yet
+    span = 1 if first else sampled - state.encoder_tick
+    state.encoder_tick = sampled
+    row = c.filter.inputs[sampled % m.RING]
+    still = True
+    for wheel in range(2):
+        angle = c.frame.readings[ANGLES + wheel]
+        turned = 0.0 if first else angle - state.angles_rad[wheel]
+        still = still and abs(turned) < STILL_RAD * span
+        state.angles_rad[wheel] = angle
+        state.rates_radps[wheel] = turned / (span * TICK_S)
+        row[m.IN_LEFT + wheel] = state.rates_radps[wheel] * state.radius_m
+    state.still_ticks = state.still_ticks + span if still else 0
+    row[m.IN_SPAN] = span
+    row[m.IN_STILL] = 1.0 if state.still_ticks >= STILL_TICKS else 0.0
+    return True
+
+
+@kernel
+def _take_magnetometer(sampled: int, c: ComputerState) -> bool:
+    """Enter every tenth sample of the magnetometer as a heading, unless it is an old one."""
+    state = c.buffer
+    if sampled <= state.mag_tick or sampled % MAG_EVERY_TICKS != 0:
+        return False
+    state.mag_tick = sampled
+    c.filter.inputs[sampled % m.RING, m.IN_MAG] = math.atan2(c.frame.readings[MAG], c.frame.readings[MAG + 1])
+    return True

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.services.core.jit import kernel
-from touchline.services.onboard.estimation.model import (
+from touchline.services.onboard.filter_model import (
     ACCEL_BIAS,
     C_R_SIDE,
     GATE_1_DOF,

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.services.core.jit import kernel
-from touchline.services.onboard.estimation.model import FIX_DOF
 from touchline.services.onboard.estimation.updates import spread
+from touchline.services.onboard.filter_model import FIX_DOF
 
 Floats = NDArray[np.float64]
 

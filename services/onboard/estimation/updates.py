@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.services.core.jit import kernel
-from touchline.services.onboard.estimation.model import (
+from touchline.services.onboard.filter_model import (
     STATES,
 )
 

@@ -1,20 +1,27 @@
 """The failsafe: what stops the robot whatever its pose (bumper, operator, fence, wheels, paint, battery).
 
 Three answers, in this order: an emergency latches until a reset; a stop lasts until somebody says `resume`, and resume
-is refused as long as the cause can still be seen; the rest is `safety.Watch`'s.
+is refused as long as the cause can still be seen; the rest is the localization monitor's.
 """
 
 from __future__ import annotations
 
 import math
-from collections import deque
-from typing import Final
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from touchline.schemas import supplies
-from touchline.schemas.vehicle import Vehicle
-from touchline.services.onboard.estimation.filter import Estimator
-from touchline.services.onboard.executive.geofence import Geofence
-from touchline.services.onboard.interface import TICK_S, Command, SensorFrame
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.core.jit import kernel
+from touchline.services.onboard import filter_model as m
+from touchline.services.onboard.computer_state import FLOW_WINDOW_TICKS, Computer, ComputerState, SafetyFindings
+from touchline.services.onboard.estimation.sample_buffer import ENCODERS
+from touchline.services.onboard.executive.geofence import Geofence, beyond_m
+from touchline.services.onboard.interface import TICK_S
+
+Floats = NDArray[np.float64]
 
 OPERATOR_TIMEOUT_S: Final = 2.0
 HEADING_DOUBT: Final = 2.0
@@ -26,7 +33,6 @@ WHEEL_TIMEOUT_S: Final = 0.4
 WHEEL_TOLERANCE_RADPS: Final = 0.7
 WHEEL_TOLERANCE: Final = 0.4
 """Share of the expected speed."""
-FLOW_WINDOW_TICKS: Final = 50
 LEAK_SHARE: Final = 0.4
 """Of the nominal flow, over the window, while the valve is closed: the valve is stuck open."""
 DRY_SHARE: Final = 0.8
@@ -35,135 +41,230 @@ REFILL_L: Final = 0.02
 """No flow changes the level so much in a tick: somebody filled or changed the tank, or the sensor did."""
 
 
+# What may stop the robot.
+NOTHING: Final = 0
+BUMPER: Final = 1
+FENCE: Final = 2
+OPERATOR: Final = 3
+EMPTY_TANK: Final = 4
+LOW_TANK: Final = 5
+BATTERY: Final = 6
+WHEEL: Final = 7  # the first one; one more for each after it
+DRY: Final = 20
+LEAK: Final = 21
+
+_WHEELS: Final = ("left", "right")
+
+
+class FenceArrays(NamedTuple):
+    """A geofence, as `geofence.beyond_m` takes it; without corners there is none."""
+
+    outline: Floats
+    body: Floats
+
+
+@kernel
+def judge_safety(tick: int, computer: Computer, fence: FenceArrays) -> None:
+    """Judge a tick, during which the last command was in force.
+
+    Args:
+        tick: That the estimator has seen.
+        computer: (1,) the findings `safety` are updated.
+        fence: Round the loaded plan.
+    """
+    c = computer[0]
+    found, robot, valve = c.safety, c.frame, c.command.valve
+    found.bumper, found.battery_fraction = robot.bumper, robot.battery_fraction
+    found.emergency = BUMPER if robot.bumper else _outside(c, fence)
+    operator = _operator(robot.operator_alive, found)
+    wheels = _wheels(c) if robot.measured_tick[ENCODERS] == tick else NOTHING
+    flow = _paint(robot.tank_l, valve, found)
+    if operator != NOTHING:
+        found.lasting = operator
+    elif robot.tank_l < LOW_TANK_L:
+        found.lasting = EMPTY_TANK if robot.tank_l <= DRY_TANK_L else LOW_TANK
+    elif robot.battery_fraction < LOW_BATTERY:
+        found.lasting = BATTERY
+    else:
+        found.lasting = NOTHING if valve else flow
+    found.stop = found.lasting
+    if found.stop == NOTHING:
+        found.stop = wheels if wheels != NOTHING else flow
+
+
+@kernel
+def _outside(c: ComputerState, fence: FenceArrays) -> int:
+    outline, body = fence
+    found, slot = c.safety, c.times.tick % m.RING
+    if len(outline) == 0 or c.times.first_tick < 0:
+        return NOTHING
+    x = c.filter.states[slot]
+    doubt_m = HEADING_DOUBT * math.sqrt(c.filter.covariances[slot, m.HEADING, m.HEADING]) * found.body_radius_m
+    beyond = beyond_m(outline, body, found.body_radius_m, x[m.EAST], x[m.NORTH], x[m.HEADING])
+    found.outside_s = 0.0 if beyond <= found.fence_margin_m + doubt_m else found.outside_s + TICK_S
+    return FENCE if found.outside_s >= found.fence_timeout_s else NOTHING
+
+
+@kernel
+def _operator(alive: bool, found: SafetyFindings) -> int:
+    found.unheard_s = 0.0 if alive else found.unheard_s + TICK_S
+    return OPERATOR if found.unheard_s > OPERATOR_TIMEOUT_S else NOTHING
+
+
+@kernel
+def _wheels(c: ComputerState) -> int:
+    found, problem = c.safety, NOTHING
+    for wheel in range(2):
+        wanted = c.command.actuators[0] if wheel == 0 else c.command.actuators[1]
+        expected = found.expected_radps[wheel]
+        expected += min(max(found.lag * (wanted - expected), -found.max_step_radps), found.max_step_radps)
+        found.expected_radps[wheel] = expected
+        follows = abs(c.buffer.rates_radps[wheel] - expected) <= max(
+            WHEEL_TOLERANCE_RADPS, WHEEL_TOLERANCE * abs(expected)
+        )
+        found.astray_s[wheel] = 0.0 if follows else found.astray_s[wheel] + TICK_S
+        if found.astray_s[wheel] >= WHEEL_TIMEOUT_S:
+            problem = WHEEL + wheel
+    return problem
+
+
+@kernel
+def _paint(tank_l: float, valve: bool, found: SafetyFindings) -> int:
+    found.dry_s = 0.0
+    used_l = found.tank_l - tank_l
+    found.tank_l = tank_l
+    if tank_l <= DRY_TANK_L:
+        _restart_flow(found)
+        found.dry_s = TICK_S
+        return NOTHING
+    if valve != found.valve or not abs(used_l) < REFILL_L:
+        _restart_flow(found)
+    found.valve = valve
+    found.valve_ticks += 1
+    if found.valve_ticks > found.settle_ticks:
+        _add_flow(used_l, found)
+    if found.flow_count < FLOW_WINDOW_TICKS:
+        return NOTHING
+    share = found.flow_sum_l / (FLOW_WINDOW_TICKS * found.nominal_l)
+    if valve and share < DRY_SHARE:
+        found.dry_s = _dry_ticks(found) * TICK_S
+        return DRY
+    return LEAK if not valve and share > LEAK_SHARE else NOTHING
+
+
+@kernel
+def _add_flow(used_l: float, found: SafetyFindings) -> None:
+    """Enter what has left the tank in a tick, in place of the oldest entry if the ring is full."""
+    if found.flow_count == FLOW_WINDOW_TICKS:
+        found.flow_sum_l -= found.flow_l[found.flow_first]
+        found.flow_l[found.flow_first] = used_l
+        found.flow_first = (found.flow_first + 1) % FLOW_WINDOW_TICKS
+    else:
+        found.flow_l[(found.flow_first + found.flow_count) % FLOW_WINDOW_TICKS] = used_l
+        found.flow_count += 1
+    found.flow_sum_l += used_l
+
+
+@kernel
+def _dry_ticks(found: SafetyFindings) -> int:
+    """For how many ticks the flow has been what it is now: the step from nominal that fits the window best."""
+    best, fewest, total, squares, before = math.inf, 0, 0.0, 0.0, 0.0
+    for i in range(found.flow_count):
+        before += (found.flow_l[(found.flow_first + i) % FLOW_WINDOW_TICKS] - found.nominal_l) ** 2
+    for ticks in range(1, found.flow_count + 1):
+        used = found.flow_l[(found.flow_first + found.flow_count - ticks) % FLOW_WINDOW_TICKS]
+        total += used
+        squares += used * used
+        before -= (used - found.nominal_l) ** 2
+        misfit = before + squares - total * total / ticks
+        if misfit < best:
+            best, fewest = misfit, ticks
+    begins_with_it = fewest == found.flow_count and found.valve_ticks <= found.settle_ticks + FLOW_WINDOW_TICKS
+    return int(found.valve_ticks) if begins_with_it else fewest
+
+
+@kernel
+def _restart_flow(found: SafetyFindings) -> None:
+    found.flow_first = found.flow_count = found.valve_ticks = 0
+    found.flow_sum_l = 0.0
+
+
+@kernel
+def restart_flow(computer: Computer) -> None:
+    """Begin the observation of the flow of paint anew."""
+    _restart_flow(computer[0].safety)
+
+
 class Failsafe:
     """See the module.
 
     Attributes:
-        emergency: Why to stop as hard as possible and latch, "" if nothing is wrong.
-        stop: Why to stop until told to resume, "" if nothing is wrong.
-        lasting: The part of it that can be seen at standstill, too, and speaks against going on.
-        bumper: Whether the bumper is pressed.
-        fence: Round the loaded plan.
-        dry_s: For how long no paint, or too little, has come out of the open valve, when that is why to stop.
+        findings: Of the last tick.
     """
 
-    def __init__(self, vehicle: Vehicle, estimator: Estimator, fence_timeout_s: float) -> None:
+    def __init__(self, vehicle: Vehicle, computer: ComputerState, fence_timeout_s: float) -> None:
         """Nothing seen yet."""
-        self._estimator = estimator
-        self._fence_timeout_s = fence_timeout_s
-        self._lag = 1.0 - math.exp(-TICK_S / max(vehicle.motor_time_constant_s, TICK_S))
-        self._max_step = vehicle.max_wheel_acceleration_radps2 * TICK_S
-        self._nominal_l = vehicle.paint_l_per_m * vehicle.paint_speed_mps * TICK_S
-        self._settle_ticks = math.ceil(max(vehicle.valve_on_delay_s, vehicle.valve_off_delay_s) / TICK_S) + 2
-        self.emergency = self.stop = self.lasting = ""
-        self.bumper = False
-        self.dry_s = 0.0
-        self.fence: Geofence | None = None
-        self._outside_s = 0.0
-        self._unheard_s = 0.0
-        self._expected = [0.0, 0.0]
-        self._wheel_s = [0.0, 0.0]
-        self._tank_l = math.nan
-        self._flow: deque[float] = deque(maxlen=FLOW_WINDOW_TICKS)
-        self._flow_sum_l = 0.0
-        self._valve = False
-        self._valve_ticks = 0
+        self._computer, self.findings = computer, computer.safety
+        self.findings.reset(
+            fence_timeout_s=fence_timeout_s,
+            lag=1.0 - math.exp(-TICK_S / max(vehicle.drive.motor_time_constant_s, TICK_S)),
+            max_step_radps=vehicle.drive.max_wheel_acceleration_radps2 * TICK_S,
+            nominal_l=vehicle.tool.paint_l_per_m * vehicle.tool.paint_speed_mps * TICK_S,
+            settle_ticks=math.ceil(max(vehicle.tool.valve_on_delay_s, vehicle.tool.valve_off_delay_s) / TICK_S) + 2,
+        )
+        self._fence: Geofence | None = None
+        self.fence_arrays = FenceArrays(np.zeros((0, 2)), np.zeros((0, 2)))
+        """As kernels take it."""
+
+    @property
+    def fence(self) -> Geofence | None:
+        """Round the loaded plan."""
+        return self._fence
+
+    @fence.setter
+    def fence(self, fence: Geofence) -> None:
+        self._fence, self.fence_arrays = fence, FenceArrays(fence.outline, fence.body)
+        self.findings.fence_margin_m, self.findings.body_radius_m = fence.margin_m, fence.radius_m
 
     def forget(self) -> None:
         """The operator wants to go on: what was observed over time starts anew."""
-        self._wheel_s = [0.0, 0.0]
-        self._outside_s = 0.0
-        self._restart_flow()
+        self.findings.astray_s[:] = 0.0
+        self.findings.outside_s = 0.0
+        restart_flow(self._computer.array)
 
-    def look(self, frame: SensorFrame, command: Command) -> None:
-        """Judge a tick; `command` was in force during it."""
-        self.emergency = "the bumper is pressed" if frame.bumper else self._outside()
-        self.bumper = frame.bumper
-        operator, battery = self._operator(frame.operator_alive), _low_battery(frame.battery_fraction)
-        wheels, flow = self._wheels(frame, command), self._paint(frame.tank_l, command.valve)
-        tank = _low_tank(frame.tank_l)
-        self.lasting = operator or tank or battery or ("" if command.valve else flow)
-        self.stop = self.lasting or wheels or flow
+    def look(self, tick: int) -> None:
+        """Judge a tick."""
+        judge_safety(tick, self._computer.array, self.fence_arrays)
 
-    def _outside(self) -> str:
-        if self.fence is None or not self._estimator.started:
+    @property
+    def emergency(self) -> str:
+        """Why to stop as hard as possible and latch, "" if nothing is wrong."""
+        return self._words(self.findings.emergency)
+
+    @property
+    def stop(self) -> str:
+        """Why to stop until told to resume, "" if nothing is wrong."""
+        return self._words(self.findings.stop)
+
+    @property
+    def lasting(self) -> str:
+        """The part of `stop` that can be seen at standstill, too, and speaks against going on."""
+        return self._words(self.findings.lasting)
+
+    def _words(self, code: int) -> str:
+        """What a finding means to people; "" if all is well."""
+        if code == NOTHING:
             return ""
-        doubt_m = HEADING_DOUBT * self._estimator.heading_sigma_rad * self.fence.radius_m
-        inside = self.fence.beyond_m(*self._estimator.state[:3].tolist()) <= self.fence.margin_m + doubt_m
-        self._outside_s = 0.0 if inside else self._outside_s + TICK_S
-        if self._outside_s < self._fence_timeout_s:
-            return ""
-        return f"the robot has left {self.fence.name} by more than {self.fence.margin_m:g} m"
-
-    def _operator(self, alive: bool) -> str:
-        self._unheard_s = 0.0 if alive else self._unheard_s + TICK_S
-        if self._unheard_s <= OPERATOR_TIMEOUT_S:
-            return ""
-        return f"the operator has not been heard for {OPERATOR_TIMEOUT_S:.0f} s"
-
-    def _wheels(self, frame: SensorFrame, command: Command) -> str:
-        if frame.encoder_age_ticks > 0:
-            return ""
-        problem = ""
-        for i, (wanted, rate) in enumerate(zip(command[:2], self._estimator.intake.encoder_rates, strict=True)):
-            change = self._lag * (wanted - self._expected[i])
-            self._expected[i] += min(max(change, -self._max_step), self._max_step)
-            tolerance = max(WHEEL_TOLERANCE_RADPS, WHEEL_TOLERANCE * abs(self._expected[i]))
-            follows = abs(rate - self._expected[i]) <= tolerance
-            self._wheel_s[i] = 0.0 if follows else self._wheel_s[i] + TICK_S
-            if self._wheel_s[i] >= WHEEL_TIMEOUT_S:
-                problem = f"the {('left', 'right')[i]} wheel does not turn as commanded"
-        return problem
-
-    def _paint(self, tank_l: float, valve: bool) -> str:
-        self.dry_s = 0.0
-        used_l, self._tank_l = self._tank_l - tank_l, tank_l
-        if tank_l <= DRY_TANK_L:
-            self._restart_flow()
-            self.dry_s = TICK_S
-            return ""
-        if valve != self._valve or not abs(used_l) < REFILL_L:
-            self._restart_flow()
-        self._valve = valve
-        self._valve_ticks += 1
-        if self._valve_ticks > self._settle_ticks:
-            if len(self._flow) == FLOW_WINDOW_TICKS:
-                self._flow_sum_l -= self._flow[0]
-            self._flow.append(used_l)
-            self._flow_sum_l += used_l
-        if len(self._flow) == FLOW_WINDOW_TICKS:
-            share = self._flow_sum_l / (FLOW_WINDOW_TICKS * self._nominal_l)
-            if valve and share < DRY_SHARE:
-                self.dry_s = self._dry_ticks() * TICK_S
-                return "the valve is open, but too little paint comes out"
-            if not valve and share > LEAK_SHARE:
-                return "paint comes out although the valve is closed"
-        return ""
-
-    def _dry_ticks(self) -> int:
-        """For how many ticks the flow has been what it is now: the step from nominal that fits the window best."""
-        best, fewest, total, squares = math.inf, 0, 0.0, 0.0
-        before = sum((used - self._nominal_l) ** 2 for used in self._flow)
-        for ticks, used in enumerate(reversed(self._flow), start=1):
-            total, squares = total + used, squares + used * used
-            before -= (used - self._nominal_l) ** 2
-            misfit = before + squares - total * total / ticks
-            if misfit < best:
-                best, fewest = misfit, ticks
-        begins_with_it = fewest == len(self._flow) and self._valve_ticks <= self._settle_ticks + FLOW_WINDOW_TICKS
-        return self._valve_ticks if begins_with_it else fewest
-
-    def _restart_flow(self) -> None:
-        self._flow.clear()
-        self._flow_sum_l = 0.0
-        self._valve_ticks = 0
-
-
-def _low_battery(fraction: float) -> str:
-    return f"the battery is low ({100.0 * fraction:.0f} %)" if fraction < LOW_BATTERY else ""
-
-
-def _low_tank(tank_l: float) -> str:
-    if tank_l <= DRY_TANK_L:
-        return "the tank is empty"
-    return "the tank is all but empty" if tank_l < LOW_TANK_L else ""
+        if code == FENCE and self._fence is not None:
+            return f"the robot has left {self._fence.name} by more than {self._fence.margin_m:g} m"
+        if WHEEL <= code < WHEEL + len(_WHEELS):
+            return f"the {_WHEELS[code - WHEEL]} wheel does not turn as commanded"
+        return {
+            BUMPER: "the bumper is pressed",
+            OPERATOR: f"the operator has not been heard for {OPERATOR_TIMEOUT_S:.0f} s",
+            EMPTY_TANK: "the tank is empty",
+            LOW_TANK: "the tank is all but empty",
+            BATTERY: f"the battery is low ({100.0 * self.findings.battery_fraction:.0f} %)",
+            DRY: "the valve is open, but too little paint comes out",
+            LEAK: "paint comes out although the valve is closed",
+        }[code]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.onboard import FenceLimits
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
 from touchline.services.onboard.trajectory.path import poses_along
 
@@ -88,7 +88,7 @@ class Geofence:
     def __init__(
         self, path: Floats, boundary: Sequence[tuple[float, float]], vehicle: Vehicle, limits: FenceLimits
     ) -> None:
-        self.body: Floats = np.array(vehicle.footprint_m, dtype=np.float64)
+        self.body: Floats = np.array(vehicle.body.footprint_m, dtype=np.float64)
         self.radius_m = float(np.hypot(*self.body.T).max())
         poses = _poses(path)
         if boundary:

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
+from typing import Final
 
 from touchline.schemas.onboard import GnssSheet
-from touchline.services.onboard.estimation import model as m
-from touchline.services.onboard.estimation.filter import FIX_FIXED, Estimator
-from touchline.services.onboard.interface import TICK_S
+from touchline.services.core.jit import kernel
+from touchline.services.onboard import filter_model as m
+from touchline.services.onboard.computer_state import Computer, ComputerState
+from touchline.services.onboard.estimation.filter import FIX_FIXED, position_sigma
+from touchline.services.onboard.estimation.tail import CONTRADICTED
+from touchline.services.onboard.interface import F_AGE, F_FIX, F_STAMP, TICK_S, TICKS_PER_S
 
 MAX_FIX_AGE_S = 0.5
 """To paint; more for a receiver whose fixes are older than that before the next but one can come."""
@@ -31,8 +35,24 @@ SLIP_SETTLE_S = 5.0
 """The same after the wheels slipped, which only driving can show: a robot that stands turns no wheel, so all seems well
 at once whatever the cause, and all tries would be spent while that lasts."""
 
-CONTRADICTION = "the fixes contradict the estimate"
-SLIP = "the wheels slip: they contradict the other sensors"
+# What may be wrong with the pose, the worst first: the first that applies is told.
+GOOD: Final = 0
+NOT_STARTED: Final = 1
+NOT_FIXED: Final = 2
+OLD_CORRECTIONS: Final = 3
+NO_FIX: Final = 4
+CONTRADICTION: Final = 5
+UNUSABLE_FIXES: Final = 6
+SCATTER: Final = 7
+UNCERTAIN: Final = 8
+SLIP: Final = 9
+IMU_SILENT: Final = 10
+ENCODERS_SILENT: Final = 11
+# Beside these, what speaks against painting here, or against driving at all.
+OFF_LINE: Final = 12
+HEADING_UNCERTAIN: Final = 13
+UNKNOWN: Final = 14
+
 FIX_NAMES = {0: "no fix", 1: "a single fix", 2: "a float fix"}
 
 
@@ -41,90 +61,144 @@ def max_fix_age_s(gnss: GnssSheet) -> float:
     return max(MAX_FIX_AGE_S, 2.0 / gnss.rate_hz + gnss.latency_s + gnss.latency_jitter_s + 2.0 * TICK_S)
 
 
+@kernel
+def judge_pose(tick: int, computer: Computer) -> None:
+    """Judge whether the pose of a tick is good to a line's width, and when it is to count as settled.
+
+    Args:
+        tick: That the estimator has seen.
+        computer: (1,) the findings `pose` are updated.
+    """
+    c = computer[0]
+    c.pose.tick, c.pose.pose = tick, _pose(tick, c)
+    if c.pose.pose != GOOD:
+        settle_s = SLIP_SETTLE_S if c.pose.pose == SLIP else SETTLE_S
+        c.pose.settled_at_s = max(c.pose.settled_at_s, tick / TICKS_PER_S + settle_s)
+
+
+@kernel
+def _pose(tick: int, c: ComputerState) -> int:
+    times, n, time_s = c.times, c.filter.counters, tick / TICKS_PER_S
+    if times.first_tick < 0 or not times.has_fix:
+        return NOT_STARTED
+    if times.fix[F_FIX] != FIX_FIXED:
+        return NOT_FIXED
+    if times.fix[F_AGE] > MAX_CORRECTION_AGE_S:
+        return OLD_CORRECTIONS
+    if time_s - times.fix[F_STAMP] > c.pose.fix_age_s:
+        return NO_FIX
+    if n[m.FIX_DOUBT] >= CONTRADICTED:
+        return CONTRADICTION
+    if time_s - times.last_used_stamp_s > c.pose.fix_age_s:
+        return UNUSABLE_FIXES
+    if n[m.NIS_FIX_RECENT] > MAX_NIS:
+        return SCATTER
+    if position_sigma(c.filter.covariances[times.tick % m.RING]) > MAX_POSITION_SIGMA_M:
+        return UNCERTAIN
+    if n[m.ENCODER_REJECTED_RECENT] > MAX_SLIP:
+        return SLIP
+    return int(_silence(tick, c, MAX_SILENCE_TICKS))
+
+
+@kernel
+def _silence(tick: int, c: ComputerState, ticks: int) -> int:
+    if tick - c.buffer.imu_tick > ticks:
+        return IMU_SILENT
+    return ENCODERS_SILENT if tick - c.buffer.encoder_tick > ticks else GOOD
+
+
+@kernel
+def speaks_against_driving(computer: Computer) -> int:
+    """Why not to drive at all after the tick that has been judged last; GOOD if nothing speaks against it."""
+    c = computer[0]
+    if c.filter.counters[m.FIX_DOUBT] >= CONTRADICTED:
+        return CONTRADICTION
+    blind = c.times.first_tick < 0
+    if blind or position_sigma(c.filter.covariances[c.times.tick % m.RING]) > MAX_BLIND_SIGMA_M:
+        return UNKNOWN
+    return int(_silence(c.pose.tick, c, MAX_BLIND_TICKS))
+
+
+@kernel
+def speaks_against_painting(computer: Computer, nozzle_lateral_m: float) -> int:
+    """Why not to paint here and now, GOOD if nothing speaks against it.
+
+    Args:
+        computer: (1,) of which the tick has been judged; only driving makes the heading better.
+        nozzle_lateral_m: How far the nozzle is to the left of its path.
+    """
+    c = computer[0]
+    P = c.filter.covariances[c.times.tick % m.RING]
+    if c.pose.pose != GOOD:
+        return int(c.pose.pose)
+    if abs(nozzle_lateral_m) > MAX_LATERAL_M:
+        return OFF_LINE
+    return HEADING_UNCERTAIN if math.sqrt(P[m.HEADING, m.HEADING]) > MAX_HEADING_SIGMA_RAD else GOOD
+
+
 class LocalizationMonitor:
     """Judges every tick; says why not.
 
     Args:
-        estimator: That is watched.
+        computer: Whose estimate is watched.
         fix_age_s: How old its newest fix may be to paint.
 
     Attributes:
-        pose_problem: Why the position cannot be trusted to a line's width, "" if it can.
+        findings: Of the last tick.
     """
 
-    def __init__(self, estimator: Estimator, fix_age_s: float = MAX_FIX_AGE_S) -> None:
-        self._estimator = estimator
-        self.fix_age_s = fix_age_s
-        self.pose_problem = "the estimator has not started"
-        self._settled_at_s = -math.inf
-        self._tick = 0
+    def __init__(self, computer: ComputerState, fix_age_s: float = MAX_FIX_AGE_S) -> None:
+        self._computer, self.findings = computer, computer.pose
+        self.findings.fix_age_s = fix_age_s
 
-    def look(self, tick: int, time_s: float) -> None:
+    def look(self, tick: int) -> None:
         """Judge the tick."""
-        self._tick = tick
-        self.pose_problem = self._pose_problem(time_s)
-        if self.pose_problem:
-            settle_s = SLIP_SETTLE_S if self.pose_problem == SLIP else SETTLE_S
-            self._settled_at_s = max(self._settled_at_s, time_s + settle_s)
+        judge_pose(tick, self._computer.array)
+
+    @property
+    def pose_problem(self) -> str:
+        """Why the position cannot be trusted to a line's width, "" if it can."""
+        return self._words(self.findings.pose, MAX_SILENCE_TICKS)
 
     def settled(self, time_s: float) -> bool:
         """Whether the pose has been good for `SETTLE_S`, or `SLIP_SETTLE_S` if the wheels slipped."""
-        return not self.pose_problem and time_s >= self._settled_at_s
-
-    def heading_problem(self) -> str:
-        """Why the heading is not good enough to paint, "" if it is. Only driving makes it better."""
-        sigma = self._estimator.heading_sigma_rad
-        if sigma > MAX_HEADING_SIGMA_RAD:
-            return f"the heading is uncertain (σ above {math.degrees(MAX_HEADING_SIGMA_RAD):.1f}°)"
-        return ""
+        return self.findings.pose == GOOD and time_s >= self.findings.settled_at_s
 
     def paint_problem(self, nozzle_lateral_m: float) -> str:
         """Why not to paint here and now, "" if nothing speaks against it."""
-        if self.pose_problem:
-            return self.pose_problem
-        if abs(nozzle_lateral_m) > MAX_LATERAL_M:
-            return f"the nozzle is off its line by more than {MAX_LATERAL_M * 1e3:.0f} mm"
-        return self.heading_problem()
+        code = speaks_against_painting(self._computer.array, nozzle_lateral_m)
+        return self._words(code, MAX_SILENCE_TICKS)
 
     def drive_problem(self) -> str:
         """Why not to drive at all, "" if nothing speaks against it."""
-        if self._estimator.contradicted:
-            return CONTRADICTION
-        sigma = self._estimator.position_sigma_m
-        if sigma > MAX_BLIND_SIGMA_M:
-            return f"the position is unknown (σ above {MAX_BLIND_SIGMA_M:.2f} m)"
-        return self._silence(MAX_BLIND_TICKS)
+        code = speaks_against_driving(self._computer.array)
+        return self._words(code, MAX_BLIND_TICKS)
 
     def accepts_jump(self) -> bool:
         """Whether nothing but a jump speaks against the receiver: it is fixed, corrected and fresh."""
-        return self.pose_problem == CONTRADICTION
+        return self.findings.pose == CONTRADICTION
 
-    def _pose_problem(self, time_s: float) -> str:
-        estimator = self._estimator
-        fix = estimator.last_fix
-        if not estimator.started or fix is None:
-            return "the estimator has not started"
-        if fix.fix != FIX_FIXED:
-            return f"the GNSS has {FIX_NAMES.get(fix.fix, 'an unknown fix')} instead of an RTK-fixed one"
-        if fix.correction_age_s > MAX_CORRECTION_AGE_S:
-            return f"the RTK corrections are older than {MAX_CORRECTION_AGE_S:.0f} s"
-        if time_s - fix.stamp_s > self.fix_age_s:
-            return f"there has been no fix for more than {self.fix_age_s:.1f} s"
-        if estimator.contradicted:
-            return CONTRADICTION
-        if time_s - estimator.last_used_stamp_s > self.fix_age_s:
-            return f"no fix has been usable for more than {self.fix_age_s:.1f} s"
-        if estimator.counters[m.NIS_FIX_RECENT] > MAX_NIS:
-            return "the fixes scatter more than the estimator can explain"
-        if estimator.position_sigma_m > MAX_POSITION_SIGMA_M:
-            return f"the position is uncertain (σ above {MAX_POSITION_SIGMA_M * 1e3:.0f} mm)"
-        if estimator.counters[m.ENCODER_REJECTED_RECENT] > MAX_SLIP:
-            return SLIP
-        return self._silence(MAX_SILENCE_TICKS)
-
-    def _silence(self, ticks: int) -> str:
-        intake = self._estimator.intake
-        for name, newest in (("IMU's samples", intake.imu_tick), ("wheel encoders' samples", intake.encoder_tick)):
-            if self._tick - newest > ticks:
-                return f"the {name} are older than {ticks / 100:.1f} s"
-        return ""
+    def _words(self, code: int, silent_ticks: int) -> str:
+        """What a finding means to people; "" if all is well."""
+        if code == GOOD:
+            return ""
+        if code == NOT_FIXED:
+            fix = int(self._computer.times.fix[F_FIX])
+            return f"the GNSS has {FIX_NAMES.get(fix, 'an unknown fix')} instead of an RTK-fixed one"
+        silence = f"are older than {silent_ticks / TICKS_PER_S:.1f} s"
+        age = f"for more than {self.findings.fix_age_s:.1f} s"
+        return {
+            NOT_STARTED: "the estimator has not started",
+            OLD_CORRECTIONS: f"the RTK corrections are older than {MAX_CORRECTION_AGE_S:.0f} s",
+            NO_FIX: f"there has been no fix {age}",
+            CONTRADICTION: "the fixes contradict the estimate",
+            UNUSABLE_FIXES: f"no fix has been usable {age}",
+            SCATTER: "the fixes scatter more than the estimator can explain",
+            UNCERTAIN: f"the position is uncertain (σ above {MAX_POSITION_SIGMA_M * 1e3:.0f} mm)",
+            SLIP: "the wheels slip: they contradict the other sensors",
+            IMU_SILENT: f"the IMU's samples {silence}",
+            ENCODERS_SILENT: f"the wheel encoders' samples {silence}",
+            OFF_LINE: f"the nozzle is off its line by more than {MAX_LATERAL_M * 1e3:.0f} mm",
+            HEADING_UNCERTAIN: f"the heading is uncertain (σ above {math.degrees(MAX_HEADING_SIGMA_RAD):.1f}°)",
+            UNKNOWN: f"the position is unknown (σ above {MAX_BLIND_SIGMA_M:.2f} m)",
+        }[code]

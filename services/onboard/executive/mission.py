@@ -11,11 +11,13 @@ import math
 from enum import Enum, auto
 from typing import NamedTuple
 
+import numpy as np
+
 from touchline.schemas.errors import CommandRefused
-from touchline.schemas.messages import Actuation
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.onboard.computer_state import ComputerState
 from touchline.services.onboard.control import Follower
-from touchline.services.onboard.control.path_tracker import STOPPED_MPS, PathTracker
+from touchline.services.onboard.control.path_tracker import STOPPED_MPS, PathTracker, nozzle_m
 from touchline.services.onboard.estimation.filter import Estimator
 from touchline.services.onboard.executive.localization_monitor import LocalizationMonitor
 from touchline.services.onboard.executive.sprayer import Sprayer
@@ -68,18 +70,19 @@ class Mission:
         follower: Follower,
         estimator: Estimator,
         watch: LocalizationMonitor,
+        computer: ComputerState,
     ) -> None:
         """At the start, not yet aligned."""
         self.plan = plan
-        self.driver = PathTracker(plan, vehicle, follower)
-        self.sprayer = Sprayer(plan, vehicle)
+        self.driver = PathTracker(plan, vehicle, follower, computer)
+        self.sprayer = Sprayer(plan, vehicle, computer)
         self._estimator, self._watch = estimator, watch
-        self._run_up_m = vehicle.paint_speed_mps**2 / (2.0 * vehicle.max_acceleration_mps2) + RUN_UP_SETTLE_M
-        self._radius_m, self._nozzle_y_m = vehicle.wheel_radius_m, vehicle.nozzle_y_m
+        self._run_up_m = vehicle.tool.paint_speed_mps**2 / (2.0 * vehicle.drive.max_acceleration_mps2) + RUN_UP_SETTLE_M
+        self._radius_m = vehicle.drive.wheel_radius_m
         self._phase = MissionPhase.ALIGN
         self._resumed = False
         self._back_to_m = 0.0
-        self._last = STANDSTILL
+        self._computer, self._command = computer, computer.command
         self._at_rest = False  # told to stand, and does: the brakes hold until it is to run
 
     def resume_at(self, checkpoint: Checkpoint) -> None:
@@ -111,9 +114,16 @@ class Mission:
         return self._at_rest and self._estimator.disputed
 
     @property
+    def nominal(self) -> bool:
+        """Whether nothing has to be decided while it drives on: forward along the plan, and no paint is owed."""
+        driver = self.driver
+        under_way = self._phase is MissionPhase.ALONG and not self._at_rest and not driver.brakes
+        return under_way and driver.leg.sense == FORWARD and self.sprayer.owed_from_m is None
+
+    @property
     def standing(self) -> bool:
         """Whether the robot neither is told to move nor does: its wheels have stood for a while, or it knows so."""
-        commanded = max(abs(self._last.left_radps), abs(self._last.right_radps)) * self._radius_m
+        commanded = float(np.abs(self._command.actuators).max()) * self._radius_m
         if commanded >= 2.0 * STOPPED_MPS:
             return False
         known = not self._estimator.started or abs(self._estimator.speed_now_mps()) < 2.0 * STOPPED_MPS
@@ -141,19 +151,17 @@ class Mission:
             return Step(STANDSTILL)
         self._at_rest = False
         step = self._run()
-        self._last = step.command
+        self._command.give(step.command)
         return step
 
     def rest(self) -> Command:
         """One tick of coming to rest along the path, valve closed; what should have been painted is owed."""
-        self._last = self._rest()
-        return self._last
+        return self._command.give(self._rest())
 
     def stop_hard(self) -> Command:
         """One tick of braking as hard as the wheels can; where on its path that ends is found out by `locate`."""
         self.driver.halt()
-        self._last = STANDSTILL
-        return self._last
+        return self._command.give(STANDSTILL)
 
     def close_valve(self, in_s: float = TICK_S) -> None:
         """Close the valve; from where the last drop falls, paint is owed.
@@ -171,13 +179,8 @@ class Mission:
             self.sprayer.dry(self._nozzle_m(TICK_S), self.driver.speed_mps, dry_s)
 
     def _nozzle_m(self, in_s: float = 0.0) -> float:
-        """The arc length at which the nozzle would be if the robot's heading were the path's, in a moment.
-
-        The nozzle is beside the axle: a robot turned by an angle carries it ahead by that times its distance.
-        """
-        driver = self.driver
-        ahead_m = -self._nozzle_y_m * float(driver.now[projection.HEADING_ERROR])
-        return driver.arc_length_m + ahead_m + max(driver.speed_mps, 0.0) * in_s
+        """The arc length at which the nozzle will be in a moment, as `path_tracker.nozzle_m`."""
+        return float(nozzle_m(self._computer.array)) + max(self.driver.speed_mps, 0.0) * in_s
 
     def locate(self) -> float:
         """Find the standing robot's place on the path anew; returns how far beside it that is [m]."""
@@ -220,11 +223,11 @@ class Mission:
 
     def _along(self) -> Step:
         driver, sprayer = self.driver, self.sprayer
-        left, right = driver.step(self._estimator, self._wheels(), projection.MODE_PROFILE)
+        left, right = driver.step(self._estimator, projection.MODE_PROFILE)
         place, speed = self._nozzle_m(), driver.speed_mps
         if driver.leg.sense != FORWARD:
             sprayer.pass_by(place)
-            return self._leg_done() if driver.leg_done else Step(Command(left, right, False, False))
+            return self._leg_done() if driver.leg_done else Step(Command((left, right), False, False))
         problem = self._watch.paint_problem(self.lateral_error_m) if sprayer.due(place, speed) else ""
         valve, valve_after_s = sprayer.step(place, speed, not problem)
         if problem:
@@ -233,22 +236,21 @@ class Mission:
             self.go_on()
         if driver.leg_done:
             return self._leg_done()
-        disc = bool(sprayer.wanted_at(place, speed) & Actuation.DISC)
-        return Step(Command(left, right, valve, disc, valve_after_s))
+        return Step(Command((left, right), valve, sprayer.disc_at(place, speed), valve_after_s))
 
     def _leg_done(self) -> Step:
         """At a cusp or the end: the robot is all but at rest."""
         self.sprayer.pass_by(self._nozzle_m())
         if not self.driver.next_leg():
             return Step(self._rest(), done=True)
-        left, right = self.driver.step(self._estimator, self._wheels(), projection.MODE_PROFILE)
-        return Step(Command(left, right, False, False))
+        left, right = self.driver.step(self._estimator, projection.MODE_PROFILE)
+        return Step(Command((left, right), False, False))
 
     def _back(self) -> Step:
         """Stop, reverse to the run-up, stop, and forward again."""
         if self._phase is MissionPhase.BACK and self.driver.arc_length_m > self._back_to_m + 1e-3:
-            left, right = self.driver.step(self._estimator, self._wheels(), projection.MODE_BACK, self._back_to_m)
-            return Step(Command(left, right, False, False))
+            left, right = self.driver.step(self._estimator, projection.MODE_BACK, self._back_to_m)
+            return Step(Command((left, right), False, False))
         if not self.standing:
             return Step(self._rest())
         self.driver.halt()
@@ -267,10 +269,10 @@ class Mission:
             driver.halt()
             self._at_rest = True
             return STANDSTILL
-        left, right = driver.step(self._estimator, self._wheels(), projection.MODE_BRAKE)
+        left, right = driver.step(self._estimator, projection.MODE_BRAKE)
         if self._phase is MissionPhase.ALONG:
             self.sprayer.skip(self._nozzle_m(), driver.speed_mps)
-        return Command(left, right, False, False)
+        return Command((left, right), False, False)
 
     def _start_problem(self) -> str:
         east, north, heading = self._estimator.state[:3].tolist()
@@ -280,6 +282,3 @@ class Mission:
         if distance > MAX_START_DISTANCE_M or turn > MAX_START_HEADING_RAD:
             return f"the robot stands {distance:.2f} m and {math.degrees(turn):.0f}° away from where it is to begin"
         return ""
-
-    def _wheels(self) -> tuple[float, float]:
-        return self._last.left_radps, self._last.right_radps

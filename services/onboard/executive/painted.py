@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.messages import Actuation
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.intervals import Intervals
 from touchline.services.onboard.interface import PaintBelief
 from touchline.services.onboard.trajectory.trajectory import LoadedTrajectory
@@ -122,9 +122,9 @@ def _falling(plan: LoadedTrajectory, vehicle: Vehicle) -> list[tuple[float, floa
     for switch_m, mask in zip([*plan.switch_m, plan.total_length_m], [*plan.actuation, Actuation.NONE], strict=True):
         sprays = bool(mask & Actuation.VALVE)
         if sprays and opened_m is None:
-            opened_m = switch_m + plan.speed_at(switch_m) * vehicle.valve_on_delay_s
+            opened_m = switch_m + plan.speed_at(switch_m) * vehicle.tool.valve_on_delay_s
         elif not sprays and opened_m is not None:
-            ends_m = switch_m + plan.speed_at(switch_m) * vehicle.valve_off_delay_s
+            ends_m = switch_m + plan.speed_at(switch_m) * vehicle.tool.valve_off_delay_s
             if ends_m > opened_m:
                 runs.append((opened_m, min(ends_m, plan.total_length_m)))
             opened_m = None

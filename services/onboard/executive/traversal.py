@@ -19,7 +19,8 @@ from typing import NamedTuple
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import Trajectory, TraversalStatus
 from touchline.schemas.onboard import FenceLimits
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.onboard.computer_state import ComputerState
 from touchline.services.onboard.control import Follower
 from touchline.services.onboard.estimation.filter import Estimator
 from touchline.services.onboard.executive.events import ERROR, INFO, WARN, EventLog
@@ -28,7 +29,7 @@ from touchline.services.onboard.executive.geofence import Geofence
 from touchline.services.onboard.executive.localization_monitor import LocalizationMonitor
 from touchline.services.onboard.executive.mission import Mission
 from touchline.services.onboard.executive.retry_limit import MAX_TRIES, Tries
-from touchline.services.onboard.interface import STANDSTILL, TICK_S, Checkpoint, Command, Status
+from touchline.services.onboard.interface import STANDSTILL, TICK_S, TICKS_PER_S, Checkpoint, Command, Status
 from touchline.services.onboard.trajectory.trajectory import LoadedTrajectory, load_trajectory
 
 IDLE, READY, RUNNING = TraversalStatus.IDLE, TraversalStatus.READY, TraversalStatus.RUNNING
@@ -63,6 +64,7 @@ class Traversal:
         state: As in `TraversalStatus`.
         reason: Why it is in this state, or what it waits for; "" if that needs no words.
         job: The loaded job, None while idle.
+        clock: How long it has been under way.
     """
 
     def __init__(
@@ -73,20 +75,20 @@ class Traversal:
         watch: LocalizationMonitor,
         hazards: Failsafe,
         fence_limits: FenceLimits,
+        computer: ComputerState,
         log: EventLog,
     ) -> None:
         """Idle."""
         self._fence_limits = fence_limits
         self._vehicle, self._follower, self._estimator = vehicle, follower, estimator
         self._watch, self._hazards, self._log = watch, hazards, log
+        self._computer, self.clock = computer, computer.clock
         self.state = IDLE
         self.reason = ""
         self.job: Mission | None = None
         self._automatic = False  # the pause was ordered by the robot and ends by itself
         self._tries = Tries()
         self._before_estop = IDLE
-        self._time_s = 0.0
-        self._elapsed_s = 0.0
         self._fallbacks_before = 0  # of a process that came before
 
     def check_load(self) -> None:
@@ -117,11 +119,11 @@ class Traversal:
         """
         self.check_load()
         plan = course.plan
-        job = Mission(plan, self._vehicle, self._follower, self._estimator, self._watch)
+        job = Mission(plan, self._vehicle, self._follower, self._estimator, self._watch, self._computer)
         if resume is not None:
             job.resume_at(resume)
         self.job, self._hazards.fence = job, course.fence
-        self._elapsed_s = resume.elapsed_s if resume is not None else 0.0
+        self.clock.elapsed_s = resume.elapsed_s if resume is not None else 0.0
         self._fallbacks_before = resume.follower_fallbacks if resume is not None else 0
         self._tries = Tries()
         self._become(READY, "")
@@ -178,7 +180,7 @@ class Traversal:
     def reset(self) -> None:
         """Release an emergency stop once the robot stands, or clear a finished or aborted traversal."""
         self._require("reset", ESTOPPED, DONE, ABORTED)
-        if self._hazards.bumper:
+        if self._hazards.findings.bumper:
             raise CommandRefused("cannot reset while the bumper is pressed")
         self._require_standstill("reset")
         self._automatic = False
@@ -195,14 +197,14 @@ class Traversal:
         if self.state == RUNNING or (self.state == PAUSED and self._automatic):
             self.pause("the link to the operator is lost")
 
-    def step(self, time_s: float) -> Command:
-        """What the actuators shall do until the next tick; the estimator and the watch have seen this one."""
-        self._time_s = time_s
+    def step(self, tick: int) -> Command:
+        """What the actuators shall do until the next tick; the estimator and the monitors have seen this one."""
+        self.clock.tick = tick
         job = self.job
         if job is None:
             return STANDSTILL
         if self.state in (RUNNING, PAUSED):
-            self._elapsed_s += TICK_S
+            self.clock.elapsed_s += TICK_S
         self._heed_hazards(job)
         if self.state == RUNNING:
             return self._run(job)
@@ -214,13 +216,22 @@ class Traversal:
         return command
 
     @property
+    def nominal(self) -> bool:
+        """Whether the next tick need not decide anything, as far as can be seen before it."""
+        return self.state == RUNNING and not self.reason and self._loaded().nominal and not self._follower.can_fail
+
+    def driven(self, tick: int) -> None:
+        """It has been driven up to this tick without any decision."""
+        self.clock.tick = tick
+        self._loaded().sprayer.count_closed()
+
+    @property
     def checkpoint(self) -> Checkpoint | None:
         """Where another process could go on; None if no traversal is under way."""
         state = self._before_estop if self.state == ESTOPPED else self.state
         if self.job is None or state not in (RUNNING, PAUSED):
             return None
-        tick = round(self._time_s / TICK_S)
-        return Checkpoint(*self.job.place, tick, self._elapsed_s, self._fallbacks)
+        return Checkpoint(*self.job.place, self.clock.tick, self.clock.elapsed_s, self._fallbacks)
 
     @property
     def _fallbacks(self) -> int:
@@ -240,7 +251,7 @@ class Traversal:
             plan.ids[segment],
             arc,
             plan.total_length_m,
-            self._elapsed_s,
+            self.clock.elapsed_s,
             0.0 if self.state in (DONE, ABORTED) else plan.total_time_s - plan.time_at(arc, job.driver.leg_index),
             self._fallbacks,
         )
@@ -250,7 +261,7 @@ class Traversal:
         if hazards.emergency and self.state in (READY, RUNNING, PAUSED):
             self._stop_hard(hazards.emergency)
         elif hazards.stop and self.state == RUNNING:
-            job.owe_dry(hazards.dry_s)
+            job.owe_dry(hazards.findings.dry_s)
             self._leave_running(PAUSED, hazards.stop, ERROR)
         elif hazards.stop and self.state == PAUSED and self._automatic:
             self._automatic = False
@@ -281,7 +292,7 @@ class Traversal:
 
     def _try_again(self, job: Mission) -> None:
         """An automatic pause ends when the pose has been good for a while and the robot stands."""
-        if not job.standing or not self._watch.settled(self._time_s):
+        if not job.standing or not self._watch.settled(self.clock.tick / TICKS_PER_S):
             return
         distance = 0.0 if job.aligning else job.locate()
         if distance > MAX_RESUME_DISTANCE_M:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from touchline.schemas.curves import Curve, spin_rad, wrap_angle
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import CurveType, LinearDirection, Segment
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 
 MAX_GAP_M = 1e-3
 MAX_KINK_RAD = 1e-3
@@ -102,10 +102,10 @@ def _curve(index: int, segment: Segment, vehicle: Vehicle) -> Curve:
         raise CommandRefused(f"{name}: {error}") from error
     if curve.length_m < MIN_SEGMENT_M:
         raise CommandRefused(f"{name} has no length")
-    if abs(curve.curvature_1pm) * vehicle.half_track_m > 1.0:
+    if abs(curve.curvature_1pm) * vehicle.drive.half_track_m > 1.0:
         raise CommandRefused(
             f"{name} has a radius of {abs(1 / curve.curvature_1pm):.3f} m, less than half the track "
-            f"({vehicle.half_track_m:.3f} m): the inner wheel would have to run backward"
+            f"({vehicle.drive.half_track_m:.3f} m): the inner wheel would have to run backward"
         )
     return curve
 

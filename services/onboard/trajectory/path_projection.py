@@ -9,12 +9,14 @@ robot's: on a leg driven backward the path runs opposite to them.
 from __future__ import annotations
 
 import math
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from touchline.services.core.jit import kernel
+from touchline.services.onboard.computer_state import Computer, LegState
+from touchline.services.onboard.filter_model import EAST, HEADING, NORTH, RING
 from touchline.services.onboard.interface import TICK_S
 from touchline.services.onboard.trajectory.smoothing import W_CURVATURE, W_LENGTH, W_SHARPNESS, W_START
 
@@ -24,13 +26,6 @@ Floats = NDArray[np.float64]
 MODE_PROFILE: Final = 0
 MODE_BRAKE: Final = 1
 MODE_BACK: Final = 2
-
-# Progress, kept from tick to tick.
-P_ARC: Final = 0
-P_PIECE: Final = 1  # of the leg
-P_ENTRY: Final = 2  # of the speed profile
-P_SPEED: Final = 3  # reference speed along the path, negative when going back [m/s]
-PROGRESS: Final = 4
 
 # What the follower is told about now.
 LATERAL: Final = 0  # axle centre to the robot's left of the path [m]
@@ -43,22 +38,27 @@ LEFT_RADIUS: Final = 6  # effective, slip included [m]
 RIGHT_RADIUS: Final = 7
 LEFT_COMMAND: Final = 8  # in force during the last tick [rad/s]
 RIGHT_COMMAND: Final = 9
-NOW: Final = 10
 
 # The way ahead, one row for each of the next ticks.
 A_SPEED: Final = 0  # reference speed, mean over the tick, signed [m/s]
 A_YAW_RATE: Final = 1  # at which the path turns at that speed, mean over the tick [rad/s]
 AHEAD_COLUMNS: Final = 2
 
-# Limits.
-L_ACCELERATE: Final = 0
-L_BRAKE: Final = 1
-L_BACK_SPEED: Final = 2
-L_BACK_TO: Final = 3  # arc length to return to
-L_NOZZLE_X: Final = 4
-L_NOZZLE_Y: Final = 5
-L_FINE: Final = 6  # rows of `ahead` that are a tick apart; later ones are COARSE_TICKS apart
-LIMITS: Final = 7
+
+class LegArrays(NamedTuple):
+    """A leg of the path.
+
+    Attributes:
+        way: (n, COLUMNS) pieces of the leg, of `smoothing`.
+        speeds: (m, 2) of `LoadedTrajectory`.
+        ahead: (k, AHEAD_COLUMNS) the path to come.
+    """
+
+    way: Floats
+    speeds: Floats
+    ahead: Floats
+
+
 COARSE_TICKS: Final = 4
 
 CREEP_MPS: Final = 0.05
@@ -128,59 +128,44 @@ def _profile(speeds: Floats, entry: int, s: float) -> tuple[float, int]:
 
 @kernel
 def _next_speed(
-    v: float, s: float, h: float, mode: int, speeds: Floats, entry: int, end: float, limits: Floats
+    v: float, s: float, h: float, mode: int, entry: int, speeds: Floats, state: LegState
 ) -> tuple[float, int]:
     """Reference speed `h` seconds on, from reference speed `v` at arc length `s`."""
     if mode == MODE_BRAKE:
-        return math.copysign(max(abs(v) - limits[L_BRAKE] * h, 0.0), v), entry
+        return math.copysign(max(abs(v) - state.brake_mps2 * h, 0.0), v), entry
     if mode == MODE_BACK:
-        left = s - limits[L_BACK_TO] + v * h
-        fastest = min(limits[L_BACK_SPEED], math.sqrt(2.0 * limits[L_BRAKE] * max(left, 0.0)))
+        left = s - state.back_to_m + v * h
+        fastest = min(state.back_speed_mps, math.sqrt(2.0 * state.brake_mps2 * max(left, 0.0)))
         fastest = max(fastest, CREEP_MPS if left > 0.0 else 0.0)
-        return -min(max(-v, 0.0) + limits[L_ACCELERATE] * h, fastest), entry
+        return -min(max(-v, 0.0) + state.accelerate_mps2 * h, fastest), entry
     ahead = s + max(v, 0.0) * h
     fastest, entry = _profile(speeds, entry, ahead)
-    left = end - ahead
-    fastest = min(fastest, math.sqrt(2.0 * limits[L_BRAKE] * max(left, 0.0)))
+    left = state.way_end_m - ahead
+    fastest = min(fastest, math.sqrt(2.0 * state.brake_mps2 * max(left, 0.0)))
     fastest = max(fastest, CREEP_MPS if left > 0.0 else 0.0)
     fastest = max(fastest, v - _HARD_BRAKE_MPS2 * h)
-    return min(max(v, 0.0) + limits[L_ACCELERATE] * h, fastest), entry
+    return min(max(v, 0.0) + state.accelerate_mps2 * h, fastest), entry
 
 
 @kernel
-def track(
-    way: Floats,
-    sense: float,
-    speeds: Floats,
-    progress: Floats,
-    limits: Floats,
-    mode: int,
-    east: float,
-    north: float,
-    heading: float,
-    now: Floats,
-    ahead: Floats,
-) -> None:
-    """Project the pose, step the reference speed and look ahead.
+def track(computer: Computer, leg: LegArrays, sense: float, mode: int) -> None:
+    """Project the estimated pose, step the reference speed and look ahead.
 
     Args:
-        way: (n, COLUMNS) pieces of a leg, of `smoothing`.
+        computer: (1,) progress, errors and references in its `leg` are filled in.
+        leg: Its path to come is filled in.
         sense: +1 if the leg is driven forward, −1 if backward.
-        speeds: (m, 2) of `LoadedTrajectory`.
-        progress: (PROGRESS,) updated.
-        limits: (LIMITS,) accelerations, speeds, the nozzle's place, and how finely to look ahead.
         mode: MODE_PROFILE, MODE_BRAKE or MODE_BACK.
-        east: Estimated pose [m], as `north`, and `heading` [rad].
-        north: See `east`.
-        heading: See `east`.
-        now: (NOW,) errors and references are filled in; the rest is the caller's.
-        ahead: (n, AHEAD_COLUMNS) filled in.
     """
-    before = progress[P_ARC]
-    piece = int(progress[P_PIECE])
-    last = way.shape[0] - 1
-    end = way[last, W_START] + way[last, W_LENGTH]
-    back = mode == MODE_BACK or (mode == MODE_BRAKE and progress[P_SPEED] < 0.0)
+    way, speeds, ahead = leg
+    state, slot = computer[0].leg, computer[0].times.tick % RING
+    pose = computer[0].filter.states[slot]
+    east, north, heading = pose[EAST], pose[NORTH], pose[HEADING]
+    now = state.now
+    before = state.arc_m
+    piece = state.piece
+    end = state.way_end_m
+    back = mode == MODE_BACK or (mode == MODE_BRAKE and state.speed_mps < 0.0)
     low, high = (before - _MAX_STEP_M, before) if back else (before, before + _MAX_STEP_M)
     low, high = max(low, way[0, W_START]), min(high, end)
     s = before
@@ -197,20 +182,20 @@ def track(
     lateral = (north - y) * cos - (east - x) * sin
     error = heading - theta
     error = math.pi - (math.pi - error) % (2.0 * math.pi)
-    progress[P_ARC] = s
-    progress[P_PIECE] = piece
+    state.arc_m = s
+    state.piece = piece
 
-    v, entry = _next_speed(progress[P_SPEED], s, TICK_S, mode, speeds, int(progress[P_ENTRY]), end, limits)
-    progress[P_SPEED] = v
-    progress[P_ENTRY] = entry
+    v, entry = _next_speed(state.speed_mps, s, TICK_S, mode, state.entry, speeds, state)
+    state.speed_mps = v
+    state.entry = entry
     now[LATERAL] = lateral
     now[HEADING_ERROR] = error
-    now[NOZZLE_LATERAL] = lateral + limits[L_NOZZLE_X] * math.sin(error) + limits[L_NOZZLE_Y] * (math.cos(error) - 1.0)
+    now[NOZZLE_LATERAL] = lateral + state.nozzle_x_m * math.sin(error) + state.nozzle_y_m * (math.cos(error) - 1.0)
     now[REFERENCE_SPEED] = sense * v
 
     for i in range(ahead.shape[0]):
-        h = TICK_S if i < limits[L_FINE] else COARSE_TICKS * TICK_S
-        v_next, entry = _next_speed(v, s, h, mode, speeds, entry, end, limits)
+        h = TICK_S if i < state.fine_rows else COARSE_TICKS * TICK_S
+        v_next, entry = _next_speed(v, s, h, mode, entry, speeds, state)
         mean = 0.5 * (v + v_next)
         ahead[i, A_SPEED] = sense * mean
         s = min(max(s + mean * h, way[0, W_START]), end)

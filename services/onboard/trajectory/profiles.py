@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import Actuation, Segment, Trajectory, VelocityType
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.trajectory.path import BACKWARD, MAX_GAP_M, SPIN, Leg, segment_name
 from touchline.services.onboard.trajectory.turn import TurnInPlace
 
@@ -57,13 +57,13 @@ def turns_on_the_spot(
         rate = max((abs(value) for s, value in angular if abs(s - leg.start_m) <= SPIN_PLACE_M), default=0.0)
         if rate < MIN_TURN_RADPS:
             raise CommandRefused(f"{name} turns on the spot, but the velocity profile has no ANGULAR speed for it")
-        if rate * vehicle.half_track_m > vehicle.max_rim_speed_mps * _WHEEL_LIMIT_SLACK:
+        if rate * vehicle.drive.half_track_m > vehicle.drive.max_speed_mps * _WHEEL_LIMIT_SLACK:
             raise CommandRefused(
                 f"{name}: turning on the spot at {rate:.2f} rad/s needs a wheel speed of "
-                f"{rate * vehicle.half_track_m / vehicle.wheel_radius_m:.2f} rad/s; the limit is "
-                f"{vehicle.max_wheel_speed_radps:.2f} rad/s"
+                f"{rate * vehicle.drive.half_track_m / vehicle.drive.wheel_radius_m:.2f} rad/s; the limit is "
+                f"{vehicle.drive.max_wheel_speed_radps:.2f} rad/s"
             )
-        turns[index] = TurnInPlace(leg.turn_rad, rate, vehicle.max_acceleration_mps2 / vehicle.half_track_m)
+        turns[index] = TurnInPlace(leg.turn_rad, rate, vehicle.drive.max_acceleration_mps2 / vehicle.drive.half_track_m)
         places.add(leg.start_m)
     for s, _ in angular:
         if not any(abs(s - place) <= SPIN_PLACE_M for place in places):
@@ -132,13 +132,13 @@ def check_wheels(
     fastest = np.maximum(speed_at(speeds, starts), speed_at(speeds, ends))
     owner = np.clip(np.searchsorted(starts, speeds[:, 0], side="right") - 1, 0, len(path) - 1)
     np.maximum.at(fastest, owner, np.where(speeds[:, 0] < ends[owner], speeds[:, 1], 0.0))
-    rim = fastest * (1.0 + np.abs(path[:, 3]) * vehicle.half_track_m)
+    rim = fastest * (1.0 + np.abs(path[:, 3]) * vehicle.drive.half_track_m)
     worst = int(np.argmax(rim))
-    if rim[worst] > vehicle.max_rim_speed_mps * _WHEEL_LIMIT_SLACK:
+    if rim[worst] > vehicle.drive.max_speed_mps * _WHEEL_LIMIT_SLACK:
         raise CommandRefused(
             f"{segment_name(worst, segments[worst])}: {fastest[worst]:.2f} m/s at curvature {path[worst, 3]:.3f} 1/m "
-            f"needs a wheel speed of {rim[worst] / vehicle.wheel_radius_m:.2f} rad/s; the limit is "
-            f"{vehicle.max_wheel_speed_radps:.2f} rad/s"
+            f"needs a wheel speed of {rim[worst] / vehicle.drive.wheel_radius_m:.2f} rad/s; the limit is "
+            f"{vehicle.drive.max_wheel_speed_radps:.2f} rad/s"
         )
 
 

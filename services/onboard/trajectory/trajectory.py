@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import Actuation, Trajectory
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.interface import TICK_S, Checkpoint
 from touchline.services.onboard.trajectory.path import Leg, cut_path, pose_at
 from touchline.services.onboard.trajectory.profiles import (

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from touchline.schemas.template import Template
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
 from touchline.services.planner.geometry.clothoid import Floats, Ints, PathPose, PiecePath
 
@@ -54,7 +54,7 @@ class CollisionChecker:
         edges = np.concatenate([np.hstack((c, np.roll(c, -1, axis=0))) for c in corners])
         owner = np.repeat(np.arange(len(outlines)), [len(c) for c in corners])
         names = tuple(outline.id for outline in outlines)
-        return cls(edges, owner, names, template.boundary is not None, np.array(vehicle.footprint_m))
+        return cls(edges, owner, names, template.boundary is not None, np.array(vehicle.body.footprint_m))
 
     @property
     def reach_m(self) -> float:

@@ -14,7 +14,8 @@ import numpy as np
 
 from touchline.schemas.curves import Curve, wrap_angle
 from touchline.schemas.messages import LinearDirection, PlanReport, Trajectory
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.planner.drives.planned_drive import PlannedDrive, planned_drive
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.route.itinerary import Itinerary
 from touchline.services.planner.segments.section import TRANSITION, Section
@@ -25,6 +26,8 @@ from touchline.services.planner.speed.timing import SpeedProfile
 CURVATURE_STEP_1PM = 1e-9
 # Speed and curvature are both smooth between borders; this many points of each stretch find the outer wheel's fastest.
 POINTS = 5
+# Actuators of which this is commanded are wheels.
+WHEEL_UNIT = "rad/s"
 
 
 def measure(
@@ -41,7 +44,8 @@ def measure(
     paint_length = sum(s.end_m - s.start_m for s in painted)
     paint_time = sum(speeds.time_at(s.end_m) - speeds.time_at(s.start_m) for s in painted)
     position_gap, heading_gap = gaps(trajectory)
-    figures = wheels(sections, sent, speeds, vehicle)
+    planned = planned_drive(vehicle)
+    figures = extremes(sections, sent, speeds, vehicle, planned)
     pieces = [piece for section in sections for piece in section.path.pieces]
     return PlanReport(
         paint_length_m=paint_length,
@@ -65,8 +69,8 @@ def measure(
         wet_crossings=drive.wet_crossings,
         wet_crossings_unavoidable=unavoidable,
         # The pump's flow is that of a line painted at the vehicle's own speed.
-        paint_l=vehicle.paint_l_per_m * vehicle.paint_speed_mps * paint_time,
-        battery_wh=battery_wh(sent, speeds, vehicle),
+        paint_l=vehicle.tool.paint_l_per_m * vehicle.tool.paint_speed_mps * paint_time,
+        battery_wh=battery_wh(sent, speeds, vehicle, planned),
     )
 
 
@@ -114,11 +118,13 @@ class Extremes(NamedTuple):
     lateral_mps2: float
 
 
-def wheels(sections: list[Section], sent: list[Sent], speeds: SpeedProfile, vehicle: Vehicle) -> Extremes:
+def extremes(
+    sections: list[Section], sent: list[Sent], speeds: SpeedProfile, vehicle: Vehicle, planned: PlannedDrive
+) -> Extremes:
     """Largest |dκ/ds|, wheel speed and wheel acceleration, and lateral acceleration along the ideal curve.
 
-    A rim runs at v(1 ± κr) and accelerates with a(1 ± κr) ± v²σr. Between borders (of pieces, cuts and speed entries) a
-    and σ are constant and v² and κ linear in arc length, so its acceleration is largest at a border.
+    Between borders (of pieces, cuts and speed entries) acceleration and σ are constant and v² and κ linear in arc
+    length, so what the actuators do is largest near a border.
     """
     pieces = np.array([piece for section in sections for piece in section.path.pieces], dtype=np.float64)
     ends = np.cumsum(pieces[:, 0])
@@ -137,17 +143,13 @@ def wheels(sections: list[Section], sent: list[Sent], speeds: SpeedProfile, vehi
     square = np.square(speeds.speed_at(np.interp(station, ideal_at, sent_at)))
     acceleration = (square[-1] - square[0]) / (2.0 * np.diff(border))
 
-    reach = 0.5 * vehicle.track_width_m * curvature
-    turning = 0.5 * vehicle.track_width_m * square * sharpness
-    rim_speed = np.sqrt(square) * (1.0 + np.abs(reach))
-    rim_acceleration = np.maximum(
-        np.abs(acceleration * (1.0 + reach) + turning), np.abs(acceleration * (1.0 - reach) - turning)
-    )
+    motion = planned.actuation(*np.broadcast_arrays(pieces[index, 3], square, acceleration, curvature, sharpness))
+    wheels = [i for i, actuator in enumerate(vehicle.drive.actuators) if actuator.unit == WHEEL_UNIT]
     steps = _has_steps(pieces)
     return Extremes(
         math.inf if steps else float(np.abs(pieces[:, 2]).max()),
-        float(rim_speed.max()) / vehicle.wheel_radius_m,
-        math.inf if steps else float(rim_acceleration.max()) / vehicle.wheel_radius_m,
+        float(np.abs(motion.value[wheels]).max()),
+        math.inf if steps else float(np.abs(motion.rate[wheels]).max()),
         float((square * np.abs(curvature)).max()),
     )
 

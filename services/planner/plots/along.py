@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from touchline.schemas.curves import PathTable
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.plan import Plan
-from touchline.services.planner.plots.wheel_series import wheel_series
+from touchline.services.planner.plots.actuator_series import actuator_series
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -49,7 +49,7 @@ def draw_along(axes: "Axes", plan: Plan, vehicle: Vehicle, quantity: str) -> "Li
     from matplotlib.collections import LineCollection
     from matplotlib.colors import AsinhNorm, LinearSegmentedColormap, Normalize
 
-    series = wheel_series(plan, vehicle, STEP_M)
+    series = actuator_series(plan, STEP_M)
     table = PathTable.from_curves([sent.curve for sent in plan.sent])
     x, y, _, _ = table.at(series.station_m)
     points = np.column_stack((x, y))

@@ -8,7 +8,7 @@ import numpy as np
 
 from touchline.schemas.curves import Curve
 from touchline.schemas.template import Template
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.geometry.clothoid import Floats, PiecePath
 from touchline.services.planner.plan import Plan
 from touchline.services.planner.plots.along import PAINTED_PT, QUANTITIES, WAY_PT, draw_along

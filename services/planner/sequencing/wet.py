@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from touchline.schemas.curves import Curve
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
 from touchline.services.planner.geometry.clothoid import Floats, Ints, PathPose, PiecePath
 
@@ -27,8 +27,8 @@ class Wheels:
 
     @classmethod
     def of(cls, vehicle: Vehicle, line_width_m: float, drying_s: float) -> "Wheels":
-        """The wheels and casters of a vehicle."""
-        return cls(np.array((*vehicle.wheels_m, *vehicle.casters_m)), 0.5 * line_width_m, drying_s)
+        """What a vehicle touches the ground with."""
+        return cls(np.array(vehicle.drive.contacts_m), 0.5 * line_width_m, drying_s)
 
     @property
     def never_dry(self) -> "Wheels":

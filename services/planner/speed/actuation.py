@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import Actuation
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.speed.timing import SpeedProfile
 
 # Lines that follow each other this closely (m) are painted in one go.
@@ -42,8 +42,8 @@ def actuation_profile(painted: Sequence[PaintedStretch], speeds: SpeedProfile, v
     for line in _in_one_go(painted):
         mask = MASKS[line.actuation]
         begin, end = speeds.time_at(line.start_m), speeds.time_at(line.end_m)
-        opened = speeds.station_at(begin - vehicle.valve_on_delay_s)
-        closed = speeds.station_at(end - vehicle.valve_off_delay_s)
+        opened = speeds.station_at(begin - vehicle.tool.valve_on_delay_s)
+        closed = speeds.station_at(end - vehicle.tool.valve_off_delay_s)
         if closed <= opened:
             raise PlanningError(
                 line.segment_id,
@@ -52,7 +52,7 @@ def actuation_profile(painted: Sequence[PaintedStretch], speeds: SpeedProfile, v
             )
         changes += (opened, mask & Actuation.SPRAY, 1), (closed, mask & Actuation.SPRAY, -1)
         if mask & Actuation.DISC:
-            lowered = speeds.station_at(begin - vehicle.disc_delay_s)
+            lowered = speeds.station_at(begin - vehicle.tool.disc_delay_s)
             changes += (lowered, Actuation.DISC, 1), (line.end_m, Actuation.DISC, -1)
     return _switches(changes)
 

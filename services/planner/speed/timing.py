@@ -1,4 +1,4 @@
-"""The speed profile: the fastest one along the path that the wheels can follow.
+"""The speed profile: the fastest one along the path that the drive can follow.
 
 Between two entries the squared speed is linear in arc length (constant acceleration), so the profile is exact, starts
 from standstill and ends in it, and stands still at every cusp and turn on the spot.
@@ -106,7 +106,7 @@ def speed_profile(course: PathGrid, steady: Sequence[Steady], limits: Limits) ->
     spans = [_knots_within(knots, stretch) for stretch in steady]
     speeds = [stretch.speed_mps for stretch in steady]
     cap = course.square_cap.copy()
-    columns = (course.length_m, course.curvature_1pm, course.sharpness_1pm2, cap, limits.row)
+    columns = (course.length_m, course.curvature_1pm, course.sharpness_1pm2, cap, limits.caps)
     while True:
         for (first, last), speed in zip(spans, speeds, strict=True):
             cap[first:last] = np.minimum(cap[first:last], speed * speed)
@@ -126,11 +126,12 @@ def speed_profile(course: PathGrid, steady: Sequence[Steady], limits: Limits) ->
 
 
 def _spin(station_m: float, angle_rad: float, limits: Limits) -> Spin:
-    from touchline.services.planner.speed.topp import spin_time
+    from touchline.services.planner.drives.caps import spin_time
 
-    rate_gain = limits.acceleration_mps2 / limits.half_track_m
-    rate = min(limits.transit_speed_mps / limits.half_track_m, math.sqrt(rate_gain * abs(angle_rad)))
-    seconds = float(spin_time(abs(angle_rad), limits.row))
+    lever = limits.caps.drive.spin_lever_m()
+    rate_gain = limits.acceleration_mps2 / lever
+    rate = min(limits.transit_speed_mps / lever, math.sqrt(rate_gain * abs(angle_rad)))
+    seconds = float(spin_time(abs(angle_rad), limits.caps))
     return Spin(float(station_m), angle_rad, math.copysign(rate, angle_rad), seconds)
 
 

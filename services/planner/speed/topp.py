@@ -1,10 +1,9 @@
 """Time-optimal path parametrisation (TOPP), compiled: the fastest speeds along cells of constant sharpness.
 
-State is u = v² (m²/s²), linear in arc length within a cell (constant acceleration a). At curvature κ a rim runs at
-v(1 ± κr) and accelerates with a(1 ± κr) ± uσr. With u and κ linear that is linear too: where both ends of a cell keep
-the limit, all of it does. So a backward pass finds the fastest entries from which the rest can be driven, a forward
-pass the fastest drive through them: the optimum on these cells, after Pham and Pham, "A new approach to time-optimal
-path parameterization based on reachability analysis", IEEE T-RO 34(3), 2018.
+State is u = v² (m²/s²), linear in arc length within a cell (constant acceleration). What the drive can do of that is
+said by drives/caps.py. A backward pass finds the fastest entries from which the rest can be
+driven, a forward pass the fastest drive through them: the optimum on these cells, after Pham and Pham, "A new approach
+to time-optimal path parameterization based on reachability analysis", IEEE T-RO 34(3), 2018.
 """
 
 import math
@@ -12,46 +11,17 @@ import math
 import numpy as np
 
 from touchline.services.core.jit import kernel
+from touchline.services.planner.drives.caps import Caps, gain, spin_time, square_cap
 from touchline.services.planner.geometry.clothoid import Floats
 
-# Columns of the row of limits that the kernels take.
-TRANSIT, RIM_SPEED, RIM_ACCELERATION, HALF_TRACK, ACCELERATION, LATERAL = range(6)
 # A cell of a clothoid changes curvature by at most this (1/m): its speed is capped for the tighter end.
 CELL_CURVATURE_1PM = 0.15
-# Below this curvature (1/m) a path is straight.
-STRAIGHT_1PM = 1e-9
 # What it costs to slow down a painted line next to a way.
 SLOWED_S_PER_MPS, SPEED_SLACK_MPS = 30.0, 1e-6
 
 
 @kernel
-def square_cap(curvature: float, sharpness: float, speed: float, limits: Floats) -> float:
-    """The largest u at |curvature| (1/m) and |sharpness| (1/m²), at most `speed`²."""
-    square = min(speed, limits[RIM_SPEED] / (1.0 + curvature * limits[HALF_TRACK])) ** 2
-    if curvature > STRAIGHT_1PM:
-        square = min(square, limits[LATERAL] / curvature)
-    if sharpness > 0.0:
-        square = min(square, limits[RIM_ACCELERATION] / (sharpness * limits[HALF_TRACK]))
-    return float(square)
-
-
-@kernel
-def gain(square: float, curvature: float, sharpness: float, length: float, limits: Floats) -> float:
-    """The largest acceleration (m/s²) over a cell that is entered with u = `square` at `curvature`."""
-    most, r, rim = limits[ACCELERATION], limits[HALF_TRACK], limits[RIM_ACCELERATION]
-    for side in (-1.0, 1.0):
-        turning = side * square * sharpness * r
-        for reach in (curvature, curvature + 3.0 * sharpness * length):
-            share = 1.0 + side * reach * r
-            if share > 0.0:
-                most = min(most, (rim - turning) / share)
-            elif share < 0.0:
-                most = min(most, (-rim - turning) / share)
-    return float(max(most, 0.0))
-
-
-@kernel
-def sweep(length: Floats, curvature: Floats, sharpness: Floats, cap: Floats, limits: Floats, square: Floats) -> None:
+def sweep(length: Floats, curvature: Floats, sharpness: Floats, cap: Floats, limits: Caps, square: Floats) -> None:
     """Lower `square`, u at the knots (n+1,), to the fastest drive; `curvature` at the start of each cell (n,)."""
     n = len(length)
     for i in range(n):
@@ -68,7 +38,7 @@ def sweep(length: Floats, curvature: Floats, sharpness: Floats, cap: Floats, lim
 
 @kernel
 def peak(
-    length: float, curvature: float, sharpness: float, cap: float, limits: Floats, first: float, last: float
+    length: float, curvature: float, sharpness: float, cap: float, limits: Caps, first: float, last: float
 ) -> tuple[float, float]:
     """Within a line or arc u may rise above both ends: the largest u reached, and the acceleration to get there."""
     if sharpness != 0.0:
@@ -89,21 +59,13 @@ def cell_time(length: float, first: float, last: float, top: float, most: float)
 
 
 @kernel
-def spin_time(angle: float, limits: Floats) -> float:
-    """Seconds to turn on the spot by |angle| (rad): the rims within acceleration and transit speed."""
-    rate_gain = limits[ACCELERATION] / limits[HALF_TRACK]
-    rate = min(limits[TRANSIT] / limits[HALF_TRACK], math.sqrt(rate_gain * angle))
-    return float(angle / rate + rate / rate_gain)
-
-
-@kernel
 def _parts(piece: Floats) -> int:
     """Cells of a piece: one, or for a clothoid two at least (between two stops the robot has to move)."""
     return 1 if piece[2] == 0.0 else max(2, math.ceil(abs(piece[2]) * piece[0] / CELL_CURVATURE_1PM))
 
 
 @kernel
-def path_time(pieces: Floats, count: int, first: float, last: float, limits: Floats) -> float:
+def path_time(pieces: Floats, count: int, first: float, last: float, limits: Caps) -> float:
     """Seconds for `count` pieces (as columns of `Piece`), entered and left at speeds (m/s), standing still at cusps.
 
     This is a figure to compare ways by: a speed at an end that the way does not allow is lowered, and punished, as it
@@ -132,7 +94,7 @@ def path_time(pieces: Floats, count: int, first: float, last: float, limits: Flo
             length[i], sharpness[i] = h, pieces[k, 2]
             curvature[i] = pieces[k, 1] + pieces[k, 2] * h * j
             worst = max(abs(curvature[i]), abs(curvature[i] + sharpness[i] * h))
-            cap[i] = square_cap(worst, abs(sharpness[i]), limits[TRANSIT], limits)
+            cap[i] = square_cap(worst, abs(sharpness[i]), limits)
             i += 1
     sweep(length, curvature, sharpness, cap, limits, square)
     for i in range(cells):
@@ -144,7 +106,7 @@ def path_time(pieces: Floats, count: int, first: float, last: float, limits: Flo
 
 @kernel
 def entries(
-    length: Floats, curvature: Floats, sharpness: Floats, cap: Floats, limits: Floats, square: Floats
+    length: Floats, curvature: Floats, sharpness: Floats, cap: Floats, limits: Caps, square: Floats
 ) -> tuple[Floats, Floats]:
     """The swept profile as (arc length, u) of every point where u may bend."""
     n = len(length)

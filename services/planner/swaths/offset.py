@@ -9,7 +9,7 @@ import numpy as np
 from touchline.schemas.curves import Curve, wrap_angle
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.template import TemplateSegment
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 from touchline.services.planner.steering.method import CurveEnd
 
@@ -63,7 +63,7 @@ def modes(
         if segment.id in seen:
             raise PlanningError(segment.id, "appears twice", "give every segment an id of its own")
         seen.add(segment.id)
-    at_m = (vehicle.nozzle_x_m, vehicle.nozzle_y_m)
+    at_m = vehicle.tool.point_m
     return [_modes(segment, at_m, curvature_max_1pm, free) for segment in segments]
 
 

@@ -14,7 +14,7 @@ from itertools import islice, pairwise
 import numpy as np
 
 from touchline.schemas.messages import PlanOptions
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.geometry.clothoid import Floats, PathPose, Piece, PiecePath
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.method_choice import method_of
@@ -97,7 +97,7 @@ class Painting:
         Nothing is painted in one go where the method does not join: the padding of `dubins-padded` is round every
         segment.
         """
-        valve_s = max(vehicle.valve_off_delay_s - vehicle.valve_on_delay_s, 0.0)
+        valve_s = max(vehicle.tool.valve_off_delay_s - vehicle.tool.valve_on_delay_s, 0.0)
         return cls(limits, method_of(options).joins, options.sigma_max_1pm2 or math.inf, valve_s)
 
     def stroke_mps(self, stroke: Stroke) -> float:

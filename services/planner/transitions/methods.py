@@ -111,7 +111,7 @@ class PaddedPricing:
 
         def timed(pairs: Ints, _closer: bool) -> Priced:
             pieces, counts = np.zeros((len(pairs), PLAIN_PIECES, 5)), np.zeros(len(pairs), dtype=np.int64)
-            seconds = plain_times(*rows, turns.curvature_1pm, paddings, ways.limits.row, pairs, pieces, counts)
+            seconds = plain_times(*rows, turns.curvature_1pm, paddings, ways.limits.caps, pairs, pieces, counts)
             priced = Priced(seconds, pieces, counts)
             carry_on(ways, ends, begins, pairs, priced)
             return priced
@@ -122,7 +122,7 @@ class PaddedPricing:
 def words_or_hops(rows: tuple[Floats, Floats, Floats, Floats], limits: Limits, pairs: Ints, *, hops: bool) -> Priced:
     """The quickest words, or short hops as well, for pairs (n, 2) of the ends and beginnings of `way_rows`."""
     pieces, counts = np.zeros((len(pairs), TRACK_PIECES, 5)), np.zeros(len(pairs), dtype=np.int64)
-    return Priced(way_times(*rows, limits.row, pairs, hops, pieces, counts), pieces, counts)
+    return Priced(way_times(*rows, limits.caps, pairs, hops, pieces, counts), pieces, counts)
 
 
 def padded_rows(ways: Ways, ends: Sequence[CurveEnd], padding_m: float) -> Floats:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from touchline.services.core.jit import kernel
+from touchline.services.planner.drives.caps import Caps
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 from touchline.services.planner.speed.topp import path_time
 from touchline.services.planner.steering.construct import put
@@ -20,7 +21,7 @@ def plain_times(
     goals: Floats,
     curvature: float,
     paddings: tuple[float, float],
-    limits: Floats,
+    limits: Caps,
     pairs: Ints,
     tracks: Floats,
     counts: Ints,

@@ -17,7 +17,7 @@ from touchline.services.planner.transitions.pricing import OneByOne, Pricing
 
 # Braking before a tight turn is planned with this share of the acceleration, so that it is slow enough in time.
 BRAKING_SHARE = 0.98
-# Turns for the very fastest would have no curvature left to the rims.
+# Turns for the very fastest would have no curvature left to the drive.
 FASTEST_SHARE = 0.95
 # What a robot may do beside driving forward.
 REVERSING, SPINNING = "reversing", "spinning"
@@ -69,9 +69,9 @@ class Ways:
         One more is entered at paint speed and tightens while the robot brakes, without a straight to brake before.
         Wheels can do both at once; tyres that slide before that cannot.
         """
-        fastest = min(limits.transit_speed_mps, FASTEST_SHARE * limits.rim_speed_mps)
+        fastest = min(limits.transit_speed_mps, FASTEST_SHARE * limits.drive.max_speed_mps)
         offers = {limits.turn_at(v): v for v in [*(v for v in TURN_SPEEDS_MPS if v < fastest), fastest]}
-        if limits.wheels_limit_turns:
+        if limits.drive_limits_turns:
             painting = limits.paint_speed_mps
             offers.setdefault((limits.turn_at(TURN_SPEEDS_MPS[0])[0], limits.turn_at(painting)[1]), painting)
         return cls(limits, tuple(Turns(speed, *turn, Steering(*turn)) for turn, speed in offers.items()))
@@ -88,7 +88,7 @@ class Ways:
             pricing: The method's own; without one its ways are timed one by one.
         """
         turn = limits.curvature_max_1pm, limits.sharpness_max_1pm2
-        return cls(limits, (Turns(limits.rim_speed_mps, *turn, make(*turn)),), pricing=pricing or OneByOne())
+        return cls(limits, (Turns(limits.drive.max_speed_mps, *turn, make(*turn)),), pricing=pricing or OneByOne())
 
     def speed_mps(self, end: CurveEnd) -> float:
         """The speed (m/s) at an end of a painted curve."""
@@ -201,7 +201,7 @@ class Ways:
     def seconds(self, pieces: Sequence[Piece], first_mps: float, last_mps: float) -> float:
         """Seconds for pieces that are entered and left at these speeds."""
         table: Floats = np.array(pieces, dtype=np.float64).reshape(-1, 5)
-        return float(path_time(table, len(table), first_mps, last_mps, self.limits.row)) if len(table) else 0.0
+        return float(path_time(table, len(table), first_mps, last_mps, self.limits.caps)) if len(table) else 0.0
 
 
 def turned_round(lead: Lead) -> Lead:

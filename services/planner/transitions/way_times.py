@@ -10,8 +10,9 @@ import numpy as np
 
 from touchline.services.core.arrays import ascending, copy
 from touchline.services.core.jit import kernel
+from touchline.services.planner.drives.caps import Caps
 from touchline.services.planner.geometry.clothoid import Floats, Ints
-from touchline.services.planner.speed.topp import ACCELERATION, TRANSIT, path_time
+from touchline.services.planner.speed.topp import path_time
 from touchline.services.planner.steering.circles import LIMIT, TAU
 from touchline.services.planner.steering.construct import MAX_PIECES, forward_pieces, put, put_ramp, word_pieces
 from touchline.services.planner.steering.dubins_bound import least_plain
@@ -29,7 +30,7 @@ TRACK_PIECES = MAX_PIECES + 4
 
 @kernel
 def way_time(
-    start: Floats, goal: Floats, c: Floats, root: float, limits: Floats, hops: bool, pieces: Floats
+    start: Floats, goal: Floats, c: Floats, root: float, limits: Caps, hops: bool, pieces: Floats
 ) -> tuple[float, int]:
     """Seconds from one painted end to one painted beginning, with one kind of turn, and how many `pieces` it has.
 
@@ -62,7 +63,7 @@ def way_time(
 
 
 @kernel
-def least_time(start: Floats, goal: Floats, curvature: float, limits: Floats) -> float:
+def least_time(start: Floats, goal: Floats, curvature: float, limits: Caps) -> float:
     """Seconds: with turns of at most this curvature (1/m), as for `way_time`, no way takes fewer.
 
     It is as long as the plain Dubins path at least, and driven at best as fast as acceleration and transit speed allow.
@@ -71,7 +72,7 @@ def least_time(start: Floats, goal: Floats, curvature: float, limits: Floats) ->
     length = least_plain(seen.real, seen.imag, goal[HEADING] - start[HEADING]) / curvature
     for end in (start, goal):
         length += end[PAD] + abs(end[PAINTED]) / end[LEAD]
-    first, last, most, gain = start[SPEED], goal[SPEED], limits[TRANSIT], limits[ACCELERATION]
+    first, last, most, gain = start[SPEED], goal[SPEED], limits.transit_mps, limits.acceleration_mps2
     fast: float = math.sqrt(gain * length + 0.5 * (first * first + last * last))
     if fast < max(first, last):
         return float(length / max(first, last))
@@ -86,7 +87,7 @@ def way_times(
     goals: Floats,
     circles: Floats,
     roots: Floats,
-    limits: Floats,
+    limits: Caps,
     pairs: Ints,
     hops: bool,
     tracks: Floats,

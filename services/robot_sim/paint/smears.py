@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.interface import TICK_S
 from touchline.services.robot_sim.paint import contact as c
 from touchline.services.robot_sim.paint import track as t
@@ -71,10 +71,10 @@ class Contact(NamedTuple):
 
 def contacts(vehicle: Vehicle) -> list[Contact]:
     """The wheels, left and right, and the casters."""
-    wheel = vehicle.wheel_width_m, 2.0 * math.pi * vehicle.wheel_radius_m, False
-    caster = vehicle.caster_width_m, 2.0 * math.pi * vehicle.caster_radius_m, True
-    wheels = [Contact(x, y, *wheel) for x, y in vehicle.wheels_m]
-    return wheels + [Contact(x, y, *caster) for x, y in vehicle.casters_m]
+    wheel = vehicle.drive.wheel_width_m, 2.0 * math.pi * vehicle.drive.wheel_radius_m, False
+    caster = vehicle.drive.caster_width_m, 2.0 * math.pi * vehicle.drive.caster_radius_m, True
+    wheels = [Contact(x, y, *wheel) for x, y in vehicle.drive.wheels_m]
+    return wheels + [Contact(x, y, *caster) for x, y in vehicle.drive.casters_m]
 
 
 def smearing(ledger: PaintLedger, track: t.Track, vehicle: Vehicle) -> Smearing:
@@ -89,7 +89,7 @@ def smearing(ledger: PaintLedger, track: t.Track, vehicle: Vehicle) -> Smearing:
     if not len(paint):
         return Smearing(0, 0.0, 0.0, [])
     grid, left_m = _grid(paint), np.zeros(len(ledger.targets) + 1)
-    wet = vehicle.drying_time_s, vehicle.smear_share, vehicle.smear_length_m
+    wet = vehicle.tool.drying_time_s, vehicle.tool.smear_share, vehicle.tool.smear_length_m
     crossings, youngest_s, smears, prints = 0, math.inf, list[SmearPrint](), np.zeros((_ROOM, c.PRINT_COLUMNS))
     for contact in contacts(vehicle):
         way = _way(rows, contact)

@@ -10,7 +10,7 @@ from typing import Final, NamedTuple
 from touchline.schemas.curves import Curve
 from touchline.schemas.messages import Actuation, CurveType, LinearDirection, Segment, Trajectory
 from touchline.schemas.template import Template
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 
 SHORTEST_M: Final = 0.001
 """Sprayed stretches shorter than this are rounding at a joint, not a line."""
@@ -83,8 +83,8 @@ def nozzle_curve(segment: Segment, first_m: float, last_m: float, vehicle: Vehic
     heading = tangent + (math.pi if segment.direction.value == LinearDirection.BACKWARD else 0.0)
     cos, sin = math.cos(heading), math.sin(heading)
     start = (
-        x + cos * vehicle.nozzle_x_m - sin * vehicle.nozzle_y_m,
-        y + sin * vehicle.nozzle_x_m + cos * vehicle.nozzle_y_m,
+        x + cos * vehicle.tool.nozzle_x_m - sin * vehicle.tool.nozzle_y_m,
+        y + sin * vehicle.tool.nozzle_x_m + cos * vehicle.tool.nozzle_y_m,
     )
     if whole.curvature_1pm == 0.0:
         return Curve(*start, tangent, 0.0, last_m - first_m)

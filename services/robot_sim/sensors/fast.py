@@ -24,16 +24,11 @@ from touchline.services.core.random import (
     normal,
     uniform,
 )
+from touchline.services.onboard.interface import ANGLES, GYRO, MAG
 from touchline.services.robot_sim.sensors.zones import CENTRE_X, CENTRE_Y, VALUE_1, VALUE_2, distance
 from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.ground import GRAVITY_MPS2
-
-# Readings.
-IMU: Final = 0  # gyro x y z, accel x y z
-MAG: Final = 6  # x y z
-ENCODER: Final = 9  # left, right
-READINGS: Final = 11
 
 # Sensor state.
 GYRO_BIAS: Final = 0  # x y z
@@ -114,7 +109,7 @@ def _inertial(
         if shaken > 0.0:
             reading += shaken * normal(seed, STREAM_FAULT, tick, 3 + axis)
         if effects[e.IMU_STUCK] == 0.0:
-            readings[IMU + axis] = reading
+            readings[GYRO + axis] = reading
 
 
 @kernel
@@ -199,7 +194,7 @@ def measure(
         effects: (effects.SIZE,) what faults do.
         seed: Of the scenario.
         tick: Onboard tick.
-        readings: (READINGS,) filled, SI units, body frame. Holds the readings of the tick before.
+        readings: (interface.READINGS,) filled, SI units, body frame. Holds the readings of the tick before.
     """
     _inertial(world, sensor, p, effects, seed, tick, readings)
     _magnetic(world, sensor, p, steel, vertices, effects, seed, tick, readings)
@@ -212,4 +207,4 @@ def measure(
         angle -= sensor[MISSED + wheel]
         if quantum > 0.0:
             angle = math.floor((angle + sensor[ENCODER_PHASE + wheel]) / quantum) * quantum
-        readings[ENCODER + wheel] = angle
+        readings[ANGLES + wheel] = angle

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.interface import GnssSample
 from touchline.services.robot_sim.sensors import receiver
 
@@ -67,6 +67,6 @@ def parameters(vehicle: Vehicle, scenario: Scenario) -> NDArray[np.float64]:
     r[receiver.R_WAIT_TICKS], r[receiver.R_WAIT_TICKS + 1] = 100 * noise.reacquire_s, 100 * noise.float_after_s
     r[receiver.R_CONVERGE_MIN_TICKS] = 100 * noise.converge_min_s
     r[receiver.R_CONVERGE_MAX_TICKS] = 100 * noise.converge_max_s
-    antenna = (vehicle.gnss_antenna_x_m, vehicle.gnss_antenna_y_m, vehicle.gnss_antenna_z_m)
+    antenna = (vehicle.body.gnss_antenna_x_m, vehicle.body.gnss_antenna_y_m, vehicle.body.gnss_antenna_z_m)
     r[receiver.R_ANTENNA : receiver.R_ANTENNA + 3] = antenna
     return r

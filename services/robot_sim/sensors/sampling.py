@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from touchline.services.core.jit import kernel
 from touchline.services.core.random import STREAM_RECEIVER, uniform
-from touchline.services.robot_sim.sensors import fast, receiver, transport
+from touchline.services.onboard.interface import ANGLES, GYRO, MAG, READINGS
+from touchline.services.robot_sim.sensors import receiver, transport
 from touchline.services.robot_sim.sensors.fast import measure
 from touchline.services.robot_sim.sensors.receiver import take
 from touchline.services.robot_sim.sensors.transport import carry, collect, post, way
@@ -54,7 +55,7 @@ def sense(
         p: (fast.PARAMETER_SIZE,) their figures.
         steel: (n, places.COLUMNS) magnetic places: field [T], reach [m].
         steel_vertices: (m, 2) their outlines [m].
-        history: (transport.HISTORY, fast.READINGS) what was measured, by tick.
+        history: (transport.HISTORY, interface.READINGS) what was measured, by tick.
         schedule: (3, transport.HISTORY) what arrives when.
         gnss: (receiver.STATE_SIZE,) state of the receiver.
         r: (receiver.PARAMETERS,) its figures.
@@ -63,7 +64,7 @@ def sense(
         sky_vertices: (m, 2) their outlines [m].
         pending: (transport.PENDING, 1 + receiver.COLUMNS) reports under way.
         counts: (1,) how many.
-        readings: (fast.READINGS,) what the computer has of the 100 Hz sensors, updated.
+        readings: (interface.READINGS,) what the computer has of the 100 Hz sensors, updated.
         measured_tick: (3,) when that was measured, updated.
         arrived: (3,) filled: whether something of that sensor arrived in this tick.
         arrivals: (transport.ARRIVALS, receiver.COLUMNS) filled with the reports that arrived.
@@ -73,10 +74,10 @@ def sense(
     """
     now = history[tick % transport.HISTORY]
     before = history[(tick - 1) % transport.HISTORY]
-    for column in range(fast.READINGS):
+    for column in range(READINGS):
         now[column] = before[column]
     measure(world, sensor, p, steel, steel_vertices, effects, seed, tick, now)
-    bounds = (fast.IMU, fast.MAG, fast.ENCODER, fast.READINGS)
+    bounds = (GYRO, MAG, ANGLES, READINGS)
     for index in range(3):
         arrived[index] = carry(
             effects,

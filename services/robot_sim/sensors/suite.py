@@ -9,9 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.geodesy import local_frame
-from touchline.services.onboard.interface import TICK_S, EncoderSample, GnssSample, ImuSample, MagSample, SensorFrame
+from touchline.services.onboard.interface import (
+    ANGLES,
+    GYRO,
+    MAG,
+    READINGS,
+    TICK_S,
+    GnssSample,
+    ImuSample,
+    MagSample,
+    SensorFrame,
+)
 from touchline.services.robot_sim.sensors import fast, gnss, receiver, transport, zones
 from touchline.services.robot_sim.sensors.gnss import GnssReport
 from touchline.services.robot_sim.sensors.sampling import sense
@@ -36,7 +46,7 @@ class Sensors:
     Attributes:
         gnss_reports: The positions that arrived in the last tick as the receiver reported them.
         arrived: (3,) whether a sample of IMU, magnetometer, encoders arrived in it.
-        history: (transport.HISTORY, fast.READINGS) what was measured, by tick, whether or not it has arrived.
+        history: (transport.HISTORY, interface.READINGS) what was measured, by tick, whether or not it has arrived.
         arguments: What `sense` keeps or reads, in its order from `sensor` to `arrivals`.
         heard: Of that the readings, the ticks in which they were measured, and the arrivals.
     """
@@ -44,13 +54,13 @@ class Sensors:
     def __init__(self, vehicle: Vehicle, scenario: Scenario) -> None:
         scenario = scenario.effective()
         self._seed = scenario.seed
-        self._battery_wh = vehicle.battery_wh
+        self._battery_wh = vehicle.body.battery_wh
         self.gnss_reports: tuple[GnssReport, ...] = ()
         self.arrived: NDArray[np.int64] = np.zeros(3, dtype=np.int64)
-        self._readings: NDArray[np.float64] = np.zeros(fast.READINGS)
+        self._readings: NDArray[np.float64] = np.zeros(READINGS)
         self._measured_tick: NDArray[np.int64] = np.zeros(3, dtype=np.int64)
         self._arrivals: NDArray[np.float64] = np.zeros((transport.ARRIVALS, receiver.COLUMNS))
-        self.history: NDArray[np.float64] = np.zeros((transport.HISTORY, fast.READINGS))
+        self.history: NDArray[np.float64] = np.zeros((transport.HISTORY, READINGS))
         self.heard = (self._readings, self._measured_tick, self._arrivals)
         sensor, p = np.zeros(fast.STATE_SIZE), _parameters(vehicle, scenario)
         fast.switch_on(sensor, p, self._seed)
@@ -99,9 +109,9 @@ class Sensors:
         return SensorFrame(
             tick,
             tick / 100,
-            ImuSample(*values[fast.IMU : fast.MAG]),
-            MagSample(*values[fast.MAG : fast.ENCODER]),
-            EncoderSample(*values[fast.ENCODER :]),
+            ImuSample(*values[GYRO:MAG]),
+            MagSample(*values[MAG:ANGLES]),
+            tuple(values[ANGLES:]),
             fixes,
             tick - imu_tick,
             tick - mag_tick,
@@ -134,5 +144,5 @@ def _parameters(vehicle: Vehicle, scenario: Scenario) -> NDArray[np.float64]:
     p[fast.P_MAG_DISTURBANCE] = mag.disturbance_rad * FIELD_HORIZONTAL_T
     p[fast.P_MAG_DECAY] = math.exp(-TICK_S / mag.disturbance_tau_s)
     if scenario.encoder.quantised:
-        p[fast.P_ENCODER_TICK] = 2.0 * math.pi / vehicle.encoder_ticks_per_revolution
+        p[fast.P_ENCODER_TICK] = 2.0 * math.pi / vehicle.drive.encoder_ticks_per_revolution
     return p

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.random import STREAM_CHASSIS, normal
 from touchline.services.onboard.interface import TICK_S
 from touchline.services.robot_sim.world import body
@@ -65,22 +65,22 @@ def _chassis(p: NDArray[np.float64], vehicle: Vehicle, scenario: Scenario) -> No
     drive, seed = scenario.drive, scenario.seed
     for wheel in (body.P_LEFT_RADIUS, body.P_RIGHT_RADIUS):
         error = drive.wheel_radius_relative * normal(seed, STREAM_CHASSIS, 0, wheel)
-        p[wheel] = vehicle.wheel_radius_m * (1.0 + error)
+        p[wheel] = vehicle.drive.wheel_radius_m * (1.0 + error)
     error = drive.track_width_relative * normal(seed, STREAM_CHASSIS, 0, body.P_TRACK)
-    p[body.P_TRACK] = vehicle.track_width_m * (1.0 + error)
-    p[body.P_MASS] = vehicle.mass_empty_kg
-    p[body.P_PAINT_KGPL] = (vehicle.mass_full_kg - vehicle.mass_empty_kg) / vehicle.tank_l
-    p[body.P_GYRATION2] = vehicle.radius_of_gyration_m**2
-    p[body.P_CASTER_X], p[body.P_CASTER_TRAIL] = vehicle.caster_x_m, vehicle.caster_trail_m
-    p[body.P_CASTER_SHARE] = vehicle.caster_load_share
-    p[body.P_BATTERY_WH], p[body.P_IDLE_W] = vehicle.battery_wh, vehicle.idle_power_w
+    p[body.P_TRACK] = vehicle.drive.track_width_m * (1.0 + error)
+    p[body.P_MASS] = vehicle.body.mass_empty_kg
+    p[body.P_PAINT_KGPL] = (vehicle.tool.mass_full_kg - vehicle.body.mass_empty_kg) / vehicle.tool.tank_l
+    p[body.P_GYRATION2] = vehicle.body.radius_of_gyration_m**2
+    p[body.P_CASTER_X], p[body.P_CASTER_TRAIL] = vehicle.drive.caster_x_m, vehicle.drive.caster_trail_m
+    p[body.P_CASTER_SHARE] = vehicle.drive.caster_load_share
+    p[body.P_BATTERY_WH], p[body.P_IDLE_W] = vehicle.body.battery_wh, vehicle.body.idle_power_w
 
 
 def _drives(p: NDArray[np.float64], vehicle: Vehicle) -> None:
-    motor = vehicle.motor
-    p[body.P_MAX_RATE] = vehicle.max_wheel_speed_radps
-    p[body.P_MAX_ACCEL] = vehicle.max_wheel_acceleration_radps2
-    p[body.P_LAG] = share_per_step(vehicle.motor_time_constant_s)
+    motor = vehicle.drive.motor
+    p[body.P_MAX_RATE] = vehicle.drive.max_wheel_speed_radps
+    p[body.P_MAX_ACCEL] = vehicle.drive.max_wheel_acceleration_radps2
+    p[body.P_LAG] = share_per_step(vehicle.drive.motor_time_constant_s)
     p[body.P_WHEEL_INERTIA] = motor.inertia_kgm2
     p[body.P_TORQUE_PER_A] = motor.constant_nm_per_a * motor.gear_ratio * motor.gear_efficiency
     p[body.P_EMF] = motor.constant_nm_per_a * motor.gear_ratio
@@ -88,21 +88,21 @@ def _drives(p: NDArray[np.float64], vehicle: Vehicle) -> None:
     p[body.P_FRICTION], p[body.P_VISCOUS] = motor.friction_nm, motor.viscous_nms
     p[body.P_CURRENT_LAG] = share_per_step(CURRENT_LAG_S)
     # What each wheel has to turn: itself, its half of the mass, its share of the body's inertia.
-    mass = 0.5 * (vehicle.mass_empty_kg + vehicle.mass_full_kg)
-    lever = vehicle.wheel_radius_m / vehicle.half_track_m
-    common = motor.inertia_kgm2 + 0.5 * mass * vehicle.wheel_radius_m**2
-    turning = motor.inertia_kgm2 + 0.5 * mass * (vehicle.radius_of_gyration_m * lever) ** 2
+    mass = 0.5 * (vehicle.body.mass_empty_kg + vehicle.tool.mass_full_kg)
+    lever = vehicle.drive.wheel_radius_m / vehicle.drive.half_track_m
+    common = motor.inertia_kgm2 + 0.5 * mass * vehicle.drive.wheel_radius_m**2
+    turning = motor.inertia_kgm2 + 0.5 * mass * (vehicle.body.radius_of_gyration_m * lever) ** 2
     p[body.P_AHEAD_COMMON], p[body.P_AHEAD_TURN] = common, turning
     p[body.P_GAIN] = CONTROLLER_RADPS * 0.5 * (common + turning)
     p[body.P_INTEGRAL_GAIN] = p[body.P_GAIN] / CONTROLLER_INTEGRAL_S
 
 
 def _sprayer(p: NDArray[np.float64], vehicle: Vehicle) -> None:
-    p[body.P_NOZZLE_X], p[body.P_NOZZLE_Y] = vehicle.nozzle_x_m, vehicle.nozzle_y_m
-    p[body.P_VALVE_ON] = _travel(vehicle.valve_on_delay_s)
-    p[body.P_VALVE_OFF] = _travel(vehicle.valve_off_delay_s)
-    p[body.P_DISC] = _travel(vehicle.disc_delay_s)
-    p[body.P_FLOW_LPS] = vehicle.paint_l_per_m * vehicle.paint_speed_mps
+    p[body.P_NOZZLE_X], p[body.P_NOZZLE_Y] = vehicle.tool.nozzle_x_m, vehicle.tool.nozzle_y_m
+    p[body.P_VALVE_ON] = _travel(vehicle.tool.valve_on_delay_s)
+    p[body.P_VALVE_OFF] = _travel(vehicle.tool.valve_off_delay_s)
+    p[body.P_DISC] = _travel(vehicle.tool.disc_delay_s)
+    p[body.P_FLOW_LPS] = vehicle.tool.paint_l_per_m * vehicle.tool.paint_speed_mps
 
 
 def _travel(delay_s: float) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.interface import Command
 from touchline.services.robot_sim.world import body, physics
 from touchline.services.robot_sim.world.constants import constants
@@ -47,7 +47,7 @@ class World:
         self.trace: NDArray[np.float64] = np.zeros(body.TRACE_SHAPE)
         self.parameters = constants(vehicle, scenario.effective())
         self._seed = scenario.seed
-        self._full_l, self._full_wh = vehicle.tank_l, vehicle.battery_wh
+        self._full_l, self._full_wh = vehicle.tool.tank_l, vehicle.body.battery_wh
         self.refill_tank()
         self.replace_battery()
         self.place(TruePose(0.0, 0.0, 0.0))
@@ -86,4 +86,6 @@ class World:
 
     def step(self, command: Command, tick: int, effects: NDArray[np.float64] = NO_EFFECTS) -> None:
         """Advance by one onboard tick under `command` and the `effects` of faults; `tick` keys the randomness."""
-        physics.advance(self.state, self.parameters, *command, effects, self._seed, tick, self.trace)
+        physics.advance(
+            self.state, self.parameters, *command.actuators, *command[1:], effects, self._seed, tick, self.trace
+        )

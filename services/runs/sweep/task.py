@@ -12,7 +12,7 @@ from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import TraversalReport
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.runs.reports import failing
 from touchline.services.runs.simulation import Job, Progress, simulate
 from touchline.services.runs.sweep.combinations import SweepCase

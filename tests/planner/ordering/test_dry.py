@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import LineSpec, Template, TemplateSegment
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.geometry.clothoid import Ints
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.plan import plan, ways_of

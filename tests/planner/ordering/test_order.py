@@ -13,7 +13,7 @@ from touchline.schemas.catalogue import load_template
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import ArcSpec, LineSpec, Template, TemplateSegment
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.budget import Budget
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.plan import plan, ways_of
@@ -120,7 +120,7 @@ def test_a_circle_in_parts_is_painted_in_one_go() -> None:
     assert planned.report.transitions == 0
     # The robot is inside of the circle, or outside.
     driven = planned.painted[-1].end_m - planned.painted[0].start_m
-    assert abs(driven - math.tau * 9.0) == pytest.approx(math.tau * abs(VEHICLE.nozzle_y_m))
+    assert abs(driven - math.tau * 9.0) == pytest.approx(math.tau * abs(VEHICLE.tool.nozzle_y_m))
 
 
 def test_the_nozzles_side_is_kept_to_as_far_as_it_saves_time() -> None:

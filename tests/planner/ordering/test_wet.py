@@ -13,7 +13,7 @@ from touchline.schemas.curves import Curve
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.template import LineSpec, Template, TemplateSegment
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner import tour
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 from touchline.services.planner.plan import plan
@@ -43,9 +43,9 @@ def test_paint_that_is_dry_or_not_there_yet_is_not_crossed() -> None:
 def test_the_robot_straddles_or_passes_a_line_without_touching_it() -> None:
     along = Curve.from_line((0.0, 0.0), (10.0, 0.0))
     assert crossings(PiecePath(PathPose(0.0, 0.0, 0.0), (Piece(10.0),)), along) == 0
-    assert crossings(PiecePath(PathPose(0.0, -VEHICLE.nozzle_y_m, 0.0), (Piece(10.0),)), along) == 0
+    assert crossings(PiecePath(PathPose(0.0, -VEHICLE.tool.nozzle_y_m, 0.0), (Piece(10.0),)), along) == 0
     # With the line under the right wheel, the caster on that side smears its edge as well.
-    assert crossings(PiecePath(PathPose(0.0, VEHICLE.half_track_m, 0.0), (Piece(10.0),)), along) == 2
+    assert crossings(PiecePath(PathPose(0.0, VEHICLE.drive.half_track_m, 0.0), (Piece(10.0),)), along) == 2
 
 
 @given(floats(-math.pi, math.pi), floats(1.0, 8.0), st.sampled_from([1.0, -1.0]), floats(0.5, 6.0))

@@ -1,10 +1,10 @@
-"""What the wheels do along a plan: their speed and acceleration, exact at every sample, turns on the spot included."""
+"""What the actuators do along a plan: exact at every sample, turns on the spot included."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from touchline.schemas.vehicle import Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.plan import Plan
 from touchline.services.planner.speed.timing import Spin
@@ -15,14 +15,14 @@ BORDER_M = 1e-8
 
 
 @dataclass(frozen=True)
-class WheelSeries:
+class ActuatorSeries:
     """Samples (n,) in the order of time.
 
     Attributes:
         time_s, station_m: When, and at which arc length of what is sent.
         speed_mps: Of the middle of the axle; negative when driving backward.
         curvature_1pm, sharpness_1pm2: Of the ideal curve there.
-        wheel_radps, wheel_radps2: (2, n) speed and acceleration of the left and the right wheel.
+        value, rate: (k, n) of each of the drive's actuators, and its change per second.
     """
 
     time_s: Floats
@@ -30,21 +30,18 @@ class WheelSeries:
     speed_mps: Floats
     curvature_1pm: Floats
     sharpness_1pm2: Floats
-    wheel_radps: Floats
-    wheel_radps2: Floats
+    value: Floats
+    rate: Floats
 
     def violations(self, vehicle: Vehicle, slack: float = 1e-6) -> int:
-        """Samples at which a wheel is faster or accelerates harder than it can, by more than a share of `slack`."""
-        speed = np.abs(self.wheel_radps).max(axis=0) > vehicle.max_wheel_speed_radps * (1.0 + slack)
-        gain = np.abs(self.wheel_radps2).max(axis=0) > vehicle.max_wheel_acceleration_radps2 * (1.0 + slack)
-        return int(np.count_nonzero(speed | gain))
+        """Samples at which an actuator is beyond its limits by more than a share of `slack`."""
+        limits = np.array([(each.limit, each.rate_limit) for each in vehicle.drive.actuators]) * (1.0 + slack)
+        beyond = (np.abs(self.value) > limits[:, :1]) | (np.abs(self.rate) > limits[:, 1:])
+        return int(np.count_nonzero(beyond.any(axis=0)))
 
 
-def wheel_series(plan: Plan, vehicle: Vehicle, step_m: float = 0.01) -> WheelSeries:
-    """The wheels along `plan`, sampled in the middle of stretches of at most `step_m` between all borders.
-
-    A rim runs at v(1 ∓ κr) and accelerates with a(1 ∓ κr) ∓ v²σr (r: half the track; left: upper sign).
-    """
+def actuator_series(plan: Plan, step_m: float = 0.01) -> ActuatorSeries:
+    """The actuators along `plan`, sampled in the middle of stretches of at most `step_m` between all borders."""
     pieces = [piece for section in plan.sections for piece in section.path.pieces]
     table = np.array([(p.length_m, p.curvature_1pm, p.sharpness_1pm2, p.direction) for p in pieces])
     ends = np.cumsum(table[:, 0])
@@ -71,23 +68,13 @@ def wheel_series(plan: Plan, vehicle: Vehicle, step_m: float = 0.01) -> WheelSer
     left = plan.speeds.time_s + plan.speeds.dwell_s
     time = left[entry] + 2.0 * (station - knots[entry]) / (plan.speeds.speed_mps[entry] + speed)
 
-    reach, turning = vehicle.half_track_m * curvature, vehicle.half_track_m * square * sharpness
-    rims = direction * np.stack((speed * (1.0 - reach), speed * (1.0 + reach)))
-    gains = direction * np.stack((gain * (1.0 - reach) - turning, gain * (1.0 + reach) + turning))
-    driven = WheelSeries(
-        time,
-        station,
-        direction * speed,
-        curvature,
-        sharpness,
-        rims / vehicle.wheel_radius_m,
-        gains / vehicle.wheel_radius_m,
-    )
-    spins = [_spun(plan, vehicle, spin) for spin in plan.speeds.spins]
+    motion = plan.limits.drive.actuation(direction, square, gain, curvature, sharpness)
+    driven = ActuatorSeries(time, station, direction * speed, curvature, sharpness, motion.value, motion.rate)
+    spins = [_spun(plan, spin) for spin in plan.speeds.spins]
     return _merged([driven, *spins]) if spins else driven
 
 
-def _spun(plan: Plan, vehicle: Vehicle, spin: Spin) -> WheelSeries:
+def _spun(plan: Plan, spin: Spin) -> ActuatorSeries:
     """A turn on the spot: up to its rate, along at it, and down, all at one acceleration."""
     entry = int(np.argmin(np.abs(plan.speeds.station_m - spin.station_m)))
     gain = spin.rate_radps / (spin.seconds - spin.angle_rad / spin.rate_radps)
@@ -95,23 +82,22 @@ def _spun(plan: Plan, vehicle: Vehicle, spin: Spin) -> WheelSeries:
     ramp = np.abs(spin.rate_radps / gain)
     shape = np.clip(np.minimum(since, spin.seconds - since) / ramp, 0.0, 1.0)
     slope = np.where(since < ramp, 1.0, np.where(since > spin.seconds - ramp, -1.0, 0.0))
-    sides = np.array([[-1.0], [1.0]]) * vehicle.half_track_m / vehicle.wheel_radius_m
     still = np.zeros(SPIN_SAMPLES)
-    return WheelSeries(
+    return ActuatorSeries(
         float(plan.speeds.time_s[entry]) + since,
         still + spin.station_m,
         still,
         still,
         still,
-        sides * spin.rate_radps * shape,
-        sides * gain * slope,
+        plan.limits.drive.spinning(spin.rate_radps) * shape,
+        plan.limits.drive.spinning(gain) * slope,
     )
 
 
-def _merged(parts: list[WheelSeries]) -> WheelSeries:
+def _merged(parts: list[ActuatorSeries]) -> ActuatorSeries:
     order = np.argsort(np.concatenate([part.time_s for part in parts]), kind="stable")
 
     def column(name: str) -> Floats:
         return np.asarray(np.concatenate([getattr(part, name) for part in parts], axis=-1)[..., order])
 
-    return WheelSeries(*(column(name) for name in WheelSeries.__dataclass_fields__))
+    return ActuatorSeries(*(column(name) for name in ActuatorSeries.__dataclass_fields__))

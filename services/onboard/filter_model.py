@@ -1,4 +1,4 @@
-"""The filter's states, its noise figures and the layout of its working arrays.
+"""The filter's states and the layout of its working arrays.
 
 States (index, unit; "tick" is the 10 ms period):
 
@@ -17,21 +17,14 @@ States (index, unit; "tick" is the 10 ms period):
 The slow GNSS error is what keeps the filter honest: averaging a hundred fixes does not make a centimetre into a
 millimetre when their errors are the same error.
 
-Beside the states five figures are learned that change too slowly to be states (`learning`): the slope of the ground
-(two), the bias of the accelerometer's left axis, and the mean slip of each wheel, which holds its radius error.
+Beside the states five figures are learned that change too slowly to be states (`estimation/calibration`): the slope of
+the ground (two), the bias of the accelerometer's left axis, and the mean slip of each wheel, which holds its radius
+error.
 """
 
 from __future__ import annotations
 
-import math
 from typing import Final
-
-import numpy as np
-from numpy.typing import NDArray
-
-from touchline.schemas.onboard import OnboardConfig
-from touchline.schemas.vehicle import Vehicle
-from touchline.services.onboard.interface import TICK_S
 
 EAST: Final = 0
 NORTH: Final = 1
@@ -95,7 +88,7 @@ FIX_VARIANCE: Final = 3  # m², of the white part, its tail included
 FIX_AFTER: Final = 4  # s from the slot's tick to the stamp
 FIXES: Final = 5
 
-# Noise figures and constants, see `noise_figures`.
+# Noise figures and constants, see `estimation/noise`.
 C_TRACK: Final = 0
 C_ANTENNA_X: Final = 1
 C_ANTENNA_Y: Final = 2
@@ -157,88 +150,3 @@ FIX_DOF: Final = 3.5
 """Degrees of freedom of the Student-t distribution that the receiver's white errors are taken to have: a bivariate t
 with these that has 68 % of the horizontal errors within 7 mm has 95.45 % within 16.0 mm and 99.73 % within 38.7 mm. The
 published field test of the receiver has 7/17/38 mm (docs/robot-sim.md)."""
-
-_SPEED_NOISE_MPS = 0.0005  # per tick, from pitching and vibration, beyond the accelerometer's own noise
-_YAW_NOISE_RADPS = 0.08  # per tick: 8 rad/s² is half of what the wheels can do
-_SIDE_SLIP_M2PM = 1e-6
-_ENCODER_FLOOR_MPS = 0.002
-_GYRO_FLOOR_RADPS = 1e-4
-_MAG_FLOOR_RAD = 0.005
-_GNSS_FLOOR_M = 0.002
-_SLIP_FLOOR = 0.002
-_GRAVITY_MPS2 = 9.81
-_RISE = 0.007  # 1 σ an axis: fields are drained by a fall of 0.5 to 2 %
-_RISE_CHANGE_PM = 0.003**2 / 50.0  # per metre: the fall of a crowned field changes
-_SIDE_FLOOR_MPS2 = 0.02
-_MEAN_SLIP = 0.007  # 1 σ: rolling resistance takes half a per cent
-_LEARNED_SLIP = 0.004  # 1 σ of what is left of it once it has been learned
-_BRIDGED_S = 30.0  # an outage that the reported σ has to cover
-_WARMING_S = 60.0  # over which a bias that drifts with the temperature counts as a random walk
-
-
-def noise_figures(vehicle: Vehicle, config: OnboardConfig) -> NDArray[np.float64]:
-    """(FIGURES,) constants of the filter, from the vehicle's and the sensors' data sheets."""
-    gnss, imu, mag, drive = config.gnss, config.imu, config.magnetometer, config.drive
-    c = np.zeros(FIGURES)
-    c[C_TRACK] = vehicle.track_width_m
-    c[C_ANTENNA_X], c[C_ANTENNA_Y] = vehicle.gnss_antenna_x_m, vehicle.gnss_antenna_y_m
-    c[C_Q_SPEED] = imu.accel_density_mps2_rthz**2 * TICK_S + _SPEED_NOISE_MPS**2
-    c[C_Q_YAW] = _YAW_NOISE_RADPS**2
-    warming_kps = imu.warming_k / imu.warming_tau_s
-    gyro_drift, accel_drift = (
-        per_k * warming_kps * math.sqrt(_WARMING_S)
-        for per_k in (imu.gyro_temperature_radps_per_k, imu.accel_temperature_mps2_per_k)
-    )
-    c[C_Q_GYRO_BIAS] = (max(imu.gyro_bias_walk_radps_rts, 1e-6) ** 2 + gyro_drift**2) * TICK_S
-    c[C_Q_ACCEL_BIAS] = (max(imu.accel_bias_walk_mps2_rts, 1e-4) ** 2 + accel_drift**2) * TICK_S
-    fast = max(drive.slip_relative, _SLIP_FLOOR) ** 2
-    c[C_SLIP_VAR], tau = _bridging_term(fast, drive.slip_tau_s, _LEARNED_SLIP**2)
-    c[C_SLIP_DECAY] = math.exp(-TICK_S / tau)
-    c[C_MEAN_SLIP_VAR] = _MEAN_SLIP**2
-    c[C_R_MEAN_SLIP] = fast * 2.0 * drive.slip_tau_s * gnss.rate_hz
-    c[C_MAST] = vehicle.gnss_antenna_z_m / _GRAVITY_MPS2
-    c[C_RISE_VAR] = (_RISE * _GRAVITY_MPS2) ** 2
-    c[C_Q_RISE] = _RISE_CHANGE_PM * _GRAVITY_MPS2**2
-    c[C_SIDE_BIAS_VAR] = imu.accel_turn_on_bias_mps2**2 + 1e-6
-    c[C_Q_SIDE_BIAS] = c[C_Q_ACCEL_BIAS]
-    c[C_R_SIDE] = imu.accel_density_mps2_rthz**2 / TICK_S + _SIDE_FLOOR_MPS2**2
-    c[C_MAG_VAR], tau = _one_term(
-        ((max(mag.bias_rad, 0.01), 1e4), (max(mag.disturbance_rad, 0.01), mag.disturbance_tau_s))
-    )
-    c[C_MAG_DECAY] = math.exp(-TICK_S / tau)
-    c[C_GM_VAR], tau = _one_term(
-        (
-            (max(gnss.gauss_markov_1_m, 1e-4), gnss.gauss_markov_1_tau_s),
-            (max(gnss.gauss_markov_2_m, 1e-4), gnss.gauss_markov_2_tau_s),
-        )
-    )
-    c[C_GM_DECAY] = math.exp(-TICK_S / tau)
-    c[C_R_GYRO] = imu.gyro_density_radps_rthz**2 / TICK_S + _GYRO_FLOOR_RADPS**2
-    tick_m = 2.0 * math.pi / vehicle.encoder_ticks_per_revolution * vehicle.wheel_radius_m
-    c[C_R_ENCODER] = (tick_m / TICK_S) ** 2 / 6.0 + _ENCODER_FLOOR_MPS**2
-    c[C_R_MAG] = max(mag.white_rad, _MAG_FLOOR_RAD) ** 2
-    c[C_R_GNSS] = max(gnss.white_m, _GNSS_FLOOR_M) ** 2
-    c[C_Q_SIDE] = _SIDE_SLIP_M2PM
-    c[C_SIDE_SLIP] = vehicle.side_slip_rad_per_mps2
-    c[C_R_ENCODER_TURN] = max(drive.track_width_relative, 0.001)
-    return c
-
-
-def _one_term(terms: tuple[tuple[float, float], ...]) -> tuple[float, float]:
-    """Variance and time constant [s] of the one Gauss-Markov term nearest to the sum of several (σ, τ).
-
-    Variance and the slope of the autocorrelation at lag 0 are those of the sum: exact over the seconds for which
-    dead reckoning can tell the slow error from motion.
-    """
-    variance = sum(sigma**2 for sigma, _ in terms)
-    return variance, variance / sum(sigma**2 / tau for sigma, tau in terms)
-
-
-def _bridging_term(variance: float, tau_s: float, constant: float) -> tuple[float, float]:
-    """Variance and time constant [s] of the Gauss-Markov term that stands for another one plus a constant error.
-
-    The slope of its autocorrelation at lag 0 is that of the fast term, and its spectral density at frequency 0
-    lets the distance travelled in an outage of `_BRIDGED_S` be as uncertain as both together make it.
-    """
-    slope, density = variance / tau_s, 2.0 * variance * tau_s + constant * _BRIDGED_S
-    return math.sqrt(0.5 * density * slope), math.sqrt(0.5 * density / slope)

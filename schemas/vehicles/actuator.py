@@ -1,0 +1,23 @@
+"""What moves a vehicle."""
+
+from typing import NamedTuple
+
+
+class Actuator(NamedTuple):
+    """One wheel or joint of a drive that is commanded.
+
+    Attributes:
+        name: Tells it from the drive's others: ``"left"``.
+        quantity: What of it is commanded: ``"wheel speed"``, ``"steering angle"``.
+        unit: Of that, ``"rad/s"`` or ``"rad"``.
+        rate: What its change over time is called: ``"wheel acceleration"``; its unit is that per second.
+        limit: The largest absolute value.
+        rate_limit: The largest absolute change, per second.
+    """
+
+    name: str
+    quantity: str
+    unit: str
+    rate: str
+    limit: float
+    rate_limit: float

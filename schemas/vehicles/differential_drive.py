@@ -1,0 +1,101 @@
+"""Two driven wheels on one axle, and casters."""
+
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field
+
+from touchline.schemas.spec import Spec
+from touchline.schemas.vehicles.actuator import Actuator
+from touchline.schemas.vehicles.drive_spec import DriveSpec
+from touchline.schemas.vehicles.quantities import (
+    BodyPoint,
+    Delay,
+    Length,
+    Place,
+    Track,
+    Wheel,
+    WheelAcceleration,
+    WheelRate,
+)
+
+
+class Motor(Spec):
+    """A DC motor with its gear and amplifier, as one wheel feels it.
+
+    The maker publishes none of this. The defaults are a common 36 V, 20:1 gear motor that reaches the known limits
+    of wheel speed and acceleration with a full tank, and uses the known energy on grass.
+    """
+
+    gear_ratio: Annotated[float, Field(ge=0.1, le=1_000)] = 20.0
+    gear_efficiency: Annotated[float, Field(gt=0, le=1)] = 0.85
+    constant_nm_per_a: Annotated[float, Field(ge=0.0001, le=100)] = 0.08
+    """Torque constant, and the electromotive force in V per rad/s."""
+    resistance_ohm: Annotated[float, Field(ge=0.0001, le=1_000)] = 0.25
+    max_current_a: Annotated[float, Field(ge=0.01, le=10_000)] = 25.0
+    inertia_kgm2: Annotated[float, Field(ge=0.0001, le=100)] = 0.08
+    """Of wheel, gear and rotor, at the wheel."""
+    friction_nm: Annotated[float, Field(ge=0, le=1_000)] = 0.4
+    """Dry, at the wheel."""
+    viscous_nms: Annotated[float, Field(ge=0, le=100)] = 0.02
+
+
+class DifferentialDrive(DriveSpec):
+    """Two driven wheels; the body frame's origin is the middle of their axle (REP-103)."""
+
+    kind: Literal["differential"] = "differential"
+    wheel_radius_m: Wheel = 0.1
+    track_width_m: Track = 0.5079
+    max_wheel_speed_radps: WheelRate = 20.0
+    max_wheel_acceleration_radps2: WheelAcceleration = 40.0
+    motor_time_constant_s: Delay = 0.05
+    """Of the drives' speed profile: how the wheels follow their command as long as the motors can."""
+    motor: Motor = Motor()
+    encoder_ticks_per_revolution: Annotated[int, Field(gt=0, le=1_000_000_000)] = 4096 * 20
+    """1024 lines × 4 on the motor shaft behind a 20:1 gear."""
+    planned_wheel_acceleration_radps2: WheelAcceleration = 16.0
+    """Of the wheels' limit, what plans use: turning in harder makes tyres slip on grass, and a pitch takes no less."""
+    can_spin: bool = True
+    side_slip_rad_per_mps2: Annotated[float, Field(ge=0, le=1)] = 0.0064
+    """Sideways slip angle per lateral acceleration on dry grass, as the robot's own computer assumes it."""
+    wheel_width_m: Length = 0.08
+    """Of the treads, on the ground."""
+
+    caster_x_m: Place = 0.5
+    """The casters, taken together, ahead of the axle."""
+    caster_trail_m: Length = 0.05
+    caster_load_share: Annotated[float, Field(ge=0, lt=1)] = 0.2
+    """Share of the weight on the casters."""
+    casters_m: Annotated[tuple[BodyPoint, ...], Field(max_length=10)] = ((0.60, 0.20), (0.60, -0.20))
+    """Where the casters touch the ground; the wheels do at y = ± half the track."""
+    caster_width_m: Length = 0.05
+    caster_radius_m: Wheel = 0.075
+
+    says_no_more: ClassVar[str] = "the wheels do no more (max_wheel_speed_radps times wheel_radius_m)"
+
+    @property
+    def half_track_m(self) -> float:
+        """Distance of a wheel from the axle's middle."""
+        return self.track_width_m / 2
+
+    @property
+    def wheels_m(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Where the wheels, left and right, touch the ground, in the body's frame."""
+        return (0.0, self.half_track_m), (0.0, -self.half_track_m)
+
+    @property
+    def actuators(self) -> tuple[Actuator, ...]:
+        """The left and the right wheel."""
+        limits = self.max_wheel_speed_radps, self.max_wheel_acceleration_radps2
+        return tuple(
+            Actuator(side, "wheel speed", "rad/s", "wheel acceleration", *limits) for side in ("left", "right")
+        )
+
+    @property
+    def contacts_m(self) -> tuple[tuple[float, float], ...]:
+        """The wheels and the casters."""
+        return (*self.wheels_m, *self.casters_m)
+
+    @property
+    def max_speed_mps(self) -> float:
+        """With both wheels at their limit."""
+        return self.max_wheel_speed_radps * self.wheel_radius_m

@@ -1,0 +1,63 @@
+"""What every kind of drive has in a vehicle's file."""
+
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
+
+from pydantic import Field, model_validator
+
+from touchline.schemas.spec import Spec
+from touchline.schemas.vehicles.actuator import Actuator
+from touchline.schemas.vehicles.misfit import misfit
+from touchline.schemas.vehicles.quantities import Acceleration, Speed
+
+
+class DriveSpec(Spec):
+    """Base of the drives: the kind's name and what plans ask of it. A kind is registered in `DRIVES`.
+
+    Each kind adds fields and fills in the three properties. Only the files of that kind read its own fields.
+    """
+
+    kind: str
+    transit_speed_mps: Speed = 1.4
+    """Planned speed where nothing is worked on."""
+    max_acceleration_mps2: Acceleration = 1.0
+    """Planned acceleration along the path: what a full tank and grass bear without slipping or slopping."""
+    max_lateral_acceleration_mps2: Acceleration = 1.2
+    """Planned acceleration across the path: what tyres on grass bear with hardly any slip. (The study's 1.5 m/s in
+    turns of 1.125 1/m need 2.53 m/s², at which the emulated robot slides.)"""
+    default_kappa_max_1pm: Annotated[float, Field(gt=0, le=100)] = 1.125
+    default_sigma_max_1pm2: Annotated[float, Field(gt=0, le=1_000)] = 2.1
+    """Of turns with a method that has one kind of them for all speeds."""
+    can_reverse: bool = True
+    """Whether plans may drive backward: the robot's own computer drives segments of direction BACKWARD."""
+    can_spin: bool = False
+    """Whether plans may turn on the spot: the robot's own computer drives ANGULAR velocity."""
+
+    says_no_more: ClassVar[str] = "the drive does no more"
+    """Why no speed may be above `max_speed_mps`, as a remedy tells it."""
+
+    @property
+    def max_speed_mps(self) -> float:
+        """The largest speed straight ahead."""
+        raise NotImplementedError
+
+    @property
+    def actuators(self) -> tuple[Actuator, ...]:
+        """What is commanded, in the order in which commands have them."""
+        raise NotImplementedError
+
+    @property
+    def contacts_m(self) -> tuple[tuple[float, float], ...]:
+        """Where it touches the ground (x, y), in the body's frame."""
+        raise NotImplementedError
+
+    @model_validator(mode="after")
+    def _transit_fits(self) -> Self:
+        if self.transit_speed_mps > self.max_speed_mps:
+            remedy = f"give at most {self.max_speed_mps:.10g} m/s: {self.says_no_more}"
+            raise misfit("transit_speed_mps", self.transit_speed_mps, remedy)
+        return self
+
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """A field of the kind."""

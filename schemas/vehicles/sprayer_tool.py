@@ -1,0 +1,59 @@
+"""A nozzle that paints lines, with its valve, its discs and its tank."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from touchline.schemas.vehicles.drive_spec import DriveSpec
+from touchline.schemas.vehicles.misfit import misfit
+from touchline.schemas.vehicles.quantities import Delay, Length, Mass, Place, Speed
+from touchline.schemas.vehicles.tool_spec import ToolSpec
+from touchline.schemas.vehicles.vehicle_body import VehicleBody
+
+
+class SprayerTool(ToolSpec):
+    """Paints at one speed; the body's mass is that of the vehicle without paint."""
+
+    kind: Literal["sprayer"] = "sprayer"
+    nozzle_x_m: Place = 0.0
+    nozzle_y_m: Place = -0.41124
+    spray_width_m: Length = 0.12
+    paint_speed_mps: Speed = 1.0
+    paint_l_per_m: Annotated[float, Field(gt=0, le=10)] = 0.0077
+    """Paint for a metre of line: 20 L make about one American football field (2.6 km of line)."""
+    tank_l: Annotated[float, Field(gt=0, le=10_000)] = 20.0
+    mass_full_kg: Mass = 100.0
+    """Of the whole vehicle with a full tank."""
+    valve_on_delay_s: Delay = 0.015
+    valve_off_delay_s: Delay = 0.030
+    disc_delay_s: Delay = 0.5
+    drying_time_s: Annotated[float, Field(gt=0, le=1_000_000)] = 900.0
+    """Until then wheels and casters smear the paint (the no-pick-up time of ASTM D711, on grass)."""
+    smear_share: Annotated[float, Field(ge=0, le=1)] = 0.5
+    """Of fresh paint that is rolled over, so much sticks to the tread; less as it dries. 0: none ever does."""
+    smear_length_m: Annotated[float, Field(gt=0, le=100)] = 1.0
+    """Way over which the paint on a tread falls to 1/e."""
+
+    @property
+    def point_m(self) -> tuple[float, float]:
+        """The nozzle's place."""
+        return self.nozzle_x_m, self.nozzle_y_m
+
+    @property
+    def work_speed_mps(self) -> float:
+        """That of painting."""
+        return self.paint_speed_mps
+
+    def check(self, body: VehicleBody, drive: DriveSpec) -> None:
+        """See whether paint weighs something and the drive is fast enough.
+
+        Raises:
+            ValidationError: The full vehicle is lighter than the empty one, or paints faster than it drives.
+        """
+        if self.mass_full_kg < body.mass_empty_kg:
+            raise misfit(
+                "mass_full_kg", self.mass_full_kg, f"give at least {body.mass_empty_kg:g} kg, the mass_empty_kg"
+            )
+        if self.paint_speed_mps > drive.max_speed_mps:
+            remedy = f"give at most {drive.max_speed_mps:.10g} m/s: {drive.says_no_more}"
+            raise misfit("paint_speed_mps", self.paint_speed_mps, remedy)

@@ -1,0 +1,264 @@
+"""All that the robot's computer keeps from tick to tick, in one record that its kernels share.
+
+Each part belongs to the class that is named; what the numbers of an array mean is said where the rules are that use it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.services.core.records import Record
+from touchline.services.onboard import filter_model as m
+from touchline.services.onboard.interface import (
+    ACCEL,
+    ACTUATORS,
+    ANGLES,
+    FIX_COLUMNS,
+    MAG,
+    READINGS,
+    Command,
+    SensorFrame,
+)
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+FLOW_WINDOW_TICKS = 50
+"""Over which the flow of paint is judged."""
+NOW = 10
+"""Numbers that the follower is told about the present; `trajectory/path_projection` names them."""
+
+
+class FrameState(Record):
+    """The last sensor frame, but for its fixes."""
+
+    readings: Annotated[Floats, READINGS]
+    """The newest samples, laid out as in `interface`."""
+    measured_tick: Annotated[Integers, 3]
+    """In which those of IMU, magnetometer and encoders were measured."""
+    bumper: bool
+    operator_alive: bool = True
+    battery_fraction: float = 1.0
+    tank_l: float
+
+    def fill(self, frame: SensorFrame) -> None:
+        """Take a frame's values."""
+        self.readings[:ACCEL], self.readings[ACCEL:MAG] = frame.imu[:3], frame.imu[3:]
+        self.readings[MAG:ANGLES], self.readings[ANGLES:] = frame.mag, frame.encoders
+        ages = frame.imu_age_ticks, frame.mag_age_ticks, frame.encoder_age_ticks
+        self.measured_tick[:] = [frame.tick - age for age in ages]
+        self.bumper, self.operator_alive = frame.bumper, frame.operator_alive
+        self.battery_fraction, self.tank_l = frame.battery_fraction, frame.tank_l
+
+
+class CommandState(Record):
+    """The command that is in force; fields as in `Command`."""
+
+    actuators: Annotated[Floats, ACTUATORS]
+    valve: bool
+    disc: bool
+    valve_after_s: float
+
+    @property
+    def command(self) -> Command:
+        """For the actuators."""
+        return Command(tuple(self.actuators.tolist()), self.valve, self.disc, self.valve_after_s)
+
+    def give(self, command: Command) -> Command:
+        """Put a command in force; returns it."""
+        self.actuators[:], self.valve, self.disc, self.valve_after_s = command
+        return command
+
+
+class SampleBuffer(Record):
+    """The newest samples, and what they are compared with."""
+
+    radius_m: float
+    """Of the wheels."""
+    imu_tick: int = -1
+    """In which the newest sample of the IMU was measured; −1 before the first."""
+    encoder_tick: int = -1
+    mag_tick: int = -1
+    still_ticks: int
+    """For how long no wheel has turned."""
+    accel_mps2: float
+    """The newest forward acceleration."""
+    rates_radps: Annotated[Floats, 2]
+    """The newest rates of the wheels (left, right)."""
+    angles_rad: Annotated[Floats, 2]
+    reading: Annotated[Floats, 6]
+    """The newest sample of the IMU, gyro and accelerometer."""
+    rates_then_radps: Annotated[Floats, 2]
+    """The wheels' rates when the IMU last said something new."""
+
+
+class FilterState(Record):
+    """All that the filter keeps, by tick modulo RING where not said otherwise."""
+
+    states: Annotated[Floats, m.RING, m.STATES]
+    """Posterior states."""
+    covariances: Annotated[Floats, m.RING, m.STATES, m.STATES]
+    """Theirs."""
+    inputs: Annotated[Floats, m.RING, m.INPUTS]
+    """Measurements but GNSS."""
+    fixes: Annotated[Floats, m.RING + 1, m.FIXES]
+    """Fixes by the tick they are valid in; the last row holds the one that just arrived."""
+    figures: Annotated[Floats, m.FIGURES]
+    """Constants."""
+    counters: Annotated[Floats, m.COUNTERS]
+    """Counts, NIS sums and the last innovation."""
+    slow: Annotated[Floats, m.SLOW]
+    """What is learned beside the states."""
+
+
+class FilterTimes(Record):
+    """When the filter started, where it is, and the newest fix."""
+
+    first_tick: int = -1
+    """In which it was started; −1: not yet."""
+    tick: int
+    last_used_stamp_s: float = -math.inf
+    """Time of validity of the newest RTK-fixed position that was used."""
+    fix: Annotated[Floats, FIX_COLUMNS]
+    """The newest fix that arrived, used or not; by its stamp, and not from the future."""
+    has_fix: bool
+
+
+class PoseFindings(Record):
+    """What the monitor has found."""
+
+    fix_age_s: float
+    """How old the newest fix may be to paint."""
+    tick: int
+    """That was judged last."""
+    pose: int = 1
+    """Why the position cannot be trusted to a line's width; 0 if it can; codes of `executive/localization_monitor`."""
+    settled_at_s: float = -math.inf
+    """From when on it counts as good again."""
+
+
+class SafetyFindings(Record):
+    """What the failsafe keeps from tick to tick, and what it has found."""
+
+    fence_timeout_s: float
+    lag: float
+    """Share of the way to its command that a wheel makes in a tick."""
+    max_step_radps: float
+    nominal_l: float
+    """Paint through the open valve in a tick."""
+    settle_ticks: int
+    """After the valve has switched, until the flow is what it is to be."""
+    fence_margin_m: float
+    body_radius_m: float
+
+    outside_s: float
+    """For how long the body has been beyond the fence."""
+    unheard_s: float
+    """For how long the operator has not been heard."""
+    expected_radps: Annotated[Floats, 2]
+    """Of the wheels, by their commands."""
+    astray_s: Annotated[Floats, 2]
+    """For how long each wheel has not turned so."""
+    tank_l: float = math.nan
+    flow_l: Annotated[Floats, FLOW_WINDOW_TICKS]
+    """Ring of what has left the tank in each tick."""
+    flow_first: int
+    flow_count: int
+    flow_sum_l: float
+    valve: bool
+    valve_ticks: int
+    """Since it switched, or since the level was last seen to jump."""
+
+    emergency: int
+    """Why to stop as hard as possible and latch."""
+    stop: int
+    """Why to stop until told to resume."""
+    lasting: int
+    """The part of `stop` that can be seen at standstill, too, and speaks against going on."""
+    bumper: bool
+    battery_fraction: float
+    dry_s: float
+    """For how long no paint, or too little, has come out of the open valve, when that is why to stop."""
+
+
+class SprayState(Record):
+    """The valve, and what falls or is owed; places are arc lengths of the nozzle."""
+
+    on_delay_s: float
+    off_delay_s: float
+    last_m: float
+    """Up to which it has been decided."""
+    valve: bool
+    """Whether it is commanded open, at the end of the coming tick at the latest."""
+    owed_from_m: float = math.nan
+    """Where paint is to begin again, although the robot has passed; nan if nothing is owed."""
+    falls_from_m: float = math.inf
+    falls_to_m: float = -math.inf
+    """Where the paint of the open or last opened valve falls: from → to, as far as known."""
+    closed: bool
+    """Whether it has been closed since `Sprayer.count_closed`."""
+
+
+class LegState(Record):
+    """How the robot drives a leg: progress from tick to tick, and by what limits."""
+
+    end_m: float
+    """Arc length at which it ends."""
+    way_end_m: float
+    """Arc length at which its smoothed pieces end."""
+    arc_m: float
+    """Arc length that the robot has come to."""
+    piece: int
+    """Of the leg, that it is on."""
+    entry: int
+    """Of the speed profile."""
+    speed_mps: float
+    """Reference speed along the path, negative when going back."""
+    accelerate_mps2: float
+    brake_mps2: float
+    back_speed_mps: float
+    back_to_m: float
+    """Arc length to return to."""
+    nozzle_x_m: float
+    nozzle_y_m: float
+    fine_rows: int
+    """Rows of the path ahead that are a tick apart; later ones are COARSE_TICKS apart."""
+    wheel_radius_m: float
+    track_width_m: float
+    half_tick_share: float
+    """Share of the way to the command that the motors make in half a tick."""
+    now: Annotated[Floats, NOW]
+    """Errors and references; the robot's own twist, radii and commands are filled in by others."""
+
+
+class TraversalClock(Record):
+    """How long a traversal has been under way."""
+
+    tick: int
+    """The last one."""
+    elapsed_s: float
+    """Sim time since the start, pauses included."""
+
+
+class ComputerState(Record):
+    """See the module."""
+
+    frame: FrameState
+    buffer: SampleBuffer
+    filter: FilterState
+    times: FilterTimes
+    pose: PoseFindings
+    safety: SafetyFindings
+    leg: LegState
+    spray: SprayState
+    command: CommandState
+    clock: TraversalClock
+
+
+Computer = Sequence[ComputerState]
+"""(1,) the state, as kernels are given it."""

@@ -1,0 +1,124 @@
+"""Two driven wheels: a rim runs at v(1 ± κr) and accelerates with a(1 ± κr) ± v²σr, where r is half the track."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.core.jit import kernel
+from touchline.services.planner.drives.planned_drive import ActuatorMotion, PlannedDrive
+from touchline.services.planner.geometry.clothoid import Floats
+
+# This share of the wheels' acceleration is planned with, so that rounding never shows.
+RIM_SHARE = 1.0 - 1e-6
+# The tightest turn, as a share of 1/r: there the inner wheel stands still.
+CURVATURE_SHARE = 0.98
+# Of the wheels' acceleration turns at constant speed take this share.
+TURNING_SHARE = 0.8
+GRAVITY_MPS2 = 9.81
+ROLLING_ON_GRASS = 0.06
+
+
+class DifferentialCaps(NamedTuple):
+    """Limits of the rims (m/s, m/s²), and half the track (m)."""
+
+    rim_speed_mps: float
+    rim_acceleration_mps2: float
+    half_track_m: float
+
+    @kernel
+    def square_cap(self, curvature: float, sharpness: float) -> float:
+        """The outer rim runs at v(1 + |κ|r); where uσr alone takes all of the rims' acceleration, it may."""
+        square = (self.rim_speed_mps / (1.0 + curvature * self.half_track_m)) ** 2
+        if sharpness > 0.0:
+            square = min(square, self.rim_acceleration_mps2 / (sharpness * self.half_track_m))
+        return float(square)
+
+    @kernel
+    def gain(self, square: float, curvature: float, sharpness: float, length: float) -> float:
+        """With u and κ linear in arc length so is a rim's acceleration: where both ends keep the limit, all does."""
+        most, r, rim = np.inf, self.half_track_m, self.rim_acceleration_mps2
+        for side in (-1.0, 1.0):
+            turning = side * square * sharpness * r
+            for reach in (curvature, curvature + 3.0 * sharpness * length):
+                share = 1.0 + side * reach * r
+                if share > 0.0:
+                    most = min(most, (rim - turning) / share)
+                elif share < 0.0:
+                    most = min(most, (-rim - turning) / share)
+        return float(most)
+
+    @kernel
+    def spin_lever_m(self) -> float:
+        """The rims' distance from the axle's middle."""
+        return float(self.half_track_m)
+
+
+class PlannedDifferential(PlannedDrive):
+    """The planner's side of a `DifferentialDrive`."""
+
+    def __init__(self, vehicle: Vehicle) -> None:
+        """That of a vehicle."""
+        drive = self._drive = vehicle.drive
+        self._gyration_m = vehicle.body.radius_of_gyration_m
+        wheel_acceleration = min(drive.planned_wheel_acceleration_radps2, drive.max_wheel_acceleration_radps2)
+        half_track, self.max_speed_mps = drive.half_track_m, drive.max_speed_mps
+        self.acceleration_mps2 = RIM_SHARE * wheel_acceleration * drive.wheel_radius_m
+        self.caps = DifferentialCaps(self.max_speed_mps, self.acceleration_mps2, half_track)
+        # In a tighter turn the inner wheel would run backward, in the middle of a forward path.
+        self.curvature_max_1pm, self.tightest_1pm = 1.0 / half_track, CURVATURE_SHARE / half_track
+
+    def curvature_at(self, speed_mps: float) -> float:
+        """Where the outer rim is at its limit."""
+        return float((self.max_speed_mps - speed_mps) / (speed_mps * self.caps.half_track_m))
+
+    def sharpness_at(self, speed_mps: float) -> float:
+        """Where turning takes its share of the rims' acceleration."""
+        return float(TURNING_SHARE * self.acceleration_mps2 / (self.caps.half_track_m * speed_mps**2))
+
+    def turns_within(self, lateral_mps2: float) -> bool:
+        """With the outer rim at v_w a robot at v is accelerated by v(v_w - v)/r across, at most v_w²/(4r)."""
+        return bool(lateral_mps2 >= self.max_speed_mps**2 / (4.0 * self.caps.half_track_m))
+
+    def least_s(self, length_m: float, turned_rad: float) -> float:
+        """With the outer rim at v_w a robot drives v = v_w / (1 + |κ|·r): (L + r·θ) / v_w in all."""
+        return float((length_m + self.caps.half_track_m * turned_rad) / self.max_speed_mps)
+
+    def actuation(
+        self,
+        direction: Floats,
+        square: Floats,
+        acceleration_mps2: Floats,
+        curvature_1pm: Floats,
+        sharpness_1pm2: Floats,
+    ) -> ActuatorMotion:
+        """The left and the right wheel's rate (rad/s) and acceleration (rad/s²)."""
+        speed, gain = np.sqrt(square), acceleration_mps2
+        reach, turning = self.caps.half_track_m * curvature_1pm, self.caps.half_track_m * square * sharpness_1pm2
+        rims = direction * np.stack((speed * (1.0 - reach), speed * (1.0 + reach)))
+        gains = direction * np.stack((gain * (1.0 - reach) - turning, gain * (1.0 + reach) + turning))
+        return ActuatorMotion(rims / self._drive.wheel_radius_m, gains / self._drive.wheel_radius_m)
+
+    def spinning(self, rate_radps: float) -> Floats:
+        """The wheels against each other."""
+        sides = np.array([[-1.0], [1.0]]) * self.caps.half_track_m / self._drive.wheel_radius_m
+        return np.asarray(sides * rate_radps)
+
+    def power_w(self, speed_mps: Floats, yaw_rate_radps: Floats, mass_kg: Floats, step_s: float) -> Floats:
+        """Of both motors, on level, dry grass.
+
+        Torque overcomes rolling resistance, the drives' own friction and the inertia of body and wheels, in turns, too;
+        gears and windings lose some. Braking gives back at most what the other losses take.
+        """
+        motor, radius_m, half_m = self._drive.motor, self._drive.wheel_radius_m, self.caps.half_track_m
+        ahead_n = 0.5 * mass_kg * np.gradient(speed_mps, step_s)
+        turning_n = mass_kg * self._gyration_m**2 * np.gradient(yaw_rate_radps, step_s) / (2.0 * half_m)
+        drawn_w = np.zeros(len(speed_mps))
+        for side in (-1.0, 1.0):
+            rate_radps = (speed_mps + side * half_m * yaw_rate_radps) / radius_m
+            drag_nm = 0.5 * ROLLING_ON_GRASS * GRAVITY_MPS2 * mass_kg * radius_m + motor.friction_nm
+            torque_nm = np.sign(rate_radps) * drag_nm + motor.viscous_nms * rate_radps
+            torque_nm += radius_m * (ahead_n + side * turning_n) + motor.inertia_kgm2 * np.gradient(rate_radps, step_s)
+            current_a = torque_nm / (motor.gear_ratio * motor.gear_efficiency * motor.constant_nm_per_a)
+            drawn_w += torque_nm * rate_radps / motor.gear_efficiency + motor.resistance_ohm * current_a**2
+        return np.maximum(drawn_w, 0.0)

@@ -1,0 +1,113 @@
+"""What the planner asks of a drive, whatever its kind."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from touchline.schemas.plugins import DRIVES
+from touchline.services.core.jit import kernel_of_class
+
+if TYPE_CHECKING:
+    from touchline.schemas.vehicles import Vehicle
+    from touchline.services.planner.geometry.clothoid import Floats
+
+
+class ActuatorMotion(NamedTuple):
+    """What k actuators do at places along a path.
+
+    Attributes:
+        value: (k, …) of each of the drive's `actuators`: a wheel's rate (rad/s), a steering angle (rad).
+        rate: (k, …) how fast that changes, per second.
+    """
+
+    value: Floats
+    rate: Floats
+
+
+class PlannedDrive(ABC):
+    """The drive of a vehicle, as plans see it. Speeds are of the body frame's origin.
+
+    Attributes:
+        caps: A named tuple of figures whose class has the kernels `square_cap`, `gain` and `spin_lever_m` (see below):
+            what compiled code takes of the drive.
+        max_speed_mps: The largest speed straight ahead.
+        acceleration_mps2: The largest acceleration straight ahead.
+        curvature_max_1pm: No path is tighter.
+        tightest_1pm: What turns use of that where the options do not say.
+    """
+
+    caps: Any
+    max_speed_mps: float
+    acceleration_mps2: float
+    curvature_max_1pm: float
+    tightest_1pm: float
+
+    @abstractmethod
+    def curvature_at(self, speed_mps: float) -> float:
+        """The tightest curvature (1/m) at a speed."""
+
+    @abstractmethod
+    def sharpness_at(self, speed_mps: float) -> float:
+        """The sharpness (1/m²) of a turn at constant speed that leaves something for braking and speeding up."""
+
+    @abstractmethod
+    def turns_within(self, lateral_mps2: float) -> bool:
+        """Whether the drive alone keeps every turn within an acceleration across the path."""
+
+    @abstractmethod
+    def least_s(self, length_m: float, turned_rad: float) -> float:
+        """What nobody falls short of, seconds, on a way of this length that turns by so much in all."""
+
+    @abstractmethod
+    def actuation(
+        self,
+        direction: Floats,
+        square: Floats,
+        acceleration_mps2: Floats,
+        curvature_1pm: Floats,
+        sharpness_1pm2: Floats,
+    ) -> ActuatorMotion:
+        """What the actuators do at places along a path, of which all arguments have the shape.
+
+        Args:
+            direction: 1 forward, -1 backward.
+            square: v² (m²/s²).
+            acceleration_mps2: Of |v|.
+            curvature_1pm: Of the path, dθ/ds, where s falls when it is driven backward.
+            sharpness_1pm2: Change of curvature per metre driven.
+        """
+
+    @abstractmethod
+    def spinning(self, rate_radps: float) -> Floats:
+        """(k, 1) the actuators' values while turning on the spot at a rate; or their rates, from an acceleration."""
+
+    @abstractmethod
+    def power_w(self, speed_mps: Floats, yaw_rate_radps: Floats, mass_kg: Floats, step_s: float) -> Floats:
+        """What the drive draws (W) (n,) at speeds, yaw rates and masses (n,) that are `step_s` apart."""
+
+
+def planned_drive(vehicle: Vehicle) -> PlannedDrive:
+    """That of a vehicle, by the kind of its drive."""
+    found: PlannedDrive = DRIVES.find(vehicle.drive.kind).part("planner")(vehicle)
+    return found
+
+
+@kernel_of_class
+def square_cap(caps: Any, curvature: float, sharpness: float) -> float:  # type: ignore[empty-body]
+    """The largest u = v² (m²/s²) at |curvature| (1/m), the largest of a stretch, and |sharpness| (1/m²)."""
+
+
+@kernel_of_class
+def gain(  # type: ignore[empty-body]
+    caps: Any, square: float, curvature: float, sharpness: float, length: float
+) -> float:
+    """The largest acceleration (m/s²) over a stretch that is entered with u = `square` at `curvature`; may be negative.
+
+    Curvature (1/m) and sharpness (1/m²) have their signs.
+    """
+
+
+@kernel_of_class
+def spin_lever_m(caps: Any) -> float:  # type: ignore[empty-body]
+    """Where turning on the spot is as fast and accelerates as hard as driving straight on, from the origin (m)."""

@@ -1,0 +1,73 @@
+"""State that objects and kernels share."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from copy import deepcopy
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.services.core.jit import kernel
+from touchline.services.core.records import Record
+
+
+class Wheel(Record):
+    rate_radps: float = math.nan
+    ticks: int
+    still: bool = True
+
+
+class Robot(Record):
+    pose: Annotated[NDArray[np.float64], 3]
+    grid: Annotated[NDArray[np.int64], 2, 4]
+    wheel: Wheel
+
+
+@kernel
+def roll(robot: Sequence[Robot]) -> None:
+    r = robot[0]
+    turn(r.wheel)
+    r.pose[1] += r.wheel.rate_radps
+    r.grid[1, 2] = r.wheel.ticks
+
+
+@kernel
+def turn(wheel: Wheel) -> None:
+    wheel.rate_radps = 2.5
+    wheel.ticks += 1
+    wheel.still = wheel.rate_radps == 0.0
+
+
+def test_fields_begin_with_their_defaults() -> None:
+    robot = Robot()
+    assert math.isnan(robot.wheel.rate_radps) and robot.wheel.ticks == 0 and robot.wheel.still is True
+    assert robot.pose.tolist() == [0.0, 0.0, 0.0] and robot.grid.shape == (2, 4)
+    assert Wheel(ticks=3).ticks == 3
+
+
+def test_what_a_kernel_writes_python_reads_and_the_other_way_round() -> None:
+    robot = Robot()
+    robot.wheel.ticks = 6
+    robot.pose[:] = 1.0
+    roll(robot.array)
+    assert (robot.wheel.rate_radps, robot.wheel.ticks, robot.wheel.still) == (2.5, 7, False)
+    assert robot.pose.tolist() == [1.0, 3.5, 1.0] and robot.grid[1, 2] == 7
+    assert type(robot.wheel.ticks) is int and type(robot.wheel.still) is bool
+
+
+def test_a_reset_reaches_the_parts() -> None:
+    robot = Robot()
+    roll(robot.array)
+    robot.reset()
+    assert math.isnan(robot.wheel.rate_radps) and robot.wheel.ticks == 0 and not robot.grid.any()
+
+
+def test_the_copy_of_a_part_is_a_part_of_the_copy() -> None:
+    robot = Robot()
+    copied, wheel = deepcopy((robot, robot.wheel))
+    roll(copied.array)
+    assert wheel.ticks == 1 and wheel is copied.wheel
+    assert robot.wheel.ticks == 0 and robot.pose[1] == 0.0
