@@ -11,6 +11,7 @@ from benchmarks._data_sheets import data_sheets
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard import filter_model as m
+from touchline.services.onboard.drives.onboard_drive import drive_of
 from touchline.services.onboard.estimation.noise import noise_figures
 from touchline.services.onboard.interface import TICK_S, GnssSample, ImuSample, MagSample, SensorFrame
 
@@ -25,7 +26,10 @@ class MatchedRobot:
 
     def __init__(self, vehicle: Vehicle, scenario: Scenario, seed: int) -> None:
         """At rest at the origin, heading by the seed."""
-        self._c = c = noise_figures(vehicle, data_sheets(scenario))
+        sheets = data_sheets(scenario)
+        drive = drive_of(vehicle, sheets.drive.track_width_relative)
+        self._drive, self._c = drive.figures, noise_figures(vehicle, sheets, drive)
+        c = self._c
         self._rng = np.random.default_rng(seed)
         self._block, self._next = self._rng.standard_normal(_BLOCK).tolist(), 0
         self._radius_m = vehicle.drive.wheel_radius_m
@@ -77,8 +81,8 @@ class MatchedRobot:
         self._accel = 2.0 * change / TICK_S - self._accel
         shaking = c[m.C_Q_SPEED] if moving else self._still_var
         accel = self._accel + self._accel_bias + self._normal(math.sqrt(shaking) / TICK_S)
-        half = 0.5 * c[m.C_TRACK]
-        noise = math.sqrt(c[m.C_R_ENCODER] + (c[m.C_R_ENCODER_TURN] * half * self.yaw_rate) ** 2)
+        half = self._drive.half_track_m
+        noise = math.sqrt(self._drive.encoder_var + (self._drive.track_share * half * self.yaw_rate) ** 2)
         for i, sign in enumerate((-1.0, 1.0)):
             if moving:
                 rim = (self.speed + sign * half * self.yaw_rate + self._normal(noise)) / (1.0 - self._slip[i])

@@ -8,7 +8,7 @@ from typing import Final
 
 from touchline.schemas import topics
 from touchline.schemas.errors import PayloadError
-from touchline.schemas.messages import DiagnosticArray, TraversalStatus, WheelCommand
+from touchline.schemas.messages import ActuatorCommand, DiagnosticArray, TraversalStatus
 from touchline.services.bus import Bus, Sample
 
 ESTOPPED: Final = TraversalStatus.ESTOPPED
@@ -31,7 +31,7 @@ class Observer:
 
     def __init__(self, bus: Bus) -> None:
         """Listen."""
-        self._inbox = bus.inbox([topics.STATUS, topics.WHEEL_COMMAND, topics.DIAGNOSTICS], keep="recent")
+        self._inbox = bus.inbox([topics.STATUS, topics.ACTUATOR_COMMAND, topics.DIAGNOSTICS], keep="recent")
         self.state = -1
         self.reason = ""
         self.estopped_s: float | None = None
@@ -54,8 +54,8 @@ class Observer:
 
     def _take(self, sample: Sample, now_s: float) -> None:
         message = sample.decode()
-        if isinstance(message, WheelCommand):
-            if message.left_radps or message.right_radps:
+        if isinstance(message, ActuatorCommand):
+            if message.values.any():
                 self.braked_s = None
             elif self.braked_s is None:
                 self.braked_s = now_s

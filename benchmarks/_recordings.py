@@ -10,12 +10,12 @@ from typing import Final, NamedTuple
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
 from touchline.schemas.errors import PayloadError, TouchlineError
-from touchline.schemas.messages import PaintMarks, SprayerState, TraversalStatus, WheelCommand
+from touchline.schemas.messages import ActuatorCommand, PaintMarks, SprayerState, TraversalStatus
 from touchline.schemas.messages.base import Message
 from touchline.services.bridge.channels import topic_at
 from touchline.services.bridge.reader import RecordingReader
 
-_WATCHED: Final = (topics.STATUS, topics.SPRAYER, topics.PAINT, topics.WHEEL_COMMAND)
+_WATCHED: Final = (topics.STATUS, topics.SPRAYER, topics.PAINT, topics.ACTUATOR_COMMAND)
 _CLOSING_NS: Final = 150_000_000
 """The valve's delay, and the tick that it is told in."""
 _TELLING_NS: Final = 250_000_000
@@ -109,10 +109,10 @@ def _stopped_but(heard: list[_Heard]) -> Iterator[str]:
             continue  # a job that is to go on: its paint so far is told anew
         elif isinstance(message, PaintMarks) and time_ns - since_ns > _TELLING_NS:
             yield "paint though the robot does not drive"
-        elif state == ESTOPPED and isinstance(message, WheelCommand) and _turns(message, time_ns - since_ns):
+        elif state == ESTOPPED and isinstance(message, ActuatorCommand) and _turns(message, time_ns - since_ns):
             yield "wheels commanded after an emergency stop"
 
 
-def _turns(command: WheelCommand, age_ns: int) -> bool:
+def _turns(command: ActuatorCommand, age_ns: int) -> bool:
     """Whether a command of this age after the stop still turns a wheel; that of its own tick may."""
-    return age_ns > 0 and (command.left_radps != 0.0 or command.right_radps != 0.0)
+    return age_ns > 0 and bool(command.values.any())

@@ -13,6 +13,7 @@ from touchline.services.planner.steering.circles import circle
 from touchline.services.planner.steering.construct import MAX_PIECES, forward_pieces
 from touchline.services.planner.steering.g2 import Steering
 from touchline.services.planner.steering.method import CurveEnd
+from touchline.services.planner.steering.query import Query
 from touchline.services.planner.steering.word_lengths import word_lengths
 
 ROWS = Path(__file__).parents[1] / "tests" / "planner" / "data" / "steering_lengths.csv"
@@ -119,7 +120,7 @@ def _verify(starts: Floats, goals: Floats, root: float, c: Floats, worst: Floats
         ends = np.array([s[3], g[3]]) / root
         facing = complex(math.cos(s[2]), -math.sin(s[2]))
         goal = complex(g[0] - s[0], g[1] - s[1]) * facing * root
-        n = forward_pieces(ends, goal, g[2] - s[2], c, pieces)
+        n = forward_pieces(Query(ends, goal, g[2] - s[2], c), pieces)
         p, heading, k = 0j, 0.0, ends[0]
         over_k, over_sharpness = 0.0, 0.0
         for i in range(n):

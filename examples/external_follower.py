@@ -6,7 +6,7 @@ Run it beside a robot that waits for it:
     touchline run soccer-11 --follower external
 
 Any language will do that speaks Zenoh and CDR: declare a queryable on `<namespace>/follower/step` and answer each
-request (schemas/msg/touchline_msgs/srv/FollowerStep.srv) with the wheel speeds and the request's `step`.
+request (schemas/msg/touchline_msgs/srv/FollowerStep.srv) with the wanted speed and yaw rate and the request's `step`.
 """
 
 from __future__ import annotations
@@ -17,23 +17,19 @@ from touchline.schemas import topics
 from touchline.schemas.messages import FollowerStepRequest, FollowerStepResponse
 from touchline.services.bus import Bus
 
-HALF_TRACK_M = 0.25395
 LOOKAHEAD_M = 0.35
 LEAD_TICKS = 5
-"""The motors lag by 50 ms."""
+"""The actuators lag by 50 ms."""
 
 Controller = Callable[[FollowerStepRequest], tuple[float, float]]
 
 
 def steer(request: FollowerStepRequest) -> tuple[float, float]:
-    """Feed the path forward, and steer the errors out over a lookahead: wheel speeds (left, right) [rad/s]."""
+    """Feed the path forward, and steer the errors out over a lookahead: speed [m/s] and yaw rate [rad/s]."""
     speed = request.ahead_speed_mps[LEAD_TICKS]
     sense = 1.0 if speed >= 0.0 else -1.0
     turn = -2.0 * (sense * request.lateral_m / LOOKAHEAD_M + request.heading_error_rad) / LOOKAHEAD_M
-    yaw_rate = request.ahead_yaw_rate_radps[LEAD_TICKS] + abs(speed) * turn
-    left = (speed - HALF_TRACK_M * yaw_rate) / request.left_radius_m
-    right = (speed + HALF_TRACK_M * yaw_rate) / request.right_radius_m
-    return left, right
+    return speed, request.ahead_yaw_rate_radps[LEAD_TICKS] + abs(speed) * turn
 
 
 def serve(bus: Bus, controller: Controller, stop: Callable[[], bool]) -> None:
@@ -42,8 +38,9 @@ def serve(bus: Bus, controller: Controller, stop: Callable[[], bool]) -> None:
     while not stop():
         call = server.wait(0.1)
         if call is not None:
-            left, right = controller(call.request)
-            call.reply(FollowerStepResponse(step=call.request.step, left_radps=left, right_radps=right))
+            speed_mps, yaw_rate_radps = controller(call.request)
+            step = call.request.step
+            call.reply(FollowerStepResponse(step=step, speed_mps=speed_mps, yaw_rate_radps=yaw_rate_radps))
 
 
 def main() -> None:

@@ -8,15 +8,17 @@ the grass, a receiver has to converge anew.
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from touchline.schemas.spec import Spec, parse
 
-Wheel = Literal["left", "right", "both"]
 Sensor = Literal["gnss", "imu", "magnetometer", "encoder"]
 Share = Annotated[float, Field(ge=0, le=1)]
+ALL = "all"
+"""Instead of an actuator's name."""
+_Actuator = Annotated[str, Field(min_length=1, max_length=100)]
 
 #: Sim time is counted in ticks; a hundred days are more than any session.
 _Time = Annotated[float, Field(ge=0, le=8.64e6)]
@@ -157,37 +159,50 @@ class MagneticDisturbance(_Fault):
     north_t: Annotated[float, Field(ge=-1e-3, le=1e-3)] = 0.0
 
 
-class EncoderDropout(_Fault):
-    """A wheel's encoder counts nothing; what it missed stays missed."""
+class ActuatorFault(_Fault):
+    """Base of the faults of one of the drive's actuators, by its name, or of all of them."""
+
+    actuator: _Actuator = ALL
+
+    @model_validator(mode="before")
+    @classmethod
+    def _former_wheel(cls, given: Any) -> Any:
+        """Formerly all vehicles had two wheels: the `wheel` was left, right or both."""
+        if not isinstance(given, dict) or "wheel" not in given or "actuator" in given:
+            return given
+        rest = {name: value for name, value in given.items() if name != "wheel"}
+        return rest | {"actuator": ALL if given["wheel"] == "both" else given["wheel"]}
+
+
+class EncoderDropout(ActuatorFault):
+    """An actuator's encoder counts nothing; what it missed stays missed."""
 
     summary: ClassVar[str] = "a wheel encoder counts nothing"
     kind: Literal["encoder-dropout"]
-    wheel: Wheel = "both"
 
 
-class WheelBlocked(_Fault):
+class WheelBlocked(ActuatorFault):
     """A wheel is held fast."""
 
     summary: ClassVar[str] = "a wheel is blocked"
     kind: Literal["wheel-blocked"]
-    wheel: Wheel = "left"
+    actuator: _Actuator = "left"
 
 
-class WheelSlip(_Fault):
+class WheelSlip(ActuatorFault):
     """A wheel loses this share of its ground speed, on top of what it loses anyway: mud, a wet line."""
 
     summary: ClassVar[str] = "a wheel slips"
     kind: Literal["wheel-slip"]
-    wheel: Wheel = "both"
     share: Annotated[float, Field(ge=-0.5, le=0.95)] = 0.2
 
 
-class MotorWeak(_Fault):
+class MotorWeak(ActuatorFault):
     """A motor has only this share of its torque."""
 
     summary: ClassVar[str] = "a motor is weak"
     kind: Literal["motor-weak"]
-    wheel: Wheel = "left"
+    actuator: _Actuator = "left"
     share: Share = 0.2
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Self
 
 from touchline.schemas.scenario import Origin
-from touchline.schemas.template import ArcSpec, LineSpec, Placement, Template, TemplateSegment
+from touchline.schemas.template import ArcSpec, Area, LineSpec, Placement, Template, TemplateSegment
 
 Point = tuple[float, float]
 
@@ -68,9 +68,23 @@ class Transform:
         assert segment.arc is not None
         return segment.model_copy(update={"arc": self.arc(segment.arc)})
 
+    def area(self, area: Area) -> Area:
+        """The area where it goes, under its own id; its swaths turn with it."""
+        angle_deg = area.angle_deg
+        if angle_deg is not None:
+            turned_deg = math.degrees(math.atan2(self.sin, self.cos))
+            angle_deg = math.remainder((-angle_deg if self.mirror else angle_deg) + turned_deg, 360.0)
+        return Area(
+            id=area.id,
+            outline=tuple(map(self.point, area.outline)),
+            holes=tuple(tuple(map(self.point, hole)) for hole in area.holes),
+            angle_deg=angle_deg,
+        )
+
     def template(self, template: Template) -> Template:
-        """Every segment where it goes."""
-        return template.model_copy(update={"segments": tuple(self.segment(s) for s in template.segments)})
+        """Every segment and area where it goes."""
+        segments, areas = map(self.segment, template.segments), map(self.area, template.areas)
+        return template.model_copy(update={"segments": tuple(segments), "areas": tuple(areas)})
 
 
 def place(template: Template, placement: Placement) -> Template:
@@ -102,7 +116,8 @@ def to_map(template: Template, map_origin: Origin) -> Template:
 def offset_m(origin: Origin, map_origin: Origin) -> Point:
     """(east, north) in m of ``origin`` seen from ``map_origin``, in the tangent plane at ``map_origin``.
 
-    WGS 84 to earth-centred coordinates and from there to the local east-north-up frame, without approximation.
+    WGS 84 to earth-centred coordinates and from there to the local east-north-up frame, without approximation: as
+    kernels of services/core/geodesy.py have it, which templates cannot see; a test holds both to each other.
     """
     here, there = _ecef(map_origin), _ecef(origin)
     dx, dy, dz = (b - a for a, b in zip(here, there, strict=True))

@@ -1,16 +1,25 @@
-"""What can be plugged in: drives, tools, transition methods and followers, in one registry each that every part reads.
+"""What can be plugged in: drives, tools, transition methods, area methods and followers, each in a registry.
 
 A plug-in has a name, by which options ask for it, a summary for people, and what makes it. Those that are shipped are
 registered here by where they are found, so that the command line and the console can list them without importing them.
+Those of other packages are entry points that name a `Plugin` each; a registry looks for them when it is first asked for
+more than what is shipped (see docs/plugins.md).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any, Generic, TypeVar
 
+from touchline.schemas.entry_points import Offer, leave_out, offers
+from touchline.schemas.errors import TouchlineError
+
 T = TypeVar("T")
+#: What options and help texts can hold.
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 
 
 class UnknownPlugin(ValueError):
@@ -42,14 +51,20 @@ class KindParts:
     Attributes:
         spec: What a vehicle's file says of it: a `DriveSpec` or `ToolSpec` of schemas/vehicles.
         planner: What plans keep to: a `PlannedDrive` of services/planner/drives. Tools have none.
+        onboard: What the robot's computer asks: an `OnboardDrive` of services/onboard/drives. Tools have none.
     """
 
     spec: Any
     planner: Any = None
+    onboard: Any = None
 
     def part(self, room: str) -> Any:
         """The class for one room, by the attribute's name."""
         return located(getattr(self, room))
+
+
+class BrokenPlugin(TouchlineError):
+    """What makes a plug-in of another package cannot be imported."""
 
 
 @dataclass(frozen=True)
@@ -59,10 +74,12 @@ class Plugin(Generic[T]):
     Attributes:
         summary: One line for people.
         make: What makes it, or where that is found: ``"package.module:name"``.
+        empty: What options that are left empty mean with it, by the option's name, as dialogs show it.
     """
 
     summary: str
     make: T | str
+    empty: Mapping[str, str] = field(default_factory=dict)
 
     def found(self) -> T:
         """What makes it, imported if need be."""
@@ -71,31 +88,65 @@ class Plugin(Generic[T]):
 
 
 class Registry(Generic[T]):
-    """The plug-ins of one kind by name, in the order in which they were registered; the first is the default."""
+    """The plug-ins of one kind by name, in the order in which they were registered; the first is the default.
+
+    Attributes:
+        kind: What people call one of them: ``"area method"``.
+        group: Of the entry points by which other packages offer theirs: ``"touchline.area_methods"``.
+    """
 
     def __init__(self, kind: str) -> None:
         """`kind` is what people call one of them."""
         self.kind = kind
+        self.group = f"touchline.{kind.replace(' ', '_')}s"
         self._plugins: dict[str, Plugin[T]] = {}
+        self._packages: dict[str, str] = {}
+        self._looked = False
 
-    def register(self, name: str, summary: str, make: T | str) -> None:
+    def register(self, name: str, summary: str, make: T | str, empty: Mapping[str, str] | None = None) -> None:
         """Add a plug-in.
 
         Args:
             name: By which it is asked for.
             summary: One line for people: help texts and dialogs show it.
             make: What makes it, or ``"package.module:name"``, which is imported when it is first needed.
+            empty: What options that are left empty mean with it, by the option's name; those that are not named mean
+                what the vehicle says.
 
         Raises:
             ValueError: There is one of that name.
         """
         if name in self._plugins:
             raise ValueError(f'there is a {self.kind} "{name}" already')
-        self._plugins[name] = Plugin(summary, make)
+        self._plugins[name] = Plugin(summary, make, empty or {})
 
     def forget(self, name: str) -> None:
         """Take a plug-in out again."""
         del self._plugins[name]
+
+    def _all(self) -> dict[str, Plugin[T]]:
+        """All plug-ins; the first time, those of other packages are looked for."""
+        if not self._looked:
+            self._looked = True
+            for offer in offers(self.group):
+                if problem := self._take(offer):
+                    leave_out(self.kind, offer, problem)
+        return self._plugins
+
+    def _take(self, offer: Offer) -> str:
+        """Add what another package offers; what is wrong with it, or nothing."""
+        if not _NAME.fullmatch(offer.name):
+            return "its name must be of letters, digits, dots, dashes and underscores"
+        if offer.name in self._plugins:
+            return f"there is a {self.kind} of that name already; rename it, or uninstall one of both"
+        try:
+            found = offer.load()
+        except (Exception, SystemExit) as error:  # noqa: BLE001, whatever somebody else's module does on import
+            return f"importing it fails with {type(error).__name__}: {error}; mend or uninstall the package"
+        if not isinstance(found, Plugin):
+            return f"its entry point names a {type(found).__name__}, not a touchline.schemas.plugins.Plugin"
+        self._plugins[offer.name], self._packages[offer.name] = found, offer.package
+        return ""
 
     @property
     def default(self) -> str:
@@ -104,16 +155,20 @@ class Registry(Generic[T]):
 
     def names(self) -> tuple[str, ...]:
         """All names."""
-        return tuple(self._plugins)
+        return tuple(self._all())
 
     def summaries(self) -> dict[str, str]:
         """Summary by name."""
-        return {name: plugin.summary for name, plugin in self._plugins.items()}
+        return {name: plugin.summary for name, plugin in self._all().items()}
+
+    def empty(self, name: str, option: str) -> str | None:
+        """What an option that is left empty means with the plug-in of that name; None: what the vehicle says."""
+        return self._plugins[self.known(name)].empty.get(option)
 
     @property
     def advice(self) -> str:
         """What to give instead of an unknown name: ``give 'a', 'b' or 'c'``."""
-        *others, last = map(repr, self._plugins)
+        *others, last = map(repr, self._all())
         return f"give {', '.join(others)} or {last}" if others else f"give {last}"
 
     def known(self, name: str) -> str:
@@ -122,7 +177,7 @@ class Registry(Generic[T]):
         Raises:
             UnknownPlugin: Nothing of that name is registered.
         """
-        if name not in self._plugins:
+        if name not in self._plugins and name not in self._all():
             raise UnknownPlugin(self.kind, name, self.advice)
         return name
 
@@ -131,13 +186,23 @@ class Registry(Generic[T]):
 
         Raises:
             UnknownPlugin: Nothing of that name is registered.
+            BrokenPlugin: It is of another package, which fails to import it.
         """
-        return self._plugins[self.known(name)].found()
+        plugin = self._plugins[self.known(name)]
+        if name not in self._packages:
+            return plugin.found()
+        try:
+            return plugin.found()
+        except Exception as error:  # whatever somebody else's module does on import
+            problem = f'importing the {self.kind} "{name}" of the package {self._packages[name]} fails'
+            remedy = "mend or uninstall the package"
+            raise BrokenPlugin(f"{problem} with {type(error).__name__}: {error}; {remedy}") from error
 
 
 _VEHICLES = "touchline.schemas.vehicles"
 _DRIVES = "touchline.services.planner.drives"
 _METHODS = "touchline.services.planner.transitions.methods"
+_COVERAGE = "touchline.services.planner.coverage"
 _FOLLOWERS = "touchline.services.onboard.control"
 
 DRIVES: Registry[KindParts] = Registry("drive")
@@ -145,7 +210,11 @@ DRIVES: Registry[KindParts] = Registry("drive")
 DRIVES.register(
     "differential",
     "two driven wheels on one axle, and casters",
-    KindParts(f"{_VEHICLES}:DifferentialDrive", f"{_DRIVES}.differential_caps:PlannedDifferential"),
+    KindParts(
+        f"{_VEHICLES}:DifferentialDrive",
+        planner=f"{_DRIVES}.differential_caps:PlannedDifferential",
+        onboard="touchline.services.onboard.drives.differential_onboard:OnboardDifferential",
+    ),
 )
 
 TOOLS: Registry[KindParts] = Registry("tool")
@@ -156,9 +225,18 @@ TOOLS.register(
 
 METHODS: Registry[Any] = Registry("transition method")
 """How painted lines are joined: a `Method` of services/planner/method_choice.py each."""
-METHODS.register("g2", "quickest: turns by the wheels' limits, reversing too", f"{_METHODS}:G2")
+METHODS.register(
+    "g2",
+    "quickest: turns by the wheels' limits, reversing too",
+    f"{_METHODS}:G2",
+    empty={"kappa_max_1pm": "by the wheels", "sigma_max_1pm2": "by the wheels"},
+)
 METHODS.register("ccd", "smooth: one kind of curvature-continuous turn", f"{_METHODS}:CCD")
 METHODS.register("dubins-padded", "baseline: plain arcs with padding", f"{_METHODS}:DUBINS_PADDED")
+
+AREA_METHODS: Registry[Any] = Registry("area method")
+"""How areas are covered: an `AreaMethod` of services/planner/coverage/area_method.py each."""
+AREA_METHODS.register("parallel", "straight swaths side by side", f"{_COVERAGE}.parallel:parallel")
 
 FOLLOWERS: Registry[Any] = Registry("follower")
 """What steers the robot along its path: from `Vehicle` and `Ask` to a `Follower` of services/onboard/control each."""

@@ -1,15 +1,30 @@
 """Templates: what is to be painted, and nothing else."""
 
+from __future__ import annotations
+
 import json
 import math
-from typing import Annotated, Literal, Self
+from functools import cached_property
+from itertools import pairwise
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
+from pydantic import (
+    AfterValidator,
+    Field,
+    SerializerFunctionWrapHandler,
+    ValidationInfo,
+    field_validator,
+    model_serializer,
+    model_validator,
+)
 
 from touchline.schemas.curves import Curve
 from touchline.schemas.plain_text import printable
 from touchline.schemas.scenario import Origin
 from touchline.schemas.spec import Spec
+
+if TYPE_CHECKING:
+    import shapely
 
 #: A radio-corrected robot works within about a kilometre of its base; beyond this a coordinate is a mistake.
 MAX_COORDINATE_M = 10_000.0
@@ -17,6 +32,9 @@ MAX_COORDINATE_M = 10_000.0
 MIN_LENGTH_M = 0.01
 #: An outline with less inside is a mistake.
 MIN_AREA_M2 = 1e-4
+
+#: Between the id of an area and the number of one of its swaths.
+SWATH_MARK = "#"
 
 #: How far the middle of the paint may be off its line where the template does not say.
 DEFAULT_TOLERANCE_M = 0.03
@@ -105,24 +123,71 @@ class Placement(Spec):
         return f"Placed: {mirrored}its origin at x {self.x_m:g}, y {self.y_m:g} m{turned}."
 
 
+def _simple(corners: tuple[Position, ...]) -> tuple[Position, ...]:
+    import shapely  # only templates with polygons pay for it
+
+    outline = shapely.Polygon(corners)
+    if not outline.is_valid or outline.area < MIN_AREA_M2:
+        raise ValueError("an outline must have an area and must not cross or touch itself")
+    return corners
+
+
+Corners = Annotated[tuple[Position, ...], Field(min_length=3, max_length=1000), AfterValidator(_simple)]
+"""A closed outline, corner by corner (either way round; the last corner joins the first), metres."""
+
+
 class Polygon(Spec):
-    """A closed outline, corner by corner (either way round; the last corner joins the first), metres."""
+    """An outline with a name."""
 
     id: Name = "boundary"
-    corners: Annotated[tuple[Position, ...], Field(min_length=3, max_length=1000)]
+    corners: Corners
 
-    @model_validator(mode="after")
-    def _is_simple(self) -> Self:
-        import shapely  # only templates with polygons pay for it
 
-        outline = shapely.Polygon(self.corners)
-        if not outline.is_valid or outline.area < MIN_AREA_M2:
-            raise ValueError(f'the outline "{self.id}" must have an area and must not cross or touch itself')
-        return self
+class Area(Spec):
+    """What is painted solid: the inside of an outline, less its holes.
+
+    It is planned as swaths, lines that lie side by side at the width of the tool, each a segment of its own.
+    """
+
+    id: Annotated[Name, Field(max_length=80)]
+    outline: Corners
+    holes: Annotated[tuple[Corners, ...], Field(max_length=100)] = ()
+    angle_deg: Annotated[float, Field(ge=-360, le=360)] | None = None
+    """Direction of the swaths, degrees counter-clockwise from +x; None: which suits best."""
+
+    @field_validator("holes")
+    @classmethod
+    def _inside_and_apart(cls, holes: tuple[Corners, ...], info: ValidationInfo) -> tuple[Corners, ...]:
+        import shapely
+
+        outline = shapely.Polygon(info.data["outline"]) if "outline" in info.data else None
+        found = [shapely.Polygon(hole) for hole in holes]
+        for i, hole in enumerate(found):
+            if outline and not outline.contains_properly(hole):
+                raise ValueError(f"holes[{i}] must lie inside the outline, not touching it")
+            if any(hole.intersects(other) for other in found[:i]):
+                raise ValueError(f"holes[{i}] must keep apart from the other holes")
+        return holes
+
+    @cached_property
+    def polygon(self) -> shapely.Polygon:
+        """As a polygon, m."""
+        import shapely
+
+        return shapely.Polygon(self.outline, self.holes)
+
+    def edges(self) -> list[Curve]:
+        """The lines round it and round its holes."""
+        rings = (self.outline, *self.holes)
+        return [Curve.from_line(a, b) for ring in rings for a, b in pairwise((*ring, ring[0])) if a != b]
+
+    def swath_id(self, number: int) -> str:
+        """The segment id of one of its swaths, counted from 1."""
+        return f"{self.id}{SWATH_MARK}{number}"
 
 
 class Template(Spec):
-    """A drawing of lines and arcs in the map frame (metres, x east, y north).
+    """A drawing of lines, arcs and areas in the map frame (metres, x east, y north).
 
     The robot's body stays inside ``boundary`` and off every one of ``obstacles`` (goal posts, benches, trees).
     """
@@ -137,7 +202,8 @@ class Template(Spec):
     """Where a file's drawing lies in the map frame; None once `touchline.schemas.catalogue` has carried it there."""
     origin: Origin | None = None
     """Where on the earth the map frame's (0, 0) lies; None: wherever the robot's is."""
-    segments: Annotated[tuple[TemplateSegment, ...], Field(min_length=1)]
+    segments: tuple[TemplateSegment, ...] = ()
+    areas: Annotated[tuple[Area, ...], Field(max_length=100)] = ()
     boundary: Polygon | None = None
     obstacles: Annotated[tuple[Polygon, ...], Field(max_length=1000)] = ()
 
@@ -153,10 +219,56 @@ class Template(Spec):
             seen[segment.id] = index
         return segments
 
+    @field_validator("areas")
+    @classmethod
+    def _unique_names(cls, areas: tuple[Area, ...]) -> tuple[Area, ...]:
+        names = [area.id for area in areas]
+        for i, name in enumerate(names):
+            if name in names[:i]:
+                raise ValueError(f'areas[{names.index(name)}] and areas[{i}] share the id "{name}": give each its own')
+        return areas
+
+    @model_validator(mode="after")
+    def _something_to_paint(self) -> Self:
+        if not (self.segments or self.areas):
+            raise ValueError("give at least one of segments and areas")
+        for i, segment in enumerate(self.segments):
+            if self.areas and self.area_of(segment.id):
+                raise ValueError(f'segments[{i}] has the id "{segment.id}" of a swath of an area: give it another')
+        return self
+
+    @model_serializer(mode="wrap")
+    def _as_before_areas(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """A template without areas is written as it was before there were any: to the same bytes."""
+        written: dict[str, Any] = handler(self)
+        if not self.areas:
+            written.pop("areas", None)
+        return written
+
     @property
     def length_m(self) -> float:
-        """Metres to be painted."""
+        """Metres of lines to be painted; areas do not count."""
         return sum(segment.curve().length_m for segment in self.segments)
+
+    @property
+    def area_m2(self) -> float:
+        """Square metres to be painted solid."""
+        return sum(area.polygon.area for area in self.areas)
+
+    def area_of(self, segment_id: str) -> Area | None:
+        """The area of which a segment of that id is a swath; None if it is of none."""
+        name, mark, number = segment_id.rpartition(SWATH_MARK)
+        if not (mark and number.isdecimal()):
+            return None
+        return next((area for area in self.areas if area.id == name), None)
+
+    def paints(self, segment_id: str) -> bool:
+        """Whether a segment of that id is painted: one of the template's own, or a swath of an area."""
+        return segment_id in self._own_ids or self.area_of(segment_id) is not None
+
+    @cached_property
+    def _own_ids(self) -> frozenset[str]:
+        return frozenset(segment.id for segment in self.segments)
 
     def to_json(self) -> str:
         """This template as a file's text, one segment a line; reading it gives the same template again."""

@@ -84,7 +84,7 @@ GNSS_STATUS = Topic("gnss/status", m.GnssStatus, 10, latched=True, units="m, s",
 IMU = Topic("imu/data_raw", m.Imu, 100, units="rad/s, m/s2", tolerance=1e-9)
 MAGNETIC_FIELD = Topic("imu/mag", m.MagneticField, 100, units="T", tolerance=1e-12)
 JOINT_STATES = Topic("joint_states", m.JointState, 100, units="rad, rad/s", tolerance=1e-9)
-WHEEL_COMMAND = Topic("cmd/wheels", m.WheelCommand, 100, units="rad/s", tolerance=1e-6)
+ACTUATOR_COMMAND = Topic("cmd/actuators", m.ActuatorCommand, 100, units="rad/s, rad", tolerance=1e-6)
 ODOMETRY = Topic("odometry/filtered", m.Odometry, 50, latched=True, units="m, rad", tolerance=1e-6)
 ESTIMATOR = Topic("estimator/status", m.EstimatorStatus, 10, units="m, rad", tolerance=1e-6)
 TRUTH = Topic("truth/odometry", m.Odometry, 50, units="m, rad", tolerance=1e-6)
@@ -110,7 +110,7 @@ TOPICS: tuple[Topic, ...] = (
     IMU,
     MAGNETIC_FIELD,
     JOINT_STATES,
-    WHEEL_COMMAND,
+    ACTUATOR_COMMAND,
     ODOMETRY,
     ESTIMATOR,
     TRUTH,
@@ -130,7 +130,7 @@ TOPICS: tuple[Topic, ...] = (
 )
 TOPIC_BY_NAME = {topic.name: topic for topic in TOPICS}
 #: Topics by names that they have in older recordings.
-FORMER_NAMES = {"paint/marks": PAINT}
+FORMER_NAMES = {"paint/marks": PAINT, "cmd/wheels": ACTUATOR_COMMAND}
 RECORDED = tuple(topic for topic in TOPICS if topic.recorded)
 
 #: Names of the processes, as their liveliness tokens and diagnostics carry them.

@@ -1,11 +1,12 @@
 """How the house is built, printed by `make lint`: the largest functions, the longest signatures, the deepest nesting.
 
-Ends with exit code 1 where a public class or a module name stands for two things.
+Behind that, by room, how many functions have more parameters and how many nest deeper than there should be. Ends with
+exit code 1 where a public class or a module name stands for two things.
 """
 
 import ast
 import sys
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -13,6 +14,7 @@ from typing import NamedTuple
 ROOT = Path(__file__).resolve().parents[1]
 PARTS = ("schemas", "services", "tui")
 SHOWN = 5
+PARAMETERS_MOST, NESTING_MOST = 6, 4
 #: Names that say in every room what the room's file is for.
 COMMON_MODULES = frozenset(("__init__", "service"))
 NESTING = (ast.If, ast.For, ast.While, ast.With, ast.Try, ast.Match)
@@ -45,9 +47,18 @@ def functions(path: Path, tree: ast.Module) -> Iterator[Function]:
 
 
 def depth(node: ast.AST) -> int:
-    """How deep statements nest in it."""
+    """How deep statements nest in it; an `elif` is as deep as its `if`."""
+    if isinstance(node, ast.If) and len(node.orelse) == 1 and isinstance(node.orelse[0], ast.If):
+        inside = max(depth(child) for child in (node.test, *node.body))
+        return max(inside + 1, depth(node.orelse[0]))
     inner = max((depth(child) for child in ast.iter_child_nodes(node)), default=0)
     return inner + isinstance(node, NESTING)
+
+
+def by_room(found: list[Function]) -> str:
+    """How many functions of each room are beyond what there should be."""
+    rooms = Counter("/".join(function.place.split("/")[:2]) for function in found)
+    return ", ".join(f"{room} {count}" for room, count in rooms.most_common()) or "none"
 
 
 def twice() -> list[str]:
@@ -68,6 +79,8 @@ def main() -> None:
     for name in ("lines", "parameters", "nesting"):
         most = sorted(found, key=lambda function: getattr(function, name), reverse=True)[:SHOWN]
         print(f"most {name}: " + "; ".join(f"{getattr(function, name)} {function.place}" for function in most))
+    print(f"more than {PARAMETERS_MOST} parameters: {by_room([f for f in found if f.parameters > PARAMETERS_MOST])}")
+    print(f"nesting over {NESTING_MOST}: {by_room([f for f in found if f.nesting > NESTING_MOST])}")
     if names := twice():
         sys.exit("one name for several things:\n" + "\n".join(names))
 

@@ -392,7 +392,8 @@ class ConsoleApp(App[None]):
                 operator.plan(options)
 
         if operator.may_prepare("Plan", needs_template=True):
-            self.push_screen(PlanDialog(operator.options, self.state.vehicle), chosen)
+            areas = bool(self.state.template and self.state.template.template.areas)
+            self.push_screen(PlanDialog(operator.options, self.state.vehicle, areas=areas), chosen)
 
     def action_next_robot(self) -> None:
         """Bring the next robot into view: orders go to that one from now on."""

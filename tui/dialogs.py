@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from pathlib import Path
-from typing import ClassVar, TypeVar
+from typing import Any, ClassVar, TypeVar
 
+from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Grid, Horizontal, Vertical
@@ -18,7 +20,7 @@ from touchline.schemas.catalogue import parse_template, shipped_templates, templ
 from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.schemas.messages.touchline import PlanOptions
 from touchline.schemas.plain_text import plain
-from touchline.schemas.plugins import METHODS
+from touchline.schemas.plugins import AREA_METHODS, METHODS, Registry
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.tui import format, theme
@@ -127,10 +129,10 @@ class PlanDialog(Dialog[PlanOptions | None]):
     FIELDS: ClassVar[dict[str, tuple[str, str]]] = {
         "paint_speed_mps": ("painting speed  m/s", "{tool.work_speed_mps:g}"),
         "transit_speed_mps": ("driving speed  m/s", "{drive.transit_speed_mps:g}"),
-        "kappa_max_1pm": ("curvature ≤  1/m", "g2: by the wheels   others: {drive.default_kappa_max_1pm:g}"),
-        "sigma_max_1pm2": ("sharpness ≤  1/m²", "g2: by the wheels   others: {drive.default_sigma_max_1pm2:g}"),
+        "kappa_max_1pm": ("curvature ≤  1/m", "{drive.default_kappa_max_1pm:g}"),
+        "sigma_max_1pm2": ("sharpness ≤  1/m²", "{drive.default_sigma_max_1pm2:g}"),
     }
-    """Option → (label, what holds if it is left empty, of the vehicle)."""
+    """Option → (label, what holds if it is left empty unless the method says otherwise, of the vehicle)."""
     TICKS: ClassVar[dict[str, str]] = {
         "order": "order as given",
         "forward_only": "forward only",
@@ -138,10 +140,10 @@ class PlanDialog(Dialog[PlanOptions | None]):
     }
     """Options that are on or off."""
 
-    def __init__(self, options: PlanOptions, vehicle: Vehicle) -> None:
-        """Start from the options used last."""
+    def __init__(self, options: PlanOptions, vehicle: Vehicle, *, areas: bool = False) -> None:
+        """Start from the options used last; how to cover areas is asked where there are `areas`."""
         super().__init__()
-        self._options, self._vehicle = options, vehicle
+        self._options, self._vehicle, self._areas = options, vehicle, areas
 
     def compose(self) -> ComposeResult:
         """Method, limits, buttons."""
@@ -149,15 +151,18 @@ class PlanDialog(Dialog[PlanOptions | None]):
             yield Label("Plan the path", classes="title")
             chosen = self._options.method or METHODS.default
             with RadioSet(id="method"):
-                for name, text in METHODS.summaries().items():
-                    yield Choice(f"{name}  [{theme.MUTED}]{text}[/]", value=name == chosen, name=name)
+                yield from _choices(METHODS, chosen)
+            if self._areas:
+                yield Label("Areas")
+                with RadioSet(id="area-method"):
+                    yield from _choices(AREA_METHODS, self._options.area_method or AREA_METHODS.default)
             with Grid(id="limits"):
-                for field, (label, default) in self.FIELDS.items():
+                for field, (label, _) in self.FIELDS.items():
                     value = getattr(self._options, field)
                     yield Label(label)
                     yield Input(
                         f"{value:g}" if value else "",
-                        placeholder=default.format_map(vars(self._vehicle)),
+                        placeholder=self._left_empty(field, chosen),
                         type="number",
                         id=field,
                         compact=True,
@@ -175,6 +180,16 @@ class PlanDialog(Dialog[PlanOptions | None]):
     def on_mount(self) -> None:
         """Enter at once plans as before."""
         self.query_one("#ok").focus()
+
+    @on(RadioSet.Changed, "#method")
+    def say_empty(self, event: RadioSet.Changed) -> None:
+        """Say what fields that are left empty mean with the method."""
+        for field in self.FIELDS:
+            self.query_one(f"#{field}", Input).placeholder = self._left_empty(field, str(event.pressed.name))
+
+    def _left_empty(self, field: str, method: str) -> str:
+        """What holds for a field that is left empty."""
+        return METHODS.empty(method, field) or self.FIELDS[field][1].format_map(vars(self._vehicle))
 
     def on_button_pressed(self, event: Button.Pressed) -> None:
         """Plan or leave."""
@@ -200,11 +215,23 @@ class PlanDialog(Dialog[PlanOptions | None]):
                 self.query_one(f"#{field}", Input).focus()
                 return
             values[field] = value
-        pressed = self.query_one(RadioSet).pressed_button
-        method = str(pressed.name) if pressed else ""
+        method = self._pressed("#method")
+        area_method = self._pressed("#area-method") if self._areas else self._options.area_method
         forward, back = (self.query_one(f"#{field}", Tick).value for field in ("forward_only", "return_to_start"))
         order = "given" if self.query_one("#order", Tick).value else ""
-        self.dismiss(PlanOptions(method=method, order=order, forward_only=forward, return_to_start=back, **values))
+        ticks = {"order": order, "forward_only": forward, "return_to_start": back}
+        self.dismiss(PlanOptions(method=method, area_method=area_method, **ticks, **values))
+
+    def _pressed(self, radio_set: str) -> str:
+        """The name of what is chosen."""
+        pressed = self.query_one(radio_set, RadioSet).pressed_button
+        return str(pressed.name) if pressed else ""
+
+
+def _choices(registry: Registry[Any], chosen: str) -> Iterator[Choice]:
+    """A button for every plug-in."""
+    for name, text in registry.summaries().items():
+        yield Choice(f"{name}  [{theme.MUTED}]{text}[/]", value=name == chosen, name=name)
 
 
 class ConfirmDialog(Dialog[bool | None]):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from touchline.schemas.curves import Curve, spin_rad
 from touchline.schemas.messages.touchline import PlanReport
-from touchline.schemas.messages.turf_tank import Trajectory
+from touchline.schemas.messages.turf_tank import Segment, Trajectory
 from touchline.schemas.plain_text import plain
 from touchline.schemas.template import Template
 from touchline.tui.raster import Polyline
@@ -34,7 +34,7 @@ class LineRow:
 
 @dataclass(frozen=True, eq=False)
 class TemplateView:
-    """A template, the text it was read from, and its lines by segment id."""
+    """A template, the text it was read from, and its lines by segment id, with the edges of its areas by theirs."""
 
     template: Template
     text: str
@@ -42,8 +42,9 @@ class TemplateView:
 
     @classmethod
     def of(cls, template: Template, text: str) -> TemplateView:
-        """Sample every segment."""
-        return cls(template, text, {segment.id: sample([segment.curve()]) for segment in template.segments})
+        """Sample every segment and the edges of every area."""
+        lines = {segment.id: sample([segment.curve()]) for segment in template.segments}
+        return cls(template, text, lines | {area.id: sample(area.edges()) for area in template.areas})
 
     @cached_property
     def line(self) -> Polyline:
@@ -57,11 +58,12 @@ class TemplateView:
 
     @cached_property
     def rows(self) -> tuple[LineRow, ...]:
-        """The segments in the template's order."""
-        return tuple(
+        """The segments in the template's order, behind them the areas: how long their swaths are the plan will say."""
+        lines = (
             LineRow(segment.id, plain(segment.label or segment.id), self.lengths_m[segment.id])
             for segment in self.template.segments
         )
+        return (*lines, *(LineRow(area.id, plain(area.id), math.nan) for area in self.template.areas))
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,16 +81,17 @@ class PathView:
 
     @classmethod
     def of(cls, trajectory: Trajectory, template: TemplateView | None, report: PlanReport | None = None) -> PathView:
-        """Sample every segment; one is painted if it has the id of a template segment.
+        """Sample every segment; one is painted if the template has it, or an area of which it is a swath.
 
         Without a template its label tells. Raises ValueError when a curve makes no sense.
         """
         segments = trajectory.path.segments
         lengths = template.lengths_m if template else {}
-        driven = tuple(segment.id not in lengths if lengths else segment.label in PLAIN_LABELS for segment in segments)
+        paints = template.template.paints if template else None
+        driven = tuple(not paints(each.id) if paints else each.label in PLAIN_LABELS for each in segments)
         rows = tuple(
-            LineRow(segment.id, plain(segment.label or segment.id), lengths.get(segment.id, math.nan))
-            for segment, transition in zip(segments, driven, strict=True)
+            LineRow(each.id, plain(each.label or each.id), lengths.get(each.id, _swath_m(each) if paints else math.nan))
+            for each, transition in zip(segments, driven, strict=True)
             if not transition
         )
         lines = tuple(
@@ -118,6 +121,11 @@ class JobView:
 
 
 NOTHING = JobView()
+
+
+def _swath_m(segment: Segment) -> float:
+    """Length of a swath of an area: that of the robot's path along it."""
+    return Curve.from_message(segment.curve).length_m
 
 
 def sample(curves: list[Curve]) -> Polyline:

@@ -129,8 +129,8 @@ class MapView(Widget, can_focus=True):
         template, path, status = state.template, state.path, state.robot.status
         current, paints = EMPTY, False
         if state.busy and status:
-            paints = bool(template and status.segment_id in template.lines)
-            if template and paints:
+            paints = bool(template and template.template.paints(status.segment_id))
+            if template and status.segment_id in template.lines:
                 current = template.lines[status.segment_id]
             elif path and status.segment_index < len(path.lines):
                 current = path.lines[status.segment_index]

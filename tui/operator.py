@@ -113,6 +113,8 @@ class Operator:
         """Take a template into view."""
         self.state.choose_template(template, text)
         size = f"{len(template.segments)} lines, {format.length(template.length_m)} of paint"
+        if template.areas:
+            size += f", {len(template.areas)} areas, {template.area_m2:.0f} m²"
         self.state.note(INFO, "console", f"Template {plain(template.name)}: {size}")
 
     def may_prepare(self, what: str, *, needs_template: bool) -> bool:

@@ -181,7 +181,8 @@ def _plan_lines(state: ConsoleState) -> list[Content]:
     report = state.path.report if state.path else None
     if report:
         # The plan's own figure is the axle's way, which on arcs is not the line's length.
-        painted_m = state.template.template.length_m if state.template else report.paint_length_m
+        drawn = state.template.template if state.template else None
+        painted_m = drawn.length_m if drawn and not drawn.areas else report.paint_length_m
         lines += [
             _row(
                 "paint",

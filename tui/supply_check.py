@@ -17,11 +17,13 @@ def of_job(state: ConsoleState) -> Supplies:
 
 
 def _report(state: ConsoleState) -> PlanReport | None:
-    """The plan's own figures; of a plan that another console made, the paint that the template's lines take."""
+    """The plan's own figures; of another console's plan the paint that lines and areas take."""
     if state.path is None:
         return None
     if state.path.report is not None:
         return state.path.report
     if state.template is None:
         return None
-    return PlanReport(paint_l=state.vehicle.tool.paint_l_per_m * state.template.template.length_m)
+    template, vehicle = state.template.template, state.vehicle
+    painted_m = template.length_m + template.area_m2 / vehicle.tool.spray_width_m
+    return PlanReport(paint_l=vehicle.tool.paint_l_per_m * painted_m)

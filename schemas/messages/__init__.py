@@ -25,6 +25,8 @@ from touchline.schemas.messages.standard import (
     Vector3,
 )
 from touchline.schemas.messages.touchline import (
+    ActuatorCommand,
+    ActuatorExtremes,
     CommandRequest,
     CommandResponse,
     EstimatorStatus,
@@ -58,7 +60,6 @@ from touchline.schemas.messages.touchline import (
     TraversalReport,
     TraversalStatus,
     TrueCoverage,
-    WheelCommand,
 )
 from touchline.schemas.messages.turf_tank import (
     Actuation,
@@ -83,6 +84,8 @@ from touchline.schemas.messages.turf_tank import (
 __all__ = [
     "Actuation",
     "ActuationProfile",
+    "ActuatorCommand",
+    "ActuatorExtremes",
     "Arc",
     "BatteryState",
     "Clock",
@@ -153,5 +156,4 @@ __all__ = [
     "Velocity",
     "VelocityProfile",
     "VelocityType",
-    "WheelCommand",
 ]

@@ -9,13 +9,13 @@ from touchline.schemas.messages.standard import DiagnosticArray, Header
 from touchline.schemas.messages.turf_tank import Trajectory
 
 
-class WheelCommand(Message):
-    """Commanded wheel rates."""
+class ActuatorCommand(Message):
+    """What the drive's actuators are told: of each ``names`` one of ``values``, in rad/s or rad as its drive says."""
 
-    ros_type: ClassVar[str] = "touchline_msgs/msg/WheelCommand"
+    ros_type: ClassVar[str] = "touchline_msgs/msg/ActuatorCommand"
     header: Header = Header()
-    left_radps: float = 0.0
-    right_radps: float = 0.0
+    names: tuple[str, ...] = ()
+    values: Float64Array = zeros(0)
 
 
 class GnssStatus(Message):
@@ -249,7 +249,8 @@ class PlanOptions(Message):
     ``start`` is empty or (x m, y m, heading rad) in the map frame. ``order`` is "optimised" (also if empty) or "given".
     Curvature and sharpness of 0 leave both to the wheels' dynamics, point by point. Wet paint is kept off
     ``drying_time_s`` long: at the cost of some time, or, if ``hard_drying``, without exception. The robot stops behind
-    the last line, at the pose ``end`` if that is given, or, if it shall ``return_to_start``, where it began.
+    the last line, at the pose ``end`` if that is given, or, if it shall ``return_to_start``, where it began. Areas are
+    covered by ``area_method``.
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/msg/PlanOptions"
@@ -265,6 +266,21 @@ class PlanOptions(Message):
     hard_drying: bool = False
     return_to_start: bool = False
     end: Annotated[Float64Array, Field(max_length=3)] = zeros(0)
+    area_method: str = ""
+
+
+class ActuatorExtremes(Message):
+    """The most that a plan asks of an actuator: of its ``quantity``, in ``unit``, and of how fast that changes.
+
+    ``max_rate`` is per second, and infinite where curvature steps.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/ActuatorExtremes"
+    name: str = ""
+    quantity: str = ""
+    unit: str = ""
+    max: float = 0.0
+    max_rate: float = 0.0
 
 
 class PlanReport(Message):
@@ -286,8 +302,7 @@ class PlanReport(Message):
     transitions: UInt32 = 0
     max_curvature_1pm: float = 0.0
     max_sharpness_1pm2: float = 0.0
-    max_wheel_speed_radps: float = 0.0
-    max_wheel_acceleration_radps2: float = 0.0
+    actuators: tuple[ActuatorExtremes, ...] = ()
     position_gap_m: float = 0.0
     heading_gap_rad: float = 0.0
     planning_time_s: float = 0.0
@@ -405,21 +420,17 @@ class FollowerStepRequest(Message):
     speed_mps: float = 0.0
     yaw_rate_radps: float = 0.0
     reference_speed_mps: float = 0.0
-    left_radius_m: float = 0.0
-    right_radius_m: float = 0.0
-    left_command_radps: float = 0.0
-    right_command_radps: float = 0.0
     ahead_speed_mps: Float64Array = zeros(0)
     ahead_yaw_rate_radps: Float64Array = zeros(0)
 
 
 class FollowerStepResponse(Message):
-    """Wheel speeds (rad/s) until the next tick, and the ``step`` that they answer."""
+    """The wanted twist of the body until the next tick, and the ``step`` that it answers."""
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/FollowerStep_Response"
     step: UInt64 = 0
-    left_radps: float = 0.0
-    right_radps: float = 0.0
+    speed_mps: float = 0.0
+    yaw_rate_radps: float = 0.0
 
 
 class RecordRequest(Message):

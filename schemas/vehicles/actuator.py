@@ -13,6 +13,7 @@ class Actuator(NamedTuple):
         rate: What its change over time is called: ``"wheel acceleration"``; its unit is that per second.
         limit: The largest absolute value.
         rate_limit: The largest absolute change, per second.
+        joint: Its name among the joint states.
     """
 
     name: str
@@ -21,3 +22,4 @@ class Actuator(NamedTuple):
     rate: str
     limit: float
     rate_limit: float
+    joint: str

@@ -87,7 +87,8 @@ class DifferentialDrive(DriveSpec):
         """The left and the right wheel."""
         limits = self.max_wheel_speed_radps, self.max_wheel_acceleration_radps2
         return tuple(
-            Actuator(side, "wheel speed", "rad/s", "wheel acceleration", *limits) for side in ("left", "right")
+            Actuator(side, "wheel speed", "rad/s", "wheel acceleration", *limits, f"{side}_wheel")
+            for side in ("left", "right")
         )
 
     @property

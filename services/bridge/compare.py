@@ -8,6 +8,7 @@ from pathlib import Path
 from touchline.services.bridge.alignment import Alignment
 from touchline.services.bridge.channels import present_path, recorded_paths, topic_at
 from touchline.services.bridge.differences import unequal_fields
+from touchline.services.bridge.former_types import presented
 from touchline.services.bridge.output import RecordingError
 from touchline.services.bridge.reader import RecordingReader
 from touchline.services.bridge.recorded import Recorded, RecordingKind
@@ -247,7 +248,7 @@ def compare(left: Path, right: Path, topics: Collection[str] | None = None) -> C
     ended: list[int] = []
     waiting_bytes = shift_ns = 0
     wanted = None if topics is None else {path for name in topics for path in recorded_paths(name)}
-    for side, message in _alternating([reader.messages(wanted) for reader in readers]):
+    for side, message in _alternating([map(presented, reader.messages(wanted)) for reader in readers]):
         if message is None:
             ended.append(side)
             for topic in going.values():

@@ -8,6 +8,7 @@ from pathlib import Path
 from touchline.schemas.topics import Topic
 from touchline.schemas.wellformed import Wellformed
 from touchline.services.bridge.channels import namespace_at, robots_among, schema_text, topic_at
+from touchline.services.bridge.former_types import presented
 from touchline.services.bridge.reader import RecordingReader
 from touchline.services.bridge.recorded import RecordingKind
 from touchline.services.bridge.schema_change import schema_change
@@ -101,7 +102,7 @@ class Timeline:
         """
         times: dict[str, _RobotTime] = {}
         at_ns = 0
-        for message in self.reader.messages():
+        for message in map(presented, self.reader.messages()):
             known = self._topic(message.topic, message.kind)
             if known is None or known[2].problem(message.payload):
                 self.skipped += 1

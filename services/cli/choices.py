@@ -11,7 +11,7 @@ from touchline.schemas.errors import SpecError
 from touchline.schemas.fleet import Fleet
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.onboard import OnboardConfig
-from touchline.schemas.plugins import EXTERNAL, FOLLOWERS, METHODS
+from touchline.schemas.plugins import AREA_METHODS, EXTERNAL, FOLLOWERS, METHODS
 from touchline.schemas.scenario import MAX_SEED, Noise, Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import Spec, parse, read_text
@@ -34,12 +34,15 @@ class PlanChoice:
     method: Annotated[str, PluginOption("--method", METHODS, "METHOD", "How painted lines are joined")] = (
         METHODS.default
     )
+    area_method: Annotated[str, PluginOption("--area-method", AREA_METHODS, "METHOD", "How areas are covered")] = (
+        AREA_METHODS.default
+    )
     kappa_max: Annotated[
         float,
         typer.Option(
             "--kappa-max",
             metavar="1/M",
-            help="Largest curvature of a turn, 1/m; 0: what the wheels allow.",
+            help="Largest curvature of a turn, 1/m; 0: as the method has it.",
             show_default=False,
         ),
     ] = 0.0
@@ -48,7 +51,7 @@ class PlanChoice:
         typer.Option(
             "--sigma-max",
             metavar="1/M²",
-            help="Largest sharpness dκ/ds, 1/m²; 0: what the wheels allow.",
+            help="Largest sharpness dκ/ds, 1/m²; 0: as the method has it.",
             show_default=False,
         ),
     ] = 0.0
@@ -91,6 +94,7 @@ class PlanChoice:
                 raise SpecError("command line", option, f"is {value}", "give a positive number, or leave it out")
         return PlanOptions(
             method=self.method,
+            area_method=self.area_method,
             kappa_max_1pm=self.kappa_max,
             sigma_max_1pm2=self.sigma_max,
             paint_speed_mps=self.paint_speed,

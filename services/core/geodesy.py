@@ -57,7 +57,14 @@ def _from_ecef(x: float, y: float, z: float) -> tuple[float, float, float]:
 
 @kernel
 def to_geodetic(frame: Floats, east_m: float, north_m: float, up_m: float) -> tuple[float, float, float]:
-    """(latitude [°], longitude [°], height above the ellipsoid [m]) of a local point."""
+    """(latitude [°], longitude [°], height above the ellipsoid [m]) of a local point.
+
+    Args:
+        frame: (FRAME_SIZE,) as `local_frame` makes it.
+        east_m: In the frame.
+        north_m: In the frame.
+        up_m: In the frame.
+    """
     outward = frame[_COS_LAT] * up_m - frame[_SIN_LAT] * north_m
     geodetic: tuple[float, float, float] = _from_ecef(
         frame[_X] + frame[_COS_LON] * outward - frame[_SIN_LON] * east_m,
@@ -69,7 +76,14 @@ def to_geodetic(frame: Floats, east_m: float, north_m: float, up_m: float) -> tu
 
 @kernel
 def to_local(frame: Floats, latitude_deg: float, longitude_deg: float, altitude_m: float) -> tuple[float, float, float]:
-    """(east, north, up) [m] of a geodetic point."""
+    """(east, north, up) [m] of a geodetic point.
+
+    Args:
+        frame: (FRAME_SIZE,) as `local_frame` makes it.
+        latitude_deg: WGS 84.
+        longitude_deg: WGS 84.
+        altitude_m: Height above the ellipsoid.
+    """
     x, y, z = _to_ecef(math.radians(latitude_deg), math.radians(longitude_deg), altitude_m)
     x, y, z = x - frame[_X], y - frame[_Y], z - frame[_Z]
     outward = frame[_COS_LON] * x + frame[_SIN_LON] * y

@@ -103,9 +103,9 @@ class Kernel(CPUDispatcher):
     every constant that it is called with, as a type of its own: half of the robot's first start.
     """
 
-    def __init__(self, function: Callable[..., Any]) -> None:
-        """Nothing is compiled before the first call."""
-        super().__init__(function, targetoptions={"nopython": True, "error_model": "numpy"})
+    def __init__(self, function: Callable[..., Any], *, counting: bool = True) -> None:
+        """Nothing is compiled before the first call; `counting` references to arrays, or only borrowing them."""
+        super().__init__(function, targetoptions={"nopython": True, "error_model": "numpy", "_nrt": counting})
         self._cache: Any = _Cache(function)  # type: ignore[no-untyped-call]
         self._parts: dict[tuple[Any, ...], Any] = {}
 
@@ -155,6 +155,15 @@ class Kernel(CPUDispatcher):
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile a function for the types that it is called with, once it is."""
     return Kernel(function)
+
+
+def borrowing(function: Callable[..., Any]) -> Any:
+    """As `kernel`, for a function that makes no arrays and returns none, but only borrows what it is given.
+
+    Any other counts a reference whenever it takes an array out of a record, which in short kernels takes longer than
+    what they do.
+    """
+    return Kernel(function, counting=False)
 
 
 class KernelOfClass(Kernel):

@@ -53,6 +53,16 @@ def _hash(seed: int, stream: int, tick: int, channel: int) -> np.uint64:
 
 
 @kernel
+def whole(seed: int, counter: int, below: int) -> int:
+    """A whole number in 0 … `below` − 1, or 0: from number `counter` + 1 of SplitMix64's sequence that `seed` begins.
+
+    The remainder of 53 bits is even to one part in 2⁵³ / `below`.
+    """
+    word = _mix(np.uint64(seed) + np.uint64(counter + 1) * _GOLDEN)
+    return int((word >> _S11) % np.uint64(max(below, 1)))
+
+
+@kernel
 def uniform(seed: int, stream: int, tick: int, channel: int) -> float:
     """Draw from [0, 1) for this key: the top 53 bits of its hash."""
     return float(_hash(seed, stream, tick, channel) >> _S11) * _UNIT

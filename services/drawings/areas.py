@@ -1,4 +1,4 @@
-"""Areas of a drawing as strokes."""
+"""Fills the coloured areas of a drawing with strokes."""
 
 import math
 from collections.abc import Sequence

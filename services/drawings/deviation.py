@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from touchline.schemas.curves import Curve
-from touchline.services.drawings.arcs import columns, distances
+from touchline.services.drawings.arc_columns import columns, distances
 from touchline.services.drawings.outline import Floats, Piece, Smooth
 
 #: Points times curves that are looked at one by one; of more, the curves near by are looked up.

@@ -1,4 +1,4 @@
-"""Smooth curves as lines and arcs, which is all that the robot drives: biarcs, with the curve's own tangents.
+"""Fits biarcs to smooth curves, by the curve's own tangents: lines and arcs are all that the robot drives.
 
 Where a biarc strays further than the tolerance its span is halved.
 """
@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from touchline.schemas.curves import Curve
-from touchline.services.drawings.arcs import COINCIDENT_M, Complexes, biarcs, curves_of, distances, lines
+from touchline.services.drawings.arc_columns import COINCIDENT_M, Complexes, biarcs, curves_of, distances, lines
 from touchline.services.drawings.outline import Floats, Outline, Smooth
 
 #: How far the fit may be from the curve, and the share of it that spans may use up between the samples looked at.

@@ -1,4 +1,4 @@
-"""Areas as parallel strokes, as wide as the nozzle sprays."""
+"""Fills areas with parallel strokes, as wide as the nozzle sprays, that never leave them."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Drawings from other programs as templates."""
+"""Imports drawings of other programs (SVG, DXF) as templates."""
 
 import itertools
 import math

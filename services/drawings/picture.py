@@ -5,7 +5,7 @@ from html import escape
 
 import numpy as np
 
-from touchline.schemas.template import Template, TemplateSegment
+from touchline.schemas.template import Area, Template, TemplateSegment
 
 GRASS, PAINT, INK = "#3f7d3a", "#ffffff", "#26332a"
 WIDTH_PX, MARGIN_SHARE, TITLE_PX, THINNEST_PX = 900.0, 0.04, 30.0, 0.6
@@ -21,6 +21,9 @@ def picture(template: Template) -> str:
     # A line thinner than this would not be seen: drawn wider than to scale.
     stroke = max(template.line_width_m * scale, THINNEST_PX)
     paths = "\n".join(f'<path d="{_path(segment, low, high, scale)}"/>' for segment in template.segments)
+    areas = "".join(f'<path d="{_rings(area, low, high, scale)}"/>\n' for area in template.areas)
+    if areas:
+        areas = f'<g fill="{PAINT}" fill-rule="evenodd">\n{areas}</g>\n'
     title = escape(template.title or template.name)
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height + TITLE_PX:.0f}" '
@@ -29,13 +32,13 @@ def picture(template: Template) -> str:
         f'fill="{INK}">{title}</text>\n'
         f'<g transform="translate(0 {TITLE_PX:.0f})">\n'
         f'<rect width="{width:.2f}" height="{height:.2f}" fill="{GRASS}"/>\n'
-        f'<g fill="none" stroke="{PAINT}" stroke-width="{stroke:.3f}">\n{paths}\n</g>\n</g>\n</svg>\n'
+        f'{areas}<g fill="none" stroke="{PAINT}" stroke-width="{stroke:.3f}">\n{paths}\n</g>\n</g>\n</svg>\n'
     )
 
 
 def bounds(template: Template) -> tuple[np.ndarray, np.ndarray]:
-    """Lowest and highest (x, y) of the strokes' centres, m."""
-    points = []
+    """Lowest and highest (x, y) of the strokes' centres and of the areas, m."""
+    points = [np.array(area.outline) for area in template.areas]
     for segment in template.segments:
         curve = segment.curve()
         count = 2 if curve.curvature_1pm == 0 else 65
@@ -43,6 +46,12 @@ def bounds(template: Template) -> tuple[np.ndarray, np.ndarray]:
         points.append(np.column_stack((x, y)))
     every = np.concatenate(points)
     return every.min(axis=0), every.max(axis=0)
+
+
+def _rings(area: Area, low: np.ndarray, high: np.ndarray, scale: float) -> str:
+    """The outline and the holes."""
+    rings = ((np.array(ring) - (low[0], high[1])) * (scale, -scale) for ring in (area.outline, *area.holes))
+    return "".join(f"M{'L'.join(f'{x:.3f} {y:.3f}' for x, y in ring.tolist())}Z" for ring in rings)
 
 
 def _path(segment: TemplateSegment, low: np.ndarray, high: np.ndarray, scale: float) -> str:

@@ -1,4 +1,4 @@
-"""Drawn lines again with few, long lines and arcs that meet with one heading wherever the drawing allows it.
+"""Fits as few lines and arcs as possible to a chain of them, tangent to one another where the drawing allows it.
 
 A chain of lines and arcs is cut at some of its joints; between two of these comes one line, one arc, a biarc, or two
 lines that meet in a corner. Of all such ways that stay within the tolerance, dynamic programming finds the one of the
@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from touchline.schemas.curves import Curve, along, wrap_angle
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.drawings.arcs import (
+from touchline.services.drawings.arc_columns import (
     COINCIDENT_M,
     COLUMNS,
     Bools,

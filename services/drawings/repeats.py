@@ -1,4 +1,4 @@
-"""Outlines that lie on others: painted once is enough."""
+"""Finds outlines that lie on others, which are painted once."""
 
 import math
 from collections import defaultdict

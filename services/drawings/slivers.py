@@ -1,4 +1,4 @@
-"""Curves too short or too tight for a template, bridged by straight lines that stray by half a shortest line at most.
+"""Bridges curves too short or too tight for a template by straight lines, within half a shortest line of them.
 
 Walk along the curve with a stick as long as the shortest line. One end of it lies at v, within half a stick of where
 the curve is; turn the other one towards the curve's first point p further from v than half a stick. What comes before p
@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from touchline.schemas.curves import Curve
 from touchline.schemas.template import MIN_LENGTH_M
-from touchline.services.drawings.arcs import Complexes
+from touchline.services.drawings.arc_columns import Complexes
 from touchline.services.drawings.outline import Floats
 
 Indices = npt.NDArray[np.intp]

@@ -1,4 +1,4 @@
-"""What of an outline is painted: its lines, a single one in place of two that lie on each other, a dot, or nothing."""
+"""Decides what of an outline is painted: its lines, one line in place of two that nearly coincide, a dot, nothing."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from touchline.schemas.curves import Curve
-from touchline.services.drawings.arcs import COINCIDENT_M
+from touchline.services.drawings.arc_columns import COINCIDENT_M
 from touchline.services.drawings.detail import Detail
 from touchline.services.drawings.deviation import distance_m, sampled
 from touchline.services.drawings.fit import fit_outline

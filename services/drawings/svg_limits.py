@@ -1,4 +1,4 @@
-"""What an SVG file may ask for before it is read: copies of copies grow without end, and so do entities."""
+"""Refuses SVG files that would grow beyond all limits when they are read: by copies of copies, or by entities."""
 
 from pathlib import Path
 from xml.parsers import expat

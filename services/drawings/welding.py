@@ -1,4 +1,4 @@
-"""Chains without dust: what is shorter than anybody can see goes, and its neighbours meet where it was."""
+"""Removes the shortest pieces of a chain of curves and lets their neighbours meet where they were."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -9,10 +9,10 @@ from touchline.schemas.curves import Curve
 
 
 def welded(curves: Sequence[Curve], closed: bool, least_m: float) -> list[Curve]:
-    """``curves`` (connected) without those shorter than ``least_m``, each beginning where the one before ends.
+    """Connected curves without those shorter than ``least_m`` (m), each beginning where the one before ends.
 
-    Dust that leads further than ``least_m`` becomes a line; a closed chain stays closed. The first one begins, and
-    the last one ends, where they did. Curves that have no dust beside them stay as they are.
+    Short ones that together lead further than ``least_m`` become a line; a closed chain stays closed. The first one
+    begins, and the last one ends, where they did. Curves that have no short one beside them stay as they are.
     """
     if all(curve.length_m >= least_m for curve in curves):
         return list(curves)

@@ -147,7 +147,9 @@ class Onboard:
         buffer = estimator.buffer
         if job is None or not self._traversal.nominal or not buffer.imu_tick == buffer.encoder_tick == tick:
             return None
-        course = CourseArrays(self._hazards.fence_arrays, job.sprayer.switches, job.driver.leg_arrays)
+        course = CourseArrays(
+            self._hazards.fence_arrays, job.sprayer.switches, job.driver.leg_arrays, self._estimator.drive
+        )
         return Nominal(self._state.array, course, self._follower, job.driver.now)
 
     def driven(self, tick: int) -> Command:

@@ -24,14 +24,13 @@ from touchline.services.onboard.interface import (
     Command,
     SensorFrame,
 )
+from touchline.services.onboard.tracking_state import NOW
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 FLOW_WINDOW_TICKS = 50
 """Over which the flow of paint is judged."""
-NOW = 10
-"""Numbers that the follower is told about the present; `trajectory/path_projection` names them."""
 
 
 class FrameState(Record):
@@ -78,23 +77,24 @@ class CommandState(Record):
 class SampleBuffer(Record):
     """The newest samples, and what they are compared with."""
 
-    radius_m: float
-    """Of the wheels."""
     imu_tick: int = -1
     """In which the newest sample of the IMU was measured; −1 before the first."""
     encoder_tick: int = -1
     mag_tick: int = -1
     still_ticks: int
-    """For how long no wheel has turned."""
+    """For how long nothing of the drive has moved."""
     accel_mps2: float
     """The newest forward acceleration."""
-    rates_radps: Annotated[Floats, 2]
-    """The newest rates of the wheels (left, right)."""
-    angles_rad: Annotated[Floats, 2]
+    measured: Annotated[Floats, ACTUATORS]
+    """What each actuator does, in the unit of its command."""
+    angles_rad: Annotated[Floats, ACTUATORS]
+    """The newest readings of their encoders."""
+    turned_rad: Annotated[Floats, ACTUATORS]
+    """Since the readings before."""
     reading: Annotated[Floats, 6]
     """The newest sample of the IMU, gyro and accelerometer."""
-    rates_then_radps: Annotated[Floats, 2]
-    """The wheels' rates when the IMU last said something new."""
+    measured_then: Annotated[Floats, ACTUATORS]
+    """What the actuators did when the IMU last said something new."""
 
 
 class FilterState(Record):
@@ -146,9 +146,13 @@ class SafetyFindings(Record):
     """What the failsafe keeps from tick to tick, and what it has found."""
 
     fence_timeout_s: float
-    lag: float
-    """Share of the way to its command that a wheel makes in a tick."""
-    max_step_radps: float
+    lag_share: Annotated[Floats, ACTUATORS]
+    """Share of the way to its command that an actuator makes in a tick."""
+    max_step: Annotated[Floats, ACTUATORS]
+    """By how much it changes in a tick at most."""
+    tolerance: Annotated[Floats, ACTUATORS]
+    tolerance_share: Annotated[Floats, ACTUATORS]
+    """By how much it may differ from what is expected: the larger of both."""
     nominal_l: float
     """Paint through the open valve in a tick."""
     settle_ticks: int
@@ -160,10 +164,10 @@ class SafetyFindings(Record):
     """For how long the body has been beyond the fence."""
     unheard_s: float
     """For how long the operator has not been heard."""
-    expected_radps: Annotated[Floats, 2]
-    """Of the wheels, by their commands."""
-    astray_s: Annotated[Floats, 2]
-    """For how long each wheel has not turned so."""
+    expected: Annotated[Floats, ACTUATORS]
+    """What the actuators should do by their commands."""
+    astray_s: Annotated[Floats, ACTUATORS]
+    """For how long each has done something else."""
     tank_l: float = math.nan
     flow_l: Annotated[Floats, FLOW_WINDOW_TICKS]
     """Ring of what has left the tank in each tick."""
@@ -228,12 +232,10 @@ class LegState(Record):
     nozzle_y_m: float
     fine_rows: int
     """Rows of the path ahead that are a tick apart; later ones are COARSE_TICKS apart."""
-    wheel_radius_m: float
-    track_width_m: float
     half_tick_share: float
-    """Share of the way to the command that the motors make in half a tick."""
+    """Share of the way to the command that the actuators make in half a tick."""
     now: Annotated[Floats, NOW]
-    """Errors and references; the robot's own twist, radii and commands are filled in by others."""
+    """Errors, references and the robot's own motion, laid out as in `tracking_state`."""
 
 
 class TraversalClock(Record):

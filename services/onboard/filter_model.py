@@ -10,7 +10,7 @@ States (index, unit; "tick" is the 10 ms period):
 | YAW_RATE | rad/s, mean of the last tick | random walk | largest yaw acceleration of the wheels |
 | GYRO_BIAS | rad/s | random walk | data sheet: turn-on bias, bias walk |
 | ACCEL_BIAS | m/s² | random walk; holds gravity's part too, and turns with it on a slope | data sheet |
-| LEFT_SLIP, RIGHT_SLIP | – | Gauss-Markov about its mean: ground speed = wheel speed·r·(1 − slip) | grass |
+| ODOMETRY_ERROR (2) | by the drive | Gauss-Markov about its mean: slip, of wheels | grass |
 | MAG_BIAS | rad | Gauss-Markov plus a walk with rotation (hard iron moves with heading) | data sheet |
 | GNSS_EAST, GNSS_NORTH | m | Gauss-Markov: the slow part of the RTK error | quantiles of a moving receiver |
 
@@ -18,8 +18,8 @@ The slow GNSS error is what keeps the filter honest: averaging a hundred fixes d
 millimetre when their errors are the same error.
 
 Beside the states five figures are learned that change too slowly to be states (`estimation/calibration`): the slope of
-the ground (two), the bias of the accelerometer's left axis, and the mean slip of each wheel, which holds its radius
-error.
+the ground (two), the bias of the accelerometer's left axis, and the means of the two errors of odometry:
+the slip of a wheel, which holds its radius error.
 """
 
 from __future__ import annotations
@@ -33,8 +33,7 @@ SPEED: Final = 3
 YAW_RATE: Final = 4
 GYRO_BIAS: Final = 5
 ACCEL_BIAS: Final = 6
-LEFT_SLIP: Final = 7
-RIGHT_SLIP: Final = 8
+ODOMETRY_ERROR: Final = 7  # two, of the drive
 MAG_BIAS: Final = 9
 GNSS_EAST: Final = 10
 GNSS_NORTH: Final = 11
@@ -46,21 +45,18 @@ RING: Final = 64
 # One tick's measurements other than GNSS, kept in the ring for replay; nan where there is none.
 IN_GYRO: Final = 0  # rad/s, mean of the tick
 IN_ACCEL: Final = 1  # m/s², mean of this tick and the one before: what the mean speed changed by
-IN_LEFT: Final = 2  # m/s, nominal rim speed, mean of the tick
-IN_RIGHT: Final = 3
-IN_STILL: Final = 4  # 1 while no wheel has turned for a while
+IN_ODOMETRY: Final = 2  # two, of the drive, means of the tick: nominal rim speeds [m/s]
+IN_STILL: Final = 4  # 1 while nothing of the drive has moved for a while
 IN_MAG: Final = 5  # rad, magnetic heading
-IN_SPAN: Final = 6  # ticks over which IN_LEFT and IN_RIGHT are means
+IN_SPAN: Final = 6  # ticks over which those of IN_ODOMETRY are means
 IN_SIDE: Final = 7  # m/s², of the accelerometer's left axis
 # What the tick is run with of that which is learned beside the states; nan before the filter has started.
 IN_RISE_EAST: Final = 8  # m/s²: gravity times the ground's rise over run
 IN_RISE_NORTH: Final = 9
 IN_RISE_VAR: Final = 10  # (m/s²)², of both axes together
-IN_LEFT_MEAN: Final = 11  # slip
-IN_RIGHT_MEAN: Final = 12
-IN_LEFT_SMOOTH: Final = 13  # m/s, nominal rim speed that slip is a share of
-IN_RIGHT_SMOOTH: Final = 14
-IN_REFUSED: Final = 15  # ticks in a row, up to this one, in which the wheels' readings were rejected
+IN_ERROR_MEAN: Final = 11  # two: about which the errors of odometry vary
+IN_SMOOTH: Final = 13  # two, of the drive: what the errors of odometry are a share of
+IN_REFUSED: Final = 15  # ticks in a row, up to this one, in which the encoders' readings were rejected
 IN_ROUGH: Final = 16  # (m/s²)², mean square step of IN_ACCEL over the last ticks
 IN_DISPUTED: Final = 17  # ticks in a row, up to this one, in which the accelerometer contradicted wheels that stand
 INPUTS: Final = 18
@@ -75,9 +71,8 @@ P_BIAS_NORTH: Final = 5
 P_EAST: Final = 6
 P_EAST_NORTH: Final = 7
 P_NORTH: Final = 8
-LEFT_MEAN: Final = 9  # slip
-RIGHT_MEAN: Final = 10
-MEAN_VAR: Final = 11  # left, right
+ERROR_MEAN: Final = 9  # two: about which the errors of odometry vary
+MEAN_VAR: Final = 11  # two
 SLOW: Final = 13
 
 # One fix in the ring.
@@ -89,35 +84,32 @@ FIX_AFTER: Final = 4  # s from the slot's tick to the stamp
 FIXES: Final = 5
 
 # Noise figures and constants, see `estimation/noise`.
-C_TRACK: Final = 0
-C_ANTENNA_X: Final = 1
-C_ANTENNA_Y: Final = 2
-C_Q_SPEED: Final = 3  # variance added per tick
-C_Q_YAW: Final = 4
-C_Q_GYRO_BIAS: Final = 5
-C_Q_ACCEL_BIAS: Final = 6
-C_SLIP_DECAY: Final = 7
-C_SLIP_VAR: Final = 8
-C_MAG_DECAY: Final = 9
-C_MAG_VAR: Final = 10
-C_GM_DECAY: Final = 11
-C_GM_VAR: Final = 12
-C_R_GYRO: Final = 13
-C_R_ENCODER: Final = 14
-C_R_MAG: Final = 15
-C_R_GNSS: Final = 16
-C_Q_SIDE: Final = 17  # m² of side slip per metre travelled
-C_R_ENCODER_TURN: Final = 18  # relative, of the wheel's share of the turn (track width error)
-C_SIDE_SLIP: Final = 19  # rad of slip angle per m/s² of lateral acceleration
-C_MAST: Final = 20  # s²: height of the antenna over gravity
-C_RISE_VAR: Final = 21  # (m/s²)²: at the start
-C_Q_RISE: Final = 22  # per metre
-C_SIDE_BIAS_VAR: Final = 23
-C_Q_SIDE_BIAS: Final = 24  # per tick
-C_R_SIDE: Final = 25
-C_MEAN_SLIP_VAR: Final = 26
-C_R_MEAN_SLIP: Final = 27  # of one fix's slip as a sample of the mean
-FIGURES: Final = 28
+C_ANTENNA_X: Final = 0
+C_ANTENNA_Y: Final = 1
+C_Q_SPEED: Final = 2  # variance added per tick
+C_Q_YAW: Final = 3
+C_Q_GYRO_BIAS: Final = 4
+C_Q_ACCEL_BIAS: Final = 5
+C_SLIP_DECAY: Final = 6
+C_SLIP_VAR: Final = 7
+C_MAG_DECAY: Final = 8
+C_MAG_VAR: Final = 9
+C_GM_DECAY: Final = 10
+C_GM_VAR: Final = 11
+C_R_GYRO: Final = 12
+C_R_MAG: Final = 13
+C_R_GNSS: Final = 14
+C_Q_SIDE: Final = 15  # m² of side slip per metre travelled
+C_MAST: Final = 16  # s²: height of the antenna over gravity
+C_RISE_VAR: Final = 17  # (m/s²)²: at the start
+C_Q_RISE: Final = 18  # per metre
+C_SIDE_BIAS_VAR: Final = 19
+C_Q_SIDE_BIAS: Final = 20  # per tick
+C_R_SIDE: Final = 21
+C_MEAN_SLIP_VAR: Final = 22
+C_R_MEAN_SLIP: Final = 23  # of one fix's slip as a sample of the mean
+C_SIDE_SLIP: Final = 24  # rad of slip angle per m/s² of lateral acceleration
+FIGURES: Final = 25
 
 # Counters the kernel keeps.
 N_FIXES: Final = 0

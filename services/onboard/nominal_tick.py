@@ -8,7 +8,7 @@ a tick needs a decision, `steer` says so and has changed nothing beyond what the
 
 from __future__ import annotations
 
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +16,10 @@ from numpy.typing import NDArray
 from touchline.schemas.messages import Actuation
 from touchline.services.core.arrays import copy
 from touchline.services.core.jit import kernel
+from touchline.services.onboard import tracking_state as tracking
 from touchline.services.onboard.computer_state import Computer
 from touchline.services.onboard.control.path_tracker import has_arrived, nozzle_m, observe
+from touchline.services.onboard.drives.onboard_drive import command as drive_command
 from touchline.services.onboard.estimation.filter import take_frame
 from touchline.services.onboard.executive.failsafe import NOTHING, FenceArrays, judge_safety
 from touchline.services.onboard.executive.localization_monitor import (
@@ -46,11 +48,13 @@ class CourseArrays(NamedTuple):
         fence: Round it.
         switches: What is sprayed where.
         leg: That the robot is on.
+        drive: Figures of the drive.
     """
 
     fence: FenceArrays
     switches: Switches
     leg: LegArrays
+    drive: Any
 
 
 @kernel
@@ -62,9 +66,9 @@ def perceive(tick: int, fixes: Floats, count: int, computer: Computer, course: C
         fixes: (n, FIX_COLUMNS) that arrived in it.
         count: How many of them count.
         computer: (1,) with the frame, updated.
-        course: Its fence.
+        course: Its fence and drive.
     """
-    take_frame(tick, fixes, count, computer)
+    take_frame(tick, fixes, count, course.drive, computer)
     judge_pose(tick, computer)
     judge_safety(tick, computer, course.fence)
 
@@ -88,11 +92,11 @@ def steer(computer: Computer, course: CourseArrays, saved: Floats) -> int:
     before = leg.arc_m, leg.piece, leg.entry, leg.speed_mps
     copy(leg.now, saved)
     leg.back_to_m = 0.0
-    observe(computer)
+    observe(course.drive, computer)
     track(computer, course.leg, FORWARD, t.MODE_PROFILE)
-    place_m, speed_mps, switches = nozzle_m(computer), leg.now[t.SPEED], course.switches
+    place_m, speed_mps, switches = nozzle_m(computer), leg.now[tracking.SPEED], course.switches
     forbidden = due(switches, computer, place_m, speed_mps) and (
-        speaks_against_painting(computer, leg.now[t.NOZZLE_LATERAL]) != GOOD
+        speaks_against_painting(computer, leg.now[tracking.NOZZLE_LATERAL]) != GOOD
     )
     if forbidden or has_arrived(computer):
         leg.arc_m, leg.piece, leg.entry, leg.speed_mps = before
@@ -103,11 +107,11 @@ def steer(computer: Computer, course: CourseArrays, saved: Floats) -> int:
 
 
 @kernel
-def actuate(wheels: Floats, wanted: int, computer: Computer, course: CourseArrays) -> bool:
+def actuate(twist: Floats, wanted: int, computer: Computer, course: CourseArrays) -> bool:
     """End a nominal tick.
 
     Args:
-        wheels: (2,) the follower's wheel speeds [rad/s].
+        twist: (2,) the follower's answer, speed [m/s] and yaw rate [rad/s].
         wanted: By the plan, of `steer`.
         computer: (1,) command, valve and clock are updated.
         course: That is driven.
@@ -117,8 +121,8 @@ def actuate(wheels: Floats, wanted: int, computer: Computer, course: CourseArray
     """
     c = computer[0]
     command, before = c.command, c.command.valve
-    copy(wheels, command.actuators)
-    command.valve_after_s = switch(course.switches, computer, nozzle_m(computer), c.leg.now[t.SPEED])
+    drive_command(course.drive, twist[0], twist[1], c.leg.now, command.actuators)
+    command.valve_after_s = switch(course.switches, computer, nozzle_m(computer), c.leg.now[tracking.SPEED])
     command.valve = c.spray.valve
     command.disc = wanted & _DISC != 0
     c.clock.elapsed_s += TICK_S

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
-from touchline.schemas.plugins import METHODS
+from touchline.schemas.plugins import METHODS, UnknownPlugin
 
 if TYPE_CHECKING:
     from touchline.services.planner.limits import Limits
@@ -38,7 +38,9 @@ def method_of(options: PlanOptions) -> Method:
         PlanningError: There is no such method.
     """
     name = options.method or METHODS.default
-    if name not in METHODS.names():
-        raise PlanningError("", f'asks for the unknown method "{name}"', f"use one of: {', '.join(METHODS.names())}")
-    found: Method = METHODS.find(name)
+    try:
+        found: Method = METHODS.find(name)
+    except UnknownPlugin as error:
+        known = ", ".join(METHODS.names())
+        raise PlanningError("", f'asks for the unknown method "{name}"', f"use one of: {known}") from error
     return found

@@ -9,6 +9,8 @@ from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.budget import Progress
 from touchline.services.planner.collision.checker import CollisionChecker
+from touchline.services.planner.coverage.area_method import area_method_of
+from touchline.services.planner.coverage.area_swaths import painted_segments
 from touchline.services.planner.geometry.clothoid import Floats, PathPose
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.method_choice import method_of
@@ -56,22 +58,29 @@ def plan(
     progress: Progress = lambda stage, fraction: None,
     enough: Callable[[], bool] = lambda: False,
 ) -> Plan:
-    """The trajectory that paints `template` with `vehicle`.
+    """The trajectory that paints a template.
 
-    `progress` is told the stage and the fraction of it that is done; `enough` is asked now and then whether to take the
-    best order so far. The report's planning time is left at 0: the core knows no clock.
+    The report's planning time is left at 0: the core knows no clock.
+
+    Args:
+        template: In the map frame.
+        vehicle: That shall paint it.
+        options: How to plan; by default the vehicle's own.
+        progress: Told the stage and the fraction of it that is done; may raise, which ends planning.
+        enough: Asked now and then whether to take the best order so far.
 
     Raises:
-        PlanningError: An option or a segment cannot be met; it names which and what to do.
+        PlanningError: An option, a segment or an area cannot be met; it names which and what to do.
     """
     options = options or PlanOptions()
-    refuse_too_many(len(template.segments))
+    segments = painted_segments(template, vehicle.tool.spray_width_m, area_method_of(options))
+    refuse_too_many(len(segments))
     limits = Limits.of(vehicle, options)
     ways, start, end = ways_of(vehicle, options, limits), _pose("start", options.start), _end(options)
     wheels = Wheels.of(vehicle, template.line_width_m, drying_s(vehicle, options))
     painting = Painting.of(vehicle, limits, options)
 
-    choices = modes(template.segments, vehicle, limits.curvature_max_1pm, free=ordering(options))
+    choices = modes(segments, vehicle, limits.curvature_max_1pm, free=ordering(options))
     driver = ItineraryBuilder(
         ways,
         painting,

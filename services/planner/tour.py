@@ -80,7 +80,14 @@ def arranged(
     progress: Progress,
     enough: Callable[[], bool],
 ) -> Itinerary:
-    """One mode of every segment in painting order, and the ways between them.
+    """One mode of every swath in painting order, and the transitions between them.
+
+    Args:
+        modes: For every swath the ways to paint it, in the order of the template.
+        driver: Chooses the transitions.
+        options: How to order.
+        progress: Told the stage and the fraction of it that is done.
+        enough: Asked now and then whether to take the best order so far.
 
     Raises:
         PlanningError: There are too many swaths to order; or a segment cannot be painted or reached without a

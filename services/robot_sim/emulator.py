@@ -194,7 +194,7 @@ class Emulator:
         _check_receiver(scenario.gnss, self.config.gnss)
         self.world = World(vehicle, scenario)
         self.sensors = Sensors(vehicle, scenario)
-        self.faults = FaultTimeline(scenario.faults)
+        self.faults = FaultTimeline(scenario.faults, vehicle.drive)
         self.onboard: OnboardComputer = onboard if onboard is not None else Onboard(vehicle, self.config, ask)
         self.ledger = PaintLedger([], vehicle.tool.spray_width_m, vehicle.tool.spray_width_m)
         self.track = Track()

@@ -18,9 +18,9 @@ from touchline.services.core.arrays import copy
 from touchline.services.core.jit import kernel
 from touchline.services.onboard import filter_model as model
 from touchline.services.onboard.computer import Nominal, Onboard
-from touchline.services.onboard.computer_state import NOW, Computer
+from touchline.services.onboard.computer_state import Computer
 from touchline.services.onboard.control import PurePursuitFollower
-from touchline.services.onboard.control.pure_pursuit import pursue
+from touchline.services.onboard.control.pure_pursuit import PursuitLimits, pursue
 from touchline.services.onboard.estimation.filter import speed_now_mps
 from touchline.services.onboard.interface import (
     F_AGE,
@@ -33,6 +33,7 @@ from touchline.services.onboard.interface import (
     FIX_COLUMNS,
 )
 from touchline.services.onboard.nominal_tick import CourseArrays, actuate, perceive, steer
+from touchline.services.onboard.tracking_state import NOW
 from touchline.services.robot_sim import tick_log
 from touchline.services.robot_sim.emulator import PERCEIVED, SENSED, WHOLE, Emulator
 from touchline.services.robot_sim.estimator_error import enter_error
@@ -101,15 +102,15 @@ class Pursuit(NamedTuple):
 
     Attributes:
         lead: Row of the path ahead; negative if another follower is asked outside.
-        parameters: Of the wheels.
+        limits: That it keeps to.
         memory: Of the follower.
-        wheels: (2,) what it, or the other, answers [rad/s].
+        twist: (2,) what it, or the other, answers.
     """
 
     lead: int
-    parameters: Floats
+    limits: PursuitLimits
     memory: Floats
-    wheels: Floats
+    twist: Floats
 
 
 class Books(NamedTuple):
@@ -150,9 +151,8 @@ def _read_frame(state: Floats, fixes: int, hearing: Hearing, computer: Computer)
 def _keep(row: Floats, tick: int, state: Floats, hearing: Hearing, fixes: int, computer: Computer) -> None:
     """Keep a tick in a row of the log."""
     command, slot = computer[0].command, tick % model.RING
-    wheels = (command.actuators[0], command.actuators[1])
     valve, disc = 1.0 if command.valve else 0.0, 1.0 if command.disc else 0.0
-    tick_log.note(row, tick, state, hearing.readings, wheels, valve, disc)
+    tick_log.note(row, tick, state, hearing.readings, command.actuators, valve, disc)
     x, P = computer[0].filter.states[slot], computer[0].filter.covariances[slot]
     pose = row[tick_log.ESTIMATE : tick_log.COVARIANCE]
     pose[0], pose[1], pose[2] = x[model.EAST], x[model.NORTH], x[model.HEADING]
@@ -202,7 +202,7 @@ def drive_quietly(
     """Run ticks until `last_tick` is done, the valve has switched, one is not quiet, or the follower must be asked.
 
     Args:
-        at: (AT,) the tick and its stage; WHOLE or, with the wheel speeds filled in, ASKING to go on from.
+        at: (AT,) the tick and its stage; WHOLE or, with the follower's answer filled in, ASKING to go on from.
         last_tick: To be done.
         seed: Of the scenario.
         effects: Of faults; they must not change before `last_tick` is done.
@@ -216,12 +216,12 @@ def drive_quietly(
     """
     state, parameters, trace = world
     sensing, _, measured_tick, arrivals, fixes, _ = hearing
-    lead, limits, memory, wheels = pursuit
+    lead, limits, memory, twist = pursuit
     ledger, points, ahead = books.paint[7], books.paint[4], course.leg.ahead
     tick = at[TICK]
     while True:
         if at[STAGE] == ASKING:
-            switched = actuate(wheels, at[WANTED], computer, course)
+            switched = actuate(twist, at[WANTED], computer, course)
             _enter(at, world, hearing, computer, books)
             at[STAGE] = WHOLE
             full = ledger[projection.STATE_POINTS] + 2 * projection.MOST_RUNS > len(points)
@@ -245,7 +245,7 @@ def drive_quietly(
         at[STAGE] = ASKING
         if lead < 0:
             return
-        pursue(computer[0].leg.now, ahead, lead, limits, memory, wheels)
+        pursue(computer[0].leg.now, ahead, lead, limits, memory, twist)
 
 
 class Quiet:
@@ -256,7 +256,7 @@ class Quiet:
         self._onboard = emulator.onboard if isinstance(emulator.onboard, Onboard) else None
         self._at: Integers = np.zeros(AT, dtype=np.int64)
         self._fix: Floats = np.zeros((1, FIX_COLUMNS))
-        self._wheels: Floats = np.zeros(2)
+        self._twist: Floats = np.zeros(2)
         self._saved: Floats = np.zeros(NOW)
         self._not_before = 0
         self._code: Callable[..., None] | None = (
@@ -305,9 +305,9 @@ class Quiet:
         emulator, at = self._emulator, self._at
         world, sensors, ledger, follower = emulator.world, emulator.sensors, emulator.ledger, nominal.follower
         if type(follower) is PurePursuitFollower:  # one derived from it has a step of its own
-            pursuit = Pursuit(follower.lead, follower.parameters, follower.memory, self._wheels)
+            pursuit = Pursuit(follower.lead, follower.limits, follower.memory, self._twist)
         else:
-            pursuit = Pursuit(-1, self._wheels, self._wheels, self._wheels)
+            pursuit = Pursuit(-1, PursuitLimits(0.0, 0.0, 0.0), self._twist, self._twist)
         at[TICK], at[STAGE], at[FIRST] = emulator.tick_count, WHOLE, emulator.tick_count + 1
         ledger.make_room()
         arguments = (
@@ -335,7 +335,7 @@ class Quiet:
         drive(*arguments)
         now, ahead = nominal.now, nominal.course.leg.ahead
         while at[STAGE] == ASKING:
-            self._wheels[:] = follower.step(now, ahead)
+            self._twist[:] = follower.step(now, ahead)
             drive(*arguments)
 
     def _hand_over(self, onboard: Onboard) -> None:

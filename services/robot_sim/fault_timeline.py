@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas import faults as f
-from touchline.schemas.errors import CommandRefused
+from touchline.schemas.errors import CommandRefused, SpecError
 from touchline.schemas.messages import Event
+from touchline.schemas.vehicles import DriveSpec
 from touchline.services.onboard.interface import OnboardEvent
 from touchline.services.robot_sim.sensors.gnss import FIX_NAMES
 from touchline.services.robot_sim.world import effects as e
@@ -19,13 +20,14 @@ from touchline.services.robot_sim.world import effects as e
 MAX_FAULTS: Final = 1000
 _NEVER: Final = 1 << 60
 _TICKS_PER_S = 100
-_WHEELS = {"left": np.array([0]), "right": np.array([1]), "both": np.array([0, 1])}
 
 
 class _Entry(NamedTuple):
     first_tick: int
     last_tick: float
     fault: f.Fault
+    actuators: NDArray[np.int64]
+    """Numbers of those that it is a fault of, if it is one of actuators."""
 
 
 class FaultTimeline:
@@ -35,25 +37,31 @@ class FaultTimeline:
         effects: (effects.SIZE,) the sum of what acts in the tick of the last `step`; changed in place.
     """
 
-    def __init__(self, faults: Iterable[f.Fault]) -> None:
-        """The scenario's faults."""
+    def __init__(self, faults: Iterable[f.Fault], drive: DriveSpec) -> None:
+        """The scenario's faults, and the drive of the vehicle that they come upon.
+
+        Raises:
+            SpecError: A fault is of an actuator that the drive does not have.
+        """
+        self._names = tuple(actuator.name for actuator in drive.actuators)
         self.effects: NDArray[np.float64] = e.neutral()
         self._entries: list[_Entry] = []
         self._active: list[_Entry] = []
         self._next_change = math.inf
         self._events: list[OnboardEvent] = []
-        for fault in faults:
-            self._add(fault, 0)
+        for number, fault in enumerate(faults):
+            self._add(fault, 0, "scenario", f"faults[{number}].")
 
     def inject(self, fault: f.Fault, tick: int) -> None:
         """Add a fault whose `start_s` counts from the end of `tick`.
 
         Raises:
             CommandRefused: There are too many already.
+            SpecError: It is of an actuator that the drive does not have.
         """
         if len(self._entries) >= MAX_FAULTS:
             raise CommandRefused(f"{MAX_FAULTS} faults are acting or waiting already; start the robot anew")
-        self._add(fault, tick)
+        self._add(fault, tick, "fault", "")
         when = f"in {fault.start_s:g} s" if fault.start_s > 0.0 else "now"
         lasting = "to the end" if fault.duration_s is None else f"for {fault.duration_s:g} s"
         text = f"{f.describe(fault)}, {when}, {lasting}"
@@ -72,7 +80,7 @@ class FaultTimeline:
         )
         self.effects[:] = e.neutral()
         for entry in self._active:
-            _apply(entry.fault, (entry.first_tick - 1) / _TICKS_PER_S, self.effects)
+            _apply(entry, self.effects)
         for entry in self._active:
             if entry not in before:
                 self._events.append(OnboardEvent(Event.WARN, "fault-begins", f.describe(entry.fault)))
@@ -90,15 +98,32 @@ class FaultTimeline:
         events, self._events = self._events, []
         return events
 
-    def _add(self, fault: f.Fault, from_tick: int) -> None:
+    def _add(self, fault: f.Fault, from_tick: int, source: str, place: str) -> None:
+        actuators = self._numbers(fault, source, place)
         first = from_tick + round(fault.start_s * _TICKS_PER_S) + 1
         last = math.inf if fault.duration_s is None else first + max(round(fault.duration_s * _TICKS_PER_S), 1) - 1
-        self._entries.append(_Entry(first, last, fault))
+        self._entries.append(_Entry(first, last, fault, actuators))
         self._next_change = min(self._next_change, first)
 
+    def _numbers(self, fault: f.Fault, source: str, place: str) -> NDArray[np.int64]:
+        """Of the actuators that it is a fault of.
 
-def _apply(fault: f.Fault, start_s: float, effects: NDArray[np.float64]) -> None:
+        Raises:
+            SpecError: There is none of that name; it is found in `source`, at this place.
+        """
+        if not isinstance(fault, f.ActuatorFault):
+            return np.array([], dtype=np.int64)
+        if fault.actuator == f.ALL:
+            return np.arange(len(self._names))
+        if fault.actuator not in self._names:
+            remedy = f"give {', '.join(map(repr, self._names))} or {f.ALL!r}: the vehicle's drive has no other"
+            raise SpecError(source, f"{place}actuator", f"is {fault.actuator!r}", remedy)
+        return np.array([self._names.index(fault.actuator)])
+
+
+def _apply(entry: _Entry, effects: NDArray[np.float64]) -> None:
     """Add one acting fault to `effects`."""
+    fault, start_s = entry.fault, (entry.first_tick - 1) / _TICKS_PER_S
     match fault:
         case f.GnssOutage() | f.GnssDegraded() | f.CorrectionsLost() | f.GnssWrongFix() | f.GnssNoisy() | f.ClockSkew():
             _apply_gnss(fault, start_s, effects)
@@ -115,8 +140,8 @@ def _apply(fault: f.Fault, start_s: float, effects: NDArray[np.float64]) -> None
         case f.MagneticDisturbance():
             effects[e.FIELD_EAST_T] += fault.east_t
             effects[e.FIELD_NORTH_T] += fault.north_t
-        case f.EncoderDropout():
-            effects[e.ENCODER_OUT + _WHEELS[fault.wheel]] = 1.0
+        case f.ActuatorFault():
+            _apply_actuators(fault, entry.actuators, effects)
         case _:
             _apply_body(fault, effects)
 
@@ -165,16 +190,21 @@ def _apply_messages(
             row[e.AGAIN_TICKS] = max(row[e.AGAIN_TICKS], _ticks(fault.after_s))
 
 
+def _apply_actuators(fault: f.ActuatorFault, actuators: NDArray[np.int64], effects: NDArray[np.float64]) -> None:
+    match fault:
+        case f.EncoderDropout():
+            effects[e.ENCODER_OUT + actuators] = 1.0
+        case f.WheelBlocked():
+            effects[e.BLOCKED + actuators] = 1.0
+        case f.WheelSlip():
+            for slot in (e.SLIP + actuators).tolist():
+                effects[slot] = max(float(effects[slot]), fault.share, key=lambda share: (abs(share), share))
+        case f.MotorWeak():
+            effects[e.TORQUE + actuators] = np.minimum(effects[e.TORQUE + actuators], fault.share)
+
+
 def _apply_body(fault: f.Fault, effects: NDArray[np.float64]) -> None:
     match fault:
-        case f.WheelBlocked():
-            effects[e.BLOCKED + _WHEELS[fault.wheel]] = 1.0
-        case f.WheelSlip():
-            for wheel in (e.SLIP + _WHEELS[fault.wheel]).tolist():
-                effects[wheel] = max(float(effects[wheel]), fault.share, key=lambda share: (abs(share), share))
-        case f.MotorWeak():
-            wheels = e.TORQUE + _WHEELS[fault.wheel]
-            effects[wheels] = np.minimum(effects[wheels], fault.share)
         case f.ValveStuck():
             effects[e.VALVE] = max(effects[e.VALVE], 1.0 if fault.position == "open" else 0.0)
         case f.DiscStuck():

@@ -12,21 +12,31 @@ MAP_FRAME: Final = "map"
 BODY_FRAME: Final = "base_link"
 IMU_FRAME: Final = "imu_link"
 GNSS_FRAME: Final = "gnss_link"
-WHEELS: Final = ("left_wheel", "right_wheel")
 
 CLOCK: Final = FixedLayout(m.Clock)
 GNSS_FIX: Final = FixedLayout(m.NavSatFix, {"header.frame_id": GNSS_FRAME})
 GNSS_STATUS: Final = FixedLayout(m.GnssStatus, {"header.frame_id": GNSS_FRAME})
 IMU: Final = FixedLayout(m.Imu, {"header.frame_id": IMU_FRAME})
 MAGNETIC_FIELD: Final = FixedLayout(m.MagneticField, {"header.frame_id": IMU_FRAME})
-JOINT_STATES: Final = FixedLayout(
-    m.JointState, {"header.frame_id": BODY_FRAME, "name": WHEELS}, {"position": 2, "velocity": 2}
-)
-WHEEL_COMMAND: Final = FixedLayout(m.WheelCommand, {"header.frame_id": BODY_FRAME})
 ODOMETRY: Final = FixedLayout(m.Odometry, {"header.frame_id": MAP_FRAME, "child_frame_id": BODY_FRAME})
 ESTIMATOR: Final = FixedLayout(m.EstimatorStatus, {"header.frame_id": MAP_FRAME})
 SPRAYER: Final = FixedLayout(m.SprayerState, {"header.frame_id": BODY_FRAME})
 BATTERY: Final = FixedLayout(m.BatteryState, {"header.frame_id": BODY_FRAME, "location": "battery"})
+
+
+@lru_cache(maxsize=16)
+def joint_states(joints: tuple[str, ...]) -> FixedLayout:
+    """Layout of the states of these joints."""
+    count = len(joints)
+    return FixedLayout(
+        m.JointState, {"header.frame_id": BODY_FRAME, "name": joints}, {"position": count, "velocity": count}
+    )
+
+
+@lru_cache(maxsize=16)
+def actuator_command(names: tuple[str, ...]) -> FixedLayout:
+    """Layout of a command to these actuators."""
+    return FixedLayout(m.ActuatorCommand, {"header.frame_id": BODY_FRAME, "names": names}, {"values": len(names)})
 
 
 @lru_cache(maxsize=256)

@@ -29,7 +29,7 @@ class Lockstep:
         self._step = 0
 
     def __call__(self, question: FollowerQuestion) -> tuple[float, float]:
-        """Wheel speeds (left, right) [rad/s].
+        """The wanted twist: speed [m/s] and yaw rate [rad/s].
 
         Raises:
             ConnectionError: Nobody answered in time, or with something else.
@@ -39,7 +39,7 @@ class Lockstep:
         request = m.FollowerStepRequest(
             step=self._step,
             first=question.first,
-            **dict(zip(NOW_FIELDS, question.now.tolist(), strict=True)),
+            **dict(zip(NOW_FIELDS, question.now.tolist(), strict=False)),
             ahead_speed_mps=question.ahead[:, 0].tolist(),
             ahead_yaw_rate_radps=question.ahead[:, 1].tolist(),
         )
@@ -49,7 +49,7 @@ class Lockstep:
             raise ConnectionError(f"the external follower does not answer: {error}") from error
         if answer.step != self._step:
             raise ConnectionError(f"the external follower answered step {answer.step} instead of {self._step}")
-        return answer.left_radps, answer.right_radps
+        return answer.speed_mps, answer.yaw_rate_radps
 
     def _look(self) -> None:
         if self._interrupted():
@@ -63,9 +63,5 @@ NOW_FIELDS: Final = (
     "speed_mps",
     "yaw_rate_radps",
     "reference_speed_mps",
-    "left_radius_m",
-    "right_radius_m",
-    "left_command_radps",
-    "right_command_radps",
 )
-"""Fields of the request in the order of `path_projection`'s `now`."""
+"""Fields of the request in the order of `tracking_state`; what comes after them is the drive's own."""

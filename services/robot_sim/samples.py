@@ -13,6 +13,7 @@ from touchline.schemas import topics
 from touchline.schemas.layout import Records
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.topics import Topic
+from touchline.schemas.vehicles import Actuator
 from touchline.services.onboard.interface import ACCEL, ANGLES, GYRO, MAG
 from touchline.services.robot_sim import layouts, tick_log
 from touchline.services.robot_sim.packing import Payload, gnss, stamp
@@ -48,34 +49,38 @@ _SPRAYER_TICKS: Final = period(topics.SPRAYER)
 _GYRO: Final = slice(tick_log.READINGS + GYRO, tick_log.READINGS + GYRO + 3)
 _ACCEL: Final = slice(tick_log.READINGS + ACCEL, tick_log.READINGS + MAG)
 _FIELD: Final = slice(tick_log.READINGS + MAG, tick_log.READINGS + ANGLES)
-_ANGLES: Final = slice(tick_log.READINGS + ANGLES, tick_log.WHEELS)
-_WHEELS: Final = slice(tick_log.WHEELS, tick_log.ESTIMATE)
 
 
 class Samples:
     """Packs rows of `tick_log`.
 
     Args:
+        actuators: The drive's.
         scenario: Has the IMU's noise, of which the covariances that it reports are made.
         history: (transport.HISTORY, READINGS) what was measured, by tick.
         most: Rows at once.
     """
 
-    def __init__(self, scenario: Scenario, history: Floats, most: int) -> None:
+    def __init__(self, actuators: Sequence[Actuator], scenario: Scenario, history: Floats, most: int) -> None:
         """See the class."""
+        count = len(actuators)
+        self._angles = slice(tick_log.READINGS + ANGLES, tick_log.READINGS + ANGLES + count)
+        self._commanded = slice(tick_log.COMMANDED, tick_log.COMMANDED + count)
         noise = scenario.effective().imu
         gyro, accel = (noise.gyro_density_radps_rthz**2) * 100.0, (noise.accel_density_mps2_rthz**2) * 100.0
         imu = layouts.IMU.pack(
             *_NO_STAMP, *_NO_ORIENTATION, *_NO_VECTOR, *_diagonal(gyro), *_NO_VECTOR, *_diagonal(accel)
         )
         mag = layouts.MAGNETIC_FIELD.pack(*_NO_STAMP, *_NO_VECTOR, *_NO_COVARIANCE)
-        joints = layouts.JOINT_STATES.pack(*_NO_STAMP, 0.0, 0.0, 0.0, 0.0)
-        command = layouts.WHEEL_COMMAND.pack(*_NO_STAMP, 0.0, 0.0)
+        joints = layouts.joint_states(tuple(each.joint for each in actuators))
+        command = layouts.actuator_command(tuple(each.name for each in actuators))
         vectors = {"angular_velocity.x": 3, "linear_acceleration.x": 3}
         self._imu = Records(layouts.IMU, imu, _STAMP | vectors, most)
         self._mag = Records(layouts.MAGNETIC_FIELD, mag, _STAMP | {"magnetic_field.x": 3}, most)
-        self._joints = Records(layouts.JOINT_STATES, joints, _STAMP | {"position[0]": 2, "velocity[0]": 2}, most)
-        self._command = Records(layouts.WHEEL_COMMAND, command, _STAMP | {"left_radps": 2}, most)
+        still = joints.pack(*_NO_STAMP, *(0.0,) * 2 * count)
+        self._joints = Records(joints, still, _STAMP | {"position[0]": count, "velocity[0]": count}, most)
+        still = command.pack(*_NO_STAMP, *(0.0,) * count)
+        self._command = Records(command, still, _STAMP | {"values[0]": count}, most)
         pose = {"pose.pose.position.x": 2, "pose.pose.orientation.z": 2}
         twist = {"twist.twist.linear.x": 1, "twist.twist.angular.z": 1}
         odometry = layouts.ODOMETRY.pack(*_NO_STAMP, *_NO_ODOMETRY)
@@ -108,7 +113,7 @@ class Samples:
     def _of_sensors(self, rows: Rows) -> list[tuple[Topic, list[bytes]]]:
         """Per topic the payloads, tick by tick, of the samples that arrived, stamped with the time of measurement.
 
-        The wheel commands are among them. A topic may be short of the last row's.
+        The commands to the actuators are among them. A topic may be short of the last row's.
         """
         imu, mag, encoders = (_arrived(rows, column) for column in range(tick_log.MEASURED, tick_log.READINGS))
         return [
@@ -117,19 +122,20 @@ class Samples:
             (
                 topics.JOINT_STATES,
                 self._joints.pack(
-                    *_stamps(encoders, tick_log.MEASURED + 2), encoders[:, _ANGLES], self._rates(encoders)
+                    *_stamps(encoders, tick_log.MEASURED + 2), encoders[:, self._angles], self._rates(encoders)
                 ),
             ),
-            (topics.WHEEL_COMMAND, self._command.pack(*_stamps(rows, tick_log.TICK), rows[:, _WHEELS])),
+            (topics.ACTUATOR_COMMAND, self._command.pack(*_stamps(rows, tick_log.TICK), rows[:, self._commanded])),
         ]
 
     def _rates(self, encoders: Rows) -> Floats:
-        """Wheel rates (n, 2) [rad/s] as the encoders' driver derives them: by the reading of the tick before.
+        """Rates (n, actuators) [rad/s] as the encoders' driver derives them: by the reading of the tick before.
 
         That is where they are read, so a message that is late, lost or sent again changes no other one's.
         """
         before = (encoders[:, tick_log.MEASURED + 2].astype(np.int64) - 1) % len(self._history)
-        rates: Floats = (encoders[:, _ANGLES] - self._history[before, ANGLES:]) * 100.0
+        angles = encoders[:, self._angles]
+        rates: Floats = (angles - self._history[before, ANGLES : ANGLES + angles.shape[1]]) * 100.0
         return rates
 
     def _of_odometry(self, rows: Rows) -> list[tuple[Topic, list[bytes]]]:

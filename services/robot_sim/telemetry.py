@@ -113,7 +113,9 @@ class Telemetry:
     def __init__(self, emulator: Emulator, *, report_at_once: bool = True) -> None:
         self._emulator, self._at_once = emulator, report_at_once
         self.ended: Figures | None = None
-        self._samples = Samples(emulator.scenario, emulator.sensors.history, QUIET_TICKS)
+        self._samples = Samples(
+            emulator.vehicle.drive.actuators, emulator.scenario, emulator.sensors.history, QUIET_TICKS
+        )
         self.rows: Rows = np.zeros((QUIET_TICKS, tick_log.COLUMNS))
         self._state = -1
         self.digest = SessionDigest()
@@ -184,8 +186,8 @@ class Telemetry:
         """Fill in the emulator's last tick."""
         emulator = self._emulator
         command, sensors, tick = emulator.command, emulator.sensors, emulator.tick_count
-        wheels, readings, measured = command.actuators, *sensors.heard[:2]
-        tick_log.note(row, tick, emulator.world.state, readings, wheels, float(command.valve), float(command.disc))
+        commanded, readings, measured = np.array(command.actuators), *sensors.heard[:2]
+        tick_log.note(row, tick, emulator.world.state, readings, commanded, float(command.valve), float(command.disc))
         row[tick_log.MEASURED : tick_log.READINGS] = np.where(sensors.arrived, measured, -1)
         if tick % tick_log.ODOMETRY_TICKS == 0:
             *estimate, covariance, twist_covariance = emulator.onboard.estimate

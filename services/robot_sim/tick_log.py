@@ -17,8 +17,8 @@ from touchline.services.robot_sim.world import body
 TICK: Final = 0
 MEASURED: Final = 1  # tick in which the newest sample of IMU, magnetometer, encoders was measured; −1: none arrived
 READINGS: Final = 4  # of the three, as in `interface`
-WHEELS: Final = READINGS + interface.READINGS  # commanded speeds, left and right [rad/s]
-ESTIMATE: Final = WHEELS + 2  # east, north, heading, speed, yaw rate
+COMMANDED: Final = READINGS + interface.READINGS  # of the drive's actuators, in their order and units
+ESTIMATE: Final = COMMANDED + interface.ACTUATORS  # east, north, heading, speed, yaw rate
 COVARIANCE: Final = ESTIMATE + 5  # of east, north, heading, row by row
 TWIST_COVARIANCE: Final = COVARIANCE + 9  # of speed and yaw rate, row by row
 TRUTH: Final = TWIST_COVARIANCE + 4  # east, north, heading, speed, yaw rate
@@ -46,7 +46,7 @@ def note(
     tick: int,
     state: NDArray[np.float64],
     readings: NDArray[np.float64],
-    wheels: tuple[float, float],
+    commanded: NDArray[np.float64],
     valve: float,
     disc: float,
 ) -> None:
@@ -57,14 +57,15 @@ def note(
         tick: This tick.
         state: The world's at its end.
         readings: (interface.READINGS,) of the sensors.
-        wheels: Commanded speeds [rad/s].
+        commanded: (interface.ACTUATORS,) of the actuators.
         valve: Whether it is commanded open, 0 or 1.
         disc: Whether it is commanded down, 0 or 1.
     """
     row[TICK] = row[MEASURED] = row[MEASURED + 1] = row[MEASURED + 2] = tick
     for column in range(interface.READINGS):
         row[READINGS + column] = readings[column]
-    row[WHEELS], row[WHEELS + 1] = wheels
+    for actuator in range(interface.ACTUATORS):
+        row[COMMANDED + actuator] = commanded[actuator]
     row[TRUTH], row[TRUTH + 1], row[TRUTH + 2] = state[body.EAST], state[body.NORTH], state[body.HEADING]
     row[TRUTH + 3], row[TRUTH + 4] = state[body.SPEED], state[body.YAW_RATE]
     row[SPRAYER], row[SPRAYER + 1] = valve, 1.0 if state[body.VALVE_OPEN] > 0.0 else 0.0

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 Floats = npt.NDArray[np.float64]
 
-GRASS = "#3f6b3a"
+GRASS, EDGE = "#3f6b3a", "#1f3a1c"
 FIGURE_SIZE_IN = (12.0, 7.6)
 #: The colour scale ends here; what is farther off is drawn in its last colour.
 LARGEST_ERROR_MM = 30.0
@@ -45,17 +45,26 @@ def draw_painted(
     figure = Figure(figsize=FIGURE_SIZE_IN, layout="constrained")
     axes = figure.add_subplot(facecolor=GRASS)
     curves = {segment.id: segment.curve() for segment in template.segments}
-    _frame(axes, list(curves.values()))
+    edges = [edge for area in template.areas for edge in area.edges()]
+    _frame(axes, [*curves.values(), *edges])
+    for edge in edges:
+        x, y, _, _ = edge.at(np.array((0.0, edge.length_m)))
+        axes.plot(x, y, color=EDGE, linewidth=0.8)
     _smear(axes, list(smears))
     colours = None
     for stroke in strokes:
         points = np.column_stack((stroke.x_m, stroke.y_m))
-        if len(points) < 2 or stroke.segment_id not in curves:
+        if len(points) < 2 or not template.paints(stroke.segment_id):
+            continue
+        width_pt = max(MIN_WIDTH_PT, _points_per_metre(axes) * stroke.width_m)
+        if stroke.segment_id not in curves:
+            # Of an area the template has the edges, not the swaths: there is nothing to tell distances from.
+            axes.plot(*points.T, color="#ffffff", linewidth=width_pt, solid_capstyle="butt")
             continue
         pieces = np.stack((points[:-1], points[1:]), axis=1)
         error_mm = 1e3 * np.abs(lateral_error(curves[stroke.segment_id], points[:-1]))
         colours = LineCollection(list(pieces), array=error_mm, cmap=_paint_colours(), clim=(0.0, LARGEST_ERROR_MM))
-        colours.set_linewidth(max(MIN_WIDTH_PT, _points_per_metre(axes) * stroke.width_m))
+        colours.set_linewidth(width_pt)
         axes.add_collection(colours)
     if colours is not None:
         figure.colorbar(colours, ax=axes, label="nozzle off the template (mm)", shrink=0.7, extend="max")

@@ -9,7 +9,8 @@ from touchline.schemas.messages import PlanReport, SegmentPaint, TraversalReport
 def plan_figures(report: PlanReport) -> dict[str, Any]:
     """The plan report: lengths, times, counts, largest values and gaps of what is sent to the robot.
 
-    A curvature that steps has no finite sharpness, and none that JSON could hold: it is ``None``.
+    A curvature that steps has no finite sharpness, and none that JSON could hold: it is ``None``, as are the actuators'
+    rates.
     """
     return {
         "length_m": {
@@ -26,10 +27,18 @@ def plan_figures(report: PlanReport) -> dict[str, Any]:
         "max": {
             "curvature_1pm": report.max_curvature_1pm,
             "sharpness_1pm2": _finite(report.max_sharpness_1pm2),
-            "wheel_speed_radps": report.max_wheel_speed_radps,
-            "wheel_acceleration_radps2": _finite(report.max_wheel_acceleration_radps2),
             "lateral_acceleration_mps2": report.max_lateral_acceleration_mps2,
         },
+        "actuators": [
+            {
+                "name": actuator.name,
+                "quantity": actuator.quantity,
+                "unit": actuator.unit,
+                "max": actuator.max,
+                "max_rate": _finite(actuator.max_rate),
+            }
+            for actuator in report.actuators
+        ],
         "continuity": {
             "position_gap_m": report.position_gap_m,
             "heading_gap_rad": report.heading_gap_rad,

@@ -19,6 +19,7 @@ from touchline.services.planner.geometry.clothoid import Piece, PiecePath, joine
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.plan import Plan
 from touchline.services.planner.steering.dubins_padded import PADDING_AFTER_M, PADDING_BEFORE_M, PaddedDubins
+from touchline.services.planner.steering.g2 import Steering
 from touchline.services.planner.steering.method import CurveEnd, before, carried_on
 from touchline.services.planner.swaths.offset import strokes
 from touchline.services.planner.transitions.transitions import BRAKING_SHARE, Way, Ways
@@ -96,7 +97,7 @@ def match(pitch: Pitch, setting: Setting) -> Match:
 
 def dubins_padded(pitch: Pitch, limits: Limits) -> tuple[float, Drive]:
     """DPP within the limits: seconds from the first painted line's start to the last one's end, and what it drives."""
-    ways = Ways.by_time(limits)
+    ways = Ways.by_time(Steering, limits)
     lines = strokes(pitch.template.segments, pitch.vehicle, limits.curvature_max_1pm)
     found = [_padded_way(ways, a.end, b.begin) for a, b in pairwise(lines)]
     painting = sum(line.path.length_m / ways.speed_mps(line.begin) for line in lines)
@@ -123,11 +124,11 @@ def _padded_way(ways: Ways, start: CurveEnd, goal: CurveEnd) -> Way:
 def _kept(pitch: Pitch, planned: Plan) -> bool:
     """Whether curvature does not step and both wheels keep their limits."""
     report, vehicle = planned.report, pitch.vehicle
-    wheels = (
-        (report.max_wheel_speed_radps, vehicle.drive.max_wheel_speed_radps),
-        (report.max_wheel_acceleration_radps2, vehicle.drive.max_wheel_acceleration_radps2),
+    most = 1.0 + LIMIT_SLACK
+    return isfinite(report.max_sharpness_1pm2) and all(
+        asked.max <= wheel.limit * most and asked.max_rate <= wheel.rate_limit * most
+        for asked, wheel in zip(report.actuators, vehicle.drive.actuators, strict=True)
     )
-    return isfinite(report.max_sharpness_1pm2) and all(most <= limit * (1.0 + LIMIT_SLACK) for most, limit in wheels)
 
 
 def in_order_of(pitch: Pitch, planned: Plan) -> Pitch:

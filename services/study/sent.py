@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from touchline.schemas.curves import along
+from touchline.services.core.angles import wrapped_all
 from touchline.services.planner.geometry.clothoid import Floats, PiecePath
 from touchline.services.planner.segments.fit_arcs import cut
 
@@ -35,9 +37,7 @@ def as_biarcs(path: PiecePath) -> Floats:
 def joints(rows: Floats) -> tuple[Floats, Floats, Floats]:
     """Steps at the joints between rows (n, 5), (n-1,) each: of position (m), heading (rad) and curvature (1/m)."""
     x, y, heading, curvature, length = rows.T
-    half_turn = 0.5 * curvature * length
-    chord = length * np.sinc(half_turn / np.pi)
-    end = x + 1j * y + chord * np.exp(1j * (heading + half_turn))
-    gap = np.abs((x + 1j * y)[1:] - end[:-1])
-    kink = np.abs(np.angle(np.exp(1j * (heading[1:] - (heading + 2.0 * half_turn)[:-1]))))
+    end_x, end_y, end_heading, _ = along(x, y, heading, curvature, length)
+    gap = np.hypot(x[1:] - end_x[:-1], y[1:] - end_y[:-1])
+    kink = np.abs(wrapped_all(heading[1:] - end_heading[:-1]))
     return gap, kink, np.abs(np.diff(curvature))

@@ -14,10 +14,11 @@ better one.
 import math
 
 from touchline.schemas.errors import PlanningError
+from touchline.services.core.angles import TAU
 from touchline.services.planner.geometry.clothoid import PathPose, Piece
 from touchline.services.planner.steering.method import CurveEnd
 from touchline.services.planner.steering.turns import ArcTurn, ContinuousTurn
-from touchline.services.planner.steering.words import TAU, Word, words
+from touchline.services.planner.steering.words import Word, words
 
 FAMILIES = ("LSL", "RSR", "LRL", "RLR")
 CLOSEST_M = 0.1
@@ -62,6 +63,10 @@ class StudyContinuousDubins:
     def between(self, start: CurveEnd, goal: CurveEnd) -> tuple[Piece, ...]:
         """The way between the poses, whatever the curvatures there."""
         return self.connect(start.pose, goal.pose)
+
+    def standing_ways(self, start: CurveEnd, goal: CurveEnd, room_m: float = 0.0) -> list[tuple[Piece, ...]]:
+        """None: the study's robot drives forward throughout."""
+        return []
 
     def connect(self, start: PathPose, goal: PathPose) -> tuple[Piece, ...]:
         """The chosen family's path.

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from textual.widgets import Input
 from typer.testing import CliRunner
 
 from tests.robot_sim.test_quiet import assert_same
@@ -25,7 +26,7 @@ from touchline.services.planner.steering.ccd import ContinuousDubins
 from touchline.services.planner.transitions.pricing import OneByOne
 from touchline.services.planner.transitions.transitions import Ways
 from touchline.services.runs.simulation import Job, simulate
-from touchline.tui.dialogs import PlanDialog
+from touchline.tui.dialogs import Choice, PlanDialog
 
 
 class Dawdler(PurePursuitFollower):
@@ -65,7 +66,8 @@ class Roundabout(ContinuousDubins):
 
 @pytest.fixture(autouse=True)
 def newcomers() -> Iterator[None]:
-    METHODS.register("roundabout", "gentle: turns of twice the radius", Method(lambda x: Ways.of_one(Roundabout, x)))
+    method = Method(lambda x: Ways.of_one(Roundabout, x))
+    METHODS.register("roundabout", "gentle: turns of twice the radius", method, {"kappa_max_1pm": "half the others'"})
     FOLLOWERS.register("outsider", "dawdles along", Outsider)
     FOLLOWERS.register("dawdler", "dawdles, too", lambda vehicle, _ask: Dawdler(vehicle))
     yield
@@ -104,6 +106,22 @@ async def test_a_new_method_is_in_the_consoles_list() -> None:
         await pilot.pause()
         assert [button.name for button in app.screen.query("#method Choice")] == list(METHODS.names())
         assert "roundabout" in METHODS.names()
+
+
+async def test_the_console_says_what_empty_limits_mean_with_the_method() -> None:
+    async with console() as (app, _, pilot):
+        app.push_screen(PlanDialog(PlanOptions(), Vehicle()))
+        await pilot.pause()
+        buttons = {button.name: button for button in app.screen.query("#method Choice").results(Choice)}
+        seen = {}
+        for name, button in buttons.items():
+            button.value = True
+            await pilot.pause()
+            fields = (app.screen.query_one(f"#{field}", Input) for field in ("kappa_max_1pm", "sigma_max_1pm2"))
+            seen[name] = tuple(field.placeholder for field in fields)
+        assert seen["g2"] == ("by the wheels", "by the wheels")
+        assert seen["ccd"] == seen["dubins-padded"] == ("1.125", "2.1")
+        assert seen["roundabout"] == ("half the others'", "2.1")
 
 
 def test_an_unknown_name_is_refused_with_the_known_ones() -> None:

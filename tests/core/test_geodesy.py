@@ -6,6 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from touchline.schemas.placement import offset_m
+from touchline.schemas.scenario import Origin
 from touchline.services.core.geodesy import FLATTENING, SEMI_MAJOR_M, local_frame, to_geodetic, to_local
 
 DENMARK = local_frame(57.0124, 9.9915, 20.0)
@@ -60,3 +62,14 @@ def _earth_centred(latitude, longitude, height):
 def test_the_plane_leaves_the_curved_earth():
     _, _, altitude = to_geodetic(DENMARK, 1000.0, 0.0, 0.0)
     assert altitude - 20.0 == pytest.approx(1000.0**2 / (2 * 6.39e6), rel=0.01)
+
+
+@given(st.floats(-85, 85), st.floats(-180, 180), st.floats(-0.02, 0.02), st.floats(-0.02, 0.02))
+def test_templates_are_carried_over_as_fixes_are_understood(
+    latitude: float, longitude: float, north: float, east: float
+) -> None:
+    here = Origin(latitude_deg=latitude, longitude_deg=longitude)
+    there = Origin(latitude_deg=latitude + north, longitude_deg=min(max(longitude + east, -180.0), 180.0))
+    frame = local_frame(here.latitude_deg, here.longitude_deg, here.altitude_m)
+    x, y, _ = to_local(frame, there.latitude_deg, there.longitude_deg, there.altitude_m)
+    assert offset_m(there, here) == pytest.approx((x, y), abs=1e-6)

@@ -14,10 +14,10 @@ import numba
 import numpy as np
 import pytest
 from numba.core.caching import IndexDataCacheFile
-from numba.core.errors import TypingError
+from numba.core.errors import NumbaError, TypingError
 
 from touchline.services.core.arrays import ascending, copy, least
-from touchline.services.core.jit import _Cache, kernel, kernel_of_class
+from touchline.services.core.jit import _Cache, borrowing, kernel, kernel_of_class
 
 
 @pytest.fixture(autouse=True)
@@ -210,3 +210,42 @@ def test_code_for_named_tuples_of_somebody_else_is_not_kept(
 
     assert whole(Framed(1.0, Square(3.0))) == 9.0
     assert bool(list(tmp_path.rglob("*whole*.nbc"))) == ours
+
+
+class Pair(NamedTuple):
+    """Two arrays that a kernel takes in one."""
+
+    first: np.ndarray
+    second: np.ndarray
+
+
+def test_a_kernel_that_borrows_gives_back_what_it_was_given() -> None:
+    @borrowing
+    def dot(pair: Pair, begin: int) -> float:
+        total = 0.0
+        for a in pair.first[begin:]:
+            total += a * pair.second[0]
+        pair.second[1] = total
+        return total
+
+    @kernel
+    def both(pair: Pair) -> float:
+        made = np.ones(3)
+        return dot(pair, 1) + dot(Pair(made, pair.second), 0)
+
+    pair = Pair(np.arange(4.0), np.array([2.0, 0.0]))
+    held = [sys.getrefcount(array) for array in pair]
+    for _ in range(100):
+        assert dot(pair, 1) == 12.0
+        assert both(pair) == 18.0
+    assert [sys.getrefcount(array) for array in pair] == held
+    assert pair.second[1] == 6.0
+
+
+def test_a_kernel_that_borrows_can_make_no_arrays() -> None:
+    @borrowing
+    def make(count: int) -> float:
+        return float(np.ones(count)[0])
+
+    with pytest.raises(NumbaError):
+        make(3)

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from touchline.schemas.curves import Curve
-from touchline.services.drawings import arcs, refit
-from touchline.services.drawings.arcs import Complexes
+from touchline.services.drawings import arc_columns, refit
+from touchline.services.drawings.arc_columns import Complexes
 from touchline.services.drawings.detail import Detail
 from touchline.services.drawings.outline import Floats
 
@@ -21,7 +21,7 @@ def wave(count: int) -> list[Curve]:
 
 def test_the_work_grows_as_the_chain_and_is_done_for_many_joints_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     looked: list[int] = []
-    distances = arcs.distances
+    distances = arc_columns.distances
 
     def counted(points: Complexes, rows: Floats) -> Floats:
         found = distances(points, rows)

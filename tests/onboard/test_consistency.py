@@ -54,5 +54,5 @@ def test_without_noise_the_slip_is_learned_to_a_fifth() -> None:
     robot, estimator = EmulatedRobot(Scenario(noise="none"), 1), Estimator(VEHICLE, data_sheets(DEFAULT))
     for tick in range(1, 6001):
         estimator.step(robot.step(*straight(tick)))
-    learned = estimator.ring.slow[m.LEFT_MEAN : m.RIGHT_MEAN + 1]
+    learned = estimator.ring.slow[m.ERROR_MEAN : m.ERROR_MEAN + 2]
     assert learned == pytest.approx([0.005, 0.005], abs=0.001)

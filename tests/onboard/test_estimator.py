@@ -15,6 +15,7 @@ from tests.onboard.rig import Rig
 from touchline.schemas.scenario import DriveNoise, GnssNoise, Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard import filter_model as m
+from touchline.services.onboard.drives.onboard_drive import drive_of
 from touchline.services.onboard.estimation.filter import Estimator
 from touchline.services.onboard.estimation.noise import noise_figures
 from touchline.services.onboard.estimation.report import report
@@ -264,7 +265,7 @@ def test_after_a_restart_a_fix_from_the_old_place_is_not_used() -> None:
 
 
 def test_one_gauss_markov_term_keeps_variance_and_short_term_decay() -> None:
-    c = noise_figures(Vehicle(), data_sheets(DEFAULT))
+    c = noise_figures(Vehicle(), data_sheets(DEFAULT), drive_of(Vehicle()))
     assert c[m.C_GM_VAR] == pytest.approx(2 * 0.0025**2)
     tau = -0.01 / math.log(c[m.C_GM_DECAY])
     assert tau == pytest.approx(2 / (1 / 115 + 1 / 900), rel=1e-6)

@@ -11,7 +11,7 @@ from tests.onboard.rig import Run, chain, clothoid, start, trajectory
 from touchline.schemas.curves import PathTable
 from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard.computer_state import NOW
+from touchline.services.onboard import tracking_state as tracking
 from touchline.services.onboard.control import MpcFollower, make_follower, mpc
 from touchline.services.onboard.interface import Command
 from touchline.services.onboard.trajectory import path_projection as projection
@@ -110,10 +110,10 @@ def test_wheel_limits_hold_even_from_a_bad_start(follower: str) -> None:
 
 
 def standing_inputs() -> tuple[np.ndarray, np.ndarray]:
-    now = np.zeros(NOW)
-    now[projection.LEFT_RADIUS] = now[projection.RIGHT_RADIUS] = VEHICLE.drive.wheel_radius_m
-    now[projection.SPEED] = now[projection.REFERENCE_SPEED] = 1.0
-    now[projection.LEFT_COMMAND] = now[projection.RIGHT_COMMAND] = 10.0
+    now = np.zeros(tracking.NOW)
+    now[tracking.EFFECT] = now[tracking.EFFECT + 1] = VEHICLE.drive.wheel_radius_m
+    now[tracking.SPEED] = now[tracking.REFERENCE_SPEED] = 1.0
+    now[tracking.COMMAND] = now[tracking.COMMAND + 1] = 10.0
     ahead = np.zeros((100, projection.AHEAD_COLUMNS))
     ahead[:, projection.A_SPEED] = 1.0
     return now, ahead
@@ -122,35 +122,34 @@ def standing_inputs() -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize("name", FOLLOWERS)
 def test_on_the_path_at_speed_nothing_changes(name: str) -> None:
     now, ahead = standing_inputs()
-    left, right = make_follower(name, VEHICLE).step(now, ahead)
-    assert (left, right) == pytest.approx((10.0, 10.0), abs=1e-6)
+    assert make_follower(name, VEHICLE).step(now, ahead) == pytest.approx((1.0, 0.0), abs=1e-6)
 
 
 @pytest.mark.parametrize("name", FOLLOWERS)
 @pytest.mark.parametrize("sense", [1, -1])
 def test_steers_back_to_the_path_forward_and_backward(name: str, sense: int) -> None:
     now, ahead = standing_inputs()
-    now[projection.LATERAL] = now[projection.NOZZLE_LATERAL] = 0.02
+    now[tracking.LATERAL] = now[tracking.NOZZLE_LATERAL] = 0.02
     for index in (
-        projection.SPEED,
-        projection.REFERENCE_SPEED,
-        projection.LEFT_COMMAND,
-        projection.RIGHT_COMMAND,
+        tracking.SPEED,
+        tracking.REFERENCE_SPEED,
+        tracking.COMMAND,
+        tracking.COMMAND + 1,
     ):
         now[index] *= sense
     ahead *= sense
-    left, right = make_follower(name, VEHICLE).step(now, ahead)
+    _, yaw_rate_radps = make_follower(name, VEHICLE).step(now, ahead)
     # Left of the path: forward turn right; backward turn left, so that the tail swings to the path.
-    assert (right - left) * sense < -0.1
+    assert yaw_rate_radps * sense < -0.02
 
 
 def test_solver_failure_falls_back_and_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     follower = MpcFollower(VEHICLE)
-    monkeypatch.setattr(follower, "_solve", lambda: None)
+    monkeypatch.setattr(follower, "_solve", lambda _now: None)
     now, ahead = standing_inputs()
-    left, right = follower.step(now, ahead)
+    twist = follower.step(now, ahead)
     assert follower.fallbacks == 1
-    assert (left, right) == pytest.approx((10.0, 10.0), abs=1e-6)
+    assert twist == pytest.approx((1.0, 0.0), abs=1e-6)
 
 
 def test_at_its_iteration_cap_the_solver_gives_up_and_pure_pursuit_drives_on(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -176,7 +175,7 @@ def test_at_its_iteration_cap_the_solver_gives_up_and_pure_pursuit_drives_on(mon
 def test_far_off_the_path_the_tangent_model_is_not_used() -> None:
     follower = MpcFollower(VEHICLE)
     now, ahead = standing_inputs()
-    now[projection.LATERAL] = now[projection.NOZZLE_LATERAL] = 1.0
+    now[tracking.LATERAL] = now[tracking.NOZZLE_LATERAL] = 1.0
     left, right = follower.step(now, ahead)
     assert follower.fallbacks == 1
     assert right < left

@@ -80,7 +80,7 @@ def test_an_accepted_jump_is_known_as_well_as_one_fix_tells_it(vehicle: Vehicle)
     expect_what_one_fix_tells(estimator, vehicle)
     assert error(rig, estimator)[:2] == pytest.approx(OFFSET, abs=0.03)
     assert (estimator.state[[m.GNSS_EAST, m.GNSS_NORTH]] == 0.0).all(), "what was known of it is void"
-    for stays in (m.HEADING, m.GYRO_BIAS, m.ACCEL_BIAS, m.LEFT_SLIP, m.RIGHT_SLIP, m.MAG_BIAS):
+    for stays in (m.HEADING, m.GYRO_BIAS, m.ACCEL_BIAS, m.ODOMETRY_ERROR, m.ODOMETRY_ERROR + 1, m.MAG_BIAS):
         assert estimator.state[stays] == before[stays]
     drive(rig, estimator, 300, lambda _: STANDSTILL)
     assert estimator.counters[m.N_FIX_OUTLYING_RUN] == 0

@@ -9,9 +9,11 @@ import pytest
 
 from tests.onboard.test_followers import standing_inputs
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard.computer_state import NOW
+from touchline.services.onboard import tracking_state as tracking
 from touchline.services.onboard.control import MpcFollower, make_follower, mpc
-from touchline.services.onboard.control.wheel_limits import lead_ticks
+from touchline.services.onboard.control.lead import lead_ticks
+from touchline.services.onboard.drives.onboard_drive import command as drive_command
+from touchline.services.onboard.drives.onboard_drive import drive_of
 from touchline.services.onboard.trajectory import path_projection as projection
 
 TICK_S = 0.01
@@ -23,10 +25,10 @@ def settled(name: str, nozzle_x_m: float = 0.0, drift_mps: float = 0.0, share: f
     It drifts to the left with `drift_mps`, and its wheels come to `share` of the speed that they are told.
     """
     vehicle = Vehicle(tool={"nozzle_x_m": nozzle_x_m})
-    follower = make_follower(name, vehicle)
-    now, ahead = np.zeros(NOW), np.zeros((follower.ahead_rows, projection.AHEAD_COLUMNS))
-    ahead[:, projection.A_SPEED] = now[projection.REFERENCE_SPEED] = 1.0
-    now[projection.LEFT_RADIUS] = now[projection.RIGHT_RADIUS] = vehicle.drive.wheel_radius_m
+    follower, drive = make_follower(name, vehicle), drive_of(vehicle)
+    now, ahead = np.zeros(tracking.NOW), np.zeros((follower.ahead_rows, projection.AHEAD_COLUMNS))
+    ahead[:, projection.A_SPEED] = now[tracking.REFERENCE_SPEED] = 1.0
+    now[tracking.EFFECT] = now[tracking.EFFECT + 1] = vehicle.drive.wheel_radius_m
     stay = math.exp(-TICK_S / vehicle.drive.motor_time_constant_s)
     wheels = np.full(2, share / vehicle.drive.wheel_radius_m)
     command = wheels / share
@@ -37,13 +39,13 @@ def settled(name: str, nozzle_x_m: float = 0.0, drift_mps: float = 0.0, share: f
         speed, yaw_rate = 0.5 * (left + right), (right - left) / vehicle.drive.track_width_m
         heading += yaw_rate * TICK_S
         lateral += (speed * math.sin(heading) + drift_mps) * TICK_S
-        now[projection.LATERAL], now[projection.HEADING_ERROR] = lateral, heading
-        now[projection.NOZZLE_LATERAL] = lateral + nozzle_x_m * math.sin(heading)
-        now[projection.SPEED], now[projection.YAW_RATE] = speed, yaw_rate
-        now[projection.LEFT_COMMAND : projection.RIGHT_COMMAND + 1] = command
-        command = np.array(follower.step(now, ahead))
+        now[tracking.LATERAL], now[tracking.HEADING_ERROR] = lateral, heading
+        now[tracking.NOZZLE_LATERAL] = lateral + nozzle_x_m * math.sin(heading)
+        now[tracking.SPEED], now[tracking.YAW_RATE] = speed, yaw_rate
+        now[tracking.COMMAND :] = command
+        drive_command(drive.figures, *follower.step(now, ahead), now, command)
     assert follower.fallbacks == 0
-    return float(now[projection.NOZZLE_LATERAL]), speed
+    return float(now[tracking.NOZZLE_LATERAL]), speed
 
 
 @pytest.mark.parametrize("nozzle_x_m", [-0.4, 0.0, 0.4])
@@ -69,15 +71,14 @@ def test_pure_pursuits_integral_takes_a_drift_away() -> None:
 @pytest.mark.parametrize("name", ["mpc", "pure-pursuit"])
 def test_curves_are_fed_forward_as_far_ahead_as_the_motors_lag(name: str) -> None:
     vehicle = Vehicle()
-    lead = lead_ticks(vehicle)
+    lead = lead_ticks(vehicle.drive.motor_time_constant_s)
     assert lead == round(vehicle.drive.motor_time_constant_s / TICK_S)
-    apart = []
+    turning = []
     for begins in (lead, lead + 1):
         now, ahead = standing_inputs()
         ahead[begins:, projection.A_YAW_RATE] = 0.5
-        left, right = make_follower(name, vehicle).step(now, ahead)
-        apart.append((right - left) * vehicle.drive.wheel_radius_m / vehicle.drive.track_width_m)
-    assert apart == pytest.approx([0.5, 0.0], abs=0.02)
+        turning.append(make_follower(name, vehicle).step(now, ahead)[1])
+    assert turning == pytest.approx([0.5, 0.0], abs=0.02)
 
 
 @pytest.mark.parametrize(("cap", "fallbacks"), [(1, 1), (mpc.ITERATION_CAP, 0)])
@@ -85,7 +86,7 @@ def test_the_solver_gets_its_iteration_cap(monkeypatch: pytest.MonkeyPatch, cap:
     monkeypatch.setattr(mpc, "ITERATION_CAP", cap)
     follower = MpcFollower(Vehicle())
     now, ahead = standing_inputs()
-    now[projection.LATERAL] = now[projection.NOZZLE_LATERAL] = 0.3
-    now[projection.HEADING_ERROR] = 0.4
+    now[tracking.LATERAL] = now[tracking.NOZZLE_LATERAL] = 0.3
+    now[tracking.HEADING_ERROR] = 0.4
     follower.step(now, ahead)
     assert follower.fallbacks == fallbacks

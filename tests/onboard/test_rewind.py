@@ -11,9 +11,10 @@ from scipy.stats import chi2
 from benchmarks._data_sheets import data_sheets
 from tests.onboard.rig import Rig
 from touchline.schemas.scenario import GnssNoise, Scenario
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard import filter_model as m
+from touchline.services.onboard.drives.onboard_drive import drive_of, strain
 from touchline.services.onboard.estimation.filter import Estimator
-from touchline.services.onboard.estimation.measurements import strain_tyres
 from touchline.services.onboard.estimation.report import report
 from touchline.services.onboard.interface import STANDSTILL, Command, SensorFrame
 
@@ -128,7 +129,7 @@ def test_a_slip_that_jumps_is_believed_after_ten_readings_and_a_short_one_is_no_
         seen.append(report(estimator.counters).slip)
     assert 8 <= report(estimator.counters).encoders_rejected <= 20
     assert max(seen) == pytest.approx(1.0 - math.exp(-1.0 / 3.0), abs=0.05)
-    assert abs(estimator.state[m.LEFT_SLIP] - 0.08) < 0.03
+    assert abs(estimator.state[m.ODOMETRY_ERROR] - 0.08) < 0.03
 
 
 def test_a_wheel_that_is_sped_up_slips_by_nobody_knows_how_much() -> None:
@@ -136,9 +137,9 @@ def test_a_wheel_that_is_sped_up_slips_by_nobody_knows_how_much() -> None:
 
     def added(change_mps: float, accel: float) -> list[float]:
         before, now, covariance = np.zeros(m.INPUTS), np.zeros(m.INPUTS), np.zeros((m.STATES, m.STATES))
-        now[m.IN_LEFT], now[m.IN_ACCEL] = change_mps, accel
-        strain_tyres(covariance, before, now)
-        return [math.sqrt(covariance[i, i]) for i in (m.LEFT_SLIP, m.RIGHT_SLIP)]
+        now[m.IN_ODOMETRY], now[m.IN_ACCEL] = change_mps, accel
+        strain(drive_of(Vehicle()).figures, covariance, before, now)
+        return [math.sqrt(covariance[i, i]) for i in (m.ODOMETRY_ERROR, m.ODOMETRY_ERROR + 1)]
 
     assert added(0.0, 0.1) == [0.0, 0.0]
     assert added(0.02, 0.1) == pytest.approx([0.008, 0.0])

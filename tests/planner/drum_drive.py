@@ -42,8 +42,8 @@ class DrumDrive(DriveSpec):
         drum = self.max_drum_speed_radps, self.max_drum_acceleration_radps2
         steering = self.max_steering_rad, self.max_steering_rate_radps
         return (
-            Actuator("drum", "wheel speed", "rad/s", "wheel acceleration", *drum),
-            Actuator("steering", "steering angle", "rad", "steering rate", *steering),
+            Actuator("drum", "wheel speed", "rad/s", "wheel acceleration", *drum, "drum"),
+            Actuator("steering", "steering angle", "rad", "steering rate", *steering, "fork"),
         )
 
     @property

@@ -14,6 +14,7 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.plan import ways_of
+from touchline.services.planner.steering.circles import circle
 from touchline.services.planner.steering.dubins import dubins_pieces
 from touchline.services.planner.steering.dubins_bound import least_plain
 from touchline.services.planner.steering.forward import (
@@ -27,9 +28,11 @@ from touchline.services.planner.steering.forward import (
 from touchline.services.planner.steering.method import CurveEnd
 from touchline.services.planner.steering.newton3 import solve_three
 from touchline.services.planner.steering.profile import amount_of, solve
+from touchline.services.planner.steering.query import Query
+from touchline.services.planner.transitions.piece_table import PieceTable
 from touchline.services.planner.transitions.transitions import BRAKING_SHARE, Way
 from touchline.services.planner.transitions.way_rows import way_rows
-from touchline.services.planner.transitions.way_times import TRACK_PIECES, least_time, way_time, way_times
+from touchline.services.planner.transitions.way_times import TRACK_PIECES, TurnFigures, least_time, way_time, way_times
 
 ORIGIN = PathPose(0.0, 0.0, 0.0)
 
@@ -83,7 +86,8 @@ def test_the_quick_solver_finds_what_the_general_one_finds(x: float, y: float, h
         if length < math.inf:
             assert quick.tolist() == general.tolist()
             # With what is just long enough it is found all the same.
-            assert attempt(u.copy(), straight, ends, limit, goal, h, length + 1e-9) == length
+            query = Query(ends, goal, h, circle(limit))
+            assert attempt(u.copy(), straight, query, length + 1e-9) == length
 
 
 @pytest.mark.parametrize("curvature", [0.0, 0.4])
@@ -93,18 +97,19 @@ def test_of_all_turns_the_quickest_is_found_without_trying_all(curvature: float)
     rng = np.random.default_rng(3)
     poses = [PathPose(x, y, h) for x, y, h in rng.uniform((0, 0, -4), (5, 5, 4), (12, 3)).tolist()]
     ends = [CurveEnd(pose, curvature * (i % 2)) for i, pose in enumerate(poses)]
-    starts, goals, circles, roots = way_rows(ends, ends, ways)
+    rows = way_rows(ends, ends, ways)
     pairs = np.array([(a, b) for a in range(12) for b in range(12) if a != b])
-    tracks, counts = np.zeros((len(pairs), TRACK_PIECES, 5)), np.zeros(len(pairs), dtype=np.int64)
-    seconds = way_times(starts, goals, circles, roots, limits.caps, pairs, True, tracks, counts)
+    found = PieceTable(np.zeros((len(pairs), TRACK_PIECES, 5)), np.zeros(len(pairs), dtype=np.int64))
+    seconds = way_times(rows, limits.caps, pairs, True, found)
     pieces = np.zeros((TRACK_PIECES, 5))
     for p, (a, b) in enumerate(pairs.tolist()):
         times = []
         for k, turns in enumerate(ways.turns):
-            times.append(way_time(starts[k, a], goals[k, b], circles[k], roots[k], limits.caps, True, pieces)[0])
-            assert least_time(starts[k, a], goals[k, b], turns.curvature_1pm, limits.caps) <= times[-1] + 1e-9
+            start, goal, turning = rows.starts[k, a], rows.goals[k, b], TurnFigures(rows.circles[k], rows.roots[k])
+            times.append(way_time(start, goal, turning, limits.caps, True, pieces)[0])
+            assert least_time(start, goal, turns.curvature_1pm, limits.caps) <= times[-1] + 1e-9
         assert seconds[p] == min(times)
-        way = PiecePath(ends[a].pose, tuple(Piece(*row) for row in tracks[p, : counts[p]].tolist()))
+        way = PiecePath(ends[a].pose, tuple(Piece(*row) for row in found.pieces[p, : found.counts[p]].tolist()))
         assert abs(way.end.point - ends[b].pose.point) < 1e-9
 
 

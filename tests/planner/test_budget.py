@@ -38,7 +38,7 @@ def parts(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     words, rough = methods.way_times, methods.word_lengths
 
     def way_times(*given: object) -> Floats:
-        done.append("hops" if given[6] else "words")
+        done.append("hops" if given[3] else "words")
         return words(*given)
 
     def word_lengths(*given: object, **named: object) -> Floats:

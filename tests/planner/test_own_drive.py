@@ -50,7 +50,9 @@ def test_it_plans_within_its_own_limits(options: dict[str, object]) -> None:
     assert drum == pytest.approx(1.2 / drive.drum_radius_m)
     assert 0.4 * drive.max_steering_rad < steering <= drive.max_steering_rad
     assert np.abs(series.rate[1]).max() > 0.5 * drive.max_steering_rate_radps
-    assert report.max_wheel_speed_radps == pytest.approx(drum)
+    assert [(each.name, each.unit) for each in report.actuators] == [("drum", "rad/s"), ("steering", "rad")]
+    assert [each.max for each in report.actuators] == pytest.approx([drum, steering], rel=1e-3)
+    assert report.actuators[1].max_rate <= drive.max_steering_rate_radps * (1 + 1e-6)
     assert 0.0 < report.battery_wh < 100.0
 
 
@@ -85,7 +87,7 @@ def test_it_is_in_the_help_and_printed_as_a_file_that_can_be_given(tmp_path: Pat
     path = tmp_path / "own.json"
     path.write_text(printed)
     planned = json.loads(runner.invoke(app, ["plan", "study-square", "--json", "--vehicle", str(path)]).output)
-    assert planned["max"]["wheel_speed_radps"] <= DrumDrive().max_drum_speed_radps
+    assert planned["actuators"][0]["max"] <= DrumDrive().max_drum_speed_radps
 
 
 def test_its_figures_are_its_own() -> None:

@@ -59,10 +59,10 @@ def check(planned: Plan, template: Template, method: str, *, given: bool = False
     assert report.total_length_m == pytest.approx(report.paint_length_m + report.transition_length_m)
     assert report.total_time_s == pytest.approx(report.paint_time_s + report.transition_time_s)
     assert report.max_curvature_1pm <= planned.limits.curvature_max_1pm * (1 + 1e-9)
-    assert report.max_wheel_speed_radps <= VEHICLE.drive.max_wheel_speed_radps * (1 + 1e-9)
+    assert max(each.max for each in report.actuators) <= VEHICLE.drive.max_wheel_speed_radps * (1 + 1e-9)
     if method != "dubins-padded":
         assert report.max_sharpness_1pm2 <= planned.limits.sharpness_max_1pm2 * (1 + 1e-9)
-        assert report.max_wheel_acceleration_radps2 <= VEHICLE.drive.max_wheel_acceleration_radps2
+        assert max(each.max_rate for each in report.actuators) <= VEHICLE.drive.max_wheel_acceleration_radps2
         check_g2(planned)
         check_wheels(planned)
 

@@ -10,7 +10,7 @@ import pytest
 from touchline.schemas import topics
 from touchline.schemas.catalogue import parse_template, template_text
 from touchline.schemas.messages import GetDiagnosticsRequest, PlanOptions, PlanRequest, PlanResponse, Progress
-from touchline.schemas.vehicles import DifferentialDrive, Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.bus import Bus, BusConfig
 from touchline.services.bus.ports import free_port
 from touchline.services.planner.plan import plan
@@ -60,7 +60,7 @@ def test_a_template_is_planned_with_progress(bus: Bus) -> None:
 
 def test_it_is_planned_for_the_vehicle_of_the_request(bus: Bus) -> None:
     square = template_text("study-square")[0]
-    wide = Vehicle(name="wide", drive=DifferentialDrive(track_width_m=0.8))
+    wide = Vehicle(name="wide", track_width_m=0.8)
 
     def planned(name: str, vehicle_json: str) -> PlanResponse:
         request = PlanRequest(request_id=f"vehicle {name}", template_json=square, vehicle_json=vehicle_json)
@@ -74,9 +74,9 @@ def test_it_is_planned_for_the_vehicle_of_the_request(bus: Bus) -> None:
     assert own.trajectory == same.trajectory == plan(parse_template(square), Vehicle(), PlanOptions()).trajectory
     assert other.trajectory == plan(parse_template(square), wide, PlanOptions()).trajectory
     assert other.trajectory != own.trajectory
-    refused = planned("broken", '{"drive": {"kind": "differential", "track_width_m": 99}}')
+    refused = planned("broken", '{"track_width_m": 99}')
     assert not refused.success
-    assert "the request's vehicle: drive.track_width_m is 99" in refused.message
+    assert "the request's vehicle: track_width_m is 99" in refused.message
     assert planned("none", "{]").message.startswith("the request's vehicle")
 
 

@@ -38,7 +38,7 @@ def check(planned: Plan) -> None:
     report = planned.report
     assert report.position_gap_m < 1e-9
     assert report.heading_gap_rad < 1e-9
-    assert report.max_wheel_acceleration_radps2 <= AGILE.drive.max_wheel_acceleration_radps2
+    assert max(each.max_rate for each in report.actuators) <= AGILE.drive.max_wheel_acceleration_radps2
     for station in stops(planned):
         assert float(planned.speeds.speed_at(station)) == pytest.approx(0.0, abs=1e-6)
 

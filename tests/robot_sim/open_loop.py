@@ -31,7 +31,8 @@ class Tick(NamedTuple):
 def drive(ticks, *faults, command=AHEAD, seed=1, **scenario):
     """An open-loop run: the same commands, whatever the sensors say."""
     scenario = Scenario(seed=seed, faults=faults, **scenario)
-    world, sensors, timeline = World(VEHICLE, scenario), Sensors(VEHICLE, scenario), FaultTimeline(scenario.faults)
+    world, sensors = World(VEHICLE, scenario), Sensors(VEHICLE, scenario)
+    timeline = FaultTimeline(scenario.faults, VEHICLE.drive)
     run = []
     for tick in range(1, ticks + 1):
         timeline.step(tick)

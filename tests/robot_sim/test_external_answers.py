@@ -13,9 +13,11 @@ from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.bus import CallError
-from touchline.services.onboard.computer_state import NOW
+from touchline.services.onboard import tracking_state as tracking
 from touchline.services.onboard.control import FollowerQuestion, Interrupted, PurePursuitFollower
 from touchline.services.onboard.control.external import AHEAD_TICKS, ExternalFollower
+from touchline.services.onboard.drives.onboard_drive import command as drive_command
+from touchline.services.onboard.drives.onboard_drive import drive_of
 from touchline.services.onboard.trajectory import path_projection as t
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.lockstep import NOW_FIELDS, Lockstep
@@ -31,15 +33,15 @@ LIMIT_RADPS = VEHICLE.drive.max_wheel_speed_radps
 
 def inputs(speed_mps=1.0):
     """On the path at this speed."""
-    now, ahead = np.zeros(NOW), np.zeros((AHEAD_TICKS, t.AHEAD_COLUMNS))
-    now[[t.LEFT_RADIUS, t.RIGHT_RADIUS]] = VEHICLE.drive.wheel_radius_m
-    now[[t.SPEED, t.REFERENCE_SPEED]] = ahead[:, t.A_SPEED] = speed_mps
-    now[[t.LEFT_COMMAND, t.RIGHT_COMMAND]] = speed_mps / VEHICLE.drive.wheel_radius_m
+    now, ahead = np.zeros(tracking.NOW), np.zeros((AHEAD_TICKS, t.AHEAD_COLUMNS))
+    now[[tracking.EFFECT, tracking.EFFECT + 1]] = VEHICLE.drive.wheel_radius_m
+    now[[tracking.SPEED, tracking.REFERENCE_SPEED]] = ahead[:, t.A_SPEED] = speed_mps
+    now[[tracking.COMMAND, tracking.COMMAND + 1]] = speed_mps / VEHICLE.drive.wheel_radius_m
     return now, ahead
 
 
 class Outside:
-    """An outside follower; `answers` are wheel speeds or exceptions, the last one for good."""
+    """An outside follower; `answers` are twists or exceptions, the last one for good."""
 
     def __init__(self, *answers):
         self.answers, self.questions = list(answers), []
@@ -52,18 +54,21 @@ class Outside:
         return answer
 
 
-def test_its_wheel_speeds_are_driven_as_far_as_the_wheels_can():
-    follower = ExternalFollower(VEHICLE, Outside((3.0, -4.0), (1e3, -1e3), (-1e300, 20.0)))
-    got = [follower.step(*inputs()) for _ in range(3)]
-    assert got == [(3.0, -4.0), (LIMIT_RADPS, -LIMIT_RADPS), (-LIMIT_RADPS, 20.0)]
+def test_its_twist_is_driven_as_far_as_the_wheels_can():
+    follower, drive = ExternalFollower(VEHICLE, Outside((0.9, 0.1), (1e3, -1e3), (-1e300, 20.0))), drive_of(VEHICLE)
+    wheels = np.zeros(2)
+    for _ in range(3):
+        now, ahead = inputs()
+        drive_command(drive.figures, *follower.step(now, ahead), now, wheels)
+        assert np.isfinite(wheels).all() and np.abs(wheels).max() <= LIMIT_RADPS
     assert (follower.fallbacks, follower.problem) == (0, "")
 
 
 @pytest.mark.parametrize("bad", [(math.nan, 1.0), (1.0, math.nan), (math.inf, 1.0), (1.0, -math.inf)])
-def test_what_is_no_wheel_speed_is_not_driven(bad):
+def test_what_is_no_twist_is_not_driven(bad):
     outside = Outside(bad, (1.0, 2.0))
     follower = ExternalFollower(VEHICLE, outside)
-    assert follower.step(*inputs()) == pytest.approx((10.0, 10.0), abs=1e-6), "pure pursuit's, on the path"
+    assert follower.step(*inputs()) == pytest.approx((1.0, 0.0), abs=1e-6), "pure pursuit's, on the path"
     assert "not finite" in follower.problem
 
 
@@ -73,7 +78,7 @@ def test_after_a_failure_it_is_not_asked_before_the_robot_rests(failure):
     follower = ExternalFollower(VEHICLE, outside)
     follower.step(*inputs())
     for _ in range(5):
-        assert follower.step(*inputs()) == pytest.approx((10.0, 10.0), abs=1e-6)
+        assert follower.step(*inputs()) == pytest.approx((1.0, 0.0), abs=1e-6)
     assert len(outside.questions) == 2
     assert follower.fallbacks == 5
     assert follower.problem == str(failure), "only a lack of answers is a reason to pause"
@@ -98,7 +103,7 @@ def test_the_pursuit_that_brakes_for_it_has_learned_nothing_from_before():
     follower = ExternalFollower(VEHICLE, Outside(ConnectionError("gone")))
     now, ahead = inputs()
     off = now.copy()
-    off[[t.LATERAL, t.NOZZLE_LATERAL]] = 0.05
+    off[[tracking.LATERAL, tracking.NOZZLE_LATERAL]] = 0.05
     for _ in range(300):
         follower.step(off, ahead)
     spoiled = follower.step(now, ahead)
@@ -158,19 +163,19 @@ class Answering:
 
 
 def question():
-    now, ahead = np.arange(1.0, NOW + 1), np.arange(2.0 * AHEAD_TICKS).reshape(-1, 2)
+    now, ahead = np.arange(1.0, tracking.NOW + 1), np.arange(2.0 * AHEAD_TICKS).reshape(-1, 2)
     return FollowerQuestion(True, now, ahead)
 
 
-def test_a_question_is_told_field_by_field_and_the_answer_is_left_then_right():
-    bus = Answering(lambda request: FollowerStepResponse(step=request.step, left_radps=3.0, right_radps=4.0))
+def test_a_question_is_told_field_by_field_and_the_answer_is_speed_then_yaw_rate():
+    bus = Answering(lambda request: FollowerStepResponse(step=request.step, speed_mps=0.3, yaw_rate_radps=0.4))
     ask = Lockstep(bus)
-    assert ask(question()) == (3.0, 4.0)
+    assert ask(question()) == (0.3, 0.4)
     ask(question()._replace(first=False))
     told, again = bus.requests
-    assert [getattr(told, name) for name in NOW_FIELDS] == list(range(1, NOW + 1))
-    assert (told.lateral_m, told.right_command_radps) == (1.0 + t.LATERAL, 1.0 + t.RIGHT_COMMAND)
-    assert (told.speed_mps, told.reference_speed_mps) == (1.0 + t.SPEED, 1.0 + t.REFERENCE_SPEED)
+    assert [getattr(told, name) for name in NOW_FIELDS] == list(range(1, len(NOW_FIELDS) + 1))
+    assert (told.lateral_m, told.yaw_rate_radps) == (1.0 + tracking.LATERAL, 1.0 + tracking.YAW_RATE)
+    assert (told.speed_mps, told.reference_speed_mps) == (1.0 + tracking.SPEED, 1.0 + tracking.REFERENCE_SPEED)
     assert list(told.ahead_speed_mps) == list(range(0, 200, 2))
     assert list(told.ahead_yaw_rate_radps) == list(range(1, 200, 2))
     assert (told.first, again.first) == (True, False)

@@ -49,8 +49,8 @@ class Controller:
             self.inner.reset()
         now = np.array([getattr(request, name) for name in NOW_FIELDS])
         ahead = np.column_stack((request.ahead_speed_mps, request.ahead_yaw_rate_radps))
-        left, right = self.inner.step(now, ahead)
-        call.reply(FollowerStepResponse(step=request.step, left_radps=left, right_radps=right))
+        speed_mps, yaw_rate_radps = self.inner.step(now, ahead)
+        call.reply(FollowerStepResponse(step=request.step, speed_mps=speed_mps, yaw_rate_radps=yaw_rate_radps))
         self.answered = request.step
 
 

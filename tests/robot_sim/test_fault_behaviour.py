@@ -38,7 +38,7 @@ STOPS = [
     ("imu-noisy", {}, "", True),
     ("imu-stuck", {}, "IMU's samples are older", None),
     ("magnetic-disturbance", {"east_t": 1e-5}, "", True),
-    ("encoder-dropout", {"wheel": "left"}, "left wheel does not turn", False),
+    ("encoder-dropout", {"actuator": "left"}, "left wheel does not turn", False),
     ("wheel-blocked", {}, "left wheel does not turn", False),
     ("wheel-slip", {"share": 0.5}, "wheels slip", None),
     ("motor-weak", {"share": 0.0}, "left wheel does not turn", False),

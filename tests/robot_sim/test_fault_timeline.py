@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from tests.robot_sim.scripted import ScriptedOnboard, line_script
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
-from touchline.schemas.errors import CommandRefused
+from touchline.schemas.errors import CommandRefused, SpecError
 from touchline.schemas.faults import Fault, parse_fault
 from touchline.schemas.messages import Event, InjectFaultRequest
 from touchline.schemas.scenario import Scenario
@@ -22,6 +22,8 @@ from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fault_timeline import MAX_FAULTS, FaultTimeline
 from touchline.services.robot_sim.telemetry import Telemetry
 from touchline.services.robot_sim.world import effects as e
+
+DRIVE = Vehicle().drive
 
 
 def fault(kind, **fields):
@@ -39,12 +41,13 @@ def acting(timeline, index, ticks):
 
 
 def test_a_fault_acts_from_its_start_for_its_duration():
-    assert acting(FaultTimeline([fault("bumper", start_s=0.1, duration_s=0.05)]), e.BUMPER, 40) == [11, 12, 13, 14, 15]
-    assert acting(FaultTimeline([fault("bumper", duration_s=0.01)]), e.BUMPER, 40) == [1]
-    assert acting(FaultTimeline([fault("bumper", start_s=0.37)]), e.BUMPER, 40) == [38, 39, 40]
+    bumped = fault("bumper", start_s=0.1, duration_s=0.05)
+    assert acting(FaultTimeline([bumped], DRIVE), e.BUMPER, 40) == [11, 12, 13, 14, 15]
+    assert acting(FaultTimeline([fault("bumper", duration_s=0.01)], DRIVE), e.BUMPER, 40) == [1]
+    assert acting(FaultTimeline([fault("bumper", start_s=0.37)], DRIVE), e.BUMPER, 40) == [38, 39, 40]
     for hundredths in (7, 14, 28, 29, 57, 58):  # 0.29 · 100 is less than 29
         short = fault("bumper", start_s=hundredths / 100, duration_s=hundredths / 100)
-        acts = acting(FaultTimeline([short]), e.BUMPER, 130)
+        acts = acting(FaultTimeline([short], DRIVE), e.BUMPER, 130)
         assert acts == list(range(hundredths + 1, 2 * hundredths + 1))
 
 
@@ -55,7 +58,8 @@ def test_overlapping_faults_add_up_and_end_one_by_one():
             fault("gnss-wrong-fix", east_m=0.5, start_s=0.1, duration_s=0.2),
             fault("nozzle-clogged", share=0.4, duration_s=0.2),
             fault("nozzle-clogged", share=0.6, start_s=0.1, duration_s=0.2),
-        ]
+        ],
+        DRIVE,
     )
     seen = []
     for tick in range(1, 41):
@@ -74,7 +78,7 @@ def test_overlapping_faults_add_up_and_end_one_by_one():
 
 
 def effects_of(*faults):
-    timeline = FaultTimeline(faults)
+    timeline = FaultTimeline(faults, DRIVE)
     timeline.step(1)
     return timeline.effects.copy()
 
@@ -166,7 +170,7 @@ def test_the_order_of_faults_does_not_matter(faults, rng):
 
 
 def test_beginning_and_end_are_told_once():
-    timeline = FaultTimeline([fault("bumper", start_s=0.1, duration_s=0.05)])
+    timeline = FaultTimeline([fault("bumper", start_s=0.1, duration_s=0.05)], DRIVE)
     told = []
     for tick in range(1, 40):
         timeline.step(tick)
@@ -175,14 +179,14 @@ def test_beginning_and_end_are_told_once():
 
 
 def test_an_injected_fault_counts_from_now():
-    timeline = FaultTimeline([])
+    timeline = FaultTimeline([], DRIVE)
     timeline.step(100)
     timeline.inject(fault("bumper", start_s=0.02, duration_s=0.02), 100)
     assert [tick for tick in acting(timeline, e.BUMPER, 110) if tick > 100] == [103, 104]
 
 
 def test_there_is_an_end_to_injecting():
-    timeline = FaultTimeline([])
+    timeline = FaultTimeline([], DRIVE)
     for _ in range(MAX_FAULTS):
         timeline.inject(fault("bumper"), 0)
     with pytest.raises(CommandRefused, match="faults"):
@@ -190,7 +194,7 @@ def test_there_is_an_end_to_injecting():
 
 
 def test_faults_that_are_over_make_room_for_others():
-    timeline = FaultTimeline([])
+    timeline = FaultTimeline([], DRIVE)
     for _ in range(MAX_FAULTS):
         timeline.inject(fault("bumper", duration_s=0.05), 0)
     for tick in range(1, 8):
@@ -200,8 +204,8 @@ def test_faults_that_are_over_make_room_for_others():
 
 
 def test_an_injection_says_when_and_for_how_long():
-    timeline = FaultTimeline([])
-    timeline.inject(fault("wheel-slip", wheel="left", share=0.3, start_s=1.5), 100)
+    timeline = FaultTimeline([], DRIVE)
+    timeline.inject(fault("wheel-slip", actuator="left", share=0.3, start_s=1.5), 100)
     (event,) = timeline.take_events()
     assert event.text == "a wheel slips (wheel left, share 0.3), in 1.5 s, to the end"
 
@@ -255,3 +259,22 @@ def test_what_the_computer_is_told_of_the_body():
         frame = emulator.frame
         seen.append((round(frame.battery_fraction, 3), frame.tank_l, frame.operator_alive))
     assert seen == [(1.0, 20.0, True), (0.1, 0.5, False), (1.0, 20.0, True)]
+
+
+@pytest.mark.parametrize(("actuator", "slots"), [("left", [1.0, 0.0]), ("right", [0.0, 1.0]), ("all", [1.0, 1.0])])
+def test_a_fault_is_of_the_actuators_that_it_names(actuator, slots):
+    assert effects_of(fault("wheel-blocked", actuator=actuator))[e.BLOCKED : e.BLOCKED + 2].tolist() == slots
+    assert effects_of(fault("encoder-dropout", actuator=actuator))[e.ENCODER_OUT :][:2].tolist() == slots
+
+
+def test_a_fault_of_an_actuator_that_the_vehicle_does_not_have_is_refused():
+    scenario = Scenario(faults=(fault("bumper"), fault("motor-weak", actuator="front")))
+    says = r"scenario: faults\[1\].actuator is 'front'; give 'left', 'right' or 'all': the vehicle's drive has no other"
+    with pytest.raises(SpecError, match=says):
+        Emulator(Vehicle(), scenario)
+    timeline = FaultTimeline([], DRIVE)
+    with pytest.raises(SpecError, match=r"fault: actuator is 'rear'; give 'left', 'right' or 'all'"):
+        timeline.inject(fault("wheel-slip", actuator="rear"), 0)
+    timeline.step(1)
+    assert np.array_equal(timeline.effects, e.neutral())
+    assert timeline.take_events() == []

@@ -8,7 +8,7 @@ from touchline.services.robot_sim.world import body
 
 
 def test_a_blocked_wheel_stands_and_turns_the_robot():
-    run = drive(400, second("wheel-blocked", wheel="left"), noise="none")
+    run = drive(400, second("wheel-blocked", actuator="left"), noise="none")
     assert run[99].state[body.YAW_RATE] == pytest.approx(0.0, abs=1e-6)
     assert {float(tick.state[body.LEFT_RATE]) for tick in run[100:200]} == {0.0}
     assert run[199].state[body.HEADING] > 0.5
@@ -26,7 +26,7 @@ def test_a_slipping_wheel_turns_without_getting_on():
 
 def test_a_weak_motor_cannot_keep_up():
     hill = {"grade": 0.15, "uphill_rad": 0.0}
-    run = drive(500, second("motor-weak", wheel="both", share=0.02), noise="none", ground=hill)
+    run = drive(500, second("motor-weak", actuator="all", share=0.02), noise="none", ground=hill)
     assert run[99].state[body.LEFT_RATE] == pytest.approx(10.0, abs=0.2)
     assert run[199].state[body.LEFT_RATE] < 5.0
     assert run[-1].state[body.LEFT_RATE] == pytest.approx(10.0, abs=0.3)

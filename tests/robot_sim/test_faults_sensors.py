@@ -124,7 +124,7 @@ def test_a_disturbed_field_is_the_maps():
 
 
 def test_an_encoder_that_drops_out_never_catches_up():
-    run, plain = drive(300, second("encoder-dropout", wheel="left")), drive(300)
+    run, plain = drive(300, second("encoder-dropout", actuator="left")), drive(300)
     left = np.array([tick.frame.encoders[0] for tick in run])
     right = np.array([tick.frame.encoders[0] for tick in plain])
     assert (left[:100] == right[:100]).all()

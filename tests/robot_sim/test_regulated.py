@@ -13,7 +13,7 @@ from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Pose2, Scenario
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard.computer_state import NOW
+from touchline.services.onboard import tracking_state as tracking
 from touchline.services.onboard.control.pure_pursuit import FAR_M, LOOKAHEAD_S, PurePursuitFollower
 from touchline.services.onboard.trajectory import path_projection as projection
 from touchline.services.robot_sim.emulator import Emulator
@@ -76,15 +76,15 @@ def test_off_its_path_it_is_slow_until_it_is_back() -> None:
 
 @pytest.mark.parametrize(("off_m", "slower"), [(0.02, False), (FAR_M, True)])
 def test_distance_alone_makes_it_slower(off_m: float, slower: bool) -> None:
-    now = np.zeros(NOW)
-    now[[projection.LEFT_RADIUS, projection.RIGHT_RADIUS]] = VEHICLE.drive.wheel_radius_m
-    now[[projection.SPEED, projection.REFERENCE_SPEED]] = 1.0
-    now[projection.NOZZLE_LATERAL] = off_m
-    now[projection.HEADING_ERROR] = math.atan2(-off_m, LOOKAHEAD_S)  # it aims where it goes: no curvature is commanded
+    now = np.zeros(tracking.NOW)
+    now[[tracking.EFFECT, tracking.EFFECT + 1]] = VEHICLE.drive.wheel_radius_m
+    now[[tracking.SPEED, tracking.REFERENCE_SPEED]] = 1.0
+    now[tracking.NOZZLE_LATERAL] = off_m
+    now[tracking.HEADING_ERROR] = math.atan2(-off_m, LOOKAHEAD_S)  # it aims where it goes: no curvature is commanded
     follower = PurePursuitFollower(VEHICLE)
     ahead = np.zeros((follower.ahead_rows, projection.AHEAD_COLUMNS))
     ahead[:, projection.A_SPEED] = 1.0
     for _ in range(10):
-        left, right = follower.step(now, ahead)
-    assert left == pytest.approx(right)
-    assert (left < 9.0) if slower else left == pytest.approx(10.0)
+        speed_mps, yaw_rate_radps = follower.step(now, ahead)
+    assert yaw_rate_radps == pytest.approx(0.0, abs=1e-9)
+    assert (speed_mps < 0.9) if slower else speed_mps == pytest.approx(1.0)

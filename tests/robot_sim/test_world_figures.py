@@ -155,7 +155,7 @@ def test_braking_and_rolling_downhill_give_nothing_back_to_the_battery():
 
 @pytest.mark.parametrize(("wheel", "turned"), [("left", 1.0), ("right", -1.0)])
 def test_one_weak_motor_leaves_the_other_as_it_is_and_turns_the_robot_to_its_side(wheel, turned):
-    weak = fault("motor-weak", wheel=wheel, share=0.0, start_s=1.0)
+    weak = fault("motor-weak", actuator=wheel, share=0.0, start_s=1.0)
     run = open_loop(150, weak, noise="none", command=AHEAD)
     other = body.RIGHT_RATE if wheel == "left" else body.LEFT_RATE
     assert run[-1].state[other] == pytest.approx(10.0, abs=0.3)

@@ -137,7 +137,6 @@ CHOICES = {  # one of its kind, where a text or a number cannot be any
     "best_fix": "none",
     "fix": "single",
     "sensor": "magnetometer",
-    "wheel": "right",
     "actuation": "SPRAY",
 }
 NOT_TO_BE_CHANGED = ("kind",)  # of a fault, a drive or a tool: another kind has other fields
@@ -178,6 +177,14 @@ BOUNDED = Template(
         {"id": "a", "line": {"start": (0.0, 0.0), "end": (5.0, 0.0)}},
         {"id": "b", "arc": {"start": (5.0, 0.0), "center": (5.0, 2.0), "sweep_angle": 1.0}},
     ],
+    areas=[
+        {
+            "id": "lawn",
+            "outline": [(0.0, 3.0), (4.0, 3.0), (4.0, 6.0)],
+            "holes": [[(3.0, 3.5), (3.5, 3.5), (3.5, 4.0)]],
+            "angle_deg": 20.0,
+        }
+    ],
     boundary={"corners": [(-9.0, -9.0), (9.0, -9.0), (0.0, 9.0)]},
     origin={"latitude_deg": 57.0, "longitude_deg": 10.0},
 )
@@ -190,7 +197,7 @@ ENDS = PlanOptions(start=[1.0, 2.0, 3.0], end=[4.0, 5.0, 6.0])
         ("scenario", RICH, {("name",)}),
         ("vehicle", Vehicle(), set()),
         ("template", BOUNDED, set()),
-        ("options", ENDS, set()),
+        ("options", ENDS, {("area_method",)}),
     ],
     ids=["scenario", "vehicle", "template", "options"],
 )
@@ -205,6 +212,11 @@ def test_every_field_is_a_cause_by_the_least_of_changes(what, subject, uncounted
     assert {path for path, digest in found.items() if digest == plain} == uncounted
     counted = [digest for path, digest in found.items() if path not in uncounted]
     assert len(set(counted)) == len(counted)
+
+
+def test_how_areas_are_covered_is_a_cause_where_there_are_any():
+    assert cause(template=BOUNDED, options=PlanOptions(area_method="other")) != cause(template=BOUNDED)
+    assert cause(options=PlanOptions(area_method="other")) == cause()
 
 
 def test_what_is_left_to_a_default_counts_as_well_as_what_is_given():

@@ -46,7 +46,8 @@ def test_every_kind_is_read_described_and_written_back(model):
         ({"kind": "bumper", "duration_s": 0}, "faults[1].duration_s", "give at least 0.01 s"),
         ({"kind": "bumper", "start_s": float("nan")}, "faults[1].start_s", "is nan"),
         ({"kind": "bumper", "wheel": "left"}, "faults[1].wheel", "not a known field"),
-        ({"kind": "wheel-blocked", "wheel": "front"}, "faults[1].wheel", "'front'"),
+        ({"kind": "wheel-blocked", "actuator": 1}, "faults[1].actuator", "is 1"),
+        ({"kind": "wheel-slip", "actuator": "left", "wheel": "left"}, "faults[1].wheel", "not a known field"),
         ({"kind": "messages-late", "sensor": "gnss"}, "faults[1].delay_s", "is missing"),
         ({"kind": "valve-stuck"}, "faults[1].position", "is missing"),
         ({"kind": "nozzle-clogged", "share": 1.5}, "faults[1].share", "give at most 1"),
@@ -118,3 +119,14 @@ def test_what_is_no_fault_is_refused(text):
 def test_silence_keeps_the_faults():
     scenario = Scenario(noise="none", faults=({"kind": "bumper"},))
     assert scenario.effective().faults == scenario.faults
+
+
+@pytest.mark.parametrize("kind", ["encoder-dropout", "wheel-blocked", "wheel-slip", "motor-weak"])
+@pytest.mark.parametrize(("former", "now"), [("left", "left"), ("right", "right"), ("both", "all")])
+def test_the_wheel_of_an_older_file_is_an_actuator(kind, former, now):
+    older, newer = (
+        parse_fault(f'{{"kind": "{kind}", "wheel": "{former}"}}'),
+        parse_fault(f'{{"kind": "{kind}", "actuator": "{now}"}}'),
+    )
+    assert older == newer
+    assert f"actuator {now}" in describe(older)

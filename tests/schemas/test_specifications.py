@@ -29,7 +29,7 @@ def template(*segments: object, **fields: object) -> str:
         ("[" * 100_000, "", "nested too deeply"),
         ('{"name": "a", "name": "b"}', "", "'name' is given twice"),
         ("{}", "name", "is missing"),
-        (template(), "segments", "has 0 items; give at least 1"),
+        (template(), "", "give at least one of segments and areas"),
         ('{"name": 1' + "0" * 5000 + "}", "", "thousands of digits"),
         (template(LINE).replace('"t"', '"' + "n" * 101 + '"'), "name", "has 101 characters; give at most 100"),
         (template({"id": "a", "line": {"start": [0, 0, 0], "end": [1, 0]}}), "segments[0].line.start", "has 3 items"),

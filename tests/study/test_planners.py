@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from tests.planner.strategies import pose_pairs
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.errors import PlanningError
+from touchline.services.core.angles import TAU
 from touchline.services.planner.geometry.clothoid import PathPose, PiecePath
 from touchline.services.planner.steering.method import CurveEnd
 from touchline.services.planner.steering.turns import ContinuousTurn
-from touchline.services.planner.steering.words import TAU
 from touchline.services.study.driven_template import DPP, OURS, STUDY_CCD, STUDY_KAPPA_1PM, UNPADDED
 from touchline.services.study.pairs import close_pairs, joints, random_pairs, tally
 from touchline.services.study.pitch import Pitch

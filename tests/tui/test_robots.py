@@ -12,7 +12,7 @@ from tests.tui.scenes import FakeLink, FakeLinks, received
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.setup import Setup
-from touchline.schemas.vehicles import DifferentialDrive, Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.tui.app import ConsoleApp
 from touchline.tui.header import HeaderBar
 from touchline.tui.key_bar import KeyBar
@@ -184,7 +184,7 @@ async def test_a_click_selects_a_robot():
 
 async def test_each_robot_is_planned_for_as_the_vehicle_that_it_says_it_is():
     async with three() as (app, links, pilot, _):
-        wide = Setup(vehicle=Vehicle(name="wide", drive=DifferentialDrive(track_width_m=0.6)))
+        wide = Setup(vehicle=Vehicle(name="wide", track_width_m=0.6))
         links["r3"].incoming += [
             received(topics.SETUP, m.String(data=wide.model_dump_json())),
             received(topics.STATUS, m.TraversalStatus(state=m.TraversalStatus.IDLE)),

@@ -1,7 +1,7 @@
-"""A follower that lives outside: asked in every tick, in lock-step, for that tick's wheel speeds.
+"""A follower that lives outside: asked in every tick, in lock-step, for that tick's twist.
 
 Sim time waits for the answer, so a controller that computes the same gives the same session however slow it is. If
-there is none, or what it says is no wheel speed, pure pursuit brakes the robot and the traversal is paused.
+there is none, or what it says is no twist, pure pursuit brakes the robot and the traversal is paused.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Interrupted(Exception):
 
 
 Ask = Callable[[FollowerQuestion], tuple[float, float]]
-"""Answers with wheel speeds (left, right) [rad/s]; raises `ConnectionError` with the reason if there is no answer, and
+"""Answers with speed [m/s] and yaw rate [rad/s]; raises `ConnectionError` with the reason if there is no answer, and
 `Interrupted` if it was not waited for."""
 
 
@@ -52,7 +52,6 @@ class ExternalFollower:
     def __init__(self, vehicle: Vehicle, ask: Ask) -> None:
         """A follower at rest that asks `ask`."""
         self._ask = ask
-        self._limit_radps: float = vehicle.drive.max_wheel_speed_radps
         self._pursuit = PurePursuitFollower(vehicle)
         self._first = True
         self._stopping = False
@@ -72,18 +71,15 @@ class ExternalFollower:
         """As `Follower.step`. After a failure, or if the wait is broken off, it is not asked before the robot rests."""
         if not self.problem and not self._stopping:
             try:
-                left, right = self._ask(FollowerQuestion(self._first, now, ahead))
+                speed_mps, yaw_rate_radps = self._ask(FollowerQuestion(self._first, now, ahead))
             except ConnectionError as error:
                 self.problem = str(error)
             except Interrupted:
                 self._stopping = True
             else:
                 self._first = False
-                if math.isfinite(left) and math.isfinite(right):
-                    return self._bounded(left), self._bounded(right)
-                self.problem = "the external follower's wheel speeds are not finite"
+                if math.isfinite(speed_mps) and math.isfinite(yaw_rate_radps):
+                    return speed_mps, yaw_rate_radps
+                self.problem = "the external follower's twist is not finite"
         self.fallbacks += 1
         return self._pursuit.step(now, ahead[: self._pursuit.fine_rows])
-
-    def _bounded(self, speed_radps: float) -> float:
-        return min(max(speed_radps, -self._limit_radps), self._limit_radps)

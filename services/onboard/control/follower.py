@@ -46,11 +46,10 @@ class Follower(Protocol):
         ...
 
     def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> tuple[float, float]:
-        """Wheel speeds (left, right) [rad/s] until the next tick.
+        """The wanted twist of the body: speed [m/s] and yaw rate [rad/s] until the next tick.
 
         Args:
-            now: (NOW,) of `path_projection`: errors against the path, twist, reference speed, effective wheel radii and
-                the wheel command of the last tick.
+            now: (NOW,) of `tracking_state`: errors against the path, twist, reference speed, and what the actuators do.
             ahead: (ahead_rows, AHEAD_COLUMNS) of `path_projection`: reference speed and yaw rate in the time to come.
         """
         ...

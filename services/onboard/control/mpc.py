@@ -9,6 +9,7 @@ says nothing, pure pursuit takes the tick and is counted.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import daqp
 import numpy as np
@@ -16,10 +17,11 @@ from numpy.typing import NDArray
 
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.control import mpc_kernel as k
+from touchline.services.onboard.control.lead import lead_ticks
 from touchline.services.onboard.control.pure_pursuit import PurePursuitFollower
-from touchline.services.onboard.control.wheel_limits import lead_ticks
+from touchline.services.onboard.drives.onboard_drive import OnboardDrive, drive_of
 from touchline.services.onboard.interface import TICK_S
-from touchline.services.onboard.trajectory.path_projection import HEADING_ERROR, LATERAL
+from touchline.services.onboard.tracking_state import HEADING_ERROR, LATERAL
 
 HORIZON_TICKS = (1, 2, 3, 4, 5, 5, 6, 8, 10, 12, 14, 16)
 """Steps of the horizon, 0.86 s in all: fine where the next command acts, coarse where only the course matters."""
@@ -53,16 +55,17 @@ class MpcFollower:
     def __init__(self, vehicle: Vehicle) -> None:
         """A follower at rest; the solver's workspace is allocated at the first step."""
         size = 2 * len(HORIZON_TICKS)
-        self._p = _parameters(vehicle)
+        self._drive = drive = drive_of(vehicle)
+        self._p = _parameters(vehicle, drive)
         self._ticks = np.array(HORIZON_TICKS)
         self._memory = np.zeros(k.MEMORY)
-        self._hessian = np.eye(size)
-        self._gradient = np.zeros(size)
-        self._lower = np.full(2 * size, -1.0)
-        self._upper = np.full(2 * size, 1.0)
-        self._forward = np.zeros(2)
-        self._pull = _pull_rows(max(vehicle.drive.motor_time_constant_s, _MIN_LAG_S))
+        self._programme = k.Programme(
+            np.eye(size), np.zeros(size), np.full(2 * size, -1.0), np.full(2 * size, 1.0), np.zeros(2)
+        )
+        self._pull = _pull_rows(max(drive.lag_s, _MIN_LAG_S))
         self._solver: daqp.Model | None = None
+        self._build: Callable[..., None] | None = None  # for the types of its arguments, which do not change
+        self._answer: Callable[..., tuple[float, float]] | None = None
         self._pursuit = PurePursuitFollower(vehicle)
         self.ahead_rows = self.fine_rows = sum(HORIZON_TICKS) + max(1, int(self._p[k.M_LEAD]))
         self.fallbacks = 0
@@ -76,51 +79,41 @@ class MpcFollower:
 
     def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> tuple[float, float]:
         """As `Follower.step`."""
-        k.build(
-            now,
-            ahead,
-            self._ticks,
-            self._p,
-            self._memory,
-            self._hessian,
-            self._gradient,
-            self._lower,
-            self._upper,
-            self._forward,
-        )
+        arguments = (now, ahead, self._ticks, self._p, self._memory, self._drive.figures, self._programme)
+        if self._build is None:
+            self._build = k.build.for_types_of(arguments)
+        self._build(*arguments)
         if abs(now[LATERAL]) < MAX_LATERAL_M and abs(now[HEADING_ERROR]) < MAX_HEADING_RAD:
-            solution = self._solve()
+            solution = self._solve(now)
             if solution is not None:
                 return solution
         self._memory[k.D_ADDED : k.D_ADDED + 2] = 0.0
         self.fallbacks += 1
         return self._pursuit.step(now, ahead[: self._pursuit.fine_rows])
 
-    def _solve(self) -> tuple[float, float] | None:
-        solver = self._solver
+    def _solve(self, now: NDArray[np.float64]) -> tuple[float, float] | None:
+        solver, programme = self._solver, self._programme
         if solver is None:
             solver = self._solver = daqp.Model()
-            solver.setup(self._hessian, self._gradient, self._pull, self._upper, self._lower)
+            solver.setup(programme.hessian, programme.gradient, self._pull, programme.upper, programme.lower)
             solver.settings = {"iter_limit": ITERATION_CAP}
         else:
-            solver.update(H=self._hessian, f=self._gradient, bupper=self._upper, blower=self._lower)
+            solver.update(H=programme.hessian, f=programme.gradient, bupper=programme.upper, blower=programme.lower)
         u, _, flag, _ = solver.solve()
         if flag != _SOLVED:
             self._solver = None
             return None
         self._memory[k.D_ADDED : k.D_ADDED + 2] = u[:2]
-        left, right = self._forward.tolist()
-        return left + float(u[0]), right + float(u[1])
+        arguments = (programme.forward, u, self._drive.figures, now)
+        if self._answer is None:
+            self._answer = k.answer.for_types_of(arguments)
+        return self._answer(*arguments)
 
 
-def _parameters(vehicle: Vehicle) -> NDArray[np.float64]:
+def _parameters(vehicle: Vehicle, drive: OnboardDrive) -> NDArray[np.float64]:
     p = np.zeros(k.PARAMETERS)
-    p[k.M_HALF_TRACK] = vehicle.drive.half_track_m
-    motor_lag_s = max(vehicle.drive.motor_time_constant_s, _MIN_LAG_S)
-    p[k.M_LAG] = motor_lag_s + TYRE_LAG_S
-    p[k.M_MAX_RATE] = vehicle.drive.max_wheel_speed_radps
-    # A first-order motor accelerates by (command − speed) / lag.
-    p[k.M_REACH] = vehicle.drive.max_wheel_acceleration_radps2 * motor_lag_s
+    p[k.M_LAG] = max(drive.lag_s, _MIN_LAG_S) + TYRE_LAG_S
+    p[k.M_LIMIT : k.M_LIMIT + 2], p[k.M_REACH : k.M_REACH + 2] = drive.limit, drive.reach
     p[k.M_NOZZLE_X] = vehicle.tool.nozzle_x_m
     p[k.M_W_LATERAL] = LATERAL_SCALE_M**-2
     p[k.M_W_HEADING] = HEADING_SCALE_RAD**-2
@@ -129,26 +122,26 @@ def _parameters(vehicle: Vehicle) -> NDArray[np.float64]:
     p[k.M_W_TERMINAL] = TERMINAL_FACTOR
     p[k.M_DISTURBANCE_GAIN] = TICK_S / DISTURBANCE_TIME_S
     p[k.M_DRIFT_GAIN] = TICK_S / DRIFT_TIME_S
-    p[k.M_LEAD] = lead_ticks(vehicle)
-    p[k.M_SIDE_SLIP] = vehicle.drive.side_slip_rad_per_mps2
+    p[k.M_LEAD] = lead_ticks(drive.lag_s)
+    p[k.M_SIDE_SLIP] = drive.side_slip_rad_per_mps2
     return p
 
 
 def _pull_rows(lag_s: float) -> NDArray[np.float64]:
-    """(2N, 2N) rows that turn what is added to the commands into what it adds to command less wheel speed.
+    """(2N, 2N) rows that turn what is added to the commands into what it adds to command less what the actuator does.
 
-    A wheel's acceleration is proportional to that difference, and the speed at a step's start is the lagged sum of
+    An actuator's acceleration is proportional to that difference, and the speed at a step's start is the lagged sum of
     the commands before.
     """
     size = 2 * len(HORIZON_TICKS)
     rows = np.zeros((size, size))
-    wheel_speed = np.zeros((2, size))
+    state = np.zeros((2, size))
     for j, ticks in enumerate(HORIZON_TICKS):
         stay = math.exp(-ticks * TICK_S / lag_s)
-        for wheel in range(2):
-            i = 2 * j + wheel
-            rows[i] = -wheel_speed[wheel]
+        for actuator in range(2):
+            i = 2 * j + actuator
+            rows[i] = -state[actuator]
             rows[i, i] += 1.0
-            wheel_speed[wheel] *= stay
-            wheel_speed[wheel, i] += 1.0 - stay
+            state[actuator] *= stay
+            state[actuator, i] += 1.0 - stay
     return rows

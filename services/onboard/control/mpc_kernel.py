@@ -1,46 +1,36 @@
-"""The quadratic programme of the MPC, condensed to wheel speed commands, in one kernel call."""
+"""The quadratic programme of the MPC, condensed to actuator commands, in one kernel call."""
 
 from __future__ import annotations
 
 import math
-from typing import Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from touchline.services.core.jit import kernel
+from touchline.services.onboard.drives import onboard_drive
 from touchline.services.onboard.interface import TICK_S
-from touchline.services.onboard.trajectory.path_projection import (
-    A_SPEED,
-    A_YAW_RATE,
-    HEADING_ERROR,
-    LATERAL,
-    LEFT_COMMAND,
-    LEFT_RADIUS,
-    RIGHT_COMMAND,
-    RIGHT_RADIUS,
-    SPEED,
-    YAW_RATE,
-)
+from touchline.services.onboard.tracking_state import COMMAND, HEADING_ERROR, LATERAL, SPEED, YAW_RATE
+from touchline.services.onboard.trajectory.path_projection import A_SPEED, A_YAW_RATE
 
 Floats = NDArray[np.float64]
 
 # Parameters.
-M_HALF_TRACK: Final = 0
-M_LAG: Final = 1  # of motors and tyres
-M_MAX_RATE: Final = 2
-M_REACH: Final = 3  # rad/s by which a command may differ from the wheel's speed
-M_NOZZLE_X: Final = 4
-M_W_LATERAL: Final = 5
-M_W_HEADING: Final = 6
-M_W_SPEED: Final = 7
-M_W_MOVE: Final = 8
-M_W_TERMINAL: Final = 9  # factor on the last step
-M_DISTURBANCE_GAIN: Final = 10  # per tick, of the speed and yaw rate disturbances
-M_DRIFT_GAIN: Final = 11  # per tick, of the lateral drift
-M_LEAD: Final = 12  # ticks by which the feed-forward is ahead
-M_SIDE_SLIP: Final = 13  # rad per m/s² across
-PARAMETERS: Final = 14
+M_LAG: Final = 0  # of actuators and tyres
+M_LIMIT: Final = 1  # largest commands of both actuators
+M_REACH: Final = 3  # by which the commands of both may differ from what they do
+M_NOZZLE_X: Final = 5
+M_W_LATERAL: Final = 6
+M_W_HEADING: Final = 7
+M_W_SPEED: Final = 8
+M_W_MOVE: Final = 9
+M_W_TERMINAL: Final = 10  # factor on the last step
+M_DISTURBANCE_GAIN: Final = 11  # per tick, of the speed and yaw rate disturbances
+M_DRIFT_GAIN: Final = 12  # per tick, of the lateral drift
+M_LEAD: Final = 13  # ticks by which the feed-forward is ahead
+M_SIDE_SLIP: Final = 14  # rad per m/s² across
+PARAMETERS: Final = 15
 
 # The nominal way at the end of each step, one row a step.
 N_LATERAL: Final = 0  # errors if nothing is added to the feed-forward
@@ -50,8 +40,7 @@ N_TRAVEL: Final = 3  # mean reference speed over the step, signed
 N_CURVATURE: Final = 4  # mean over the step
 N_DRIVE: Final = 5  # mean feed-forward speed over the step
 N_TURN: Final = 6  # mean feed-forward yaw rate
-N_LEFT: Final = 7  # wheel speeds at the step's start [rad/s]
-N_RIGHT: Final = 8
+N_ACTUATOR: Final = 7  # what both actuators do at the step's start
 N_DRIFT: Final = 9  # lateral drift at the step's end [m/s]
 NOMINAL: Final = 10
 
@@ -61,7 +50,7 @@ D_YAW_RATE: Final = 1  # of the yaw rate [rad/s]
 D_DRIFT: Final = 2  # lateral drift beyond the nominal side slip [m/s]
 D_LAST: Final = 3  # speed, yaw rate, lateral and heading error of the last tick
 D_VALID: Final = 7
-D_ADDED: Final = 8  # what was added to the feed-forward of the left and right wheel in the last tick
+D_ADDED: Final = 8  # what was added to the feed-forward of both actuators in the last tick
 MEMORY: Final = 10
 
 _STATES = 4  # lateral error, heading error, speed, yaw rate
@@ -78,16 +67,15 @@ def _bound(value: float, limit: float) -> float:
 
 
 @kernel
-def _observe(now: Floats, p: Floats, memory: Floats) -> None:
+def _observe(now: Floats, p: Floats, memory: Floats, drive: Any) -> None:
     """Learn what the model misses: the offset-free part of the MPC."""
     v, w = now[SPEED], now[YAW_RATE]
     if memory[D_VALID] > 0.0:
         stay = math.exp(-TICK_S / p[M_LAG])
-        left = now[LEFT_COMMAND] * now[LEFT_RADIUS]
-        right = now[RIGHT_COMMAND] * now[RIGHT_RADIUS]
+        v_c, w_c = onboard_drive.twist(drive, now[COMMAND:], now)
         v_then, w_then = memory[D_LAST], memory[D_LAST + 1]
-        v_model = stay * v_then + (1.0 - stay) * (0.5 * (left + right) + memory[D_SPEED])
-        w_model = stay * w_then + (1.0 - stay) * (0.5 * (right - left) / p[M_HALF_TRACK] + memory[D_YAW_RATE])
+        v_model = stay * v_then + (1.0 - stay) * (v_c + memory[D_SPEED])
+        w_model = stay * w_then + (1.0 - stay) * (w_c + memory[D_YAW_RATE])
         gain = p[M_DISTURBANCE_GAIN] / (1.0 - stay)
         memory[D_SPEED] = _bound(memory[D_SPEED] + gain * (v - v_model), _SPEED_LIMIT_MPS)
         memory[D_YAW_RATE] = _bound(memory[D_YAW_RATE] + gain * (w - w_model), _YAW_LIMIT_RADPS)
@@ -100,7 +88,9 @@ def _observe(now: Floats, p: Floats, memory: Floats) -> None:
 
 
 @kernel
-def _roll_out(now: Floats, ahead: Floats, ticks: NDArray[np.int64], p: Floats, memory: Floats, nominal: Floats) -> None:
+def _roll_out(
+    now: Floats, ahead: Floats, ticks: NDArray[np.int64], p: Floats, memory: Floats, drive: Any, nominal: Floats
+) -> None:
     """Where the feed-forward alone would lead, tick by tick: fine enough to see every arc of the path."""
     lag, lead = p[M_LAG], int(p[M_LEAD])
     stay = math.exp(-TICK_S / lag)
@@ -110,13 +100,13 @@ def _roll_out(now: Floats, ahead: Floats, ticks: NDArray[np.int64], p: Floats, m
     lateral, heading, speed, yaw_rate = now[LATERAL], now[HEADING_ERROR], now[SPEED], now[YAW_RATE]
     tick = 0
     for j in range(ticks.shape[0]):
-        nominal[j, N_LEFT] = (speed - p[M_HALF_TRACK] * yaw_rate) / now[LEFT_RADIUS]
-        nominal[j, N_RIGHT] = (speed + p[M_HALF_TRACK] * yaw_rate) / now[RIGHT_RADIUS]
-        travel, turned, drive, turn = 0.0, 0.0, 0.0, 0.0
+        first, second = onboard_drive.actuators_of(drive, speed, yaw_rate, now)
+        nominal[j, N_ACTUATOR], nominal[j, N_ACTUATOR + 1] = first, second
+        travel, turned, led, turn = 0.0, 0.0, 0.0, 0.0
         for _ in range(ticks[j]):
             v_ref, w_ref = ahead[tick, A_SPEED], ahead[tick, A_YAW_RATE]
             v_c, w_c = ahead[tick + lead, A_SPEED], ahead[tick + lead, A_YAW_RATE]
-            drive, turn = drive + v_c, turn + w_c
+            led, turn = led + v_c, turn + w_c
             v_c, w_c = v_c + push, w_c + twist
             v_mean = v_c + settle * (speed - v_c)
             w_mean = w_c + settle * (yaw_rate - w_c)
@@ -134,7 +124,25 @@ def _roll_out(now: Floats, ahead: Floats, ticks: NDArray[np.int64], p: Floats, m
         nominal[j, N_TRAVEL] = travel / ticks[j]
         nominal[j, N_CURVATURE] = turned / travel if abs(travel) > _CREEP_MPS * ticks[j] else 0.0
         nominal[j, N_DRIFT] = drift
-        nominal[j, N_DRIVE], nominal[j, N_TURN] = drive / ticks[j], turn / ticks[j]
+        nominal[j, N_DRIVE], nominal[j, N_TURN] = led / ticks[j], turn / ticks[j]
+
+
+class Programme(NamedTuple):
+    """A quadratic programme of N steps: minimise ½uᵀHu + fᵀu, lower ≤ (u; pull) ≤ upper.
+
+    Attributes:
+        hessian: H, (2N, 2N).
+        gradient: f, (2N,).
+        lower: (4N,) 2N bounds on u, then 2N on the pull.
+        upper: (4N,) likewise.
+        forward: (2,) feed-forward of the coming tick.
+    """
+
+    hessian: Floats
+    gradient: Floats
+    lower: Floats
+    upper: Floats
+    forward: Floats
 
 
 @kernel
@@ -144,39 +152,33 @@ def build(
     ticks: NDArray[np.int64],
     p: Floats,
     memory: Floats,
-    hessian: Floats,
-    gradient: Floats,
-    lower: Floats,
-    upper: Floats,
-    forward: Floats,
+    drive: Any,
+    programme: Programme,
 ) -> None:
-    """Write the programme for this tick: minimise ½uᵀHu + fᵀu, lower ≤ (u; pull) ≤ upper.
+    """Write the programme for this tick.
 
-    u holds what is added to the feed-forward of the left and right wheel [rad/s] in each of the N steps, pull is how
-    far that draws each wheel's command from its speed at the step's start (rows from `mpc`). The free response is that
-    of the feed-forward, rolled out tick by tick; the forced one is linear along it: first-order motors
+    u holds what is added to the feed-forward of both actuators in each of the N steps, pull is how far that draws each
+    one's command from what it does at the step's start (rows from `mpc`). The free response is that
+    of the feed-forward, rolled out tick by tick; the forced one is linear along it: first-order actuators
     v̇ = (v_c − v)/lag and likewise ω, and the tangent dynamics
     ė_θ = ω − κ·v, ė_y = v̄·e_θ + drift, integrated exactly over each step.
 
     Args:
-        now: (NOW,) of `path_projection`.
+        now: (NOW,) of `tracking_state`.
         ahead: (enough rows for the horizon and the lead, AHEAD_COLUMNS) of `path_projection`.
         ticks: (N,) lengths of the steps in ticks.
         p: (PARAMETERS,).
         memory: (MEMORY,) updated.
-        hessian: (2N, 2N) filled.
-        gradient: (2N,) filled.
-        lower: (4N,) filled; 2N bounds on u, then 2N on the pull.
-        upper: (4N,) filled.
-        forward: (2,) filled with the feed-forward of the coming tick.
+        drive: Figures of the drive.
+        programme: Filled.
     """
-    _observe(now, p, memory)
+    hessian, gradient, lower, upper, forward = programme
+    _observe(now, p, memory, drive)
     steps = ticks.shape[0]
     nominal = np.zeros((steps, NOMINAL))
-    _roll_out(now, ahead, ticks, p, memory, nominal)
+    _roll_out(now, ahead, ticks, p, memory, drive, nominal)
     size = 2 * steps
-    half, lag = p[M_HALF_TRACK], p[M_LAG]
-    radii = (now[LEFT_RADIUS], now[RIGHT_RADIUS])
+    lag = p[M_LAG]
     for i in range(size):
         gradient[i] = 0.0
         for k in range(size):
@@ -184,7 +186,6 @@ def build(
 
     sens = np.zeros((_STATES, size))
     row = np.zeros(size)
-    reach = p[M_REACH]
     for j in range(steps):
         h, kappa, travel = ticks[j] * TICK_S, nominal[j, N_CURVATURE], nominal[j, N_TRAVEL]
         stay = math.exp(-h / lag)
@@ -199,14 +200,13 @@ def build(
             sens[1, k] += once * turn
             sens[2, k] *= stay
             sens[3, k] *= stay
-        for wheel in range(2):
-            v_c = 0.5 * radii[wheel]
-            w_c = (2 * wheel - 1) * v_c / half
+        for actuator in range(2):
+            v_c, w_c = onboard_drive.gain(drive, actuator, now)
             turn_c = w_c - kappa * v_c
-            sens[0, cols + wheel] = travel * twice_in * turn_c
-            sens[1, cols + wheel] = once_in * turn_c
-            sens[2, cols + wheel] = (1.0 - stay) * v_c
-            sens[3, cols + wheel] = (1.0 - stay) * w_c
+            sens[0, cols + actuator] = travel * twice_in * turn_c
+            sens[1, cols + actuator] = once_in * turn_c
+            sens[2, cols + actuator] = (1.0 - stay) * v_c
+            sens[3, cols + actuator] = (1.0 - stay) * w_c
         cols += 2
 
         weight = h * (p[M_W_TERMINAL] if j == steps - 1 else 1.0)
@@ -235,19 +235,36 @@ def build(
                     hessian[i, k] += scaled * row[k]
 
         pay = p[M_W_MOVE] / h
-        for wheel in range(2):
-            i = 2 * j + wheel
-            base = (nominal[j, N_DRIVE] + (2 * wheel - 1) * half * nominal[j, N_TURN]) / radii[wheel]
+        bases = onboard_drive.actuators_of(drive, nominal[j, N_DRIVE], nominal[j, N_TURN], now)
+        for actuator in range(2):
+            i, base = 2 * j + actuator, bases[actuator]
             if j == 0:
-                forward[wheel] = base
-                gradient[i] -= pay * memory[D_ADDED + wheel]
+                forward[actuator] = base
+                gradient[i] -= pay * memory[D_ADDED + actuator]
             else:
                 hessian[i - 2, i - 2] += pay
                 hessian[i - 2, i] -= pay
             hessian[i, i] += pay
-            lower[i], upper[i] = -p[M_MAX_RATE] - base, p[M_MAX_RATE] - base
-            pull = base - nominal[j, N_LEFT + wheel]
+            limit, reach = p[M_LIMIT + actuator], p[M_REACH + actuator]
+            lower[i], upper[i] = -limit - base, limit - base
+            pull = base - nominal[j, N_ACTUATOR + actuator]
             lower[size + i], upper[size + i] = -reach - pull, reach - pull
     for i in range(size):
         for k in range(i):
             hessian[i, k] = hessian[k, i]
+
+
+@kernel
+def answer(forward: Floats, added: Floats, drive: Any, now: Floats) -> tuple[float, float]:
+    """The twist of the coming tick [m/s, rad/s].
+
+    Args:
+        forward: (2,) feed-forward of the actuators.
+        added: (at least 2,) what is added to it.
+        drive: Figures of the drive.
+        now: (NOW,) of `tracking_state`.
+    """
+    actuators = np.empty(2)
+    actuators[0], actuators[1] = forward[0] + added[0], forward[1] + added[1]
+    speed_mps, yaw_rate_radps = onboard_drive.twist(drive, actuators, now)
+    return speed_mps, yaw_rate_radps

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import math
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.vehicles import Vehicle
+from touchline.services.core.arrays import copy
 from touchline.services.core.jit import kernel
 from touchline.services.onboard import filter_model as m
+from touchline.services.onboard import tracking_state as tracking
 from touchline.services.onboard.computer_state import Computer, ComputerState
 from touchline.services.onboard.control import Follower
 from touchline.services.onboard.control.turn_in_place import Turning
+from touchline.services.onboard.drives import onboard_drive
+from touchline.services.onboard.drives.onboard_drive import drive_of
 from touchline.services.onboard.estimation.filter import Estimator, speed_now_mps
-from touchline.services.onboard.interface import TICK_S
+from touchline.services.onboard.interface import ACTUATORS, TICK_S
 from touchline.services.onboard.trajectory import path_projection as t
 from touchline.services.onboard.trajectory.path import SPIN, Leg
 from touchline.services.onboard.trajectory.smoothing import W_LENGTH, W_SEGMENT, W_START
@@ -32,9 +36,8 @@ BRAKE_MARGIN_MPS: Final = 0.05
 """While it brakes the robot is commanded no speed beyond this share of the reference and this more, nor backward."""
 END_TOLERANCE_M = 0.01
 _LOCATE_STEPS = 30  # of at most 5 cm each
-# Of what the feed-forward makes up for: random slip is within it. A tyre at the end of its grip slips more, and faster
-# wheels would only make it slip more still.
-_SLIP_LIMIT = 0.05
+TURNING_LEVER_M = 0.25
+"""From the drive's origin to where turning is seen as motion."""
 
 Floats = NDArray[np.float64]
 
@@ -45,12 +48,14 @@ class PathTracker:
     Attributes:
         now: (NOW,) of `path_projection`, of the last tick.
         leg_index: Of the leg that the robot is on.
+        drive: That is commanded.
     """
 
     def __init__(self, plan: LoadedTrajectory, vehicle: Vehicle, follower: Follower, computer: ComputerState) -> None:
         """At the start of `plan`."""
         self._plan = plan
-        self._follower = follower
+        self._follower, self.drive = follower, drive_of(vehicle)
+        self._actuators: Floats = np.zeros(ACTUATORS)
         self._computer, self._state = computer, computer.leg
         self._state.reset(
             accelerate_mps2=vehicle.drive.max_acceleration_mps2 * ACCELERATION_MARGIN,
@@ -59,9 +64,7 @@ class PathTracker:
             nozzle_x_m=vehicle.tool.nozzle_x_m,
             nozzle_y_m=vehicle.tool.nozzle_y_m,
             fine_rows=follower.fine_rows,
-            wheel_radius_m=vehicle.drive.wheel_radius_m,
-            track_width_m=vehicle.drive.track_width_m,
-            half_tick_share=1.0 - math.exp(-0.5 * TICK_S / max(vehicle.drive.motor_time_constant_s, TICK_S)),
+            half_tick_share=1.0 - math.exp(-0.5 * TICK_S / max(self.drive.lag_s, TICK_S)),
         )
         self._ahead = np.zeros((follower.ahead_rows, t.AHEAD_COLUMNS))
         self.now = self._state.now
@@ -99,7 +102,7 @@ class PathTracker:
     @property
     def speed_mps(self) -> float:
         """Speed along the path: positive the way the plan goes, whichever way the robot faces."""
-        return float(self.now[t.SPEED]) * self.leg.sense
+        return float(self.now[tracking.SPEED]) * self.leg.sense
 
     @property
     def segment(self) -> int:
@@ -145,26 +148,28 @@ class PathTracker:
         """Whether its last ticks were of coming to rest."""
         return self._braked_ticks > 0
 
-    def step(self, estimator: Estimator, mode: int, back_to_m: float = 0.0) -> tuple[float, float]:
-        """Wheel speeds (left, right) [rad/s] for the coming tick."""
+    def step(self, estimator: Estimator, mode: int, back_to_m: float = 0.0) -> tuple[float, ...]:
+        """Commands of the drive's actuators for the coming tick."""
         now = self.now
         self._state.back_to_m = back_to_m
-        observe(self._computer.array)
+        observe(self.drive.figures, self._computer.array)
         if self._turning is not None:
             self._turning.step(float(estimator.state[m.HEADING]), mode == t.MODE_BRAKE, now, self._ahead)
         else:
             self._track(mode)
         self._braked_ticks = self._braked_ticks + 1 if mode == t.MODE_BRAKE and self.still else 0
         if self._braked_ticks > BRAKED_TICKS:
-            return 0.0, 0.0
-        left, right = self._follower.step(now, self._ahead)
-        return self._braking(left, right) if mode == t.MODE_BRAKE else (left, right)
+            return (0.0,) * ACTUATORS
+        speed_mps, yaw_rate_radps = self._follower.step(now, self._ahead)
+        onboard_drive.command(self.drive.figures, speed_mps, yaw_rate_radps, now, self._actuators)
+        if mode == t.MODE_BRAKE:
+            self._hold_back()
+        return tuple(self._actuators.tolist())
 
     def wheels_rest(self, estimator: Estimator) -> bool:
         """Whether the wheels, by their encoders, have come to rest or begun to turn back."""
-        left, right = estimator.buffer.rates_radps.tolist()
-        radius_m = self._state.wheel_radius_m
-        ahead_mps, turn_mps = 0.5 * radius_m * (left + right) * self._direction, 0.5 * radius_m * abs(right - left)
+        speed_mps, yaw_rate_radps = onboard_drive.twist(self.drive.figures, estimator.buffer.measured, self.now)
+        ahead_mps, turn_mps = speed_mps * self._direction, abs(yaw_rate_radps) * TURNING_LEVER_M
         return bool(ahead_mps < 2.0 * STOPPED_MPS and turn_mps < 2.0 * STOPPED_MPS)
 
     @property
@@ -172,17 +177,18 @@ class PathTracker:
         """+1 if the robot drives, or last drove, forward."""
         return math.copysign(1.0, self.reference_mps) * (self.leg.sense or 1.0)
 
-    def _braking(self, left: float, right: float) -> tuple[float, float]:
-        """Wheel speeds (left, right) that brake: about as fast as the reference at most, and hardly the other way.
+    def _hold_back(self) -> None:
+        """Let the actuators drive about as fast as the reference at most, and hardly the other way.
 
-        A speed that is believed and wrong would else have the robot speed up, or drive back.
+        A speed that is believed and wrong would else have the robot speed up, or drive back. So this comes last: what
+        the drive's limits make of a command goes by that speed, too.
         """
-        radius_m, direction = self._state.wheel_radius_m, self._direction
-        ahead = 0.5 * (left + right) * direction
-        most = (BRAKE_SHARE * abs(self.reference_mps) + BRAKE_MARGIN_MPS) / radius_m
-        least = -BRAKE_MARGIN_MPS / radius_m
-        excess = direction * (ahead - min(max(ahead, least), most))
-        return (left - excess, right - excess) if excess else (left, right)
+        figures, direction = self.drive.figures, self._direction
+        speed_mps, yaw_rate_radps = onboard_drive.twist(figures, self._actuators, self.now)
+        most = BRAKE_SHARE * abs(self.reference_mps) + BRAKE_MARGIN_MPS
+        held = direction * min(max(direction * speed_mps, -BRAKE_MARGIN_MPS), most)
+        if held != speed_mps:
+            self._actuators[:] = onboard_drive.actuators_of(figures, held, yaw_rate_radps, self.now)
 
     def locate(self, estimator: Estimator) -> None:
         """Find the standing robot's place on the path anew: it may have slid or been pushed, either way."""
@@ -203,15 +209,10 @@ class PathTracker:
 
 
 @kernel
-def _bounded(slip: float) -> float:
-    return min(max(slip, -_SLIP_LIMIT), _SLIP_LIMIT)
-
-
-@kernel
 def has_arrived(computer: Computer) -> bool:
     """Whether a leg is done but for coming to rest."""
     leg = computer[0].leg
-    return bool(leg.arc_m >= leg.end_m - END_TOLERANCE_M and abs(leg.now[t.SPEED]) < 2.0 * t.CREEP_MPS)
+    return bool(leg.arc_m >= leg.end_m - END_TOLERANCE_M and abs(leg.now[tracking.SPEED]) < 2.0 * t.CREEP_MPS)
 
 
 @kernel
@@ -221,21 +222,23 @@ def nozzle_m(computer: Computer) -> float:
     The nozzle is beside the axle: a robot turned by an angle carries it ahead by that times its distance.
     """
     leg = computer[0].leg
-    place_m: float = leg.arc_m - leg.nozzle_y_m * leg.now[t.HEADING_ERROR]
+    place_m: float = leg.arc_m - leg.nozzle_y_m * leg.now[tracking.HEADING_ERROR]
     return place_m
 
 
 @kernel
-def observe(computer: Computer) -> None:
-    """What the follower is told about the robot itself: twist, effective radii and commands, in the leg's `now`."""
+def observe(drive: Any, computer: Computer) -> None:
+    """What the follower is told about the robot itself, in the leg's `now`.
+
+    Args:
+        drive: Figures of the drive.
+        computer: (1,) of which the estimator has seen the tick.
+    """
     c = computer[0]
-    x, wheels, now = c.filter.states[c.times.tick % m.RING], c.command.actuators, c.leg.now
-    radius_m = c.leg.wheel_radius_m
-    now[t.SPEED] = speed_now_mps(computer)
-    now[t.LEFT_RADIUS] = radius_m * (1.0 - _bounded(x[m.LEFT_SLIP]))
-    now[t.RIGHT_RADIUS] = radius_m * (1.0 - _bounded(x[m.RIGHT_SLIP]))
-    now[t.LEFT_COMMAND], now[t.RIGHT_COMMAND] = wheels[0], wheels[1]
-    # The estimate is the mean of the last tick; the motors' lag says how far it has moved on since its middle.
-    turned_mps = wheels[1] * now[t.RIGHT_RADIUS] - wheels[0] * now[t.LEFT_RADIUS]
-    commanded = turned_mps / c.leg.track_width_m
-    now[t.YAW_RATE] = x[m.YAW_RATE] + c.leg.half_tick_share * (commanded - x[m.YAW_RATE])
+    x, actuators, now = c.filter.states[c.times.tick % m.RING], c.command.actuators, c.leg.now
+    now[tracking.SPEED] = speed_now_mps(computer)
+    onboard_drive.effective(drive, x, now)
+    copy(actuators, now[tracking.COMMAND :])
+    # The estimate is the mean of the last tick; the actuators' lag says how far it has moved on since its middle.
+    _, commanded = onboard_drive.twist(drive, actuators, now)
+    now[tracking.YAW_RATE] = x[m.YAW_RATE] + c.leg.half_tick_share * (commanded - x[m.YAW_RATE])

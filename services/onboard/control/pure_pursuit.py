@@ -14,26 +14,17 @@ from its line.
 from __future__ import annotations
 
 import math
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
-from touchline.services.onboard.control.wheel_limits import (
-    W_ACROSS,
-    W_BRAKE,
-    W_SIDE_SLIP,
-    command_wheels,
-    lead_ticks,
-    wheel_limits,
-)
+from touchline.services.onboard.control.lead import lead_ticks
+from touchline.services.onboard.drives.onboard_drive import drive_of
 from touchline.services.onboard.interface import TICK_S
-from touchline.services.onboard.trajectory.path_projection import (
-    A_SPEED,
-    A_YAW_RATE,
-    COARSE_TICKS,
+from touchline.services.onboard.tracking_state import (
     HEADING_ERROR,
     LATERAL,
     NOZZLE_LATERAL,
@@ -41,6 +32,7 @@ from touchline.services.onboard.trajectory.path_projection import (
     SPEED,
     YAW_RATE,
 )
+from touchline.services.onboard.trajectory.path_projection import A_SPEED, A_YAW_RATE, COARSE_TICKS
 
 LOOKAHEAD_S = 0.30
 LOOKAHEAD_MIN_M = 0.22
@@ -70,6 +62,20 @@ MEMORY: Final = 3
 Floats = NDArray[np.float64]
 
 
+class PursuitLimits(NamedTuple):
+    """What the pursuit keeps to.
+
+    Attributes:
+        side_slip_rad_per_mps2: Nominal slip angle per lateral acceleration.
+        across_mps2: Planned at most across the path.
+        brake_mps2: Along it.
+    """
+
+    side_slip_rad_per_mps2: float
+    across_mps2: float
+    brake_mps2: float
+
+
 class PurePursuitFollower:
     """See the module."""
 
@@ -79,15 +85,19 @@ class PurePursuitFollower:
 
     def __init__(self, vehicle: Vehicle) -> None:
         """A follower at rest."""
-        self.parameters = wheel_limits(vehicle)
-        """(PARAMETERS,) of `wheels`."""
-        self.lead = lead_ticks(vehicle)
+        drive = drive_of(vehicle)
+        self.limits = PursuitLimits(
+            drive.side_slip_rad_per_mps2,
+            vehicle.drive.max_lateral_acceleration_mps2,
+            vehicle.drive.max_acceleration_mps2,
+        )
+        self.lead = lead_ticks(drive.lag_s)
         """Row of `ahead` that the feed-forward is taken from."""
         self.fine_rows = self.lead + 1
         self.ahead_rows = self.fine_rows + max(0, math.ceil((PREVIEW_TICKS - self.fine_rows) / COARSE_TICKS))
         self.memory = np.zeros(MEMORY)
         """(MEMORY,) the integrators, and by how much the speed is reduced."""
-        self._wheels = np.zeros(2)
+        self._twist = np.zeros(2)
         self.fallbacks = 0
         """Always 0: there is nothing simpler to fall back on."""
 
@@ -97,9 +107,9 @@ class PurePursuitFollower:
 
     def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> tuple[float, float]:
         """As `Follower.step`."""
-        pursue(now, ahead, self.lead, self.parameters, self.memory, self._wheels)
-        left, right = self._wheels.tolist()
-        return left, right
+        pursue(now, ahead, self.lead, self.limits, self.memory, self._twist)
+        speed_mps, yaw_rate_radps = self._twist.tolist()
+        return speed_mps, yaw_rate_radps
 
 
 @kernel
@@ -108,10 +118,12 @@ def _clip(value: float, limit: float) -> float:
 
 
 @kernel
-def _allowed_mps(reference: float, correction: float, off_m: float, ahead: Floats, lead: int, p: Floats) -> float:
+def _allowed_mps(
+    reference: float, correction: float, off_m: float, ahead: Floats, lead: int, p: PursuitLimits
+) -> float:
     """The speed, of at most `reference` (all without sign), that curvature and distance from the line allow [m/s]."""
     allowed = reference
-    most = ACROSS_MARGIN * p[W_ACROSS]
+    most = ACROSS_MARGIN * p.across_mps2
     speed, yaw_rate = abs(ahead[lead, A_SPEED]), ahead[lead, A_YAW_RATE]
     sense = 1.0 if ahead[lead, A_SPEED] >= 0.0 else -1.0
     across = abs(sense * yaw_rate + speed * correction) * speed
@@ -122,7 +134,7 @@ def _allowed_mps(reference: float, correction: float, off_m: float, ahead: Float
         speed = abs(ahead[i, A_SPEED])
         across = abs(ahead[i, A_YAW_RATE]) * speed
         if across > most:
-            allowed = min(allowed, math.sqrt(speed * speed * most / across + 2.0 * p[W_BRAKE] * way_m))
+            allowed = min(allowed, math.sqrt(speed * speed * most / across + 2.0 * p.brake_mps2 * way_m))
         way_m += speed * (TICK_S if i <= lead else COARSE_TICKS * TICK_S)
     if off_m > NEAR_M:
         far = min((off_m - NEAR_M) / (FAR_M - NEAR_M), 1.0)
@@ -131,23 +143,25 @@ def _allowed_mps(reference: float, correction: float, off_m: float, ahead: Float
 
 
 @kernel
-def pursue(now: Floats, ahead: Floats, lead: int, p: Floats, memory: Floats, wheels: Floats) -> None:
-    """One tick: the wheel speeds for the errors of `now`.
+def pursue(now: Floats, ahead: Floats, lead: int, p: PursuitLimits, memory: Floats, twist: Floats) -> None:
+    """One tick: the twist for the errors of `now`.
 
     Args:
-        now: (NOW,) of `path_projection`.
+        now: (NOW,) of `tracking_state`.
         ahead: (more than `lead`, AHEAD_COLUMNS) of `path_projection`, up to row `lead` by ticks, then by COARSE_TICKS.
         lead: By how many ticks the feed-forward is ahead.
-        p: (PARAMETERS,) of `wheels`.
+        p: What it keeps to.
         memory: (MEMORY,) updated.
-        wheels: (2,) filled with the commands of the left and right wheel [rad/s].
+        twist: (2,) filled with speed [m/s] and yaw rate [rad/s].
     """
     reference, speed_now = now[REFERENCE_SPEED], now[SPEED]
     sense = 1.0 if reference >= 0.0 else -1.0
     speed = max(abs(speed_now), 0.05)
     lookahead = max(LOOKAHEAD_MIN_M, LOOKAHEAD_S * speed)
     # Driving backward mirrors the picture: the axis points the way the robot goes.
-    crab = p[W_SIDE_SLIP] * speed_now * ahead[0, A_YAW_RATE]  # into a curve, as much as the tyres drift out of it
+    crab = (
+        p.side_slip_rad_per_mps2 * speed_now * ahead[0, A_YAW_RATE]
+    )  # into a curve, as much as the tyres drift out of it
     alpha = math.atan2(-sense * now[NOZZLE_LATERAL], lookahead) - (now[HEADING_ERROR] - crab)
     pursuit = sense * 2.0 * math.sin(alpha) / lookahead
     memory[LATERAL_SUM] = _clip(
@@ -159,7 +173,7 @@ def pursue(now: Floats, ahead: Floats, lead: int, p: Floats, memory: Floats, whe
     # `correction` is of the path's curvature; driving backward, that of the rows is mirrored as the picture is.
     allowed = _allowed_mps(wanted, sense * correction, abs(now[NOZZLE_LATERAL]), ahead, lead, p)
     before = memory[REDUCTION]
-    reduction = min(max(wanted - allowed, before - p[W_BRAKE] * TICK_S, 0.0), before + REDUCE_MPS2 * TICK_S)
+    reduction = min(max(wanted - allowed, before - p.brake_mps2 * TICK_S, 0.0), before + REDUCE_MPS2 * TICK_S)
     memory[REDUCTION] = reduction
     share = max(wanted - reduction, min(wanted, SLOWEST_MPS)) / wanted if reduction > 0.0 and wanted > 0.0 else 1.0
     reference *= share
@@ -168,4 +182,4 @@ def pursue(now: Floats, ahead: Floats, lead: int, p: Floats, memory: Floats, whe
     yaw_rate = lead_yaw_rate + lead_speed * correction + YAW_RATE_GAIN * late
     lag = reference - speed_now
     memory[SPEED_SUM] = _clip(memory[SPEED_SUM] + SPEED_INTEGRAL_1PS * lag * TICK_S, SPEED_INTEGRAL_LIMIT_MPS)
-    command_wheels(lead_speed + SPEED_GAIN * lag + memory[SPEED_SUM], yaw_rate, now, p, wheels)
+    twist[0], twist[1] = lead_speed + SPEED_GAIN * lag + memory[SPEED_SUM], yaw_rate

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.services.onboard import tracking_state as tracking
 from touchline.services.onboard.interface import TICK_S
 from touchline.services.onboard.trajectory import path_projection as t
 from touchline.services.onboard.trajectory.turn import TurnInPlace
@@ -49,7 +50,7 @@ class Turning:
         if not self.done:
             return False
         self._waited_s += TICK_S
-        settled = abs(now[t.HEADING_ERROR]) < ARRIVED_RAD and abs(now[t.YAW_RATE]) < ARRIVED_RADPS
+        settled = abs(now[tracking.HEADING_ERROR]) < ARRIVED_RAD and abs(now[tracking.YAW_RATE]) < ARRIVED_RADPS
         return bool(settled) or self._waited_s > PATIENCE_S
 
     def hold(self, heading_rad: float) -> None:
@@ -76,8 +77,8 @@ class Turning:
                 ahead[i, t.A_YAW_RATE] = self._sign * mean
             before = rate
         reference = self._start_rad + self._sign * self._done_rad
-        now[t.LATERAL] = now[t.NOZZLE_LATERAL] = now[t.REFERENCE_SPEED] = 0.0
-        now[t.HEADING_ERROR] = math.remainder(heading_rad - reference, math.tau)
+        now[tracking.LATERAL] = now[tracking.NOZZLE_LATERAL] = now[tracking.REFERENCE_SPEED] = 0.0
+        now[tracking.HEADING_ERROR] = math.remainder(heading_rad - reference, math.tau)
 
     def _next_rate(self, done: float, rate: float, brake: bool) -> float:
         step = self._turn.acceleration_radps2 * TICK_S

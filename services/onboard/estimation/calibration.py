@@ -29,25 +29,23 @@ from touchline.services.onboard.filter_model import (
     C_R_SIDE,
     C_RISE_VAR,
     C_SIDE_BIAS_VAR,
+    ERROR_MEAN,
     FIX_USED,
     HEADING,
-    IN_LEFT_MEAN,
-    IN_RIGHT_MEAN,
+    IN_ERROR_MEAN,
     IN_RISE_EAST,
     IN_RISE_NORTH,
     IN_RISE_VAR,
     IN_SIDE,
     IN_STILL,
-    LEFT_MEAN,
-    LEFT_SLIP,
     MEAN_VAR,
+    ODOMETRY_ERROR,
     P_BIAS,
     P_BIAS_EAST,
     P_BIAS_NORTH,
     P_EAST,
     P_EAST_NORTH,
     P_NORTH,
-    RIGHT_MEAN,
     RISE_EAST,
     RISE_NORTH,
     SIDE_BIAS,
@@ -79,7 +77,7 @@ def lay_down(slow: Floats, z: Floats) -> None:
     """Note in a tick's inputs `z` (INPUTS,) what it is run with."""
     z[IN_RISE_EAST], z[IN_RISE_NORTH] = slow[RISE_EAST], slow[RISE_NORTH]
     z[IN_RISE_VAR] = slow[P_EAST] + slow[P_NORTH]
-    z[IN_LEFT_MEAN], z[IN_RIGHT_MEAN] = slow[LEFT_MEAN], slow[RIGHT_MEAN]
+    z[IN_ERROR_MEAN], z[IN_ERROR_MEAN + 1] = slow[ERROR_MEAN], slow[ERROR_MEAN + 1]
 
 
 @kernel
@@ -99,12 +97,12 @@ def learn(slot: int, x: Floats, z: Floats, fix: Floats, c: Floats, slow: Floats)
     if slot % LEARN_TICKS == 0 and not math.isnan(z[IN_SIDE]):
         _learn_slope(x, z, c, slow)
     if fix[FIX_USED] > 0.0 and abs(x[SPEED]) > _MOVING_MPS:
-        for wheel in range(2):
-            slow[MEAN_VAR + wheel] += _MEAN_SLIP_WALK
-            gain = slow[MEAN_VAR + wheel] / (slow[MEAN_VAR + wheel] + c[C_R_MEAN_SLIP])
+        for i in range(2):
+            slow[MEAN_VAR + i] += _MEAN_SLIP_WALK
+            gain = slow[MEAN_VAR + i] / (slow[MEAN_VAR + i] + c[C_R_MEAN_SLIP])
             most = _CLIP * math.sqrt(c[C_R_MEAN_SLIP])
-            slow[LEFT_MEAN + wheel] += gain * min(max(x[LEFT_SLIP + wheel] - slow[LEFT_MEAN + wheel], -most), most)
-            slow[MEAN_VAR + wheel] *= 1.0 - gain
+            slow[ERROR_MEAN + i] += gain * min(max(x[ODOMETRY_ERROR + i] - slow[ERROR_MEAN + i], -most), most)
+            slow[MEAN_VAR + i] *= 1.0 - gain
 
 
 @kernel

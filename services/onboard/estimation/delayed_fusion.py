@@ -9,19 +9,19 @@ the oldest tick of the ring, which nothing changes any more, and each tick keeps
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from touchline.services.core.jit import kernel
 from touchline.services.onboard.computer_state import FilterState
+from touchline.services.onboard.drives import onboard_drive
 from touchline.services.onboard.estimation.calibration import LEARN_TICKS, lay_down, learn
 from touchline.services.onboard.estimation.measurements import (
     doubt_accelerometer,
     fix_rows,
     measure,
-    smooth_rims,
-    strain_tyres,
     use_fix,
 )
 from touchline.services.onboard.estimation.prediction import predict
@@ -36,6 +36,7 @@ from touchline.services.onboard.filter_model import (
     FIX_USED,
     FIX_VARIANCE,
     IN_ACCEL,
+    IN_REFUSED,
     IN_RISE_EAST,
     IN_RISE_NORTH,
     INNOVATION_EAST,
@@ -62,7 +63,7 @@ _NO_IMU_SPEED_VAR = 1e-4  # (1 m/s² · a tick)²
 
 
 @kernel
-def _step(ring: FilterState, slot: int, live: bool, h: Floats, g: Floats) -> None:
+def _step(ring: FilterState, drive: Any, slot: int, live: bool, scratch: tuple[Floats, Floats]) -> None:
     """The posterior of `slot` from that of the slot before."""
     xs, Ps, inputs = ring.states, ring.covariances, ring.inputs
     c, n = ring.figures, ring.counters
@@ -75,7 +76,7 @@ def _step(ring: FilterState, slot: int, live: bool, h: Floats, g: Floats) -> Non
     # The fixes have put the position where it is: it moves with what is learned of the mast's lean.
     x[EAST] += c[C_MAST] * (inputs[slot, IN_RISE_EAST] - inputs[before, IN_RISE_EAST])
     x[NORTH] += c[C_MAST] * (inputs[slot, IN_RISE_NORTH] - inputs[before, IN_RISE_NORTH])
-    smooth_rims(inputs[before], inputs[slot])
+    onboard_drive.smooth(drive, inputs[before], inputs[slot])
     disputed = settle_dispute(x, P, inputs[before], inputs[slot], c)
     accel = inputs[slot, IN_ACCEL]
     if math.isnan(accel):
@@ -84,29 +85,32 @@ def _step(ring: FilterState, slot: int, live: bool, h: Floats, g: Floats) -> Non
     elif disputed:
         accel = x[ACCEL_BIAS]
     predict(x, P, accel, inputs[slot], c)
-    strain_tyres(P, inputs[before], inputs[slot])
+    # Readings that are rejected again and again are counted: the drive may have an explanation.
+    inputs[slot, IN_REFUSED] = inputs[before, IN_REFUSED] if inputs[before, IN_REFUSED] > 0.0 else 0.0
+    onboard_drive.strain(drive, P, inputs[before], inputs[slot])
     doubt_accelerometer(P, inputs[before], inputs[slot])
-    measure(x, P, inputs[slot], c, n, live, h, g)
+    measure(x, P, inputs[slot], c, drive, n, live, scratch)
 
 
 @kernel
-def _rerun(ring: FilterState, first: int, last: int, live: int, h: Floats, g: Floats) -> None:
+def _rerun(ring: FilterState, drive: Any, first: int, last: int, live: int, scratch: tuple[Floats, Floats]) -> None:
     """Run the ticks `first` … `last` again; statistics count in tick `live` only."""
     xs, Ps, inputs = ring.states, ring.covariances, ring.inputs
     fixes, c = ring.fixes, ring.figures
     for tick in range(first, last + 1):
         slot = tick % RING
-        _step(ring, slot, tick == live, h, g)
+        _step(ring, drive, slot, tick == live, scratch)
         if fixes[slot, FIX_USED] > 0.0:
-            use_fix(xs[slot], Ps[slot], fixes[slot], inputs[slot], c, h, g)
+            use_fix(xs[slot], Ps[slot], fixes[slot], inputs[slot], c, *scratch)
 
 
 @kernel
-def advance(ring: FilterState, tick: int, oldest: int, live: int) -> None:
+def advance(ring: FilterState, drive: Any, tick: int, oldest: int, live: int) -> None:
     """Advance the filter by one tick, from the `oldest` tick on that learned something new.
 
     Args:
         ring: Updated; the inputs of the tick are filled in already.
+        drive: Figures of the drive.
         tick: This tick.
         oldest: At most `tick`, later than the tick in which the filter was started.
         live: The tick whose measurements are new and count in the statistics.
@@ -120,11 +124,11 @@ def advance(ring: FilterState, tick: int, oldest: int, live: int) -> None:
     if settled % LEARN_TICKS == 0 or fixes[settled, FIX_USED] > 0.0:
         learn(settled, xs[settled], inputs[settled], fixes[settled], c, slow)
     lay_down(slow, inputs[tick % RING])
-    _rerun(ring, oldest, tick, live, h, g)
+    _rerun(ring, drive, oldest, tick, live, (h, g))
 
 
 @kernel
-def take_fix(ring: FilterState, tick: int, first_tick: int, fix_tick: int) -> bool:
+def take_fix(ring: FilterState, drive: Any, tick: int, first_tick: int, fix_tick: int) -> bool:
     """Take in a fix, the last row of `ring.fixes`, that has arrived in `tick` and is valid in `fix_tick`.
 
     Fixes from before `first_tick`, in which the filter was started, are taken as of then.
@@ -165,5 +169,5 @@ def take_fix(ring: FilterState, tick: int, first_tick: int, fix_tick: int) -> bo
         fixes[where, k] = fix[k]
     fixes[where, FIX_USED] = 1.0
     use_fix(xs[where], Ps[where], fixes[where], inputs[where], c, h, g)
-    _rerun(ring, at + 1, tick, -1, h, g)
+    _rerun(ring, drive, at + 1, tick, -1, (h, g))
     return True

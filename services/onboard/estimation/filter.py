@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
 from touchline.services.onboard import filter_model as m
 from touchline.services.onboard.computer_state import Computer, ComputerState, FilterState, FilterTimes
+from touchline.services.onboard.drives.onboard_drive import drive_of
 from touchline.services.onboard.estimation.calibration import start_learning
 from touchline.services.onboard.estimation.delayed_fusion import advance, take_fix
 from touchline.services.onboard.estimation.noise import noise_figures
@@ -60,30 +61,31 @@ _NO_TWIST_COVARIANCE = np.diag([1e6, 1e6]).ravel()
 
 
 @kernel
-def take_frame(tick: int, fixes: Floats, count: int, computer: Computer) -> None:
+def take_frame(tick: int, fixes: Floats, count: int, drive: Any, computer: Computer) -> None:
     """Take in a tick's measurements: samples, then the filter's step, then each fix.
 
     Args:
         tick: This tick; none is left out.
         fixes: (n, FIX_COLUMNS) that arrived in it, whenever they were measured.
         count: How many of them count.
+        drive: Figures of the drive.
         computer: (1,) with the frame; sample buffer and filter are updated, the filter once it has been started.
     """
     c = computer[0]
     ring, times = c.filter, c.times
-    oldest = take_samples(tick, c)
+    oldest = take_samples(tick, drive, c)
     for i in range(count):
         _note_fix(tick, fixes[i], times)
     if times.first_tick < 0:
         return
     times.tick = tick
-    advance(ring, tick, max(oldest, times.first_tick + 1), c.buffer.encoder_tick)
+    advance(ring, drive, tick, max(oldest, times.first_tick + 1), c.buffer.encoder_tick)
     for i in range(count):
         fix = fixes[i]
         finite = math.isfinite(fix[F_STAMP] + fix[F_EAST] + fix[F_NORTH] + fix[F_VARIANCE])
         if fix[F_FIX] == FIX_NONE or not finite:
             continue
-        used = take_fix(ring, tick, times.first_tick, _enter_fix(fix, ring))
+        used = take_fix(ring, drive, tick, times.first_tick, _enter_fix(fix, ring))
         if used and fix[F_FIX] == FIX_FIXED:
             times.last_used_stamp_s = max(times.last_used_stamp_s, fix[F_STAMP])
 
@@ -149,8 +151,9 @@ class Estimator:
         self._accel_start_var = config.imu.accel_density_mps2_rthz**2
         self._computer = computer or ComputerState()
         self.buffer, self.times, self.ring = self._computer.buffer, self._computer.times, self._computer.filter
-        self.buffer.radius_m = vehicle.drive.wheel_radius_m
-        self.ring.figures[:] = noise_figures(vehicle, config)
+        drive = drive_of(vehicle, config.drive.track_width_relative)
+        self.drive = drive.figures
+        self.ring.figures[:] = noise_figures(vehicle, config, drive)
         self._sums = np.zeros(4)
         self._accels: deque[float] = deque(maxlen=_GATHERED_TICKS)
         self.restart()
@@ -257,7 +260,7 @@ class Estimator:
         self._computer.frame.fill(frame)
         fixes = np.array(frame.gnss, dtype=np.float64) if frame.gnss else _NO_FIXES
         started = self.started
-        take_frame(frame.tick, fixes, len(frame.gnss), self._computer.array)
+        take_frame(frame.tick, fixes, len(frame.gnss), self.drive, self._computer.array)
         if not started:
             self._gather(frame)
 
@@ -333,7 +336,7 @@ class Estimator:
         diagonal[m.SPEED], diagonal[m.YAW_RATE] = 1e-6, 1e-6
         diagonal[m.GYRO_BIAS] = self._gyro_start_var / span_s + 1e-10
         diagonal[m.ACCEL_BIAS] = self._accel_start_var / span_s + 1e-6
-        diagonal[[m.LEFT_SLIP, m.RIGHT_SLIP]] = c[m.C_SLIP_VAR]
+        diagonal[[m.ODOMETRY_ERROR, m.ODOMETRY_ERROR + 1]] = c[m.C_SLIP_VAR]
         diagonal[m.MAG_BIAS] = c[m.C_MAG_VAR]
         p[:] = np.diag(diagonal)
         # The heading's error is the magnetometer's.

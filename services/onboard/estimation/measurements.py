@@ -7,22 +7,21 @@ numbers at once its gate is one χ² test with two degrees of freedom on both.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from touchline.services.core.jit import kernel
+from touchline.services.onboard.drives import onboard_drive
 from touchline.services.onboard.estimation.tail import weighed_variance
 from touchline.services.onboard.estimation.updates import apply, apply_two, two, wrap
 from touchline.services.onboard.filter_model import (
     C_ANTENNA_X,
     C_ANTENNA_Y,
     C_MAST,
-    C_R_ENCODER,
-    C_R_ENCODER_TURN,
     C_R_GYRO,
     C_R_MAG,
-    C_TRACK,
     EAST,
     ENCODER_REJECTED_RECENT,
     FIX_AFTER,
@@ -37,18 +36,14 @@ from touchline.services.onboard.filter_model import (
     HEADING,
     IN_ACCEL,
     IN_GYRO,
-    IN_LEFT,
-    IN_LEFT_SMOOTH,
     IN_MAG,
+    IN_ODOMETRY,
     IN_REFUSED,
-    IN_RIGHT,
-    IN_RIGHT_SMOOTH,
     IN_RISE_EAST,
     IN_RISE_NORTH,
     IN_ROUGH,
     IN_SPAN,
     IN_STILL,
-    LEFT_SLIP,
     MAG_BIAS,
     N_ENCODER,
     N_ENCODER_REJECTED,
@@ -59,7 +54,6 @@ from touchline.services.onboard.filter_model import (
     NIS_ENCODER_SUM,
     NIS_MAG_SUM,
     NORTH,
-    RIGHT_SLIP,
     SPEED,
     STATES,
     YAW_RATE,
@@ -72,14 +66,7 @@ _STILL_SPEED_VAR = 1e-6  # (1 mm/s)²
 _STILL_YAW_VAR = 4e-8  # (0.2 mrad/s)²
 _SLIP_RECENT = 1.0 / 30.0  # weight of the newest tick in the slip test
 _SPAN_ACCEL_MPS2 = 1.0
-_SMOOTHING = 1.0 / 30.0  # per tick
-_SUDDEN_SHARE = 0.1
-_SUDDEN_MPS = 0.02
 _ENCODER_REJECTED_RUN_LIMIT = 50.0
-_SLIP_PER_MPS = 0.4  # 1 σ, of a wheel's change of speed in a tick
-_JUMP_TICKS = 10
-_JUMP_VAR = 0.05**2
-_JUMP_FROM_MPS = 0.6  # slip is a share: it explains little of a slow wheel's error
 _ROUGH_SHARE = 1.0 / 30.0  # of the newest tick
 _ROUGH_MOST = 1.0  # (m/s²)² a tick counts: one jolt is no shaking
 _ROUGH_FROM = 0.3**2  # (m/s²)²; noise by the data sheet makes 0.012², driving a plan at most 0.17², an e-stop 0.31²
@@ -87,45 +74,10 @@ _PATIENCE = 100.0  # factor on the encoders' variance once they have been reject
 
 
 @kernel
-def smooth_rims(before: Floats, z: Floats) -> None:
-    """The rim speeds that slip is a share of, from the inputs (INPUTS,) of the tick before and of this one.
-
-    Taken from the tick's own reading or from the state they would share its noise, and the gain with the innovation:
-    noise would become a bias of the slip. So they are smooth, but keep up with a wheel that changes its speed.
-    """
-    for wheel in range(2):
-        smooth, last, rim = before[IN_LEFT_SMOOTH + wheel], before[IN_LEFT + wheel], z[IN_LEFT + wheel]
-        if not math.isnan(last):
-            smooth += _SMOOTHING * (last - smooth)
-        if abs(rim - smooth) > _SUDDEN_SHARE * abs(rim) + _SUDDEN_MPS:
-            smooth = rim
-        z[IN_LEFT_SMOOTH + wheel] = smooth
-
-
-@kernel
-def strain_tyres(P: Floats, before: Floats, z: Floats) -> None:
-    """Let the slips be as uncertain as wheels that change their speed make them; inputs as of `smooth_rims`.
-
-    A tyre pushes by slipping: on grass by 1 % and on wet grass by 2 % per m/s², and by far more at the end of its grip,
-    which the robot does not know. That comes and goes as fast as the wheel is sped up. Readings that are rejected again
-    and again are a slip that jumped: taken for outliers they would be rejected until the slip is forgotten. Without
-    the accelerometer nothing but the wheels tells the speed, and their slip cannot be told.
-    """
-    z[IN_REFUSED] = before[IN_REFUSED] if before[IN_REFUSED] > 0.0 else 0.0
-    if math.isnan(z[IN_ACCEL]):
-        return
-    for wheel in range(2):
-        i = LEFT_SLIP + wheel
-        change = z[IN_LEFT + wheel] - before[IN_LEFT + wheel]
-        if not math.isnan(change):
-            P[i, i] += (_SLIP_PER_MPS * change) ** 2
-        if z[IN_REFUSED] >= _JUMP_TICKS and abs(z[IN_LEFT_SMOOTH + wheel]) > _JUMP_FROM_MPS:
-            P[i, i] = max(P[i, i], _JUMP_VAR)
-
-
-@kernel
 def doubt_accelerometer(P: Floats, before: Floats, z: Floats) -> None:
-    """Let the speed be as uncertain as an accelerometer that shakes makes it; inputs as of `smooth_rims`.
+    """Let the speed be as uncertain as an accelerometer that shakes makes it.
+
+    Inputs (INPUTS,) are those of the tick before and of this one.
 
     A mount that has come loose shakes by far more than the data sheet has it. Believed, it carries the speed away from
     the wheels, and these are rejected for it; the position then is off by many times its σ and contradicts the fixes
@@ -141,19 +93,16 @@ def doubt_accelerometer(P: Floats, before: Floats, z: Floats) -> None:
 
 
 @kernel
-def _encoders(x: Floats, P: Floats, z: Floats, c: Floats, n: Floats, live: bool, h: Floats, g: Floats) -> None:
-    """Rim speeds: ground speed of a wheel is its nominal rim speed less slip."""
-    half = 0.5 * c[C_TRACK]
-    left, right = z[IN_LEFT], z[IN_RIGHT]
+def _odometry(
+    x: Floats, P: Floats, z: Floats, drive: Any, n: Floats, live: bool, scratch: tuple[Floats, Floats]
+) -> None:
+    """The drive's odometry, behind one gate for both of its numbers."""
+    h, g = scratch
     for k in range(STATES):
         h[0, k], h[1, k] = 0.0, 0.0
-    over_left, over_right = x[SPEED] - half * x[YAW_RATE], x[SPEED] + half * x[YAW_RATE]
-    h[0, SPEED], h[0, YAW_RATE], h[0, LEFT_SLIP] = 1.0, -half, z[IN_LEFT_SMOOTH]
-    h[1, SPEED], h[1, YAW_RATE], h[1, RIGHT_SLIP] = 1.0, half, z[IN_RIGHT_SMOOTH]
-    y0 = left - z[IN_LEFT_SMOOTH] * x[LEFT_SLIP] - over_left
-    y1 = right - z[IN_RIGHT_SMOOTH] * x[RIGHT_SLIP] - over_right
+    y0, y1, r = onboard_drive.odometry(drive, x, z, h)
     uneven = 0.5 * (z[IN_SPAN] - 1.0) * 0.01 * _SPAN_ACCEL_MPS2  # the mean of several ticks is not the last one
-    r = c[C_R_ENCODER] + (c[C_R_ENCODER_TURN] * half * x[YAW_RATE]) ** 2 + uneven * uneven
+    r += uneven * uneven
     nis = two(P, h, y0, y1, r)
     z[IN_REFUSED] = z[IN_REFUSED] + 1.0 if nis > GATE_2_DOF else 0.0
     if live:
@@ -191,8 +140,29 @@ def _disputed(x: Floats, P: Floats, z: Floats, c: Floats, n: Floats, live: bool)
 
 
 @kernel
-def measure(x: Floats, P: Floats, z: Floats, c: Floats, n: Floats, live: bool, h: Floats, g: Floats) -> None:
-    """All of a tick's measurements but GNSS."""
+def measure(
+    x: Floats,
+    P: Floats,
+    z: Floats,
+    c: Floats,
+    drive: Any,
+    n: Floats,
+    live: bool,
+    scratch: tuple[Floats, Floats],
+) -> None:
+    """All of a tick's measurements but GNSS.
+
+    Args:
+        x: (STATES,) predicted, updated.
+        P: (STATES, STATES) its covariance, updated.
+        z: (INPUTS,) of the tick.
+        c: (FIGURES,) constants.
+        drive: Figures of the drive.
+        n: (COUNTERS,) updated if the tick is live.
+        live: Whether its measurements are new.
+        scratch: (2, STATES) and (STATES,).
+    """
+    h, g = scratch
     row = h[0]
     for k in range(STATES):
         row[k] = 0.0
@@ -209,8 +179,8 @@ def measure(x: Floats, P: Floats, z: Floats, c: Floats, n: Floats, live: bool, h
         apply(x, P, row, -x[YAW_RATE], _STILL_YAW_VAR, g)
         if live:
             n[ENCODER_REJECTED_RECENT] -= _SLIP_RECENT * n[ENCODER_REJECTED_RECENT]
-    elif not math.isnan(z[IN_LEFT]):
-        _encoders(x, P, z, c, n, live, h, g)
+    elif not math.isnan(z[IN_ODOMETRY]):
+        _odometry(x, P, z, drive, n, live, scratch)
     if not math.isnan(z[IN_MAG]):
         for k in range(STATES):
             row[k] = 0.0

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.vehicles import Vehicle
+from touchline.services.onboard.drives.onboard_drive import OnboardDrive
 from touchline.services.onboard.filter_model import (
     C_ANTENNA_X,
     C_ANTENNA_Y,
@@ -25,8 +26,6 @@ from touchline.services.onboard.filter_model import (
     C_Q_SIDE_BIAS,
     C_Q_SPEED,
     C_Q_YAW,
-    C_R_ENCODER,
-    C_R_ENCODER_TURN,
     C_R_GNSS,
     C_R_GYRO,
     C_R_MAG,
@@ -37,7 +36,6 @@ from touchline.services.onboard.filter_model import (
     C_SIDE_SLIP,
     C_SLIP_DECAY,
     C_SLIP_VAR,
-    C_TRACK,
     FIGURES,
 )
 from touchline.services.onboard.interface import TICK_S
@@ -45,7 +43,6 @@ from touchline.services.onboard.interface import TICK_S
 _SPEED_NOISE_MPS = 0.0005  # per tick, from pitching and vibration, beyond the accelerometer's own noise
 _YAW_NOISE_RADPS = 0.08  # per tick: 8 rad/s² is half of what the wheels can do
 _SIDE_SLIP_M2PM = 1e-6
-_ENCODER_FLOOR_MPS = 0.002
 _GYRO_FLOOR_RADPS = 1e-4
 _MAG_FLOOR_RAD = 0.005
 _GNSS_FLOOR_M = 0.002
@@ -60,11 +57,10 @@ _BRIDGED_S = 30.0  # an outage that the reported σ has to cover
 _WARMING_S = 60.0  # over which a bias that drifts with the temperature counts as a random walk
 
 
-def noise_figures(vehicle: Vehicle, config: OnboardConfig) -> NDArray[np.float64]:
+def noise_figures(vehicle: Vehicle, config: OnboardConfig, drive_model: OnboardDrive) -> NDArray[np.float64]:
     """(FIGURES,) constants of the filter, from the vehicle's and the sensors' data sheets."""
     gnss, imu, mag, drive = config.gnss, config.imu, config.magnetometer, config.drive
     c = np.zeros(FIGURES)
-    c[C_TRACK] = vehicle.drive.track_width_m
     c[C_ANTENNA_X], c[C_ANTENNA_Y] = vehicle.body.gnss_antenna_x_m, vehicle.body.gnss_antenna_y_m
     c[C_Q_SPEED] = imu.accel_density_mps2_rthz**2 * TICK_S + _SPEED_NOISE_MPS**2
     c[C_Q_YAW] = _YAW_NOISE_RADPS**2
@@ -98,13 +94,10 @@ def noise_figures(vehicle: Vehicle, config: OnboardConfig) -> NDArray[np.float64
     )
     c[C_GM_DECAY] = math.exp(-TICK_S / tau)
     c[C_R_GYRO] = imu.gyro_density_radps_rthz**2 / TICK_S + _GYRO_FLOOR_RADPS**2
-    tick_m = 2.0 * math.pi / vehicle.drive.encoder_ticks_per_revolution * vehicle.drive.wheel_radius_m
-    c[C_R_ENCODER] = (tick_m / TICK_S) ** 2 / 6.0 + _ENCODER_FLOOR_MPS**2
     c[C_R_MAG] = max(mag.white_rad, _MAG_FLOOR_RAD) ** 2
     c[C_R_GNSS] = max(gnss.white_m, _GNSS_FLOOR_M) ** 2
     c[C_Q_SIDE] = _SIDE_SLIP_M2PM
-    c[C_SIDE_SLIP] = vehicle.drive.side_slip_rad_per_mps2
-    c[C_R_ENCODER_TURN] = max(drive.track_width_relative, 0.001)
+    c[C_SIDE_SLIP] = drive_model.side_slip_rad_per_mps2
     return c
 
 

@@ -27,15 +27,13 @@ from touchline.services.onboard.filter_model import (
     GNSS_NORTH,
     GYRO_BIAS,
     HEADING,
-    IN_LEFT_MEAN,
-    IN_RIGHT_MEAN,
+    IN_ERROR_MEAN,
     IN_RISE_EAST,
     IN_RISE_NORTH,
     IN_RISE_VAR,
-    LEFT_SLIP,
     MAG_BIAS,
     NORTH,
-    RIGHT_SLIP,
+    ODOMETRY_ERROR,
     SPEED,
     STATES,
     YAW_RATE,
@@ -69,8 +67,9 @@ def predict(x: Floats, P: Floats, accel: float, z: Floats, c: Floats) -> None:
     x[NORTH] += step * sin
     x[HEADING] += turn
     x[ACCEL_BIAS] += pull * turn
-    x[LEFT_SLIP] = z[IN_LEFT_MEAN] + c[C_SLIP_DECAY] * (x[LEFT_SLIP] - z[IN_LEFT_MEAN])
-    x[RIGHT_SLIP] = z[IN_RIGHT_MEAN] + c[C_SLIP_DECAY] * (x[RIGHT_SLIP] - z[IN_RIGHT_MEAN])
+    for i in range(2):
+        mean = z[IN_ERROR_MEAN + i]
+        x[ODOMETRY_ERROR + i] = mean + c[C_SLIP_DECAY] * (x[ODOMETRY_ERROR + i] - mean)
     x[MAG_BIAS] *= c[C_MAG_DECAY]
     x[GNSS_EAST] *= c[C_GM_DECAY]
     x[GNSS_NORTH] *= c[C_GM_DECAY]
@@ -93,8 +92,8 @@ def predict(x: Floats, P: Floats, accel: float, z: Floats, c: Floats) -> None:
         P[k, EAST] += de_dv * P[k, SPEED] + de_dh * P[k, HEADING] + de_dw * P[k, YAW_RATE]
         P[k, NORTH] += dn_dv * P[k, SPEED] + dn_dh * P[k, HEADING] + dn_dw * P[k, YAW_RATE]
         P[k, HEADING] += TICK_S * P[k, YAW_RATE]
-    _decay(P, LEFT_SLIP, c[C_SLIP_DECAY], c[C_SLIP_VAR])
-    _decay(P, RIGHT_SLIP, c[C_SLIP_DECAY], c[C_SLIP_VAR])
+    for i in range(2):
+        _decay(P, ODOMETRY_ERROR + i, c[C_SLIP_DECAY], c[C_SLIP_VAR])
     _decay(P, MAG_BIAS, c[C_MAG_DECAY], c[C_MAG_VAR])
     _decay(P, GNSS_EAST, c[C_GM_DECAY], c[C_GM_VAR])
     _decay(P, GNSS_NORTH, c[C_GM_DECAY], c[C_GM_VAR])

@@ -7,20 +7,19 @@ empty (nan), and the filter predicts over it.
 from __future__ import annotations
 
 import math
-from typing import Final
+from typing import Any, Final
 
 from touchline.services.core.jit import kernel
 from touchline.services.onboard import filter_model as m
 from touchline.services.onboard.computer_state import ComputerState
-from touchline.services.onboard.interface import ACCEL, ANGLES, MAG, TICK_S
+from touchline.services.onboard.drives import onboard_drive
+from touchline.services.onboard.interface import ACCEL, ACTUATORS, ANGLES, MAG
 
 # Rows of `FrameState.measured_tick`.
 IMU: Final = 0
 MAGNETOMETER: Final = 1
 ENCODERS: Final = 2
 
-STILL_RAD: Final = 1e-4
-"""Wheel angle in a tick below which the wheel stands (1 mm/s)."""
 STILL_TICKS: Final = 20
 MAG_EVERY_TICKS: Final = 10
 """The magnetometer's error is a slow one: more samples say nothing new and cost time."""
@@ -30,7 +29,7 @@ FROZEN_RADPS: Final = 0.05
 
 
 @kernel
-def take_samples(tick: int, c: ComputerState) -> int:
+def take_samples(tick: int, drive: Any, c: ComputerState) -> int:
     """Enter the samples of a tick's frame in the filter's inputs; the tick's own row is emptied first.
 
     Returns:
@@ -48,7 +47,7 @@ def take_samples(tick: int, c: ComputerState) -> int:
         elif sensor == IMU:
             new = _take_imu(sampled, c)
         elif sensor == ENCODERS:
-            new = _take_encoders(sampled, c)
+            new = _take_encoders(sampled, drive, c)
         else:
             new = _take_magnetometer(sampled, c)
         if new:
@@ -65,13 +64,13 @@ def _frozen(c: ComputerState) -> bool:
         new = new or c.frame.readings[axis] != state.reading[axis]
     if not new:
         change = 0.0
-        for wheel in range(2):
-            change = max(change, abs(state.rates_radps[wheel] - state.rates_then_radps[wheel]))
+        for actuator in range(ACTUATORS):
+            change = max(change, abs(state.measured[actuator] - state.measured_then[actuator]))
         return change > FROZEN_RADPS
     for axis in range(6):
         state.reading[axis] = c.frame.readings[axis]
-    for wheel in range(2):
-        state.rates_then_radps[wheel] = state.rates_radps[wheel]
+    for actuator in range(ACTUATORS):
+        state.measured_then[actuator] = state.measured[actuator]
     return False
 
 
@@ -93,8 +92,8 @@ def _take_imu(sampled: int, c: ComputerState) -> bool:
 
 
 @kernel
-def _take_encoders(sampled: int, c: ComputerState) -> bool:
-    """Enter the wheels' mean rates since the sample before, unless this is an old one."""
+def _take_encoders(sampled: int, drive: Any, c: ComputerState) -> bool:
+    """Enter what the encoders have turned since the sample before, unless this is an old one."""
     state = c.buffer
     if sampled <= state.encoder_tick:
         return False
@@ -102,14 +101,11 @@ def _take_encoders(sampled: int, c: ComputerState) -> bool:
     span = 1 if first else sampled - state.encoder_tick
     state.encoder_tick = sampled
     row = c.filter.inputs[sampled % m.RING]
-    still = True
-    for wheel in range(2):
-        angle = c.frame.readings[ANGLES + wheel]
-        turned = 0.0 if first else angle - state.angles_rad[wheel]
-        still = still and abs(turned) < STILL_RAD * span
-        state.angles_rad[wheel] = angle
-        state.rates_radps[wheel] = turned / (span * TICK_S)
-        row[m.IN_LEFT + wheel] = state.rates_radps[wheel] * state.radius_m
+    for actuator in range(ACTUATORS):
+        angle = c.frame.readings[ANGLES + actuator]
+        state.turned_rad[actuator] = 0.0 if first else angle - state.angles_rad[actuator]
+        state.angles_rad[actuator] = angle
+    still = onboard_drive.read(drive, span, state, row)
     state.still_ticks = state.still_ticks + span if still else 0
     row[m.IN_SPAN] = span
     row[m.IN_STILL] = 1.0 if state.still_ticks >= STILL_TICKS else 0.0

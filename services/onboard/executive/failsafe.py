@@ -17,9 +17,10 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
 from touchline.services.onboard import filter_model as m
 from touchline.services.onboard.computer_state import FLOW_WINDOW_TICKS, Computer, ComputerState, SafetyFindings
+from touchline.services.onboard.drives.onboard_drive import drive_of
 from touchline.services.onboard.estimation.sample_buffer import ENCODERS
 from touchline.services.onboard.executive.geofence import Geofence, beyond_m
-from touchline.services.onboard.interface import TICK_S
+from touchline.services.onboard.interface import ACTUATORS, TICK_S
 
 Floats = NDArray[np.float64]
 
@@ -29,10 +30,7 @@ HEADING_DOUBT: Final = 2.0
 LOW_BATTERY: Final = supplies.LOW_BATTERY
 LOW_TANK_L: Final = supplies.LOW_TANK_L
 DRY_TANK_L: Final = 0.0005
-WHEEL_TIMEOUT_S: Final = 0.4
-WHEEL_TOLERANCE_RADPS: Final = 0.7
-WHEEL_TOLERANCE: Final = 0.4
-"""Share of the expected speed."""
+ACTUATOR_TIMEOUT_S: Final = 0.4
 LEAK_SHARE: Final = 0.4
 """Of the nominal flow, over the window, while the valve is closed: the valve is stuck open."""
 DRY_SHARE: Final = 0.8
@@ -49,11 +47,9 @@ OPERATOR: Final = 3
 EMPTY_TANK: Final = 4
 LOW_TANK: Final = 5
 BATTERY: Final = 6
-WHEEL: Final = 7  # the first one; one more for each after it
+ACTUATOR: Final = 7  # the first one; one more for each after it
 DRY: Final = 20
 LEAK: Final = 21
-
-_WHEELS: Final = ("left", "right")
 
 
 class FenceArrays(NamedTuple):
@@ -77,7 +73,7 @@ def judge_safety(tick: int, computer: Computer, fence: FenceArrays) -> None:
     found.bumper, found.battery_fraction = robot.bumper, robot.battery_fraction
     found.emergency = BUMPER if robot.bumper else _outside(c, fence)
     operator = _operator(robot.operator_alive, found)
-    wheels = _wheels(c) if robot.measured_tick[ENCODERS] == tick else NOTHING
+    disobeyed = _disobeyed(c) if robot.measured_tick[ENCODERS] == tick else NOTHING
     flow = _paint(robot.tank_l, valve, found)
     if operator != NOTHING:
         found.lasting = operator
@@ -89,7 +85,7 @@ def judge_safety(tick: int, computer: Computer, fence: FenceArrays) -> None:
         found.lasting = NOTHING if valve else flow
     found.stop = found.lasting
     if found.stop == NOTHING:
-        found.stop = wheels if wheels != NOTHING else flow
+        found.stop = disobeyed if disobeyed != NOTHING else flow
 
 
 @kernel
@@ -112,19 +108,18 @@ def _operator(alive: bool, found: SafetyFindings) -> int:
 
 
 @kernel
-def _wheels(c: ComputerState) -> int:
+def _disobeyed(c: ComputerState) -> int:
     found, problem = c.safety, NOTHING
-    for wheel in range(2):
-        wanted = c.command.actuators[0] if wheel == 0 else c.command.actuators[1]
-        expected = found.expected_radps[wheel]
-        expected += min(max(found.lag * (wanted - expected), -found.max_step_radps), found.max_step_radps)
-        found.expected_radps[wheel] = expected
-        follows = abs(c.buffer.rates_radps[wheel] - expected) <= max(
-            WHEEL_TOLERANCE_RADPS, WHEEL_TOLERANCE * abs(expected)
-        )
-        found.astray_s[wheel] = 0.0 if follows else found.astray_s[wheel] + TICK_S
-        if found.astray_s[wheel] >= WHEEL_TIMEOUT_S:
-            problem = WHEEL + wheel
+    for i in range(ACTUATORS):
+        expected = found.expected[i]
+        change = found.lag_share[i] * (c.command.actuators[i] - expected)
+        expected += min(max(change, -found.max_step[i]), found.max_step[i])
+        found.expected[i] = expected
+        tolerance = max(found.tolerance[i], found.tolerance_share[i] * abs(expected))
+        follows = abs(c.buffer.measured[i] - expected) <= tolerance
+        found.astray_s[i] = 0.0 if follows else found.astray_s[i] + TICK_S
+        if found.astray_s[i] >= ACTUATOR_TIMEOUT_S:
+            problem = ACTUATOR + i
     return problem
 
 
@@ -205,10 +200,13 @@ class Failsafe:
     def __init__(self, vehicle: Vehicle, computer: ComputerState, fence_timeout_s: float) -> None:
         """Nothing seen yet."""
         self._computer, self.findings = computer, computer.safety
+        self._drive = drive = drive_of(vehicle)
         self.findings.reset(
             fence_timeout_s=fence_timeout_s,
-            lag=1.0 - math.exp(-TICK_S / max(vehicle.drive.motor_time_constant_s, TICK_S)),
-            max_step_radps=vehicle.drive.max_wheel_acceleration_radps2 * TICK_S,
+            lag_share=drive.lag_share,
+            max_step=drive.max_step,
+            tolerance=drive.tolerance,
+            tolerance_share=drive.tolerance_share,
             nominal_l=vehicle.tool.paint_l_per_m * vehicle.tool.paint_speed_mps * TICK_S,
             settle_ticks=math.ceil(max(vehicle.tool.valve_on_delay_s, vehicle.tool.valve_off_delay_s) / TICK_S) + 2,
         )
@@ -257,8 +255,8 @@ class Failsafe:
             return ""
         if code == FENCE and self._fence is not None:
             return f"the robot has left {self._fence.name} by more than {self._fence.margin_m:g} m"
-        if WHEEL <= code < WHEEL + len(_WHEELS):
-            return f"the {_WHEELS[code - WHEEL]} wheel does not turn as commanded"
+        if ACTUATOR <= code < ACTUATOR + ACTUATORS:
+            return self._drive.disobeyed[code - ACTUATOR]
         return {
             BUMPER: "the bumper is pressed",
             OPERATOR: f"the operator has not been heard for {OPERATOR_TIMEOUT_S:.0f} s",

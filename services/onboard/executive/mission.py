@@ -11,10 +11,9 @@ import math
 from enum import Enum, auto
 from typing import NamedTuple
 
-import numpy as np
-
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.vehicles import Vehicle
+from touchline.services.onboard import tracking_state as tracking
 from touchline.services.onboard.computer_state import ComputerState
 from touchline.services.onboard.control import Follower
 from touchline.services.onboard.control.path_tracker import STOPPED_MPS, PathTracker, nozzle_m
@@ -78,7 +77,6 @@ class Mission:
         self.sprayer = Sprayer(plan, vehicle, computer)
         self._estimator, self._watch = estimator, watch
         self._run_up_m = vehicle.tool.paint_speed_mps**2 / (2.0 * vehicle.drive.max_acceleration_mps2) + RUN_UP_SETTLE_M
-        self._radius_m = vehicle.drive.wheel_radius_m
         self._phase = MissionPhase.ALIGN
         self._resumed = False
         self._back_to_m = 0.0
@@ -123,7 +121,7 @@ class Mission:
     @property
     def standing(self) -> bool:
         """Whether the robot neither is told to move nor does: its wheels have stood for a while, or it knows so."""
-        commanded = float(np.abs(self._command.actuators).max()) * self._radius_m
+        commanded = self.driver.drive.moves_mps(self._command.actuators)
         if commanded >= 2.0 * STOPPED_MPS:
             return False
         known = not self._estimator.started or abs(self._estimator.speed_now_mps()) < 2.0 * STOPPED_MPS
@@ -132,7 +130,7 @@ class Mission:
     @property
     def lateral_error_m(self) -> float:
         """Estimated distance of the nozzle to the left of its path."""
-        return float(self.driver.now[projection.NOZZLE_LATERAL])
+        return float(self.driver.now[tracking.NOZZLE_LATERAL])
 
     @property
     def painted(self) -> PaintBelief:
@@ -187,7 +185,7 @@ class Mission:
         self.driver.locate(self._estimator)
         if self._phase is MissionPhase.ALONG:
             self.sprayer.skip(self._nozzle_m(), 0.0)
-        return abs(float(self.driver.now[projection.LATERAL]))
+        return abs(float(self.driver.now[tracking.LATERAL]))
 
     def go_on(self) -> None:
         """Forward again, by way of the place from which paint is owed."""
@@ -223,11 +221,11 @@ class Mission:
 
     def _along(self) -> Step:
         driver, sprayer = self.driver, self.sprayer
-        left, right = driver.step(self._estimator, projection.MODE_PROFILE)
+        actuators = driver.step(self._estimator, projection.MODE_PROFILE)
         place, speed = self._nozzle_m(), driver.speed_mps
         if driver.leg.sense != FORWARD:
             sprayer.pass_by(place)
-            return self._leg_done() if driver.leg_done else Step(Command((left, right), False, False))
+            return self._leg_done() if driver.leg_done else Step(Command(actuators, False, False))
         problem = self._watch.paint_problem(self.lateral_error_m) if sprayer.due(place, speed) else ""
         valve, valve_after_s = sprayer.step(place, speed, not problem)
         if problem:
@@ -236,21 +234,21 @@ class Mission:
             self.go_on()
         if driver.leg_done:
             return self._leg_done()
-        return Step(Command((left, right), valve, sprayer.disc_at(place, speed), valve_after_s))
+        return Step(Command(actuators, valve, sprayer.disc_at(place, speed), valve_after_s))
 
     def _leg_done(self) -> Step:
         """At a cusp or the end: the robot is all but at rest."""
         self.sprayer.pass_by(self._nozzle_m())
         if not self.driver.next_leg():
             return Step(self._rest(), done=True)
-        left, right = self.driver.step(self._estimator, projection.MODE_PROFILE)
-        return Step(Command((left, right), False, False))
+        actuators = self.driver.step(self._estimator, projection.MODE_PROFILE)
+        return Step(Command(actuators, False, False))
 
     def _back(self) -> Step:
         """Stop, reverse to the run-up, stop, and forward again."""
         if self._phase is MissionPhase.BACK and self.driver.arc_length_m > self._back_to_m + 1e-3:
-            left, right = self.driver.step(self._estimator, projection.MODE_BACK, self._back_to_m)
-            return Step(Command((left, right), False, False))
+            actuators = self.driver.step(self._estimator, projection.MODE_BACK, self._back_to_m)
+            return Step(Command(actuators, False, False))
         if not self.standing:
             return Step(self._rest())
         self.driver.halt()
@@ -269,10 +267,10 @@ class Mission:
             driver.halt()
             self._at_rest = True
             return STANDSTILL
-        left, right = driver.step(self._estimator, projection.MODE_BRAKE)
+        actuators = driver.step(self._estimator, projection.MODE_BRAKE)
         if self._phase is MissionPhase.ALONG:
             self.sprayer.skip(self._nozzle_m(), driver.speed_mps)
-        return Command((left, right), False, False)
+        return Command(actuators, False, False)
 
     def _start_problem(self) -> str:
         east, north, heading = self._estimator.state[:3].tolist()

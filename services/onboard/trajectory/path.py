@@ -16,6 +16,7 @@ from touchline.schemas.curves import Curve, spin_rad, wrap_angle
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import CurveType, LinearDirection, Segment
 from touchline.schemas.vehicles import Vehicle
+from touchline.services.onboard.drives.onboard_drive import OnboardDrive, drive_of
 
 MAX_GAP_M = 1e-3
 MAX_KINK_RAD = 1e-3
@@ -55,6 +56,7 @@ def cut_path(segments: tuple[Segment, ...], vehicle: Vehicle) -> tuple[NDArray[n
     Raises:
         CommandRefused: A segment cannot be driven or does not continue the one before.
     """
+    drive = drive_of(vehicle)
     rows = np.zeros((len(segments), 7))
     spins = np.zeros(len(segments))
     at_m = 0.0
@@ -66,7 +68,7 @@ def cut_path(segments: tuple[Segment, ...], vehicle: Vehicle) -> tuple[NDArray[n
             start = segment.curve.arc[0].start
             rows[i, :2] = start.x, start.y
             continue
-        curve = _curve(i, segment, vehicle)
+        curve = _curve(i, segment, drive)
         backward = segment.direction.value == LinearDirection.BACKWARD
         heading = wrap_angle(curve.heading_rad + (math.pi if backward else 0.0))
         rows[i, :5] = curve.x_m, curve.y_m, heading, curve.curvature_1pm, curve.length_m
@@ -86,7 +88,7 @@ def _checked_turn(index: int, segment: Segment, turn_rad: float) -> float:
     return turn_rad
 
 
-def _curve(index: int, segment: Segment, vehicle: Vehicle) -> Curve:
+def _curve(index: int, segment: Segment, drive: OnboardDrive) -> Curve:
     name = segment_name(index, segment)
     points = (
         [p for line in segment.curve.line for p in (line.start, line.end)]
@@ -102,11 +104,7 @@ def _curve(index: int, segment: Segment, vehicle: Vehicle) -> Curve:
         raise CommandRefused(f"{name}: {error}") from error
     if curve.length_m < MIN_SEGMENT_M:
         raise CommandRefused(f"{name} has no length")
-    if abs(curve.curvature_1pm) * vehicle.drive.half_track_m > 1.0:
-        raise CommandRefused(
-            f"{name} has a radius of {abs(1 / curve.curvature_1pm):.3f} m, less than half the track "
-            f"({vehicle.drive.half_track_m:.3f} m): the inner wheel would have to run backward"
-        )
+    drive.check_curvature(name, curve.curvature_1pm)
     return curve
 
 

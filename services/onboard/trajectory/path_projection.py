@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.services.core.jit import kernel
+from touchline.services.onboard import tracking_state as tracking
 from touchline.services.onboard.computer_state import Computer, LegState
 from touchline.services.onboard.filter_model import EAST, HEADING, NORTH, RING
 from touchline.services.onboard.interface import TICK_S
@@ -26,18 +27,6 @@ Floats = NDArray[np.float64]
 MODE_PROFILE: Final = 0
 MODE_BRAKE: Final = 1
 MODE_BACK: Final = 2
-
-# What the follower is told about now.
-LATERAL: Final = 0  # axle centre to the robot's left of the path [m]
-HEADING_ERROR: Final = 1  # rad, robot less path
-NOZZLE_LATERAL: Final = 2  # nozzle left of its own path [m]
-SPEED: Final = 3
-YAW_RATE: Final = 4
-REFERENCE_SPEED: Final = 5  # of the robot, negative when it reverses
-LEFT_RADIUS: Final = 6  # effective, slip included [m]
-RIGHT_RADIUS: Final = 7
-LEFT_COMMAND: Final = 8  # in force during the last tick [rad/s]
-RIGHT_COMMAND: Final = 9
 
 # The way ahead, one row for each of the next ticks.
 A_SPEED: Final = 0  # reference speed, mean over the tick, signed [m/s]
@@ -188,10 +177,12 @@ def track(computer: Computer, leg: LegArrays, sense: float, mode: int) -> None:
     v, entry = _next_speed(state.speed_mps, s, TICK_S, mode, state.entry, speeds, state)
     state.speed_mps = v
     state.entry = entry
-    now[LATERAL] = lateral
-    now[HEADING_ERROR] = error
-    now[NOZZLE_LATERAL] = lateral + state.nozzle_x_m * math.sin(error) + state.nozzle_y_m * (math.cos(error) - 1.0)
-    now[REFERENCE_SPEED] = sense * v
+    now[tracking.LATERAL] = lateral
+    now[tracking.HEADING_ERROR] = error
+    now[tracking.NOZZLE_LATERAL] = (
+        lateral + state.nozzle_x_m * math.sin(error) + state.nozzle_y_m * (math.cos(error) - 1.0)
+    )
+    now[tracking.REFERENCE_SPEED] = sense * v
 
     for i in range(ahead.shape[0]):
         h = TICK_S if i < state.fine_rows else COARSE_TICKS * TICK_S

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import Actuation, Segment, Trajectory, VelocityType
-from touchline.schemas.vehicles import Vehicle
+from touchline.services.onboard.drives.onboard_drive import OnboardDrive
 from touchline.services.onboard.trajectory.path import BACKWARD, MAX_GAP_M, SPIN, Leg, segment_name
 from touchline.services.onboard.trajectory.turn import TurnInPlace
 
@@ -21,7 +21,6 @@ MIN_TURN_RADPS = 0.05
 SPIN_PLACE_M = 1e-3
 """How near to a turn on the spot its ANGULAR entries are."""
 _SPRAY_OVERLAP_M = 1e-3
-_WHEEL_LIMIT_SLACK = 1.001
 
 
 def velocities(trajectory: Trajectory) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
@@ -45,7 +44,7 @@ def velocities(trajectory: Trajectory) -> tuple[list[tuple[float, float]], list[
 
 
 def turns_on_the_spot(
-    legs: list[Leg], angular: list[tuple[float, float]], segments: tuple[Segment, ...], vehicle: Vehicle
+    legs: list[Leg], angular: list[tuple[float, float]], segments: tuple[Segment, ...], drive: OnboardDrive
 ) -> dict[int, TurnInPlace]:
     """The turns on the spot by leg, each at the fastest of the ANGULAR entries at its place."""
     turns: dict[int, TurnInPlace] = {}
@@ -57,13 +56,8 @@ def turns_on_the_spot(
         rate = max((abs(value) for s, value in angular if abs(s - leg.start_m) <= SPIN_PLACE_M), default=0.0)
         if rate < MIN_TURN_RADPS:
             raise CommandRefused(f"{name} turns on the spot, but the velocity profile has no ANGULAR speed for it")
-        if rate * vehicle.drive.half_track_m > vehicle.drive.max_speed_mps * _WHEEL_LIMIT_SLACK:
-            raise CommandRefused(
-                f"{name}: turning on the spot at {rate:.2f} rad/s needs a wheel speed of "
-                f"{rate * vehicle.drive.half_track_m / vehicle.drive.wheel_radius_m:.2f} rad/s; the limit is "
-                f"{vehicle.drive.max_wheel_speed_radps:.2f} rad/s"
-            )
-        turns[index] = TurnInPlace(leg.turn_rad, rate, vehicle.drive.max_acceleration_mps2 / vehicle.drive.half_track_m)
+        drive.check_spin(name, rate)
+        turns[index] = TurnInPlace(leg.turn_rad, rate, drive.spin_acceleration_radps2())
         places.add(leg.start_m)
     for s, _ in angular:
         if not any(abs(s - place) <= SPIN_PLACE_M for place in places):
@@ -124,22 +118,15 @@ def speed_at(speeds: NDArray[np.float64], s: NDArray[np.float64]) -> NDArray[np.
     return np.sqrt(np.interp(s, speeds[:, 0], speeds[:, 1] ** 2))
 
 
-def check_wheels(
-    path: NDArray[np.float64], speeds: NDArray[np.float64], segments: tuple[Segment, ...], vehicle: Vehicle
+def check_speeds(
+    path: NDArray[np.float64], speeds: NDArray[np.float64], segments: tuple[Segment, ...], drive: OnboardDrive
 ) -> None:
     """v² is piecewise linear, so its largest value on a segment is at an entry or at an end of the segment."""
     starts, ends = path[:, 5], path[:, 5] + path[:, 4]
     fastest = np.maximum(speed_at(speeds, starts), speed_at(speeds, ends))
     owner = np.clip(np.searchsorted(starts, speeds[:, 0], side="right") - 1, 0, len(path) - 1)
     np.maximum.at(fastest, owner, np.where(speeds[:, 0] < ends[owner], speeds[:, 1], 0.0))
-    rim = fastest * (1.0 + np.abs(path[:, 3]) * vehicle.drive.half_track_m)
-    worst = int(np.argmax(rim))
-    if rim[worst] > vehicle.drive.max_speed_mps * _WHEEL_LIMIT_SLACK:
-        raise CommandRefused(
-            f"{segment_name(worst, segments[worst])}: {fastest[worst]:.2f} m/s at curvature {path[worst, 3]:.3f} 1/m "
-            f"needs a wheel speed of {rim[worst] / vehicle.drive.wheel_radius_m:.2f} rad/s; the limit is "
-            f"{vehicle.drive.max_wheel_speed_radps:.2f} rad/s"
-        )
+    drive.check_speeds(fastest, path[:, 3], lambda worst: segment_name(worst, segments[worst]))
 
 
 def check_spray_speed(speeds: NDArray[np.float64], switch_m: list[float], actuation: list[int], total_m: float) -> None:

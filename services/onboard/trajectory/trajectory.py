@@ -12,14 +12,15 @@ from numpy.typing import NDArray
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import Actuation, Trajectory
 from touchline.schemas.vehicles import Vehicle
+from touchline.services.onboard.drives.onboard_drive import drive_of
 from touchline.services.onboard.interface import TICK_S, Checkpoint
 from touchline.services.onboard.trajectory.path import Leg, cut_path, pose_at
 from touchline.services.onboard.trajectory.profiles import (
     actuation_steps,
+    check_speeds,
     check_spray_direction,
     check_spray_speed,
     check_stops,
-    check_wheels,
     painted_rows,
     speed_at,
     speed_rows,
@@ -114,14 +115,15 @@ def load_trajectory(trajectory: Trajectory, vehicle: Vehicle) -> LoadedTrajector
     segments = trajectory.path.segments
     if not segments:
         raise CommandRefused("the trajectory has no segments")
+    drive = drive_of(vehicle)
     path, legs = cut_path(segments, vehicle)
     total = float(path[-1, 4] + path[-1, 5])
     linear, angular = velocities(trajectory)
-    turns = turns_on_the_spot(legs, angular, segments, vehicle)
+    turns = turns_on_the_spot(legs, angular, segments, drive)
     speeds = speed_rows(linear, total)
     check_stops(legs, speeds, segments)
     switch_m, actuation = actuation_steps(trajectory, total)
-    check_wheels(path, speeds, segments, vehicle)
+    check_speeds(path, speeds, segments, drive)
     check_spray_speed(speeds, switch_m, actuation, total)
     check_spray_direction(legs, switch_m, actuation, total, segments)
     pace = speeds[1:, 1] + speeds[:-1, 1]

@@ -5,15 +5,19 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
+from touchline.services.core.polygons import apart_squared, off_squared, within
 from touchline.services.planner.geometry.clothoid import Floats, Ints, PathPose, PiecePath
 
 # Between two poses that are looked at no point of the body moves further than twice this (m); the body is taken to be
 # larger by as much all round, so that nothing is missed in between.
 MARGIN_M = 0.02
+
+Complexes = NDArray[np.complex128]
 
 
 class Collision(NamedTuple):
@@ -85,78 +89,73 @@ class CollisionChecker:
 
 
 @kernel
-def _apart(ax: float, ay: float, bx: float, by: float, cx: float, cy: float, dx: float, dy: float) -> float:
-    """The least squared distance between segments AB and CD."""
-    ux, uy, vx, vy, wx, wy = bx - ax, by - ay, dx - cx, dy - cy, cx - ax, cy - ay
-    cross = ux * vy - uy * vx
-    if cross != 0.0:
-        s, t = (wx * vy - wy * vx) / cross, (wx * uy - wy * ux) / cross
-        if 0.0 <= s <= 1.0 and 0.0 <= t <= 1.0:
-            return 0.0
-    least = min(_off(ax, ay, cx, cy, dx, dy), _off(bx, by, cx, cy, dx, dy))
-    return float(min(least, _off(cx, cy, ax, ay, bx, by), _off(dx, dy, ax, ay, bx, by)))
-
-
-@kernel
-def _off(px: float, py: float, ax: float, ay: float, bx: float, by: float) -> float:
-    """The squared distance of P from segment AB."""
-    ux, uy = bx - ax, by - ay
-    square = ux * ux + uy * uy
-    share = ((px - ax) * ux + (py - ay) * uy) / square if square > 0.0 else 0.0
-    share = min(max(share, 0.0), 1.0)
-    x, y = px - ax - share * ux, py - ay - share * uy
-    return x * x + y * y
-
-
-@kernel
-def _within(px: float, py: float, edges: Floats) -> bool:
-    """Whether P is inside the closed outline."""
-    inside = False
-    for e in range(len(edges)):
-        ax, ay, bx, by = edges[e, 0], edges[e, 1], edges[e, 2], edges[e, 3]
-        if (ay > py) != (by > py) and px < ax + (py - ay) * (bx - ax) / (by - ay):
-            inside = not inside
-    return inside
-
-
-@kernel
 def first_touch(
     poses: Floats, edges: Floats, owner: Ints, bounded: bool, body: Floats, margin: float
 ) -> tuple[int, int]:
     """The first pose at which the body is nearer than `margin` to an edge, and the outline; −1 if there is none.
 
     At the first pose it must also be inside the boundary, and no obstacle inside the body.
+
+    Args:
+        poses: (n, 3) x (m), y (m), heading (rad) of the middle of the axle.
+        edges: (edges, 4) x₁ y₁ x₂ y₂, m, outline by outline.
+        owner: (edges,) the outline of each edge.
+        bounded: Whether outline 0 is a boundary.
+        body: (corners, 2) in the body's frame, m.
+        margin: m.
     """
-    count = len(body)
     reach = 0.0
-    for k in range(count):
+    for k in range(len(body)):
         reach = max(reach, math.hypot(body[k, 0], body[k, 1]))
-    x, y = np.empty(count + 1), np.empty(count + 1)
-    outline = np.empty((count, 4))
+    corners = np.empty(len(body) + 1, np.complex128)
     for p in range(len(poses)):
-        c, s = math.cos(poses[p, 2]), math.sin(poses[p, 2])
-        for k in range(count + 1):
-            bx, by = body[k % count, 0], body[k % count, 1]
-            x[k], y[k] = poses[p, 0] + c * bx - s * by, poses[p, 1] + s * bx + c * by
-        for e in range(len(edges)):
-            ax, ay, bx, by = edges[e, 0], edges[e, 1], edges[e, 2], edges[e, 3]
-            if _off(poses[p, 0], poses[p, 1], ax, ay, bx, by) > (reach + margin) ** 2:
-                continue
-            for k in range(count):
-                if _apart(x[k], y[k], x[k + 1], y[k + 1], ax, ay, bx, by) < margin * margin:
-                    return p, owner[e]
-        if p == 0:
-            for k in range(count):
-                outline[k] = np.array([x[k], y[k], x[k + 1], y[k + 1]])
-            first = 0
-            for e in range(len(edges)):
-                if e + 1 == len(edges) or owner[e + 1] != owner[e]:
-                    ring = edges[first : e + 1]
-                    within = _within(poses[p, 0], poses[p, 1], ring)
-                    if bounded and owner[e] == 0:
-                        if not within:
-                            return p, owner[e]
-                    elif within or _within(ring[0, 0], ring[0, 1], outline):
-                        return p, owner[e]
-                    first = e + 1
+        _place(poses[p], body, corners)
+        outline = _touched(complex(poses[p, 0], poses[p, 1]), corners, edges, owner, reach + margin, margin)
+        if outline < 0 and p == 0:
+            outline = _wrong_side(complex(poses[p, 0], poses[p, 1]), corners, edges, owner, bounded)
+        if outline >= 0:
+            return p, outline
     return -1, -1
+
+
+@kernel
+def _place(pose: Floats, body: Floats, corners: Complexes) -> None:
+    """The body's corners at a pose, the first one again behind the last."""
+    c, s = math.cos(pose[2]), math.sin(pose[2])
+    for k in range(len(corners)):
+        x, y = body[k % len(body), 0], body[k % len(body), 1]
+        corners[k] = complex(pose[0] + c * x - s * y, pose[1] + s * x + c * y)
+
+
+@kernel
+def _touched(middle: complex, corners: Complexes, edges: Floats, owner: Ints, far: float, margin: float) -> int:
+    """The first outline that the body is nearer to than `margin`, −1 if there is none; edges beyond `far` are not."""
+    for e in range(len(edges)):
+        a, b = complex(edges[e, 0], edges[e, 1]), complex(edges[e, 2], edges[e, 3])
+        if off_squared(middle, a, b) > far**2:
+            continue
+        for k in range(len(corners) - 1):
+            if apart_squared(corners[k], corners[k + 1], a, b) < margin * margin:
+                return int(owner[e])
+    return -1
+
+
+@kernel
+def _wrong_side(middle: complex, corners: Complexes, edges: Floats, owner: Ints, bounded: bool) -> int:
+    """The first outline on whose wrong side the body is: outside the boundary, about an obstacle or in it; −1: none."""
+    outline = np.empty((len(corners) - 1, 4))
+    for k in range(len(outline)):
+        outline[k, 0], outline[k, 1] = corners[k].real, corners[k].imag
+        outline[k, 2], outline[k, 3] = corners[k + 1].real, corners[k + 1].imag
+    first = 0
+    for e in range(len(edges)):
+        if e + 1 < len(edges) and owner[e + 1] == owner[e]:
+            continue
+        ring = edges[first : e + 1]
+        first = e + 1
+        inside, boundary = within(middle, ring), bounded and owner[e] == 0
+        if boundary and not inside:
+            return int(owner[e])
+        if not boundary and (inside or within(complex(ring[0, 0], ring[0, 1]), outline)):
+            return int(owner[e])
+    return -1

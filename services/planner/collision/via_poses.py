@@ -8,28 +8,31 @@ import numpy as np
 from touchline.services.planner.collision.checker import CollisionChecker
 from touchline.services.planner.geometry.clothoid import Floats, PathPose, PiecePath
 from touchline.services.planner.steering.method import CurveEnd
-from touchline.services.planner.steering.word_lengths import word_lengths
 from touchline.services.planner.transitions.transitions import Way, Ways
 
 # Poses in between: a grid over the neighbourhood of both ends and beside the outlines' corners, in so many headings.
 GRID, ROOM_M, HEADINGS = 7, 6.0, 8
-# So many of them are tried, the shortest way round first.
+# So many of them are tried, the quickest way round first.
 TRIED = 150
 # Of those found clear so many are offered.
 OFFERED = 4
 
 
 def detours(start: CurveEnd, goal: CurveEnd, ways: Ways, checker: CollisionChecker) -> Iterator[Way]:
-    """Ways over one pose in between that collide with nothing, roughly the quickest first."""
-    via = _poses(start, goal, checker)
-    ends = (np.array([(*end.pose, end.curvature_1pm)]) for end in (start, goal))
-    tight = ways.turns[0]
-    limits = (tight.curvature_1pm, tight.sharpness_1pm2)
-    first, last = ends
-    around = word_lengths(first, via, *limits)[0] + word_lengths(via, last, *limits)[:, 0]
+    """Ways over one pose in between that collide with nothing, by the method's rough times the quickest first.
+
+    Args:
+        start: Where the last painted curve ends.
+        goal: Where the next one begins.
+        ways: The transitions of the method in use.
+        checker: The outlines.
+    """
+    via = [CurveEnd(PathPose(*pose), 0.0) for pose in _poses(start, goal, checker).tolist()]
+    price = ways.pricing.rough_s
+    around_s = price(ways, [start], via)[0] + price(ways, via, [goal])[:, 0]
     offered = 0
-    for k in np.argsort(around, kind="stable")[:TRIED]:
-        middle = CurveEnd(PathPose(*via[k, :3].tolist()), 0.0)
+    for k in np.argsort(around_s, kind="stable")[:TRIED].tolist():
+        middle = via[k]
         there = next((w for w in ways.between(start, middle) if not checker.collision(w.path)), None)
         if there is None:
             continue
@@ -44,7 +47,7 @@ def detours(start: CurveEnd, goal: CurveEnd, ways: Ways, checker: CollisionCheck
 
 
 def _poses(start: CurveEnd, goal: CurveEnd, checker: CollisionChecker) -> Floats:
-    """(n, 4) poses (x, y, heading) and curvature 0 that may help."""
+    """(n, 3) poses that may help: x (m), y (m), heading (rad)."""
     points = np.array([start.pose[:2], goal.pose[:2]])
     low, high = points.min(axis=0) - ROOM_M, points.max(axis=0) + ROOM_M
     grid = np.stack(np.meshgrid(*(np.linspace(a, b, GRID) for a, b in zip(low, high, strict=True))), -1).reshape(-1, 2)
@@ -54,5 +57,4 @@ def _poses(start: CurveEnd, goal: CurveEnd, checker: CollisionChecker) -> Floats
     beside = near[:, None] + 1.6 * checker.reach_m * np.stack((np.cos(angles), np.sin(angles)), -1)
     places = np.concatenate((grid, beside.reshape(-1, 2)))
     headings = np.arange(HEADINGS) * math.tau / HEADINGS
-    count = len(places) * HEADINGS
-    return np.column_stack((np.repeat(places, HEADINGS, axis=0), np.tile(headings, len(places)), np.zeros(count)))
+    return np.column_stack((np.repeat(places, HEADINGS, axis=0), np.tile(headings, len(places))))

@@ -1,9 +1,9 @@
 """The figures of a plan.
 
 Gaps, lengths and times are of what is sent; curvature is the largest of what is sent and of the ideal curve that it
-stands for. Sharpness, wheel speed and wheel acceleration are of the ideal curve: what is sent consists of arcs, whose
-curvature steps by what the tolerance needs. Where the ideal curve steps too (method `dubins-padded`), sharpness and
-wheel acceleration are infinite.
+stands for. Sharpness and what the actuators do are of the ideal curve: what is sent consists of arcs, whose curvature
+steps by what the tolerance needs. Where the ideal curve steps too (method `dubins-padded`), sharpness and the
+actuators' rates are infinite.
 """
 
 import math
@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from touchline.schemas.curves import Curve, wrap_angle
-from touchline.schemas.messages import LinearDirection, PlanReport, Trajectory
+from touchline.schemas.messages import ActuatorExtremes, LinearDirection, PlanReport, Trajectory
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.drives.planned_drive import PlannedDrive, planned_drive
 from touchline.services.planner.geometry.clothoid import Floats
@@ -26,8 +26,6 @@ from touchline.services.planner.speed.timing import SpeedProfile
 CURVATURE_STEP_1PM = 1e-9
 # Speed and curvature are both smooth between borders; this many points of each stretch find the outer wheel's fastest.
 POINTS = 5
-# Actuators of which this is commanded are wheels.
-WHEEL_UNIT = "rad/s"
 
 
 def measure(
@@ -58,8 +56,7 @@ def measure(
         transitions=sum(section.label == TRANSITION and section.stroke is None for section in sections),
         max_curvature_1pm=max(s.curvature_1pm for s in sent),
         max_sharpness_1pm2=figures.sharpness_1pm2,
-        max_wheel_speed_radps=figures.wheel_speed_radps,
-        max_wheel_acceleration_radps2=figures.wheel_acceleration_radps2,
+        actuators=figures.actuators,
         position_gap_m=position_gap,
         heading_gap_rad=heading_gap,
         max_curvature_step_1pm=_curvature_step(sent),
@@ -110,18 +107,17 @@ def _curvature_step(sent: list[Sent]) -> float:
 
 
 class Extremes(NamedTuple):
-    """The largest sharpness, wheel speed and acceleration, and acceleration across the path."""
+    """The largest sharpness, what the actuators do most, and the largest acceleration across the path."""
 
     sharpness_1pm2: float
-    wheel_speed_radps: float
-    wheel_acceleration_radps2: float
+    actuators: tuple[ActuatorExtremes, ...]
     lateral_mps2: float
 
 
 def extremes(
     sections: list[Section], sent: list[Sent], speeds: SpeedProfile, vehicle: Vehicle, planned: PlannedDrive
 ) -> Extremes:
-    """Largest |dκ/ds|, wheel speed and wheel acceleration, and lateral acceleration along the ideal curve.
+    """Largest |dκ/ds|, of each actuator its value and rate, and lateral acceleration along the ideal curve.
 
     Between borders (of pieces, cuts and speed entries) acceleration and σ are constant and v² and κ linear in arc
     length, so what the actuators do is largest near a border.
@@ -144,14 +140,19 @@ def extremes(
     acceleration = (square[-1] - square[0]) / (2.0 * np.diff(border))
 
     motion = planned.actuation(*np.broadcast_arrays(pieces[index, 3], square, acceleration, curvature, sharpness))
-    wheels = [i for i, actuator in enumerate(vehicle.drive.actuators) if actuator.unit == WHEEL_UNIT]
     steps = _has_steps(pieces)
-    return Extremes(
-        math.inf if steps else float(np.abs(pieces[:, 2]).max()),
-        float(np.abs(motion.value[wheels]).max()),
-        math.inf if steps else float(np.abs(motion.rate[wheels]).max()),
-        float((square * np.abs(curvature)).max()),
+    actuators = tuple(
+        ActuatorExtremes(
+            name=actuator.name,
+            quantity=actuator.quantity,
+            unit=actuator.unit,
+            max=float(np.abs(value).max()),
+            max_rate=math.inf if steps else float(np.abs(rate).max()),
+        )
+        for actuator, value, rate in zip(vehicle.drive.actuators, motion.value, motion.rate, strict=True)
     )
+    sharpest = math.inf if steps else float(np.abs(pieces[:, 2]).max())
+    return Extremes(sharpest, actuators, float((square * np.abs(curvature)).max()))
 
 
 def _has_steps(pieces: Floats) -> bool:

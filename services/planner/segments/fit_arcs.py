@@ -1,7 +1,8 @@
 """Cut a path of lines, arcs and clothoids into lines and arcs, which is all that the robot executes.
 
 Lines and arcs stay as they are. A clothoid becomes biarcs: two arcs that begin and end exactly at points of the
-clothoid with its headings, so no error builds up. A biarc with equal tangents over a length h of sharpness σ stays
+clothoid with its headings, so no error builds up (Bolton, "Biarc curves", Computer-Aided Design 7(2), 1975; drawings
+have the same for thousands at once, in columns). A biarc with equal tangents over a length h of sharpness σ stays
 within σh³/324 of the clothoid, which gives the longest h for the tolerance.
 """
 

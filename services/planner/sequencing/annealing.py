@@ -1,17 +1,21 @@
 """Compiled: simulated annealing of an order and its modes, by time and by what is run over while it is wet.
 
-Every move is judged by all that it changes (see scene.py).
+Metropolis' rule with geometric cooling, after Kirkpatrick, Gelatt and Vecchi, "Optimization by simulated annealing",
+Science 220, 1983. Every move is judged by all that it changes (see scene.py).
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from touchline.services.core.arrays import copy
-from touchline.services.core.jit import kernel
+from touchline.services.core.jit import borrowing, kernel
+from touchline.services.core.random import whole
 from touchline.services.planner.geometry.clothoid import Floats, Ints
-from touchline.services.planner.sequencing.scene import Known, Scene, judged
-from touchline.services.planner.sequencing.search import GAIN, put_behind, random, reverse, swap
+from touchline.services.planner.sequencing.blocks import Board, put_behind, reverse, swap
+from touchline.services.planner.sequencing.scene import Judgement, Known, Scene, judged
+from touchline.services.planner.sequencing.search import GAIN, Kicks
 
 # Blocks that are moved are of at most so many segments, now and then (and if they are turned round) of so many.
 BLOCK, TURNED = 8, 30
@@ -21,45 +25,56 @@ FEWER = 12
 COLD_S = 0.05
 
 
-@kernel
-def anneal(
-    scene: Scene,
-    known: Known,
-    tour: Ints,
-    best: Ints,
-    costs: Floats,
-    hot_s: float,
-    seed: int,
-    first: int,
-    count: int,
-    budget: int,
-) -> None:
-    """Moves number `first` to `first + count` of `budget`, in place: `tour`, `best` and their `costs` (2,) in seconds.
+class Incumbents(NamedTuple):
+    """The tour that is annealed and the best one so far, in place.
 
-    At first orders are taken that are worse by about `hot_s`. Within one call, that a move lets later segments be
-    painted a little earlier or later is left out of account.
+    Attributes:
+        tour: (n,) nodes, the depot first.
+        best: (n,) nodes of the cheapest tour met.
+        costs: (2,) seconds of both, with those that crossings are worth; infinite before the first run.
     """
+
+    tour: Ints
+    best: Ints
+    costs: Floats
+
+
+@kernel
+def anneal(scene: Scene, known: Known, found: Incumbents, moves: Kicks, hot_s: float) -> None:
+    """Make moves, in place.
+
+    Within one call, that a move lets later segments be painted a little earlier or later is left out of account.
+
+    Args:
+        scene: What is ordered.
+        known: What is run over, as far as it has been looked at.
+        found: The tour and the best one.
+        moves: Which.
+        hot_s: At first orders are taken that are worse by about so much (s).
+    """
+    tour, best, costs = found.tour, found.best, found.costs
     n = len(tour)
-    place, scratch, trial = np.zeros(len(scene.segment), np.int64), np.empty(n, np.int64), tour.copy()
+    place, trial = np.zeros(len(scene.segment), np.int64), tour.copy()
+    board = Board(trial, scene.flip, np.empty(n, np.int64))
     painted, tried = np.full(n, np.inf), np.empty(n)
     wet, trial_wet = np.zeros(n, np.int64), np.zeros(n, np.int64)
     for i in range(n):
         place[scene.segment[tour[i]]] = i
-    total = judged(scene, known, tour, 0, n - 1, 0.0, painted, wet)
+    total = judged(scene, known, tour, (0, n - 1), 0.0, Judgement(painted, wet))
     costs[0] = total + scene.crossing * _count(wet, 0, n - 1)
     if costs[0] < costs[1]:
         costs[1] = costs[0]
         copy(tour, best)
     if n < 3:
         return
-    for k in range(first, first + count):
-        heat = hot_s * (COLD_S / hot_s) ** (k / budget)
-        low, high = _propose(scene, tour, trial, place, scratch, seed, 8 * k)
+    for k in range(moves.first, moves.last):
+        heat = hot_s * (COLD_S / hot_s) ** (k / moves.budget)
+        low, high = _propose(scene, tour, board, place, moves.seed, 8 * k)
         if low < 0:
             continue
         low, high = max(low - 1, 0), min(high, n - 1)
         slower = _seconds(scene.cost, trial, low, high) - _seconds(scene.cost, tour, low, high)
-        allowed = -heat * math.log((1.0 + random(seed, 8 * k + 7, 1 << 30)) / (1 << 30))
+        allowed = -heat * math.log((1.0 + whole(moves.seed, 8 * k + 7, 1 << 30)) / (1 << 30))
         wetter = -_count(wet, low, high)
         # What does away with many crossings seldom takes much longer: that is not even looked at.
         taken = slower + scene.crossing * max(wetter, -FEWER) <= allowed
@@ -69,7 +84,7 @@ def anneal(
                 done = painted[scene.segment[tour[low]]] + 0.5 * scene.paint[tour[low]]
             for i in range(low, min(high + 2, n)):
                 tried[i] = painted[scene.segment[tour[i]]]
-            judged(scene, known, trial, low, high, done, painted, trial_wet)
+            judged(scene, known, trial, (low, high), done, Judgement(painted, trial_wet))
             wetter += _count(trial_wet, low, high)
             taken = slower + scene.crossing * wetter <= allowed
             if not taken:
@@ -88,7 +103,7 @@ def anneal(
             copy(tour, best)
 
 
-@kernel
+@borrowing
 def _count(wet: Ints, low: int, high: int) -> int:
     """Crossings from position `low` to position `high`."""
     count = 0
@@ -97,7 +112,7 @@ def _count(wet: Ints, low: int, high: int) -> int:
     return count
 
 
-@kernel
+@borrowing
 def _seconds(cost: Floats, tour: Ints, low: int, high: int) -> float:
     """Seconds of the edges from position `low` to behind position `high`."""
     n, total = len(tour), 0.0
@@ -106,49 +121,49 @@ def _seconds(cost: Floats, tour: Ints, low: int, high: int) -> float:
     return total
 
 
-@kernel
+@borrowing
 def _block(seed: int, at: int) -> int:
     """One less than the segments of a block to move."""
-    size = random(seed, at, 4 * TURNED)
+    size = whole(seed, at, 4 * TURNED)
     return int(size // 4 if size % 4 == 0 else size % BLOCK)
 
 
-@kernel
-def _propose(scene: Scene, tour: Ints, trial: Ints, place: Ints, scratch: Ints, seed: int, at: int) -> tuple[int, int]:
-    """Change `trial` from `tour` by one move; the positions between which it differs, or −1."""
-    n, flip = len(tour), scene.flip
-    what = random(seed, at, 8)
+@borrowing
+def _propose(scene: Scene, tour: Ints, board: Board, place: Ints, seed: int, at: int) -> tuple[int, int]:
+    """Change the board's tour from `tour` by one move; the positions between which it differs, or −1."""
+    n, flip, trial = len(tour), scene.flip, board.tour
+    what = whole(seed, at, 8)
     if what == 0:
-        i = 1 + random(seed, at + 1, n - 1)
+        i = 1 + whole(seed, at + 1, n - 1)
         choice = scene.modes[scene.segment[tour[i]]]
-        m = choice[random(seed, at + 2, len(choice))]
+        m = choice[whole(seed, at + 2, len(choice))]
         if m < 0 or m == tour[i]:
             return -1, -1
         trial[i] = m
         return i, i
     if what == 1:
-        i = 1 + random(seed, at + 1, n - 1)
-        j = min(i + 1 + random(seed, at + 2, TURNED), n - 1)
-        reverse(trial, flip, i, j)
+        i = 1 + whole(seed, at + 1, n - 1)
+        j = min(i + 1 + whole(seed, at + 2, TURNED), n - 1)
+        reverse(board, i, j)
         return i, j
-    flips = random(seed, at + 3, 2) == 0
+    flips = whole(seed, at + 3, 2) == 0
     if what <= 3:
         # A block changes places with its neighbour.
-        i = 1 + random(seed, at + 1, n - 1)
-        j = i + 1 + random(seed, at + 2, TURNED)
+        i = 1 + whole(seed, at + 1, n - 1)
+        j = i + 1 + whole(seed, at + 2, TURNED)
         e = j + _block(seed, at + 4)
         if e >= n:
             return -1, -1
         if what == 2:
-            swap(trial, flip, i, j, e, flips, scratch)
+            swap(board, i, j, e, flips)
         else:
             back = min(i + _block(seed, at + 4), j - 1)
-            put_behind(trial, flip, i, back + 1, j, flips, scratch)
+            put_behind(board, i, back + 1, j, flips)
             return i, j
         return i, e
     # A near successor is brought behind a segment, with what follows it or turned round with what leads to it.
-    i = random(seed, at + 1, n)
-    b = scene.after[tour[i], random(seed, at + 2, scene.after.shape[1])]
+    i = whole(seed, at + 1, n)
+    b = scene.after[tour[i], whole(seed, at + 2, scene.after.shape[1])]
     j = place[scene.segment[b]]
     if j == 0 or j == i:
         return -1, -1
@@ -156,7 +171,7 @@ def _propose(scene: Scene, tour: Ints, trial: Ints, place: Ints, scratch: Ints, 
         trial[j] = b
     flips = b == flip[tour[j]] and b != tour[j]
     if flips and j > i and what <= 5:
-        reverse(trial, flip, i + 1, j)
+        reverse(board, i + 1, j)
         return i + 1, j
     extra = _block(seed, at + 4)
     first, last = (j - extra, j) if flips else (j, j + extra)
@@ -164,10 +179,10 @@ def _propose(scene: Scene, tour: Ints, trial: Ints, place: Ints, scratch: Ints, 
         trial[j] = tour[j]
         return -1, -1
     if first > i + 1:
-        swap(trial, flip, i + 1, first, last, flips, scratch)
+        swap(board, i + 1, first, last, flips)
         return i + 1, last
     if first == i + 1:
-        reverse(trial, flip, first, last)
+        reverse(board, first, last)
         return first, last
-    put_behind(trial, flip, first, last + 1, i, flips, scratch)
+    put_behind(board, first, last + 1, i, flips)
     return first, i

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
+from touchline.services.core.angles import wrapped_all
 from touchline.services.planner.budget import UNWATCHED, Budget
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 from touchline.services.planner.sequencing.order import Problem
@@ -102,10 +103,15 @@ def problem(
     end: CurveEnd | None = None,
     budget: Budget = UNWATCHED,
 ) -> tuple[Problem, Tracks]:
-    """The ordering problem, and the ways behind it.
+    """The ordering problem, and the transitions behind it.
 
-    Without a `start` every swath may come first, without an `end` every one last, at no cost. If the `budget` has
-    enough early, the costs are rougher.
+    Args:
+        modes: For every swath the ways to paint it.
+        ways: The transitions of the method in use.
+        painting: Decides what is painted in one go.
+        start: Where the robot begins; None: every swath may come first, at no cost.
+        end: Where it ends; None: every swath may be last, at no cost.
+        budget: Told how far it is; if it has enough early, the costs are rougher.
     """
     nodes, segment, flip = nodes_of(modes)
     count = len(nodes)
@@ -143,7 +149,16 @@ def _going_on(nodes: Sequence[Swath], painting: Painting, cost: Floats, tracks: 
 def seconds_between(
     ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, segment: Ints, paint_s: Floats, budget: Budget
 ) -> tuple[Floats, Tracks]:
-    """Seconds (ends, begins) of the quickest ways, rough ones for pairs that are far from each other; and the ways."""
+    """Seconds (ends, begins) of the quickest transitions, rough ones for pairs that are far from each other; and these.
+
+    Args:
+        ends: Where swaths end, node by node.
+        begins: Where they begin, node by node.
+        ways: The transitions of the method in use.
+        segment: (nodes,) which swath each node paints.
+        paint_s: (nodes,) seconds that painting takes.
+        budget: Told how far it is, and asked whether that is enough.
+    """
     count = len(ends)
     tracks = Tracks(paint_s, np.full((count, count), -1), *NO_WAYS)
     table = _straight(ends, begins, ways)
@@ -229,7 +244,7 @@ def _alike(starts: Floats, goals: Floats) -> tuple[Ints, Ints]:
     Fields repeat themselves: of the pairs of an American football field one in ten is unlike all before it.
     """
     apart = (goals[:, 0] - starts[:, 0] + 1j * (goals[:, 1] - starts[:, 1])) * np.exp(-1j * starts[:, 2])
-    turn = np.angle(np.exp(1j * (goals[:, 2] - starts[:, 2])))
+    turn = wrapped_all(goals[:, 2] - starts[:, 2])
     seen = np.column_stack((apart.real, apart.imag, turn, starts[:, 3:], goals[:, 3:]))
     grid = np.rint(seen / ALIKE).astype(np.int64)
     _, first, alike = np.unique(grid, axis=0, return_index=True, return_inverse=True)

@@ -1,4 +1,4 @@
-"""The wet-aware tour: keeps wheels off wet paint where that is worth the time."""
+"""The wet-aware tour: keeps wheels off wet paint where that is worth the time, by simulated annealing."""
 
 import math
 from collections.abc import Sequence
@@ -8,11 +8,12 @@ import numpy as np
 
 from touchline.services.planner.budget import UNWATCHED, Budget
 from touchline.services.planner.geometry.clothoid import Floats, Ints, PathPose
-from touchline.services.planner.sequencing.annealing import anneal
+from touchline.services.planner.sequencing.annealing import Incumbents, anneal
 from touchline.services.planner.sequencing.costs import Tracks
 from touchline.services.planner.sequencing.order import Problem
-from touchline.services.planner.sequencing.scene import UNKNOWN, Known, Scene, judged
-from touchline.services.planner.sequencing.wet import Wheels, boxes_of, wet_rows
+from touchline.services.planner.sequencing.scene import STEP_M, UNKNOWN, Judgement, Known, Scene, judged
+from touchline.services.planner.sequencing.search import Kicks
+from touchline.services.planner.sequencing.wet import WetLines, Wheels, boxes_of, wet_rows
 from touchline.services.planner.swaths.swaths import Swath
 
 # The budget: so many moves for every segment, within bounds, as often as there are heats (s) to begin with, each time
@@ -75,24 +76,25 @@ def ordered_dry(scene: Scene, begin: Ints, budget: Budget = UNWATCHED) -> Ints:
     heats = HEATS_MANY_S if many else HEATS_S
     moves = min(moves, affordable // len(heats))
     for turn, heat in enumerate(heats):
-        tour = best.copy()
+        found = Incumbents(best.copy(), best, costs)
         for run in budget.parts(moves, RUN, turn / len(heats), (turn + 1) / len(heats)):
-            anneal(scene, known, tour, best, costs, heat, SEED + turn, run.start, run.stop - run.start, moves)
+            anneal(scene, known, found, Kicks(SEED + turn, run.start, run.stop, moves), heat)
     return best[1:]
 
 
 def _looked_at(scene: Scene, known: Known, tour: Ints) -> float:
     """How many crossings one move looks at on average."""
     before = int(known.looked_at[0])
-    anneal(scene, known, tour.copy(), tour.copy(), np.full(2, np.inf), HEATS_S[-1], SEED, 0, PILOT, PILOT)
+    found = Incumbents(tour.copy(), tour.copy(), np.full(2, np.inf))
+    anneal(scene, known, found, Kicks(SEED, 0, PILOT, PILOT), HEATS_S[-1])
     return (int(known.looked_at[0]) - before) / PILOT
 
 
 def wet_times(scene: Scene, known: Known, tour: Ints) -> Ints:
     """(n,) how often wheels meet wet paint behind each position of a tour (the depot first) and on the next segment."""
-    wet = np.zeros(len(tour), dtype=np.int64)
-    judged(scene, known, tour, 0, len(tour) - 1, 0.0, np.full(len(tour), np.inf), wet)
-    return wet
+    judgement = Judgement(np.full(len(tour), np.inf), np.zeros(len(tour), dtype=np.int64))
+    judged(scene, known, tour, (0, len(tour) - 1), 0.0, judgement)
+    return judgement.wet
 
 
 def unknown_yet(nodes: int) -> Known:
@@ -104,9 +106,15 @@ def unknown_yet(nodes: int) -> Known:
 def scene_of(
     problem: Problem, tracks: Tracks, ground: WetGround, crossing_s: float, run_out_m: float, end: PathPose | None
 ) -> Scene:
-    """What the search needs to judge an order, where a crossing of wet paint costs `crossing_s`.
+    """What the search needs to evaluate a tour.
 
-    Behind the last segment the robot drives to `end`, or straight on for `run_out_m`.
+    Args:
+        problem: What is ordered.
+        tracks: The quickest transitions.
+        ground: What painting the nodes runs over.
+        crossing_s: What a crossing of wet paint may cost (s).
+        run_out_m: So far the robot drives straight on behind the last segment, where it has no end.
+        end: Where it stops.
     """
     segment, flip = problem.with_depot
     node, other = np.nonzero(ground.over)
@@ -125,11 +133,9 @@ def scene_of(
         counts=tracks.counts,
         over_from=np.searchsorted(node, np.arange(problem.depot + 2)),
         over=np.column_stack((other, ground.over[node, other])),
-        lines=ground.lines,
+        lines=WetLines(ground.lines, boxes_of(ground.lines)),
         owner=ground.owner,
-        boxes=boxes_of(ground.lines),
-        contacts=ground.wheels.contacts,
-        half_width=ground.wheels.half_width_m,
+        contacts=ground.wheels.never_dry.looked_at_every(STEP_M),
         drying=ground.wheels.drying_s,
         crossing=crossing_s,
         run_out=run_out_m,

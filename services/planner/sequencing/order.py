@@ -1,4 +1,4 @@
-"""In which order, and which way, segments are painted: the cheapest tour over a cost matrix."""
+"""The tour: the cheapest order and directions of the segments over a cost matrix, by iterated local search."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -7,7 +7,8 @@ import numpy as np
 
 from touchline.services.planner.budget import UNWATCHED, Budget
 from touchline.services.planner.geometry.clothoid import Floats, Ints
-from touchline.services.planner.sequencing.search import best_modes, improve, tour_cost
+from touchline.services.planner.sequencing.blocks import board_of
+from touchline.services.planner.sequencing.search import CostTables, Kicks, best_modes, improve, tour_cost
 
 # How many of the cheapest successors and predecessors a search looks at.
 NEIGHBOURS = 12
@@ -79,17 +80,23 @@ class Problem:
 def ordered(problem: Problem, budget: Budget = UNWATCHED, kicks: int | None = None, begin: Ints | None = None) -> Ints:
     """The nodes (segments,) in the best order found, from `begin` on if that is given.
 
-    The watch may have enough after the first kicks. If it has not, the result depends on the problem alone.
+    The budget may have enough after the first kicks. If it has not, the result depends on the problem alone.
+
+    Args:
+        problem: What is ordered.
+        budget: Told how far it is, and asked whether that is enough.
+        kicks: How many of them; by default `kicks_for` the problem.
+        begin: (segments,) nodes to begin with; by default each time on to the cheapest next one.
     """
     cost, (segment, flip) = problem.cost, problem.with_depot
-    tables = (cost, flip, segment, problem.modes, problem.after, problem.before)
+    tables = CostTables(cost, segment, flip, problem.modes, problem.after, problem.before)
     tour = _nearest(cost, segment, problem.segments) if begin is None else np.concatenate(([problem.depot], begin))
-    best, lengths = tour.copy(), np.zeros(2)
+    board, best, lengths = board_of(tour, flip), tour.copy(), np.zeros(2)
     kicks = kicks_for(problem) if kicks is None else kicks
     for first in range(0, kicks, RUN):
-        count = min(RUN, kicks - first)
-        improve(*tables, tour, best, lengths, SEED, first, count, kicks)
-        budget.step((first + count) / kicks)
+        last = min(first + RUN, kicks)
+        improve(tables, board, best, lengths, Kicks(SEED, first, last, kicks))
+        budget.step(last / kicks)
         if budget.enough():
             break
     return np.asarray(best_modes(cost, segment, problem.modes, best)[1:])

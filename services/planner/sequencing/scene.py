@@ -1,8 +1,8 @@
-"""Compiled: what an order runs over while it is wet.
+"""Compiled: counts the crossings of wet paint of a tour.
 
-Nodes, tours and matrices are those of search.py. What a way or a painted segment runs over depends on its place
-alone, and is found when it is first asked for; whether that is wet then follows from the order. So a whole order is
-judged in microseconds.
+Nodes, tours and matrices are those of search.py. What a transition or a painted segment runs over depends on its place
+alone, and is found when it is first asked for; whether that is wet then follows from the order. So a whole tour is
+evaluated in microseconds.
 """
 
 import math
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from touchline.services.core.jit import kernel
 from touchline.services.planner.geometry.clothoid import Floats, Ints
-from touchline.services.planner.sequencing.wet import wet_crossings
+from touchline.services.planner.sequencing.wet import Contacts, WetLines, wet_crossings
 
 # Ways are looked at this often (m), lines being no narrower.
 STEP_M = 0.08
@@ -26,10 +26,10 @@ class Scene(NamedTuple):
     `cost`, `segment`, `flip`, `modes` and `after` as in search.py; `paint` (nodes + 1,) seconds of each node;
     `begins` (nodes + 1, 3) poses, the last one where to stop, or nan; `ends` (nodes, 3) poses; `kind`, `pieces` and
     `counts` the ways (see `Tracks`), straight where unknown; `over_from` (nodes + 1,) and `over` what painting a node
-    runs over: rows of segment and times; `lines` their lines as in wet.py, without times, `owner` (lines,) the segment
-    that each belongs to and `boxes` theirs;
-    `contacts`, `half_width` and `drying` as in `Wheels`; `crossing` seconds that one crossing may cost; `run_out`
-    metres driven straight on behind the last segment, unless there is a place to stop.
+    runs over: rows of segment and times; `lines` their lines as in wet.py, without times, and `owner` (lines,) the
+    segment that each belongs to; `contacts` what touches the ground, with paint that never dries, and `drying` how long
+    it stays wet, s; `crossing` seconds that one crossing may cost; `run_out` metres driven straight on behind the last
+    segment, unless there is a place to stop.
     """
 
     cost: Floats
@@ -45,11 +45,9 @@ class Scene(NamedTuple):
     counts: Ints
     over_from: Ints
     over: Ints
-    lines: Floats
+    lines: WetLines
     owner: Ints
-    boxes: Floats
-    contacts: Floats
-    half_width: float
+    contacts: Contacts
     drying: float
     crossing: float
     run_out: float
@@ -95,7 +93,14 @@ def _poses(pieces: Floats, count: int, start: Floats) -> Floats:
 
 @kernel
 def way_over(scene: Scene, known: Known, a: int, b: int) -> int:
-    """The first of the rows that say what is run over on the way from node `a` to node `b`."""
+    """What is run over between two nodes: the first of its rows in `known`, which are filled in if need be.
+
+    Args:
+        scene: What is ordered.
+        known: What is run over, as far as it has been looked at.
+        a: The node at whose end the robot is.
+        b: The node that it drives to; the depot: to the end.
+    """
     if known.first[a, b] != UNKNOWN:
         return int(known.first[a, b])
     depot = len(scene.paint) - 1
@@ -111,7 +116,7 @@ def way_over(scene: Scene, known: Known, a: int, b: int) -> int:
             dx, dy = scene.begins[b, 0] - start[0], scene.begins[b, 1] - start[1]
             straight[0, 0], from_[2] = math.hypot(dx, dy), math.atan2(dy, dx)
         poses = _poses(straight, 1, from_)
-    counts = wet_crossings(poses, scene.contacts, scene.lines, scene.boxes, scene.half_width, np.inf, STEP_M)
+    counts = wet_crossings(poses, scene.contacts, scene.lines)
     if known.used[0] + len(counts) + 1 > len(known.rows):
         # No more room: begin again.
         known.first[:] = UNKNOWN
@@ -131,15 +136,31 @@ def way_over(scene: Scene, known: Known, a: int, b: int) -> int:
     return int(first)
 
 
-@kernel
-def judged(
-    scene: Scene, known: Known, tour: Ints, low: int, high: int, begun: float, painted: Floats, wet: Ints
-) -> float:
-    """Fill `wet` (n,): how often wheels meet wet paint behind the positions `low` … `high` and on the next segments.
+class Judgement(NamedTuple):
+    """What an order comes to.
 
-    `begun` is when (s) the segment at `low` is done, `painted` (segments,) when each is half painted: those of the tour
-    from `low` on are filled in. Returns when the last one is done.
+    Attributes:
+        painted: (segments,) when each segment is half painted, s; infinite before it is.
+        wet: (n,) how often wheels meet wet paint behind each position of the tour and on the next segment.
     """
+
+    painted: Floats
+    wet: Ints
+
+
+@kernel
+def judged(scene: Scene, known: Known, tour: Ints, span: tuple[int, int], begun: float, judgement: Judgement) -> float:
+    """Evaluate a stretch of a tour; returns when (s) its last segment is done.
+
+    Args:
+        scene: What is ordered.
+        known: What is run over, as far as it has been looked at.
+        tour: (n,) nodes, the depot first.
+        span: Positions (first, last): what lies behind each of them, and the segments that follow, are evaluated.
+        begun: When the segment at the first position is done (s).
+        judgement: Filled in for these.
+    """
+    (low, high), painted, wet = span, judgement.painted, judgement.wet
     n, depot, time = len(tour), len(scene.paint) - 1, begun
     for i in range(low, high + 1):
         if i + 1 < n:

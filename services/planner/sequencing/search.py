@@ -4,83 +4,123 @@ A node is a segment in one of its modes (direction of travel; for a circle also 
 b costs right after a (to get there and to paint it). The last node is the depot: the start, and the end. A tour is an
 array of nodes, the depot first. `flip[a]` is the segment of a painted the other way round.
 
-The matrix is asymmetric and a reversed block is flipped, so prefix sums are kept for both ways: every move is priced
-in constant time. Moves: 2-opt with flips; or-opt, forward and flipped, of blocks as long as `BLOCK`; a change of mode.
+This is an asymmetric generalised travelling salesman problem: a reversed block is flipped. Prefix sums are kept for
+both ways, so that every move is priced in constant time. Moves are 2-opt with flips (Croes, "A method for solving
+traveling-salesman problems", Operations Research 6, 1958); or-opt, forward and flipped, of blocks as long as `BLOCK`
+(Or, "Traveling salesman-type combinatorial problems and their relation to the logistics of regional blood banking",
+1976); and a change of mode. Neighbour lists and a queue of segments to look at are those of Bentley, "Fast algorithms
+for geometric traveling salesman problems", ORSA Journal on Computing 4(4), 1992; kicks swap two neighbouring blocks, as
+in Martin, Otto and Felten, "Large-step Markov chains for the traveling salesman problem", Complex Systems 5, 1991.
 Randomness is counter-based: the k-th kick is the same however the search is cut into runs.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from touchline.services.core.arrays import copy, least
-from touchline.services.core.jit import kernel
+from touchline.services.core.jit import borrowing, kernel
+from touchline.services.core.random import whole
 from touchline.services.planner.geometry.clothoid import Floats, Ints
+from touchline.services.planner.sequencing.blocks import Board, put_behind, reverse, swap
 
 BLOCK = 6
 # Kicks swap two neighbouring blocks of at most this many segments; most of them smaller ones.
 KICK, KICK_NEAR = 50, 10
 GAIN = 1e-9
+# No move.
+NONE = (-1, -1)
+
+
+class CostTables(NamedTuple):
+    """What is searched.
+
+    Attributes:
+        cost: (nodes, nodes) seconds from node to node, painting the second included; the last node is the depot.
+        segment: (nodes,) which segment each node paints; the depot is one of its own.
+        flip: (nodes,) each node the other way round (itself, if there is no such node).
+        modes: (segments, most modes) the nodes of each segment, −1 beyond the last.
+        after: (nodes, neighbours) each node's cheapest successors, the cheapest first.
+        before: (nodes, neighbours) each node's cheapest predecessors, the cheapest first.
+    """
+
+    cost: Floats
+    segment: Ints
+    flip: Ints
+    modes: Ints
+    after: Ints
+    before: Ints
+
+
+class Tour(NamedTuple):
+    """A tour and what moves are priced by.
+
+    Attributes:
+        board: The tour itself.
+        place: (segments,) the position of each segment.
+        forth: (n + 1,) what the first edges cost.
+        back: (n + 1,) what they cost with every block flipped.
+    """
+
+    board: Board
+    place: Ints
+    forth: Floats
+    back: Floats
+
+
+class Queue(NamedTuple):
+    """The segments to look at: a ring of them (n,), and for each segment whether it is in there."""
+
+    ring: Ints
+    queued: NDArray[np.bool_]
+
+
+class Kicks(NamedTuple):
+    """Which kicks or moves of a search are made in a run: from number `first` to before number `last` of `budget`."""
+
+    seed: int
+    first: int
+    last: int
+    budget: int
 
 
 @kernel
-def improve(
-    cost: Floats,
-    flip: Ints,
-    segment: Ints,
-    modes: Ints,
-    after: Ints,
-    before: Ints,
-    tour: Ints,
-    best: Ints,
-    lengths: Floats,
-    seed: int,
-    first: int,
-    count: int,
-    budget: int,
-) -> None:
-    """Kicks number `first` to `first + count` of `budget`, in place: `tour`, `best` and their `lengths` (2,).
+def improve(tables: CostTables, board: Board, best: Ints, lengths: Floats, kicks: Kicks) -> None:
+    """Make kicks, in place, and descend from each.
 
-    `modes` (segments, most modes) lists the nodes of each segment, −1 beyond the last; `after` and `before` (nodes,
-    neighbours) each node's cheapest successors and predecessors.
+    Args:
+        tables: What is searched.
+        board: The tour (n,).
+        best: (n,) the cheapest tour met.
+        lengths: (2,) what the tour and the best one cost (s).
+        kicks: Which.
     """
+    tour, segment = board.tour, tables.segment
     n = len(tour)
-    forth, back = np.zeros(n + 1), np.zeros(n + 1)
-    place = np.zeros(len(segment), dtype=np.int64)
-    queue, queued = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.bool_)
-    scratch, kept = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
-    _index(cost, flip, segment, tour, place, forth, back, 0, n)
-    if first == 0:
+    state = Tour(board, np.zeros(len(segment), dtype=np.int64), np.zeros(n + 1), np.zeros(n + 1))
+    forth = state.forth
+    queue = Queue(np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.bool_))
+    kept = np.empty(n, dtype=np.int64)
+    _index(tables, state, 0, n)
+    if kicks.first == 0:
         for i in range(n):
-            queue[i], queued[i] = segment[tour[i]], True
-        _descend(cost, flip, segment, modes, after, before, tour, place, forth, back, queue, queued, n, scratch)
+            queue.ring[i], queue.queued[i] = segment[tour[i]], True
+        _descend(tables, state, queue, n)
         copy(tour, best)
         lengths[0] = lengths[1] = forth[n]
     if n < 4:
         return
-    for k in range(first, first + count):
+    for k in range(kicks.first, kicks.last):
         copy(tour, kept)
         length = forth[n]
-        i = 1 + random(seed, 4 * k, n - 2)
-        reach = KICK if k % 4 == 0 else KICK_NEAR
-        j = i + 1 + random(seed, 4 * k + 1, min(reach, n - i - 1))
-        e = j + random(seed, 4 * k + 2, min(reach, n - j)) if j < n else i
-        waiting = 0
-        if e >= j:
-            flips = random(seed, 4 * k + 3, 4) == 0
-            ends = (i - 1, i, j - 1, j, e, (e + 1) % n)
-            for p in ends:
-                s = segment[tour[p]]
-                if not queued[s]:
-                    queue[waiting], queued[s] = s, True
-                    waiting += 1
-            swap(tour, flip, i, j, e, flips, scratch)
-            _index(cost, flip, segment, tour, place, forth, back, i, e)
-        _descend(cost, flip, segment, modes, after, before, tour, place, forth, back, queue, queued, waiting, scratch)
+        waiting = _kick(tables, state, queue, kicks.seed, k)
+        _descend(tables, state, queue, waiting)
         if forth[n] < lengths[1] - GAIN:
             lengths[1] = forth[n]
             copy(tour, best)
         # A little worse is accepted, less and less of it: a local optimum's way out.
-        slack = 0.02 * (1.0 - k / budget) * lengths[1] / n
+        slack = 0.02 * (1.0 - k / kicks.budget) * lengths[1] / n
         if forth[n] > length + GAIN and forth[n] > lengths[1] + slack * 4.0:
             low, high = 0, n - 1
             while tour[low] == kept[low]:
@@ -88,25 +128,37 @@ def improve(
             while tour[high] == kept[high]:
                 high -= 1
             copy(kept[low : high + 1], tour[low:])
-            _index(cost, flip, segment, tour, place, forth, back, low, high)
+            _index(tables, state, low, high)
     lengths[0] = forth[n]
 
 
-@kernel
-def random(seed: int, counter: int, below: int) -> int:
-    """A whole number in 0 … below − 1 (SplitMix64 of the counter)."""
-    z = np.uint64(seed) + np.uint64(counter + 1) * np.uint64(0x9E3779B97F4A7C15)
-    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    z = z ^ (z >> np.uint64(31))
-    return int((z >> np.uint64(11)) % np.uint64(max(below, 1)))
+@borrowing
+def _kick(tables: CostTables, state: Tour, queue: Queue, seed: int, k: int) -> int:
+    """Swap two neighbouring blocks by chance; how many segments wait in the queue then."""
+    tour = state.board.tour
+    n, waiting = len(tour), 0
+    i = 1 + whole(seed, 4 * k, n - 2)
+    reach = KICK if k % 4 == 0 else KICK_NEAR
+    j = i + 1 + whole(seed, 4 * k + 1, min(reach, n - i - 1))
+    e = j + whole(seed, 4 * k + 2, min(reach, n - j)) if j < n else i
+    if e < j:
+        return waiting
+    flips = whole(seed, 4 * k + 3, 4) == 0
+    for p in (i - 1, i, j - 1, j, e, (e + 1) % n):
+        s = tables.segment[tour[p]]
+        if not queue.queued[s]:
+            queue.ring[waiting], queue.queued[s] = s, True
+            waiting += 1
+    swap(state.board, i, j, e, flips)
+    _index(tables, state, i, e)
+    return waiting
 
 
-@kernel
-def _index(
-    cost: Floats, flip: Ints, segment: Ints, tour: Ints, place: Ints, forth: Floats, back: Floats, low: int, high: int
-) -> None:
+@borrowing
+def _index(tables: CostTables, state: Tour, low: int, high: int) -> None:
     """Where each segment is, and what the first edges cost forth and flipped, after `low` … `high` have changed."""
+    cost, flip, segment = tables.cost, tables.flip, tables.segment
+    tour, place, forth, back = state.board.tour, state.place, state.forth, state.back
     n = len(tour)
     low = max(low - 1, 0)
     high = min(high, n - 1)
@@ -122,106 +174,42 @@ def _index(
         back[i] += old_back
 
 
-@kernel
-def swap(tour: Ints, flip: Ints, i: int, j: int, e: int, flips: bool, scratch: Ints) -> None:
-    """Put the block j…e before the block i…j−1, flipped or not."""
-    moved = e - j + 1
-    for k in range(moved):
-        scratch[k] = flip[tour[e - k]] if flips else tour[j + k]
-    for k in range(j - 1, i - 1, -1):
-        tour[k + moved] = tour[k]
-    copy(scratch[:moved], tour[i:])
-
-
-@kernel
-def put_behind(tour: Ints, flip: Ints, i: int, j: int, e: int, flips: bool, scratch: Ints) -> None:
-    """Put the block i…j−1 behind the block j…e, flipped or not."""
-    moved = j - i
-    for k in range(moved):
-        scratch[k] = flip[tour[j - 1 - k]] if flips else tour[i + k]
-    for k in range(j, e + 1):
-        tour[k - moved] = tour[k]
-    copy(scratch[:moved], tour[e - moved + 1 :])
-
-
-@kernel
-def reverse(tour: Ints, flip: Ints, i: int, j: int) -> None:
-    """Turn the block i…j round."""
-    while i < j:
-        tour[i], tour[j] = flip[tour[j]], flip[tour[i]]
-        i += 1
-        j -= 1
-    if i == j:
-        tour[i] = flip[tour[i]]
-
-
-@kernel
-def _descend(
-    cost: Floats,
-    flip: Ints,
-    segment: Ints,
-    modes: Ints,
-    after: Ints,
-    before: Ints,
-    tour: Ints,
-    place: Ints,
-    forth: Floats,
-    back: Floats,
-    queue: Ints,
-    queued: NDArray[np.bool_],
-    waiting: int,
-    scratch: Ints,
-) -> None:
+@borrowing
+def _descend(tables: CostTables, state: Tour, queue: Queue, waiting: int) -> None:
     """Take improving moves round the `waiting` queued segments until there is none."""
+    tour, segment = state.board.tour, tables.segment
+    ring, queued = queue.ring, queue.queued
     n, head = len(tour), 0
     while waiting > 0:
-        s = queue[head]
+        s = ring[head]
         head, waiting = (head + 1) % n, waiting - 1
         queued[s] = False
         while True:
-            low, high = _move(cost, flip, segment, modes, after, before, tour, place, forth, back, s, scratch)
+            low, high = _move(tables, state, s)
             if low < 0:
                 break
-            _index(cost, flip, segment, tour, place, forth, back, low, high)
+            _index(tables, state, low, high)
             for p in (low - 1, low, low + 1, high - 1, high, high + 1):
                 t = segment[tour[(p + n) % n]]
                 if not queued[t] and t != s:
-                    queue[(head + waiting) % n], queued[t] = t, True
+                    ring[(head + waiting) % n], queued[t] = t, True
                     waiting += 1
 
 
-@kernel
-def _move(
-    cost: Floats,
-    flip: Ints,
-    segment: Ints,
-    modes: Ints,
-    after: Ints,
-    before: Ints,
-    tour: Ints,
-    place: Ints,
-    forth: Floats,
-    back: Floats,
-    s: int,
-    scratch: Ints,
-) -> tuple[int, int]:
+@borrowing
+def _move(tables: CostTables, state: Tour, s: int) -> tuple[int, int]:
     """Take the first improving move at segment `s`; the positions between which the tour changed, or −1."""
+    cost, flip = tables.cost, tables.flip
+    tour, place, forth, back = state.board.tour, state.place, state.forth, state.back
     n, i = len(tour), place[s]
-    a = tour[i]
-    follows = tour[(i + 1) % n]
-    leads = tour[i - 1]
-    if i > 0:
-        for m in modes[s]:
-            if m >= 0 and m != a:
-                gain = cost[leads, a] + cost[a, follows] - cost[leads, m] - cost[m, follows]
-                if gain > GAIN:
-                    tour[i] = m
-                    return i, i
+    a, follows, leads = tour[i], tour[(i + 1) % n], tour[i - 1]
+    if i > 0 and _other_mode(tables, tour, i, s):
+        return i, i
     here = cost[a, follows]
-    for b in after[a]:
+    for b in tables.after[a]:
         if cost[a, b] >= here:
             break
-        j = place[segment[b]]
+        j = place[tables.segment[b]]
         if j == 0 or j == i:
             continue
         t = tour[j]
@@ -230,52 +218,82 @@ def _move(
             gain = here + cost[t, tour[(j + 1) % n]] + forth[j] - forth[i + 1]
             gain -= cost[a, b] + cost[flip[follows], tour[(j + 1) % n]] + back[j] - back[i + 1]
             if gain > GAIN:
-                reverse(tour, flip, i + 1, j)
+                reverse(state.board, i + 1, j)
                 return i, j
         if b == t or b == flip[t]:
-            flips = b != t
-            for extra in range(BLOCK):
-                first, last = (j - extra, j) if flips else (j, j + extra)
-                if first < 1 or last >= n or first <= i <= last:
-                    break
-                if first == i + 1 and not flips:
-                    break
-                if first == i + 1:
-                    continue
-                inner, turned = forth[last] - forth[first], back[last] - back[first]
-                lead, trail = tour[first - 1], tour[(last + 1) % n]
-                gain = here + cost[lead, tour[first]] + cost[tour[last], trail] - cost[lead, trail] - cost[a, b]
-                if flips:
-                    gain += inner - turned - cost[flip[tour[first]], follows]
-                else:
-                    gain -= cost[tour[last], follows]
-                if gain > GAIN:
-                    if first > i:
-                        swap(tour, flip, i + 1, first, last, flips, scratch)
-                        return i, last
-                    put_behind(tour, flip, first, last + 1, i, flips, scratch)
-                    return first, i
+            low, high = _or_opt(tables, state, i, j, b)
+            if low >= 0:
+                return low, high
     if i == 0:
-        return -1, -1
+        return NONE
     here = cost[leads, a]
-    for b in before[a]:
+    for b in tables.before[a]:
         if cost[b, a] >= here:
             break
-        j = place[segment[b]]
+        j = place[tables.segment[b]]
         if b != flip[tour[j]] or j == 0 or j >= i:
             continue
         # j−1, flipped (j … i−1), a
         gain = here + cost[tour[j - 1], tour[j]] + forth[i - 1] - forth[j]
         gain -= cost[b, a] + cost[tour[j - 1], flip[leads]] + back[i - 1] - back[j]
         if gain > GAIN:
-            reverse(tour, flip, j, i - 1)
+            reverse(state.board, j, i - 1)
             return j, i
-    return -1, -1
+    return NONE
+
+
+@borrowing
+def _other_mode(tables: CostTables, tour: Ints, i: int, s: int) -> bool:
+    """Paint segment `s`, at position `i`, in another mode, if that gains."""
+    cost = tables.cost
+    a, follows, leads = tour[i], tour[(i + 1) % len(tour)], tour[i - 1]
+    for m in tables.modes[s]:
+        if m >= 0 and m != a:
+            gain = cost[leads, a] + cost[a, follows] - cost[leads, m] - cost[m, follows]
+            if gain > GAIN:
+                tour[i] = m
+                return True
+    return False
+
+
+@borrowing
+def _or_opt(tables: CostTables, state: Tour, i: int, j: int, b: int) -> tuple[int, int]:
+    """Bring a block that begins with node `b`, at position `j`, behind position `i`, if that gains.
+
+    The block is flipped where `b` is the other way round there. The positions between which the tour changed, or −1.
+    """
+    cost, flip = tables.cost, tables.flip
+    tour, forth, back = state.board.tour, state.forth, state.back
+    n = len(tour)
+    a, follows, flips = tour[i], tour[(i + 1) % n], b != tour[j]
+    here = cost[a, follows]
+    for extra in range(BLOCK):
+        first, last = (j - extra, j) if flips else (j, j + extra)
+        if first < 1 or last >= n or first <= i <= last:
+            break
+        if first == i + 1 and not flips:
+            break
+        if first == i + 1:
+            continue
+        inner, turned = forth[last] - forth[first], back[last] - back[first]
+        lead, trail = tour[first - 1], tour[(last + 1) % n]
+        gain = here + cost[lead, tour[first]] + cost[tour[last], trail] - cost[lead, trail] - cost[a, b]
+        if flips:
+            gain += inner - turned - cost[flip[tour[first]], follows]
+        else:
+            gain -= cost[tour[last], follows]
+        if gain > GAIN and first > i:
+            swap(state.board, i + 1, first, last, flips)
+            return i, last
+        if gain > GAIN:
+            put_behind(state.board, first, last + 1, i, flips)
+            return first, i
+    return NONE
 
 
 @kernel
 def best_modes(cost: Floats, segment: Ints, modes: Ints, tour: Ints) -> Ints:
-    """The cheapest modes for the tour's order of segments (dynamic programming)."""
+    """(n,) the cheapest modes for the tour's order of segments, by dynamic programming; tables as in `CostTables`."""
     n, most = len(tour), modes.shape[1]
     value = np.full((n, most), np.inf)
     chosen = np.zeros((n, most), dtype=np.int64)
@@ -302,9 +320,9 @@ def best_modes(cost: Floats, segment: Ints, modes: Ints, tour: Ints) -> Ints:
     return result
 
 
-@kernel
+@borrowing
 def tour_cost(cost: Floats, tour: Ints) -> float:
-    """Cost of the closed tour."""
+    """Seconds of the closed tour (n,) over a matrix (nodes, nodes)."""
     total = 0.0
     for i in range(len(tour)):
         total += cost[tour[i], tour[(i + 1) % len(tour)]]

@@ -3,18 +3,44 @@
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from touchline.schemas.curves import Curve
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.core.jit import kernel
+from touchline.services.core.arcs import CURVATURE, HEADING, LENGTH, X, Y, abreast, beside, chord_share, unit
+from touchline.services.core.jit import borrowing, kernel
 from touchline.services.planner.geometry.clothoid import Floats, Ints, PathPose, PiecePath
 
 # Tracks are looked at this often (m): less than half the width of a line.
 STEP_M = 0.04
-# Columns of a painted line: start, heading, curvature, length, when its painting began and its speed.
-X, Y, HEADING, CURVATURE, LENGTH, BEGUN, SPEED = range(7)
+# Columns of a painted line, behind those of `core.arcs`: when (s) its painting began, and its speed (m/s).
+BEGUN, SPEED = 5, 6
+
+
+class Contacts(NamedTuple):
+    """What touches the ground, as kernels take it.
+
+    Attributes:
+        places: (n, 2) where, in the body's frame, m.
+        half_width: Half a line's width, m.
+        drying: How long paint stays wet, s.
+        step: Poses of a track are so far apart, m.
+    """
+
+    places: Floats
+    half_width: float
+    drying: float
+    step: float
+
+
+class WetLines(NamedTuple):
+    """Painted lines, as kernels take them: rows (n, 7), and the boxes (n, 4) of `boxes_of` round them."""
+
+    rows: Floats
+    boxes: Floats
 
 
 @dataclass(frozen=True)
@@ -35,6 +61,10 @@ class Wheels:
         """The same, where paint stays wet for ever."""
         return replace(self, drying_s=math.inf)
 
+    def looked_at_every(self, step_m: float) -> Contacts:
+        """The form that kernels take, for tracks whose poses are so far apart."""
+        return Contacts(self.contacts, self.half_width_m, self.drying_s, step_m)
+
     def crossings(self, path: PiecePath, begun_s: float, seconds: float, painted: Floats) -> Ints:
         """How often each of the `painted` lines (rows) is run over on a path that is driven from `begun_s` on."""
         if not len(painted) or not path.length_m:
@@ -46,8 +76,8 @@ class Wheels:
             if piece.spin_rad:
                 poses = self._with_spin(poses, start, knot, piece.spin_rad)
         poses[:, 3] = begun_s + seconds * poses[:, 3] / path.length_m
-        figures = self.half_width_m, self.drying_s, STEP_M
-        return np.asarray(wet_crossings(poses, self.contacts, painted, boxes_of(painted), *figures))
+        lines = WetLines(painted, boxes_of(painted))
+        return np.asarray(wet_crossings(poses, self.looked_at_every(STEP_M), lines))
 
     def _with_spin(self, poses: Floats, station_m: float, at: PathPose, angle_rad: float) -> Floats:
         """Poses (n, 4), their last column the station, with those of a turn on the spot."""
@@ -65,33 +95,6 @@ def wet_rows(nozzles: Iterable[Curve]) -> Floats:
 
 
 @kernel
-def _beside(px: float, py: float, line: Floats, c: float, s: float) -> float:
-    """How far to the left of a line or arc, of which the heading's cosine and sine are given, P is."""
-    dx, dy = px - line[X], py - line[Y]
-    left: float = c * dy - s * dx
-    k = line[CURVATURE]
-    if k == 0.0:
-        return left
-    radius = 1.0 / k
-    ahead, inward = c * dx + s * dy, radius - left
-    return float((abs(radius) - math.sqrt(ahead * ahead + inward * inward)) * math.copysign(1.0, k))
-
-
-@kernel
-def _along(px: float, py: float, line: Floats, c: float, s: float) -> float:
-    """How far along a line or arc, of which the heading's cosine and sine are given, P is."""
-    dx, dy = px - line[X], py - line[Y]
-    ahead: float = c * dx + s * dy
-    k = line[CURVATURE]
-    if k == 0.0:
-        return ahead
-    angle = math.atan2(ahead, (1.0 / k - (c * dy - s * dx)) * math.copysign(1.0, k))
-    middle = 0.5 * line[LENGTH] * abs(k)
-    angle -= 2.0 * math.pi * math.floor((angle - middle) / (2.0 * math.pi) + 0.5)
-    return float(angle / abs(k))
-
-
-@kernel
 def boxes_of(painted: Floats) -> Floats:
     """(n, 4) the least and greatest x and y of a box round each painted line."""
     boxes = np.empty((len(painted), 4))
@@ -99,7 +102,7 @@ def boxes_of(painted: Floats) -> Floats:
         line = painted[j]
         half = 0.5 * line[CURVATURE] * line[LENGTH]
         # The chord, and how far the curve is beside it.
-        chord = line[LENGTH] * (math.sin(half) / half if half else 1.0)
+        chord = line[LENGTH] * chord_share(half)
         aside = math.tan(0.5 * half) * 0.5 * chord
         x, y = line[X], line[Y]
         if abs(half) > 0.5 * math.pi:
@@ -113,24 +116,28 @@ def boxes_of(painted: Floats) -> Floats:
     return boxes
 
 
-@kernel
-def wet_crossings(
-    poses: Floats,
-    contacts: Floats,
-    painted: Floats,
-    boxes: Floats,
-    half_width: float,
-    drying: float,
-    step: float,
-) -> Ints:
-    """How often a contact enters the wet part of each painted line; `poses` are x, y, heading, time, `step` m apart.
+class _Track(NamedTuple):
+    """Poses (n, 4), where the contacts are at them (n, contacts, 2), and for which of them that is known (n,)."""
 
-    `boxes` are those of the lines.
+    poses: Floats
+    places: Floats
+    known: NDArray[np.bool_]
+
+
+@kernel
+def wet_crossings(poses: Floats, contacts: Contacts, lines: WetLines) -> Ints:
+    """(lines,) how often a contact enters the wet part of each painted line.
+
+    Args:
+        poses: (n, 4) x (m), y (m), heading (rad), time (s), `contacts.step` apart.
+        contacts: What touches the ground.
+        lines: The painted lines, and when they were painted.
     """
-    counts = np.zeros(len(painted), dtype=np.int64)
+    places, half_width = contacts.places, contacts.half_width
+    counts = np.zeros(len(lines.rows), dtype=np.int64)
     reach = 0.0
-    for k in range(len(contacts)):
-        reach = max(reach, math.hypot(contacts[k, 0], contacts[k, 1]))
+    for k in range(len(places)):
+        reach = max(reach, math.hypot(places[k, 0], places[k, 1]))
     low_x = low_y = math.inf
     high_x = high_y = -math.inf
     for i in range(len(poses)):
@@ -139,45 +146,59 @@ def wet_crossings(
     low_x, high_x = low_x - reach - half_width, high_x + reach + half_width
     low_y, high_y = low_y - reach - half_width, high_y + reach + half_width
     # Where the contacts are at each pose, once that is asked for.
-    places, known = np.empty((len(poses), len(contacts), 2)), np.zeros(len(poses), dtype=np.bool_)
-    on = np.empty(len(contacts), dtype=np.bool_)
-    for j in range(len(painted)):
-        box = boxes[j]
+    track = _Track(poses, np.empty((len(poses), len(places), 2)), np.zeros(len(poses), dtype=np.bool_))
+    on = np.empty(len(places), dtype=np.bool_)
+    for j in range(len(lines.rows)):
+        box = lines.boxes[j]
         if box[1] < low_x or box[0] > high_x or box[3] < low_y or box[2] > high_y:
             continue
-        line = painted[j]
-        length = line[LENGTH]
-        cos, sin = math.cos(line[HEADING]), math.sin(line[HEADING])
-        on[:] = False
-        i = 0
-        while i < len(poses):
-            x, y = poses[i, 0], poses[i, 1]
-            far = max(box[0] - x, x - box[1], box[2] - y, y - box[3]) - reach - half_width
-            if far <= 2.0 * step:
-                far = max(far, abs(_beside(x, y, line, cos, sin)) - reach - half_width)
-                if line[CURVATURE] == 0.0:
-                    along = _along(x, y, line, cos, sin)
-                    far = max(far, max(-along, along - length) - reach - half_width)
-            if far > 2.0 * step:
-                # No contact gets there within so many poses.
-                on[:] = False
-                i += int(far / step)
-                continue
-            if not known[i]:
-                known[i] = True
-                c, s = math.cos(poses[i, 2]), math.sin(poses[i, 2])
-                for k in range(len(contacts)):
-                    places[i, k, 0] = x + c * contacts[k, 0] - s * contacts[k, 1]
-                    places[i, k, 1] = y + s * contacts[k, 0] + c * contacts[k, 1]
-            for k in range(len(contacts)):
-                px, py = places[i, k, 0], places[i, k, 1]
-                over = False
-                if abs(_beside(px, py, line, cos, sin)) <= half_width:
-                    along = _along(px, py, line, cos, sin)
-                    over = 0.0 <= along <= length
-                    if over and not on[k]:
-                        age = poses[i, 3] - line[BEGUN] - along / line[SPEED]
-                        counts[j] += 1 if 0.0 <= age <= drying else 0
-                on[k] = over
-            i += 1
+        counts[j] = _entered(track, contacts, lines.rows[j], box, reach, on)
     return counts
+
+
+@borrowing
+def _entered(track: _Track, contacts: Contacts, line: Floats, box: Floats, reach: float, on: NDArray[np.bool_]) -> int:
+    """How often a contact enters the wet part of one line; `on` (contacts,) is room for which of them are on it."""
+    poses, half_width, step = track.poses, contacts.half_width, contacts.step
+    length = line[LENGTH]
+    facing = unit(line[HEADING])
+    on[:] = False
+    i, count = 0, 0
+    while i < len(poses):
+        x, y = poses[i, 0], poses[i, 1]
+        far = max(box[0] - x, x - box[1], box[2] - y, y - box[3]) - reach - half_width
+        if far <= 2.0 * step:
+            far = max(far, abs(beside(complex(x, y), line, facing)) - reach - half_width)
+            if line[CURVATURE] == 0.0:
+                along = abreast(complex(x, y), line, facing)
+                far = max(far, max(-along, along - length) - reach - half_width)
+        if far > 2.0 * step:
+            # No contact gets there within so many poses.
+            on[:] = False
+            i += int(far / step)
+            continue
+        if not track.known[i]:
+            _locate(track, contacts.places, i)
+        for k in range(len(contacts.places)):
+            place = complex(track.places[i, k, 0], track.places[i, k, 1])
+            over = False
+            if abs(beside(place, line, facing)) <= half_width:
+                along = abreast(place, line, facing)
+                over = 0.0 <= along <= length
+                if over and not on[k]:
+                    age = poses[i, 3] - line[BEGUN] - along / line[SPEED]
+                    count += 1 if 0.0 <= age <= contacts.drying else 0
+            on[k] = over
+        i += 1
+    return count
+
+
+@borrowing
+def _locate(track: _Track, contacts: Floats, i: int) -> None:
+    """Find out where the contacts are at pose `i`."""
+    track.known[i] = True
+    x, y = track.poses[i, 0], track.poses[i, 1]
+    c, s = math.cos(track.poses[i, 2]), math.sin(track.poses[i, 2])
+    for k in range(len(contacts)):
+        track.places[i, k, 0] = x + c * contacts[k, 0] - s * contacts[k, 1]
+        track.places[i, k, 1] = y + s * contacts[k, 0] + c * contacts[k, 1]

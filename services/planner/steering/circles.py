@@ -1,4 +1,9 @@
-"""The six words from turning circles, as in `words.py`, with nothing but real arithmetic that a compiler can inline.
+"""Compiled: the six words of turning circles, LSL RSR LSR RSL LRL RLR.
+
+Dubins, "On curves of minimal length with a constraint on average curvature, and with prescribed initial and terminal
+positions and tangents", American Journal of Mathematics 79(3), 1957; for turns with clothoids Fraichard and Scheuer,
+"From Reeds and Shepp's to continuous-curvature paths", IEEE T-RO 20(6), 2004. `words.py` has the same for any kind of
+turn, word by word, and rounds otherwise: what `ccd` drives comes from there.
 
 A word is (first, middle, last): deflections in [0, 2π) of its turns and the length of its straight. All functions see
 the goal from the start pose at the origin heading along +x, and begin to the left; the right is the mirror image.
@@ -8,11 +13,11 @@ import math
 
 import numpy as np
 
+from touchline.services.core.angles import TAU
 from touchline.services.core.jit import kernel
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.steering.unit_clothoid import CURVATURE_CAP, spiral
 
-TAU = 2.0 * math.pi
 # As in words.py: deflections this close below a full turn are none, goals this close to a line or turn are on it.
 WRAP_RAD = 1e-12
 ON_PATH = 1e-12
@@ -41,7 +46,11 @@ NONE: Amounts = (0.0, -1.0, 0.0)
 
 
 def circle(limit: float) -> Floats:
-    """The figures of the turning circle for a largest curvature in units of unit sharpness."""
+    """(6,) the figures of the turning circle for a largest curvature in units of unit sharpness.
+
+    They are, in the order of the constants: the curvature that turns keep to, the deflection of two whole clothoids
+    (rad), the centre seen from where a turn begins, its distance, and the angle (rad) at which the circle is crossed.
+    """
     limit = min(limit, CURVATURE_CAP)
     half = 0.5 * limit * limit
     centre = spiral(limit) + complex(-math.sin(half), math.cos(half)) / limit
@@ -51,7 +60,10 @@ def circle(limit: float) -> Floats:
 
 @kernel
 def turn_length(deflection: float, c: Floats) -> float:
-    """Length of a turn; below the limit deflection that of the flatter pair of clothoids on the turning circle."""
+    """Length of a turn by `deflection` ≥ 0 (rad) on the circle with the figures `c` (6,).
+
+    Below the limit deflection it is that of the flatter pair of clothoids on the turning circle.
+    """
     if deflection >= c[LIMIT_TURN]:
         return float(c[LIMIT] + deflection / c[LIMIT])
     half = 0.5 * deflection
@@ -63,14 +75,14 @@ def turn_length(deflection: float, c: Floats) -> float:
 
 @kernel
 def wrapped(angle: float) -> float:
-    """The angle as a deflection in [0, 2π)."""
+    """The angle (rad) as a deflection in [0, 2π), where a rounding error short of a full turn is no turn."""
     turn = angle - TAU * math.floor(angle / TAU)
     return 0.0 if turn >= TAU - WRAP_RAD else turn
 
 
 @kernel
 def same_side(x: float, y: float, heading: float, c: Floats) -> Amounts:
-    """LSL, for the vector from the first to the last left centre."""
+    """LSL, for the vector (x, y) from the first to the last left centre and the goal's heading (rad)."""
     straight = math.sqrt(x * x + y * y) - 2.0 * c[FORWARD]
     if straight < 0.0:
         return NONE
@@ -80,7 +92,7 @@ def same_side(x: float, y: float, heading: float, c: Floats) -> Amounts:
 
 @kernel
 def other_side(x: float, y: float, heading: float, c: Floats) -> Amounts:
-    """LSR, for the vector from the first left to the last right centre."""
+    """LSR, for the vector (x, y) from the first left to the last right centre and the goal's heading (rad)."""
     square = x * x + y * y
     if square < 4.0 * c[RADIUS] * c[RADIUS]:
         return NONE
@@ -92,7 +104,10 @@ def other_side(x: float, y: float, heading: float, c: Floats) -> Amounts:
 
 @kernel
 def three_turns(x: float, y: float, heading: float, side: float, c: Floats) -> Amounts:
-    """LRL, for the vector from the first to the last left centre, the middle one to its left (`side` = 1) or right."""
+    """LRL, for the vector (x, y) from the first to the last left centre and the goal's heading (rad).
+
+    The middle centre lies to the left of the vector (`side` = 1) or to its right (−1).
+    """
     square = x * x + y * y
     height = 4.0 * c[RADIUS] * c[RADIUS] - 0.25 * square
     if height < 0.0:
@@ -110,7 +125,14 @@ def three_turns(x: float, y: float, heading: float, side: float, c: Floats) -> A
 
 @kernel
 def cost(word: Amounts, straight: bool, weight: float, c: Floats) -> float:
-    """Length of a word, its turns counted `weight` times; infinite if there is no such word."""
+    """Length of a word, its turns counted `weight` times; infinite if there is no such word.
+
+    Args:
+        word: Its three amounts.
+        straight: Whether the middle one is a straight, not a turn.
+        weight: The length of turns counts so many times.
+        c: (6,) figures of the turning circle.
+    """
     if word[1] < 0.0:
         return math.inf
     turning: float = turn_length(word[0], c) + turn_length(word[2], c)
@@ -122,7 +144,15 @@ def cost(word: Amounts, straight: bool, weight: float, c: Floats) -> float:
 
 @kernel
 def left_centres(x: float, y: float, cos: float, sin: float, c: Floats) -> tuple[float, float, float, float]:
-    """Vectors from the first left centre to the last left and the last right one; the goal looks along (cos, sin)."""
+    """Vectors from the first left centre to the last left and to the last right one, as x, y, x, y.
+
+    Args:
+        x: Of the goal.
+        y: Of the goal.
+        cos: The goal looks along (cos, sin).
+        sin: See cos.
+        c: (6,) figures of the turning circle.
+    """
     # The last centre is goal − direction·conj(centre), or goal − direction·centre.
     left_x, left_y = cos * c[FORWARD] + sin * c[SIDE], sin * c[FORWARD] - cos * c[SIDE]
     right_x, right_y = cos * c[FORWARD] - sin * c[SIDE], sin * c[FORWARD] + cos * c[SIDE]
@@ -131,11 +161,9 @@ def left_centres(x: float, y: float, cos: float, sin: float, c: Floats) -> tuple
 
 
 @kernel
-def left_first(
-    x: float, y: float, cos: float, sin: float, heading: float, c: Floats, weight: float, best: float
-) -> float:
-    """The least cost of the words that begin to the left, or `best` if that is less."""
-    left_x, left_y, right_x, right_y = left_centres(x, y, cos, sin, c)
+def left_first(goal: complex, facing: complex, heading: float, c: Floats, weight: float, best: float) -> float:
+    """The least cost of the words that begin to the left, or `best` if that is less; arguments as `shortest_word`."""
+    left_x, left_y, right_x, right_y = left_centres(goal.real, goal.imag, facing.real, facing.imag, c)
     square = left_x * left_x + left_y * left_y
     if square <= ON_PATH * ON_PATH:
         best = min(best, weight * turn_length(wrapped(heading), c))
@@ -152,21 +180,35 @@ def left_first(
 
 
 @kernel
-def shortest_word(x: float, y: float, cos: float, sin: float, heading: float, c: Floats, weight: float) -> float:
-    """The least cost of all words between straight ends; the goal is at (x, y) in direction (cos, sin) = `heading`."""
+def shortest_word(goal: complex, facing: complex, heading: float, c: Floats, weight: float) -> float:
+    """The least cost of all words between straight ends.
+
+    Args:
+        goal: Seen from the start.
+        facing: The unit vector of the heading there.
+        heading: The same as an angle (rad).
+        c: (6,) figures of the turning circle.
+        weight: The length of turns counts so many times.
+    """
     best = math.inf
-    if abs(y) <= ON_PATH and x >= -ON_PATH and cos > 0.0 and abs(sin) <= ON_PATH:
-        best = max(x, 0.0)
-    best = left_first(x, y, cos, sin, heading, c, weight, best)
-    return float(left_first(x, -y, cos, -sin, -heading, c, weight, best))
+    if abs(goal.imag) <= ON_PATH and goal.real >= -ON_PATH and facing.real > 0.0 and abs(facing.imag) <= ON_PATH:
+        best = max(goal.real, 0.0)
+    best = left_first(goal, facing, heading, c, weight, best)
+    return float(left_first(goal.conjugate(), facing.conjugate(), -heading, c, weight, best))
 
 
 @kernel
 def word_table(x: float, y: float, heading: float, c: Floats, table: Floats) -> None:
-    """LSL, LSR and both LRL into rows 0 to 3 of `table`, their mirror images into rows 4 to 7.
+    """Fill LSL, LSR and both LRL into rows 0 to 3 of a table, their mirror images into rows 4 to 7.
 
-    Columns: signed deflection, signed deflection or straight, signed deflection.
     Rows of words that do not exist have an infinite straight.
+
+    Args:
+        x: Of the goal.
+        y: Of the goal.
+        heading: Of the goal (rad).
+        c: (6,) figures of the turning circle.
+        table: (8, 3) filled in: signed deflection (rad), signed deflection or straight, signed deflection.
     """
     cos, sin = math.cos(heading), math.sin(heading)
     for mirrored in range(2):

@@ -1,4 +1,7 @@
-"""From what was found to be the shortest way to its pieces, as rows of length, curvature, sharpness and direction."""
+"""Compiled: builds the pieces of the shortest transition, as rows of length, curvature, sharpness and direction.
+
+All `put…` append to a table (MAX_PIECES or more, 4 or 5) of which `n` rows are filled, and return how many are then.
+"""
 
 import math
 
@@ -23,7 +26,8 @@ from touchline.services.planner.steering.forward import (
     shortest_forward,
     three_elements,
 )
-from touchline.services.planner.steering.profile import DIRECTION, shape
+from touchline.services.planner.steering.profile import DIRECTION, shape, shape_for
+from touchline.services.planner.steering.query import Query
 from touchline.services.planner.steering.symmetry import turn_pieces_round
 
 # No way has more pieces: two ramps and three turns of three.
@@ -32,7 +36,16 @@ MAX_PIECES = 12
 
 @kernel
 def put(pieces: Floats, n: int, length: float, k: float, sharpness: float, direction: float) -> int:
-    """Append a piece, unless it is empty; the number of pieces."""
+    """Append a piece, unless it is empty; the number of pieces.
+
+    Args:
+        pieces: (many, 4 or 5) filled in.
+        n: Pieces so far.
+        length: Not appended if it is not positive.
+        k: Curvature at the beginning.
+        sharpness: Change of curvature along it.
+        direction: 1 forward, −1 backward.
+    """
     if length <= 0.0:
         return n
     pieces[n, 0], pieces[n, 1], pieces[n, 2], pieces[n, 3] = length, k, sharpness, direction
@@ -41,13 +54,16 @@ def put(pieces: Floats, n: int, length: float, k: float, sharpness: float, direc
 
 @kernel
 def put_ramp(pieces: Floats, n: int, k_from: float, k_to: float, direction: float) -> int:
-    """Append the clothoid between two curvatures."""
+    """Append the clothoid of unit sharpness between two curvatures."""
     return int(put(pieces, n, abs(k_to - k_from), k_from, math.copysign(1.0, k_to - k_from), direction))
 
 
 @kernel
 def put_turn(pieces: Floats, n: int, deflection: float, direction: float, c: Floats) -> int:
-    """Append a turn of the words: clothoid, arc, clothoid; two flatter clothoids; or the chord of none."""
+    """Append a turn of the words by a signed `deflection` (rad) on the circle with the figures `c` (6,).
+
+    It is clothoid, arc, clothoid; below the limit deflection two flatter clothoids; for no deflection their chord.
+    """
     size, side = abs(deflection), math.copysign(1.0, deflection)
     if size >= c[LIMIT_TURN]:
         n = put_ramp(pieces, n, 0.0, side * c[LIMIT], direction)
@@ -61,7 +77,16 @@ def put_turn(pieces: Floats, n: int, deflection: float, direction: float, c: Flo
 
 @kernel
 def word_pieces(x: float, y: float, heading: float, c: Floats, pieces: Floats, n: int) -> int:
-    """Append the shortest word between straight ends; the same one that `shortest_word` measures."""
+    """Append the shortest word between straight ends, the same one that `shortest_word` measures; the number of pieces.
+
+    Args:
+        x: Of the goal.
+        y: Of the goal.
+        heading: Of the goal (rad).
+        c: (6,) figures of the turning circle.
+        pieces: (MAX_PIECES or more, 4 or 5) filled in.
+        n: Pieces so far.
+    """
     best, chosen = math.inf, -1
     table = np.empty((8, 3))
     word_table(x, y, heading, c, table)
@@ -92,12 +117,12 @@ def word_pieces(x: float, y: float, heading: float, c: Floats, pieces: Floats, n
 
 @kernel
 def profile_pieces(elements: Floats, u: Floats, ends: Floats, limit: float, pieces: Floats) -> int:
-    """The pieces of a profile (see profile.py); their number."""
-    count = len(elements)
-    extreme, hold, rate = np.empty(count), np.empty(count), np.empty(count)
-    shape(elements, u, ends, limit, extreme, hold, rate)
+    """Fill in the pieces (MAX_PIECES, 4) of a profile (see `profile.shape` for the arguments); their number."""
+    shaped = shape_for(elements)
+    shape(elements, u, ends, limit, shaped)
+    extreme, hold = shaped.extreme, shaped.hold
     k, last, n = ends[0], 1.0, 0
-    for i in range(count):
+    for i in range(len(elements)):
         direction = elements[i, DIRECTION]
         if direction == last:
             n = put_ramp(pieces, n, k, extreme[i], direction)
@@ -109,10 +134,11 @@ def profile_pieces(elements: Floats, u: Floats, ends: Floats, limit: float, piec
 
 
 @kernel
-def forward_pieces(ends: Floats, goal: complex, turn: float, c: Floats, pieces: Floats) -> int:
-    """The pieces of the shortest forward way (see `shortest_forward`); their number."""
+def forward_pieces(query: Query, pieces: Floats) -> int:
+    """The pieces (MAX_PIECES, 4) of the shortest forward way (see `shortest_forward`); their number."""
+    ends, c = query.ends, query.circle
     amounts = np.empty(3)
-    _, family, turned_round = shortest_forward(ends, goal, turn, c, amounts)
+    _, family, turned_round = shortest_forward(query, amounts)
     if family != WORDS:
         elements = three_elements(family == WITH_A_STRAIGHT)
         if not turned_round:
@@ -121,7 +147,7 @@ def forward_pieces(ends: Floats, goal: complex, turn: float, c: Floats, pieces: 
         n = profile_pieces(elements, amounts, other_ends, c[LIMIT], pieces)
         turn_pieces_round(pieces, n)
         return int(n)
-    between, turn_between = lead_poses(ends, goal, turn)
+    between, turn_between = lead_poses(ends, query.goal, query.turn)
     n = put_ramp(pieces, 0, ends[0], 0.0, 1.0)
     n = word_pieces(between.real, between.imag, turn_between, c, pieces, n)
     return int(put_ramp(pieces, n, 0.0, ends[1], 1.0))

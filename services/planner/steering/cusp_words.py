@@ -16,12 +16,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from touchline.services.core.arcs import unit
 from touchline.services.core.jit import kernel
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.steering.circles import FORWARD, LIMIT, SIDE, wrapped
 from touchline.services.planner.steering.patterns import QUARTER, bend_amount, cusps_of, elements_of, ramps_beside
 from touchline.services.planner.steering.profile import AMOUNT, DIRECTION, MAX_ELEMENTS, STRAIGHT, UNKNOWN
-from touchline.services.planner.steering.unit_clothoid import ramp, unit
+from touchline.services.planner.steering.query import Query
+from touchline.services.planner.steering.unit_clothoid import ramp
 
 # How the joints' headings are found: from the sides of a triangle (three bends, or four whose middle turns cancel out),
 # for four bends whose middle turns add up, or from a straight's tangent.
@@ -78,13 +80,17 @@ CUSPS = np.array([cusps_of(family.directions) for family in FAMILIES])
 
 
 @kernel
-def word(
-    family: int, branch: int, ends: Floats, goal: complex, turn: float, c: Floats, elements: Floats, u: Floats
-) -> float:
+def word(family: int, branch: int, query: Query, elements: Floats, u: Floats) -> float:
     """Length of a word, exact if all its bends reach the limit; infinite if there is no such word.
 
-    Sets its unknowns `u`, and the amounts of fixed bends in its `elements` (n, 4).
+    Args:
+        family: A row of `FAMILIES`.
+        branch: Which of the family's solutions.
+        query: What is asked.
+        elements: (n, 4) those of the family; the amounts of fixed bends are filled in.
+        u: (3,) the unknowns, filled in.
     """
+    ends, turn, c = query.ends, query.turn, query.circle
     begin, n = LEADS[family], BENDS[family]
     bends, sides = elements[begin : begin + n], SIDES[family, begin:]
     # Headings between which each bend turns, as if its clothoids led from and to straights.
@@ -93,7 +99,7 @@ def word(
     # The goal, looking backward, is a start from which bends turn the other way.
     last, out[n - 1] = end_circle(-ends[1], -sides[n - 1], bends[n - 1, DIRECTION], begin + n < len(elements), c)
     out[n - 1] += turn
-    across = goal - unit(turn) * last - first
+    across = query.goal - unit(turn) * last - first
     straight = 0.0
     if RULES[family] == TRIANGLE:
         found = _triangle(across, joint(bends, sides, 0, c), joint(bends, sides, 1, c), branch, out)
@@ -129,9 +135,14 @@ def word(
 
 @kernel
 def end_circle(k: float, side: float, direction: float, clothoid: bool, c: Floats) -> tuple[complex, float]:
-    """The centre of the first bend's circle, and the heading from which it would turn if it began straight.
+    """The centre of the first bend's circle, and the heading (rad) from which it would turn if it began straight.
 
-    A bend that begins backward does so with a clothoid from straight, or at the limit.
+    Args:
+        k: Curvature before the bend, where it begins forward.
+        side: To which it turns: left 1, right −1.
+        direction: 1 forward, −1 backward.
+        clothoid: Whether a bend that begins backward does so with a clothoid from straight; else at the limit.
+        c: (6,) figures of the turning circle.
     """
     if direction < 0.0 and clothoid:
         return complex(-c[FORWARD], side * c[SIDE]), 0.0

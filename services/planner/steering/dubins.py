@@ -1,4 +1,4 @@
-"""Plain Dubins paths: the shortest forward path of bounded curvature, which steps at every joint."""
+"""Plain Dubins paths: the shortest forward path of bounded curvature, which steps at every joint (see words.py)."""
 
 from touchline.services.planner.geometry.clothoid import PathPose, Piece
 from touchline.services.planner.steering.turns import ArcTurn

@@ -1,11 +1,12 @@
-"""A lower bound on the length of any path of bounded curvature: the plain Dubins path."""
+"""Compiled: a lower bound on the length of any path of bounded curvature, the plain Dubins path (Dubins 1957)."""
 
 import math
 
 import numpy as np
 
+from touchline.services.core.angles import TAU
 from touchline.services.core.jit import kernel
-from touchline.services.planner.steering.circles import TAU, left_centres, other_side, same_side, three_turns, wrapped
+from touchline.services.planner.steering.circles import left_centres, other_side, same_side, three_turns, wrapped
 
 # Figures (see circles.py) of a turn that is nothing but an arc of radius 1.
 PLAIN = np.array((1.0, 0.0, 0.0, 1.0, 1.0, 0.0))
@@ -15,7 +16,10 @@ BLURRED = 1e-6
 
 @kernel
 def least_plain(x: float, y: float, heading: float) -> float:
-    """Length of the plain Dubins path of radius 1 to a pose; where rounding blurs it, a little less, never more."""
+    """Length of the plain Dubins path of radius 1 from the origin to (x, y) with a heading (rad).
+
+    Where rounding blurs it, it is a little less, never more.
+    """
     cos, sin = math.cos(heading), math.sin(heading)
     best = math.inf
     for side in (1.0, -1.0):

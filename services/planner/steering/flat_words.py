@@ -17,9 +17,16 @@ from touchline.services.planner.steering.profile import AMOUNT, DIRECTION, STRAI
 
 @kernel
 def flat_pieces(elements: Floats, u: Floats, ends: Floats, c: Floats, pieces: Floats) -> int:
-    """The pieces of a word (see `cusp_words.word`) with flat turns, and their number; 0 if there is no such way.
+    """Fill in the pieces of a word with flat turns; their number, 0 if there is no such way.
 
     There is none where a bend beside a cusp or beside a curved end does not reach the limit.
+
+    Args:
+        elements: (n, 4) of the word, as `cusp_words.word` leaves them.
+        u: (3,) the unknowns.
+        ends: (2,) curvatures at the start and at the goal.
+        c: (6,) figures of the turning circle.
+        pieces: (MAX_PIECES, 4) filled in.
     """
     if not _has_flat_turns(elements, u, ends, c[LIMIT]):
         return 0

@@ -9,14 +9,17 @@ import math
 
 import numpy as np
 
+from touchline.services.core.angles import TAU
+from touchline.services.core.arcs import unit
 from touchline.services.core.arrays import copy
-from touchline.services.core.jit import kernel
+from touchline.services.core.jit import borrowing, kernel
 from touchline.services.planner.geometry.clothoid import Floats
-from touchline.services.planner.steering.circles import LIMIT, RADIUS, TAU, cost, shortest_word, word_table
+from touchline.services.planner.steering.circles import LIMIT, RADIUS, cost, shortest_word, word_table
 from touchline.services.planner.steering.newton3 import solve_three
 from touchline.services.planner.steering.profile import AMOUNT, DIRECTION, FAILED, STRAIGHT, UNKNOWN, amount_of
+from touchline.services.planner.steering.query import Query
 from touchline.services.planner.steering.symmetry import turn_query_round
-from touchline.services.planner.steering.unit_clothoid import ramp, unit
+from touchline.services.planner.steering.unit_clothoid import ramp
 
 # A profile must be this much shorter to replace an earlier one, so that ties do not depend on rounding.
 TIE = 1e-10
@@ -85,37 +88,39 @@ def three_elements(straight_middle: bool) -> Floats:
 
 
 @kernel
-def shortest_forward(ends: Floats, goal: complex, turn: float, c: Floats, amounts: Floats) -> tuple[float, int, bool]:
-    """Length of the shortest way from the origin heading along +x, and what it is.
+def shortest_forward(query: Query, amounts: Floats) -> tuple[float, int, bool]:
+    """Length of the shortest way, and what it is.
 
-    It is a profile of bends (0) or with a straight (1), its amounts in `amounts`, or one of the six words with ramps to
-    and from straight (2). `ends` are the curvatures at both ends, at most that of the circle `c`; `goal` and `turn` are
-    the pose to reach. The flag says that the profile is that of the query turned round (see symmetry.py).
+    It is a profile of bends (0) or with a straight (1), its amounts in `amounts` (3,), or one of the six words with
+    ramps to and from straight (2). The flag says that the profile is that of the query turned round (see symmetry.py).
     """
-    between, turn_between = lead_poses(ends, goal, turn)
-    cos, sin = math.cos(turn_between), math.sin(turn_between)
-    word = abs(ends[0]) + abs(ends[1]) + shortest_word(between.real, between.imag, cos, sin, turn_between, c, 1.0)
-    best, family = shortest_profile(ends, goal, turn, c, word, word, amounts)
-    other_ends = np.empty(2)
-    other_goal, other_turn = turn_query_round(ends, goal, turn, other_ends)
-    length, found = shortest_profile(other_ends, other_goal, other_turn, c, word, best, amounts)
+    ends, c = query.ends, query.circle
+    between, turn_between = lead_poses(ends, query.goal, query.turn)
+    word = abs(ends[0]) + abs(ends[1]) + shortest_word(between, unit(turn_between), turn_between, c, 1.0)
+    best, family = shortest_profile(query, word, word, amounts)
+    length, found = shortest_profile(turn_query_round(query), word, best, amounts)
     if found != WORDS:
         return length, found, True
     return best, family, False
 
 
 @kernel
-def shortest_profile(
-    ends: Floats, goal: complex, turn: float, c: Floats, word: float, best: float, amounts: Floats
-) -> tuple[float, int]:
-    """The shortest profile below `best`; or `best` and WORDS. `word` is the length of the best word."""
+def shortest_profile(query: Query, word: float, best: float, amounts: Floats) -> tuple[float, int]:
+    """The shortest profile below `best`, and its family; or `best` and WORDS.
+
+    Args:
+        query: What is asked.
+        word: Length of the best word.
+        best: Length of the best way so far.
+        amounts: (3,) those of the profile, filled in if there is one.
+    """
     family = WORDS
-    between, turn_between = lead_poses(ends, goal, turn)
-    length, found = polished_words(ends, goal, turn, between, turn_between, c, word + POLISH_MARGIN, best, amounts)
+    lead = lead_poses(query.ends, query.goal, query.turn)
+    length, found = polished_words(query, lead, word + POLISH_MARGIN, best, amounts)
     if found >= 0:
         best, family = length, found
-    if abs(goal) < HOP_RADII * c[RADIUS]:
-        length, found = short_hop(ends, goal, turn, c[LIMIT], best, amounts)
+    if abs(query.goal) < HOP_RADII * query.circle[RADIUS]:
+        length, found = short_hop(query, best, amounts)
         if found >= 0:
             best, family = length, found
     return best, family
@@ -123,7 +128,10 @@ def shortest_profile(
 
 @kernel
 def lead_poses(ends: Floats, goal: complex, turn: float) -> tuple[complex, float]:
-    """The straight pose before the ramp to the goal's curvature, seen from the one after the ramp from the start's."""
+    """The straight pose before the ramp to the goal's curvature, seen from the one after the ramp from the start's.
+
+    Arguments as of `Query`; place and heading (rad) of the pose.
+    """
     to_straight, out_turn = ramp(0.0, ends[0], 0.0)
     from_straight, in_turn = ramp(0.0, 0.0, ends[1])
     between = (goal - unit(turn - in_turn) * from_straight - to_straight) * unit(-out_turn)
@@ -132,23 +140,24 @@ def lead_poses(ends: Floats, goal: complex, turn: float) -> tuple[complex, float
 
 @kernel
 def polished_words(
-    ends: Floats,
-    goal: complex,
-    turn: float,
-    between: complex,
-    turn_between: float,
-    c: Floats,
-    longest: float,
-    best: float,
-    amounts: Floats,
+    query: Query, lead: tuple[complex, float], longest: float, best: float, amounts: Floats
 ) -> tuple[float, int]:
     """The shortest profile below `best` that Newton's method reaches from the words between the ends' straights.
 
-    Words longer than `longest` are not tried.
+    Args:
+        query: What is asked.
+        lead: Place and heading (rad) of the words' goal, as `lead_poses` has it.
+        longest: Words that are longer are not tried.
+        best: Length of the best way so far.
+        amounts: (3,) those of the profile, filled in if there is one.
+
+    Returns:
+        Its length, and its family; `best` and −1 if there is none.
     """
+    ends, c = query.ends, query.circle
     limit = c[LIMIT]
     table = np.empty((8, 3))
-    word_table(between.real, between.imag, turn_between, c, table)
+    word_table(lead[0].real, lead[0].imag, lead[1], c, table)
     family = -1
     u = np.empty(3)
     for row in range(8):
@@ -163,7 +172,7 @@ def polished_words(
             u[i] = amount_of(table[row, i] + _ramp_deflection(table[row, i], i, ends), limit)
         if straight:
             u[1] = table[row, 1]
-        length = attempt(u, straight, ends, limit, goal, turn, best)
+        length = attempt(u, straight, query, best)
         if length < best - TIE:
             best, family = length, int(straight)
             copy(u, amounts)
@@ -177,17 +186,16 @@ def _ramp_deflection(deflection: float, position: int, ends: Floats) -> float:
 
 
 @kernel
-def short_hop(
-    ends: Floats, goal: complex, turn: float, limit: float, best: float, amounts: Floats
-) -> tuple[float, int]:
+def short_hop(query: Query, best: float, amounts: Floats) -> tuple[float, int]:
     """The shortest profile below `best` that Newton's method reaches from the fixed starts."""
+    ends, limit = query.ends, query.circle[LIMIT]
     family = -1
     u = np.empty(3)
     for s in range(len(STARTS)):
         straight = WITH_STRAIGHT[s]
         for i in range(3):
             u[i] = STARTS[s, i] if straight and i == 1 else amount_of(STARTS[s, i], limit)
-        length = attempt(u, straight, ends, limit, goal, turn, best)
+        length = attempt(u, straight, query, best)
         if length < best - TIE:
             best, family = length, int(straight)
             copy(u, amounts)
@@ -195,21 +203,28 @@ def short_hop(
         u[0] = ends[0] + WIGGLES[s, 0] * limit
         u[1] = 0.5 * (ends[0] + ends[1]) + WIGGLES[s, 1] * limit
         u[2] = ends[1] + WIGGLES[s, 2] * limit
-        length = attempt(u, False, ends, limit, goal, turn, best)
+        length = attempt(u, False, query, best)
         if length < best - TIE:
             best, family = length, BENDS_ONLY
             copy(u, amounts)
     return best, family
 
 
-@kernel
-def attempt(u: Floats, straight: bool, ends: Floats, limit: float, goal: complex, turn: float, longest: float) -> float:
-    """Length of the profile that Newton's method reaches from `u`, with the number of full turns that `u` intends.
+@borrowing
+def attempt(u: Floats, straight: bool, query: Query, longest: float) -> float:
+    """Length of the profile that Newton's method reaches, with the number of full turns that its start intends.
 
     FAILED if there is none; it may be FAILED, too, if the profile is no shorter than `longest`.
+
+    Args:
+        u: (3,) the amounts: where to start, and then the solution.
+        straight: Whether the middle element is a straight.
+        query: What is asked.
+        longest: Length of the best way so far.
     """
+    ends, goal, limit = query.ends, query.goal, query.circle[LIMIT]
     intended = turn_of(u, straight, ends, limit)
-    whole = turn + TAU * round((intended - turn) / TAU)
+    whole = query.turn + TAU * round((intended - query.turn) / TAU)
     if least_length(ends, goal, whole, limit) >= longest:
         return FAILED
     return float(solve_three(u, straight, ends, limit, goal, whole))
@@ -217,10 +232,16 @@ def attempt(u: Floats, straight: bool, ends: Floats, limit: float, goal: complex
 
 @kernel
 def least_length(ends: Floats, goal: complex, turn: float, limit: float) -> float:
-    """No way from curvature to curvature that leads to `goal` and turns by `turn` in all is shorter.
+    """A lower bound: no way from curvature to curvature that leads to a goal and turns by so much in all is shorter.
 
     A way of length L, heading θ and largest curvature κ leads to where its turn at κ alone would lead, and further by
     ∫(1 − θ'/κ)·exp(iθ) ds (with the signs of a left turn), which is no longer than ∫(1 − θ'/κ) ds = L − turn/κ.
+
+    Args:
+        ends: (2,) curvatures at the start and at the goal.
+        goal: Seen from the start.
+        turn: Of the whole way, full turns included (rad).
+        limit: Largest curvature.
     """
     side = 1.0 if turn >= 0.0 else -1.0
     size = abs(turn)
@@ -236,7 +257,7 @@ def least_length(ends: Floats, goal: complex, turn: float, limit: float) -> floa
 
 @kernel
 def turn_of(u: Floats, straight_middle: bool, ends: Floats, limit: float) -> float:
-    """Turn of the whole forward profile of three elements with amounts `u`."""
+    """Turn (rad) of the forward profile of three elements with amounts `u` (3,) between the curvatures `ends` (2,)."""
     turn, last = 0.0, ends[0]
     for i in range(4):
         if i == 3:

@@ -11,7 +11,8 @@ from touchline.services.planner.steering.ccd import ContinuousDubins
 from touchline.services.planner.steering.circles import circle
 from touchline.services.planner.steering.construct import MAX_PIECES, forward_pieces
 from touchline.services.planner.steering.method import CurveEnd, before
-from touchline.services.planner.steering.reversing import MAX_CUSPS, STRETCH_MIN_M, shortest_reversing
+from touchline.services.planner.steering.query import Query
+from touchline.services.planner.steering.reversing import MAX_CUSPS, STRETCH_MIN_M, Shortest, shortest_reversing
 
 # A turn on the spot by no more than this is none.
 ROUNDING_RAD = 1e-12
@@ -71,28 +72,26 @@ class Steering:
         return [joined((*out_of, *way, *into)) for way in find(leaving, reaching)]
 
     def _forward(self, start: CurveEnd, goal: CurveEnd) -> list[tuple[Piece, ...]]:
-        z, turn, ends = self._scaled(start, goal)
         table = np.empty((MAX_PIECES, 4))
-        count = forward_pieces(ends, z, turn, self.circle, table)
+        count = forward_pieces(self._query(start, goal), table)
         return [self._pieces(table[:count])]
 
     def _reversing(self, start: CurveEnd, goal: CurveEnd) -> list[tuple[Piece, ...]]:
-        z, turn, ends = self._scaled(start, goal)
         many = MAX_CUSPS + 1
-        lengths, tables, counts = np.empty(many), np.empty((many, MAX_PIECES, 4)), np.zeros(many, dtype=np.int64)
-        shortest_reversing(ends, z, turn, self.circle, STRETCH_MIN_M * self.root, lengths, tables, counts)
+        found = Shortest(np.empty(many), np.empty((many, MAX_PIECES, 4)), np.zeros(many, dtype=np.int64))
+        shortest_reversing(self._query(start, goal), STRETCH_MIN_M * self.root, found)
         ways, shortest = [], math.inf
-        for length, table, count in zip(lengths.tolist(), tables, counts.tolist(), strict=True):
+        for length, table, count in zip(found.lengths.tolist(), found.ways, found.counts.tolist(), strict=True):
             if length < shortest:
                 shortest = length
                 ways.append(self._pieces(table[:count]))
         return ways
 
-    def _scaled(self, start: CurveEnd, goal: CurveEnd) -> tuple[complex, float, Floats]:
-        """The goal as seen from the start, its turn (rad), and both curvatures, in units of unit sharpness."""
+    def _query(self, start: CurveEnd, goal: CurveEnd) -> Query:
+        """The goal as seen from the start, in units of unit sharpness."""
         z, turn = goal.pose.seen_from(start.pose)
         ends = np.array([start.curvature_1pm, goal.curvature_1pm]) / self.root
-        return z * self.root, math.remainder(turn, math.tau), ends
+        return Query(ends, z * self.root, math.remainder(turn, math.tau), self.circle)
 
     def _ramp_to_cap(self, curvature_1pm: float) -> tuple[tuple[Piece, ...], float]:
         """The clothoid from a curvature down to what a way may have, and the curvature (1/m) after it."""

@@ -21,23 +21,38 @@ class CurveEnd(NamedTuple):
 
 
 class TransitionMethod(Protocol):
-    """How the robot gets from one painted curve to the next, moving forward."""
+    """The geometry of a method's transitions: how the robot gets from one painted curve to the next.
+
+    Poses are of the middle of the axle, in the map frame; all pieces are in the order in which they are driven.
+    """
 
     @property
     def name(self) -> str:
         """The name by which plan options ask for the method."""
 
     def lead_in(self, curvature_1pm: float) -> tuple[Piece, ...]:
-        """What comes right before a painted curve that begins with this curvature."""
+        """What comes right before a painted curve that begins with this curvature (1/m, left positive)."""
 
     def lead_out(self, curvature_1pm: float) -> tuple[Piece, ...]:
-        """What comes right after a painted curve that ends with this curvature."""
+        """What comes right after a painted curve that ends with this curvature (1/m, left positive)."""
 
     def connect(self, start: PathPose, goal: PathPose) -> tuple[Piece, ...]:
-        """The way between two poses, straight (curvature 0) at both; exists for every pair."""
+        """The forward transition between two poses, straight (curvature 0) at both; exists for every pair."""
 
     def between(self, start: CurveEnd, goal: CurveEnd) -> tuple[Piece, ...]:
-        """The way from the end of one painted curve to the beginning of the next one."""
+        """The forward transition from the end of one painted curve to the beginning of the next one."""
+
+    def standing_ways(self, start: CurveEnd, goal: CurveEnd, room_m: float = 0.0) -> list[tuple[Piece, ...]]:
+        """Transitions on which the robot stands: with cusps, and with turns on the spot; empty if it offers none.
+
+        They compete by time with those driven forward, as far as the vehicle may reverse and turn on the spot.
+
+        Args:
+            start: Where the last painted curve ends.
+            goal: Where the next one begins.
+            room_m: So far the painted curves are carried on before the first and after the last standstill, for the
+                robot to brake and to gather speed (m).
+        """
 
 
 def transition(method: TransitionMethod, start: CurveEnd, goal: CurveEnd) -> PiecePath:

@@ -6,6 +6,7 @@ tables, and with each clothoid's series taken once: nearly all the time that sho
 
 import math
 
+from touchline.services.core.arcs import arc, unit
 from touchline.services.core.jit import kernel
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.steering.profile import (
@@ -21,7 +22,7 @@ from touchline.services.planner.steering.profile import (
     WORSE,
     newton_step,
 )
-from touchline.services.planner.steering.unit_clothoid import arc, spiral, unit
+from touchline.services.planner.steering.unit_clothoid import spiral
 
 
 @kernel
@@ -57,7 +58,10 @@ def _held(p: complex, heading: float, k: float, length: float) -> tuple[complex,
 
 @kernel
 def solve_three(u: Floats, straight: bool, ends: Floats, limit: float, goal: complex, turn: float) -> float:
-    """Length of the profile that leads to `goal` with `turn`, its amounts in `u` (their start on entry); or FAILED."""
+    """Length of the profile that leads to a goal, or FAILED; arguments as of `profile.solve`.
+
+    The elements are bend, bend or (`straight`) straight, bend.
+    """
     u0, u1, u2 = u[0], u[1], u[2]
     l0, l1, l2 = u0, u1, u2
     k_from, k_to = ends[0], ends[1]
@@ -102,7 +106,7 @@ def solve_three(u: Floats, straight: bool, ends: Floats, limit: float, goal: com
         m0 = r0 * (unit(h0) + k0 * 1j * (p - p0))
         m1 = r1 * (unit(h1) + k1 * 1j * (p - p1))
         m2 = r2 * (unit(h2) + k2 * 1j * (p - p2))
-        found, d0, d1, d2 = newton_step(m0, m1, m2, r0 * k0, r1 * k1, r2 * k2, off, off_turn)
+        found, d0, d1, d2 = newton_step((m0, m1, m2), (r0 * k0, r1 * k1, r2 * k2), off, off_turn)
         if not found:
             return FAILED
         u0, u1, u2 = u0 + d0, u1 + d1, u2 + d2

@@ -1,4 +1,4 @@
-"""Compiled: the shortest plain Dubins path, as pieces or as a length, for many pairs of poses at once.
+"""Compiled: the shortest plain Dubins path (Dubins 1957), as pieces or as a length, for many pairs of poses at once.
 
 Lengths are in units of the turning radius inside the kernels, so that a turn is as long as its deflection.
 """
@@ -7,12 +7,12 @@ import math
 
 import numpy as np
 
+from touchline.services.core.arcs import unit
 from touchline.services.core.jit import kernel
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.steering.circles import ON_PATH, left_centres, word_table, wrapped
 from touchline.services.planner.steering.construct import put
 from touchline.services.planner.steering.dubins_bound import PLAIN
-from touchline.services.planner.steering.unit_clothoid import unit
 
 # Rows of `word_table` in the order of `words.py`, which decides between words that are equally long.
 _ORDER = (0, 2, 3, 1, 4, 6, 7, 5)
@@ -21,9 +21,14 @@ _TIE = 1e-9
 
 @kernel
 def plain_word(x: float, y: float, heading: float, weight: float, word: Floats) -> tuple[float, bool]:
-    """The cost of the cheapest word to a pose, its turns counted `weight` times; whether its middle is straight.
+    """The cost of the cheapest word to a pose, and whether its middle is straight; the turns' radius is 1.
 
-    Fills `word` (3,): signed deflection, signed deflection or length of the straight, signed deflection.
+    Args:
+        x: Of the goal.
+        y: Of the goal.
+        heading: Of the goal (rad).
+        weight: The length of turns counts so many times.
+        word: (3,) signed deflection (rad), signed deflection or length of the straight, signed deflection; filled in.
     """
     cos, sin = math.cos(heading), math.sin(heading)
     best, straight = math.inf, True

@@ -1,4 +1,4 @@
-"""Paths as curvature profiles with three unknown amounts, found by Newton's method.
+"""Compiled: paths as curvature profiles with three unknown amounts, found by Newton's method with shortened steps.
 
 A profile is a row of elements, driven forward or backward. A bend climbs to an extreme curvature and, if that is the
 limit, holds it; a straight holds zero. Neighbours of one direction are joined by clothoids of full sharpness; between
@@ -12,13 +12,16 @@ is turned by k per length about that point. That is the whole Jacobian.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from touchline.services.core.arcs import arc, unit
 from touchline.services.core.arrays import copy
-from touchline.services.core.jit import kernel
+from touchline.services.core.jit import borrowing, kernel
 from touchline.services.planner.geometry.clothoid import Floats
-from touchline.services.planner.steering.unit_clothoid import arc, ramp, unit
+from touchline.services.planner.steering.unit_clothoid import ramp
 
 MAX_ELEMENTS = 7
 # Columns of an element: is it straight, driven forward (+1) or backward (−1), which unknown it takes (−1: none), and
@@ -46,9 +49,39 @@ def amount_of(deflection: float, limit: float) -> float:
     return amount if deflection >= 0.0 else -amount
 
 
+class Shape(NamedTuple):
+    """What the amounts make of the elements.
+
+    Attributes:
+        extreme: (n,) extreme curvature of each element.
+        hold: (n,) length at it.
+        rate: (n,) added length per unit of the element's amount.
+    """
+
+    extreme: Floats
+    hold: Floats
+    rate: Floats
+
+
 @kernel
-def shape(elements: Floats, u: Floats, ends: Floats, limit: float, extreme: Floats, hold: Floats, rate: Floats) -> None:
-    """Extreme curvature, hold (length at it) and rate (added length per unit of amount) of every element."""
+def shape_for(elements: Floats) -> Shape:
+    """Room for the shape of elements (n, 4)."""
+    n = len(elements)
+    return Shape(np.empty(n), np.empty(n), np.empty(n))
+
+
+@borrowing
+def shape(elements: Floats, u: Floats, ends: Floats, limit: float, out: Shape) -> None:
+    """Fill in the shape of elements.
+
+    Args:
+        elements: (n, 4) see the constants above.
+        u: (3,) the unknown amounts.
+        ends: (2,) curvatures before the first element and behind the last.
+        limit: Largest curvature.
+        out: Filled in.
+    """
+    extreme, hold, rate = out.extreme, out.hold, out.rate
     n = len(elements)
     for i in range(n):
         which = int(elements[i, UNKNOWN])
@@ -83,11 +116,20 @@ def shape(elements: Floats, u: Floats, ends: Floats, limit: float, extreme: Floa
             rate[i] = rising if rising != 0.0 else side * FLAT
 
 
-@kernel
+@borrowing
 def shoot(
-    elements: Floats, ends: Floats, extreme: Floats, hold: Floats, points: Floats, headings: Floats
+    elements: Floats, ends: Floats, shaped: Shape, points: NDArray[np.complex128], headings: Floats
 ) -> tuple[complex, float, float]:
-    """Displacement, turn and length of the profile; `points` and `headings` receive the pose at each extreme."""
+    """Displacement, turn (rad) and length of a profile.
+
+    Args:
+        elements: (n, 4) see the constants above.
+        ends: (2,) curvatures before the first element and behind the last.
+        shaped: Their shape.
+        points: (n,) where each extreme begins, filled in.
+        headings: (n,) the heading there (rad), filled in.
+    """
+    extreme, hold = shaped.extreme, shaped.hold
     p, heading, length = 0j, 0.0, 0.0
     k, last = ends[0], 1.0
     n = len(elements)
@@ -113,17 +155,27 @@ def shoot(
 
 @kernel
 def solve(elements: Floats, u: Floats, ends: Floats, limit: float, goal: complex, turn: float) -> float:
-    """Length of the profile that leads to `goal` with `turn`, its amounts in `u` (their start on entry); or FAILED."""
+    """Length of the profile that leads to a goal, or FAILED if Newton's method finds none.
+
+    Args:
+        elements: (n, 4) see the constants above.
+        u: (3,) the unknown amounts: where to start, and then the solution.
+        ends: (2,) curvatures before the first element and behind the last.
+        limit: Largest curvature.
+        goal: Seen from the start.
+        turn: By which the whole profile shall turn (rad), full turns included.
+    """
     n = len(elements)
-    extreme, hold, rate = np.empty(n), np.empty(n), np.empty(n)
+    shaped = shape_for(elements)
+    extreme, hold, rate = shaped.extreme, shaped.hold, shaped.rate
     points, headings = np.empty(n, np.complex128), np.empty(n)
     moves, turns = np.empty(3, np.complex128), np.empty(3)
     hope = HOPE * max(1.0, abs(goal) / HOPE_NEAR)
     close = TOLERANCE + 4e-16 * abs(goal)
     last_error, shortened, last_u = math.inf, 0, u.copy()
     for iteration in range(ITERATIONS):
-        shape(elements, u, ends, limit, extreme, hold, rate)
-        p, heading, length = shoot(elements, ends, extreme, hold, points, headings)
+        shape(elements, u, ends, limit, shaped)
+        p, heading, length = shoot(elements, ends, shaped, points, headings)
         off, off_turn = goal - p, turn - heading
         error = abs(off) + abs(off_turn)
         if iteration >= HOPE_FROM and error > hope * (ITERATIONS - iteration):
@@ -148,9 +200,8 @@ def solve(elements: Floats, u: Floats, ends: Floats, limit: float, goal: complex
             added = elements[i, DIRECTION] * rate[i] * elements[i, AMOUNT]
             moves[which] += added * (unit(headings[i]) + extreme[i] * 1j * (p - points[i]))
             turns[which] += added * extreme[i]
-        found, step0, step1, step2 = newton_step(
-            moves[0], moves[1], moves[2], turns[0], turns[1], turns[2], off, off_turn
-        )
+        per_unit, turned = (moves[0], moves[1], moves[2]), (turns[0], turns[1], turns[2])
+        found, step0, step1, step2 = newton_step(per_unit, turned, off, off_turn)
         if not found:
             return FAILED
         u[0] += step0
@@ -161,19 +212,20 @@ def solve(elements: Floats, u: Floats, ends: Floats, limit: float, goal: complex
 
 @kernel
 def newton_step(
-    move0: complex,
-    move1: complex,
-    move2: complex,
-    turn0: float,
-    turn1: float,
-    turn2: float,
-    off: complex,
-    off_turn: float,
+    moves: tuple[complex, complex, complex], turns: tuple[float, float, float], off: complex, off_turn: float
 ) -> tuple[bool, float, float, float]:
-    """Whether there is one, and the step of three amounts towards an end that is `off` and turned by `off_turn`.
+    """A step of Newton's method in three amounts, by Cramer's rule; no amount changes by more than STEP_MAX.
 
-    Per unit of each amount the end moves and turns by so much. No amount changes by more than STEP_MAX.
+    Args:
+        moves: How far the end moves per unit of each amount.
+        turns: By how much it turns (rad).
+        off: From the end to the goal.
+        off_turn: The turn (rad) that the end lacks.
+
+    Returns:
+        Whether there is a step, and the change of each amount.
     """
+    (move0, move1, move2), (turn0, turn1, turn2) = moves, turns
     minor0 = move1.imag * turn2 - move2.imag * turn1
     minor1 = move0.imag * turn2 - move2.imag * turn0
     minor2 = move0.imag * turn1 - move1.imag * turn0

@@ -1,4 +1,7 @@
-"""The shortest ways with cusps: curvature-continuous relatives of the words of Reeds and Shepp.
+"""Compiled: the shortest transitions with cusps, curvature-continuous relatives of the words of Reeds and Shepp.
+
+Reeds and Shepp, "Optimal paths for a car that goes both forwards and backwards", Pacific Journal of Mathematics 145(2),
+1990.
 
 Curvature is continuous between cusps, and may step at a cusp, where the robot stands. A way that begins or ends
 backward has a cusp there, against the forward motion before or after it. Each row below is a pattern of elements (see
@@ -12,10 +15,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from touchline.services.core.angles import TAU
 from touchline.services.core.jit import kernel
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 from touchline.services.planner.steering import cusp_words
-from touchline.services.planner.steering.circles import LIMIT, TAU
+from touchline.services.planner.steering.circles import LIMIT
 from touchline.services.planner.steering.construct import MAX_PIECES, profile_pieces
 from touchline.services.planner.steering.cusp_words import word
 from touchline.services.planner.steering.flat_words import flat_pieces
@@ -28,9 +32,11 @@ from touchline.services.planner.steering.profile import (
     STRAIGHT,
     UNKNOWN,
     shape,
+    shape_for,
     shoot,
     solve,
 )
+from touchline.services.planner.steering.query import Query
 from touchline.services.planner.steering.symmetry import turn_pieces_round, turn_query_round
 
 MAX_CUSPS = 4
@@ -119,88 +125,90 @@ def started(row: int, limit: float, distance: float, u: Floats) -> Floats:
     return elements
 
 
-@kernel
-def shortest_reversing(
-    ends: Floats,
-    goal: complex,
-    turn: float,
-    c: Floats,
-    stretch_min: float,
-    lengths: Floats,
-    ways: Floats,
-    counts: Ints,
-) -> None:
-    """For every number of cusps up to MAX_CUSPS the shortest way from the origin heading along +x.
+class Shortest(NamedTuple):
+    """The shortest way for every number of cusps.
 
-    Fills `lengths` (infinite where there is no way), the pieces `ways` (·, MAX_PIECES, 4) and their numbers `counts`.
-    `ends` are the curvatures at both ends, at most that of the circle `c`, which matter where the way begins or ends
-    forward. No stretch in one direction is shorter than `stretch_min`.
+    Attributes:
+        lengths: (MAX_CUSPS + 1,) infinite where there is no way.
+        ways: (MAX_CUSPS + 1, MAX_PIECES, 4) their pieces.
+        counts: (MAX_CUSPS + 1,) how many these are.
     """
-    lengths[:] = FAILED
-    _shorten(ends, goal, turn, c, stretch_min, False, lengths, ways, counts)
-    other_ends = np.empty(2)
-    other_goal, other_turn = turn_query_round(ends, goal, turn, other_ends)
-    _shorten(other_ends, other_goal, other_turn, c, stretch_min, True, lengths, ways, counts)
+
+    lengths: Floats
+    ways: Floats
+    counts: Ints
 
 
 @kernel
-def _shorten(
-    ends: Floats,
-    goal: complex,
-    turn: float,
-    c: Floats,
-    stretch_min: float,
-    turned_round: bool,
-    lengths: Floats,
-    ways: Floats,
-    counts: Ints,
-) -> None:
+def shortest_reversing(query: Query, stretch_min: float, found: Shortest) -> None:
+    """Fill in for every number of cusps up to MAX_CUSPS the shortest way.
+
+    The curvatures at both ends matter where the way begins or ends forward. No stretch in one direction is shorter than
+    `stretch_min`.
+    """
+    found.lengths[:] = FAILED
+    _shorten(query, stretch_min, False, found)
+    _shorten(turn_query_round(query), stretch_min, True, found)
+
+
+@kernel
+def _shorten(query: Query, stretch_min: float, turned_round: bool, found: Shortest) -> None:
     """Replace what Newton's method, from the rows and the words, finds shorter ways for."""
+    c, lengths = query.circle, found.lengths
     u, pieces = np.empty(3), np.empty((MAX_PIECES, 4))
     for row in range(len(COUNTS)):
-        elements = started(row, c[LIMIT], abs(goal), u)
+        elements = started(row, c[LIMIT], abs(query.goal), u)
         cusps = CUSPS[row]
-        length, n = attempt(elements, u, ends, c[LIMIT], goal, turn, stretch_min, lengths[cusps] - TIE, pieces)
+        length, n = attempt(elements, u, query, stretch_min, lengths[cusps] - TIE, pieces)
         if n:
-            keep(pieces, n, turned_round, ways[cusps])
-            lengths[cusps], counts[cusps] = length, n
+            _keep(pieces, n, length, turned_round, cusps, found)
     for family in range(len(cusp_words.COUNTS)):
         elements = cusp_words.ELEMENTS[family, : cusp_words.COUNTS[family]].copy()
         cusps = cusp_words.CUSPS[family]
         for branch in range(cusp_words.BRANCHES[family]):
-            length = word(family, branch, ends, goal, turn, c, elements, u)
+            length = word(family, branch, query, elements, u)
             if math.isinf(length) or length > lengths[cusps] + WORD_MARGIN:
                 continue
-            n = flat_pieces(elements, u, ends, c, pieces)
+            n = flat_pieces(elements, u, query.ends, c, pieces)
             length = pieces[:n, 0].sum()
-            if n and length < lengths[cusps] - TIE and is_way(pieces, n, ends, stretch_min):
-                keep(pieces, n, turned_round, ways[cusps])
-                lengths[cusps], counts[cusps] = length, n
-            length, n = attempt(elements, u, ends, c[LIMIT], goal, turn, stretch_min, lengths[cusps] - TIE, pieces)
+            if n and length < lengths[cusps] - TIE and is_way(pieces, n, query.ends, stretch_min):
+                _keep(pieces, n, length, turned_round, cusps, found)
+            length, n = attempt(elements, u, query, stretch_min, lengths[cusps] - TIE, pieces)
             if n:
-                keep(pieces, n, turned_round, ways[cusps])
-                lengths[cusps], counts[cusps] = length, n
+                _keep(pieces, n, length, turned_round, cusps, found)
+
+
+@kernel
+def _keep(pieces: Floats, n: int, length: float, turned_round: bool, cusps: int, found: Shortest) -> None:
+    """Take a way as the shortest with so many cusps, the right way round."""
+    way = found.ways[cusps]
+    way[:n] = pieces[:n]
+    if turned_round:
+        turn_pieces_round(way, n)
+    found.lengths[cusps], found.counts[cusps] = length, n
 
 
 @kernel
 def attempt(
-    elements: Floats,
-    u: Floats,
-    ends: Floats,
-    limit: float,
-    goal: complex,
-    turn: float,
-    stretch_min: float,
-    longest: float,
-    pieces: Floats,
+    elements: Floats, u: Floats, query: Query, stretch_min: float, longest: float, pieces: Floats
 ) -> tuple[float, int]:
-    """Length and number of `pieces` of the way that Newton's method reaches from `u`; 0 if none below `longest`."""
+    """The way that Newton's method reaches: its length and number of pieces; FAILED and 0 if there is none.
+
+    Args:
+        elements: (n, 4) with the amounts of fixed bends.
+        u: (3,) the unknown amounts: where to start, and then the solution.
+        query: What is asked.
+        stretch_min: Least length of a stretch in one direction.
+        longest: Only a shorter way counts.
+        pieces: (MAX_PIECES, 4) filled in.
+    """
     n = len(elements)
-    extreme, hold, rate = np.empty(n), np.empty(n), np.empty(n)
+    ends, limit, turn = query.ends, query.circle[LIMIT], query.turn
+    shaped = shape_for(elements)
     points, headings = np.empty(n, np.complex128), np.empty(n)
-    shape(elements, u, ends, limit, extreme, hold, rate)
-    _, intended, _ = shoot(elements, ends, extreme, hold, points, headings)
-    length = solve(elements, u, ends, limit, goal, turn + TAU * round((intended - turn) / TAU))
+    shape(elements, u, ends, limit, shaped)
+    _, intended, _ = shoot(elements, ends, shaped, points, headings)
+    length = solve(elements, u, ends, limit, query.goal, turn + TAU * round((intended - turn) / TAU))
     if length >= longest:
         return FAILED, 0
     count = profile_pieces(elements, u, ends, limit, pieces)
@@ -225,14 +233,6 @@ def meets(pieces: Floats, count: int, ends: Floats) -> bool:
             return False
         direction, curvature = pieces[i, 3], pieces[i, 1] + pieces[i, 2] * pieces[i, 0]
     return bool(direction < 0.0 or abs(curvature - ends[1]) <= STEP)
-
-
-@kernel
-def keep(pieces: Floats, n: int, turned_round: bool, way: Floats) -> None:
-    """Copy the pieces of a way, the right way round."""
-    way[:n] = pieces[:n]
-    if turned_round:
-        turn_pieces_round(way, n)
 
 
 @kernel

@@ -5,16 +5,20 @@ points in the opposite order; what was driven forward still is, what turned left
 begun from both ends. (The other symmetry, the mirror image, needs nothing: every step of the search respects it.)
 """
 
+import numpy as np
+
+from touchline.services.core.arcs import unit
 from touchline.services.core.jit import kernel
 from touchline.services.planner.geometry.clothoid import Floats
-from touchline.services.planner.steering.unit_clothoid import unit
+from touchline.services.planner.steering.query import Query
 
 
 @kernel
-def turn_query_round(ends: Floats, goal: complex, turn: float, other_ends: Floats) -> tuple[complex, float]:
-    """The goal and turn of the query turned round, as seen from its own start; fills in its end curvatures."""
-    other_ends[0], other_ends[1] = -ends[1], -ends[0]
-    return goal * unit(-turn), -turn
+def turn_query_round(query: Query) -> Query:
+    """The query from the goal back to the start."""
+    ends = np.empty(2)
+    ends[0], ends[1] = -query.ends[1], -query.ends[0]
+    return Query(ends, query.goal * unit(-query.turn), -query.turn, query.circle)
 
 
 @kernel

@@ -1,13 +1,15 @@
-"""Clothoids of unit sharpness and arcs, as complex displacements.
+"""Compiled: clothoids of unit sharpness, as complex displacements.
 
-The clothoid from straight to curvature k is g(k) = ∫₀ᵏ exp(iu²/2) du, here by its power series, which up to
-k = √π (a turn by π/2) is exact to rounding.
+The clothoid from straight to curvature k is the Fresnel integral g(k) = ∫₀ᵏ exp(iu²/2) du, here by its power series
+(Abramowitz and Stegun, "Handbook of Mathematical Functions", 7.3.11 and 7.3.13), which up to k = √π (a turn by π/2) is
+exact to rounding.
 """
 
 import math
 
 import numpy as np
 
+from touchline.services.core.arcs import unit
 from touchline.services.core.jit import kernel
 from touchline.services.planner.geometry.clothoid import NODES, PANEL_TURN_RAD, WEIGHTS
 
@@ -15,12 +17,6 @@ CURVATURE_CAP = math.sqrt(math.pi)
 _TERMS = 12
 _COS = np.array([(-1.0) ** m / (math.factorial(2 * m) * (4 * m + 1)) for m in range(_TERMS)])
 _SIN = np.array([(-1.0) ** m / (math.factorial(2 * m + 1) * (4 * m + 3)) for m in range(_TERMS)])
-
-
-@kernel
-def unit(angle: float) -> complex:
-    """The unit vector at `angle` (rad)."""
-    return complex(math.cos(angle), math.sin(angle))
 
 
 @kernel
@@ -37,7 +33,7 @@ def spiral(k: float) -> complex:
 
 @kernel
 def ramp(heading: float, k_from: float, k_to: float) -> tuple[complex, float]:
-    """Displacement and turn along the clothoid from one curvature to another, driven forward."""
+    """Displacement and turn (rad) along the clothoid from one curvature to another, driven forward from a heading."""
     turn = 0.5 * (k_from + k_to) * abs(k_to - k_from)
     if k_to >= k_from:
         return unit(heading - 0.5 * k_from * k_from) * (spiral(k_to) - spiral(k_from)), turn
@@ -59,11 +55,3 @@ def steep_ramp(k_from: float, k_to: float) -> tuple[complex, float]:
             at = (panel + NODES[node]) * h
             move += h * WEIGHTS[node] * unit((k_from + 0.5 * side * at) * at)
     return move, 0.5 * (k_from + k_to) * length
-
-
-@kernel
-def arc(heading: float, k: float, length: float) -> tuple[complex, float]:
-    """Displacement and turn along an arc or a line, driven forward."""
-    half = 0.5 * k * length
-    chord = length * (math.sin(half) / half if half != 0.0 else 1.0)
-    return unit(heading + half) * chord, 2.0 * half

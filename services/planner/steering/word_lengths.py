@@ -9,10 +9,11 @@ import math
 
 import numpy as np
 
+from touchline.services.core.arcs import unit
 from touchline.services.core.jit import kernel
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.steering.circles import circle, shortest_word
-from touchline.services.planner.steering.unit_clothoid import steep_ramp, unit
+from touchline.services.planner.steering.unit_clothoid import steep_ramp
 
 # Columns of a straight pose: position, direction, heading, and the length of the ramp between it and the pose.
 _X, _Y, _COS, _SIN, _HEADING, _RAMP = range(6)
@@ -21,10 +22,15 @@ _X, _Y, _COS, _SIN, _HEADING, _RAMP = range(6)
 def word_lengths(
     starts: Floats, goals: Floats, curvature_max_1pm: float, sharpness_max_1pm2: float, *, turn_weight: float = 1.0
 ) -> Floats:
-    """Lengths (m) (n, m) of the shortest words from every start (n, 4) to every goal (m, 4).
+    """Lengths (m) (n, m) of the shortest words from every start to every goal.
 
-    Words can be chosen and measured by time instead: the length of their turns counts `turn_weight` times, which is the
-    speed on the straight over that in turns; the result divided by the former is seconds.
+    Args:
+        starts: (n, 4) x (m), y (m), heading (rad), curvature (1/m).
+        goals: (m, 4) likewise.
+        curvature_max_1pm: Largest curvature of turns.
+        sharpness_max_1pm2: Largest sharpness.
+        turn_weight: The length of turns counts so many times. With the speed on the straight over that in turns, words
+            are chosen and measured by time: the result divided by the former is seconds.
     """
     root = math.sqrt(sharpness_max_1pm2)
     leaving, reaching = _straight_poses(starts, root, leaving=True), _straight_poses(goals, root, leaving=False)
@@ -70,4 +76,5 @@ def _length(s: Floats, g: Floats, c: Floats, weight: float) -> float:
     x, y = dx * s[_COS] + dy * s[_SIN], dy * s[_COS] - dx * s[_SIN]
     cos, sin = g[_COS] * s[_COS] + g[_SIN] * s[_SIN], g[_SIN] * s[_COS] - g[_COS] * s[_SIN]
     ramps = s[_RAMP] + g[_RAMP]
-    return float(weight * ramps + shortest_word(x, y, cos, sin, g[_HEADING] - s[_HEADING], c, weight))
+    word = shortest_word(complex(x, y), complex(cos, sin), g[_HEADING] - s[_HEADING], c, weight)
+    return float(weight * ramps + word)

@@ -1,5 +1,8 @@
 """The six Dubins words (LSL RSR LSR RSL LRL RLR) for turns of any kind, and the straight line and the single turn.
 
+Dubins, "On curves of minimal length with a constraint on average curvature, and with prescribed initial and terminal
+positions and tangents", American Journal of Mathematics 79(3), 1957. `circles.py` has the same compiled.
+
 Every word is found from the turning centres alone, in the frame of the start pose, with points as complex numbers.
 Words that begin to the right are the mirror image of those that begin to the left.
 Validity (centre distance d, turning circle radius R, Ω_x the forward part of the centre): LSL needs d ≥ 2Ω_x,
@@ -11,10 +14,10 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from touchline.services.core.angles import TAU
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, joined
 from touchline.services.planner.steering.turns import Turn
 
-TAU = 2.0 * math.pi
 # Deflections this close below a full turn are a zero turn blurred by rounding, not a full circle.
 WRAP_RAD = 1e-12
 # A goal this close to straight ahead, or to the single turn's end, is on it.

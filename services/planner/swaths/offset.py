@@ -1,4 +1,4 @@
-"""From what the nozzle shall paint to what the robot's centre shall drive."""
+"""The paths of the axle's middle along which the nozzle paints the template's segments."""
 
 import math
 from collections.abc import Callable

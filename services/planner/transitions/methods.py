@@ -1,7 +1,6 @@
-"""The methods that are shipped, and how long the ways of each take: compiled, for thousands of pairs at once."""
+"""The transition methods that are shipped, each with its pricing: compiled, for thousands of pairs at once."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -10,8 +9,10 @@ from touchline.services.planner.limits import Limits
 from touchline.services.planner.method_choice import Method
 from touchline.services.planner.steering.ccd import ContinuousDubins
 from touchline.services.planner.steering.dubins_padded import PADDING_AFTER_M, PADDING_BEFORE_M, PaddedDubins
+from touchline.services.planner.steering.g2 import Steering
 from touchline.services.planner.steering.method import CurveEnd
 from touchline.services.planner.steering.word_lengths import word_lengths
+from touchline.services.planner.transitions.piece_table import PieceTable
 from touchline.services.planner.transitions.plain_times import PLAIN_PIECES, plain_times
 from touchline.services.planner.transitions.pricing import (
     Priced,
@@ -23,7 +24,7 @@ from touchline.services.planner.transitions.pricing import (
 )
 from touchline.services.planner.transitions.transitions import Ways
 from touchline.services.planner.transitions.way_rows import way_rows
-from touchline.services.planner.transitions.way_times import TRACK_PIECES, way_times
+from touchline.services.planner.transitions.way_times import TRACK_PIECES, TurnRows, way_times
 
 # So many pairs are timed within about 50 ms.
 PART = 3000
@@ -110,19 +111,19 @@ class PaddedPricing:
         paddings = PADDING_AFTER_M, PADDING_BEFORE_M
 
         def timed(pairs: Ints, _closer: bool) -> Priced:
-            pieces, counts = np.zeros((len(pairs), PLAIN_PIECES, 5)), np.zeros(len(pairs), dtype=np.int64)
-            seconds = plain_times(*rows, turns.curvature_1pm, paddings, ways.limits.caps, pairs, pieces, counts)
-            priced = Priced(seconds, pieces, counts)
+            found = PieceTable(np.zeros((len(pairs), PLAIN_PIECES, 5)), np.zeros(len(pairs), dtype=np.int64))
+            seconds = plain_times(rows, turns.curvature_1pm, paddings, ways.limits.caps, pairs, found)
+            priced = Priced(seconds, *found)
             carry_on(ways, ends, begins, pairs, priced)
             return priced
 
         return timed
 
 
-def words_or_hops(rows: tuple[Floats, Floats, Floats, Floats], limits: Limits, pairs: Ints, *, hops: bool) -> Priced:
+def words_or_hops(rows: TurnRows, limits: Limits, pairs: Ints, *, hops: bool) -> Priced:
     """The quickest words, or short hops as well, for pairs (n, 2) of the ends and beginnings of `way_rows`."""
-    pieces, counts = np.zeros((len(pairs), TRACK_PIECES, 5)), np.zeros(len(pairs), dtype=np.int64)
-    return Priced(way_times(*rows, limits.caps, pairs, hops, pieces, counts), pieces, counts)
+    found = PieceTable(np.zeros((len(pairs), TRACK_PIECES, 5)), np.zeros(len(pairs), dtype=np.int64))
+    return Priced(way_times(rows, limits.caps, pairs, hops, found), *found)
 
 
 def padded_rows(ways: Ways, ends: Sequence[CurveEnd], padding_m: float) -> Floats:
@@ -131,7 +132,7 @@ def padded_rows(ways: Ways, ends: Sequence[CurveEnd], padding_m: float) -> Float
     return np.array([(*pose, ways.speed_mps(end)) for pose, end in zip(moved, ends, strict=True)])
 
 
-G2 = Method(lambda limits: replace(Ways.by_time(limits), pricing=SteeredPricing()), by_dynamics=True)
+G2 = Method(lambda limits: Ways.by_time(Steering, limits, SteeredPricing()), by_dynamics=True)
 CCD = Method(lambda limits: Ways.of_one(ContinuousDubins, limits, WordPricing()))
 DUBINS_PADDED = Method(
     lambda limits: Ways.of_one(lambda curvature, _sharpness: PaddedDubins(curvature), limits, PaddedPricing()),

@@ -8,6 +8,7 @@ from touchline.services.planner.geometry.clothoid import Floats, Ints
 from touchline.services.planner.speed.topp import path_time
 from touchline.services.planner.steering.construct import put
 from touchline.services.planner.steering.plain_words import put_plain_word
+from touchline.services.planner.transitions.piece_table import PieceTable
 
 # Columns of an end's row: the pose at the paddings' other end (m, m, rad), and the speed (m/s) on the painted curve.
 SPEED = 3
@@ -17,26 +18,29 @@ PLAIN_PIECES = 5
 
 @kernel
 def plain_times(
-    starts: Floats,
-    goals: Floats,
+    rows: tuple[Floats, Floats],
     curvature: float,
     paddings: tuple[float, float],
     limits: Caps,
     pairs: Ints,
-    tracks: Floats,
-    counts: Ints,
+    found: PieceTable,
 ) -> Floats:
-    """Seconds (n,) of the way of every pair (n, 2) of start and goal; fills its pieces and their number.
+    """Seconds (n,) of the way of every pair (n, 2) of start and goal; fills in its pieces.
 
-    `starts` and `goals` are (ends, 4), `curvature` (1/m) is that of turns, `paddings` (m) are those after and before a
-    segment; `tracks` (n, PLAIN_PIECES, 5) and `counts` (n,).
+    Args:
+        rows: (ends, 4) and (beginnings, 4).
+        curvature: Of turns (1/m).
+        paddings: Straight on after a segment and before one (m).
+        limits: The row of `Limits`.
+        pairs: (n, 2) numbers of an end and a beginning.
+        found: The table of n ways of up to PLAIN_PIECES.
     """
     seconds = np.empty(len(pairs))
     for p in range(len(pairs)):
-        start, goal, pieces = starts[pairs[p, 0]], goals[pairs[p, 1]], tracks[p]
+        start, goal, pieces = rows[0][pairs[p, 0]], rows[1][pairs[p, 1]], found.pieces[p]
         count = put(pieces, 0, paddings[0], 0.0, 0.0, 1.0)
         count = put_plain_word(start, goal, curvature, pieces, count)
         count = put(pieces, count, paddings[1], 0.0, 0.0, 1.0)
-        counts[p] = count
+        found.counts[p] = count
         seconds[p] = path_time(pieces, count, start[SPEED], goal[SPEED], limits)
     return seconds

@@ -1,4 +1,4 @@
-"""What the ways of a method cost: seconds of many at once, for the order in which lines are painted."""
+"""Prices the transitions of a method for ordering: the seconds of many at once."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
+from touchline.services.core.angles import wrapped_all
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 from touchline.services.planner.steering.method import CurveEnd, carried_on
 from touchline.services.planner.steering.plain_words import plain_lengths
@@ -102,10 +103,18 @@ def turn_weight(ways: Ways, turns: Turns) -> float:
 
 
 def carry_on(ways: Ways, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd], pairs: Ints, priced: Priced) -> None:
-    """Where a line or arc carried on leads from an end to a beginning, and is quicker, take that into `priced`."""
+    """Where carrying a line or arc on leads from an end to a beginning, and is quicker, take that into `priced`.
+
+    Args:
+        ways: The transitions of the method in use.
+        ends: Where painted segments end.
+        begins: Where they begin.
+        pairs: (n, 2) numbers of an end and a beginning.
+        priced: The n transitions found so far, changed in place.
+    """
     starts, goals = end_rows(ends)[pairs[:, 0]], end_rows(begins)[pairs[:, 1]]
     apart = (goals[:, 0] - starts[:, 0] + 1j * (goals[:, 1] - starts[:, 1])) * np.exp(-1j * starts[:, 2])
-    turn = np.angle(np.exp(1j * (goals[:, 2] - starts[:, 2])))
+    turn = wrapped_all(goals[:, 2] - starts[:, 2])
     aside = np.abs((apart * np.exp(-0.5j * turn)).imag)
     nearly = (np.abs(goals[:, 3] - starts[:, 3]) <= NEARLY_ON) & (aside <= NEARLY_ON * (1.0 + np.abs(apart)))
     for i in np.flatnonzero(nearly).tolist():

@@ -11,7 +11,6 @@ from touchline.services.planner.geometry.clothoid import Floats, PathPose, Piece
 from touchline.services.planner.limits import TURN_SPEEDS_MPS, Limits
 from touchline.services.planner.speed.topp import path_time
 from touchline.services.planner.steering.ccd import ContinuousDubins
-from touchline.services.planner.steering.g2 import Steering
 from touchline.services.planner.steering.method import CurveEnd, TransitionMethod, before, carried_on
 from touchline.services.planner.transitions.pricing import OneByOne, Pricing
 
@@ -21,6 +20,9 @@ BRAKING_SHARE = 0.98
 FASTEST_SHARE = 0.95
 # What a robot may do beside driving forward.
 REVERSING, SPINNING = "reversing", "spinning"
+
+# Makes a method for a largest curvature (1/m) and sharpness (1/m²).
+MakeMethod = Callable[[float, float], TransitionMethod]
 
 
 class Turns(NamedTuple):
@@ -63,23 +65,27 @@ class Ways:
     pricing: Pricing = field(default_factory=OneByOne)
 
     @classmethod
-    def by_time(cls, limits: Limits) -> "Ways":
-        """With turns made for several speeds, as far as the limits let them differ.
+    def by_time(cls, make: MakeMethod, limits: Limits, pricing: Pricing | None = None) -> "Ways":
+        """With a method's turns made for several speeds, as far as the limits let them differ.
 
         One more is entered at paint speed and tightens while the robot brakes, without a straight to brake before.
         Wheels can do both at once; tyres that slide before that cannot.
+
+        Args:
+            make: Makes the method for a largest curvature (1/m) and sharpness (1/m²).
+            limits: Those of the plan.
+            pricing: The method's own; without one its ways are timed one by one.
         """
         fastest = min(limits.transit_speed_mps, FASTEST_SHARE * limits.drive.max_speed_mps)
         offers = {limits.turn_at(v): v for v in [*(v for v in TURN_SPEEDS_MPS if v < fastest), fastest]}
         if limits.drive_limits_turns:
             painting = limits.paint_speed_mps
             offers.setdefault((limits.turn_at(TURN_SPEEDS_MPS[0])[0], limits.turn_at(painting)[1]), painting)
-        return cls(limits, tuple(Turns(speed, *turn, Steering(*turn)) for turn, speed in offers.items()))
+        turns = tuple(Turns(speed, *turn, make(*turn)) for turn, speed in offers.items())
+        return cls(limits, turns, pricing=pricing or OneByOne())
 
     @classmethod
-    def of_one(
-        cls, make: Callable[[float, float], TransitionMethod], limits: Limits, pricing: Pricing | None = None
-    ) -> "Ways":
+    def of_one(cls, make: MakeMethod, limits: Limits, pricing: Pricing | None = None) -> "Ways":
         """With the turns of one method at the largest curvature and sharpness, whatever the speed.
 
         Args:
@@ -188,10 +194,7 @@ class Ways:
 
         A robot that has to stand anyway gains nothing by wide turns: these are the tightest.
         """
-        method = self.turns[0].method
-        if not isinstance(method, Steering):
-            return []
-        found = method.standing_ways(start, goal, self._room_m(speeds))
+        found = self.turns[0].method.standing_ways(start, goal, self._room_m(speeds))
         return [Way(self.seconds(p, *speeds), PiecePath(start.pose, p)) for p in found if self._may(p)]
 
     def _may(self, pieces: Sequence[Piece]) -> bool:

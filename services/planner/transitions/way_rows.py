@@ -1,4 +1,4 @@
-"""Ends of painted segments as the rows that the kernels of way_times.py take."""
+"""Lays out the ends of painted segments as the rows that the kernels of way_times.py take."""
 
 from collections.abc import Sequence
 
@@ -9,18 +9,18 @@ from touchline.services.planner.steering.ccd import ContinuousDubins
 from touchline.services.planner.steering.circles import LIMIT, circle
 from touchline.services.planner.steering.method import CurveEnd, before
 from touchline.services.planner.transitions.transitions import Turns, Ways, turned_round
-from touchline.services.planner.transitions.way_times import HEADING, X, Y
+from touchline.services.planner.transitions.way_times import HEADING, TurnRows, X, Y
 
 ORIGIN = PathPose(0.0, 0.0, 0.0)
 
 
-def way_rows(ends: Sequence[CurveEnd], begins: Sequence[CurveEnd], ways: Ways) -> tuple[Floats, Floats, Floats, Floats]:
-    """The starts, goals, circles and roots that `way_times` takes."""
+def way_rows(ends: Sequence[CurveEnd], begins: Sequence[CurveEnd], ways: Ways) -> TurnRows:
+    """The rows of these ends and beginnings for all turns on offer."""
     circles = [circle(t.curvature_1pm / t.sharpness_1pm2**0.5) for t in ways.turns]
     roots = np.array([t.sharpness_1pm2**0.5 for t in ways.turns])
     starts = np.array([_rows(ends, ways, *each, leaving=True) for each in zip(ways.turns, circles, strict=True)])
     goals = np.array([_rows(begins, ways, *each, leaving=False) for each in zip(ways.turns, circles, strict=True)])
-    return starts, goals, np.array(circles), roots
+    return TurnRows(starts, goals, np.array(circles), roots)
 
 
 def _rows(ends: Sequence[CurveEnd], ways: Ways, turns: Turns, figures: Floats, *, leaving: bool) -> Floats:

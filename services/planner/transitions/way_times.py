@@ -1,23 +1,27 @@
-"""Compiled: the quickest way from the end of each painted segment to the beginning of each other one, and its time.
+"""Compiled: the quickest transition of each pair of a painted end and a painted beginning, and its time.
 
-For ordering, thousands of ways are timed at once: for each of the turns on offer (tight and slow, wide and fast) the
-shortest way, with the clothoids and straights that lead out of and into painted curves, under the limits of the wheels.
+For ordering, thousands of transitions are timed at once: for each of the turns on offer (tight and slow, wide and fast)
+the shortest, with the clothoids and straights that lead out of and into painted curves, under the limits of the wheels.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
+from touchline.services.core.angles import nearest_turn
+from touchline.services.core.arcs import unit
 from touchline.services.core.arrays import ascending, copy
 from touchline.services.core.jit import kernel
 from touchline.services.planner.drives.caps import Caps
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 from touchline.services.planner.speed.topp import path_time
-from touchline.services.planner.steering.circles import LIMIT, TAU
+from touchline.services.planner.steering.circles import LIMIT
 from touchline.services.planner.steering.construct import MAX_PIECES, forward_pieces, put, put_ramp, word_pieces
 from touchline.services.planner.steering.dubins_bound import least_plain
 from touchline.services.planner.steering.forward import lead_poses
-from touchline.services.planner.steering.unit_clothoid import unit
+from touchline.services.planner.steering.query import Query
+from touchline.services.planner.transitions.piece_table import PieceTable
 
 # Columns of an end's row: pose and curvature (1/m) where the turns begin, speed (m/s) on the painted curve; between
 # both a clothoid from the painted curvature to 0 (or none: 0) at a sharpness (1/m²), and a straight (m).
@@ -28,17 +32,46 @@ SLACK_S = 1e-9
 TRACK_PIECES = MAX_PIECES + 4
 
 
+class TurnFigures(NamedTuple):
+    """One kind of turn: the figures (6,) of its circle (see circles.py), and the square root of its sharpness."""
+
+    circle: Floats
+    root: float
+
+
+class TurnRows(NamedTuple):
+    """Ends and beginnings for every kind of turn.
+
+    Attributes:
+        starts: (turns, ends, columns) where turns begin.
+        goals: (turns, beginnings, columns) where they end.
+        circles: (turns, 6) the figures of the turns' circles.
+        roots: (turns,) the square roots of their sharpness.
+    """
+
+    starts: Floats
+    goals: Floats
+    circles: Floats
+    roots: Floats
+
+
 @kernel
 def way_time(
-    start: Floats, goal: Floats, c: Floats, root: float, limits: Caps, hops: bool, pieces: Floats
+    start: Floats, goal: Floats, turning: TurnFigures, limits: Caps, hops: bool, pieces: Floats
 ) -> tuple[float, int]:
     """Seconds from one painted end to one painted beginning, with one kind of turn, and how many `pieces` it has.
 
-    `hops`: short hops included.
+    Args:
+        start: (columns,) the end.
+        goal: (columns,) the beginning.
+        turning: The kind of turn.
+        limits: The row of `Limits`.
+        hops: Short hops included.
+        pieces: (TRACK_PIECES, 5) filled in.
     """
+    c, root = turning.circle, turning.root
     seen = complex(goal[X] - start[X], goal[Y] - start[Y]) * unit(-start[HEADING]) * root
-    angle = goal[HEADING] - start[HEADING]
-    angle -= TAU * math.floor(angle / TAU + 0.5)
+    angle = nearest_turn(goal[HEADING] - start[HEADING], 0.0)
     ends = np.empty(2)
     ends[0], ends[1] = start[CURVATURE] / root, goal[CURVATURE] / root
     k = start[PAINTED]
@@ -46,7 +79,7 @@ def way_time(
     first = put(pieces, first, start[PAD], 0.0, 0.0, 1.0)
     way = pieces[first:]
     if hops:
-        count = forward_pieces(ends, seen, angle, c, way)
+        count = forward_pieces(Query(ends, seen, angle, c), way)
     else:
         between, angle_between = lead_poses(ends, seen, angle)
         count = put_ramp(way, 0, ends[0], 0.0, 1.0)
@@ -67,6 +100,12 @@ def least_time(start: Floats, goal: Floats, curvature: float, limits: Caps) -> f
     """Seconds: with turns of at most this curvature (1/m), as for `way_time`, no way takes fewer.
 
     It is as long as the plain Dubins path at least, and driven at best as fast as acceleration and transit speed allow.
+
+    Args:
+        start: (columns,) the end.
+        goal: (columns,) the beginning.
+        curvature: 1/m.
+        limits: The row of `Limits`.
     """
     seen = complex(goal[X] - start[X], goal[Y] - start[Y]) * unit(-start[HEADING]) * curvature
     length = least_plain(seen.real, seen.imag, goal[HEADING] - start[HEADING]) / curvature
@@ -82,41 +121,36 @@ def least_time(start: Floats, goal: Floats, curvature: float, limits: Caps) -> f
 
 
 @kernel
-def way_times(
-    starts: Floats,
-    goals: Floats,
-    circles: Floats,
-    roots: Floats,
-    limits: Caps,
-    pairs: Ints,
-    hops: bool,
-    tracks: Floats,
-    counts: Ints,
-) -> Floats:
-    """Seconds (n,) of the quickest way of every pair (n, 2) of start and goal; fills its pieces and their number.
+def way_times(rows: TurnRows, limits: Caps, pairs: Ints, hops: bool, found: PieceTable) -> Floats:
+    """Seconds (n,) of the quickest way of every pair (n, 2) of start and goal; fills in its pieces.
 
-    `starts` and `goals` are (turns, ends, columns), `circles` (turns, 6) and `roots` (turns,) the square roots of their
-    sharpness, `tracks` (n, TRACK_PIECES, 5) and `counts` (n,).
+    Args:
+        rows: Ends and beginnings.
+        limits: The row of `Limits`.
+        pairs: (n, 2) numbers of an end and a beginning.
+        hops: Short hops included.
+        found: The table of n ways of up to TRACK_PIECES.
     """
     pieces, seconds = np.zeros((TRACK_PIECES, 5)), np.full(len(pairs), np.inf)
-    turns = len(circles)
+    turns = len(rows.circles)
     words, least, order = np.zeros(turns), np.zeros(turns), np.empty(turns, np.int64)
     for p in range(len(pairs)):
         a, b = pairs[p, 0], pairs[p, 1]
         if hops:
             # Those first whose words are quick: of the others many need not be looked at then.
             for t in range(turns):
-                start, goal, curvature = starts[t, a], goals[t, b], circles[t, LIMIT] * roots[t]
-                words[t], _ = way_time(start, goal, circles[t], roots[t], limits, False, pieces)
-                least[t] = least_time(start, goal, curvature, limits)
+                start, goal, turning = rows.starts[t, a], rows.goals[t, b], TurnFigures(rows.circles[t], rows.roots[t])
+                words[t], _ = way_time(start, goal, turning, limits, False, pieces)
+                least[t] = least_time(start, goal, turning.circle[LIMIT] * turning.root, limits)
         chosen = turns
         ascending(words, order)
         for k in order:
             if least[k] > seconds[p] + SLACK_S:
                 continue
-            taken, count = way_time(starts[k, a], goals[k, b], circles[k], roots[k], limits, hops, pieces)
+            turning = TurnFigures(rows.circles[k], rows.roots[k])
+            taken, count = way_time(rows.starts[k, a], rows.goals[k, b], turning, limits, hops, pieces)
             if taken < seconds[p] or (taken == seconds[p] and k < chosen):
-                seconds[p], counts[p], chosen = taken, count, int(k)
+                seconds[p], found.counts[p], chosen = taken, count, int(k)
                 for i in range(count):
-                    copy(pieces[i], tracks[p, i])
+                    copy(pieces[i], found.pieces[p, i])
     return seconds

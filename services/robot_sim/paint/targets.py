@@ -26,19 +26,25 @@ class Target(NamedTuple):
 def targets(trajectory: Trajectory, template: Template | None, vehicle: Vehicle) -> list[Target]:
     """Lines to be painted, in the order of the path; lines of the template that the path leaves out come last.
 
-    Without a template the sprayed stretches of the path are taken, moved to the nozzle.
+    The swaths of the template's areas are taken from the path, as far as it has them. Without a template the sprayed
+    stretches of the path are taken, moved to the nozzle.
 
     Raises:
-        ValueError: A sprayed segment of the trajectory is neither a line nor an arc.
+        ValueError: A sprayed segment of the trajectory is neither a line nor an arc; or the trajectory has no swath of
+            an area.
     """
-    sprayed = [
-        Target(segment.id, nozzle_curve(segment, first, last, vehicle))
-        for segment, first, last in sprayed_stretches(trajectory)
-    ]
+    sprayed = list(sprayed_stretches(trajectory))
     if template is None:
-        return sprayed
+        return [Target(segment.id, nozzle_curve(segment, first, last, vehicle)) for segment, first, last in sprayed]
     wanted = {segment.id: Target(segment.id, segment.curve()) for segment in template.segments}
-    ordered = [wanted.pop(target.id) for target in sprayed if target.id in wanted]
+    covered: set[str] = set()
+    for segment in trajectory.path.segments if template.areas else ():
+        if area := template.area_of(segment.id):
+            covered.add(area.id)
+            wanted[segment.id] = Target(segment.id, nozzle_curve(segment, 0.0, segment_length_m(segment), vehicle))
+    if missing := [area.id for area in template.areas if area.id not in covered]:
+        raise ValueError(f'it has no swath of the area "{missing[0]}"')
+    ordered = [wanted.pop(segment.id) for segment, *_ in sprayed if segment.id in wanted]
     return ordered + list(wanted.values())
 
 

@@ -17,9 +17,9 @@ BUMPER: Final = 0
 OPERATOR_LOST: Final = 1
 BATTERY_MAX: Final = 2  # usable share of the charge
 TANK_MAX_L: Final = 3
-BLOCKED: Final = 4  # left, right
-SLIP: Final = 6  # left, right: share of ground speed lost
-TORQUE: Final = 8  # left, right: share of torque left
+BLOCKED: Final = 4  # this and the next ones of each actuator, in the drive's order
+SLIP: Final = 6  # share of ground speed lost
+TORQUE: Final = 8  # share of torque left
 VALVE: Final = 10  # FREE, or the plunger's position
 DISC: Final = 11
 FLOW: Final = 12  # share of the paint that gets through
@@ -33,7 +33,7 @@ GNSS_WHITE_M: Final = 18  # additional, 1σ
 GNSS_HIDDEN_M: Final = 19  # the part of it that the receiver does not admit
 CLOCK_OFFSET_S: Final = 20  # at sim time 0
 CLOCK_DRIFT: Final = 21  # s/s
-# Inertial, magnetic, wheels.
+# Inertial, magnetic, encoders.
 GYRO_BIAS: Final = 22  # about z
 ACCEL_BIAS: Final = 23  # along x
 GYRO_WHITE: Final = 24  # per sample, 1σ
@@ -41,7 +41,7 @@ ACCEL_WHITE: Final = 25
 IMU_STUCK: Final = 26
 FIELD_EAST_T: Final = 27
 FIELD_NORTH_T: Final = 28
-ENCODER_OUT: Final = 29  # left, right
+ENCODER_OUT: Final = 29  # of each actuator
 # Messages: MESSAGES + PER_SENSOR * sensor + what.
 MESSAGES: Final = 31
 LATE_TICKS: Final = 0

@@ -1,0 +1,27 @@
+"""Angles, and how often they have gone round."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.services.core.jit import kernel
+
+TAU = 2.0 * math.pi
+
+
+@kernel
+def wrapped(angle_rad: float) -> float:
+    """The angle in (−π, π], rad."""
+    return math.pi - (math.pi - angle_rad) % TAU
+
+
+@kernel
+def nearest_turn(angle_rad: float, middle_rad: float) -> float:
+    """The angle less whole turns, in [middle − π, middle + π), rad."""
+    return angle_rad - TAU * math.floor((angle_rad - middle_rad) / TAU + 0.5)
+
+
+def wrapped_all(angle_rad: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The angles, rad, in [−π, π]; of any shape."""
+    return np.asarray(np.angle(np.exp(1j * angle_rad)))

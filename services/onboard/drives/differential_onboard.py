@@ -1,0 +1,237 @@
+"""Two driven wheels: a wheel's rim runs at v ∓ ω·b/2 over the ground, with b the track, and by its slip s faster.
+
+Slip is a share of the rim speed: ground speed = ω_wheel·r·(1 − s). The two slips are the drive's states of the filter.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.core.jit import kernel
+from touchline.services.onboard.computer_state import SampleBuffer
+from touchline.services.onboard.drives.onboard_drive import OnboardDrive
+from touchline.services.onboard.filter_model import (
+    IN_ACCEL,
+    IN_ODOMETRY,
+    IN_REFUSED,
+    IN_SMOOTH,
+    ODOMETRY_ERROR,
+    SPEED,
+    YAW_RATE,
+)
+from touchline.services.onboard.interface import ACTUATORS, TICK_S
+from touchline.services.onboard.tracking_state import EFFECT
+from touchline.services.onboard.tracking_state import SPEED as SPEED_NOW
+from touchline.services.onboard.tracking_state import YAW_RATE as YAW_RATE_NOW
+
+Floats = NDArray[np.float64]
+
+STILL_RAD: Final = 1e-4
+"""Wheel angle in a tick below which the wheel stands (1 mm/s)."""
+_ENCODER_FLOOR_MPS = 0.002
+_TRACK_FLOOR = 0.001
+_SMOOTHING = 1.0 / 30.0  # per tick
+_SUDDEN_SHARE = 0.1
+_SUDDEN_MPS = 0.02
+_SLIP_PER_MPS = 0.4  # 1 σ, of a wheel's change of speed in a tick
+_JUMP_TICKS = 10
+_JUMP_VAR = 0.05**2
+_JUMP_FROM_MPS = 0.6  # slip is a share: it explains little of a slow wheel's error
+# Of what the feed-forward makes up for: random slip is within it. A tyre at the end of its grip slips more, and faster
+# wheels would only make it slip more still.
+_SLIP_LIMIT = 0.05
+_LIMIT_SLACK = 1.001
+_TOLERANCE_RADPS = 0.7
+_TOLERANCE_SHARE = 0.4
+
+
+class DifferentialFigures(NamedTuple):
+    """What kernels know of the drive.
+
+    Attributes:
+        radius_m: Nominal, of the wheels.
+        track_m: Between them.
+        half_track_m: Half of that.
+        max_rate_radps: Of a wheel.
+        reach_radps: By which a command may differ from the wheel's speed: a first-order motor accelerates by
+            (command − speed) / lag.
+        encoder_var: Of a rim speed (m/s)².
+        track_share: By which the track is uncertain (1 σ).
+    """
+
+    radius_m: float
+    track_m: float
+    half_track_m: float
+    max_rate_radps: float
+    reach_radps: float
+    encoder_var: float
+    track_share: float
+
+    @kernel
+    def read(self, span: int, buffer: SampleBuffer, row: Floats) -> bool:
+        """Mean rates of the wheels, and the nominal speeds of their rims."""
+        still = True
+        for wheel in range(2):
+            turned = buffer.turned_rad[wheel]
+            still = still and abs(turned) < STILL_RAD * span
+            buffer.measured[wheel] = turned / (span * TICK_S)
+            row[IN_ODOMETRY + wheel] = buffer.measured[wheel] * self.radius_m
+        return still
+
+    @kernel
+    def smooth(self, before: Floats, z: Floats) -> None:
+        """The rim speeds that slip is a share of.
+
+        Taken from the tick's own reading or from the state they would share its noise, and the gain with the
+        innovation: noise would become a bias of the slip. So they are smooth, but keep up with a wheel that changes its
+        speed.
+        """
+        for wheel in range(2):
+            value, last, rim = before[IN_SMOOTH + wheel], before[IN_ODOMETRY + wheel], z[IN_ODOMETRY + wheel]
+            if not math.isnan(last):
+                value += _SMOOTHING * (last - value)
+            if abs(rim - value) > _SUDDEN_SHARE * abs(rim) + _SUDDEN_MPS:
+                value = rim
+            z[IN_SMOOTH + wheel] = value
+
+    @kernel
+    def strain(self, P: Floats, before: Floats, z: Floats) -> None:
+        """Let the slips be as uncertain as wheels that change their speed make them.
+
+        A tyre pushes by slipping: on grass by 1 % and on wet grass by 2 % per m/s², and by far more at the end of its
+        grip, which the robot does not know. That comes and goes as fast as the wheel is sped up. Readings that are
+        rejected again and again are a slip that jumped: taken for outliers they would be rejected until the slip is
+        forgotten. Without the accelerometer nothing but the wheels tells the speed, and their slip cannot be told.
+        """
+        if math.isnan(z[IN_ACCEL]):
+            return
+        for wheel in range(2):
+            i = ODOMETRY_ERROR + wheel
+            change = z[IN_ODOMETRY + wheel] - before[IN_ODOMETRY + wheel]
+            if not math.isnan(change):
+                P[i, i] += (_SLIP_PER_MPS * change) ** 2
+            if z[IN_REFUSED] >= _JUMP_TICKS and abs(z[IN_SMOOTH + wheel]) > _JUMP_FROM_MPS:
+                P[i, i] = max(P[i, i], _JUMP_VAR)
+
+    @kernel
+    def odometry(self, x: Floats, z: Floats, h: Floats) -> tuple[float, float, float]:
+        """Rim speeds: what is over the ground of a wheel is its nominal rim speed less slip."""
+        half = 0.5 * self.track_m
+        left, right = z[IN_ODOMETRY], z[IN_ODOMETRY + 1]
+        over_left, over_right = x[SPEED] - half * x[YAW_RATE], x[SPEED] + half * x[YAW_RATE]
+        h[0, SPEED], h[0, YAW_RATE], h[0, ODOMETRY_ERROR] = 1.0, -half, z[IN_SMOOTH]
+        h[1, SPEED], h[1, YAW_RATE], h[1, ODOMETRY_ERROR + 1] = 1.0, half, z[IN_SMOOTH + 1]
+        y0 = left - z[IN_SMOOTH] * x[ODOMETRY_ERROR] - over_left
+        y1 = right - z[IN_SMOOTH + 1] * x[ODOMETRY_ERROR + 1] - over_right
+        return y0, y1, self.encoder_var + (self.track_share * half * x[YAW_RATE]) ** 2
+
+    @kernel
+    def effective(self, x: Floats, now: Floats) -> None:
+        """The radii of the wheels, slip included [m]."""
+        for wheel in range(2):
+            slip = min(max(x[ODOMETRY_ERROR + wheel], -_SLIP_LIMIT), _SLIP_LIMIT)
+            now[EFFECT + wheel] = self.radius_m * (1.0 - slip)
+
+    @kernel
+    def twist(self, actuators: Floats, now: Floats) -> tuple[float, float]:
+        """V = (v_left + v_right)/2, ω = (v_right − v_left)/b."""
+        left, right = actuators[0] * now[EFFECT], actuators[1] * now[EFFECT + 1]
+        return 0.5 * (left + right), (right - left) / self.track_m
+
+    @kernel
+    def actuators_of(self, speed_mps: float, yaw_rate_radps: float, now: Floats) -> tuple[float, float]:
+        """Each wheel's rate is the speed of the ground beneath it by its radius."""
+        apart = self.half_track_m * yaw_rate_radps
+        return (speed_mps - apart) / now[EFFECT], (speed_mps + apart) / now[EFFECT + 1]
+
+    @kernel
+    def gain(self, actuator: int, now: Floats) -> tuple[float, float]:
+        """Half its radius, and that by half the track: to the right for the left wheel."""
+        speed = 0.5 * now[EFFECT + actuator]
+        return speed, (2 * actuator - 1) * speed / self.half_track_m
+
+    @kernel
+    def command(self, speed_mps: float, yaw_rate_radps: float, now: Floats, actuators: Floats) -> None:
+        """Too fast is scaled down with the curvature kept; too sudden for the wheels is cut off."""
+        half, fastest, reach = self.half_track_m, self.max_rate_radps, self.reach_radps
+        left = (speed_mps - half * yaw_rate_radps) / now[EFFECT]
+        right = (speed_mps + half * yaw_rate_radps) / now[EFFECT + 1]
+        faster = max(abs(left), abs(right))
+        if faster > fastest:
+            left, right = left * fastest / faster, right * fastest / faster
+        left_now = (now[SPEED_NOW] - half * now[YAW_RATE_NOW]) / now[EFFECT]
+        right_now = (now[SPEED_NOW] + half * now[YAW_RATE_NOW]) / now[EFFECT + 1]
+        left = min(max(left, left_now - reach), left_now + reach)
+        right = min(max(right, right_now - reach), right_now + reach)
+        actuators[0], actuators[1] = min(max(left, -fastest), fastest), min(max(right, -fastest), fastest)
+
+
+class OnboardDifferential(OnboardDrive):
+    """The onboard side of a `DifferentialDrive`."""
+
+    def __init__(self, vehicle: Vehicle, track_width_relative: float) -> None:
+        """That of a vehicle."""
+        drive = self._drive = vehicle.drive
+        self.lag_s = drive.motor_time_constant_s
+        lag_s, tick_rad = max(self.lag_s, TICK_S), 2.0 * math.pi / drive.encoder_ticks_per_revolution
+        reach_radps = drive.max_wheel_acceleration_radps2 * lag_s
+        self.figures = DifferentialFigures(
+            drive.wheel_radius_m,
+            drive.track_width_m,
+            drive.half_track_m,
+            drive.max_wheel_speed_radps,
+            reach_radps,
+            (tick_rad * drive.wheel_radius_m / TICK_S) ** 2 / 6.0 + _ENCODER_FLOOR_MPS**2,
+            max(track_width_relative, _TRACK_FLOOR),
+        )
+        self.limit, self.reach = np.full(ACTUATORS, drive.max_wheel_speed_radps), np.full(ACTUATORS, reach_radps)
+        self.lag_share = np.full(ACTUATORS, 1.0 - math.exp(-TICK_S / lag_s))
+        self.max_step = np.full(ACTUATORS, drive.max_wheel_acceleration_radps2 * TICK_S)
+        self.tolerance = np.full(ACTUATORS, _TOLERANCE_RADPS)
+        self.tolerance_share = np.full(ACTUATORS, _TOLERANCE_SHARE)
+        self.disobeyed = tuple(f"the {wheel.name} wheel does not turn as commanded" for wheel in drive.actuators)
+        self.side_slip_rad_per_mps2 = drive.side_slip_rad_per_mps2
+
+    def moves_mps(self, actuators: Floats) -> float:
+        """The faster rim."""
+        return float(np.abs(actuators).max() * self.figures.radius_m)
+
+    def check_curvature(self, name: str, curvature_1pm: float) -> None:
+        """The inner wheel is not to run backward."""
+        half_m = self.figures.half_track_m
+        if abs(curvature_1pm) * half_m > 1.0:
+            raise CommandRefused(
+                f"{name} has a radius of {abs(1 / curvature_1pm):.3f} m, less than half the track "
+                f"({half_m:.3f} m): the inner wheel would have to run backward"
+            )
+
+    def check_speeds(self, speed_mps: Floats, curvature_1pm: Floats, name: Callable[[int], str]) -> None:
+        """The outer wheel has a limit."""
+        rim_mps = speed_mps * (1.0 + np.abs(curvature_1pm) * self.figures.half_track_m)
+        worst = int(np.argmax(rim_mps))
+        if rim_mps[worst] > self._drive.max_speed_mps * _LIMIT_SLACK:
+            raise CommandRefused(
+                f"{name(worst)}: {speed_mps[worst]:.2f} m/s at curvature {curvature_1pm[worst]:.3f} 1/m "
+                f"{self._needs(rim_mps[worst])}"
+            )
+
+    def check_spin(self, name: str, rate_radps: float) -> None:
+        """Both wheels have a limit."""
+        rim_mps = rate_radps * self.figures.half_track_m
+        if rim_mps > self._drive.max_speed_mps * _LIMIT_SLACK:
+            raise CommandRefused(f"{name}: turning on the spot at {rate_radps:.2f} rad/s {self._needs(rim_mps)}")
+
+    def _needs(self, rim_mps: float) -> str:
+        wheel_radps, limit_radps = rim_mps / self.figures.radius_m, self.figures.max_rate_radps
+        return f"needs a wheel speed of {wheel_radps:.2f} rad/s; the limit is {limit_radps:.2f} rad/s"
+
+    def spin_acceleration_radps2(self) -> float:
+        """With the planned acceleration at the wheels."""
+        return float(self._drive.max_acceleration_mps2 / self.figures.half_track_m)

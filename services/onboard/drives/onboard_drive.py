@@ -1,0 +1,194 @@
+"""The onboard side of a drive: twist to actuators, and encoder readings to odometry.
+
+Kernels take the figures of a drive, a named tuple; the class of that tuple has the kernels below, so that code is
+compiled for the drive at hand (`touchline.services.core.jit.kernel_of_class`). Actuators and their encoders are in the
+order of `DriveSpec.actuators`; there are at most ACTUATORS of them. `now` is that of `tracking_state`.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.plugins import DRIVES
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.core.jit import kernel_of_class
+from touchline.services.onboard.computer_state import SampleBuffer
+
+Floats = NDArray[np.float64]
+
+
+class OnboardDrive(ABC):
+    """What is asked of a drive outside of kernels.
+
+    Attributes:
+        figures: For kernels.
+        lag_s: Time constant with which the actuators follow their commands.
+        limit: (ACTUATORS,) largest absolute commands.
+        reach: (ACTUATORS,) by how much a command may differ from what its actuator does.
+        lag_share: (ACTUATORS,) share of the way to its command that an actuator makes in a tick.
+        max_step: (ACTUATORS,) by how much it changes in a tick at most.
+        tolerance: (ACTUATORS,) by how much it may differ from what is expected of it, or by `tolerance_share` of that.
+        tolerance_share: See `tolerance`.
+        disobeyed: For people, what is wrong if an actuator does not follow its command.
+        side_slip_rad_per_mps2: Sideways slip angle per lateral acceleration.
+    """
+
+    figures: Any
+    lag_s: float
+    limit: Floats
+    reach: Floats
+    lag_share: Floats
+    max_step: Floats
+    tolerance: Floats
+    tolerance_share: Floats
+    disobeyed: tuple[str, ...]
+    side_slip_rad_per_mps2: float
+
+    @abstractmethod
+    def __init__(self, vehicle: Vehicle, track_width_relative: float) -> None:
+        """That of a vehicle; the share by which its track, or whatever tells its yaw rate, is uncertain (1 σ)."""
+
+    @abstractmethod
+    def moves_mps(self, actuators: Floats) -> float:
+        """How fast anything that touches the ground moves by these commands (ACTUATORS,)."""
+
+    @abstractmethod
+    def check_curvature(self, name: str, curvature_1pm: float) -> None:
+        """See whether a segment of this curvature can be driven.
+
+        Raises:
+            CommandRefused: It cannot; `name` says which segment it is.
+        """
+
+    @abstractmethod
+    def check_speeds(self, speed_mps: Floats, curvature_1pm: Floats, name: Callable[[int], str]) -> None:
+        """See whether segments (n,) of these curvatures can be driven so fast.
+
+        Raises:
+            CommandRefused: One cannot; `name` says which, by its index.
+        """
+
+    @abstractmethod
+    def check_spin(self, name: str, rate_radps: float) -> None:
+        """See whether the vehicle can turn on the spot so fast.
+
+        Raises:
+            CommandRefused: It cannot; `name` says which segment it is.
+        """
+
+    @abstractmethod
+    def spin_acceleration_radps2(self) -> float:
+        """With which it turns on the spot."""
+
+
+def drive_of(vehicle: Vehicle, track_width_relative: float = 0.0) -> OnboardDrive:
+    """The onboard side of a vehicle's drive.
+
+    Raises:
+        CommandRefused: The robot's computer knows no such drive.
+    """
+    part = DRIVES.find(vehicle.drive.kind).part("onboard")
+    if part is None:
+        raise CommandRefused(f"the robot's computer cannot drive a {vehicle.drive.kind}: that kind has no onboard part")
+    drive: OnboardDrive = part(vehicle, track_width_relative)
+    return drive
+
+
+@kernel_of_class
+def read(figures: Any, span: int, buffer: SampleBuffer, row: Floats) -> bool:
+    """Turn what the encoders have turned since their last sample into odometry.
+
+    Args:
+        figures: Of the drive.
+        span: Ticks since then.
+        buffer: With the newest angles, and what has been `turned_rad`; `measured` is filled in: what each actuator
+            does, in the unit of its command.
+        row: (INPUTS,) of `filter_model`: the two numbers from IN_ODOMETRY on are filled in.
+
+    Returns:
+        Whether nothing moves.
+    """
+    raise NotImplementedError
+
+
+@kernel_of_class
+def smooth(figures: Any, before: Floats, z: Floats) -> None:
+    """Fill in what the errors of odometry are a share of: the two numbers from IN_SMOOTH on.
+
+    Args:
+        figures: Of the drive.
+        before: (INPUTS,) of the tick before.
+        z: (INPUTS,) of this tick.
+    """
+    raise NotImplementedError
+
+
+@kernel_of_class
+def strain(figures: Any, P: Floats, before: Floats, z: Floats) -> None:
+    """Let the errors of odometry be as uncertain as what the drive does makes them.
+
+    Args:
+        figures: Of the drive.
+        P: (STATES, STATES) predicted covariance, updated.
+        before: (INPUTS,) of the tick before.
+        z: (INPUTS,) of this tick.
+    """
+    raise NotImplementedError
+
+
+@kernel_of_class
+def odometry(figures: Any, x: Floats, z: Floats, h: Floats) -> tuple[float, float, float]:
+    """The two measurements of a tick's odometry.
+
+    Args:
+        figures: Of the drive.
+        x: (STATES,) predicted.
+        z: (INPUTS,) of the tick.
+        h: (2, STATES) zeros; the Jacobian of the measurements is filled in.
+
+    Returns:
+        Both innovations [m/s], and the variance of each [m²/s²].
+    """
+    raise NotImplementedError
+
+
+@kernel_of_class
+def effective(figures: Any, x: Floats, now: Floats) -> None:
+    """Fill in what converts actuators and twist into each other: the two numbers from EFFECT on.
+
+    Args:
+        figures: Of the drive.
+        x: (STATES,) the estimate.
+        now: (NOW,) of `tracking_state`.
+    """
+    raise NotImplementedError
+
+
+@kernel_of_class
+def twist(figures: Any, actuators: Floats, now: Floats) -> tuple[float, float]:
+    """Speed [m/s] and yaw rate [rad/s] that actuators (ACTUATORS,) stand for, by what is effective `now` (NOW,)."""
+    raise NotImplementedError
+
+
+@kernel_of_class
+def actuators_of(figures: Any, speed_mps: float, yaw_rate_radps: float, now: Floats) -> tuple[float, float]:
+    """What the actuators are to do for a twist, whatever their limits; the inverse of `twist`."""
+    raise NotImplementedError
+
+
+@kernel_of_class
+def gain(figures: Any, actuator: int, now: Floats) -> tuple[float, float]:
+    """What a unit of one actuator adds to speed [m/s] and yaw rate [rad/s]; the derivative of `twist`."""
+    raise NotImplementedError
+
+
+@kernel_of_class
+def command(figures: Any, speed_mps: float, yaw_rate_radps: float, now: Floats, actuators: Floats) -> None:
+    """Fill in the `actuators` (ACTUATORS,) for a wanted twist, within their limits and within reach of what they do."""
+    raise NotImplementedError

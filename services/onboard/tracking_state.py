@@ -1,0 +1,17 @@
+"""What the follower is told about the present: the layout of `now` (NOW,)."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from touchline.services.onboard.interface import ACTUATORS
+
+LATERAL: Final = 0  # drive's origin to the robot's left of the path [m]
+HEADING_ERROR: Final = 1  # rad, robot less path
+NOZZLE_LATERAL: Final = 2  # nozzle left of its own path [m]
+SPEED: Final = 3
+YAW_RATE: Final = 4
+REFERENCE_SPEED: Final = 5  # of the robot, negative when it reverses
+EFFECT: Final = 6  # two numbers by which the drive converts actuators and twist into each other
+COMMAND: Final = 8  # of the actuators, in force during the last tick
+NOW: Final = COMMAND + ACTUATORS

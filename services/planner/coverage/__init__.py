@@ -1,0 +1,1 @@
+"""Areas that are painted solid, as swaths at the tool's width."""

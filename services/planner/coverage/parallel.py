@@ -1,0 +1,116 @@
+"""Area method `parallel`: straight swaths side by side, there and back, over a polygon with holes.
+
+Across the swaths the area is cut into bands, at most as high as the tool is wide. The swath in the middle of a band
+leads from where the area's part in the band begins to where it ends, so that all of the part is covered; where a hole
+or a bay parts the band from edge to edge, there is a swath on either side. As every place along a swath has some of the
+area within its band, nothing that is covered lies further than the tool's width outside the area, and no swath further
+than half of it: slanted ends are stepped outward, never inward.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+
+import numpy as np
+import shapely
+
+from touchline.schemas.curves import Curve
+from touchline.schemas.template import Area
+from touchline.services.planner.geometry.clothoid import Floats
+
+# What reaches into a band by less (m) is rounding at an edge along the swaths.
+HAIR_M = 1e-6
+# A shorter swath (m) is lengthened about its middle: a template's lines are longer.
+SHORTEST_M = 0.02
+# Without an angle, swaths along the longest edges are compared, as many as these; angles that differ by less (rad) are
+# one.
+DIRECTIONS, SAME_RAD = 24, 1e-6
+
+# A swath in the turned frame, in which swaths lie along x: from, to, and at which y (m).
+Span = tuple[float, float, float]
+
+
+def parallel(area: Area, width_m: float) -> list[Curve]:
+    """Swaths at the area's angle; if it has none, at the angle of that edge along which they are fewest.
+
+    Of angles with as many swaths, that with the shortest ones is taken.
+
+    Args:
+        area: In the map frame.
+        width_m: What the tool covers across its way (m): swaths lie no further apart.
+    """
+    angles = [math.radians(area.angle_deg)] if area.angle_deg is not None else _edge_angles(area)
+    offers = [(angle, spans(area.polygon, angle, width_m)) for angle in angles]
+    angle, chosen = min(offers, key=lambda offer: (len(offer[1]), sum(abs(b - a) for a, b, _ in offer[1])))
+    return [_swath(span, angle) for span in chosen]
+
+
+def spans(polygon: shapely.Polygon, angle_rad: float, width_m: float) -> list[Span]:
+    """The swaths over a polygon (m, map frame) at an angle, in the frame that is turned by the angle; there and back.
+
+    Args:
+        polygon: May have holes.
+        angle_rad: Direction of the swaths, counter-clockwise from +x of the map frame.
+        width_m: What the tool covers across its way (m).
+    """
+    turned = shapely.transform(polygon, lambda points: _turned(points, -angle_rad))
+    left, low, right, high = turned.bounds
+    count = max(1, math.ceil((high - low) / width_m - HAIR_M))
+    # The outer swaths lie half a width inside, or all of it that there is; bands meet half-way between swaths.
+    inset = 0.5 * min(width_m, high - low)
+    levels = np.linspace(low + inset, high - inset, count) if count > 1 else np.array([0.5 * (low + high)])
+    borders = np.concatenate(([low], 0.5 * (levels[1:] + levels[:-1]), [high]))
+    sides = np.full(count, left - 1.0), np.full(count, right + 1.0)
+    bands = shapely.box(sides[0], borders[:-1] + HAIR_M, sides[1], borders[1:] - HAIR_M)
+    found: list[Span] = []
+    for index, (level, part) in enumerate(zip(levels.tolist(), shapely.intersection(turned, bands), strict=True)):
+        row = [_long_enough(a, b, level) for a, b in _extents(part)]
+        found += row if index % 2 == 0 else [(b, a, y) for a, b, y in reversed(row)]
+    return found
+
+
+def _extents(part: shapely.Geometry) -> list[tuple[float, float]]:
+    """From where to where along x the pieces of a geometry reach, ascending; those that overlap are one."""
+    pieces = shapely.get_parts(part)
+    bounds = sorted((a, b) for a, _, b, _ in shapely.bounds(pieces[shapely.area(pieces) > 0.0]).tolist())
+    merged: list[tuple[float, float]] = []
+    for a, b in bounds:
+        if merged and a <= merged[-1][1]:
+            merged[-1] = (merged[-1][0], max(merged[-1][1], b))
+        else:
+            merged.append((a, b))
+    return merged
+
+
+def _long_enough(a: float, b: float, y: float) -> Span:
+    short = max(SHORTEST_M - (b - a), 0.0)
+    return a - 0.5 * short, b + 0.5 * short, y
+
+
+def _edge_angles(area: Area) -> list[float]:
+    """Directions (rad, in [0, π)) of the longest edges, each once, the longest first."""
+    edges = sorted(_edges(area), key=abs, reverse=True)
+    angles: list[float] = []
+    for edge in edges:
+        angle = math.atan2(edge.imag, edge.real) % math.pi
+        if all(abs(math.remainder(angle - known, math.pi)) > SAME_RAD for known in angles):
+            angles.append(angle)
+    return angles[:DIRECTIONS]
+
+
+def _edges(area: Area) -> Iterator[complex]:
+    for ring in (area.outline, *area.holes):
+        yield from (complex(*b) - complex(*a) for a, b in pairwise((*ring, ring[0])))
+
+
+def _turned(points: Floats, angle_rad: float) -> Floats:
+    """Points (n, 2), turned about the origin."""
+    cos, sin = math.cos(angle_rad), math.sin(angle_rad)
+    return np.column_stack((cos * points[:, 0] - sin * points[:, 1], sin * points[:, 0] + cos * points[:, 1]))
+
+
+def _swath(span: Span, angle_rad: float) -> Curve:
+    """The swath in the map frame."""
+    a, b, y = span
+    ends: Sequence[list[float]] = _turned(np.array(((a, y), (b, y))), angle_rad).tolist()
+    return Curve.from_line((ends[0][0], ends[0][1]), (ends[1][0], ends[1][1]))

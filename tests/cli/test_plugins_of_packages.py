@@ -1,0 +1,154 @@
+"""Plug-ins of installed packages: the page's own example is installed, listed, planned and driven with."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from touchline.schemas import entry_points
+from touchline.schemas.plugins import BrokenPlugin, Plugin, Registry
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "docs" / "plugins.md").read_text(encoding="utf-8")
+LAWN = {
+    "name": "lawn",
+    "segments": [{"id": "edge", "line": {"start": [0, 2], "end": [3, 2]}}],
+    "areas": [{"id": "lawn", "outline": [[0, 0], [2, 0], [2, 0.36], [0, 0.36]]}],
+}
+
+
+def install(folder: Path, name: str, points: dict[str, dict[str, str]], files: dict[str, str]) -> Path:
+    """A package as an installer leaves it."""
+    for path, text in files.items():
+        (folder / path).parent.mkdir(parents=True, exist_ok=True)
+        (folder / path).write_text(text, encoding="utf-8")
+    info = folder / f"{name.replace('-', '_')}-0.1.dist-info"
+    info.mkdir(parents=True)
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 0.1\n", encoding="utf-8")
+    sections = (f"[{group}]\n" + "".join(f"{k} = {v}\n" for k, v in each.items()) for group, each in points.items())
+    (info / "entry_points.txt").write_text("\n".join(sections), encoding="utf-8")
+    return folder
+
+
+@pytest.fixture
+def example(tmp_path: Path) -> Path:
+    """The package of the page."""
+    blocks = re.findall(r"```(?:toml|python)\n# ([\w/.]+)\n(.*?)```", PAGE, re.S)
+    files = dict(blocks)
+    project = tomllib.loads(files.pop("pyproject.toml"))["project"]
+    assert len(files) == 4
+    return install(tmp_path / "site", project["name"], project["entry-points"], files)
+
+
+def touchline(site: Path, *arguments: str, cwd: Path | None = None) -> "subprocess.CompletedProcess[str]":
+    paths = os.pathsep.join((str(ROOT / "src"), str(site)))
+    environment = {**os.environ, "PYTHONPATH": paths, "COLUMNS": "300", "NO_COLOR": "1", "TERM": "dumb"}
+    command = [sys.executable, "-m", "touchline", *arguments]
+    return subprocess.run(command, env=environment, cwd=cwd, capture_output=True, text=True, check=False, timeout=600)
+
+
+@pytest.mark.timeout(900)
+def test_the_pages_package_is_listed_and_paints(example: Path, tmp_path: Path) -> None:
+    told = " ".join(touchline(example, "simulate", "--help").stdout.replace("│", " ").split())
+    for words in ("gentle: turns of twice the radius", "there: rows, all the same way", "careful: pursuit that"):
+        assert words in told
+    (tmp_path / "lawn.json").write_text(json.dumps(LAWN), encoding="utf-8")
+    chosen = ("--method", "gentle", "--area-method", "there", "--follower", "careful")
+    done = touchline(example, "simulate", "lawn.json", *chosen, "--json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "warning" not in done.stderr
+    figures = json.loads(done.stdout)
+    assert figures["success"]
+    assert {each["id"] for each in figures["segments"]} == {"edge", "lawn#1", "lawn#2", "lawn#3"}
+
+
+def test_a_broken_package_is_told_in_a_line_and_left_out(example: Path, tmp_path: Path) -> None:
+    points = {
+        "touchline.transition_methods": {
+            "absent": "nowhere:METHOD",
+            "bare": "odd_turns:NUMBER",
+            "gentle": "odd_turns:PLUGIN",
+            "late": "odd_turns:LATE",
+        }
+    }
+    lines = (
+        "from touchline.schemas.plugins import Plugin",
+        "NUMBER, PLUGIN, LATE = 3, Plugin('', 1), Plugin('late', 'odd_turns:NO')\n",
+    )
+    install(example, "odd-turns", points, {"odd_turns.py": "\n".join(lines)})
+    shown = touchline(example, "plan", "--help")
+    assert shown.returncode == 0
+    assert "gentle: turns of twice the radius" in " ".join(shown.stdout.replace("│", " ").split())
+    assert "absent" not in shown.stdout
+    warnings = shown.stderr.splitlines()
+    assert len(warnings) == 3
+    for line, name, problem in zip(
+        warnings,
+        ("absent", "bare", "gentle"),
+        ("ModuleNotFoundError: No module named 'nowhere'", "names a int", "of that name already"),
+        strict=True,
+    ):
+        assert line.startswith(f'warning: the transition method "{name}" of the package odd-turns 0.1 is left out: ')
+        assert problem in line
+    planned = touchline(example, "plan", "study-square", "--method", "late")
+    assert planned.returncode == 2
+    assert planned.stderr.splitlines()[-1].startswith(
+        'error: importing the transition method "late" of the package odd-turns 0.1 fails with AttributeError'
+    )
+    assert "Traceback" not in planned.stderr
+
+
+def offered(monkeypatch: pytest.MonkeyPatch, *found: entry_points.Offer) -> list[str]:
+    """Let registries find these; which groups were looked for."""
+    asked: list[str] = []
+
+    def offers(group: str) -> list[entry_points.Offer]:
+        asked.append(group)
+        return list(found)
+
+    monkeypatch.setattr("touchline.schemas.plugins.offers", offers)
+    return asked
+
+
+def test_packages_are_looked_for_once_and_only_if_need_be(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = offered(monkeypatch, entry_points.Offer("theirs", "p 1", lambda: Plugin("theirs", 2.0)))
+    registry: Registry[float] = Registry("shade of grey")
+    registry.register("ours", "shipped", 1.0)
+    assert registry.default == "ours"
+    assert (registry.find("ours"), asked) == (1.0, [])
+    assert registry.find("theirs") == 2.0
+    assert registry.names() == ("ours", "theirs")
+    assert asked == ["touchline.shade_of_greys"]
+
+
+def test_whatever_an_import_does_the_others_are_there(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def leaves() -> object:
+        raise SystemExit("enough")
+
+    def fails() -> object:
+        raise ZeroDivisionError("by\nzero")
+
+    asked = offered(
+        monkeypatch,
+        entry_points.Offer("a", "p 1", leaves),
+        entry_points.Offer("b", "p 1", fails),
+        entry_points.Offer("c d", "p 1", lambda: Plugin("", 1.0)),
+        entry_points.Offer("e", "p 1", lambda: Plugin("fine", "math:tau")),
+        entry_points.Offer("f", "p 1", lambda: Plugin("gone", "math:no")),
+    )
+    registry: Registry[float] = Registry("number")
+    assert registry.names() == ("e", "f")
+    assert len(asked) == 1
+    lines = capsys.readouterr().err.splitlines()
+    assert [line.split('"')[1] for line in lines] == ["a", "b", "c d"]
+    assert "ZeroDivisionError: by zero; mend or uninstall the package" in lines[1]
+    assert registry.find("e") > 6.0
+    with pytest.raises(BrokenPlugin, match='importing the number "f" of the package p 1 fails with AttributeError'):
+        registry.find("f")
