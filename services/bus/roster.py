@@ -1,5 +1,6 @@
 """Which robots there are on the bus, whoever they are: found by the liveliness tokens of all namespaces."""
 
+import math
 import time
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Final
@@ -17,12 +18,12 @@ if TYPE_CHECKING:
 MOST_ROBOTS: Final = 256
 _COUNTED: Final = 16_384
 _TIMEOUT_S: Final = 1.0
-_EVERY_S: Final = 0.5
+_EVERY_S: Final = 0.2
 _POLL_S: Final = 0.005
 
 
 class Roster:
-    """The namespaces of the bus and the processes in each, counted anew every half second by :meth:`poll`."""
+    """The namespaces of the bus and the processes in each, counted anew five times a second by :meth:`poll`."""
 
     def __init__(self, session: zenoh.Session) -> None:
         """Nothing is known yet; use :meth:`touchline.services.bus.Bus.roster`."""
@@ -30,15 +31,16 @@ class Roster:
         self._nodes: dict[str, set[str]] = {}
         self._counting: dict[str, set[str]] = {}
         self._replies: LivelinessReplies | None = None
-        self._due_s = 0.0
-        self.counts = 0
-        """How often all were counted."""
+        self._due_s = self._begun_s = 0.0
+        self.counted_s = -math.inf
+        """When (monotonic) the last count began that is done."""
 
     def poll(self) -> None:
         """Go on counting; never waits."""
         if self._replies is None:
             if time.monotonic() < self._due_s:
                 return
+            self._begun_s = time.monotonic()
             channel: handlers.FifoChannel[zenoh.Reply] = handlers.FifoChannel(_COUNTED)
             self._replies = self._session.liveliness().get(EVERY_TOKEN, channel, timeout=_TIMEOUT_S)
             self._counting = {}
@@ -48,8 +50,7 @@ class Roster:
                     self._note(str(reply.ok.key_expr))
         except zenoh.ZError:  # the channel is closed: everybody has had their say
             self._replies, self._nodes = None, self._counting
-            self._due_s = time.monotonic() + _EVERY_S
-            self.counts += 1
+            self._due_s, self.counted_s = time.monotonic() + _EVERY_S, self._begun_s
 
     def robots(self, nodes: Iterable[str]) -> tuple[str, ...]:
         """Namespaces in which there is a process of one of these names, sorted, as of the last count."""
@@ -57,9 +58,9 @@ class Roster:
         return tuple(sorted(name for name, there in self._nodes.items() if wanted & there)[:MOST_ROBOTS])
 
     def look(self, nodes: Iterable[str], seconds: float = 0.0) -> tuple[str, ...]:
-        """As :meth:`robots`, after having looked once, and for so long: who joins learns of the others by and by."""
-        deadline = time.monotonic() + seconds
-        while time.monotonic() < deadline or not self.counts:
+        """As :meth:`robots`, by a count that begins after so long: who joins a bus learns of the others by and by."""
+        least_s = time.monotonic() + seconds
+        while self.counted_s < least_s:
             self.poll()
             time.sleep(_POLL_S)
         return self.robots(nodes)

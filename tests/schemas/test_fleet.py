@@ -10,6 +10,8 @@ from touchline.schemas.fleet import Fleet
 from touchline.schemas.scenario import MAX_SEED
 from touchline.schemas.setup import Setup
 
+NARROW = {"drive": {"kind": "differential", "track_width_m": 0.45}}
+WIDEST = {"drive": {"kind": "differential", "track_width_m": 99}}
 SHIPPED = Path(__file__).parents[2] / "examples" / "three-robots.json"
 
 
@@ -30,8 +32,8 @@ def test_parts_are_given_in_place_or_by_the_name_of_a_file_beside_it(tmp_path):
     path = written(
         tmp_path,
         {"namespace": "r1", "vehicle": "narrow.json", "scenario": {"seed": 4}, "seed": 7},
-        {"namespace": "club/r2", "vehicle": {"track_width_m": 0.45}, "scenario": "wet.json", "onboard": "pure.json"},
-        narrow={"track_width_m": 0.45},
+        {"namespace": "club/r2", "vehicle": NARROW, "scenario": "wet.json", "onboard": "pure.json"},
+        narrow=NARROW,
         wet={"ground": {"surface": "wet-grass"}, "seed": 5},
         pure={"follower": "pure-pursuit"},
     )
@@ -53,7 +55,7 @@ def test_parts_are_given_in_place_or_by_the_name_of_a_file_beside_it(tmp_path):
         ([{"namespace": "r1"}, {"namespace": "r1"}], r"robots\[1\]\.namespace is 'r1', as is an earlier one's"),
         ([{"namespace": "r1", "sed": 1}], r"robots\[0\]\.sed is not a known field"),
         ([{"namespace": "r1", "seed": -1}], r"robots\[0\]\.seed is -1"),
-        ([{"namespace": "r1", "vehicle": {"track_width_m": 99}}], r"robots\[0\]\.vehicle\.track_width_m is 99"),
+        ([{"namespace": "r1", "vehicle": WIDEST}], r"robots\[0\]\.vehicle\.drive\.track_width_m is 99"),
         ([{"namespace": "r1", "vehicle": "absent.json"}], r"absent\.json.*cannot be read"),
         ([{"namespace": "r1", "vehicle": "broken.json"}], r"broken\.json: drive\.track_width_m is 99"),
         ([{"namespace": "r1", "scenario": {"follower": "mpc"}}], r"robots\[0\]\.scenario.*follower"),
@@ -62,7 +64,7 @@ def test_parts_are_given_in_place_or_by_the_name_of_a_file_beside_it(tmp_path):
 )
 def test_what_is_wrong_is_told_with_file_field_and_remedy(tmp_path, robots, told):
     with pytest.raises(SpecError, match=told):
-        Fleet.read(written(tmp_path, *robots, broken={"track_width_m": 99}))
+        Fleet.read(written(tmp_path, *robots, broken=WIDEST))
 
 
 def test_a_fleet_survives_being_written(tmp_path):

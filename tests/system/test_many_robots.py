@@ -44,8 +44,8 @@ TEMPLATE = """{"name": "two-lines", "segments": [
 FLEET = """{"robots": [
     {"namespace": "r1", "seed": 11, "onboard": {"follower": "pure-pursuit"}},
     {"namespace": "club/r2", "seed": 12, "vehicle": "narrow.json", "onboard": {"follower": "pure-pursuit"}},
-    {"namespace": "r3", "seed": 13, "vehicle": {"name": "wide", "track_width_m": 0.6},
-     "onboard": {"follower": "pure-pursuit"}}
+    {"namespace": "r3", "seed": 13, "onboard": {"follower": "pure-pursuit"},
+     "vehicle": {"name": "wide", "drive": {"kind": "differential", "track_width_m": 0.6}}}
 ]}"""
 ROBOTS = ("r1", "club/r2", "r3")
 
@@ -54,7 +54,7 @@ ROBOTS = ("r1", "club/r2", "r3")
 def fleet(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Three robots of different seeds and vehicles."""
     folder = tmp_path_factory.mktemp("fleet")
-    (folder / "narrow.json").write_text('{"name": "narrow", "track_width_m": 0.45}')
+    (folder / "narrow.json").write_text('{"name": "narrow", "drive": {"kind": "differential", "track_width_m": 0.45}}')
     (folder / "robots.json").write_text(FLEET)
     (folder / "template.json").write_text(TEMPLATE)
     return folder / "robots.json"
