@@ -19,6 +19,7 @@ from touchline.schemas.spec import parse
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.cli.commands import app
 from touchline.services.onboard.control import Ask, PurePursuitFollower, make_follower
+from touchline.services.onboard.control.follower import BodyTwist
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.method_choice import Method, method_of
 from touchline.services.planner.plan import ways_of
@@ -34,9 +35,9 @@ class Dawdler(PurePursuitFollower):
 
     name = "dawdler"
 
-    def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> tuple[float, float]:
-        left, right = super().step(now, ahead)
-        return 0.999 * left, 0.999 * right
+    def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> BodyTwist:
+        speed_mps, yaw_rate_radps, _ = super().step(now, ahead)
+        return BodyTwist(0.999 * speed_mps, 0.999 * yaw_rate_radps)
 
 
 class Outsider:
@@ -51,7 +52,7 @@ class Outsider:
     def reset(self) -> None:
         self._inner.reset()
 
-    def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> tuple[float, float]:
+    def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> BodyTwist:
         return self._inner.step(now, ahead)
 
 

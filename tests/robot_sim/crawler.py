@@ -13,6 +13,7 @@ from contextlib import contextmanager
 import numpy as np
 from numpy.typing import NDArray
 
+from tests.onboard.drum_onboard import OnboardDrum
 from tests.planner.drum_drive import DrumDrive, PlannedDrum
 from touchline.schemas.plugins import DRIVES, KindParts
 from touchline.schemas.scenario import Scenario
@@ -67,8 +68,9 @@ class DrumInWorld(WorldDrive):
 
 @contextmanager
 def registered() -> Iterator[None]:
-    """With the kind `drum` among the drives, that can be planned for and emulated."""
-    DRIVES.register("drum", "a driven drum and a steered wheel", KindParts(DrumDrive, PlannedDrum, DrumInWorld))
+    """With the kind `drum` among the drives, that can be planned for, driven and emulated."""
+    parts = KindParts(DrumDrive, planner=PlannedDrum, onboard=OnboardDrum, world=DrumInWorld)
+    DRIVES.register("drum", "a driven drum and a steered wheel", parts)
     try:
         yield
     finally:

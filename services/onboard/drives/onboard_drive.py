@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.schemas.errors import CommandRefused
-from touchline.schemas.plugins import DRIVES
+from touchline.schemas.plugins import DRIVES, part_for
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel_of_class
 from touchline.services.onboard.computer_state import SampleBuffer
@@ -91,12 +90,9 @@ def drive_of(vehicle: Vehicle, track_width_relative: float = 0.0) -> OnboardDriv
     """The onboard side of a vehicle's drive.
 
     Raises:
-        CommandRefused: The robot's computer knows no such drive.
+        SpecError: The robot's computer knows no such drive.
     """
-    part = DRIVES.find(vehicle.drive.kind).part("onboard")
-    if part is None:
-        raise CommandRefused(f"the robot's computer cannot drive a {vehicle.drive.kind}: that kind has no onboard part")
-    drive: OnboardDrive = part(vehicle, track_width_relative)
+    drive: OnboardDrive = part_for(DRIVES, vehicle.drive.kind, "onboard")(vehicle, track_width_relative)
     return drive
 
 
