@@ -8,7 +8,7 @@ from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.trajectories import assemble, segment, velocity
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.computer import Onboard
-from touchline.services.onboard.interface import GnssSample, ImuSample, MagSample, SensorFrame
+from touchline.services.onboard.interface import TICKS_PER_S, GnssSample, ImuSample, MagSample, SensorFrame
 
 _TICKS = 90
 
@@ -20,10 +20,10 @@ def warm_up(vehicle: Vehicle | None = None, config: OnboardConfig | None = None)
     onboard.load(straight(vehicle))
     onboard.start()
     for tick in range(1, _TICKS):
-        fix = GnssSample((tick - 11) / 100, 0.0, 0.0, 1e-4, 3, 20, 0.0)
+        fix = GnssSample((tick - 11) / TICKS_PER_S, 0.0, 0.0, 1e-4, 3, 20, 0.0)
         fixes = (fix,) if tick % 10 == 1 and tick > 11 else ()
         imu, mag = ImuSample(0.0, 0.0, 0.0, 0.0, 0.0, 9.81), MagSample(0.0, 1.7e-5, -4.8e-5)
-        onboard.step(SensorFrame(tick, tick / 100, imu, mag, (0.0, 0.0), fixes))
+        onboard.step(SensorFrame(tick, tick / TICKS_PER_S, imu, mag, (0.0, 0.0), fixes))
 
 
 def straight(vehicle: Vehicle) -> Trajectory:

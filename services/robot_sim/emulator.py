@@ -23,6 +23,7 @@ from touchline.services.onboard.executive.localization_monitor import max_fix_ag
 from touchline.services.onboard.executive.traversal import ABORTED_BY_OPERATOR, EMERGENCY_STOP
 from touchline.services.onboard.interface import (
     STANDSTILL,
+    TICKS_PER_S,
     Checkpoint,
     Command,
     Consistency,
@@ -210,7 +211,7 @@ class Emulator:
     @property
     def time_s(self) -> float:
         """Sim time."""
-        return self.tick_count / 100
+        return self.tick_count / TICKS_PER_S
 
     @property
     def active(self) -> bool:

@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.services.core.angles import wrapped
 from touchline.services.core.jit import kernel
 from touchline.services.onboard.interface import Estimate
 from touchline.services.robot_sim.world.world import TruePose
@@ -33,7 +34,7 @@ def enter_error(
     if sums[COUNT] == 0.0 and abs(speed_mps) < MOVING_MPS:
         return
     east, north, turn = estimate[0] - truth[0], estimate[1] - truth[1], estimate[2] - truth[2]
-    turn = math.pi - (math.pi - turn) % (2.0 * math.pi)
+    turn = wrapped(turn)
     sums[COUNT] += 1.0
     sums[POSITION] += east * east + north * north
     sums[HEADING] += turn * turn

@@ -13,13 +13,12 @@ from touchline.schemas import faults as f
 from touchline.schemas.errors import CommandRefused, SpecError
 from touchline.schemas.messages import Event
 from touchline.schemas.vehicles import DriveSpec
-from touchline.services.onboard.interface import OnboardEvent
+from touchline.services.onboard.interface import TICKS_PER_S, OnboardEvent
 from touchline.services.robot_sim.sensors.gnss import FIX_NAMES
 from touchline.services.robot_sim.world import effects as e
 
 MAX_FAULTS: Final = 1000
 _NEVER: Final = 1 << 60
-_TICKS_PER_S = 100
 
 
 class _Entry(NamedTuple):
@@ -100,8 +99,8 @@ class FaultTimeline:
 
     def _add(self, fault: f.Fault, from_tick: int, source: str, place: str) -> None:
         actuators = self._numbers(fault, source, place)
-        first = from_tick + round(fault.start_s * _TICKS_PER_S) + 1
-        last = math.inf if fault.duration_s is None else first + max(round(fault.duration_s * _TICKS_PER_S), 1) - 1
+        first = from_tick + round(fault.start_s * TICKS_PER_S) + 1
+        last = math.inf if fault.duration_s is None else first + max(round(fault.duration_s * TICKS_PER_S), 1) - 1
         self._entries.append(_Entry(first, last, fault, actuators))
         self._next_change = min(self._next_change, first)
 
@@ -123,7 +122,7 @@ class FaultTimeline:
 
 def _apply(entry: _Entry, effects: NDArray[np.float64]) -> None:
     """Add one acting fault to `effects`."""
-    fault, start_s = entry.fault, (entry.first_tick - 1) / _TICKS_PER_S
+    fault, start_s = entry.fault, (entry.first_tick - 1) / TICKS_PER_S
     match fault:
         case f.GnssOutage() | f.GnssDegraded() | f.CorrectionsLost() | f.GnssWrongFix() | f.GnssNoisy() | f.ClockSkew():
             _apply_gnss(fault, start_s, effects)
@@ -223,4 +222,4 @@ def _apply_body(fault: f.Fault, effects: NDArray[np.float64]) -> None:
 
 def _ticks(seconds: float) -> float:
     """Whole ticks, at least one for anything above zero."""
-    return float(max(round(seconds * _TICKS_PER_S), 1)) if seconds > 0.0 else 0.0
+    return float(max(round(seconds * TICKS_PER_S), 1)) if seconds > 0.0 else 0.0

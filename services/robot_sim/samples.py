@@ -14,7 +14,7 @@ from touchline.schemas.layout import Records
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.topics import Topic
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard.interface import ACCEL, ANGLES, GYRO, MAG
+from touchline.services.onboard.interface import ACCEL, ANGLES, GYRO, MAG, TICKS_PER_S
 from touchline.services.robot_sim import layouts, tick_log
 from touchline.services.robot_sim.packing import Payload, gnss, stamp
 from touchline.services.robot_sim.sensors.gnss import GnssReport, unpack
@@ -68,7 +68,7 @@ class Samples:
         self._angles = slice(tick_log.READINGS + ANGLES, tick_log.READINGS + ANGLES + count)
         self._commanded = slice(tick_log.COMMANDED, tick_log.COMMANDED + count)
         noise = scenario.effective().imu
-        gyro, accel = (noise.gyro_density_radps_rthz**2) * 100.0, (noise.accel_density_mps2_rthz**2) * 100.0
+        gyro, accel = (noise.gyro_density_radps_rthz**2) * TICKS_PER_S, (noise.accel_density_mps2_rthz**2) * TICKS_PER_S
         imu = layouts.IMU.pack(
             *_NO_STAMP, *_NO_ORIENTATION, *_NO_VECTOR, *_diagonal(gyro), *_NO_VECTOR, *_diagonal(accel)
         )
@@ -136,7 +136,7 @@ class Samples:
         """
         before = (encoders[:, tick_log.MEASURED + 2].astype(np.int64) - 1) % len(self._history)
         angles = encoders[:, self._angles]
-        rates: Floats = (angles - self._history[before, ANGLES : ANGLES + angles.shape[1]]) * 100.0
+        rates: Floats = (angles - self._history[before, ANGLES : ANGLES + angles.shape[1]]) * TICKS_PER_S
         return rates
 
     def _of_odometry(self, rows: Rows) -> list[tuple[Topic, list[bytes]]]:

@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.services.core.angles import wrapped
 from touchline.services.core.jit import kernel
 from touchline.services.onboard.drives import onboard_drive
 from touchline.services.onboard.estimation.tail import weighed_variance
-from touchline.services.onboard.estimation.updates import apply, apply_two, two, wrap
+from touchline.services.onboard.estimation.updates import apply, apply_two, two
 from touchline.services.onboard.filter_model import (
     C_ANTENNA_X,
     C_ANTENNA_Y,
@@ -101,7 +102,7 @@ def _odometry(
     for k in range(STATES):
         h[0, k], h[1, k] = 0.0, 0.0
     y0, y1, r = onboard_drive.odometry(drive, x, z, h)
-    uneven = 0.5 * (z[IN_SPAN] - 1.0) * 0.01 * _SPAN_ACCEL_MPS2  # the mean of several ticks is not the last one
+    uneven = 0.5 * (z[IN_SPAN] - 1.0) * TICK_S * _SPAN_ACCEL_MPS2  # the mean of several ticks is not the last one
     r += uneven * uneven
     nis = two(P, h, y0, y1, r)
     z[IN_REFUSED] = z[IN_REFUSED] + 1.0 if nis > GATE_2_DOF else 0.0
@@ -134,7 +135,7 @@ def _disputed(x: Floats, P: Floats, z: Floats, c: Floats, n: Floats, live: bool)
         return False
     if live:
         n[N_GYRO_REJECTED] += 1.0
-    sigma = math.sqrt(P[HEADING, HEADING]) + abs(turn) * 0.01
+    sigma = math.sqrt(P[HEADING, HEADING]) + abs(turn) * TICK_S
     P[HEADING, HEADING] = sigma * sigma
     return True
 
@@ -185,7 +186,7 @@ def measure(
         for k in range(STATES):
             row[k] = 0.0
         row[HEADING], row[MAG_BIAS] = 1.0, 1.0
-        y = wrap(z[IN_MAG] - x[HEADING] - x[MAG_BIAS])
+        y = wrapped(z[IN_MAG] - x[HEADING] - x[MAG_BIAS])
         s = P[HEADING, HEADING] + 2.0 * P[HEADING, MAG_BIAS] + P[MAG_BIAS, MAG_BIAS] + c[C_R_MAG]
         nis = y * y / s
         if live:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,12 +11,6 @@ from touchline.services.onboard.filter_model import (
 )
 
 Floats = NDArray[np.float64]
-
-
-@kernel
-def wrap(angle: float) -> float:
-    """The angle in (−π, π]."""
-    return math.pi - (math.pi - angle) % (2.0 * math.pi)
 
 
 @kernel

@@ -14,6 +14,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.services.core.angles import wrapped
 from touchline.services.core.jit import kernel
 from touchline.services.onboard import tracking_state as tracking
 from touchline.services.onboard.computer_state import Computer, LegState
@@ -169,8 +170,7 @@ def track(computer: Computer, leg: LegArrays, sense: float, mode: int) -> None:
     x, y, theta = _pose(way, sense, piece, s)
     cos, sin = math.cos(theta), math.sin(theta)
     lateral = (north - y) * cos - (east - x) * sin
-    error = heading - theta
-    error = math.pi - (math.pi - error) % (2.0 * math.pi)
+    error = wrapped(heading - theta)
     state.arc_m = s
     state.piece = piece
 

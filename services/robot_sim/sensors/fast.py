@@ -24,7 +24,7 @@ from touchline.services.core.random import (
     normal,
     uniform,
 )
-from touchline.services.onboard.interface import ACTUATORS, ANGLES, GYRO, MAG
+from touchline.services.onboard.interface import ACTUATORS, ANGLES, GYRO, MAG, TICK_S
 from touchline.services.robot_sim.sensors.zones import CENTRE_X, CENTRE_Y, VALUE_1, VALUE_2, distance
 from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world import effects as e
@@ -88,7 +88,7 @@ def switch_on(sensor: Floats, p: Floats, seed: int) -> None:
 def _inertial(
     world: Floats, sensor: Floats, p: Floats, effects: Floats, seed: int, tick: int, readings: Floats
 ) -> None:
-    warmer = p[P_WARMING] * (1.0 - math.exp(-0.01 * tick / p[P_WARMING_TAU]))
+    warmer = p[P_WARMING] * (1.0 - math.exp(-TICK_S * tick / p[P_WARMING_TAU]))
     truth = (
         0.0,
         0.0,

@@ -24,6 +24,7 @@ from touchline.services.core.random import (
     normal,
     uniform,
 )
+from touchline.services.onboard.interface import TICK_S, TICKS_PER_S
 from touchline.services.robot_sim.sensors.zones import VALUE_1, VALUE_2, VALUE_3, distance
 from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world import effects as e
@@ -206,12 +207,12 @@ def _error(gnss: Floats, r: Floats, effects: Floats, axis: int, factor: float, s
     if fix == FLOAT:
         blend = 1.0
         if gnss[G_FELL] > 0.0:
-            blend = 1.0 - math.exp(-(tick - gnss[G_SINCE_TICK]) * 0.01 / _FALLING_TAU_S)
+            blend = 1.0 - math.exp(-(tick - gnss[G_SINCE_TICK]) * TICK_S / _FALLING_TAU_S)
         error += blend * gnss[at + 2]
     elif fix == SINGLE:
         error += gnss[at + 3]
     elif fix == FIXED and axis < 2:
-        error += 0.01 * gnss[G_HELD_TICKS] * r[R_HOLD_DRIFT] * gnss[G_DRIFT_EAST + axis]
+        error += TICK_S * gnss[G_HELD_TICKS] * r[R_HOLD_DRIFT] * gnss[G_DRIFT_EAST + axis]
         error += effects[e.OFFSET_EAST_M + axis]
     return error
 
@@ -223,7 +224,7 @@ def _reported_variance(gnss: Floats, r: Floats, effects: Floats, factor: float) 
     if fix == NONE:
         return UNKNOWN_VARIANCE_M2
     if fix == FIXED:
-        drift = _HELD_ADMITTED * 0.01 * gnss[G_HELD_TICKS] * r[R_HOLD_DRIFT]
+        drift = _HELD_ADMITTED * TICK_S * gnss[G_HELD_TICKS] * r[R_HOLD_DRIFT]
         noise = r[R_WHITE] * factor
         variance = noise * noise + r[R_SIGMA] * r[R_SIGMA] + r[R_SIGMA + 1] * r[R_SIGMA + 1] + drift * drift
     elif effects[e.CLAIMED_M] > 0.0:
@@ -275,7 +276,7 @@ def take(
     _corrections(gnss, r, effects[e.CORRECTIONS_LOST] > 0.0, seed, tick)
     if gnss[G_HELD_TICKS] > 0.0:  # what there is can be held, but nothing better be had than a single position
         best = min(best, max(gnss[G_FIX], SINGLE))
-    if 0.01 * gnss[G_HELD_TICKS] > r[R_HOLD_S]:
+    if TICK_S * gnss[G_HELD_TICKS] > r[R_HOLD_S]:
         best = min(best, SINGLE)
     _solve(gnss, r, best, seed, tick)
     if gnss[G_FIX] > NONE:
@@ -284,7 +285,7 @@ def take(
         vertical = VERTICAL_FACTOR * _error(gnss, r, effects, 2, factor, seed, tick)
         gnss[G_LAST + 2] = world[body.HEIGHT] + z + vertical
     latitude, longitude, altitude = to_geodetic(frame, gnss[G_LAST], gnss[G_LAST + 1], gnss[G_LAST + 2])
-    time_s = tick / 100
+    time_s = tick / TICKS_PER_S
     report[TICK] = tick
     report[STAMP_S] = time_s + effects[e.CLOCK_OFFSET_S] + effects[e.CLOCK_DRIFT] * time_s
     report[LATITUDE], report[LONGITUDE], report[ALTITUDE] = latitude, longitude, altitude
@@ -292,5 +293,5 @@ def take(
     report[VERTICAL_VARIANCE] = report[VARIANCE] * VERTICAL_FACTOR * VERTICAL_FACTOR
     report[FIX] = gnss[G_FIX]
     report[SATELLITES] = math.floor(_SATELLITES[int(gnss[G_FIX])] / math.sqrt(factor))
-    report[CORRECTION_AGE] = (tick - gnss[G_HELD_TICKS]) % 100.0 / 100.0 + 0.01 * gnss[G_HELD_TICKS]
+    report[CORRECTION_AGE] = (tick - gnss[G_HELD_TICKS]) % 100.0 / 100.0 + TICK_S * gnss[G_HELD_TICKS]
     report[EAST], report[NORTH], _ = to_local(frame, latitude, longitude, altitude)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from touchline.services.core.jit import kernel
 from touchline.services.core.random import STREAM_RECEIVER, uniform
-from touchline.services.onboard.interface import ANGLES, GYRO, MAG, READINGS
+from touchline.services.onboard.interface import ANGLES, GYRO, MAG, READINGS, TICKS_PER_S
 from touchline.services.robot_sim.sensors import receiver, transport
 from touchline.services.robot_sim.sensors.fast import measure
 from touchline.services.robot_sim.sensors.receiver import take
@@ -96,8 +96,8 @@ def sense(
         take(world, gnss, r, frame, sky, sky_vertices, effects, seed, tick, report)
         delay, again = way(effects, 0, seed, tick)
         # Between ticks nothing arrives: the latency is rounded up, and jitter is that of whole ticks.
-        arrival = tick + math.ceil(r[receiver.R_LATENCY_S] * 100.0 - 1e-7)
-        arrival += int((r[receiver.R_JITTER_S] * 100.0 + 1.0) * uniform(seed, STREAM_RECEIVER, tick, 3))
+        arrival = tick + math.ceil(r[receiver.R_LATENCY_S] * TICKS_PER_S - 1e-7)
+        arrival += int((r[receiver.R_JITTER_S] * TICKS_PER_S + 1.0) * uniform(seed, STREAM_RECEIVER, tick, 3))
         if delay >= 0:
             post(pending, counts, report, arrival + delay)
         if again >= 0:

@@ -17,6 +17,7 @@ from touchline.services.onboard.interface import (
     MAG,
     READINGS,
     TICK_S,
+    TICKS_PER_S,
     GnssSample,
     ImuSample,
     MagSample,
@@ -108,7 +109,7 @@ class Sensors:
             fixes = tuple(sample for _, sample in pairs)
         return SensorFrame(
             tick,
-            tick / 100,
+            tick / TICKS_PER_S,
             ImuSample(*values[GYRO:MAG]),
             MagSample(*values[MAG:ANGLES]),
             tuple(values[ANGLES:]),
