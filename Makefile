@@ -16,7 +16,7 @@ demo: $(STAMP)
 test: $(STAMP)
 	$(MAKE) --no-print-directory -j 2 lint kernels
 	$(BIN)/python -m pytest -q -n 2 $(PURE)
-	$(BIN)/python -m pytest -q -n 3 --dist loadgroup $(WAITING)
+	$(BIN)/python -m pytest -q -n 2 --dist loadgroup $(WAITING)
 
 lint: $(STAMP)
 	$(BIN)/ruff check .

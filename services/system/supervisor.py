@@ -75,6 +75,8 @@ class Child:
     missing_since: float | None = None
     heartbeat: HeartbeatWatch | None = None
     hangs: bool = False
+    killed: bool = False
+    """Whether its process has been killed, which on a busy machine may take a while to end."""
     log_begin: int = 0
 
     @property
@@ -196,7 +198,7 @@ class Supervisor:
             )
         child.started_at = time.monotonic()
         child.restart_at = child.missing_since = None
-        child.seen = child.hangs = False
+        child.seen = child.hangs = child.killed = False
 
     def _config_of(self, child: Child) -> BusConfig:
         return self._config.of(child.robot) if child.robot else self._config
@@ -209,13 +211,14 @@ class Supervisor:
     def _minded(
         self, child: Child, process: subprocess.Popen[bytes], presences: Mapping[str, Presence] | None, now: float
     ) -> list[Notice]:
-        """Look at a process that runs; kill it if it is of no use any more."""
+        """Look at a process that runs; kill it, once, if it is of no use any more."""
+        if child.killed:
+            return []
         assert child.heartbeat is not None
         heartbeat = child.heartbeat
         heartbeat.look(now)
         if not heartbeat.begun and now - child.started_at > _FIRST_BEAT_S:
-            _kill_group(process)
-            return [child.notice("hung", f"has not begun in {_FIRST_BEAT_S:.0f} s; killed")]
+            return [self._kill(child, process, f"has not begun in {_FIRST_BEAT_S:.0f} s; killed")]
         hung = heartbeat.quiet_s >= HANGS_S
         notices: list[Notice] = []
         if hung and not child.hangs:
@@ -225,14 +228,18 @@ class Supervisor:
             notices.append(child.notice("turns", "turns again"))
         child.hangs = hung
         if heartbeat.quiet_s >= child.patience_s:
-            _kill_group(process)
             text = f"was killed: its loop has not turned for {heartbeat.quiet_s:.0f} s"
-            notices.append(child.notice("hung", text))
+            notices.append(self._kill(child, process, text))
         elif not hung and presences is not None and self._unreachable(child, presences, now):
-            _kill_group(process)
             text = f"was killed: it left the bus {_UNREACHABLE_S:.0f} s ago but still ran"
-            notices.append(child.notice("hung", text))
+            notices.append(self._kill(child, process, text))
         return notices
+
+    @staticmethod
+    def _kill(child: Child, process: subprocess.Popen[bytes], text: str) -> Notice:
+        child.killed = True
+        _kill_group(process)
+        return child.notice("hung", text)
 
     def _unreachable(self, child: Child, presences: Mapping[str, Presence], now: float) -> bool:
         if child.node in presences[self._config_of(child).namespaces[0]].alive():
