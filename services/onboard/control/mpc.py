@@ -4,6 +4,11 @@ Each tick the programme of `mpc_kernel` is built for the way ahead and solved fr
 did and the model did not expect is estimated as constant disturbances, so that a lasting slip or drift leaves no
 lasting offset. If the solver cannot finish within its iteration cap, or the robot is so far off that the tangent model
 says nothing, pure pursuit takes the tick and is counted.
+
+Disturbances for offset-free control: G. Pannocchia and J. B. Rawlings, Disturbance models for offset-free
+model-predictive control, AIChE Journal 49(2), 2003. The solver: D. Arnström, A. Bemporad and D. Axehill, A dual
+active-set solver for embedded quadratic programming using recursive LDLᵀ updates, IEEE Transactions on Automatic
+Control 67(8), 2022.
 """
 
 from __future__ import annotations

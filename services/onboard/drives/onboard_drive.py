@@ -168,23 +168,59 @@ def effective(figures: Any, x: Floats, now: Floats) -> None:
 
 @kernel_of_class
 def twist(figures: Any, actuators: Floats, now: Floats) -> tuple[float, float]:
-    """Speed [m/s] and yaw rate [rad/s] that actuators (ACTUATORS,) stand for, by what is effective `now` (NOW,)."""
+    """The twist that actuators stand for.
+
+    Args:
+        figures: Of the drive.
+        actuators: (ACTUATORS,) in their units.
+        now: (NOW,) with what is effective.
+
+    Returns:
+        Speed [m/s] and yaw rate [rad/s] of the body.
+    """
     raise NotImplementedError
 
 
 @kernel_of_class
 def actuators_of(figures: Any, speed_mps: float, yaw_rate_radps: float, now: Floats) -> tuple[float, float]:
-    """What the actuators are to do for a twist, whatever their limits; the inverse of `twist`."""
+    """What the actuators are to do for a twist, whatever their limits; the inverse of `twist`.
+
+    Args:
+        figures: Of the drive.
+        speed_mps: Of the body.
+        yaw_rate_radps: Of the body.
+        now: (NOW,) with what is effective.
+
+    Returns:
+        For each actuator, in its unit.
+    """
     raise NotImplementedError
 
 
 @kernel_of_class
 def gain(figures: Any, actuator: int, now: Floats) -> tuple[float, float]:
-    """What a unit of one actuator adds to speed [m/s] and yaw rate [rad/s]; the derivative of `twist`."""
+    """What a unit of one actuator adds to the twist: the derivative of `twist`.
+
+    Args:
+        figures: Of the drive.
+        actuator: Its number.
+        now: (NOW,) with what is effective.
+
+    Returns:
+        Of speed [m/s] and of yaw rate [rad/s], per unit.
+    """
     raise NotImplementedError
 
 
 @kernel_of_class
 def command(figures: Any, speed_mps: float, yaw_rate_radps: float, now: Floats, actuators: Floats) -> None:
-    """Fill in the `actuators` (ACTUATORS,) for a wanted twist, within their limits and within reach of what they do."""
+    """The commands for a wanted twist, within the actuators' limits and within reach of what they do.
+
+    Args:
+        figures: Of the drive.
+        speed_mps: Of the body, wanted.
+        yaw_rate_radps: Of the body, wanted.
+        now: (NOW,) with the present twist and what is effective.
+        actuators: (ACTUATORS,) filled in.
+    """
     raise NotImplementedError

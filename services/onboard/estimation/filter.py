@@ -1,4 +1,8 @@
-"""The estimator: starts itself at standstill, then runs the filter's kernel every tick."""
+"""The estimator: starts itself at standstill, then runs the filter's kernel every tick.
+
+It is an extended Kalman filter (Y. Bar-Shalom, X. R. Li and T. Kirubarajan, Estimation with Applications to Tracking
+and Navigation, Wiley 2001, section 10.3), whose states are in `filter_model`; innovations pass χ² gates (section 5.4).
+"""
 
 from __future__ import annotations
 

@@ -200,7 +200,18 @@ def measure(
 
 @kernel
 def fix_rows(x: Floats, fix: Floats, z: Floats, c: Floats, h: Floats) -> tuple[float, float]:
-    """Fill `h` (2, STATES) for a fix of the antenna, whose mast leans with the ground, and return the innovations."""
+    """The measurement of a fix: of the antenna, whose mast leans with the ground, some time after the tick.
+
+    Args:
+        x: (STATES,) of the tick in which the fix is valid.
+        fix: (FIXES,) it.
+        z: (INPUTS,) of that tick.
+        c: (FIGURES,) constants.
+        h: (2, STATES) filled with the Jacobian of east and north.
+
+    Returns:
+        Innovations east and north [m].
+    """
     after = fix[FIX_AFTER]
     heading = x[HEADING] + x[YAW_RATE] * after
     cos, sin = math.cos(heading), math.sin(heading)
@@ -222,6 +233,16 @@ def fix_rows(x: Floats, fix: Floats, z: Floats, c: Floats, h: Floats) -> tuple[f
 
 @kernel
 def use_fix(x: Floats, P: Floats, fix: Floats, z: Floats, c: Floats, h: Floats, g: Floats) -> None:
-    """Take a fix (FIXES,) into the tick with inputs `z` (INPUTS,); `h` (2, STATES), `g` (STATES,) are scratch."""
+    """Take a fix into the tick in which it is valid, with the variance by which it is weighed.
+
+    Args:
+        x: (STATES,) of that tick, updated.
+        P: (STATES, STATES) its covariance, updated.
+        fix: (FIXES,) it.
+        z: (INPUTS,) of that tick.
+        c: (FIGURES,) constants.
+        h: (2, STATES) scratch.
+        g: (STATES,) scratch.
+    """
     y0, y1 = fix_rows(x, fix, z, c, h)
     apply_two(x, P, h, y0, y1, weighed_variance(P, h, y0, y1, fix[FIX_VARIANCE]), g)

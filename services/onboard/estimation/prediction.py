@@ -48,10 +48,17 @@ _SLIP_ANGLE_SHARE = 0.3  # how far the slip angle may be from the assumed one, o
 
 @kernel
 def predict(x: Floats, P: Floats, accel: float, z: Floats, c: Floats) -> None:
-    """One tick ahead, in place, with forward acceleration `accel` [m/s²] and the tick's inputs `z` (INPUTS,).
+    """One tick ahead: x ← f(x, u), P ← F P Fᵀ + Q, with F the Jacobian of f.
 
     Mean speed and yaw rate step first, then the pose integrates them. On a slope gravity pulls across, too: it adds to
     what makes the robot drift, and as the robot turns it comes into the forward accelerometer's bias.
+
+    Args:
+        x: (STATES,) updated; states, units and noise are those of `filter_model`.
+        P: (STATES, STATES) its covariance, updated.
+        accel: Forward acceleration that the accelerometer reads [m/s²].
+        z: (INPUTS,) of the tick.
+        c: (FIGURES,) constants.
     """
     x[SPEED] += (accel - x[ACCEL_BIAS]) * TICK_S
     turn = x[YAW_RATE] * TICK_S

@@ -1,4 +1,8 @@
-"""Scalar and paired measurement updates that keep P symmetric to the bit."""
+"""Scalar and paired measurement updates that keep P symmetric to the bit.
+
+Numbers that are measured at once are processed one after the other, which takes no inverse (sequential Kalman
+filtering: D. Simon, Optimal State Estimation, Wiley 2006, section 6.1).
+"""
 
 from __future__ import annotations
 
@@ -15,7 +19,16 @@ Floats = NDArray[np.float64]
 
 @kernel
 def apply(x: Floats, P: Floats, h: Floats, innovation: float, variance: float, g: Floats) -> None:
-    """Scalar update with row `h`, of which most is zero; `g` (STATES,) is scratch."""
+    """Scalar update: with S = h P hᵀ + r, x ← x + P hᵀ y/S and P ← P − (P hᵀ)(P hᵀ)ᵀ/S.
+
+    Args:
+        x: (STATES,) updated.
+        P: (STATES, STATES) its covariance, updated.
+        h: (STATES,) row of the measurement, of which most is zero.
+        innovation: y, measured less expected.
+        variance: r, of the measurement.
+        g: (STATES,) scratch.
+    """
     s = variance
     for i in range(STATES):
         g[i] = 0.0
@@ -50,7 +63,15 @@ def spread(P: Floats, h: Floats) -> tuple[float, float, float]:
 
 @kernel
 def two(P: Floats, h: Floats, y0: float, y1: float, r: float) -> float:
-    """Normalised innovation squared of two numbers of variance `r` each, measured at once with rows `h` (2, STATES)."""
+    """Normalised innovation squared (NIS) of two numbers that are measured at once: yᵀ (H P Hᵀ + r I)⁻¹ y.
+
+    Args:
+        P: (STATES, STATES) covariance of the state.
+        h: (2, STATES) rows of the measurement.
+        y0: Innovation of the first.
+        y1: Innovation of the second.
+        r: Variance of each.
+    """
     s00, s01, s11 = spread(P, h)
     s00, s11 = s00 + r, s11 + r
     nis: float = (s11 * y0 * y0 - 2.0 * s01 * y0 * y1 + s00 * y1 * y1) / (s00 * s11 - s01 * s01)
@@ -59,7 +80,17 @@ def two(P: Floats, h: Floats, y0: float, y1: float, r: float) -> float:
 
 @kernel
 def apply_two(x: Floats, P: Floats, h: Floats, y0: float, y1: float, r: float, g: Floats) -> None:
-    """Both numbers of a pair, each of variance `r`, in turn; the second innovation is corrected by the first update."""
+    """Both numbers of a pair in turn; the second innovation is corrected by the first update.
+
+    Args:
+        x: (STATES,) updated.
+        P: (STATES, STATES) its covariance, updated.
+        h: (2, STATES) rows of the measurement.
+        y0: Innovation of the first.
+        y1: Innovation of the second.
+        r: Variance of each.
+        g: (STATES,) scratch.
+    """
     before = np.zeros(STATES)
     for i in range(STATES):
         before[i] = x[i]
