@@ -15,7 +15,7 @@ demo: $(STAMP)
 
 test: $(STAMP)
 	$(MAKE) --no-print-directory -j 2 lint kernels
-	$(BIN)/python -m pytest -q -n 2 $(PURE)
+	$(BIN)/python -m pytest -q -n 2 --dist loadgroup $(PURE)
 	$(BIN)/python -m pytest -q -n 2 --dist loadgroup $(WAITING)
 
 lint: $(STAMP)

@@ -25,6 +25,7 @@ from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world.effects import neutral
 from touchline.services.robot_sim.world.world import World
 
+pytestmark = pytest.mark.xdist_group("drum")  # what is compiled for it is not kept on disk
 DRIVE = DrumDrive(max_steering_rate_radps=1e3)
 QUIET = Scenario(noise="none")
 

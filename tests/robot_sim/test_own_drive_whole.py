@@ -10,11 +10,12 @@ from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import PlanOptions, TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicles import NoTool, Vehicle
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import Quiet
 
+pytestmark = pytest.mark.xdist_group("drum")  # what is compiled for it is not kept on disk
 ROLLER = Vehicle(name="roller", drive=DrumDrive(transit_speed_mps=1.2))
 
 
@@ -24,10 +25,10 @@ def drum() -> Iterator[None]:
         yield
 
 
-def painted(follower: str, vehicle: Vehicle = ROLLER, noise: str = "none") -> Emulator:
+def painted(follower: str) -> Emulator:
     template = load_template("study-square")
-    trajectory = plan(template, vehicle, PlanOptions(forward_only=True)).trajectory
-    robot = Emulator(vehicle, Scenario(noise=noise, seed=3), OnboardConfig(follower=follower))
+    trajectory = plan(template, ROLLER, PlanOptions(forward_only=True)).trajectory
+    robot = Emulator(ROLLER, Scenario(noise="none", seed=3), OnboardConfig(follower=follower))
     robot.load(trajectory, template)
     robot.start()
     Quiet(robot).run(200_000)
@@ -56,8 +57,3 @@ def test_tick_by_tick_it_is_the_same() -> None:
     Quiet(robots[1]).run(1000)
     assert robots[0].world.state.tolist() == robots[1].world.state.tolist()
     assert robots[0].onboard.estimate[:5] == robots[1].onboard.estimate[:5]
-
-
-def test_without_a_tool_it_drives_along_the_lines() -> None:
-    robot = painted("pure-pursuit", Vehicle(name="bare", drive=DrumDrive(), tool=NoTool()))
-    assert robot.onboard.status.state == TraversalStatus.DONE

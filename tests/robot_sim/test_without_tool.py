@@ -7,6 +7,7 @@ from touchline.schemas import topics
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import NoTool, Vehicle
 from touchline.services.robot_sim.emulator import Emulator
@@ -48,3 +49,14 @@ def test_there_is_no_tank_to_fill() -> None:
     emulator.tick()
     assert emulator.replace_battery() == (pytest.approx(680.0, abs=0.1), 680.0)
     assert [topic for topic, _ in telemetry.supplies()] == [topics.BATTERY]
+
+
+def test_its_own_computer_drives_along_lines_and_misses_no_paint() -> None:
+    vehicle = Vehicle(tool=NoTool())
+    emulator = Emulator(vehicle, Scenario(noise="none"))
+    emulator.load(trajectory([Curve.from_line((0.0, 0.0), (3.0, 0.0))], [False]))
+    emulator.start()
+    while emulator.active:
+        emulator.tick()
+    assert (emulator.onboard.state, emulator.onboard.status.reason) == (TraversalStatus.DONE, "")
+    assert emulator.world.pose.east_m == pytest.approx(3.0, abs=0.05)
