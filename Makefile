@@ -8,13 +8,13 @@ STAMP := $(VENV)/.installed
 WAITING := tests/system tests/bridge tests/bus tests/tui
 PURE := $(filter-out $(WAITING),$(patsubst %/,%,$(wildcard tests/*/)))
 
-.PHONY: demo test lint kernels bench clean
+.PHONY: demo test lint planner-kernels robot-kernels bench clean
 
 demo: $(STAMP)
 	$(BIN)/touchline demo
 
 test: $(STAMP)
-	$(MAKE) --no-print-directory -j 2 lint kernels
+	$(MAKE) --no-print-directory -j 3 planner-kernels robot-kernels lint
 	$(BIN)/python -m pytest -q -n 2 --dist loadgroup $(PURE)
 	$(BIN)/python -m pytest -q -n 2 --dist loadgroup $(WAITING)
 
@@ -25,9 +25,12 @@ lint: $(STAMP)
 	$(BIN)/lint-imports
 	$(BIN)/python -m tests.house
 
-# Compiled by one process, beside what lint does: two that test would each compile most of them.
-kernels: $(STAMP)
-	$(BIN)/touchline simulate tennis > /dev/null
+# Each kernel is compiled by one process, beside what lint does: two that test would each compile most of them.
+planner-kernels: $(STAMP)
+	$(BIN)/touchline plan tennis > /dev/null
+
+robot-kernels: $(STAMP)
+	$(BIN)/python -c 'from touchline.services.robot_sim.warm_up import warm_up; warm_up()'
 
 bench: $(STAMP)
 	$(BIN)/python -m benchmarks
