@@ -122,7 +122,8 @@ class Kernel(CPUDispatcher):
     def for_types_of(self, arguments: tuple[Any, ...]) -> Callable[..., Any]:
         """The code for arguments of these types, to be called many times with the like.
 
-        It does not look at types any more, which takes as long as a short kernel: give it nothing else.
+        It does not look at types any more, which takes as long as a short kernel: give it nothing else, and
+        arrays of the same layout in memory.
         """
         code: Callable[..., Any] = self.compile(tuple(self.typeof_pyval(argument) for argument in arguments))
         return code

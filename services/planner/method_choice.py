@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
-from touchline.schemas.plugins import METHODS, UnknownPlugin
+from touchline.schemas.plugins import METHODS
+from touchline.services.planner.chosen_plugin import chosen
 
 if TYPE_CHECKING:
     from touchline.services.planner.limits import Limits
@@ -37,10 +37,5 @@ def method_of(options: PlanOptions) -> Method:
     Raises:
         PlanningError: There is no such method.
     """
-    name = options.method or METHODS.default
-    try:
-        found: Method = METHODS.find(name)
-    except UnknownPlugin as error:
-        known = ", ".join(METHODS.names())
-        raise PlanningError("", f'asks for the unknown method "{name}"', f"use one of: {known}") from error
+    found: Method = chosen(METHODS, options.method, "method")
     return found

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from touchline.services.onboard.interface import TICK_S
+from touchline.services.onboard.interface import TICK_S, TICKS_PER_S
 
 LONGEST_SLICE_S: Final = 0.01
 """Commands are looked at this often, also when ticks run as fast as they go."""
@@ -68,3 +68,21 @@ class Pacer:
         if wait_s <= 0.0:
             return 0.0
         return min(max(wait_s, SHORTEST_WAIT_S if self.factor > 1.0 else 0.0), LONGEST_SLICE_S)
+
+
+class RateMeter:
+    """Sim time per wall time, over about the last second."""
+
+    def __init__(self) -> None:
+        """Nothing measured yet."""
+        self.real_time_factor = 0.0
+        self._since = (0.0, 0)
+
+    def note(self, now_s: float, ticks: int) -> None:
+        """Enter the present wall time and tick count."""
+        since_s, since_ticks = self._since
+        if now_s - since_s < 1.0:
+            return
+        if since_s > 0.0:
+            self.real_time_factor = (ticks - since_ticks) / TICKS_PER_S / (now_s - since_s)
+        self._since = (now_s, ticks)

@@ -16,7 +16,7 @@ from touchline.schemas.template import Template
 from touchline.services.bus import HealthReporter
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.frame import CARRIED
-from touchline.services.robot_sim.service import RobotProcess
+from touchline.services.robot_sim.robot_process import RobotProcess
 from touchline.services.robot_sim.telemetry import Telemetry
 
 PLAN = trajectory(

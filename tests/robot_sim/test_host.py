@@ -13,8 +13,8 @@ from touchline.schemas.cdr import encode
 from touchline.schemas.errors import SpecError
 from touchline.schemas.messages import CommandRequest, LoadRequest, SetSpeedRequest, TraversalStatus
 from touchline.services.bus import Bus, HealthReporter
-from touchline.services.robot_sim import service
-from touchline.services.robot_sim.service import RobotHost, RobotProcess
+from touchline.services.robot_sim import robot_process
+from touchline.services.robot_sim.robot_process import RobotHost, RobotProcess
 from touchline.services.robot_sim.together import check_together
 
 ROBOTS = {"r1": {"seed": 1}, "r2": {"seed": 2, "follower": "pure-pursuit"}, "club/r3": {"seed": 3}}
@@ -91,7 +91,7 @@ def test_each_robot_says_what_it_says_alone(rig):
 
 def test_stops_of_all_robots_are_looked_for_amid_the_ticks_of_one(rig, monkeypatch):
     """Each turn may take its slice; a stop waits for no more than a part of it."""
-    monkeypatch.setattr(service, "BESIDE_EVERY_S", 0.0)
+    monkeypatch.setattr(robot_process, "BESIDE_EVERY_S", 0.0)
     here = rig(-1.0)
     here.start("r1")
     here.start("club/r3")
@@ -120,7 +120,7 @@ def test_a_flood_of_requests_to_one_robot_leaves_the_others_their_pace_and_their
         turn = time.monotonic()
         here.host.turn()
         slowest_s = max(slowest_s, time.monotonic() - turn)
-    assert slowest_s < service.WATCHDOG_S
+    assert slowest_s < robot_process.WATCHDOG_S
     assert {name: here.state(name) for name in ROBOTS} == dict.fromkeys(ROBOTS, TraversalStatus.RUNNING)
     asked = time.monotonic()
     here.ask("r2", topics.ESTOP, CommandRequest(request_id="stop"))
@@ -129,8 +129,8 @@ def test_a_flood_of_requests_to_one_robot_leaves_the_others_their_pace_and_their
 
 def test_no_garbage_is_collected_while_any_of_the_robots_drives(rig, monkeypatch):
     collected = []
-    monkeypatch.setattr(service, "give_back", lambda: collected.append(time.monotonic()))
-    monkeypatch.setattr(service, "TIDY_S", 0.0)
+    monkeypatch.setattr(robot_process, "give_back", lambda: collected.append(time.monotonic()))
+    monkeypatch.setattr(robot_process, "TIDY_S", 0.0)
     here = rig(1.0)
     here.turn_until(lambda: collected)
     here.start("r2")

@@ -13,8 +13,8 @@ from touchline.schemas.cdr import decode
 from touchline.schemas.messages import Event, GetPaintResponse, Trajectory, TraversalStatus
 from touchline.schemas.scenario import Origin
 from touchline.services.bus import Bus
+from touchline.services.robot_sim.guards import LinkWatch
 from touchline.services.robot_sim.paint_history import PaintHistory
-from touchline.services.robot_sim.service import LinkWatch
 
 
 def test_a_template_of_another_place_is_refused(bus, operator):

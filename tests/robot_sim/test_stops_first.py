@@ -11,7 +11,7 @@ from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.messages import CommandRequest, TraversalStatus
 from touchline.services.bus import Bus, CallError
-from touchline.services.robot_sim.service import RESET_AFTER_S, WATCHDOG_S, LatchGuard, Watchdog
+from touchline.services.robot_sim.guards import RESET_AFTER_S, WATCHDOG_S, LatchGuard, Watchdog
 
 
 def load(request_id="load"):

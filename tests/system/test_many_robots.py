@@ -35,7 +35,7 @@ from touchline.services.bridge.replay_service import run_replay
 from touchline.services.bus import Bus, BusConfig
 from touchline.services.bus.config import NAMESPACE_VARIABLE
 from touchline.services.bus.ports import free_port
-from touchline.services.robot_sim.service import RESET_AFTER_S
+from touchline.services.robot_sim.guards import RESET_AFTER_S
 from touchline.services.runs.recorded_paint import read_painted
 from touchline.services.runs.simulation import Job, simulate
 

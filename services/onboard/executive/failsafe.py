@@ -222,7 +222,8 @@ class Failsafe:
 
     @fence.setter
     def fence(self, fence: Geofence) -> None:
-        self._fence, self.fence_arrays = fence, FenceArrays(fence.outline, fence.body)
+        self._fence = fence
+        self.fence_arrays = FenceArrays(np.ascontiguousarray(fence.outline), np.ascontiguousarray(fence.body))
         self.findings.fence_margin_m, self.findings.body_radius_m = fence.margin_m, fence.radius_m
 
     def forget(self) -> None:

@@ -131,7 +131,7 @@ def load_trajectory(trajectory: Trajectory, vehicle: Vehicle) -> LoadedTrajector
     ids = [segment.id for segment in segments]
     total_time_s = float(times[-1]) + sum(turn.time_s for turn in turns.values())
     painted = painted_rows(path, switch_m, actuation)
-    ways = [smooth_way(path, leg, painted) for leg in legs]
+    ways = [np.ascontiguousarray(smooth_way(path, leg, painted)) for leg in legs]
     return LoadedTrajectory(path, legs, ways, turns, speeds, times, switch_m, actuation, ids, total, total_time_s)
 
 

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from touchline.schemas.curves import Curve
-from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
-from touchline.schemas.plugins import AREA_METHODS, UnknownPlugin
+from touchline.schemas.plugins import AREA_METHODS
 from touchline.schemas.template import Area
+from touchline.services.planner.chosen_plugin import chosen
 
 
 class AreaMethod(Protocol):
@@ -28,10 +28,5 @@ def area_method_of(options: PlanOptions) -> AreaMethod:
     Raises:
         PlanningError: There is no such method.
     """
-    name = options.area_method or AREA_METHODS.default
-    try:
-        found: AreaMethod = AREA_METHODS.find(name)
-    except UnknownPlugin as error:
-        known = ", ".join(AREA_METHODS.names())
-        raise PlanningError("", f'asks for the unknown area method "{name}"', f"use one of: {known}") from error
+    found: AreaMethod = chosen(AREA_METHODS, options.area_method, "area method")
     return found

@@ -1,0 +1,332 @@
+"""One robot in a process: its loop serves commands, keeps the pace and minds its links; and a host of several."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import Any, Final, Literal, Protocol
+
+from touchline.schemas import messages as m
+from touchline.schemas import topics
+from touchline.schemas.errors import PayloadError
+from touchline.schemas.setup import Setup
+from touchline.services.bus import Bus, HealthReporter, ServedCall
+from touchline.services.bus.calls import Server
+from touchline.services.robot_sim.command_handlers import Commands, Handler
+from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.fast_runner import Quiet
+from touchline.services.robot_sim.guards import WATCHDOG_S, LatchGuard, LinkWatch, Watchdog
+from touchline.services.robot_sim.journal import Journal
+from touchline.services.robot_sim.loading import Loader, Prepared
+from touchline.services.robot_sim.lockstep import Lockstep
+from touchline.services.robot_sim.memory import give_back
+from touchline.services.robot_sim.pace import LONGEST_SLICE_S, Pacer, RateMeter
+from touchline.services.robot_sim.packing import Payload
+from touchline.services.robot_sim.telemetry import Telemetry
+
+SERVED_AT_ONCE: Final = 4
+"""Requests of one service in a turn; the others wait for the next one."""
+HEALTH_EVERY_S: Final = 0.02
+"""How often at most it is looked whether anybody asks how things are."""
+TIDY_S: Final = 10.0
+"""How often cyclic garbage is collected while no robot has anything to do; a collection amid a job could take long."""
+IDLE_S: Final = 0.002
+"""How long at most a turn sleeps while no tick is to come."""
+BESIDE_EVERY_S: Final = 0.001
+"""How often at most, amid the ticks of one robot, the stops of the others are looked for."""
+BRAKING_TICKS: Final = 300
+"""More than enough to come to rest."""
+ClockPolicy = Literal["held", "free"]
+
+
+class Outlet(Protocol):
+    """Where telemetry goes, without the loop having to wait: an `Outbox`."""
+
+    @property
+    def behind(self) -> bool:
+        """Whether so much waits that sim time should not run ahead."""
+
+    @property
+    def dropped(self) -> int:
+        """Messages for which there was no room."""
+
+    @property
+    def restarts(self) -> int:
+        """How often the process that publishes was replaced."""
+
+    def send(self, payloads: Sequence[Payload]) -> None:
+        """Publish, in this order."""
+
+    def turn(self) -> bool:
+        """Called in every turn of the loop; True if all paint has to be told anew."""
+
+
+class RobotHost:
+    """The robots of one process in one loop; call `turn` in a loop."""
+
+    def __init__(self, robots: Sequence[RobotProcess]) -> None:
+        """They take turns from now on."""
+        self._robots = robots
+        self._slice_s = LONGEST_SLICE_S / len(robots)
+        for robot in robots:
+            robot.beside = tuple(other for other in robots if other is not robot)
+
+    def turn(self) -> None:
+        """A turn of each robot, and sleep if nothing is due."""
+        due_s = min([robot.step(self._slice_s) for robot in self._robots])
+        time.sleep(max(0.0, due_s - time.monotonic()))
+
+    def close(self) -> None:
+        """End all runs in good order."""
+        for robot in self._robots:
+            robot.close()
+
+
+class RobotProcess:
+    """The emulator on the bus; call `turn` in a loop, or `step` in that of a `RobotHost`.
+
+    Attributes:
+        beside: The other robots of this process, whose stops are looked for whenever this one's are.
+    """
+
+    def __init__(
+        self,
+        bus: Bus,
+        health: HealthReporter,
+        setup: Setup,
+        outlet: Outlet,
+        *,
+        speed: float,
+        clock: ClockPolicy,
+        journal: Journal | None = None,
+    ) -> None:
+        """Serve at once; nothing moves before a command."""
+        self.beside: tuple[RobotProcess, ...] = ()
+        self._beside_at_s = 0.0
+        ask = Lockstep(bus, self._stop_waits)
+        self._emulator = Emulator(setup.vehicle, setup.scenario, setup.onboard, ask=ask)
+        self._telemetry = Telemetry(self._emulator, report_at_once=False)
+        self._reporting = ThreadPoolExecutor(1, "report")
+        self._report: Future[m.TraversalReport] | None = None
+        self._quiet = Quiet(self._emulator)
+        self._pacer = Pacer(speed, time.monotonic())
+        self._free = clock == "free"
+        self._link = LinkWatch(bus, setup.onboard.link_timeout_s)
+        self._rate = RateMeter()
+        self._watchdog = Watchdog()
+        self._outlet = outlet
+        self._commands = Commands(self._emulator, self._telemetry, self._set_speed, journal)
+        latch = LatchGuard()
+        handlers = self._commands.handlers
+        handlers[topics.ESTOP] = latch.stop(handlers[topics.ESTOP])
+        handlers[topics.RESET] = latch.reset(handlers[topics.RESET])
+        served = [(bus.serve(service), handler) for service, handler in handlers.items()]
+        self._stops = [(server, handler) for server, handler in served if server.service.urgent]
+        self._others = [(server, handler) for server, handler in served if not server.service.urgent]
+        self._loads = [bus.serve(service) for service in self._commands.loads]
+        self._loader = Loader()
+        self._waiting: list[tuple[ServedCall[Any, Any], Handler]] = []
+        self._health, self._told_state, self._health_at_s = health, -1, 0.0
+        self._tidy_at_s = time.monotonic()
+        self._publish([self._telemetry.setup(), *self._telemetry.standing(), *self._commands.take()])
+
+    @property
+    def active(self) -> bool:
+        """Whether a traversal is under way or coming to rest."""
+        return self._emulator.active
+
+    def turn(self) -> None:
+        """Serve what waits, run the ticks that are due (at most 10 ms of them), and sleep if there are none."""
+        time.sleep(max(0.0, self.step(LONGEST_SLICE_S) - time.monotonic()))
+
+    def step(self, slice_s: float) -> float:
+        """Serve what waits and run the ticks that are due; returns until when (monotonic) nothing else is due.
+
+        Args:
+            slice_s: Ticks run for no longer than about this.
+        """
+        self._answer_all_stops(time.monotonic())
+        self._mind_watchdog()
+        self._serve()
+        self._mind_report()
+        self._mind_link()
+        self._mind_outlet()
+        now = time.monotonic()
+        self._rate.note(now, self._emulator.tick_count)
+        self._tell_health()
+        if self._free or self._emulator.active:
+            if not self._held:
+                self._run(self._pacer.due(now), now + slice_s)
+                now = time.monotonic()
+                return now + self._pacer.wait_s(now)
+        else:
+            self._pacer.restart(now)
+            self._tidy(now)
+        return time.monotonic() + IDLE_S
+
+    def close(self) -> None:
+        """End a run in good order: valve closed and the robot braked, whatever the pace."""
+        if self._emulator.onboard.state != m.TraversalStatus.RUNNING:
+            return
+        self._commands.shut_down()
+        self._publish(self._commands.take())
+        for _ in range(BRAKING_TICKS):
+            self._emulator.tick()
+            self._publish(self._commands.note_progress())
+            self._publish(self._telemetry.after_tick())
+
+    @property
+    def _running(self) -> bool:
+        return self._emulator.onboard.state == m.TraversalStatus.RUNNING
+
+    @property
+    def _held(self) -> bool:
+        """Whether sim time stands still until the telemetry so far is on its way; never while the robot is to stop."""
+        return self._pacer.factor < 0.0 and self._running and self._outlet.behind
+
+    def _run(self, ticks: int, until_s: float) -> None:
+        while ticks > 0 and (self._free or self._emulator.active):
+            done = self._quiet.step(self._telemetry.until_due(ticks), self._telemetry.rows)
+            self._publish(self._commands.note_progress())
+            self._publish(self._telemetry.after(done))
+            ticks -= done
+            now = time.monotonic()
+            self._answer_all_stops(now)
+            if now >= until_s:
+                self._pacer.give_back(ticks)
+                return
+
+    def _serve(self) -> None:
+        for server, handler in self._others:
+            for _ in range(SERVED_AT_ONCE):
+                if (call := server.poll()) is None:
+                    break
+                self._answer(call, handler)
+        for server in self._loads:
+            for _ in range(SERVED_AT_ONCE):
+                if (call := server.poll_unread()) is None:
+                    break
+                self._begin_load(call, server)
+        while self._telemetry.ended is None and (prepared := self._loader.poll()) is not None:
+            self._end_load(prepared)
+
+    def _begin_load(self, call: ServedCall[Any, Any], server: Server[Any, Any]) -> None:
+        """Have a load prepared, unless it would be refused whatever is in it: then it is not even read."""
+        load = self._commands.loads[server.service]
+        if problem := self._commands.check_load():
+            call.reply(load.refuse(problem))
+            self._publish(self._commands.take())
+        elif self._loader.busy:
+            call.fail("other plans are being loaded; try again later")
+        else:
+            self._loader.prepare(call, load)
+
+    def _end_load(self, prepared: Prepared) -> None:
+        call, load, ready = prepared
+        if isinstance(ready, PayloadError):
+            call.reject(ready)
+        elif ready is None:
+            call.fail("the robot could not read this plan: a defect; its log has the details")
+        else:
+            response = load.refuse(str(ready)) if isinstance(ready, Exception) else load.take(ready)
+            self._publish(self._commands.take())
+            call.reply(response)
+
+    def _answer(self, call: ServedCall[Any, Any], handler: Handler) -> None:
+        response = handler(call.request)
+        self._publish(self._commands.take())
+        call.reply(response)
+
+    def _stop_waits(self) -> bool:
+        """Whether somebody wants to stop the robot; in the middle of a tick, so it is answered after that."""
+        for server, handler in self._stops:
+            for _ in range(SERVED_AT_ONCE):
+                if (call := server.poll()) is None:
+                    break
+                self._waiting.append((call, handler))
+        return bool(self._waiting)
+
+    def _answer_all_stops(self, now_s: float) -> None:
+        """Those of this robot, and now and then those of the others in this process."""
+        self.answer_stops()
+        if now_s >= self._beside_at_s:
+            self._beside_at_s = now_s + BESIDE_EVERY_S
+            for robot in self.beside:
+                robot.answer_stops()
+
+    def answer_stops(self) -> None:
+        """Carry out what stops this robot; between ticks only."""
+        self._stop_waits()
+        waiting, self._waiting = self._waiting, []
+        for call, handler in waiting:
+            self._answer(call, handler)
+
+    def _tell_health(self) -> None:
+        """Tell how things are, a new state at once: by a way of its own, should the telemetry be held up."""
+        state, now_s = self._emulator.onboard.state, time.monotonic()
+        changed, self._told_state = state != self._told_state, state
+        if not changed and now_s < self._health_at_s:
+            return
+        self._health_at_s = now_s + HEALTH_EVERY_S
+        message = self._emulator.onboard.status.reason or "ok"
+        self._health.poll(self._diagnostics(), message=message, at_once=changed)
+
+    def _mind_report(self) -> None:
+        """Have the report of a traversal that has ended made in a thread, and publish it: nothing is loaded before."""
+        if self._telemetry.ended is None:
+            return
+        if self._report is None:
+            self._report = self._reporting.submit(self._telemetry.ended.final_report)
+        elif self._report.done():
+            self._publish([self._telemetry.conclude(self._report.result())])
+            self._report = None
+
+    def _mind_link(self) -> None:
+        if not self._link.lost(self._running, time.monotonic()):
+            return
+        self._commands.link_lost()
+        self._publish(self._commands.take())
+
+    def _mind_watchdog(self) -> None:
+        missed_s = self._watchdog.missed_s(time.monotonic())
+        if missed_s > WATCHDOG_S and self._running and 0.0 < self._pacer.factor <= 1.0:
+            self._commands.fail_safe(missed_s)
+            self._publish(self._commands.take())
+
+    def _mind_outlet(self) -> None:
+        if self._outlet.turn():
+            self._publish(self._telemetry.all_paint())
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether nothing of this robot would suffer from a pause of the process."""
+        return self._loader.idle and not self._emulator.active
+
+    def _tidy(self, now_s: float) -> None:
+        robots = (self, *self.beside)
+        if now_s > self._tidy_at_s and all(robot.at_rest for robot in robots):
+            for robot in robots:
+                robot._tidy_at_s = now_s + TIDY_S
+            give_back()
+
+    def _set_speed(self, factor: float) -> None:
+        self._pacer.set_factor(factor, time.monotonic())
+
+    def _publish(self, payloads: list[Payload]) -> None:
+        if payloads:
+            self._outlet.send(payloads)
+
+    def _diagnostics(self) -> dict[str, object]:
+        return {
+            "state": self._emulator.onboard.state,
+            "sim_time_s": self._emulator.time_s,
+            "ticks": self._emulator.tick_count,
+            "speed_factor": self._pacer.factor,
+            "real_time_factor": f"{self._rate.real_time_factor:.2f}",
+            "follower_fallbacks": self._emulator.onboard.status.follower_fallbacks,
+            "scenario": self._emulator.scenario.name,
+            "seed": self._emulator.scenario.seed,
+            "telemetry_dropped": self._outlet.dropped,
+            "telemetry_restarts": self._outlet.restarts,
+        }
