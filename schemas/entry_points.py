@@ -1,6 +1,6 @@
 """Plug-ins of other installed packages, as they declare them: entry points of Python's packaging.
 
-See https://packaging.python.org/specifications/entry-points/.
+The format is that of the entry points specification in the Python Packaging User Guide.
 """
 
 import sys
