@@ -10,6 +10,7 @@ import numpy as np
 from benchmarks._data_sheets import data_sheets
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
+from touchline.services.core.constants import GRAVITY_MPS2
 from touchline.services.onboard import filter_model as m
 from touchline.services.onboard.drives.onboard_drive import drive_of
 from touchline.services.onboard.estimation.noise import noise_figures
@@ -102,7 +103,7 @@ class MatchedRobot:
         return SensorFrame(
             self.tick,
             self.tick * TICK_S,
-            ImuSample(0.0, 0.0, gyro, accel, self._accel_bias + self.speed * self.yaw_rate, 9.81),
+            ImuSample(0.0, 0.0, gyro, accel, self._accel_bias + self.speed * self.yaw_rate, GRAVITY_MPS2),
             MagSample(1.7e-5 * math.sin(seen), 1.7e-5 * math.cos(seen), -4.8e-5),
             tuple(self._angles),
             fixes,

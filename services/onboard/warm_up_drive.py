@@ -7,6 +7,7 @@ from touchline.schemas.messages import Actuation, Trajectory
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.trajectories import assemble, segment, velocity
 from touchline.schemas.vehicles import Vehicle
+from touchline.services.core.constants import GRAVITY_MPS2
 from touchline.services.onboard.computer import Onboard
 from touchline.services.onboard.interface import TICKS_PER_S, GnssSample, ImuSample, MagSample, SensorFrame
 
@@ -22,7 +23,7 @@ def warm_up(vehicle: Vehicle | None = None, config: OnboardConfig | None = None)
     for tick in range(1, _TICKS):
         fix = GnssSample((tick - 11) / TICKS_PER_S, 0.0, 0.0, 1e-4, 3, 20, 0.0)
         fixes = (fix,) if tick % 10 == 1 and tick > 11 else ()
-        imu, mag = ImuSample(0.0, 0.0, 0.0, 0.0, 0.0, 9.81), MagSample(0.0, 1.7e-5, -4.8e-5)
+        imu, mag = ImuSample(0.0, 0.0, 0.0, 0.0, 0.0, GRAVITY_MPS2), MagSample(0.0, 1.7e-5, -4.8e-5)
         onboard.step(SensorFrame(tick, tick / TICKS_PER_S, imu, mag, (0.0, 0.0), fixes))
 
 

@@ -25,6 +25,7 @@ from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.trajectories import assemble, segment, turn, velocity
 from touchline.schemas.vehicles import Vehicle
+from touchline.services.core.constants import GRAVITY_MPS2
 from touchline.services.onboard import Onboard
 from touchline.services.onboard.interface import (
     STANDSTILL,
@@ -139,7 +140,7 @@ class Rig:
         imu, rate = self.noise.imu, math.sqrt(1.0 / TICK_S)
         gyro = self.yaw_rate + self.gyro_bias + self.rng.normal(0.0, imu.gyro_density_radps_rthz * rate)
         accel = self.accel + self.accel_bias + self.rng.normal(0.0, imu.accel_density_mps2_rthz * rate)
-        return ImuSample(0.0, 0.0, gyro, accel, self.speed * self.yaw_rate, 9.81)
+        return ImuSample(0.0, 0.0, gyro, accel, self.speed * self.yaw_rate, GRAVITY_MPS2)
 
     def _mag(self) -> MagSample:
         mag = self.noise.magnetometer

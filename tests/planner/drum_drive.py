@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from touchline.schemas.plugins import DRIVES, KindParts
 from touchline.schemas.vehicles import Actuator, DriveSpec, GroundContact, Vehicle
+from touchline.services.core.constants import GRAVITY_MPS2
 from touchline.services.core.jit import kernel
 from touchline.services.planner.drives.planned_drive import ActuatorMotion, PlannedDrive
 
@@ -112,7 +113,7 @@ class PlannedDrum(PlannedDrive):
         raise AssertionError("it never turns on the spot")
 
     def power_w(self, speed_mps: Floats, _yaw_rate_radps: Floats, mass_kg: Floats, step_s: float) -> Floats:
-        force_n = mass_kg * (np.gradient(speed_mps, step_s) + ROLLING * 9.81)
+        force_n = mass_kg * (np.gradient(speed_mps, step_s) + ROLLING * GRAVITY_MPS2)
         return np.maximum(force_n * np.abs(speed_mps), 0.0)
 
 

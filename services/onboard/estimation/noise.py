@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.vehicles import Vehicle
+from touchline.services.core.constants import GRAVITY_MPS2
 from touchline.services.onboard.drives.onboard_drive import OnboardDrive
 from touchline.services.onboard.filter_model import (
     C_ANTENNA_X,
@@ -47,7 +48,6 @@ _GYRO_FLOOR_RADPS = 1e-4
 _MAG_FLOOR_RAD = 0.005
 _GNSS_FLOOR_M = 0.002
 _SLIP_FLOOR = 0.002
-_GRAVITY_MPS2 = 9.81
 _RISE = 0.007  # 1 σ an axis: fields are drained by a fall of 0.5 to 2 %
 _RISE_CHANGE_PM = 0.003**2 / 50.0  # per metre: the fall of a crowned field changes
 _SIDE_FLOOR_MPS2 = 0.02
@@ -76,9 +76,9 @@ def noise_figures(vehicle: Vehicle, config: OnboardConfig, drive_model: OnboardD
     c[C_SLIP_DECAY] = math.exp(-TICK_S / tau)
     c[C_MEAN_SLIP_VAR] = _MEAN_SLIP**2
     c[C_R_MEAN_SLIP] = fast * 2.0 * drive.slip_tau_s * gnss.rate_hz
-    c[C_MAST] = vehicle.body.gnss_antenna_z_m / _GRAVITY_MPS2
-    c[C_RISE_VAR] = (_RISE * _GRAVITY_MPS2) ** 2
-    c[C_Q_RISE] = _RISE_CHANGE_PM * _GRAVITY_MPS2**2
+    c[C_MAST] = vehicle.body.gnss_antenna_z_m / GRAVITY_MPS2
+    c[C_RISE_VAR] = (_RISE * GRAVITY_MPS2) ** 2
+    c[C_Q_RISE] = _RISE_CHANGE_PM * GRAVITY_MPS2**2
     c[C_SIDE_BIAS_VAR] = imu.accel_turn_on_bias_mps2**2 + 1e-6
     c[C_Q_SIDE_BIAS] = c[C_Q_ACCEL_BIAS]
     c[C_R_SIDE] = imu.accel_density_mps2_rthz**2 / TICK_S + _SIDE_FLOOR_MPS2**2

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from touchline.schemas.vehicles import Vehicle
+from touchline.services.core.constants import GRAVITY_MPS2
 from touchline.services.core.jit import kernel
 from touchline.services.planner.drives.planned_drive import ActuatorMotion, PlannedDrive
 from touchline.services.planner.geometry.clothoid import Floats
@@ -15,7 +16,6 @@ RIM_SHARE = 1.0 - 1e-6
 CURVATURE_SHARE = 0.98
 # Of the wheels' acceleration turns at constant speed take this share.
 TURNING_SHARE = 0.8
-GRAVITY_MPS2 = 9.81
 ROLLING_ON_GRASS = 0.06
 
 

@@ -15,6 +15,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.services.core.constants import GRAVITY_MPS2
 from touchline.services.core.jit import kernel
 from touchline.services.core.random import (
     STREAM_ENCODER,
@@ -28,7 +29,6 @@ from touchline.services.onboard.interface import ACTUATORS, ANGLES, GYRO, MAG, T
 from touchline.services.robot_sim.sensors.zones import CENTRE_X, CENTRE_Y, VALUE_1, VALUE_2, distance
 from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world import effects as e
-from touchline.services.robot_sim.world.body import GRAVITY_MPS2
 
 # Sensor state.
 GYRO_BIAS: Final = 0  # x y z

@@ -10,7 +10,6 @@ STEP_S: Final = 0.001
 """Physics step [s]."""
 STEPS: Final = 10
 """Physics steps of one kernel call."""
-GRAVITY_MPS2: Final = 9.80665
 
 # State vector; what the drive has of its own follows from `DRIVE` on.
 EAST: Final = 0
