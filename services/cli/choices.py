@@ -5,6 +5,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Annotated, Literal, TypeVar
 
+import numpy as np
 import typer
 
 from touchline.schemas.errors import SpecError
@@ -81,13 +82,41 @@ class PlanChoice:
         False
     )
 
+    overlap: Annotated[
+        float, typer.Option("--overlap", metavar="M", help="Areas: least overlap of neighbouring lanes, m.")
+    ] = 0.03
+    margin: Annotated[
+        float, typer.Option("--margin", metavar="M", help="Areas: room between the body and all outlines, m.")
+    ] = 0.05
+    laps: Annotated[
+        int, typer.Option("--laps", metavar="N", help="Areas: laps along the outline; -1: as many as it needs.")
+    ] = -1
+    swath_angle: Annotated[
+        float | None,
+        typer.Option(
+            "--swath-angle",
+            metavar="DEGREES",
+            help="Areas: direction of the lanes, degrees counter-clockwise from +x; default: which suits best.",
+            show_default=False,
+        ),
+    ] = None
+    coverage: Annotated[
+        float,
+        typer.Option(
+            "--coverage",
+            metavar="PERCENT",
+            help="Areas: touch up until so much of what can be reached is covered; 0: what is cheap.",
+            show_default=False,
+        ),
+    ] = 0.0
+
     def options(self) -> PlanOptions:
         """The plan request's options.
 
         Raises:
             SpecError: One cannot be meant; it is named as on the command line.
         """
-        for name in ("kappa_max", "sigma_max", "paint_speed", "transit_speed", "drying_time"):
+        for name in ("kappa_max", "sigma_max", "paint_speed", "transit_speed", "drying_time", "overlap", "margin"):
             value = getattr(self, name)
             if not 0 <= value < float("inf"):
                 option = "--" + name.replace("_", "-")
@@ -104,6 +133,11 @@ class PlanChoice:
             drying_time_s=self.drying_time,
             hard_drying=self.hard_drying,
             return_to_start=self.return_to_start,
+            overlap_m=self.overlap,
+            margin_m=self.margin,
+            laps=self.laps,
+            swath_angle_deg=np.array([] if self.swath_angle is None else [self.swath_angle]),
+            coverage_pct=self.coverage,
         )
 
 
