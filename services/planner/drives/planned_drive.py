@@ -57,7 +57,7 @@ class PlannedDrive(ABC):
 
     @abstractmethod
     def least_s(self, length_m: float, turned_rad: float) -> float:
-        """What nobody falls short of, seconds, on a way of this length that turns by so much in all."""
+        """What nobody falls short of, seconds, on a path of this length that turns by so much in all."""
 
     @abstractmethod
     def actuation(

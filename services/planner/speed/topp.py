@@ -16,7 +16,7 @@ from touchline.services.planner.geometry.clothoid import Floats
 
 # A cell of a clothoid changes curvature by at most this (1/m): its speed is capped for the tighter end.
 CELL_CURVATURE_1PM = 0.15
-# What it costs to slow down a painted line next to a way.
+# What it costs to slow down a painted line next to a transition.
 SLOWED_S_PER_MPS, SPEED_SLACK_MPS = 30.0, 1e-6
 
 
@@ -68,7 +68,7 @@ def _parts(piece: Floats) -> int:
 def path_time(pieces: Floats, count: int, first: float, last: float, limits: Caps) -> float:
     """Seconds for `count` pieces (as columns of `Piece`), entered and left at speeds (m/s), standing still at cusps.
 
-    This is a figure to compare ways by: a speed at an end that the way does not allow is lowered, and punished, as it
+    For comparing transitions: a speed at an end that the transition does not allow is lowered, and punished, as it
     would slow down the painted line there.
     """
     cells = 0

@@ -30,7 +30,7 @@ from touchline.services.planner.steering.profile import DIRECTION, shape, shape_
 from touchline.services.planner.steering.query import Query
 from touchline.services.planner.steering.symmetry import turn_pieces_round
 
-# No way has more pieces: two ramps and three turns of three.
+# No path has more pieces: two ramps and three turns of three.
 MAX_PIECES = 12
 
 
@@ -135,7 +135,7 @@ def profile_pieces(elements: Floats, u: Floats, ends: Floats, limit: float, piec
 
 @kernel
 def forward_pieces(query: Query, pieces: Floats) -> int:
-    """The pieces (MAX_PIECES, 4) of the shortest forward way (see `shortest_forward`); their number."""
+    """The pieces (MAX_PIECES, 4) of the shortest forward path (see `shortest_forward`); their number."""
     ends, c = query.ends, query.circle
     amounts = np.empty(3)
     _, family, turned_round = shortest_forward(query, amounts)

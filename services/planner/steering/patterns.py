@@ -1,4 +1,4 @@
-"""Patterns of ways with cusps: what elements they have (see profile.py) and how many cusps."""
+"""Patterns of paths with cusps: what elements they have (see profile.py) and how many cusps."""
 
 import math
 
