@@ -14,7 +14,7 @@ from touchline.services.planner.coverage.area_swaths import painted_segments
 from touchline.services.planner.geometry.clothoid import Floats, PathPose
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.method_choice import method_of
-from touchline.services.planner.output.measure import measure
+from touchline.services.planner.output.measure import WetCrossings, measure
 from touchline.services.planner.output.message import trajectory_message
 from touchline.services.planner.route.itinerary import ItineraryBuilder
 from touchline.services.planner.route.route import route
@@ -104,7 +104,8 @@ def plan(
     switches = actuation_profile(painted, speeds, vehicle)
     trajectory = trajectory_message(sent, speeds, switches)
     unavoidable = unavoidable_crossings(drive.strokes, drive.over, choices, wheels)
-    report = measure(trajectory, drive, sections, sent, speeds, vehicle, unavoidable)
+    wet = WetCrossings(drive.wet_crossings, unavoidable)
+    report = measure(trajectory, sections, sent, speeds, vehicle, wet)
     progress("report", 1.0)
     return Plan(trajectory, report, sections, sent, painted, speeds, limits)
 

@@ -158,7 +158,17 @@ def end_circle(k: float, side: float, direction: float, clothoid: bool, c: Float
 
 @kernel
 def joint(elements: Floats, sides: Floats, i: int, c: Floats) -> complex:
-    """From the circle of bend `i` to that of the next one, which turns to the other side, in their joint's heading."""
+    """The vector from the centre of a bend's circle to that of the next, which turns to the other side.
+
+    It is seen along the heading of their joint, which lies in its middle: a cusp at full curvature, or where curvature
+    is 0 between the clothoids of the two.
+
+    Args:
+        elements: (n, 4) the bends, see profile.py.
+        sides: (n or more,) to which they turn: left 1, right −1.
+        i: The first of the two bends.
+        c: (6,) figures of the turning circle.
+    """
     direction = elements[i, DIRECTION]
     if elements[i + 1, DIRECTION] == direction:
         return 2.0 * complex(direction * c[FORWARD], -sides[i] * c[SIDE])

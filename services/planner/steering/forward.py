@@ -91,10 +91,15 @@ def three_elements(straight_middle: bool) -> Floats:
 
 @kernel
 def shortest_forward(query: Query, amounts: Floats) -> tuple[float, int, bool]:
-    """Length of the shortest path, and what it is.
+    """The shortest path driven forward: a profile of three elements, or one of the six words between two ramps.
 
-    It is a profile of bends (0) or with a straight (1), its amounts in `amounts` (3,), or one of the six words with
-    ramps to and from straight (2). The flag says that the profile is that of the query turned round (see symmetry.py).
+    Args:
+        query: What is asked.
+        amounts: (3,) those of the profile, filled in if it is one.
+
+    Returns:
+        Its length; BENDS_ONLY, WITH_A_STRAIGHT or WORDS; and whether the profile is that of the query turned round
+        (see symmetry.py).
     """
     ends, c = query.ends, query.circle
     between, turn_between = lead_poses(ends, query.goal, query.turn)
@@ -130,9 +135,15 @@ def shortest_profile(query: Query, word: float, best: float, amounts: Floats) ->
 
 @kernel
 def lead_poses(ends: Floats, goal: complex, turn: float) -> tuple[complex, float]:
-    """The straight pose before the ramp to the goal's curvature, seen from the one after the ramp from the start's.
+    """Where a word has to lead that lies between a ramp from the start's curvature and a ramp to the goal's.
 
-    Arguments as of `Query`; place and heading (rad) of the pose.
+    Args:
+        ends: (2,) curvatures at the start and at the goal.
+        goal: Where the goal lies, seen from the start.
+        turn: Its heading (rad).
+
+    Returns:
+        Place and heading (rad) of the straight pose before the last ramp, seen from the straight pose after the first.
     """
     to_straight, out_turn = ramp(0.0, ends[0], 0.0)
     from_straight, in_turn = ramp(0.0, 0.0, ends[1])
@@ -189,7 +200,16 @@ def _ramp_deflection(deflection: float, position: int, ends: Floats) -> float:
 
 @kernel
 def short_hop(query: Query, best: float, amounts: Floats) -> tuple[float, int]:
-    """The shortest profile below `best` that Newton's method reaches from the fixed starts."""
+    """The shortest profile below `best` that Newton's method reaches from the fixed starts.
+
+    Args:
+        query: What is asked.
+        best: Length of the best path so far.
+        amounts: (3,) those of the profile, filled in if there is one.
+
+    Returns:
+        Its length, and BENDS_ONLY or WITH_A_STRAIGHT; `best` and −1 if there is none.
+    """
     ends, limit = query.ends, query.circle[LIMIT]
     family = -1
     u = np.empty(3)
@@ -259,7 +279,14 @@ def least_length(ends: Floats, goal: complex, turn: float, limit: float) -> floa
 
 @kernel
 def turn_of(u: Floats, straight_middle: bool, ends: Floats, limit: float) -> float:
-    """Turn (rad) of the forward profile of three elements with amounts `u` (3,) between the curvatures `ends` (2,)."""
+    """Turn (rad) of a forward profile of bend, bend or straight, bend.
+
+    Args:
+        u: (3,) the amounts of its elements.
+        straight_middle: Whether the middle element is a straight.
+        ends: (2,) curvatures at the start and at the goal.
+        limit: Largest curvature.
+    """
     turn, last = 0.0, ends[0]
     for i in range(4):
         if i == 3:

@@ -110,7 +110,14 @@ CUSPS = np.array([cusps_of(row.directions) for row in _ALL])
 
 @kernel
 def started(row: int, limit: float, distance: float, u: Floats) -> Floats:
-    """The elements of a row, with the amounts of fixed bends; fills the start of the unknowns `u`."""
+    """The elements (n, 4) of a row, with the amounts of its fixed bends, and where Newton's method starts.
+
+    Args:
+        row: A row of `ELEMENTS`.
+        limit: Largest curvature.
+        distance: From the start to the goal.
+        u: (3,) the unknown amounts, filled in.
+    """
     elements = ELEMENTS[row, : COUNTS[row]].copy()
     for i in range(len(elements) - 1, -1, -1):
         which = int(elements[i, UNKNOWN])
@@ -141,10 +148,14 @@ class Shortest(NamedTuple):
 
 @kernel
 def shortest_reversing(query: Query, stretch_min: float, found: Shortest) -> None:
-    """Fill in for every number of cusps up to MAX_CUSPS the shortest path.
+    """Find the shortest path for every number of cusps up to MAX_CUSPS.
 
-    The curvatures at both ends matter where it begins or ends forward. No stretch in one direction is shorter than
-    `stretch_min`.
+    The curvatures at both ends matter where it begins or ends forward.
+
+    Args:
+        query: What is asked.
+        stretch_min: No stretch in one direction is shorter.
+        found: Filled in.
     """
     found.lengths[:] = FAILED
     _shorten(query, stretch_min, False, found)
@@ -217,15 +228,27 @@ def attempt(
 
 @kernel
 def is_feasible(pieces: Floats, count: int, ends: Floats, stretch_min: float) -> bool:
-    """Whether the pieces can be driven: no stretch is too short, and curvature steps at cusps alone."""
+    """Whether a path can be driven: no stretch is too short, and curvature steps at cusps alone.
+
+    Args:
+        pieces: (MAX_PIECES, 4) those of the path.
+        count: How many of them there are.
+        ends: (2,) curvatures at the start and at the goal.
+        stretch_min: Least length of a stretch in one direction.
+    """
     return bool(shortest_stretch(pieces, count) >= stretch_min and meets(pieces, count, ends))
 
 
 @kernel
 def meets(pieces: Floats, count: int, ends: Floats) -> bool:
-    """Whether curvature steps at cusps alone, the ends included, where what comes before and behind is forward.
+    """Whether curvature steps at cusps alone; before and behind the path the robot drives forward.
 
-    It does not where a stretch between two cusps has come to no length.
+    It steps elsewhere if a stretch between two cusps has shrunk to nothing, so that its neighbours meet.
+
+    Args:
+        pieces: (MAX_PIECES, 4) those of the path.
+        count: How many of them there are.
+        ends: (2,) curvatures at the start and at the goal.
     """
     direction, curvature = 1.0, ends[0]
     for i in range(count):
@@ -237,7 +260,12 @@ def meets(pieces: Floats, count: int, ends: Floats) -> bool:
 
 @kernel
 def shortest_stretch(pieces: Floats, n: int) -> float:
-    """Length of the shortest stretch in one direction."""
+    """Length of the shortest stretch in one direction.
+
+    Args:
+        pieces: (MAX_PIECES, 4) those of the path.
+        n: How many of them there are.
+    """
     shortest, stretch = math.inf, 0.0
     for i in range(n):
         stretch += pieces[i, 0]

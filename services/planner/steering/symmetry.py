@@ -23,7 +23,12 @@ def turn_query_round(query: Query) -> Query:
 
 @kernel
 def turn_pieces_round(pieces: Floats, n: int) -> None:
-    """Turn the first `n` pieces (length, curvature, sharpness, direction) of a path round."""
+    """Turn a path round: pieces in the opposite order, curvatures of the other sign, directions kept.
+
+    Args:
+        pieces: (many, 4 or 5) length, curvature, sharpness and direction, changed in place.
+        n: How many of them there are.
+    """
     for i in range(n):
         pieces[i, 1] = -(pieces[i, 1] + pieces[i, 2] * pieces[i, 0])
     for i in range(n // 2):
