@@ -14,7 +14,7 @@ from touchline.services.planner.coverage.area_swaths import painted_segments
 from touchline.services.planner.geometry.clothoid import Floats, PathPose
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.method_choice import method_of
-from touchline.services.planner.output.measure import measure
+from touchline.services.planner.output.measure import WetCrossings, measure
 from touchline.services.planner.output.message import trajectory_message
 from touchline.services.planner.route.itinerary import ItineraryBuilder
 from touchline.services.planner.route.route import route
@@ -28,7 +28,7 @@ from touchline.services.planner.speed.timing import SpeedProfile, Steady, speed_
 from touchline.services.planner.swaths.offset import modes
 from touchline.services.planner.swaths.swaths import Painting, swaths
 from touchline.services.planner.tour import arranged, crossing_cost_s, drying_s, ordering, refuse_too_many
-from touchline.services.planner.transitions.transitions import REVERSING, SPINNING, Ways
+from touchline.services.planner.transitions.transitions import REVERSING, SPINNING, TransitionFamily
 
 # A pose further out than this (m) is a mistake.
 POSE_MAX = 20_000.0
@@ -76,13 +76,13 @@ def plan(
     segments = painted_segments(template, vehicle.tool.width_m, area_method_of(options))
     refuse_too_many(len(segments))
     limits = Limits.of(vehicle, options)
-    ways, start, end = ways_of(vehicle, options, limits), _pose("start", options.start), _end(options)
+    transitions, start, end = transitions_of(vehicle, options, limits), _pose("start", options.start), _end(options)
     wheels = Wheels.of(vehicle, template.line_width_m, drying_s(vehicle, options))
     painting = Painting.of(vehicle, limits, options)
 
     choices = modes(segments, vehicle, limits.curvature_max_1pm, free=ordering(options))
     driver = ItineraryBuilder(
-        ways,
+        transitions,
         painting,
         CollisionChecker.of(template, vehicle),
         wheels,
@@ -104,20 +104,21 @@ def plan(
     switches = actuation_profile(painted, speeds, vehicle)
     trajectory = trajectory_message(sent, speeds, switches)
     unavoidable = unavoidable_crossings(drive.strokes, drive.over, choices, wheels)
-    report = measure(trajectory, drive, sections, sent, speeds, vehicle, unavoidable)
+    wet = WetCrossings(drive.wet_crossings, unavoidable)
+    report = measure(trajectory, sections, sent, speeds, vehicle, wet)
     progress("report", 1.0)
     return Plan(trajectory, report, sections, sent, painted, speeds, limits)
 
 
-def ways_of(vehicle: Vehicle, options: PlanOptions, limits: Limits) -> Ways:
-    """The ways of the method that the options name ("" is the default), with what the vehicle may do.
+def transitions_of(vehicle: Vehicle, options: PlanOptions, limits: Limits) -> TransitionFamily:
+    """The transitions of the method that the options name ("" is the default), with what the vehicle may do.
 
     Raises:
         PlanningError: There is no such method.
     """
     able = {REVERSING: vehicle.drive.can_reverse, SPINNING: vehicle.drive.can_spin}
     standing = frozenset(skill for skill, can in able.items() if can and not options.forward_only)
-    return replace(method_of(options).ways(limits), standing=standing)
+    return replace(method_of(options).transitions(limits), standing=standing)
 
 
 def _pose(name: str, given: Floats) -> PathPose | None:

@@ -20,8 +20,8 @@ from touchline.services.planner.steering.method import CurveEnd
 from touchline.services.planner.swaths.swaths import Swath
 
 GIVEN, OPTIMISED = "given", "optimised"
-# The stages of progress: timing the ways from segment to segment, and looking for the best order.
-TIMING, ORDER = "timing ways", "order"
+# The stages of progress: timing the transitions from segment to segment, and looking for the best order.
+TIMING, ORDER = "timing transitions", "order"
 # What it may cost in time not to run over a wet line once; if that is forbidden, as good as anything. The search does
 # not need to know how bad it is then.
 CROSSING_S, FORBIDDEN_S, SEARCHED_CROSSING_S = 1.25, 1000.0, 15.0
@@ -126,7 +126,9 @@ def _found(
     nodes, segment, _ = nodes_of(modes)
     end = driver.start if driver.returns else driver.end
     first, last = (CurveEnd(pose, 0.0) if pose else None for pose in (driver.start, end))
-    asked, tracks = problem(modes, driver.ways, driver.painting, first, last, Budget(partial(progress, TIMING), enough))
+    asked, tracks = problem(
+        modes, driver.transitions, driver.painting, first, last, Budget(partial(progress, TIMING), enough)
+    )
     ground = WetGround.of(nodes, segment, driver.wheels)
     crossing_s = min(driver.crossing_s, SEARCHED_CROSSING_S)
     cost, kicks = asked.cost.copy(), kicks_for(asked)

@@ -200,7 +200,7 @@ _CORNER_NOTES = {
     "14": "1.5 m/s, κ_max = 1.125, σ_max = 1.0, MPC, no noise; the wheels' true speeds at 100 Hz. Clothoids are cut "
     "into arcs to 1 mm, as plans are (the study's too: its straight lines turn by more than the robot accepts). "
     "The robot follows the clothoid that it finds in such arcs; DPP's steps it follows as they are sent. In this "
-    "corner the study's way is ours. DPP's peak depends on where its steps fall between two cycles of the follower "
+    "corner the study's path is ours. DPP's peak depends on where its steps fall between two cycles of the follower "
     f"(10 ms, 15 mm) and on how the tyres then slide: the least and the greatest of {CORNER_PHASES} places are given, "
     "percentages are against the least. Followers tuned differently move it as well.",
     "14, fine": f"the same with clothoids cut to {1e6 * FINE_M:.0f} µm, five times as many arcs, unlike in plans.",

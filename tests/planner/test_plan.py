@@ -289,7 +289,7 @@ def test_plans_are_the_same_every_time_and_survive_the_wire() -> None:
 def test_progress_reaches_the_end_of_every_stage() -> None:
     seen: dict[str, float] = {}
     plan(load_template("study-square"), VEHICLE, progress=lambda stage, fraction: seen.update({stage: fraction}))
-    assert list(seen) == ["timing ways", "order", "cutting into arcs", "speeds", "report"]
+    assert list(seen) == ["timing transitions", "order", "cutting into arcs", "speeds", "report"]
     assert set(seen.values()) == {1.0}
 
 

@@ -28,7 +28,12 @@ class DifferentialCaps(NamedTuple):
 
     @kernel
     def square_cap(self, curvature: float, sharpness: float) -> float:
-        """The outer rim runs at v(1 + |κ|r); where uσr alone takes all of the rims' acceleration, it may."""
+        """The largest u = v² (m²/s²): the outer rim runs at v(1 + |κ|r) and, at constant speed, gains uσr.
+
+        Args:
+            curvature: The largest |curvature| of the stretch (1/m).
+            sharpness: Its |sharpness| (1/m²).
+        """
         square = (self.rim_speed_mps / (1.0 + curvature * self.half_track_m)) ** 2
         if sharpness > 0.0:
             square = min(square, self.rim_acceleration_mps2 / (sharpness * self.half_track_m))
@@ -36,7 +41,18 @@ class DifferentialCaps(NamedTuple):
 
     @kernel
     def gain(self, square: float, curvature: float, sharpness: float, length: float) -> float:
-        """With u and κ linear in arc length so is a rim's acceleration: where both ends keep the limit, all does."""
+        """The largest acceleration (m/s²) with which both rims keep theirs throughout a stretch; may be negative.
+
+        A rim gains a(1 ± κr) ± uσr. With u and κ linear in arc length that is linear, too, so the limit holds
+        throughout if it holds at both ends. At the end u has grown by 2·a·length, which is why κ is taken there with
+        three times its change.
+
+        Args:
+            square: u at the beginning of the stretch (m²/s²).
+            curvature: Signed, at its beginning (1/m).
+            sharpness: Signed, constant (1/m²).
+            length: Of the stretch (m).
+        """
         most, r, rim = np.inf, self.half_track_m, self.rim_acceleration_mps2
         for side in (-1.0, 1.0):
             turning = side * square * sharpness * r

@@ -57,7 +57,7 @@ class PlannedDrive(ABC):
 
     @abstractmethod
     def least_s(self, length_m: float, turned_rad: float) -> float:
-        """What nobody falls short of, seconds, on a way of this length that turns by so much in all."""
+        """A lower bound (s) on the time of any path of this length that turns by this angle (rad) in all."""
 
     @abstractmethod
     def actuation(
@@ -99,16 +99,27 @@ def planned_drive(vehicle: Vehicle) -> PlannedDrive:
 
 @kernel_of_class
 def square_cap(caps: Any, curvature: float, sharpness: float) -> float:  # type: ignore[empty-body]
-    """The largest u = v² (m²/s²) at |curvature| (1/m), the largest of a stretch, and |sharpness| (1/m²)."""
+    """The largest u = v² (m²/s²) that the drive can keep throughout a stretch.
+
+    Args:
+        caps: `PlannedDrive.caps`; the kernel of its class is called.
+        curvature: The largest |curvature| of the stretch (1/m).
+        sharpness: Its |sharpness| (1/m²).
+    """
 
 
 @kernel_of_class
 def gain(  # type: ignore[empty-body]
     caps: Any, square: float, curvature: float, sharpness: float, length: float
 ) -> float:
-    """The largest acceleration (m/s²) over a stretch that is entered with u = `square` at `curvature`; may be negative.
+    """The largest acceleration (m/s²) that the drive can keep throughout a stretch; may be negative.
 
-    Curvature (1/m) and sharpness (1/m²) have their signs.
+    Args:
+        caps: `PlannedDrive.caps`; the kernel of its class is called.
+        square: u = v² (m²/s²) at the beginning of the stretch.
+        curvature: Signed, at its beginning (1/m).
+        sharpness: Signed, constant (1/m²).
+        length: Of the stretch (m).
     """
 
 

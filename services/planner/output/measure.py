@@ -17,7 +17,6 @@ from touchline.schemas.messages import ActuatorExtremes, LinearDirection, PlanRe
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.drives.planned_drive import PlannedDrive, planned_drive
 from touchline.services.planner.geometry.clothoid import Floats
-from touchline.services.planner.route.itinerary import Itinerary
 from touchline.services.planner.segments.section import TRANSITION, Section
 from touchline.services.planner.segments.sent_segments import Sent
 from touchline.services.planner.speed.energy import battery_wh
@@ -28,16 +27,31 @@ CURVATURE_STEP_1PM = 1e-9
 POINTS = 5
 
 
+class WetCrossings(NamedTuple):
+    """How often a wheel or caster meets wet paint, and how often it does so in any order of the lines."""
+
+    total: int
+    unavoidable: int
+
+
 def measure(
     trajectory: Trajectory,
-    drive: Itinerary,
     sections: list[Section],
     sent: list[Sent],
     speeds: SpeedProfile,
     vehicle: Vehicle,
-    unavoidable: int,
+    wet: WetCrossings,
 ) -> PlanReport:
-    """The report on a plan, its planning time left at 0; so many of its wet crossings are `unavoidable`."""
+    """The report on a plan, its planning time left at 0.
+
+    Args:
+        trajectory: The message, of which the gaps are measured.
+        sections: The ideal curve.
+        sent: The lines and arcs that stand for it.
+        speeds: Along them.
+        vehicle: That shall drive it.
+        wet: The plan's wet crossings.
+    """
     painted = [s for s in sent if s.stroke]
     paint_length = sum(s.end_m - s.start_m for s in painted)
     paint_time = sum(speeds.time_at(s.end_m) - speeds.time_at(s.start_m) for s in painted)
@@ -63,8 +77,8 @@ def measure(
         max_lateral_acceleration_mps2=figures.lateral_mps2,
         cusps=sum(last.direction != following.direction for last, following in pairwise(pieces)),
         spins=sum(piece.spin_rad != 0.0 for piece in pieces),
-        wet_crossings=drive.wet_crossings,
-        wet_crossings_unavoidable=unavoidable,
+        wet_crossings=wet.total,
+        wet_crossings_unavoidable=wet.unavoidable,
         # The pump's flow is that of a line painted at the vehicle's own speed.
         paint_l=vehicle.tool.flow_lps * paint_time,
         battery_wh=battery_wh(sent, speeds, vehicle, planned),

@@ -1,1 +1,1 @@
-"""Run-in, transitions and run-out: the way from swath to swath, and the route that they make with them."""
+"""Run-in, transitions and run-out: the transition from swath to swath, and the route that they make with them."""

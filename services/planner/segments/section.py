@@ -1,4 +1,4 @@
-"""A section of the route: what is painted in one go, or the way to it."""
+"""A section of the route: what is painted in one go, or the transition to it."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ RUN_IN, TRANSITION, RUN_OUT = "run-in", "transition", "run-out"
 
 @dataclass(frozen=True)
 class Section:
-    """A painted segment and the speed at which it is painted, or the way between two swaths."""
+    """A painted segment and the speed at which it is painted, or the transition between two swaths."""
 
     label: str
     path: PiecePath

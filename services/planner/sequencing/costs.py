@@ -16,9 +16,9 @@ from touchline.services.planner.steering.method import CurveEnd
 from touchline.services.planner.swaths.chains import GAP_M
 from touchline.services.planner.swaths.swaths import Painting, Swath
 from touchline.services.planner.transitions.pricing import end_rows
-from touchline.services.planner.transitions.transitions import Ways
+from touchline.services.planner.transitions.transitions import TransitionFamily
 
-# Every node's nearest neighbours are timed exactly; at the nearest of these methods with more ways look closer.
+# Every node's nearest neighbours are timed exactly; at the nearest of these methods with more transitions look closer.
 TIMED, CLOSER = 12, 3
 # Up to this many nodes all pairs are timed.
 ALL_NODES = 200
@@ -28,12 +28,12 @@ ROUGH_PART, ROUGH_DONE = 150_000, 0.15
 NEVER_S = 1e6
 # Pairs that differ by no more than rounding (m, rad, 1/m) take the same time.
 ALIKE = 1e-7
-# No pieces of ways, and no counts.
-NO_WAYS = np.zeros((0, 0, 5)), np.zeros(0, dtype=np.int64)
+# No pieces of transitions, and no counts.
+NO_TRANSITIONS = np.zeros((0, 0, 5)), np.zeros(0, dtype=np.int64)
 
 
 class Timing(NamedTuple):
-    """How pairs are timed: at first sight, or `closer`, for methods with more ways than they look at then.
+    """How pairs are timed: at first sight, or `closer`, for methods with more transitions than they look at then.
 
     At most `part` pairs are timed at once, in about 50 ms; behind each part it may be enough. `begun` and `ended` are
     the shares of all time that have passed before and after it.
@@ -50,13 +50,13 @@ FIRST, SECOND = Timing(False, 3000, ROUGH_DONE, 0.25), Timing(True, 120, 0.25, 1
 
 @dataclass(frozen=True)
 class Tracks:
-    """The quickest ways of a matrix.
+    """The quickest transitions of a matrix.
 
     Attributes:
         paint_s: (nodes,) seconds that painting takes.
         kind: (ends, beginnings) which way, −1 where it has only been timed roughly.
-        pieces: (ways, k, 5) the columns of `Piece`, from the end of the painted segment on.
-        counts: (ways,) how many of them there are.
+        pieces: (transitions, k, 5) the columns of `Piece`, from the end of the painted segment on.
+        counts: (transitions,) how many of them there are.
     """
 
     paint_s: Floats
@@ -97,7 +97,7 @@ def _turned_round(swath: Swath, other: Swath) -> bool:
 
 def problem(
     modes: Sequence[Sequence[Swath]],
-    ways: Ways,
+    transitions: TransitionFamily,
     painting: Painting,
     start: CurveEnd | None,
     end: CurveEnd | None = None,
@@ -107,7 +107,7 @@ def problem(
 
     Args:
         modes: For every swath the ways to paint it.
-        ways: The transitions of the method in use.
+        transitions: The transitions of the method in use.
         painting: Decides what is painted in one go.
         start: Where the robot begins; None: every swath may come first, at no cost.
         end: Where it ends; None: every swath may be last, at no cost.
@@ -118,13 +118,13 @@ def problem(
     begins, ends = [n.begin for n in nodes], [n.end for n in nodes]
     cost = np.full((count + 1, count + 1), 0.0)
     paint = np.array([node.seconds for node in nodes])
-    cost[:-1, :-1], tracks = seconds_between(ends, begins, ways, segment, paint, budget)
+    cost[:-1, :-1], tracks = seconds_between(ends, begins, transitions, segment, paint, budget)
     cost[:-1, :-1][segment[:, None] == segment[None, :]] = NEVER_S
     tracks = _going_on(nodes, painting, cost, tracks)
     if start is not None:
-        cost[-1, :-1] = _timed_all([start], begins, ways)
+        cost[-1, :-1] = _timed_all([start], begins, transitions)
     if end is not None:
-        cost[:-1, -1] = _timed_all(ends, [end], ways)
+        cost[:-1, -1] = _timed_all(ends, [end], transitions)
     cost[:, :-1] += paint
     return Problem(cost, segment, flip), tracks
 
@@ -147,47 +147,54 @@ def _going_on(nodes: Sequence[Swath], painting: Painting, cost: Floats, tracks: 
 
 
 def seconds_between(
-    ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, segment: Ints, paint_s: Floats, budget: Budget
+    ends: list[CurveEnd],
+    begins: list[CurveEnd],
+    transitions: TransitionFamily,
+    segment: Ints,
+    paint_s: Floats,
+    budget: Budget,
 ) -> tuple[Floats, Tracks]:
     """Seconds (ends, begins) of the quickest transitions, rough ones for pairs that are far from each other; and these.
 
     Args:
         ends: Where swaths end, node by node.
         begins: Where they begin, node by node.
-        ways: The transitions of the method in use.
+        transitions: The transitions of the method in use.
         segment: (nodes,) which swath each node paints.
         paint_s: (nodes,) seconds that painting takes.
         budget: Told how far it is, and asked whether that is enough.
     """
     count = len(ends)
-    tracks = Tracks(paint_s, np.full((count, count), -1), *NO_WAYS)
-    table = _straight(ends, begins, ways)
+    tracks = Tracks(paint_s, np.full((count, count), -1), *NO_TRANSITIONS)
+    table = _straight(ends, begins, transitions)
     if count <= ALL_NODES:
         pairs = _all_pairs(count, count)
     else:
-        _rough(ends, begins, ways, table, budget)
+        _rough(ends, begins, transitions, table, budget)
         pairs = _nearest(table, segment, TIMED)
-    for timing in (FIRST, SECOND) if ways.pricing.looks_closer else (FIRST._replace(ended=1.0),):
+    for timing in (FIRST, SECOND) if transitions.pricing.looks_closer else (FIRST._replace(ended=1.0),):
         if timing.closer:
             pairs = _nearest(table, segment, CLOSER)
-        chosen, seconds, which, pieces, counts = _timed(ends, begins, ways, pairs, timing, budget)
+        chosen, seconds, which, pieces, counts = _timed(ends, begins, transitions, pairs, timing, budget)
         done = pairs[chosen]
         table[done[:, 0], done[:, 1]] = seconds
         tracks = tracks.with_pairs(done, which, pieces, counts)
     return table, tracks
 
 
-def _straight(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways) -> Floats:
+def _straight(ends: list[CurveEnd], begins: list[CurveEnd], transitions: TransitionFamily) -> Floats:
     """Seconds straight on from each end to each beginning, whichever way they look."""
     starts, goals = end_rows(ends), end_rows(begins)
     apart = np.hypot(*(goals[None, :, axis] - starts[:, None, axis] for axis in (0, 1)))
-    return np.asarray(apart / ways.limits.transit_speed_mps)
+    return np.asarray(apart / transitions.limits.transit_speed_mps)
 
 
-def _rough(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, table: Floats, budget: Budget) -> None:
+def _rough(
+    ends: list[CurveEnd], begins: list[CurveEnd], transitions: TransitionFamily, table: Floats, budget: Budget
+) -> None:
     """Fill in rough seconds, as the method in use has them."""
     for part in budget.parts(len(ends), max(ROUGH_PART // len(begins), 1), 0.0, ROUGH_DONE):
-        table[part] = ways.pricing.rough_s(ways, ends[part], begins)
+        table[part] = transitions.pricing.rough_s(transitions, ends[part], begins)
 
 
 def _nearest(table: Floats, segment: Ints, count: int) -> Ints:
@@ -206,33 +213,38 @@ def _all_pairs(starts: int, goals: int) -> Ints:
     return np.stack(np.divmod(np.arange(starts * goals), goals), axis=1)
 
 
-def _timed_all(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways) -> Floats:
+def _timed_all(ends: list[CurveEnd], begins: list[CurveEnd], transitions: TransitionFamily) -> Floats:
     """Seconds (n,) at first sight from one end to all beginnings, or from all ends to one beginning."""
     pairs = _all_pairs(len(ends), len(begins))
-    return _timed(ends, begins, ways, pairs, FIRST, UNWATCHED)[1]
+    return _timed(ends, begins, transitions, pairs, FIRST, UNWATCHED)[1]
 
 
 def _timed(
-    ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, pairs: Ints, timing: Timing, budget: Budget
+    ends: list[CurveEnd],
+    begins: list[CurveEnd],
+    transitions: TransitionFamily,
+    pairs: Ints,
+    timing: Timing,
+    budget: Budget,
 ) -> tuple[Ints, Floats, Ints, Floats, Ints]:
-    """Which (n,) of the `pairs` were timed before it was enough; seconds (n,) of the quickest way of each, and which.
+    """Which (n,) of the `pairs` were timed before it was enough; seconds (n,) of their quickest transitions, and which.
 
-    These ways are pieces (m, k, 5) and their number (m,): pairs that are alike but for their place have one.
+    These transitions are pieces (m, k, 5) and their number (m,): pairs that are alike but for their place have one.
     """
     first, alike = _alike(end_rows(ends)[pairs[:, 0]], end_rows(begins)[pairs[:, 1]])
     pairs = pairs[first]
-    price = ways.pricing.timer(ways, ends, begins)
-    size = min(timing.part, ways.pricing.part)
+    price = transitions.pricing.timer(transitions, ends, begins)
+    size = min(timing.part, transitions.pricing.part)
     priced = [price(pairs[part], timing.closer) for part in budget.parts(len(pairs), size, timing.begun, timing.ended)]
     seconds = np.concatenate([np.zeros(0), *(each.seconds for each in priced)])
-    pieces, counts = stacked([NO_WAYS, *((each.pieces, each.counts) for each in priced)])
+    pieces, counts = stacked([NO_TRANSITIONS, *((each.pieces, each.counts) for each in priced)])
     chosen = np.flatnonzero(alike < len(seconds))
     which = alike[chosen]
     return chosen, seconds[which], which, pieces, counts
 
 
 def stacked(tables: Sequence[tuple[Floats, Ints]]) -> tuple[Floats, Ints]:
-    """Pieces (n, k, 5) and counts (n,) of ways as one table, as wide as the widest."""
+    """Pieces (n, k, 5) and counts (n,) of transitions as one table, as wide as the widest."""
     most = max(pieces.shape[1] for pieces, _ in tables)
     wide = [np.pad(pieces, ((0, 0), (0, most - pieces.shape[1]), (0, 0))) for pieces, _ in tables]
     return np.concatenate(wide), np.concatenate([counts for _, counts in tables])

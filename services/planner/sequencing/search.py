@@ -293,7 +293,17 @@ def _or_opt(tables: CostTables, state: Tour, i: int, j: int, b: int) -> tuple[in
 
 @kernel
 def best_modes(cost: Floats, segment: Ints, modes: Ints, tour: Ints) -> Ints:
-    """(n,) the cheapest modes for the tour's order of segments, by dynamic programming; tables as in `CostTables`."""
+    """The cheapest modes for a tour's order of segments, by dynamic programming over the modes of each segment in turn.
+
+    Args:
+        cost: (nodes, nodes) as in `CostTables`.
+        segment: (nodes,) as in `CostTables`.
+        modes: (segments, most modes) as in `CostTables`.
+        tour: (n,) nodes, the depot first.
+
+    Returns:
+        (n,) the nodes of the cheapest closed tour through the same segments in the same order.
+    """
     n, most = len(tour), modes.shape[1]
     value = np.full((n, most), np.inf)
     chosen = np.zeros((n, most), dtype=np.int64)

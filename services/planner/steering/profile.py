@@ -43,7 +43,12 @@ FAILED = math.inf
 
 @kernel
 def amount_of(deflection: float, limit: float) -> float:
-    """The amount u of a bend between two straights that turns by `deflection`."""
+    """The amount u of a bend between two straights.
+
+    Args:
+        deflection: By which it turns (rad), positive to the left.
+        limit: Largest curvature.
+    """
     size = abs(deflection)
     amount = math.sqrt(size) if size < limit * limit else limit + (size - limit * limit) / (2.0 * limit)
     return amount if deflection >= 0.0 else -amount

@@ -32,7 +32,7 @@ PARTING_S = 8.0
 # painted in one go all the same.
 LONG_M = 60.0
 # Closed lines begin at fewer places where there would be more ways of painting than this in all: every pair is timed.
-WAYS_MAX = 4000
+MODES_MAX = 4000
 # A line is painted so slowly that the valve is open for this many times as long as it has to be.
 VALVE_SPARE = 2.0
 # Curvatures that differ by less (1/m), and pieces that are shorter (m), are rounding.
@@ -190,20 +190,20 @@ def swaths(choices: Sequence[Sequence[Stroke]], painting: Painting, *, free: boo
     for chain in chains([choice for choice in choices if len(choice) <= 2]):
         found += _swaths_of(chain, painting)
     place = {choice[0].id: i for i, choice in enumerate(choices)}
-    found.sort(key=lambda ways: min(place[stroke.id] for stroke in ways[0].strokes))
-    if sum(map(len, found)) > WAYS_MAX:
-        return [_fewer(ways, max(WAYS_MAX // (2 * len(found)), 1)) for ways in found]
+    found.sort(key=lambda modes: min(place[stroke.id] for stroke in modes[0].strokes))
+    if sum(map(len, found)) > MODES_MAX:
+        return [_fewer(modes, max(MODES_MAX // (2 * len(found)), 1)) for modes in found]
     return found
 
 
-def _fewer(ways: Sequence[Swath], most: int) -> list[Swath]:
+def _fewer(modes: Sequence[Swath], most: int) -> list[Swath]:
     """The ways of painting a closed line that begin at `most` of its places; both ways of any other."""
-    begun = [(round(way.strokes[0].nozzle.x_m, 6), round(way.strokes[0].nozzle.y_m, 6)) for way in ways]
+    begun = [(round(mode.strokes[0].nozzle.x_m, 6), round(mode.strokes[0].nozzle.y_m, 6)) for mode in modes]
     places = list(dict.fromkeys(begun))
-    if len(ways) <= 2 or len(places) <= most:
-        return [*ways]
+    if len(modes) <= 2 or len(places) <= most:
+        return [*modes]
     kept = places[:: -(-len(places) // most)]
-    return [way for way, place in zip(ways, begun, strict=True) if place in kept]
+    return [mode for mode, place in zip(modes, begun, strict=True) if place in kept]
 
 
 def _swaths_of(chain: Chain, painting: Painting) -> Iterator[list[Swath]]:
@@ -219,7 +219,7 @@ def _swaths_of(chain: Chain, painting: Painting) -> Iterator[list[Swath]]:
         part = links[first:last]
         starts = min(len(part), CIRCLE_STARTS) if len(part) == len(links) and joints[:, -1].any() else 1
         begun = [_turned(part, k * len(part) // starts) for k in range(starts)]
-        yield [swath for each in begun for swath in _both_ways(each, painting)]
+        yield [swath for each in begun for swath in _both_directions(each, painting)]
 
 
 def _turned(links: tuple[ChainLink, ...], count: int) -> tuple[ChainLink, ...]:
@@ -267,18 +267,18 @@ def _parts(length_m: Floats, strokes_mps: Floats, joints_mps: Floats) -> list[tu
 def _short(parts: Sequence[tuple[int, int]], length_m: Floats) -> Iterator[tuple[int, int]]:
     """The parts, cut at joints where they are longer than `LONG_M`."""
     for first, last in parts:
-        begun, way = first, 0.0
+        begun, length = first, 0.0
         for i in range(first, last):
-            if i > begun and way + length_m[i] > LONG_M:
+            if i > begun and length + length_m[i] > LONG_M:
                 yield begun, i
-                begun, way = i, 0.0
-            way += float(length_m[i])
+                begun, length = i, 0.0
+            length += float(length_m[i])
         yield begun, last
 
 
-def _both_ways(links: Sequence[ChainLink], painting: Painting) -> Iterator[Swath]:
+def _both_directions(links: Sequence[ChainLink], painting: Painting) -> Iterator[Swath]:
     """The swaths along links and back, as far as they are painted in one go."""
-    for way in ([link.along for link in links], [link.back for link in links[::-1]]):
-        strokes = [stroke for stroke in way if stroke]
-        if len(strokes) == len(way) and all(painting.joint_mps(a, b) for a, b in pairwise(strokes)):
+    for given in ([link.along for link in links], [link.back for link in links[::-1]]):
+        strokes = [stroke for stroke in given if stroke]
+        if len(strokes) == len(given) and all(painting.joint_mps(a, b) for a, b in pairwise(strokes)):
             yield painting.swath(strokes)
