@@ -19,6 +19,8 @@ from touchline.services.onboard.computer_state import FilterState
 from touchline.services.onboard.drives import onboard_drive
 from touchline.services.onboard.estimation.calibration import LEARN_TICKS, lay_down, learn
 from touchline.services.onboard.estimation.measurements import (
+    Scratch,
+    TickEstimate,
     doubt_accelerometer,
     fix_rows,
     measure,
@@ -63,7 +65,7 @@ _NO_IMU_SPEED_VAR = 1e-4  # (1 m/s² · a tick)²
 
 
 @kernel
-def _step(ring: FilterState, drive: Any, slot: int, live: bool, scratch: tuple[Floats, Floats]) -> None:
+def _step(ring: FilterState, drive: Any, slot: int, live: bool, scratch: Scratch) -> None:
     """The posterior of `slot` from that of the slot before."""
     xs, Ps, inputs = ring.states, ring.covariances, ring.inputs
     c, n = ring.figures, ring.counters
@@ -89,11 +91,11 @@ def _step(ring: FilterState, drive: Any, slot: int, live: bool, scratch: tuple[F
     inputs[slot, IN_REFUSED] = inputs[before, IN_REFUSED] if inputs[before, IN_REFUSED] > 0.0 else 0.0
     onboard_drive.strain(drive, P, inputs[before], inputs[slot])
     doubt_accelerometer(P, inputs[before], inputs[slot])
-    measure(x, P, inputs[slot], c, drive, n, live, scratch)
+    measure(TickEstimate(x, P, inputs[slot]), c, drive, n, live, scratch)
 
 
 @kernel
-def _rerun(ring: FilterState, drive: Any, first: int, last: int, live: int, scratch: tuple[Floats, Floats]) -> None:
+def _rerun(ring: FilterState, drive: Any, first: int, last: int, live: int, scratch: Scratch) -> None:
     """Run the ticks `first` … `last` again; statistics count in tick `live` only."""
     xs, Ps, inputs = ring.states, ring.covariances, ring.inputs
     fixes, c = ring.fixes, ring.figures
@@ -101,7 +103,7 @@ def _rerun(ring: FilterState, drive: Any, first: int, last: int, live: int, scra
         slot = tick % RING
         _step(ring, drive, slot, tick == live, scratch)
         if fixes[slot, FIX_USED] > 0.0:
-            use_fix(xs[slot], Ps[slot], fixes[slot], inputs[slot], c, *scratch)
+            use_fix(TickEstimate(xs[slot], Ps[slot], inputs[slot]), fixes[slot], c, scratch)
 
 
 @kernel
@@ -149,10 +151,11 @@ def take_fix(ring: FilterState, drive: Any, tick: int, first_tick: int, fix_tick
     if fixes[where, FIX_USED] > 0.0 and at == fix_tick:
         n[N_FIX_DUPLICATE] += 1.0
         return False
-    y0, y1 = fix_rows(xs[where], fix, inputs[where], c, h)
-    nis = two(Ps[where], h, y0, y1, fix[FIX_VARIANCE])
+    valid = TickEstimate(xs[where], Ps[where], inputs[where])
+    y = fix_rows(valid, fix, c, h)
+    nis = two(valid.P, h, y, fix[FIX_VARIANCE])
     weighed = bounded(nis)
-    n[INNOVATION_EAST], n[INNOVATION_NORTH], n[NIS_FIX_LAST] = y0, y1, weighed
+    n[INNOVATION_EAST], n[INNOVATION_NORTH], n[NIS_FIX_LAST] = y[0], y[1], weighed
     n[FIX_DOUBT] = doubt(n[FIX_DOUBT], likelihood(nis))
     n[N_FIX_OUTLYING_RUN] = n[N_FIX_OUTLYING_RUN] + 1.0 if n[FIX_DOUBT] > 0.0 else 0.0
     if n[FIX_DOUBT] >= CONTRADICTED:
@@ -168,6 +171,6 @@ def take_fix(ring: FilterState, drive: Any, tick: int, first_tick: int, fix_tick
     for k in range(fixes.shape[1]):
         fixes[where, k] = fix[k]
     fixes[where, FIX_USED] = 1.0
-    use_fix(xs[where], Ps[where], fixes[where], inputs[where], c, h, g)
+    use_fix(valid, fixes[where], c, (h, g))
     _rerun(ring, drive, at + 1, tick, -1, (h, g))
     return True

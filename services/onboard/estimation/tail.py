@@ -30,7 +30,7 @@ _ROUNDS = 8
 
 
 @kernel
-def weighed_variance(P: Floats, h: Floats, y0: float, y1: float, variance: float) -> float:
+def weighed_variance(P: Floats, h: Floats, y: tuple[float, float], variance: float) -> float:
     """The variance r/λ with which to use a fix [m²], the same for both axes.
 
     λ = (ν + 2) / (ν + (ȳᵀȳ + tr H P⁺ Hᵀ) / r), with the residual ȳ and the covariance P⁺ after the update with r/λ, by
@@ -44,10 +44,10 @@ def weighed_variance(P: Floats, h: Floats, y0: float, y1: float, variance: float
     Args:
         P: (STATES, STATES) covariance before the update; it has the slow error, which is not weighed down.
         h: (2, STATES) rows of the fix.
-        y0: Innovation to the east [m].
-        y1: To the north.
+        y: Innovations to the east and to the north [m].
         variance: Of the white error along an axis, its tail included [m²]; that of a t is ν/(ν − 2) times r.
     """
+    y0, y1 = y
     s00, s01, s11 = spread(P, h)
     r = variance * (FIX_DOF - 2.0) / FIX_DOF
     weighed = r
