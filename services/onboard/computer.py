@@ -18,7 +18,13 @@ from touchline.services.onboard.estimation.report import report
 from touchline.services.onboard.executive.events import EventLog
 from touchline.services.onboard.executive.failsafe import Failsafe
 from touchline.services.onboard.executive.localization_monitor import LocalizationMonitor, max_fix_age_s
-from touchline.services.onboard.executive.traversal import ABORTED_BY_OPERATOR, EMERGENCY_STOP, Course, Traversal
+from touchline.services.onboard.executive.traversal import (
+    ABORTED_BY_OPERATOR,
+    EMERGENCY_STOP,
+    Course,
+    Monitors,
+    Traversal,
+)
 from touchline.services.onboard.interface import (
     Checkpoint,
     Command,
@@ -66,9 +72,8 @@ class Onboard:
         self._watch = LocalizationMonitor(self._state, max_fix_age_s(config.gnss))
         self._follower = make_follower(config.follower, vehicle, ask)
         self._hazards = Failsafe(vehicle, self._state, config.fence.timeout_s)
-        self._traversal = Traversal(
-            vehicle, self._follower, self._estimator, self._watch, self._hazards, config.fence, self._state, self._log
-        )
+        monitors = Monitors(self._watch, self._hazards, config.fence)
+        self._traversal = Traversal(vehicle, self._follower, self._estimator, monitors, self._state, self._log)
         self._estimate: tuple[int, Estimate] | None = None
 
     def check_load(self) -> None:

@@ -57,6 +57,20 @@ class Course(NamedTuple):
     fence: Geofence
 
 
+class Monitors(NamedTuple):
+    """What may pause or stop the robot.
+
+    Attributes:
+        localization: Judges the pose.
+        failsafe: Judges everything else, and the fence that it is given with a trajectory.
+        fence_limits: Margins of that fence.
+    """
+
+    localization: LocalizationMonitor
+    failsafe: Failsafe
+    fence_limits: FenceLimits
+
+
 class Traversal:
     """State and loaded job of the robot.
 
@@ -72,16 +86,13 @@ class Traversal:
         vehicle: Vehicle,
         follower: Follower,
         estimator: Estimator,
-        watch: LocalizationMonitor,
-        hazards: Failsafe,
-        fence_limits: FenceLimits,
+        monitors: Monitors,
         computer: ComputerState,
         log: EventLog,
     ) -> None:
         """Idle."""
-        self._fence_limits = fence_limits
-        self._vehicle, self._follower, self._estimator = vehicle, follower, estimator
-        self._watch, self._hazards, self._log = watch, hazards, log
+        self._watch, self._hazards, self._fence_limits = monitors
+        self._vehicle, self._follower, self._estimator, self._log = vehicle, follower, estimator, log
         self._computer, self.clock = computer, computer.clock
         self.state = IDLE
         self.reason = ""
