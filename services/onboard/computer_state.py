@@ -147,7 +147,7 @@ class SafetyFindings(Record):
 
     fence_timeout_s: float
     lag_share: Annotated[Floats, ACTUATORS]
-    """Share of the way to its command that an actuator makes in a tick."""
+    """By which share of the difference an actuator gets nearer to its command in a tick."""
     max_step: Annotated[Floats, ACTUATORS]
     """By how much it changes in a tick at most."""
     tolerance: Annotated[Floats, ACTUATORS]
@@ -213,7 +213,7 @@ class LegState(Record):
 
     end_m: float
     """Arc length at which it ends."""
-    way_end_m: float
+    pieces_end_m: float
     """Arc length at which its smoothed pieces end."""
     arc_m: float
     """Arc length that the robot has come to."""
@@ -233,7 +233,7 @@ class LegState(Record):
     fine_rows: int
     """Rows of the path ahead that are a tick apart; later ones are COARSE_TICKS apart."""
     half_tick_share: float
-    """Share of the way to the command that the actuators make in half a tick."""
+    """By which share of the difference the actuators get nearer to their command in half a tick."""
     now: Annotated[Floats, NOW]
     """Errors, references and the robot's own motion, laid out as in `tracking_state`."""
 

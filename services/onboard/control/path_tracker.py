@@ -76,11 +76,11 @@ class PathTracker:
     def _enter(self, index: int) -> None:
         self.leg_index = index
         leg = self.leg
-        self._rows = self._plan.ways[index]
+        self._rows = self._plan.pieces[index]
         self._turning = Turning(self._plan.turns[index], leg.heading_rad) if leg.sense == SPIN else None
         state, rows = self._state, self._rows
         state.arc_m, state.piece, state.speed_mps, state.end_m = leg.start_m, 0, 0.0, leg.end_m
-        state.way_end_m = rows[-1, W_START] + rows[-1, W_LENGTH] if len(rows) else leg.end_m
+        state.pieces_end_m = rows[-1, W_START] + rows[-1, W_LENGTH] if len(rows) else leg.end_m
 
     def resume_at(self, leg: int, arc_length_m: float) -> None:
         """Stand at an arc length of a leg."""

@@ -201,7 +201,7 @@ class Sprayer:
         """Close the valve here; if it was open and dry for `dry_s`, paint is owed from the last good drop on."""
         state = self.state
         if state.valve and dry_s > 0.0:
-            fell_m = arc_length_m - self._plan.way_m(arc_length_m, dry_s)
+            fell_m = arc_length_m - self._plan.distance_m(arc_length_m, dry_s)
             self.painted.add(state.falls_from_m, fell_m)
             state.owed_from_m = max(fell_m - JOINT_OVERLAP_M, state.falls_from_m)
             state.valve, state.falls_to_m = False, fell_m
