@@ -1,6 +1,6 @@
-"""All that the robot's computer keeps from tick to tick, in one record that its kernels share.
+"""The state of the robot's computer from tick to tick: one record, which its kernels share.
 
-Each part belongs to the class that is named; what the numbers of an array mean is said where the rules are that use it.
+The layout of an array is documented in the module whose rules use it.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class CommandState(Record):
 
     @property
     def command(self) -> Command:
-        """For the actuators."""
+        """As a `Command`."""
         return Command(tuple(self.actuators.tolist()), self.valve, self.disc, self.valve_after_s)
 
     def give(self, command: Command) -> Command:
@@ -75,7 +75,7 @@ class CommandState(Record):
 
 
 class SampleBuffer(Record):
-    """The newest samples, and what they are compared with."""
+    """The newest samples, and the earlier ones that they are compared with."""
 
     imu_tick: int = -1
     """In which the newest sample of the IMU was measured; −1 before the first."""
@@ -239,7 +239,7 @@ class LegState(Record):
 
 
 class TraversalClock(Record):
-    """How long a traversal has been under way."""
+    """The time of a traversal."""
 
     tick: int
     """The last one."""

@@ -1,9 +1,9 @@
 """Model predictive control of the nozzle point, solved by DAQP every tick.
 
-Each tick the programme of `mpc_kernel` is built for the path ahead and solved from the last active set. What the motors
-did and the model did not expect is estimated as constant disturbances, so that a lasting slip or drift leaves no
-lasting offset. If the solver cannot finish within its iteration cap, or the robot is so far off that the tangent model
-says nothing, pure pursuit takes the tick and is counted.
+Each tick the programme of `mpc_kernel` is built for the path ahead and solved from the last active set. The model's
+error is estimated as constant disturbances, so that a lasting slip or drift leaves no lasting offset. If the solver
+cannot finish within its iteration cap, or the robot is so far off that the tangent model says nothing, pure pursuit
+takes the tick and is counted.
 
 Disturbances for offset-free control: G. Pannocchia and J. B. Rawlings, Disturbance models for offset-free
 model-predictive control, AIChE Journal 49(2), 2003. The solver: D. Arnström, A. Bemporad and D. Axehill, A dual
@@ -135,10 +135,10 @@ def _parameters(vehicle: Vehicle, drive: OnboardDrive) -> NDArray[np.float64]:
 
 
 def _pull_rows(lag_s: float) -> NDArray[np.float64]:
-    """(2N, 2N) rows that turn what is added to the commands into what it adds to command less what the actuator does.
+    """(2N, 2N) linear map from the additions to the commands to the additions to each pull of `mpc_kernel.build`.
 
-    An actuator's acceleration is proportional to that difference, and the speed at a step's start is the lagged sum of
-    the commands before.
+    An actuator's acceleration is proportional to its pull, command less speed, and the speed at a step's start is the
+    lagged sum of the commands before.
     """
     size = 2 * len(HORIZON_TICKS)
     rows = np.zeros((size, size))

@@ -84,7 +84,10 @@ class Controller(NamedTuple):
 
 @kernel
 def _observe(now: Floats, controller: Controller) -> None:
-    """Estimate the disturbances, as which all is taken that the model does not explain: the MPC's offset-free part."""
+    """Estimate the disturbances from the error of the last tick's prediction: this makes the MPC offset-free.
+
+    The sources are named in `mpc`.
+    """
     p, memory, drive = controller.p, controller.memory, controller.drive
     v, w = now[SPEED], now[YAW_RATE]
     if memory[D_VALID] > 0.0:
@@ -106,7 +109,7 @@ def _observe(now: Floats, controller: Controller) -> None:
 
 @kernel
 def _roll_out(now: Floats, ahead: Floats, controller: Controller, nominal: Floats) -> None:
-    """The free response: where the feed-forward alone would lead, tick by tick so that no arc of the path is missed."""
+    """Predict the free response, under the feed-forward alone, tick by tick so that no arc of the path is missed."""
     ticks, p, memory, drive = controller
     lag, lead = p[M_LAG], int(p[M_LEAD])
     stay = math.exp(-TICK_S / lag)
@@ -165,11 +168,12 @@ class Programme(NamedTuple):
 def build(now: Floats, ahead: Floats, controller: Controller, programme: Programme) -> None:
     """Write the programme for this tick.
 
-    u holds what is added to the feed-forward of both actuators in each of the N steps, pull is how far that draws each
-    one's command from what it does at the step's start (rows from `mpc`). The free response is that
-    of the feed-forward, rolled out tick by tick; the forced one is linear along it: first-order actuators
-    v̇ = (v_c − v)/lag and likewise ω, and the tangent dynamics
-    ė_θ = ω − κ·v, ė_y = v̄·e_θ + drift, integrated exactly over each step.
+    u holds the additions to the feed-forward of both actuators in each of the N steps; pull is by how much each one's
+    command differs from its speed at the step's start (rows from `mpc`). The free response is that of the feed-forward,
+    rolled out tick by tick; the forced one is linear along it: first-order actuators v̇ = (v_c − v)/lag and likewise ω,
+    and the tangent dynamics ė_θ = ω − κ·v, ė_y = v̄·e_θ + drift, integrated exactly over each step. The states are
+    eliminated, so that u is all that is left to find (J. M. Maciejowski, Predictive Control with Constraints, Prentice
+    Hall 2002, chapter 3).
 
     Args:
         now: (NOW,) of `tracking_state`.

@@ -1,4 +1,4 @@
-"""Delayed-measurement fusion: one kernel call per tick, late samples are fused at the time they were measured.
+"""Delayed-measurement fusion: late samples and fixes are fused at the time at which they were measured.
 
 A fix is valid some 110 ms before it arrives. The ring holds the posterior of each of the last `RING` ticks and what
 was measured in it; whatever comes late is entered in its own tick, and the ticks since are run again. Fixes and samples
@@ -66,7 +66,7 @@ _NO_IMU_SPEED_VAR = 1e-4  # (1 m/s² · a tick)²
 
 @kernel
 def _step(ring: FilterState, drive: Any, slot: int, live: bool, scratch: Scratch) -> None:
-    """The posterior of `slot` from that of the slot before."""
+    """Predict and update: the posterior of `slot` from that of the slot before."""
     xs, Ps, inputs = ring.states, ring.covariances, ring.inputs
     c, n = ring.figures, ring.counters
     before = (slot - 1) % RING
@@ -108,7 +108,7 @@ def _rerun(ring: FilterState, drive: Any, first: int, last: int, live: int, scra
 
 @kernel
 def advance(ring: FilterState, drive: Any, tick: int, oldest: int, live: int) -> None:
-    """Advance the filter by one tick, from the `oldest` tick on that learned something new.
+    """Advance the filter by one tick, and first run it again from the `oldest` tick that has a new measurement.
 
     Args:
         ring: Updated; the inputs of the tick are filled in already.
@@ -133,7 +133,14 @@ def advance(ring: FilterState, drive: Any, tick: int, oldest: int, live: int) ->
 def take_fix(ring: FilterState, drive: Any, tick: int, first_tick: int, fix_tick: int) -> bool:
     """Take in a fix, the last row of `ring.fixes`, that has arrived in `tick` and is valid in `fix_tick`.
 
-    Fixes from before `first_tick`, in which the filter was started, are taken as of then.
+    Fixes from before the filter was started are used in the tick in which it was.
+
+    Args:
+        ring: Updated from the tick of the fix on.
+        drive: Figures of the drive.
+        tick: This tick.
+        first_tick: In which the filter was started.
+        fix_tick: At whose end, or within a tick after that, the fix was measured.
 
     Returns:
         Whether it is used.

@@ -92,14 +92,17 @@ class TickEstimate(NamedTuple):
 
 @kernel
 def doubt_accelerometer(P: Floats, before: Floats, z: Floats) -> None:
-    """Let the speed be as uncertain as an accelerometer that shakes makes it.
-
-    Inputs (INPUTS,) are those of the tick before and of this one.
+    """Add process noise to the speed while the accelerometer shakes.
 
     A mount that has come loose shakes by far more than the data sheet has it. Believed, it carries the speed away from
     the wheels, and these are rejected for it; the position then is off by many times its σ and contradicts the fixes
     for good. Noise of σ a sample steps by σ/√2 in the mean of two and adds σ·10 ms to the speed. One jolt, as of a
     wheel that begins to slip, is no shaking: there the accelerometer is right.
+
+    Args:
+        P: (STATES, STATES) predicted covariance, updated.
+        before: (INPUTS,) of the tick before.
+        z: (INPUTS,) of this tick; its IN_ROUGH is filled in.
     """
     z[IN_ROUGH] = before[IN_ROUGH] if before[IN_ROUGH] > 0.0 else 0.0
     step = z[IN_ACCEL] - before[IN_ACCEL]

@@ -4,7 +4,7 @@
                                     ▲     │ pause, link lost, pose lost
                               resume│     ▼
                                     PAUSED          abort: READY, RUNNING, PAUSED → ABORTED
-    any ──estop, bumper, fence──► ESTOPPED ──reset──► PAUSED (a traversal was under way), READY or IDLE
+    any ──estop, bumper, fence──► ESTOPPED ──reset──► PAUSED (from RUNNING or PAUSED), READY or IDLE
     DONE, ABORTED ──reset──► IDLE; DONE, ABORTED, READY ──load──► READY
 
 Leaving RUNNING closes the valve in the same tick. All but the emergency stop then brake along the path. A pause that
@@ -78,7 +78,7 @@ class Traversal:
         state: As in `TraversalStatus`.
         reason: Why it is in this state, or what it waits for; "" if that needs no words.
         job: The loaded job, None while idle.
-        clock: How long it has been under way.
+        clock: The last tick, and the time since the start.
     """
 
     def __init__(
@@ -204,7 +204,7 @@ class Traversal:
             self._become(IDLE, "")
 
     def link_lost(self) -> None:
-        """The operator is gone: pause if running, and do not go on from a pause without him."""
+        """Pause if running; a pause that would have ended by itself now waits for the operator."""
         if self.state == RUNNING or (self.state == PAUSED and self._automatic):
             self.pause("the link to the operator is lost")
 
@@ -228,17 +228,17 @@ class Traversal:
 
     @property
     def nominal(self) -> bool:
-        """Whether the next tick need not decide anything, as far as can be seen before it."""
+        """Whether `nominal_tick` can run the next tick, as far as can be seen before it."""
         return self.state == RUNNING and not self.reason and self._loaded().nominal and not self._follower.can_fail
 
     def driven(self, tick: int) -> None:
-        """It has been driven up to this tick without any decision."""
+        """Account for the ticks up to this one, which `nominal_tick` has run."""
         self.clock.tick = tick
         self._loaded().sprayer.count_closed()
 
     @property
     def checkpoint(self) -> Checkpoint | None:
-        """Where another process could go on; None if no traversal is under way."""
+        """Where another process could go on; None if no traversal is running or paused."""
         state = self._before_estop if self.state == ESTOPPED else self.state
         if self.job is None or state not in (RUNNING, PAUSED):
             return None

@@ -1,9 +1,9 @@
 """Projection on the path: arc length, cross-track and heading error, and the path ahead; one kernel call per tick.
 
-Progress is an arc length that only moves the way the robot is sent (along the plan, or back when it returns to where
-paint stopped) and only as far as the robot can have come in a tick: at a crossing the projection cannot jump to the
-other branch. The kernel sees one leg at a time; it ends where the robot stands and changes direction. Headings are the
-robot's: on a leg driven backward the path runs opposite to them.
+Progress is an arc length that only moves in the commanded direction (along the plan, or back when the robot returns to
+where paint stopped) and only as far as the robot can have come in a tick: at a crossing the projection cannot jump to
+the other branch. The kernel sees one leg at a time; it ends where the robot stands and changes direction. Headings are
+the robot's: on a leg driven backward the path runs opposite to them.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class LegArrays(NamedTuple):
 
 
 class Reference(NamedTuple):
-    """Where the reference is.
+    """The reference on the path.
 
     Attributes:
         speed_mps: Along the path.

@@ -1,11 +1,12 @@
 """Smoothing: the path with the steps taken out of its curvature where nothing is painted.
 
 A plan's clothoids arrive cut into arcs. Fed forward, each arc's step of curvature would reach the wheels. Where the
-robot does not paint, what it follows may therefore leave the path by a little: with u its dκ/ds and e its distance
-from the path, ∫ e²/ε² + u²/σ₀² ds is minimised, a linear-quadratic problem with the state (e, e′, κ), solved
-by a Riccati recursion over pieces on which u is constant. Arcs become the clothoid that they were cut from, or
-one as near. What is painted, the middle of what is long, and where a path really steps in curvature is followed as it
-is, and joined with its curvature.
+robot does not paint, what it follows may therefore leave the path by a little: with u its dκ/ds and e its distance from
+the path, ∫ e²/ε² + u²/σ₀² ds is minimised, a linear-quadratic problem with the state (e, e′, κ), solved by a Riccati
+recursion (D. P. Bertsekas, Dynamic Programming and Optimal Control, volume I, 3rd edition, Athena Scientific 2005,
+section 4.1) over pieces on which u is constant. Arcs become the clothoid that they were cut from, or one as near. What
+is painted, the middle of what is long, and where a path really steps in curvature is followed as it is, and joined with
+its curvature.
 """
 
 from __future__ import annotations
@@ -163,7 +164,7 @@ def _greatest(state: Floats) -> float:
 
 @kernel
 def _joint(pieces: Floats, j: int, sense: float) -> tuple[float, float]:
-    """By how much (m, rad) piece j begins to the left of where the one before it ends, and is turned from it."""
+    """The gap to the left (m) and the kink (rad) from the end of the piece before piece j to its start."""
     half = 0.5 * pieces[j - 1, W_CURVATURE] * pieces[j - 1, W_LENGTH]
     chord = sense * pieces[j - 1, W_LENGTH] * (math.sin(half) / half if abs(half) > 1e-9 else 1.0)
     middle = pieces[j - 1, 2] + half

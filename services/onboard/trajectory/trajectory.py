@@ -33,7 +33,7 @@ from touchline.services.onboard.trajectory.turn import TurnInPlace
 
 @dataclass(frozen=True)
 class LoadedTrajectory:
-    """Everything that is needed to drive, spray and tell the time.
+    """A checked trajectory as arrays: path, speeds, actuation and times.
 
     Attributes:
         path: (n, 7) rows of `path.cut_path`, one a segment.
@@ -95,7 +95,7 @@ class LoadedTrajectory:
         return distance_m
 
     def time_at(self, arc_length_m: float, leg: int) -> float:
-        """Seconds from the start to an arc length on a leg at the profile's speeds; a turn of that leg is to come."""
+        """Seconds from the start to an arc length on a leg at the profile's speeds, before a turn of that leg."""
         s, v = self.speeds[:, 0], self.speeds[:, 1]
         i = min(max(int(np.searchsorted(s, arc_length_m, side="right")) - 1, 0), len(s) - 2)
         ds = min(max(arc_length_m - s[i], 0.0), s[i + 1] - s[i])
