@@ -15,7 +15,7 @@ _TICKS = 90
 
 
 def warm_up(vehicle: Vehicle | None = None, config: OnboardConfig | None = None) -> None:
-    """Drive a throw-away robot off its mark once; takes seconds if nothing is cached, milliseconds if all is."""
+    """Run all kernels once, as a throw-away robot sets off: seconds if nothing is cached, milliseconds if all is."""
     vehicle = vehicle or Vehicle()
     onboard = Onboard(vehicle, config or OnboardConfig())
     onboard.load(straight(vehicle))

@@ -210,8 +210,8 @@ def trajectory(
     ramp = min(speed**2 / (2 * acceleration), total / 2)
     top = math.sqrt(2 * acceleration * ramp)
     profile = speeds or [(0.0, 0.0), (ramp, top), (total - ramp, top), (total, 0.0)]
-    ways = [LinearDirection.BACKWARD if i in backward else LinearDirection.FORWARD for i in range(len(curves))]
-    segments = [segment(f"s{i}", curve, way) for i, (curve, way) in enumerate(zip(curves, ways, strict=True))]
+    directions = [LinearDirection.BACKWARD if i in backward else LinearDirection.FORWARD for i in range(len(curves))]
+    segments = [segment(f"s{i}", curve, directions[i]) for i, curve in enumerate(curves)]
     return assemble(segments, _switches(sprays), (velocity(s, v) for s, v in profile))
 
 

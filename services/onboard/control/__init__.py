@@ -1,4 +1,4 @@
-"""Followers: from where the robot is beside its path to what its wheels should do."""
+"""Followers: controllers that turn the tracking errors into a wanted twist."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ __all__ = [
 
 
 Make = Callable[[Vehicle, Ask], Follower]
-"""Makes a follower for a vehicle, and for what answers in its place where it lives outside."""
+"""Makes a follower for a vehicle; an external one asks by the second argument."""
 
 
 def make_mpc(vehicle: Vehicle, _ask: Ask) -> Follower:

@@ -1,4 +1,4 @@
-"""What every follower is."""
+"""The interface of followers."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ _TOLERANCE_SHARE = 0.4
 
 
 class DifferentialFigures(NamedTuple):
-    """What kernels know of the drive.
+    """Parameters of the drive for kernels; its kernels are documented in `onboard_drive`.
 
     Attributes:
         radius_m: Nominal, of the wheels.
@@ -76,7 +76,7 @@ class DifferentialFigures(NamedTuple):
 
     @kernel
     def read(self, span: int, buffer: SampleBuffer, row: Floats) -> bool:
-        """Mean rates of the wheels, and the nominal speeds of their rims."""
+        """See `onboard_drive.read`: the mean rates of the wheels, and the nominal speeds of their rims."""
         still = True
         for wheel in range(2):
             turned = buffer.turned_rad[wheel]
@@ -87,7 +87,7 @@ class DifferentialFigures(NamedTuple):
 
     @kernel
     def smooth(self, before: Floats, z: Floats) -> None:
-        """The rim speeds that slip is a share of.
+        """See `onboard_drive.smooth`: the rim speeds that slip is a share of.
 
         Taken from the tick's own reading or from the state they would share its noise, and the gain with the
         innovation: noise would become a bias of the slip. So they are smooth, but keep up with a wheel that changes its
@@ -103,7 +103,7 @@ class DifferentialFigures(NamedTuple):
 
     @kernel
     def strain(self, P: Floats, before: Floats, z: Floats) -> None:
-        """Let the slips be as uncertain as wheels that change their speed make them.
+        """See `onboard_drive.strain`: slip becomes uncertain when wheels change their speed.
 
         A tyre pushes by slipping: on grass by 1 % and on wet grass by 2 % per m/s², and by far more at the end of its
         grip, which the robot does not know. That comes and goes as fast as the wheel is sped up. Readings that are
@@ -122,7 +122,7 @@ class DifferentialFigures(NamedTuple):
 
     @kernel
     def odometry(self, x: Floats, z: Floats, h: Floats) -> tuple[float, float, float]:
-        """Rim speeds: what is over the ground of a wheel is its nominal rim speed less slip."""
+        """See `onboard_drive.odometry`: a wheel's speed over the ground is its nominal rim speed less slip."""
         half = 0.5 * self.track_m
         left, right = z[IN_ODOMETRY], z[IN_ODOMETRY + 1]
         over_left, over_right = x[SPEED] - half * x[YAW_RATE], x[SPEED] + half * x[YAW_RATE]
@@ -134,32 +134,32 @@ class DifferentialFigures(NamedTuple):
 
     @kernel
     def effective(self, x: Floats, now: Floats) -> None:
-        """The radii of the wheels, slip included [m]."""
+        """See `onboard_drive.effective`: the radii of the wheels, slip included [m]."""
         for wheel in range(2):
             slip = min(max(x[ODOMETRY_ERROR + wheel], -_SLIP_LIMIT), _SLIP_LIMIT)
             now[EFFECT + wheel] = self.radius_m * (1.0 - slip)
 
     @kernel
     def twist(self, actuators: Floats, now: Floats) -> tuple[float, float]:
-        """V = (v_left + v_right)/2, ω = (v_right − v_left)/b."""
+        """See `onboard_drive.twist`: v = (v_left + v_right)/2, ω = (v_right − v_left)/b."""
         left, right = actuators[0] * now[EFFECT], actuators[1] * now[EFFECT + 1]
         return 0.5 * (left + right), (right - left) / self.track_m
 
     @kernel
     def actuators_of(self, speed_mps: float, yaw_rate_radps: float, now: Floats) -> tuple[float, float]:
-        """Each wheel's rate is the speed of the ground beneath it by its radius."""
+        """See `onboard_drive.actuators_of`: a wheel's rate is the ground's speed beneath it, divided by its radius."""
         apart = self.half_track_m * yaw_rate_radps
         return (speed_mps - apart) / now[EFFECT], (speed_mps + apart) / now[EFFECT + 1]
 
     @kernel
     def gain(self, actuator: int, now: Floats) -> tuple[float, float]:
-        """Half its radius, and that by half the track: to the right for the left wheel."""
+        """See `onboard_drive.gain`: half the radius, and that by half the track, negative for the left wheel."""
         speed = 0.5 * now[EFFECT + actuator]
         return speed, (2 * actuator - 1) * speed / self.half_track_m
 
     @kernel
     def command(self, speed_mps: float, yaw_rate_radps: float, now: Floats, actuators: Floats) -> None:
-        """Too fast is scaled down with the curvature kept; too sudden for the wheels is cut off."""
+        """See `onboard_drive.command`: excess speed is scaled down, keeping the curvature; excess change is cut off."""
         half, fastest, reach = self.half_track_m, self.max_rate_radps, self.reach_radps
         left = (speed_mps - half * yaw_rate_radps) / now[EFFECT]
         right = (speed_mps + half * yaw_rate_radps) / now[EFFECT + 1]

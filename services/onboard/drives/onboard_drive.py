@@ -30,7 +30,7 @@ class OnboardDrive(ABC):
         lag_s: Time constant with which the actuators follow their commands.
         limit: (ACTUATORS,) largest absolute commands.
         reach: (ACTUATORS,) by how much a command may differ from what its actuator does.
-        lag_share: (ACTUATORS,) share of the way to its command that an actuator makes in a tick.
+        lag_share: (ACTUATORS,) by which share of the difference an actuator gets nearer to its command in a tick.
         max_step: (ACTUATORS,) by how much it changes in a tick at most.
         tolerance: (ACTUATORS,) by how much it may differ from what is expected of it, or by `tolerance_share` of that.
         tolerance_share: See `tolerance`.
@@ -98,7 +98,7 @@ def drive_of(vehicle: Vehicle, track_width_relative: float = 0.0) -> OnboardDriv
 
 @kernel_of_class
 def read(figures: Any, span: int, buffer: SampleBuffer, row: Floats) -> bool:
-    """Turn what the encoders have turned since their last sample into odometry.
+    """Convert the increments of the encoders since their last sample to odometry.
 
     Args:
         figures: Of the drive.
@@ -115,7 +115,7 @@ def read(figures: Any, span: int, buffer: SampleBuffer, row: Floats) -> bool:
 
 @kernel_of_class
 def smooth(figures: Any, before: Floats, z: Floats) -> None:
-    """Fill in what the errors of odometry are a share of: the two numbers from IN_SMOOTH on.
+    """Fill in the smoothed speeds that the errors of odometry are a share of: the two numbers from IN_SMOOTH on.
 
     Args:
         figures: Of the drive.
@@ -127,7 +127,7 @@ def smooth(figures: Any, before: Floats, z: Floats) -> None:
 
 @kernel_of_class
 def strain(figures: Any, P: Floats, before: Floats, z: Floats) -> None:
-    """Let the errors of odometry be as uncertain as what the drive does makes them.
+    """Add the process noise of the errors of odometry that depends on what the drive does.
 
     Args:
         figures: Of the drive.
@@ -156,7 +156,7 @@ def odometry(figures: Any, x: Floats, z: Floats, h: Floats) -> tuple[float, floa
 
 @kernel_of_class
 def effective(figures: Any, x: Floats, now: Floats) -> None:
-    """Fill in what converts actuators and twist into each other: the two numbers from EFFECT on.
+    """Fill in the factors that convert actuators and twist into each other: the two numbers from EFFECT on.
 
     Args:
         figures: Of the drive.
@@ -173,7 +173,7 @@ def twist(figures: Any, actuators: Floats, now: Floats) -> tuple[float, float]:
     Args:
         figures: Of the drive.
         actuators: (ACTUATORS,) in their units.
-        now: (NOW,) with what is effective.
+        now: (NOW,) with the factors of `effective`.
 
     Returns:
         Speed [m/s] and yaw rate [rad/s] of the body.
@@ -189,7 +189,7 @@ def actuators_of(figures: Any, speed_mps: float, yaw_rate_radps: float, now: Flo
         figures: Of the drive.
         speed_mps: Of the body.
         yaw_rate_radps: Of the body.
-        now: (NOW,) with what is effective.
+        now: (NOW,) with the factors of `effective`.
 
     Returns:
         For each actuator, in its unit.
@@ -204,7 +204,7 @@ def gain(figures: Any, actuator: int, now: Floats) -> tuple[float, float]:
     Args:
         figures: Of the drive.
         actuator: Its number.
-        now: (NOW,) with what is effective.
+        now: (NOW,) with the factors of `effective`.
 
     Returns:
         Of speed [m/s] and of yaw rate [rad/s], per unit.
@@ -220,7 +220,7 @@ def command(figures: Any, speed_mps: float, yaw_rate_radps: float, now: Floats, 
         figures: Of the drive.
         speed_mps: Of the body, wanted.
         yaw_rate_radps: Of the body, wanted.
-        now: (NOW,) with the present twist and what is effective.
+        now: (NOW,) with the present twist and the factors of `effective`.
         actuators: (ACTUATORS,) filled in.
     """
     raise NotImplementedError
