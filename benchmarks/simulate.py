@@ -19,7 +19,7 @@ from touchline.services.robot_sim.fast_runner import Quiet
 from touchline.services.robot_sim.telemetry import Telemetry
 from touchline.services.robot_sim.warm_up import warm_up
 from touchline.services.robot_sim.world import body
-from touchline.services.runs.simulation import Job, simulate
+from touchline.services.runs.simulation import Job, Products, simulate
 
 TEMPLATE = "soccer-11"
 FOLLOWERS = ("mpc", "pure-pursuit")
@@ -50,7 +50,7 @@ def _factor(job: Job, config: OnboardConfig, *, hashed: bool) -> tuple[float, fl
     walls, cpus = [], []
     for _ in range(REPEATS):
         cpu = time.process_time()
-        outcome = simulate(job, Scenario(), config, hashed=hashed)
+        outcome = simulate(job, Scenario(), config, Products(hashed))
         cpus.append(outcome.report.total_time_s / (time.process_time() - cpu))
         walls.append(outcome.report.total_time_s / outcome.wall_time_s)
     return max(walls), max(cpus)

@@ -15,8 +15,6 @@ from touchline.schemas.template import ArcSpec, Area, LineSpec, Placement, Templ
 
 Point = tuple[float, float]
 
-#: WGS 84: semi-major axis (m) and first eccentricity squared.
-SEMI_MAJOR_M, ECCENTRICITY_2 = 6_378_137.0, 6.694_379_990_141_316_5e-3
 #: Two map origins closer than this (m) are the same.
 SAME_ORIGIN_M = 0.001
 
@@ -114,30 +112,17 @@ def to_map(template: Template, map_origin: Origin) -> Template:
 
 
 def offset_m(origin: Origin, map_origin: Origin) -> Point:
-    """(east, north) in m of ``origin`` seen from ``map_origin``, in the tangent plane at ``map_origin``.
+    """(east, north) in m of ``origin`` seen from ``map_origin``, in the tangent plane at ``map_origin``."""
+    from pymap3d import geodetic2enu  # here: it loads NumPy, without which the command line starts sooner
 
-    WGS 84 to earth-centred coordinates and from there to the local east-north-up frame, without approximation: as
-    kernels of services/core/geodesy.py have it, which templates cannot see; a test holds both to each other.
-    """
-    here, there = _ecef(map_origin), _ecef(origin)
-    dx, dy, dz = (b - a for a, b in zip(here, there, strict=True))
-    lat, lon = math.radians(map_origin.latitude_deg), math.radians(map_origin.longitude_deg)
-    east = -math.sin(lon) * dx + math.cos(lon) * dy
-    outward = math.cos(lon) * dx + math.sin(lon) * dy
-    return (east, math.cos(lat) * dz - math.sin(lat) * outward)
+    there, here = ((o.latitude_deg, o.longitude_deg, o.altitude_m) for o in (origin, map_origin))
+    east, north, _ = geodetic2enu(*there, *here)
+    return float(east), float(north)
 
 
 def same_place(first: Origin, second: Origin) -> bool:
     """Whether two origins are within a millimetre on the ground."""
     return math.hypot(*offset_m(first, second)) <= SAME_ORIGIN_M
-
-
-def _ecef(origin: Origin) -> tuple[float, float, float]:
-    lat, lon = math.radians(origin.latitude_deg), math.radians(origin.longitude_deg)
-    normal = SEMI_MAJOR_M / math.sqrt(1 - ECCENTRICITY_2 * math.sin(lat) ** 2)
-    across = (normal + origin.altitude_m) * math.cos(lat)
-    up = (normal * (1 - ECCENTRICITY_2) + origin.altitude_m) * math.sin(lat)
-    return (across * math.cos(lon), across * math.sin(lon), up)
 
 
 def _wrap_deg(angle_deg: float) -> float:

@@ -7,7 +7,7 @@ from touchline.schemas.messages import Actuation, Trajectory
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.trajectories import assemble, segment, velocity
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.core.constants import GRAVITY_MPS2
+from touchline.services.core.physical_constants import GRAVITY_MPS2
 from touchline.services.onboard.computer import Onboard
 from touchline.services.onboard.interface import TICKS_PER_S, GnssSample, ImuSample, MagSample, SensorFrame
 

@@ -95,14 +95,29 @@ class Outcome:
         }
 
 
+@dataclass(frozen=True)
+class Products:
+    """What comes of a run besides its report.
+
+    Attributes:
+        hashed: Whether to work out the session hash; a recorded run always has one.
+        record: MCAP file to write.
+        strokes: Whether the outcome holds the paint itself.
+    """
+
+    hashed: bool = False
+    record: Path | None = None
+    strokes: bool = False
+
+
+_REPORT_ALONE = Products()
+
+
 def simulate(
     job: Job,
     scenario: Scenario,
     config: OnboardConfig | None = None,
-    *,
-    hashed: bool = False,
-    record: Path | None = None,
-    with_strokes: bool = False,
+    products: Products = _REPORT_ALONE,
     progress: Progress = lambda done, doing: None,
 ) -> Outcome:
     """Paint ``job`` once, as fast as it goes.
@@ -113,9 +128,7 @@ def simulate(
         job: What to paint.
         scenario: What may go differently.
         config: What the robot's computer is told; by default the shipped robot's.
-        hashed: Whether to work out the session hash; a recorded run always has one.
-        record: MCAP file to write.
-        with_strokes: Whether the outcome holds the paint itself.
+        products: What it is to give besides the report.
         progress: Told the fraction done and where the robot is, every few seconds of sim time.
 
     Raises:
@@ -128,12 +141,12 @@ def simulate(
     before = [telemetry.setup(), *telemetry.standing()]
     emulator.load(job.trajectory, job.template)
     quiet = Quiet(emulator)
-    if record is None and not hashed:
+    if products.record is None and not products.hashed:
         emulator.start()
         reason = _drive(emulator, lambda: quiet.run(_SLICE_TICKS), progress)
         report, recording = telemetry.report(), None
     else:
-        with _Listener(record) as listener:
+        with _Listener(products.record) as listener:
             listener.hear(before)
             listener.hear(telemetry.loaded(job.trajectory, job.template))
             emulator.start()
@@ -154,7 +167,7 @@ def simulate(
         scenario_hash(emulator.setup, job.template, job.options),
         time.perf_counter() - begun,
         recording,
-        telemetry.strokes() if with_strokes else (),
+        telemetry.strokes() if products.strokes else (),
     )
 
 

@@ -25,7 +25,7 @@ from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.trajectories import assemble, segment, turn, velocity
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.core.constants import GRAVITY_MPS2
+from touchline.services.core.physical_constants import GRAVITY_MPS2
 from touchline.services.onboard import Onboard
 from touchline.services.onboard.interface import (
     STANDSTILL,

@@ -11,7 +11,7 @@ from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.scenario import GnssNoise, Ground, Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.core.constants import GRAVITY_MPS2
+from touchline.services.core.physical_constants import GRAVITY_MPS2
 from touchline.services.onboard import filter_model as m
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import Quiet
