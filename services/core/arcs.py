@@ -39,7 +39,7 @@ def arc(heading_rad: float, curvature_1pm: float, length_m: float) -> tuple[comp
         length_m: How far along it; negative is backward.
 
     Returns:
-        The chord x + iy (m) in the frame of the heading, and the turn (rad).
+        The chord x + iy (m), in the frame in which the heading is given, and the turn (rad).
     """
     half = 0.5 * curvature_1pm * length_m
     return unit(heading_rad + half) * (length_m * chord_share(half)), 2.0 * half

@@ -1,4 +1,4 @@
-"""Two driven wheels: a wheel's rim runs at v ∓ ω·b/2 over the ground, with b the track, and by its slip s faster.
+"""Differential drive: over the ground a wheel moves at v ∓ ω·b/2, with b the track; its rim is faster by the slip s.
 
 Slip is a share of the rim speed: ground speed = ω_wheel·r·(1 − s). The two slips are the drive's states of the filter.
 """
@@ -177,7 +177,7 @@ class OnboardDifferential(OnboardDrive):
     """The onboard side of a `DifferentialDrive`."""
 
     def __init__(self, vehicle: Vehicle, track_width_relative: float) -> None:
-        """That of a vehicle."""
+        """The onboard side of a vehicle's drive."""
         drive = self._drive = vehicle.drive
         self.lag_s = drive.motor_time_constant_s
         lag_s, tick_rad = max(self.lag_s, TICK_S), 2.0 * math.pi / drive.encoder_ticks_per_revolution
@@ -200,11 +200,11 @@ class OnboardDifferential(OnboardDrive):
         self.side_slip_rad_per_mps2 = drive.side_slip_rad_per_mps2
 
     def moves_mps(self, actuators: Floats) -> float:
-        """The faster rim."""
+        """The speed of the faster rim."""
         return float(np.abs(actuators).max() * self.figures.radius_m)
 
     def check_curvature(self, name: str, curvature_1pm: float) -> None:
-        """The inner wheel is not to run backward."""
+        """Refuse a curvature at which the inner wheel would have to run backward."""
         half_m = self.figures.half_track_m
         if abs(curvature_1pm) * half_m > 1.0:
             raise CommandRefused(
@@ -213,7 +213,7 @@ class OnboardDifferential(OnboardDrive):
             )
 
     def check_speeds(self, speed_mps: Floats, curvature_1pm: Floats, name: Callable[[int], str]) -> None:
-        """The outer wheel has a limit."""
+        """Refuse speeds at which the outer wheel would be beyond its limit."""
         rim_mps = speed_mps * (1.0 + np.abs(curvature_1pm) * self.figures.half_track_m)
         worst = int(np.argmax(rim_mps))
         if rim_mps[worst] > self._drive.max_speed_mps * _LIMIT_SLACK:
@@ -223,7 +223,7 @@ class OnboardDifferential(OnboardDrive):
             )
 
     def check_spin(self, name: str, rate_radps: float) -> None:
-        """Both wheels have a limit."""
+        """Refuse a rate at which both wheels would be beyond their limit."""
         rim_mps = rate_radps * self.figures.half_track_m
         if rim_mps > self._drive.max_speed_mps * _LIMIT_SLACK:
             raise CommandRefused(f"{name}: turning on the spot at {rate_radps:.2f} rad/s {self._needs(rim_mps)}")
@@ -233,5 +233,5 @@ class OnboardDifferential(OnboardDrive):
         return f"needs a wheel speed of {wheel_radps:.2f} rad/s; the limit is {limit_radps:.2f} rad/s"
 
     def spin_acceleration_radps2(self) -> float:
-        """With the planned acceleration at the wheels."""
+        """That of the planned acceleration at both wheels."""
         return float(self._drive.max_acceleration_mps2 / self.figures.half_track_m)

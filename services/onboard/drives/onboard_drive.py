@@ -23,7 +23,7 @@ Floats = NDArray[np.float64]
 
 
 class OnboardDrive(ABC):
-    """What is asked of a drive outside of kernels.
+    """The onboard side of a drive, outside of kernels.
 
     Attributes:
         figures: For kernels.
@@ -51,7 +51,7 @@ class OnboardDrive(ABC):
 
     @abstractmethod
     def __init__(self, vehicle: Vehicle, track_width_relative: float) -> None:
-        """That of a vehicle; the share by which its track, or whatever tells its yaw rate, is uncertain (1 σ)."""
+        """The drive of a vehicle whose track, or whatever tells its yaw rate, is uncertain by a share (1 σ)."""
 
     @abstractmethod
     def moves_mps(self, actuators: Floats) -> float:
@@ -59,7 +59,7 @@ class OnboardDrive(ABC):
 
     @abstractmethod
     def check_curvature(self, name: str, curvature_1pm: float) -> None:
-        """See whether a segment of this curvature can be driven.
+        """Check that a segment of this curvature can be driven.
 
         Raises:
             CommandRefused: It cannot; `name` says which segment it is.
@@ -67,7 +67,7 @@ class OnboardDrive(ABC):
 
     @abstractmethod
     def check_speeds(self, speed_mps: Floats, curvature_1pm: Floats, name: Callable[[int], str]) -> None:
-        """See whether segments (n,) of these curvatures can be driven so fast.
+        """Check that segments (n,) of these curvatures can be driven so fast.
 
         Raises:
             CommandRefused: One cannot; `name` says which, by its index.
@@ -75,7 +75,7 @@ class OnboardDrive(ABC):
 
     @abstractmethod
     def check_spin(self, name: str, rate_radps: float) -> None:
-        """See whether the vehicle can turn on the spot so fast.
+        """Check that the vehicle can turn on the spot so fast.
 
         Raises:
             CommandRefused: It cannot; `name` says which segment it is.
@@ -83,7 +83,7 @@ class OnboardDrive(ABC):
 
     @abstractmethod
     def spin_acceleration_radps2(self) -> float:
-        """With which it turns on the spot."""
+        """The yaw acceleration with which the vehicle turns on the spot."""
 
 
 def drive_of(vehicle: Vehicle, track_width_relative: float = 0.0) -> OnboardDrive:
@@ -140,7 +140,7 @@ def strain(figures: Any, P: Floats, before: Floats, z: Floats) -> None:
 
 @kernel_of_class
 def odometry(figures: Any, x: Floats, z: Floats, h: Floats) -> tuple[float, float, float]:
-    """The two measurements of a tick's odometry.
+    """Innovations and Jacobian of a tick's odometry.
 
     Args:
         figures: Of the drive.
@@ -168,7 +168,7 @@ def effective(figures: Any, x: Floats, now: Floats) -> None:
 
 @kernel_of_class
 def twist(figures: Any, actuators: Floats, now: Floats) -> tuple[float, float]:
-    """The twist that actuators stand for.
+    """The twist of the body while the actuators do what is given.
 
     Args:
         figures: Of the drive.
@@ -183,7 +183,7 @@ def twist(figures: Any, actuators: Floats, now: Floats) -> tuple[float, float]:
 
 @kernel_of_class
 def actuators_of(figures: Any, speed_mps: float, yaw_rate_radps: float, now: Floats) -> tuple[float, float]:
-    """What the actuators are to do for a twist, whatever their limits; the inverse of `twist`.
+    """The commands for a twist, whatever the actuators' limits: the inverse of `twist`.
 
     Args:
         figures: Of the drive.

@@ -73,7 +73,7 @@ def start_learning(c: Floats, slow: Floats) -> None:
 
 
 @kernel
-def lay_down(slow: Floats, z: Floats) -> None:
+def store_learned(slow: Floats, z: Floats) -> None:
     """Store in a tick's inputs the learned figures that the tick is run with.
 
     Args:

@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 from touchline.services.core.jit import kernel
 from touchline.services.onboard.computer_state import FilterState
 from touchline.services.onboard.drives import onboard_drive
-from touchline.services.onboard.estimation.calibration import LEARN_TICKS, lay_down, learn
+from touchline.services.onboard.estimation.calibration import LEARN_TICKS, learn, store_learned
 from touchline.services.onboard.estimation.measurements import (
     Scratch,
     TickEstimate,
-    doubt_accelerometer,
+    add_shaking_noise,
     fix_rows,
     measure,
     use_fix,
@@ -29,7 +29,7 @@ from touchline.services.onboard.estimation.measurements import (
 from touchline.services.onboard.estimation.prediction import predict
 from touchline.services.onboard.estimation.standing import settle_dispute
 from touchline.services.onboard.estimation.tail import CONTRADICTED, bounded, doubt, likelihood
-from touchline.services.onboard.estimation.updates import two
+from touchline.services.onboard.estimation.updates import nis_of_two
 from touchline.services.onboard.filter_model import (
     ACCEL_BIAS,
     C_MAST,
@@ -90,7 +90,7 @@ def _step(ring: FilterState, drive: Any, slot: int, live: bool, scratch: Scratch
     # Readings that are rejected again and again are counted: the drive may have an explanation.
     inputs[slot, IN_REFUSED] = inputs[before, IN_REFUSED] if inputs[before, IN_REFUSED] > 0.0 else 0.0
     onboard_drive.strain(drive, P, inputs[before], inputs[slot])
-    doubt_accelerometer(P, inputs[before], inputs[slot])
+    add_shaking_noise(P, inputs[before], inputs[slot])
     measure(TickEstimate(x, P, inputs[slot]), c, drive, n, live, scratch)
 
 
@@ -125,22 +125,22 @@ def advance(ring: FilterState, drive: Any, tick: int, oldest: int, live: int) ->
     settled = (tick + 1) % RING
     if settled % LEARN_TICKS == 0 or fixes[settled, FIX_USED] > 0.0:
         learn(settled, xs[settled], inputs[settled], fixes[settled], c, slow)
-    lay_down(slow, inputs[tick % RING])
+    store_learned(slow, inputs[tick % RING])
     _rerun(ring, drive, oldest, tick, live, (h, g))
 
 
 @kernel
 def take_fix(ring: FilterState, drive: Any, tick: int, first_tick: int, fix_tick: int) -> bool:
-    """Take in a fix, the last row of `ring.fixes`, that has arrived in `tick` and is valid in `fix_tick`.
+    """Use a fix, the last row of `ring.fixes`, in the tick in which it is valid, and run the ticks since again.
 
     Fixes from before the filter was started are used in the tick in which it was.
 
     Args:
         ring: Updated from the tick of the fix on.
         drive: Figures of the drive.
-        tick: This tick.
+        tick: This tick, in which the fix has arrived.
         first_tick: In which the filter was started.
-        fix_tick: At whose end, or within a tick after that, the fix was measured.
+        fix_tick: The tick at whose time, or less than a tick after it, the fix was measured.
 
     Returns:
         Whether it is used.
@@ -160,7 +160,7 @@ def take_fix(ring: FilterState, drive: Any, tick: int, first_tick: int, fix_tick
         return False
     valid = TickEstimate(xs[where], Ps[where], inputs[where])
     y = fix_rows(valid, fix, c, h)
-    nis = two(valid.P, h, y, fix[FIX_VARIANCE])
+    nis = nis_of_two(valid.P, h, y, fix[FIX_VARIANCE])
     weighed = bounded(nis)
     n[INNOVATION_EAST], n[INNOVATION_NORTH], n[NIS_FIX_LAST] = y[0], y[1], weighed
     n[FIX_DOUBT] = doubt(n[FIX_DOUBT], likelihood(nis))

@@ -16,7 +16,7 @@ from touchline.services.core.angles import wrapped
 from touchline.services.core.jit import kernel
 from touchline.services.onboard.drives import onboard_drive
 from touchline.services.onboard.estimation.tail import weighed_variance
-from touchline.services.onboard.estimation.updates import apply, apply_two, two
+from touchline.services.onboard.estimation.updates import apply, apply_two, nis_of_two
 from touchline.services.onboard.filter_model import (
     C_ANTENNA_X,
     C_ANTENNA_Y,
@@ -91,7 +91,7 @@ class TickEstimate(NamedTuple):
 
 
 @kernel
-def doubt_accelerometer(P: Floats, before: Floats, z: Floats) -> None:
+def add_shaking_noise(P: Floats, before: Floats, z: Floats) -> None:
     """Add process noise to the speed while the accelerometer shakes.
 
     A mount that has come loose shakes by far more than the data sheet has it. Believed, it carries the speed away from
@@ -123,7 +123,7 @@ def _odometry(at: TickEstimate, drive: Any, n: Floats, live: bool, scratch: Scra
     uneven = 0.5 * (z[IN_SPAN] - 1.0) * TICK_S * _SPAN_ACCEL_MPS2  # the mean of several ticks is not the last one
     r += uneven * uneven
     y = y0, y1
-    nis = two(P, h, y, r)
+    nis = nis_of_two(P, h, y, r)
     z[IN_REFUSED] = z[IN_REFUSED] + 1.0 if nis > GATE_2_DOF else 0.0
     if live:
         n[N_ENCODER] += 1.0
@@ -210,7 +210,7 @@ def measure(at: TickEstimate, c: Floats, drive: Any, n: Floats, live: bool, scra
 
 @kernel
 def fix_rows(at: TickEstimate, fix: Floats, c: Floats, h: Floats) -> tuple[float, float]:
-    """The measurement of a fix: of the antenna, whose mast leans with the ground, some time after the tick.
+    """Innovations and Jacobian of a fix: of the antenna, whose mast leans with the ground, some time after the tick.
 
     Args:
         at: The tick in which the fix is valid.

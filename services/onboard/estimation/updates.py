@@ -68,7 +68,7 @@ def spread(P: Floats, h: Floats) -> tuple[float, float, float]:
 
 
 @kernel
-def two(P: Floats, h: Floats, y: tuple[float, float], r: float) -> float:
+def nis_of_two(P: Floats, h: Floats, y: tuple[float, float], r: float) -> float:
     """Normalised innovation squared (NIS) of two numbers that are measured at once: yᵀ (H P Hᵀ + r I)⁻¹ y.
 
     Args:

@@ -23,5 +23,5 @@ class Tries:
         return self._count <= MAX_TRIES
 
     def forgive(self) -> None:
-        """The operator has looked: count anew."""
+        """Start counting anew, as the operator has looked."""
         self._count = 0

@@ -155,7 +155,7 @@ class Traversal:
         self._leave_running(PAUSED, reason)
 
     def resume(self) -> None:
-        """Go on, from where paint is owed. If the receiver has jumped for good, this is to believe it."""
+        """Go on from where paint is owed; if the receiver has jumped for good, its new position is accepted."""
         self._require("resume", PAUSED)
         job = self._loaded()
         problem = self._hazards.lasting
