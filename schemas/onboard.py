@@ -1,4 +1,4 @@
-"""What the robot's own computer is told when it is built: data sheets of its sensors, its controller, its limits.
+"""Configuration of the robot's computer: sensor data sheets, follower and limits.
 
 The defaults are the shipped robot's. None of it decides what is true: that is the scenario's, of which the robot's
 computer sees nothing but what its sensors say.

@@ -1,4 +1,4 @@
-"""Where a drawing lies: moved, turned, mirrored in the map frame, and the map frame on the earth.
+"""Rigid motions of drawings into the map frame, and of the map frame's origin on the earth.
 
 A template's own coordinates are those of its drawing, for a pitch about its centre. ``Placement`` carries them into
 the map frame: first mirrored (north for south), then turned, then moved. The template's ``origin`` says where on the
@@ -31,7 +31,7 @@ class Transform:
 
     @classmethod
     def of(cls, x_m: float, y_m: float, rotation_rad: float, mirror: bool = False) -> Self:
-        """Quarter turns are exact, so that a turned field keeps its round figures."""
+        """The motion by these amounts; quarter turns are exact, so that a turned field keeps its round figures."""
         quarter = rotation_rad / (math.pi / 2)
         if abs(quarter - round(quarter)) < 1e-12:
             cos, sin = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[round(quarter) % 4]

@@ -1,4 +1,4 @@
-"""What every kind of tool has in a vehicle's file."""
+"""Base class of tools in a vehicle's file."""
 
 from typing import TYPE_CHECKING, Any
 

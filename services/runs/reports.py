@@ -71,7 +71,7 @@ def paint_figures(report: TraversalReport) -> dict[str, Any]:
 
 
 def failing(report: TraversalReport) -> str:
-    """Why a traversal that got to its end is no success; "" if it is one."""
+    """Why a completed traversal is no success; "" if it is one."""
     return "" if report.paint_accepted else f"the paint is not accepted: {report.verdict}"
 
 
@@ -111,7 +111,7 @@ def traversal_figures(report: TraversalReport, wall_time_s: float) -> dict[str, 
 
 
 def hash_figures(scenario: str, report: TraversalReport) -> dict[str, Any]:
-    """Of what decided the session, and of all that was said in it (``None`` if that was not worked out)."""
+    """Scenario hash and session hash (``None`` if it was not computed)."""
     return {"scenario": scenario, "session": report.session_hash or None}
 
 

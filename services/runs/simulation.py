@@ -1,4 +1,4 @@
-"""A painting job in one process: no bus, no wall clock in it, the same bits as over Zenoh."""
+"""Runs a painting job in one process, without bus or wall clock, with the same bits as over Zenoh."""
 
 import time
 from collections.abc import Callable
@@ -30,7 +30,7 @@ _PATIENCE_SLICES = 18
 
 @dataclass(frozen=True)
 class Job:
-    """What is painted with what: everything but the scenario, planned once.
+    """A planned job: everything but the scenario and the computer's configuration.
 
     Attributes:
         trajectory: The plan.

@@ -1,4 +1,4 @@
-"""A whole system on this machine for one job: services, a bus of their own, and an end to it all."""
+"""Starts and stops planner, robots and bridge as processes of this machine, on a private or given bus."""
 
 import tempfile
 import threading
@@ -44,12 +44,12 @@ class LocalSystem:
 
     @property
     def bus(self) -> Bus:
-        """Of the first robot."""
+        """The first robot's."""
         return self.buses[0]
 
     @property
     def presence(self) -> Presence:
-        """Of the first robot."""
+        """The first robot's."""
         return self.presences[self.bus.namespace]
 
     def poll(self) -> list[Notice]:
