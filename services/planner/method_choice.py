@@ -1,4 +1,4 @@
-"""What a transition method is as plan options name it."""
+"""Transition methods and their choice by name."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Method:
     """A transition method, registered in `METHODS`.
 
     Attributes:
-        transitions: Makes its transitions within limits: what they are, and how long many of them take.
+        transitions: Makes the method's transitions within given limits.
         by_dynamics: Whether it turns as tightly as the wheels' dynamics allow, where the options do not say; else as
             the vehicle's data say.
         joins: Whether segments that go on into each other are painted in one go.

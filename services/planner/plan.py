@@ -38,8 +38,14 @@ POSE_MAX = 20_000.0
 class Plan:
     """A planned template.
 
-    `trajectory` is what is sent and `report` its figures; `sections` hold the ideal curve, `sent` the lines and arcs
-    that stand for it, `painted` the arc lengths of what is sent between which paint flows, `speeds` the speed along it.
+    Attributes:
+        trajectory: What is sent.
+        report: Its figures.
+        sections: The ideal curve.
+        sent: The lines and arcs that stand for it.
+        painted: The arc lengths of what is sent between which paint flows.
+        speeds: Along what is sent.
+        limits: That were kept.
     """
 
     trajectory: Trajectory
@@ -111,7 +117,7 @@ def plan(
 
 
 def transitions_of(vehicle: Vehicle, options: PlanOptions, limits: Limits) -> TransitionFamily:
-    """The transitions of the method that the options name ("" is the default), with what the vehicle may do.
+    """The transitions of the method that the options name, as far as the vehicle can drive them.
 
     Raises:
         PlanningError: There is no such method.
@@ -137,7 +143,7 @@ def _end(options: PlanOptions) -> PathPose | None:
 
 
 def _steady(painted: list[PaintedStretch], speeds_mps: list[float], vehicle: Vehicle) -> list[Steady]:
-    """The speed at which each line is worked on, from where the tool is told to begin to where it ends."""
+    """The speed to hold along each line, from where the tool is commanded to begin to the line's end."""
     return [
         Steady(line.start_m - vehicle.tool.opens_s * speed, line.end_m, speed)
         for line, speed in zip(painted, speeds_mps, strict=True)

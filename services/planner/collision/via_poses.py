@@ -21,7 +21,7 @@ OFFERED = 4
 def detours(
     start: CurveEnd, goal: CurveEnd, transitions: TransitionFamily, checker: CollisionChecker
 ) -> Iterator[Transition]:
-    """Transitions over one pose in between that collide with nothing, by the method's rough times the quickest first.
+    """Collision-free transitions over one via pose, the quickest first by the method's rough times.
 
     Args:
         start: Where the last painted curve ends.
@@ -49,7 +49,7 @@ def detours(
 
 
 def _poses(start: CurveEnd, goal: CurveEnd, checker: CollisionChecker) -> Floats:
-    """(n, 3) poses that may help: x (m), y (m), heading (rad)."""
+    """(n, 3) candidates for the via pose: x (m), y (m), heading (rad)."""
     points = np.array([start.pose[:2], goal.pose[:2]])
     low, high = points.min(axis=0) - ROOM_M, points.max(axis=0) + ROOM_M
     grid = np.stack(np.meshgrid(*(np.linspace(a, b, GRID) for a, b in zip(low, high, strict=True))), -1).reshape(-1, 2)

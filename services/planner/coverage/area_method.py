@@ -1,4 +1,4 @@
-"""What an area coverage method is as plan options name it."""
+"""The interface of area coverage methods, and their choice by name."""
 
 from collections.abc import Sequence
 from typing import Protocol
@@ -11,14 +11,14 @@ from touchline.services.planner.chosen_plugin import chosen
 
 
 class AreaMethod(Protocol):
-    """How an area is covered, registered in `AREA_METHODS`: a function."""
+    """A function that covers an area with swaths, registered in `AREA_METHODS`."""
 
     def __call__(self, area: Area, width_m: float, /) -> Sequence[Curve]:
         """The lines and arcs along which the tool covers an area, in the order and directions that suit best.
 
         Args:
             area: In the map frame; its outline and holes are simple polygons.
-            width_m: What the tool covers across its way (m); the area is at some place as wide.
+            width_m: Width of what the tool covers (m); the area is as wide somewhere.
         """
 
 

@@ -1,4 +1,4 @@
-"""Compiled: how fast and how hard a vehicle drives along a path, by its drive and by what plans allow it."""
+"""Compiled: limits of speed and acceleration along a path, those of the drive and those of the plan together."""
 
 import math
 from typing import Any, NamedTuple

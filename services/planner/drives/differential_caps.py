@@ -66,7 +66,7 @@ class DifferentialCaps(NamedTuple):
 
     @kernel
     def spin_lever_m(self) -> float:
-        """The rims' distance from the axle's middle."""
+        """The rims' distance from the axle's middle (m)."""
         return float(self.half_track_m)
 
 
@@ -74,7 +74,7 @@ class PlannedDifferential(PlannedDrive):
     """The planner's side of a `DifferentialDrive`."""
 
     def __init__(self, vehicle: Vehicle) -> None:
-        """That of a vehicle."""
+        """Take the limits from a vehicle."""
         drive = self._drive = vehicle.drive
         self._gyration_m = vehicle.body.radius_of_gyration_m
         wheel_acceleration = min(drive.planned_wheel_acceleration_radps2, drive.max_wheel_acceleration_radps2)
@@ -85,11 +85,11 @@ class PlannedDifferential(PlannedDrive):
         self.curvature_max_1pm, self.tightest_1pm = 1.0 / half_track, CURVATURE_SHARE / half_track
 
     def curvature_at(self, speed_mps: float) -> float:
-        """Where the outer rim is at its limit."""
+        """The curvature (1/m) at which the outer rim reaches its largest speed."""
         return float((self.max_speed_mps - speed_mps) / (speed_mps * self.caps.half_track_m))
 
     def sharpness_at(self, speed_mps: float) -> float:
-        """Where turning takes its share of the rims' acceleration."""
+        """The sharpness (1/m²) at which turning takes `TURNING_SHARE` of the rims' acceleration."""
         return float(TURNING_SHARE * self.acceleration_mps2 / (self.caps.half_track_m * speed_mps**2))
 
     def turns_within(self, lateral_mps2: float) -> bool:
@@ -116,12 +116,12 @@ class PlannedDifferential(PlannedDrive):
         return ActuatorMotion(rims / self._drive.wheel_radius_m, gains / self._drive.wheel_radius_m)
 
     def spinning(self, rate_radps: float) -> Floats:
-        """The wheels against each other."""
+        """The wheels turn against each other."""
         sides = np.array([[-1.0], [1.0]]) * self.caps.half_track_m / self._drive.wheel_radius_m
         return np.asarray(sides * rate_radps)
 
     def power_w(self, speed_mps: Floats, yaw_rate_radps: Floats, mass_kg: Floats, step_s: float) -> Floats:
-        """Of both motors, on level, dry grass.
+        """What both motors draw on level, dry grass (W).
 
         Torque overcomes rolling resistance, the drives' own friction and the inertia of body and wheels, in turns, too;
         gears and windings lose some. Braking gives back at most what the other losses take.

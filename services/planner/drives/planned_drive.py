@@ -1,4 +1,4 @@
-"""What the planner asks of a drive, whatever its kind."""
+"""The planner's interface to drives of any kind."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class PlannedDrive(ABC):
 
     @abstractmethod
     def sharpness_at(self, speed_mps: float) -> float:
-        """The sharpness (1/m²) of a turn at constant speed that leaves something for braking and speeding up."""
+        """The sharpness (1/m²) of turns at a constant speed, with acceleration left for braking and speeding up."""
 
     @abstractmethod
     def turns_within(self, lateral_mps2: float) -> bool:
@@ -68,7 +68,7 @@ class PlannedDrive(ABC):
         curvature_1pm: Floats,
         sharpness_1pm2: Floats,
     ) -> ActuatorMotion:
-        """What the actuators do at places along a path, of which all arguments have the shape.
+        """What the actuators do at places along a path; all arguments have one shape.
 
         Args:
             direction: 1 forward, -1 backward.
@@ -80,15 +80,15 @@ class PlannedDrive(ABC):
 
     @abstractmethod
     def spinning(self, rate_radps: float) -> Floats:
-        """(k, 1) the actuators' values while turning on the spot at a rate; or their rates, from an acceleration."""
+        """(k, 1) the actuators' values for a rate of turning on the spot; for an angular acceleration, their rates."""
 
     @abstractmethod
     def power_w(self, speed_mps: Floats, yaw_rate_radps: Floats, mass_kg: Floats, step_s: float) -> Floats:
-        """What the drive draws (W) (n,) at speeds, yaw rates and masses (n,) that are `step_s` apart."""
+        """The power (W) (n,) drawn at speeds, yaw rates and masses (n,) that are sampled every `step_s`."""
 
 
 def planned_drive(vehicle: Vehicle) -> PlannedDrive:
-    """That of a vehicle, by the kind of its drive.
+    """The planner's side of a vehicle's drive, chosen by the drive's kind.
 
     Raises:
         SpecError: The kind cannot be planned for.
@@ -125,4 +125,4 @@ def gain(  # type: ignore[empty-body]
 
 @kernel_of_class
 def spin_lever_m(caps: Any) -> float:  # type: ignore[empty-body]
-    """Where turning on the spot is as fast and accelerates as hard as driving straight on, from the origin (m)."""
+    """How far from the origin (m) a turn on the spot is as fast, and accelerates as hard, as driving straight on."""

@@ -44,7 +44,7 @@ QUANTITIES = {
 def draw_along(axes: "Axes", plan: Plan, vehicle: Vehicle, quantity: str) -> "LineCollection":
     """Draw the robot's path by `quantity` ("speed" or "curvature"), thick and edged in white while it paints.
 
-    Returns what has the colours.
+    Returns the artist that a colour bar needs.
     """
     from matplotlib.collections import LineCollection
     from matplotlib.colors import AsinhNorm, LinearSegmentedColormap, Normalize

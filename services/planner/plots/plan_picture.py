@@ -32,7 +32,7 @@ NOZZLE, CENTRE, TRANSITION, RUN = "#1769aa", "#6b8fb3", "#d9480f", "#7b4fa3"
 def plot_plan(
     plan: Plan, template: Template, path: Path | str, colour: str = "plain", vehicle: Vehicle | None = None
 ) -> None:
-    """Draw `plan` of `template` to `path`; the ending (.svg, .png, .pdf) says how.
+    """Draw `plan` of `template` to `path`, in the format of its suffix (.svg, .png, .pdf).
 
     `colour` is "plain" (one colour for lines, one for transitions), "speed" or "curvature" (the robot's path by its
     value, thick while painting); `vehicle` is the one that was planned for.
@@ -133,7 +133,7 @@ def _line(
 
 
 def _once(axes: "Axes", label: str) -> str:
-    """The label, hidden from the legend when it is there already."""
+    """The label, or a hidden one if the legend has it already."""
     return f"_{label}" if label in axes.get_legend_handles_labels()[1] else label
 
 

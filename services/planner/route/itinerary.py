@@ -1,4 +1,4 @@
-"""The itinerary: run-in, transitions and run-out, each collision-free, and off wet paint where that is worth it."""
+"""The itinerary: run-in, transitions and run-out, free of collisions and, where worth the time, off wet paint."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -33,7 +33,7 @@ ROUNDING_S = 1e-9
 
 
 class ItineraryLeg(NamedTuple):
-    """A chosen transition, which of the lines painted so far it runs over, and what it collides with if it has to."""
+    """A chosen transition, how often it runs over each line painted so far, and its collision if all offers collide."""
 
     path: PiecePath
     seconds: float
@@ -88,7 +88,7 @@ class ItineraryBuilder:
     known: dict[tuple[int, ...], list[Transition]] = field(default_factory=dict)
 
     def drive(self, swaths: list[Swath]) -> Itinerary:
-        """The drive along the swaths in this order."""
+        """The itinerary along the swaths in this order."""
         swaths, going_on = self._in_one_go(swaths)
         drive = Itinerary(swaths)
         rows, done = wet_rows(stroke.nozzle for stroke in drive.strokes), 0
@@ -110,7 +110,7 @@ class ItineraryBuilder:
         return drive
 
     def _in_one_go(self, swaths: list[Swath]) -> tuple[list[Swath], list[bool]]:
-        """The swaths, joined where that is quicker than a transition between; and which of them go on like that."""
+        """The swaths, joined where that is quicker than a transition; and which of them continue the last one."""
         wholes, going_on = swaths[:1], [False]
         for swath in swaths[1:]:
             last = wholes[-1]
@@ -123,7 +123,7 @@ class ItineraryBuilder:
         return parted(wholes, swaths), going_on
 
     def choose(self, offers: Iterator[Transition], begun_s: float, painted: Floats, *, in_turn: bool) -> ItineraryLeg:
-        """The best of the transitions offered, or (`in_turn`) the first that is clear; if none is, the first of all."""
+        """The cheapest of the offers, or (`in_turn`) the first that is clear; the first of all if all collide."""
         best: ItineraryLeg | None = None
         least, bump = math.inf, None
         for transition in offers:
@@ -147,7 +147,7 @@ class ItineraryBuilder:
         drive.seconds += leg.seconds
 
     def _between(self, start: CurveEnd, goal: CurveEnd) -> Iterator[Transition]:
-        """The transitions on offer, the quickest first; behind them, for the case that all collide, detours."""
+        """The transitions on offer, the quickest first, followed by detours if all of them collide."""
         direct = [
             transition._replace(path=PiecePath(start.pose, transition.path.pieces))
             for transition in self._transitions(start, goal)
@@ -164,7 +164,7 @@ class ItineraryBuilder:
         return self.known[key]
 
     def run_ins(self, begin: CurveEnd) -> Iterator[Transition]:
-        """From the start pose; without one, a straight before the first line, or what else there is room for."""
+        """Candidate run-ins: from the start pose or, without one, straights and bends before the first line."""
         speed = self.transitions.speed_mps(begin)
         run_up = self.transitions.limits.stopping_distance_m(speed) + STEADY_S * speed
         if self.start is not None:
@@ -181,11 +181,11 @@ class ItineraryBuilder:
 
     @property
     def run_out_m(self) -> float:
-        """The straight behind a last line at paint speed."""
+        """Length (m) of the straight behind a last line that is painted at paint speed."""
         return self.transitions.limits.stopping_distance_m(self.transitions.limits.paint_speed_mps) + RUN_OUT_SPARE_M
 
     def run_outs(self, end: CurveEnd, goal: PathPose | None) -> Iterator[Transition]:
-        """To the goal; without one, a straight behind the last line, or what else there is room for."""
+        """Candidate run-outs: to the goal or, without one, straights and bends behind the last line."""
         speed = self.transitions.speed_mps(end)
         length = self.transitions.limits.stopping_distance_m(speed) + RUN_OUT_SPARE_M
         if goal is not None:
@@ -203,7 +203,7 @@ class ItineraryBuilder:
     def _runs(
         self, into: Sequence[Piece], length_m: float, least_m: float, at: CurveEnd
     ) -> Iterator[tuple[Piece, ...]]:
-        """Straight pieces before `into`; where there are outlines also shorter ones, and bends."""
+        """Candidate pieces before `into`: a straight and, where there are outlines, also shorter ones with bends."""
         yield (Piece(length_m), *into)
         if self.checker is None:
             return
@@ -217,7 +217,7 @@ class ItineraryBuilder:
 
 
 def alike(start: CurveEnd, goal: CurveEnd) -> tuple[int, ...]:
-    """The same for all pairs of ends that differ in their place alone: fields repeat themselves."""
+    """A key shared by pairs of ends that differ only in where they lie, as many on a field do."""
     apart, turn = goal.pose.seen_from(start.pose)
     turned = math.remainder(turn, math.tau)
     values = (apart.real, apart.imag, turned, *start[1:], *goal[1:])

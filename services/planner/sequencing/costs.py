@@ -33,10 +33,10 @@ NO_TRANSITIONS = np.zeros((0, 0, 5)), np.zeros(0, dtype=np.int64)
 
 
 class Timing(NamedTuple):
-    """How pairs are timed: at first sight, or `closer`, for methods with more transitions than they look at then.
+    """One pass of timing pairs: a first one, or a `closer` one for methods that then try more transitions.
 
-    At most `part` pairs are timed at once, in about 50 ms; behind each part it may be enough. `begun` and `ended` are
-    the shares of all time that have passed before and after it.
+    At most `part` pairs are timed at once, in about 50 ms; after each part the budget may be used up. `begun` and
+    `ended` are the fractions of all timing that are done before and after the pass.
     """
 
     closer: bool
@@ -65,7 +65,7 @@ class Tracks:
     counts: Ints
 
     def with_pairs(self, pairs: Ints, which: Ints, pieces: Floats, counts: Ints) -> "Tracks":
-        """With these `pieces` and `counts` too, of which the pairs (n, 2) have those number `which` (n,)."""
+        """These and more transitions; pair i of `pairs` (n, 2) takes number `which[i]` of the new ones."""
         kind = self.kind.copy()
         kind[pairs[:, 0], pairs[:, 1]] = len(self.counts) + which
         pieces, counts = stacked([(self.pieces, self.counts), (pieces, counts)])
@@ -73,7 +73,7 @@ class Tracks:
 
 
 def nodes_of(modes: Sequence[Sequence[Swath]]) -> tuple[list[Swath], Ints, Ints]:
-    """All modes as nodes; which swath each paints; and its other way round (itself, if that cannot be driven)."""
+    """All modes as nodes, the swath that each paints, and the node that paints it in reverse (itself, if none can)."""
     nodes = [swath for group in modes for swath in group]
     segment = np.repeat(np.arange(len(modes)), [len(group) for group in modes])
     flip = np.arange(len(nodes))
@@ -88,7 +88,7 @@ def nodes_of(modes: Sequence[Sequence[Swath]]) -> tuple[list[Swath], Ints, Ints]
 
 
 def _turned_round(swath: Swath, other: Swath) -> bool:
-    """Whether one of two modes of a swath is the other one the other way round."""
+    """Whether two modes of a swath are each other's reverse."""
     first, last = swath.strokes[0], other.strokes[-1]
     x, y, _ = last.nozzle.end
     same = first.id == last.id and first.flipped != last.flipped
@@ -130,7 +130,7 @@ def problem(
 
 
 def _going_on(nodes: Sequence[Swath], painting: Painting, cost: Floats, tracks: Tracks) -> Tracks:
-    """Lower the cost of going on from a swath into another to what painting both in one go takes longer."""
+    """Lower the cost between swaths that join to the extra time of painting both in one go."""
     places = [np.array([end.pose[:2] for end in each]) for each in ([n.end for n in nodes], [n.begin for n in nodes])]
     near = cKDTree(places[0]).query_ball_tree(cKDTree(places[1]), GAP_M)
     pairs = []
@@ -154,7 +154,7 @@ def seconds_between(
     paint_s: Floats,
     budget: Budget,
 ) -> tuple[Floats, Tracks]:
-    """Seconds (ends, begins) of the quickest transitions, rough ones for pairs that are far from each other; and these.
+    """Seconds (ends, begins) of the quickest transitions, rough for distant pairs; and the transitions.
 
     Args:
         ends: Where swaths end, node by node.
@@ -183,7 +183,7 @@ def seconds_between(
 
 
 def _straight(ends: list[CurveEnd], begins: list[CurveEnd], transitions: TransitionFamily) -> Floats:
-    """Seconds straight on from each end to each beginning, whichever way they look."""
+    """Seconds (ends, begins) of straight lines from each end to each beginning, headings ignored."""
     starts, goals = end_rows(ends), end_rows(begins)
     apart = np.hypot(*(goals[None, :, axis] - starts[:, None, axis] for axis in (0, 1)))
     return np.asarray(apart / transitions.limits.transit_speed_mps)
@@ -192,7 +192,7 @@ def _straight(ends: list[CurveEnd], begins: list[CurveEnd], transitions: Transit
 def _rough(
     ends: list[CurveEnd], begins: list[CurveEnd], transitions: TransitionFamily, table: Floats, budget: Budget
 ) -> None:
-    """Fill in rough seconds, as the method in use has them."""
+    """Fill in the rough seconds of the method in use."""
     for part in budget.parts(len(ends), max(ROUGH_PART // len(begins), 1), 0.0, ROUGH_DONE):
         table[part] = transitions.pricing.rough_s(transitions, ends[part], begins)
 
@@ -214,7 +214,7 @@ def _all_pairs(starts: int, goals: int) -> Ints:
 
 
 def _timed_all(ends: list[CurveEnd], begins: list[CurveEnd], transitions: TransitionFamily) -> Floats:
-    """Seconds (n,) at first sight from one end to all beginnings, or from all ends to one beginning."""
+    """Seconds (n,), timed in a first pass, from one end to all beginnings or from all ends to one beginning."""
     pairs = _all_pairs(len(ends), len(begins))
     return _timed(ends, begins, transitions, pairs, FIRST, UNWATCHED)[1]
 
@@ -227,9 +227,11 @@ def _timed(
     timing: Timing,
     budget: Budget,
 ) -> tuple[Ints, Floats, Ints, Floats, Ints]:
-    """Which (n,) of the `pairs` were timed before it was enough; seconds (n,) of their quickest transitions, and which.
+    """Time pairs until the budget is used up; pairs that differ only in where they lie share one transition.
 
-    These transitions are pieces (m, k, 5) and their number (m,): pairs that are alike but for their place have one.
+    Returns:
+        Which (n,) of the `pairs` were timed, seconds (n,) of their quickest transitions, the number (n,) of each one's
+        transition, and the pieces (m, k, 5) and counts (m,) of the transitions.
     """
     first, alike = _alike(end_rows(ends)[pairs[:, 0]], end_rows(begins)[pairs[:, 1]])
     pairs = pairs[first]
@@ -251,9 +253,9 @@ def stacked(tables: Sequence[tuple[Floats, Ints]]) -> tuple[Floats, Ints]:
 
 
 def _alike(starts: Floats, goals: Floats) -> tuple[Ints, Ints]:
-    """The first of the pairs (rows of both) that are the same but for their place; which of them each is like.
+    """Groups pairs (rows of both) that differ only in where they lie: the first of each group, and each pair's group.
 
-    Fields repeat themselves: of the pairs of an American football field one in ten is unlike all before it.
+    On an American football field only one pair in ten begins a new group.
     """
     apart = (goals[:, 0] - starts[:, 0] + 1j * (goals[:, 1] - starts[:, 1])) * np.exp(-1j * starts[:, 2])
     turn = wrapped_all(goals[:, 2] - starts[:, 2])

@@ -60,9 +60,9 @@ class Scene(NamedTuple):
 
 
 class Known(NamedTuple):
-    """What is run over on the way from node to node: rows of segment and times from `first` on, closed by −1.
+    """What transitions run over, found once: rows of segment and times from `first` on, closed by −1.
 
-    `used` (1,) of the rows; `looked_at` (1,) counts the rows that orders were judged by.
+    `used` (1,) counts the rows filled in, `looked_at` (1,) those read to evaluate orders.
     """
 
     first: NDArray[np.int32]
@@ -143,7 +143,7 @@ def transition_over(scene: Scene, known: Known, a: int, b: int) -> int:
 
 
 class Judgement(NamedTuple):
-    """What an order comes to.
+    """The evaluation of an order.
 
     Attributes:
         painted: (segments,) when each segment is half painted, s; infinite before it is.

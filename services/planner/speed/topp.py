@@ -1,8 +1,8 @@
 """Time-optimal path parametrisation (TOPP), compiled: the fastest speeds along cells of constant sharpness.
 
-State is u = v² (m²/s²), linear in arc length within a cell (constant acceleration). What the drive can do of that is
-said by drives/caps.py. A backward pass finds the fastest entries from which the rest can be
-driven, a forward pass the fastest drive through them: the optimum on these cells, after Pham and Pham, "A new approach
+State is u = v² (m²/s²), linear in arc length within a cell (constant acceleration). The limits are those of
+drives/caps.py. A backward pass finds the fastest entries from which the rest can be driven, a forward pass the fastest
+drive through them: the optimum on these cells, after Pham and Pham, "A new approach
 to time-optimal path parameterization based on reachability analysis", IEEE T-RO 34(3), 2018.
 """
 

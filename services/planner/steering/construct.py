@@ -1,6 +1,6 @@
 """Compiled: builds the pieces of the shortest transition, as rows of length, curvature, sharpness and direction.
 
-All `put…` append to a table (MAX_PIECES or more, 4 or 5) of which `n` rows are filled, and return how many are then.
+All `put…` append to a table (MAX_PIECES or more, 4 or 5) of which `n` rows are filled, and return their new number.
 """
 
 import math

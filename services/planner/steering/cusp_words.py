@@ -1,9 +1,9 @@
-"""Words of turning circles with cusps: from these, too, Newton's method starts (see reversing.py).
+"""Words of turning circles with cusps: further starts for Newton's method (see reversing.py).
 
 The families are those of hybrid curvature (HC) steer: the words of Reeds and Shepp and a few more, where a turn begins
 and ends with a clothoid, but at a cusp at full curvature. A bend's arc lies on a circle of radius 1/κ, so a word
 follows from its joints alone: in a joint's own heading the next circle's centre lies at a fixed place from the last's.
-A word whose bends are all long enough to reach the limit is a path as it is; of the others Newton's method makes one.
+A word whose bends are all long enough to reach the limit is a path as it is; from the others Newton's method finds one.
 
 Source: Banzhaf, Palmieri, Nienhüser, Schmidt, Knoop, Zöllner, "Hybrid curvature steer: a novel extend function for
 sampling-based nonholonomic motion planning in tight environments", ITSC 2017. Names: C circle, s side (left 1, right
@@ -58,7 +58,7 @@ def _families() -> list[Family]:
 
 
 def _ended(family: Family) -> list[Family]:
-    """The family, and where it begins or ends backward the same with a clothoid at that end, too."""
+    """The family; if it begins or ends backward, also its variants with a clothoid at that end."""
     families = [family]
     if family.directions[0] == "-":
         families += [

@@ -1,4 +1,4 @@
-"""Words of turning circles with cusps as they are, where turns between straights are too small to reach the limit.
+"""Words with cusps driven as they are, where turns between straights are too small to reach the curvature limit.
 
 Such a turn is the flatter pair of clothoids on the turning circle (see `circles.turn_length`). Newton's method knows
 clothoids of full sharpness only: a turn of these is shorter, but ends elsewhere, and the rest of the path may have

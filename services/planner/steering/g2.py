@@ -60,9 +60,9 @@ class Steering:
         return [joined((run_out, *path, run_in)) for path in standing]
 
     def _capped(self, start: CurveEnd, goal: CurveEnd, find: Find) -> list[tuple[Piece, ...]]:
-        """The paths that `find` finds between two poses and curvatures, after ramps down to what a path may have.
+        """The paths that `find` finds between ramps from and to end curvatures beyond the cap.
 
-        Where κ_max²/σ_max exceeds π, paths keep to a smaller curvature than painted curves may have.
+        Where κ_max²/σ_max exceeds π, transitions keep to a smaller curvature than painted curves may have: the cap.
         """
         out_of, k_from = self._ramp_to_cap(start.curvature_1pm)
         back_into, k_to = self._ramp_to_cap(goal.curvature_1pm)
@@ -94,7 +94,7 @@ class Steering:
         return Query(ends, z * self.root, math.remainder(turn, math.tau), self.circle)
 
     def _ramp_to_cap(self, curvature_1pm: float) -> tuple[tuple[Piece, ...], float]:
-        """The clothoid from a curvature down to what a path may have, and the curvature (1/m) after it."""
+        """The clothoid from a curvature down to the cap, and the curvature (1/m) after it."""
         capped = math.copysign(min(abs(curvature_1pm), self.curvature_cap_1pm), curvature_1pm)
         if capped == curvature_1pm:
             return (), curvature_1pm
@@ -140,6 +140,6 @@ def turns_on_the_spot(start: CurveEnd, goal: CurveEnd) -> list[tuple[Piece, ...]
 
 
 def _turn(angle_rad: float) -> float:
-    """The angle in (−π, π]; 0 where it is rounding: no robot turns by as little."""
+    """The angle in (−π, π]; 0 where it is rounding error."""
     turn = math.remainder(angle_rad, math.tau)
     return turn if abs(turn) > ROUNDING_RAD else 0.0

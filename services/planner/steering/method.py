@@ -1,4 +1,4 @@
-"""What a transition method is, and the transition that any of them makes between two painted curves."""
+"""The interface of transition methods, and the transition that a method makes between two painted curves."""
 
 import cmath
 import math

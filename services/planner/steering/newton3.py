@@ -49,7 +49,7 @@ def _ramp(p: complex, heading: float, k: float, at: complex, k_to: float, to: co
 
 @kernel
 def _held(p: complex, heading: float, k: float, length: float) -> tuple[complex, float]:
-    """Where an arc (or line) of a length leads."""
+    """Position and heading at the end of an arc (or line)."""
     if length == 0.0:
         return p, heading
     step, turn = arc(heading, k, length)

@@ -12,7 +12,7 @@ QUARTER = 0.5 * math.pi
 
 
 def elements_of(kinds: str, directions: str) -> Floats:
-    """The elements of a pattern, fixed bends without an amount yet.
+    """The elements (MAX_ELEMENTS, 4) of a pattern; the amounts of fixed bends are still 0.
 
     Kinds are B: bend, S: straight, Q: bend by a quarter turn, which is fixed, Z: straight without length, towards which
     curvature goes to zero. Of four bends the inner two share one unknown with opposite signs.

@@ -55,7 +55,7 @@ def amount_of(deflection: float, limit: float) -> float:
 
 
 class Shape(NamedTuple):
-    """What the amounts make of the elements.
+    """Extreme curvatures and lengths that follow from the elements' amounts.
 
     Attributes:
         extreme: (n,) extreme curvature of each element.
@@ -70,7 +70,7 @@ class Shape(NamedTuple):
 
 @kernel
 def shape_for(elements: Floats) -> Shape:
-    """Room for the shape of elements (n, 4)."""
+    """An uninitialised shape for elements (n, 4)."""
     n = len(elements)
     return Shape(np.empty(n), np.empty(n), np.empty(n))
 

@@ -164,7 +164,7 @@ def shortest_reversing(query: Query, stretch_min: float, found: Shortest) -> Non
 
 @kernel
 def _shorten(query: Query, stretch_min: float, turned_round: bool, found: Shortest) -> None:
-    """Replace what Newton's method, from the rows and the words, finds shorter paths for."""
+    """Replace the paths for which Newton's method, started from the rows and the words, finds shorter ones."""
     c, lengths = query.circle, found.lengths
     u, pieces = np.empty(3), np.empty((MAX_PIECES, 4))
     for row in range(len(COUNTS)):
@@ -191,7 +191,7 @@ def _shorten(query: Query, stretch_min: float, turned_round: bool, found: Shorte
 
 @kernel
 def _keep(pieces: Floats, n: int, length: float, turned_round: bool, cusps: int, found: Shortest) -> None:
-    """Take a path as the shortest with so many cusps, the right way round."""
+    """Store a path as the shortest with its number of cusps; one of the query turned round is turned back."""
     path = found.paths[cusps]
     path[:n] = pieces[:n]
     if turned_round:

@@ -117,7 +117,7 @@ def _drivable(nozzle: Curve, at_m: tuple[float, float], curvature_max_1pm: float
 
 
 def _carried(nozzle: Curve, ahead_m: float, left_m: float) -> Curve | None:
-    """The curve of the axle's middle that carries a nozzle (`ahead_m`, `left_m`) of it along `nozzle`; None without.
+    """The curve of the axle's middle whose nozzle, at (`ahead_m`, `left_m`), follows `nozzle`; None if there is none.
 
     On an arc both circle about one point, which is on the axle's line, at (0, ρ) in the robot's frame: for a nozzle
     radius R, R² = ahead² + (ρ − left)², and the nozzle heads asin(ahead / R) further to the left than the robot.

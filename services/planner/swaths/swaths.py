@@ -31,7 +31,7 @@ PARTING_S = 8.0
 # What is longer (m) is ordered in parts, so that other lines may come in between. Parts that follow each other are
 # painted in one go all the same.
 LONG_M = 60.0
-# Closed lines begin at fewer places where there would be more ways of painting than this in all: every pair is timed.
+# Closed lines begin at fewer places where there would be more modes than this in all: every pair is timed.
 MODES_MAX = 4000
 # A line is painted so slowly that the valve is open for this many times as long as it has to be.
 VALVE_SPARE = 2.0
@@ -92,7 +92,7 @@ class Painting:
 
     @classmethod
     def of(cls, vehicle: Vehicle, limits: Limits, options: PlanOptions) -> "Painting":
-        """With the limits of a plan, and the sharpness that its options ask for, if they do.
+        """The painting of a plan, by its limits and the sharpness that its options ask for.
 
         Nothing is painted in one go where the method does not join: the padding of `dubins-padded` is round every
         segment.
@@ -142,7 +142,7 @@ class Painting:
 
 
 def parted(wholes: Sequence[Swath], swaths: Sequence[Swath]) -> list[Swath]:
-    """The `swaths` as they are painted where some that follow each other are one of the `wholes`."""
+    """The `swaths` with paths and speeds of the `wholes`, each of which joins one or more of them in their order."""
     paths = iter([(path, whole.speed_mps) for whole in wholes for path in whole.paths])
     found = []
     for swath in swaths:
@@ -180,12 +180,12 @@ def swaths(choices: Sequence[Sequence[Stroke]], painting: Painting, *, free: boo
     Args:
         choices: For every segment the ways to paint it, as `offset.modes` has them.
         painting: Decides what is painted in one go.
-        free: In any order and direction; otherwise as given, each segment in its first way.
+        free: In any order and direction; otherwise as given, each segment in its first mode.
     """
     if not free:
         given = chains_as_given([choice[0] for choice in choices])
         return [modes for chain in given for modes in _swaths_of(chain, painting)]
-    # Circles that may begin anywhere have many ways and go on into nothing.
+    # Circles that may begin anywhere have many modes and continue nothing.
     found = [[painting.swath([stroke]) for stroke in choice] for choice in choices if len(choice) > 2]
     for chain in chains([choice for choice in choices if len(choice) <= 2]):
         found += _swaths_of(chain, painting)
@@ -223,7 +223,7 @@ def _swaths_of(chain: Chain, painting: Painting) -> Iterator[list[Swath]]:
 
 
 def _turned(links: tuple[ChainLink, ...], count: int) -> tuple[ChainLink, ...]:
-    """The links of a closed chain, begun so many later."""
+    """The links of a closed chain, begun `count` links later."""
     return (*links[count:], *links[:count])
 
 

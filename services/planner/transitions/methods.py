@@ -31,7 +31,7 @@ PART = 3000
 
 
 class SteeredPricing:
-    """Of `g2`: the quickest of the turns by words; closer, also by short hops, cusps and turns on the spot."""
+    """Pricing of `g2`: the quickest words of all turns; closer, also short hops, cusps and turns on the spot."""
 
     part = PART
     looks_closer = True
@@ -49,7 +49,7 @@ class SteeredPricing:
         return np.asarray(np.minimum.reduce(tables) / fast)
 
     def timer(self, transitions: TransitionFamily, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Timer:
-        """Cusps and turns on the spot compete as far as the robot drives them."""
+        """Times words; closer, also short hops and what the robot drives of cusps and turns on the spot."""
         rows = transition_rows(ends, begins, transitions)
 
         def timed(pairs: Ints, closer: bool) -> Priced:
@@ -67,7 +67,7 @@ class SteeredPricing:
 
 
 class WordPricing:
-    """Of `ccd`: CC words, or a line or arc carried on."""
+    """Pricing of `ccd`: CC words, or a line or arc carried on."""
 
     part = PART
     looks_closer = False
@@ -81,7 +81,7 @@ class WordPricing:
         return np.asarray(lengths / transitions.limits.transit_speed_mps)
 
     def timer(self, transitions: TransitionFamily, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Timer:
-        """The words, with a clothoid out of and into painted arcs."""
+        """Times the words, with a clothoid out of and into painted arcs."""
         rows = transition_rows(ends, begins, transitions)
 
         def timed(pairs: Ints, _closer: bool) -> Priced:
@@ -93,7 +93,7 @@ class WordPricing:
 
 
 class PaddedPricing:
-    """Of `dubins-padded`: plain Dubins paths between paddings, or a line or arc carried on."""
+    """Pricing of `dubins-padded`: plain Dubins paths between paddings, or a line or arc carried on."""
 
     part = PART
     looks_closer = False
@@ -108,7 +108,7 @@ class PaddedPricing:
         return rough_plain_s(transitions, starts, goals) + paddings
 
     def timer(self, transitions: TransitionFamily, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Timer:
-        """The paths with their paddings."""
+        """Times the paths with their paddings."""
         (turns,) = transitions.turns
         rows = padded_rows(transitions, ends, PADDING_AFTER_M), padded_rows(transitions, begins, -PADDING_BEFORE_M)
         paddings = PADDING_AFTER_M, PADDING_BEFORE_M
@@ -130,7 +130,7 @@ def words_or_hops(rows: TurnRows, limits: Limits, pairs: Ints, *, hops: bool) ->
 
 
 def padded_rows(transitions: TransitionFamily, ends: Sequence[CurveEnd], padding_m: float) -> Floats:
-    """(n, 4) x (m), y (m) and heading (rad) so far straight on from each end, and the speed (m/s) at it."""
+    """(n, 4) the pose (m, m, rad) `padding_m` straight on from each end, and the speed (m/s) there."""
     moved = (end.pose.moved(complex(padding_m, 0.0), 0.0) for end in ends)
     return np.array([(*pose, transitions.speed_mps(end)) for pose, end in zip(moved, ends, strict=True)])
 

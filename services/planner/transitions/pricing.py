@@ -1,4 +1,4 @@
-"""Prices the transitions of a method for ordering: the seconds of many at once."""
+"""Prices the transitions of a method for ordering: the times of many at once."""
 
 from __future__ import annotations
 
@@ -41,25 +41,25 @@ Timer = Callable[[Ints, bool], Priced]
 
 
 class Pricing(Protocol):
-    """How long the transitions of a method take, as they are driven where nothing is in the way."""
+    """Times many transitions of a method at once, without regard to obstacles."""
 
     @property
     def part(self) -> int:
-        """So many pairs are timed within about 50 ms."""
+        """The number of pairs that are timed within about 50 ms."""
 
     @property
     def looks_closer(self) -> bool:
         """Whether near pairs may have quicker transitions that are found only by looking closer."""
 
     def rough_s(self, transitions: TransitionFamily, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Floats:
-        """Seconds (ends, begins) from every end to every beginning, about: to tell which are near."""
+        """Approximate seconds (ends, begins) from every end to every beginning, to tell which are near."""
 
     def timer(self, transitions: TransitionFamily, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Timer:
-        """What times the quickest transitions of pairs of these ends and beginnings."""
+        """A function that times the quickest transitions of pairs of these ends and beginnings."""
 
 
 class OneByOne:
-    """Any method's transitions, each found as it would be driven: exact, and slow."""
+    """Prices any method by constructing each transition as it would be driven: exact, and slow."""
 
     part = ONE_BY_ONE_PART
     looks_closer = False
@@ -99,7 +99,7 @@ def rough_plain_s(transitions: TransitionFamily, starts: Floats, goals: Floats) 
 
 
 def turn_weight(transitions: TransitionFamily, turns: Turns) -> float:
-    """How many times as long a metre takes in a turn as on a straight."""
+    """How many times longer a metre takes in a turn than on a straight."""
     bend = np.array([turns.curvature_1pm])
     steady = float(np.sqrt(transitions.limits.square_cap(bend, np.zeros(1))[0]))
     return max(transitions.limits.transit_speed_mps / min(turns.speed_mps, steady), 1.0)
@@ -108,7 +108,7 @@ def turn_weight(transitions: TransitionFamily, turns: Turns) -> float:
 def carry_on(
     transitions: TransitionFamily, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd], pairs: Ints, priced: Priced
 ) -> None:
-    """Where carrying a line or arc on leads from an end to a beginning, and is quicker, take that into `priced`.
+    """Replace transitions by the line or arc carried on, where that joins a pair and is quicker.
 
     Args:
         transitions: The transitions of the method in use.

@@ -97,14 +97,14 @@ def transition_time(
 
 @kernel
 def least_time(start: Floats, goal: Floats, curvature: float, limits: Caps) -> float:
-    """Seconds: with turns of at most this curvature (1/m), as for `transition_time`, no transition takes fewer.
+    """A lower bound on `transition_time` (s) for turns of at most a curvature.
 
-    It is as long as the plain Dubins path at least, and driven at best as fast as acceleration and transit speed allow.
+    A transition is no shorter than the plain Dubins path and no faster than acceleration and transit speed allow.
 
     Args:
         start: (columns,) the end.
         goal: (columns,) the beginning.
-        curvature: 1/m.
+        curvature: Largest curvature of the turns (1/m).
         limits: The row of `Limits`.
     """
     seen = complex(goal[X] - start[X], goal[Y] - start[Y]) * unit(-start[HEADING]) * curvature

@@ -26,7 +26,7 @@ MakeMethod = Callable[[float, float], TransitionMethod]
 
 
 class Turns(NamedTuple):
-    """Turns on offer: the speed (m/s) that they are made for, largest curvature (1/m) and sharpness (1/m²), method."""
+    """One member: the speed (m/s) that its turns are made for, largest curvature (1/m) and sharpness (1/m²), method."""
 
     speed_mps: float
     curvature_1pm: float
@@ -50,11 +50,11 @@ class Lead(NamedTuple):
 
 @dataclass(frozen=True)
 class TransitionFamily:
-    """The transitions of one method, with each of several turns: from these the fastest between two poses is chosen.
+    """A method's transitions with each of a family of turns, from which the fastest between two poses is chosen.
 
     Attributes:
         limits: Those of the plan.
-        turns: On offer.
+        turns: The members of the family.
         standing: What the robot may do beside driving forward.
         pricing: Says how long many of the transitions take.
     """
@@ -66,7 +66,7 @@ class TransitionFamily:
 
     @classmethod
     def by_time(cls, make: MakeMethod, limits: Limits, pricing: Pricing | None = None) -> "TransitionFamily":
-        """With a method's turns made for several speeds, as far as the limits let them differ.
+        """A family with turns for several speeds, as far as the limits let them differ.
 
         One more is entered at paint speed and tightens while the robot brakes, without a straight to brake before.
         Wheels can do both at once; tyres that slide before that cannot.
@@ -86,7 +86,7 @@ class TransitionFamily:
 
     @classmethod
     def of_one(cls, make: MakeMethod, limits: Limits, pricing: Pricing | None = None) -> "TransitionFamily":
-        """With the turns of one method at the largest curvature and sharpness, whatever the speed.
+        """A family of one: turns at the largest curvature and sharpness, whatever the speed.
 
         Args:
             make: Makes the method for a largest curvature (1/m) and sharpness (1/m²).
@@ -101,7 +101,7 @@ class TransitionFamily:
         return min(self.limits.steady_speed_mps(end.curvature_1pm), end.speed_mps)
 
     def lead(self, turns: Turns, end: CurveEnd) -> Lead:
-        """From a painted curve straight to the turns; or, if they are slow, to a straight that leaves room to brake."""
+        """The lead out of a painted curve: nothing or, to slower turns, a clothoid and a straight to brake on."""
         speed = self.speed_mps(end)
         slower = max(speed**2 - turns.speed_mps**2, 0.0)
         if not slower:
@@ -165,7 +165,7 @@ class TransitionFamily:
         return min(transitions, key=lambda each: each.seconds, default=None)
 
     def standing_bound_s(self, start: CurveEnd, goal: CurveEnd, speeds: tuple[float, float]) -> float:
-        """No transition of `_standing` with a standstill takes less (s).
+        """A lower bound (s) on the time of transitions with a standstill.
 
         The painted curves are carried on, and what lies between the ends of that is driven before the first standstill
         or after it; best of all on one side alone, as more at once is driven faster.
@@ -179,7 +179,7 @@ class TransitionFamily:
         return min(first + further[1], further[0] + last)
 
     def _from_rest_s(self, length_m: float, speed_mps: float) -> float:
-        """The least time (s) from standstill over a length to a speed, or the other way round."""
+        """The least time (s) from standstill over a length to a speed, or from the speed to standstill."""
         gain = self.limits.acceleration_mps2
         fast = min(math.sqrt(gain * length_m + 0.5 * speed_mps**2), max(self.limits.transit_speed_mps, speed_mps))
         rest = length_m - (2.0 * fast**2 - speed_mps**2) / (2.0 * gain)
@@ -208,6 +208,6 @@ class TransitionFamily:
 
 
 def turned_round(lead: Lead) -> Lead:
-    """The lead into a curve, of the same curvature, instead of out of it."""
+    """The same lead, driven into the curve instead of out of it."""
     back = tuple(p._replace(curvature_1pm=p.curvature_end_1pm, sharpness_1pm2=-p.sharpness_1pm2) for p in lead.pieces)
     return lead._replace(pieces=back[::-1])
