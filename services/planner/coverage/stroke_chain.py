@@ -21,11 +21,17 @@ class StrokeChain:
         self.joiner = joiner
         self._expected: dict[CoverStroke, PiecePath] = {}
 
-    def expect(self, stroke: CoverStroke, room_m: float) -> None:
-        """Count a stroke that will come, but for the room that turns take at its ends."""
-        room = min(room_m, 0.5 * stroke.length_m)
-        self._expected[stroke] = stroke.part(room, stroke.length_m - room)
+    def expect(self, stroke: CoverStroke, leave_m: float, join_m: float) -> None:
+        """Count a stroke that will come, but for what turns take before its end and behind its beginning."""
+        half = 0.5 * stroke.length_m
+        self._expected[stroke] = stroke.part(min(join_m, half), stroke.length_m - min(leave_m, half))
         self.joiner.covered.add(self._expected[stroke])
+
+    def forget(self) -> None:
+        """Expect nothing more."""
+        for path in self._expected.values():
+            self.joiner.covered.take(path)
+        self._expected.clear()
 
     def append(self, stroke: CoverStroke) -> bool:
         """Carry on with a stroke; false if there is no way to it."""
@@ -41,7 +47,7 @@ class StrokeChain:
         if join:
             self.strokes.append(stroke)
             self.joins.append(join)
-            self.joiner.covered.add(join.word)
+            self.joiner.covered.add(join.way)
             self._count(last + 1, 1)
         self._count(last, 1)
         return join is not None
@@ -50,10 +56,10 @@ class StrokeChain:
         """Look for a better way from stroke `k` to the next, now that more is known; seconds less its worth in area."""
         self._count(k, -1)
         self._count(k + 1, -1)
-        self.joiner.covered.take(self.joins[k].word)
+        self.joiner.covered.take(self.joins[k].way)
         old = self.joins[k]
         self.joins[k] = self._best(k, self.strokes[k], self.strokes[k + 1]) or old
-        self.joiner.covered.add(self.joins[k].word)
+        self.joiner.covered.add(self.joins[k].way)
         self._count(k, 1)
         self._count(k + 1, 1)
         return self.joins[k].seconds - old.seconds
@@ -83,7 +89,7 @@ class StrokeChain:
             self.joiner.covered.add(self.strokes[k].part(self._begin(k), end), change)
 
     def paths(self) -> list[list[PiecePath]]:
-        """What is driven, stroke by stroke: its own stretch, a way back, the word to the next, a way back on it."""
+        """What is driven, stroke by stroke: its own stretch, the way to the next, a way back on that."""
         found = []
         for k, stroke in enumerate(self.strokes):
             join = self.joins[k] if k < len(self.joins) else None
@@ -91,6 +97,6 @@ class StrokeChain:
             parts = [stroke.part(self._begin(k), end)]
             if join:
                 after = self.strokes[k + 1]
-                parts += [stroke.part(end, join.depart_m), join.word, after.part(join.arrive_m, join.begin_m)]
+                parts += [join.way, after.part(join.arrive_m, join.begin_m)]
             found.append([part for part in parts if part.length_m > 0.0])
         return found

@@ -6,16 +6,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from touchline.services.planner.coverage.cover_stroke import CoverStroke
+from touchline.services.planner.coverage.coverage_route import DriveKind
 from touchline.services.planner.coverage.free_space import FreeSpace
 from touchline.services.planner.coverage.kernels.survey import Join, Mover, survey
 from touchline.services.planner.coverage.stroke_map import StrokeMap
-from touchline.services.planner.geometry.clothoid import Floats, PathPose, Piece, PiecePath
+from touchline.services.planner.geometry.clothoid import Floats, PathPose, Piece, PiecePath, joined
 from touchline.services.planner.steering.circles import circle
 from touchline.services.planner.steering.turns import ContinuousTurn
 from touchline.services.planner.steering.words import words
 
 # A word may begin and end so far (m) from the ends of its strokes: first looked at every metre, then around the best.
 ZONE_M, COARSE_M, FINE_M = 12.0, 1.0, 0.25
+# Beside a wall the tail swings out at the beginning of a turn: on its way back the machine slides so far (m) off it.
+SLIDE_M = 0.2
 # So many ways are looked at, the quickest first.
 MOST_TRIED = 2500
 
@@ -26,9 +29,9 @@ class StrokeJoin:
 
     Attributes:
         leave_m: So far the first stroke is driven.
-        depart_m: There, on the first stroke, the word begins; less than `leave_m` after a way back.
-        word: From there to the second stroke.
-        arrive_m: There, on the second stroke, the word ends.
+        depart_m: It is left for good beside this place; less than `leave_m` after a way back.
+        way: From where the first stroke is left to the second one.
+        arrive_m: There, on the second stroke, the way ends.
         begin_m: From there it is driven; less than `arrive_m` after a way back.
         seconds: For the end zones and what lies between.
         gained_m2: What only that passes over.
@@ -36,7 +39,7 @@ class StrokeJoin:
 
     leave_m: float
     depart_m: float
-    word: PiecePath
+    way: PiecePath
     arrive_m: float
     begin_m: float
     seconds: float
@@ -94,10 +97,12 @@ class Joiner:
         return max(first.length_m - ZONE_M, first_from_m), min(ZONE_M, last_to_m, last.length_m)
 
     def _leave(self, stroke: CoverStroke, places: Floats, back: bool | None = None) -> Floats:
-        """Rows (how far the stroke is driven, where the word begins)."""
-        there = np.column_stack((places, places))
-        returned = np.column_stack((np.full(len(places), stroke.length_m), places))
-        return _either(there, returned[places < stroke.length_m], back, self.reversing)
+        """Rows (how far the stroke is driven, how far back, slide); beside a wall the tail needs the slide."""
+        there = np.column_stack((places, np.zeros((len(places), 2))))
+        behind = stroke.length_m - places[places < stroke.length_m]
+        sides = (-1.0, 0.0, 1.0) if stroke.kind == DriveKind.LAP else (0.0,)
+        rows = [np.column_stack((np.full_like(behind, stroke.length_m), behind, np.full_like(behind, side))) for side in sides]
+        return _either(there, np.concatenate(rows), back, self.reversing)
 
     def _join(self, places: Floats, back: bool | None = None) -> Floats:
         """Rows (where the word ends, from where the stroke is driven)."""
@@ -108,10 +113,14 @@ class Joiner:
     def _among(
         self, first: CoverStroke, last: CoverStroke, zone: tuple[float, float], leave: Floats, join: Floats
     ) -> StrokeJoin | None:
+        slide = self._slide(-first.direction)
+        slid = PiecePath(PathPose(0.0, 0.0, 0.0), slide).end
         asked = Join(
             np.array(first.at(zone[0])),
             float(first.direction),
-            leave - zone[0],
+            leave - np.array((zone[0], 0.0, 0.0)),
+            np.array([piece[:4] for piece in slide]),
+            np.array(slid[:2]),
             np.array(last.start),
             float(last.direction),
             zone[1],
@@ -121,14 +130,25 @@ class Joiner:
         best = survey(asked, self.space.walls, self.mover, self.covered.grid, self.seconds_per_m2, MOST_TRIED)
         if not math.isfinite(best[0]):
             return None
-        _, seconds, gained, i, j, direction, kind = best[:7].tolist()
-        leave_m, depart_m = leave[int(i)].tolist()
+        _, seconds, gained, i, j, direction = best[:6].tolist()
+        leave_m, behind_m, side = leave[int(i)].tolist()
         arrive_m, begin_m = join[int(j)].tolist()
-        start, goal = first.at(depart_m), last.at(arrive_m)
-        word = self._word(start, goal, int(direction), float(best[7]))
-        return StrokeJoin(leave_m, depart_m, word, arrive_m, begin_m, seconds, gained)
+        back = [Piece(behind_m, direction=-first.direction)] if behind_m else []
+        back += slide if side > 0.0 else [piece.mirrored() for piece in slide] if side < 0.0 else []
+        behind = PiecePath(first.at(leave_m), joined(back))
+        word = self._word(behind.end, last.at(arrive_m), int(direction), float(best[7]))
+        way = PiecePath(behind.start, (*behind.pieces, *word))
+        return StrokeJoin(leave_m, leave_m - behind_m, way, arrive_m, begin_m, seconds, gained)
 
-    def _word(self, start: PathPose, goal: PathPose, direction: int, length_m: float) -> PiecePath:
+    def _slide(self, direction: int) -> tuple[Piece, ...]:
+        """Two bends that lead to the left by `SLIDE_M`."""
+        sharpness = self.space.machine.sharpness_max_1pm2
+        ramp = (0.5 * SLIDE_M / sharpness) ** (1.0 / 3.0)
+        peak = sharpness * ramp
+        signs = ((0.0, 1.0), (peak, -1.0), (0.0, -1.0), (-peak, 1.0))
+        return tuple(Piece(ramp, bend, sign * sharpness, direction) for bend, sign in signs)
+
+    def _word(self, start: PathPose, goal: PathPose, direction: int, length_m: float) -> tuple[Piece, ...]:
         """The word of this length between two poses, to the last digit; driven backward where the direction is −1."""
         about = 0.0 if direction > 0 else math.pi
         ends = (pose._replace(heading_rad=pose.heading_rad + about) for pose in (start, goal))
@@ -136,7 +156,7 @@ class Joiner:
         pieces = word.pieces(self.turn)
         if direction < 0:
             pieces = tuple(Piece(p.length_m, -p.curvature_1pm, -p.sharpness_1pm2, -1) for p in pieces)
-        return PiecePath(start, pieces)
+        return pieces
 
 
 def _places(places: Floats, low: float, high: float) -> Floats:

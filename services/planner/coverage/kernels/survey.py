@@ -60,7 +60,10 @@ class Join(NamedTuple):
     Attributes:
         leaving: (3,) pose at the beginning of the first stroke's end zone.
         leaving_direction: ±1.
-        leave: (n, 2) how far the zone is driven, and where the word begins: the same, or behind by a way back.
+        leave: (n, 3) how far the zone is driven, how far straight back from there, and to which side a slide follows
+            (±1, 0: none).
+        slide: (4, 4) pieces of the slide to the left, on the way back.
+        slid: (2,) where it ends, seen from where it begins.
         joining: (3,) pose at the beginning of the second stroke's begin zone.
         joining_direction: ±1.
         zone_m: Length of the begin zone.
@@ -71,6 +74,8 @@ class Join(NamedTuple):
     leaving: Floats
     leaving_direction: float
     leave: Floats
+    slide: Floats
+    slid: Floats
     joining: Floats
     joining_direction: float
     zone_m: float
@@ -179,6 +184,30 @@ def way_s(driven: Floats, heading_to: Floats, mover: Mover) -> float:
 
 
 @kernel
+def departure(join: Join, i: int) -> Floats:
+    """The pose (3,) at which the word begins for row `i` of `leave`."""
+    pose = along(join.leaving, join.leaving_direction, join.leave[i, 0] - join.leave[i, 1])
+    if join.leave[i, 2] != 0.0:
+        x, y, c, s = join.slid[0], join.leave[i, 2] * join.slid[1], math.cos(pose[2]), math.sin(pose[2])
+        pose[0] += c * x - s * y
+        pose[1] += s * x + c * y
+    return pose
+
+
+@kernel
+def slide_is_free(join: Join, i: int, walls: Walls, poses: Floats) -> bool:
+    """Whether the body touches nothing on the slide of row `i` of `leave`."""
+    if join.leave[i, 2] == 0.0:
+        return True
+    table = join.slide.copy()
+    table[:, CURVATURE] *= join.leave[i, 2]
+    table[:, SHARPNESS] *= join.leave[i, 2]
+    start = along(join.leaving, join.leaving_direction, join.leave[i, 0] - join.leave[i, 1])
+    length = poses_along(start, table, len(table), poses)
+    return bool(first_touch(poses[:length], walls.edges, walls.owner, True, walls.body, walls.margin_m)[0] < 0)
+
+
+@kernel
 def survey(join: Join, walls: Walls, mover: Mover, grid: Grid, seconds_per_m2: float, most: int) -> Floats:
     """The best way: (9,) score, seconds, m² gained, row of `leave`, row of `join`, direction, kind, length, tried.
 
@@ -189,14 +218,18 @@ def survey(join: Join, walls: Walls, mover: Mover, grid: Grid, seconds_per_m2: f
     times, which = np.empty(n * m * 16), np.empty((n * m * 16, 4), np.int64)
     found = 0
     longest = LONGEST_RADII * mover.circle[4] / mover.root
+    table, poses, line = np.empty((WORD_PIECES, 4)), np.empty((MOST_POSES, 3)), np.zeros((1, 4))
+    slide_m = join.slide[:, LENGTH].sum()
     for i in range(n):
-        start = along(join.leaving, join.leaving_direction, join.leave[i, 1])
+        if not slide_is_free(join, i, walls, poses):
+            continue
+        start = departure(join, i)
         for j in range(m):
             goal = along(join.joining, join.joining_direction, join.join[j, 0])
             direct = math.hypot(goal[0] - start[0], goal[1] - start[1])
             for back in range(2 if join.backward else 1):
                 direction = -1.0 if back else 1.0
-                overrun, early = join.leave[i, 0] > join.leave[i, 1], join.join[j, 1] < join.join[j, 0]
+                overrun, early = join.leave[i, 1] > 0.0, join.join[j, 1] < join.join[j, 0]
                 if not join.backward and (overrun or early):
                     continue
                 c, s = direction * math.cos(start[2]), direction * math.sin(start[2])
@@ -208,7 +241,7 @@ def survey(join: Join, walls: Walls, mover: Mover, grid: Grid, seconds_per_m2: f
                     if length > direct + longest:
                         continue
                     driven[0], sides[0] = join.leave[i, 0], join.leaving_direction
-                    driven[1], sides[1] = join.leave[i, 0] - join.leave[i, 1], -join.leaving_direction
+                    driven[1], sides[1] = join.leave[i, 1] + abs(join.leave[i, 2]) * slide_m, -join.leaving_direction
                     driven[2], sides[2] = length, direction
                     driven[3], sides[3] = join.join[j, 0] - join.join[j, 1], -join.joining_direction
                     driven[4], sides[4] = join.zone_m - join.join[j, 1], join.joining_direction
@@ -216,7 +249,6 @@ def survey(join: Join, walls: Walls, mover: Mover, grid: Grid, seconds_per_m2: f
                     which[found, 0], which[found, 1], which[found, 2], which[found, 3] = i, j, back, kind
                     found += 1
     best = np.full(9, math.inf)
-    table, poses, line = np.empty((WORD_PIECES, 4)), np.empty((MOST_POSES, 3)), np.zeros((1, 4))
     largest, cell = 0.0, grid.cell_m * grid.cell_m
     order = np.argsort(times[:found])
     tried = 0
@@ -227,7 +259,7 @@ def survey(join: Join, walls: Walls, mover: Mover, grid: Grid, seconds_per_m2: f
             break
         tried += 1
         i, j, direction, kind = which[k, 0], which[k, 1], -1.0 if which[k, 2] else 1.0, which[k, 3]
-        start = along(join.leaving, join.leaving_direction, join.leave[i, 1])
+        start = departure(join, i)
         goal = along(join.joining, join.joining_direction, join.join[j, 0])
         c, s = direction * math.cos(start[2]), direction * math.sin(start[2])
         x, y = goal[0] - start[0], goal[1] - start[1]
