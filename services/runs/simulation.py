@@ -15,7 +15,7 @@ from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.fast_runner import Quiet
+from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.packing import Payload
 from touchline.services.robot_sim.telemetry import Telemetry
 from touchline.services.runs.reports import failing, hash_figures, paint_report, plan_figures, traversal_figures
@@ -140,10 +140,10 @@ def simulate(
     telemetry = Telemetry(emulator)
     before = [telemetry.setup(), *telemetry.standing()]
     emulator.load(job.trajectory, job.template)
-    quiet = Quiet(emulator)
+    runner = FastRunner(emulator)
     if products.record is None and not products.hashed:
         emulator.start()
-        reason = _drive(emulator, lambda: quiet.run(_SLICE_TICKS), progress)
+        reason = _drive(emulator, lambda: runner.run(_SLICE_TICKS), progress)
         report, recording = telemetry.report(), None
     else:
         with _Listener(products.record) as listener:
@@ -155,7 +155,7 @@ def simulate(
             def run_slice() -> None:
                 last = emulator.tick_count + _SLICE_TICKS
                 while emulator.tick_count < last and emulator.active:
-                    done = quiet.step(telemetry.until_due(_SLICE_TICKS), telemetry.rows)
+                    done = runner.step(telemetry.until_due(_SLICE_TICKS), telemetry.rows)
                     listener.hear(telemetry.after(done))
 
             reason = _drive(emulator, run_slice, progress)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from textual.widgets import Input
 from typer.testing import CliRunner
 
-from tests.robot_sim.test_quiet import assert_same
+from tests.robot_sim.test_fast_runner import assert_same
 from tests.tui.console import console
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import PlanOptions
