@@ -260,8 +260,14 @@ METHODS.register("ccd", "smooth: one kind of curvature-continuous turn", f"{_MET
 METHODS.register("dubins-padded", "baseline: plain arcs with padding", f"{_METHODS}:DUBINS_PADDED")
 
 AREA_METHODS: Registry[Any] = Registry("area method")
-"""How areas are covered: an `AreaMethod` of services/planner/coverage/area_method.py each."""
+"""How areas are covered: an `AreaMethod` or `CoverageMethod` of services/planner/coverage/area_method.py each."""
 AREA_METHODS.register("parallel", "straight swaths side by side", f"{_COVERAGE}.parallel:parallel")
+AREA_METHODS.register(
+    "lap-and-lanes", "for rollers: laps along the edges, then lanes", f"{_COVERAGE}.methods:LAP_AND_LANES"
+)
+AREA_METHODS.register(
+    "zigzag", "for rollers, baseline: lanes there and back, with an S between them", f"{_COVERAGE}.methods:ZIGZAG"
+)
 
 FOLLOWERS: Registry[Any] = Registry("follower")
 """What steers the robot along its path: from `Vehicle` and `Ask` to a `Follower` of services/onboard/control each."""

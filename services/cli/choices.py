@@ -32,12 +32,22 @@ class PlanChoice:
             "--order", metavar="ORDER", help="Paint in an order that takes least time (optimised), or as given (given)."
         ),
     ] = "optimised"
-    method: Annotated[str, PluginOption("--method", METHODS, "METHOD", "How painted lines are joined")] = (
-        METHODS.default
-    )
-    area_method: Annotated[str, PluginOption("--area-method", AREA_METHODS, "METHOD", "How areas are covered")] = (
-        AREA_METHODS.default
-    )
+    method: Annotated[
+        str,
+        PluginOption(
+            "--method", METHODS, "METHOD", "How painted lines are joined, or an area method", also=AREA_METHODS
+        ),
+    ] = METHODS.default
+    area_method: Annotated[
+        str | None,
+        PluginOption(
+            "--area-method",
+            AREA_METHODS,
+            "METHOD",
+            "How areas are covered",
+            "parallel for a sprayer, lap-and-lanes for a roller",
+        ),
+    ] = None
     kappa_max: Annotated[
         float,
         typer.Option(
@@ -123,7 +133,7 @@ class PlanChoice:
                 raise SpecError("command line", option, f"is {value}", "give a positive number, or leave it out")
         return PlanOptions(
             method=self.method,
-            area_method=self.area_method,
+            area_method=self.area_method or "",
             kappa_max_1pm=self.kappa_max,
             sigma_max_1pm2=self.sigma_max,
             paint_speed_mps=self.paint_speed,

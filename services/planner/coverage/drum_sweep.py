@@ -71,3 +71,31 @@ def body_at(poses: Floats, machine: CoverageMachine) -> np.ndarray:
     corners = np.array(machine.outline) @ np.array([[1.0], [1.0j]])
     turned = poses[:, 0, None] + 1j * poses[:, 1, None] + np.exp(1j * poses[:, 2, None]) * corners[:, 0]
     return np.asarray(shapely.polygons(np.stack((turned.real, turned.imag), axis=-1)))
+
+
+def swept_m2(paths: Iterable[PiecePath], width_m: float) -> float:
+    """What a tool of this width passes over, each place as often as it does (m²)."""
+    return float(
+        sum(shapely.area(shapely.polygons(quads)).sum() for path in paths for quads in tool_quads(path, width_m))
+    )
+
+
+def clearance_m(
+    paths: Sequence[PiecePath],
+    machine: CoverageMachine,
+    boundary: shapely.Polygon,
+    obstacles: Sequence[shapely.Polygon],
+) -> float:
+    """How far the body keeps off boundary and obstacles at least (m); negative: how far it is out or in at most."""
+    free = boundary.difference(shapely.union_all(obstacles)) if obstacles else boundary
+    out = body_outside_m(paths, machine, free)
+    if out > 0.0:
+        return -out
+    edges = shapely.union_all([boundary.exterior, *(obstacle.exterior for obstacle in obstacles)])
+    shapely.prepare(edges)
+    least = math.inf
+    for path in paths:
+        count = 2 + math.ceil(path.length_m / BODY_STEP_M)
+        bodies = body_at(np.column_stack(path.sample(np.linspace(0.0, path.length_m, count))[:3]), machine)
+        least = min(least, float(shapely.distance(bodies, edges).min()))
+    return least

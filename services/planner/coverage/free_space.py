@@ -69,7 +69,9 @@ class FreeSpace:
             parts = self._parts @ np.array([[c, s], [-s, c]])
             ends = self._walls_of_free.reshape(-1, 1, 2, 1, 2)
             sums = (ends + parts[None, :, None]).reshape(-1, 6, 2)
-            hulls = shapely.convex_hull(shapely.multipoints(sums.reshape(-1, 2), indices=np.repeat(np.arange(len(sums)), 6)))
+            hulls = shapely.convex_hull(
+                shapely.multipoints(sums.reshape(-1, 2), indices=np.repeat(np.arange(len(sums)), 6))
+            )
             self._at[key] = self.free.difference(shapely.union_all(hulls)) if len(sums) else self.free
         return self._at[key]
 

@@ -75,7 +75,7 @@ def lanes(rest: Area, angle_rad: float, pitch_m: float, space: FreeSpace) -> lis
                 pose = PathPose(z.real, z.imag, heading)
                 stretch = max(
                     space.stretches(pose, b - a + beyond, beyond),
-                    key=lambda s: min(s[1], b - a) - max(s[0], 0.0),  # noqa: B023
+                    key=lambda s: min(s[1], b - a) - max(s[0], 0.0),
                     default=(0.0, 0.0),
                 )
                 ways.append((pose.moved(complex(stretch[0], 0.0), 0.0), stretch[1] - stretch[0]))

@@ -1,8 +1,8 @@
 """Area method `lap-and-lanes`: laps along the edges, then lanes, each turn where it costs least time and area."""
 
 import math
-from dataclasses import dataclass, replace
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
@@ -12,17 +12,17 @@ from touchline.services.planner.coverage.cover_stroke import CoverStroke
 from touchline.services.planner.coverage.coverage_route import CoverageRoute, DriveKind, DrivePiece, one_way
 from touchline.services.planner.coverage.free_space import FreeSpace
 from touchline.services.planner.coverage.lane_order import LaneOrder, turn_room
-from touchline.services.planner.coverage.lanes import Lane, lane_angle, lanes
+from touchline.services.planner.coverage.lanes import lane_angle, lanes
 from touchline.services.planner.coverage.laps import rings, sides
 from touchline.services.planner.coverage.machine import CoverageMachine
 from touchline.services.planner.coverage.reachable import reachable
 from touchline.services.planner.coverage.stroke_chain import StrokeChain
 from touchline.services.planner.coverage.stroke_join import ZONE_M, Joiner
 from touchline.services.planner.coverage.stroke_map import StrokeMap
-from touchline.services.planner.geometry.clothoid import joined, PiecePath
-
+from touchline.services.planner.geometry.clothoid import PiecePath, joined
 
 CLOSING_M = 20.0
+
 
 @dataclass(frozen=True)
 class CoverOptions:
@@ -93,7 +93,9 @@ def cover(
             remarks.append(f"no way to {stroke.label}")
     for _ in range(1):
         for k in range(len(chain.joins)):
-            joiner.seconds_per_m2 = options.lane_spm2 if chain.strokes[k].kind == DriveKind.LANE else options.seconds_per_m2
+            joiner.seconds_per_m2 = (
+                options.lane_spm2 if chain.strokes[k].kind == DriveKind.LANE else options.seconds_per_m2
+            )
             chain.rejoin(k)
     return CoverageRoute(tuple(_pieces(chain)), reach, tuple(remarks))
 
@@ -101,7 +103,7 @@ def cover(
 def _entries(side: CoverStroke, *, reversing: bool):
     """Where the way to the lanes may begin on the last side of a lap."""
     at = side.length_m - np.arange(4.0, ZONE_M, 2.0) if reversing else np.arange(8.0, CLOSING_M, 2.0)
-    return [side.at(s) for s in at[(at>0)&(at<side.length_m)].tolist()]
+    return [side.at(s) for s in at[(at > 0) & (at < side.length_m)].tolist()]
 
 
 def _pieces(chain: StrokeChain):
@@ -111,5 +113,7 @@ def _pieces(chain: StrokeChain):
         worked, *rest = parts
         out += one_way(stroke.kind, stroke.label, worked, worked=True)
         for part in rest:
-            out += one_way(DriveKind.TURN, f"{stroke.label}, turn", PiecePath(part.start, joined(part.pieces)), worked=False)
+            out += one_way(
+                DriveKind.TURN, f"{stroke.label}, turn", PiecePath(part.start, joined(part.pieces)), worked=False
+            )
     return out

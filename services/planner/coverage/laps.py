@@ -57,7 +57,9 @@ def _without_straight_corners(corners: list[complex]) -> list[complex]:
     open_line = corners[:-1]
     kept = [
         here
-        for before, here, after in zip(open_line[-1:] + open_line, open_line, open_line[1:] + open_line[:1], strict=False)
+        for before, here, after in zip(
+            open_line[-1:] + open_line, open_line, open_line[1:] + open_line[:1], strict=False
+        )
         if abs(np.angle((after - here) / (here - before))) > 1e-6
     ]
     return [*kept, kept[0]]

@@ -101,7 +101,10 @@ class Joiner:
         there = np.column_stack((places, np.zeros((len(places), 2))))
         behind = stroke.length_m - places[places < stroke.length_m]
         sides = (-1.0, 0.0, 1.0) if stroke.kind == DriveKind.LAP else (0.0,)
-        rows = [np.column_stack((np.full_like(behind, stroke.length_m), behind, np.full_like(behind, side))) for side in sides]
+        rows = [
+            np.column_stack((np.full_like(behind, stroke.length_m), behind, np.full_like(behind, side)))
+            for side in sides
+        ]
         return _either(there, np.concatenate(rows), back, self.reversing)
 
     def _join(self, places: Floats, back: bool | None = None) -> Floats:

@@ -283,4 +283,3 @@ def survey(join: Join, walls: Walls, mover: Mover, grid: Grid, seconds_per_m2: f
             best[5], best[6], best[7] = direction, kind, word_m(amounts[kind], kind, mover)
     best[8] = tried
     return best
-
