@@ -20,7 +20,7 @@ from touchline.schemas.messages import PlanOptions
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.budget import Budget
 from touchline.services.planner.limits import Limits
-from touchline.services.planner.plan import transitions_of
+from touchline.services.planner.marking import transitions_of
 from touchline.services.planner.sequencing.costs import NEVER_S, problem
 from touchline.services.planner.sequencing.order import Problem, ordered
 from touchline.services.planner.swaths.offset import modes

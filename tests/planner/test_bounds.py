@@ -13,7 +13,7 @@ from touchline.schemas.messages import PlanOptions
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 from touchline.services.planner.limits import Limits
-from touchline.services.planner.plan import transitions_of
+from touchline.services.planner.marking import transitions_of
 from touchline.services.planner.steering.circles import circle
 from touchline.services.planner.steering.dubins import dubins_pieces
 from touchline.services.planner.steering.dubins_bound import least_plain

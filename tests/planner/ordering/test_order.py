@@ -16,7 +16,8 @@ from touchline.schemas.template import ArcSpec, LineSpec, Template, TemplateSegm
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.budget import Budget
 from touchline.services.planner.limits import Limits
-from touchline.services.planner.plan import plan, transitions_of
+from touchline.services.planner.marking import transitions_of
+from touchline.services.planner.plan import plan
 from touchline.services.planner.sequencing.costs import nodes_of, problem
 from touchline.services.planner.sequencing.order import Problem, ordered
 from touchline.services.planner.swaths.offset import modes
