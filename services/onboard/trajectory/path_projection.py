@@ -60,7 +60,8 @@ _GAUSS_FAR = 0.5 + 0.5 / math.sqrt(3.0)
 
 
 @kernel
-def _piece_at(way: Floats, piece: int, s: float) -> int:
+def piece_at(way: Floats, piece: int, s: float) -> int:
+    """The piece that an arc length is on, looked for from another one; beyond an end it is the last one there."""
     while piece + 1 < way.shape[0] and s >= way[piece + 1, W_START]:
         piece += 1
     while piece > 0 and s < way[piece, W_START]:
@@ -77,7 +78,7 @@ def _heading(way: Floats, piece: int, s: float) -> float:
 
 
 @kernel
-def _pose(way: Floats, sense: float, piece: int, s: float) -> tuple[float, float, float]:
+def pose_on(way: Floats, sense: float, piece: int, s: float) -> tuple[float, float, float]:
     """Point and the robot's heading, unwrapped; beyond an end the leg goes straight on."""
     last = way.shape[0] - 1
     extra = 0.0
@@ -160,14 +161,14 @@ def track(computer: Computer, leg: LegArrays, sense: float, mode: int) -> None:
     low, high = max(low, way[0, W_START]), min(high, end)
     s = before
     for _ in range(3):
-        x, y, theta = _pose(way, sense, piece, s)
+        x, y, theta = pose_on(way, sense, piece, s)
         cos, sin = math.cos(theta), math.sin(theta)
         along = sense * ((east - x) * cos + (north - y) * sin)
         lateral = (north - y) * cos - (east - x) * sin
         stretch = min(max(1.0 - sense * way[piece, W_CURVATURE] * lateral, 0.5), 2.0)
         s = min(max(s + along / stretch, low), high)
-        piece = _piece_at(way, piece, s)
-    x, y, theta = _pose(way, sense, piece, s)
+        piece = piece_at(way, piece, s)
+    x, y, theta = pose_on(way, sense, piece, s)
     cos, sin = math.cos(theta), math.sin(theta)
     lateral = (north - y) * cos - (east - x) * sin
     error = wrapped(heading - theta)
@@ -190,7 +191,7 @@ def track(computer: Computer, leg: LegArrays, sense: float, mode: int) -> None:
         mean = 0.5 * (v + v_next)
         ahead[i, A_SPEED] = sense * mean
         s = min(max(s + mean * h, way[0, W_START]), end)
-        piece = _piece_at(way, piece, s)
+        piece = piece_at(way, piece, s)
         theta_next = _heading(way, piece, s)
         ahead[i, A_YAW_RATE] = (theta_next - theta) / h
         theta, v = theta_next, v_next
