@@ -47,6 +47,14 @@ def shipped_templates() -> tuple[str, ...]:
     return tuple(sorted(FIELDS))
 
 
+def line_templates() -> tuple[str, ...]:
+    """Names of those of them that are lines only, which is what a line marker paints, sorted.
+
+    The areas of the others are fields: by the width of a nozzle they would be hundreds of swaths.
+    """
+    return tuple(name for name in shipped_templates() if not FIELDS[name].template().areas)
+
+
 def template_text(name_or_path: str, parameters: Mapping[str, float | bool | str] | None = None) -> tuple[str, str]:
     """(JSON text, source) of a shipped template, drawn with its parameters, or of a file.
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Self
 
 from touchline.schemas.scenario import Origin
-from touchline.schemas.template import ArcSpec, Area, LineSpec, Placement, Template, TemplateSegment
+from touchline.schemas.template import ArcSpec, Area, LineSpec, Placement, Polygon, Template, TemplateSegment
 
 Point = tuple[float, float]
 
@@ -79,10 +79,19 @@ class Transform:
             angle_deg=angle_deg,
         )
 
+    def polygon(self, polygon: Polygon) -> Polygon:
+        """The outline where it goes, under its own name."""
+        return Polygon(id=polygon.id, corners=tuple(map(self.point, polygon.corners)))
+
     def template(self, template: Template) -> Template:
-        """Every segment and area where it goes."""
-        segments, areas = map(self.segment, template.segments), map(self.area, template.areas)
-        return template.model_copy(update={"segments": tuple(segments), "areas": tuple(areas)})
+        """All of it where it goes: what the body keeps inside of and off goes along with what is painted."""
+        moved = {
+            "segments": tuple(map(self.segment, template.segments)),
+            "areas": tuple(map(self.area, template.areas)),
+            "boundary": template.boundary and self.polygon(template.boundary),
+            "obstacles": tuple(map(self.polygon, template.obstacles)),
+        }
+        return template.model_copy(update=moved)
 
 
 def place(template: Template, placement: Placement) -> Template:

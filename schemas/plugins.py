@@ -292,4 +292,9 @@ EXTERNAL = "external"
 """The follower that is asked over the bus."""
 FOLLOWERS.register("mpc", "model predictive control of the nozzle", f"{_FOLLOWERS}:make_mpc")
 FOLLOWERS.register("pure-pursuit", "pursuit of a point ahead, with less computing", f"{_FOLLOWERS}:make_pure_pursuit")
+FOLLOWERS.register(
+    "pursuit-lanes",
+    "baseline: a study's pursuit of a point 5 m ahead, lane by lane",
+    f"{_FOLLOWERS}:make_pursuit_lanes",
+)
 FOLLOWERS.register(EXTERNAL, "your own program, asked over the bus", f"{_FOLLOWERS}:ExternalFollower")

@@ -138,6 +138,6 @@ def _subject(subject: str, template: str) -> tuple[str, Scenario]:
         content = json.loads(read_text(path))
     except ValueError:
         content = None
-    if isinstance(content, dict) and "segments" in content:
+    if isinstance(content, dict) and ("segments" in content or "areas" in content):
         return subject, Scenario()
     return template, SetupChoice(scenario=path).chosen().scenario

@@ -113,11 +113,12 @@ def _list(given: dict[str, object], as_json: bool) -> None:
     if as_json:
         typer.echo(json.dumps([_row(field) for field in FIELDS.values()], indent=2))
         return
-    table = Table(Column("name", no_wrap=True), "title", "strokes", "line", "parameters")
+    table = Table(Column("name", no_wrap=True), "title", "strokes", "line, area", "parameters")
     for field_name, field in FIELDS.items():
         template = field.template()
         shown = ", ".join(parameter.name for parameter in field.parameters)
-        table.add_row(field_name, template.title, str(len(template.segments)), f"{template.length_m:.1f} m", shown)
+        extent = f"{template.area_m2:,.1f} m²" if template.areas else f"{template.length_m:.1f} m"
+        table.add_row(field_name, template.title, str(len(template.segments)), extent, shown)
     output().print(table)
 
 
@@ -235,6 +236,7 @@ def _row(field: "Field") -> dict[str, Any]:
         "title": template.title,
         "segments": len(template.segments),
         "length_m": template.length_m,
+        "area_m2": template.area_m2,
         "source": template.source,
         "parameters": [
             {"name": p.name, "default": p.default, "allowed": p.allowed, "description": p.description}

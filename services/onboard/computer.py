@@ -72,7 +72,7 @@ class Onboard:
         self._state, self._drive = ComputerState(), drive_of(vehicle)
         self._estimator = Estimator(vehicle, config, self._state)
         self._watch = LocalizationMonitor(self._state, max_fix_age_s(config.gnss))
-        self._follower = make_follower(config.follower, vehicle, ask)
+        self._follower = make_follower(config.follower, vehicle, ask, config)
         self._hazards = Failsafe(vehicle, self._state, config.fence.timeout_s)
         monitors = Monitors(self._watch, self._hazards, config.fence)
         self._traversal = Traversal(vehicle, self._follower, self._estimator, monitors, self._state, self._log)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from touchline.schemas.catalogue import load_template, parse_template, shipped_templates
+from touchline.schemas.catalogue import line_templates, load_template, parse_template
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.lettering import write
 from touchline.schemas.messages import TraversalStatus
@@ -235,7 +235,7 @@ def _framework_row() -> Row:
 
 def _templates(quick: bool) -> dict[str, Template]:
     """The shipped fields, and what is no line or arc of a field: points, circles, text, a filled area."""
-    names = [FIELD] if quick else list(shipped_templates())
+    names = [FIELD] if quick else list(line_templates())
     shipped = {name: load_template(name) for name in names}
     width = shipped[FIELD].line_width_m
     text = Template(name="text", segments=tuple(write(TEXT, TEXT_HEIGHT_M, width)))

@@ -130,14 +130,16 @@ def test_an_unknown_name_is_refused_with_the_known_ones() -> None:
         result = CliRunner().invoke(app, arguments, env={"COLUMNS": "200"})
         assert result.exit_code == 2
         assert "is 'lqr'; give '" in result.output
-    with pytest.raises(UnknownPlugin, match="give 'mpc', 'pure-pursuit', 'external', 'outsider' or 'dawdler'"):
+    with pytest.raises(
+        UnknownPlugin, match="give 'mpc', 'pure-pursuit', 'pursuit-lanes', 'external', 'outsider' or 'dawdler'"
+    ):
         make_follower("lqr", Vehicle())
     with pytest.raises(ValueError, match="already"):
         FOLLOWERS.register("mpc", "", Outsider)
 
 
 def test_all_that_is_shipped_is_where_it_is_said_to_be() -> None:
-    for name in ("mpc", "pure-pursuit", "external"):
+    for name in ("mpc", "pure-pursuit", "pursuit-lanes", "external"):
         assert make_follower(name, Vehicle()).name == name
     for name in ("g2", "ccd", "dubins-padded"):
         options = PlanOptions(method=name)
