@@ -21,8 +21,8 @@ from touchline.services.cli.commands import app
 from touchline.services.onboard.control import Ask, PurePursuitFollower, make_follower
 from touchline.services.onboard.control.follower import BodyTwist
 from touchline.services.planner.limits import Limits
+from touchline.services.planner.marking import transitions_of
 from touchline.services.planner.method_choice import Method, method_of
-from touchline.services.planner.plan import transitions_of
 from touchline.services.planner.steering.ccd import ContinuousDubins
 from touchline.services.planner.transitions.pricing import OneByOne
 from touchline.services.planner.transitions.transitions import TransitionFamily

@@ -9,7 +9,8 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.budget import Budget
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.limits import Limits
-from touchline.services.planner.plan import plan, transitions_of
+from touchline.services.planner.marking import transitions_of
+from touchline.services.planner.plan import plan
 from touchline.services.planner.sequencing import costs
 from touchline.services.planner.swaths.offset import modes
 from touchline.services.planner.swaths.swaths import Painting, swaths

@@ -16,7 +16,8 @@ from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 from touchline.services.planner.limits import Limits
-from touchline.services.planner.plan import Plan, plan, transitions_of
+from touchline.services.planner.marking import transitions_of
+from touchline.services.planner.plan import Plan, plan
 from touchline.services.planner.sequencing.costs import nodes_of, problem
 from touchline.services.planner.steering.dubins import dubins_pieces
 from touchline.services.planner.steering.method import NO_LIMIT_MPS, CurveEnd

@@ -82,7 +82,7 @@ class Course(Protocol):
         ...
 
     @property
-    def way(self) -> NDArray[np.float64]:
+    def pieces(self) -> NDArray[np.float64]:
         """(n, COLUMNS) pieces of the leg, of `smoothing`; for `pose_on` of `path_projection`."""
         ...
 

@@ -97,7 +97,7 @@ class PathTracker:
         return self._plan.legs[self.leg_index]
 
     @property
-    def way(self) -> Floats:
+    def pieces(self) -> Floats:
         """(n, COLUMNS) pieces of the leg, of `smoothing`."""
         return self._rows
 

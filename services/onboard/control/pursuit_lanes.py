@@ -39,7 +39,7 @@ class LaneState(Enum):
     """What the supervisor is doing."""
 
     SEARCHING = auto()
-    """For the next edge: where the lane begins and ends, and which way it is driven."""
+    """For the next edge: where the lane begins and ends, and which pieces it is driven."""
     INITIALISING = auto()
     """Progress and profile begin anew."""
     STABILISING = auto()
@@ -119,7 +119,7 @@ class LanePursuitFollower:
     def _curvature(self, course: Course, now: Floats, along: float) -> float:
         place, ahead_m = course.arc_length_m, along * self._settings.lookahead_m
         errors = float(now[LATERAL]), float(now[HEADING_ERROR])
-        return float(pursuit_curvature_1pm(course.way, float(course.leg.sense), place, ahead_m, *errors))
+        return float(pursuit_curvature_1pm(course.pieces, float(course.leg.sense), place, ahead_m, *errors))
 
     def _steering(self, course: Course, now: Floats) -> BodyTwist | None:
         """Turns what steers without driving to where the lane wants it; None once it is there, or nothing does."""
@@ -137,22 +137,22 @@ class LanePursuitFollower:
 
 @kernel
 def pursuit_curvature_1pm(
-    way: Floats, sense: float, place_m: float, ahead_m: float, lateral_m: float, heading_error_rad: float
+    pieces: Floats, sense: float, place_m: float, ahead_m: float, lateral_m: float, heading_error_rad: float
 ) -> float:
     """Curvature of the circle that leads the robot to a point of its path.
 
     Args:
-        way: (n, COLUMNS) pieces of the leg, of `smoothing`.
+        pieces: (n, COLUMNS) pieces of the leg, of `smoothing`.
         sense: +1 if the leg is driven forward, -1 if backward.
         place_m: Arc length that the robot has come to.
         ahead_m: From there to the point, along the path; negative if the robot goes back.
         lateral_m: How far the robot is to the left of the path.
         heading_error_rad: How far it is turned to the left of it.
     """
-    piece = piece_at(way, 0, place_m)
-    x, y, heading = pose_on(way, sense, piece, place_m)
+    piece = piece_at(pieces, 0, place_m)
+    x, y, heading = pose_on(pieces, sense, piece, place_m)
     goal_m = place_m + ahead_m
-    goal_x, goal_y, _ = pose_on(way, sense, piece_at(way, piece, goal_m), goal_m)
+    goal_x, goal_y, _ = pose_on(pieces, sense, piece_at(pieces, piece, goal_m), goal_m)
     east = goal_x - (x - lateral_m * math.sin(heading))
     north = goal_y - (y + lateral_m * math.cos(heading))
     turned = heading + heading_error_rad

@@ -74,14 +74,15 @@ _GAUSS_FAR = 0.5 + 0.5 / math.sqrt(3.0)
 
 
 @kernel
-<<<<<<< HEAD
-def _piece_at(pieces: Floats, piece: int, s: float) -> int:
+def piece_at(pieces: Floats, piece: int, s: float) -> int:
+    """The piece that an arc length is on, looked for from another one; beyond an end it is the last one there.
+
+    Args:
+        pieces: (n, COLUMNS) of `smoothing`.
+        piece: Where to begin to look.
+        s: Arc length, m.
+    """
     while piece + 1 < pieces.shape[0] and s >= pieces[piece + 1, W_START]:
-=======
-def piece_at(way: Floats, piece: int, s: float) -> int:
-    """The piece that an arc length is on, looked for from another one; beyond an end it is the last one there."""
-    while piece + 1 < way.shape[0] and s >= way[piece + 1, W_START]:
->>>>>>> w-h
         piece += 1
     while piece > 0 and s < pieces[piece, W_START]:
         piece -= 1
@@ -97,11 +98,7 @@ def _heading(pieces: Floats, piece: int, s: float) -> float:
 
 
 @kernel
-<<<<<<< HEAD
-def _pose(pieces: Floats, sense: float, piece: int, s: float) -> tuple[float, float, float]:
-=======
-def pose_on(way: Floats, sense: float, piece: int, s: float) -> tuple[float, float, float]:
->>>>>>> w-h
+def pose_on(pieces: Floats, sense: float, piece: int, s: float) -> tuple[float, float, float]:
     """Point and the robot's heading, unwrapped; beyond an end the leg goes straight on."""
     last = pieces.shape[0] - 1
     extra = 0.0
@@ -183,23 +180,14 @@ def track(computer: Computer, leg: LegArrays, sense: float, mode: int) -> None:
     low, high = max(low, pieces[0, W_START]), min(high, end)
     s = before
     for _ in range(3):
-<<<<<<< HEAD
-        x, y, theta = _pose(pieces, sense, piece, s)
-=======
-        x, y, theta = pose_on(way, sense, piece, s)
->>>>>>> w-h
+        x, y, theta = pose_on(pieces, sense, piece, s)
         cos, sin = math.cos(theta), math.sin(theta)
         along = sense * ((east - x) * cos + (north - y) * sin)
         lateral = (north - y) * cos - (east - x) * sin
         stretch = min(max(1.0 - sense * pieces[piece, W_CURVATURE] * lateral, 0.5), 2.0)
         s = min(max(s + along / stretch, low), high)
-<<<<<<< HEAD
-        piece = _piece_at(pieces, piece, s)
-    x, y, theta = _pose(pieces, sense, piece, s)
-=======
-        piece = piece_at(way, piece, s)
-    x, y, theta = pose_on(way, sense, piece, s)
->>>>>>> w-h
+        piece = piece_at(pieces, piece, s)
+    x, y, theta = pose_on(pieces, sense, piece, s)
     cos, sin = math.cos(theta), math.sin(theta)
     lateral = (north - y) * cos - (east - x) * sin
     error = wrapped(heading - theta)
@@ -221,14 +209,8 @@ def track(computer: Computer, leg: LegArrays, sense: float, mode: int) -> None:
         v_next, entry = _next_speed(Reference(v, s, entry), h, mode, speeds, state)
         mean = 0.5 * (v + v_next)
         ahead[i, A_SPEED] = sense * mean
-<<<<<<< HEAD
         s = min(max(s + mean * h, pieces[0, W_START]), end)
-        piece = _piece_at(pieces, piece, s)
+        piece = piece_at(pieces, piece, s)
         theta_next = _heading(pieces, piece, s)
-=======
-        s = min(max(s + mean * h, way[0, W_START]), end)
-        piece = piece_at(way, piece, s)
-        theta_next = _heading(way, piece, s)
->>>>>>> w-h
         ahead[i, A_YAW_RATE] = (theta_next - theta) / h
         theta, v = theta_next, v_next

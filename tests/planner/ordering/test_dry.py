@@ -13,7 +13,8 @@ from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.geometry.clothoid import Ints
 from touchline.services.planner.limits import Limits
-from touchline.services.planner.plan import plan, transitions_of
+from touchline.services.planner.marking import transitions_of
+from touchline.services.planner.plan import plan
 from touchline.services.planner.route.itinerary import ItineraryBuilder
 from touchline.services.planner.sequencing.costs import Tracks, nodes_of, problem
 from touchline.services.planner.sequencing.dry import WetGround, ordered_dry, scene_of, unknown_yet, wet_times
