@@ -68,9 +68,9 @@ def _tool_over(at: BaseGeometry, heading_rad: float, tool: Point, half_width_m: 
     walls = np.concatenate([np.stack((ring[:-1], ring[1:]), axis=1) for ring in corners])
     edges = shapely.convex_hull(shapely.linestrings((walls[:, :, None] + ends).reshape(-1, 4, 2)))
     middle = shapely.transform(at, lambda points: points + ends.mean(axis=0))
-    return shapely.union_all([middle, *edges])
+    return shapely.union(middle, shapely.union_all(edges))
 
 
 def _turned(points: Floats, heading_rad: float) -> Floats:
     cos, sin = math.cos(heading_rad), math.sin(heading_rad)
-    return points @ np.array([[cos, sin], [-sin, cos]])
+    return np.asarray(points @ np.array([[cos, sin], [-sin, cos]]))

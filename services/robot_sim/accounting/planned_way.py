@@ -49,6 +49,6 @@ def off_the_way_m(strokes: list[PaintStroke], way: list[PaintStroke]) -> Floats:
     if not way or not len(points):
         return np.zeros(0)
     chords = [np.stack((stretch.points[:-1], stretch.points[1:]), axis=1) for stretch in way]
-    tree = shapely.STRtree(shapely.linestrings(np.concatenate(chords)).tolist())
+    tree = shapely.STRtree(np.asarray(shapely.linestrings(np.concatenate(chords))))
     _, distance = tree.query_nearest(shapely.points(points), return_distance=True, all_matches=False)
     return np.asarray(distance)
