@@ -191,7 +191,7 @@ class MapRaster:
 
 
 def _put_first(bits: Bits, inks: Bits, dots: Bits, ink: Ink) -> None:
-    """Show these dots alone in cells that have more than a few of them: beside a covered band they would not be seen."""
+    """Show these dots alone in cells that have a few of them: beside a covered band they would not be seen."""
     cells = np.bitwise_count(dots) >= SHOWN_FIRST_DOTS
     bits[cells], inks[cells] = dots[cells], ink
 

@@ -144,8 +144,8 @@ def _truth_lines(state: ConsoleState, width: int) -> list[Content]:
     """What only an emulator knows; the figures above are the robot's own."""
     truth, area = state.robot.truth, state.robot.area
     if state.covers and area is not None:
-        missed = f", {format.number(area.overlap_m2, 0, 'm²')} twice"
-        return [_row("truth", format.percent(area.coverage_pct / 100, 2) + " covered", (missed, theme.MUTED))]
+        twice = f", {format.number(area.overlap_m2, 0, 'm²')} twice" if width >= ROOMY else ""
+        return [_row("truth", format.percent(area.coverage_pct / 100, 2) + " covered", (twice, theme.MUTED))]
     if truth is None:
         return []
     error = truth.lateral_error_m if state.busy else math.nan
