@@ -1,4 +1,4 @@
-"""Templates by name and from files: the shipped ones, drawn with their parameters, and the user's own."""
+"""Templates and vehicles by name and from files: the shipped ones, and the user's own."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,6 +10,8 @@ from touchline.schemas.fields import FIELDS
 from touchline.schemas.placement import place
 from touchline.schemas.spec import parse, read_text
 from touchline.schemas.template import MAX_COORDINATE_M, Placement, Template
+from touchline.schemas.vehicles import Vehicle
+from touchline.schemas.vehicles.shipped import SHIPPED
 
 
 def parse_template(text: str, source: str = "template", *, recorded: bool = False) -> Template:
@@ -71,3 +73,18 @@ def load_template(name_or_path: str | Path, parameters: Mapping[str, float | boo
     """
     text, source = template_text(str(name_or_path), parameters)
     return parse_template(text, source)
+
+
+def load_vehicle(name_or_path: str | Path) -> Vehicle:
+    """The vehicle of that shipped name, or of that file.
+
+    Raises:
+        SpecError: There is no such vehicle or file; or the file is not a vehicle.
+    """
+    if str(name_or_path) in SHIPPED:
+        return SHIPPED[str(name_or_path)].vehicle
+    path = Path(name_or_path)
+    if not path.exists():
+        remedy = f"give a path or one of: {', '.join(SHIPPED)}"
+        raise SpecError(str(name_or_path), "", "is neither a shipped vehicle nor a file", remedy)
+    return parse(Vehicle, read_text(path), path.name)

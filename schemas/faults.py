@@ -206,6 +206,17 @@ class MotorWeak(ActuatorFault):
     share: Share = 0.2
 
 
+class SteeringOffset(ActuatorFault):
+    """A steered wheel is off its encoder's angle by this much, to the left: a blow has bent its linkage.
+
+    Of wheels that do not steer nothing changes.
+    """
+
+    summary: ClassVar[str] = "the steering is off"
+    kind: Literal["steering-offset"]
+    offset_rad: Annotated[float, Field(ge=-0.5, le=0.5)] = 0.035
+
+
 class ValveStuck(_Fault):
     """The paint valve stays where it is told not to be."""
 
@@ -279,6 +290,7 @@ Fault = Annotated[
     | WheelBlocked
     | WheelSlip
     | MotorWeak
+    | SteeringOffset
     | ValveStuck
     | DiscStuck
     | NozzleClogged

@@ -13,9 +13,10 @@ from touchline.schemas.setup import Setup
 from touchline.schemas.spec import Spec, parse, read_text
 from touchline.schemas.topics import NAMESPACE_RULE, is_namespace
 from touchline.schemas.vehicles import Vehicle
+from touchline.schemas.vehicles.shipped import SHIPPED
 
 _FILES: Final[Mapping[str, type[Spec]]] = {"vehicle": Vehicle, "onboard": OnboardConfig, "scenario": Scenario}
-"""Fields that may be the name of a file instead, relative to the fleet's."""
+"""Fields that may be the name of a file instead, relative to the fleet's; a vehicle also a shipped one's name."""
 
 
 class FleetRobot(Spec):
@@ -98,4 +99,6 @@ def _with_files(entry: Any, folder: Path) -> Any:
 def _content(name: str, value: Any, folder: Path) -> Any:
     if name not in _FILES or not isinstance(value, str):
         return value
+    if name == "vehicle" and value in SHIPPED:
+        return SHIPPED[value].vehicle.model_dump(mode="json")
     return parse(_FILES[name], read_text(folder / value), value).model_dump(mode="json")

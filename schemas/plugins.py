@@ -235,6 +235,17 @@ DRIVES.register(
     ),
 )
 
+DRIVES.register(
+    "rear-steered",
+    "a driven drum, and a steered wheel behind it",
+    KindParts(
+        f"{_VEHICLES}:RearSteeredDrive",
+        planner=f"{_DRIVES}.rear_steered_caps:PlannedRearSteered",
+        onboard="touchline.services.onboard.drives.rear_steered_onboard:OnboardRearSteered",
+        world=f"{_WORLD}.drives.rear_steered:RearSteeredInWorld",
+    ),
+)
+
 TOOLS: Registry[KindParts] = Registry("tool")
 """What a vehicle works with, by the `kind` of its `tool`."""
 TOOLS.register(
@@ -246,6 +257,12 @@ TOOLS.register(
     "none",
     "nothing: the vehicle drives along lines and leaves nothing there",
     KindParts(f"{_VEHICLES}:NoTool", world=f"{_WORLD}.tools.idle_tool:NoToolInWorld"),
+)
+
+TOOLS.register(
+    "roller",
+    "a drum that rolls the ground, both ways and at any speed",
+    KindParts(f"{_VEHICLES}:RollerTool", world=f"{_WORLD}.tools.rolling:RollerInWorld"),
 )
 
 METHODS: Registry[Any] = Registry("transition method")

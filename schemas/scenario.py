@@ -2,12 +2,13 @@
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from touchline.schemas.faults import Fault, Share
 from touchline.schemas.spec import Spec
 
 Noise = Literal["default", "none"]
+SurfaceName = Literal["grass", "wet-grass", "artificial-turf", "clay"]
 MAX_SEED = 2**63 - 1
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
@@ -118,18 +119,30 @@ class MagnetometerNoise(Spec):
 
 
 class DriveNoise(Spec):
-    """How far the real wheels are from the nominal ones (1 σ) and how much they slip on grass."""
+    """How far the real wheels and their steering are from the nominal ones (1 σ) and how much they slip on grass."""
 
     wheel_radius_relative: NotNegative = 0.003
     track_width_relative: NotNegative = 0.002
     slip_relative: NotNegative = 0.02
     slip_tau_s: Positive = 0.5
+    steering_offset_rad: NotNegative = 0.0175
+    """How far a steered wheel is off when its encoder says straight ahead; written only if it is another figure.
+
+    Scenarios of robots that steer with their wheels' speeds, and their hashes, are thus what they were before.
+    """
+
+    @model_serializer(mode="wrap")
+    def _without_usual_offset(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        written: dict[str, Any] = handler(self)
+        if written.get("steering_offset_rad") == type(self).model_fields["steering_offset_rad"].default:
+            del written["steering_offset_rad"]
+        return written
 
 
 class Ground(Spec):
     """What the robot drives on: one surface, one slope."""
 
-    surface: Literal["grass", "wet-grass", "artificial-turf"] = "grass"
+    surface: SurfaceName = "grass"
     grade: Annotated[float, Field(ge=0, le=0.15)] = 0.0
     """Rise over run; 0.02 is 2 %."""
     uphill_rad: Annotated[float, Field(ge=-7, le=7)] = 0.0
@@ -210,7 +223,7 @@ _NOISE_FIGURES: dict[str, tuple[str, ...]] = {
     "gnss": ("white_m", "gauss_markov_1_m", "gauss_markov_2_m", "latency_jitter_s"),
     "imu": tuple(name for name in ImuNoise.model_fields if name != "warming_tau_s"),
     "magnetometer": ("white_rad", "bias_rad", "soft_iron_relative", "disturbance_rad"),
-    "drive": ("wheel_radius_relative", "track_width_relative", "slip_relative"),
+    "drive": ("wheel_radius_relative", "track_width_relative", "slip_relative", "steering_offset_rad"),
     "encoder": ("quantised",),
 }
 """What ``noise: none`` puts to zero: what makes two runs in the same place differ. The places and faults stay."""

@@ -5,6 +5,8 @@ from touchline.schemas.vehicles.differential_drive import DifferentialDrive, Mot
 from touchline.schemas.vehicles.drive_spec import DriveSpec
 from touchline.schemas.vehicles.ground_contact import GroundContact
 from touchline.schemas.vehicles.no_tool import NoTool
+from touchline.schemas.vehicles.rear_steered_drive import DrumMotor, RearSteeredDrive
+from touchline.schemas.vehicles.roller_tool import RollerTool
 from touchline.schemas.vehicles.sprayer_tool import SprayerTool
 from touchline.schemas.vehicles.tool_spec import ToolSpec
 from touchline.schemas.vehicles.vehicle import Vehicle
@@ -14,9 +16,12 @@ __all__ = [
     "Actuator",
     "DifferentialDrive",
     "DriveSpec",
+    "DrumMotor",
     "GroundContact",
     "Motor",
     "NoTool",
+    "RearSteeredDrive",
+    "RollerTool",
     "SprayerTool",
     "ToolSpec",
     "Vehicle",

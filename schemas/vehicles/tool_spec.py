@@ -48,8 +48,23 @@ class ToolSpec(Spec):
 
     @property
     def width_m(self) -> float:
-        """Of what it puts on the ground."""
+        """Of the strip that it works on."""
         return 0.0
+
+    @property
+    def steady_speed(self) -> bool:
+        """Whether it needs one speed from a line's start to its end; else it may stand and brake on it."""
+        return True
+
+    @property
+    def works_backward(self) -> bool:
+        """Whether it works while the vehicle drives backward, too."""
+        return False
+
+    @property
+    def covers(self) -> bool:
+        """Whether it works on all the ground that it comes over, without putting anything there."""
+        return False
 
     @property
     def drying_s(self) -> float:

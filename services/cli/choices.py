@@ -7,6 +7,7 @@ from typing import Annotated, Literal, TypeVar
 
 import typer
 
+from touchline.schemas.catalogue import load_vehicle
 from touchline.schemas.errors import SpecError
 from touchline.schemas.fleet import Fleet
 from touchline.schemas.messages import PlanOptions
@@ -16,6 +17,7 @@ from touchline.schemas.scenario import MAX_SEED, Noise, Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import Spec, parse, read_text
 from touchline.schemas.vehicles import Vehicle
+from touchline.schemas.vehicles.shipped import SHIPPED
 from touchline.services.cli.plugin_option import PluginOption
 
 Order = Literal["optimised", "given"]
@@ -121,8 +123,8 @@ VehicleOption = Annotated[
     Path | None,
     typer.Option(
         "--vehicle",
-        metavar="FILE",
-        help="Vehicle JSON file: a robot of your own; default: the shipped one.",
+        metavar="NAME|FILE",
+        help=f"A shipped robot ({', '.join(SHIPPED)}), or a JSON file: one of your own; default: the first.",
         show_default=False,
     ),
 ]
@@ -135,12 +137,12 @@ class VehicleChoice:
     vehicle: VehicleOption = None
 
     def chosen(self) -> Vehicle:
-        """The vehicle in the file, or the default one.
+        """The vehicle of that name or in that file, or the default one.
 
         Raises:
-            SpecError: The file is not a vehicle.
+            SpecError: There is none, or the file is not a vehicle.
         """
-        return _read(Vehicle, self.vehicle)
+        return load_vehicle(self.vehicle) if self.vehicle else Vehicle()
 
 
 @dataclass(frozen=True)
@@ -191,8 +193,16 @@ class SetupChoice:
         return Setup(
             vehicle=VehicleChoice(self.vehicle).chosen(),
             onboard=_changed(_read(OnboardConfig, self.onboard), follower=self.follower),
-            scenario=_changed(_read(Scenario, self.scenario), seed=self.seed, noise=self.noise),
+            scenario=_changed(self._world(), seed=self.seed, noise=self.noise),
         )
+
+    def _world(self) -> Scenario:
+        """The scenario; where it does not say what the ground is, that which a shipped vehicle is for."""
+        scenario = _read(Scenario, self.scenario)
+        shipped = SHIPPED.get(str(self.vehicle))
+        if shipped is None or "surface" in scenario.ground.model_fields_set:
+            return scenario
+        return _changed(scenario, ground=_changed(scenario.ground, surface=shipped.surface))
 
     def refuse_with(self, other: str, remedy: str) -> None:
         """Refuse these options beside ``other``, which says the same.

@@ -4,9 +4,11 @@ from typing import Annotated
 
 import typer
 
+from touchline.schemas.catalogue import load_vehicle
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.plugins import DRIVES, TOOLS
 from touchline.schemas.vehicles import Vehicle
+from touchline.schemas.vehicles.shipped import SHIPPED
 from touchline.services.cli.plugin_option import PluginOption
 
 
@@ -17,11 +19,20 @@ def register(app: typer.Typer) -> None:
 
 
 def vehicle(
-    drive: Annotated[str, PluginOption("--drive", DRIVES, "KIND", "What moves it")] = DRIVES.default,
-    tool: Annotated[str, PluginOption("--tool", TOOLS, "KIND", "What it works with")] = TOOLS.default,
+    name: Annotated[
+        str | None, typer.Argument(help=f"A shipped robot ({', '.join(SHIPPED)}), or a file.", show_default=False)
+    ] = None,
+    drive: Annotated[str | None, PluginOption("--drive", DRIVES, "KIND", "What moves it")] = None,
+    tool: Annotated[str | None, PluginOption("--tool", TOOLS, "KIND", "What it works with")] = None,
 ) -> None:
-    """Print a robot as JSON, every field, the shipped one by default: what `--vehicle` takes, to be changed."""
-    robot = Vehicle.model_validate({"drive": {"kind": drive}, "tool": {"kind": tool}})
+    """Print a robot as JSON, every field, the first shipped one by default: what `--vehicle` takes, to be changed.
+
+    Of another kind of drive or tool every field is as that kind has it by default.
+    """
+    robot = load_vehicle(name) if name else Vehicle()
+    parts = {part: {"kind": kind} for part, kind in (("drive", drive), ("tool", tool)) if kind}
+    if parts:
+        robot = Vehicle.model_validate(robot.model_dump() | parts)
     typer.echo(robot.model_dump_json(indent=1))
 
 

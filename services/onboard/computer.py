@@ -13,6 +13,7 @@ from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.computer_state import Computer, ComputerState
 from touchline.services.onboard.control import Ask, Follower, make_follower, nobody
+from touchline.services.onboard.drives.onboard_drive import drive_of
 from touchline.services.onboard.estimation.filter import Estimator
 from touchline.services.onboard.estimation.report import report
 from touchline.services.onboard.executive.events import EventLog
@@ -20,6 +21,7 @@ from touchline.services.onboard.executive.failsafe import Failsafe
 from touchline.services.onboard.executive.localization_monitor import LocalizationMonitor, max_fix_age_s
 from touchline.services.onboard.executive.traversal import ABORTED_BY_OPERATOR, EMERGENCY_STOP, Course, Traversal
 from touchline.services.onboard.interface import (
+    STANDSTILL,
     Checkpoint,
     Command,
     Consistency,
@@ -61,7 +63,7 @@ class Onboard:
 
     def __init__(self, vehicle: Vehicle, config: OnboardConfig, ask: Ask = nobody) -> None:
         self._log = EventLog()
-        self._state = ComputerState()
+        self._state, self._drive = ComputerState(), drive_of(vehicle)
         self._estimator = Estimator(vehicle, config, self._state)
         self._watch = LocalizationMonitor(self._state, max_fix_age_s(config.gnss))
         self._follower = make_follower(config.follower, vehicle, ask)
@@ -139,7 +141,11 @@ class Onboard:
 
     def decide(self, tick: int) -> Command:
         """The last part of a tick, of which the estimate and the monitors' findings are there."""
-        return self._state.command.give(self._traversal.step(tick))
+        before = tuple(self._state.command.actuators.tolist())
+        command = self._traversal.step(tick)
+        if command is STANDSTILL:
+            command = command._replace(actuators=self._drive.resting(before))
+        return self._state.command.give(command)
 
     def nominal(self, tick: int) -> Nominal | None:
         """What the ticks after `tick` can be driven with by `nominal_tick`, if nothing has to be decided."""

@@ -10,7 +10,7 @@ States (index, unit; "tick" is the 10 ms period):
 | YAW_RATE | rad/s, mean of the last tick | random walk | largest yaw acceleration of the wheels |
 | GYRO_BIAS | rad/s | random walk | data sheet: turn-on bias, bias walk |
 | ACCEL_BIAS | m/s² | random walk; holds gravity's part too, and turns with it on a slope | data sheet |
-| ODOMETRY_ERROR (2) | by the drive | Gauss-Markov about its mean: slip, of wheels | grass |
+| ODOMETRY_ERROR (2) | by the drive | Gauss-Markov about its mean: slip; offset of a steering | grass; vehicle |
 | MAG_BIAS | rad | Gauss-Markov plus a walk with rotation (hard iron moves with heading) | data sheet |
 | GNSS_EAST, GNSS_NORTH | m | Gauss-Markov: the slow part of the RTK error | quantiles of a moving receiver |
 
@@ -90,26 +90,26 @@ C_Q_SPEED: Final = 2  # variance added per tick
 C_Q_YAW: Final = 3
 C_Q_GYRO_BIAS: Final = 4
 C_Q_ACCEL_BIAS: Final = 5
-C_SLIP_DECAY: Final = 6
-C_SLIP_VAR: Final = 7
-C_MAG_DECAY: Final = 8
-C_MAG_VAR: Final = 9
-C_GM_DECAY: Final = 10
-C_GM_VAR: Final = 11
-C_R_GYRO: Final = 12
-C_R_MAG: Final = 13
-C_R_GNSS: Final = 14
-C_Q_SIDE: Final = 15  # m² of side slip per metre travelled
-C_MAST: Final = 16  # s²: height of the antenna over gravity
-C_RISE_VAR: Final = 17  # (m/s²)²: at the start
-C_Q_RISE: Final = 18  # per metre
-C_SIDE_BIAS_VAR: Final = 19
-C_Q_SIDE_BIAS: Final = 20  # per tick
-C_R_SIDE: Final = 21
-C_MEAN_SLIP_VAR: Final = 22
-C_R_MEAN_SLIP: Final = 23  # of one fix's slip as a sample of the mean
-C_SIDE_SLIP: Final = 24  # rad of slip angle per m/s² of lateral acceleration
-FIGURES: Final = 25
+C_MAG_DECAY: Final = 6
+C_MAG_VAR: Final = 7
+C_GM_DECAY: Final = 8
+C_GM_VAR: Final = 9
+C_R_GYRO: Final = 10
+C_R_MAG: Final = 11
+C_R_GNSS: Final = 12
+C_Q_SIDE: Final = 13  # m² of side slip per metre travelled
+C_MAST: Final = 14  # s²: height of the antenna over gravity
+C_RISE_VAR: Final = 15  # (m/s²)²: at the start
+C_Q_RISE: Final = 16  # per metre
+C_SIDE_BIAS_VAR: Final = 17
+C_Q_SIDE_BIAS: Final = 18  # per tick
+C_R_SIDE: Final = 19
+C_SIDE_SLIP: Final = 20  # rad of slip angle per m/s² of lateral acceleration
+C_SLIP_DECAY: Final = 21  # this and the next three: two, of the errors of odometry
+C_SLIP_VAR: Final = 23
+C_MEAN_SLIP_VAR: Final = 25
+C_R_MEAN_SLIP: Final = 27  # of one fix's slip as a sample of the mean
+FIGURES: Final = 29
 
 # Counters the kernel keeps.
 N_FIXES: Final = 0

@@ -198,6 +198,8 @@ def _apply_actuators(fault: f.ActuatorFault, actuators: NDArray[np.int64], effec
         case f.WheelSlip():
             for slot in (e.SLIP + actuators).tolist():
                 effects[slot] = max(float(effects[slot]), fault.share, key=lambda share: (abs(share), share))
+        case f.SteeringOffset():
+            effects[e.OFFSET + actuators] += fault.offset_rad
         case f.MotorWeak():
             effects[e.TORQUE + actuators] = np.minimum(effects[e.TORQUE + actuators], fault.share)
 

@@ -14,7 +14,7 @@ from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Pose2, Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard import tracking_state as tracking
-from touchline.services.onboard.control.pure_pursuit import FAR_M, LOOKAHEAD_S, PurePursuitFollower
+from touchline.services.onboard.control.pure_pursuit import FAR_M, PurePursuitFollower
 from touchline.services.onboard.trajectory import path_projection as projection
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.world import body
@@ -80,7 +80,7 @@ def test_distance_alone_makes_it_slower(off_m: float, slower: bool) -> None:
     now[[tracking.EFFECT, tracking.EFFECT + 1]] = VEHICLE.drive.wheel_radius_m
     now[[tracking.SPEED, tracking.REFERENCE_SPEED]] = 1.0
     now[tracking.NOZZLE_LATERAL] = off_m
-    now[tracking.HEADING_ERROR] = math.atan2(-off_m, LOOKAHEAD_S)  # it aims where it goes: no curvature is commanded
+    now[tracking.HEADING_ERROR] = math.atan2(-off_m, Aim().lookahead_s)  # aims where it goes: no curvature
     follower = PurePursuitFollower(VEHICLE)
     ahead = np.zeros((follower.ahead_rows, projection.AHEAD_COLUMNS))
     ahead[:, projection.A_SPEED] = 1.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from touchline.services.onboard.interface import TICK_S
 
-MAX_LEAD_TICKS = 14
+MAX_LEAD_TICKS = 25
 
 
 def lead_ticks(lag_s: float) -> int:

@@ -34,9 +34,8 @@ HORIZON_TICKS = (1, 2, 3, 4, 5, 5, 6, 8, 10, 12, 14, 16)
 LATERAL_SCALE_M = 0.004
 HEADING_SCALE_RAD = 0.03
 SPEED_SCALE_MPS = 0.03
-MOVE_SCALE_RADPS = 8.0
-"""Errors that cost the same: what the weights of the programme are made from. A move is one of this size in a
-second."""
+"""Errors that cost the same, as a move of `OnboardDrive.move_scale` in a second does: what the weights of the
+programme are made from."""
 TERMINAL_FACTOR = 4.0
 ITERATION_CAP = 60
 DISTURBANCE_TIME_S = 0.3
@@ -125,7 +124,7 @@ def _parameters(vehicle: Vehicle, drive: OnboardDrive) -> NDArray[np.float64]:
     p[k.M_W_LATERAL] = LATERAL_SCALE_M**-2
     p[k.M_W_HEADING] = HEADING_SCALE_RAD**-2
     p[k.M_W_SPEED] = SPEED_SCALE_MPS**-2
-    p[k.M_W_MOVE] = MOVE_SCALE_RADPS**-2
+    p[k.M_W_MOVE : k.M_W_MOVE + 2] = np.array(drive.move_scale) ** -2
     p[k.M_W_TERMINAL] = TERMINAL_FACTOR
     p[k.M_DISTURBANCE_GAIN] = TICK_S / DISTURBANCE_TIME_S
     p[k.M_DRIFT_GAIN] = TICK_S / DRIFT_TIME_S

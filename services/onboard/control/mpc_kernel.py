@@ -24,13 +24,13 @@ M_NOZZLE_X: Final = 5
 M_W_LATERAL: Final = 6
 M_W_HEADING: Final = 7
 M_W_SPEED: Final = 8
-M_W_MOVE: Final = 9
-M_W_TERMINAL: Final = 10  # factor on the last step
-M_DISTURBANCE_GAIN: Final = 11  # per tick, of the speed and yaw rate disturbances
-M_DRIFT_GAIN: Final = 12  # per tick, of the lateral drift
-M_LEAD: Final = 13  # ticks by which the feed-forward is ahead
-M_SIDE_SLIP: Final = 14  # rad per m/s² across
-PARAMETERS: Final = 15
+M_W_TERMINAL: Final = 9  # factor on the last step
+M_DISTURBANCE_GAIN: Final = 10  # per tick, of the speed and yaw rate disturbances
+M_DRIFT_GAIN: Final = 11  # per tick, of the lateral drift
+M_LEAD: Final = 12  # ticks by which the feed-forward is ahead
+M_SIDE_SLIP: Final = 13  # rad per m/s² across
+M_W_MOVE: Final = 14  # of both actuators
+PARAMETERS: Final = 16
 
 # The nominal way at the end of each step, one row a step.
 N_LATERAL: Final = 0  # errors if nothing is added to the feed-forward
@@ -234,10 +234,9 @@ def build(
                 for k in range(i, cols):
                     hessian[i, k] += scaled * row[k]
 
-        pay = p[M_W_MOVE] / h
         bases = onboard_drive.actuators_of(drive, nominal[j, N_DRIVE], nominal[j, N_TURN], now)
         for actuator in range(2):
-            i, base = 2 * j + actuator, bases[actuator]
+            i, base, pay = 2 * j + actuator, bases[actuator], p[M_W_MOVE + actuator] / h
             if j == 0:
                 forward[actuator] = base
                 gradient[i] -= pay * memory[D_ADDED + actuator]

@@ -159,7 +159,7 @@ class PathTracker:
             self._track(mode)
         self._braked_ticks = self._braked_ticks + 1 if mode == t.MODE_BRAKE and self.still else 0
         if self._braked_ticks > BRAKED_TICKS:
-            return (0.0,) * ACTUATORS
+            return self.drive.resting(tuple(self._computer.command.actuators.tolist()))
         speed_mps, yaw_rate_radps, actuators = self._follower.step(now, self._ahead)
         if actuators is None:
             onboard_drive.command(self.drive.figures, speed_mps, yaw_rate_radps, now, self._actuators)

@@ -23,7 +23,7 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
 from touchline.services.onboard.control.follower import BodyTwist
 from touchline.services.onboard.control.lead import lead_ticks
-from touchline.services.onboard.drives.onboard_drive import drive_of
+from touchline.services.onboard.drives.onboard_drive import Aim, drive_of
 from touchline.services.onboard.interface import TICK_S
 from touchline.services.onboard.tracking_state import (
     HEADING_ERROR,
@@ -35,11 +35,8 @@ from touchline.services.onboard.tracking_state import (
 )
 from touchline.services.onboard.trajectory.path_projection import A_SPEED, A_YAW_RATE, COARSE_TICKS
 
-LOOKAHEAD_S = 0.30
-LOOKAHEAD_MIN_M = 0.22
 YAW_RATE_GAIN = 1.0
 """Yaw rate command per yaw rate error: slip and lag out of the loop before they become a heading error."""
-LATERAL_INTEGRAL_1PM2S = 1.2
 LATERAL_INTEGRAL_LIMIT_1PM = 0.1
 SPEED_GAIN = 1.5
 SPEED_INTEGRAL_1PS = 3.0
@@ -70,11 +67,13 @@ class PursuitLimits(NamedTuple):
         side_slip_rad_per_mps2: Nominal slip angle per lateral acceleration.
         across_mps2: Planned at most across the path.
         brake_mps2: Along it.
+        aim: How far ahead it aims.
     """
 
     side_slip_rad_per_mps2: float
     across_mps2: float
     brake_mps2: float
+    aim: Aim = Aim()
 
 
 class PurePursuitFollower:
@@ -91,6 +90,7 @@ class PurePursuitFollower:
             drive.side_slip_rad_per_mps2,
             vehicle.drive.max_lateral_acceleration_mps2,
             vehicle.drive.max_acceleration_mps2,
+            drive.aim,
         )
         self.lead = lead_ticks(drive.lag_s)
         """Row of `ahead` that the feed-forward is taken from."""
@@ -158,7 +158,7 @@ def pursue(now: Floats, ahead: Floats, lead: int, p: PursuitLimits, memory: Floa
     reference, speed_now = now[REFERENCE_SPEED], now[SPEED]
     sense = 1.0 if reference >= 0.0 else -1.0
     speed = max(abs(speed_now), 0.05)
-    lookahead = max(LOOKAHEAD_MIN_M, LOOKAHEAD_S * speed)
+    lookahead = max(p.aim.lookahead_min_m, p.aim.lookahead_s * speed)
     # Driving backward mirrors the picture: the axis points the way the robot goes.
     crab = (
         p.side_slip_rad_per_mps2 * speed_now * ahead[0, A_YAW_RATE]
@@ -166,7 +166,7 @@ def pursue(now: Floats, ahead: Floats, lead: int, p: PursuitLimits, memory: Floa
     alpha = math.atan2(-sense * now[NOZZLE_LATERAL], lookahead) - (now[HEADING_ERROR] - crab)
     pursuit = sense * 2.0 * math.sin(alpha) / lookahead
     memory[LATERAL_SUM] = _clip(
-        memory[LATERAL_SUM] - sense * LATERAL_INTEGRAL_1PM2S * now[LATERAL] * speed * TICK_S,
+        memory[LATERAL_SUM] - sense * p.aim.lateral_integral_1pm2s * now[LATERAL] * speed * TICK_S,
         LATERAL_INTEGRAL_LIMIT_1PM,
     )
     correction = pursuit + memory[LATERAL_SUM]

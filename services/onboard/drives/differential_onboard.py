@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +17,10 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
 from touchline.services.onboard.computer_state import SampleBuffer
 from touchline.services.onboard.drives.onboard_drive import OnboardDrive
+from touchline.services.onboard.drives.slip import ENCODER_FLOOR_MPS, SLIP_LIMIT, STILL_RAD, smooth_rim, strain_slip
 from touchline.services.onboard.filter_model import (
     IN_ACCEL,
     IN_ODOMETRY,
-    IN_REFUSED,
     IN_SMOOTH,
     ODOMETRY_ERROR,
     SPEED,
@@ -33,20 +33,7 @@ from touchline.services.onboard.tracking_state import YAW_RATE as YAW_RATE_NOW
 
 Floats = NDArray[np.float64]
 
-STILL_RAD: Final = 1e-4
-"""Wheel angle in a tick below which the wheel stands (1 mm/s)."""
-_ENCODER_FLOOR_MPS = 0.002
 _TRACK_FLOOR = 0.001
-_SMOOTHING = 1.0 / 30.0  # per tick
-_SUDDEN_SHARE = 0.1
-_SUDDEN_MPS = 0.02
-_SLIP_PER_MPS = 0.4  # 1 σ, of a wheel's change of speed in a tick
-_JUMP_TICKS = 10
-_JUMP_VAR = 0.05**2
-_JUMP_FROM_MPS = 0.6  # slip is a share: it explains little of a slow wheel's error
-# Of what the feed-forward makes up for: random slip is within it. A tyre at the end of its grip slips more, and faster
-# wheels would only make it slip more still.
-_SLIP_LIMIT = 0.05
 _LIMIT_SLACK = 1.001
 _TOLERANCE_RADPS = 0.7
 _TOLERANCE_SHARE = 0.4
@@ -87,38 +74,17 @@ class DifferentialFigures(NamedTuple):
 
     @kernel
     def smooth(self, before: Floats, z: Floats) -> None:
-        """The rim speeds that slip is a share of.
-
-        Taken from the tick's own reading or from the state they would share its noise, and the gain with the
-        innovation: noise would become a bias of the slip. So they are smooth, but keep up with a wheel that changes its
-        speed.
-        """
+        """The rim speeds that the slips are a share of."""
         for wheel in range(2):
-            value, last, rim = before[IN_SMOOTH + wheel], before[IN_ODOMETRY + wheel], z[IN_ODOMETRY + wheel]
-            if not math.isnan(last):
-                value += _SMOOTHING * (last - value)
-            if abs(rim - value) > _SUDDEN_SHARE * abs(rim) + _SUDDEN_MPS:
-                value = rim
-            z[IN_SMOOTH + wheel] = value
+            smooth_rim(wheel, before, z)
 
     @kernel
     def strain(self, P: Floats, before: Floats, z: Floats) -> None:
-        """Let the slips be as uncertain as wheels that change their speed make them.
-
-        A tyre pushes by slipping: on grass by 1 % and on wet grass by 2 % per m/s², and by far more at the end of its
-        grip, which the robot does not know. That comes and goes as fast as the wheel is sped up. Readings that are
-        rejected again and again are a slip that jumped: taken for outliers they would be rejected until the slip is
-        forgotten. Without the accelerometer nothing but the wheels tells the speed, and their slip cannot be told.
-        """
+        """Without the accelerometer nothing but the wheels tells the speed, and their slip cannot be told."""
         if math.isnan(z[IN_ACCEL]):
             return
         for wheel in range(2):
-            i = ODOMETRY_ERROR + wheel
-            change = z[IN_ODOMETRY + wheel] - before[IN_ODOMETRY + wheel]
-            if not math.isnan(change):
-                P[i, i] += (_SLIP_PER_MPS * change) ** 2
-            if z[IN_REFUSED] >= _JUMP_TICKS and abs(z[IN_SMOOTH + wheel]) > _JUMP_FROM_MPS:
-                P[i, i] = max(P[i, i], _JUMP_VAR)
+            strain_slip(wheel, P, before, z)
 
     @kernel
     def odometry(self, x: Floats, z: Floats, h: Floats) -> tuple[float, float, float]:
@@ -136,7 +102,7 @@ class DifferentialFigures(NamedTuple):
     def effective(self, x: Floats, now: Floats) -> None:
         """The radii of the wheels, slip included [m]."""
         for wheel in range(2):
-            slip = min(max(x[ODOMETRY_ERROR + wheel], -_SLIP_LIMIT), _SLIP_LIMIT)
+            slip = min(max(x[ODOMETRY_ERROR + wheel], -SLIP_LIMIT), SLIP_LIMIT)
             now[EFFECT + wheel] = self.radius_m * (1.0 - slip)
 
     @kernel
@@ -188,7 +154,7 @@ class OnboardDifferential(OnboardDrive):
             drive.half_track_m,
             drive.max_wheel_speed_radps,
             reach_radps,
-            (tick_rad * drive.wheel_radius_m / TICK_S) ** 2 / 6.0 + _ENCODER_FLOOR_MPS**2,
+            (tick_rad * drive.wheel_radius_m / TICK_S) ** 2 / 6.0 + ENCODER_FLOOR_MPS**2,
             max(track_width_relative, _TRACK_FLOOR),
         )
         self.limit, self.reach = np.full(ACTUATORS, drive.max_wheel_speed_radps), np.full(ACTUATORS, reach_radps)

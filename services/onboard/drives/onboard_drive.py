@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +18,27 @@ from touchline.schemas.plugins import DRIVES, part_for
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel_of_class
 from touchline.services.onboard.computer_state import SampleBuffer
+from touchline.services.onboard.interface import ACTUATORS
 
 Floats = NDArray[np.float64]
+
+
+class LastingError(NamedTuple):
+    """An error of odometry that hardly changes: a Gauss-Markov process of this σ and time constant."""
+
+    sigma: float
+    tau_s: float
+
+
+class Aim(NamedTuple):
+    """How far ahead pursuit aims, by the speed and at least, and how fast it takes out what is left beside the path.
+
+    The nimbler a drive the nearer: its yaw rate has to follow within the time to that place.
+    """
+
+    lookahead_s: float = 0.30
+    lookahead_min_m: float = 0.22
+    lateral_integral_1pm2s: float = 1.2
 
 
 class OnboardDrive(ABC):
@@ -36,6 +55,9 @@ class OnboardDrive(ABC):
         tolerance_share: See `tolerance`.
         disobeyed: For people, what is wrong if an actuator does not follow its command.
         side_slip_rad_per_mps2: Sideways slip angle per lateral acceleration.
+        lasting_errors: Of its two errors of odometry; None: it is a slip, which comes and goes.
+        move_scale: (ACTUATORS,) by how much a command may change in a second at the cost of a small error; see `mpc`.
+        aim: Of pursuit.
     """
 
     figures: Any
@@ -48,6 +70,13 @@ class OnboardDrive(ABC):
     tolerance_share: Floats
     disobeyed: tuple[str, ...]
     side_slip_rad_per_mps2: float
+    lasting_errors: tuple[LastingError | None, LastingError | None] = (None, None)
+    move_scale: tuple[float, ...] = (8.0,) * ACTUATORS
+    aim: Aim = Aim()
+
+    def resting(self, actuators: tuple[float, ...]) -> tuple[float, ...]:
+        """The commands of a robot that is to stand, after these: its wheels at rest."""
+        return (0.0,) * ACTUATORS
 
     @abstractmethod
     def __init__(self, vehicle: Vehicle, track_width_relative: float) -> None:

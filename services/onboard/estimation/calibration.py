@@ -69,7 +69,7 @@ def start_learning(c: Floats, slow: Floats) -> None:
     slow[:] = 0.0
     slow[P_BIAS] = c[C_SIDE_BIAS_VAR]
     slow[[P_EAST, P_NORTH]] = c[C_RISE_VAR]
-    slow[[MEAN_VAR, MEAN_VAR + 1]] = c[C_MEAN_SLIP_VAR]
+    slow[MEAN_VAR : MEAN_VAR + 2] = c[C_MEAN_SLIP_VAR : C_MEAN_SLIP_VAR + 2]
 
 
 @kernel
@@ -99,8 +99,8 @@ def learn(slot: int, x: Floats, z: Floats, fix: Floats, c: Floats, slow: Floats)
     if fix[FIX_USED] > 0.0 and abs(x[SPEED]) > _MOVING_MPS:
         for i in range(2):
             slow[MEAN_VAR + i] += _MEAN_SLIP_WALK
-            gain = slow[MEAN_VAR + i] / (slow[MEAN_VAR + i] + c[C_R_MEAN_SLIP])
-            most = _CLIP * math.sqrt(c[C_R_MEAN_SLIP])
+            gain = slow[MEAN_VAR + i] / (slow[MEAN_VAR + i] + c[C_R_MEAN_SLIP + i])
+            most = _CLIP * math.sqrt(c[C_R_MEAN_SLIP + i])
             slow[ERROR_MEAN + i] += gain * min(max(x[ODOMETRY_ERROR + i] - slow[ERROR_MEAN + i], -most), most)
             slow[MEAN_VAR + i] *= 1.0 - gain
 

@@ -340,7 +340,7 @@ class Estimator:
         diagonal[m.SPEED], diagonal[m.YAW_RATE] = 1e-6, 1e-6
         diagonal[m.GYRO_BIAS] = self._gyro_start_var / span_s + 1e-10
         diagonal[m.ACCEL_BIAS] = self._accel_start_var / span_s + 1e-6
-        diagonal[[m.ODOMETRY_ERROR, m.ODOMETRY_ERROR + 1]] = c[m.C_SLIP_VAR]
+        diagonal[m.ODOMETRY_ERROR : m.ODOMETRY_ERROR + 2] = c[m.C_SLIP_VAR : m.C_SLIP_VAR + 2]
         diagonal[m.MAG_BIAS] = c[m.C_MAG_VAR]
         p[:] = np.diag(diagonal)
         # The heading's error is the magnetometer's.

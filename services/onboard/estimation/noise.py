@@ -72,10 +72,15 @@ def noise_figures(vehicle: Vehicle, config: OnboardConfig, drive_model: OnboardD
     c[C_Q_GYRO_BIAS] = (max(imu.gyro_bias_walk_radps_rts, 1e-6) ** 2 + gyro_drift**2) * TICK_S
     c[C_Q_ACCEL_BIAS] = (max(imu.accel_bias_walk_mps2_rts, 1e-4) ** 2 + accel_drift**2) * TICK_S
     fast = max(drive.slip_relative, _SLIP_FLOOR) ** 2
-    c[C_SLIP_VAR], tau = _bridging_term(fast, drive.slip_tau_s, _LEARNED_SLIP**2)
-    c[C_SLIP_DECAY] = math.exp(-TICK_S / tau)
-    c[C_MEAN_SLIP_VAR] = _MEAN_SLIP**2
-    c[C_R_MEAN_SLIP] = fast * 2.0 * drive.slip_tau_s * gnss.rate_hz
+    for i, lasting in enumerate(drive_model.lasting_errors):
+        if lasting is None:
+            c[C_SLIP_VAR + i], tau = _bridging_term(fast, drive.slip_tau_s, _LEARNED_SLIP**2)
+            c[C_MEAN_SLIP_VAR + i] = _MEAN_SLIP**2
+            c[C_R_MEAN_SLIP + i] = fast * 2.0 * drive.slip_tau_s * gnss.rate_hz
+        else:  # it stays where it is found, so there is no mean to be learned
+            c[C_SLIP_VAR + i], tau = lasting.sigma**2, lasting.tau_s
+            c[C_R_MEAN_SLIP + i] = math.inf
+        c[C_SLIP_DECAY + i] = math.exp(-TICK_S / tau)
     c[C_MAST] = vehicle.body.gnss_antenna_z_m / GRAVITY_MPS2
     c[C_RISE_VAR] = (_RISE * GRAVITY_MPS2) ** 2
     c[C_Q_RISE] = _RISE_CHANGE_PM * GRAVITY_MPS2**2

@@ -76,7 +76,7 @@ def predict(x: Floats, P: Floats, accel: float, z: Floats, c: Floats) -> None:
     x[ACCEL_BIAS] += pull * turn
     for i in range(2):
         mean = z[IN_ERROR_MEAN + i]
-        x[ODOMETRY_ERROR + i] = mean + c[C_SLIP_DECAY] * (x[ODOMETRY_ERROR + i] - mean)
+        x[ODOMETRY_ERROR + i] = mean + c[C_SLIP_DECAY + i] * (x[ODOMETRY_ERROR + i] - mean)
     x[MAG_BIAS] *= c[C_MAG_DECAY]
     x[GNSS_EAST] *= c[C_GM_DECAY]
     x[GNSS_NORTH] *= c[C_GM_DECAY]
@@ -100,7 +100,7 @@ def predict(x: Floats, P: Floats, accel: float, z: Floats, c: Floats) -> None:
         P[k, NORTH] += dn_dv * P[k, SPEED] + dn_dh * P[k, HEADING] + dn_dw * P[k, YAW_RATE]
         P[k, HEADING] += TICK_S * P[k, YAW_RATE]
     for i in range(2):
-        _decay(P, ODOMETRY_ERROR + i, c[C_SLIP_DECAY], c[C_SLIP_VAR])
+        _decay(P, ODOMETRY_ERROR + i, c[C_SLIP_DECAY + i], c[C_SLIP_VAR + i])
     _decay(P, MAG_BIAS, c[C_MAG_DECAY], c[C_MAG_VAR])
     _decay(P, GNSS_EAST, c[C_GM_DECAY], c[C_GM_VAR])
     _decay(P, GNSS_NORTH, c[C_GM_DECAY], c[C_GM_VAR])

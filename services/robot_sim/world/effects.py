@@ -53,7 +53,8 @@ AGAIN_SHARE: Final = 3
 AGAIN_TICKS: Final = 4
 PER_SENSOR: Final = 5
 SENSORS: Final = ("gnss", "imu", "magnetometer", "encoder")
-SIZE: Final = MESSAGES + PER_SENSOR * len(SENSORS)
+OFFSET: Final = MESSAGES + PER_SENSOR * len(SENSORS)  # of each actuator, rad: it is so much beyond its encoder's angle
+SIZE: Final = OFFSET + ACTUATORS
 
 FREE: Final = -1.0
 FIXED: Final = 3.0

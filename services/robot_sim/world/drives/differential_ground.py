@@ -1,10 +1,9 @@
 """The robot on the ground: tyres that slip, casters that drag, a slope, and the body's own inertia.
 
-A tyre's force grows with its slip and saturates at the grip: F = C·N·s / √(1 + (C·s/μ)²), with s the sliding speed over
-the larger of wheel and ground speed; the same for both directions together (friction circle). Forces are integrated
-implicitly, linear in the new speeds with the stiffness of the old slip, because on grass at walking pace a tyre settles
-within a millisecond. Casters roll along a direction that follows their motion within the trail's length; their
-rolling resistance acts along it, so after a turn or a reversal they pull the robot aside.
+The tyres' forces (`tyres`) are integrated implicitly, linear in the new speeds with the stiffness of the old slip,
+because on grass at walking pace a tyre settles within a millisecond. Casters roll along a direction that follows their
+motion within the trail's length; their rolling resistance acts along it, so after a turn or a reversal they pull the
+robot aside.
 """
 
 from __future__ import annotations
@@ -19,11 +18,8 @@ from touchline.services.core.constants import GRAVITY_MPS2
 from touchline.services.core.jit import kernel
 from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.body import (
-    P_GRIP,
     P_GYRATION2,
     P_ROLLING,
-    P_STIFFNESS_X,
-    P_STIFFNESS_Y,
     SIDE_SPEED,
     SPEED,
     STEP_S,
@@ -52,23 +48,12 @@ from touchline.services.robot_sim.world.drives.differential_layout import (
     TORQUE,
 )
 from touchline.services.robot_sim.world.drives.differential_motors import drag
+from touchline.services.robot_sim.world.drives.tyres import ROLLING_MPS, held, stiffness
 
-_CREEP_MPS = 0.02  # slip is taken against no less than this
-_ROLLING_MPS = 0.01  # rolling resistance is drag below this speed
 _PARKED_MPS = 0.002
 _PARKED_RADPS = 1e-3
 
 Floats = NDArray[np.float64]
-
-
-@kernel
-def _stiffness(wheel_mps: float, ground_mps: float, side_mps: float, load_n: float, p: Floats) -> tuple[float, float]:
-    """Tyre force per sliding speed [N per m/s], along and across."""
-    reference = max(abs(wheel_mps), abs(ground_mps), _CREEP_MPS)
-    along = p[P_STIFFNESS_X] * (wheel_mps - ground_mps) / reference
-    across = p[P_STIFFNESS_Y] * side_mps / reference
-    factor = load_n / (reference * math.sqrt(1.0 + (along * along + across * across) / (p[P_GRIP] * p[P_GRIP])))
-    return p[P_STIFFNESS_X] * factor, p[P_STIFFNESS_Y] * factor
 
 
 @kernel
@@ -83,18 +68,16 @@ def _caster(state: Floats, p: Floats, load_n: float) -> tuple[float, float]:
     cy += pull * (vy - rolling * cy)
     length = math.sqrt(cx * cx + cy * cy)
     state[CASTER_X], state[CASTER_Y] = cx / length, cy / length
-    force = -p[P_ROLLING] * load_n * min(max(rolling / _ROLLING_MPS, -1.0), 1.0)
+    force = -p[P_ROLLING] * load_n * min(max(rolling / ROLLING_MPS, -1.0), 1.0)
     return force * state[CASTER_X], force * state[CASTER_Y]
 
 
 @kernel
 def _parked(state: Floats, p: Floats) -> bool:
     """Whether the robot stands, is told to, and the tyres hold it on this slope."""
-    tilt = state[UP_X] * state[UP_X] + state[UP_Y] * state[UP_Y]
-    held = tilt < (0.5 * p[P_GRIP]) ** 2
     told = abs(state[REFERENCE]) < _PARKED_RADPS and abs(state[REFERENCE + 1]) < _PARKED_RADPS
     slow = abs(state[SPEED]) + abs(state[SIDE_SPEED]) + 0.3 * abs(state[YAW_RATE]) < _PARKED_MPS
-    parked: bool = held and told and slow
+    parked: bool = held(state, p) and told and slow
     return parked
 
 
@@ -125,15 +108,15 @@ def roll_on(_drive: Any, state: Floats, p: Floats, effects: Floats, mass_kg: flo
         grip = radius * (1.0 - state[LEFT_SLIP + wheel] - effects[e.SLIP + wheel])
         beneath = speed + (2 * wheel - 1) * half * yaw
         if effects[e.BLOCKED + wheel] > 0.0:
-            stiff, sideways = _stiffness(0.0, beneath, side, load, p)
+            stiff, sideways = stiffness(0.0, beneath, side, load, p)
             free = 0.0
         else:
-            stiff, sideways = _stiffness(grip * rate, beneath, side, load, p)
+            stiff, sideways = stiffness(grip * rate, beneath, side, load, p)
             inertia = p[P_WHEEL_INERTIA] + STEP_S * drag(rate, p)
             free = grip * (p[P_WHEEL_INERTIA] * rate + STEP_S * state[TORQUE + wheel]) / inertia
             stiff /= 1.0 + stiff * STEP_S * grip * radius / inertia
         across += sideways
-        rolling = p[P_ROLLING] * load / max(abs(beneath), _ROLLING_MPS)
+        rolling = p[P_ROLLING] * load / max(abs(beneath), ROLLING_MPS)
         if wheel == 0:
             k0, f0, r0 = stiff, free, rolling
         else:

@@ -1,0 +1,154 @@
+"""Consistency of the estimator on the clay roller: NEES, steering offset, an outage on a lane, a minute at rest.
+
+`python -m benchmarks roller`; TOUCHLINE_RUNS sets the number of runs (100).
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from benchmarks.estimator import Check, error
+from touchline.schemas.onboard import DriveSheet, OnboardConfig
+from touchline.schemas.scenario import Ground, Scenario
+from touchline.schemas.vehicles.shipped import CLAY_ROLLER as VEHICLE
+from touchline.services.onboard import filter_model as m
+from touchline.services.onboard.estimation.filter import Estimator
+from touchline.services.onboard.interface import Command, SensorFrame
+from touchline.services.robot_sim.sensors.suite import Sensors
+from touchline.services.robot_sim.world import body
+from touchline.services.robot_sim.world.drives.rear_steered_layout import P_OFFSET
+from touchline.services.robot_sim.world.world import World
+
+CLAY = Scenario(ground=Ground(surface="clay"))
+ONBOARD = OnboardConfig(drive=DriveSheet(slip_relative=0.03))
+"""The computer of a robot for clay, on which wheels slip half as much again as on grass."""
+STAND_TICKS = 90
+CHECK_FROM, CHECK_TO, CHECK_EVERY = 2000, 6000, 200
+OUTAGE_FROM, OUTAGE_TICKS = 4000, 3000
+REST_FROM, REST_TICKS = 3000, 6000
+
+Floats = NDArray[np.float64]
+
+
+class EmulatedRoller:
+    """World and sensors of the emulator, drum and steering commanded open loop."""
+
+    def __init__(self, seed: int, scenario: Scenario = CLAY) -> None:
+        scenario = scenario.model_copy(update={"seed": seed})
+        self.world, self.sensors = World(VEHICLE, scenario), Sensors(VEHICLE, scenario)
+        self.silent = False
+        self._tick = 0
+
+    @property
+    def pose(self) -> tuple[float, float, float]:
+        return tuple(self.world.state[body.EAST : body.EAST + 3].tolist())
+
+    @property
+    def steering_rad(self) -> float:
+        """How far its wheel truly points to the left of what its encoder says."""
+        return float(self.world.parameters[P_OFFSET])
+
+    def step(self, speed: float, steering_rad: float) -> SensorFrame:
+        self._tick += 1
+        command = Command((speed / VEHICLE.drive.drum_radius_m, steering_rad), False, False)
+        self.world.step(command, self._tick)
+        frame = self.sensors.read(self._tick, self.world.state)
+        return frame._replace(gnss=()) if self.silent else frame
+
+
+Course = Callable[[int], tuple[float, float]]
+
+
+def speed_mps(tick: int) -> float:
+    """Stands, then speeds up as plans do, to 0.95 m/s."""
+    return min(max(tick - STAND_TICKS, 0) * 0.001, 0.95)
+
+
+def wander(tick: int) -> tuple[float, float]:
+    """Bends to both sides, up to 0.45 rad."""
+    return speed_mps(tick), 0.45 * math.sin(0.4 * (tick - STAND_TICKS) / 100) if tick > STAND_TICKS else 0.0
+
+
+def lane(tick: int) -> tuple[float, float]:
+    """Straight on, but for the little that steering does all the time."""
+    return speed_mps(tick), 0.02 * math.sin(0.9 * tick / 100)
+
+
+def stop(tick: int) -> tuple[float, float]:
+    """A lane that ends at rest, with the steering turned there."""
+    left = max(REST_FROM - 1000 - tick, 0) * 0.001
+    return min(speed_mps(tick), left), 0.3 if tick > REST_FROM else lane(tick)[1]
+
+
+class Run(NamedTuple):
+    """A roller and its estimator at the end of a course."""
+
+    roller: EmulatedRoller
+    estimator: Estimator
+
+    @property
+    def nees(self) -> float:
+        """Of position and heading: 3 expected."""
+        e = error(self.roller.pose, self.estimator.state)
+        return float(e @ np.linalg.solve(self.estimator.covariance[:3, :3], e))
+
+    @property
+    def offset_error_rad(self) -> float:
+        """Of the steering's offset as it is believed."""
+        return float(self.estimator.state[m.ODOMETRY_ERROR + 1]) - self.roller.steering_rad
+
+
+def drive(course: Course, ticks: int, seed: int, silent_from: int | None = None, scenario: Scenario = CLAY) -> Run:
+    """A new roller along a course."""
+    run = Run(EmulatedRoller(seed, scenario), Estimator(VEHICLE, ONBOARD))
+    go_on(run, course, 1, ticks, silent_from)
+    return run
+
+
+def go_on(run: Run, course: Course, first: int, last: int, silent_from: int | None = None) -> None:
+    """Along a course for more ticks."""
+    for tick in range(first, last + 1):
+        run.roller.silent = silent_from is not None and tick > silent_from
+        run.estimator.step(run.roller.step(*course(tick)))
+
+
+def nees_of(course: Course, seed: int) -> list[float]:
+    """Every other second, from when the roller drives at speed."""
+    run = drive(course, CHECK_FROM - 1, seed)
+    found = []
+    for tick in range(CHECK_FROM, CHECK_TO + 1, CHECK_EVERY):
+        go_on(run, course, tick, tick)
+        found.append(run.nees)
+        go_on(run, course, tick + 1, tick + CHECK_EVERY - 1)
+    return found
+
+
+def main() -> None:
+    """Print every figure with its bounds."""
+    runs = int(os.environ.get("TOUCHLINE_RUNS", "100"))
+    seeds = range(1, runs + 1)
+    found = []
+    for name, course in (("lane", lane), ("bends", wander)):
+        nees = np.array([nees_of(course, seed) for seed in seeds])
+        found.append(Check(f"NEES, {name}: mean of runs and instants", float(nees.mean()), 2.5, 3.5))
+    offsets = np.array([drive(lane, 6000, seed).offset_error_rad for seed in seeds])
+    within = 100.0 * float(np.mean(np.abs(offsets) < math.radians(0.15)))
+    rms_deg = math.degrees(float(np.sqrt(np.mean(offsets**2))))
+    found.append(Check("steering offset after a minute: RMS error", rms_deg, 0.0, 0.15, " °"))
+    found.append(Check("runs that know it to 0.15°", within, 68.0, math.inf, " %"))
+    outages = [drive(lane, OUTAGE_FROM + OUTAGE_TICKS, seed, OUTAGE_FROM) for seed in seeds]
+    bound = float(chi2.ppf(0.9973, 3))
+    inside = 100.0 * float(np.mean([run.nees <= bound for run in outages]))
+    found.append(Check("30 s without fixes: runs within 3 σ", inside, 99.0, math.inf, " %"))
+    found.append(Check("the same: NEES", float(np.mean([run.nees for run in outages])), 0.0, 3.5))
+    rests = [drive(stop, REST_FROM + REST_TICKS, seed) for seed in seeds]
+    found.append(Check("a minute at rest: NEES", float(np.mean([run.nees for run in rests])), 0.0, 3.5))
+    print(f"clay roller, default noise: {runs} runs")
+    print(*found, sep="\n")

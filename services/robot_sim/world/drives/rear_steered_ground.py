@@ -1,0 +1,124 @@
+"""The roller on the ground: a bicycle whose front, the drum, is driven and whose rear wheel steers; both slip.
+
+Drum and wheel push as tyres do (`tyres`), along and across the drum and across the wheel, which rolls freely. All
+forces are integrated implicitly, linear in the new speeds with the stiffness of the old slip. The speeds are those of
+the drum's middle; the centre of mass is behind it by as much as the shares of the weight say. What a wide drum scuffs
+in a turn, and how clay gives way, is left out: nothing is known of it.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.services.core.constants import GRAVITY_MPS2
+from touchline.services.core.jit import kernel
+from touchline.services.robot_sim.world import effects as e
+from touchline.services.robot_sim.world.body import (
+    P_GYRATION2,
+    P_ROLLING,
+    SIDE_SPEED,
+    SPEED,
+    STEP_S,
+    UP_X,
+    UP_Y,
+    UP_Z,
+    YAW_RATE,
+)
+from touchline.services.robot_sim.world.drives import rear_steered_layout as r
+from touchline.services.robot_sim.world.drives.rear_steered_actuators import drag
+from touchline.services.robot_sim.world.drives.tyres import ROLLING_MPS, held, stiffness
+
+_PARKED_MPS = 0.002
+_PARKED_RADPS = 1e-3
+
+Floats = NDArray[np.float64]
+
+
+@kernel
+def _parked(state: Floats, p: Floats) -> bool:
+    """Whether the robot stands, is told to, and drum and wheel hold it on this slope."""
+    told = abs(state[r.REFERENCE]) < _PARKED_RADPS
+    slow = abs(state[SPEED]) + abs(state[SIDE_SPEED]) + abs(state[YAW_RATE]) < _PARKED_MPS
+    parked: bool = told and slow and held(state, p)
+    return parked
+
+
+@kernel
+def _drum(state: Floats, p: Floats, effects: Floats, load: float) -> tuple[float, float, float]:
+    """Along, the drum's force is stiff·(free − new speed); returns stiff, free and its stiffness across."""
+    speed, side, rate = state[SPEED], state[SIDE_SPEED], state[r.DRUM_RATE]
+    if effects[e.BLOCKED] > 0.0:
+        stiff, across = stiffness(0.0, speed, side, load, p)
+        return stiff, 0.0, across
+    grip = p[r.P_RADIUS] * (1.0 - state[r.DRUM_SLIP] - effects[e.SLIP])
+    stiff, across = stiffness(grip * rate, speed, side, load, p)
+    inertia = p[r.P_INERTIA] + STEP_S * drag(rate, p)
+    free = grip * (p[r.P_INERTIA] * rate + STEP_S * state[r.TORQUE]) / inertia
+    return stiff / (1.0 + stiff * STEP_S * grip * p[r.P_RADIUS] / inertia), free, across
+
+
+@kernel
+def _turn_drum(state: Floats, p: Floats, effects: Floats, before: float, force: float) -> None:
+    """The drum's rate under torque and traction; it turns along the mean of old and new."""
+    state[r.TRACTION] = force
+    if effects[e.BLOCKED] > 0.0:
+        state[r.DRUM_RATE] = 0.0
+    else:
+        momentum = p[r.P_INERTIA] * before + STEP_S * (state[r.TORQUE] - p[r.P_RADIUS] * force)
+        state[r.DRUM_RATE] = momentum / (p[r.P_INERTIA] + STEP_S * drag(before, p))
+    state[r.DRUM_ANGLE] += 0.5 * (before + state[r.DRUM_RATE]) * STEP_S
+
+
+@kernel
+def roll_on(_drive: Any, state: Floats, p: Floats, effects: Floats, mass_kg: float) -> None:
+    """Advance the speeds of body and drum by one step under the motor's torque."""
+    rate = state[r.DRUM_RATE]
+    if _parked(state, p):
+        for quantity in (SPEED, SIDE_SPEED, YAW_RATE, r.DRUM_RATE, r.TRACTION, r.SIDE_FORCE):
+            state[quantity] = 0.0
+        state[r.DRUM_ANGLE] += 0.5 * rate * STEP_S
+        return
+    speed, side, yaw = state[SPEED], state[SIDE_SPEED], state[YAW_RATE]
+    base, behind = p[r.P_BASE], p[r.P_BEHIND]
+    weight = mass_kg * GRAVITY_MPS2 * state[UP_Z]
+    front = weight * p[r.P_DRUM_SHARE]
+    rear = weight - front
+    stiff, free, across = _drum(state, p, effects, front)
+    rolling = p[P_ROLLING] * front / max(abs(speed), ROLLING_MPS)
+
+    # Of the steered wheel: its contact's speed along t = (cos, sin) and across n = (−sin, cos).
+    angle = state[r.STEERING] + p[r.P_OFFSET] + effects[e.OFFSET + 1]
+    cos, sin = math.cos(angle), math.sin(angle)
+    beneath = side - base * yaw
+    along, aside = cos * speed + sin * beneath, cos * beneath - sin * speed
+    _, hold = stiffness(along, along, aside, rear, p)
+    hold *= 1.0 - effects[e.SLIP + 1]
+    drags = p[P_ROLLING] * rear / max(abs(along), ROLLING_MPS)
+    # Its force on the body is −K·(u, v_y − L·ω) with K symmetric.
+    kxx = drags * cos * cos + hold * sin * sin
+    kxy = (drags - hold) * cos * sin
+    kyy = drags * sin * sin + hold * cos * cos
+
+    # Newton along and across, and about the drum's middle, in (u, v_y, ω): M·(new − old)/dt = forces.
+    push = mass_kg / STEP_S
+    inertia = mass_kg * (p[P_GYRATION2] + behind * behind) / STEP_S
+    b1 = push * speed + stiff * free + mass_kg * ((side - behind * yaw) * yaw - GRAVITY_MPS2 * state[UP_X])
+    outward = mass_kg * (speed * yaw + GRAVITY_MPS2 * state[UP_Y])
+    b2 = push * (side - behind * yaw) - outward
+    b3 = inertia * yaw + behind * (outward - push * side)
+    a11, a12, a13 = push + stiff + rolling + kxx, kxy, -base * kxy
+    a22, a23 = push + across + kyy, -behind * push - base * kyy
+    a33 = inertia + base * base * kyy
+    # Symmetric and positive: eliminate u, then v_y.
+    m22, m23, c2 = a22 - a12 * a12 / a11, a23 - a12 * a13 / a11, b2 - a12 * b1 / a11
+    m33, c3 = a33 - a13 * a13 / a11, b3 - a13 * b1 / a11
+    yaw = (c3 - m23 * c2 / m22) / (m33 - m23 * m23 / m22)
+    side = (c2 - m23 * yaw) / m22
+    speed = (b1 - a12 * side - a13 * yaw) / a11
+    state[SPEED], state[SIDE_SPEED], state[YAW_RATE] = speed, side, yaw
+    state[r.SIDE_FORCE] = -hold * (cos * (side - base * yaw) - sin * speed)
+    _turn_drum(state, p, effects, rate, stiff * (free - speed))

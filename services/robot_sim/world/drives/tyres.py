@@ -1,0 +1,40 @@
+"""What a tyre, or a drum, does on the ground, whichever drive it is of.
+
+Its force grows with its slip and saturates at the grip: F = C·N·s / √(1 + (C·s/μ)²), with s the sliding speed over the
+larger of wheel and ground speed; the same for both directions together (friction circle).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.services.core.jit import kernel
+from touchline.services.robot_sim.world.body import P_GRIP, P_STIFFNESS_X, P_STIFFNESS_Y, UP_X, UP_Y
+
+_CREEP_MPS = 0.02  # slip is taken against no less than this
+ROLLING_MPS: Final = 0.01
+"""Rolling resistance is drag below this speed."""
+
+Floats = NDArray[np.float64]
+
+
+@kernel
+def stiffness(wheel_mps: float, ground_mps: float, side_mps: float, load_n: float, p: Floats) -> tuple[float, float]:
+    """Tyre force per sliding speed [N per m/s], along and across."""
+    reference = max(abs(wheel_mps), abs(ground_mps), _CREEP_MPS)
+    along = p[P_STIFFNESS_X] * (wheel_mps - ground_mps) / reference
+    across = p[P_STIFFNESS_Y] * side_mps / reference
+    factor = load_n / (reference * math.sqrt(1.0 + (along * along + across * across) / (p[P_GRIP] * p[P_GRIP])))
+    return p[P_STIFFNESS_X] * factor, p[P_STIFFNESS_Y] * factor
+
+
+@kernel
+def held(state: Floats, p: Floats) -> bool:
+    """Whether tyres hold a standing robot on this slope."""
+    tilt = state[UP_X] * state[UP_X] + state[UP_Y] * state[UP_Y]
+    holds: bool = tilt < (0.5 * p[P_GRIP]) ** 2
+    return holds
