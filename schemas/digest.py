@@ -41,13 +41,14 @@ class SessionDigest:
     """Running session hash over published payloads.
 
     Every recorded topic has a hash of its own over its payloads in order; the session's is that of these. So it does
-    not matter how topics interleave, and a topic without payloads counts too.
+    not matter how topics interleave, and a topic without payloads counts too, if it is one of every session.
     """
 
     def __init__(self) -> None:
         """Nothing said yet."""
         self._digests = {topic.name: _blake() for topic in RECORDED}
         self._waiting: dict[str, list[bytes]] = {topic.name: [] for topic in RECORDED}
+        self._used = {topic.name for topic in RECORDED if topic.general}
 
     def add(self, said: Iterable[tuple[Topic, bytes]]) -> None:
         """Add payloads in order of publication; topics that are not recorded are ignored."""
@@ -56,6 +57,7 @@ class SessionDigest:
             batch = waiting.get(topic.name)
             if batch is not None:
                 batch.append(payload)
+                self._used.add(topic.name)
                 if len(batch) == _BATCH:
                     self._take(self._digests[topic.name], batch)
 
@@ -63,13 +65,14 @@ class SessionDigest:
         """An independent copy of the digest as it is now."""
         twin = SessionDigest()
         twin._digests = {name: digest.copy() for name, digest in self._digests.items()}
+        twin._used = self._used.copy()
         twin._waiting = {name: waiting.copy() for name, waiting in self._waiting.items()}
         return twin
 
     def hexdigest(self) -> str:
         """16 hex digits over all payloads added so far."""
         session = _blake()
-        for name in sorted(self._digests):
+        for name in sorted(self._used):
             digest = self._digests[name].copy()
             self._take(digest, self._waiting[name].copy())
             session.update(name.encode() + b"\0" + digest.digest())

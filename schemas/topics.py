@@ -35,6 +35,7 @@ class Topic:
         block: Whether a full queue blocks the publisher (nothing is lost) or drops.
         units: Units of its main values.
         tolerance: Largest difference that a regression check accepts, per number, in those units.
+        general: Whether it belongs to every session; any other counts in a session's hash only where it is sent.
     """
 
     name: str
@@ -45,6 +46,7 @@ class Topic:
     block: bool = True
     units: str = ""
     tolerance: float = 0.0
+    general: bool = True
 
     @property
     def reliable(self) -> bool:
@@ -91,6 +93,9 @@ TRUTH = Topic("truth/odometry", m.Odometry, 50, units="m, rad", tolerance=1e-6)
 SPRAYER = Topic("sprayer/state", m.SprayerState, 1, latched=True, units="l, l/s", tolerance=1e-9)
 TRUE_COVERAGE = Topic("truth/coverage", m.TrueCoverage, 10, latched=True, units="m", tolerance=1e-6)
 PAINT = Topic("truth/paint", m.PaintMarks, 10, units="m", tolerance=1e-6)
+#: These two of a vehicle whose tool covers areas, on a template that has some.
+AREA = Topic("truth/area", m.AreaProgress, 1, latched=True, units="m2, %", tolerance=1e-6, general=False)
+AREA_REPORT = Topic("truth/area_report", m.AreaReport, latched=True, units="m2, %, m", tolerance=1e-6, general=False)
 STATUS = Topic("traversal/status", m.TraversalStatus, 10, latched=True, units="m, s", tolerance=1e-6)
 REPORT = Topic("traversal/report", m.TraversalReport, latched=True, units="m, s, m2", tolerance=1e-6)
 BATTERY = Topic("battery_state", m.BatteryState, 1, latched=True, units="V, A, Ah", tolerance=1e-6)
@@ -117,6 +122,8 @@ TOPICS: tuple[Topic, ...] = (
     SPRAYER,
     TRUE_COVERAGE,
     PAINT,
+    AREA,
+    AREA_REPORT,
     STATUS,
     REPORT,
     BATTERY,

@@ -52,6 +52,12 @@ class TemplateView:
         return merge(list(self.lines.values()))
 
     @cached_property
+    def limits(self) -> Polyline:
+        """The boundary, and round the obstacles."""
+        shapes = [*self.template.obstacles, *([self.template.boundary] if self.template.boundary is not None else [])]
+        return Polyline.of([_ring(shape.corners) for shape in shapes])
+
+    @cached_property
     def lengths_m(self) -> dict[str, float]:
         """Length of every segment in metres."""
         return {segment.id: segment.curve().length_m for segment in self.template.segments}
@@ -121,6 +127,12 @@ class JobView:
 
 
 NOTHING = JobView()
+
+
+def _ring(corners: tuple[tuple[float, float], ...]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """A closed outline as a stroke."""
+    x, y = np.array((*corners, corners[0])).T
+    return x, y
 
 
 def _swath_m(segment: Segment) -> float:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from touchline.schemas.vehicles import Vehicle
 from touchline.tui import format
+from touchline.tui.area_layer import AreaLayer, AreaScene
 from touchline.tui.raster import BRAILLE_BASE, EMPTY, GrowingLayer, Polyline, draw
 from touchline.tui.robot import ShownPose
 from touchline.tui.viewport import DOTS_Y, Viewport
@@ -23,6 +24,8 @@ BODY_DOT_M = 0.1
 """From this scale on the robot has a shape."""
 GRID_MIN_CELLS = 7
 PAINT_BESIDE_DOTS = 1
+SHOWN_FIRST_DOTS = 2
+"""Of eight: with so many on the swath ahead, or left out, a cell shows nothing else."""
 
 Bits = NDArray[np.uint8]
 
@@ -36,15 +39,17 @@ class Ink(IntEnum):
     CURRENT_PATH = 3
     TEMPLATE = 4
     CURRENT = 5
-    PAINT = 6
-    BODY = 7
-    LABEL = 8
-    OTHER = 9
-    OTHER_STOPPED = 10
-    NOZZLE_OFF = 11
-    NOZZLE_ON = 12
-    ROBOT = 13
-    ROBOT_STOPPED = 14
+    LIMIT = 6
+    PAINT = 7
+    MISSED = 8
+    BODY = 9
+    LABEL = 10
+    OTHER = 11
+    OTHER_STOPPED = 12
+    NOZZLE_OFF = 13
+    NOZZLE_ON = 14
+    ROBOT = 15
+    ROBOT_STOPPED = 16
 
 
 @dataclass(frozen=True)
@@ -70,6 +75,10 @@ class MapScene:
     current_revision: int = 0
     paint: Polyline = EMPTY
     paint_revision: int = 0
+    limits: Polyline = EMPTY
+    """Where the body must stay, shown with areas: the boundary and obstacles."""
+    area: AreaScene | None = None
+    """Areas that are covered, with a covering tool: its strokes are then shown as the band that they are."""
     vehicle: Vehicle = field(default_factory=Vehicle)
     robot: ShownPose | None = None
     stopped: bool = False
@@ -83,7 +92,8 @@ class MapScene:
         """Equal for scenes that look the same."""
         revisions = (self.template_revision, self.path_revision, self.current_revision, self.paint_revision)
         robots = (self.robot, self.stopped, self.spraying, self.name, self.others)
-        return (*revisions, len(self.paint), id(self.vehicle), *robots)
+        area = self.area.key if self.area is not None else ()
+        return (*revisions, len(self.paint), len(self.limits), *area, id(self.vehicle), *robots)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +113,7 @@ class MapRaster:
         self._grid = GrowingLayer()
         self._path, self._axle_path = GrowingLayer(), GrowingLayer()
         self._template, self._current, self._paint = GrowingLayer(), GrowingLayer(), GrowingLayer()
+        self._limits, self._area = GrowingLayer(), AreaLayer()
 
     def compose(self, view: Viewport, scene: MapScene) -> Cells:
         """Draw a scene."""
@@ -112,11 +123,21 @@ class MapRaster:
         self._template.update(view, scene.template, scene.template_revision)
         self._current.update(view, scene.current, scene.current_revision)
         self._paint.update(view, scene.paint, scene.paint_revision)
+        self._limits.update(view, scene.limits, scene.template_revision)
+        paint, missed = self._paint.bits, np.zeros_like(self._paint.bits)
+        if scene.area is not None:
+            paint, missed = self._area.update(view, scene.area)
 
         way = self._path.bits | self._axle_path.bits
         current = self._current.bits if scene.current_paints else np.zeros_like(way)
-        bits = self._template.bits | current | self._paint.bits
-        inks = line_inks(self._template.bits, current, self._paint.bits)
+        bits = self._template.bits | current | paint
+        inks = line_inks(self._template.bits, current, paint)
+        limited = (self._limits.bits > 0) & ((bits == 0) | (inks == Ink.TEMPLATE))
+        bits[limited] |= self._limits.bits[limited]
+        inks[limited] = Ink.LIMIT
+        if scene.area is not None:
+            _put_first(bits, inks, current & ~paint, Ink.CURRENT)
+            _put_first(bits, inks, missed, Ink.MISSED)
         if not scene.current_paints:
             way |= self._current.bits
         free = bits == 0
@@ -167,6 +188,12 @@ class MapRaster:
             _put_name(cells, center, scene.name)
         else:
             _put(cells, *_edge(view, pose), ink)
+
+
+def _put_first(bits: Bits, inks: Bits, dots: Bits, ink: Ink) -> None:
+    """Show these dots alone in cells that have a few of them: beside a covered band they would not be seen."""
+    cells = np.bitwise_count(dots) >= SHOWN_FIRST_DOTS
+    bits[cells], inks[cells] = dots[cells], ink
 
 
 def _draw_other(view: Viewport, other: NamedRobot, cells: Cells) -> None:

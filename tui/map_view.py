@@ -18,12 +18,15 @@ from textual.widget import Widget
 from touchline.schemas.messages.touchline import TraversalStatus
 from touchline.schemas.plain_text import plain
 from touchline.tui import theme
+from touchline.tui.area_layer import AreaScene
+from touchline.tui.job import merge
 from touchline.tui.map_raster import Cells, Ink, MapRaster, MapScene, NamedRobot
 from touchline.tui.raster import EMPTY
 from touchline.tui.robots import Robots
 from touchline.tui.state import ConsoleState
 from touchline.tui.viewport import Viewport
 
+_ENDED = (TraversalStatus.DONE, TraversalStatus.ABORTED)
 _STOPPED = (TraversalStatus.ESTOPPED, TraversalStatus.ABORTED)
 ZOOM_STEP = 1.4
 PAN_CELLS = 6
@@ -35,7 +38,9 @@ COLORS = {
     Ink.CURRENT_PATH: (theme.SKY, ""),
     Ink.TEMPLATE: (theme.TO_PAINT, ""),
     Ink.CURRENT: (theme.YELLOW, ""),
+    Ink.LIMIT: (theme.PURPLE, ""),
     Ink.PAINT: (theme.WHITE, "bold"),
+    Ink.MISSED: (theme.VERMILION, "bold"),
     Ink.BODY: (theme.ORANGE, "bold"),
     Ink.LABEL: (theme.LABEL, ""),
     Ink.OTHER: (f"{theme.BLACK} on {theme.MUTED}", "bold"),
@@ -134,9 +139,15 @@ class MapView(Widget, can_focus=True):
                 current = template.lines[status.segment_id]
             elif path and status.segment_index < len(path.lines):
                 current = path.lines[status.segment_index]
+        area = _area_of(state)
+        drawn, revision = template.line if template else EMPTY, id(template)
+        if area is not None and path:  # what is to be covered lies along the swaths, too
+            drawn, revision = merge([drawn, path.painting]), id(path)
         return MapScene(
-            template=template.line if template else EMPTY,
-            template_revision=id(template),
+            template=drawn,
+            template_revision=revision,
+            limits=template.limits if template and area is not None else EMPTY,
+            area=area,
             path=path.transitions if path else EMPTY,
             axle_path=path.painting if path else EMPTY,
             path_revision=id(path),
@@ -281,6 +292,25 @@ class MapView(Widget, can_focus=True):
     def on_leave(self) -> None:
         """No pointer, no coordinates."""
         self.border_subtitle = ""
+
+
+def _area_of(state: ConsoleState) -> AreaScene | None:
+    """The areas in view, if it is a covering tool that works on them."""
+    template, path, status = state.template, state.path, state.robot.status
+    if template is None or not state.covers:
+        return None
+    at: int | None = status.segment_index if status and state.busy else 0
+    if state.traversal in _ENDED and state.job is state.loaded:
+        at = None
+    return AreaScene(
+        areas=template.template.areas,
+        way=state.paint.line,
+        way_revision=state.paint.revision,
+        width_m=state.vehicle.tool.width_m,
+        plan=path.lines if path else (),
+        plan_revision=id(path),
+        at=at,
+    )
 
 
 def _title(state: ConsoleState) -> str:

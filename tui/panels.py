@@ -9,7 +9,7 @@ from textual.content import Content
 from textual.widgets import Static
 
 from touchline.schemas import topics
-from touchline.schemas.messages.touchline import GnssStatus, TraversalStatus
+from touchline.schemas.messages.touchline import AreaReport, GnssStatus, TraversalStatus
 from touchline.schemas.plain_text import plain
 from touchline.schemas.supplies import times
 from touchline.tui import format, supply_check, theme
@@ -118,11 +118,12 @@ def _job_lines(state: ConsoleState, status: TraversalStatus, width: int) -> list
     left = f"   {format.duration(status.remaining_s)} left" if state.busy else ""
     speed = format.number(status.speed_mps, 2, "m/s")
     return [
-        _row("line", name, (f" {here}", theme.MUTED)),
+        _row("swath" if state.covers else "line", name, (f" {here}", theme.MUTED)),
         _row("driven", _bar(driven, width, theme.SKY), f" {format.percent(driven):>6}"),
         _row("covered", _bar(coverage, width, theme.WHITE), f" {format.percent(coverage, 1):>7}"),
         _row("time", format.duration(status.elapsed_s), (left, theme.MUTED)),
         _row("speed", f"{speed:<10}", _lateral(status) if state.busy else ""),
+        *_steering_lines(state),
         *_truth_lines(state, width),
     ]
 
@@ -141,7 +142,10 @@ def _line_name(state: ConsoleState, status: TraversalStatus) -> tuple[str, str]:
 
 def _truth_lines(state: ConsoleState, width: int) -> list[Content]:
     """What only an emulator knows; the figures above are the robot's own."""
-    truth = state.robot.truth
+    truth, area = state.robot.truth, state.robot.area
+    if state.covers and area is not None:
+        twice = f", {format.number(area.overlap_m2, 0, 'm²')} twice" if width >= ROOMY else ""
+        return [_row("truth", format.percent(area.coverage_pct / 100, 2) + " covered", (twice, theme.MUTED))]
     if truth is None:
         return []
     error = truth.lateral_error_m if state.busy else math.nan
@@ -154,6 +158,18 @@ def _truth_lines(state: ConsoleState, width: int) -> list[Content]:
             else "",
         )
     ]
+
+
+def _steering_lines(state: ConsoleState) -> list[Content]:
+    """The angle of a steered wheel, if there is one."""
+    motion = state.robot.motion
+    angle_rad = state.vehicle.drive.steering_rad(*motion) if motion is not None else None
+    if angle_rad is None:
+        return []
+    degrees = round(math.degrees(angle_rad), 1)
+    side = ("◂ ", "left") if degrees > 0 else ("▸ ", "right") if degrees < 0 else ("", "straight ahead")
+    text = f"{side[0]}{abs(degrees):.1f}° {side[1]}" if degrees else side[1]
+    return [_row("steering", text)]
 
 
 def _error_mark(error_m: float) -> str:
@@ -252,6 +268,8 @@ def _report_lines(state: ConsoleState) -> list[Content]:
         verdict = ("✗ not as the template asks", theme.ORANGE)
     else:
         verdict = ("✗ incomplete", theme.ORANGE)
+    if state.covers and (area := state.robot.area_report) is not None:
+        return [_row("result", verdict), *_area_report_lines(area)]
     gaps = (f"  gaps {format.length(report.gap_m)}", theme.MUTED)
     within = f"  within {format.length(report.tolerance_m)} {format.percent(report.within_tolerance_pct / 100, 2)}"
     return [
@@ -260,6 +278,19 @@ def _report_lines(state: ConsoleState) -> list[Content]:
         _row("area", format.percent(report.area_coverage_pct / 100, 2)),
         _row("accuracy", f"95 % within {format.length(report.lateral_error_p95_m)}"),
         _row("excess", format.number(report.overspray_m2, 2, "m²"), gaps),
+    ]
+
+
+def _area_report_lines(area: AreaReport) -> list[Content]:
+    reachable = f"  {format.percent(area.of_reachable_pct / 100, 2)} of reachable"
+    patches = f"  {len(area.missed)} patches"
+    return [
+        _row("field", format.percent(area.coverage_pct / 100, 2), (reachable, theme.MUTED)),
+        _row("plan", format.percent(area.of_planned_pct / 100, 2)),
+        _row("missed", format.number(area.missed_m2, 1, "m²"), (patches, theme.MUTED)),
+        _row("twice", format.number(area.overlap_m2, 0, "m²")),
+        _row("outside", format.length(area.body_outside_m), ("  the body, at most", theme.MUTED)),
+        _row("accuracy", f"95 % within {format.length(area.lateral_error_p95_m)}"),
     ]
 
 

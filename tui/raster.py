@@ -65,14 +65,14 @@ def draw(bits: NDArray[np.uint8], view: Viewport, line: Polyline) -> None:
         return
     u, v = view.to_dots(line.x_m, line.y_m)
     joined = line.joined[1:]
-    u0, v0, u1, v1 = _clip(u[:-1][joined], v[:-1][joined], u[1:][joined], v[1:][joined], view.width, view.height)
+    u0, v0, u1, v1 = clip(u[:-1][joined], v[:-1][joined], u[1:][joined], v[1:][joined], view.width, view.height)
     su, sv = _sample(u0, v0, u1, v1)
     single = ~line.joined
     single[:-1] &= ~joined
     _set_dots(bits, view, np.concatenate((su, u[single])), np.concatenate((sv, v[single])))
 
 
-def _clip(
+def clip(
     u0: NDArray[np.float64],
     v0: NDArray[np.float64],
     u1: NDArray[np.float64],
@@ -130,10 +130,17 @@ def _set_dots(bits: NDArray[np.uint8], view: Viewport, u: NDArray[np.float64], v
         return
     dots = np.zeros((view.height, view.width), dtype=np.bool_)
     dots[v[inside].astype(np.intp), u[inside].astype(np.intp)] = True
+    bits |= to_bits(view, dots)
+
+
+def to_bits(view: Viewport, dots: NDArray[np.bool_]) -> NDArray[np.uint8]:
+    """Dots (height, width) as bits of cells (rows, columns)."""
     cells = dots.reshape(view.rows, DOTS_Y, view.columns, DOTS_X)
+    bits = np.zeros((view.rows, view.columns), dtype=np.uint8)
     for row in range(DOTS_Y):
         for column in range(DOTS_X):
             bits |= cells[:, row, :, column] * _BIT[row, column]
+    return bits
 
 
 @dataclass

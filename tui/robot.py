@@ -11,6 +11,8 @@ from touchline.schemas import topics
 from touchline.schemas.messages.base import Message
 from touchline.schemas.messages.standard import BatteryState, Clock, Odometry, Time
 from touchline.schemas.messages.touchline import (
+    AreaProgress,
+    AreaReport,
     GnssStatus,
     SprayerState,
     TraversalReport,
@@ -18,6 +20,9 @@ from touchline.schemas.messages.touchline import (
     TrueCoverage,
 )
 from touchline.schemas.plain_text import plain
+
+MOVING_MPS = 0.05
+"""Below that the motion does not tell how the wheels are steered."""
 
 BUSY_STATES = (TraversalStatus.RUNNING, TraversalStatus.PAUSED)
 HALTED_STATES = (TraversalStatus.PAUSED, TraversalStatus.ESTOPPED, TraversalStatus.ABORTED)
@@ -43,6 +48,11 @@ class Robot:
     truth: TrueCoverage | None = None
     """What is really painted; only an emulated robot tells it."""
     report: TraversalReport | None = None
+    area: AreaProgress | None = None
+    """What a covering tool has really been over; only an emulated robot tells it."""
+    area_report: AreaReport | None = None
+    motion: tuple[float, float] | None = None
+    """Speed (m/s) and yaw rate (rad/s), the last ones at which it really moved."""
     gnss: GnssStatus | None = None
     battery: BatteryState | None = None
     sprayer: SprayerState | None = None
@@ -75,11 +85,14 @@ class Robot:
         heading = math.atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z))
         if all(map(math.isfinite, (position.x, position.y, heading))):
             self.pose = ShownPose(position.x, position.y, heading)
+        speed_mps, yaw_rate_radps = message.twist.twist.linear.x, message.twist.twist.angular.z
+        if abs(speed_mps) >= MOVING_MPS and math.isfinite(yaw_rate_radps):
+            self.motion = speed_mps, yaw_rate_radps
 
     def _status(self, message: TraversalStatus) -> None:
         before = self.status.state if self.status else None
         if message.state in BUSY_STATES and before not in BUSY_STATES:
-            self.report = None
+            self.report = self.area_report = None
         reason = plain(message.reason)
         if message.state not in HALTED_STATES:
             self.stopped_by = ""
@@ -92,6 +105,12 @@ class Robot:
 
     def _report(self, message: TraversalReport) -> None:
         self.report = message
+
+    def _area(self, message: AreaProgress) -> None:
+        self.area = message
+
+    def _area_report(self, message: AreaReport) -> None:
+        self.area_report = message
 
     def _gnss(self, message: GnssStatus) -> None:
         self.gnss = message
@@ -109,6 +128,8 @@ ROBOT_TOPICS: Mapping[str, Callable[[Robot, Any], None]] = {
     topics.STATUS.name: Robot._status,
     topics.TRUE_COVERAGE.name: Robot._truth,
     topics.REPORT.name: Robot._report,
+    topics.AREA.name: Robot._area,
+    topics.AREA_REPORT.name: Robot._area_report,
     topics.GNSS_STATUS.name: Robot._gnss,
     topics.BATTERY.name: Robot._battery,
     topics.SPRAYER.name: Robot._sprayer,

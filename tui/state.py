@@ -152,6 +152,11 @@ class ConsoleState:
         return self.job is self.loaded and self.loaded.path is not None and not idle
 
     @property
+    def covers(self) -> bool:
+        """Whether it is the areas of the template in view that the robot works on, with a tool that covers them."""
+        return bool(self.template and self.template.template.areas and self.vehicle.tool.covers)
+
+    @property
     def rows(self) -> tuple[LineRow, ...]:
         """The segments to paint, in path order if there is a path."""
         if self.path:

@@ -27,6 +27,8 @@ from touchline.schemas.messages.standard import (
 from touchline.schemas.messages.touchline import (
     ActuatorCommand,
     ActuatorExtremes,
+    AreaProgress,
+    AreaReport,
     CommandRequest,
     CommandResponse,
     EstimatorStatus,
@@ -89,6 +91,8 @@ __all__ = [
     "ActuatorCommand",
     "ActuatorExtremes",
     "Arc",
+    "AreaProgress",
+    "AreaReport",
     "BatteryState",
     "Clock",
     "CommandRequest",

@@ -130,7 +130,8 @@ class TrueCoverage(Message):
     """What has really been painted, which only an emulator can know.
 
     ``painted_ids`` are the template's lines, or, without a template, the path's sprayed segments; ``painted_fraction``
-    is the share of each over which paint lies, in that order, and ``coverage_pct`` that of all of them.
+    is the share of each over which paint lies, in that order, and ``coverage_pct`` that of all of them. Of a covering
+    tool they are the template's areas, and the shares those that it has been over.
     ``lateral_error_m`` is the distance of the last paint to the left of its line; ``flowing``: paint leaves the nozzle.
     """
 
@@ -179,6 +180,57 @@ class Smear(Message):
     width_m: float = 0.0
     x_m: Float64Array = zeros(0)
     y_m: Float64Array = zeros(0)
+
+
+class AreaProgress(Message):
+    """How much of the template's areas a covering tool has really been over, counted in cells of a raster.
+
+    ``overlap_m2`` was passed over more than once; ``cell_m`` is the edge of a cell.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/AreaProgress"
+    header: Header = Header()
+    area_m2: float = 0.0
+    covered_m2: float = 0.0
+    coverage_pct: float = 0.0
+    overlap_m2: float = 0.0
+    cell_m: float = 0.0
+
+
+class MissedPatch(Message):
+    """A place that a covering tool has left out: a point inside it and its size."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/MissedPatch"
+    x_m: float = 0.0
+    y_m: float = 0.0
+    area_m2: float = 0.0
+
+
+class AreaReport(Message):
+    """The template's areas after a traversal with a covering tool, exact on polygons and against the truth.
+
+    Percentages are of the areas, of what of them the tool can reach with the body inside the boundary and off obstacles
+    (``reachable_m2``), and of what of them the plan would cover (``planned_m2``). ``missed`` are the larger patches
+    that were left out, ``missed_m2`` is all that was. ``body_outside_m`` is how far the body got beyond the boundary or
+    into an obstacle at most. Lateral errors are the tool's against the planned path.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/AreaReport"
+    header: Header = Header()
+    area_m2: float = 0.0
+    covered_m2: float = 0.0
+    coverage_pct: float = 0.0
+    reachable_m2: float = 0.0
+    of_reachable_pct: float = 0.0
+    planned_m2: float = 0.0
+    of_planned_pct: float = 0.0
+    overlap_m2: float = 0.0
+    missed_m2: float = 0.0
+    body_outside_m: float = 0.0
+    lateral_error_mean_m: float = 0.0
+    lateral_error_p95_m: float = 0.0
+    lateral_error_max_m: float = 0.0
+    missed: tuple[MissedPatch, ...] = ()
 
 
 class TraversalReport(Message):
@@ -276,15 +328,6 @@ class PlanOptions(Message):
     laps: Int32 = -1
     swath_angle_deg: Annotated[Float64Array, Field(max_length=1)] = zeros(0)
     coverage_pct: float = 0.0
-
-
-class MissedPatch(Message):
-    """A piece of an area that the tool does not get to: a point inside it, and how large it is."""
-
-    ros_type: ClassVar[str] = "touchline_msgs/msg/MissedPatch"
-    x_m: float = 0.0
-    y_m: float = 0.0
-    area_m2: float = 0.0
 
 
 class PlannedCoverage(Message):

@@ -46,6 +46,10 @@ class DriveSpec(Spec):
         """What is commanded, in the order in which commands have them."""
         raise NotImplementedError
 
+    def steering_rad(self, speed_mps: float, yaw_rate_radps: float) -> float | None:
+        """At which angle a wheel is steered while the vehicle moves so; None: none is. Left positive."""
+        return None
+
     @property
     def contacts(self) -> tuple[GroundContact, ...]:
         """Where it touches the ground."""

@@ -37,6 +37,11 @@ class ToolSpec(Spec):
         return self.flow_lps > 0.0
 
     @property
+    def covers(self) -> bool:
+        """Whether areas are what it works on: it goes over all of the ground, and leaves nothing on it."""
+        return False
+
+    @property
     def capacity_l(self) -> float:
         """What its tank holds."""
         return 0.0
@@ -54,11 +59,6 @@ class ToolSpec(Spec):
     @property
     def works_backward(self) -> bool:
         """Whether it works while the vehicle drives backward, too."""
-        return False
-
-    @property
-    def covers(self) -> bool:
-        """Whether it works on all the ground that it comes over, without putting anything there."""
         return False
 
     @property

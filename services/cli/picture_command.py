@@ -6,7 +6,6 @@ from typing import Annotated
 import typer
 
 from touchline.services.cli.options import check_plot
-from touchline.services.runs.reports import paint_figures
 from touchline.services.runs.writing import check_writable
 
 
@@ -27,12 +26,17 @@ def picture(
         ),
     ] = None,
 ) -> None:
-    """Draw what was painted in a recording (in its last traversal), coloured by its distance from the template."""
-    from touchline.services.runs.painted_picture import draw_painted, painted_caption
+    """Draw what was done in a recording (in its last traversal).
+
+    Paint is coloured by its distance from the template; of areas that were covered, gaps and overlaps are shown.
+    """
     from touchline.services.runs.recorded_paint import read_painted
+    from touchline.services.runs.work_picture import draw_unfinished, draw_work
 
     check_plot(out, "--out")
     check_writable(out)
     session = read_painted(file, robot)
-    caption = painted_caption(paint_figures(session.report)) if session.report else "not finished"
-    draw_painted(session.template, session.strokes, out, caption, session.report.smears if session.report else ())
+    if session.report is not None:
+        draw_work(session.template, session.strokes, out, session.report, session.area)
+    else:
+        draw_unfinished(session.template, session.strokes, out, covers=session.covers)

@@ -206,13 +206,13 @@ def _do(job: BusRun, begun_s: float, plot: Path | None) -> dict[str, Any]:
     first_motion_s = job.started_at - begun_s
     if plot is not None:
         job.watcher.stage("Drawing")
-        _draw(job, plot, figures)
+        _draw(job, plot)
     return {**figures, "first_motion_s": first_motion_s}
 
 
-def _draw(job: BusRun, path: Path, figures: dict[str, Any]) -> None:
-    from touchline.services.runs.painted_picture import draw_painted, painted_caption
+def _draw(job: BusRun, path: Path) -> None:
+    from touchline.services.runs.work_picture import draw_work
 
     strokes = job.bus.call(topics.GET_PAINT, GetPaintRequest(), timeout_s=30.0).strokes
     template = parse_template(job.options.template_json)
-    draw_painted(template, strokes, path, painted_caption(figures["paint"]), job.smears)
+    draw_work(template, strokes, path, job.report, job.area)

@@ -9,7 +9,6 @@ from touchline.services.cli.display import progress_bar, say, warn_of_shortages
 from touchline.services.cli.drawing import DrawingChoice
 from touchline.services.cli.groups import with_groups
 from touchline.services.cli.output_choice import OutputChoice
-from touchline.services.runs.reports import paint_figures
 
 
 def register(app: typer.Typer) -> None:
@@ -27,9 +26,9 @@ def simulate(
 ) -> None:
     """Paint a template once in this process, without Zenoh: the figures of `run`, many times faster."""
     from touchline.services.robot_sim.warm_up import warm_up
-    from touchline.services.runs.painted_picture import draw_painted, painted_caption
     from touchline.services.runs.simulation import Job, Products
     from touchline.services.runs.simulation import simulate as paint
+    from touchline.services.runs.work_picture import draw_work
 
     template = drawing.chosen()
     setup = robot.chosen().at(template.origin)
@@ -42,6 +41,5 @@ def simulate(
         outcome = paint(job, setup.scenario, setup.onboard, products, advance)
         if output.plot is not None:
             advance(1.0, "Drawing")
-            caption = painted_caption(paint_figures(outcome.report))
-            draw_painted(template, outcome.strokes, output.plot, caption, outcome.report.smears)
+            draw_work(template, outcome.strokes, output.plot, outcome.report, outcome.area)
     output.conclude("Simulation", drawing.template, setup, outcome.figures(job))

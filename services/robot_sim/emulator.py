@@ -34,6 +34,7 @@ from touchline.services.onboard.interface import (
     Status,
 )
 from touchline.services.onboard.trajectory.trajectory import resume_pose
+from touchline.services.robot_sim.accounting.area_account import AreaAccount, area_account
 from touchline.services.robot_sim.estimator_error import EstimatorError
 from touchline.services.robot_sim.fault_timeline import FaultTimeline
 from touchline.services.robot_sim.paint.ledger import PaintLedger
@@ -65,12 +66,14 @@ class LoadedJob(NamedTuple):
         course: Of the onboard computer.
         start: (x m, y m, heading rad) of the robot.
         ledger: For its paint; of a job that goes on, with the paint so far.
+        account: Of its areas, if a covering tool works on any.
         resume, remains: Where and with what it goes on, if it does.
     """
 
     course: Any
     start: tuple[float, float, float]
     ledger: PaintLedger
+    account: AreaAccount | None
     resume: Checkpoint | None
     remains: Remains | None
 
@@ -178,7 +181,8 @@ class Emulator:
 
     Attributes:
         tick_count: Ticks so far; sim time is a hundredth of it in seconds.
-        world, sensors, faults, onboard, ledger, track: The parts; ledger and track are those of the loaded traversal.
+        world, sensors, faults, onboard: The parts.
+        ledger, account, track: Of the loaded traversal; the account only if a covering tool works on areas in it.
         settled: Whether a traversal's watch ended with the last tick: its figures are final.
         frame, command: What the onboard computer saw and answered in the last tick.
         estimator_error: Of the loaded traversal.
@@ -199,6 +203,7 @@ class Emulator:
         self.faults = FaultTimeline(scenario.faults, vehicle.drive)
         self.onboard: OnboardComputer = onboard if onboard is not None else Onboard(vehicle, self.config, ask)
         self.ledger = PaintLedger([], vehicle.tool.width_m, vehicle.tool.width_m)
+        self.account: AreaAccount | None = None
         self.track = Track()
         self.estimator_error = EstimatorError()
         self.tick_count = 0
@@ -266,7 +271,7 @@ class Emulator:
         ledger = PaintLedger(wanted, width_m, self.vehicle.tool.width_m, tolerance_m)
         if remains is not None:
             ledger.restore(remains.paint)
-        return LoadedJob(course, start, ledger, resume, remains)
+        return LoadedJob(course, start, ledger, area_account(template, trajectory, self.vehicle), resume, remains)
 
     def take(self, job: LoadedJob) -> float:
         """Take what `prepare` gave; returns its planned duration [s].
@@ -281,7 +286,7 @@ class Emulator:
         self.check_load()
         resume, remains = job.resume, job.remains
         duration_s = self.onboard.take(job.course, resume)
-        self.ledger, self.track = job.ledger, Track()
+        self.ledger, self.account, self.track = job.ledger, job.account, Track()
         self.estimator_error = EstimatorError()
         if remains is not None:
             self.estimator_error = EstimatorError(remains.totals.errors)

@@ -23,7 +23,7 @@ from touchline.services.robot_sim.lockstep import Lockstep
 from touchline.services.robot_sim.memory import give_back
 from touchline.services.robot_sim.pace import LONGEST_SLICE_S, Pacer, RateMeter
 from touchline.services.robot_sim.packing import Payload
-from touchline.services.robot_sim.telemetry import Telemetry
+from touchline.services.robot_sim.telemetry import Reports, Telemetry
 
 SERVED_AT_ONCE: Final = 4
 """Requests of one service in a turn; the others wait for the next one."""
@@ -108,7 +108,7 @@ class RobotProcess:
         self._emulator = Emulator(setup.vehicle, setup.scenario, setup.onboard, ask=ask)
         self._telemetry = Telemetry(self._emulator, report_at_once=False)
         self._reporting = ThreadPoolExecutor(1, "report")
-        self._report: Future[m.TraversalReport] | None = None
+        self._report: Future[Reports] | None = None
         self._runner = FastRunner(self._emulator)
         self._pacer = Pacer(speed, time.monotonic())
         self._free = clock == "free"
@@ -277,9 +277,9 @@ class RobotProcess:
         if self._telemetry.ended is None:
             return
         if self._report is None:
-            self._report = self._reporting.submit(self._telemetry.ended.final_report)
+            self._report = self._reporting.submit(self._telemetry.ended.final_reports)
         elif self._report.done():
-            self._publish([self._telemetry.conclude(self._report.result())])
+            self._publish(self._telemetry.conclude(self._report.result()))
             self._report = None
 
     def _mind_link(self) -> None:

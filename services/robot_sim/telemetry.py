@@ -20,6 +20,8 @@ from touchline.schemas.digest import SessionDigest
 from touchline.schemas.template import Template
 from touchline.services.onboard.interface import OnboardEvent, Status
 from touchline.services.robot_sim import layouts, tick_log
+from touchline.services.robot_sim.accounting.area_metrics import AreaMetrics, area_metrics
+from touchline.services.robot_sim.area_messages import area_report, covering_report
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.packing import Payload, battery, header, stamp
 from touchline.services.robot_sim.paint.ledger import Marks, PaintLedger
@@ -35,8 +37,16 @@ _CLOCK_TICKS: Final = period(topics.CLOCK)
 _STATUS_TICKS: Final = period(topics.STATUS)
 _PAINT_TICKS: Final = period(topics.PAINT)
 _BATTERY_TICKS: Final = period(topics.BATTERY)
+_AREA_TICKS: Final = period(topics.AREA)
 MOST_TICKS: Final = math.gcd(_ESTIMATOR_TICKS, _CLOCK_TICKS, _STATUS_TICKS, _PAINT_TICKS, _BATTERY_TICKS)
 """Most ticks that can be told at once."""
+
+
+class Reports(NamedTuple):
+    """The reports of a traversal; of its areas there is one if a covering tool has worked on some."""
+
+    traversal: m.TraversalReport
+    area: m.AreaReport | None
 
 
 class Figures(NamedTuple):
@@ -48,6 +58,7 @@ class Figures(NamedTuple):
         rmse: Of the estimate: position [m], heading [rad].
         ledger: Of the paint.
         smearing: Works out what was carried away of it.
+        areas: Works out the figures of areas that a covering tool has worked on, if there are any.
         digest: Of what was told until then.
     """
 
@@ -56,10 +67,33 @@ class Figures(NamedTuple):
     rmse: tuple[float, float]
     ledger: PaintLedger
     smearing: Callable[[], Smearing]
+    areas: Callable[[], AreaMetrics] | None
     digest: SessionDigest
 
-    def report(self) -> m.TraversalReport:
+    def reports(self) -> Reports:
         """The figures; takes a moment."""
+        return self._of_areas(self.areas()) if self.areas is not None else Reports(self._of_lines(), None)
+
+    def final_reports(self) -> Reports:
+        """The reports; that of the traversal with the hash of all that was told in the session, both included."""
+        reports = self.reports()
+        self.digest.add(_payloads_of(reports))
+        traversal = reports.traversal.model_copy(update={"session_hash": self.digest.hexdigest()})
+        return reports._replace(traversal=traversal)
+
+    def _of_areas(self, metrics: AreaMetrics) -> Reports:
+        status, head = self.status, header(self.tick)
+        traversal = covering_report(head, metrics, done=status.state == m.TraversalStatus.DONE).model_copy(
+            update={
+                "total_time_s": status.elapsed_s,
+                "position_rmse_m": self.rmse[0],
+                "heading_rmse_rad": self.rmse[1],
+                "follower_fallbacks": status.follower_fallbacks,
+            }
+        )
+        return Reports(traversal, area_report(head, metrics))
+
+    def _of_lines(self) -> m.TraversalReport:
         metrics, smearing, status = paint_metrics(self.ledger), self.smearing(), self.status
         return m.TraversalReport(
             header=header(self.tick),
@@ -89,12 +123,6 @@ class Figures(NamedTuple):
             segments=tuple(_segment(segment) for segment in metrics.segments),
         )
 
-    def final_report(self) -> m.TraversalReport:
-        """The report with the hash of all that was told in the session, itself included."""
-        report = self.report()
-        self.digest.add([(topics.REPORT, encode(report))])
-        return report.model_copy(update={"session_hash": self.digest.hexdigest()})
-
 
 class Telemetry:
     """Turns the emulator's state into payloads.
@@ -108,7 +136,7 @@ class Telemetry:
         rows: (MOST_TICKS, tick_log.COLUMNS) where nominal ticks are kept until they are told.
         digest: The hash of what was told since the last load.
         ended: The traversal that has ended and of which no final report was told yet.
-        final: The report that was told, once the traversal's watch has ended.
+        final: The reports that were told, once the traversal's watch has ended.
     """
 
     def __init__(self, emulator: Emulator, *, report_at_once: bool = True) -> None:
@@ -118,7 +146,7 @@ class Telemetry:
         self.rows: Rows = np.zeros((MOST_TICKS, tick_log.COLUMNS))
         self._state = -1
         self.digest = SessionDigest()
-        self.final: m.TraversalReport | None = None
+        self.final: Reports | None = None
 
     def setup(self) -> Payload:
         """Which robot this is and in which world, told once at its start: no part of a session and its hash."""
@@ -163,19 +191,21 @@ class Telemetry:
             due += self.standing()
         if emulator.settled:
             due += self._paint(stamp(tick))
+        if tick % _AREA_TICKS == 0 or emulator.settled:
+            due += self._area()
         if tick % _CLOCK_TICKS == 0:
             due.append((topics.CLOCK, layouts.CLOCK.pack(*stamp(tick))))
         self.digest.add(due)
         if emulator.settled:
             self.ended = self._figures()
             if self._at_once:
-                due.append(self.conclude(self.ended.final_report()))
+                due += self.conclude(self.ended.final_reports())
         return due
 
-    def conclude(self, report: m.TraversalReport) -> Payload:
-        """Take the final report of the traversal that has `ended`."""
-        self.ended, self.final = None, report
-        return topics.REPORT, encode(report)
+    def conclude(self, reports: Reports) -> list[Payload]:
+        """Take the final reports of the traversal that has `ended`."""
+        self.ended, self.final = None, reports
+        return _payloads_of(reports)
 
     def until_due(self, most: int) -> int:
         """Number of ticks (at most `most`) until the next low-rate message is due."""
@@ -242,24 +272,36 @@ class Telemetry:
         )
 
     def _true_coverage(self) -> Payload:
-        ledger = self._emulator.ledger
-        return topics.TRUE_COVERAGE, layouts.true_coverage(ledger.ids).pack(
-            *stamp(self._emulator.tick_count), ledger.coverage_pct, *ledger.fractions, ledger.lateral_m, self._flowing
-        )
+        ledger, account, time = self._emulator.ledger, self._emulator.account, stamp(self._emulator.tick_count)
+        ids, coverage_pct, fractions = ledger.ids, ledger.coverage_pct, ledger.fractions
+        if account is not None:
+            account.take(ledger)
+            ids, coverage_pct, fractions = account.ids, account.standing.coverage_pct, account.fractions
+        layout = layouts.true_coverage(ids)
+        return topics.TRUE_COVERAGE, layout.pack(*time, coverage_pct, *fractions, ledger.lateral_m, self._flowing)
 
-    def report(self) -> m.TraversalReport:
+    def _area(self) -> list[Payload]:
+        account = self._emulator.account
+        if account is None:
+            return []
+        account.take(self._emulator.ledger)
+        return [(topics.AREA, layouts.AREA.pack(*stamp(self._emulator.tick_count), *account.standing))]
+
+    def reports(self) -> Reports:
         """The figures of the traversal so far; takes a moment."""
-        return self._figures().report()
+        return self._figures().reports()
 
     def _figures(self) -> Figures:
         emulator = self._emulator
         error, ledger, track = emulator.estimator_error, emulator.ledger.snapshot(), emulator.track.snapshot()
+        account = emulator.account
         return Figures(
             emulator.tick_count,
             emulator.onboard.status,
             (error.position_rmse_m, error.heading_rmse_rad),
             ledger,
             partial(smearing, ledger, track, emulator.vehicle),
+            partial(area_metrics, account, ledger, track) if account is not None else None,
             self.digest.copy(),
         )
 
@@ -320,6 +362,12 @@ def job_payloads(trajectory: m.Trajectory, template: Template | None) -> list[Pa
         (topics.PLAN, encode(trajectory)),
         (topics.TEMPLATE, encode(m.String(data=template.model_dump_json() if template is not None else ""))),
     ]
+
+
+def _payloads_of(reports: Reports) -> list[Payload]:
+    """That of the areas comes first: with that of the traversal all is said."""
+    told = [(topics.AREA_REPORT, encode(reports.area))] if reports.area is not None else []
+    return [*told, (topics.REPORT, encode(reports.traversal))]
 
 
 def _segment(segment: SegmentMetrics) -> m.SegmentPaint:

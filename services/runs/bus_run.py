@@ -10,6 +10,7 @@ from typing import Any, Protocol
 from touchline.schemas import topics
 from touchline.schemas.errors import PayloadError, TouchlineError
 from touchline.schemas.messages import (
+    AreaReport,
     CommandRequest,
     Event,
     GetDiagnosticsRequest,
@@ -21,7 +22,6 @@ from touchline.schemas.messages import (
     RecordRequest,
     RecordStopRequest,
     SetSpeedRequest,
-    Smear,
     TraversalReport,
     TraversalStatus,
 )
@@ -30,7 +30,7 @@ from touchline.schemas.topics import Request, Response, Service
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.bus import Bus, CallError, Inbox
 from touchline.services.bus.counters import Counters
-from touchline.services.runs.reports import failing, hash_figures, paint_report, plan_figures, traversal_figures
+from touchline.services.runs.reports import failing, hash_figures, plan_figures, traversal_figures, work_report
 from touchline.services.system.diagnostics import read_health
 
 #: A job whose robot does not move on for this long (wall clock) will not finish by itself.
@@ -89,8 +89,10 @@ class BusRun:
     watcher: Watcher
     started_at: float = field(default=0.0, init=False)
     """Wall clock (monotonic) at which the robot set off."""
-    smears: tuple[Smear, ...] = field(default=(), init=False)
-    """Of wet paint, once the job is done."""
+    report: TraversalReport = field(default=TraversalReport(), init=False)
+    """Of the traversal, once the job is done."""
+    area: AreaReport | None = field(default=None, init=False)
+    """Of the areas, once the job is done, if a covering tool has worked on some."""
 
     def run(self) -> dict[str, Any]:
         """Do the whole job.
@@ -102,7 +104,7 @@ class BusRun:
             JobFailed: A service refused, died, or the robot stopped for good.
             CallError: A service did not answer.
         """
-        inbox = self.bus.inbox([topics.EVENTS, topics.REPORT])
+        inbox = self.bus.inbox([topics.EVENTS, topics.AREA_REPORT, topics.REPORT])
         plan = self._plan()
         recording = self._start_recording()
         try:
@@ -111,7 +113,7 @@ class BusRun:
         except (TouchlineError, KeyboardInterrupt):
             self._give_up(recording)
             raise
-        wall_s, self.smears = time.monotonic() - self.started_at, report.smears
+        wall_s, self.report = time.monotonic() - self.started_at, report
         recorded = self._stop_recording()
         return self._report(plan, status, report, wall_s, recorded)
 
@@ -171,6 +173,8 @@ class BusRun:
             for _, message in inbox.messages():
                 if isinstance(message, Event):
                     self.watcher.event(message.severity, f"{message.source}: {message.text}")
+                elif isinstance(message, AreaReport) and self.started_at:
+                    self.area = message
                 elif isinstance(message, TraversalReport) and self.started_at:
                     return self._last_status(latest, status), message
             for _, message in latest.messages():
@@ -229,10 +233,12 @@ class BusRun:
         lacking = recording["problem"] if recording is not None and not recording["complete"] else ""
         return {
             "success": report.success and not lacking,
-            "reason": status.reason or (lacking and f"the recording is not complete: {lacking}") or failing(report),
+            "reason": status.reason
+            or (lacking and f"the recording is not complete: {lacking}")
+            or failing(report, self.area),
             "plan": plan_figures(plan.report),
             "traversal": traversal_figures(report, wall_s),
-            **paint_report(report),
+            **work_report(report, self.area),
             "bus": self._bus_figures(),
             "recording": recording,
             "hash": hash_figures(self.options.scenario_hash, report),

@@ -10,7 +10,7 @@ from touchline.schemas import topics
 from touchline.schemas.catalogue import parse_template
 from touchline.schemas.cdr import decode
 from touchline.schemas.errors import SpecError
-from touchline.schemas.messages import PaintMarks, String, TraversalReport
+from touchline.schemas.messages import AreaReport, PaintMarks, String, TraversalReport
 from touchline.schemas.template import MAX_COORDINATE_M, Template
 from touchline.schemas.topics import Topic
 
@@ -25,11 +25,13 @@ WIDEST_M = 10.0
 
 @dataclass(frozen=True)
 class RecordedPaint:
-    """A traversal's paint; ``report`` is missing from a recording that ends before it."""
+    """A traversal's paint, or what a covering tool ``covers``; a recording that ends before its reports has none."""
 
     template: Template
     strokes: list[PaintMarks]
     report: TraversalReport | None
+    area: AreaReport | None
+    covers: bool
 
 
 def read_painted(path: Path, robot: str | None = None) -> RecordedPaint:
@@ -69,10 +71,10 @@ def read_painted(path: Path, robot: str | None = None) -> RecordedPaint:
         raise SpecError(str(path), "", problem, "name one with --robot")
     (traversal,) = painted.values()
     template = parse_template(traversal.template_json, f"the template in {path.name}", recorded=True)
-    return RecordedPaint(template, _joined(traversal.batches), traversal.report)
+    return RecordedPaint(template, _joined(traversal.batches), traversal.report, traversal.area, traversal.covers)
 
 
-_OF_PAINT: Final = (topics.TEMPLATE, topics.PAINT, topics.REPORT)
+_OF_PAINT: Final = (topics.TEMPLATE, topics.PAINT, topics.AREA, topics.AREA_REPORT, topics.REPORT)
 
 
 @dataclass
@@ -82,15 +84,22 @@ class _Traversal:
     template_json: str = ""
     batches: list[PaintMarks] = field(default_factory=list)
     report: TraversalReport | None = None
+    area: AreaReport | None = None
+    covers: bool = False
 
     def take(self, topic: Topic | None, message: "Recorded", path: Path) -> int:
         """Note a message; returns how many points it has."""
         from touchline.services.bridge.decoding import as_message
 
         if topic is topics.TEMPLATE:
-            self.template_json, self.batches, self.report = decode(String, message.payload).data, [], None
+            self.template_json, self.batches = decode(String, message.payload).data, []
+            self.report, self.area, self.covers = None, None, False
         elif topic is topics.REPORT:
             self.report = as_message(TraversalReport, message)
+        elif topic is topics.AREA_REPORT:
+            self.area = as_message(AreaReport, message)
+        elif topic is topics.AREA:
+            self.covers = True
         else:
             self.batches.append(_checked(decode(PaintMarks, message.payload), path))
             return len(self.batches[-1].x_m) + 1

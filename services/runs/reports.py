@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from touchline.schemas.messages import PlanReport, SegmentPaint, TraversalReport
+from touchline.schemas.messages import AreaReport, PlanReport, SegmentPaint, TraversalReport
 
 
 def plan_figures(report: PlanReport) -> dict[str, Any]:
@@ -70,9 +70,45 @@ def paint_figures(report: TraversalReport) -> dict[str, Any]:
     }
 
 
-def failing(report: TraversalReport) -> str:
-    """Why a completed traversal is no success; "" if it is one."""
-    return "" if report.paint_accepted else f"the paint is not accepted: {report.verdict}"
+def failing(report: TraversalReport, area: AreaReport | None = None) -> str:
+    """Why a traversal that got to its end is no success; "" if it is one."""
+    what = "paint" if area is None else "work"
+    return "" if report.paint_accepted else f"the {what} is not accepted: {report.verdict}"
+
+
+def work_report(report: TraversalReport, area: AreaReport | None) -> dict[str, Any]:
+    """What the robot's reports say: of areas, if a covering tool has worked on some, or else of paint."""
+    if area is None:
+        return paint_report(report)
+    return {"area": area_report_figures(area, report), "estimator": estimator_figures(report)}
+
+
+def area_report_figures(area: AreaReport, report: TraversalReport) -> dict[str, Any]:
+    """Everything that is said about areas and the body, with whether that is accepted."""
+    return {
+        **area_figures(area),
+        "accepted": report.paint_accepted,
+        "verdict": report.verdict,
+        "missed": [{"x_m": patch.x_m, "y_m": patch.y_m, "area_m2": patch.area_m2} for patch in area.missed],
+    }
+
+
+def area_figures(area: AreaReport) -> dict[str, Any]:
+    """The main figures of areas that a covering tool has worked on."""
+    return {
+        "area_m2": area.area_m2,
+        "covered_m2": area.covered_m2,
+        "coverage_pct": area.coverage_pct,
+        "of_reachable_pct": area.of_reachable_pct,
+        "of_planned_pct": area.of_planned_pct,
+        "reachable_m2": area.reachable_m2,
+        "planned_m2": area.planned_m2,
+        "missed_m2": area.missed_m2,
+        "patches": len(area.missed),
+        "overlap_m2": area.overlap_m2,
+        "body_outside_m": area.body_outside_m,
+        "lateral_error_m": _lateral_error(area),
+    }
 
 
 def paint_report(report: TraversalReport) -> dict[str, Any]:
@@ -120,7 +156,7 @@ def estimator_figures(report: TraversalReport) -> dict[str, Any]:
     return {"position_rmse_m": report.position_rmse_m, "heading_rmse_rad": report.heading_rmse_rad}
 
 
-def _lateral_error(painted: TraversalReport | SegmentPaint) -> dict[str, float]:
+def _lateral_error(painted: TraversalReport | SegmentPaint | AreaReport) -> dict[str, float]:
     return {
         "mean": painted.lateral_error_mean_m,
         "p95": painted.lateral_error_p95_m,

@@ -8,7 +8,15 @@ from types import TracebackType
 from typing import Any, Self
 
 from touchline.schemas.digest import scenario_hash
-from touchline.schemas.messages import PaintMarks, PlanOptions, PlanReport, Trajectory, TraversalReport, TraversalStatus
+from touchline.schemas.messages import (
+    AreaReport,
+    PaintMarks,
+    PlanOptions,
+    PlanReport,
+    Trajectory,
+    TraversalReport,
+    TraversalStatus,
+)
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Template
@@ -18,7 +26,7 @@ from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.packing import Payload
 from touchline.services.robot_sim.telemetry import Telemetry
-from touchline.services.runs.reports import failing, hash_figures, paint_report, plan_figures, traversal_figures
+from touchline.services.runs.reports import failing, hash_figures, plan_figures, traversal_figures, work_report
 
 Progress = Callable[[float, str], None]
 
@@ -69,6 +77,7 @@ class Outcome:
 
     Attributes:
         report: Its ``session_hash`` is empty if the run was neither recorded nor hashed.
+        area: The report of its areas, if a covering tool has worked on some.
         reason: Why it ended as it did, if that needs words.
         scenario_hash: Of its cause.
         wall_time_s: Of the drive, the report included.
@@ -76,6 +85,7 @@ class Outcome:
     """
 
     report: TraversalReport
+    area: AreaReport | None
     reason: str
     scenario_hash: str
     wall_time_s: float
@@ -86,10 +96,10 @@ class Outcome:
         """The report as ``touchline run`` gives it."""
         return {
             "success": self.report.success,
-            "reason": self.reason or failing(self.report),
+            "reason": self.reason or failing(self.report, self.area),
             "plan": plan_figures(job.plan_report),
             "traversal": traversal_figures(self.report, self.wall_time_s),
-            **paint_report(self.report),
+            **work_report(self.report, self.area),
             "recording": self.recording,
             "hash": hash_figures(self.scenario_hash, self.report),
         }
@@ -144,7 +154,7 @@ def simulate(
     if products.record is None and not products.hashed:
         emulator.start()
         reason = _drive(emulator, lambda: runner.run(_SLICE_TICKS), progress)
-        report, recording = telemetry.report(), None
+        reports, recording = telemetry.reports(), None
     else:
         with _Listener(products.record) as listener:
             listener.hear(before)
@@ -159,10 +169,10 @@ def simulate(
                     listener.hear(telemetry.after(done))
 
             reason = _drive(emulator, run_slice, progress)
-            report = telemetry.final or telemetry.report()
+            reports = telemetry.final or telemetry.reports()
         recording = listener.figures()
     return Outcome(
-        report,
+        *reports,
         reason,
         scenario_hash(emulator.setup, job.template, job.options),
         time.perf_counter() - begun,

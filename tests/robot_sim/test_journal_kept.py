@@ -88,7 +88,7 @@ def hash_without_a_journal():
     robot = Robot(None)
     assert robot.load().success
     robot.drive()
-    return robot.telemetry.final.session_hash
+    return robot.telemetry.final.traversal.session_hash
 
 
 def test_a_disk_that_is_full_from_the_start_stops_nobody(path):
@@ -100,7 +100,7 @@ def test_a_disk_that_is_full_from_the_start_stops_nobody(path):
         robot.drive()
         assert robot.emulator.onboard.state == m.TraversalStatus.DONE
         assert robot.warnings == [warning]
-        assert robot.telemetry.final.session_hash == hash_without_a_journal()
+        assert robot.telemetry.final.traversal.session_hash == hash_without_a_journal()
         refused = robot.load(resume=True)
     assert not refused.success and warning in refused.message
 
@@ -167,7 +167,7 @@ def test_a_kept_journal_does_not_change_the_session(path):
         assert robot.load().success
         robot.drive()
         assert robot.warnings == []
-        assert robot.telemetry.final.session_hash == hash_without_a_journal()
+        assert robot.telemetry.final.traversal.session_hash == hash_without_a_journal()
 
 
 def test_what_was_under_way_can_be_resumed_until_something_else_is(path):

@@ -71,6 +71,6 @@ def test_a_second_traversal_begins_a_new_session():
             emulator.tick()
             telemetry.after_tick()
         assert telemetry.final is not None
-        hashes.append(telemetry.final.session_hash)
+        hashes.append(telemetry.final.traversal.session_hash)
     assert hashes[0] == hash_in(alone(seed=5))
     assert hashes[1] != hashes[0], "sim time went on, and it is in every header"

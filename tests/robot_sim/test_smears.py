@@ -145,7 +145,7 @@ def test_the_drive_meets_wet_paint_as_often_as_the_plan_says():
     emulator.load(planned.trajectory, template)
     emulator.start()
     FastRunner(emulator).run(1_000_000)
-    report = Telemetry(emulator).report()
+    report = Telemetry(emulator).reports().traversal
     assert report.wet_crossings == planned.report.wet_crossings > 0
     assert report.smears
     assert report.smeared_m2 > 0.0
@@ -166,13 +166,13 @@ def test_the_report_of_a_stopped_traversal_is_of_then_though_the_robot_goes_on()
     while telemetry.ended is None:
         runner.step(1, telemetry.rows)
         telemetry.after_tick()
-    then = telemetry.ended.report()  # made by a thread, sooner or later
+    then = telemetry.ended.reports()  # made by a thread, sooner or later
     emulator.reset()
     emulator.resume()
     while emulator.ledger.coverage_pct < 80.0:
         runner.run(10)
-    assert telemetry.ended.report() == then
-    assert 40.0 < then.coverage_pct < 60.0
+    assert telemetry.ended.reports() == then
+    assert 40.0 < then.traversal.coverage_pct < 60.0
 
 
 def test_nominal_ticks_keep_the_same_track():

@@ -35,8 +35,9 @@ def test_only_a_sprayer_tells_of_itself_and_paints(tool: dict[str, NoTool], spra
     assert {topics.JOINT_STATES, topics.ACTUATOR_COMMAND, topics.TRUE_COVERAGE, topics.BATTERY} <= set(said)
     assert (topics.SPRAYER in said) == (topics.PAINT in said) == sprays
     assert (len(emulator.ledger.targets) > 0) == sprays
-    report = telemetry.final
-    assert report is not None
+    assert telemetry.final is not None
+    report = telemetry.final.traversal
+    assert telemetry.final.area is None
     if not sprays:
         assert report.paint_accepted and report.verdict == "there are no lines to paint"
         assert (report.overspray_m2, report.wet_crossings, report.segments) == (0.0, 0, ())

@@ -81,6 +81,15 @@ def test_looking_in_between_changes_nothing():
     assert looked.hexdigest() == plain.hexdigest()
 
 
+def test_topics_that_few_sessions_have_count_only_there(monkeypatch):
+    plain, with_area = digest([(topics.IMU, b"x")]), digest([(topics.IMU, b"x"), (topics.AREA, b"")])
+    assert plain != with_area
+    general = [topic for topic in topics.RECORDED if topic.general]
+    assert len(general) == len(topics.RECORDED) - 2
+    monkeypatch.setattr("touchline.schemas.digest.RECORDED", general)
+    assert digest([(topics.IMU, b"x")]) == plain
+
+
 def test_where_one_payload_ends_counts():
     assert digest([(topics.EVENTS, b"ab"), (topics.EVENTS, b"c")]) != digest(
         [(topics.EVENTS, b"a"), (topics.EVENTS, b"bc")]

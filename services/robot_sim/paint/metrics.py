@@ -98,7 +98,7 @@ def paint_metrics(ledger: PaintLedger) -> PaintMetrics:
             within_m,
             area.painted_m2 / drawn_m if drawn_m > 0.0 else 0.0,
             area,
-            _lateral_error(part),
+            lateral_error(part),
         )
         for target, covered_m, within_m, drawn_m, area, part in zip(
             ledger.targets, ledger.covered_by_target_m.tolist(), within, drawn, areas.lines, parts, strict=False
@@ -117,7 +117,7 @@ def paint_metrics(ledger: PaintLedger) -> PaintMetrics:
         painted_m2=areas.total.painted_m2,
         overspray_m2=areas.total.overspray_m2,
         double_paint_m2=areas.total.double_paint_m2,
-        lateral=_lateral_error(distance),
+        lateral=lateral_error(distance),
         segments=segments,
     )
 
@@ -127,7 +127,8 @@ def _share_pct(part: float, whole: float) -> float:
     return min(100.0, 100.0 * part / whole) if whole > 0.0 else 100.0
 
 
-def _lateral_error(distance_m: NDArray[np.float64]) -> LateralError:
+def lateral_error(distance_m: NDArray[np.float64]) -> LateralError:
+    """The figures of these distances."""
     if not len(distance_m):
         return LateralError(0.0, 0.0, 0.0)
     return LateralError(float(np.mean(distance_m)), float(np.quantile(distance_m, 0.95)), float(np.max(distance_m)))

@@ -75,20 +75,20 @@ def paint_areas(
             return 0.0, 0.0, 0.0
         painted = shapely.union_all(passes)
         overspray = shapely.difference(painted, intended)
-        twice = shapely.difference(_overlaps(passes), joints)
+        twice = shapely.difference(overlaps(passes), joints)
         return float(painted.area), float(overspray.area), float(twice.area)
 
-    passes = _passes(strokes)
+    passes = passes_of(strokes)
     painted_m2, overspray_m2, twice_m2 = measure(passes)
     total = Areas(float(intended.area), max(0.0, painted_m2 - overspray_m2), painted_m2, overspray_m2, twice_m2)
     each = [
-        Areas(float(band.area), covered_m2, *measure(_passes(stretches)))
+        Areas(float(band.area), covered_m2, *measure(passes_of(stretches)))
         for band, covered_m2, stretches in zip(bands, _covered(bands, passes), by_line, strict=True)
     ]
     return PaintAreas(total, each)
 
 
-def _passes(strokes: Sequence[PaintStroke]) -> list[BaseGeometry]:
+def passes_of(strokes: Sequence[PaintStroke]) -> list[BaseGeometry]:
     """The strips of these strokes, cut so that none overlaps itself."""
     return [strip(simplified(piece), stroke.width_m) for stroke in strokes for piece in _pieces(stroke.points)]
 
@@ -108,7 +108,7 @@ def _covered(bands: Sequence[BaseGeometry], passes: Sequence[BaseGeometry]) -> l
 
 def band_of(line: Curve, width_m: float) -> BaseGeometry:
     """Where paint of that width belongs, flat-ended."""
-    return strip(_polyline(line), width_m)
+    return strip(polyline_of(line), width_m)
 
 
 def strip(points: Points, width_m: float, cap_style: Literal["flat", "square"] = "flat") -> BaseGeometry:
@@ -126,7 +126,7 @@ def simplified(points: Points, tolerance_m: float = TOLERANCE_M) -> Points:
     return np.asarray(shapely.LineString(points).simplify(tolerance_m, preserve_topology=False).coords)
 
 
-def _polyline(curve: Curve) -> NDArray[np.float64]:
+def polyline_of(curve: Curve) -> NDArray[np.float64]:
     """(n, 2) points on a curve, chords within the tolerance of it."""
     pieces = 1
     if curve.curvature_1pm != 0.0:
@@ -155,7 +155,7 @@ def _pieces(points: Points) -> list[Points]:
     return pieces
 
 
-def _overlaps(strips: Sequence[BaseGeometry], apart: Callable[[int, int], bool] | None = None) -> BaseGeometry:
+def overlaps(strips: Sequence[BaseGeometry], apart: Callable[[int, int], bool] | None = None) -> BaseGeometry:
     """The union of the pairwise intersections of strips `i` < `j`; only of those that are `apart` if that is given."""
     import shapely
 
@@ -170,12 +170,12 @@ def _overlaps(strips: Sequence[BaseGeometry], apart: Callable[[int, int], bool] 
 def _joints(lines: Sequence[Curve], line_width_m: float) -> BaseGeometry:
     """Where lines cross or join, a circle's own ends included: overlaps of their bands, grown by half a line width."""
     parts = [(index, third, curve) for index, line in enumerate(lines) for third, curve in enumerate(_thirds(line))]
-    strips = [strip(_polyline(curve), line_width_m, "square") for _, _, curve in parts]
+    strips = [strip(polyline_of(curve), line_width_m, "square") for _, _, curve in parts]
 
     def apart(i: int, j: int) -> bool:
         return parts[i][0] != parts[j][0] or abs(parts[i][1] - parts[j][1]) > 1
 
-    return _overlaps(strips, apart).buffer(0.5 * line_width_m)
+    return overlaps(strips, apart).buffer(0.5 * line_width_m)
 
 
 def _thirds(line: Curve) -> list[Curve]:

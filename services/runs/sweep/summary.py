@@ -12,7 +12,14 @@ from touchline.services.runs.sweep.task import SweepRun
 from touchline.services.runs.writing import writing
 
 #: Figures of which more is better; of all others less is.
-MORE_IS_BETTER: Final = ("coverage_pct", "area_coverage_pct", "within_tolerance_pct")
+MORE_IS_BETTER: Final = (
+    "coverage_pct",
+    "area_coverage_pct",
+    "within_tolerance_pct",
+    "of_field_pct",
+    "of_reachable_pct",
+    "of_planned_pct",
+)
 
 
 def summarise(cases: Sequence[SweepCase], runs: Sequence[SweepRun]) -> dict[str, Any]:

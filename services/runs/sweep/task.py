@@ -9,7 +9,7 @@ from typing import Any
 
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.errors import TouchlineError
-from touchline.schemas.messages import TraversalReport
+from touchline.schemas.messages import AreaReport, TraversalReport
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
@@ -75,19 +75,15 @@ def perform(jobs: list[Job], task: Task) -> SweepRun:
     except TouchlineError as error:
         return SweepRun(task.case, task.scenario.seed, False, str(error), {})
     report = outcome.report
-    reason = outcome.reason or failing(report)
-    return SweepRun(task.case, task.scenario.seed, report.success, reason, run_figures(report), outcome.scenario_hash)
+    reason = outcome.reason or failing(report, outcome.area)
+    figures = run_figures(report, outcome.area)
+    return SweepRun(task.case, task.scenario.seed, report.success, reason, figures, outcome.scenario_hash)
 
 
-def run_figures(report: TraversalReport) -> dict[str, float]:
-    """The main figures of a run, by the names of its report."""
+def run_figures(report: TraversalReport, area: AreaReport | None = None) -> dict[str, float]:
+    """The main figures of a run, by the names of its reports."""
     return {
-        "coverage_pct": report.coverage_pct,
-        "area_coverage_pct": report.area_coverage_pct,
-        "within_tolerance_pct": report.within_tolerance_pct,
-        "gap_m": report.gap_m,
-        "overspray_m2": report.overspray_m2,
-        "double_paint_m2": report.double_paint_m2,
+        **(_paint_figures(report) if area is None else _area_figures(area)),
         "lateral_error_mean_m": report.lateral_error_mean_m,
         "lateral_error_p95_m": report.lateral_error_p95_m,
         "lateral_error_max_m": report.lateral_error_max_m,
@@ -95,6 +91,28 @@ def run_figures(report: TraversalReport) -> dict[str, float]:
         "heading_rmse_rad": report.heading_rmse_rad,
         "total_time_s": report.total_time_s,
         "follower_fallbacks": float(report.follower_fallbacks),
+    }
+
+
+def _area_figures(area: AreaReport) -> dict[str, float]:
+    return {
+        "of_field_pct": area.coverage_pct,
+        "of_reachable_pct": area.of_reachable_pct,
+        "of_planned_pct": area.of_planned_pct,
+        "missed_m2": area.missed_m2,
+        "overlap_m2": area.overlap_m2,
+        "body_outside_m": area.body_outside_m,
+    }
+
+
+def _paint_figures(report: TraversalReport) -> dict[str, float]:
+    return {
+        "coverage_pct": report.coverage_pct,
+        "area_coverage_pct": report.area_coverage_pct,
+        "within_tolerance_pct": report.within_tolerance_pct,
+        "gap_m": report.gap_m,
+        "overspray_m2": report.overspray_m2,
+        "double_paint_m2": report.double_paint_m2,
     }
 
 

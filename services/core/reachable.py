@@ -1,0 +1,76 @@
+"""What of some ground a machine can pass its tool over with its body where it may be: polygons, heading by heading."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
+
+HEADINGS: Final = 72
+"""Every 5°."""
+
+Floats = NDArray[np.float64]
+Point = tuple[float, float]
+
+
+def reachable(
+    ground: BaseGeometry, free: BaseGeometry, outline: Sequence[Point], tool: Point, width_m: float
+) -> BaseGeometry:
+    """What of some ground the tool can pass over, at any heading; whether it can get there is not asked.
+
+    Args:
+        ground: To be passed over.
+        free: Where the body may be.
+        outline: Of the body, in its own frame.
+        tool: Its middle in that frame; it lies across the body.
+        width_m: Of the tool.
+    """
+    import shapely
+
+    parts = [
+        _tool_over(places(free, outline, heading), heading, tool, 0.5 * width_m)
+        for heading in (np.arange(HEADINGS) * math.tau / HEADINGS).tolist()
+    ]
+    return shapely.intersection(ground, shapely.union_all(parts))
+
+
+def places(free: BaseGeometry, outline: Sequence[Point], heading_rad: float) -> BaseGeometry:
+    """Where the origin of a body, which lies inside it, may be at a heading with the whole body in free ground."""
+    import shapely
+
+    rings = [ring for part in shapely.get_parts(free) for ring in (part.exterior, *part.interiors)]
+    if not rings:
+        return free
+    triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(shapely.Polygon(outline)))
+    mirrored = -_turned(np.array([shapely.get_coordinates(triangle)[:3] for triangle in triangles]), heading_rad)
+    corners = [shapely.get_coordinates(ring) for ring in rings]
+    walls = np.concatenate([np.stack((ring[:-1], ring[1:]), axis=1) for ring in corners])
+    sums = (walls[:, None, :, None] + mirrored[None, :, None]).reshape(-1, 6, 2)
+    hit = shapely.convex_hull(shapely.linestrings(sums))
+    return shapely.difference(free, shapely.union_all(hit))
+
+
+def _tool_over(at: BaseGeometry, heading_rad: float, tool: Point, half_width_m: float) -> BaseGeometry:
+    """What the tool lies over while the body's origin is at some places."""
+    import shapely
+
+    ends = _turned(np.array([[tool[0], tool[1] - half_width_m], [tool[0], tool[1] + half_width_m]]), heading_rad)
+    rings = [ring for part in shapely.get_parts(at) for ring in (part.exterior, *part.interiors)]
+    if not rings:
+        return at
+    corners = [shapely.get_coordinates(ring) for ring in rings]
+    walls = np.concatenate([np.stack((ring[:-1], ring[1:]), axis=1) for ring in corners])
+    edges = shapely.convex_hull(shapely.linestrings((walls[:, :, None] + ends).reshape(-1, 4, 2)))
+    middle = shapely.transform(at, lambda points: points + ends.mean(axis=0))
+    return shapely.union(middle, shapely.union_all(edges))
+
+
+def _turned(points: Floats, heading_rad: float) -> Floats:
+    cos, sin = math.cos(heading_rad), math.sin(heading_rad)
+    return np.asarray(points @ np.array([[cos, sin], [-sin, cos]]))

@@ -1,0 +1,72 @@
+"""How much of a template's areas a covering tool has been over so far."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from touchline.schemas.messages import Trajectory
+from touchline.schemas.template import Template
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.robot_sim.accounting.area_raster import AreaRaster
+from touchline.services.robot_sim.paint.ledger import PaintLedger
+
+
+class AreaStanding(NamedTuple):
+    """Figures of all areas together, by the raster."""
+
+    area_m2: float
+    covered_m2: float
+    coverage_pct: float
+    overlap_m2: float
+    cell_m: float
+
+
+class AreaAccount:
+    """Of one traversal.
+
+    The raster follows the strokes of the ledger, from which they are made: a ledger that is restored gives the same.
+
+    Args:
+        template: Has areas.
+        trajectory: By which they are to be covered.
+        vehicle: Its tool covers.
+
+    Attributes:
+        ids: Of the areas.
+    """
+
+    def __init__(self, template: Template, trajectory: Trajectory, vehicle: Vehicle) -> None:
+        self.template, self.trajectory, self.vehicle = template, trajectory, vehicle
+        self.ids = tuple(area.id for area in template.areas)
+        self._raster = AreaRaster([area.polygon for area in template.areas], vehicle.tool.width_m)
+
+    def take(self, ledger: PaintLedger) -> None:
+        """Count what the ledger has got since the last call."""
+        self._raster.take(ledger.rows(0))
+
+    @property
+    def fractions(self) -> list[float]:
+        """Of each area the share that was passed over."""
+        raster = self._raster
+        shares: list[float] = (raster.covered / raster.cells.clip(1)).tolist()
+        return shares
+
+    @property
+    def standing(self) -> AreaStanding:
+        """How things are by now."""
+        raster, cell_m2 = self._raster, self._raster.cell_m**2
+        cells, covered = int(raster.cells.sum()), int(raster.covered.sum())
+        return AreaStanding(
+            cells * cell_m2,
+            covered * cell_m2,
+            100.0 * covered / max(1, cells),
+            int(raster.overlapped.sum()) * cell_m2,
+            raster.cell_m,
+        )
+
+
+def area_account(template: Template | None, trajectory: Trajectory, vehicle: Vehicle) -> AreaAccount | None:
+    """The account of a job; None if no area is covered by a covering tool in it."""
+    if template is None or not template.areas or not vehicle.tool.covers:
+        return None
+    return AreaAccount(template, trajectory, vehicle)

@@ -1,0 +1,213 @@
+"""The areas of a template as a raster, in which the ground that a tool passes over is counted.
+
+A cell is passed over when the tool's line (across its way, as wide as it works) goes over the cell's middle: each way
+over it, forward or backward, counts once. Neighbouring steps share a line, so none is counted twice and none left out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.services.core.jit import kernel
+from touchline.services.robot_sim.paint import projection as p
+
+if TYPE_CHECKING:
+    import shapely
+
+CELL_M: Final = 0.05
+MOST_CELLS: Final = 32_000_000
+"""Of two bytes each; more ground than that (8 ha) is counted in larger cells."""
+
+# Columns of `AreaRaster._frame`.
+_WEST: Final = 0
+_SOUTH: Final = 1
+_CELL: Final = 2
+_COLUMNS: Final = 3
+_ROWS: Final = 4
+_FRAME: Final = 5
+
+# Where the tool's line was last: its middle and the unit vector ahead of it, 0 before it has moved.
+_AT_X: Final = 0
+_AT_Y: Final = 1
+_AHEAD_X: Final = 2
+_AHEAD_Y: Final = 3
+_LINE: Final = 4
+
+# Columns of the totals, a row per area.
+_ONCE: Final = 0
+_TWICE: Final = 1
+_TOTALS: Final = 2
+
+_SHORTEST_M: Final = 1e-3
+"""Of a step: shorter ones do not tell which way the tool goes."""
+_MOST_TIMES: Final = 255
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Bytes = NDArray[np.uint8]
+
+
+@kernel
+def _sweep(
+    before: tuple[float, float, float, float],
+    after: tuple[float, float, float, float],
+    half_width: float,
+    frame: Floats,
+    cells: tuple[Bytes, Bytes],
+    totals: Integers,
+) -> None:
+    """Count the cells between two lines (x, y, ahead x, ahead y) of the tool."""
+    area, times = cells
+    cell, columns, rows = frame[_CELL], int(frame[_COLUMNS]), int(frame[_ROWS])
+    ax, ay, aux, auy = before[0] - frame[_WEST], before[1] - frame[_SOUTH], before[2], before[3]
+    bx, by, bux, buy = after[0] - frame[_WEST], after[1] - frame[_SOUTH], after[2], after[3]
+    # Lanes of cells across the tool's way are gone through one by one; there are few cells of each between the lines.
+    turned = abs(bux) < abs(buy)
+    if turned:
+        ax, ay, aux, auy = ay, ax, auy, aux
+        bx, by, bux, buy = by, bx, buy, bux
+        columns, rows = rows, columns
+    reach = half_width * max(abs(aux), abs(bux))
+    first = max(0, math.ceil((min(ay, by) - reach) / cell - 0.5))
+    last = min(rows - 1, math.floor((max(ay, by) + reach) / cell - 0.5))
+    for row in range(first, last + 1):
+        y = (row + 0.5) * cell
+        xa = ax - (y - ay) * auy / aux
+        xb = bx - (y - by) * buy / bux
+        low = max(0, math.floor(min(xa, xb) / cell - 0.5))
+        high = min(columns - 1, math.ceil(max(xa, xb) / cell - 0.5))
+        for column in range(low, high + 1):
+            x = (column + 0.5) * cell
+            behind = (x - ax) * aux + (y - ay) * auy < 0.0
+            if behind == ((x - bx) * bux + (y - by) * buy < 0.0):
+                continue
+            aside = (y - by) * bux - (x - bx) * buy
+            if aside < -half_width or aside >= half_width:
+                continue
+            at = column * rows + row if turned else row * columns + column
+            index = area[at]
+            if index == 0:
+                continue
+            if times[at] < _TOTALS:
+                totals[index - 1, times[at]] += 1
+            if times[at] < _MOST_TIMES:
+                times[at] += 1
+
+
+@kernel
+def roll(
+    points: Floats,
+    first: int,
+    full_width_m: float,
+    line: Floats,
+    frame: Floats,
+    cells: tuple[Bytes, Bytes],
+    totals: Integers,
+) -> None:
+    """Count what strokes pass over.
+
+    Args:
+        points: (n, projection.POINT_COLUMNS) of the ledger.
+        first: Of the points, the one to begin with.
+        full_width_m: Of the tool.
+        line: (_LINE,) where the tool's line was last, updated.
+        frame: Of the raster.
+        cells: Of each cell the number of its area, 0 outside, and how often it was passed over.
+        totals: (areas, 2) cells of each area that were passed over once at least, and twice at least.
+    """
+    for row in range(first, len(points)):
+        x, y = points[row, p.POINT_X], points[row, p.POINT_Y]
+        if points[row, p.POINT_TARGET] == p.STROKE_BEGINS:
+            line[_AT_X], line[_AT_Y], line[_AHEAD_X], line[_AHEAD_Y] = x, y, 0.0, 0.0
+            continue
+        dx, dy = x - line[_AT_X], y - line[_AT_Y]
+        moved = math.hypot(dx, dy)
+        if moved < _SHORTEST_M:
+            continue
+        ux, uy = dx / moved, dy / moved
+        ahead_x, ahead_y = line[_AHEAD_X], line[_AHEAD_Y]
+        if ahead_x == 0.0 and ahead_y == 0.0:
+            ahead_x, ahead_y = ux, uy
+        elif ahead_x * ux + ahead_y * uy < 0.0:  # it has turned back: the line stays the same way round
+            ux, uy = -ux, -uy
+        half = 0.5 * full_width_m * points[row, p.POINT_WIDTH]
+        _sweep((line[_AT_X], line[_AT_Y], ahead_x, ahead_y), (x, y, ux, uy), half, frame, cells, totals)
+        line[_AT_X], line[_AT_Y], line[_AHEAD_X], line[_AHEAD_Y] = x, y, ux, uy
+
+
+class AreaRaster:
+    """Counts how often each cell of some areas was passed over.
+
+    Args:
+        areas: They do not overlap; of a cell in two of them only the later one counts.
+        width_m: On which the tool works.
+        cell_m: Edge of a cell, if that does not make more than `MOST_CELLS`.
+
+    Attributes:
+        cell_m: Edge of a cell.
+        cells: (areas,) how many each area has.
+    """
+
+    def __init__(self, areas: Sequence[shapely.Polygon], width_m: float, cell_m: float = CELL_M) -> None:
+        bounds = np.array([area.bounds for area in areas])
+        (west, south), (east, north) = bounds[:, :2].min(axis=0).tolist(), bounds[:, 2:].max(axis=0).tolist()
+        self.cell_m = max(cell_m, math.sqrt((east - west) * (north - south) / MOST_CELLS))
+        columns, rows = (max(1, math.ceil(size / self.cell_m)) for size in (east - west, north - south))
+        self._width_m = width_m
+        self._frame: Floats = np.array([west, south, self.cell_m, columns, rows])
+        index: Bytes = np.zeros((rows, columns), dtype=np.uint8)
+        for number, area in enumerate(areas, 1):
+            index[_inside(area, self._frame)] = number
+        self._index = index.ravel()
+        self._times: Bytes = np.zeros_like(self._index)
+        self._line: Floats = np.zeros(_LINE)
+        self._totals: Integers = np.zeros((len(areas), _TOTALS), dtype=np.int64)
+        self._taken = 0
+        self.cells: Integers = np.bincount(self._index, minlength=len(areas) + 1)[1:]
+
+    def take(self, points: Floats) -> None:
+        """Count what has come since the last call; (n, projection.POINT_COLUMNS) are all of a ledger's `points`."""
+        if len(points) > self._taken:
+            cells = self._index, self._times
+            roll(points, self._taken, self._width_m, self._line, self._frame, cells, self._totals)
+            self._taken = len(points)
+
+    @property
+    def covered(self) -> Integers:
+        """(areas,) cells of each that were passed over."""
+        return self._totals[:, _ONCE]
+
+    @property
+    def overlapped(self) -> Integers:
+        """(areas,) cells of each that were passed over more than once."""
+        return self._totals[:, _TWICE]
+
+    @property
+    def times(self) -> Bytes:
+        """(rows, columns) how often each cell was passed over, from the south-west on; 0 outside the areas."""
+        return self._times.reshape(int(self._frame[_ROWS]), int(self._frame[_COLUMNS]))
+
+
+def _inside(area: shapely.Polygon, frame: Floats) -> NDArray[np.bool_]:
+    """(rows, columns) cells whose middle is inside: from where a row crosses an edge to where it crosses the next."""
+    west, south, cell, columns, rows = frame.tolist()
+    rings = [np.asarray(ring.coords) for ring in (area.exterior, *area.interiors)]
+    edges = np.concatenate([np.hstack((ring[:-1], ring[1:])) for ring in rings])
+    x0, y0, x1, y1 = ((edges - [west, south, west, south]) / cell - 0.5).T  # cells' middles are whole numbers
+    low, high = np.ceil(np.minimum(y0, y1)), np.ceil(np.maximum(y0, y1))
+    low, high = np.clip(low, 0, rows).astype(np.int64), np.clip(high, 0, rows).astype(np.int64)
+    many = high - low
+    edge = np.repeat(np.arange(len(edges)), many)
+    row = np.arange(len(edge)) - np.repeat(np.cumsum(many) - many, many) + low[edge]
+    x = x0[edge] + (row - y0[edge]) * (x1 - x0)[edge] / (y1 - y0)[edge]
+    column = np.clip(np.ceil(x), 0, columns).astype(np.int64)
+    order = np.lexsort((x, row))
+    change: NDArray[np.int8] = np.zeros((int(rows), int(columns) + 1), dtype=np.int8)
+    np.add.at(change, (row[order][0::2], column[order][0::2]), 1)
+    np.add.at(change, (row[order][1::2], column[order][1::2]), -1)
+    return np.cumsum(change, axis=1, dtype=np.int8)[:, :-1] > 0

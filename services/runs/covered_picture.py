@@ -1,0 +1,111 @@
+"""A picture of the areas that a covering tool has been over: what it covered, covered twice, and missed."""
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from touchline.schemas.messages import AreaReport, PaintMarks
+from touchline.schemas.plain_text import plain
+from touchline.schemas.template import Polygon, Template
+from touchline.services.runs.writing import writing
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from shapely.geometry.base import BaseGeometry
+
+GROUND, MISSED, COVERED, TWICE = "#e9e4d8", "#d7301f", "#9c8466", "#77603f"
+OBSTACLE, BOUNDARY, AREA_EDGE = "#3a3a3a", "#1f5fa8", "#4d4030"
+FIGURE_SIZE_IN = (12.0, 7.6)
+#: Smaller patches get no number of their own beside them, nor more than so many.
+NAMED_PATCH_M2, MOST_NAMED = 0.05, 40
+
+
+def draw_covered(template: Template, strokes: Iterable[PaintMarks], path: Path, caption: str = "") -> None:
+    """Draw what ``strokes`` of a covering tool have made of the template's areas to ``path`` (.svg or .png).
+
+    Raises:
+        SpecError: The file cannot be written.
+        ValueError: The file's ending names no known format.
+    """
+    import shapely
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    from touchline.services.robot_sim.accounting.swept_ground import swept_ground
+    from touchline.services.robot_sim.paint.ledger import PaintStroke
+
+    drawn = [PaintStroke(np.column_stack((s.x_m, s.y_m)), s.width_m) for s in strokes if len(s.x_m) > 1]
+    area = shapely.union_all([each.polygon for each in template.areas])
+    swept, twice = swept_ground(drawn)
+    missed = shapely.difference(area, swept)
+    figure = Figure(figsize=FIGURE_SIZE_IN, layout="constrained")
+    axes = figure.add_subplot(facecolor=GROUND)
+    for ground, colour, name in ((swept, COVERED, "covered"), (twice, TWICE, "twice"), (missed, MISSED, "missed")):
+        _fill(axes, ground, colour, name)
+    _fill(axes, shapely.union_all([_shape(each) for each in template.obstacles]), OBSTACLE, "obstacles")
+    _outline(axes, area, AREA_EDGE, "-")
+    if template.boundary is not None:
+        _outline(axes, _shape(template.boundary), BOUNDARY, "--")
+    _name_patches(axes, missed)
+    kinds: list[Artist] = [Patch(color=COVERED, label="covered"), Patch(color=TWICE, label="more than once")]
+    kinds += [Patch(color=MISSED, label="missed"), Line2D([], [], color=BOUNDARY, linestyle="--", label="boundary")]
+    figure.legend(handles=kinds, loc="outside lower center", ncols=len(kinds), frameon=False, fontsize="small")
+    axes.set_aspect("equal")
+    axes.margins(0.03)
+    axes.set_xlabel("x (m)")
+    axes.set_ylabel("y (m)")
+    axes.set_title(plain(template.title or template.name, 200), fontweight="bold", loc="left")
+    axes.set_title(caption, fontsize="small", loc="right")
+    with writing(path):
+        figure.savefig(path, dpi=140)
+
+
+def covered_caption(area: AreaReport) -> str:
+    """The figures of a report that say most."""
+    return (
+        f"covered {area.coverage_pct:.2f} % of the field, {area.of_reachable_pct:.2f} % of what can be reached, "
+        f"{area.of_planned_pct:.2f} % of the plan; missed {area.missed_m2:.1f} m², twice {area.overlap_m2:.0f} m²; "
+        f"body {100 * area.body_outside_m:.0f} cm outside"
+    )
+
+
+def _shape(polygon: Polygon) -> "BaseGeometry":
+    import shapely
+
+    return shapely.Polygon(polygon.corners)
+
+
+def _fill(axes: "Axes", ground: "BaseGeometry", colour: str, name: str) -> None:
+    """One path with holes for every polygon."""
+    import shapely
+    from matplotlib.collections import PathCollection
+    from matplotlib.path import Path as Outline
+
+    outlines = []
+    for part in shapely.get_parts(ground):
+        if part.geom_type == "Polygon" and not part.is_empty:
+            rings = [shapely.get_coordinates(ring) for ring in (part.exterior, *part.interiors)]
+            outlines.append(Outline.make_compound_path(*(Outline(ring, closed=True) for ring in rings)))
+    axes.add_collection(PathCollection(outlines, facecolors=colour, linewidths=0.0, gid=name))
+
+
+def _outline(axes: "Axes", ground: "BaseGeometry", colour: str, style: str) -> None:
+    import shapely
+
+    for line in shapely.get_parts(shapely.boundary(ground)):
+        axes.plot(*shapely.get_coordinates(line).T, color=colour, linestyle=style, linewidth=1.0)
+
+
+def _name_patches(axes: "Axes", missed: "BaseGeometry") -> None:
+    """The size of each larger patch beside it, of the largest ones if they are many."""
+    import shapely
+
+    patches = [part for part in shapely.get_parts(missed) if part.area > NAMED_PATCH_M2]
+    for part in sorted(patches, key=lambda part: -float(part.area))[:MOST_NAMED]:
+        point = part.representative_point()
+        text = f"{part.area:.2f} m²"
+        axes.annotate(text, (point.x, point.y), (3, 3), textcoords="offset points", color=MISSED, fontsize="x-small")

@@ -1,0 +1,115 @@
+"""The console's view of a machine that covers areas: on the map and in the panels."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from textual.pilot import Pilot
+
+from tests.robot_sim.rolled import WIDTH_M
+from tests.tui import pan
+from tests.tui.console import plain
+from touchline.schemas.curves import Curve
+from touchline.tui.area_layer import AreaLayer, AreaScene
+from touchline.tui.job import sample
+from touchline.tui.map_raster import Ink
+from touchline.tui.map_view import MapView
+from touchline.tui.panels import StatusPanel
+from touchline.tui.raster import Polyline
+from touchline.tui.viewport import Viewport
+
+VIEW = Viewport(60, 20).fitted((0.0, 0.0, pan.LENGTH_M, pan.BREADTH_M))
+
+
+def way(lanes: float) -> Polyline:
+    (marks,) = pan.rolled(lanes)
+    return Polyline.of([(marks.x_m, marks.y_m)])
+
+
+def scene(lanes: float, at: int | None, **changes: Any) -> AreaScene:
+    areas = pan.template().areas
+    plan = tuple(sample([Curve.from_message(segment.curve)]) for segment in pan.plan().path.segments)
+    return AreaScene(areas, way(lanes), 1, WIDTH_M, plan, 1, at, **changes)
+
+
+def dots_m2(bits: np.ndarray) -> float:
+    return float(np.bitwise_count(bits).sum()) * VIEW.dot_m * VIEW.dot_height_m
+
+
+def test_the_band_is_as_wide_as_the_tool_and_what_it_leaves_out_is_told_once_it_has_passed() -> None:
+    covered, missed = AreaLayer().update(VIEW, scene(2.0, 4))
+    assert dots_m2(covered) == pytest.approx(35.0 * 2.0 * WIDTH_M + 2.0 * WIDTH_M, rel=0.15)
+    before = dots_m2(missed)
+    _, missed = AreaLayer().update(VIEW, scene(4.0, 8))
+    strip_m2 = 35.0 * 1.0
+    assert dots_m2(missed) - before == pytest.approx(0.0, abs=25.0)
+    assert strip_m2 * 0.5 < dots_m2(missed) < strip_m2 + 60.0
+    _, all_of_it = AreaLayer().update(VIEW, scene(4.0, None))
+    assert dots_m2(all_of_it) == pytest.approx(791.0 - 35.0 * 4 * WIDTH_M, rel=0.12)
+
+
+def test_a_way_that_grows_is_drawn_as_it_would_be_at_once() -> None:
+    layer, areas = AreaLayer(), pan.template().areas
+    whole = way(3.5)
+    for end in range(1, len(whole) + 37, 37):
+        part = Polyline(whole.x_m[:end], whole.y_m[:end], whole.joined[:end])
+        grown = layer.update(VIEW, AreaScene(areas, part, 1, WIDTH_M))
+    at_once = AreaLayer().update(VIEW, AreaScene(areas, whole, 1, WIDTH_M))
+    assert all((a == b).all() for a, b in zip(grown, at_once, strict=True))
+    cleared, _ = layer.update(VIEW, AreaScene(areas, way(0.1), 2, WIDTH_M))
+    assert dots_m2(cleared) == pytest.approx(3.5 * WIDTH_M, rel=0.5)
+
+
+async def settle(pilot: Pilot[Any]) -> None:
+    for _ in range(3):
+        pilot.app.tick()  # type: ignore[attr-defined]
+        await pilot.pause()
+
+
+@pytest.mark.parametrize("size", [(80, 24), (120, 40)])
+async def test_the_map_shows_what_is_rolled_missed_and_under_way(size: tuple[int, int]) -> None:
+    app = pan.app_with(pan.rolling(4.4))
+    async with app.run_test(size=size) as pilot:
+        await settle(pilot)
+        cells = app.query_one(MapView)._cells
+        assert cells is not None
+        inks = np.bincount(cells.inks.ravel(), minlength=len(Ink))
+        assert inks[Ink.PAINT] > 0.2 * inks.sum() and inks[Ink.MISSED] >= 15
+        assert inks[Ink.CURRENT] > 5 and inks[Ink.LIMIT] > 20
+        shown = plain(app, StatusPanel)
+        assert "swath" in shown and "pan, swath 5" in shown
+        assert "46.35 % covered" in shown and "left" in shown
+        await pilot.press("plus", "plus", "plus", "plus", "plus", "plus")
+        await settle(pilot)
+
+
+async def test_the_figures_of_the_end() -> None:
+    app = pan.app_with(pan.finished())
+    async with app.run_test(size=(120, 40)) as pilot:
+        await settle(pilot)
+        shown = plain(app, StatusPanel)
+        for text in ("94.81 %", "95.12 % of reachable", "99.97 %", "41.0 m²", "2 patches", "42 mm", "21 mm"):
+            assert text in shown, text
+        inks = np.bincount(app.query_one(MapView)._cells.inks.ravel(), minlength=len(Ink))  # type: ignore[union-attr]
+        assert inks[Ink.MISSED] > 20
+
+
+def test_areas_of_a_tool_that_paints_are_shown_as_before() -> None:
+    app = pan.app_with(pan.rolling(2.0))
+    assert not pan.app_with([]).state.covers
+    for event in pan.rolling(2.0):
+        app.state.apply(event, 1.0)
+    assert app.state.covers
+    app.state.vehicle = type(app.state.vehicle)()
+    assert not app.state.covers
+
+
+@pytest.mark.parametrize("size", [(80, 24), (120, 40)])
+def test_rolling_looks_like_this(snap_compare: Callable[..., bool], size: tuple[int, int]) -> None:
+    assert snap_compare(pan.app_with(pan.rolling(4.4)), terminal_size=size, run_before=settle)
+
+
+def test_a_finished_pan_looks_like_this(snap_compare: Callable[..., bool]) -> None:
+    events = pan.finished()
+    assert snap_compare(pan.app_with(events), terminal_size=(120, 40), run_before=settle)
