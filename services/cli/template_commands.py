@@ -158,6 +158,23 @@ class ImportChoice:
     ] = None
     fill: Annotated[bool, typer.Option("--fill", help="Fill coloured shapes and hatches with strokes.")] = False
     fill_angle: Annotated[float, typer.Option(help="Direction of the strokes that fill, degrees.")] = 0.0
+    areas: Annotated[bool, typer.Option("--areas", help="Closed shapes become areas with holes, not lines.")] = False
+    layer: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME",
+            help="Read this layer (DXF) or group (SVG, by label or id) only; can be given again.",
+            show_default=False,
+        ),
+    ] = None
+    boundary: Annotated[
+        str,
+        typer.Option(
+            metavar="LAYER",
+            help="The largest closed outline of this layer, which else is not read, becomes the boundary.",
+            show_default=False,
+        ),
+    ] = ""
     anchor: Annotated[str, typer.Option(help="What becomes (0, 0): centre, corner (lower left) or own.")] = "centre"
     skip_others: Annotated[bool, typer.Option("--skip-others", help="Leave out what cannot be painted.")] = False
 
@@ -171,9 +188,17 @@ class ImportChoice:
 
         if self.anchor not in list(Anchor):
             raise SpecError("command line", "--anchor", f"is {self.anchor!r}", f"give {', '.join(Anchor)}")
-        anchor = Anchor(self.anchor)
         return ImportOptions(
-            self.scale, self.line_width, self.fill, self.fill_angle, anchor, self.skip_others, self.detail
+            self.scale,
+            self.line_width,
+            self.fill,
+            self.fill_angle,
+            Anchor(self.anchor),
+            self.skip_others,
+            self.detail,
+            self.areas,
+            tuple(self.layer or ()),
+            self.boundary,
         )
 
 
@@ -214,11 +239,20 @@ def _tell(name: str, imported: "Imported") -> None:
     template = imported.template
     made = f"{len(template.segments):,} lines and arcs of {imported.pieces:,} drawn ones, {template.length_m:.1f} m"
     say(f"{name}: {made}, within {imported.deviation_m * 1e3:.2f} mm")
+    found = imported.found
+    if template.areas:
+        holes = sum(len(area.holes) for area in template.areas)
+        say(f"{_counted(len(template.areas), 'area')} of {template.area_m2:,.2f} m² with {_counted(holes, 'hole')}")
+    if found.mended:
+        named = f"{', '.join(found.mended[:_NAMED])}{_more(len(found.mended))}"
+        print_event(Event.INFO, f"crosses itself; what it goes round is the area: {named}")
     changes = [
         f"{count:,} {what if count == 1 else many}"
         for count, what, many in (
             (imported.dots, "outline is painted as a dot", "outlines are painted as dots"),
             (imported.doubled, "that goes there and back is painted once", "that go there and back are painted once"),
+            (found.united, "shape overlaps another and is joined with it", "shapes overlap others and are joined"),
+            (found.small, "shape or hole is too small", "shapes and holes are too small"),
             (imported.repeated, "lies on another and is left out", "lie on others and are left out"),
         )
         if count
@@ -227,6 +261,10 @@ def _tell(name: str, imported: "Imported") -> None:
         print_event(Event.INFO, f"smaller than --detail, or drawn twice: {'; '.join(changes)}")
     if imported.skipped:
         print_event(Event.WARN, f"left out: {', '.join(imported.skipped[:_NAMED])}{_more(len(imported.skipped))}")
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count:,} {what}{'' if count == 1 else 's'}"
 
 
 def _row(field: "Field") -> dict[str, Any]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from touchline.schemas.curves import Curve
 from touchline.schemas.plain_text import plain
+from touchline.schemas.template import Area
 from touchline.services.drawings.deviation import sampled
 from touchline.services.drawings.importer import Imported
 from touchline.services.drawings.outline import Floats
@@ -15,6 +16,7 @@ from touchline.services.drawings.picture import GRASS, PAINT
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.path import Path as Path2D
 
 JOINT, DRAWN, LEFT_OUT, WORST = "#2a5db0", "#111111", "#ff9d2e", "#e0202a"
 #: The picture's longer side, the margin round it and above it for the title, inches; dots per inch of a .png.
@@ -37,13 +39,14 @@ def draw_comparison(imported: Imported, path: Path) -> None:
         OSError: The file cannot be written.
         ValueError: The file's ending names no known format.
     """
-    from matplotlib.collections import LineCollection
+    from matplotlib.collections import LineCollection, PathCollection
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
     template = imported.template
     painted = [segment.curve() for segment in template.segments]
-    low, high = _frame([*painted, *imported.drawn, *imported.left_out], template.line_width_m)
+    edges = [edge for area in template.areas for edge in area.edges()]
+    low, high = _frame([*painted, *edges, *imported.drawn, *imported.left_out], template.line_width_m)
     inches_per_m = SIDE_IN / float((high - low).max())
     width, height = (float(v) * inches_per_m for v in high - low)
     page = (width + 2 * MARGIN_IN, height + 2 * MARGIN_IN + TITLE_IN)
@@ -62,7 +65,9 @@ def draw_comparison(imported: Imported, path: Path) -> None:
         lines = LineCollection(_lines(curves), colors=colour, linewidths=points, zorder=order)
         lines.set_capstyle("butt")
         axes.add_collection(lines)
-    ends = np.array([(curve.x_m, curve.y_m) for curve in painted] + [curve.end[:2] for curve in painted])
+    axes.add_collection(PathCollection([_shape(area) for area in template.areas], facecolors=PAINT, zorder=0.5))
+    joints = [*painted, *edges]
+    ends = np.array([(curve.x_m, curve.y_m) for curve in joints] + [curve.end[:2] for curve in joints])
     axes.plot(ends[:, 0], ends[:, 1], "o", color=JOINT, markersize=min(max(breadth / 3, 1.2), 3.5), zorder=4)
     _mark_worst(axes, imported, low, high)
     title = plain(template.title or template.name, 60)
@@ -70,7 +75,8 @@ def draw_comparison(imported: Imported, path: Path) -> None:
     figure.text(MARGIN_IN / page[0], top, title, fontweight="bold", fontsize=13)
     metres = high - low - 2 * ROOM_SHARE * float((high - low).max())
     size = f"{metres[0]:.1f} x {metres[1]:.1f} m" if min(metres) > 0 else ""
-    caption = f"{len(painted)} lines and arcs, {template.length_m:.1f} m, {size}"
+    areas = f"{template.area_m2:,.1f} m² of areas, " if template.areas else ""
+    caption = f"{len(painted)} lines and arcs, {template.length_m:.1f} m, {areas}{size}"
     figure.text(1.0 - MARGIN_IN / page[0], top, caption, fontsize=9, ha="right")
     entries = [
         Line2D([], [], color=DRAWN, lw=1, label="drawn"),
@@ -117,6 +123,16 @@ def _frame(curves: Sequence[Curve], line_width_m: float) -> tuple[Floats, Floats
     low, high = low - room, high + room
     lacking = np.maximum(SLIMMEST * float((high - low).max()) - (high - low), 0.0) / 2
     return low - lacking, high + lacking
+
+
+def _shape(area: Area) -> "Path2D":
+    """The outline one way round and the holes the other, as the picture's fill rule wants them."""
+    from matplotlib.path import Path as Path2D
+    from shapely import get_coordinates, orient_polygons
+
+    polygon = orient_polygons(area.polygon)
+    rings = (polygon.exterior, *polygon.interiors)
+    return Path2D.make_compound_path(*(Path2D(get_coordinates(ring), closed=True) for ring in rings))
 
 
 def _lines(curves: Sequence[Curve]) -> list[Floats]:

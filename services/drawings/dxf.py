@@ -11,7 +11,7 @@ import numpy as np
 
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import SpecError
-from touchline.services.drawings.outline import Edge, Floats, Outline, Piece, Smooth, bezier, ellipse
+from touchline.services.drawings.outline import Edge, FillRule, Floats, Outline, Piece, Smooth, bezier, ellipse
 
 #: How deep blocks may hold blocks.
 MAX_DEPTH = 16
@@ -58,7 +58,7 @@ def _read(path: Path, scale_m: float | None, skip_others: bool) -> tuple[list[Ou
         outline
         for entity in drawing.modelspace()
         if str(entity.dxf.get("layer", "0")).lower() not in hidden
-        for outline in reader.outlines(entity, 0)
+        for outline in reader.outlines(entity, 0, "0")
     ]
     return outlines, reader.skipped
 
@@ -128,15 +128,26 @@ class _Reader:
         self.skipped: list[str] = []
         self._count = self._entities = 0
 
-    def outlines(self, entity: Any, depth: int) -> Iterator[Outline]:
-        kind = entity.dxftype()
+    def outlines(self, entity: Any, depth: int, layer: str) -> Iterator[Outline]:
+        """Those of an entity; `layer` is that of the block that it is in, which entities of layer 0 take on."""
+        own = str(entity.dxf.get("layer", "0"))
+        layer = layer if own == "0" else own
+        if entity.dxftype() == "INSERT":
+            yield from self._block(entity, self._counted(entity), depth, layer)
+        else:
+            for outline in self._lines(entity):
+                yield replace(outline, layers=(layer,))
+
+    def _counted(self, entity: Any) -> str:
+        """The name of one more entity."""
         self._entities += 1
         if self._entities > MOST_ENTITIES:
             raise SpecError(self.source, "", f"makes more than {MOST_ENTITIES:,} entities of its blocks", "simplify it")
-        name = self._name(entity, kind)
-        if kind == "INSERT":
-            yield from self._block(entity, name, depth)
-        elif kind == "HATCH":
+        return self._name(entity, entity.dxftype())
+
+    def _lines(self, entity: Any) -> Iterator[Outline]:
+        kind, name = entity.dxftype(), self._counted(entity)
+        if kind == "HATCH":
             yield from self._hatch(entity, name)
         elif kind == "POINT":
             x, y = self._at(name, entity.dxf.location)
@@ -156,7 +167,7 @@ class _Reader:
         self._count += 1
         return f"{kind.lower()}-{handle}" if handle else f"{kind.lower()}-{self._count}"
 
-    def _block(self, entity: Any, name: str, depth: int) -> Iterator[Outline]:
+    def _block(self, entity: Any, name: str, depth: int, layer: str) -> Iterator[Outline]:
         if depth == MAX_DEPTH:
             raise SpecError(self.source, name, "nests blocks too deeply", "explode the blocks")
         if entity.mcount > MOST_ENTITIES:
@@ -166,9 +177,10 @@ class _Reader:
         for part in (part for copy in copies for part in copy.virtual_entities()):
             # The parts of a block have the handles of its definition, which may be inserted often: name them anew.
             self._count += 1
-            for outline in self.outlines(part, depth + 1):
+            for outline in self.outlines(part, depth + 1, layer):
                 prefix = f"{name}-{self._count}"
-                yield replace(outline, name=f"{prefix}-{outline.name}", area=f"{prefix}-{outline.area}")
+                area = outline.area or outline.name
+                yield replace(outline, name=f"{prefix}-{outline.name}", area=f"{prefix}-{area}")
 
     def _hatch(self, entity: Any, name: str) -> Iterator[Outline]:
         from ezdxf import path
@@ -176,7 +188,8 @@ class _Reader:
         for index, ring in enumerate(path.from_hatch(entity), 1):
             pieces = tuple(self._path(ring, name))
             if pieces:
-                yield Outline(f"{name}-{index}", pieces, closed=True, filled=True, edge=Edge.NEVER, area=name)
+                part = f"{name}-{index}"
+                yield Outline(part, pieces, True, filled=True, edge=Edge.NEVER, area=name, rule=FillRule.EVEN_ODD)
 
     def _pieces(self, entity: Any, kind: str, name: str) -> Iterator[Piece]:
         flat = tuple(entity.dxf.get("extrusion", FLAT)) == FLAT

@@ -15,8 +15,9 @@ from touchline.schemas.errors import SpecError
 from touchline.schemas.placement import Transform
 from touchline.schemas.plain_text import plain
 from touchline.schemas.spec import MAX_SPEC_BYTES
-from touchline.schemas.template import MAX_COORDINATE_M, ArcSpec, LineSpec, Template, TemplateSegment
+from touchline.schemas.template import MAX_COORDINATE_M, ArcSpec, LineSpec, Polygon, Template, TemplateSegment
 from touchline.services.drawings.areas import fill_areas
+from touchline.services.drawings.closed_shapes import FoundAreas, areas_of, boundary_of, is_shape
 from touchline.services.drawings.detail import FINEST_M, Detail
 from touchline.services.drawings.deviation import apart_m, sampled
 from touchline.services.drawings.dxf import read_dxf
@@ -33,8 +34,11 @@ READERS: dict[str, Reader] = {".svg": read_svg, ".dxf": read_dxf}
 MAX_SEGMENTS = 10_000
 #: Lines and curves of a drawing; each is fitted.
 MAX_PIECES = 20_000
+#: So many layers are named where one is not known.
+_NAMED = 12
 #: More than any coordinate on Earth, and few enough for fitting to a micrometre.
 MAX_REACH_M = 1e8
+NO_AREAS = FoundAreas((), (), 0, 0)
 #: Of the time that an import takes, what reading takes.
 READING = 0.3
 
@@ -59,6 +63,12 @@ class ImportOptions:
     skip_others: bool = False
     detail_m: float | None = None
     """The smallest feature that is kept; None: as long as the line is wide; 0: all that a template may hold."""
+    areas: bool = False
+    """Closed shapes become areas, not lines."""
+    layers: tuple[str, ...] = ()
+    """What lies in one of these is read, and nothing else; none: all but the boundary's."""
+    boundary: str = ""
+    """The layer whose largest closed outline is the boundary; "": there is none."""
 
     @property
     def detail(self) -> Detail:
@@ -81,6 +91,7 @@ class Imported:
         repeated: How many lie on others.
         drawn: The drawing's lines in the template's frame.
         left_out: Those of them that are not painted.
+        found: The areas, and what their author should know.
     """
 
     template: Template
@@ -93,6 +104,7 @@ class Imported:
     repeated: int
     drawn: tuple[Curve, ...]
     left_out: tuple[Curve, ...]
+    found: FoundAreas = NO_AREAS
 
 
 @dataclass
@@ -145,11 +157,16 @@ def import_drawing(path: Path, options: ImportOptions | None = None, progress: P
     if pieces > MAX_PIECES:
         raise SpecError(path.name, "", f"has {pieces:,} lines and curves", f"give at most {MAX_PIECES:,}")
     _check_reach(path.name, outlines, options.anchor)
+    boundary = _boundary(path.name, outlines, options)
+    outlines = _chosen(path.name, outlines, options)
+    shapes = [outline for outline in outlines if options.areas and is_shape(outline)]
+    areas = areas_of(path.name, shapes, options.detail.feature_m) if shapes else NO_AREAS
+    outlines = [outline for outline in outlines if not (options.areas and is_shape(outline))]
     found = _collected(path.name, outlines, skipped, options, progress)
     if options.fill:
         angle = math.radians(options.fill_angle_deg)
         found.segments += fill_areas(found.areas, options.line_width_m, angle, options.detail.feature_m / 2)
-    if not found.segments:
+    if not (found.segments or areas.areas):
         least = max(options.detail.stray_m, FINEST_M)
         remedy = f"draw lines at least {1e2 * least:.2g} cm long, or check --scale and --detail"
         raise SpecError(path.name, "", "has nothing to paint", remedy)
@@ -159,6 +176,8 @@ def import_drawing(path: Path, options: ImportOptions | None = None, progress: P
         source=f"Imported from {plain(path.name)}. Origin at the drawing's {options.anchor.value}, y up, in m.",
         line_width_m=options.line_width_m,
         segments=_unique(found.segments),
+        areas=areas.areas,
+        boundary=boundary,
     )
     moved, (x, y) = _anchored(path.name, template, options.anchor)
     if len(moved.segments) > MAX_SEGMENTS:
@@ -175,7 +194,40 @@ def import_drawing(path: Path, options: ImportOptions | None = None, progress: P
         repeated=found.repeats.count,
         drawn=_shifted(found.drawn, x, y),
         left_out=_shifted(found.left_out, x, y),
+        found=areas,
     )
+
+
+def _chosen(source: str, outlines: list[Outline], options: ImportOptions) -> list[Outline]:
+    """What lies in the layers asked for."""
+    chosen = [
+        outline
+        for outline in outlines
+        if (_lies_in(outline, options.layers) if options.layers else not _lies_in(outline, (options.boundary,)))
+    ]
+    if options.boundary and not options.layers and not chosen:
+        remedy = f"give --layer {options.boundary!r} as well, if it is what is painted too"
+        raise SpecError(source, options.boundary, "has all that is drawn, and is the boundary's layer", remedy)
+    return chosen
+
+
+def _boundary(source: str, outlines: list[Outline], options: ImportOptions) -> Polygon | None:
+    """The boundary asked for, once every layer that is asked for is known to be there."""
+    known = {name.lower(): name for outline in outlines for name in outline.layers}
+    for option, layer in [("--layer", layer) for layer in options.layers] + [("--boundary", options.boundary)]:
+        if layer and layer.lower() not in known:
+            named = f"give one of: {', '.join(plain(name, 40) for name in list(known.values())[:_NAMED])}"
+            remedy = named if known else "leave it out: the drawing has no layers"
+            raise SpecError(source, option, f"is {layer!r}, in which nothing is drawn", remedy)
+    if not options.boundary:
+        return None
+    inside = [outline for outline in outlines if _lies_in(outline, (options.boundary,))]
+    return boundary_of(source, options.boundary, inside, options.detail.feature_m)
+
+
+def _lies_in(outline: Outline, layers: tuple[str, ...]) -> bool:
+    wanted = {layer.lower() for layer in layers if layer}
+    return any(name.lower() in wanted for name in outline.layers)
 
 
 def _silent(_fraction: float, _doing: str) -> None:
@@ -211,6 +263,9 @@ def _check(path: Path, options: ImportOptions) -> None:
         raise SpecError(str(path), "", "is not a file", "give the path of an SVG or DXF file")
     if path.stat().st_size > MAX_SPEC_BYTES:
         raise SpecError(path.name, "", f"has {path.stat().st_size:,} bytes", f"give at most {MAX_SPEC_BYTES:,}")
+    if options.fill and options.areas:
+        remedy = "give --fill for strokes as wide as the line, or --areas for the planner to lay the swaths"
+        raise SpecError("command line", "--fill", "is given with --areas", remedy)
     scale = options.scale_m
     if scale is not None and not (math.isfinite(scale) and scale > 0.0):
         raise SpecError("command line", "--scale", f"is {scale}", "give metres per unit of the drawing, above 0")

@@ -39,6 +39,13 @@ class Edge(Enum):
     NEVER = 3
 
 
+class FillRule(Enum):
+    """Which places rings enclose: those that they go round at all, or an odd number of times."""
+
+    NONZERO = "nonzero"
+    EVEN_ODD = "evenodd"
+
+
 @dataclass(frozen=True)
 class Outline:
     """One unbroken line of a drawing.
@@ -50,6 +57,8 @@ class Outline:
         filled: Whether its inside is coloured.
         edge: Whether the line itself is painted.
         area: Name of the element; outlines of one area make each other's holes.
+        rule: Which of them do; None: the drawing does not say.
+        layers: Names of what it lies in: a layer, or a group in a group.
     """
 
     name: str
@@ -58,6 +67,13 @@ class Outline:
     filled: bool = False
     edge: Edge = Edge.PAINTED
     area: str = ""
+    rule: FillRule | None = None
+    layers: tuple[str, ...] = ()
+
+    @property
+    def closes_itself(self) -> bool:
+        """Whether it is open, but shown as what a straight line back would enclose: filled, and without a line."""
+        return not self.closed and self.filled and self.edge is Edge.UNLESS_FILLED
 
 
 def bezier(points: npt.ArrayLike) -> Smooth:

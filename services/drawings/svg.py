@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import SpecError
-from touchline.services.drawings.outline import Edge, Floats, Outline, Piece, bezier, ellipse
+from touchline.services.drawings.outline import Edge, FillRule, Floats, Outline, Piece, bezier, ellipse
 from touchline.services.drawings.svg_limits import check_svg
 
 ToMetres: TypeAlias = Callable[[Any], tuple[float, float]]
@@ -22,6 +23,8 @@ UNITS_M = {"mm": 0.001, "cm": 0.01, "in": INCH_M, "pt": INCH_M / 72, "pc": INCH_
 ROUND = 1e-9
 #: By how much a view box, and a unit in metres, may scale; beyond it numbers have no digits left.
 MOST_SCALE = 1e9
+#: The name of a layer, as drawing programs write it.
+LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
 #: Elements that show something which is no line.
 UNPAINTABLE = {"Text": "convert it to paths", "Image": "trace it"}
 
@@ -56,7 +59,7 @@ def _read(path: Path, scale_m: float | None, skip_others: bool) -> tuple[list[Ou
     outlines: list[Outline] = []
     skipped: list[str] = []
     seen: dict[str, int] = {}
-    for element in drawing.elements():
+    for element, layers in _elements(drawing, ()):
         kind = type(element).__name__
         name = _name(element, kind, seen)
         if kind in UNPAINTABLE:
@@ -65,8 +68,22 @@ def _read(path: Path, scale_m: float | None, skip_others: bool) -> tuple[list[Ou
                 raise SpecError(path.name, name, "cannot be painted", remedy)
             skipped.append(name)
         elif isinstance(element, svgelements.Shape):
-            outlines += _outlines(path.name, name, element, to_metres)
+            rule = FillRule.EVEN_ODD if element.values.get("fill-rule") == "evenodd" else FillRule.NONZERO
+            found = _outlines(path.name, name, element, to_metres)
+            outlines += [replace(outline, rule=rule, layers=layers) for outline in found]
     return outlines, skipped
+
+
+def _elements(group: Any, layers: tuple[str, ...]) -> Iterator[tuple[Any, tuple[str, ...]]]:
+    """All that a group holds, and what is in that, each with the ids and the labels of the groups that it is in."""
+    import svgelements
+
+    for element in group:
+        yield element, layers
+        if isinstance(element, svgelements.Group | svgelements.Use):
+            own = element.values.get("attributes", {})
+            names = tuple(str(own[key]) for key in ("id", LABEL) if own.get(key))
+            yield from _elements(element, layers + names)
 
 
 def _metres_per_unit(source: str, drawing: Any, scale_m: float | None) -> float:

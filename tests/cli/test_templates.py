@@ -88,3 +88,17 @@ def test_what_cannot_be_meant_is_told_in_one_line(
     assert code == 2
     assert says in err
     assert "Traceback" not in err
+
+
+def test_closed_shapes_become_areas(touchline, tmp_path: Path) -> None:
+    path, out, plot = tmp_path / "pan.svg", tmp_path / "pan.json", tmp_path / "pan.png"
+    path.write_text(
+        '<svg viewBox="0 0 20 10"><path d="M0 0H20V10H0ZM5 2V8H15V2Z"/><path d="M30 0L34 4V0L30 4Z"/></svg>'
+    )
+    arguments = ["import", str(path), "--scale", "1", "--areas", "--out", str(out), "--plot", str(plot)]
+    code, _, err = touchline("templates", *arguments)
+    assert code == 0, err
+    assert "3 areas of 148.00 m² with 1 hole" in err
+    assert "crosses itself; what it goes round is the area: path-2" in err
+    assert load_template(out).area_m2 == pytest.approx(148.0)
+    assert plot.stat().st_size > 5_000

@@ -21,6 +21,7 @@ from touchline.services.onboard.tracking_state import COMMAND, EFFECT, LATERAL, 
 from touchline.services.onboard.trajectory.path import Leg
 from touchline.services.onboard.trajectory.trajectory import load_trajectory
 from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.fast_runner import Quiet
 
 pytestmark = pytest.mark.xdist_group("drum")  # what is compiled for it is not kept on disk
 CURVATURE_1PM, BETA_RAD = 0.2731, 0.7961
@@ -76,6 +77,18 @@ def test_nearer_it_cuts_less_and_after_a_pause_the_lane_begins_anew() -> None:
     assert 0.3 < speed[stood + 400] < 0.6
 
 
+def test_quiet_ticks_are_the_same_as_ticks_one_by_one() -> None:
+    robots = [Emulator(roller(), Scenario(seed=4), OnboardConfig(follower="pursuit-lanes")) for _ in range(2)]
+    for robot in robots:
+        robot.load(LANES, NOTHING)
+        robot.start()
+    for _ in range(1500):
+        robots[0].tick()
+    Quiet(robots[1]).run(1500)
+    assert robots[0].onboard.status.arc_length_m > 5.0
+    assert robots[0].world.state.tolist() == robots[1].world.state.tolist()
+
+
 @dataclass
 class Standing:
     """A course on which the robot stands at the begin of a leg."""
@@ -90,7 +103,7 @@ def test_it_may_wait_for_the_steering() -> None:
     plan = load_trajectory(reversing((1, [(0.25, 4.0)]), (-1, [(0.0, 4.0)])), vehicle)
     follower, now = LanePursuitFollower(vehicle), np.zeros(NOW)
     follower.configure(OnboardConfig(lane_pursuit=LanePursuit(steer_first=True, lookahead_m=2.0)))
-    follower.take_course(Standing(plan.legs[0], plan.ways[0], 0.0))
+    follower.take_path(Standing(plan.legs[0], plan.ways[0], 0.0))
     now[EFFECT], now[REFERENCE_SPEED] = 0.4, 0.05
     ahead = np.zeros((follower.ahead_rows, 2))
     for _ in range(200):
@@ -109,7 +122,7 @@ def test_sent_back_it_goes_by_the_reference_and_steers_for_a_point_behind() -> N
     vehicle = roller()
     plan = load_trajectory(reversing((1, [(0.0, 20.0)])), vehicle)
     follower, now = LanePursuitFollower(vehicle), np.zeros(NOW)
-    follower.take_course(Standing(plan.legs[0], plan.ways[0], 10.0))
+    follower.take_path(Standing(plan.legs[0], plan.ways[0], 10.0))
     now[REFERENCE_SPEED], now[LATERAL] = -0.3, 0.5
     twist = follower.step(now, np.zeros((follower.ahead_rows, 2)))
     assert twist.speed_mps == -0.3

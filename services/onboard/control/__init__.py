@@ -8,7 +8,7 @@ from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.plugins import FOLLOWERS
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.control.external import Ask, ExternalFollower, FollowerQuestion, Interrupted, nobody
-from touchline.services.onboard.control.follower import ConfiguredFollower, Course, CourseFollower, Follower
+from touchline.services.onboard.control.follower import ConfiguredFollower, Follower, PathFollower, PathPlace
 from touchline.services.onboard.control.mpc import MpcFollower
 from touchline.services.onboard.control.pure_pursuit import PurePursuitFollower
 from touchline.services.onboard.control.pursuit_lanes import LanePursuitFollower
@@ -16,8 +16,6 @@ from touchline.services.onboard.control.pursuit_lanes import LanePursuitFollower
 __all__ = [
     "Ask",
     "ConfiguredFollower",
-    "Course",
-    "CourseFollower",
     "ExternalFollower",
     "Follower",
     "FollowerQuestion",
@@ -25,6 +23,8 @@ __all__ = [
     "LanePursuitFollower",
     "Make",
     "MpcFollower",
+    "PathFollower",
+    "PathPlace",
     "PurePursuitFollower",
     "make_follower",
     "make_mpc",

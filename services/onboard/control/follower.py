@@ -73,7 +73,7 @@ class Follower(Protocol):
         ...
 
 
-class Course(Protocol):
+class PathPlace(Protocol):
     """The path itself and where on it the robot is, at any time; what is told by `now` is not repeated."""
 
     @property
@@ -93,10 +93,10 @@ class Course(Protocol):
 
 
 @runtime_checkable
-class CourseFollower(Protocol):
+class PathFollower(Protocol):
     """A follower that needs more of the path than `ahead` tells. Offering this is optional."""
 
-    def take_course(self, course: Course) -> None:
+    def take_path(self, path: PathPlace) -> None:
         """A job begins: this is its path until another one is handed over."""
         ...
 

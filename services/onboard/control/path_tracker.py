@@ -14,7 +14,7 @@ from touchline.services.core.jit import kernel
 from touchline.services.onboard import filter_model as m
 from touchline.services.onboard import tracking_state as tracking
 from touchline.services.onboard.computer_state import Computer, ComputerState
-from touchline.services.onboard.control import CourseFollower, Follower
+from touchline.services.onboard.control import Follower, PathFollower
 from touchline.services.onboard.control.turn_in_place import Turning
 from touchline.services.onboard.drives import onboard_drive
 from touchline.services.onboard.drives.onboard_drive import drive_of
@@ -72,8 +72,8 @@ class PathTracker:
         self._braked_ticks = 0
         self.leg_index = 0
         self._enter(0)
-        if isinstance(follower, CourseFollower):
-            follower.take_course(self)
+        if isinstance(follower, PathFollower):
+            follower.take_path(self)
 
     def _enter(self, index: int) -> None:
         self.leg_index = index

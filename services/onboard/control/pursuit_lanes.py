@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from touchline.schemas.onboard import LanePursuit, OnboardConfig
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
-from touchline.services.onboard.control.follower import BodyTwist, Course
+from touchline.services.onboard.control.follower import BodyTwist, PathPlace
 from touchline.services.onboard.control.lane_profile import lane_speed_mps
 from touchline.services.onboard.control.pure_pursuit import PurePursuitFollower
 from touchline.services.onboard.drives import onboard_drive
@@ -68,7 +68,7 @@ class LanePursuitFollower:
         self.fallbacks = 0
         """Always 0: turns on the spot, which the study has none of, are no failures."""
         self.state = LaneState.SEARCHING
-        self._course: Course | None = None
+        self._path: PathPlace | None = None
         self._lane: Leg | None = None
         self._begun_m = 0.0
 
@@ -76,9 +76,9 @@ class LanePursuitFollower:
         """As `ConfiguredFollower.configure`."""
         self._settings = config.lane_pursuit
 
-    def take_course(self, course: Course) -> None:
-        """As `CourseFollower.take_course`."""
-        self._course = course
+    def take_path(self, path: PathPlace) -> None:
+        """As `PathFollower.take_path`."""
+        self._path = path
         self.reset()
 
     def reset(self) -> None:
@@ -88,44 +88,44 @@ class LanePursuitFollower:
 
     def step(self, now: Floats, ahead: Floats) -> BodyTwist:
         """As `Follower.step`."""
-        course = self._course
-        if course is None or course.leg.sense == SPIN:
+        path = self._path
+        if path is None or path.leg.sense == SPIN:
             self.state = LaneState.SEARCHING
             return self._turning.step(now, ahead)
-        if self._lane is not course.leg:
+        if self._lane is not path.leg:
             self.state = LaneState.SEARCHING
         if self.state is LaneState.SEARCHING:
-            self._lane, self.state = course.leg, LaneState.INITIALISING
+            self._lane, self.state = path.leg, LaneState.INITIALISING
         if self.state is LaneState.INITIALISING:
-            self._begun_m = course.arc_length_m
+            self._begun_m = path.arc_length_m
             self.state = LaneState.STABILISING if self._settings.steer_first else LaneState.TRAVELLING
         if self.state is LaneState.STABILISING:
-            steering = self._steering(course, now)
+            steering = self._steering(path, now)
             if steering is not None:
                 return steering
             self.state = LaneState.TRAVELLING
-        return self._travel(course, now)
+        return self._travel(path, now)
 
-    def _travel(self, course: Course, now: Floats) -> BodyTwist:
+    def _travel(self, path: PathPlace, now: Floats) -> BodyTwist:
         """Speed by the place on the lane, but for what the lane knows nothing of: being stopped, and sent back."""
-        reference, sense = float(now[REFERENCE_SPEED]), course.leg.sense
+        reference, sense = float(now[REFERENCE_SPEED]), path.leg.sense
         if reference * sense < 0.0:
-            return BodyTwist(reference, reference * self._curvature(course, now, -1.0))
-        place = course.arc_length_m
-        speed = min(lane_speed_mps(place - self._begun_m, course.leg.end_m - place, self._settings), self._fastest_mps)
+            return BodyTwist(reference, reference * self._curvature(path, now, -1.0))
+        place = path.arc_length_m
+        speed = min(lane_speed_mps(place - self._begun_m, path.leg.end_m - place, self._settings), self._fastest_mps)
         speed = max(speed, CREEP_MPS) if abs(reference) >= CREEP_MPS else min(speed, abs(reference))
-        return BodyTwist(sense * speed, sense * speed * self._curvature(course, now, 1.0))
+        return BodyTwist(sense * speed, sense * speed * self._curvature(path, now, 1.0))
 
-    def _curvature(self, course: Course, now: Floats, along: float) -> float:
-        place, ahead_m = course.arc_length_m, along * self._settings.lookahead_m
+    def _curvature(self, path: PathPlace, now: Floats, along: float) -> float:
+        place, ahead_m = path.arc_length_m, along * self._settings.lookahead_m
         errors = float(now[LATERAL]), float(now[HEADING_ERROR])
-        return float(pursuit_curvature_1pm(course.pieces, float(course.leg.sense), place, ahead_m, *errors))
+        return float(pursuit_curvature_1pm(path.pieces, float(path.leg.sense), place, ahead_m, *errors))
 
-    def _steering(self, course: Course, now: Floats) -> BodyTwist | None:
+    def _steering(self, path: PathPlace, now: Floats) -> BodyTwist | None:
         """Turns what steers without driving to where the lane wants it; None once it is there, or nothing does."""
         figures, commanded = self._drive.figures, now[COMMAND : COMMAND + ACTUATORS]
-        speed = course.leg.sense * self._settings.min_speed_mps
-        curvature = self._curvature(course, now, 1.0)
+        speed = path.leg.sense * self._settings.min_speed_mps
+        curvature = self._curvature(path, now, 1.0)
         wanted = np.array(onboard_drive.actuators_of(figures, speed, speed * curvature, now))
         steers = np.array([onboard_drive.gain(figures, actuator, now)[0] == 0.0 for actuator in range(ACTUATORS)])
         wanted = np.clip(wanted, -self._drive.limit, self._drive.limit)
