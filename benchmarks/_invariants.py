@@ -218,7 +218,7 @@ class Guarded:
         if not self._kinds & POSITION_FAULTS:
             lateral = abs(self.emulator.ledger.lateral_m)
             self._hold(lateral < 0.08, f"paint {lateral:.3f} m beside its line")
-            points = self.emulator.ledger.arrays[4][: self.emulator.ledger.points]
+            points = self.emulator.ledger.rows(0)
             astray = len(points) and points[-1, projection.POINT_TARGET] == -1.0
             self._hold(not astray or "valve-stuck" in self._kinds, "paint that belongs to no line")
 

@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks._data_sheets import data_sheets
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.core.constants import GRAVITY_MPS2
+from touchline.services.core.physical_constants import GRAVITY_MPS2
 from touchline.services.onboard import filter_model as m
 from touchline.services.onboard.drives.onboard_drive import drive_of
 from touchline.services.onboard.estimation.noise import noise_figures

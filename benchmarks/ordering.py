@@ -20,7 +20,7 @@ from touchline.schemas.messages import PlanOptions
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.budget import Budget
 from touchline.services.planner.limits import Limits
-from touchline.services.planner.plan import ways_of
+from touchline.services.planner.marking import transitions_of
 from touchline.services.planner.sequencing.costs import NEVER_S, problem
 from touchline.services.planner.sequencing.order import Problem, ordered
 from touchline.services.planner.swaths.offset import modes
@@ -33,7 +33,7 @@ SCALE = 1000
 
 
 def random_lines(count: int, seed: int) -> Problem:
-    """Lines of 2 to 12 m, strewn over a square of 100 m; the cost is the straight way in metres."""
+    """Lines of 2 to 12 m, strewn over a square of 100 m; the cost is the straight distance in metres."""
     rng = np.random.default_rng(seed)
     ends = rng.random((count, 2)) * 100.0
     angle, length = rng.random(count) * 2.0 * np.pi, 2.0 + 10.0 * rng.random(count)
@@ -52,7 +52,7 @@ def of_template(name: str) -> Problem:
     limits = Limits.of(vehicle, options)
     painting = Painting.of(vehicle, limits, options)
     choices = swaths(modes(load_template(name).segments, vehicle, limits.curvature_max_1pm), painting, free=True)
-    return problem(choices, ways_of(vehicle, options, limits), painting, None)[0]
+    return problem(choices, transitions_of(vehicle, options, limits), painting, None)[0]
 
 
 def instances() -> dict[str, Callable[[], Problem]]:

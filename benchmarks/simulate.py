@@ -15,11 +15,11 @@ from touchline.schemas.messages import PlanOptions
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.fast_runner import Quiet
+from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.telemetry import Telemetry
 from touchline.services.robot_sim.warm_up import warm_up
 from touchline.services.robot_sim.world import body
-from touchline.services.runs.simulation import Job, simulate
+from touchline.services.runs.simulation import Job, Products, simulate
 
 TEMPLATE = "soccer-11"
 FOLLOWERS = ("mpc", "pure-pursuit")
@@ -50,7 +50,7 @@ def _factor(job: Job, config: OnboardConfig, *, hashed: bool) -> tuple[float, fl
     walls, cpus = [], []
     for _ in range(REPEATS):
         cpu = time.process_time()
-        outcome = simulate(job, Scenario(), config, hashed=hashed)
+        outcome = simulate(job, Scenario(), config, Products(hashed))
         cpus.append(outcome.report.total_time_s / (time.process_time() - cpu))
         walls.append(outcome.report.total_time_s / outcome.wall_time_s)
     return max(walls), max(cpus)
@@ -70,7 +70,7 @@ def _over_zenoh(follower: str) -> float:
 def _memory(job: Job, title: str, hours: tuple[int, ...], listening: bool) -> None:
     """One emulator that paints the same again and again, with a full tank and battery each time."""
     emulator = Emulator(job.vehicle, Scenario(), OnboardConfig(follower="pure-pursuit"))
-    telemetry, quiet = Telemetry(emulator), Quiet(emulator)
+    telemetry, runner = Telemetry(emulator), FastRunner(emulator)
     print(f"{title:20} {'start':>10} {_peak_mb():>9.1f}M {_rss_mb():>9.1f}M")
     for until in hours:
         while emulator.time_s < until * 3600.0:
@@ -86,7 +86,7 @@ def _memory(job: Job, title: str, hours: tuple[int, ...], listening: bool) -> No
                     emulator.tick()
                     telemetry.after_tick()
                 else:
-                    quiet.run(1000)
+                    runner.run(1000)
         print(f"{'':20} {emulator.time_s / 3600.0:>8.2f} h {_peak_mb():>9.1f}M {_rss_mb():>9.1f}M")
 
 

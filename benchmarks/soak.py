@@ -20,7 +20,7 @@ from benchmarks._processes import NODES, Figures, figures
 from benchmarks._recordings import verdict
 from benchmarks._system import Hand, System, SystemLost, running_system
 from touchline.schemas import topics
-from touchline.schemas.catalogue import shipped_templates
+from touchline.schemas.catalogue import line_templates
 from touchline.schemas.messages import TraversalStatus
 from touchline.services.bus import Bus
 
@@ -84,7 +84,7 @@ class _Soak:
         self._hand.ready()
         pids = self._system.processes()
         while self._before_s + self._sim_s < sim_s:
-            self._job(self._chance.choice(shipped_templates()))
+            self._job(self._chance.choice(line_templates()))
         after = self._system.processes()
         for name in NODES:
             if after.get(name) != pids[name]:

@@ -76,8 +76,8 @@ def _row_lengths(row: dict[str, float]) -> tuple[float, float]:
     start = CurveEnd(PathPose(row["x0"], row["y0"], row["theta0"]), 0.0)
     goal = CurveEnd(PathPose(row["x1"], row["y1"], row["theta1"]), 0.0)
     steering = Steering(row["kappa_max"], row["sigma_max"])
-    ways = [steering.between(start, goal), *steering.standing_ways(start, goal)]
-    driven = [PiecePath(start.pose, way).length_m for way in ways if not any(piece.spin_rad for piece in way)]
+    paths = [steering.between(start, goal), *steering.standing_transitions(start, goal)]
+    driven = [PiecePath(start.pose, path).length_m for path in paths if not any(piece.spin_rad for piece in path)]
     return driven[0], min(driven)
 
 
@@ -109,7 +109,7 @@ def _million() -> None:
 
 @kernel
 def _verify(starts: Floats, goals: Floats, root: float, c: Floats, worst: Floats) -> int:
-    """Number of pairs whose way is feasible; `worst` collects errors of position, heading, curvature and sharpness.
+    """Number of pairs whose path is feasible; `worst` collects errors of position, heading, curvature and sharpness.
 
     The pieces are integrated by Gauss-Legendre quadrature, which shares nothing with the series that found them.
     """

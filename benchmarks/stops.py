@@ -1,7 +1,7 @@
 """Random emergency stops under every load: how soon the robot says that it has stopped, and whether it has.
 
 `python -m benchmarks stops`; TOUCHLINE_RUNS sets the number of stops (500), TOUCHLINE_SEED the seed of the first (1),
-TOUCHLINE_LOADS and TOUCHLINE_WAYS restrict both to those named (with commas), TOUCHLINE_JSON names a file for every
+TOUCHLINE_LOADS and TOUCHLINE_CHANNELS restrict both to those named (with commas), TOUCHLINE_JSON names a file for every
 stop's figures. Ends with exit code 1 if any stop was missed.
 """
 
@@ -27,9 +27,9 @@ from benchmarks._mishaps import LOADS, Mishap, mishap
 from benchmarks._observer import Observer
 from benchmarks._processes import NODES
 from benchmarks._recordings import verdict
+from benchmarks._stop_channels import CHANNELS, ByCall, ByConsole, ByOrder, StopChannel, stop_channels
 from benchmarks._stranger_roles import IMPOSTOR
 from benchmarks._system import RUNNING, STATES, Hand, System, SystemLost, running_system
-from benchmarks._ways import WAYS, ByCall, ByConsole, ByOrder, Way, ways_of
 from touchline.schemas import topics
 from touchline.services.bus import Bus
 
@@ -65,7 +65,7 @@ class Stop:
     """
 
     number: int
-    way: str
+    channel: str
     load: str
     speed: float
     answered_s: float | None = None
@@ -83,9 +83,9 @@ def main() -> None:
     runs = int(os.environ.get("TOUCHLINE_RUNS", "500"))
     first = int(os.environ.get("TOUCHLINE_SEED", "1"))
     loads = _named("TOUCHLINE_LOADS", LOADS)
-    ways = _named("TOUCHLINE_WAYS", WAYS)
+    channels = _named("TOUCHLINE_CHANNELS", CHANNELS)
     begun = time.monotonic()
-    stops = list(random_stops(range(first, first + runs), loads, ways))
+    stops = list(random_stops(range(first, first + runs), loads, channels))
     _print(stops, time.monotonic() - begun)
     if file := os.environ.get("TOUCHLINE_JSON"):
         Path(file).write_text(json.dumps([asdict(stop) for stop in stops], indent=1), encoding="utf-8")
@@ -100,16 +100,16 @@ def _named(variable: str, known: Sequence[str]) -> list[str]:
     return names
 
 
-def random_stops(numbers: Iterable[int], loads: Sequence[str], ways: Sequence[str]) -> Iterable[Stop]:
+def random_stops(numbers: Iterable[int], loads: Sequence[str], channels: Sequence[str]) -> Iterable[Stop]:
     """Stops by number, which is their seed; a system that is lost is replaced by another."""
     waiting = list(numbers)
     with tempfile.TemporaryDirectory(prefix="touchline-bench-") as keep:
         while waiting:
-            with running_system(ros2="ros2" in ways, keep=Path(keep)) as system, ExitStack() as stack:
+            with running_system(ros2="ros2" in channels, keep=Path(keep)) as system, ExitStack() as stack:
                 try:
-                    rig = _Rig(system, stack, frozenset(ways))
+                    rig = _Rig(system, stack, frozenset(channels))
                     while waiting:
-                        stop = _drawn(waiting.pop(0), loads, ways)
+                        stop = _drawn(waiting.pop(0), loads, channels)
                         try:
                             rig.run(stop)
                         finally:
@@ -119,10 +119,10 @@ def random_stops(numbers: Iterable[int], loads: Sequence[str], ways: Sequence[st
                     sys.stderr.write(f"a new system: {lost}\n")
 
 
-def _drawn(number: int, loads: Sequence[str], ways: Sequence[str]) -> Stop:
+def _drawn(number: int, loads: Sequence[str], channels: Sequence[str]) -> Stop:
     chance = random.Random(number)
     # Each load in turn, so that none is left out of a short run.
-    return Stop(number, chance.choice(ways), loads[number % len(loads)], chance.choice(_SPEEDS))
+    return Stop(number, chance.choice(channels), loads[number % len(loads)], chance.choice(_SPEEDS))
 
 
 def _tell(stop: Stop) -> None:
@@ -130,14 +130,16 @@ def _tell(stop: Stop) -> None:
         "-" if value is None else f"{1e3 * value:.0f}" for value in (stop.answered_s, stop.estopped_s, stop.braked_s)
     )
     said = "; ".join([*([f"MISSED: {stop.missed}"] if stop.missed else []), *stop.notes])
-    sys.stderr.write(f"{stop.number:4d} {stop.way:8} {stop.load:22} {stop.speed:3g}x {times:>16} ms  {said[:300]}\n")
+    sys.stderr.write(
+        f"{stop.number:4d} {stop.channel:8} {stop.load:22} {stop.speed:3g}x {times:>16} ms  {said[:300]}\n"
+    )
     sys.stderr.flush()
 
 
 class _Rig:
-    """A system, a hand that drives it, an observer, and the ways to stop it."""
+    """A system, a hand that drives it, an observer, and the channels that stop it."""
 
-    def __init__(self, system: System, stack: ExitStack, ways: frozenset[str]) -> None:
+    def __init__(self, system: System, stack: ExitStack, channels: frozenset[str]) -> None:
         self._system = system
         self._bus = stack.enter_context(Bus.open(topics.OPERATOR, system.config))
         self._hand = Hand(system, self._bus)
@@ -147,15 +149,15 @@ class _Rig:
         self._apart = stack.enter_context(Bus.open("observer", system.config))
         self._observer = Observer(self._apart)
         self._rescue = ByCall(self._bus)
-        self._ways = stack.enter_context(ways_of(system, self._bus, ways))
+        self._channels = stack.enter_context(stop_channels(system, self._bus, channels))
 
     def run(self, stop: Stop) -> None:
         """Drive, let the load set in, stop, and look what became of it."""
         chance = random.Random(-stop.number)
-        way = self._ways[stop.way]
+        channel = self._channels[stop.channel]
         self._observer = Observer(self._apart)  # anew, so that no stop is judged by a listener that the last one misled
         self._hand.listen_anew()
-        if isinstance(way, ByConsole) and not way.wait_until_open():
+        if isinstance(channel, ByConsole) and not channel.wait_until_open():
             raise SystemLost("the console has ended")
         self._drive(stop, chance)
         before = self._system.processes()
@@ -165,12 +167,12 @@ class _Rig:
         try:
             with mishap(stop.load, self._system, chance, stop.speed) as done:
                 self._let_bite(stop, done, chance)
-                self._stop(stop, way, done, chance)
+                self._stop(stop, channel, done, chance)
         except (SystemLost, ProcessLookupError) as error:
             stop.missed = f"the system was lost: {error}"
             raise SystemLost(str(error)) from error
         finally:
-            way.rest()
+            channel.rest()
         self._afterwards(stop, done, before)
         if not problem:
             self._judge(stop, recording)
@@ -192,44 +194,44 @@ class _Rig:
             state = STATES.get(self._observer.state, "silent")
             stop.notes.append(f"disturbed: {state} ({self._observer.reason})")
 
-    def _stop(self, stop: Stop, way: Way, done: Mishap, chance: random.Random) -> None:
+    def _stop(self, stop: Stop, channel: StopChannel, done: Mishap, chance: random.Random) -> None:
         """Give the stop and wait for what becomes of it."""
         observer = self._observer
-        if isinstance(way, ByConsole) and chance.random() < 0.7:
-            way.mash(chance)
+        if isinstance(channel, ByConsole) and chance.random() < 0.7:
+            channel.mash(chance)
         robot = observer.robot
         before_s = observer.estopped_s
-        way.send(chance)
-        sent_s = way.sent_s
+        channel.send(chance)
+        sent_s = channel.sent_s
         if done.frozen:
             done.thaw_s = sent_s + chance.uniform(0.1, 4.0)
         alive_s = None if self._in_path(stop, done) else sent_s
         deadline = sent_s + PATIENCE_S
-        while time.monotonic() < deadline and not self._settled(stop, way, sent_s):
+        while time.monotonic() < deadline and not self._settled(stop, channel, sent_s):
             done.poll()
-            way.poll()
+            channel.poll()
             observer.poll()
             if alive_s is None:
                 alive_s = self._alive_again(done, robot)
             self._system.check()
-        if isinstance(way, ByOrder) and alive_s == sent_s:
-            alive_s = way.sent_s
+        if isinstance(channel, ByOrder) and alive_s == sent_s:
+            alive_s = channel.sent_s
             if alive_s - sent_s > STARTING_S:
                 stop.missed = f"took {alive_s - sent_s:.1f} s to begin"
-        self._measure(stop, way, sent_s, alive_s, already=before_s is not None)
+        self._measure(stop, channel, sent_s, alive_s, already=before_s is not None)
 
-    def _settled(self, stop: Stop, way: Way, sent_s: float) -> bool:
+    def _settled(self, stop: Stop, channel: StopChannel, sent_s: float) -> bool:
         """Whether the robot has said that it has stopped, and whoever gave the stop has heard of it."""
         stopped_s = self._observer.estopped_s
         if stopped_s is None or self._observer.braked_s is None:
             return False
-        patience_s = 2.0 * LIMIT_S if stop.way == "console" else ACKNOWLEDGED_S
-        return way.acknowledged is not None or time.monotonic() - max(stopped_s, sent_s) > patience_s
+        patience_s = 2.0 * LIMIT_S if stop.channel == "console" else ACKNOWLEDGED_S
+        return channel.acknowledged is not None or time.monotonic() - max(stopped_s, sent_s) > patience_s
 
     @staticmethod
     def _in_path(stop: Stop, done: Mishap) -> bool:
-        """Whether what was frozen or ended stands between this way and the wheels."""
-        return done.node == topics.ROBOT_SIM or (done.node == topics.BRIDGE and stop.way == "ros2")
+        """Whether what was frozen or ended stands between this channel and the wheels."""
+        return done.node == topics.ROBOT_SIM or (done.node == topics.BRIDGE and stop.channel == "ros2")
 
     def _alive_again(self, done: Mishap, robot: bytes) -> float | None:
         """Since when the service that was frozen or ended is there again, if it is."""
@@ -245,8 +247,10 @@ class _Rig:
         heard_s = self._observer.heard_s.get(done.node, 0.0)
         return heard_s if pid not in (None, done.pid) and time.monotonic() - heard_s < 0.1 else None
 
-    def _measure(self, stop: Stop, way: Way, sent_s: float, alive_s: float | None, *, already: bool) -> None:
-        observer, answer = self._observer, way.acknowledged
+    def _measure(
+        self, stop: Stop, channel: StopChannel, sent_s: float, alive_s: float | None, *, already: bool
+    ) -> None:
+        observer, answer = self._observer, channel.acknowledged
         base_s = sent_s if alive_s is None else max(sent_s, alive_s)
         if observer.estopped_s is not None and observer.estopped_s < base_s:
             base_s = sent_s  # it was reached before it was interrupted
@@ -259,7 +263,7 @@ class _Rig:
             stop.estopped_s = max(0.0, observer.estopped_s - base_s)
             if stop.estopped_s > LIMIT_S:
                 until_s = min(observer.estopped_s, answer.at_s if answer else math.inf)
-                if self._was_told(way, base_s, until_s):
+                if self._was_told(channel, base_s, until_s):
                     stop.late = True
                     stop.notes.append("late, and told meanwhile that it was not acknowledged")
                 else:
@@ -274,13 +278,13 @@ class _Rig:
                 stop.missed = f"was told {answer.text!r}, but nobody heard the robot stop"
             elif IMPOSTOR in answer.text:
                 stop.missed = f"believed an impostor: {answer.text!r}"
-        if stop.unreachable_s > TOLD_S and stop.way == "console" and not way.said:
+        if stop.unreachable_s > TOLD_S and stop.channel == "console" and not channel.said:
             stop.missed = stop.missed or f"not told for {stop.unreachable_s:.1f} s that it was not acknowledged"
 
     @staticmethod
-    def _was_told(way: Way, base_s: float, until_s: float) -> bool:
+    def _was_told(channel: StopChannel, base_s: float, until_s: float) -> bool:
         """Whether who gave a late stop was soon told that it was not acknowledged, and nothing else until it was."""
-        before = [saying for saying in way.said if saying.at_s < until_s]
+        before = [saying for saying in channel.said if saying.at_s < until_s]
         return any(saying.at_s < base_s + TOLD_S for saying in before) and not any(saying.done for saying in before)
 
     def _afterwards(self, stop: Stop, done: Mishap, before: dict[str, int]) -> None:
@@ -313,24 +317,27 @@ class _Rig:
 
 
 def _print(stops: list[Stop], wall_s: float) -> None:
-    """A row for each load and way, and one for each way."""
+    """A row for each load and channel, and one for each channel."""
     missed = sum(bool(stop.missed) for stop in stops)
     late = sum(stop.late and not stop.missed for stop in stops)
     print(f"{len(stops)} emergency stops in {wall_s / 60.0:.1f} minutes: {len(stops) - late - missed} within ", end="")
     print(f"{LIMIT_S} s, {late} later and shown as not acknowledged until then, {missed} missed, ", end="")
     print(f"{sum(stop.valve for stop in stops)} with an open valve afterwards; milliseconds (p50 / p99 / max)")
-    print(f"{'load':22} {'way':8} {'stops':>5} {'late':>5} {'missed':>6} {'answer':>21} {'status':>21} {'braking':>21}")
+    print(f"{'load':22} {'channel':8} {'stops':>5} {'late':>5} {'missed':>6}", end=" ")
+    print(f"{'answer':>21} {'status':>21} {'braking':>21}")
     groups: dict[tuple[str, str], list[Stop]] = defaultdict(list)
     for stop in stops:
-        for name in ((stop.load, stop.way), ("all", stop.way), ("all", "all")):
+        for name in ((stop.load, stop.channel), ("all", stop.channel), ("all", "all")):
             groups[name].append(stop)
-    for (load, way), group in sorted(groups.items(), key=lambda item: (item[0][0] == "all", item[0])):
+    for (load, channel), group in sorted(groups.items(), key=lambda item: (item[0][0] == "all", item[0])):
         cells = [_spread([getattr(stop, f"{what}_s") for stop in group]) for what in ("answered", "estopped", "braked")]
         count, later = sum(bool(stop.missed) for stop in group), sum(stop.late for stop in group)
-        print(f"{load:22} {way:8} {len(group):5d} {later:5d} {count:6d} " + " ".join(f"{cell:>21}" for cell in cells))
+        print(
+            f"{load:22} {channel:8} {len(group):5d} {later:5d} {count:6d} " + " ".join(f"{cell:>21}" for cell in cells)
+        )
     for stop in stops:
         if stop.missed:
-            print(f"  stop {stop.number}: {stop.load}, {stop.way}, {stop.speed:g}x: {stop.missed}")
+            print(f"  stop {stop.number}: {stop.load}, {stop.channel}, {stop.speed:g}x: {stop.missed}")
     for note, count in _counted(stops):
         print(f"  {count:4d}  {note}")
 

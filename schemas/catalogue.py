@@ -1,4 +1,4 @@
-"""Templates and vehicles by name and from files: the shipped ones, and the user's own."""
+"""Loads templates and vehicles: shipped ones by name, the user's own from files."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -15,7 +15,7 @@ from touchline.schemas.vehicles.shipped import SHIPPED
 
 
 def parse_template(text: str, source: str = "template", *, recorded: bool = False) -> Template:
-    """The template in a JSON text, in the map frame: its placement is carried out.
+    """Read a template from JSON and move it into the map frame by its own placement.
 
     Control characters in its texts are refused, unless it is ``recorded``: what has been painted can be looked at.
 
@@ -30,7 +30,7 @@ def parse_template(text: str, source: str = "template", *, recorded: bool = Fals
 
 
 def placed(template: Template, placement: Placement, source: str = "placement") -> Template:
-    """``template`` carried to where ``placement`` says.
+    """Move ``template`` by ``placement``.
 
     Raises:
         SpecError: It would end further out than a coordinate may be.
@@ -47,8 +47,16 @@ def shipped_templates() -> tuple[str, ...]:
     return tuple(sorted(FIELDS))
 
 
+def line_templates() -> tuple[str, ...]:
+    """Names of those of them that are lines only, which is what a line marker paints, sorted.
+
+    The areas of the others are fields: by the width of a nozzle they would be hundreds of swaths.
+    """
+    return tuple(name for name in shipped_templates() if not FIELDS[name].template().areas)
+
+
 def template_text(name_or_path: str, parameters: Mapping[str, float | bool | str] | None = None) -> tuple[str, str]:
-    """(JSON text, source) of a shipped template's name, with its parameters, or of a file's path.
+    """(JSON text, source) of a shipped template, drawn with its parameters, or of a file.
 
     Raises:
         SpecError: There is no such template or file, or a parameter is not the template's or out of its range.
@@ -66,7 +74,7 @@ def template_text(name_or_path: str, parameters: Mapping[str, float | bool | str
 
 
 def load_template(name_or_path: str | Path, parameters: Mapping[str, float | bool | str] | None = None) -> Template:
-    """The template of that shipped name, with its parameters, or of that file.
+    """Load a shipped template, drawn with its parameters, or a file.
 
     Raises:
         SpecError: See :func:`template_text`; or the file is not a template.

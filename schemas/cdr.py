@@ -1,4 +1,4 @@
-"""CDR, as ROS 2 puts it on the wire, and the RIHS01 hashes of its types.
+"""CDR encoding and decoding of messages as in ROS 2, and RIHS01 type hashes.
 
 rosbags does the encoding; its serialiser reads attributes by name and so takes the models directly.
 """

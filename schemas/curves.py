@@ -151,7 +151,7 @@ class Curve:
 
 
 def spin_rad(message: CurveMessage) -> float | None:
-    """The angle of a turn on the spot, counter-clockwise positive; None for any other curve.
+    """Angle of a turn on the spot, counter-clockwise positive; None for any other curve.
 
     A turn on the spot is an ARC that starts at its center: it has no length and no tangent, so it is no `Curve`.
     """
@@ -164,7 +164,7 @@ def spin_rad(message: CurveMessage) -> float | None:
 
 @dataclass(frozen=True)
 class PathTable:
-    """Curves one after another, as columns.
+    """A sequence of curves as columns of numbers.
 
     Attributes:
         array: (n, 7) float64: x m, y m, heading rad, curvature 1/m, length m, arc length at the start m, direction

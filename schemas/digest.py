@@ -1,4 +1,4 @@
-"""Hashes that tell whether two sessions had the same cause, and whether they were the same.
+"""Scenario hash (same inputs) and session hash (same messages) of a session.
 
 Both are 64 bits of BLAKE2b in hex: enough to tell runs apart at a glance, not a defence against forgery.
 """
@@ -22,7 +22,7 @@ def _blake() -> "hashlib.blake2b":
 
 
 def scenario_hash(setup: Setup, template: Template, options: PlanOptions) -> str:
-    """16 hex digits for everything that decides what a session will be, except the scenario's name.
+    """16 hex digits over all inputs of a session except the scenario's name.
 
     How areas are covered decides nothing where there are none.
     """
@@ -38,7 +38,7 @@ def scenario_hash(setup: Setup, template: Template, options: PlanOptions) -> str
 
 
 class SessionDigest:
-    """The session hash, kept up while payloads are produced.
+    """Running session hash over published payloads.
 
     Every recorded topic has a hash of its own over its payloads in order; the session's is that of these. So it does
     not matter how topics interleave, and a topic without payloads counts too, if it is one of every session.
@@ -51,7 +51,7 @@ class SessionDigest:
         self._used = {topic.name for topic in RECORDED if topic.general}
 
     def add(self, said: Iterable[tuple[Topic, bytes]]) -> None:
-        """Enter payloads in the order in which they are published; topics that are not recorded do not count."""
+        """Add payloads in order of publication; topics that are not recorded are ignored."""
         waiting = self._waiting
         for topic, payload in said:
             batch = waiting.get(topic.name)
@@ -62,7 +62,7 @@ class SessionDigest:
                     self._take(self._digests[topic.name], batch)
 
     def copy(self) -> "SessionDigest":
-        """A digest of what was said so far, that goes its own way from here on."""
+        """An independent copy of the digest as it is now."""
         twin = SessionDigest()
         twin._digests = {name: digest.copy() for name, digest in self._digests.items()}
         twin._used = self._used.copy()
@@ -70,7 +70,7 @@ class SessionDigest:
         return twin
 
     def hexdigest(self) -> str:
-        """16 hex digits for what was said so far."""
+        """16 hex digits over all payloads added so far."""
         session = _blake()
         for name in sorted(self._used):
             digest = self._digests[name].copy()

@@ -1,4 +1,4 @@
-"""Plug-ins of other installed packages, as they declare them: entry points of Python's packaging.
+"""Discovers plug-ins of other installed packages through Python entry points.
 
 The format is that of the entry points specification in the Python Packaging User Guide.
 """
@@ -12,7 +12,7 @@ from touchline.schemas.plain_text import plain
 
 
 class Offer(NamedTuple):
-    """What a package offers under a name.
+    """A plug-in that a package declares.
 
     Attributes:
         name: By which it is asked for.
@@ -26,13 +26,13 @@ class Offer(NamedTuple):
 
 
 def offers(group: str) -> list[Offer]:
-    """What installed packages offer in a group of entry points, by package and name; nothing is imported yet."""
+    """Entry points of a group in all installed packages, sorted by package and name; imports nothing."""
     found = [Offer(point.name, _package(point), point.load) for point in entry_points(group=group)]
     return sorted(found, key=lambda offer: (offer.package, offer.name))
 
 
 def leave_out(kind: str, offer: Offer, problem: str) -> None:
-    """Say in one line that an offer is not used, and why."""
+    """Print one line that an entry point is ignored, and why."""
     text = f'the {kind} "{offer.name}" of the package {offer.package} is left out: {problem}'
     sys.stderr.write(f"warning: {plain(text, 400)}\n")
 

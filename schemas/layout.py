@@ -100,7 +100,7 @@ class FixedLayout:
         ]
 
     def place(self, path: str, count: int) -> tuple[int, np.dtype[Any]]:
-        """Where `count` numbers of one kind begin that follow one another, and their kind.
+        """Byte offset and type of `count` consecutive numbers of one type.
 
         Raises:
             KeyError: There is no such number.
@@ -140,7 +140,7 @@ class FixedLayout:
 
 
 class Records:
-    """Packs many messages of one layout at once: some of their numbers as columns, all else as in a sample.
+    """Packs many messages of one layout at once: some numbers from columns, all others as in a sample message.
 
     Args:
         layout: Of each message.

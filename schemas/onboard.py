@@ -1,12 +1,12 @@
-"""What the robot's own computer is told when it is built: data sheets of its sensors, its controller, its limits.
+"""Configuration of the robot's computer: sensor data sheets, follower and limits.
 
 The defaults are the shipped robot's. None of it decides what is true: that is the scenario's, of which the robot's
 computer sees nothing but what its sensors say.
 """
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from touchline.schemas.plugins import FOLLOWERS, UnknownPlugin
 from touchline.schemas.spec import Spec
@@ -80,6 +80,25 @@ class FenceLimits(Spec):
     """In sim time."""
 
 
+class LanePursuit(Spec):
+    """What the follower `pursuit-lanes` steers and drives by; the defaults are those of the study that it is from."""
+
+    lookahead_m: Annotated[float, Field(gt=0, le=100)] = 5.0
+    min_speed_mps: Annotated[float, Field(gt=0, le=10)] = 0.1
+    max_speed_mps: Annotated[float, Field(gt=0, le=10)] = 1.0
+    acceleration_mps2: Annotated[float, Field(gt=0, le=10)] = 0.1
+    tolerance_m: Annotated[float, Field(ge=0, le=10)] = 0.2
+    """To a lane's end, within which the lane is done and is rolled out, slower than `min_speed_mps` too."""
+    steer_first: bool = False
+    """Whether it stands at the begin of a lane until the steering is where it is wanted."""
+
+    @model_validator(mode="after")
+    def _sets_off_slower(self) -> Self:
+        if self.min_speed_mps > self.max_speed_mps:
+            raise ValueError("min_speed_mps must be at most max_speed_mps")
+        return self
+
+
 class OnboardConfig(Spec):
     """The robot's own computer: what follows the path, what it is told of its sensors, when it stops by itself."""
 
@@ -89,5 +108,14 @@ class OnboardConfig(Spec):
     magnetometer: MagnetometerSheet = MagnetometerSheet()
     drive: DriveSheet = DriveSheet()
     fence: FenceLimits = FenceLimits()
+    lane_pursuit: LanePursuit = LanePursuit()
     link_timeout_s: Seconds = 2.0
     """Wall-clock seconds without operator and planner after which the robot stops by itself."""
+
+    @model_serializer(mode="wrap")
+    def _as_before_lanes(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """One that changes nothing of the lane pursuit is written as before there was any: to the same bytes."""
+        written: dict[str, Any] = handler(self)
+        if self.lane_pursuit == LanePursuit():
+            written.pop("lane_pursuit", None)
+        return written

@@ -1,4 +1,4 @@
-"""Where a drawing lies: moved, turned, mirrored in the map frame, and the map frame on the earth.
+"""Rigid motions of drawings into the map frame, and of the map frame's origin on the earth.
 
 A template's own coordinates are those of its drawing, for a pitch about its centre. ``Placement`` carries them into
 the map frame: first mirrored (north for south), then turned, then moved. The template's ``origin`` says where on the
@@ -11,12 +11,10 @@ from dataclasses import dataclass
 from typing import Self
 
 from touchline.schemas.scenario import Origin
-from touchline.schemas.template import ArcSpec, Area, LineSpec, Placement, Template, TemplateSegment
+from touchline.schemas.template import ArcSpec, Area, LineSpec, Placement, Polygon, Template, TemplateSegment
 
 Point = tuple[float, float]
 
-#: WGS 84: semi-major axis (m) and first eccentricity squared.
-SEMI_MAJOR_M, ECCENTRICITY_2 = 6_378_137.0, 6.694_379_990_141_316_5e-3
 #: Two map origins closer than this (m) are the same.
 SAME_ORIGIN_M = 0.001
 
@@ -33,7 +31,7 @@ class Transform:
 
     @classmethod
     def of(cls, x_m: float, y_m: float, rotation_rad: float, mirror: bool = False) -> Self:
-        """Quarter turns are exact, so that a turned field keeps its round figures."""
+        """The motion by these amounts; quarter turns are exact, so that a turned field keeps its round figures."""
         quarter = rotation_rad / (math.pi / 2)
         if abs(quarter - round(quarter)) < 1e-12:
             cos, sin = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[round(quarter) % 4]
@@ -81,10 +79,19 @@ class Transform:
             angle_deg=angle_deg,
         )
 
+    def polygon(self, polygon: Polygon) -> Polygon:
+        """The outline where it goes, under its own name."""
+        return Polygon(id=polygon.id, corners=tuple(map(self.point, polygon.corners)))
+
     def template(self, template: Template) -> Template:
-        """Every segment and area where it goes."""
-        segments, areas = map(self.segment, template.segments), map(self.area, template.areas)
-        return template.model_copy(update={"segments": tuple(segments), "areas": tuple(areas)})
+        """All of it where it goes: what the body keeps inside of and off goes along with what is painted."""
+        moved = {
+            "segments": tuple(map(self.segment, template.segments)),
+            "areas": tuple(map(self.area, template.areas)),
+            "boundary": template.boundary and self.polygon(template.boundary),
+            "obstacles": tuple(map(self.polygon, template.obstacles)),
+        }
+        return template.model_copy(update=moved)
 
 
 def place(template: Template, placement: Placement) -> Template:
@@ -114,30 +121,17 @@ def to_map(template: Template, map_origin: Origin) -> Template:
 
 
 def offset_m(origin: Origin, map_origin: Origin) -> Point:
-    """(east, north) in m of ``origin`` seen from ``map_origin``, in the tangent plane at ``map_origin``.
+    """(east, north) in m of ``origin`` seen from ``map_origin``, in the tangent plane at ``map_origin``."""
+    from pymap3d import geodetic2enu  # here: it loads NumPy, without which the command line starts sooner
 
-    WGS 84 to earth-centred coordinates and from there to the local east-north-up frame, without approximation: as
-    kernels of services/core/geodesy.py have it, which templates cannot see; a test holds both to each other.
-    """
-    here, there = _ecef(map_origin), _ecef(origin)
-    dx, dy, dz = (b - a for a, b in zip(here, there, strict=True))
-    lat, lon = math.radians(map_origin.latitude_deg), math.radians(map_origin.longitude_deg)
-    east = -math.sin(lon) * dx + math.cos(lon) * dy
-    outward = math.cos(lon) * dx + math.sin(lon) * dy
-    return (east, math.cos(lat) * dz - math.sin(lat) * outward)
+    there, here = ((o.latitude_deg, o.longitude_deg, o.altitude_m) for o in (origin, map_origin))
+    east, north, _ = geodetic2enu(*there, *here)
+    return float(east), float(north)
 
 
 def same_place(first: Origin, second: Origin) -> bool:
     """Whether two origins are within a millimetre on the ground."""
     return math.hypot(*offset_m(first, second)) <= SAME_ORIGIN_M
-
-
-def _ecef(origin: Origin) -> tuple[float, float, float]:
-    lat, lon = math.radians(origin.latitude_deg), math.radians(origin.longitude_deg)
-    normal = SEMI_MAJOR_M / math.sqrt(1 - ECCENTRICITY_2 * math.sin(lat) ** 2)
-    across = (normal + origin.altitude_m) * math.cos(lat)
-    up = (normal * (1 - ECCENTRICITY_2) + origin.altitude_m) * math.sin(lat)
-    return (across * math.cos(lon), across * math.sin(lon), up)
 
 
 def _wrap_deg(angle_deg: float) -> float:

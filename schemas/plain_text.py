@@ -1,4 +1,4 @@
-"""Text from outside made safe to show: what could command a terminal is taken out."""
+"""Removes escape sequences and control characters from text of others before it is shown."""
 
 import re
 import unicodedata

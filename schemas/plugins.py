@@ -1,4 +1,4 @@
-"""What can be plugged in: drives, tools, transition methods, area methods and followers, each in a registry.
+"""Registries of plug-ins: drives, tools, transition methods, area methods and followers.
 
 A plug-in has a name, by which options ask for it, a summary for people, and what makes it. Those that are shipped are
 registered here by where they are found, so that the command line and the console can list them without importing them.
@@ -37,7 +37,7 @@ class UnknownPlugin(ValueError):
 
 
 def located(made: Any) -> Any:
-    """What is found under ``"package.module:name"``, imported if need be; anything but a text is itself."""
+    """The object at ``"package.module:name"``, imported if need be; anything but a string is returned as it is."""
     if not isinstance(made, str):
         return made
     module, _, name = made.partition(":")
@@ -84,7 +84,7 @@ class Plugin(Generic[T]):
     empty: Mapping[str, str] = field(default_factory=dict)
 
     def found(self) -> T:
-        """What makes it, imported if need be."""
+        """The class or function that makes it, imported if need be."""
         made: T = located(self.make)
         return made
 
@@ -152,7 +152,7 @@ class Registry(Generic[T]):
 
     @property
     def default(self) -> str:
-        """The name of the one that is meant if none is named."""
+        """Name of the plug-in used when none is named."""
         return next(iter(self._plugins))
 
     def names(self) -> tuple[str, ...]:
@@ -184,7 +184,7 @@ class Registry(Generic[T]):
         return name
 
     def find(self, name: str) -> T:
-        """What makes the plug-in of that name.
+        """The class or function that makes the plug-in of that name.
 
         Raises:
             UnknownPlugin: Nothing of that name is registered.
@@ -277,8 +277,14 @@ METHODS.register("ccd", "smooth: one kind of curvature-continuous turn", f"{_MET
 METHODS.register("dubins-padded", "baseline: plain arcs with padding", f"{_METHODS}:DUBINS_PADDED")
 
 AREA_METHODS: Registry[Any] = Registry("area method")
-"""How areas are covered: an `AreaMethod` of services/planner/coverage/area_method.py each."""
+"""How areas are covered: an `AreaMethod` or `CoverageMethod` of services/planner/coverage/area_method.py each."""
 AREA_METHODS.register("parallel", "straight swaths side by side", f"{_COVERAGE}.parallel:parallel")
+AREA_METHODS.register(
+    "lap-and-lanes", "for rollers: laps along the edges, then lanes", f"{_COVERAGE}.methods:LAP_AND_LANES"
+)
+AREA_METHODS.register(
+    "zigzag", "for rollers, baseline: lanes there and back, with an S between them", f"{_COVERAGE}.methods:ZIGZAG"
+)
 
 FOLLOWERS: Registry[Any] = Registry("follower")
 """What steers the robot along its path: from `Vehicle` and `Ask` to a `Follower` of services/onboard/control each."""
@@ -286,4 +292,9 @@ EXTERNAL = "external"
 """The follower that is asked over the bus."""
 FOLLOWERS.register("mpc", "model predictive control of the nozzle", f"{_FOLLOWERS}:make_mpc")
 FOLLOWERS.register("pure-pursuit", "pursuit of a point ahead, with less computing", f"{_FOLLOWERS}:make_pure_pursuit")
+FOLLOWERS.register(
+    "pursuit-lanes",
+    "baseline: a study's pursuit of a point 5 m ahead, lane by lane",
+    f"{_FOLLOWERS}:make_pursuit_lanes",
+)
 FOLLOWERS.register(EXTERNAL, "your own program, asked over the bus", f"{_FOLLOWERS}:ExternalFollower")

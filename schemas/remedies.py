@@ -1,4 +1,4 @@
-"""What is wrong with a field and what to give instead, in the words of whoever writes the file."""
+"""Turns validation errors into a problem and a remedy, in the words of the file's author."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -73,7 +73,7 @@ def _ending(name: str) -> str:
 
 
 def told(kind: str, location: tuple[int | str, ...], given: Any, context: Mapping[str, Any]) -> Told | None:
-    """What pydantic's error of this kind comes to; None if it says it well enough itself."""
+    """(problem, remedy) for a pydantic error; None if pydantic's own text is clear enough."""
     for end, words in _ENDS.items():
         if end in context:
             return f"is {_number(given)}", f"give {words} {_bound(context[end], unit_of(location), given, end)}"

@@ -1,4 +1,4 @@
-"""Scenarios: everything that decides what an emulated session will be, to the bit."""
+"""Scenarios: the emulated world of a session, reproducible to the bit."""
 
 from typing import Annotated, Any, Literal, Self
 
@@ -204,7 +204,7 @@ class Scenario(Spec):
         return given
 
     def at(self, origin: Origin | None) -> Self:
-        """This scenario with its map frame there on the earth; as it is if ``origin`` is None."""
+        """This scenario with the map frame's origin at ``origin``; unchanged if that is None."""
         return self if origin is None else self.model_copy(update={"origin": origin})
 
     def effective(self) -> Self:

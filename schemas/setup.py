@@ -1,4 +1,4 @@
-"""A robot, its computer and the world that it lives in: what decides a session, and what the robot tells of itself."""
+"""Setup of one robot: vehicle, computer and scenario. It determines a session, and the robot publishes it."""
 
 from typing import Any, Self
 
@@ -29,10 +29,10 @@ class Setup(Spec):
         return {**given, "onboard": moved, "scenario": left}
 
     def at(self, origin: Origin | None) -> Self:
-        """This setup with its map frame there on the earth; as it is if ``origin`` is None."""
+        """This setup with the map frame's origin at ``origin``; unchanged if that is None."""
         return self.model_copy(update={"scenario": self.scenario.at(origin)})
 
     def with_seed(self, seed: int) -> Self:
-        """This setup with another seed; what is too large begins anew from 0."""
+        """This setup with another seed; beyond the largest one it wraps to 0."""
         scenario = self.scenario.model_copy(update={"seed": seed % (MAX_SEED + 1)})
         return self.model_copy(update={"scenario": scenario})

@@ -1,4 +1,4 @@
-"""Whether tank and battery last for a job: what its plan needs against what is there."""
+"""Compares the paint and energy that a plan needs with the levels of tank and battery."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Supply:
 
     @property
     def lasts(self) -> bool:
-        """Whether it does to the end of the job, as far as is known."""
+        """Whether it lasts to the end of the job, as far as is known."""
         return self.needed is None or self.there is None or self.needed <= self.there - self.reserve
 
     @property
@@ -53,7 +53,7 @@ class Supplies:
 
     @property
     def last(self) -> bool:
-        """Whether both do to the end of the job, as far as is known."""
+        """Whether both last to the end of the job, as far as is known."""
         return self.paint.lasts and self.battery.lasts
 
     @property

@@ -1,4 +1,4 @@
-"""What keeps the robot from its work until somebody sees to it: shown until the cause is gone, and what to do then."""
+"""Alerts: conditions that need an operator, shown until they end, each with its remedy."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ FIX_NAMES = {GnssStatus.NONE: "", GnssStatus.SINGLE: " (single)", GnssStatus.FLO
 
 @dataclass(frozen=True)
 class Alert:
-    """A cause: what is shown of it, whether the robot can go on meanwhile, and the key and the step that end it."""
+    """A condition: its text, whether the robot can go on meanwhile, and the key and step that end it."""
 
     text: str
     stops: bool = True

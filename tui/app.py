@@ -1,4 +1,4 @@
-"""The console itself: it polls the link, reduces what came in, shows it, and hands keys to the operator's orders."""
+"""The console application: polls the links, updates the state, redraws panels, maps keys to orders."""
 
 from __future__ import annotations
 

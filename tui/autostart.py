@@ -1,4 +1,4 @@
-"""Orders that the console gives by itself when it opens: each as soon as possible, none after a refusal."""
+"""Orders given automatically when the console opens, until one is refused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What becomes of the colours where there are to be none."""
+"""Greyscale filter for NO_COLOR."""
 
 from __future__ import annotations
 

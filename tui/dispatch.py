@@ -1,4 +1,4 @@
-"""Sends orders off the screen's thread, so that a slow or missing service never freezes the console."""
+"""Sends orders from background threads, so that a slow or missing service never freezes the console."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The console's end of the terminal."""
+"""Terminal driver: emergency stop from the reading thread, invalid UTF-8, and loss of the terminal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The event log's entries, bounded."""
+"""Bounded list of the event log's entries."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Numbers as an operator reads them; what is not finite or not known is a dash."""
+"""Formats numbers for the operator; a dash stands for values that are unknown or not finite."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The line at the top: whose console it is, which processes are there, sim time and speed."""
+"""Header line: robot, processes, sim time and speed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The job in view: a template and the path planned for it, as polylines and as rows of a table."""
+"""View model of a job: template and planned path as polylines and table rows."""
 
 from __future__ import annotations
 

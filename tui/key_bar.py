@@ -1,4 +1,4 @@
-"""The line at the bottom: the keys that fit, the next one set off, useless ones dimmed. A click presses a key."""
+"""Footer: the keys that fit, the next one highlighted, disabled ones dimmed. A click presses a key."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The console on the real bus: the only file of the console that knows it."""
+"""Links over the real bus: the only module of the console that imports it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The field map as arrays of characters and styles: layers of braille, then marks and text on top."""
+"""Rasterises the field map into arrays of characters and inks: braille layers, then marks and text."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which processes are there, how they say they are, and how long ago each was last heard."""
+"""Health of processes: presence, last report and time since they were last heard."""
 
 from __future__ import annotations
 
@@ -51,11 +51,11 @@ class Node:
         return value if math.isfinite(value) else None
 
     def heard(self, now_s: float) -> None:
-        """Its own loop has said something."""
+        """Note a message from its own loop."""
         self.heard_s, self.reported = now_s, True
 
     def appeared(self, alive: bool, now_s: float) -> None:
-        """Its token came or went; what it said before does not hold for what comes."""
+        """Note that its token came or went; earlier reports no longer count."""
         self.alive, self.seen = alive, self.seen or alive
         self.heard_s, self.reported = now_s, False
         self.level, self.message, self._report_s = 0, "", None

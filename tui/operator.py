@@ -1,4 +1,4 @@
-"""Gives the operator's orders and takes in what came of them: no screen, no bus, only the state and a dispatcher."""
+"""Sends the operator's orders and processes their outcomes, on state and dispatcher alone."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class OrderSender(Protocol):
 
 
 class Operator:
-    """The operator's hand: every order goes out through here, and every outcome comes back here."""
+    """Every order to one robot is sent from here, and every outcome comes back here."""
 
     def __init__(self, state: ConsoleState, sender: OrderSender, say: Callable[[int, str], None], session: str) -> None:
         """`say(severity, text)` tells the operator; `session` sets this console's request ids apart from all others.

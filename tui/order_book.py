@@ -1,4 +1,4 @@
-"""What has become of the operator's orders, and the latch of the emergency stop: no screen, no bus, no clock.
+"""State of the operator's orders and the latch of the emergency stop, without screen, bus or clock.
 
 An order is sent, then accepted, refused or unanswered. An emergency stop is more: it stays in force here until the
 robot's own status says that it is stopped, for an answer may be anybody's and may come from a robot that dies next.

@@ -1,4 +1,4 @@
-"""The operator's orders as requests to services, and what came of them."""
+"""Orders as service requests, and their outcomes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What has been painted so far, as a polyline that grows without copying and knows when it has missed something."""
+"""Painted strokes as a polyline that grows without copying and detects missed batches."""
 
 from __future__ import annotations
 

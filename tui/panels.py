@@ -1,4 +1,4 @@
-"""The panels beside the map: how the job and the robot are, and which services are there."""
+"""Side panels: state of job, robot and services."""
 
 from __future__ import annotations
 

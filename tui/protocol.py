@@ -1,4 +1,4 @@
-"""What the console hears and asks, independent of the transport: the events of a link and the link's interface."""
+"""Interface between console and transport: events of a link, and the link itself."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the robot has said about itself since it started."""
+"""Latest messages of one robot since it started."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The robots that the console knows, one of them selected: what keys and orders are about."""
+"""Robots known to the console, and the selected one, to which keys and orders apply."""
 
 from __future__ import annotations
 

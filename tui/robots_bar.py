@@ -1,4 +1,4 @@
-"""The row of the robots, there when there are several: how each is, and whether it has acknowledged a stop."""
+"""Row of robots, if there are several: state of each, and whether it has acknowledged a stop."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The row below the header, there at every size: what has become of the orders on the left, alerts on the right."""
+"""Row below the header, at every screen size: orders on the left, alerts on the right."""
 
 from __future__ import annotations
 

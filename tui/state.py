@@ -1,4 +1,4 @@
-"""What the console knows: a pure reduction of what comes in over the link into what is shown."""
+"""Console state: a pure reduction of a link's events."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every screen above the console's own keeps of it: how the orders are, and an emergency stop to click."""
+"""Order line and emergency-stop button on every dialog and on the palette."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from touchline.tui.signal_bar import SignalBar
 
 
 class Console(Protocol):
-    """Of the console, what such a screen needs."""
+    """The part of the console that such a screen needs."""
 
     robots: Robots
 
@@ -35,7 +35,7 @@ class StopKey(Static):
 
 
 def add_stop(screen: Screen[Any]) -> None:
-    """Put the row of the orders and the emergency stop on a screen of the console's, where that one has them."""
+    """Add the order line and the emergency stop to a screen, at the places where the console has them."""
     signals, key = SignalBar(), StopKey()
     # Not in the style sheet, because that of the console does not hold for the palette.
     signals.styles.dock, signals.styles.height, signals.styles.margin = "top", 1, (1, 0, 0, 0)

@@ -1,4 +1,4 @@
-"""Sends an emergency stop over and over, behind nothing else, until it is told that the robot has it."""
+"""Repeats an emergency stop, ahead of all else, until the robot has acknowledged it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class _Stop:
 
 
 class StopSender:
-    """Every try has a thread of its own: one that waits for its answer never holds the next one up."""
+    """Sends every try from a thread of its own, so that a pending answer never delays the next try."""
 
     def __init__(self, link: Link, deliver: Callable[[Tried | OrderOutcome], object]) -> None:
         """`deliver` is called from the tries' threads."""

@@ -1,4 +1,4 @@
-"""The job in view against the robot's tank and battery as it tells them now."""
+"""Compares the needs of the job in view with the reported levels of tank and battery."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from touchline.tui.state import ConsoleState
 
 
 def of_job(state: ConsoleState) -> Supplies:
-    """What the job in view needs and what is there for it; of both what is known."""
+    """Needs and levels for the job in view, as far as they are known."""
     robot = state.robot
     tank_l = robot.sprayer.tank_l if robot.sprayer else None
     charge = robot.battery.percentage if robot.battery else None

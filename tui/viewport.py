@@ -1,4 +1,4 @@
-"""Which part of the field a grid of braille cells shows: pan, zoom, fit, and the map between metres and dots."""
+"""Viewport of the map: pan, zoom and fit, and conversion between metres and braille dots."""
 
 from __future__ import annotations
 

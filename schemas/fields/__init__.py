@@ -14,8 +14,18 @@ from touchline.schemas.fields.basketball import Basketball, basketball
 from touchline.schemas.fields.field_hockey import FieldHockey, field_hockey
 from touchline.schemas.fields.lacrosse import Lacrosse, lacrosse
 from touchline.schemas.fields.rugby import RugbyUnion, rugby_union
+from touchline.schemas.fields.salt_pan import SaltPan, SaltPanL, SaltPanPond, salt_pan, salt_pan_l, salt_pan_pond
 from touchline.schemas.fields.sheet import Parameters
-from touchline.schemas.fields.soccer import Soccer7, Soccer9, Soccer11, soccer_7, soccer_9, soccer_11
+from touchline.schemas.fields.soccer import (
+    Soccer7,
+    Soccer9,
+    Soccer11,
+    Soccer11Grass,
+    soccer_7,
+    soccer_9,
+    soccer_11,
+    soccer_11_grass,
+)
 from touchline.schemas.fields.square import Square, study_square
 from touchline.schemas.fields.tennis import Tennis, tennis
 from touchline.schemas.template import Template
@@ -89,7 +99,11 @@ FIELDS: dict[str, Field] = {
         ("field-hockey", FieldHockey, field_hockey),
         ("lacrosse", Lacrosse, lacrosse),
         ("rugby-union", RugbyUnion, rugby_union),
+        ("salt-pan", SaltPan, salt_pan),
+        ("salt-pan-l", SaltPanL, salt_pan_l),
+        ("salt-pan-pond", SaltPanPond, salt_pan_pond),
         ("soccer-11", Soccer11, soccer_11),
+        ("soccer-11-grass", Soccer11Grass, soccer_11_grass),
         ("soccer-7", Soccer7, soccer_7),
         ("soccer-9", Soccer9, soccer_9),
         ("study-square", Square, study_square),

@@ -117,6 +117,12 @@ class Sheet:
         )
 
 
+def rectangle(length_m: float, width_m: float) -> tuple[Point, ...]:
+    """Its corners about the origin, counter-clockwise from the south-west."""
+    x, y = length_m / 2, width_m / 2
+    return (-x, -y), (x, -y), (x, y), (-x, y)
+
+
 def slug(text: str) -> str:
     """``"Goal line"`` as ``"goal-line"``."""
     return re.sub(r"[^a-z0-9]+", "-", text.lower()).strip("-")

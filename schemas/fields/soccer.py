@@ -6,8 +6,8 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from touchline.schemas.fields.sheet import YARD_M, Parameters, Sheet, metres
-from touchline.schemas.template import Template
+from touchline.schemas.fields.sheet import YARD_M, Parameters, Sheet, metres, rectangle
+from touchline.schemas.template import Area, Polygon, Template
 
 LineWidth = Annotated[float, Field(ge=0.05, le=0.12, description="all lines, m")]
 MARK_M = 0.24
@@ -32,6 +32,14 @@ class Soccer11(_Longer):
     length: Annotated[float, Field(ge=90, le=120, description="touchlines, outside to outside, m")] = 105.0
     width: Annotated[float, Field(ge=45, le=90, description="goal lines, outside to outside, m")] = 68.0
     line_width: LineWidth = 0.12
+
+
+class Soccer11Grass(_Longer):
+    """The same pitch and what is mown round it."""
+
+    length: Annotated[float, Field(ge=90, le=120, description="touchlines, outside to outside, m")] = 105.0
+    width: Annotated[float, Field(ge=45, le=90, description="goal lines, outside to outside, m")] = 68.0
+    run_off: Annotated[float, Field(ge=1, le=10, description="grass beyond the lines, all round, m")] = 3.0
 
 
 class Soccer9(_Longer):
@@ -99,6 +107,24 @@ def soccer_11(p: Soccer11) -> Template:
     """11-a-side."""
     source = "IFAB Laws of the Game 2024/25, Law 1 (The Field of Play). " + _HOW.format(mark="11")
     return _pitch("soccer-11", "Soccer, 11-a-side", source, p, p.line_width, _LAW_1)
+
+
+def soccer_11_grass(p: Soccer11Grass) -> Template:
+    """All of the grass that `soccer-11` is painted on, to be mown or rolled."""
+    corners = rectangle(p.length + 2 * p.run_off, p.width + 2 * p.run_off)
+    pitch, run_off = f"{metres(p.length)} x {metres(p.width)} m", f"{metres(p.run_off)} m of run-off"
+    source = (
+        "IFAB Laws of the Game 2024/25, Law 1 (The Field of Play), for length and width; how much grass there is "
+        "beyond the lines is up to the ground. Origin at the centre of the pitch, x east along the touchlines, y "
+        "north, in m. The boundary is the edge of the grass; goals and corner flags are off it while it is worked."
+    )
+    return Template(
+        name="soccer-11-grass",
+        title=f"Grass of a soccer pitch, {pitch} and {run_off}",
+        source=source,
+        areas=(Area(id="grass", outline=corners),),
+        boundary=Polygon(corners=corners),
+    )
 
 
 def soccer_9(p: Soccer9) -> Template:

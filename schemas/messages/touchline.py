@@ -4,7 +4,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from touchline.schemas.messages.base import Float64Array, Message, UInt8, UInt32, UInt64, zeros
+from touchline.schemas.messages.base import Float64Array, Int32, Message, UInt8, UInt32, UInt64, zeros
 from touchline.schemas.messages.standard import DiagnosticArray, Header
 from touchline.schemas.messages.turf_tank import Trajectory
 
@@ -301,8 +301,12 @@ class PlanOptions(Message):
     ``start`` is empty or (x m, y m, heading rad) in the map frame. ``order`` is "optimised" (also if empty) or "given".
     Curvature and sharpness of 0 leave both to the wheels' dynamics, point by point. Wet paint is kept off
     ``drying_time_s`` long: at the cost of some time, or, if ``hard_drying``, without exception. The robot stops behind
-    the last line, at the pose ``end`` if that is given, or, if it shall ``return_to_start``, where it began. Areas are
-    covered by ``area_method``.
+    the last line, at the pose ``end`` if that is given, or, if it shall ``return_to_start``, where it began.
+
+    Areas are covered by ``area_method``; ``method`` may name one, too. A coverage method lets lanes overlap by
+    ``overlap_m`` at least, keeps the body ``margin_m`` off boundary and obstacles, drives ``laps`` laps along the
+    outline (-1: as many as it needs) and lanes in the direction ``swath_angle_deg`` (empty: the area's, or which suits
+    best), and goes on touching up until it covers ``coverage_pct`` of what can be reached (0: what is cheap).
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/msg/PlanOptions"
@@ -319,6 +323,35 @@ class PlanOptions(Message):
     return_to_start: bool = False
     end: Annotated[Float64Array, Field(max_length=3)] = zeros(0)
     area_method: str = ""
+    overlap_m: float = 0.03
+    margin_m: float = 0.05
+    laps: Int32 = -1
+    swath_angle_deg: Annotated[Float64Array, Field(max_length=1)] = zeros(0)
+    coverage_pct: float = 0.0
+
+
+class PlannedCoverage(Message):
+    """How a plan covers areas, by the drum's or the tool's exact sweep along it.
+
+    ``reachable_m2`` is what the tool could get to with the body off boundary and obstacles by the margin, and
+    ``reachable_pct`` how much of that is covered. ``overlap_m2`` is covered more than once; ``body_outside_m`` is how
+    far the body leaves the boundary or enters an obstacle at most, negative: how far it keeps off.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/PlannedCoverage"
+    method: str = ""
+    area_m2: float = 0.0
+    covered_m2: float = 0.0
+    coverage_pct: float = 0.0
+    reachable_m2: float = 0.0
+    reachable_pct: float = 0.0
+    overlap_m2: float = 0.0
+    body_outside_m: float = 0.0
+    lanes: UInt32 = 0
+    laps: UInt32 = 0
+    swath_angle_deg: float = 0.0
+    notes: tuple[str, ...] = ()
+    missed: tuple[MissedPatch, ...] = ()
 
 
 class ActuatorExtremes(Message):
@@ -340,7 +373,7 @@ class PlanReport(Message):
 
     ``max_curvature_step_1pm`` is the largest step of curvature from one line or arc to the next; ``wet_crossings``
     counts how often a wheel or caster meets paint that is not dry yet, ``wet_crossings_unavoidable`` those of them that
-    no other order or direction of painting would do away with.
+    no other order or direction of painting would do away with. ``coverage`` is empty unless a coverage method planned.
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/msg/PlanReport"
@@ -366,6 +399,7 @@ class PlanReport(Message):
     wet_crossings_unavoidable: UInt32 = 0
     paint_l: float = 0.0
     battery_wh: float = 0.0
+    coverage: tuple[PlannedCoverage, ...] = ()
 
 
 class PlanRequest(Message):

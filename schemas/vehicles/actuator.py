@@ -1,4 +1,4 @@
-"""What moves a vehicle."""
+"""Actuators of a drive: names, quantities and limits."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""What every kind of drive has in a vehicle's file."""
+"""Base class of drives in a vehicle's file."""
 
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 

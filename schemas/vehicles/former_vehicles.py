@@ -1,4 +1,4 @@
-"""Vehicles as they were written before body, drive and tool were apart: in files of users, and in recordings."""
+"""Converts vehicles of the former flat format, found in users' files and recordings, into body, drive and tool."""
 
 from typing import Any
 
@@ -16,7 +16,7 @@ FORMER_FIELDS = {"kinematics": ("drive", "kind")} | {
 
 
 def in_parts(given: Any) -> Any:
-    """A vehicle as it is written now.
+    """Convert a vehicle of the former format to the present one.
 
     Raises:
         ValidationError: It has parts and fields that belong into them.

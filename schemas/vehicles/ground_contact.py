@@ -1,4 +1,4 @@
-"""Where a vehicle touches the ground."""
+"""Contact patches of wheels and casters."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""Figures that are each possible, but not together."""
+"""Validation errors for figures that are possible one by one, but not together."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Figures of vehicles within their bounds."""
+"""Number types with bounds for the figures of a vehicle."""
 
 from typing import Annotated
 

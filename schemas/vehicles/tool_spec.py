@@ -1,4 +1,4 @@
-"""What every kind of tool has in a vehicle's file."""
+"""Base class of tools in a vehicle's file."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -48,17 +48,12 @@ class ToolSpec(Spec):
 
     @property
     def steady_speed(self) -> bool:
-        """Whether it needs one speed from a line's start to its end; else it may stand and brake on it."""
+        """Whether it needs one speed along a line; else it may brake, and begin and end at a standstill."""
         return True
 
     @property
     def works_backward(self) -> bool:
         """Whether it works while the vehicle drives backward, too."""
-        return False
-
-    @property
-    def covers(self) -> bool:
-        """Whether it works on all the ground that it comes over, without putting anything there."""
         return False
 
     @property

@@ -1,4 +1,4 @@
-"""Which message of one recording is which of another: they are paired by time, and what has no like is missing."""
+"""Pairs the messages of two recordings by time; a message without a partner counts as missing."""
 
 from collections import deque
 from collections.abc import Iterator
@@ -82,15 +82,15 @@ class Alignment:
         self._sides = (_Side(), _Side())
 
     def add(self, side: int, message: Recorded, shift_ns: int = 0) -> None:
-        """Take a message of the first (0) or second (1) recording, whose times are shifted by that."""
+        """Add a message of the first (0) or second (1) recording, with its time shifted by ``shift_ns``."""
         self._sides[side].add(message, shift_ns)
 
     def end(self, side: int) -> None:
-        """That recording has no more."""
+        """Mark a recording as ended."""
         self._sides[side].ended = True
 
     def decided(self) -> Iterator[Pair]:
-        """What belongs together as far as that is certain, in order; None where the like is missing."""
+        """Pairs that are certain by now, in order; None in place of a missing partner."""
         left, right = self._sides
         while left.waiting and right.waiting:
             one, other = left.waiting[0], right.waiting[0]

@@ -1,4 +1,4 @@
-"""What a recording says of each topic: schema, type hash and QoS, as ROS 2's own recorder (rosbag2) has them."""
+"""Channel metadata of a recording in rosbag2's format: topic names, schemas, type hashes and QoS."""
 
 from collections.abc import Iterable
 
@@ -33,13 +33,13 @@ def robots_among(paths: Iterable[str]) -> tuple[str, ...]:
 
 
 def present_path(path: str) -> str:
-    """What the topic that was recorded as ``path`` is called now, under the same namespace."""
+    """The present name of the topic recorded as ``path``, in the same namespace."""
     namespace, name = _found(path)
     return f"{namespace}/{FORMER_NAMES[name].name}" if name in FORMER_NAMES else path
 
 
 def recorded_paths(path: str) -> tuple[str, ...]:
-    """Every path under which a topic may have been recorded that is asked for by one of them; the present one first."""
+    """All present and former paths of a topic that is asked for by one of them; the present one first."""
     (namespace, _), topic = _found(path), topic_at(path)
     former = [name for name, known in FORMER_NAMES.items() if known is topic]
     return (present_path(path), *(f"{namespace}/{name}" for name in former))

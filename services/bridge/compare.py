@@ -1,4 +1,4 @@
-"""Are two recordings the same? Message by message, field by field within the topic's tolerance."""
+"""Compares two recordings message by message, each field within its topic's tolerance."""
 
 import math
 from collections.abc import Collection, Iterator, Sequence
@@ -49,7 +49,7 @@ class Difference:
 
 @dataclass
 class Missing:
-    """Messages of one recording that have no like in the other, and the time between the first and the last."""
+    """Messages of one recording without a partner in the other, and the times of the first and the last."""
 
     messages: int = 0
     first_s: float = 0.0
@@ -109,11 +109,11 @@ class TopicComparison:
 
     @property
     def pairs(self) -> int:
-        """Messages that have their like."""
+        """Number of messages that have a partner."""
         return self.identical + self.within_tolerance + self.different
 
     def lines(self, name: str, sides: tuple[str, str]) -> Iterator[str]:
-        """What is not identical in it."""
+        """Lines of text about what is not identical."""
         yield from (f"{name}: {note}" for note in self.schema)
         if self.missing_right.messages:
             yield f"{name}: {self.missing_right.line(*sides)}"

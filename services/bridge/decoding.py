@@ -1,4 +1,4 @@
-"""Payloads of recordings as trees of fields, read by the schemas that the recordings have."""
+"""Decodes recorded payloads into trees of fields, by the schemas stored in the recording."""
 
 import json
 from collections.abc import Callable, Iterator, Mapping
@@ -38,7 +38,7 @@ def fields_of(node: object) -> Mapping[str, object] | None:
 
 @cache
 def decoder(kind: RecordingKind) -> Decode | None:
-    """What makes a tree of a payload of that kind, raising :class:`Damage` if it cannot; None if nothing here does."""
+    """A function that decodes payloads of that kind or raises :class:`Damage`; None for an unknown encoding."""
     if kind.encoding == "json":
         return _from_json
     store = _store(kind) if kind.encoding in ("cdr", "ros1") else None
@@ -59,7 +59,7 @@ def decoder(kind: RecordingKind) -> Decode | None:
 
 
 def as_message(form: type[M], message: Recorded) -> M:
-    """A recorded message, read by its recording's own schema: what an older one lacks has its default.
+    """Decode a message by its recording's own schema; fields that an older schema lacks get their defaults.
 
     Raises:
         PayloadError: It is none, or its values are not allowed.

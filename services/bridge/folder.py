@@ -1,4 +1,4 @@
-"""The folder that the bridge records to: whoever is on the bus may name a file in it, and none elsewhere."""
+"""Restricts recordings requested over the bus to one folder."""
 
 import unicodedata
 from pathlib import Path

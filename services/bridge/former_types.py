@@ -1,4 +1,4 @@
-"""Messages of types that have been replaced, as those that replaced them: what readers of older recordings take."""
+"""Converts recorded messages of replaced types into their present types."""
 
 from collections.abc import Callable
 from typing import Any
@@ -11,7 +11,7 @@ from touchline.services.bridge.recorded import Damage, Recorded, RecordingKind
 
 
 def presented(message: Recorded) -> Recorded:
-    """The same message of the present type; one that needs no change, or is none of its type, as it is."""
+    """Convert to the present type; a message that needs no conversion, or cannot be decoded, is returned as it is."""
     replaced = _REPLACED.get(message.kind.type)
     read = decoder(message.kind) if replaced is not None else None
     if replaced is None or read is None:

@@ -91,7 +91,7 @@ class Gateway:
         self._failure: Exception | None = None
 
     def turn(self) -> bool:
-        """Pass on what has arrived on either side, but for what stops the robot; returns whether anything had.
+        """Forward what has arrived on either side, except stop requests; returns whether anything had.
 
         Raises whatever has failed in `pass_stops`: better no gateway than one by which nobody can stop the robot.
         """
@@ -106,7 +106,7 @@ class Gateway:
         return bool(samples)
 
     def pass_stops(self) -> None:
-        """Pass on what stops the robot; should that fail, `turn` raises why."""
+        """Forward stop requests; if that fails, the next `turn` raises the error."""
         try:
             for service in self._stops:
                 service.turn()
@@ -114,7 +114,7 @@ class Gateway:
             self._failure = error
 
     def figures(self) -> dict[str, object]:
-        """What it has done so far, for the diagnostics."""
+        """Counters for the diagnostics."""
         return {
             "ros2": f"{self._config.endpoint.locator}, domain {self._node.domain}, {self._node.full_name(NODE_NAME)}",
             "ros2_messages": sum(route.messages for route in self._topics.values()),
@@ -126,7 +126,7 @@ class Gateway:
 
 @contextmanager
 def passing_stops(gateways: Sequence[Gateway]) -> Iterator[None]:
-    """Pass on what stops the robots, from a thread of its own: the loop that turns these may take long for a turn."""
+    """Forward stop requests from a thread of its own, since a turn of the main loop may take long."""
     left = threading.Event()
 
     def work() -> None:

@@ -1,4 +1,4 @@
-"""Which recording goes on, kept in the run folder, so that a bridge that was killed can be told to go on with it."""
+"""Note of the active recording in the run folder, from which a restarted bridge resumes after a kill."""
 
 import hashlib
 import json
@@ -19,7 +19,7 @@ _LARGEST_NOTE_BYTES = 1024 * 1024
 
 
 class GoingRecording:
-    """A note of the recording that goes on; where it cannot be kept, nothing is, and a killed bridge does not go on.
+    """Note of the active recording. If it cannot be written, a bridge that is killed does not resume.
 
     Args:
         config: The bus; there is one bridge on it.
@@ -36,17 +36,17 @@ class GoingRecording:
         self._supervisor = supervisor
 
     def note(self, parts: Sequence[Path]) -> None:
-        """The files of the recording so far, of which the last is being written."""
+        """Note the recording's files so far; the last one is being written."""
         found = {"supervisor": self._supervisor, "parts": [str(part) for part in parts]}
         self._write(json.dumps(found))
 
     def forget(self) -> None:
-        """Nothing is being recorded."""
+        """Delete the note: nothing is being recorded."""
         with suppress(TouchlineError, OSError):
             (run_folder() / self._name).unlink(missing_ok=True)
 
     def left_behind(self) -> list[Path]:
-        """The files of a recording that went on when the bridge before this one was killed; empty if there is none."""
+        """Files of the recording that was active when the previous bridge was killed; empty if there was none."""
         try:
             with os.fdopen(open_private(run_folder() / self._name, os.O_RDWR), encoding="utf-8") as file:
                 found = json.loads(file.read(_LARGEST_NOTE_BYTES) or "{}")
@@ -69,6 +69,6 @@ class GoingRecording:
 
 
 def next_part(parts: Sequence[Path]) -> Path:
-    """Where a recording of these files goes on: ``session.mcap``, ``session.part2.mcap``, ``session.part3.mcap``."""
+    """Name of the next file of a recording: ``session.mcap``, ``session.part2.mcap``, ``session.part3.mcap``."""
     first = parts[0]
     return first.with_name(f"{first.stem}.part{len(parts) + 1}{first.suffix}")

@@ -1,4 +1,4 @@
-"""Certainty about what another process knows and has heard."""
+"""Flush barrier with other processes: after it, subscriptions are known and earlier messages have arrived."""
 
 from collections.abc import Callable, Iterable
 from contextlib import suppress
@@ -22,7 +22,7 @@ def shake_hands(
     timeout_s: float,
     while_waiting: Callable[[], None] = lambda: None,
 ) -> None:
-    """Exchange one call with each of those nodes that are there; who hangs is not waited for any longer.
+    """Exchange one call with each of the nodes on the bus; one that hangs is given up after ``timeout_s``.
 
     Declarations, messages and answers of one process keep their order. So when one has answered, it knew of our
     subscriptions before, and we of its; what either had sent until then has arrived.

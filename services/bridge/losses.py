@@ -1,4 +1,4 @@
-"""Which messages are missing from a recording, and where."""
+"""Counts messages missing from a recording, by topic and stretch of sim time."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -19,13 +19,13 @@ class Episode:
     lost: dict[str, int] = field(default_factory=dict)
 
     def metadata(self) -> dict[str, str]:
-        """As the recording has it."""
+        """As metadata of the recording."""
         counts = {name: str(count) for name, count in self.lost.items()}
         return {"from_s": f"{self.from_ns / 1e9:.3f}", "to_s": f"{self.to_ns / 1e9:.3f}", **counts}
 
 
 class Losses:
-    """Adds up what is missing.
+    """Accumulates missing messages.
 
     Attributes:
         total: Messages of all topics.

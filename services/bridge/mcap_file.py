@@ -1,4 +1,4 @@
-"""Reading one MCAP file from front to back, past what is damaged in it."""
+"""Sequential reader of one MCAP file that skips damaged parts."""
 
 import os
 import re
@@ -53,7 +53,7 @@ _SEARCH_BYTES = 1024 * 1024
 
 
 class McapFile:
-    """One MCAP file; what cannot be read in it is told in the summary and passed over.
+    """One MCAP file; damaged parts are skipped and listed in the summary.
 
     Args:
         path: The file, for what is said of it.

@@ -1,4 +1,4 @@
-"""The file under a recording: every write reaches the kernel at once, and a failed one leaves no broken record."""
+"""Unbuffered output file of a recording; a failed write leaves no broken record."""
 
 import os
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Reading recordings, ours and others': whatever can be read is given, and what cannot is told."""
+"""Reads recordings of ours and of ROS 2; damaged parts are skipped and reported."""
 
 import stat
 from collections.abc import Collection, Iterator
@@ -87,7 +87,7 @@ def _opened(path: Path, summary: Summary) -> _File:
 
 
 def read_summary(path: Path) -> Summary:
-    """What the recording at ``path`` holds, by reading it through.
+    """Read the whole recording at ``path`` and summarise it.
 
     Raises:
         RecordingError: The file cannot be opened or is no recording.

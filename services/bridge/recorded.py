@@ -1,4 +1,4 @@
-"""What readers of recordings give: messages, how their payloads are to be read, and what the whole holds."""
+"""Data types of recording readers: messages, payload kinds, losses and summaries."""
 
 from dataclasses import dataclass, field
 from pathlib import Path

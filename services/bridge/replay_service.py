@@ -37,13 +37,29 @@ class ReplayReport:
     reasons: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True)
+class Playback:
+    """What is replayed of a recording, and how.
+
+    Attributes:
+        speed: Sim time per wall time; 0 or less is as fast as it goes.
+        robots: Of a recording of several, those that are replayed; all if empty.
+        loops: How many times to replay it; 0 without end.
+    """
+
+    speed: float = 1.0
+    robots: Sequence[str] = ()
+    loops: int = 1
+
+
+_ONCE = Playback()
+
+
 def run_replay(
     path: Path,
-    speed: float = 1.0,
+    playback: Playback = _ONCE,
     config: BusConfig | None = None,
     *,
-    robots: Sequence[str] = (),
-    loops: int = 1,
     progress: Callable[[float, float], None] | None = None,
     stop: Callable[[], bool] = lambda: False,
 ) -> ReplayReport:
@@ -51,20 +67,18 @@ def run_replay(
 
     Args:
         path: MCAP file, whole or broken off.
-        speed: Sim time per wall time; 0 or less is as fast as it goes.
+        playback: What of it, how fast and how often.
         config: Where the bus is, and as which robot that of a recording of one appears; from the environment if not
             given.
-        robots: Of a recording of several, those that are replayed; all if empty.
-        loops: How many times to replay it; 0 without end.
         progress: Called now and then with (fraction of the file, sim time s).
         stop: Asked before every message whether to end now.
 
     Raises:
-        RecordingError: The file cannot be opened or is not MCAP, or one of ``robots`` is not in it.
+        RecordingError: The file cannot be opened or is not MCAP, or has not one of the robots that are named.
         CommandRefused: A robot is on the bus under such a namespace, whose messages would mix with the recorded ones.
     """
     config = config or BusConfig.from_environment()
-    names = _names(path, config, robots)  # a missing file is refused before the bus is opened
+    names = _names(path, config, playback.robots)  # a missing file is refused before the bus is opened
     with Bus.open_all(topics.REPLAY, config.of(*names.values()), stop) as buses:
         presences = [bus.presence() for bus in buses]
         publishers = {
@@ -81,8 +95,8 @@ def run_replay(
         _meet_the_bridge(buses, presences)
         total = ReplayReport(0, 0, 0.0, "")
         done = 0
-        while not stop() and (done < loops or loops == 0):
-            total = _replay_once(Timeline(path), speed, publishers, total, progress, stop)
+        while not stop() and (done < playback.loops or playback.loops == 0):
+            total = _replay_once(Timeline(path), playback.speed, publishers, total, progress, stop)
             done += 1
         _meet_the_bridge(buses, presences)
         return total

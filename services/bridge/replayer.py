@@ -1,4 +1,4 @@
-"""What a recording says, and when: the plan of a replay. Sending and sleeping are the service's business."""
+"""Timeline of a replay: which message is due when. Sending and sleeping are up to `replay_service`."""
 
 from collections.abc import Iterator
 from contextlib import closing
@@ -55,7 +55,7 @@ class _RobotTime:
 
 
 def recorded_robots(path: Path) -> tuple[str, ...]:
-    """Namespaces of the robots in a recording: those whose channels it has up to its first message, as ours do.
+    """Namespaces of the robots in a recording, from the channels before its first message.
 
     Raises:
         RecordingError: It cannot be opened, or is none.

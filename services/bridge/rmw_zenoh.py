@@ -1,4 +1,4 @@
-"""How ROS 2's rmw_zenoh spells topics, services and the graph as Zenoh keys (its design document)."""
+"""Zenoh keys and liveliness tokens of ROS 2's rmw_zenoh, after its design document."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -20,7 +20,7 @@ LATCHED_QOS = ":1:,1:,:,:,,"
 
 @dataclass(frozen=True)
 class RosNode:
-    """A node of the ROS 2 graph, and the keys of what it has.
+    """A node of the ROS 2 graph, with the keys of its topics and services.
 
     Attributes:
         domain: ROS domain id.

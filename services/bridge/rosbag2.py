@@ -1,4 +1,4 @@
-"""Finding and reading what ROS 2's recorder (rosbag2) writes: a folder with metadata.yaml, and SQLite files."""
+"""Reads rosbag2 recordings: folders with metadata.yaml, and SQLite files."""
 
 import re
 import sqlite3
@@ -81,7 +81,7 @@ def _listed(metadata: Path) -> list[str] | None:
 
 
 class SqliteFile:
-    """One SQLite file of rosbag2; what cannot be read in it is told in the summary.
+    """One SQLite file of rosbag2; unreadable parts are listed in the summary.
 
     Args:
         path: The file.

@@ -1,4 +1,4 @@
-"""One topic or service on its way between the bus and ROS 2."""
+"""Routes of the gateway: one topic or service each, between the bus and ROS 2."""
 
 import time
 from dataclasses import dataclass
@@ -32,7 +32,7 @@ class _UnderWay:
 
 
 class TopicRoute:
-    """Messages of one topic on their way to ROS 2.
+    """Forwards one topic to ROS 2.
 
     Attributes:
         messages: How many have been passed on.
@@ -54,7 +54,7 @@ class TopicRoute:
 
 
 class ServiceRoute:
-    """Requests to one service on their way from ROS 2, and the answers back.
+    """Forwards requests to one service from ROS 2, and the answers back.
 
     A client of rmw_zenoh waits forever for a response when it is sent an error. So whatever goes wrong is told in the
     response where that has ``success``; only other services answer with an error.

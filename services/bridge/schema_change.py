@@ -1,4 +1,4 @@
-"""How the schemas of a topic in two recordings differ."""
+"""Differences between the schemas of a topic in two recordings."""
 
 from dataclasses import dataclass, field
 

@@ -1,4 +1,4 @@
-"""Brings the messages of many topics back into the order in which they were sent.
+"""Restores the sending order of messages across topics.
 
 Each topic waits in a channel of its own, and the channels are emptied one after another, so a batch is out of order,
 and what is emptied last may be younger than messages that came meanwhile to a channel emptied before. But messages of

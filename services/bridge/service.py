@@ -67,14 +67,14 @@ class BridgeService:
         self._gaps_told = 0
 
     def run(self, stop: Stop) -> RecordingReport | None:
-        """Serve until ``stop``; a recording that still goes on is finished and its report returned."""
+        """Serve until ``stop``; an active recording is then finished and its report returned."""
         while not stop:
             if not self._turn():
                 time.sleep(_IDLE_S)
         return self._finish()
 
     def go_on(self) -> None:
-        """Go on, in a next file, with the recording that a bridge before this one was killed in; tell if that fails."""
+        """Resume, in a new file, the recording of a previous bridge that was killed; report if that fails."""
         parts = self._going.left_behind() if self._going is not None else []
         if not parts:
             return

@@ -1,4 +1,4 @@
-"""A recording while it goes on."""
+"""An active recording: moves messages from the inboxes to the file."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
@@ -28,7 +28,7 @@ class SessionInbox(Protocol):
 
 
 class RecordingSession:
-    """One recording while it goes on: inboxes at one end, a file at the other.
+    """An active recording, from the robots' inboxes to a file.
 
     Args:
         recorder: The file.

@@ -1,4 +1,4 @@
-"""Units of message fields, from their names: ours end in them, and ROS 2's standard ones have those of REP-103."""
+"""Units of message fields: from the suffix of our names, by REP-103 for ROS 2's standard messages."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""Unpacking a recording's chunks, however much a small one may claim to hold."""
+"""Decompresses chunks of a recording, with a limit on their size against decompression bombs."""
 
 import zlib
 from io import BytesIO

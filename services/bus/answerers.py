@@ -1,4 +1,4 @@
-"""Whose answers are believed: those of sessions that have the liveliness token of the node that serves."""
+"""Authenticates answers: only sessions with the liveliness token of the serving node may answer."""
 
 import threading
 from collections.abc import Callable
@@ -7,7 +7,7 @@ from touchline.services.bus.presence import Presence
 
 
 class Answerers:
-    """Which sessions belong to which node; may be asked from any thread."""
+    """Sessions by node; thread-safe."""
 
     def __init__(self, watch: Callable[[], Presence]) -> None:
         """Watch presence from the first question on."""

@@ -1,4 +1,4 @@
-"""Making sure that a name on the bus is one process's alone, because two would answer the same requests."""
+"""Exclusive ownership of a node name on the bus, since two processes would answer the same requests."""
 
 import sys
 import time

@@ -1,4 +1,4 @@
-"""Where the bus is: an endpoint, robot namespaces, and what a Zenoh configuration file lays over our settings."""
+"""Bus configuration: endpoint, robot namespaces, and overrides from a Zenoh configuration file."""
 
 import json
 import os
@@ -114,7 +114,7 @@ class BusConfig:
         return config
 
     def at_door(self) -> Config | None:
-        """The configuration of a session with the robot alone, at its own door; nobody else on the bus can delay it.
+        """Configuration of a direct session with the robot at its own door, which nobody else on the bus can delay.
 
         The door is UDP, of which all sessions share one descriptor: the robot has room for it however many peers there
         are. ``None`` where the configuration file leads elsewhere than to our endpoints.

@@ -1,4 +1,4 @@
-"""What passed through one process's end of the bus."""
+"""Message counters of one process on the bus, and detection of sequence gaps."""
 
 from dataclasses import dataclass
 

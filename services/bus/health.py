@@ -1,4 +1,4 @@
-"""How a process tells that it is well: diagnostics five times a second, and on request."""
+"""Health reports of a process: diagnostics five times a second, and on request."""
 
 import os
 import time
@@ -62,7 +62,7 @@ class HealthReporter:
             self._publisher.send(self._report(values, level, message))
 
     def starting(self, doing: str) -> None:
-        """Say at once what a process does before it can serve; it is not ready until :meth:`poll` is called."""
+        """Publish what the process is doing before it can serve; it counts as ready from the first :meth:`poll`."""
         self._publisher.send(self._report({}, DiagnosticStatus.WARN, f"{STARTING}{doing}"))
 
     def _report(self, values: Mapping[str, object], level: int, message: str) -> DiagnosticArray:

@@ -1,4 +1,4 @@
-"""Receiving: messages wait in Zenoh's own channels until the process asks for them."""
+"""Polled subscriptions: messages wait in Zenoh's channels until they are drained."""
 
 import time
 from collections.abc import Iterator, Sequence

@@ -1,4 +1,4 @@
-"""An order that cannot wait: asked for by two ways at once, again and again, until every robot has acknowledged it."""
+"""Urgent orders: repeated over the bus and at the robots' own doors until every robot has acknowledged."""
 
 import threading
 import time
@@ -54,7 +54,7 @@ class UrgentOrder(Generic[Request, Response]):
 def insist(
     order: UrgentOrder[Request, Response], node: str, config: BusConfig, tell: Callable[[str], None]
 ) -> Iterator[tuple[str, Response]]:
-    """Ask robots as a peer of everybody and at a robot's own door at once; of each the first answer counts.
+    """Send an order over the bus and at the robots' own doors at once; each robot's first answer counts.
 
     A crowd on the bus, or a frozen process at its meeting point, can hold up the first way but not the second; a robot
     on another machine may be reached by the first alone.

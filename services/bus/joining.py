@@ -1,4 +1,4 @@
-"""Opening a Zenoh session: room for its peers, a word on who can reach it, and no wait without end."""
+"""Opens and closes Zenoh sessions: raises the descriptor limit, warns of remote access, bounds all waits."""
 
 import errno
 import resource

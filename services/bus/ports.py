@@ -1,4 +1,4 @@
-"""Ports for meeting points of one's own."""
+"""Free ports for private buses."""
 
 import random
 import socket
@@ -10,7 +10,7 @@ _CHANCE: Final = random.SystemRandom()
 
 
 def free_port() -> int:
-    """A port of loopback that nobody listens on, and on the next one neither: that is the robot's own door."""
+    """A free loopback port whose successor is free, too: that one becomes the robot's own door."""
     while True:
         port = _CHANCE.choice(_PORTS[::2])
         if _is_free(port) and _is_free(port + 1):

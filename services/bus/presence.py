@@ -1,4 +1,4 @@
-"""Who is there: liveliness tokens, which vanish within milliseconds when a process dies."""
+"""Presence of processes by liveliness tokens, which vanish within milliseconds when a process dies."""
 
 import re
 from collections import defaultdict

@@ -1,4 +1,4 @@
-"""Who can reach a bus: this machine alone, or others as well."""
+"""Tells whether a bus can be reached from other machines."""
 
 import ipaddress
 import json

@@ -1,4 +1,4 @@
-"""Answers on their way: sent by threads, so that who serves never waits for a client to take them."""
+"""Sends answers from threads of their own, so that a slow client never blocks the server."""
 
 import threading
 import traceback
@@ -16,7 +16,7 @@ _CLOSING_S: Final = 1.0
 
 
 class Lane(Enum):
-    """What kind of answer it is; those of one kind wait for each other while a client takes its time."""
+    """Kind of an answer. Answers of one kind queue behind each other if a client is slow."""
 
     STOP = auto()
     """The first to a request that stops the robot."""
@@ -40,7 +40,7 @@ class Replies:
         self._lanes[lane].put(reply)
 
     def close(self) -> None:
-        """Have sent what waits, as far as that does not take long."""
+        """Send what waits, within a time limit."""
         for sender in self._lanes.values():
             sender.close()
 

@@ -1,4 +1,4 @@
-"""Which robots there are on the bus, whoever they are: found by the liveliness tokens of all namespaces."""
+"""Discovers the robots on the bus by the liveliness tokens of all namespaces."""
 
 import math
 import time
@@ -58,7 +58,7 @@ class Roster:
         return tuple(sorted(name for name, there in self._nodes.items() if wanted & there)[:MOST_ROBOTS])
 
     def look(self, nodes: Iterable[str], seconds: float = 0.0) -> tuple[str, ...]:
-        """As :meth:`robots`, by a count that begins after so long: who joins a bus learns of the others by and by."""
+        """As :meth:`robots`, but counted after a delay: a process that joins learns of the others one by one."""
         least_s = time.monotonic() + seconds
         while self.counted_s < least_s:
             self.poll()

@@ -5,6 +5,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Annotated, Literal, TypeVar
 
+import numpy as np
 import typer
 
 from touchline.schemas.catalogue import load_vehicle
@@ -33,12 +34,22 @@ class PlanChoice:
             "--order", metavar="ORDER", help="Paint in an order that takes least time (optimised), or as given (given)."
         ),
     ] = "optimised"
-    method: Annotated[str, PluginOption("--method", METHODS, "METHOD", "How painted lines are joined")] = (
-        METHODS.default
-    )
-    area_method: Annotated[str, PluginOption("--area-method", AREA_METHODS, "METHOD", "How areas are covered")] = (
-        AREA_METHODS.default
-    )
+    method: Annotated[
+        str,
+        PluginOption(
+            "--method", METHODS, "METHOD", "How painted lines are joined, or an area method", also=AREA_METHODS
+        ),
+    ] = METHODS.default
+    area_method: Annotated[
+        str | None,
+        PluginOption(
+            "--area-method",
+            AREA_METHODS,
+            "METHOD",
+            "How areas are covered",
+            "parallel for a sprayer, lap-and-lanes for a roller",
+        ),
+    ] = None
     kappa_max: Annotated[
         float,
         typer.Option(
@@ -83,20 +94,48 @@ class PlanChoice:
         False
     )
 
+    overlap: Annotated[
+        float, typer.Option("--overlap", metavar="M", help="Areas: least overlap of neighbouring lanes, m.")
+    ] = 0.03
+    margin: Annotated[
+        float, typer.Option("--margin", metavar="M", help="Areas: room between the body and all outlines, m.")
+    ] = 0.05
+    laps: Annotated[
+        int, typer.Option("--laps", metavar="N", help="Areas: laps along the outline; -1: as many as it needs.")
+    ] = -1
+    swath_angle: Annotated[
+        float | None,
+        typer.Option(
+            "--swath-angle",
+            metavar="DEGREES",
+            help="Areas: direction of the lanes, degrees counter-clockwise from +x; default: which suits best.",
+            show_default=False,
+        ),
+    ] = None
+    coverage: Annotated[
+        float,
+        typer.Option(
+            "--coverage",
+            metavar="PERCENT",
+            help="Areas: touch up until so much of what can be reached is covered; 0: what is cheap.",
+            show_default=False,
+        ),
+    ] = 0.0
+
     def options(self) -> PlanOptions:
         """The plan request's options.
 
         Raises:
             SpecError: One cannot be meant; it is named as on the command line.
         """
-        for name in ("kappa_max", "sigma_max", "paint_speed", "transit_speed", "drying_time"):
+        for name in ("kappa_max", "sigma_max", "paint_speed", "transit_speed", "drying_time", "overlap", "margin"):
             value = getattr(self, name)
             if not 0 <= value < float("inf"):
                 option = "--" + name.replace("_", "-")
                 raise SpecError("command line", option, f"is {value}", "give a positive number, or leave it out")
         return PlanOptions(
             method=self.method,
-            area_method=self.area_method,
+            area_method=self.area_method or "",
             kappa_max_1pm=self.kappa_max,
             sigma_max_1pm2=self.sigma_max,
             paint_speed_mps=self.paint_speed,
@@ -106,6 +145,11 @@ class PlanChoice:
             drying_time_s=self.drying_time,
             hard_drying=self.hard_drying,
             return_to_start=self.return_to_start,
+            overlap_m=self.overlap,
+            margin_m=self.margin,
+            laps=self.laps,
+            swath_angle_deg=np.array([] if self.swath_angle is None else [self.swath_angle]),
+            coverage_pct=self.coverage,
         )
 
 

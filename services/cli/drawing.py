@@ -54,6 +54,22 @@ MapOriginOption = Annotated[
 
 
 @dataclass(frozen=True)
+class PlaceChoice:
+    """Where a drawing lies in the map frame, and that on the earth."""
+
+    place: PlaceOption = None
+    origin: OriginOption = None
+
+    def laid(self, template: Template) -> Template:
+        """``template`` there.
+
+        Raises:
+            SpecError: An option cannot be read or is out of range.
+        """
+        return laid(template, self.place, self.origin)
+
+
+@dataclass(frozen=True)
 class DrawingChoice:
     """What to paint, and where."""
 

@@ -12,9 +12,8 @@ import typer
 def with_groups(command: Callable[..., None]) -> Callable[..., None]:
     """``command`` as Typer wants it: every parameter that is a dataclass is replaced by the dataclass's fields.
 
-    A field's annotation and default are the option's. Groups come first in the command's signature, since an argument
-    without a default, a template's name say, can only stand before the options; one that is to come last in the help
-    is keyword-only.
+    A field's annotation and default are the option's. The help has arguments and options in the order of the signature;
+    a group that stands behind an option in it is keyword-only, since it has no default.
     """
     hints = get_type_hints(command, include_extras=True)
     groups: dict[str, Any] = {name: kind for name, kind in hints.items() if is_dataclass(kind)}
@@ -30,7 +29,8 @@ def with_groups(command: Callable[..., None]) -> Callable[..., None]:
         gathered = {name: kind(**{f.name: values.pop(f.name) for f in fields(kind)}) for name, kind in groups.items()}
         command(**gathered, **values)
 
-    flat.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    by_name = [parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY) for parameter in parameters]
+    flat.__signature__ = inspect.Signature(by_name)  # type: ignore[attr-defined]
     flat.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
     return flat
 

@@ -5,12 +5,15 @@ import signal
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import FrameType
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from touchline.schemas.template import Template
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.cli.choices import PlanChoice, VehicleChoice
 from touchline.services.cli.display import progress_bar, say, warn_of_shortages
 from touchline.services.cli.drawing import DrawingChoice
@@ -19,6 +22,9 @@ from touchline.services.cli.options import JsonOption, ReportOption, check_plot
 from touchline.services.cli.output_choice import deliver
 from touchline.services.runs.reports import plan_figures
 from touchline.services.runs.writing import check_writable, write_text, writing
+
+if TYPE_CHECKING:
+    from touchline.services.planner.plan import Plan
 
 
 def register(app: typer.Typer) -> None:
@@ -56,34 +62,57 @@ def without_collecting() -> Iterator[None]:
             gc.enable()
 
 
-def plan(
-    drawing: DrawingChoice,
-    planning: PlanChoice,
-    body: VehicleChoice,
+@dataclass(frozen=True)
+class PlanOutput:
+    """Where to put what comes of planning.
+
+    Raises:
+        SpecError: A picture is of a kind that cannot be drawn, or a file could not be written.
+    """
+
     out: Annotated[
         Path | None, typer.Option(help="Write the trajectory (JSON, fields as in tt_trajectory_msgs/Trajectory).")
-    ] = None,
-    report: ReportOption = None,
-    plot: Annotated[Path | None, typer.Option(help="Draw the plan to this .svg or .png file.")] = None,
+    ] = None
+    report: ReportOption = None
+    plot: Annotated[Path | None, typer.Option(help="Draw the plan to this .svg or .png file.")] = None
     colour: Annotated[
         Literal["plain", "speed", "curvature"],
         typer.Option(help="What colours the plot: kind of line, speed, or curvature."),
-    ] = "plain",
+    ] = "plain"
     plot_wheels: Annotated[
         Path | None,
         typer.Option("--plot-wheels", help="Draw wheel speed and acceleration over time to this .svg or .png file."),
-    ] = None,
-    as_json: JsonOption = False,
-) -> None:
+    ] = None
+    as_json: JsonOption = False
+
+    def __post_init__(self) -> None:
+        check_plot(self.plot)
+        check_plot(self.plot_wheels, "--plot-wheels")
+        check_writable(self.out, self.report, self.plot, self.plot_wheels)
+
+    def deliver(self, planned: "Plan", template: Template, vehicle: Vehicle) -> None:
+        """Write trajectory, pictures and figures."""
+        if self.out is not None:
+            write_text(planned.trajectory.model_dump_json(indent=1) + "\n", self.out)
+        if self.plot is not None:
+            from touchline.services.planner.plots.plan_picture import plot_plan
+
+            with writing(self.plot):
+                plot_plan(planned, template, self.plot, self.colour, vehicle)
+        if self.plot_wheels is not None:
+            from touchline.services.planner.plots.actuator_picture import plot_actuators
+
+            with writing(self.plot_wheels):
+                plot_actuators(planned, template, vehicle, self.plot_wheels)
+        title = f"Plan of {template.title or template.name}"
+        deliver(title, plan_figures(planned.report), self.report, self.as_json)
+
+
+def plan(drawing: DrawingChoice, planning: PlanChoice, body: VehicleChoice, output: PlanOutput) -> None:
     """Plan a template: from what is to be painted to the trajectory that the robot drives."""
     with without_collecting():
         from touchline.services.planner.plan import plan as make_plan
-        from touchline.services.planner.plots.actuator_picture import plot_actuators
-        from touchline.services.planner.plots.plan_picture import plot_plan
 
-    check_plot(plot)
-    check_plot(plot_wheels, "--plot-wheels")
-    check_writable(out, report, plot, plot_wheels)
     options = planning.options()
     begun = time.perf_counter()
     template, vehicle = drawing.chosen(), body.chosen()
@@ -93,13 +122,4 @@ def plan(
         )
     timed = planned.report.model_copy(update={"planning_time_s": time.perf_counter() - begun})
     warn_of_shortages(timed, vehicle)
-    figures = plan_figures(timed)
-    if out is not None:
-        write_text(planned.trajectory.model_dump_json(indent=1) + "\n", out)
-    if plot is not None:
-        with writing(plot):
-            plot_plan(planned, template, plot, colour, vehicle)
-    if plot_wheels is not None:
-        with writing(plot_wheels):
-            plot_actuators(planned, template, vehicle, plot_wheels)
-    deliver(f"Plan of {template.title or template.name}", figures, report, as_json)
+    output.deliver(replace(planned, report=timed), template, vehicle)

@@ -144,14 +144,13 @@ def replay(
     as_json: JsonOption = False,
 ) -> None:
     """Send a recording onto the bus again, as if its robots were there; a cut-off file is sent up to its break."""
-    from touchline.services.bridge.replay_service import run_replay
+    from touchline.services.bridge.replay_service import Playback, run_replay
 
     with until_stopped() as stop, progress_bar("Replaying") as advance:
         sent = run_replay(
             file,
-            speed_factor(speed),
+            Playback(speed_factor(speed), robot or ()),
             BusConfig.from_environment(robot or ()),
-            robots=robot or (),
             progress=lambda fraction, sim_time_s: advance(fraction, f"{sim_time_s:.0f} s"),
             stop=lambda: bool(stop),
         )

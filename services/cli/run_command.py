@@ -31,7 +31,7 @@ from touchline.services.cli.options import SpeedOption, speed_factor
 from touchline.services.cli.output_choice import OutputChoice
 from touchline.services.runs.bus_run import BusRun, JobFailed, JobOptions
 from touchline.services.system.running_system import only_one
-from touchline.services.system.temporary_system import LocalSystem, local_system, severity_of
+from touchline.services.system.temporary_system import LocalSystem, ProcessOptions, local_system, severity_of
 
 #: A robot that answers has told its setup long before.
 _SETUP_S: Final = 5.0
@@ -136,10 +136,7 @@ def run_job(
     with (
         only_one(config) if config else nullcontext(),
         local_system(
-            {namespace: setup},
-            config,
-            join_as=topics.OPERATOR,
-            recordings=record.parent if record else None,
+            {namespace: setup}, config, ProcessOptions(recordings=record.parent if record else None)
         ) as system,
         progress_bar("Touchline") as advance,
     ):

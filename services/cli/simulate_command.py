@@ -26,7 +26,7 @@ def simulate(
 ) -> None:
     """Paint a template once in this process, without Zenoh: the figures of `run`, many times faster."""
     from touchline.services.robot_sim.warm_up import warm_up
-    from touchline.services.runs.simulation import Job
+    from touchline.services.runs.simulation import Job, Products
     from touchline.services.runs.simulation import simulate as paint
     from touchline.services.runs.work_picture import draw_work
 
@@ -37,16 +37,8 @@ def simulate(
         job = Job.prepare(template, planning.options(), setup.vehicle, advance)
         warn_of_shortages(job.plan_report, setup.vehicle)
         warm_up(say, setup)
-        drawn = output.plot is not None
-        outcome = paint(
-            job,
-            setup.scenario,
-            setup.onboard,
-            hashed=hashed,
-            record=output.record,
-            with_strokes=drawn,
-            progress=advance,
-        )
+        products = Products(hashed, output.record, strokes=output.plot is not None)
+        outcome = paint(job, setup.scenario, setup.onboard, products, advance)
         if output.plot is not None:
             advance(1.0, "Drawing")
             draw_work(template, outcome.strokes, output.plot, outcome.report, outcome.area)

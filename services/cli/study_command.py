@@ -28,7 +28,7 @@ def study(
     pairs: Annotated[
         int,
         typer.Option(
-            metavar="N", min=0, max=10_000_000, help="Random pairs to find a way between; 0: 100 as in the study."
+            metavar="N", min=0, max=10_000_000, help="Random pairs to find a path between; 0: 100 as in the study."
         ),
     ] = 0,
     quick: Annotated[bool, typer.Option("--quick", help="The pitch only, and a fifth of the random pairs.")] = False,

@@ -30,7 +30,7 @@ from touchline.services.cli.ros2_choice import Ros2Choice
 from touchline.services.system.diagnostics import read_health
 from touchline.services.system.running_system import only_one, running_pid, stop_running
 from touchline.services.system.shutdown import until_stopped
-from touchline.services.system.temporary_system import local_system, publish_notices, severity_of
+from touchline.services.system.temporary_system import ProcessOptions, local_system, publish_notices, severity_of
 
 _STOP_TIMEOUT_S = 20.0
 _LOOK_S = 0.5
@@ -77,11 +77,8 @@ def up(
         local_system(
             robots,
             config,
-            ["--speed", speed],
-            gateway.arguments() if gateway else (),
+            ProcessOptions(["--speed", speed], gateway.arguments() if gateway else (), recordings, apart),
             join_as=topics.SUPERVISOR,  # nobody who could stop a robot: that is who has a console
-            recordings=recordings,
-            apart=apart,
         ) as system,
     ):
         if system.wait_until_ready(say, lambda: bool(stop)):

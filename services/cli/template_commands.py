@@ -1,6 +1,7 @@
 """``touchline templates``: what can be painted out of the box, from text, and from other programs' drawings."""
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,16 +15,16 @@ from touchline.schemas.messages import Event
 from touchline.schemas.plain_text import plain
 from touchline.schemas.template import Template
 from touchline.services.cli.display import output, print_event, progress_bar, say
-from touchline.services.cli.drawing import DrawingChoice, MapOriginOption, OriginOption, PlaceOption, SetOption, laid
+from touchline.services.cli.drawing import DrawingChoice, MapOriginOption, PlaceChoice, SetOption, laid
+from touchline.services.cli.groups import with_groups
 from touchline.services.cli.options import JsonOption, check_plot
 from touchline.services.runs.writing import check_writable, write_text, writing
 
 if TYPE_CHECKING:
     from touchline.schemas.fields import Field
-    from touchline.services.drawings.importer import Imported
+    from touchline.services.drawings.importer import Imported, ImportOptions
 
 OutOption = Annotated[Path | None, typer.Option("--out", help="Write the template to this JSON file.")]
-PlotOption = Annotated[Path | None, typer.Option("--plot", help="Draw the template to this .svg file.")]
 LineWidthOption = Annotated[float, typer.Option(help="Width of the strokes, m.", min=0.02, max=0.3)]
 
 _SHOW = "show"
@@ -43,9 +44,9 @@ class _ShowByDefault(TyperGroup):
 def register(app: typer.Typer) -> None:
     """Add the subcommands."""
     group = typer.Typer(cls=_ShowByDefault, rich_markup_mode=None, help=_HELP)
-    group.command(_SHOW)(show)
-    group.command("text")(text)
-    group.command("import")(import_)
+    group.command(_SHOW)(with_groups(show))
+    group.command("text")(with_groups(text))
+    group.command("import")(with_groups(import_))
     app.add_typer(group, name="templates")
 
 
@@ -55,37 +56,69 @@ _HELP = """List the shipped templates, print or draw one, write text, or import 
 """
 
 
+@dataclass(frozen=True)
+class TemplateFiles:
+    """Where to put a template; on standard output, if nowhere else."""
+
+    out: OutOption = None
+    plot: Annotated[Path | None, typer.Option("--plot", help="Draw the template to this .svg file.")] = None
+
+    def deliver(self, template: Template) -> None:
+        """Write and draw it.
+
+        Raises:
+            SpecError: A file cannot be written, or the picture is of a kind that cannot be drawn.
+        """
+        if self.plot is not None:
+            from touchline.services.drawings.picture import picture
+
+            if self.plot.suffix != ".svg":
+                raise SpecError("command line", "--plot", f"ends in {self.plot.suffix!r}", "use .svg")
+            write_text(picture(template), self.plot)
+        if self.out is not None:
+            write_text(template.to_json(), self.out)
+        if self.out is None and self.plot is None:
+            typer.echo(template.to_json().rstrip())
+
+
 def show(
     name: Annotated[
         str | None, typer.Argument(help="Print this template (or JSON file) as JSON.", show_default=False)
     ] = None,
     settings: SetOption = None,
-    place: PlaceOption = None,
-    origin: OriginOption = None,
+    *,
+    where: PlaceChoice,
     map_origin: MapOriginOption = None,
-    out: OutOption = None,
-    plot: PlotOption = None,
+    files: TemplateFiles,
     as_json: JsonOption = False,
 ) -> None:
     """List the shipped templates, or print one as JSON to start your own from."""
+    if name is not None:
+        template = DrawingChoice(name, settings, where.place, where.origin).chosen()
+        files.deliver(laid(template, map_origin=map_origin))
+        return
+    _list(
+        {"--set": settings, "--place": where.place, "--origin": where.origin, "--out": files.out, "--plot": files.plot},
+        as_json,
+    )
+
+
+def _list(given: dict[str, object], as_json: bool) -> None:
+    """The shipped templates; of the options that are ``given`` none has a meaning for all of them."""
     from touchline.schemas.fields import FIELDS  # here: every process of the system starts through this command line
 
-    if name is not None:
-        template = DrawingChoice(name, settings, place, origin).chosen()
-        _deliver(laid(template, map_origin=map_origin), out, plot)
-        return
-    given = {"--set": settings, "--place": place, "--origin": origin, "--out": out, "--plot": plot}
     for option, value in given.items():
         if value is not None:
             raise SpecError("command line", option, "is given without a template", f"name one of: {', '.join(FIELDS)}")
     if as_json:
         typer.echo(json.dumps([_row(field) for field in FIELDS.values()], indent=2))
         return
-    table = Table(Column("name", no_wrap=True), "title", "strokes", "line", "parameters")
+    table = Table(Column("name", no_wrap=True), "title", "strokes", "line, area", "parameters")
     for field_name, field in FIELDS.items():
         template = field.template()
         shown = ", ".join(parameter.name for parameter in field.parameters)
-        table.add_row(field_name, template.title, str(len(template.segments)), f"{template.length_m:.1f} m", shown)
+        extent = f"{template.area_m2:,.1f} m²" if template.areas else f"{template.length_m:.1f} m"
+        table.add_row(field_name, template.title, str(len(template.segments)), extent, shown)
     output().print(table)
 
 
@@ -94,25 +127,26 @@ def text(
     height: Annotated[float, typer.Option(help="Height of the letters, m.", min=0.1, max=100.0)] = 2.0,
     line_width: LineWidthOption = 0.12,
     corners: Annotated[Corners, typer.Option(help="Soft corners: square, cut, or round.")] = Corners.CUT,
-    place: PlaceOption = None,
-    origin: OriginOption = None,
-    out: OutOption = None,
-    plot: PlotOption = None,
+    *,
+    where: PlaceChoice,
+    files: TemplateFiles,
 ) -> None:
     """Write TEXT in single strokes; (0, 0) is the lower left corner of the first letter."""
     strokes = tuple(write(words, height, line_width, corners))
     source = f"Text, {height:g} m high. Origin at the lower left corner, x along the text, y up, in m."
     template = Template(name="text", title=words, source=source, line_width_m=line_width, segments=strokes)
-    _deliver(laid(template, place, origin), out, plot)
+    files.deliver(where.laid(template))
 
 
-def import_(
-    drawing: Annotated[Path, typer.Argument(help="An .svg or .dxf file.")],
+@dataclass(frozen=True)
+class ImportChoice:
+    """How closely a drawing is followed, and what of it is painted."""
+
     scale: Annotated[
         float | None,
         typer.Option(help="Metres of one unit of the drawing; by default from its own units.", show_default=False),
-    ] = None,
-    line_width: LineWidthOption = 0.12,
+    ] = None
+    line_width: LineWidthOption = 0.12
     detail: Annotated[
         float | None,
         typer.Option(
@@ -121,13 +155,32 @@ def import_(
             max=10.0,
             show_default=False,
         ),
-    ] = None,
-    fill: Annotated[bool, typer.Option("--fill", help="Fill coloured shapes and hatches with strokes.")] = False,
-    fill_angle: Annotated[float, typer.Option(help="Direction of the strokes that fill, degrees.")] = 0.0,
-    anchor: Annotated[str, typer.Option(help="What becomes (0, 0): centre, corner (lower left) or own.")] = "centre",
-    skip_others: Annotated[bool, typer.Option("--skip-others", help="Leave out what cannot be painted.")] = False,
-    place: PlaceOption = None,
-    origin: OriginOption = None,
+    ] = None
+    fill: Annotated[bool, typer.Option("--fill", help="Fill coloured shapes and hatches with strokes.")] = False
+    fill_angle: Annotated[float, typer.Option(help="Direction of the strokes that fill, degrees.")] = 0.0
+    anchor: Annotated[str, typer.Option(help="What becomes (0, 0): centre, corner (lower left) or own.")] = "centre"
+    skip_others: Annotated[bool, typer.Option("--skip-others", help="Leave out what cannot be painted.")] = False
+
+    def options(self) -> "ImportOptions":
+        """As the importer wants them.
+
+        Raises:
+            SpecError: There is no such anchor.
+        """
+        from touchline.services.drawings.importer import Anchor, ImportOptions
+
+        if self.anchor not in list(Anchor):
+            raise SpecError("command line", "--anchor", f"is {self.anchor!r}", f"give {', '.join(Anchor)}")
+        anchor = Anchor(self.anchor)
+        return ImportOptions(
+            self.scale, self.line_width, self.fill, self.fill_angle, anchor, self.skip_others, self.detail
+        )
+
+
+def import_(
+    drawing: Annotated[Path, typer.Argument(help="An .svg or .dxf file.")],
+    choice: ImportChoice,
+    where: PlaceChoice,
     out: OutOption = None,
     plot: Annotated[
         Path | None,
@@ -138,13 +191,11 @@ def import_(
     ] = None,
 ) -> None:
     """Import the lines and curves of an SVG or DXF drawing, as closely as the painted line can show."""
-    from touchline.services.drawings.importer import Anchor, ImportOptions, import_drawing
+    from touchline.services.drawings.importer import import_drawing
 
-    if anchor not in list(Anchor):
-        raise SpecError("command line", "--anchor", f"is {anchor!r}", f"give {', '.join(Anchor)}")
+    options = choice.options()
     check_plot(plot)
     check_writable(out, plot)
-    options = ImportOptions(scale, line_width, fill, fill_angle, Anchor(anchor), skip_others, detail)
     with progress_bar(f"Importing {plain(drawing.name, 40)}") as advance:
         imported = import_drawing(drawing, options, advance)
         if plot is not None:
@@ -155,7 +206,7 @@ def import_(
                 draw_comparison(imported, plot)
     _tell(drawing.name, imported)
     if out is not None or plot is None:
-        _deliver(laid(imported.template, place, origin), out, None)
+        TemplateFiles(out).deliver(where.laid(imported.template))
 
 
 def _tell(name: str, imported: "Imported") -> None:
@@ -185,6 +236,7 @@ def _row(field: "Field") -> dict[str, Any]:
         "title": template.title,
         "segments": len(template.segments),
         "length_m": template.length_m,
+        "area_m2": template.area_m2,
         "source": template.source,
         "parameters": [
             {"name": p.name, "default": p.default, "allowed": p.allowed, "description": p.description}
@@ -195,17 +247,3 @@ def _row(field: "Field") -> dict[str, Any]:
 
 def _more(count: int) -> str:
     return f" and {count - _NAMED} more" if count > _NAMED else ""
-
-
-def _deliver(template: Template, out: Path | None, plot: Path | None) -> None:
-    """To the files asked for, else to standard output."""
-    if plot is not None:
-        from touchline.services.drawings.picture import picture
-
-        if plot.suffix != ".svg":
-            raise SpecError("command line", "--plot", f"ends in {plot.suffix!r}", "use .svg")
-        write_text(picture(template), plot)
-    if out is not None:
-        write_text(template.to_json(), out)
-    if out is None and plot is None:
-        typer.echo(template.to_json().rstrip())

@@ -1,1 +1,1 @@
-"""Numerics that every part shares; it knows nothing of Touchline."""
+"""Shared numerics, independent of the rest of Touchline."""

@@ -1,4 +1,4 @@
-"""Angles, and how often they have gone round."""
+"""Angles and whole turns."""
 
 import math
 
@@ -18,7 +18,15 @@ def wrapped(angle_rad: float) -> float:
 
 @kernel
 def nearest_turn(angle_rad: float, middle_rad: float) -> float:
-    """The angle less whole turns, in [middle − π, middle + π), rad."""
+    """The angle less as many whole turns as bring it within half a turn of another.
+
+    Args:
+        angle_rad: To be turned back or on.
+        middle_rad: That it is to be near to.
+
+    Returns:
+        The angle in [middle − π, middle + π), rad.
+    """
     return angle_rad - TAU * math.floor((angle_rad - middle_rad) / TAU + 0.5)
 
 

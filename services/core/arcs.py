@@ -31,14 +31,23 @@ def chord_share(half_turn_rad: float) -> float:
 
 @kernel
 def arc(heading_rad: float, curvature_1pm: float, length_m: float) -> tuple[complex, float]:
-    """Displacement (m) and turn (rad) along an arc or a line that begins with a heading."""
+    """Displacement and turn along an arc or a line.
+
+    Args:
+        heading_rad: At its start, from +x.
+        curvature_1pm: Left positive; 0 for a line.
+        length_m: How far along it; negative is backward.
+
+    Returns:
+        The chord x + iy (m), in the frame in which the heading is given, and the turn (rad).
+    """
     half = 0.5 * curvature_1pm * length_m
     return unit(heading_rad + half) * (length_m * chord_share(half)), 2.0 * half
 
 
 @kernel
 def beside(point: complex, row: Floats, facing: complex) -> float:
-    """How far to the left of a line or arc, carried on beyond its ends, a point is (m).
+    """The signed distance (m) of a point from a line or arc that goes on beyond its ends, left positive.
 
     Args:
         point: In the frame of the row, m.
@@ -57,9 +66,14 @@ def beside(point: complex, row: Floats, facing: complex) -> float:
 
 @kernel
 def abreast(point: complex, row: Floats, facing: complex) -> float:
-    """At which arc length (m) a point is abreast of a line or arc; arguments as of `beside`.
+    """The arc length (m) at which a line or arc that goes on beyond its ends is nearest to a point.
 
-    Of an arc's turns that one is taken that is nearest to its middle.
+    An arc passes there once a turn; the one nearest to the middle of its length is taken.
+
+    Args:
+        point: In the frame of the row, m.
+        row: (5 or more,) X to LENGTH.
+        facing: The unit vector of its heading: the same for many points.
     """
     dx, dy = point.real - row[X], point.imag - row[Y]
     ahead: float = facing.real * dx + facing.imag * dy

@@ -1,4 +1,4 @@
-"""What kernels do to whole arrays. Numba's own slice assignments, sums and sorts take long to compile."""
+"""Array operations for kernels. Numba's own slice assignments, sums and sorts take long to compile."""
 
 from typing import Any
 
@@ -10,14 +10,19 @@ from touchline.services.core.jit import kernel
 
 @kernel
 def copy(source: NDArray[Any], target: NDArray[Any]) -> None:
-    """Give the first numbers of `target` (at least as many) the values of `source` (n,)."""
+    """Copy an array into the start of another.
+
+    Args:
+        source: (n,).
+        target: (n or more,) its first n are overwritten.
+    """
     for i in range(len(source)):
         target[i] = source[i]
 
 
 @kernel
 def least(values: NDArray[np.float64]) -> int:
-    """The first place of the least of `values` (n,)."""
+    """Index of the least of `values` (n,), the first one if there are equals."""
     place = 0
     for i in range(1, len(values)):
         if values[i] < values[place]:
@@ -27,7 +32,12 @@ def least(values: NDArray[np.float64]) -> int:
 
 @kernel
 def ascending(values: NDArray[np.float64], order: NDArray[np.int64]) -> None:
-    """Fill `order` (n,) with the places of `values` (n,) from the least to the greatest: few of them."""
+    """Indices that sort an array, by insertion: for few values. Equals stay in order.
+
+    Args:
+        values: (n,).
+        order: (n,) filled with the indices of the values from the least to the greatest.
+    """
     for i in range(len(values)):
         j = i
         while j > 0 and values[order[j - 1]] > values[i]:
@@ -38,7 +48,12 @@ def ascending(values: NDArray[np.float64], order: NDArray[np.int64]) -> None:
 
 @kernel
 def count_up_to(values: NDArray[np.float64], limit: float) -> int:
-    """How many of the ascending `values` (n,) are at most `limit`: the place right of them (``bisect_right``)."""
+    """Number of values that are at most a limit, by bisection: ``bisect.bisect_right``.
+
+    Args:
+        values: (n,) ascending.
+        limit: In their unit.
+    """
     low, high = 0, len(values)
     while low < high:
         middle = (low + high) // 2

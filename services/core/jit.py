@@ -55,7 +55,7 @@ _OBJECTS = 100_000
 
 
 class _Cache(FunctionCache):
-    """Compiled code on disk. A full disk costs the next start its time, not this one its kernel.
+    """Compiled code on disk. If it cannot be written, because the disk is full, the next start compiles it again.
 
     Processes write one after another: the code of two signatures of a kernel gets one name, and one is then run for the
     other, if each is written by a process that has not seen the other's in the kernel's index.
@@ -89,7 +89,7 @@ def _one_at_a_time(folder: Path) -> Iterator[None]:
 
 
 class _Part(JITCodeLibrary):
-    """Code that callers link into theirs: they make the machine code. They get faster if it is optimised before."""
+    """Code that is only linked into its callers', which become machine code; optimised first, it makes them faster."""
 
     def _finalize_final_module(self) -> None:
         self._finalized = True
@@ -154,7 +154,7 @@ class Kernel(CPUDispatcher):
 
 
 def kernel(function: Callable[..., Any]) -> Any:
-    """Compile a function for the types that it is called with, once it is."""
+    """Compile a function at its first call with each combination of argument types."""
     return Kernel(function)
 
 
@@ -168,7 +168,7 @@ def borrowing(function: Callable[..., Any]) -> Any:
 
 
 class KernelOfClass(Kernel):
-    """Stands for the kernels of its name in the classes of its first argument, named tuples.
+    """Dispatches to the kernel of its name in the class of its first argument, a named tuple.
 
     In a kernel the types of all arguments are known when it is compiled, so the one that is meant is chosen then, and
     nothing is left to decide when it runs.
@@ -178,7 +178,7 @@ class KernelOfClass(Kernel):
         return getattr(first, self.py_func.__name__)
 
     def __call__(self, first: Any, *others: Any) -> Any:
-        """From Python."""
+        """Call the kernel that is meant from Python."""
         return self._meant(type(first))(first, *others)
 
     def get_call_template(self, args: Any, kws: Any) -> tuple[Any, ...]:
@@ -192,5 +192,5 @@ class KernelOfClass(Kernel):
 
 
 def kernel_of_class(stub: Callable[..., Any]) -> Any:
-    """A kernel that every class of named tuples of a kind has its own of; only the name of `stub` counts."""
+    """Dispatch to the kernel with the name of `stub` in the class of the first argument; the stub itself never runs."""
     return KernelOfClass(stub)

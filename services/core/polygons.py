@@ -12,6 +12,11 @@ def crossed(point: complex, a: complex, b: complex) -> bool:
 
     A point is inside a closed outline if its ray crosses an odd number of edges: Shimrat, "Algorithm 112: position of
     point relative to polygon", Communications of the ACM 5(8), 1962.
+
+    Args:
+        point: Where the ray begins, m.
+        a: One end of the edge, m.
+        b: The other.
     """
     x, y = point.real, point.imag
     return (a.imag > y) != (b.imag > y) and x < a.real + (y - a.imag) / (b.imag - a.imag) * (b.real - a.real)
@@ -19,7 +24,12 @@ def crossed(point: complex, a: complex, b: complex) -> bool:
 
 @kernel
 def within(point: complex, edges: NDArray[np.float64]) -> bool:
-    """Whether a point is inside the closed outline of edges (n, 4) x₁ y₁ x₂ y₂ (m)."""
+    """Whether a point is inside a closed outline, by the rule of `crossed`.
+
+    Args:
+        point: m.
+        edges: (n, 4) x₁ y₁ x₂ y₂ of each edge, in any order, m.
+    """
     inside = False
     for e in range(len(edges)):
         if crossed(point, complex(edges[e, 0], edges[e, 1]), complex(edges[e, 2], edges[e, 3])):
@@ -29,7 +39,13 @@ def within(point: complex, edges: NDArray[np.float64]) -> bool:
 
 @kernel
 def off_squared(point: complex, a: complex, b: complex) -> float:
-    """The squared distance (m²) of a point from the segment from `a` to `b`."""
+    """The squared distance (m²) of a point from a segment.
+
+    Args:
+        point: m.
+        a: One end of the segment, m.
+        b: The other; it may be the same.
+    """
     u, from_a = b - a, point - a
     square = u.real * u.real + u.imag * u.imag
     share = (from_a.real * u.real + from_a.imag * u.imag) / square if square > 0.0 else 0.0
@@ -40,7 +56,16 @@ def off_squared(point: complex, a: complex, b: complex) -> float:
 
 @kernel
 def apart_squared(a: complex, b: complex, c: complex, d: complex) -> float:
-    """The least squared distance (m²) between the segments from `a` to `b` and from `c` to `d`; 0 where they meet."""
+    """The squared distance (m²) between two segments; 0 if they meet.
+
+    Segments that do not cross are nearest to each other at an end of one of them.
+
+    Args:
+        a: One end of the first segment, m.
+        b: Its other end.
+        c: One end of the second, m.
+        d: Its other end.
+    """
     u, v, w = b - a, d - c, c - a
     cross = u.real * v.imag - u.imag * v.real
     if cross != 0.0:

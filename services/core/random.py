@@ -2,7 +2,8 @@
 
 Nothing is consumed in sequence, so adding a sensor or a fault changes no other noise, and any number can be
 recomputed alone. The hash is the finaliser of SplitMix64 (Steele, Lea and Flood, "Fast splittable pseudorandom
-number generators", 2014) applied once per key word; normals come from the Box-Muller transform.
+number generators", OOPSLA 2014) applied once per key word; normals come from the transform of G. E. P. Box and
+M. E. Muller ("A note on the generation of random normal deviates", Annals of Mathematical Statistics 29(2), 1958).
 """
 
 from __future__ import annotations
@@ -54,9 +55,17 @@ def _hash(seed: int, stream: int, tick: int, channel: int) -> np.uint64:
 
 @kernel
 def whole(seed: int, counter: int, below: int) -> int:
-    """A whole number in 0 … `below` − 1, or 0: from number `counter` + 1 of SplitMix64's sequence that `seed` begins.
+    """Draw a whole number: the remainder of the top 53 bits of an output of SplitMix64.
 
-    The remainder of 53 bits is even to one part in 2⁵³ / `below`.
+    All are equally likely to within one part in 2⁵³ / `below`.
+
+    Args:
+        seed: Of SplitMix64.
+        counter: How many of its outputs come before this one.
+        below: How many numbers there are to draw from; less than 1 counts as 1.
+
+    Returns:
+        0 … `below` − 1.
     """
     word = _mix(np.uint64(seed) + np.uint64(counter + 1) * _GOLDEN)
     return int((word >> _S11) % np.uint64(max(below, 1)))
@@ -64,13 +73,27 @@ def whole(seed: int, counter: int, below: int) -> int:
 
 @kernel
 def uniform(seed: int, stream: int, tick: int, channel: int) -> float:
-    """Draw from [0, 1) for this key: the top 53 bits of its hash."""
+    """Draw from the uniform distribution on [0, 1): the top 53 bits of the key's hash.
+
+    Args:
+        seed: Of the session.
+        stream: STREAM_CHASSIS to STREAM_FAULT: what is drawn.
+        tick: When.
+        channel: Number within stream and tick.
+    """
     return float(_hash(seed, stream, tick, channel) >> _S11) * _UNIT
 
 
 @kernel
 def normal(seed: int, stream: int, tick: int, channel: int) -> float:
-    """Draw from N(0, 1) for this key. Finite for every key (|value| < 8.6)."""
+    """Draw from the standard normal distribution. Finite for every key (|value| < 8.6).
+
+    Args:
+        seed: Of the session.
+        stream: STREAM_CHASSIS to STREAM_FAULT: what is drawn.
+        tick: When.
+        channel: Number within stream and tick.
+    """
     word = _hash(seed, stream, tick, channel)
     radius_uniform = (float(word >> _S11) + 0.5) * _UNIT
     angle_uniform = float(_mix(word + _GOLDEN) >> _S11) * _UNIT

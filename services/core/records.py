@@ -72,12 +72,12 @@ class Record:
         cls.dtype = np.dtype(fields, align=True)
 
     def __init__(self, **values: Any) -> None:
-        """With these values; the defaults for all others."""
+        """A record with these values, and the defaults for all other fields."""
         self._lie_in(np.zeros(1, self.dtype))
         self.reset(**values)
 
     def _lie_in(self, array: NDArray[np.void]) -> None:
-        """Take that memory, (1,) of `dtype`, for its own."""
+        """Use this memory, (1,) of `dtype`, for the fields."""
         self._array = array
         self.views: dict[str, NDArray[Any]] = {}
         for name in self.dtype.names or ():
@@ -92,7 +92,7 @@ class Record:
                     setattr(self, name, self.views[name])
 
     def reset(self, **values: Any) -> None:
-        """Back to the defaults, but for these values."""
+        """Set these values, and all other fields to their defaults."""
         self._array[:] = np.zeros(1, self.dtype)
         for name in self._records:
             getattr(self, name).reset()

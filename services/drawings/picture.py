@@ -1,13 +1,14 @@
-"""A template as an SVG picture, to scale: every stroke as wide as it is painted, on grass."""
+"""A template as an SVG picture, to scale: strokes as wide as they are painted, areas, what the body keeps to dashed."""
 
 import math
+from collections.abc import Iterable
 from html import escape
 
 import numpy as np
 
-from touchline.schemas.template import Area, Template, TemplateSegment
+from touchline.schemas.template import Position, Template, TemplateSegment
 
-GRASS, PAINT, INK = "#3f7d3a", "#ffffff", "#26332a"
+GRASS, PAINT, INK, FENCE = "#3f7d3a", "#ffffff", "#26332a", "#d9822b"
 WIDTH_PX, MARGIN_SHARE, TITLE_PX, THINNEST_PX = 900.0, 0.04, 30.0, 0.6
 
 
@@ -21,9 +22,14 @@ def picture(template: Template) -> str:
     # A line thinner than this would not be seen: drawn wider than to scale.
     stroke = max(template.line_width_m * scale, THINNEST_PX)
     paths = "\n".join(f'<path d="{_path(segment, low, high, scale)}"/>' for segment in template.segments)
-    areas = "".join(f'<path d="{_rings(area, low, high, scale)}"/>\n' for area in template.areas)
+    areas = "".join(f'<path d="{_rings((a.outline, *a.holes), low, high, scale)}"/>\n' for a in template.areas)
     if areas:
         areas = f'<g fill="{PAINT}" fill-rule="evenodd">\n{areas}</g>\n'
+    kept = [outline.corners for outline in (template.boundary, *template.obstacles) if outline is not None]
+    fences = ""
+    if kept:
+        dashes = f'fill="none" stroke="{FENCE}" stroke-width="2" stroke-dasharray="8 5"'
+        fences = f'\n<path {dashes} d="{_rings(kept, low, high, scale)}"/>'
     title = escape(template.title or template.name)
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height + TITLE_PX:.0f}" '
@@ -32,7 +38,7 @@ def picture(template: Template) -> str:
         f'fill="{INK}">{title}</text>\n'
         f'<g transform="translate(0 {TITLE_PX:.0f})">\n'
         f'<rect width="{width:.2f}" height="{height:.2f}" fill="{GRASS}"/>\n'
-        f'{areas}<g fill="none" stroke="{PAINT}" stroke-width="{stroke:.3f}">\n{paths}\n</g>\n</g>\n</svg>\n'
+        f'{areas}<g fill="none" stroke="{PAINT}" stroke-width="{stroke:.3f}">\n{paths}\n</g>{fences}\n</g>\n</svg>\n'
     )
 
 
@@ -48,10 +54,10 @@ def bounds(template: Template) -> tuple[np.ndarray, np.ndarray]:
     return every.min(axis=0), every.max(axis=0)
 
 
-def _rings(area: Area, low: np.ndarray, high: np.ndarray, scale: float) -> str:
-    """The outline and the holes."""
-    rings = ((np.array(ring) - (low[0], high[1])) * (scale, -scale) for ring in (area.outline, *area.holes))
-    return "".join(f"M{'L'.join(f'{x:.3f} {y:.3f}' for x, y in ring.tolist())}Z" for ring in rings)
+def _rings(rings: Iterable[tuple[Position, ...]], low: np.ndarray, high: np.ndarray, scale: float) -> str:
+    """Closed outlines, corner by corner."""
+    drawn = ((np.array(ring) - (low[0], high[1])) * (scale, -scale) for ring in rings)
+    return "".join(f"M{'L'.join(f'{x:.3f} {y:.3f}' for x, y in ring.tolist())}Z" for ring in drawn)
 
 
 def _path(segment: TemplateSegment, low: np.ndarray, high: np.ndarray, scale: float) -> str:

@@ -1,7 +1,7 @@
 """Fits as few lines and arcs as possible to a chain of them, tangent to one another where the drawing allows it.
 
 A chain of lines and arcs is cut at some of its joints; between two of these comes one line, one arc, a biarc, or two
-lines that meet in a corner. Of all such ways that stay within the tolerance, dynamic programming finds the one of the
+lines that meet in a corner. Of all such curves that stay within the tolerance, dynamic programming finds the one of the
 least cost: of pieces, corners, short and tight pieces, and of straying. The cost is the same for the chain travelled
 the other way, and for its mirror image. Long lines and arcs of the drawing stay what they are.
 """
@@ -306,9 +306,9 @@ class _Fitter:
     def _pieces(self, i: Indices, j: Indices) -> tuple[Floats, Floats]:
         """The cheapest piece or two from joints to later ones (n,) each, (n,) and (n, 2, 5); infinite: none."""
         start, end, leave, arrive = self.points[i], self.points[j], self.leave[i], self.arrive[j]
-        way = self.ends_m[self.piece[j]] - self.ends_m[self.piece[i]]
+        along_m = self.ends_m[self.piece[j]] - self.ends_m[self.piece[i]]
         soft, free, apart = self.soft[i], self.soft[j], np.abs(end - start) > COINCIDENT_M
-        small = way <= FEATURES * self.detail.feature_m
+        small = along_m <= FEATURES * self.detail.feature_m
         offers = [
             _Offer(biarcs, (start, leave, end, arrive), np.ones(len(i), dtype=np.bool_)),
             _Offer(_one_arc(leaving), (start, leave, end), soft & apart & ~free),
@@ -321,7 +321,7 @@ class _Fitter:
         for kind, offer in enumerate(offers):
             pairs, rows = offer.made()
             turns, lengths = np.abs(rows[..., 3] * rows[..., 4]).max(axis=1), rows[..., 4].sum(axis=1)
-            good = (turns <= STEEPEST_RAD) & (lengths <= 1.05 * way[pairs] + 2 * self.detail.tolerance_m)
+            good = (turns <= STEEPEST_RAD) & (lengths <= 1.05 * along_m[pairs] + 2 * self.detail.tolerance_m)
             pairs, rows = pairs[good], rows[good]
             allowed = np.where(small[pairs], self.detail.stray_m, STRICT_SHARE * self.detail.tolerance_m)
             stray = self._stray(i[pairs], j[pairs], rows, allowed)

@@ -33,7 +33,7 @@ REACH_M = 2 * STICK_M
 STEP_M, STEP_RAD = 2e-3, 0.3
 #: A walk of one line more must stray this much less.
 LINE_M = 1e-3
-#: Whether a walk stands on the curve, or off it at the end of a stick longer than the way to the curve.
+#: Whether a walk stands on the curve, or off it at the end of a stick longer than the distance to the curve.
 ON, OFF = 0, 1
 
 
@@ -172,7 +172,7 @@ def _following(stations: _Stations, i: int) -> _Steps:
 
 
 def _lengths(stations: _Stations, i: int) -> Floats:
-    """(m,) way from station ``i`` to the later ones of the same curve, m."""
+    """(m,) distance from station ``i`` to the later ones of the same curve, m."""
     k = stations.curve[i]
     at = np.append(stations.at_m[i + 1 : stations.first[k + 1]], stations.curves[k].length_m)
     return np.asarray(at - stations.at_m[i])[: stations.first[k + 1] - i]
@@ -190,7 +190,7 @@ def _stations(curves: Sequence[Curve], reach_m: float) -> _Stations:
     at: list[Floats] = []
     stops: list[int] = []
     first = [0]
-    for curve, behind, ahead in zip(curves, _ways(curves), reversed(_ways(curves[::-1])), strict=True):
+    for curve, behind, ahead in zip(curves, _distances_m(curves), reversed(_distances_m(curves[::-1])), strict=True):
         head, tail = max(reach_m - behind, 0.0), max(reach_m - ahead, 0.0)
         step = min(STEP_M, STEP_RAD / max(abs(curve.curvature_1pm), STEP_RAD))
         if head + tail < curve.length_m:
@@ -214,11 +214,11 @@ def _stations(curves: Sequence[Curve], reach_m: float) -> _Stations:
     )
 
 
-def _ways(curves: Sequence[Curve]) -> list[float]:
+def _distances_m(curves: Sequence[Curve]) -> list[float]:
     """How far along ``curves`` the beginning of each is from the last that must be bridged, m; 0 for such a one."""
-    ways, way = [], np.inf
+    distances, distance = [], np.inf
     for curve in curves:
-        way = way if paintable(curve) else 0.0
-        ways.append(way)
-        way += curve.length_m if paintable(curve) else 0.0
-    return ways
+        distance = distance if paintable(curve) else 0.0
+        distances.append(distance)
+        distance += curve.length_m if paintable(curve) else 0.0
+    return distances

@@ -126,10 +126,10 @@ def _middle_line(drawn: list[Curve], length_m: float, detail: Detail) -> list[Cu
     there, back = points[: second + 1], np.vstack((points[second:], points[:1]))[::-1]
     if min(len(there), len(back)) < 3:
         return []
-    ways = [_polyline(there), _polyline(back)]
-    if max(distance_m(back, ways[0]).max(), distance_m(there, ways[1]).max()) > detail.stray_m:
+    sides = [_polyline(there), _polyline(back)]
+    if max(distance_m(back, sides[0]).max(), distance_m(there, sides[1]).max()) > detail.stray_m:
         return []
-    dense = _points(ways[1], 8 * count)
+    dense = _points(sides[1], 8 * count)
     from scipy.spatial import cKDTree
 
     _, nearest = cKDTree(dense).query(there)

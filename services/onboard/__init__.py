@@ -1,4 +1,4 @@
-"""What the robot's own computer does: estimate, follow, execute, keep safe. It sees sensor frames and nothing else."""
+"""The robot's own computer: estimation, control, execution and safety, from sensor frames and nothing else."""
 
 from touchline.services.onboard.computer import Onboard
 from touchline.services.onboard.warm_up_drive import straight, warm_up

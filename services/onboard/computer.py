@@ -19,7 +19,13 @@ from touchline.services.onboard.estimation.report import report
 from touchline.services.onboard.executive.events import EventLog
 from touchline.services.onboard.executive.failsafe import Failsafe
 from touchline.services.onboard.executive.localization_monitor import LocalizationMonitor, max_fix_age_s
-from touchline.services.onboard.executive.traversal import ABORTED_BY_OPERATOR, EMERGENCY_STOP, Course, Traversal
+from touchline.services.onboard.executive.traversal import (
+    ABORTED_BY_OPERATOR,
+    EMERGENCY_STOP,
+    Course,
+    Monitors,
+    Traversal,
+)
 from touchline.services.onboard.interface import (
     STANDSTILL,
     Checkpoint,
@@ -35,13 +41,13 @@ from touchline.services.onboard.nominal_tick import CourseArrays
 
 
 class Nominal(NamedTuple):
-    """For ticks in which nothing has to be decided.
+    """What `nominal_tick` needs to run ticks in which nothing has to be decided.
 
     Attributes:
         computer: (1,) its state, for kernels.
         course: What it drives.
-        follower: Which is asked between `steer` and `actuate`.
-        now: (NOW,) what it is told, with the path ahead of `course.leg`.
+        follower: That is asked between `steer` and `actuate`.
+        now: (NOW,) that the follower is given, with the path ahead of `course.leg`.
     """
 
     computer: Computer
@@ -51,7 +57,7 @@ class Nominal(NamedTuple):
 
 
 class Onboard:
-    """Estimator, watch and traversal executive of one robot.
+    """Estimator, monitors and traversal executive of one robot.
 
     Args:
         vehicle: The nominal robot.
@@ -66,11 +72,10 @@ class Onboard:
         self._state, self._drive = ComputerState(), drive_of(vehicle)
         self._estimator = Estimator(vehicle, config, self._state)
         self._watch = LocalizationMonitor(self._state, max_fix_age_s(config.gnss))
-        self._follower = make_follower(config.follower, vehicle, ask)
+        self._follower = make_follower(config.follower, vehicle, ask, config)
         self._hazards = Failsafe(vehicle, self._state, config.fence.timeout_s)
-        self._traversal = Traversal(
-            vehicle, self._follower, self._estimator, self._watch, self._hazards, config.fence, self._state, self._log
-        )
+        monitors = Monitors(self._watch, self._hazards, config.fence)
+        self._traversal = Traversal(vehicle, self._follower, self._estimator, monitors, self._state, self._log)
         self._estimate: tuple[int, Estimate] | None = None
 
     def check_load(self) -> None:
@@ -129,7 +134,7 @@ class Onboard:
         self._traversal.reset()
 
     def link_lost(self) -> None:
-        """The operator cannot be heard any more: pause if under way."""
+        """Pause, as the operator cannot be heard any more."""
         self._traversal.link_lost()
 
     def step(self, frame: SensorFrame) -> Command:
@@ -140,7 +145,7 @@ class Onboard:
         return self.decide(frame.tick)
 
     def decide(self, tick: int) -> Command:
-        """The last part of a tick, of which the estimate and the monitors' findings are there."""
+        """Finish a tick that estimator and monitors have seen: the executive's part of `step`."""
         before = tuple(self._state.command.actuators.tolist())
         command = self._traversal.step(tick)
         if command is STANDSTILL:
@@ -148,7 +153,7 @@ class Onboard:
         return self._state.command.give(command)
 
     def nominal(self, tick: int) -> Nominal | None:
-        """What the ticks after `tick` can be driven with by `nominal_tick`, if nothing has to be decided."""
+        """What `nominal_tick` needs for the ticks after `tick`; None if the next one may need a decision."""
         estimator, job = self._estimator, self._traversal.job
         buffer = estimator.buffer
         if job is None or not self._traversal.nominal or not buffer.imu_tick == buffer.encoder_tick == tick:
@@ -159,7 +164,7 @@ class Onboard:
         return Nominal(self._state.array, course, self._follower, job.driver.now)
 
     def driven(self, tick: int) -> Command:
-        """The ticks up to this one have been driven by `nominal_tick`; returns the command in force."""
+        """Account for the ticks up to this one, which `nominal_tick` has run; returns the command in force."""
         self._traversal.driven(tick)
         return self._state.command.command
 
@@ -174,7 +179,7 @@ class Onboard:
 
     @property
     def checkpoint(self) -> Checkpoint | None:
-        """Where another process could go on with this traversal; None if none is under way."""
+        """Where another process could go on with this traversal; None if none is running or paused."""
         return self._traversal.checkpoint
 
     @property

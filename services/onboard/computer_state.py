@@ -1,6 +1,6 @@
-"""All that the robot's computer keeps from tick to tick, in one record that its kernels share.
+"""The state of the robot's computer from tick to tick: one record, which its kernels share.
 
-Each part belongs to the class that is named; what the numbers of an array mean is said where the rules are that use it.
+The layout of an array is documented in the module whose rules use it.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class CommandState(Record):
 
     @property
     def command(self) -> Command:
-        """For the actuators."""
+        """As a `Command`."""
         return Command(tuple(self.actuators.tolist()), self.valve, self.disc, self.valve_after_s)
 
     def give(self, command: Command) -> Command:
@@ -75,7 +75,7 @@ class CommandState(Record):
 
 
 class SampleBuffer(Record):
-    """The newest samples, and what they are compared with."""
+    """The newest samples, and the earlier ones that they are compared with."""
 
     imu_tick: int = -1
     """In which the newest sample of the IMU was measured; −1 before the first."""
@@ -147,7 +147,7 @@ class SafetyFindings(Record):
 
     fence_timeout_s: float
     lag_share: Annotated[Floats, ACTUATORS]
-    """Share of the way to its command that an actuator makes in a tick."""
+    """By which share of the difference an actuator gets nearer to its command in a tick."""
     max_step: Annotated[Floats, ACTUATORS]
     """By how much it changes in a tick at most."""
     tolerance: Annotated[Floats, ACTUATORS]
@@ -213,7 +213,7 @@ class LegState(Record):
 
     end_m: float
     """Arc length at which it ends."""
-    way_end_m: float
+    pieces_end_m: float
     """Arc length at which its smoothed pieces end."""
     arc_m: float
     """Arc length that the robot has come to."""
@@ -233,13 +233,13 @@ class LegState(Record):
     fine_rows: int
     """Rows of the path ahead that are a tick apart; later ones are COARSE_TICKS apart."""
     half_tick_share: float
-    """Share of the way to the command that the actuators make in half a tick."""
+    """By which share of the difference the actuators get nearer to their command in half a tick."""
     now: Annotated[Floats, NOW]
     """Errors, references and the robot's own motion, laid out as in `tracking_state`."""
 
 
 class TraversalClock(Record):
-    """How long a traversal has been under way."""
+    """The time of a traversal."""
 
     tick: int
     """The last one."""

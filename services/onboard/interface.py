@@ -1,6 +1,6 @@
-"""What crosses the line between the emulated hardware and the robot's own computer, and nothing else.
+"""The interface between the robot's hardware, which is emulated, and its own computer.
 
-The hardware side (`world/`, `sensors/`) builds a `SensorFrame` every onboard tick; `onboard/` answers with a
+In every onboard tick the hardware gives a `SensorFrame` (`robot_sim/sensors`), and `onboard/` answers with a
 `Command`. Frames follow REP-103: x forward, y left, z up, angles counter-clockwise positive, SI units. The map
 frame is east-north-up about the scenario's origin, heading 0 points east.
 """

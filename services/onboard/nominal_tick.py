@@ -76,7 +76,7 @@ def perceive(tick: int, fixes: Floats, count: int, computer: Computer, course: C
 
 @kernel
 def steer(computer: Computer, course: CourseArrays, saved: Floats) -> int:
-    """Advance along the leg up to what the follower is told.
+    """Advance along the leg, and fill in what the follower is given.
 
     Args:
         computer: (1,) that has perceived the tick; its leg is updated.

@@ -1,4 +1,4 @@
-"""What the follower is told about the present: the layout of `now` (NOW,)."""
+"""Layout of `now` (NOW,): the tracking errors and the robot's motion, as followers are given them."""
 
 from __future__ import annotations
 

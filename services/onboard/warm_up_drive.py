@@ -7,7 +7,7 @@ from touchline.schemas.messages import Actuation, Trajectory
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.trajectories import assemble, segment, velocity
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.core.constants import GRAVITY_MPS2
+from touchline.services.core.physical_constants import GRAVITY_MPS2
 from touchline.services.onboard.computer import Onboard
 from touchline.services.onboard.interface import TICKS_PER_S, GnssSample, ImuSample, MagSample, SensorFrame
 
@@ -15,7 +15,7 @@ _TICKS = 90
 
 
 def warm_up(vehicle: Vehicle | None = None, config: OnboardConfig | None = None) -> None:
-    """Drive a throw-away robot off its mark once; takes seconds if nothing is cached, milliseconds if all is."""
+    """Run all kernels once, as a throw-away robot sets off: seconds if nothing is cached, milliseconds if all is."""
     vehicle = vehicle or Vehicle()
     onboard = Onboard(vehicle, config or OnboardConfig())
     onboard.load(straight(vehicle))

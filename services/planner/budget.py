@@ -15,7 +15,7 @@ class Budget:
     enough: Callable[[], bool] = lambda: False
 
     def parts(self, count: int, size: int, begun: float, ended: float) -> Iterator[slice]:
-        """So many items in slices of `size` until it is enough; the fraction goes from `begun` to `ended`."""
+        """Slices of up to `size` items until the budget is used up; the fraction told rises from `begun` to `ended`."""
         for first in range(0, count, size):
             if self.enough():
                 return

@@ -23,7 +23,7 @@ TURN_SPEEDS_MPS = (0.6, 0.8, 1.0, 1.25, 1.5, 1.8)
 
 @dataclass(frozen=True)
 class Limits:
-    """Curvature (1/m), sharpness (1/m²), speeds (m/s) and accelerations (m/s²), and the drive that has its own."""
+    """Largest curvature (1/m), sharpness (1/m²), speeds (m/s) and accelerations (m/s²), and the drive with its own."""
 
     curvature_max_1pm: float
     sharpness_max_1pm2: float

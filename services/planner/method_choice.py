@@ -1,4 +1,4 @@
-"""What a transition method is as plan options name it."""
+"""Transition methods and their choice by name."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from touchline.services.planner.chosen_plugin import chosen
 
 if TYPE_CHECKING:
     from touchline.services.planner.limits import Limits
-    from touchline.services.planner.transitions.transitions import Ways
+    from touchline.services.planner.transitions.transitions import TransitionFamily
 
 
 @dataclass(frozen=True)
@@ -20,13 +20,13 @@ class Method:
     """A transition method, registered in `METHODS`.
 
     Attributes:
-        ways: Makes its ways within limits: what they are, and how long many of them take.
+        transitions: Makes the method's transitions within given limits.
         by_dynamics: Whether it turns as tightly as the wheels' dynamics allow, where the options do not say; else as
             the vehicle's data say.
         joins: Whether segments that go on into each other are painted in one go.
     """
 
-    ways: Callable[[Limits], Ways]
+    transitions: Callable[[Limits], TransitionFamily]
     by_dynamics: bool = False
     joins: bool = True
 

@@ -1,4 +1,4 @@
-"""A plan request answered: what the service sends back, and what the command line prints."""
+"""Answers plan requests, for the service and for the command line."""
 
 import time
 from collections.abc import Callable

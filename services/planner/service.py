@@ -1,4 +1,4 @@
-"""The planner as a process: answers every robot's plan requests on the bus, says how far it is and how it does."""
+"""The planner as a process: answers the plan requests of all robots on the bus, with progress and diagnostics."""
 
 import queue
 import sys
@@ -49,7 +49,7 @@ class Stopping(Exception):
 
 @dataclass
 class Planned:
-    """A finished request: the answer, or None if planning failed in a way that nobody foresaw."""
+    """A finished request: the answer, or None if planning failed unexpectedly."""
 
     asked: Asked
     response: PlanResponse | None

@@ -20,8 +20,8 @@ from touchline.services.planner.steering.method import CurveEnd
 from touchline.services.planner.swaths.swaths import Swath
 
 GIVEN, OPTIMISED = "given", "optimised"
-# The stages of progress: timing the ways from segment to segment, and looking for the best order.
-TIMING, ORDER = "timing ways", "order"
+# The stages of progress: timing the transitions from segment to segment, and looking for the best order.
+TIMING, ORDER = "timing transitions", "order"
 # What it may cost in time not to run over a wet line once; if that is forbidden, as good as anything. The search does
 # not need to know how bad it is then.
 CROSSING_S, FORBIDDEN_S, SEARCHED_CROSSING_S = 1.25, 1000.0, 15.0
@@ -69,7 +69,7 @@ def drying_s(vehicle: Vehicle, options: PlanOptions) -> float:
 
 
 def crossing_cost_s(options: PlanOptions) -> float:
-    """What not to run over a wet line once may cost, seconds."""
+    """How long it may take to avoid one crossing of a wet line, seconds."""
     return FORBIDDEN_S if options.hard_drying else CROSSING_S
 
 
@@ -111,7 +111,10 @@ def arranged(
 def _optimised(
     modes: Sequence[Sequence[Swath]], driver: ItineraryBuilder, progress: Progress, enough: Callable[[], bool]
 ) -> Itinerary:
-    """The best drive found; one that returns is ordered anew for where the one that need not would begin."""
+    """The best itinerary found.
+
+    One that returns without a start pose is ordered twice: the second time for the start that the first one chose.
+    """
     drive = _found(modes, driver, progress, enough)
     if driver.returns and driver.start is None and not enough():
         begin = drive.legs[0].path.start
@@ -126,7 +129,9 @@ def _found(
     nodes, segment, _ = nodes_of(modes)
     end = driver.start if driver.returns else driver.end
     first, last = (CurveEnd(pose, 0.0) if pose else None for pose in (driver.start, end))
-    asked, tracks = problem(modes, driver.ways, driver.painting, first, last, Budget(partial(progress, TIMING), enough))
+    asked, tracks = problem(
+        modes, driver.transitions, driver.painting, first, last, Budget(partial(progress, TIMING), enough)
+    )
     ground = WetGround.of(nodes, segment, driver.wheels)
     crossing_s = min(driver.crossing_s, SEARCHED_CROSSING_S)
     cost, kicks = asked.cost.copy(), kicks_for(asked)
@@ -152,24 +157,24 @@ def _found(
 
 
 def _total(drive: Itinerary, driver: ItineraryBuilder) -> float:
-    """Seconds, with those that crossings and collisions are worth."""
+    """The seconds of an itinerary, with the penalties for crossings and collisions."""
     return drive.seconds + driver.crossing_s * drive.wet_crossings + COLLISION_S * len(drive.blocked)
 
 
 @dataclass(frozen=True)
 class Stage:
-    """Tells `step` how much of all is done; mostly the first two searches are all there is."""
+    """Tells `step` the fraction done of all searches; mostly there are two."""
 
     step: Callable[[float], None]
     number: int
 
     def __call__(self, part: float) -> None:
-        """So much of this search is done."""
+        """Tell the fraction of this search that is done."""
         self.step(1.0 - 0.5 ** min(self.number, 2) * (1.0 - 0.5 * part))
 
 
 def _learn(cost: Floats, drive: Itinerary, order: list[int]) -> bool:
-    """Close the pairs between which the drive has collided; whether anything has changed."""
+    """Penalise pairs of nodes between which the itinerary collides; whether there are new ones."""
     depot = len(cost) - 1
     changed = False
     stops = [depot, *order, depot]
@@ -224,7 +229,7 @@ def _refuse_crossings(drive: Itinerary) -> None:
 
 
 def _met(drive: Itinerary) -> Iterator[tuple[str, str, Ints]]:
-    """In driving order: a segment, what the robot does with it, and what it runs over of the segments before."""
+    """In driving order: a segment, whether it is reached or painted, and how often each earlier one is run over."""
     over = iter(drive.over)
     for swath, leg in zip(drive.swaths, drive.legs, strict=False):
         yield swath.strokes[0].id, "reached", leg.crossings

@@ -42,6 +42,7 @@ from touchline.services.robot_sim.paint.metrics import PaintMetrics, paint_metri
 from touchline.services.robot_sim.paint.targets import start_pose, targets
 from touchline.services.robot_sim.paint.track import Track
 from touchline.services.robot_sim.recovery_state import Remains, Totals
+from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.sampling import stand_by
 from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.world import body
@@ -298,8 +299,8 @@ class Emulator:
 
     def _stand_by(self, tick: int) -> None:
         """Be where another process ended: satellites and sensors have gone on, what was to go wrong until then has."""
-        sensors, seed = self.sensors, self.scenario.seed
-        stand_by(self.world.state, NO_EFFECTS, seed, self.tick_count + 1, tick, sensors.arguments)
+        first = Moment(self.world.state, NO_EFFECTS, self.scenario.seed, self.tick_count + 1)
+        stand_by(first, tick, self.sensors.sensing)
         self.tick_count = tick
         self.faults.step(tick)
 

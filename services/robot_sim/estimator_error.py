@@ -30,7 +30,14 @@ def enter_error(
     truth: tuple[float, float, float],
     estimate: tuple[float, float, float],
 ) -> None:
-    """Enter a tick in `sums` (SUMS,): true speed, true and estimated (east [m], north [m], heading [rad])."""
+    """Enter a tick: the square of the distance, and that of the heading error; not before the robot first moves.
+
+    Args:
+        sums: (SUMS,) updated.
+        speed_mps: True.
+        truth: East [m], north [m], heading [rad], map frame.
+        estimate: The same, as the robot believes.
+    """
     if sums[COUNT] == 0.0 and abs(speed_mps) < MOVING_MPS:
         return
     east, north, turn = estimate[0] - truth[0], estimate[1] - truth[1], estimate[2] - truth[2]

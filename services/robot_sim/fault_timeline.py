@@ -88,7 +88,7 @@ class FaultTimeline:
                 self._events.append(OnboardEvent(Event.INFO, "fault-ends", f"no longer: {entry.fault.summary}"))
 
     @property
-    def quiet_until(self) -> int:
+    def unchanged_until(self) -> int:
         """The last tick before something begins or ends."""
         return int(min(self._next_change, _NEVER)) - 1
 

@@ -15,7 +15,7 @@ from touchline.services.bus import Bus, HealthReporter, ServedCall
 from touchline.services.bus.calls import Server
 from touchline.services.robot_sim.command_handlers import Commands, Handler
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.fast_runner import Quiet
+from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.guards import WATCHDOG_S, LatchGuard, LinkWatch, Watchdog
 from touchline.services.robot_sim.journal import Journal
 from touchline.services.robot_sim.loading import Loader, Prepared
@@ -109,7 +109,7 @@ class RobotProcess:
         self._telemetry = Telemetry(self._emulator, report_at_once=False)
         self._reporting = ThreadPoolExecutor(1, "report")
         self._report: Future[Reports] | None = None
-        self._quiet = Quiet(self._emulator)
+        self._runner = FastRunner(self._emulator)
         self._pacer = Pacer(speed, time.monotonic())
         self._free = clock == "free"
         self._link = LinkWatch(bus, setup.onboard.link_timeout_s)
@@ -187,7 +187,7 @@ class RobotProcess:
 
     def _run(self, ticks: int, until_s: float) -> None:
         while ticks > 0 and (self._free or self._emulator.active):
-            done = self._quiet.step(self._telemetry.until_due(ticks), self._telemetry.rows)
+            done = self._runner.step(self._telemetry.until_due(ticks), self._telemetry.rows)
             self._publish(self._commands.note_progress())
             self._publish(self._telemetry.after(done))
             ticks -= done

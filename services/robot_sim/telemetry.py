@@ -30,6 +30,7 @@ from touchline.services.robot_sim.paint.smears import Smearing, SmearPrint, smea
 from touchline.services.robot_sim.samples import Samples, sprayer_state
 from touchline.services.robot_sim.tick_log import Rows, period
 from touchline.services.robot_sim.world import body
+from touchline.services.robot_sim.world.world import held
 
 _ESTIMATOR_TICKS: Final = period(topics.ESTIMATOR)
 _CLOCK_TICKS: Final = period(topics.CLOCK)
@@ -37,7 +38,7 @@ _STATUS_TICKS: Final = period(topics.STATUS)
 _PAINT_TICKS: Final = period(topics.PAINT)
 _BATTERY_TICKS: Final = period(topics.BATTERY)
 _AREA_TICKS: Final = period(topics.AREA)
-QUIET_TICKS: Final = math.gcd(_ESTIMATOR_TICKS, _CLOCK_TICKS, _STATUS_TICKS, _PAINT_TICKS, _BATTERY_TICKS)
+MOST_TICKS: Final = math.gcd(_ESTIMATOR_TICKS, _CLOCK_TICKS, _STATUS_TICKS, _PAINT_TICKS, _BATTERY_TICKS)
 """Most ticks that can be told at once."""
 
 
@@ -132,7 +133,7 @@ class Telemetry:
             otherwise whoever looks for `ended` has it made and gives it to `conclude`.
 
     Attributes:
-        rows: (QUIET_TICKS, tick_log.COLUMNS) where quiet ticks are kept until they are told.
+        rows: (MOST_TICKS, tick_log.COLUMNS) where nominal ticks are kept until they are told.
         digest: The hash of what was told since the last load.
         ended: The traversal that has ended and of which no final report was told yet.
         final: The reports that were told, once the traversal's watch has ended.
@@ -141,8 +142,8 @@ class Telemetry:
     def __init__(self, emulator: Emulator, *, report_at_once: bool = True) -> None:
         self._emulator, self._at_once = emulator, report_at_once
         self.ended: Figures | None = None
-        self._samples = Samples(emulator.vehicle, emulator.scenario, emulator.sensors.history, QUIET_TICKS)
-        self.rows: Rows = np.zeros((QUIET_TICKS, tick_log.COLUMNS))
+        self._samples = Samples(emulator.vehicle, emulator.scenario, emulator.sensors.transport.history, MOST_TICKS)
+        self.rows: Rows = np.zeros((MOST_TICKS, tick_log.COLUMNS))
         self._state = -1
         self.digest = SessionDigest()
         self.final: Reports | None = None
@@ -171,7 +172,7 @@ class Telemetry:
     def after(self, count: int) -> list[Payload]:
         """What is due after the emulator's last `count` ticks, no more than `until_due` allowed.
 
-        All but the last of them were quiet and are in `rows`.
+        All but the last of them were nominal and are in `rows`.
         """
         emulator, rows = self._emulator, self.rows[:count]
         tick = emulator.tick_count
@@ -208,15 +209,15 @@ class Telemetry:
 
     def until_due(self, most: int) -> int:
         """Number of ticks (at most `most`) until the next low-rate message is due."""
-        return min(most, QUIET_TICKS - self._emulator.tick_count % QUIET_TICKS)
+        return min(most, MOST_TICKS - self._emulator.tick_count % MOST_TICKS)
 
     def _note(self, row: NDArray[np.float64]) -> None:
         """Fill in the emulator's last tick."""
         emulator = self._emulator
         command, sensors, tick = emulator.command, emulator.sensors, emulator.tick_count
-        commanded, readings, measured = np.array(command.actuators), *sensors.heard[:2]
-        tick_log.note(row, tick, emulator.world.state, readings, commanded, float(command.valve), float(command.disc))
-        row[tick_log.MEASURED : tick_log.READINGS] = np.where(sensors.arrived, measured, -1)
+        transport = sensors.transport
+        tick_log.note(row, tick, emulator.world.state, transport.readings, held(command))
+        row[tick_log.MEASURED : tick_log.READINGS] = np.where(transport.arrived, transport.measured_tick, -1)
         if tick % tick_log.ODOMETRY_TICKS == 0:
             *estimate, covariance, twist_covariance = emulator.onboard.estimate
             row[tick_log.ESTIMATE : tick_log.COVARIANCE] = estimate

@@ -13,6 +13,7 @@ from touchline.services.core.jit import kernel
 from touchline.services.onboard import interface
 from touchline.services.robot_sim.sensors import receiver
 from touchline.services.robot_sim.world import body
+from touchline.services.robot_sim.world.physics import HeldCommand
 
 TICK: Final = 0
 MEASURED: Final = 1  # tick in which the newest sample of IMU, magnetometer, encoders was measured; −1: none arrived
@@ -46,29 +47,25 @@ def note(
     tick: int,
     state: NDArray[np.float64],
     readings: NDArray[np.float64],
-    commanded: NDArray[np.float64],
-    valve: float,
-    disc: float,
+    command: HeldCommand,
 ) -> None:
     """Fill in a tick, but for the estimate and the receiver's report; every sample counts as one of this tick.
 
     Args:
-        row: (COLUMNS,) filled.
+        row: (COLUMNS,) filled: SI units, map frame, but readings in the body's.
         tick: This tick.
-        state: The world's at its end.
+        state: (body.DRIVE + n,) the world's at its end.
         readings: (interface.READINGS,) of the sensors.
-        commanded: (interface.ACTUATORS,) of the actuators.
-        valve: Whether it is commanded open, 0 or 1.
-        disc: Whether it is commanded down, 0 or 1.
+        command: That is in force from then on.
     """
     row[TICK] = row[MEASURED] = row[MEASURED + 1] = row[MEASURED + 2] = tick
     for column in range(interface.READINGS):
         row[READINGS + column] = readings[column]
     for actuator in range(interface.ACTUATORS):
-        row[COMMANDED + actuator] = commanded[actuator]
+        row[COMMANDED + actuator] = command.actuators[actuator]
     row[TRUTH], row[TRUTH + 1], row[TRUTH + 2] = state[body.EAST], state[body.NORTH], state[body.HEADING]
     row[TRUTH + 3], row[TRUTH + 4] = state[body.SPEED], state[body.YAW_RATE]
-    row[SPRAYER], row[SPRAYER + 1] = valve, 1.0 if state[body.VALVE_OPEN] > 0.0 else 0.0
-    row[SPRAYER + 2], row[SPRAYER + 3] = disc, 1.0 if state[body.DISC_DOWN] > 0.0 else 0.0
+    row[SPRAYER], row[SPRAYER + 1] = 1.0 if command.valve else 0.0, 1.0 if state[body.VALVE_OPEN] > 0.0 else 0.0
+    row[SPRAYER + 2], row[SPRAYER + 3] = 1.0 if command.disc else 0.0, 1.0 if state[body.DISC_DOWN] > 0.0 else 0.0
     row[SPRAYER + 4], row[TANK_L] = state[body.FLOW_LPS], state[body.TANK_L]
     row[FIXES] = 0.0

@@ -13,7 +13,7 @@ from touchline.schemas.setup import Setup
 from touchline.services import onboard
 from touchline.services.onboard.interface import STANDSTILL
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.fast_runner import Quiet
+from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.paint.ledger import PaintLedger
 from touchline.services.robot_sim.paint.smears import smearing
 from touchline.services.robot_sim.paint.targets import Target
@@ -54,7 +54,7 @@ def _exercise(name: str, setup: Setup) -> None:
         emulator = Emulator(vehicle, scenario.model_copy(update={"faults": (), "start": None}), setup.onboard)
         emulator.load(onboard.straight(vehicle))
         emulator.start()
-        Quiet(emulator).run(_LOOP_TICKS)
+        FastRunner(emulator).run(_LOOP_TICKS)
         return
     if name == "onboard computer":
         onboard.warm_up(vehicle, setup.onboard)

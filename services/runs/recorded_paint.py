@@ -1,4 +1,4 @@
-"""What was painted in a recorded session."""
+"""Reads strokes, smears and report of the last traversal from a recording."""
 
 from dataclasses import dataclass, field
 from pathlib import Path

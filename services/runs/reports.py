@@ -147,7 +147,7 @@ def traversal_figures(report: TraversalReport, wall_time_s: float) -> dict[str, 
 
 
 def hash_figures(scenario: str, report: TraversalReport) -> dict[str, Any]:
-    """Of what decided the session, and of all that was said in it (``None`` if that was not worked out)."""
+    """Scenario hash and session hash (``None`` if it was not computed)."""
     return {"scenario": scenario, "session": report.session_hash or None}
 
 

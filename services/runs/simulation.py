@@ -1,4 +1,4 @@
-"""A painting job in one process: no bus, no wall clock in it, the same bits as over Zenoh."""
+"""Runs a painting job in one process, without bus or wall clock, with the same bits as over Zenoh."""
 
 import time
 from collections.abc import Callable
@@ -23,7 +23,7 @@ from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.fast_runner import Quiet
+from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.packing import Payload
 from touchline.services.robot_sim.telemetry import Telemetry
 from touchline.services.runs.reports import failing, hash_figures, plan_figures, traversal_figures, work_report
@@ -38,7 +38,7 @@ _PATIENCE_SLICES = 18
 
 @dataclass(frozen=True)
 class Job:
-    """What is painted with what: everything but the scenario, planned once.
+    """A planned job: everything but the scenario and the computer's configuration.
 
     Attributes:
         trajectory: The plan.
@@ -105,14 +105,29 @@ class Outcome:
         }
 
 
+@dataclass(frozen=True)
+class Products:
+    """What comes of a run besides its report.
+
+    Attributes:
+        hashed: Whether to work out the session hash; a recorded run always has one.
+        record: MCAP file to write.
+        strokes: Whether the outcome holds the paint itself.
+    """
+
+    hashed: bool = False
+    record: Path | None = None
+    strokes: bool = False
+
+
+_REPORT_ALONE = Products()
+
+
 def simulate(
     job: Job,
     scenario: Scenario,
     config: OnboardConfig | None = None,
-    *,
-    hashed: bool = False,
-    record: Path | None = None,
-    with_strokes: bool = False,
+    products: Products = _REPORT_ALONE,
     progress: Progress = lambda done, doing: None,
 ) -> Outcome:
     """Paint ``job`` once, as fast as it goes.
@@ -123,9 +138,7 @@ def simulate(
         job: What to paint.
         scenario: What may go differently.
         config: What the robot's computer is told; by default the shipped robot's.
-        hashed: Whether to work out the session hash; a recorded run always has one.
-        record: MCAP file to write.
-        with_strokes: Whether the outcome holds the paint itself.
+        products: What it is to give besides the report.
         progress: Told the fraction done and where the robot is, every few seconds of sim time.
 
     Raises:
@@ -137,13 +150,13 @@ def simulate(
     telemetry = Telemetry(emulator)
     before = [telemetry.setup(), *telemetry.standing()]
     emulator.load(job.trajectory, job.template)
-    quiet = Quiet(emulator)
-    if record is None and not hashed:
+    runner = FastRunner(emulator)
+    if products.record is None and not products.hashed:
         emulator.start()
-        reason = _drive(emulator, lambda: quiet.run(_SLICE_TICKS), progress)
+        reason = _drive(emulator, lambda: runner.run(_SLICE_TICKS), progress)
         reports, recording = telemetry.reports(), None
     else:
-        with _Listener(record) as listener:
+        with _Listener(products.record) as listener:
             listener.hear(before)
             listener.hear(telemetry.loaded(job.trajectory, job.template))
             emulator.start()
@@ -152,7 +165,7 @@ def simulate(
             def run_slice() -> None:
                 last = emulator.tick_count + _SLICE_TICKS
                 while emulator.tick_count < last and emulator.active:
-                    done = quiet.step(telemetry.until_due(_SLICE_TICKS), telemetry.rows)
+                    done = runner.step(telemetry.until_due(_SLICE_TICKS), telemetry.rows)
                     listener.hear(telemetry.after(done))
 
             reason = _drive(emulator, run_slice, progress)
@@ -164,7 +177,7 @@ def simulate(
         scenario_hash(emulator.setup, job.template, job.options),
         time.perf_counter() - begun,
         recording,
-        telemetry.strokes() if with_strokes else (),
+        telemetry.strokes() if products.strokes else (),
     )
 
 

@@ -1,4 +1,4 @@
-"""Writing files that a person asked for; what the system has against one is told as can be mended."""
+"""Writes files that a user asked for; errors of the system become errors with a remedy."""
 
 import json
 import os
@@ -12,7 +12,7 @@ from touchline.schemas.errors import SpecError
 
 @contextmanager
 def writing(path: Path, kind: str = "path") -> Iterator[None]:
-    """What is done here writes ``path``, or files in it.
+    """Turn errors of writing ``path``, or files in it, into `SpecError`.
 
     Args:
         path: Where to.
@@ -29,7 +29,7 @@ def writing(path: Path, kind: str = "path") -> Iterator[None]:
 
 
 def check_writable(*paths: Path | None) -> None:
-    """Refuse what could not be written in the end, before any work is done for it.
+    """Refuse files that cannot be written, before any work is done.
 
     Raises:
         SpecError: A path is a folder, is in none, or may not be written.
@@ -50,7 +50,7 @@ def check_writable(*paths: Path | None) -> None:
 
 
 def check_recordable(path: Path | None) -> None:
-    """Refuse a recording that could not be begun, before anything is started for it.
+    """Refuse a recording that cannot be written, before anything is started.
 
     A recording of the same name would be renamed, so it is the folder that must be writable.
 

@@ -38,10 +38,10 @@ def straight_hops_s(pitch: Pitch) -> float:
 def turning_bound_s(pitch: Pitch) -> float:
     """Seconds that nobody beats in the given order who keeps κ_max = 1.125 1/m and the wheels' speed.
 
-    What the drive needs for a way of some length that turns by some angle is known (`PlannedDrive.least_s`). None is
+    What the drive needs for a path of some length that turns by some angle is known (`PlannedDrive.least_s`). None is
     shorter than the plain Dubins path, and none turns by less than the headings differ. Lines are painted at 1.5 m/s.
     """
     driven = pitch.drive(UNPADDED)
-    turned = (abs(math.remainder(w.end.heading_rad - w.start.heading_rad, math.tau)) for w in driven.ways)
+    turned = (abs(math.remainder(w.end.heading_rad - w.start.heading_rad, math.tau)) for w in driven.transitions)
     fastest_s = planned_drive(pitch.vehicle).least_s(driven.transition_m, sum(turned))
     return driven.painted_m / STUDY_SPEED_MPS + fastest_s

@@ -1,4 +1,4 @@
-"""Row 8: is there a way between any two poses, and what it costs on random pairs."""
+"""Row 8: is there a path between any two poses, and what it costs on random pairs."""
 
 from collections.abc import Callable
 from functools import partial
@@ -44,7 +44,7 @@ def completeness_row(count: int, progress: Progress) -> Row:
             "ours_feasible": apart[-1].feasible,
             "ours_close_feasible": near[-1].feasible,
         },
-        "ours counts only ways that end within 1e-9 m and rad of the goal and keep κ_max and σ_max."
+        "ours counts only paths that end within 1e-9 m and rad of the goal and keep κ_max and σ_max."
         + ("" if count >= MUST_PAIRS else f" Met for {count:,} pairs; `--pairs {MUST_PAIRS}` tries them all."),
     )
 
@@ -71,5 +71,5 @@ def random_length_row(count: int) -> Row:
         "",
         None,
         {f"{name} σ={s:g}": v for name, vs in shares.items() for (s, _), v in zip(LENGTH_TARGETS, vs, strict=True)},
-        "where the ways are short, its full circles cost the study's CCD most.",
+        "where the paths are short, its full circles cost the study's CCD most.",
     )

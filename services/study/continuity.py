@@ -65,7 +65,7 @@ def _managed(template: Template, contestant: Contestant) -> bool:
 def smoothness_rows(pitch: Pitch, planned: Plan) -> list[Row]:
     """Rows 2, 3 and 5 on the whole pitch; `planned` is ours, ordered and timed."""
     gaps = [_sent_gaps(pitch, contestant) for contestant in CONTESTANTS]
-    ways = [pitch.drive(contestant).continuous_ways() for contestant in CONTESTANTS]
+    transitions = [pitch.drive(contestant).continuous_transitions() for contestant in CONTESTANTS]
     total = len(pitch.strokes) - 1
     steps = _steps(planned)
     report, ids = planned.report, [segment.id for segment in planned.trajectory.path.segments]
@@ -89,13 +89,13 @@ def smoothness_rows(pitch: Pitch, planned: Plan) -> list[Row]:
         Row(
             "3",
             "G²: transitions, and those that join their arcs so",
-            of_each(f"{within} and {joined} of {total}" for within, joined in ways),
+            of_each(f"{within} and {joined} of {total}" for within, joined in transitions),
             "100 % of the whole trajectory",
-            ways[-1] == (total, total) and steps <= STEP_1PM,
+            transitions[-1] == (total, total) and steps <= STEP_1PM,
             {
                 "transitions": total,
-                "study_ccd_joined": ways[1][1],
-                "ours_joined": ways[-1][1],
+                "study_ccd_joined": transitions[1][1],
+                "ours_joined": transitions[-1][1],
                 "ours_largest_step_1pm": steps,
             },
             "on the ideal curve; the largest step of curvature of ours, ordered, run-in and run-out included: "

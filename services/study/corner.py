@@ -27,13 +27,13 @@ FINE_M = 3e-6
 
 
 def corner_path(contestant: Contestant, sigma_1pm2: float) -> PiecePath:
-    """The legs and the contestant's way between them, without run-up and run-out."""
+    """The legs and the contestant's path between them, without run-up and run-out."""
     turn = ContinuousTurn(STUDY_KAPPA_1PM, CORNER_SIGMA_1PM2)
     apart = turn.centre.real + turn.centre.imag
     start, goal = PathPose(0.0, 0.0, 0.0), PathPose(apart, -apart, -0.5 * math.pi)
     method = contestant.method(STUDY_KAPPA_1PM, sigma_1pm2)
-    way = transition(method, CurveEnd(start, 0.0), CurveEnd(goal, 0.0))
-    return PiecePath(PathPose(-LEG_M, 0.0, 0.0), (Piece(LEG_M), *way.pieces, Piece(LEG_M)))
+    path = transition(method, CurveEnd(start, 0.0), CurveEnd(goal, 0.0))
+    return PiecePath(PathPose(-LEG_M, 0.0, 0.0), (Piece(LEG_M), *path.pieces, Piece(LEG_M)))
 
 
 def corner_trajectory(

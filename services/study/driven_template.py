@@ -1,4 +1,4 @@
-"""A template driven by one of the planners: the strokes, the ways between them, and the figures that are compared."""
+"""A template driven by one of the planners: the strokes, transitions, and the figures that are compared."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -48,13 +48,13 @@ CONTESTANTS = (DPP, STUDY_CCD, OURS)
 
 @dataclass(frozen=True)
 class Drive:
-    """From the start of the first painted segment to the end of the last: strokes and the ways between them.
+    """From the start of the first painted segment to the end of the last: strokes and the transitions between them.
 
     Run-in and run-out are left out for everyone, and with them DPP's padding before the first line and after the last.
     """
 
     strokes: Sequence[Stroke]
-    ways: Sequence[PiecePath]
+    transitions: Sequence[PiecePath]
 
     @property
     def painted_m(self) -> float:
@@ -64,7 +64,7 @@ class Drive:
     @property
     def transition_m(self) -> float:
         """Length of the rest, metres."""
-        return sum(way.length_m for way in self.ways)
+        return sum(between.length_m for between in self.transitions)
 
     @property
     def length_m(self) -> float:
@@ -77,10 +77,10 @@ class Drive:
 
     @cached_property
     def paths(self) -> list[PiecePath]:
-        """Strokes and ways in driving order."""
+        """Strokes and transitions in driving order."""
         paths = [self.strokes[0].path]
-        for way, stroke in zip(self.ways, self.strokes[1:], strict=True):
-            paths += (way, stroke.path)
+        for between, stroke in zip(self.transitions, self.strokes[1:], strict=True):
+            paths += (between, stroke.path)
         return [path for path in paths if path.pieces]
 
     @cached_property
@@ -94,11 +94,11 @@ class Drive:
         end = self.pieces[:, 1] + self.pieces[:, 2] * self.pieces[:, 0]
         return np.abs(self.pieces[1:, 1] - end[:-1])
 
-    def continuous_ways(self) -> tuple[int, int]:
-        """How many ways are G² within themselves, and how many are so with the strokes that they join."""
+    def continuous_transitions(self) -> tuple[int, int]:
+        """How many transitions are G² within themselves, and how many are so with the strokes that they join."""
         within = joined = 0
-        for before, way, after in zip(self.strokes, self.ways, self.strokes[1:], strict=False):
-            ends = [(p.curvature_1pm, p.curvature_at(p.length_m)) for p in way.pieces]
+        for before, between, after in zip(self.strokes, self.transitions, self.strokes[1:], strict=False):
+            ends = [(p.curvature_1pm, p.curvature_at(p.length_m)) for p in between.pieces]
             inner = all(abs(b[0] - a[1]) <= STEP_1PM for a, b in pairwise(ends))
             first, last = (ends[0][0], ends[-1][1]) if ends else (before.end.curvature_1pm, after.begin.curvature_1pm)
             outer = abs(first - before.end.curvature_1pm) + abs(last - after.begin.curvature_1pm) <= 2 * STEP_1PM
@@ -114,8 +114,8 @@ def drive(strokes: Sequence[Stroke], contestant: Contestant, sigma_1pm2: float, 
         PlanningError: The contestant fails on two of the strokes.
     """
     method = contestant.method(kappa_1pm, sigma_1pm2)
-    ways = [transition(method, a.end, b.begin) for a, b in pairwise(strokes)]
-    return Drive(strokes, ways)
+    transitions = [transition(method, a.end, b.begin) for a, b in pairwise(strokes)]
+    return Drive(strokes, transitions)
 
 
 UNPADDED = Contestant("DPP without padding", lambda kappa, sigma: UnpaddedDubins(kappa))

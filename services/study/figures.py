@@ -23,16 +23,16 @@ BESIDE_M, RIGHT_ANGLE_RAD = 2.0, 1e-6
 
 
 def plot_curvature(pitch: Pitch, path: Path) -> None:
-    """κ and the way in two corners, every planner's ideal curve: row 14's, and one of the goal area."""
+    """κ and the path in two corners, every planner's ideal curve: row 14's, and one of the goal area."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(10.0, 6.4), layout="constrained")
-    curvature_axes, way_axes = figure.subplots(2, 2, height_ratios=(2, 3))
+    curvature_axes, path_axes = figure.subplots(2, 2, height_ratios=(2, 3))
     for contestant in CONTESTANTS:
-        _way(corner_path(contestant, STUDY_SIGMA_1PM2), contestant.name, curvature_axes[0], way_axes[0])
-        _way(_pitch_corner(pitch.drive(contestant)), contestant.name, curvature_axes[1], way_axes[1])
-    titles = (f"a right-hand corner, {LEG_M:g} m in and out", "a corner of the goal area: line, way, line")
-    for over, under, title in zip(curvature_axes, way_axes, titles, strict=True):
+        _draw(corner_path(contestant, STUDY_SIGMA_1PM2), contestant.name, curvature_axes[0], path_axes[0])
+        _draw(_pitch_corner(pitch.drive(contestant)), contestant.name, curvature_axes[1], path_axes[1])
+    titles = (f"a right-hand corner, {LEG_M:g} m in and out", "a corner of the goal area: line, transition, line")
+    for over, under, title in zip(curvature_axes, path_axes, titles, strict=True):
         _axes(over, "arc length (m)", "curvature (1/m)")
         _axes(under, "x (m)", "y (m)")
         over.set_title(title, fontsize=10)
@@ -42,17 +42,17 @@ def plot_curvature(pitch: Pitch, path: Path) -> None:
     save(figure, path, DPI)
 
 
-def _way(way: PiecePath, name: str, over: "Axes", under: "Axes") -> None:
-    station = np.arange(0.0, way.length_m, STEP_M)
-    x, y, _, curvature = way.sample(station)
+def _draw(path: PiecePath, name: str, over: "Axes", under: "Axes") -> None:
+    station = np.arange(0.0, path.length_m, STEP_M)
+    x, y, _, curvature = path.sample(station)
     look = {"color": COLOURS[name], "linewidth": 1.8, "label": name, **_look(name)}
     over.plot(station, curvature, **look)
     under.plot(x, y, **look)
 
 
 def _pitch_corner(drive: Drive) -> PiecePath:
-    """The first way between two lines at right angles with the last and first metres of these."""
-    for before, way, after in zip(drive.strokes, drive.ways, drive.strokes[1:], strict=False):
+    """The first transition between two lines at right angles with the last and first metres of these."""
+    for before, between, after in zip(drive.strokes, drive.transitions, drive.strokes[1:], strict=False):
         turn = math.remainder(after.begin.pose.heading_rad - before.end.pose.heading_rad, math.tau)
         straight = before.robot.curvature_1pm == after.robot.curvature_1pm == 0.0
         if (
@@ -61,7 +61,7 @@ def _pitch_corner(drive: Drive) -> PiecePath:
             and abs(after.begin.pose.point - before.end.pose.point) < 1.0
         ):
             line = Piece(BESIDE_M)
-            return PiecePath(before.end.pose.moved(-BESIDE_M + 0j, 0.0), (line, *way.pieces, line))
+            return PiecePath(before.end.pose.moved(-BESIDE_M + 0j, 0.0), (line, *between.pieces, line))
     raise ValueError("the field has no two lines that meet at a right angle")
 
 
@@ -117,7 +117,7 @@ def plot_length(sigmas: Sequence[float], longer: Mapping[str, Sequence[float]], 
 
 
 def _look(name: str) -> dict[str, Any]:
-    """At the study's σ, its way round the corner is ours: dashes over a line show both."""
+    """At the study's σ, its path round the corner is ours: dashes over a line show both."""
     return {"linestyle": (0, (4, 3)), "zorder": 3} if name == "study CCD" else {"zorder": 2}
 
 

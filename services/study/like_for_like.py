@@ -22,7 +22,7 @@ from touchline.services.planner.steering.dubins_padded import PADDING_AFTER_M, P
 from touchline.services.planner.steering.g2 import Steering
 from touchline.services.planner.steering.method import CurveEnd, before, carried_on
 from touchline.services.planner.swaths.offset import strokes
-from touchline.services.planner.transitions.transitions import BRAKING_SHARE, Way, Ways
+from touchline.services.planner.transitions.transitions import BRAKING_SHARE, Transition, TransitionFamily
 from touchline.services.study.bound import turning_bound_s
 from touchline.services.study.driven_template import DPP, STEP_1PM, STUDY_KAPPA_1PM, STUDY_SPEED_MPS, Drive
 from touchline.services.study.durations import painting_seconds
@@ -97,28 +97,30 @@ def match(pitch: Pitch, setting: Setting) -> Match:
 
 def dubins_padded(pitch: Pitch, limits: Limits) -> tuple[float, Drive]:
     """DPP within the limits: seconds from the first painted line's start to the last one's end, and what it drives."""
-    ways = Ways.by_time(Steering, limits)
+    transitions = TransitionFamily.by_time(Steering, limits)
     lines = strokes(pitch.template.segments, pitch.vehicle, limits.curvature_max_1pm)
-    found = [_padded_way(ways, a.end, b.begin) for a, b in pairwise(lines)]
-    painting = sum(line.path.length_m / ways.speed_mps(line.begin) for line in lines)
-    return painting + sum(way.seconds for way in found), Drive(lines, [way.path for way in found])
+    found = [_padded_transition(transitions, a.end, b.begin) for a, b in pairwise(lines)]
+    painting = sum(line.path.length_m / transitions.speed_mps(line.begin) for line in lines)
+    return painting + sum(transition.seconds for transition in found), Drive(
+        lines, [transition.path for transition in found]
+    )
 
 
-def _padded_way(ways: Ways, start: CurveEnd, goal: CurveEnd) -> Way:
+def _padded_transition(transitions: TransitionFamily, start: CurveEnd, goal: CurveEnd) -> Transition:
     """The quickest of the padded Dubins paths with the turns on offer; before slow ones there is room to brake."""
-    speeds = ways.speed_mps(start), ways.speed_mps(goal)
-    gain = 2.0 * BRAKING_SHARE * ways.limits.acceleration_mps2
+    speeds = transitions.speed_mps(start), transitions.speed_mps(goal)
+    gain = 2.0 * BRAKING_SHARE * transitions.limits.acceleration_mps2
     into = (Piece(PADDING_BEFORE_M),)
     offers = []
-    for turns in ways.turns:
+    for turns in transitions.turns:
         out = (Piece(max(PADDING_AFTER_M, (speeds[0] ** 2 - turns.speed_mps**2) / gain)),)
         leaving, reaching = PiecePath(start.pose, out).end, before(goal.pose, into)
         between = PaddedDubins(turns.curvature_1pm).connect(leaving, reaching)
         path = PiecePath(start.pose, joined((*out, *between, *into)))
-        offers.append(Way(ways.seconds(path.pieces, *speeds), path))
-    quickest = min(offers, key=lambda way: way.seconds)
+        offers.append(Transition(transitions.seconds(path.pieces, *speeds), path))
+    quickest = min(offers, key=lambda transition: transition.seconds)
     straight_on = carried_on(start, goal, quickest.path.length_m)
-    return Way(ways.seconds(straight_on.pieces, *speeds), straight_on) if straight_on else quickest
+    return Transition(transitions.seconds(straight_on.pieces, *speeds), straight_on) if straight_on else quickest
 
 
 def _kept(pitch: Pitch, planned: Plan) -> bool:

@@ -1,4 +1,4 @@
-"""Random pairs of poses: whether a planner finds a way between all of them, and one that can be driven."""
+"""Random pairs of poses: whether a planner finds a path between all of them, and one that can be driven."""
 
 import cmath
 import math
@@ -21,7 +21,7 @@ Progress = Callable[[float], None]
 
 
 class Pair(NamedTuple):
-    """Where a way begins and ends, each with its curvature (1/m)."""
+    """Where a path begins and ends, each with its curvature (1/m)."""
 
     start: CurveEnd
     goal: CurveEnd
@@ -32,9 +32,9 @@ class Tally:
     """How a planner did on pairs.
 
     Attributes:
-        tried, complete: Pairs, and those for which there is a way at all.
-        feasible: Ways that end on the goal (1e-9 m and rad) within κ_max, and σ_max wherever curvature does not step.
-        continuous: Ways without any step of curvature, their ends included.
+        tried, complete: Pairs, and those for which there is a path at all.
+        feasible: Paths that end on the goal (1e-9 m and rad) within κ_max, and σ_max wherever curvature does not step.
+        continuous: Paths without any step of curvature, their ends included.
         length_m: Their total length.
     """
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from touchline.schemas.catalogue import load_template, parse_template, shipped_templates
+from touchline.schemas.catalogue import line_templates, load_template, parse_template
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.lettering import write
 from touchline.schemas.messages import TraversalStatus
@@ -200,7 +200,7 @@ _CORNER_NOTES = {
     "14": "1.5 m/s, κ_max = 1.125, σ_max = 1.0, MPC, no noise; the wheels' true speeds at 100 Hz. Clothoids are cut "
     "into arcs to 1 mm, as plans are (the study's too: its straight lines turn by more than the robot accepts). "
     "The robot follows the clothoid that it finds in such arcs; DPP's steps it follows as they are sent. In this "
-    "corner the study's way is ours. DPP's peak depends on where its steps fall between two cycles of the follower "
+    "corner the study's path is ours. DPP's peak depends on where its steps fall between two cycles of the follower "
     f"(10 ms, 15 mm) and on how the tyres then slide: the least and the greatest of {CORNER_PHASES} places are given, "
     "percentages are against the least. Followers tuned differently move it as well.",
     "14, fine": f"the same with clothoids cut to {1e6 * FINE_M:.0f} µm, five times as many arcs, unlike in plans.",
@@ -235,7 +235,7 @@ def _framework_row() -> Row:
 
 def _templates(quick: bool) -> dict[str, Template]:
     """The shipped fields, and what is no line or arc of a field: points, circles, text, a filled area."""
-    names = [FIELD] if quick else list(shipped_templates())
+    names = [FIELD] if quick else list(line_templates())
     shipped = {name: load_template(name) for name in names}
     width = shipped[FIELD].line_width_m
     text = Template(name="text", segments=tuple(write(TEXT, TEXT_HEIGHT_M, width)))

@@ -61,10 +61,10 @@ class StudyContinuousDubins:
         return ()
 
     def between(self, start: CurveEnd, goal: CurveEnd) -> tuple[Piece, ...]:
-        """The way between the poses, whatever the curvatures there."""
+        """The path between the poses, whatever the curvatures there."""
         return self.connect(start.pose, goal.pose)
 
-    def standing_ways(self, start: CurveEnd, goal: CurveEnd, room_m: float = 0.0) -> list[tuple[Piece, ...]]:
+    def standing_transitions(self, start: CurveEnd, goal: CurveEnd, room_m: float = 0.0) -> list[tuple[Piece, ...]]:
         """None: the study's robot drives forward throughout."""
         return []
 

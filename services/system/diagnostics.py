@@ -1,4 +1,4 @@
-"""What a service says of itself, read so that nothing a stranger may say in its name does harm."""
+"""Reads the diagnostics of services defensively: anybody on the bus may publish in their name."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ _LONGEST_MESSAGE = 200
 
 @dataclass(frozen=True)
 class Health:
-    """How a service is; a figure that it does not give, or gives as something else than a count, is None."""
+    """Health of a service; a counter that is missing or malformed is None."""
 
     message: str
     pid: int | None = None

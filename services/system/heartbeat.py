@@ -1,4 +1,4 @@
-"""The sign that a service's own loop turns: a number in a small shared file that its supervisor looks at.
+"""Heartbeat of a service's main loop: a time stamp in a small shared file that the supervisor watches.
 
 Threads of Zenoh live on when the loop of a process hangs, so neither its liveliness token nor its open connections say
 that anybody would answer an order.
@@ -21,7 +21,7 @@ _LOOK_S: Final = 0.25
 
 
 class Heartbeat:
-    """A service's end."""
+    """Written by the service."""
 
     def __init__(self, path: Path) -> None:
         """Map the file that the supervisor has made."""
@@ -39,7 +39,7 @@ class Heartbeat:
 
 
 class HeartbeatWatch:
-    """The supervisor's end.
+    """Read by the supervisor.
 
     Attributes:
         path: The file, for the environment of the child.

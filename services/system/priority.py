@@ -1,4 +1,4 @@
-"""How soon a process, or a thread in it, gets its turn: what stops the robot goes before what else is done."""
+"""Scheduling priorities: control loop and stop requests first, then the console, then all else."""
 
 import os
 import sys
@@ -19,5 +19,5 @@ def run_at(nice: int) -> None:
 
 
 def switch_threads_soon() -> None:
-    """Let a thread of this process have its turn within a millisecond of another's beginning to compute."""
+    """Make Python switch threads within a millisecond."""
     sys.setswitchinterval(_SWITCH_S)

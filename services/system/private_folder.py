@@ -1,4 +1,4 @@
-"""Files that nobody else may read, write or put in our way: the run folder, and how its files are opened."""
+"""The run folder and its files, protected from other users and from symbolic links."""
 
 import contextlib
 import os
@@ -39,7 +39,7 @@ def run_folder() -> Path:
 
 
 def open_private(path: Path, flags: int) -> int:
-    """A descriptor of a file of ours: made if need be, readable by nobody else, and never by way of a link.
+    """Open or create a file of ours, unreadable to others; refuses symbolic links.
 
     Raises:
         TouchlineError: What is there is a link, or not a plain file of this user's.

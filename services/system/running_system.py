@@ -1,4 +1,4 @@
-"""The system that ``touchline up`` runs: one for each robot on a bus, found again by ``touchline down``."""
+"""Locks of running systems: at most one per robot and bus, by which ``touchline down`` finds them."""
 
 import fcntl
 import os
@@ -24,7 +24,7 @@ def _file_name(text: str) -> str:
 
 @contextmanager
 def only_one(config: BusConfig) -> Iterator[None]:
-    """Be the one system of these robots on this bus; the locks go with the process, however it ends.
+    """Lock these robots on this bus for this process; the locks vanish with it, however it ends.
 
     Raises:
         TouchlineError: Another one runs, or the run folder is not private.

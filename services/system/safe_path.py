@@ -1,4 +1,4 @@
-"""What keeps Python from running code that lies in the current folder in place of ours."""
+"""Keeps Python from importing modules of the current folder in place of ours."""
 
 import os
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""How a service process ends, on a signal or when the supervisor that started it is gone, and shows that it lives."""
+"""Ends a service process on a signal or when its supervisor is gone, and beats its heartbeat."""
 
 import os
 import signal
@@ -12,7 +12,7 @@ ENDS = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 
 
 class Stop:
-    """Whether this process has been asked to end. To ask is to show that the loop turns."""
+    """Whether this process has been asked to end. Evaluating it also beats the heartbeat."""
 
     def __init__(self, supervisor: int | None, heartbeat: Heartbeat | None = None) -> None:
         """`supervisor` is the process id of the parent, if this process must not outlive it.
@@ -28,13 +28,13 @@ class Stop:
         self._signalled = True
 
     def beat(self) -> None:
-        """Show the supervisor that the loop turns, in waits within a turn that take long."""
+        """Beat the heartbeat during long waits within a turn of the loop."""
         if self._heartbeat is not None:
             self._heartbeat.beat()
 
     @property
     def asked(self) -> bool:
-        """Whether to end now; not a sign that the loop turns, so for what comes before it begins to."""
+        """Whether to end now, without beating the heartbeat: for use before the loop begins."""
         return self._signalled or (self._parent is not None and os.getppid() != self._parent)
 
     def __bool__(self) -> bool:

@@ -1,4 +1,4 @@
-"""A whole system on this machine for one job: services, a bus of their own, and an end to it all."""
+"""Starts and stops planner, robots and bridge as processes of this machine, on a private or given bus."""
 
 import tempfile
 import threading
@@ -44,12 +44,12 @@ class LocalSystem:
 
     @property
     def bus(self) -> Bus:
-        """Of the first robot."""
+        """The first robot's."""
         return self.buses[0]
 
     @property
     def presence(self) -> Presence:
-        """Of the first robot."""
+        """The first robot's."""
         return self.presences[self.bus.namespace]
 
     def poll(self) -> list[Notice]:
@@ -123,41 +123,52 @@ class _Start:
                 self._tell(f"{status.name}: {status.message}")
 
 
+@dataclass(frozen=True)
+class ProcessOptions:
+    """How the processes of a system are started.
+
+    Attributes:
+        robot_sim: Further options of ``touchline robot-sim``.
+        bridge: Further options of ``touchline bridge``.
+        recordings: The folder of recordings; by default the present one.
+        apart: Whether each robot has a process of its own.
+    """
+
+    robot_sim: Sequence[str] = ()
+    bridge: Sequence[str] = ()
+    recordings: Path | None = None
+    apart: bool = False
+
+
+_USUAL = ProcessOptions()
+
+
 @contextmanager
 def local_system(
     robots: Mapping[str, Setup],
     config: BusConfig | None = None,
-    robot_arguments: Sequence[str] = (),
-    bridge_arguments: Sequence[str] = (),
+    options: ProcessOptions = _USUAL,
     *,
     join_as: str = topics.OPERATOR,
-    recordings: Path | None = None,
-    apart: bool = False,
 ) -> Iterator[LocalSystem]:
     """Start planner, robots and bridge, and stop them at the end.
 
     Args:
         robots: The robots by namespace: each itself, its computer and its world.
         config: The bus to use; by default a private one, so that several jobs can run at once.
-        robot_arguments: Further options of ``touchline robot-sim``.
-        bridge_arguments: Options of ``touchline bridge``.
+        options: How its processes are started.
         join_as: Who this process is on the bus. The operator minds a job, and the robot drives while one is there; the
             supervisor minds processes and tells how it is.
-        recordings: The folder of recordings; by default the present one.
-        apart: Whether each robot has a process of its own.
     """
     private = config is None
     config = (config or BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}")).of(*robots)
+    recordings = (options.recordings or Path()).absolute()
     with tempfile.TemporaryDirectory(prefix="touchline-") as folder:
         state = Path(folder)
         children = [
-            *_robot_children(robots, robot_arguments, state, private=private, apart=apart),
+            *_robot_children(robots, options, state, private=private),
             Child(topics.PLANNER, ["planner", "--vehicle", _vehicle(robots, state)], _PATIENCE_S),
-            Child(
-                topics.BRIDGE,
-                ["bridge", *bridge_arguments, "--recordings", str((recordings or Path()).absolute())],
-                _PATIENCE_S,
-            ),
+            Child(topics.BRIDGE, ["bridge", *options.bridge, "--recordings", str(recordings)], _PATIENCE_S),
         ]
         # The bus first: should its endpoint be of no use, that is told before anything is started.
         with Bus.open_all(join_as, config) as buses:
@@ -171,17 +182,17 @@ def local_system(
 
 
 def _robot_children(
-    robots: Mapping[str, Setup], arguments: Sequence[str], folder: Path, *, private: bool, apart: bool
+    robots: Mapping[str, Setup], options: ProcessOptions, folder: Path, *, private: bool
 ) -> list[Child]:
     """The robots' process, or processes; nobody comes back to a private bus, so journals are kept there."""
-    groups = [{name: setup} for name, setup in robots.items()] if apart else [dict(robots)]
+    groups = [{name: setup} for name, setup in robots.items()] if options.apart else [dict(robots)]
     children = []
     for number, group in enumerate(groups):
         path = folder / f"robots-{number}.json"
         path.write_text(Fleet.of(group).model_dump_json(), encoding="utf-8")
         journal = ["--journal", str(folder / f"robot-{number}.journal")] if private and len(group) == 1 else []
         alone = next(iter(group)) if len(groups) > 1 else ""
-        command = ["robot-sim", "--robots", str(path), *arguments, *journal]
+        command = ["robot-sim", "--robots", str(path), *options.robot_sim, *journal]
         children.append(Child(topics.ROBOT_SIM, command, _ROBOT_PATIENCE_S, alone))
     return children
 

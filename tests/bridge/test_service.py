@@ -30,7 +30,7 @@ from touchline.schemas.messages import (
 )
 from touchline.services.bridge.compare import compare
 from touchline.services.bridge.reader import RecordingReader, read_summary
-from touchline.services.bridge.replay_service import run_replay
+from touchline.services.bridge.replay_service import Playback, run_replay
 from touchline.services.bus import Bus, BusConfig, HealthReporter, attachment
 
 BRIDGE = (
@@ -39,8 +39,8 @@ BRIDGE = (
 REPLAY = """
 import sys
 from pathlib import Path
-from touchline.services.bridge.replay_service import run_replay
-print(run_replay(Path(sys.argv[1]), float(sys.argv[2])))
+from touchline.services.bridge.replay_service import Playback, run_replay
+print(run_replay(Path(sys.argv[1]), Playback(float(sys.argv[2]))))
 """
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -363,7 +363,7 @@ def test_a_replay_keeps_the_pace_and_tells_how_far_it_is(config: BusConfig, tmp_
     with Bus.open("operator", config) as bus:
         inbox = bus.inbox([topics.CLOCK])
         begun = time.monotonic()
-        report = run_replay(original, 4.0, config, loops=2, progress=lambda *state: told.append(state))
+        report = run_replay(original, Playback(4.0, loops=2), config, progress=lambda *state: told.append(state))
         took_s = time.monotonic() - begun
         said = [Clock(clock=stamp(tick)) for _ in range(2) for tick in range(0, 200, 10)]
         clocks: list[object] = []
@@ -380,7 +380,7 @@ def test_a_replay_keeps_the_pace_and_tells_how_far_it_is(config: BusConfig, tmp_
 def test_a_replay_can_be_stopped(config: BusConfig, tmp_path: Path) -> None:
     original = record(tmp_path / "original.mcap", messages(200)).finish().path
     calls = iter(range(1000))
-    assert run_replay(original, 0.0, config, loops=0, stop=lambda: next(calls) > 50).sent < 60
+    assert run_replay(original, Playback(0.0, loops=0), config, stop=lambda: next(calls) > 50).sent < 60
 
 
 def test_two_recorded_runs_of_the_same_robot_are_identical(robot: Robot, tmp_path: Path) -> None:

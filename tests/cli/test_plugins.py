@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from textual.widgets import Input
 from typer.testing import CliRunner
 
-from tests.robot_sim.test_quiet import assert_same
+from tests.robot_sim.test_fast_runner import assert_same
 from tests.tui.console import console
 from touchline.schemas.catalogue import load_template
 from touchline.schemas.messages import PlanOptions
@@ -21,11 +21,11 @@ from touchline.services.cli.commands import app
 from touchline.services.onboard.control import Ask, PurePursuitFollower, make_follower
 from touchline.services.onboard.control.follower import BodyTwist
 from touchline.services.planner.limits import Limits
+from touchline.services.planner.marking import transitions_of
 from touchline.services.planner.method_choice import Method, method_of
-from touchline.services.planner.plan import ways_of
 from touchline.services.planner.steering.ccd import ContinuousDubins
 from touchline.services.planner.transitions.pricing import OneByOne
-from touchline.services.planner.transitions.transitions import Ways
+from touchline.services.planner.transitions.transitions import TransitionFamily
 from touchline.services.runs.simulation import Job, simulate
 from touchline.tui.dialogs import Choice, PlanDialog
 
@@ -67,7 +67,7 @@ class Roundabout(ContinuousDubins):
 
 @pytest.fixture(autouse=True)
 def newcomers() -> Iterator[None]:
-    method = Method(lambda x: Ways.of_one(Roundabout, x))
+    method = Method(lambda x: TransitionFamily.of_one(Roundabout, x))
     METHODS.register("roundabout", "gentle: turns of twice the radius", method, {"kappa_max_1pm": "half the others'"})
     FOLLOWERS.register("outsider", "dawdles along", Outsider)
     FOLLOWERS.register("dawdler", "dawdles, too", lambda vehicle, _ask: Dawdler(vehicle))
@@ -84,7 +84,7 @@ def test_newcomers_plan_and_drive() -> None:
     outcome = simulate(job, Scenario(), config)
     assert outcome.report.success
     assert outcome.report.coverage_pct > 99.0
-    assert isinstance(ways_of(Vehicle(), options, Limits.of(Vehicle(), options)).pricing, OneByOne)
+    assert isinstance(transitions_of(Vehicle(), options, Limits.of(Vehicle(), options)).pricing, OneByOne)
 
 
 @pytest.mark.parametrize("follower", ["outsider", "dawdler"])
@@ -130,18 +130,22 @@ def test_an_unknown_name_is_refused_with_the_known_ones() -> None:
         result = CliRunner().invoke(app, arguments, env={"COLUMNS": "200"})
         assert result.exit_code == 2
         assert "is 'lqr'; give '" in result.output
-    with pytest.raises(UnknownPlugin, match="give 'mpc', 'pure-pursuit', 'external', 'outsider' or 'dawdler'"):
+    with pytest.raises(
+        UnknownPlugin, match="give 'mpc', 'pure-pursuit', 'pursuit-lanes', 'external', 'outsider' or 'dawdler'"
+    ):
         make_follower("lqr", Vehicle())
     with pytest.raises(ValueError, match="already"):
         FOLLOWERS.register("mpc", "", Outsider)
 
 
 def test_all_that_is_shipped_is_where_it_is_said_to_be() -> None:
-    for name in ("mpc", "pure-pursuit", "external"):
+    for name in ("mpc", "pure-pursuit", "pursuit-lanes", "external"):
         assert make_follower(name, Vehicle()).name == name
     for name in ("g2", "ccd", "dubins-padded"):
         options = PlanOptions(method=name)
-        assert {turns.method.name for turns in method_of(options).ways(Limits.of(Vehicle(), options)).turns} == {name}
+        assert {turns.method.name for turns in method_of(options).transitions(Limits.of(Vehicle(), options)).turns} == {
+            name
+        }
 
 
 def test_what_makes_a_plugin_may_be_given_or_found() -> None:

@@ -2,6 +2,7 @@
 
 import math
 
+import pymap3d
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -56,12 +57,23 @@ def test_the_published_example_of_a_topocentric_frame():
 def _earth_centred(latitude, longitude, height):
     """(X, Y, Z) by the plane at (0°, 0°, 0 m), whose up, east and north they are, beside the semi-major axis."""
     east, north, up = to_local(local_frame(0.0, 0.0, 0.0), latitude, longitude, height)
-    return up + 6_378_137.0, east, north
+    return up + SEMI_MAJOR_M, east, north
 
 
 def test_the_plane_leaves_the_curved_earth():
     _, _, altitude = to_geodetic(DENMARK, 1000.0, 0.0, 0.0)
     assert altitude - 20.0 == pytest.approx(1000.0**2 / (2 * 6.39e6), rel=0.01)
+
+
+@given(st.floats(-89, 89), st.floats(-180, 180), st.floats(-500, 9000), WITHIN_1_KM, WITHIN_1_KM, st.floats(-100, 100))
+def test_the_kernels_agree_with_the_library_that_places_templates(latitude, longitude, altitude, east, north, up):
+    frame, origin = local_frame(latitude, longitude, altitude), (latitude, longitude, altitude)
+    there = to_geodetic(frame, east, north, up)
+    expected = pymap3d.enu2geodetic(east, north, up, *origin)
+    assert there[0] == pytest.approx(expected[0], abs=1e-9)
+    assert math.remainder(there[1] - expected[1], 360.0) == pytest.approx(0.0, abs=1e-9)
+    assert there[2] == pytest.approx(expected[2], abs=1e-6)
+    assert to_local(frame, *there) == pytest.approx(pymap3d.geodetic2enu(*there, *origin), abs=1e-6)
 
 
 @given(st.floats(-85, 85), st.floats(-180, 180), st.floats(-0.02, 0.02), st.floats(-0.02, 0.02))

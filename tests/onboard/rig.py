@@ -25,7 +25,7 @@ from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.trajectories import assemble, segment, turn, velocity
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.core.constants import GRAVITY_MPS2
+from touchline.services.core.physical_constants import GRAVITY_MPS2
 from touchline.services.onboard import Onboard
 from touchline.services.onboard.interface import (
     STANDSTILL,
@@ -210,8 +210,8 @@ def trajectory(
     ramp = min(speed**2 / (2 * acceleration), total / 2)
     top = math.sqrt(2 * acceleration * ramp)
     profile = speeds or [(0.0, 0.0), (ramp, top), (total - ramp, top), (total, 0.0)]
-    ways = [LinearDirection.BACKWARD if i in backward else LinearDirection.FORWARD for i in range(len(curves))]
-    segments = [segment(f"s{i}", curve, way) for i, (curve, way) in enumerate(zip(curves, ways, strict=True))]
+    directions = [LinearDirection.BACKWARD if i in backward else LinearDirection.FORWARD for i in range(len(curves))]
+    segments = [segment(f"s{i}", curve, directions[i]) for i, curve in enumerate(curves)]
     return assemble(segments, _switches(sprays), (velocity(s, v) for s, v in profile))
 
 

@@ -36,7 +36,7 @@ def test_matched_noise_leaves_no_bias_and_the_right_spread() -> None:
 
 
 def test_the_mean_slip_is_learned_so_an_outage_ends_within_3_sigma() -> None:
-    """Rolling resistance takes half a per cent of the way on the emulated grass: 15 cm of the 30 m."""
+    """Rolling resistance takes half a per cent of the distance on the emulated grass: 15 cm of the 30 m."""
     bound, inside, along = chi2.ppf(0.9973, 2), 0, []
     for seed in range(1, RUNS + 1):
         robot, estimator = EmulatedRobot(DEFAULT, seed), Estimator(VEHICLE, data_sheets(DEFAULT))

@@ -24,7 +24,7 @@ from touchline.services.onboard.executive.geofence import Geofence, beyond_m
 from touchline.services.onboard.interface import STANDSTILL
 from touchline.services.onboard.trajectory.path import cut_path
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.fast_runner import Quiet
+from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.world.world import TruePose
 
 VEHICLE = Vehicle()
@@ -106,7 +106,7 @@ def pushed(robot, north_m, at_m=3.0):
 
 def test_inside_the_boundary_it_paints_to_the_end() -> None:
     robot = emulator(NEAR)
-    Quiet(robot).run(60_000)
+    FastRunner(robot).run(60_000)
     assert robot.onboard.state == DONE
 
 

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 import pytest
 
-from touchline.services.onboard.estimation.measurements import doubt_accelerometer
+from touchline.services.onboard.estimation.measurements import add_shaking_noise
 from touchline.services.onboard.filter_model import IN_ACCEL, INPUTS, SPEED, STATES
 
 TICK_S = 0.01
@@ -18,7 +18,7 @@ def _doubt(samples_mps2: Iterable[float]) -> float:
     for sample in samples_mps2:
         now = np.zeros(INPUTS)
         now[IN_ACCEL], last = 0.5 * (last + sample), sample
-        doubt_accelerometer(covariance, before, now)
+        add_shaking_noise(covariance, before, now)
         before = now
     return float(covariance[SPEED, SPEED])
 

@@ -28,7 +28,7 @@ def weighed(y_m: float, sigma_m: float, variance_m2: float = VARIANCE_M2) -> flo
     covariance, rows = np.zeros((m.STATES, m.STATES)), np.zeros((2, m.STATES))
     covariance[m.EAST, m.EAST] = covariance[m.NORTH, m.NORTH] = sigma_m**2
     rows[0, m.EAST] = rows[1, m.NORTH] = 1.0
-    return float(tail.weighed_variance(covariance, rows, y_m, 0.0, variance_m2))
+    return float(tail.weighed_variance(covariance, rows, (y_m, 0.0), variance_m2))
 
 
 def settled(seed: int = 4) -> tuple[Rig, Estimator]:

@@ -13,7 +13,7 @@ from touchline.schemas.messages import PlanOptions
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 from touchline.services.planner.limits import Limits
-from touchline.services.planner.plan import ways_of
+from touchline.services.planner.marking import transitions_of
 from touchline.services.planner.steering.circles import circle
 from touchline.services.planner.steering.dubins import dubins_pieces
 from touchline.services.planner.steering.dubins_bound import least_plain
@@ -30,9 +30,15 @@ from touchline.services.planner.steering.newton3 import solve_three
 from touchline.services.planner.steering.profile import amount_of, solve
 from touchline.services.planner.steering.query import Query
 from touchline.services.planner.transitions.piece_table import PieceTable
-from touchline.services.planner.transitions.transitions import BRAKING_SHARE, Way
-from touchline.services.planner.transitions.way_rows import way_rows
-from touchline.services.planner.transitions.way_times import TRACK_PIECES, TurnFigures, least_time, way_time, way_times
+from touchline.services.planner.transitions.transition_rows import transition_rows
+from touchline.services.planner.transitions.transition_times import (
+    TRACK_PIECES,
+    TurnFigures,
+    least_time,
+    transition_time,
+    transition_times,
+)
+from touchline.services.planner.transitions.transitions import BRAKING_SHARE, Transition
 
 ORIGIN = PathPose(0.0, 0.0, 0.0)
 
@@ -47,7 +53,7 @@ def test_no_plain_dubins_path_is_shorter_than_its_bound(pair: tuple[PathPose, Pa
 
 
 @given(st.lists(floats(-0.8, 0.8), max_size=4), floats(-0.8, 0.8), floats(-0.8, 0.8), st.lists(floats(0.0, 3.0)))
-def test_no_way_that_turns_so_much_is_shorter_than_its_bound(
+def test_no_transition_that_turns_so_much_is_shorter_than_its_bound(
     inner: list[float], first: float, last: float, holds: list[float]
 ) -> None:
     limit, extremes = 0.8, [first, *inner, last]
@@ -67,7 +73,7 @@ def test_no_way_that_turns_so_much_is_shorter_than_its_bound(
         pytest.param((Piece(5.0, 0.8), Piece(2.0)), 7.0, id="arc and straight"),
     ],
 )
-def test_the_bound_on_ways_that_turn_so_much_is_met(pieces: tuple[Piece, ...], length: float) -> None:
+def test_the_bound_on_transitions_that_turn_so_much_is_met(pieces: tuple[Piece, ...], length: float) -> None:
     end = PiecePath(ORIGIN, pieces).end
     ends = np.array([pieces[0].curvature_1pm, pieces[-1].curvature_end_1pm])
     assert least_length(ends, end.point, end.heading_rad, 0.8) == pytest.approx(length)
@@ -93,55 +99,55 @@ def test_the_quick_solver_finds_what_the_general_one_finds(x: float, y: float, h
 @pytest.mark.parametrize("curvature", [0.0, 0.4])
 def test_of_all_turns_the_quickest_is_found_without_trying_all(curvature: float) -> None:
     limits = Limits.of(Vehicle(), PlanOptions())
-    ways = ways_of(Vehicle(), PlanOptions(), limits)
+    transitions = transitions_of(Vehicle(), PlanOptions(), limits)
     rng = np.random.default_rng(3)
     poses = [PathPose(x, y, h) for x, y, h in rng.uniform((0, 0, -4), (5, 5, 4), (12, 3)).tolist()]
     ends = [CurveEnd(pose, curvature * (i % 2)) for i, pose in enumerate(poses)]
-    rows = way_rows(ends, ends, ways)
+    rows = transition_rows(ends, ends, transitions)
     pairs = np.array([(a, b) for a in range(12) for b in range(12) if a != b])
     found = PieceTable(np.zeros((len(pairs), TRACK_PIECES, 5)), np.zeros(len(pairs), dtype=np.int64))
-    seconds = way_times(rows, limits.caps, pairs, True, found)
+    seconds = transition_times(rows, limits.caps, pairs, True, found)
     pieces = np.zeros((TRACK_PIECES, 5))
     for p, (a, b) in enumerate(pairs.tolist()):
         times = []
-        for k, turns in enumerate(ways.turns):
+        for k, turns in enumerate(transitions.turns):
             start, goal, turning = rows.starts[k, a], rows.goals[k, b], TurnFigures(rows.circles[k], rows.roots[k])
-            times.append(way_time(start, goal, turning, limits.caps, True, pieces)[0])
+            times.append(transition_time(start, goal, turning, limits.caps, True, pieces)[0])
             assert least_time(start, goal, turns.curvature_1pm, limits.caps) <= times[-1] + 1e-9
         assert seconds[p] == min(times)
-        way = PiecePath(ends[a].pose, tuple(Piece(*row) for row in found.pieces[p, : found.counts[p]].tolist()))
-        assert abs(way.end.point - ends[b].pose.point) < 1e-9
+        transition = PiecePath(ends[a].pose, tuple(Piece(*row) for row in found.pieces[p, : found.counts[p]].tolist()))
+        assert abs(transition.end.point - ends[b].pose.point) < 1e-9
 
 
 @given(pose_pairs(), floats(-0.5, 0.5), st.sampled_from([0.0, 0.2]))
 @settings(max_examples=50)
-def test_no_way_with_a_standstill_is_quicker_than_its_bound(
+def test_no_transition_with_a_standstill_is_quicker_than_its_bound(
     pair: tuple[PathPose, PathPose], first: float, last: float
 ) -> None:
-    ways = ways_of(Vehicle(), PlanOptions(), Limits.of(Vehicle(), PlanOptions()))
+    transitions = transitions_of(Vehicle(), PlanOptions(), Limits.of(Vehicle(), PlanOptions()))
     start, goal = CurveEnd(pair[0], first), CurveEnd(pair[1], last)
-    speeds = ways.speed_mps(start), ways.speed_mps(goal)
-    bound = ways.standing_bound_s(start, goal, speeds)
+    speeds = transitions.speed_mps(start), transitions.speed_mps(goal)
+    bound = transitions.standing_bound_s(start, goal, speeds)
 
-    def stands(way: Way) -> bool:
-        return any(p.spin_rad or p.direction < 0 for p in way.path.pieces)
+    def stands(transition: Transition) -> bool:
+        return any(p.spin_rad or p.direction < 0 for p in transition.path.pieces)
 
-    for way in filter(stands, ways.between(start, goal)):
-        assert way.seconds >= bound - 1e-9
-    quickest = ways.quickest_standing(start, goal, math.inf)
+    for transition in filter(stands, transitions.between(start, goal)):
+        assert transition.seconds >= bound - 1e-9
+    quickest = transitions.quickest_standing(start, goal, math.inf)
     # Straight on is one of them too, if the goal lies there: that the bound rules it out costs nothing.
     if quickest and stands(quickest):
         # One that just has to be quicker than something slower is found all the same.
-        again = ways.quickest_standing(start, goal, quickest.seconds + 1e-6)
+        again = transitions.quickest_standing(start, goal, quickest.seconds + 1e-6)
         assert again is not None
         assert again.seconds == quickest.seconds
 
 
-def test_the_bound_of_ways_with_a_standstill_is_what_braking_and_gathering_speed_take() -> None:
+def test_the_bound_of_transitions_with_a_standstill_is_what_braking_and_gathering_speed_take() -> None:
     """At 1 m/s² two seconds, if what lies between the places where the robot may stand is nothing, and more beyond."""
-    ways = ways_of(Vehicle(), PlanOptions(), Limits.of(Vehicle(), PlanOptions()))
-    room = ways.limits.stopping_distance_m(1.0) / BRAKING_SHARE
+    transitions = transitions_of(Vehicle(), PlanOptions(), Limits.of(Vehicle(), PlanOptions()))
+    room = transitions.limits.stopping_distance_m(1.0) / BRAKING_SHARE
     start = CurveEnd(ORIGIN, 0.0)
     near, far = (CurveEnd(PathPose(2.0 * room + gap, 0.0, 0.0), 0.0) for gap in (0.0, 14.0))
-    assert ways.standing_bound_s(start, near, (1.0, 1.0)) == pytest.approx(2.0, abs=0.05)
-    assert ways.standing_bound_s(start, far, (1.0, 1.0)) >= 2.0 + 14.0 / ways.limits.transit_speed_mps
+    assert transitions.standing_bound_s(start, near, (1.0, 1.0)) == pytest.approx(2.0, abs=0.05)
+    assert transitions.standing_bound_s(start, far, (1.0, 1.0)) >= 2.0 + 14.0 / transitions.limits.transit_speed_mps

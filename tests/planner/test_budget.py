@@ -1,4 +1,4 @@
-"""Timing the ways from line to line is done in parts: between any two of them it can be stopped, and it tells."""
+"""The transitions from line to line are timed in parts: between any two of them it can be stopped, and it tells."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,8 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.budget import Budget
 from touchline.services.planner.geometry.clothoid import Floats
 from touchline.services.planner.limits import Limits
-from touchline.services.planner.plan import plan, ways_of
+from touchline.services.planner.marking import transitions_of
+from touchline.services.planner.plan import plan
 from touchline.services.planner.sequencing import costs
 from touchline.services.planner.swaths.offset import modes
 from touchline.services.planner.swaths.swaths import Painting, swaths
@@ -35,9 +36,9 @@ def in_parts(monkeypatch: pytest.MonkeyPatch, rough: int, words: int, hops: int)
 def parts(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """What has been timed part by part; the matrix is that of many lines, in many small parts."""
     done: list[str] = []
-    words, rough = methods.way_times, methods.word_lengths
+    words, rough = methods.transition_times, methods.word_lengths
 
-    def way_times(*given: object) -> Floats:
+    def transition_times(*given: object) -> Floats:
         done.append("hops" if given[3] else "words")
         return words(*given)
 
@@ -47,7 +48,7 @@ def parts(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
     monkeypatch.setattr(costs, "ALL_NODES", 10)
     in_parts(monkeypatch, 200, 50, 10)
-    monkeypatch.setattr(methods, "way_times", way_times)
+    monkeypatch.setattr(methods, "transition_times", transition_times)
     monkeypatch.setattr(methods, "word_lengths", word_lengths)
     return done
 
@@ -112,13 +113,13 @@ def test_progress_grows_all_the_while(parts: list[str]) -> None:
 
 def test_the_matrix_does_not_depend_on_the_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     limits = Limits.of(VEHICLE, OPTIONS)
-    ways = ways_of(VEHICLE, OPTIONS, limits)
+    transitions = transitions_of(VEHICLE, OPTIONS, limits)
     painting = Painting.of(VEHICLE, limits, OPTIONS)
     choices = swaths(modes(strewn().segments, VEHICLE, limits.curvature_max_1pm), painting, free=True)
     monkeypatch.setattr(costs, "ALL_NODES", 10)
-    whole, tracks = costs.problem(choices, ways, painting, None)
+    whole, tracks = costs.problem(choices, transitions, painting, None)
     in_parts(monkeypatch, 70, 9, 3)
-    cut, cut_tracks = costs.problem(choices, ways, painting, None)
+    cut, cut_tracks = costs.problem(choices, transitions, painting, None)
     assert np.array_equal(whole.cost, cut.cost)
     assert np.array_equal(tracks.kind, cut_tracks.kind)
     assert np.array_equal(tracks.pieces, cut_tracks.pieces)

@@ -90,7 +90,7 @@ def test_biarcs_meet_both_poses(start: PathPose, distance: float, bearing: float
 
 
 def test_a_sliver_bent_the_other_way_is_not_made_up_for_by_a_tighter_arc() -> None:
-    """Arcs and straights of a padded Dubins way, with one of 3 mm: blended into the long arc it took 1.28 1/m."""
+    """Arcs and straights of a padded Dubins path, with one of 3 mm: blended into the long arc it took 1.28 1/m."""
     sliver = Piece(0.0027565595500644116, -1.125)
     around = (Piece(0.0155980671599, -1.125), Piece(4.943686010869605, 1.125))
     for path in (

@@ -20,7 +20,7 @@ from touchline.services.planner.plan import plan
 from touchline.services.planner.steering.g2 import Steering
 from touchline.services.planner.steering.method import CurveEnd
 from touchline.services.planner.transitions.pricing import OneByOne, Pricing
-from touchline.services.planner.transitions.transitions import Way, Ways
+from touchline.services.planner.transitions.transitions import Transition, TransitionFamily
 
 
 class Shuttle:
@@ -43,8 +43,8 @@ class Shuttle:
     def between(self, start: CurveEnd, goal: CurveEnd) -> tuple[Piece, ...]:
         return self._inner.between(start, goal)
 
-    def standing_ways(self, start: CurveEnd, goal: CurveEnd, room_m: float = 0.0) -> list[tuple[Piece, ...]]:
-        return self._inner.standing_ways(start, goal, room_m)
+    def standing_transitions(self, start: CurveEnd, goal: CurveEnd, room_m: float = 0.0) -> list[tuple[Piece, ...]]:
+        return self._inner.standing_transitions(start, goal, room_m)
 
 
 class OneSided(OneByOne):
@@ -53,14 +53,14 @@ class OneSided(OneByOne):
     def __init__(self, south_m: float) -> None:
         self.south_m = south_m
 
-    def rough_s(self, ways: Ways, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Floats:
+    def rough_s(self, transitions: TransitionFamily, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Floats:
         south = np.array([begin.pose.y_m < self.south_m for begin in begins])
-        return np.where(south, 1e3, 0.0) + super().rough_s(ways, ends, begins)
+        return np.where(south, 1e3, 0.0) + super().rough_s(transitions, ends, begins)
 
 
 @pytest.fixture
 def shuttle() -> Iterator[str]:
-    METHODS.register("shuttle", "there and back", Method(lambda limits: Ways.of_one(Shuttle, limits)))
+    METHODS.register("shuttle", "there and back", Method(lambda limits: TransitionFamily.of_one(Shuttle, limits)))
     yield "shuttle"
     METHODS.forget("shuttle")
 
@@ -74,14 +74,14 @@ def test_another_methods_cusps_are_driven_where_they_are_quicker(shuttle: str) -
     assert planned.report.total_time_s < forward.report.total_time_s
 
 
-class Asked(Ways):
+class Asked(TransitionFamily):
     """Remembers to which poses in between a transition was asked for."""
 
-    def __init__(self, shipped: Ways, pricing: Pricing) -> None:
+    def __init__(self, shipped: TransitionFamily, pricing: Pricing) -> None:
         super().__init__(shipped.limits, shipped.turns, pricing=pricing)
         object.__setattr__(self, "middles", [])
 
-    def between(self, start: CurveEnd, goal: CurveEnd) -> list[Way]:
+    def between(self, start: CurveEnd, goal: CurveEnd) -> list[Transition]:
         if start == START:
             self.middles.append(goal)
         return super().between(start, goal)
@@ -96,13 +96,13 @@ def test_poses_in_between_are_tried_by_the_times_of_the_method(south_m: float) -
     wall = Template(name="w", segments=lines((0, 0, 8, 0)), obstacles=(box((11.0, -1.2), (11.4, 3.2), "wall"),))
     checker = CollisionChecker.of(wall, vehicle)
     assert checker
-    ways = Asked(method_of(options).ways(Limits.of(vehicle, options)), OneSided(south_m))
-    offered = list(detours(START, GOAL, ways, checker))
+    transitions = Asked(method_of(options).transitions(Limits.of(vehicle, options)), OneSided(south_m))
+    offered = list(detours(START, GOAL, transitions, checker))
     assert offered
-    assert not any(checker.collision(way.path) for way in offered)
-    assert all(middle.pose.y_m >= south_m for middle in ways.middles)
-    price = ways.pricing.rough_s
-    around = price(ways, [START], ways.middles)[0] + price(ways, ways.middles, [GOAL])[:, 0]
+    assert not any(checker.collision(transition.path) for transition in offered)
+    assert all(middle.pose.y_m >= south_m for middle in transitions.middles)
+    price = transitions.pricing.rough_s
+    around = price(transitions, [START], transitions.middles)[0] + price(transitions, transitions.middles, [GOAL])[:, 0]
     assert np.all(np.diff(around) >= -1e-9)
 
 

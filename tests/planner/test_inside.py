@@ -1,4 +1,4 @@
-"""Keeping inside: the swept body clears every outline, by other ways where there are any, or the place is named."""
+"""Keeping inside: the swept body clears every outline, by other transitions if there are any, or the place is named."""
 
 import math
 
@@ -121,7 +121,7 @@ def test_without_outlines_nothing_changes() -> None:
 
 
 @pytest.mark.parametrize("order", ["given", "optimised"])
-def test_ways_keep_inside_a_boundary_and_off_a_post(order: str) -> None:
+def test_transitions_keep_inside_a_boundary_and_off_a_post(order: str) -> None:
     segments = lines((0, 0, 8, 0), (8, 3, 0, 3), (0, 6, 8, 6))
     free = Template(name="checker", segments=segments)
     template = free.model_copy(
@@ -190,7 +190,7 @@ def test_the_body_is_clear_where_it_reverses_and_turns_on_the_spot() -> None:
         planned = plan(template, vehicle, PlanOptions(start=[-4.0, 0.5, 0.0]))
         assert planned.report.cusps + planned.report.spins > 0
         check_clear(planned, template)
-    # A post where the casters would sweep round: another way is taken, and it is clear as well.
+    # A post where the casters would sweep round: another transition is taken, and it is clear as well.
     post = box((4.6, 0.85), (4.7, 0.95), "post")
     posted = template.model_copy(update={"obstacles": (post,)})
     assert CollisionChecker.of(posted, SPINNING).collision(planned.sections[2].path)

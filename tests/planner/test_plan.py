@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.planner.strategies import poses, templates
-from touchline.schemas.catalogue import load_template, shipped_templates
+from touchline.schemas.catalogue import line_templates, load_template
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.curves import Curve, PathTable
 from touchline.schemas.errors import PlanningError
@@ -33,7 +33,7 @@ from touchline.services.planner.segments import sent_segments
 from touchline.services.planner.swaths.swaths import JOINT_OFFSET_M
 
 VEHICLE = Vehicle()
-SHIPPED = sorted(shipped_templates())
+SHIPPED = sorted(line_templates())
 
 
 def table(trajectory: Trajectory) -> PathTable:
@@ -193,7 +193,7 @@ ORDERED = 30
 
 
 @pytest.mark.parametrize("name", SHIPPED)
-def test_shipped_templates(name: str) -> None:
+def test_line_templates(name: str) -> None:
     template = load_template(name)
     for order in ("given", "optimised") if len(template.segments) <= ORDERED else ("given",):
         planned = plan(template, VEHICLE, PlanOptions(order=order))
@@ -289,7 +289,7 @@ def test_plans_are_the_same_every_time_and_survive_the_wire() -> None:
 def test_progress_reaches_the_end_of_every_stage() -> None:
     seen: dict[str, float] = {}
     plan(load_template("study-square"), VEHICLE, progress=lambda stage, fraction: seen.update({stage: fraction}))
-    assert list(seen) == ["timing ways", "order", "cutting into arcs", "speeds", "report"]
+    assert list(seen) == ["timing transitions", "order", "cutting into arcs", "speeds", "report"]
     assert set(seen.values()) == {1.0}
 
 

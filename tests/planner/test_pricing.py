@@ -16,7 +16,8 @@ from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 from touchline.services.planner.limits import Limits
-from touchline.services.planner.plan import Plan, plan, ways_of
+from touchline.services.planner.marking import transitions_of
+from touchline.services.planner.plan import Plan, plan
 from touchline.services.planner.sequencing.costs import nodes_of, problem
 from touchline.services.planner.steering.dubins import dubins_pieces
 from touchline.services.planner.steering.method import NO_LIMIT_MPS, CurveEnd
@@ -25,7 +26,7 @@ from touchline.services.planner.swaths.offset import modes
 from touchline.services.planner.swaths.swaths import Painting, swaths
 from touchline.services.planner.transitions.methods import SteeredPricing
 from touchline.services.planner.transitions.pricing import OneByOne, Pricing
-from touchline.services.planner.transitions.transitions import Ways
+from touchline.services.planner.transitions.transitions import TransitionFamily
 
 VEHICLE = Vehicle()
 FIELDS = ("soccer-11", "soccer-7", "tennis")
@@ -38,17 +39,19 @@ def unhindered(method: str) -> PlanOptions:
     return PlanOptions(method=method, drying_time_s=1e-3)
 
 
-def ways_for(method: str, pricing: Pricing | None = None) -> Ways:
+def transitions_for(method: str, pricing: Pricing | None = None) -> TransitionFamily:
     options = unhindered(method)
-    ways = ways_of(VEHICLE, options, Limits.of(VEHICLE, options))
-    return replace(ways, pricing=pricing) if pricing else ways
+    transitions = transitions_of(VEHICLE, options, Limits.of(VEHICLE, options))
+    return replace(transitions, pricing=pricing) if pricing else transitions
 
 
-def priced_s(planned: Plan, template: Template, ways: Ways, options: PlanOptions) -> float:
+def priced_s(planned: Plan, template: Template, transitions: TransitionFamily, options: PlanOptions) -> float:
     """What the transitions of a plan cost in the matrix that it was ordered by."""
-    painting = Painting.of(VEHICLE, ways.limits, options)
-    choices = swaths(modes(template.segments, VEHICLE, ways.limits.curvature_max_1pm, free=True), painting, free=True)
-    cost = problem(choices, ways, painting, None)[0].cost
+    painting = Painting.of(VEHICLE, transitions.limits, options)
+    choices = swaths(
+        modes(template.segments, VEHICLE, transitions.limits.curvature_max_1pm, free=True), painting, free=True
+    )
+    cost = problem(choices, transitions, painting, None)[0].cost
     nodes = nodes_of(choices)[0]
     strokes = [section.stroke for section in planned.sections if section.stroke]
     order, done = [], 0
@@ -76,10 +79,10 @@ def test_the_order_is_priced_by_what_is_driven(method: str, name: str) -> None:
     template, options = load_template(name), unhindered(method)
     planned = plan(template, VEHICLE, options)
     driven = driven_s(planned)
-    off = abs(priced_s(planned, template, ways_for(method), options) / driven - 1.0)
+    off = abs(priced_s(planned, template, transitions_for(method), options) / driven - 1.0)
     assert off < PRICED_WITHIN
     # As every method used to be priced: where near lines lie side by side that is off by 2 % and more.
-    steered = abs(priced_s(planned, template, ways_for(method, SteeredPricing()), options) / driven - 1.0)
+    steered = abs(priced_s(planned, template, transitions_for(method, SteeredPricing()), options) / driven - 1.0)
     assert off <= steered
     if method != "g2" and name == "soccer-11":
         assert steered > 4.0 * off
@@ -90,7 +93,7 @@ def test_the_order_is_priced_by_what_is_driven(method: str, name: str) -> None:
     st.integers(0, 10_000), st.sampled_from([0.0, 0.11, -0.5]), st.sampled_from([NO_LIMIT_MPS, 0.4]), floats(0.1, 3.0)
 )
 @settings(max_examples=60, deadline=None)
-def test_many_ways_at_once_take_what_each_alone_takes(
+def test_many_transitions_at_once_take_what_each_alone_takes(
     method: str, seed: int, curvature: float, speed: float, length: float
 ) -> None:
     """That which is carried on included: of an end there is the beginning of what goes on from it."""
@@ -98,10 +101,10 @@ def test_many_ways_at_once_take_what_each_alone_takes(
     some = [CurveEnd(PathPose(*pose), curvature * (i % 2), speed) for i, pose in enumerate(poses, 1)]
     start = some[0]
     on = PiecePath(start.pose, (Piece(length, start.curvature_1pm),)).end
-    ways, begins = ways_for(method), [*some, start._replace(pose=on)]
+    transitions, begins = transitions_for(method), [*some, start._replace(pose=on)]
     pairs = np.stack(np.divmod(np.arange(len(some) * len(begins)), len(begins)), axis=1)
-    many = ways.pricing.timer(ways, some, begins)(pairs, False)
-    single = OneByOne().timer(ways, some, begins)(pairs, False)
+    many = transitions.pricing.timer(transitions, some, begins)(pairs, False)
+    single = OneByOne().timer(transitions, some, begins)(pairs, False)
     assert many.seconds == pytest.approx(single.seconds, abs=1e-6)
     for (a, b), pieces, count in zip(pairs.tolist(), many.pieces, many.counts.tolist(), strict=True):
         end = PiecePath(some[a].pose, tuple(Piece(*row) for row in pieces[:count].tolist())).end
@@ -122,10 +125,10 @@ def test_rough_times_tell_near_from_far(method: str) -> None:
     """For most of 30 ends five of the beginnings that are really nearest are among the twelve that look so."""
     rng = np.random.default_rng(8)
     poses = rng.uniform((0.0, 0.0, -3.0), (60.0, 60.0, 3.0), (30, 3)).tolist()
-    some, ways = [CurveEnd(PathPose(*pose), 0.0) for pose in poses], ways_for(method)
-    rough = ways.pricing.rough_s(ways, some, some)
+    some, transitions = [CurveEnd(PathPose(*pose), 0.0) for pose in poses], transitions_for(method)
+    rough = transitions.pricing.rough_s(transitions, some, some)
     pairs = np.stack(np.divmod(np.arange(900), 30), axis=1)
-    exact = ways.pricing.timer(ways, some, some)(pairs, False).seconds.reshape(30, 30)
+    exact = transitions.pricing.timer(transitions, some, some)(pairs, False).seconds.reshape(30, 30)
     for table in (rough, exact):
         np.fill_diagonal(table, np.inf)
     found = [set(np.argsort(exact[a])[:5]) <= set(np.argsort(rough[a])[:12]) for a in range(30)]

@@ -137,7 +137,7 @@ def test_winding_paths_keep_both_wheels_at_every_millimetre(case: tuple[PathGrid
 
 
 @given(winding())
-def test_the_time_of_a_way_is_that_of_its_profile(case: tuple[PathGrid, list]) -> None:
+def test_the_time_of_a_transition_is_that_of_its_profile(case: tuple[PathGrid, list]) -> None:
     course, rows = case
     profile = speed_profile(course, [], LIMITS)
     # The estimate cuts every row into two cells more, whose caps are a little looser.

@@ -1,4 +1,4 @@
-"""Mirrored queries and those that are turned round have the ways of the query, mirrored and turned round."""
+"""Mirrored queries and those that are turned round have the transitions of the query, mirrored and turned round."""
 
 import math
 from collections.abc import Callable
@@ -11,10 +11,10 @@ from touchline.services.planner.steering.g2 import Steering
 from touchline.services.planner.steering.method import CurveEnd
 
 Query = tuple[CurveEnd, CurveEnd]
-Way = tuple[Piece, ...]
+Transition = tuple[Piece, ...]
 PAIRS = 20
 LENGTH_TOLERANCE_M = 1e-9
-# The shortest way is flat about its minimum: its pieces are as certain as the square root of its length, at worst.
+# A shortest path is flat about its minimum: its pieces are as certain as the square root of its length, at worst.
 SHAPE_TOLERANCE = 1e-5
 LIMITS = ((1.125, 2.1), (1.3126, 7.0))
 
@@ -24,8 +24,8 @@ def mirrored_query(query: Query) -> Query:
     return start, goal
 
 
-def mirrored_way(way: Way) -> Way:
-    return tuple(p._replace(curvature_1pm=-p.curvature_1pm, sharpness_1pm2=-p.sharpness_1pm2) for p in way)
+def mirrored_transition(transition: Transition) -> Transition:
+    return tuple(p._replace(curvature_1pm=-p.curvature_1pm, sharpness_1pm2=-p.sharpness_1pm2) for p in transition)
 
 
 def turned_query(query: Query) -> Query:
@@ -36,8 +36,8 @@ def turned_query(query: Query) -> Query:
     return start, goal
 
 
-def turned_way(way: Way) -> Way:
-    return tuple(p._replace(curvature_1pm=-p.curvature_end_1pm) for p in reversed(way))
+def turned_transition(transition: Transition) -> Transition:
+    return tuple(p._replace(curvature_1pm=-p.curvature_end_1pm) for p in reversed(transition))
 
 
 def queries(box_m: float, share: float, curvature: float, seed: int) -> list[Query]:
@@ -48,52 +48,59 @@ def queries(box_m: float, share: float, curvature: float, seed: int) -> list[Que
     return [(CurveEnd(PathPose(*a[:3]), a[3]), CurveEnd(PathPose(*b[:3]), b[3])) for a, b in ends]
 
 
-def ways(steering: Steering, query: Query) -> list[Way]:
-    """The forward way and those with cusps."""
-    standing = [way for way in steering.standing_ways(*query) if not any(piece.spin_rad for piece in way)]
+def transitions(steering: Steering, query: Query) -> list[Transition]:
+    """The forward transition and those with cusps."""
+    standing = [
+        transition
+        for transition in steering.standing_transitions(*query)
+        if not any(piece.spin_rad for piece in transition)
+    ]
     return [steering.between(*query), *standing]
 
 
-def length(way: Way) -> float:
-    return PiecePath(PathPose(0.0, 0.0, 0.0), way).length_m
+def length(transition: Transition) -> float:
+    return PiecePath(PathPose(0.0, 0.0, 0.0), transition).length_m
 
 
-def table(way: Way) -> Floats:
+def table(transition: Transition) -> Floats:
     """Rows of the pieces that are long enough to tell."""
-    return np.array([(p.length_m, p.curvature_1pm, p.direction) for p in way if p.length_m > SHAPE_TOLERANCE])
+    return np.array([(p.length_m, p.curvature_1pm, p.direction) for p in transition if p.length_m > SHAPE_TOLERANCE])
 
 
-IMAGES: tuple[tuple[Callable[[Query], Query], Callable[[Way], Way]], ...] = (
-    (mirrored_query, mirrored_way),
-    (turned_query, turned_way),
-    (lambda query: mirrored_query(turned_query(query)), lambda way: mirrored_way(turned_way(way))),
+IMAGES: tuple[tuple[Callable[[Query], Query], Callable[[Transition], Transition]], ...] = (
+    (mirrored_query, mirrored_transition),
+    (turned_query, turned_transition),
+    (
+        lambda query: mirrored_query(turned_query(query)),
+        lambda transition: mirrored_transition(turned_transition(transition)),
+    ),
 )
 
 
 @pytest.mark.parametrize("share", [0.0, 1.0])
 @pytest.mark.parametrize("box_m", [0.5, 2.5, 10.0])
-def test_the_ways_of_an_image_are_the_images_of_the_ways(share: float, box_m: float) -> None:
+def test_the_transitions_of_an_image_are_the_images_of_the_transitions(share: float, box_m: float) -> None:
     for limits in LIMITS:
         steering = Steering(*limits)
         for query in queries(box_m, share, limits[0], seed=3):
-            found = ways(steering, query)
-            for of_query, of_way in IMAGES:
-                others = ways(steering, of_query(query))
+            found = transitions(steering, query)
+            for of_query, of_transition in IMAGES:
+                others = transitions(steering, of_query(query))
                 assert len(found) == len(others)
-                for way, other in zip(found, others, strict=True):
-                    assert length(other) == pytest.approx(length(way), abs=LENGTH_TOLERANCE_M)
-                    assert table(other) == pytest.approx(table(of_way(way)), abs=SHAPE_TOLERANCE)
+                for transition, other in zip(found, others, strict=True):
+                    assert length(other) == pytest.approx(length(transition), abs=LENGTH_TOLERANCE_M)
+                    assert table(other) == pytest.approx(table(of_transition(transition)), abs=SHAPE_TOLERANCE)
 
 
-def test_the_images_of_a_way_with_a_flat_turn_are_its_ways() -> None:
-    """Two turns of full sharpness make 2.664 m; the first of the shortest way has less than half of that sharpness."""
+def test_the_images_of_a_transition_with_a_flat_turn_are_its_transitions() -> None:
+    """Two turns of full sharpness make 2.664 m; the first of the shortest has less than half of that sharpness."""
     steering = Steering(1.3126, 7.0)
     start, goal = PathPose(0.609220037, 1.749076837, 0.145518542), PathPose(0.022687158, 0.237469681, 3.040370346)
     query = CurveEnd(start, 0.0), CurveEnd(goal, 0.0)
-    found = min(ways(steering, query), key=length)
+    found = min(transitions(steering, query), key=length)
     assert length(found) == pytest.approx(2.63832335, abs=1e-8)
     assert abs(found[0].sharpness_1pm2) < 3.5
-    for of_query, of_way in IMAGES:
-        other = min(ways(steering, of_query(query)), key=length)
+    for of_query, of_transition in IMAGES:
+        other = min(transitions(steering, of_query(query)), key=length)
         assert length(other) == pytest.approx(length(found), abs=LENGTH_TOLERANCE_M)
-        assert table(other) == pytest.approx(table(of_way(found)), abs=SHAPE_TOLERANCE)
+        assert table(other) == pytest.approx(table(of_transition(found)), abs=SHAPE_TOLERANCE)

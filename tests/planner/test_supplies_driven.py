@@ -7,7 +7,7 @@ from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.fast_runner import Quiet
+from touchline.services.robot_sim.fast_runner import FastRunner
 
 SLICE_TICKS = 10_000
 
@@ -21,9 +21,9 @@ def test_a_job_takes_what_its_plan_says(tank_l: float) -> None:
     before_l, before_wh, *_ = robot.world.supplies
     robot.load(planned.trajectory, template)
     robot.start()
-    quiet = Quiet(robot)
+    runner = FastRunner(robot)
     while robot.active:
-        quiet.run(SLICE_TICKS)
+        runner.run(SLICE_TICKS)
     after_l, after_wh, *_ = robot.world.supplies
     assert planned.report.paint_l == pytest.approx(before_l - after_l, rel=0.01)
     assert planned.report.battery_wh == pytest.approx(before_wh - after_wh, rel=0.03)

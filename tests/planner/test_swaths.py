@@ -87,22 +87,22 @@ def sprayed_m(planned: Plan) -> list[tuple[float, float]]:
 
 
 def test_a_closed_outline_is_one_swath_that_may_begin_at_any_of_its_joints_either_way() -> None:
-    ((*ways,),) = found(slot())
-    assert len(ways) == 8
-    assert {tuple(sorted(ids(way))) for way in ways} == {("east", "north", "south", "west")}
-    assert {way.strokes[0].id for way in ways} == {"east", "north", "south", "west"}
+    ((*options,),) = found(slot())
+    assert len(options) == 8
+    assert {tuple(sorted(ids(option))) for option in options} == {("east", "north", "south", "west")}
+    assert {option.strokes[0].id for option in options} == {"east", "north", "south", "west"}
 
 
 @settings(max_examples=60, deadline=None)
 @given(chains())
 def test_a_chain_is_found_whichever_way_its_segments_are_given(segments: list[TemplateSegment]) -> None:
-    tight = [swath for ways in found(segments) for swath in ways]
+    tight = [swath for options in found(segments) for swath in options]
     for swath in tight:
         for before, after in pairwise(swath.strokes):
             apart, turn = after.begin.pose.seen_from(before.end.pose)
             assert abs(apart) < 1e-9
             assert abs(math.remainder(turn, math.tau)) < 1e-9
-    painted = [name for ways in found(segments) for name in ids(ways[0])]
+    painted = [name for options in found(segments) for name in ids(options[0])]
     assert sorted(painted) == sorted(segment.id for segment in segments)
     with patch.object(planned_swaths, "PARTING_S", 1e6):
         assert len(found(segments)) == 1
@@ -111,7 +111,7 @@ def test_a_chain_is_found_whichever_way_its_segments_are_given(segments: list[Te
 @settings(max_examples=60, deadline=None)
 @given(chains())
 def test_the_robots_path_is_continuous_in_curvature_and_near_the_line(segments: list[TemplateSegment]) -> None:
-    for swath in (swath for ways in found(segments) for swath in ways):
+    for swath in (swath for options in found(segments) for swath in options):
         pieces = [piece for path in swath.paths for piece in path.pieces]
         for before, after in pairwise(pieces):
             assert after.curvature_1pm == pytest.approx(before.curvature_end_1pm, abs=1e-9)
@@ -131,20 +131,20 @@ def test_the_paint_of_a_chain_is_not_interrupted() -> None:
 
 def test_in_the_given_order_only_what_follows_is_joined() -> None:
     south, east, north, west = slot()
-    assert [ids(ways[0]) for ways in found([south, north, east, west], free=False)] == [
+    assert [ids(options[0]) for options in found([south, north, east, west], free=False)] == [
         ["south"],
         ["north"],
         ["east"],
         ["west"],
     ]
-    assert [ids(ways[0]) for ways in found([south, east, north, west], free=False)] == [
+    assert [ids(options[0]) for options in found([south, east, north, west], free=False)] == [
         ["south", "east", "north", "west"]
     ]
 
 
 def test_a_circle_alone_begins_anywhere() -> None:
-    ((*ways,),) = found([arc("circle", (2.0, 0.0), (0.0, 0.0), 360.0)])
-    assert len(ways) == 16
+    ((*options,),) = found([arc("circle", (2.0, 0.0), (0.0, 0.0), 360.0)])
+    assert len(options) == 16
 
 
 def test_a_corner_joins_nothing() -> None:

@@ -23,7 +23,7 @@ from touchline.services.robot_sim.samples import Samples
 from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world.effects import neutral
-from touchline.services.robot_sim.world.world import World
+from touchline.services.robot_sim.world.world import World, held
 
 pytestmark = pytest.mark.xdist_group("drum")  # what is compiled for it is not kept on disk
 DRIVE = DrumDrive(max_steering_rate_radps=1e3)
@@ -103,7 +103,9 @@ def test_faults_are_of_its_actuators(fault: str, speed_mps: float, steering_rad:
 
 def test_its_actuators_are_named_on_the_wire() -> None:
     rows = np.zeros((1, tick_log.COLUMNS))
-    tick_log.note(rows[0], 3, driven(Vehicle(), (0.0, 0.0), 1).state, np.zeros(11), np.array([1.5, -0.25]), 0.0, 0.0)
+    tick_log.note(
+        rows[0], 3, driven(Vehicle(), (0.0, 0.0), 1).state, np.zeros(11), held(Command((1.5, -0.25), False, False))
+    )
     samples = Samples(Vehicle(drive=DRIVE), QUIET, np.zeros((8, 11)), 1)
     said = {topic.name: payload for topic, payload in samples.payloads(rows, ())}
     command = decode(ActuatorCommand, said["cmd/actuators"])

@@ -13,7 +13,7 @@ from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.fast_runner import Quiet
+from touchline.services.robot_sim.fast_runner import FastRunner
 
 pytestmark = pytest.mark.xdist_group("drum")  # what is compiled for it is not kept on disk
 ROLLER = Vehicle(name="roller", drive=DrumDrive(transit_speed_mps=1.2))
@@ -31,7 +31,7 @@ def painted(follower: str) -> Emulator:
     robot = Emulator(ROLLER, Scenario(noise="none", seed=3), OnboardConfig(follower=follower))
     robot.load(trajectory, template)
     robot.start()
-    Quiet(robot).run(200_000)
+    FastRunner(robot).run(200_000)
     return robot
 
 
@@ -54,6 +54,6 @@ def test_tick_by_tick_it_is_the_same() -> None:
         robot.start()
     for _ in range(1000):
         robots[0].tick()
-    Quiet(robots[1]).run(1000)
+    FastRunner(robots[1]).run(1000)
     assert robots[0].world.state.tolist() == robots[1].world.state.tolist()
     assert robots[0].onboard.estimate[:5] == robots[1].onboard.estimate[:5]

@@ -11,10 +11,10 @@ from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.scenario import GnssNoise, Ground, Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.core.constants import GRAVITY_MPS2
+from touchline.services.core.physical_constants import GRAVITY_MPS2
 from touchline.services.onboard import filter_model as m
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.fast_runner import Quiet
+from touchline.services.robot_sim.fast_runner import FastRunner
 
 TURN = Curve.from_arc((8, 0), (8, 2), math.pi)
 BACK = Curve.from_line((8, 4), (0, 4))
@@ -40,7 +40,7 @@ def test_paints_on_a_slope_without_a_pause(grade: float, uphill_rad: float) -> N
     emulator = Emulator(Vehicle(), scenario)
     emulator.load(PLAN, TEMPLATE)
     emulator.start()
-    Quiet(emulator).run(60_000)
+    FastRunner(emulator).run(60_000)
     assert emulator.onboard.state == TraversalStatus.DONE
     assert not [event.text for event in emulator.take_events() if event.severity]
     assert np.percentile(np.abs(emulator.ledger.deviation().lateral_m), 95) < 0.01

@@ -12,7 +12,7 @@ from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.fast_runner import Quiet
+from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.paint import smears
 from touchline.services.robot_sim.paint.contact import FAINTEST
 from touchline.services.robot_sim.paint.smears import smearing
@@ -144,7 +144,7 @@ def test_the_drive_meets_wet_paint_as_often_as_the_plan_says():
     emulator = Emulator(Vehicle(), Scenario(noise="none"))
     emulator.load(planned.trajectory, template)
     emulator.start()
-    Quiet(emulator).run(1_000_000)
+    FastRunner(emulator).run(1_000_000)
     report = Telemetry(emulator).reports().traversal
     assert report.wet_crossings == planned.report.wet_crossings > 0
     assert report.smears
@@ -157,25 +157,25 @@ def test_the_report_of_a_stopped_traversal_is_of_then_though_the_robot_goes_on()
     line = {"id": "a", "line": {"start": (0, 0), "end": (8, 0)}}
     template = Template.model_validate({"name": "line", "line_width_m": 0.12, "segments": [line]})
     emulator = Emulator(Vehicle(), Scenario(noise="none"))
-    telemetry, quiet = Telemetry(emulator, report_at_once=False), Quiet(emulator)
+    telemetry, runner = Telemetry(emulator, report_at_once=False), FastRunner(emulator)
     emulator.load(plan(template, Vehicle(), PlanOptions()).trajectory, template)
     emulator.start()
     while emulator.ledger.coverage_pct < 40.0:
-        quiet.run(10)
+        runner.run(10)
     emulator.estop()
     while telemetry.ended is None:
-        quiet.step(1, telemetry.rows)
+        runner.step(1, telemetry.rows)
         telemetry.after_tick()
     then = telemetry.ended.reports()  # made by a thread, sooner or later
     emulator.reset()
     emulator.resume()
     while emulator.ledger.coverage_pct < 80.0:
-        quiet.run(10)
+        runner.run(10)
     assert telemetry.ended.reports() == then
     assert 40.0 < then.traversal.coverage_pct < 60.0
 
 
-def test_quiet_ticks_keep_the_same_track():
+def test_nominal_ticks_keep_the_same_track():
     template = Template.model_validate(
         {"name": "line", "line_width_m": 0.12, "segments": [{"id": "a", "line": {"start": (0, 0), "end": (1, 0)}}]}
     )
@@ -184,7 +184,7 @@ def test_quiet_ticks_keep_the_same_track():
     for emulator in emulators:
         emulator.load(trajectory, template)
         emulator.start()
-    Quiet(emulators[0]).run(1_000_000)
+    FastRunner(emulators[0]).run(1_000_000)
     while emulators[1].active:
         emulators[1].tick()
     assert np.array_equal(emulators[0].track.rows, emulators[1].track.rows)

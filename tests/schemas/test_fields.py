@@ -10,7 +10,7 @@ import pytest
 from shapely import LineString, Point
 from shapely.geometry.base import BaseGeometry
 
-from touchline.schemas.catalogue import load_template, parse_template, shipped_templates
+from touchline.schemas.catalogue import line_templates, load_template, parse_template, shipped_templates
 from touchline.schemas.errors import SpecError
 from touchline.schemas.fields import FIELDS
 from touchline.schemas.fields.athletics import AthleticsTrack, run_radius_m, stagger_m, straight_m
@@ -145,7 +145,7 @@ def test_a_mark_lies_where_the_rules_have_it(name: str, mark: str, edge: int, at
 
 
 def test_the_table_of_dimensions_names_every_sport() -> None:
-    assert {row[0] for row in DIMENSIONS} == set(shipped_templates()) - {"soccer-11", "study-square"}
+    assert {row[0] for row in DIMENSIONS} == set(line_templates()) - {"soccer-11", "study-square"}
 
 
 def test_painted_lengths() -> None:

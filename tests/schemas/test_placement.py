@@ -12,6 +12,7 @@ from touchline.schemas.errors import SpecError
 from touchline.schemas.placement import Transform, offset_m, place, same_place, to_map
 from touchline.schemas.scenario import Origin
 from touchline.schemas.template import ArcSpec, LineSpec, Placement, Template, TemplateSegment
+from touchline.services.core.geodesy import FLATTENING, SEMI_MAJOR_M
 
 lengths = st.floats(-500.0, 500.0, allow_nan=False)
 placements = st.builds(Placement, x_m=lengths, y_m=lengths, rotation_deg=st.floats(-360.0, 360.0), mirror=st.booleans())
@@ -84,7 +85,7 @@ def test_placing_it_off_the_map_is_told() -> None:
 
 def test_a_kilometre_is_a_kilometre_on_the_earth() -> None:
     """Against the arc lengths of WGS 84: meridian and parallel at 57° north."""
-    a, e2, lat = 6_378_137.0, 0.00669437999014, math.radians(57.0)
+    a, e2, lat = SEMI_MAJOR_M, FLATTENING * (2 - FLATTENING), math.radians(57.0)
     w = math.sqrt(1 - e2 * math.sin(lat) ** 2)
     step = math.degrees(1000.0 / (a * (1 - e2) / w**3)), math.degrees(1000.0 / (a / w * math.cos(lat)))
     base = Origin(latitude_deg=57.0, longitude_deg=10.0, altitude_m=0.0)
@@ -107,7 +108,7 @@ def test_a_drawing_keeps_its_place_on_the_earth(dlat: float, dlon: float, latitu
     moved = to_map(drawing, here)
     assert moved.origin == here
     # The line's end as degrees, by the local radii of curvature about the drawing's origin.
-    a, e2 = 6_378_137.0, 0.00669437999014
+    a, e2 = SEMI_MAJOR_M, FLATTENING * (2 - FLATTENING)
     phi = math.radians(latitude)
     w = math.sqrt(1 - e2 * math.sin(phi) ** 2)
     mid = phi + 25.0 / (a * (1 - e2) / w**3)

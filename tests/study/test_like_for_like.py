@@ -9,7 +9,7 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.cli.commands import app
 from touchline.services.planner.limits import Limits
 from touchline.services.planner.steering.g2 import Steering
-from touchline.services.planner.transitions.transitions import Ways
+from touchline.services.planner.transitions.transitions import TransitionFamily
 from touchline.services.study.driven_template import DPP, study_vehicle
 from touchline.services.study.durations import painting_seconds
 from touchline.services.study.like_for_like import (
@@ -69,7 +69,7 @@ def test_turns_that_brake_are_offered_where_only_the_wheels_limit_turns() -> Non
     """The shipped robot's tyres bear 1.2 m/s² across, less than its wheels could make: its plans have none."""
     for vehicle, more in ((Vehicle(), 0), (study_vehicle(), 1)):
         limits = Limits.of(vehicle, PlanOptions(paint_speed_mps=1.5, transit_speed_mps=2.0))
-        turns = Ways.by_time(Steering, limits).turns
+        turns = TransitionFamily.by_time(Steering, limits).turns
         assert limits.drive_limits_turns == bool(more)
         tightest = [t for t in turns if t.curvature_1pm == turns[0].curvature_1pm and t.speed_mps == 1.5]
         assert len(tightest) == more

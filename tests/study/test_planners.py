@@ -83,8 +83,8 @@ def test_random_pairs_are_complete_for_all() -> None:
         assert found.continuous == (0 if contestant is DPP else 100)
 
 
-def test_a_failed_or_wrong_way_is_counted() -> None:
-    """The tally sees a way that misses its goal and one that is too tight."""
+def test_a_failed_or_wrong_transition_is_counted() -> None:
+    """The tally sees a transition that misses its goal and one that is too tight."""
     pairs = list(random_pairs(20))
     method = OURS.method(KAPPA, SIGMA)
     swapped = [pair._replace(goal=other.goal) for pair, other in zip(pairs, pairs[1:] + pairs[:1], strict=True)]
@@ -108,14 +108,14 @@ def test_curvature_is_kept_at_arcs_by_ours_only() -> None:
 
 
 def test_its_chords_turn_at_every_joint_and_our_arcs_do_not(pitch: Pitch) -> None:
-    way = PiecePath(ORIGIN, ContinuousTurn(KAPPA, SIGMA).pieces(2.0))
-    gap, kink, _ = joints_of(as_chords(way))
+    transition = PiecePath(ORIGIN, ContinuousTurn(KAPPA, SIGMA).pieces(2.0))
+    gap, kink, _ = joints_of(as_chords(transition))
     assert gap.max() < 1e-12
     assert kink.max() == pytest.approx(KAPPA * CHORD_M, rel=0.01)
-    gap, kink, _ = joints_of(as_biarcs(way))
+    gap, kink, _ = joints_of(as_biarcs(transition))
     assert max(gap.max(), kink.max()) < 1e-9
-    ideal = as_chords(way)[:, 4].sum()
-    assert ideal == pytest.approx(way.length_m, abs=1e-5)
+    ideal = as_chords(transition)[:, 4].sum()
+    assert ideal == pytest.approx(transition.length_m, abs=1e-5)
 
 
 def test_joints_are_measured() -> None:

@@ -73,10 +73,10 @@ def test_lengths_meet_their_targets(pitch: Pitch) -> None:
 
 def test_every_transition_between_lines_and_arcs(pitch: Pitch) -> None:
     assert continuity.joint_row(3).met
-    assert pitch.drive(OURS).continuous_ways() == (26, 26)
-    assert pitch.drive(STUDY_CCD).continuous_ways()[0] == 26
-    assert pitch.drive(STUDY_CCD).continuous_ways()[1] < 26
-    assert pitch.drive(DPP).continuous_ways()[1] == 0
+    assert pitch.drive(OURS).continuous_transitions() == (26, 26)
+    assert pitch.drive(STUDY_CCD).continuous_transitions()[0] == 26
+    assert pitch.drive(STUDY_CCD).continuous_transitions()[1] < 26
+    assert pitch.drive(DPP).continuous_transitions()[1] == 0
 
 
 def test_row_1_tells_what_fails() -> None:

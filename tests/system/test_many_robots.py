@@ -31,13 +31,13 @@ from touchline.services.bridge.channels import namespace_at, topic_at
 from touchline.services.bridge.compare import compare
 from touchline.services.bridge.output import RecordingError
 from touchline.services.bridge.reader import RecordingReader
-from touchline.services.bridge.replay_service import run_replay
+from touchline.services.bridge.replay_service import Playback, run_replay
 from touchline.services.bus import Bus, BusConfig
 from touchline.services.bus.config import NAMESPACE_VARIABLE
 from touchline.services.bus.ports import free_port
 from touchline.services.robot_sim.guards import RESET_AFTER_S
 from touchline.services.runs.recorded_paint import read_painted
-from touchline.services.runs.simulation import Job, simulate
+from touchline.services.runs.simulation import Job, Products, simulate
 
 TEMPLATE = """{"name": "two-lines", "segments": [
     {"id": "a", "line": {"start": [0, 0], "end": [2, 0]}}, {"id": "b", "line": {"start": [2, 1], "end": [0, 1]}}]}"""
@@ -178,7 +178,7 @@ def test_each_robot_says_the_same_in_one_process_in_three_and_alone(fleet, toget
         for topic in topics.RECORDED:
             assert ours[robot][topic.name] == theirs[robot][topic.name], (robot, topic.name)
         job = Job.prepare(parse_template(TEMPLATE), PlanOptions(), setup.vehicle)
-        alone = simulate(job, setup.scenario, setup.onboard, hashed=True).report.session_hash
+        alone = simulate(job, setup.scenario, setup.onboard, Products(hashed=True)).report.session_hash
         assert alone == shared.hashes[robot] == apart.hashes[robot]
     assert len(set(shared.hashes.values())) == 3
     assert len({tuple(ours[robot]["plan"]) for robot in ROBOTS}) == 3, "each is planned for its own vehicle"
@@ -205,7 +205,7 @@ def test_a_recording_of_three_is_replayed_as_three_or_as_those_that_are_named(to
     (shared, _), robots = together, chosen or ROBOTS
     with Bus.open_all(topics.OPERATOR, bus_config.of(*ROBOTS)) as buses:
         inboxes = [bus.inbox(topics.RECORDED) for bus in buses]
-        report = run_replay(shared.recording, 0.0, bus_config, robots=chosen)
+        report = run_replay(shared.recording, Playback(0.0, chosen), bus_config)
         heard: dict[str, dict[str, list[bytes]]] = defaultdict(lambda: defaultdict(list))
 
         def all_heard() -> bool:
@@ -222,7 +222,7 @@ def test_a_recording_of_three_is_replayed_as_three_or_as_those_that_are_named(to
 
 def test_a_robot_that_was_not_recorded_cannot_be_replayed(together, bus_config):
     with pytest.raises(RecordingError, match="has no robot r4, but r1, club/r2, r3"):
-        run_replay(together[0].recording, 0.0, bus_config, robots=["r4"])
+        run_replay(together[0].recording, Playback(0.0, ["r4"]), bus_config)
 
 
 def test_a_robot_that_dies_in_a_process_of_its_own_leaves_the_others_alone(apart):

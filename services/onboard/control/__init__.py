@@ -1,34 +1,41 @@
-"""Followers: from where the robot is beside its path to what its wheels should do."""
+"""Followers: controllers that turn the tracking errors into a wanted twist."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
+from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.plugins import FOLLOWERS
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.control.external import Ask, ExternalFollower, FollowerQuestion, Interrupted, nobody
-from touchline.services.onboard.control.follower import Follower
+from touchline.services.onboard.control.follower import ConfiguredFollower, Course, CourseFollower, Follower
 from touchline.services.onboard.control.mpc import MpcFollower
 from touchline.services.onboard.control.pure_pursuit import PurePursuitFollower
+from touchline.services.onboard.control.pursuit_lanes import LanePursuitFollower
 
 __all__ = [
     "Ask",
+    "ConfiguredFollower",
+    "Course",
+    "CourseFollower",
     "ExternalFollower",
     "Follower",
     "FollowerQuestion",
     "Interrupted",
+    "LanePursuitFollower",
     "Make",
     "MpcFollower",
     "PurePursuitFollower",
     "make_follower",
     "make_mpc",
     "make_pure_pursuit",
+    "make_pursuit_lanes",
     "nobody",
 ]
 
 
 Make = Callable[[Vehicle, Ask], Follower]
-"""Makes a follower for a vehicle, and for what answers in its place where it lives outside."""
+"""Makes a follower for a vehicle; an external one asks by the second argument."""
 
 
 def make_mpc(vehicle: Vehicle, _ask: Ask) -> Follower:
@@ -41,11 +48,19 @@ def make_pure_pursuit(vehicle: Vehicle, _ask: Ask) -> Follower:
     return PurePursuitFollower(vehicle)
 
 
-def make_follower(name: str, vehicle: Vehicle, ask: Ask = nobody) -> Follower:
+def make_pursuit_lanes(vehicle: Vehicle, _ask: Ask) -> Follower:
+    """See `LanePursuitFollower`."""
+    return LanePursuitFollower(vehicle)
+
+
+def make_follower(name: str, vehicle: Vehicle, ask: Ask = nobody, config: OnboardConfig | None = None) -> Follower:
     """The follower of this name (`OnboardConfig.follower`); an external one is asked by `ask`.
 
     Raises:
         UnknownPlugin: There is none.
     """
     make: Make = FOLLOWERS.find(name)
-    return make(vehicle, ask)
+    follower = make(vehicle, ask)
+    if config is not None and isinstance(follower, ConfiguredFollower):
+        follower.configure(config)
+    return follower

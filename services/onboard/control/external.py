@@ -1,4 +1,4 @@
-"""A follower that lives outside: asked in every tick, in lock-step, for that tick's twist.
+"""External follower: a controller in another program, asked in lock-step for the twist of every tick.
 
 Sim time waits for the answer, so a controller that computes the same gives the same session however slow it is. If
 there is none, or what it says is no twist, pure pursuit brakes the robot and the traversal is paused.
@@ -18,11 +18,11 @@ from touchline.services.onboard.control.follower import BodyTwist
 from touchline.services.onboard.control.pure_pursuit import PurePursuitFollower
 
 AHEAD_TICKS: Final = 100
-"""An outside follower is told of the next second."""
+"""An external follower is given the reference of the next second."""
 
 
 class FollowerQuestion(NamedTuple):
-    """What an outside follower is told in a tick; see `Follower.step`."""
+    """What an external follower is given in a tick; see `Follower.step`."""
 
     first: bool
     """Whether a motion begins: whatever the follower has learned about the last one is void."""
@@ -40,7 +40,11 @@ Ask = Callable[[FollowerQuestion], tuple[float, float]]
 
 
 def nobody(_question: FollowerQuestion) -> tuple[float, float]:
-    """Where nothing is connected."""
+    """Stands for an external follower where none is connected.
+
+    Raises:
+        ConnectionError: Always.
+    """
     raise ConnectionError("no external follower is connected")
 
 

@@ -1,11 +1,14 @@
-"""What every follower is."""
+"""The interface of followers."""
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
+
+from touchline.schemas.onboard import OnboardConfig
+from touchline.services.onboard.trajectory.path import Leg
 
 
 class BodyTwist(NamedTuple):
@@ -67,4 +70,41 @@ class Follower(Protocol):
             now: (NOW,) of `tracking_state`: errors against the path, twist, reference speed, and what the actuators do.
             ahead: (ahead_rows, AHEAD_COLUMNS) of `path_projection`: reference speed and yaw rate in the time to come.
         """
+        ...
+
+
+class Course(Protocol):
+    """The path itself and where on it the robot is, at any time; what is told by `now` is not repeated."""
+
+    @property
+    def leg(self) -> Leg:
+        """What is driven without stopping; another one after every standstill of the path."""
+        ...
+
+    @property
+    def pieces(self) -> NDArray[np.float64]:
+        """(n, COLUMNS) pieces of the leg, of `smoothing`; for `pose_on` of `path_projection`."""
+        ...
+
+    @property
+    def arc_length_m(self) -> float:
+        """Where the robot is, along the path."""
+        ...
+
+
+@runtime_checkable
+class CourseFollower(Protocol):
+    """A follower that needs more of the path than `ahead` tells. Offering this is optional."""
+
+    def take_course(self, course: Course) -> None:
+        """A job begins: this is its path until another one is handed over."""
+        ...
+
+
+@runtime_checkable
+class ConfiguredFollower(Protocol):
+    """A follower with settings of its own in the computer's configuration. Offering this is optional."""
+
+    def configure(self, config: OnboardConfig) -> None:
+        """The computer is built."""
         ...

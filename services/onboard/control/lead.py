@@ -1,4 +1,4 @@
-"""How far ahead of time a command has to be given."""
+"""Lead of the feed-forward, which makes up for the lag of the actuators."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ MAX_LEAD_TICKS = 25
 
 
 def lead_ticks(lag_s: float) -> int:
-    """How many ticks ahead of time a steadily changing speed must be commanded to come true: the actuators' lag.
+    """By how many ticks the feed-forward is to be ahead for actuators of this time constant [s].
 
-    The mean of that tick, not its start, is what its command stands for: that makes up for the command being held.
+    A first-order actuator follows a steadily changing command late by its time constant. That a command is held for a
+    tick needs no lead of its own: it is the mean of the reference over its tick, not the value at the start.
     """
     return min(round(lag_s / TICK_S), MAX_LEAD_TICKS)

@@ -1,9 +1,9 @@
 """Model predictive control of the nozzle point, solved by DAQP every tick.
 
-Each tick the programme of `mpc_kernel` is built for the way ahead and solved from the last active set. What the motors
-did and the model did not expect is estimated as constant disturbances, so that a lasting slip or drift leaves no
-lasting offset. If the solver cannot finish within its iteration cap, or the robot is so far off that the tangent model
-says nothing, pure pursuit takes the tick and is counted.
+Each tick the programme of `mpc_kernel` is built for the path ahead and solved from the last active set. The model's
+error is estimated as constant disturbances, so that a lasting slip or drift leaves no lasting offset. If the solver
+cannot finish within its iteration cap, or the robot is so far off that the tangent model says nothing, pure pursuit
+takes the tick and is counted.
 
 Disturbances for offset-free control: G. Pannocchia and J. B. Rawlings, Disturbance models for offset-free
 model-predictive control, AIChE Journal 49(2), 2003. The solver: D. Arnström, A. Bemporad and D. Axehill, A dual
@@ -60,10 +60,10 @@ class MpcFollower:
     def __init__(self, vehicle: Vehicle) -> None:
         """A follower at rest; the solver's workspace is allocated at the first step."""
         size = 2 * len(HORIZON_TICKS)
-        self._drive = drive = drive_of(vehicle)
-        self._p = _parameters(vehicle, drive)
-        self._ticks = np.array(HORIZON_TICKS)
+        drive = drive_of(vehicle)
+        p = _parameters(vehicle, drive)
         self._memory = np.zeros(k.MEMORY)
+        self._controller = k.Controller(np.array(HORIZON_TICKS), p, self._memory, drive.figures)
         self._programme = k.Programme(
             np.eye(size), np.zeros(size), np.full(2 * size, -1.0), np.full(2 * size, 1.0), np.zeros(2)
         )
@@ -72,7 +72,7 @@ class MpcFollower:
         self._build: Callable[..., None] | None = None  # for the types of its arguments, which do not change
         self._answer: Callable[..., tuple[float, ...]] | None = None
         self._pursuit = PurePursuitFollower(vehicle)
-        self.ahead_rows = self.fine_rows = sum(HORIZON_TICKS) + max(1, int(self._p[k.M_LEAD]))
+        self.ahead_rows = self.fine_rows = sum(HORIZON_TICKS) + max(1, int(p[k.M_LEAD]))
         self.fallbacks = 0
         """Ticks that pure pursuit had to take."""
 
@@ -84,7 +84,7 @@ class MpcFollower:
 
     def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> BodyTwist:
         """As `Follower.step`."""
-        arguments = (now, ahead, self._ticks, self._p, self._memory, self._drive.figures, self._programme)
+        arguments = (now, ahead, self._controller, self._programme)
         if self._build is None:
             self._build = k.build.for_types_of(arguments)
         self._build(*arguments)
@@ -109,7 +109,7 @@ class MpcFollower:
             self._solver = None
             return None
         self._memory[k.D_ADDED : k.D_ADDED + 2] = u[:2]
-        arguments = (programme.forward, u, self._drive.figures, now)
+        arguments = (programme.forward, u, self._controller.drive, now)
         if self._answer is None:
             self._answer = k.answer.for_types_of(arguments)
         speed_mps, yaw_rate_radps, *actuators = self._answer(*arguments)
@@ -134,10 +134,10 @@ def _parameters(vehicle: Vehicle, drive: OnboardDrive) -> NDArray[np.float64]:
 
 
 def _pull_rows(lag_s: float) -> NDArray[np.float64]:
-    """(2N, 2N) rows that turn what is added to the commands into what it adds to command less what the actuator does.
+    """(2N, 2N) linear map from the additions to the commands to the additions to each pull of `mpc_kernel.build`.
 
-    An actuator's acceleration is proportional to that difference, and the speed at a step's start is the lagged sum of
-    the commands before.
+    An actuator's acceleration is proportional to its pull, command less speed, and the speed at a step's start is the
+    lagged sum of the commands before.
     """
     size = 2 * len(HORIZON_TICKS)
     rows = np.zeros((size, size))

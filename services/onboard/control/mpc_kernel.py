@@ -32,7 +32,7 @@ M_SIDE_SLIP: Final = 13  # rad per m/s² across
 M_W_MOVE: Final = 14  # of both actuators
 PARAMETERS: Final = 16
 
-# The nominal way at the end of each step, one row a step.
+# The nominal motion at the end of each step, one row a step.
 N_LATERAL: Final = 0  # errors if nothing is added to the feed-forward
 N_HEADING: Final = 1
 N_SPEED: Final = 2
@@ -66,9 +66,29 @@ def _bound(value: float, limit: float) -> float:
     return min(max(value, -limit), limit)
 
 
+class Controller(NamedTuple):
+    """What a controller has from tick to tick.
+
+    Attributes:
+        ticks: (N,) lengths of the horizon's steps in ticks.
+        p: (PARAMETERS,).
+        memory: (MEMORY,) updated in every tick.
+        drive: Figures of the drive.
+    """
+
+    ticks: NDArray[np.int64]
+    p: Floats
+    memory: Floats
+    drive: Any
+
+
 @kernel
-def _observe(now: Floats, p: Floats, memory: Floats, drive: Any) -> None:
-    """Learn what the model misses: the offset-free part of the MPC."""
+def _observe(now: Floats, controller: Controller) -> None:
+    """Estimate the disturbances from the error of the last tick's prediction: this makes the MPC offset-free.
+
+    The sources are named in `mpc`.
+    """
+    p, memory, drive = controller.p, controller.memory, controller.drive
     v, w = now[SPEED], now[YAW_RATE]
     if memory[D_VALID] > 0.0:
         stay = math.exp(-TICK_S / p[M_LAG])
@@ -88,10 +108,9 @@ def _observe(now: Floats, p: Floats, memory: Floats, drive: Any) -> None:
 
 
 @kernel
-def _roll_out(
-    now: Floats, ahead: Floats, ticks: NDArray[np.int64], p: Floats, memory: Floats, drive: Any, nominal: Floats
-) -> None:
-    """Where the feed-forward alone would lead, tick by tick: fine enough to see every arc of the path."""
+def _roll_out(now: Floats, ahead: Floats, controller: Controller, nominal: Floats) -> None:
+    """Predict the free response, under the feed-forward alone, tick by tick so that no arc of the path is missed."""
+    ticks, p, memory, drive = controller
     lag, lead = p[M_LAG], int(p[M_LEAD])
     stay = math.exp(-TICK_S / lag)
     settle = lag * (1.0 - stay) / TICK_S  # share of the old value in the tick's mean
@@ -146,37 +165,28 @@ class Programme(NamedTuple):
 
 
 @kernel
-def build(
-    now: Floats,
-    ahead: Floats,
-    ticks: NDArray[np.int64],
-    p: Floats,
-    memory: Floats,
-    drive: Any,
-    programme: Programme,
-) -> None:
+def build(now: Floats, ahead: Floats, controller: Controller, programme: Programme) -> None:
     """Write the programme for this tick.
 
-    u holds what is added to the feed-forward of both actuators in each of the N steps, pull is how far that draws each
-    one's command from what it does at the step's start (rows from `mpc`). The free response is that
-    of the feed-forward, rolled out tick by tick; the forced one is linear along it: first-order actuators
-    v̇ = (v_c − v)/lag and likewise ω, and the tangent dynamics
-    ė_θ = ω − κ·v, ė_y = v̄·e_θ + drift, integrated exactly over each step.
+    u holds the additions to the feed-forward of both actuators in each of the N steps; pull is by how much each one's
+    command differs from its speed at the step's start (rows from `mpc`). The free response is that of the feed-forward,
+    rolled out tick by tick; the forced one is linear along it: first-order actuators v̇ = (v_c − v)/lag and likewise ω,
+    and the tangent dynamics ė_θ = ω − κ·v, ė_y = v̄·e_θ + drift, integrated exactly over each step. The states are
+    eliminated, so that u is all that is left to find (J. M. Maciejowski, Predictive Control with Constraints, Prentice
+    Hall 2002, chapter 3).
 
     Args:
         now: (NOW,) of `tracking_state`.
         ahead: (enough rows for the horizon and the lead, AHEAD_COLUMNS) of `path_projection`.
-        ticks: (N,) lengths of the steps in ticks.
-        p: (PARAMETERS,).
-        memory: (MEMORY,) updated.
-        drive: Figures of the drive.
+        controller: Its memory is updated.
         programme: Filled.
     """
     hessian, gradient, lower, upper, forward = programme
-    _observe(now, p, memory, drive)
+    ticks, p, memory, drive = controller
+    _observe(now, controller)
     steps = ticks.shape[0]
     nominal = np.zeros((steps, NOMINAL))
-    _roll_out(now, ahead, ticks, p, memory, drive, nominal)
+    _roll_out(now, ahead, controller, nominal)
     size = 2 * steps
     lag = p[M_LAG]
     for i in range(size):

@@ -14,7 +14,7 @@ from touchline.services.core.jit import kernel
 from touchline.services.onboard import filter_model as m
 from touchline.services.onboard import tracking_state as tracking
 from touchline.services.onboard.computer_state import Computer, ComputerState
-from touchline.services.onboard.control import Follower
+from touchline.services.onboard.control import CourseFollower, Follower
 from touchline.services.onboard.control.turn_in_place import Turning
 from touchline.services.onboard.drives import onboard_drive
 from touchline.services.onboard.drives.onboard_drive import drive_of
@@ -33,7 +33,7 @@ BRAKED_TICKS = 60
 """After the reference has come to rest the robot is stopped by its wheels alone, wherever it believes to be going."""
 BRAKE_SHARE: Final = 1.2
 BRAKE_MARGIN_MPS: Final = 0.05
-"""While it brakes the robot is commanded no speed beyond this share of the reference and this more, nor backward."""
+"""While the robot brakes it is commanded at most this multiple of the reference speed plus this margin."""
 END_TOLERANCE_M = 0.01
 _LOCATE_STEPS = 30  # of at most 5 cm each
 TURNING_LEVER_M = 0.25
@@ -46,7 +46,7 @@ class PathTracker:
     """Progress along one trajectory.
 
     Attributes:
-        now: (NOW,) of `path_projection`, of the last tick.
+        now: (NOW,) of `tracking_state`, of the last tick.
         leg_index: Of the leg that the robot is on.
         drive: That is commanded.
     """
@@ -72,18 +72,20 @@ class PathTracker:
         self._braked_ticks = 0
         self.leg_index = 0
         self._enter(0)
+        if isinstance(follower, CourseFollower):
+            follower.take_course(self)
 
     def _enter(self, index: int) -> None:
         self.leg_index = index
         leg = self.leg
-        self._rows = self._plan.ways[index]
+        self._rows = self._plan.pieces[index]
         self._turning = Turning(self._plan.turns[index], leg.heading_rad) if leg.sense == SPIN else None
         state, rows = self._state, self._rows
         state.arc_m, state.piece, state.speed_mps, state.end_m = leg.start_m, 0, 0.0, leg.end_m
-        state.way_end_m = rows[-1, W_START] + rows[-1, W_LENGTH] if len(rows) else leg.end_m
+        state.pieces_end_m = rows[-1, W_START] + rows[-1, W_LENGTH] if len(rows) else leg.end_m
 
     def resume_at(self, leg: int, arc_length_m: float) -> None:
-        """Stand at an arc length of a leg."""
+        """Begin at an arc length of a leg."""
         self._enter(leg)
         rows = self._rows
         self._state.arc_m = arc_length_m
@@ -95,13 +97,18 @@ class PathTracker:
         return self._plan.legs[self.leg_index]
 
     @property
+    def pieces(self) -> Floats:
+        """(n, COLUMNS) pieces of the leg, of `smoothing`."""
+        return self._rows
+
+    @property
     def arc_length_m(self) -> float:
         """Progress of the axle centre along the path."""
         return self._state.arc_m
 
     @property
     def speed_mps(self) -> float:
-        """Speed along the path: positive the way the plan goes, whichever way the robot faces."""
+        """Speed along the path, positive in the plan's direction even where that is driven backward."""
         return float(self.now[tracking.SPEED]) * self.leg.sense
 
     @property
@@ -121,7 +128,7 @@ class PathTracker:
 
     @property
     def leg_done(self) -> bool:
-        """Whether the leg is done but for coming to rest."""
+        """Whether the robot has come to the end of the leg, if not yet quite to rest."""
         if self._turning is not None:
             return self._turning.arrived(self.now)
         return bool(has_arrived(self._computer.array))
@@ -145,7 +152,7 @@ class PathTracker:
 
     @property
     def brakes(self) -> bool:
-        """Whether its last ticks were of coming to rest."""
+        """Whether it was braking in the last tick, with the reference already at rest."""
         return self._braked_ticks > 0
 
     def step(self, estimator: Estimator, mode: int, back_to_m: float = 0.0) -> tuple[float, ...]:
@@ -181,10 +188,10 @@ class PathTracker:
         return math.copysign(1.0, self.reference_mps) * (self.leg.sense or 1.0)
 
     def _hold_back(self) -> None:
-        """Let the actuators drive about as fast as the reference at most, and hardly the other way.
+        """Limit the actuators to little more than the reference speed, and to next to nothing in the other direction.
 
-        A speed that is believed and wrong would else have the robot speed up, or drive back. So this comes last: what
-        the drive's limits make of a command goes by that speed, too.
+        A wrong estimate of the speed would otherwise make the robot speed up or drive back. This is the last step,
+        since the drive's limits on a command depend on that estimate, too.
         """
         figures, direction = self.drive.figures, self._direction
         speed_mps, yaw_rate_radps = onboard_drive.twist(figures, self._actuators, self.now)
@@ -194,7 +201,7 @@ class PathTracker:
             self._actuators[:] = onboard_drive.actuators_of(figures, held, yaw_rate_radps, self.now)
 
     def locate(self, estimator: Estimator) -> None:
-        """Find the standing robot's place on the path anew: it may have slid or been pushed, either way."""
+        """Find the standing robot's place on the path anew: it may have slid or been pushed, forward or back."""
         x = estimator.state
         if self._turning is not None:
             self._turning.hold(float(x[m.HEADING]))
@@ -213,7 +220,7 @@ class PathTracker:
 
 @kernel
 def has_arrived(computer: Computer) -> bool:
-    """Whether a leg is done but for coming to rest."""
+    """Whether the robot has come to the end of the leg that it drives, if not yet quite to rest."""
     leg = computer[0].leg
     return bool(leg.arc_m >= leg.end_m - END_TOLERANCE_M and abs(leg.now[tracking.SPEED]) < 2.0 * t.CREEP_MPS)
 
@@ -231,7 +238,7 @@ def nozzle_m(computer: Computer) -> float:
 
 @kernel
 def observe(drive: Any, computer: Computer) -> None:
-    """What the follower is told about the robot itself, in the leg's `now`.
+    """Fill in the robot's own motion in the leg's `now`, for the follower.
 
     Args:
         drive: Figures of the drive.

@@ -5,7 +5,7 @@ curvature is fed forward, taken as far ahead as the motors lag, and the pursuit 
 moves with the path the point to aim at lies `lookahead` ahead on the axis, the robot `lateral` beside it and turned by
 the heading error. The circle through it has curvature 2·sin α / lookahead (Coulter 1992), with α from atan2.
 
-The speed is the reference's unless the way to be driven forbids it. Then it is regulated, in the sense of Regulated
+The speed is the reference's unless the path ahead forbids it. Then it is regulated, in the sense of Regulated
 Pure Pursuit (Macenski et al. 2023) with this robot's own measures: by the lateral acceleration of the curvature
 commanded now and of the path's within a braking distance, which the tyres have to hold, and by the nozzle's distance
 from its line.
@@ -61,12 +61,12 @@ Floats = NDArray[np.float64]
 
 
 class PursuitLimits(NamedTuple):
-    """What the pursuit keeps to.
+    """Limits of the vehicle for pure pursuit.
 
     Attributes:
         side_slip_rad_per_mps2: Nominal slip angle per lateral acceleration.
-        across_mps2: Planned at most across the path.
-        brake_mps2: Along it.
+        across_mps2: Largest planned acceleration across the path.
+        brake_mps2: Largest planned deceleration along it.
         aim: How far ahead it aims.
     """
 
@@ -130,13 +130,13 @@ def _allowed_mps(
     across = abs(sense * yaw_rate + speed * correction) * speed
     if across > most:
         allowed = min(allowed, speed * math.sqrt(most / across))
-    way_m = 0.0
+    distance_m = 0.0
     for i in range(ahead.shape[0]):
         speed = abs(ahead[i, A_SPEED])
         across = abs(ahead[i, A_YAW_RATE]) * speed
         if across > most:
-            allowed = min(allowed, math.sqrt(speed * speed * most / across + 2.0 * p.brake_mps2 * way_m))
-        way_m += speed * (TICK_S if i <= lead else COARSE_TICKS * TICK_S)
+            allowed = min(allowed, math.sqrt(speed * speed * most / across + 2.0 * p.brake_mps2 * distance_m))
+        distance_m += speed * (TICK_S if i <= lead else COARSE_TICKS * TICK_S)
     if off_m > NEAR_M:
         far = min((off_m - NEAR_M) / (FAR_M - NEAR_M), 1.0)
         allowed = min(allowed, reference - far * (reference - SLOWEST_MPS))
@@ -145,13 +145,13 @@ def _allowed_mps(
 
 @kernel
 def pursue(now: Floats, ahead: Floats, lead: int, p: PursuitLimits, memory: Floats, twist: Floats) -> None:
-    """One tick: the twist for the errors of `now`.
+    """The twist for the coming tick.
 
     Args:
         now: (NOW,) of `tracking_state`.
         ahead: (more than `lead`, AHEAD_COLUMNS) of `path_projection`, up to row `lead` by ticks, then by COARSE_TICKS.
         lead: By how many ticks the feed-forward is ahead.
-        p: What it keeps to.
+        p: The limits.
         memory: (MEMORY,) updated.
         twist: (2,) filled with speed [m/s] and yaw rate [rad/s].
     """
@@ -159,7 +159,7 @@ def pursue(now: Floats, ahead: Floats, lead: int, p: PursuitLimits, memory: Floa
     sense = 1.0 if reference >= 0.0 else -1.0
     speed = max(abs(speed_now), 0.05)
     lookahead = max(p.aim.lookahead_min_m, p.aim.lookahead_s * speed)
-    # Driving backward mirrors the picture: the axis points the way the robot goes.
+    # Driving backward mirrors the picture: the axis points in the direction of travel.
     crab = (
         p.side_slip_rad_per_mps2 * speed_now * ahead[0, A_YAW_RATE]
     )  # into a curve, as much as the tyres drift out of it

@@ -23,7 +23,7 @@ PATIENCE_S = 1.5
 
 
 class Turning:
-    """A turn under way. The reference runs by time, so that what lags behind it is seen as an error."""
+    """A turn in progress. Its reference runs by time, so that lagging behind it shows as a heading error."""
 
     def __init__(self, turn: TurnInPlace, start_heading_rad: float) -> None:
         """At its start, `start_heading_rad` unwrapped."""
@@ -46,7 +46,7 @@ class Turning:
         return self._done_rad >= self._angle
 
     def arrived(self, now: NDArray[np.float64]) -> bool:
-        """Whether the robot has, too, or has had its time."""
+        """Whether the robot has arrived, too, or has had its time."""
         if not self.done:
             return False
         self._waited_s += TICK_S
@@ -54,13 +54,13 @@ class Turning:
         return bool(settled) or self._waited_s > PATIENCE_S
 
     def hold(self, heading_rad: float) -> None:
-        """The robot stands: go on from the heading it has."""
+        """Restart the reference from the heading of the robot, which stands."""
         turned = self._sign * math.remainder(heading_rad - self._start_rad - self._sign * self._done_rad, math.tau)
         self._done_rad = min(max(self._done_rad + turned, 0.0), self._angle)
         self._rate = 0.0
 
     def step(self, heading_rad: float, brake: bool, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> None:
-        """Move the reference on a tick; fill the errors in `now` and the path `ahead`, as `path_projection.track`."""
+        """Advance the reference by a tick; fill in the errors in `now` and the path `ahead`, as `track` does."""
         behind = self._sign * math.remainder(self._start_rad + self._sign * self._done_rad - heading_rad, math.tau)
         if not brake and behind > MAX_LAG_RAD:
             self._rate = 0.0

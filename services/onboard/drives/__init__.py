@@ -1,1 +1,1 @@
-"""What the robot's own computer knows of each kind of drive; nothing else in it asks which kind it is."""
+"""The onboard side of each kind of drive; nothing else in the robot's computer depends on the kind."""

@@ -1,4 +1,4 @@
-"""Two driven wheels: a wheel's rim runs at v ∓ ω·b/2 over the ground, with b the track, and by its slip s faster.
+"""Differential drive: over the ground a wheel moves at v ∓ ω·b/2, with b the track; its rim is faster by the slip s.
 
 Slip is a share of the rim speed: ground speed = ω_wheel·r·(1 − s). The two slips are the drive's states of the filter.
 """
@@ -40,7 +40,7 @@ _TOLERANCE_SHARE = 0.4
 
 
 class DifferentialFigures(NamedTuple):
-    """What kernels know of the drive.
+    """Parameters of the drive for kernels; its kernels are documented in `onboard_drive`.
 
     Attributes:
         radius_m: Nominal, of the wheels.
@@ -63,7 +63,7 @@ class DifferentialFigures(NamedTuple):
 
     @kernel
     def read(self, span: int, buffer: SampleBuffer, row: Floats) -> bool:
-        """Mean rates of the wheels, and the nominal speeds of their rims."""
+        """See `onboard_drive.read`: the mean rates of the wheels, and the nominal speeds of their rims."""
         still = True
         for wheel in range(2):
             turned = buffer.turned_rad[wheel]
@@ -74,13 +74,13 @@ class DifferentialFigures(NamedTuple):
 
     @kernel
     def smooth(self, before: Floats, z: Floats) -> None:
-        """The rim speeds that the slips are a share of."""
+        """See `onboard_drive.smooth`: the rim speeds that slip is a share of."""
         for wheel in range(2):
             smooth_rim(wheel, before, z)
 
     @kernel
     def strain(self, P: Floats, before: Floats, z: Floats) -> None:
-        """Without the accelerometer nothing but the wheels tells the speed, and their slip cannot be told."""
+        """See `onboard_drive.strain`: without the accelerometer nothing but the wheels tells the speed."""
         if math.isnan(z[IN_ACCEL]):
             return
         for wheel in range(2):
@@ -88,7 +88,7 @@ class DifferentialFigures(NamedTuple):
 
     @kernel
     def odometry(self, x: Floats, z: Floats, h: Floats) -> tuple[float, float, float]:
-        """Rim speeds: what is over the ground of a wheel is its nominal rim speed less slip."""
+        """See `onboard_drive.odometry`: a wheel's speed over the ground is its nominal rim speed less slip."""
         half = 0.5 * self.track_m
         left, right = z[IN_ODOMETRY], z[IN_ODOMETRY + 1]
         over_left, over_right = x[SPEED] - half * x[YAW_RATE], x[SPEED] + half * x[YAW_RATE]
@@ -100,32 +100,32 @@ class DifferentialFigures(NamedTuple):
 
     @kernel
     def effective(self, x: Floats, now: Floats) -> None:
-        """The radii of the wheels, slip included [m]."""
+        """See `onboard_drive.effective`: the radii of the wheels, slip included [m]."""
         for wheel in range(2):
             slip = min(max(x[ODOMETRY_ERROR + wheel], -SLIP_LIMIT), SLIP_LIMIT)
             now[EFFECT + wheel] = self.radius_m * (1.0 - slip)
 
     @kernel
     def twist(self, actuators: Floats, now: Floats) -> tuple[float, float]:
-        """V = (v_left + v_right)/2, ω = (v_right − v_left)/b."""
+        """See `onboard_drive.twist`: v = (v_left + v_right)/2, ω = (v_right − v_left)/b."""
         left, right = actuators[0] * now[EFFECT], actuators[1] * now[EFFECT + 1]
         return 0.5 * (left + right), (right - left) / self.track_m
 
     @kernel
     def actuators_of(self, speed_mps: float, yaw_rate_radps: float, now: Floats) -> tuple[float, float]:
-        """Each wheel's rate is the speed of the ground beneath it by its radius."""
+        """See `onboard_drive.actuators_of`: a wheel's rate is the ground's speed beneath it, divided by its radius."""
         apart = self.half_track_m * yaw_rate_radps
         return (speed_mps - apart) / now[EFFECT], (speed_mps + apart) / now[EFFECT + 1]
 
     @kernel
     def gain(self, actuator: int, now: Floats) -> tuple[float, float]:
-        """Half its radius, and that by half the track: to the right for the left wheel."""
+        """See `onboard_drive.gain`: half the radius, and that by half the track, negative for the left wheel."""
         speed = 0.5 * now[EFFECT + actuator]
         return speed, (2 * actuator - 1) * speed / self.half_track_m
 
     @kernel
     def command(self, speed_mps: float, yaw_rate_radps: float, now: Floats, actuators: Floats) -> None:
-        """Too fast is scaled down with the curvature kept; too sudden for the wheels is cut off."""
+        """See `onboard_drive.command`: excess speed is scaled down, keeping the curvature; excess change is cut off."""
         half, fastest, reach = self.half_track_m, self.max_rate_radps, self.reach_radps
         left = (speed_mps - half * yaw_rate_radps) / now[EFFECT]
         right = (speed_mps + half * yaw_rate_radps) / now[EFFECT + 1]
@@ -143,7 +143,7 @@ class OnboardDifferential(OnboardDrive):
     """The onboard side of a `DifferentialDrive`."""
 
     def __init__(self, vehicle: Vehicle, track_width_relative: float) -> None:
-        """That of a vehicle."""
+        """The onboard side of a vehicle's drive."""
         drive = self._drive = vehicle.drive
         self.lag_s = drive.motor_time_constant_s
         lag_s, tick_rad = max(self.lag_s, TICK_S), 2.0 * math.pi / drive.encoder_ticks_per_revolution
@@ -166,11 +166,11 @@ class OnboardDifferential(OnboardDrive):
         self.side_slip_rad_per_mps2 = drive.side_slip_rad_per_mps2
 
     def moves_mps(self, actuators: Floats) -> float:
-        """The faster rim."""
+        """The speed of the faster rim."""
         return float(np.abs(actuators).max() * self.figures.radius_m)
 
     def check_curvature(self, name: str, curvature_1pm: float) -> None:
-        """The inner wheel is not to run backward."""
+        """Refuse a curvature at which the inner wheel would have to run backward."""
         half_m = self.figures.half_track_m
         if abs(curvature_1pm) * half_m > 1.0:
             raise CommandRefused(
@@ -179,7 +179,7 @@ class OnboardDifferential(OnboardDrive):
             )
 
     def check_speeds(self, speed_mps: Floats, curvature_1pm: Floats, name: Callable[[int], str]) -> None:
-        """The outer wheel has a limit."""
+        """Refuse speeds at which the outer wheel would be beyond its limit."""
         rim_mps = speed_mps * (1.0 + np.abs(curvature_1pm) * self.figures.half_track_m)
         worst = int(np.argmax(rim_mps))
         if rim_mps[worst] > self._drive.max_speed_mps * _LIMIT_SLACK:
@@ -189,7 +189,7 @@ class OnboardDifferential(OnboardDrive):
             )
 
     def check_spin(self, name: str, rate_radps: float) -> None:
-        """Both wheels have a limit."""
+        """Refuse a rate at which both wheels would be beyond their limit."""
         rim_mps = rate_radps * self.figures.half_track_m
         if rim_mps > self._drive.max_speed_mps * _LIMIT_SLACK:
             raise CommandRefused(f"{name}: turning on the spot at {rate_radps:.2f} rad/s {self._needs(rim_mps)}")
@@ -199,5 +199,5 @@ class OnboardDifferential(OnboardDrive):
         return f"needs a wheel speed of {wheel_radps:.2f} rad/s; the limit is {limit_radps:.2f} rad/s"
 
     def spin_acceleration_radps2(self) -> float:
-        """With the planned acceleration at the wheels."""
+        """That of the planned acceleration at both wheels."""
         return float(self._drive.max_acceleration_mps2 / self.figures.half_track_m)

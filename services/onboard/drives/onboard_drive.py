@@ -42,14 +42,14 @@ class Aim(NamedTuple):
 
 
 class OnboardDrive(ABC):
-    """What is asked of a drive outside of kernels.
+    """The onboard side of a drive, outside of kernels.
 
     Attributes:
         figures: For kernels.
         lag_s: Time constant with which the actuators follow their commands.
         limit: (ACTUATORS,) largest absolute commands.
         reach: (ACTUATORS,) by how much a command may differ from what its actuator does.
-        lag_share: (ACTUATORS,) share of the way to its command that an actuator makes in a tick.
+        lag_share: (ACTUATORS,) by which share of the difference an actuator gets nearer to its command in a tick.
         max_step: (ACTUATORS,) by how much it changes in a tick at most.
         tolerance: (ACTUATORS,) by how much it may differ from what is expected of it, or by `tolerance_share` of that.
         tolerance_share: See `tolerance`.
@@ -80,7 +80,7 @@ class OnboardDrive(ABC):
 
     @abstractmethod
     def __init__(self, vehicle: Vehicle, track_width_relative: float) -> None:
-        """That of a vehicle; the share by which its track, or whatever tells its yaw rate, is uncertain (1 σ)."""
+        """The drive of a vehicle whose track, or whatever tells its yaw rate, is uncertain by a share (1 σ)."""
 
     @abstractmethod
     def moves_mps(self, actuators: Floats) -> float:
@@ -88,7 +88,7 @@ class OnboardDrive(ABC):
 
     @abstractmethod
     def check_curvature(self, name: str, curvature_1pm: float) -> None:
-        """See whether a segment of this curvature can be driven.
+        """Check that a segment of this curvature can be driven.
 
         Raises:
             CommandRefused: It cannot; `name` says which segment it is.
@@ -96,7 +96,7 @@ class OnboardDrive(ABC):
 
     @abstractmethod
     def check_speeds(self, speed_mps: Floats, curvature_1pm: Floats, name: Callable[[int], str]) -> None:
-        """See whether segments (n,) of these curvatures can be driven so fast.
+        """Check that segments (n,) of these curvatures can be driven so fast.
 
         Raises:
             CommandRefused: One cannot; `name` says which, by its index.
@@ -104,7 +104,7 @@ class OnboardDrive(ABC):
 
     @abstractmethod
     def check_spin(self, name: str, rate_radps: float) -> None:
-        """See whether the vehicle can turn on the spot so fast.
+        """Check that the vehicle can turn on the spot so fast.
 
         Raises:
             CommandRefused: It cannot; `name` says which segment it is.
@@ -112,7 +112,7 @@ class OnboardDrive(ABC):
 
     @abstractmethod
     def spin_acceleration_radps2(self) -> float:
-        """With which it turns on the spot."""
+        """The yaw acceleration with which the vehicle turns on the spot."""
 
 
 def drive_of(vehicle: Vehicle, track_width_relative: float = 0.0) -> OnboardDrive:
@@ -127,7 +127,7 @@ def drive_of(vehicle: Vehicle, track_width_relative: float = 0.0) -> OnboardDriv
 
 @kernel_of_class
 def read(figures: Any, span: int, buffer: SampleBuffer, row: Floats) -> bool:
-    """Turn what the encoders have turned since their last sample into odometry.
+    """Convert the increments of the encoders since their last sample to odometry.
 
     Args:
         figures: Of the drive.
@@ -144,7 +144,7 @@ def read(figures: Any, span: int, buffer: SampleBuffer, row: Floats) -> bool:
 
 @kernel_of_class
 def smooth(figures: Any, before: Floats, z: Floats) -> None:
-    """Fill in what the errors of odometry are a share of: the two numbers from IN_SMOOTH on.
+    """Fill in the smoothed speeds that the errors of odometry are a share of: the two numbers from IN_SMOOTH on.
 
     Args:
         figures: Of the drive.
@@ -156,7 +156,7 @@ def smooth(figures: Any, before: Floats, z: Floats) -> None:
 
 @kernel_of_class
 def strain(figures: Any, P: Floats, before: Floats, z: Floats) -> None:
-    """Let the errors of odometry be as uncertain as what the drive does makes them.
+    """Add the process noise of the errors of odometry that depends on what the drive does.
 
     Args:
         figures: Of the drive.
@@ -169,7 +169,7 @@ def strain(figures: Any, P: Floats, before: Floats, z: Floats) -> None:
 
 @kernel_of_class
 def odometry(figures: Any, x: Floats, z: Floats, h: Floats) -> tuple[float, float, float]:
-    """The two measurements of a tick's odometry.
+    """Innovations and Jacobian of a tick's odometry.
 
     Args:
         figures: Of the drive.
@@ -185,7 +185,7 @@ def odometry(figures: Any, x: Floats, z: Floats, h: Floats) -> tuple[float, floa
 
 @kernel_of_class
 def effective(figures: Any, x: Floats, now: Floats) -> None:
-    """Fill in what converts actuators and twist into each other: the two numbers from EFFECT on.
+    """Fill in the factors that convert actuators and twist into each other: the two numbers from EFFECT on.
 
     Args:
         figures: Of the drive.
@@ -197,12 +197,12 @@ def effective(figures: Any, x: Floats, now: Floats) -> None:
 
 @kernel_of_class
 def twist(figures: Any, actuators: Floats, now: Floats) -> tuple[float, float]:
-    """The twist that actuators stand for.
+    """The twist of the body while the actuators do what is given.
 
     Args:
         figures: Of the drive.
         actuators: (ACTUATORS,) in their units.
-        now: (NOW,) with what is effective.
+        now: (NOW,) with the factors of `effective`.
 
     Returns:
         Speed [m/s] and yaw rate [rad/s] of the body.
@@ -212,13 +212,13 @@ def twist(figures: Any, actuators: Floats, now: Floats) -> tuple[float, float]:
 
 @kernel_of_class
 def actuators_of(figures: Any, speed_mps: float, yaw_rate_radps: float, now: Floats) -> tuple[float, float]:
-    """What the actuators are to do for a twist, whatever their limits; the inverse of `twist`.
+    """The commands for a twist, whatever the actuators' limits: the inverse of `twist`.
 
     Args:
         figures: Of the drive.
         speed_mps: Of the body.
         yaw_rate_radps: Of the body.
-        now: (NOW,) with what is effective.
+        now: (NOW,) with the factors of `effective`.
 
     Returns:
         For each actuator, in its unit.
@@ -233,7 +233,7 @@ def gain(figures: Any, actuator: int, now: Floats) -> tuple[float, float]:
     Args:
         figures: Of the drive.
         actuator: Its number.
-        now: (NOW,) with what is effective.
+        now: (NOW,) with the factors of `effective`.
 
     Returns:
         Of speed [m/s] and of yaw rate [rad/s], per unit.
@@ -249,7 +249,7 @@ def command(figures: Any, speed_mps: float, yaw_rate_radps: float, now: Floats, 
         figures: Of the drive.
         speed_mps: Of the body, wanted.
         yaw_rate_radps: Of the body, wanted.
-        now: (NOW,) with the present twist and what is effective.
+        now: (NOW,) with the present twist and the factors of `effective`.
         actuators: (ACTUATORS,) filled in.
     """
     raise NotImplementedError

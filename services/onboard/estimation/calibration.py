@@ -1,4 +1,4 @@
-"""Calibration: what is learned beside the filter's states, because it changes too slowly to be one.
+"""Calibration: figures that change too slowly to be states of the filter and are learned beside it.
 
 **Slope.** Less what the curve asks for, the accelerometer's left axis feels its own bias and gravity's part across:
 a_y − v·ω = b + g·(rise_n·cos θ − rise_e·sin θ). As the robot turns, the two come apart: a small Kalman filter of three
@@ -65,7 +65,7 @@ _MEAN_SLIP_WALK = 4e-9  # per fix: about a minute is remembered
 
 
 def start_learning(c: Floats, slow: Floats) -> None:
-    """Forget everything: level ground and no slip, as far as is known."""
+    """Reset what is learned to level ground and no slip, with the uncertainty of knowing nothing yet."""
     slow[:] = 0.0
     slow[P_BIAS] = c[C_SIDE_BIAS_VAR]
     slow[[P_EAST, P_NORTH]] = c[C_RISE_VAR]
@@ -73,8 +73,13 @@ def start_learning(c: Floats, slow: Floats) -> None:
 
 
 @kernel
-def lay_down(slow: Floats, z: Floats) -> None:
-    """Note in a tick's inputs `z` (INPUTS,) what it is run with."""
+def store_learned(slow: Floats, z: Floats) -> None:
+    """Store in a tick's inputs the learned figures that the tick is run with.
+
+    Args:
+        slow: (SLOW,) what is learned beside the states.
+        z: (INPUTS,) of the tick, updated.
+    """
     z[IN_RISE_EAST], z[IN_RISE_NORTH] = slow[RISE_EAST], slow[RISE_NORTH]
     z[IN_RISE_VAR] = slow[P_EAST] + slow[P_NORTH]
     z[IN_ERROR_MEAN], z[IN_ERROR_MEAN + 1] = slow[ERROR_MEAN], slow[ERROR_MEAN + 1]
@@ -82,7 +87,7 @@ def lay_down(slow: Floats, z: Floats) -> None:
 
 @kernel
 def learn(slot: int, x: Floats, z: Floats, fix: Floats, c: Floats, slow: Floats) -> None:
-    """Learn from a tick that is settled.
+    """Learn from the oldest tick of the ring, which no late message changes any more.
 
     Args:
         slot: Of the ring.

@@ -1,4 +1,4 @@
-"""Delayed-measurement fusion: one kernel call per tick, late samples are fused at the time they were measured.
+"""Delayed-measurement fusion: late samples and fixes are fused at the time at which they were measured.
 
 A fix is valid some 110 ms before it arrives. The ring holds the posterior of each of the last `RING` ticks and what
 was measured in it; whatever comes late is entered in its own tick, and the ticks since are run again. Fixes and samples
@@ -17,9 +17,11 @@ from numpy.typing import NDArray
 from touchline.services.core.jit import kernel
 from touchline.services.onboard.computer_state import FilterState
 from touchline.services.onboard.drives import onboard_drive
-from touchline.services.onboard.estimation.calibration import LEARN_TICKS, lay_down, learn
+from touchline.services.onboard.estimation.calibration import LEARN_TICKS, learn, store_learned
 from touchline.services.onboard.estimation.measurements import (
-    doubt_accelerometer,
+    Scratch,
+    TickEstimate,
+    add_shaking_noise,
     fix_rows,
     measure,
     use_fix,
@@ -27,7 +29,7 @@ from touchline.services.onboard.estimation.measurements import (
 from touchline.services.onboard.estimation.prediction import predict
 from touchline.services.onboard.estimation.standing import settle_dispute
 from touchline.services.onboard.estimation.tail import CONTRADICTED, bounded, doubt, likelihood
-from touchline.services.onboard.estimation.updates import two
+from touchline.services.onboard.estimation.updates import nis_of_two
 from touchline.services.onboard.filter_model import (
     ACCEL_BIAS,
     C_MAST,
@@ -63,8 +65,8 @@ _NO_IMU_SPEED_VAR = 1e-4  # (1 m/s² · a tick)²
 
 
 @kernel
-def _step(ring: FilterState, drive: Any, slot: int, live: bool, scratch: tuple[Floats, Floats]) -> None:
-    """The posterior of `slot` from that of the slot before."""
+def _step(ring: FilterState, drive: Any, slot: int, live: bool, scratch: Scratch) -> None:
+    """Predict and update: the posterior of `slot` from that of the slot before."""
     xs, Ps, inputs = ring.states, ring.covariances, ring.inputs
     c, n = ring.figures, ring.counters
     before = (slot - 1) % RING
@@ -88,12 +90,12 @@ def _step(ring: FilterState, drive: Any, slot: int, live: bool, scratch: tuple[F
     # Readings that are rejected again and again are counted: the drive may have an explanation.
     inputs[slot, IN_REFUSED] = inputs[before, IN_REFUSED] if inputs[before, IN_REFUSED] > 0.0 else 0.0
     onboard_drive.strain(drive, P, inputs[before], inputs[slot])
-    doubt_accelerometer(P, inputs[before], inputs[slot])
-    measure(x, P, inputs[slot], c, drive, n, live, scratch)
+    add_shaking_noise(P, inputs[before], inputs[slot])
+    measure(TickEstimate(x, P, inputs[slot]), c, drive, n, live, scratch)
 
 
 @kernel
-def _rerun(ring: FilterState, drive: Any, first: int, last: int, live: int, scratch: tuple[Floats, Floats]) -> None:
+def _rerun(ring: FilterState, drive: Any, first: int, last: int, live: int, scratch: Scratch) -> None:
     """Run the ticks `first` … `last` again; statistics count in tick `live` only."""
     xs, Ps, inputs = ring.states, ring.covariances, ring.inputs
     fixes, c = ring.fixes, ring.figures
@@ -101,12 +103,12 @@ def _rerun(ring: FilterState, drive: Any, first: int, last: int, live: int, scra
         slot = tick % RING
         _step(ring, drive, slot, tick == live, scratch)
         if fixes[slot, FIX_USED] > 0.0:
-            use_fix(xs[slot], Ps[slot], fixes[slot], inputs[slot], c, *scratch)
+            use_fix(TickEstimate(xs[slot], Ps[slot], inputs[slot]), fixes[slot], c, scratch)
 
 
 @kernel
 def advance(ring: FilterState, drive: Any, tick: int, oldest: int, live: int) -> None:
-    """Advance the filter by one tick, from the `oldest` tick on that learned something new.
+    """Advance the filter by one tick, and first run it again from the `oldest` tick that has a new measurement.
 
     Args:
         ring: Updated; the inputs of the tick are filled in already.
@@ -123,15 +125,22 @@ def advance(ring: FilterState, drive: Any, tick: int, oldest: int, live: int) ->
     settled = (tick + 1) % RING
     if settled % LEARN_TICKS == 0 or fixes[settled, FIX_USED] > 0.0:
         learn(settled, xs[settled], inputs[settled], fixes[settled], c, slow)
-    lay_down(slow, inputs[tick % RING])
+    store_learned(slow, inputs[tick % RING])
     _rerun(ring, drive, oldest, tick, live, (h, g))
 
 
 @kernel
 def take_fix(ring: FilterState, drive: Any, tick: int, first_tick: int, fix_tick: int) -> bool:
-    """Take in a fix, the last row of `ring.fixes`, that has arrived in `tick` and is valid in `fix_tick`.
+    """Use a fix, the last row of `ring.fixes`, in the tick in which it is valid, and run the ticks since again.
 
-    Fixes from before `first_tick`, in which the filter was started, are taken as of then.
+    Fixes from before the filter was started are used in the tick in which it was.
+
+    Args:
+        ring: Updated from the tick of the fix on.
+        drive: Figures of the drive.
+        tick: This tick, in which the fix has arrived.
+        first_tick: In which the filter was started.
+        fix_tick: The tick at whose time, or less than a tick after it, the fix was measured.
 
     Returns:
         Whether it is used.
@@ -149,10 +158,11 @@ def take_fix(ring: FilterState, drive: Any, tick: int, first_tick: int, fix_tick
     if fixes[where, FIX_USED] > 0.0 and at == fix_tick:
         n[N_FIX_DUPLICATE] += 1.0
         return False
-    y0, y1 = fix_rows(xs[where], fix, inputs[where], c, h)
-    nis = two(Ps[where], h, y0, y1, fix[FIX_VARIANCE])
+    valid = TickEstimate(xs[where], Ps[where], inputs[where])
+    y = fix_rows(valid, fix, c, h)
+    nis = nis_of_two(valid.P, h, y, fix[FIX_VARIANCE])
     weighed = bounded(nis)
-    n[INNOVATION_EAST], n[INNOVATION_NORTH], n[NIS_FIX_LAST] = y0, y1, weighed
+    n[INNOVATION_EAST], n[INNOVATION_NORTH], n[NIS_FIX_LAST] = y[0], y[1], weighed
     n[FIX_DOUBT] = doubt(n[FIX_DOUBT], likelihood(nis))
     n[N_FIX_OUTLYING_RUN] = n[N_FIX_OUTLYING_RUN] + 1.0 if n[FIX_DOUBT] > 0.0 else 0.0
     if n[FIX_DOUBT] >= CONTRADICTED:
@@ -168,6 +178,6 @@ def take_fix(ring: FilterState, drive: Any, tick: int, first_tick: int, fix_tick
     for k in range(fixes.shape[1]):
         fixes[where, k] = fix[k]
     fixes[where, FIX_USED] = 1.0
-    use_fix(xs[where], Ps[where], fixes[where], inputs[where], c, h, g)
+    use_fix(valid, fixes[where], c, (h, g))
     _rerun(ring, drive, at + 1, tick, -1, (h, g))
     return True

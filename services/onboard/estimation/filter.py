@@ -143,14 +143,14 @@ def position_sigma(P: Floats) -> float:
 
 
 class Estimator:
-    """A 12-state EKF that sees nothing but `SensorFrame`s; states and noise in `model`.
+    """A 12-state EKF that sees nothing but `SensorFrame`s; its states are in `filter_model`, its noise in `noise`.
 
     It starts in the tick in which the first RTK-fixed position arrives after a quarter of a second at standstill:
     gyro and accelerometer bias from their means, heading from the magnetometer, position from the fix.
     """
 
     def __init__(self, vehicle: Vehicle, config: OnboardConfig, computer: ComputerState | None = None) -> None:
-        """A filter that has seen nothing yet; of this computer, or of one of its own."""
+        """A filter that has seen nothing yet; its state is a part of `computer`, if that is given."""
         self._gyro_start_var = config.imu.gyro_density_radps_rthz**2
         self._accel_start_var = config.imu.accel_density_mps2_rthz**2
         self._computer = computer or ComputerState()
@@ -173,7 +173,7 @@ class Estimator:
 
     @property
     def counters(self) -> Floats:
-        """(COUNTERS,) counts, NIS sums and the last innovation; indices in `model`."""
+        """(COUNTERS,) counts, NIS sums and the last innovation; indices in `filter_model`."""
         return self.ring.counters
 
     @property
@@ -200,7 +200,7 @@ class Estimator:
 
     @property
     def contradicted(self) -> bool:
-        """Whether the last fixes are not used, since no honest receiver's would all be so far off."""
+        """Whether the last fixes are rejected: it is too unlikely that an honest receiver's are all so far off."""
         return bool(self.counters[m.FIX_DOUBT] >= CONTRADICTED)
 
     @property
@@ -270,7 +270,7 @@ class Estimator:
 
     @property
     def jump_m(self) -> float:
-        """How far the receiver has lastingly jumped away from the estimate; 0 if it has not."""
+        """The distance by which the receiver has lastingly jumped away from the estimate; 0 if it has not."""
         if self.counters[m.N_FIX_OUTLYING_RUN] < JUMP_RUN:
             return 0.0
         return math.hypot(self.counters[m.INNOVATION_EAST], self.counters[m.INNOVATION_NORTH])
@@ -291,7 +291,7 @@ class Estimator:
         self.counters[m.N_RECOVERIES] += 1.0
 
     def _place(self, x: Floats, p: Floats, fix: GnssSample) -> None:
-        """Put the axle where a fix says, into a state and its covariance, whose heading is known already.
+        """Set the axle's position in a state and its covariance by a fix; the heading is known already.
 
         Its place is the fix less the fix's error and less the lever, which turns with the heading and all that goes
         with that.
@@ -354,7 +354,7 @@ class Estimator:
         self._accels.clear()
 
     def _without_jolts(self, mean_mps2: float) -> float:
-        """The mean of what the accelerometer said at standstill, less what is far from most of it."""
+        """The mean of the accelerometer's readings at standstill, of which those far from the median are left out."""
         gathered = np.array(self._accels)
         middle = np.sort(gathered)[len(gathered) // 2]
         calm = np.abs(gathered - middle) <= JOLT_MPS2

@@ -7,7 +7,7 @@ numbers at once its gate is one χ² test with two degrees of freedom on both.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from touchline.services.core.angles import wrapped
 from touchline.services.core.jit import kernel
 from touchline.services.onboard.drives import onboard_drive
 from touchline.services.onboard.estimation.tail import weighed_variance
-from touchline.services.onboard.estimation.updates import apply, apply_two, two
+from touchline.services.onboard.estimation.updates import apply, apply_two, nis_of_two
 from touchline.services.onboard.filter_model import (
     C_ANTENNA_X,
     C_ANTENNA_Y,
@@ -62,6 +62,8 @@ from touchline.services.onboard.filter_model import (
 from touchline.services.onboard.interface import TICK_S
 
 Floats = NDArray[np.float64]
+Scratch = tuple[Floats, Floats]
+"""Room for the rows of a measurement (2, STATES), and for P hᵀ of one of them (STATES,)."""
 
 _STILL_SPEED_VAR = 1e-6  # (1 mm/s)²
 _STILL_YAW_VAR = 4e-8  # (0.2 mrad/s)²
@@ -74,16 +76,33 @@ _ROUGH_FROM = 0.3**2  # (m/s²)²; noise by the data sheet makes 0.012², drivin
 _PATIENCE = 100.0  # factor on the encoders' variance once they have been rejected for half a second
 
 
-@kernel
-def doubt_accelerometer(P: Floats, before: Floats, z: Floats) -> None:
-    """Let the speed be as uncertain as an accelerometer that shakes makes it.
+class TickEstimate(NamedTuple):
+    """What the filter's ring holds of a tick.
 
-    Inputs (INPUTS,) are those of the tick before and of this one.
+    Attributes:
+        x: (STATES,) its state.
+        P: (STATES, STATES) the state's covariance.
+        z: (INPUTS,) its inputs.
+    """
+
+    x: Floats
+    P: Floats
+    z: Floats
+
+
+@kernel
+def add_shaking_noise(P: Floats, before: Floats, z: Floats) -> None:
+    """Add process noise to the speed while the accelerometer shakes.
 
     A mount that has come loose shakes by far more than the data sheet has it. Believed, it carries the speed away from
     the wheels, and these are rejected for it; the position then is off by many times its σ and contradicts the fixes
     for good. Noise of σ a sample steps by σ/√2 in the mean of two and adds σ·10 ms to the speed. One jolt, as of a
     wheel that begins to slip, is no shaking: there the accelerometer is right.
+
+    Args:
+        P: (STATES, STATES) predicted covariance, updated.
+        before: (INPUTS,) of the tick before.
+        z: (INPUTS,) of this tick; its IN_ROUGH is filled in.
     """
     z[IN_ROUGH] = before[IN_ROUGH] if before[IN_ROUGH] > 0.0 else 0.0
     step = z[IN_ACCEL] - before[IN_ACCEL]
@@ -94,17 +113,17 @@ def doubt_accelerometer(P: Floats, before: Floats, z: Floats) -> None:
 
 
 @kernel
-def _odometry(
-    x: Floats, P: Floats, z: Floats, drive: Any, n: Floats, live: bool, scratch: tuple[Floats, Floats]
-) -> None:
-    """The drive's odometry, behind one gate for both of its numbers."""
+def _odometry(at: TickEstimate, drive: Any, n: Floats, live: bool, scratch: Scratch) -> None:
+    """Update with the drive's odometry, behind one gate for both of its numbers."""
+    x, P, z = at
     h, g = scratch
     for k in range(STATES):
         h[0, k], h[1, k] = 0.0, 0.0
     y0, y1, r = onboard_drive.odometry(drive, x, z, h)
     uneven = 0.5 * (z[IN_SPAN] - 1.0) * TICK_S * _SPAN_ACCEL_MPS2  # the mean of several ticks is not the last one
     r += uneven * uneven
-    nis = two(P, h, y0, y1, r)
+    y = y0, y1
+    nis = nis_of_two(P, h, y, r)
     z[IN_REFUSED] = z[IN_REFUSED] + 1.0 if nis > GATE_2_DOF else 0.0
     if live:
         n[N_ENCODER] += 1.0
@@ -119,15 +138,16 @@ def _odometry(
         if n[N_ENCODER_REJECTED_RUN] < _ENCODER_REJECTED_RUN_LIMIT:
             return
         r *= _PATIENCE
-    apply_two(x, P, h, y0, y1, r, g)
+    apply_two(x, P, h, y, r, g)
 
 
 @kernel
-def _disputed(x: Floats, P: Floats, z: Floats, c: Floats, n: Floats, live: bool) -> bool:
+def _disputed(at: TickEstimate, c: Floats, n: Floats, live: bool) -> bool:
     """Whether the gyro says that the standing robot turns: it is broken, or somebody turns the robot.
 
     Neither can be ruled out, so the reading is not used, and the heading becomes as uncertain as that turn is large.
     """
+    x, P, z = at
     if z[IN_STILL] == 0.0:
         return False
     turn = z[IN_GYRO] - x[GYRO_BIAS]
@@ -141,33 +161,23 @@ def _disputed(x: Floats, P: Floats, z: Floats, c: Floats, n: Floats, live: bool)
 
 
 @kernel
-def measure(
-    x: Floats,
-    P: Floats,
-    z: Floats,
-    c: Floats,
-    drive: Any,
-    n: Floats,
-    live: bool,
-    scratch: tuple[Floats, Floats],
-) -> None:
-    """All of a tick's measurements but GNSS.
+def measure(at: TickEstimate, c: Floats, drive: Any, n: Floats, live: bool, scratch: Scratch) -> None:
+    """Update a tick's prediction with all of its measurements but GNSS.
 
     Args:
-        x: (STATES,) predicted, updated.
-        P: (STATES, STATES) its covariance, updated.
-        z: (INPUTS,) of the tick.
+        at: The tick; state and covariance are the predicted ones, and are updated.
         c: (FIGURES,) constants.
         drive: Figures of the drive.
         n: (COUNTERS,) updated if the tick is live.
         live: Whether its measurements are new.
-        scratch: (2, STATES) and (STATES,).
+        scratch: Overwritten.
     """
+    x, P, z = at
     h, g = scratch
     row = h[0]
     for k in range(STATES):
         row[k] = 0.0
-    if not math.isnan(z[IN_GYRO]) and not _disputed(x, P, z, c, n, live):
+    if not math.isnan(z[IN_GYRO]) and not _disputed(at, c, n, live):
         row[YAW_RATE], row[GYRO_BIAS] = 1.0, 1.0
         apply(x, P, row, z[IN_GYRO] - x[YAW_RATE] - x[GYRO_BIAS], c[C_R_GYRO], g)
     if z[IN_STILL] > 0.0:
@@ -181,7 +191,7 @@ def measure(
         if live:
             n[ENCODER_REJECTED_RECENT] -= _SLIP_RECENT * n[ENCODER_REJECTED_RECENT]
     elif not math.isnan(z[IN_ODOMETRY]):
-        _odometry(x, P, z, drive, n, live, scratch)
+        _odometry(at, drive, n, live, scratch)
     if not math.isnan(z[IN_MAG]):
         for k in range(STATES):
             row[k] = 0.0
@@ -199,19 +209,19 @@ def measure(
 
 
 @kernel
-def fix_rows(x: Floats, fix: Floats, z: Floats, c: Floats, h: Floats) -> tuple[float, float]:
-    """The measurement of a fix: of the antenna, whose mast leans with the ground, some time after the tick.
+def fix_rows(at: TickEstimate, fix: Floats, c: Floats, h: Floats) -> tuple[float, float]:
+    """Innovations and Jacobian of a fix: of the antenna, whose mast leans with the ground, some time after the tick.
 
     Args:
-        x: (STATES,) of the tick in which the fix is valid.
+        at: The tick in which the fix is valid.
         fix: (FIXES,) it.
-        z: (INPUTS,) of that tick.
         c: (FIGURES,) constants.
         h: (2, STATES) filled with the Jacobian of east and north.
 
     Returns:
         Innovations east and north [m].
     """
+    x, _, z = at
     after = fix[FIX_AFTER]
     heading = x[HEADING] + x[YAW_RATE] * after
     cos, sin = math.cos(heading), math.sin(heading)
@@ -232,17 +242,16 @@ def fix_rows(x: Floats, fix: Floats, z: Floats, c: Floats, h: Floats) -> tuple[f
 
 
 @kernel
-def use_fix(x: Floats, P: Floats, fix: Floats, z: Floats, c: Floats, h: Floats, g: Floats) -> None:
-    """Take a fix into the tick in which it is valid, with the variance by which it is weighed.
+def use_fix(at: TickEstimate, fix: Floats, c: Floats, scratch: Scratch) -> None:
+    """Update the tick in which a fix is valid, with the variance by which the fix is weighed (`weighed_variance`).
 
     Args:
-        x: (STATES,) of that tick, updated.
-        P: (STATES, STATES) its covariance, updated.
+        at: That tick; state and covariance are updated.
         fix: (FIXES,) it.
-        z: (INPUTS,) of that tick.
         c: (FIGURES,) constants.
-        h: (2, STATES) scratch.
-        g: (STATES,) scratch.
+        scratch: Overwritten.
     """
-    y0, y1 = fix_rows(x, fix, z, c, h)
-    apply_two(x, P, h, y0, y1, weighed_variance(P, h, y0, y1, fix[FIX_VARIANCE]), g)
+    x, P, _ = at
+    h, g = scratch
+    y = fix_rows(at, fix, c, h)
+    apply_two(x, P, h, y, weighed_variance(P, h, y, fix[FIX_VARIANCE]), g)

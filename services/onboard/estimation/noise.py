@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.core.constants import GRAVITY_MPS2
+from touchline.services.core.physical_constants import GRAVITY_MPS2
 from touchline.services.onboard.drives.onboard_drive import OnboardDrive
 from touchline.services.onboard.filter_model import (
     C_ANTENNA_X,

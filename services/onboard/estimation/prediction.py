@@ -1,4 +1,4 @@
-"""The filter's step ahead in time."""
+"""The filter's prediction step."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ from touchline.services.onboard.interface import TICK_S
 Floats = NDArray[np.float64]
 
 _TURNS_FOR_S = 1.0
-_SLIP_ANGLE_SHARE = 0.3  # how far the slip angle may be from the assumed one, over a metre's way
+_SLIP_ANGLE_SHARE = 0.3  # how far the slip angle may be from the assumed one, over a metre
 
 
 @kernel

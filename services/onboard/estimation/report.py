@@ -1,4 +1,4 @@
-"""What the filter says about its own consistency."""
+"""The consistency report of the filter."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from touchline.services.onboard.interface import Consistency
 
 
 def report(counters: NDArray[np.float64], position_sigma_m: float = 0.0, heading_sigma_rad: float = 0.0) -> Consistency:
-    """The counters (COUNTERS,) of the filter's kernels in words."""
+    """Name the counters (COUNTERS,) of the filter's kernels."""
     n = counters.tolist()
     return Consistency(
         innovation_east_m=n[m.INNOVATION_EAST],

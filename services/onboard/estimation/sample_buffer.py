@@ -32,8 +32,13 @@ FROZEN_RADPS: Final = 0.05
 def take_samples(tick: int, drive: Any, c: ComputerState) -> int:
     """Enter the samples of a tick's frame in the filter's inputs; the tick's own row is emptied first.
 
+    Args:
+        tick: This tick.
+        drive: Figures of the drive.
+        c: With the frame; buffer and inputs are updated.
+
     Returns:
-        The oldest tick that learned something new; `tick` if none did.
+        The oldest tick with a new sample; `tick` if there is none.
     """
     row = c.filter.inputs[tick % m.RING]
     for column in range(m.INPUTS):

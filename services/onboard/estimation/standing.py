@@ -1,4 +1,4 @@
-"""Wheels that stand are believed over the accelerometer.
+"""Standstill: wheels that stand are believed over the accelerometer.
 
 A robot that has come to rest is held by its brakes. When its accelerometer then says that it speeds up, something has
 knocked or shaken the robot, or the sensor is wrong; the wheels would turn if the robot went anywhere. Believed, a jolt
@@ -47,7 +47,7 @@ def contradicts(mps2: float, variance: float) -> bool:
 
 @kernel
 def settle_dispute(x: Floats, P: Floats, before: Floats, z: Floats, c: Floats) -> bool:
-    """Whether a tick's acceleration is not to be used since the wheels stand; counts such ticks in IN_DISPUTED.
+    """Whether to ignore a tick's acceleration because the wheels stand; such ticks in a row are counted in IN_DISPUTED.
 
     A constant contradiction that lasts is learned as a bias at once, by giving the bias that much room: at standstill
     the speed is known, so neither it nor the position moves.

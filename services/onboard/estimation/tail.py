@@ -1,4 +1,4 @@
-"""Fixes that err more than a normal distribution has it: weighed down, not cut off.
+"""Heavy-tailed GNSS errors: outlying fixes get less weight instead of being rejected.
 
 An honest receiver's errors have a tail: most fixes are within millimetres, every fiftieth is centimetres off. With a
 variance that covers all of them as normally distributed, a gate would reject every thirtieth fix, and now and then
@@ -30,7 +30,7 @@ _ROUNDS = 8
 
 
 @kernel
-def weighed_variance(P: Floats, h: Floats, y0: float, y1: float, variance: float) -> float:
+def weighed_variance(P: Floats, h: Floats, y: tuple[float, float], variance: float) -> float:
     """The variance r/λ with which to use a fix [m²], the same for both axes.
 
     λ = (ν + 2) / (ν + (ȳᵀȳ + tr H P⁺ Hᵀ) / r), with the residual ȳ and the covariance P⁺ after the update with r/λ, by
@@ -44,10 +44,10 @@ def weighed_variance(P: Floats, h: Floats, y0: float, y1: float, variance: float
     Args:
         P: (STATES, STATES) covariance before the update; it has the slow error, which is not weighed down.
         h: (2, STATES) rows of the fix.
-        y0: Innovation to the east [m].
-        y1: To the north.
+        y: Innovations to the east and to the north [m].
         variance: Of the white error along an axis, its tail included [m²]; that of a t is ν/(ν − 2) times r.
     """
+    y0, y1 = y
     s00, s01, s11 = spread(P, h)
     r = variance * (FIX_DOF - 2.0) / FIX_DOF
     weighed = r
@@ -62,7 +62,7 @@ def weighed_variance(P: Floats, h: Floats, y0: float, y1: float, variance: float
 
 @kernel
 def bounded(nis: float) -> float:
-    """A normalised innovation squared as its weight lets it count: 2 in the mean, too, but at most ν + 2.
+    """A normalised innovation squared, bounded as the fix's weight bounds its effect: mean 2 as before, at most ν + 2.
 
     (ν + 2) / (ν + m) · m with m = NIS · ν/(ν − 2), the squared innovation against the scale of a bivariate t.
     """
@@ -78,10 +78,14 @@ def likelihood(nis: float) -> float:
 
 @kernel
 def doubt(so_far: float, share: float) -> float:
-    """−ln of the likelihood of a run of outlying fixes, with one more that such a share of honest ones equals.
+    """Add a fix to a run of outlying ones; returns −ln of the likelihood of the run.
 
-    It is at most the product of the fixes' own, each taken for no less likely than 1 in 10,000: one wild fix alone
-    contradicts nothing. A fix that is not outlying ends the run.
+    That likelihood is the product of those of its fixes, of which none counts as less likely than 1 in 10,000: one wild
+    fix alone contradicts nothing. A fix that is not outlying ends the run.
+
+    Args:
+        so_far: −ln of the likelihood of the run before; 0 if there is none.
+        share: Of an honest receiver's fixes that err at least as much as the new one (`likelihood`).
     """
     if share > OUTLYING:
         return 0.0

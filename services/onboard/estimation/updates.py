@@ -10,9 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.services.core.jit import kernel
-from touchline.services.onboard.filter_model import (
-    STATES,
-)
+from touchline.services.onboard.filter_model import STATES
 
 Floats = NDArray[np.float64]
 
@@ -47,7 +45,15 @@ def apply(x: Floats, P: Floats, h: Floats, innovation: float, variance: float, g
 
 @kernel
 def spread(P: Floats, h: Floats) -> tuple[float, float, float]:
-    """Variance of the first, covariance and variance of the second of what rows `h` (2, STATES) see of the state."""
+    """The covariance H P Hᵀ of two measured numbers that comes from the state's.
+
+    Args:
+        P: (STATES, STATES) covariance of the state.
+        h: (2, STATES) rows of the measurement.
+
+    Returns:
+        The variance of the first number, the covariance of both, and the variance of the second.
+    """
     s00, s01, s11 = 0.0, 0.0, 0.0
     for i in range(STATES):
         if h[0, i] != 0.0 or h[1, i] != 0.0:
@@ -62,16 +68,16 @@ def spread(P: Floats, h: Floats) -> tuple[float, float, float]:
 
 
 @kernel
-def two(P: Floats, h: Floats, y0: float, y1: float, r: float) -> float:
+def nis_of_two(P: Floats, h: Floats, y: tuple[float, float], r: float) -> float:
     """Normalised innovation squared (NIS) of two numbers that are measured at once: yᵀ (H P Hᵀ + r I)⁻¹ y.
 
     Args:
         P: (STATES, STATES) covariance of the state.
         h: (2, STATES) rows of the measurement.
-        y0: Innovation of the first.
-        y1: Innovation of the second.
+        y: Innovations of the first and the second.
         r: Variance of each.
     """
+    y0, y1 = y
     s00, s01, s11 = spread(P, h)
     s00, s11 = s00 + r, s11 + r
     nis: float = (s11 * y0 * y0 - 2.0 * s01 * y0 * y1 + s00 * y1 * y1) / (s00 * s11 - s01 * s01)
@@ -79,18 +85,18 @@ def two(P: Floats, h: Floats, y0: float, y1: float, r: float) -> float:
 
 
 @kernel
-def apply_two(x: Floats, P: Floats, h: Floats, y0: float, y1: float, r: float, g: Floats) -> None:
-    """Both numbers of a pair in turn; the second innovation is corrected by the first update.
+def apply_two(x: Floats, P: Floats, h: Floats, y: tuple[float, float], r: float, g: Floats) -> None:
+    """Update with two numbers that are measured at once, one by one: the first update corrects the second innovation.
 
     Args:
         x: (STATES,) updated.
         P: (STATES, STATES) its covariance, updated.
         h: (2, STATES) rows of the measurement.
-        y0: Innovation of the first.
-        y1: Innovation of the second.
+        y: Innovations of the first and the second.
         r: Variance of each.
         g: (STATES,) scratch.
     """
+    y0, y1 = y
     before = np.zeros(STATES)
     for i in range(STATES):
         before[i] = x[i]

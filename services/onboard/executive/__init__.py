@@ -1,1 +1,1 @@
-"""What the robot does when: state machine, mission, sprayer, failsafe, geofence, localization monitor."""
+"""The executive: state machine, mission, sprayer, failsafe, geofence, localization monitor."""

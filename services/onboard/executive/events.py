@@ -1,4 +1,4 @@
-"""What the robot's computer has to say to people."""
+"""Events that the robot's computer reports to people."""
 
 from __future__ import annotations
 

@@ -227,7 +227,7 @@ class Failsafe:
         self.findings.fence_margin_m, self.findings.body_radius_m = fence.margin_m, fence.radius_m
 
     def forget(self) -> None:
-        """The operator wants to go on: what was observed over time starts anew."""
+        """Start all observations over time anew, as the operator wants to go on."""
         self.findings.astray_s[:] = 0.0
         self.findings.outside_s = 0.0
         restart_flow(self._computer.array)

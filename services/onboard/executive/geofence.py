@@ -17,6 +17,7 @@ from touchline.schemas.errors import CommandRefused
 from touchline.schemas.onboard import FenceLimits
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
+from touchline.services.core.polygons import crossed, off_squared
 from touchline.services.onboard.trajectory.path import poses_along
 
 Floats = NDArray[np.float64]
@@ -25,20 +26,16 @@ _POSE_EVERY_M: Final = 0.25
 
 
 @kernel
-def _outside(outline: Floats, x: float, y: float) -> float:
-    """Distance of a point to an outline (n, 2), negative inside [m]."""
+def _outside(outline: Floats, point: complex) -> float:
+    """Signed distance [m] of a point x + iy to an outline (n, 2), negative inside."""
     nearest, inside = math.inf, False
-    ax, ay = outline[-1, 0], outline[-1, 1]
+    a = complex(outline[-1, 0], outline[-1, 1])
     for i in range(outline.shape[0]):
-        bx, by = outline[i, 0], outline[i, 1]
-        dx, dy = bx - ax, by - ay
-        squared = dx * dx + dy * dy
-        part = min(max(((x - ax) * dx + (y - ay) * dy) / squared, 0.0), 1.0) if squared > 0.0 else 0.0
-        aside, along = x - ax - part * dx, y - ay - part * dy
-        nearest = min(nearest, aside * aside + along * along)
-        if (ay > y) != (by > y) and x < ax + (y - ay) / dy * dx:
+        b = complex(outline[i, 0], outline[i, 1])
+        nearest = min(nearest, off_squared(point, a, b))
+        if crossed(point, a, b):
             inside = not inside
-        ax, ay = bx, by
+        a = b
     distance = math.sqrt(nearest)
     return -distance if inside else distance
 
@@ -55,7 +52,7 @@ def beyond_m(outline: Floats, body: Floats, radius_m: float, east: float, north:
         north: Of the body's origin [m].
         heading: Of the body [rad].
     """
-    middle: float = _outside(outline, east, north) + radius_m
+    middle: float = _outside(outline, complex(east, north)) + radius_m
     if middle <= 0.0:
         return middle
     cos, sin = math.cos(heading), math.sin(heading)
@@ -63,7 +60,7 @@ def beyond_m(outline: Floats, body: Floats, radius_m: float, east: float, north:
     for i in range(body.shape[0]):
         x = east + cos * body[i, 0] - sin * body[i, 1]
         y = north + sin * body[i, 0] + cos * body[i, 1]
-        farthest = max(farthest, _outside(outline, x, y))
+        farthest = max(farthest, _outside(outline, complex(x, y)))
     return farthest
 
 

@@ -137,7 +137,7 @@ def speaks_against_painting(computer: Computer, nozzle_lateral_m: float) -> int:
 
 
 class LocalizationMonitor:
-    """Judges every tick; says why not.
+    """Judges in every tick whether the pose is good enough to drive and to paint, and says why not.
 
     Args:
         computer: Whose estimate is watched.

@@ -31,8 +31,9 @@ MAX_START_HEADING_RAD = math.radians(35.0)
 RESUMED_RUN_UP_M = 3.0
 """After the process was started anew the heading is only the magnetometer's: driving makes it better."""
 RUN_UP_SETTLE_M = 1.0
-"""Way beyond what regaining speed needs, so that the nozzle is on its line again. The driving force makes the tyres
-slip by a per cent more, which the estimate finds out late: it is 1.5 mm ahead after 0.25 m, and right after this."""
+"""Distance beyond what regaining speed needs, so that the nozzle is on its line again. The driving force makes the
+tyres slip by a per cent more, which the estimate finds out late: it is 1.5 mm ahead after 0.25 m, and right after
+this."""
 
 
 class MissionPhase(Enum):
@@ -115,8 +116,8 @@ class Mission:
     def nominal(self) -> bool:
         """Whether nothing has to be decided while it drives on: forward along the plan, and no paint is owed."""
         driver = self.driver
-        under_way = self._phase is MissionPhase.ALONG and not self._at_rest and not driver.brakes
-        return under_way and driver.leg.sense == FORWARD and self.sprayer.owed_from_m is None
+        along = self._phase is MissionPhase.ALONG and not self._at_rest and not driver.brakes
+        return along and driver.leg.sense == FORWARD and self.sprayer.owed_from_m is None
 
     @property
     def standing(self) -> bool:
@@ -188,7 +189,7 @@ class Mission:
         return abs(float(self.driver.now[tracking.LATERAL]))
 
     def go_on(self) -> None:
-        """Forward again, by way of the place from which paint is owed."""
+        """Drive on along the plan; first back, if the place from which paint is owed lies behind."""
         if self._phase is MissionPhase.ALIGN:
             return
         self._phase = MissionPhase.ALONG

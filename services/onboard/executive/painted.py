@@ -69,7 +69,7 @@ class Painted:
                 row += 1
 
     def add(self, from_m: float, to_m: float) -> None:
-        """Paint has fallen from there to there; none has if that is no stretch."""
+        """Count the path between two arc lengths as painted; nothing if `to_m` is not beyond `from_m`."""
         for piece in self._parts(from_m, to_m):
             self._covered[piece.line].add(piece.start_m, piece.end_m)
             self._covered_m[piece.line] = self._covered[piece.line].length
@@ -85,7 +85,7 @@ class Painted:
                 self.add(from_m, min(end_m, to_m))
 
     def belief(self, from_m: float = math.inf, to_m: float = -math.inf) -> PaintBelief:
-        """What is painted, and what falls from there to here from the open valve."""
+        """What is painted, together with what the open valve is painting: from the first arc length to the second."""
         covered_m, falling = self._covered_m.copy(), dict[int, Intervals]()
         for piece in self._parts(from_m, to_m):
             covered = falling.setdefault(piece.line, copy.deepcopy(self._covered[piece.line]))

@@ -10,18 +10,18 @@ SAME_PLACE_M = 1.0
 
 
 class Tries:
-    """The times in a row that the robot went on by itself from one place."""
+    """Counts how often in a row the robot has gone on by itself from one place."""
 
     def __init__(self) -> None:
         """None yet."""
         self._count, self._place_m = 0, -math.inf
 
     def another(self, place_m: float) -> bool:
-        """Count one at this arc length [m]; False if that is one too many."""
+        """Count a try at this arc length [m]; False if it is one too many."""
         self._count = self._count + 1 if abs(place_m - self._place_m) < SAME_PLACE_M else 1
         self._place_m = place_m
         return self._count <= MAX_TRIES
 
     def forgive(self) -> None:
-        """The operator has looked: count anew."""
+        """Start counting anew, as the operator has looked."""
         self._count = 0

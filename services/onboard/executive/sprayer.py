@@ -1,4 +1,4 @@
-"""When the valve is open: where the plan says so, never twice, and only with leave.
+"""The valve: open where the plan sprays, once only, and only while painting is allowed.
 
 The valve is switched within the tick in which the robot passes the place, not at the tick's ends: at 1 m/s a tick is a
 centimetre.
@@ -35,7 +35,7 @@ _VALVE: Final = int(Actuation.VALVE)
 
 
 class Switches(NamedTuple):
-    """What the plan asks for along the path.
+    """The actuation that the plan asks for along the path.
 
     Attributes:
         switch_m: (n,) arc lengths at which that changes, ascending.
@@ -48,7 +48,16 @@ class Switches(NamedTuple):
 
 @kernel
 def wanted_at(plan: Switches, place_m: float, speed_mps: float) -> int:
-    """All that the plan asks for at the start or the end of the tick that begins at a place."""
+    """What the plan asks for at the start or at the end of a tick.
+
+    Args:
+        plan: Its actuation.
+        place_m: Arc length of the nozzle at the start of the tick.
+        speed_mps: Along the path; negative counts as 0.
+
+    Returns:
+        Bit mask of `Actuation`.
+    """
     switch_m, masks = plan
     wanted: int = _wanted(switch_m, masks, place_m, speed_mps)
     return wanted
@@ -69,7 +78,12 @@ def _mask(switch_m: Floats, masks: Integers, place_m: float) -> int:
 
 @kernel
 def lies_behind(computer: Computer, place_m: float) -> bool:
-    """Whether paint is owed from a place that the robot has passed."""
+    """Whether the nozzle has passed the place from which paint is owed by more than MISSED_TOLERANCE_M.
+
+    Args:
+        computer: (1,) of which `spray` is read.
+        place_m: Arc length of the nozzle.
+    """
     behind: bool = _behind(computer[0].spray, place_m)
     return behind
 
@@ -81,7 +95,14 @@ def _behind(spray: SprayState, place_m: float) -> bool:
 
 @kernel
 def due(plan: Switches, computer: Computer, place_m: float, speed_mps: float) -> bool:
-    """Whether the valve should be open at any time of the coming tick: owed paint first, then the plan's."""
+    """Whether the valve should be open at any time of the coming tick: owed paint first, then the plan's.
+
+    Args:
+        plan: What is to be sprayed where.
+        computer: (1,) of which `spray` is read.
+        place_m: Arc length of the nozzle at the start of the tick.
+        speed_mps: Along the path; negative counts as 0.
+    """
     switch_m, masks = plan
     is_due: bool = _due(switch_m, masks, computer[0].spray, place_m, speed_mps)
     return is_due
@@ -140,7 +161,7 @@ def _next(switch_m: Floats, masks: Integers, spray: SprayState, place_m: float, 
 
 
 class Sprayer:
-    """Keeps the arc length from which paint is owed.
+    """The valve along one trajectory, and the arc length from which paint is owed.
 
     Attributes:
         state: The valve, and what falls or is owed.
@@ -201,14 +222,14 @@ class Sprayer:
         """Close the valve here; if it was open and dry for `dry_s`, paint is owed from the last good drop on."""
         state = self.state
         if state.valve and dry_s > 0.0:
-            fell_m = arc_length_m - self._plan.way_m(arc_length_m, dry_s)
+            fell_m = arc_length_m - self._plan.distance_m(arc_length_m, dry_s)
             self.painted.add(state.falls_from_m, fell_m)
             state.owed_from_m = max(fell_m - JOINT_OVERLAP_M, state.falls_from_m)
             state.valve, state.falls_to_m = False, fell_m
         self.close(arc_length_m, speed_mps)
 
     def skip(self, arc_length_m: float, speed_mps: float) -> None:
-        """Be here with the valve closed, whatever the plan says: what it sprays since the last place is owed."""
+        """Arrive here with the valve closed; what the plan sprays between the last place and here becomes owed."""
         self.close(arc_length_m, speed_mps)
         state = self.state
         if self.owed_from_m is None:
@@ -221,7 +242,7 @@ class Sprayer:
         state.last_m = arc_length_m
 
     def pass_by(self, arc_length_m: float) -> None:
-        """Be here on a leg that paints nothing, or at the end of one that does: all that was owed is painted."""
+        """Arrive here on a leg that paints nothing, or at the end of one that does: nothing is owed any more."""
         state = self.state
         if state.valve:
             self.painted.add(state.falls_from_m, arc_length_m)
@@ -244,7 +265,7 @@ class Sprayer:
         return self.painted.belief(self.state.falls_from_m, arc_length_m) if self.valve else self.painted.belief()
 
     def owed_if_it_ended(self, arc_length_m: float) -> float | None:
-        """From where paint would be owed if this were the last tick: nothing flows without the computer."""
+        """From where paint would be owed if the computer, and so the flow, stopped now; None if nothing would be."""
         state, owed_m = self.state, self.owed_from_m
         if state.valve and not self._goes_on(arc_length_m):
             return None
@@ -252,7 +273,7 @@ class Sprayer:
         return max(arc_length_m - JOINT_OVERLAP_M, state.falls_from_m) if falling else owed_m
 
     def closed(self) -> None:
-        """The valve has had its time to close: nothing falls any more, wherever the robot goes."""
+        """Note that the valve has had its time to close: nothing falls from it any more."""
         self.state.falls_to_m = -math.inf
 
     def must_go_back(self, arc_length_m: float) -> bool:

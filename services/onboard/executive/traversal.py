@@ -4,7 +4,7 @@
                                     ▲     │ pause, link lost, pose lost
                               resume│     ▼
                                     PAUSED          abort: READY, RUNNING, PAUSED → ABORTED
-    any ──estop, bumper, fence──► ESTOPPED ──reset──► PAUSED (a traversal was under way), READY or IDLE
+    any ──estop, bumper, fence──► ESTOPPED ──reset──► PAUSED (from RUNNING or PAUSED), READY or IDLE
     DONE, ABORTED ──reset──► IDLE; DONE, ABORTED, READY ──load──► READY
 
 Leaving RUNNING closes the valve in the same tick. All but the emergency stop then brake along the path. A pause that
@@ -57,6 +57,20 @@ class Course(NamedTuple):
     fence: Geofence
 
 
+class Monitors(NamedTuple):
+    """What may pause or stop the robot.
+
+    Attributes:
+        localization: Judges the pose.
+        failsafe: Judges everything else, and the fence that it is given with a trajectory.
+        fence_limits: Margins of that fence.
+    """
+
+    localization: LocalizationMonitor
+    failsafe: Failsafe
+    fence_limits: FenceLimits
+
+
 class Traversal:
     """State and loaded job of the robot.
 
@@ -64,7 +78,7 @@ class Traversal:
         state: As in `TraversalStatus`.
         reason: Why it is in this state, or what it waits for; "" if that needs no words.
         job: The loaded job, None while idle.
-        clock: How long it has been under way.
+        clock: The last tick, and the time since the start.
     """
 
     def __init__(
@@ -72,16 +86,13 @@ class Traversal:
         vehicle: Vehicle,
         follower: Follower,
         estimator: Estimator,
-        watch: LocalizationMonitor,
-        hazards: Failsafe,
-        fence_limits: FenceLimits,
+        monitors: Monitors,
         computer: ComputerState,
         log: EventLog,
     ) -> None:
         """Idle."""
-        self._fence_limits = fence_limits
-        self._vehicle, self._follower, self._estimator = vehicle, follower, estimator
-        self._watch, self._hazards, self._log = watch, hazards, log
+        self._watch, self._hazards, self._fence_limits = monitors
+        self._vehicle, self._follower, self._estimator, self._log = vehicle, follower, estimator, log
         self._computer, self.clock = computer, computer.clock
         self.state = IDLE
         self.reason = ""
@@ -144,7 +155,7 @@ class Traversal:
         self._leave_running(PAUSED, reason)
 
     def resume(self) -> None:
-        """Go on, from where paint is owed. If the receiver has jumped for good, this is to believe it."""
+        """Go on from where paint is owed; if the receiver has jumped for good, its new position is accepted."""
         self._require("resume", PAUSED)
         job = self._loaded()
         problem = self._hazards.lasting
@@ -193,7 +204,7 @@ class Traversal:
             self._become(IDLE, "")
 
     def link_lost(self) -> None:
-        """The operator is gone: pause if running, and do not go on from a pause without him."""
+        """Pause if running; a pause that would have ended by itself now waits for the operator."""
         if self.state == RUNNING or (self.state == PAUSED and self._automatic):
             self.pause("the link to the operator is lost")
 
@@ -217,17 +228,17 @@ class Traversal:
 
     @property
     def nominal(self) -> bool:
-        """Whether the next tick need not decide anything, as far as can be seen before it."""
+        """Whether `nominal_tick` can run the next tick, as far as can be seen before it."""
         return self.state == RUNNING and not self.reason and self._loaded().nominal and not self._follower.can_fail
 
     def driven(self, tick: int) -> None:
-        """It has been driven up to this tick without any decision."""
+        """Account for the ticks up to this one, which `nominal_tick` has run."""
         self.clock.tick = tick
         self._loaded().sprayer.count_closed()
 
     @property
     def checkpoint(self) -> Checkpoint | None:
-        """Where another process could go on; None if no traversal is under way."""
+        """Where another process could go on; None if no traversal is running or paused."""
         state = self._before_estop if self.state == ESTOPPED else self.state
         if self.job is None or state not in (RUNNING, PAUSED):
             return None

@@ -1,9 +1,9 @@
 """Projection on the path: arc length, cross-track and heading error, and the path ahead; one kernel call per tick.
 
-Progress is an arc length that only moves the way the robot is sent (along the plan, or back when it returns to where
-paint stopped) and only as far as the robot can have come in a tick: at a crossing the projection cannot jump to the
-other branch. The kernel sees one leg at a time; it ends where the robot stands and changes direction. Headings are the
-robot's: on a leg driven backward the path runs opposite to them.
+Progress is an arc length that only moves in the commanded direction (along the plan, or back when the robot returns to
+where paint stopped) and only as far as the robot can have come in a tick: at a crossing the projection cannot jump to
+the other branch. The kernel sees one leg at a time; it ends where the robot stands and changes direction. Headings are
+the robot's: on a leg driven backward the path runs opposite to them.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ MODE_PROFILE: Final = 0
 MODE_BRAKE: Final = 1
 MODE_BACK: Final = 2
 
-# The way ahead, one row for each of the next ticks.
+# The path ahead, one row for each of the next ticks.
 A_SPEED: Final = 0  # reference speed, mean over the tick, signed [m/s]
 A_YAW_RATE: Final = 1  # at which the path turns at that speed, mean over the tick [rad/s]
 AHEAD_COLUMNS: Final = 2
@@ -39,20 +39,34 @@ class LegArrays(NamedTuple):
     """A leg of the path.
 
     Attributes:
-        way: (n, COLUMNS) pieces of the leg, of `smoothing`.
+        pieces: (n, COLUMNS) of `smoothing.smooth_leg`.
         speeds: (m, 2) of `LoadedTrajectory`.
         ahead: (k, AHEAD_COLUMNS) the path to come.
     """
 
-    way: Floats
+    pieces: Floats
     speeds: Floats
     ahead: Floats
+
+
+class Reference(NamedTuple):
+    """The reference on the path.
+
+    Attributes:
+        speed_mps: Along the path.
+        arc_m: Its arc length.
+        entry: Of the speed profile, at which to look first.
+    """
+
+    speed_mps: float
+    arc_m: float
+    entry: int
 
 
 COARSE_TICKS: Final = 4
 
 CREEP_MPS: Final = 0.05
-"""Reference speed where the profile says zero but the way is not done: a start from 0, the last centimetres."""
+"""Reference speed where the profile says zero but the leg is not done: a start from 0, the last centimetres."""
 _MAX_STEP_M = 0.05  # of progress in a tick
 _HARD_BRAKE_MPS2 = 3.0
 _GAUSS_NEAR = 0.5 - 0.5 / math.sqrt(3.0)
@@ -60,44 +74,51 @@ _GAUSS_FAR = 0.5 + 0.5 / math.sqrt(3.0)
 
 
 @kernel
-def _piece_at(way: Floats, piece: int, s: float) -> int:
-    while piece + 1 < way.shape[0] and s >= way[piece + 1, W_START]:
+def piece_at(pieces: Floats, piece: int, s: float) -> int:
+    """The piece that an arc length is on, looked for from another one; beyond an end it is the last one there.
+
+    Args:
+        pieces: (n, COLUMNS) of `smoothing`.
+        piece: Where to begin to look.
+        s: Arc length, m.
+    """
+    while piece + 1 < pieces.shape[0] and s >= pieces[piece + 1, W_START]:
         piece += 1
-    while piece > 0 and s < way[piece, W_START]:
+    while piece > 0 and s < pieces[piece, W_START]:
         piece -= 1
     return piece
 
 
 @kernel
-def _heading(way: Floats, piece: int, s: float) -> float:
+def _heading(pieces: Floats, piece: int, s: float) -> float:
     """The robot's heading on a piece, unwrapped."""
-    u = s - way[piece, W_START]
-    heading: float = way[piece, 2] + (way[piece, W_CURVATURE] + 0.5 * way[piece, W_SHARPNESS] * u) * u
+    u = s - pieces[piece, W_START]
+    heading: float = pieces[piece, 2] + (pieces[piece, W_CURVATURE] + 0.5 * pieces[piece, W_SHARPNESS] * u) * u
     return heading
 
 
 @kernel
-def _pose(way: Floats, sense: float, piece: int, s: float) -> tuple[float, float, float]:
+def pose_on(pieces: Floats, sense: float, piece: int, s: float) -> tuple[float, float, float]:
     """Point and the robot's heading, unwrapped; beyond an end the leg goes straight on."""
-    last = way.shape[0] - 1
+    last = pieces.shape[0] - 1
     extra = 0.0
-    end = way[last, W_START] + way[last, W_LENGTH]
+    end = pieces[last, W_START] + pieces[last, W_LENGTH]
     if s > end:
         extra, s = s - end, end
-    elif s < way[0, W_START]:
-        extra, s = s - way[0, W_START], way[0, W_START]
-    u = s - way[piece, W_START]
-    heading = _heading(way, piece, s)
-    if way[piece, W_SHARPNESS] == 0.0:
-        half = 0.5 * way[piece, W_CURVATURE] * u
+    elif s < pieces[0, W_START]:
+        extra, s = s - pieces[0, W_START], pieces[0, W_START]
+    u = s - pieces[piece, W_START]
+    heading = _heading(pieces, piece, s)
+    if pieces[piece, W_SHARPNESS] == 0.0:
+        half = 0.5 * pieces[piece, W_CURVATURE] * u
         chord = sense * u * (math.sin(half) / half if abs(half) > 1e-9 else 1.0)
-        x = way[piece, 0] + chord * math.cos(heading - half)
-        y = way[piece, 1] + chord * math.sin(heading - half)
+        x = pieces[piece, 0] + chord * math.cos(heading - half)
+        y = pieces[piece, 1] + chord * math.sin(heading - half)
     else:  # a short piece of a clothoid, by Gauss's rule of two points
-        near = _heading(way, piece, s - _GAUSS_FAR * u)
-        far = _heading(way, piece, s - _GAUSS_NEAR * u)
-        x = way[piece, 0] + 0.5 * sense * u * (math.cos(near) + math.cos(far))
-        y = way[piece, 1] + 0.5 * sense * u * (math.sin(near) + math.sin(far))
+        near = _heading(pieces, piece, s - _GAUSS_FAR * u)
+        far = _heading(pieces, piece, s - _GAUSS_NEAR * u)
+        x = pieces[piece, 0] + 0.5 * sense * u * (math.cos(near) + math.cos(far))
+        y = pieces[piece, 1] + 0.5 * sense * u * (math.sin(near) + math.sin(far))
     extra *= sense
     return x + extra * math.cos(heading), y + extra * math.sin(heading), heading
 
@@ -117,10 +138,9 @@ def _profile(speeds: Floats, entry: int, s: float) -> tuple[float, int]:
 
 
 @kernel
-def _next_speed(
-    v: float, s: float, h: float, mode: int, entry: int, speeds: Floats, state: LegState
-) -> tuple[float, int]:
-    """Reference speed `h` seconds on, from reference speed `v` at arc length `s`."""
+def _next_speed(at: Reference, h: float, mode: int, speeds: Floats, state: LegState) -> tuple[float, int]:
+    """Reference speed `h` seconds on, and the profile's entry it was found at."""
+    v, s, entry = at
     if mode == MODE_BRAKE:
         return math.copysign(max(abs(v) - state.brake_mps2 * h, 0.0), v), entry
     if mode == MODE_BACK:
@@ -130,7 +150,7 @@ def _next_speed(
         return -min(max(-v, 0.0) + state.accelerate_mps2 * h, fastest), entry
     ahead = s + max(v, 0.0) * h
     fastest, entry = _profile(speeds, entry, ahead)
-    left = state.way_end_m - ahead
+    left = state.pieces_end_m - ahead
     fastest = min(fastest, math.sqrt(2.0 * state.brake_mps2 * max(left, 0.0)))
     fastest = max(fastest, CREEP_MPS if left > 0.0 else 0.0)
     fastest = max(fastest, v - _HARD_BRAKE_MPS2 * h)
@@ -147,34 +167,34 @@ def track(computer: Computer, leg: LegArrays, sense: float, mode: int) -> None:
         sense: +1 if the leg is driven forward, −1 if backward.
         mode: MODE_PROFILE, MODE_BRAKE or MODE_BACK.
     """
-    way, speeds, ahead = leg
+    pieces, speeds, ahead = leg
     state, slot = computer[0].leg, computer[0].times.tick % RING
     pose = computer[0].filter.states[slot]
     east, north, heading = pose[EAST], pose[NORTH], pose[HEADING]
     now = state.now
     before = state.arc_m
     piece = state.piece
-    end = state.way_end_m
+    end = state.pieces_end_m
     back = mode == MODE_BACK or (mode == MODE_BRAKE and state.speed_mps < 0.0)
     low, high = (before - _MAX_STEP_M, before) if back else (before, before + _MAX_STEP_M)
-    low, high = max(low, way[0, W_START]), min(high, end)
+    low, high = max(low, pieces[0, W_START]), min(high, end)
     s = before
     for _ in range(3):
-        x, y, theta = _pose(way, sense, piece, s)
+        x, y, theta = pose_on(pieces, sense, piece, s)
         cos, sin = math.cos(theta), math.sin(theta)
         along = sense * ((east - x) * cos + (north - y) * sin)
         lateral = (north - y) * cos - (east - x) * sin
-        stretch = min(max(1.0 - sense * way[piece, W_CURVATURE] * lateral, 0.5), 2.0)
+        stretch = min(max(1.0 - sense * pieces[piece, W_CURVATURE] * lateral, 0.5), 2.0)
         s = min(max(s + along / stretch, low), high)
-        piece = _piece_at(way, piece, s)
-    x, y, theta = _pose(way, sense, piece, s)
+        piece = piece_at(pieces, piece, s)
+    x, y, theta = pose_on(pieces, sense, piece, s)
     cos, sin = math.cos(theta), math.sin(theta)
     lateral = (north - y) * cos - (east - x) * sin
     error = wrapped(heading - theta)
     state.arc_m = s
     state.piece = piece
 
-    v, entry = _next_speed(state.speed_mps, s, TICK_S, mode, state.entry, speeds, state)
+    v, entry = _next_speed(Reference(state.speed_mps, s, state.entry), TICK_S, mode, speeds, state)
     state.speed_mps = v
     state.entry = entry
     now[tracking.LATERAL] = lateral
@@ -186,11 +206,11 @@ def track(computer: Computer, leg: LegArrays, sense: float, mode: int) -> None:
 
     for i in range(ahead.shape[0]):
         h = TICK_S if i < state.fine_rows else COARSE_TICKS * TICK_S
-        v_next, entry = _next_speed(v, s, h, mode, entry, speeds, state)
+        v_next, entry = _next_speed(Reference(v, s, entry), h, mode, speeds, state)
         mean = 0.5 * (v + v_next)
         ahead[i, A_SPEED] = sense * mean
-        s = min(max(s + mean * h, way[0, W_START]), end)
-        piece = _piece_at(way, piece, s)
-        theta_next = _heading(way, piece, s)
+        s = min(max(s + mean * h, pieces[0, W_START]), end)
+        piece = piece_at(pieces, piece, s)
+        theta_next = _heading(pieces, piece, s)
         ahead[i, A_YAW_RATE] = (theta_next - theta) / h
         theta, v = theta_next, v_next

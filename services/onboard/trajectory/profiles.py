@@ -24,7 +24,11 @@ _SPRAY_OVERLAP_M = 1e-3
 
 
 def velocities(trajectory: Trajectory) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
-    """The LINEAR and the ANGULAR entries of the profile: arc length [m], value [m/s, rad/s]."""
+    """The LINEAR and the ANGULAR entries of the profile: arc length [m], value [m/s, rad/s].
+
+    Raises:
+        CommandRefused: There are none, or one is not finite, out of order or of no known kind.
+    """
     parameters = trajectory.velocity_profile.parameters
     if not parameters:
         raise CommandRefused("the velocity profile is empty")
@@ -46,7 +50,11 @@ def velocities(trajectory: Trajectory) -> tuple[list[tuple[float, float]], list[
 def turns_on_the_spot(
     legs: list[Leg], angular: list[tuple[float, float]], segments: tuple[Segment, ...], drive: OnboardDrive
 ) -> dict[int, TurnInPlace]:
-    """The turns on the spot by leg, each at the fastest of the ANGULAR entries at its place."""
+    """The turns on the spot by leg, each at the fastest of the ANGULAR entries at its place.
+
+    Raises:
+        CommandRefused: A turn has no such entry or is too fast for the drive, or an entry has no turn.
+    """
     turns: dict[int, TurnInPlace] = {}
     places: set[float] = set()
     for index, leg in enumerate(legs):
@@ -68,7 +76,11 @@ def turns_on_the_spot(
 
 
 def check_stops(legs: list[Leg], speeds: NDArray[np.float64], segments: tuple[Segment, ...]) -> None:
-    """Between two legs the robot stands."""
+    """Check that the profile stands still between two legs.
+
+    Raises:
+        CommandRefused: It does not.
+    """
     for leg in legs[1:]:
         speed = float(speed_at(speeds, np.array([leg.start_m]))[0])
         if speed > MAX_CUSP_SPEED_MPS:
@@ -79,7 +91,11 @@ def check_stops(legs: list[Leg], speeds: NDArray[np.float64], segments: tuple[Se
 
 
 def speed_rows(linear: list[tuple[float, float]], total_m: float) -> NDArray[np.float64]:
-    """(m, 2) arc length [m] and speed [m/s] over the whole path."""
+    """(m, 2) arc length [m] and speed [m/s] over the whole path.
+
+    Raises:
+        CommandRefused: The entries are out of order, leave the path, or stand still over a stretch of it.
+    """
     rows = list(linear) or [(0.0, 0.0)]
     _check_range([s for s, _ in rows], total_m, "velocity profile")
     if rows[0][0] > 0.0:
@@ -93,7 +109,11 @@ def speed_rows(linear: list[tuple[float, float]], total_m: float) -> NDArray[np.
 
 
 def actuation_steps(trajectory: Trajectory, total_m: float) -> tuple[list[float], list[int]]:
-    """Arc lengths [m] at which the actuation changes, and the actuation from each on."""
+    """Arc lengths [m] at which the actuation changes, and the actuation from each on.
+
+    Raises:
+        CommandRefused: An entry is not finite, out of order or off the path.
+    """
     parameters = trajectory.actuation_profile.parameters
     where = [p.arc_length for p in parameters]
     for i, s in enumerate(where):
@@ -121,7 +141,13 @@ def speed_at(speeds: NDArray[np.float64], s: NDArray[np.float64]) -> NDArray[np.
 def check_speeds(
     path: NDArray[np.float64], speeds: NDArray[np.float64], segments: tuple[Segment, ...], drive: OnboardDrive
 ) -> None:
-    """v² is piecewise linear, so its largest value on a segment is at an entry or at an end of the segment."""
+    """Check the speeds on all segments against the drive's limits.
+
+    v² is piecewise linear, so its largest value on a segment is at an entry or at an end of the segment.
+
+    Raises:
+        CommandRefused: One is too fast.
+    """
     starts, ends = path[:, 5], path[:, 5] + path[:, 4]
     fastest = np.maximum(speed_at(speeds, starts), speed_at(speeds, ends))
     owner = np.clip(np.searchsorted(starts, speeds[:, 0], side="right") - 1, 0, len(path) - 1)
@@ -130,7 +156,11 @@ def check_speeds(
 
 
 def check_spray_speed(speeds: NDArray[np.float64], switch_m: list[float], actuation: list[int], total_m: float) -> None:
-    """Spraying needs way on, or it makes a puddle."""
+    """Check that nothing is sprayed so slowly that it makes a puddle.
+
+    Raises:
+        CommandRefused: Something is.
+    """
     ends = [*switch_m[1:], total_m]
     for start, end, mask in zip(switch_m, ends, actuation, strict=False):
         if not mask & Actuation.VALVE or end <= start:
@@ -146,7 +176,7 @@ def check_spray_speed(speeds: NDArray[np.float64], switch_m: list[float], actuat
 
 
 def painted_rows(path: NDArray[np.float64], switch_m: list[float], actuation: list[int]) -> NDArray[np.bool_]:
-    """(n,) on which rows of the path (n, 7) the valve is to be open most of the way.
+    """(n,) on which rows of the path (n, 7) the valve is to be open over more than half of their length.
 
     It is opened on the row before a line, too: by its delay too early.
     """
@@ -162,7 +192,11 @@ def painted_rows(path: NDArray[np.float64], switch_m: list[float], actuation: li
 def check_spray_direction(
     legs: list[Leg], switch_m: list[float], actuation: list[int], total_m: float, segments: tuple[Segment, ...]
 ) -> None:
-    """Only forward legs may be painted."""
+    """Check that only legs driven forward are painted.
+
+    Raises:
+        CommandRefused: Another one is.
+    """
     borders = [*switch_m, total_m]
     for (start, end), mask in zip(pairwise(borders), actuation, strict=True):
         if not mask & Actuation.VALVE:

@@ -1,18 +1,19 @@
 """Smoothing: the path with the steps taken out of its curvature where nothing is painted.
 
 A plan's clothoids arrive cut into arcs. Fed forward, each arc's step of curvature would reach the wheels. Where the
-robot does not paint, the way is therefore allowed to leave the path by a little: with u = dκ/ds of the way and e its
-distance from the path, ∫ e²/ε² + u²/σ₀² ds is minimised, a linear-quadratic problem with the state (e, e′, κ), solved
-by a Riccati recursion over pieces on which u is constant. Arcs become the clothoid that they were cut from, or
-one as near. What is painted, the middle of what is long, and where a path really steps in curvature is followed as it
-is; the way joins it with its curvature.
+robot does not paint, what it follows may therefore leave the path by a little: with u its dκ/ds and e its distance from
+the path, ∫ e²/ε² + u²/σ₀² ds is minimised, a linear-quadratic problem with the state (e, e′, κ), solved by a Riccati
+recursion (D. P. Bertsekas, Dynamic Programming and Optimal Control, volume I, 3rd edition, Athena Scientific 2005,
+section 4.1) over pieces on which u is constant. Arcs become the clothoid that they were cut from, or one as near. What
+is painted, the middle of what is long, and where a path really steps in curvature is followed as it is, and joined with
+its curvature.
 """
 
 from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,21 +29,35 @@ W_SEGMENT: Final = 7
 COLUMNS: Final = 8
 
 MAX_OFFSET_M = 1.5e-3
-"""Of the way from the path: plans are cut to within 1 mm of the curve that is meant."""
+"""Distance from the path, at most: plans are cut to within 1 mm of the curve that is meant."""
 PIECE_M = 0.1
 REACH_M = 0.6
 """How far from its ends an unpainted segment may be left."""
 OFFSET_SCALE_M = 1e-3
 WIDTHS_M = (0.20, 0.15, 0.11, 0.08, 0.06, 0.04)
 """Over which curvature is evened out, (ε/σ₀)^⅓: the widest that stays within MAX_OFFSET_M is taken."""
-_END_WEIGHT = (1e13, 1e11, 1e9)  # of e, e′ and κ where the way returns to the path
+_END_WEIGHT = (1e13, 1e11, 1e9)  # of e, e′ and κ where the smoothed path returns to the path
 _END_TOLERANCE_M = 1e-5
 
 Floats = NDArray[np.float64]
 
 
-def smooth_way(path: Floats, leg: Leg, painted: NDArray[np.bool_]) -> Floats:
-    """The pieces of a leg's way.
+class Stretch(NamedTuple):
+    """Pieces in a row that may leave the path.
+
+    Attributes:
+        first, last: Pieces first … last − 1.
+        before, after: Curvature of what they join, 1/m.
+    """
+
+    first: int
+    last: int
+    before: float
+    after: float
+
+
+def smooth_leg(path: Floats, leg: Leg, painted: NDArray[np.bool_]) -> Floats:
+    """The pieces of a leg that the robot follows: its path, smoothed where nothing is painted.
 
     Args:
         path: (n, 7) rows of `path.cut_path`.
@@ -99,12 +114,12 @@ def _pieces(path: Floats, leg: Leg, painted: NDArray[np.bool_]) -> tuple[Floats,
 def even_out(
     pieces: Floats, free: NDArray[np.bool_], steps: NDArray[np.bool_], sense: float, widths: Floats, limit: float
 ) -> None:
-    """Move the free pieces: stretch by stretch of them, with the widest of `widths` (m) that stays within `limit` (m).
+    """Smooth the free pieces, stretch by stretch, each with the widest of `widths` (m) that stays within `limit` (m).
 
     A stretch with a step is left as it is: the step is meant.
 
     Args:
-        pieces: (m, COLUMNS) of `smooth_way`, moved.
+        pieces: (m, COLUMNS) of `smooth_leg`, moved.
         free: (m,) which of them may be moved.
         steps: (m,) of `_steps`.
         sense: +1 if the leg is driven forward, −1 if backward.
@@ -120,17 +135,18 @@ def even_out(
         if last > first and not _any(steps, first, min(last + 1, count)):
             before = pieces[first - 1, W_CURVATURE] if first > 0 else pieces[first, W_CURVATURE]
             after = pieces[last, W_CURVATURE] if last < count else pieces[last - 1, W_CURVATURE]
+            stretch = Stretch(first, last, before, after)
             for width in widths:
-                state = _stretch(pieces, first, last, sense, before, after, width)
+                state = _optimum(pieces, stretch, sense, width)
                 if _greatest(state) <= limit and abs(state[-1, 0]) <= _END_TOLERANCE_M:
-                    _move(pieces, first, last, sense, state)
+                    _move(pieces, stretch, sense, state)
                     break
         first = last + 1
 
 
 @kernel
 def _any(steps: NDArray[np.bool_], first: int, end: int) -> bool:
-    """Whether there is one before `end`."""
+    """Whether there is a step at one of the pieces first … end − 1."""
     found = False
     for i in range(first, end):
         found = found or steps[i]
@@ -148,7 +164,7 @@ def _greatest(state: Floats) -> float:
 
 @kernel
 def _joint(pieces: Floats, j: int, sense: float) -> tuple[float, float]:
-    """By how much (m, rad) piece j begins to the left of where the one before it ends, and is turned from it."""
+    """The gap to the left (m) and the kink (rad) from the end of the piece before piece j to its start."""
     half = 0.5 * pieces[j - 1, W_CURVATURE] * pieces[j - 1, W_LENGTH]
     chord = sense * pieces[j - 1, W_LENGTH] * (math.sin(half) / half if abs(half) > 1e-9 else 1.0)
     middle = pieces[j - 1, 2] + half
@@ -159,8 +175,9 @@ def _joint(pieces: Floats, j: int, sense: float) -> tuple[float, float]:
 
 
 @kernel
-def _stretch(pieces: Floats, first: int, last: int, sense: float, before: float, after: float, width: float) -> Floats:
-    """(last − first + 1, 3) e, e′ and κ at the joints of the pieces first … last − 1 and at their end."""
+def _optimum(pieces: Floats, stretch: Stretch, sense: float, width: float) -> Floats:
+    """(n + 1, 3) the least-cost e, e′ and κ at the start of each of a stretch's n pieces, and at its end."""
+    first, last, before, after = stretch
     n = last - first
     gain = np.zeros((n, 4))  # u = −(gain · state + gain[3])
     P = np.zeros((3, 3))
@@ -227,7 +244,9 @@ def _step(pieces: Floats, j: int, sense: float, A: Floats, b: Floats, c: Floats)
 
 
 @kernel
-def _move(pieces: Floats, first: int, last: int, sense: float, state: Floats) -> None:
+def _move(pieces: Floats, stretch: Stretch, sense: float, state: Floats) -> None:
+    """Put the pieces of a stretch where `_optimum` has them."""
+    first, last = stretch.first, stretch.last
     for j in range(last - first):
         piece = pieces[first + j]
         e, turned, kappa = state[j]

@@ -27,18 +27,18 @@ from touchline.services.onboard.trajectory.profiles import (
     turns_on_the_spot,
     velocities,
 )
-from touchline.services.onboard.trajectory.smoothing import smooth_way
+from touchline.services.onboard.trajectory.smoothing import smooth_leg
 from touchline.services.onboard.trajectory.turn import TurnInPlace
 
 
 @dataclass(frozen=True)
 class LoadedTrajectory:
-    """Everything that is needed to drive, spray and tell the time.
+    """A checked trajectory as arrays: path, speeds, actuation and times.
 
     Attributes:
         path: (n, 7) rows of `path.cut_path`, one a segment.
         legs: What is driven without stopping, in order.
-        ways: The pieces (m, COLUMNS) of `smoothing` that the robot follows, by leg.
+        pieces: (m, COLUMNS) of `smoothing.smooth_leg` by leg: what the robot follows.
         turns: The turns on the spot, by index of their leg.
         speeds: (m, 2) arc length [m] and speed [m/s]; v² is linear in between.
         times_s: (m,) time at each of these arc lengths, turns on the spot left out.
@@ -51,7 +51,7 @@ class LoadedTrajectory:
 
     path: NDArray[np.float64]
     legs: list[Leg]
-    ways: list[NDArray[np.float64]]
+    pieces: list[NDArray[np.float64]]
     turns: dict[int, TurnInPlace]
     speeds: NDArray[np.float64]
     times_s: NDArray[np.float64]
@@ -87,15 +87,15 @@ class LoadedTrajectory:
         """Planned speed [m/s] at an arc length."""
         return float(speed_at(self.speeds, np.array([arc_length_m]))[0])
 
-    def way_m(self, arc_length_m: float, seconds: float) -> float:
-        """How far the robot comes in the seconds up to an arc length of a leg at the profile's speeds [m]."""
-        way_m = 0.0
+    def distance_m(self, arc_length_m: float, seconds: float) -> float:
+        """How far the robot has come in the last `seconds` before an arc length of a leg, at the profile's speeds."""
+        distance_m = 0.0
         for _ in range(round(seconds / TICK_S)):
-            way_m += TICK_S * self.speed_at(arc_length_m - way_m)
-        return way_m
+            distance_m += TICK_S * self.speed_at(arc_length_m - distance_m)
+        return distance_m
 
     def time_at(self, arc_length_m: float, leg: int) -> float:
-        """Seconds from the start to an arc length on a leg at the profile's speeds; a turn of that leg is to come."""
+        """Seconds from the start to an arc length on a leg at the profile's speeds, before a turn of that leg."""
         s, v = self.speeds[:, 0], self.speeds[:, 1]
         i = min(max(int(np.searchsorted(s, arc_length_m, side="right")) - 1, 0), len(s) - 2)
         ds = min(max(arc_length_m - s[i], 0.0), s[i + 1] - s[i])
@@ -131,8 +131,8 @@ def load_trajectory(trajectory: Trajectory, vehicle: Vehicle) -> LoadedTrajector
     ids = [segment.id for segment in segments]
     total_time_s = float(times[-1]) + sum(turn.time_s for turn in turns.values())
     painted = painted_rows(path, switch_m, actuation)
-    ways = [np.ascontiguousarray(smooth_way(path, leg, painted)) for leg in legs]
-    return LoadedTrajectory(path, legs, ways, turns, speeds, times, switch_m, actuation, ids, total, total_time_s)
+    pieces = [np.ascontiguousarray(smooth_leg(path, leg, painted)) for leg in legs]
+    return LoadedTrajectory(path, legs, pieces, turns, speeds, times, switch_m, actuation, ids, total, total_time_s)
 
 
 def resume_pose(trajectory: Trajectory, vehicle: Vehicle, checkpoint: Checkpoint) -> tuple[float, float, float]:

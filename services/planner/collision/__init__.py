@@ -1,1 +1,1 @@
-"""Free-space tests of the swept body, and ways round what is in the way."""
+"""Free-space tests of the swept body, and detours round obstacles."""

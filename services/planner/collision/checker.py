@@ -32,7 +32,7 @@ class Collision(NamedTuple):
 
 @dataclass(frozen=True)
 class CollisionChecker:
-    """The outlines of a template, and the body that keeps off them.
+    """Checks the vehicle's body against the boundary and the obstacles of a template.
 
     Attributes:
         edges: (n, 4) the outlines' edges x₁ y₁ x₂ y₂, m.
@@ -129,7 +129,7 @@ def _place(pose: Floats, body: Floats, corners: Complexes) -> None:
 
 @kernel
 def _touched(middle: complex, corners: Complexes, edges: Floats, owner: Ints, far: float, margin: float) -> int:
-    """The first outline that the body is nearer to than `margin`, −1 if there is none; edges beyond `far` are not."""
+    """The first outline nearer to the body than `margin`, −1 if there is none; edges beyond `far` are skipped."""
     for e in range(len(edges)):
         a, b = complex(edges[e, 0], edges[e, 1]), complex(edges[e, 2], edges[e, 3])
         if off_squared(middle, a, b) > far**2:
@@ -142,7 +142,7 @@ def _touched(middle: complex, corners: Complexes, edges: Floats, owner: Ints, fa
 
 @kernel
 def _wrong_side(middle: complex, corners: Complexes, edges: Floats, owner: Ints, bounded: bool) -> int:
-    """The first outline on whose wrong side the body is: outside the boundary, about an obstacle or in it; −1: none."""
+    """The first outline violated as a whole: body outside the boundary, or round or inside an obstacle; −1: none."""
     outline = np.empty((len(corners) - 1, 4))
     for k in range(len(outline)):
         outline[k, 0], outline[k, 1] = corners[k].real, corners[k].imag

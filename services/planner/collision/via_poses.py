@@ -8,46 +8,48 @@ import numpy as np
 from touchline.services.planner.collision.checker import CollisionChecker
 from touchline.services.planner.geometry.clothoid import Floats, PathPose, PiecePath
 from touchline.services.planner.steering.method import CurveEnd
-from touchline.services.planner.transitions.transitions import Way, Ways
+from touchline.services.planner.transitions.transitions import Transition, TransitionFamily
 
 # Poses in between: a grid over the neighbourhood of both ends and beside the outlines' corners, in so many headings.
 GRID, ROOM_M, HEADINGS = 7, 6.0, 8
-# So many of them are tried, the quickest way round first.
+# So many of them are tried, the quickest detour first.
 TRIED = 150
 # Of those found clear so many are offered.
 OFFERED = 4
 
 
-def detours(start: CurveEnd, goal: CurveEnd, ways: Ways, checker: CollisionChecker) -> Iterator[Way]:
-    """Ways over one pose in between that collide with nothing, by the method's rough times the quickest first.
+def detours(
+    start: CurveEnd, goal: CurveEnd, transitions: TransitionFamily, checker: CollisionChecker
+) -> Iterator[Transition]:
+    """Collision-free transitions over one via pose, the quickest first by the method's rough times.
 
     Args:
         start: Where the last painted curve ends.
         goal: Where the next one begins.
-        ways: The transitions of the method in use.
+        transitions: The transitions of the method in use.
         checker: The outlines.
     """
     via = [CurveEnd(PathPose(*pose), 0.0) for pose in _poses(start, goal, checker).tolist()]
-    price = ways.pricing.rough_s
-    around_s = price(ways, [start], via)[0] + price(ways, via, [goal])[:, 0]
+    price = transitions.pricing.rough_s
+    around_s = price(transitions, [start], via)[0] + price(transitions, via, [goal])[:, 0]
     offered = 0
     for k in np.argsort(around_s, kind="stable")[:TRIED].tolist():
         middle = via[k]
-        there = next((w for w in ways.between(start, middle) if not checker.collision(w.path)), None)
+        there = next((w for w in transitions.between(start, middle) if not checker.collision(w.path)), None)
         if there is None:
             continue
-        on = next((w for w in ways.between(middle, goal) if not checker.collision(w.path)), None)
+        on = next((w for w in transitions.between(middle, goal) if not checker.collision(w.path)), None)
         if on is not None:
             pieces = (*there.path.pieces, *on.path.pieces)
-            speeds = (ways.speed_mps(end) for end in (start, goal))
-            yield Way(ways.seconds(pieces, *speeds), PiecePath(start.pose, pieces))
+            speeds = (transitions.speed_mps(end) for end in (start, goal))
+            yield Transition(transitions.seconds(pieces, *speeds), PiecePath(start.pose, pieces))
             offered += 1
             if offered == OFFERED:
                 return
 
 
 def _poses(start: CurveEnd, goal: CurveEnd, checker: CollisionChecker) -> Floats:
-    """(n, 3) poses that may help: x (m), y (m), heading (rad)."""
+    """(n, 3) candidates for the via pose: x (m), y (m), heading (rad)."""
     points = np.array([start.pose[:2], goal.pose[:2]])
     low, high = points.min(axis=0) - ROOM_M, points.max(axis=0) + ROOM_M
     grid = np.stack(np.meshgrid(*(np.linspace(a, b, GRID) for a, b in zip(low, high, strict=True))), -1).reshape(-1, 2)

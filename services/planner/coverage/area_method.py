@@ -1,32 +1,66 @@
-"""What an area coverage method is as plan options name it."""
+"""The two interfaces of area methods, for tools that mark and for tools that cover, and their choice by name."""
 
-from collections.abc import Sequence
-from typing import Protocol
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Protocol
 
 from touchline.schemas.curves import Curve
+from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.plugins import AREA_METHODS
 from touchline.schemas.template import Area
+from touchline.schemas.vehicles import ToolSpec
 from touchline.services.planner.chosen_plugin import chosen
+
+if TYPE_CHECKING:
+    from touchline.services.planner.coverage.coverage_route import CoverageRoute
+    from touchline.services.planner.coverage.coverage_task import CoverageTask
+
+COVERING_DEFAULT: Final = "lap-and-lanes"
+"""The method for a tool that covers, where the options name none."""
 
 
 class AreaMethod(Protocol):
-    """How an area is covered, registered in `AREA_METHODS`: a function."""
+    """A function that covers an area with swaths, registered in `AREA_METHODS`."""
 
     def __call__(self, area: Area, width_m: float, /) -> Sequence[Curve]:
         """The lines and arcs along which the tool covers an area, in the order and directions that suit best.
 
         Args:
             area: In the map frame; its outline and holes are simple polygons.
-            width_m: What the tool covers across its way (m); the area is at some place as wide.
+            width_m: What the tool covers across its path (m); the area is at some place as wide.
         """
 
 
-def area_method_of(options: PlanOptions) -> AreaMethod:
-    """The area method that the options name; "" is the default one.
+@dataclass(frozen=True)
+class CoverageMethod:
+    """How an area is covered by a tool that works wherever it passes, registered in `AREA_METHODS`.
+
+    Attributes:
+        cover: Makes the route over one area and tells the fraction that is done; raises `PlanningError` if there is none.
+    """
+
+    cover: Callable[[CoverageTask, Callable[[float], None]], CoverageRoute]
+
+
+def area_method_of(options: PlanOptions, tool: ToolSpec) -> AreaMethod | CoverageMethod:
+    """The area method that the options name; "" is the default for the tool.
 
     Raises:
-        PlanningError: There is no such method.
+        PlanningError: There is no such method, or it is for other tools.
     """
-    found: AreaMethod = chosen(AREA_METHODS, options.area_method, "area method")
+    name = options.area_method or (COVERING_DEFAULT if tool.covers else AREA_METHODS.default)
+    found: AreaMethod | CoverageMethod = chosen(AREA_METHODS, name, "area method")
+    if isinstance(found, CoverageMethod) and not tool.covers:
+        problem = f'asks for the area method "{name}", which is for tools that work wherever they pass'
+        raise PlanningError("", problem, f"use {AREA_METHODS.default}, or a vehicle with a roller")
     return found
+
+
+def named_once(options: PlanOptions) -> PlanOptions:
+    """The options with an area method in its own place: `method` may name one, too."""
+    if options.method not in AREA_METHODS.names():
+        return options
+    return options.model_copy(update={"method": "", "area_method": options.method})

@@ -1,4 +1,4 @@
-"""From areas to swaths: template segments that cover them, which then pass through the stages as lines do."""
+"""Turns areas into swaths: template segments that cover them and are planned as any other line."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -13,11 +13,11 @@ from touchline.services.planner.coverage.area_method import AreaMethod
 
 
 def painted_segments(template: Template, width_m: float, method: AreaMethod) -> tuple[TemplateSegment, ...]:
-    """What is painted: the template's segments, and behind them the swaths of its areas.
+    """All segments to paint: the template's own, followed by the swaths of its areas.
 
     Args:
         template: In the map frame.
-        width_m: What the tool covers across its way (m).
+        width_m: Width of what the tool covers (m).
         method: Covers areas.
 
     Raises:
@@ -44,7 +44,7 @@ def _swaths(area: Area, width_m: float, method: AreaMethod) -> Iterator[Template
 
 
 def _spec(curve: Curve) -> dict[str, LineSpec | ArcSpec]:
-    """The curve as a template has it."""
+    """The curve as the specification of a template's segment."""
     start = (curve.x_m, curve.y_m)
     if curve.curvature_1pm == 0.0:
         return {"line": LineSpec(start=start, end=curve.end[:2])}

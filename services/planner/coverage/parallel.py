@@ -37,7 +37,7 @@ def parallel(area: Area, width_m: float) -> list[Curve]:
 
     Args:
         area: In the map frame.
-        width_m: What the tool covers across its way (m): swaths lie no further apart.
+        width_m: Width of what the tool covers (m): swaths lie no further apart.
     """
     angles = [math.radians(area.angle_deg)] if area.angle_deg is not None else _edge_angles(area)
     offers = [(angle, spans(area.polygon, angle, width_m)) for angle in angles]
@@ -46,17 +46,17 @@ def parallel(area: Area, width_m: float) -> list[Curve]:
 
 
 def spans(polygon: shapely.Polygon, angle_rad: float, width_m: float) -> list[Span]:
-    """The swaths over a polygon (m, map frame) at an angle, in the frame that is turned by the angle; there and back.
+    """The swaths over a polygon at an angle, in alternating directions, in the frame that is turned by the angle.
 
     Args:
-        polygon: May have holes.
+        polygon: In the map frame (m); may have holes.
         angle_rad: Direction of the swaths, counter-clockwise from +x of the map frame.
-        width_m: What the tool covers across its way (m).
+        width_m: Width of what the tool covers (m).
     """
     turned = shapely.transform(polygon, lambda points: _turned(points, -angle_rad))
     left, low, right, high = turned.bounds
     count = max(1, math.ceil((high - low) / width_m - HAIR_M))
-    # The outer swaths lie half a width inside, or all of it that there is; bands meet half-way between swaths.
+    # The outer swaths lie half a width inside, or in the middle of a narrower area; bands meet midway between swaths.
     inset = 0.5 * min(width_m, high - low)
     levels = np.linspace(low + inset, high - inset, count) if count > 1 else np.array([0.5 * (low + high)])
     borders = np.concatenate(([low], 0.5 * (levels[1:] + levels[:-1]), [high]))
@@ -70,7 +70,7 @@ def spans(polygon: shapely.Polygon, angle_rad: float, width_m: float) -> list[Sp
 
 
 def _extents(part: shapely.Geometry) -> list[tuple[float, float]]:
-    """From where to where along x the pieces of a geometry reach, ascending; those that overlap are one."""
+    """The intervals along x that the pieces of a geometry cover, ascending, overlapping ones merged."""
     pieces = shapely.get_parts(part)
     bounds = sorted((a, b) for a, _, b, _ in shapely.bounds(pieces[shapely.area(pieces) > 0.0]).tolist())
     merged: list[tuple[float, float]] = []

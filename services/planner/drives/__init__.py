@@ -1,1 +1,1 @@
-"""What plans keep to for each kind of drive; nothing else in the planner asks which kind it is."""
+"""The limits of each kind of drive; nothing else in the planner depends on the kind."""

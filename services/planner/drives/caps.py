@@ -1,4 +1,4 @@
-"""Compiled: how fast and how hard a vehicle drives along a path, by its drive and by what plans allow it."""
+"""Compiled: limits of speed and acceleration along a path, those of the drive and those of the plan together."""
 
 import math
 from typing import Any, NamedTuple
@@ -31,7 +31,15 @@ class Caps(NamedTuple):
 
 @kernel
 def square_cap(curvature: float, sharpness: float, limits: Caps) -> float:
-    """The largest u at |curvature| (1/m) and |sharpness| (1/m²)."""
+    """The largest squared speed u = v² (m²/s²) on a cell.
+
+    It is the least of what transit speed, drive and lateral acceleration (v²·|κ|) allow.
+
+    Args:
+        curvature: The cell's largest |curvature| (1/m).
+        sharpness: Its |sharpness| (1/m²).
+        limits: Of drive and plan.
+    """
     square = min(limits.transit_mps**2, drive.square_cap(limits.drive, curvature, sharpness))
     if curvature > STRAIGHT_1PM:
         square = min(square, limits.lateral_mps2 / curvature)
@@ -40,7 +48,16 @@ def square_cap(curvature: float, sharpness: float, limits: Caps) -> float:
 
 @kernel
 def square_caps(curvature: Floats, sharpness: Floats, limits: Caps) -> Floats:
-    """The largest u (n,) at |curvature| (1/m) and |sharpness| (1/m²) (n,)."""
+    """`square_cap` for many cells.
+
+    Args:
+        curvature: (n,) the largest |curvature| (1/m) of each cell.
+        sharpness: (n,) their |sharpness| (1/m²).
+        limits: Of drive and plan.
+
+    Returns:
+        (n,) the largest u (m²/s²) of each.
+    """
     square = np.empty(len(curvature))
     for i in range(len(curvature)):
         square[i] = square_cap(curvature[i], sharpness[i], limits)
@@ -49,14 +66,30 @@ def square_caps(curvature: Floats, sharpness: Floats, limits: Caps) -> Floats:
 
 @kernel
 def gain(square: float, curvature: float, sharpness: float, length: float, limits: Caps) -> float:
-    """The largest acceleration (m/s²) over a cell that is entered with u = `square` at `curvature`."""
+    """The largest acceleration (m/s²) that can be kept throughout a cell; 0 where the drive could only brake.
+
+    Args:
+        square: u = v² (m²/s²) at its beginning.
+        curvature: Signed, at its beginning (1/m).
+        sharpness: Signed, constant over the cell (1/m²).
+        length: Of the cell (m).
+        limits: Of drive and plan.
+    """
     most = min(limits.acceleration_mps2, drive.gain(limits.drive, square, curvature, sharpness, length))
     return float(max(most, 0.0))
 
 
 @kernel
 def spin_time(angle: float, limits: Caps) -> float:
-    """Seconds to turn on the spot by |angle| (rad): what lies at the drive's lever within acceleration and speed."""
+    """Seconds to turn on the spot, from standstill to standstill.
+
+    The rate rises and falls steadily, so that a point at the drive's lever keeps the transit speed and the
+    acceleration that hold for driving straight on.
+
+    Args:
+        angle: By how much, without a sign (rad).
+        limits: Of drive and plan.
+    """
     lever = drive.spin_lever_m(limits.drive)
     rate_gain = limits.acceleration_mps2 / lever
     rate = min(limits.transit_mps / lever, math.sqrt(rate_gain * angle))

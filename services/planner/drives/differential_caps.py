@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.core.constants import GRAVITY_MPS2
 from touchline.services.core.jit import kernel
+from touchline.services.core.physical_constants import GRAVITY_MPS2
 from touchline.services.planner.drives.planned_drive import ActuatorMotion, PlannedDrive
 from touchline.services.planner.geometry.clothoid import Floats
 
@@ -28,7 +28,12 @@ class DifferentialCaps(NamedTuple):
 
     @kernel
     def square_cap(self, curvature: float, sharpness: float) -> float:
-        """The outer rim runs at v(1 + |κ|r); where uσr alone takes all of the rims' acceleration, it may."""
+        """The largest u = v² (m²/s²): the outer rim runs at v(1 + |κ|r) and, at constant speed, gains uσr.
+
+        Args:
+            curvature: The largest |curvature| of the stretch (1/m).
+            sharpness: Its |sharpness| (1/m²).
+        """
         square = (self.rim_speed_mps / (1.0 + curvature * self.half_track_m)) ** 2
         if sharpness > 0.0:
             square = min(square, self.rim_acceleration_mps2 / (sharpness * self.half_track_m))
@@ -36,7 +41,18 @@ class DifferentialCaps(NamedTuple):
 
     @kernel
     def gain(self, square: float, curvature: float, sharpness: float, length: float) -> float:
-        """With u and κ linear in arc length so is a rim's acceleration: where both ends keep the limit, all does."""
+        """The largest acceleration (m/s²) with which both rims keep theirs throughout a stretch; may be negative.
+
+        A rim gains a(1 ± κr) ± uσr. With u and κ linear in arc length that is linear, too, so the limit holds
+        throughout if it holds at both ends. At the end u has grown by 2·a·length, which is why κ is taken there with
+        three times its change.
+
+        Args:
+            square: u at the beginning of the stretch (m²/s²).
+            curvature: Signed, at its beginning (1/m).
+            sharpness: Signed, constant (1/m²).
+            length: Of the stretch (m).
+        """
         most, r, rim = np.inf, self.half_track_m, self.rim_acceleration_mps2
         for side in (-1.0, 1.0):
             turning = side * square * sharpness * r
@@ -50,7 +66,7 @@ class DifferentialCaps(NamedTuple):
 
     @kernel
     def spin_lever_m(self) -> float:
-        """The rims' distance from the axle's middle."""
+        """The rims' distance from the axle's middle (m)."""
         return float(self.half_track_m)
 
 
@@ -58,7 +74,7 @@ class PlannedDifferential(PlannedDrive):
     """The planner's side of a `DifferentialDrive`."""
 
     def __init__(self, vehicle: Vehicle) -> None:
-        """That of a vehicle."""
+        """Take the limits from a vehicle."""
         drive = self._drive = vehicle.drive
         self._gyration_m = vehicle.body.radius_of_gyration_m
         wheel_acceleration = min(drive.planned_wheel_acceleration_radps2, drive.max_wheel_acceleration_radps2)
@@ -69,11 +85,11 @@ class PlannedDifferential(PlannedDrive):
         self.curvature_max_1pm, self.tightest_1pm = 1.0 / half_track, CURVATURE_SHARE / half_track
 
     def curvature_at(self, speed_mps: float) -> float:
-        """Where the outer rim is at its limit."""
+        """The curvature (1/m) at which the outer rim reaches its largest speed."""
         return float((self.max_speed_mps - speed_mps) / (speed_mps * self.caps.half_track_m))
 
     def sharpness_at(self, speed_mps: float) -> float:
-        """Where turning takes its share of the rims' acceleration."""
+        """The sharpness (1/m²) at which turning takes `TURNING_SHARE` of the rims' acceleration."""
         return float(TURNING_SHARE * self.acceleration_mps2 / (self.caps.half_track_m * speed_mps**2))
 
     def turns_within(self, lateral_mps2: float) -> bool:
@@ -100,12 +116,12 @@ class PlannedDifferential(PlannedDrive):
         return ActuatorMotion(rims / self._drive.wheel_radius_m, gains / self._drive.wheel_radius_m)
 
     def spinning(self, rate_radps: float) -> Floats:
-        """The wheels against each other."""
+        """The wheels turn against each other."""
         sides = np.array([[-1.0], [1.0]]) * self.caps.half_track_m / self._drive.wheel_radius_m
         return np.asarray(sides * rate_radps)
 
     def power_w(self, speed_mps: Floats, yaw_rate_radps: Floats, mass_kg: Floats, step_s: float) -> Floats:
-        """Of both motors, on level, dry grass.
+        """What both motors draw on level, dry grass (W).
 
         Torque overcomes rolling resistance, the drives' own friction and the inertia of body and wheels, in turns, too;
         gears and windings lose some. Braking gives back at most what the other losses take.

@@ -1,4 +1,4 @@
-"""What the planner asks of a drive, whatever its kind."""
+"""The planner's interface to drives of any kind."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class PlannedDrive(ABC):
 
     @abstractmethod
     def sharpness_at(self, speed_mps: float) -> float:
-        """The sharpness (1/m²) of a turn at constant speed that leaves something for braking and speeding up."""
+        """The sharpness (1/m²) of turns at a constant speed, with acceleration left for braking and speeding up."""
 
     @abstractmethod
     def turns_within(self, lateral_mps2: float) -> bool:
@@ -57,7 +57,7 @@ class PlannedDrive(ABC):
 
     @abstractmethod
     def least_s(self, length_m: float, turned_rad: float) -> float:
-        """What nobody falls short of, seconds, on a way of this length that turns by so much in all."""
+        """A lower bound (s) on the time of any path of this length that turns by this angle (rad) in all."""
 
     @abstractmethod
     def actuation(
@@ -68,7 +68,7 @@ class PlannedDrive(ABC):
         curvature_1pm: Floats,
         sharpness_1pm2: Floats,
     ) -> ActuatorMotion:
-        """What the actuators do at places along a path, of which all arguments have the shape.
+        """What the actuators do at places along a path; all arguments have one shape.
 
         Args:
             direction: 1 forward, -1 backward.
@@ -80,15 +80,15 @@ class PlannedDrive(ABC):
 
     @abstractmethod
     def spinning(self, rate_radps: float) -> Floats:
-        """(k, 1) the actuators' values while turning on the spot at a rate; or their rates, from an acceleration."""
+        """(k, 1) the actuators' values for a rate of turning on the spot; for an angular acceleration, their rates."""
 
     @abstractmethod
     def power_w(self, speed_mps: Floats, yaw_rate_radps: Floats, mass_kg: Floats, step_s: float) -> Floats:
-        """What the drive draws (W) (n,) at speeds, yaw rates and masses (n,) that are `step_s` apart."""
+        """The power (W) (n,) drawn at speeds, yaw rates and masses (n,) that are sampled every `step_s`."""
 
 
 def planned_drive(vehicle: Vehicle) -> PlannedDrive:
-    """That of a vehicle, by the kind of its drive.
+    """The planner's side of a vehicle's drive, chosen by the drive's kind.
 
     Raises:
         SpecError: The kind cannot be planned for.
@@ -99,19 +99,30 @@ def planned_drive(vehicle: Vehicle) -> PlannedDrive:
 
 @kernel_of_class
 def square_cap(caps: Any, curvature: float, sharpness: float) -> float:  # type: ignore[empty-body]
-    """The largest u = v² (m²/s²) at |curvature| (1/m), the largest of a stretch, and |sharpness| (1/m²)."""
+    """The largest u = v² (m²/s²) that the drive can keep throughout a stretch.
+
+    Args:
+        caps: `PlannedDrive.caps`; the kernel of its class is called.
+        curvature: The largest |curvature| of the stretch (1/m).
+        sharpness: Its |sharpness| (1/m²).
+    """
 
 
 @kernel_of_class
 def gain(  # type: ignore[empty-body]
     caps: Any, square: float, curvature: float, sharpness: float, length: float
 ) -> float:
-    """The largest acceleration (m/s²) over a stretch that is entered with u = `square` at `curvature`; may be negative.
+    """The largest acceleration (m/s²) that the drive can keep throughout a stretch; may be negative.
 
-    Curvature (1/m) and sharpness (1/m²) have their signs.
+    Args:
+        caps: `PlannedDrive.caps`; the kernel of its class is called.
+        square: u = v² (m²/s²) at the beginning of the stretch.
+        curvature: Signed, at its beginning (1/m).
+        sharpness: Signed, constant (1/m²).
+        length: Of the stretch (m).
     """
 
 
 @kernel_of_class
 def spin_lever_m(caps: Any) -> float:  # type: ignore[empty-body]
-    """Where turning on the spot is as fast and accelerates as hard as driving straight on, from the origin (m)."""
+    """How far from the origin (m) a turn on the spot is as fast, and accelerates as hard, as driving straight on."""

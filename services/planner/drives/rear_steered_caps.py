@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.core.constants import GRAVITY_MPS2
 from touchline.services.core.jit import kernel
+from touchline.services.core.physical_constants import GRAVITY_MPS2
 from touchline.services.planner.drives.planned_drive import ActuatorMotion, PlannedDrive
 from touchline.services.planner.geometry.clothoid import Floats
 

@@ -17,8 +17,8 @@ from touchline.schemas.messages import ActuatorExtremes, LinearDirection, PlanRe
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.drives.planned_drive import PlannedDrive, planned_drive
 from touchline.services.planner.geometry.clothoid import Floats
-from touchline.services.planner.route.itinerary import Itinerary
-from touchline.services.planner.segments.section import TRANSITION, Section
+from touchline.services.planner.route.worked_route import WorkedRoute
+from touchline.services.planner.segments.section import RUN_IN, RUN_OUT, Section
 from touchline.services.planner.segments.sent_segments import Sent
 from touchline.services.planner.speed.energy import battery_wh
 from touchline.services.planner.speed.timing import SpeedProfile
@@ -30,17 +30,23 @@ POINTS = 5
 
 def measure(
     trajectory: Trajectory,
-    drive: Itinerary,
-    sections: list[Section],
+    worked: WorkedRoute,
     sent: list[Sent],
     speeds: SpeedProfile,
     vehicle: Vehicle,
-    unavoidable: int,
 ) -> PlanReport:
-    """The report on a plan, its planning time left at 0; so many of its wet crossings are `unavoidable`."""
-    painted = [s for s in sent if s.stroke]
-    paint_length = sum(s.end_m - s.start_m for s in painted)
-    paint_time = sum(speeds.time_at(s.end_m) - speeds.time_at(s.start_m) for s in painted)
+    """The report on a plan, its planning time left at 0.
+
+    Args:
+        trajectory: The message, of which the gaps are measured.
+        worked: The ideal curve, and what is known of the work along it.
+        sent: The lines and arcs that stand for it.
+        speeds: Along them.
+        vehicle: That shall drive it.
+    """
+    sections, at_work = worked.sections, [s for s in sent if s.worked]
+    paint_length = sum(s.end_m - s.start_m for s in at_work)
+    paint_time = sum(speeds.time_at(s.end_m) - speeds.time_at(s.start_m) for s in at_work)
     position_gap, heading_gap = gaps(trajectory)
     planned = planned_drive(vehicle)
     figures = extremes(sections, sent, speeds, vehicle, planned)
@@ -52,8 +58,8 @@ def measure(
         paint_time_s=paint_time,
         transition_time_s=speeds.total_time_s - paint_time,
         total_time_s=speeds.total_time_s,
-        painted_segments=len(painted),
-        transitions=sum(section.label == TRANSITION and section.stroke is None for section in sections),
+        painted_segments=len(at_work),
+        transitions=sum(not section.work_id and section.label not in (RUN_IN, RUN_OUT) for section in sections),
         max_curvature_1pm=max(s.curvature_1pm for s in sent),
         max_sharpness_1pm2=figures.sharpness_1pm2,
         actuators=figures.actuators,
@@ -63,11 +69,12 @@ def measure(
         max_lateral_acceleration_mps2=figures.lateral_mps2,
         cusps=sum(last.direction != following.direction for last, following in pairwise(pieces)),
         spins=sum(piece.spin_rad != 0.0 for piece in pieces),
-        wet_crossings=drive.wet_crossings,
-        wet_crossings_unavoidable=unavoidable,
+        wet_crossings=worked.wet.total,
+        wet_crossings_unavoidable=worked.wet.unavoidable,
         # The pump's flow is that of a line painted at the vehicle's own speed.
         paint_l=vehicle.tool.flow_lps * paint_time,
         battery_wh=battery_wh(sent, speeds, vehicle, planned),
+        coverage=worked.coverage,
     )
 
 

@@ -1,4 +1,4 @@
-"""A plan's actuators over time: what is commanded of each, how fast that changes, the limits, and when paint flows."""
+"""A plan's actuators over time: commanded values, their rates, the limits, and when paint flows."""
 
 from itertools import groupby
 from pathlib import Path
@@ -22,7 +22,7 @@ HEIGHT_IN = 3.0
 
 
 def plot_actuators(plan: Plan, template: Template, vehicle: Vehicle, path: Path | str) -> None:
-    """Draw the actuators of `plan` to `path`; the ending (.svg, .png, .pdf) says how.
+    """Draw the actuators of `plan` to `path`, in the format of its suffix (.svg, .png, .pdf).
 
     Raises:
         ValueError: There is no such format.

@@ -1,4 +1,4 @@
-"""What the actuators do along a plan: exact at every sample, turns on the spot included."""
+"""What the actuators do along a plan, turns on the spot included; exact at every sample."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""A plan's path coloured by what the robot does along it: its speed, or the curvature of its way."""
+"""A plan's path coloured by what the robot does along it: its speed or its curvature."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.collections import LineCollection
 
 STEP_M = 0.1
-PAINTED_PT, WAY_PT, CASING_PT = 3.0, 1.5, 5.0
+PAINTED_PT, TRANSITION_PT, CASING_PT = 3.0, 1.5, 5.0
 # Values are drawn in so many steps, so that a straight is one line and not hundreds.
 LEVELS = 96
 # Curvatures below this (1/m) are spread out, tighter ones are drawn together: circles show beside turns.
@@ -44,7 +44,7 @@ QUANTITIES = {
 def draw_along(axes: "Axes", plan: Plan, vehicle: Vehicle, quantity: str) -> "LineCollection":
     """Draw the robot's path by `quantity` ("speed" or "curvature"), thick and edged in white while it paints.
 
-    Returns what has the colours.
+    Returns the artist that a colour bar needs.
     """
     from matplotlib.collections import LineCollection
     from matplotlib.colors import AsinhNorm, LinearSegmentedColormap, Normalize
@@ -70,7 +70,7 @@ def draw_along(axes: "Axes", plan: Plan, vehicle: Vehicle, quantity: str) -> "Li
     casing = [run for run, paints in zip(runs, painted, strict=True) if paints]
     axes.add_collection(LineCollection(casing, color="white", linewidth=CASING_PT, zorder=3))
     lines = LineCollection(runs, array=values[begins], cmap=colours, norm=norm, zorder=4)
-    lines.set(linewidth=np.where(painted, PAINTED_PT, WAY_PT))
+    lines.set(linewidth=np.where(painted, PAINTED_PT, TRANSITION_PT))
     axes.add_collection(lines)
     return lines
 

@@ -11,7 +11,7 @@ from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.geometry.clothoid import Floats, PiecePath
 from touchline.services.planner.plan import Plan
-from touchline.services.planner.plots.along import PAINTED_PT, QUANTITIES, WAY_PT, draw_along
+from touchline.services.planner.plots.along import PAINTED_PT, QUANTITIES, TRANSITION_PT, draw_along
 from touchline.services.planner.plots.style import INK, plan_style, save
 from touchline.services.planner.segments.section import RUN_IN, RUN_OUT
 from touchline.services.planner.swaths.offset import Stroke
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 STEP_M = 0.05
-# Ways between lines get an arrow this often; shorter ones than the second figure get none.
+# Transitions between lines get an arrow this often; shorter ones than the second figure get none.
 ARROW_EVERY_M, ARROW_MIN_M = 12.0, 1.0
 WIDTH_IN, HEIGHT_MAX_IN, MARGIN_SHARE, DPI = 11.0, 11.0, 0.03, 160
 COLOUR_BAR_IN = 1.6
@@ -32,9 +32,9 @@ NOZZLE, CENTRE, TRANSITION, RUN = "#1769aa", "#6b8fb3", "#d9480f", "#7b4fa3"
 def plot_plan(
     plan: Plan, template: Template, path: Path | str, colour: str = "plain", vehicle: Vehicle | None = None
 ) -> None:
-    """Draw `plan` of `template` to `path`; the ending (.svg, .png, .pdf) says how.
+    """Draw `plan` of `template` to `path`, in the format of its suffix (.svg, .png, .pdf).
 
-    `colour` is "plain" (painted lines and ways each in one colour), "speed" or "curvature" (the robot's path by its
+    `colour` is "plain" (one colour for lines, one for transitions), "speed" or "curvature" (the robot's path by its
     value, thick while painting); `vehicle` is the one that was planned for.
 
     Raises:
@@ -94,7 +94,7 @@ def _draw_along(axes: "Axes", plan: Plan, template: Template, vehicle: Vehicle, 
         else:
             _arrows(axes, _path_points(section.path), INK)
     lines = draw_along(axes, plan, vehicle, colour)
-    for width, label in ((PAINTED_PT, "robot while painting"), (WAY_PT, "robot between lines")):
+    for width, label in ((PAINTED_PT, "robot while painting"), (TRANSITION_PT, "robot between lines")):
         axes.plot([], [], color=INK, linewidth=width, label=label)
     label, marks = QUANTITIES[colour].label, QUANTITIES[colour].marks
     bar = axes.figure.colorbar(lines, ax=axes, label=label, shrink=0.6, pad=0.01)
@@ -133,12 +133,12 @@ def _line(
 
 
 def _once(axes: "Axes", label: str) -> str:
-    """The label, hidden from the legend when it is there already."""
+    """The label, or a hidden one if the legend has it already."""
     return f"_{label}" if label in axes.get_legend_handles_labels()[1] else label
 
 
 def _arrows(axes: "Axes", points: Floats, color: str) -> None:
-    """Arrows along a way, evenly spaced."""
+    """Arrows along a transition, evenly spaced."""
     length = STEP_M * points.shape[1]
     if length < ARROW_MIN_M:
         return
@@ -182,9 +182,9 @@ def _bounds(plan: Plan) -> tuple[Floats, Floats]:
 def _figures(plan: Plan) -> str:
     report = plan.report
     minutes, seconds = divmod(round(report.total_time_s), 60)
-    lines, ways = _counted(report.painted_segments, "line"), _counted(report.transitions, "transition")
+    lines, transitions = _counted(report.painted_segments, "line"), _counted(report.transitions, "transition")
     return (
-        f"{lines} {report.paint_length_m:.1f} m  ·  {ways} {report.transition_length_m:.1f} m  ·  "
+        f"{lines} {report.paint_length_m:.1f} m  ·  {transitions} {report.transition_length_m:.1f} m  ·  "
         f"{minutes}:{seconds:02d} min"
     )
 

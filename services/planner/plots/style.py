@@ -1,4 +1,4 @@
-"""What every picture of the planner has in common: its ink, its type, and a file that is the same for the same plan."""
+"""The common style of the planner's pictures, and files that are identical for identical plans."""
 
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -11,14 +11,14 @@ INK = "#26332a"
 
 
 def plan_style() -> AbstractContextManager[None]:
-    """What is drawn in this context looks as pictures of plans do."""
+    """A context in which figures are drawn in the style of the planner's pictures."""
     from matplotlib import rc_context
 
     return rc_context({"font.size": 9, "axes.edgecolor": INK})
 
 
 def save(figure: "Figure", path: Path | str, dpi: int) -> None:
-    """Write `figure` to `path`, without what would differ from one time to the next.
+    """Write `figure` to `path`, without metadata that would differ from run to run.
 
     Raises:
         ValueError: The file's ending names no known format.

@@ -1,1 +1,1 @@
-"""Run-in, transitions and run-out: the way from swath to swath, and the route that they make with them."""
+"""The route: run-in, swaths with the transitions between them, and run-out."""

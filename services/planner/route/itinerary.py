@@ -1,4 +1,4 @@
-"""The itinerary: run-in, transitions and run-out, each collision-free, and off wet paint where that is worth it."""
+"""The itinerary: run-in, transitions and run-out, free of collisions and, where worth the time, off wet paint."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -16,7 +16,7 @@ from touchline.services.planner.steering.method import CurveEnd, before
 from touchline.services.planner.steering.turns import ContinuousTurn
 from touchline.services.planner.swaths.offset import Stroke
 from touchline.services.planner.swaths.swaths import Painting, Swath, parted
-from touchline.services.planner.transitions.transitions import Lead, Way, Ways, turned_round
+from touchline.services.planner.transitions.transitions import Lead, Transition, TransitionFamily, turned_round
 
 # Straight run before the first line: an estimator that starts with an unknown heading has it within a degree after 5 m.
 RUN_IN_M = 5.0
@@ -26,14 +26,14 @@ RUN_OUT_SPARE_M = 0.1
 STEADY_S = 0.5
 # Where there is no room straight on, run-in and run-out may turn by these angles (rad).
 BENDS_RAD = tuple(side * math.radians(angle) for angle in (45, 90, 135, 180) for side in (1, -1))
-# Ways between ends that lie alike to one another but for rounding (m, rad, 1/m) are the same.
+# Transitions between ends that lie alike to one another but for rounding (m, rad, 1/m) are the same.
 ALIKE = 1e-11
 # Times that differ by less are one.
 ROUNDING_S = 1e-9
 
 
 class ItineraryLeg(NamedTuple):
-    """A way that was chosen, what it runs over of the lines painted so far, and what it collides with if it has to."""
+    """A chosen transition, how often it runs over each line painted so far, and its collision if all offers collide."""
 
     path: PiecePath
     seconds: float
@@ -77,7 +77,7 @@ class ItineraryBuilder:
     `returns`, to where it began, or to a straight behind the last swath.
     """
 
-    ways: Ways
+    transitions: TransitionFamily
     painting: Painting
     checker: CollisionChecker | None
     wheels: Wheels
@@ -85,10 +85,10 @@ class ItineraryBuilder:
     start: PathPose | None
     end: PathPose | None = None
     returns: bool = False
-    known: dict[tuple[int, ...], list[Way]] = field(default_factory=dict)
+    known: dict[tuple[int, ...], list[Transition]] = field(default_factory=dict)
 
     def drive(self, swaths: list[Swath]) -> Itinerary:
-        """The drive along the swaths in this order."""
+        """The itinerary along the swaths in this order."""
         swaths, going_on = self._in_one_go(swaths)
         drive = Itinerary(swaths)
         rows, done = wet_rows(stroke.nozzle for stroke in drive.strokes), 0
@@ -110,32 +110,34 @@ class ItineraryBuilder:
         return drive
 
     def _in_one_go(self, swaths: list[Swath]) -> tuple[list[Swath], list[bool]]:
-        """The swaths, joined where that takes less time than a way between them; and which of them go on like that."""
+        """The swaths, joined where that is quicker than a transition; and which of them continue the last one."""
         wholes, going_on = swaths[:1], [False]
         for swath in swaths[1:]:
             last = wholes[-1]
             both = self.painting.in_one_go(last, swath)
             longer_s = both.seconds - last.seconds - swath.seconds if both else math.inf
-            # Where it takes no longer, no way has to be looked for.
-            joined = longer_s < ROUNDING_S or (both and longer_s < self._ways(last.end, swath.begin)[0].seconds)
+            # Where it takes no longer, no transition has to be looked for.
+            joined = longer_s < ROUNDING_S or (both and longer_s < self._transitions(last.end, swath.begin)[0].seconds)
             going_on.append(bool(joined))
             wholes[-1:] = [both] if both and joined else [last, swath]
         return parted(wholes, swaths), going_on
 
-    def choose(self, offers: Iterator[Way], begun_s: float, painted: Floats, *, in_turn: bool) -> ItineraryLeg:
-        """The best of the ways offered, or (`in_turn`) the first that is clear; if none is, the first of all."""
+    def choose(self, offers: Iterator[Transition], begun_s: float, painted: Floats, *, in_turn: bool) -> ItineraryLeg:
+        """The cheapest of the offers, or (`in_turn`) the first that is clear; the first of all if all collide."""
         best: ItineraryLeg | None = None
         least, bump = math.inf, None
-        for way in offers:
-            if best and (in_turn or way.seconds >= least):
+        for transition in offers:
+            if best and (in_turn or transition.seconds >= least):
                 break
-            hit = self.checker.collision(way.path) if self.checker else None
+            hit = self.checker.collision(transition.path) if self.checker else None
             if hit:
-                bump = bump or ItineraryLeg(way.path, way.seconds, np.zeros(len(painted), dtype=np.int64), hit)
+                bump = bump or ItineraryLeg(
+                    transition.path, transition.seconds, np.zeros(len(painted), dtype=np.int64), hit
+                )
                 continue
-            over = self.wheels.crossings(way.path, begun_s, way.seconds, painted)
-            if (cost := way.seconds + self.crossing_s * float(over.sum())) < least:
-                best, least = ItineraryLeg(way.path, way.seconds, over), cost
+            over = self.wheels.crossings(transition.path, begun_s, transition.seconds, painted)
+            if (cost := transition.seconds + self.crossing_s * float(over.sum())) < least:
+                best, least = ItineraryLeg(transition.path, transition.seconds, over), cost
         chosen = best or bump
         assert chosen  # there is at least one offer
         return chosen
@@ -144,67 +146,70 @@ class ItineraryBuilder:
         drive.legs.append(leg)
         drive.seconds += leg.seconds
 
-    def _between(self, start: CurveEnd, goal: CurveEnd) -> Iterator[Way]:
-        """The ways on offer, the quickest first; behind them, for the case that all collide, ways round about."""
-        direct = [way._replace(path=PiecePath(start.pose, way.path.pieces)) for way in self._ways(start, goal)]
+    def _between(self, start: CurveEnd, goal: CurveEnd) -> Iterator[Transition]:
+        """The transitions on offer, the quickest first, followed by detours if all of them collide."""
+        direct = [
+            transition._replace(path=PiecePath(start.pose, transition.path.pieces))
+            for transition in self._transitions(start, goal)
+        ]
         yield from direct
-        if self.checker and all(self.checker.collision(way.path) for way in direct):
-            yield from detours(start, goal, self.ways, self.checker)
+        if self.checker and all(self.checker.collision(transition.path) for transition in direct):
+            yield from detours(start, goal, self.transitions, self.checker)
 
-    def _ways(self, start: CurveEnd, goal: CurveEnd) -> list[Way]:
-        """The ways between two ends that lie like these, the quickest first."""
+    def _transitions(self, start: CurveEnd, goal: CurveEnd) -> list[Transition]:
+        """The transitions between two ends that lie like these, the quickest first."""
         key = alike(start, goal)
         if key not in self.known:
-            self.known[key] = self.ways.between(start, goal)
+            self.known[key] = self.transitions.between(start, goal)
         return self.known[key]
 
-    def run_ins(self, begin: CurveEnd) -> Iterator[Way]:
-        """From the start pose; without one, a straight before the first line, or what else there is room for."""
-        speed = self.ways.speed_mps(begin)
-        run_up = self.ways.limits.stopping_distance_m(speed) + STEADY_S * speed
+    def run_ins(self, begin: CurveEnd) -> Iterator[Transition]:
+        """Candidate run-ins: from the start pose or, without one, straights and bends before the first line."""
+        speed = self.transitions.speed_mps(begin)
+        run_up = self.transitions.limits.stopping_distance_m(speed) + STEADY_S * speed
         if self.start is not None:
-            way = self.ways.from_rest(self.start, begin, 0.0)
-            yield way if way.path.length_m >= run_up else self.ways.from_rest(self.start, begin, run_up)
+            direct = self.transitions.from_rest(self.start, begin, 0.0)
+            yield direct if direct.path.length_m >= run_up else self.transitions.from_rest(self.start, begin, run_up)
             if self.checker:
                 standing = CurveEnd(self.start, 0.0)
-                yield from detours(standing, begin, self.ways, self.checker)
+                yield from detours(standing, begin, self.transitions, self.checker)
             return
-        into = self.ways.widest(begin).method.lead_in(begin.curvature_1pm)
+        into = self.transitions.widest(begin).method.lead_in(begin.curvature_1pm)
         for pieces in self._runs(into, RUN_IN_M, run_up, begin):
             path = PiecePath(before(begin.pose, pieces), pieces)
-            yield Way(self.ways.seconds(pieces, 0.0, speed), path)
+            yield Transition(self.transitions.seconds(pieces, 0.0, speed), path)
 
     @property
     def run_out_m(self) -> float:
-        """The straight behind a last line at paint speed."""
-        return self.ways.limits.stopping_distance_m(self.ways.limits.paint_speed_mps) + RUN_OUT_SPARE_M
+        """Length (m) of the straight behind a last line that is painted at paint speed."""
+        return self.transitions.limits.stopping_distance_m(self.transitions.limits.paint_speed_mps) + RUN_OUT_SPARE_M
 
-    def run_outs(self, end: CurveEnd, goal: PathPose | None) -> Iterator[Way]:
-        """To the goal; without one, a straight behind the last line, or what else there is room for."""
-        speed = self.ways.speed_mps(end)
-        length = self.ways.limits.stopping_distance_m(speed) + RUN_OUT_SPARE_M
+    def run_outs(self, end: CurveEnd, goal: PathPose | None) -> Iterator[Transition]:
+        """Candidate run-outs: to the goal or, without one, straights and bends behind the last line."""
+        speed = self.transitions.speed_mps(end)
+        length = self.transitions.limits.stopping_distance_m(speed) + RUN_OUT_SPARE_M
         if goal is not None:
-            way = self.ways.to_rest(end, goal, 0.0)
-            yield way if way.path.length_m >= length else self.ways.to_rest(end, goal, length)
+            direct = self.transitions.to_rest(end, goal, 0.0)
+            yield direct if direct.path.length_m >= length else self.transitions.to_rest(end, goal, length)
             if self.checker:
-                yield from detours(end, CurveEnd(goal, 0.0), self.ways, self.checker)
+                yield from detours(end, CurveEnd(goal, 0.0), self.transitions, self.checker)
             return
-        out = self.ways.widest(end).method.lead_out(end.curvature_1pm)
+        out = self.transitions.widest(end).method.lead_out(end.curvature_1pm)
         back = turned_round(Lead(out, 0.0)).pieces
         for pieces in self._runs(back, length, length, end):
             turned = turned_round(Lead(pieces, 0.0)).pieces
-            yield Way(self.ways.seconds(turned, speed, 0.0), PiecePath(end.pose, turned))
+            yield Transition(self.transitions.seconds(turned, speed, 0.0), PiecePath(end.pose, turned))
 
     def _runs(
         self, into: Sequence[Piece], length_m: float, least_m: float, at: CurveEnd
     ) -> Iterator[tuple[Piece, ...]]:
-        """Straight pieces before `into`; where there are outlines also shorter ones, and bends."""
+        """Candidate pieces before `into`: a straight and, where there are outlines, also shorter ones with bends."""
         yield (Piece(length_m), *into)
         if self.checker is None:
             return
         if least_m < length_m:
             yield (Piece(least_m), *into)
-        turns = self.ways.widest(at)
+        turns = self.transitions.widest(at)
         turn = ContinuousTurn(turns.curvature_1pm, turns.sharpness_1pm2)
         for angle in BENDS_RAD:
             pieces = turn.pieces(abs(angle))
@@ -212,7 +217,7 @@ class ItineraryBuilder:
 
 
 def alike(start: CurveEnd, goal: CurveEnd) -> tuple[int, ...]:
-    """The same for all pairs of ends that differ in their place alone: fields repeat themselves."""
+    """A key shared by pairs of ends that differ only in where they lie, as many on a field do."""
     apart, turn = goal.pose.seen_from(start.pose)
     turned = math.remainder(turn, math.tau)
     values = (apart.real, apart.imag, turned, *start[1:], *goal[1:])

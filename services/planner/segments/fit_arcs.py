@@ -110,9 +110,9 @@ def _spans(path: PiecePath, tolerance_m: float) -> list[_Span]:
 
 
 def _without_slivers(path: PiecePath, spans: list[_Span]) -> list[_Span]:
-    """The spans with every one that is too short drawn as one biarc with some of what is beside it.
+    """The spans, each too short one merged with some of its neighbourhood into one biarc.
 
-    That is its longer neighbour, unless the biarc would be bent tighter than the path, as it makes up for a sliver bent
+    That is its longer neighbour, unless the biarc would be tighter than the path, as when it makes up for a sliver bent
     the other way; then it is the other one, or both, whatever takes least.
     """
     while len(spans) > 1:
@@ -128,7 +128,7 @@ def _without_slivers(path: PiecePath, spans: list[_Span]) -> list[_Span]:
 
 
 def _blended(spans: list[_Span], i: int, taken: tuple[int, ...]) -> tuple[_Span, list[_Span]]:
-    """Span `i` with 3 cm of each of the neighbours `taken`, or all of a short one; and all spans with that."""
+    """Span `i` extended by 3 cm of each neighbour `taken`, or all of a short one; and all spans after that."""
     start, end = spans[i].start_m, spans[i].end_m
     first, last = spans[:i], spans[i + 1 :]
     if i - 1 in taken:

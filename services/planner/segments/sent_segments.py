@@ -23,7 +23,7 @@ class Sent:
     The curve is as travelled; `direction` is −1 where the robot faces backward along it. A turn on the spot by
     `spin_rad` is sent as a segment of its own, without length. `start_m` and `end_m` are arc lengths along what is
     sent, `ideal_from_m` and `ideal_to_m` along the ideal curve that it stands for. Curvature (1/m) and sharpness (1/m²)
-    are the largest magnitudes on either of the two.
+    are the largest magnitudes on either of the two. It is `worked` if it is driven for the work along it.
     """
 
     id: str
@@ -38,6 +38,7 @@ class Sent:
     stroke: Stroke | None
     direction: int = 1
     spin_rad: float = 0.0
+    worked: bool = False
 
 
 def send(sections: list[Section], step: Callable[[float], None], tolerance_m: float = TOLERANCE_M) -> list[Sent]:
@@ -48,7 +49,7 @@ def send(sections: list[Section], step: Callable[[float], None], tolerance_m: fl
     Raises:
         PlanningError: There are too many lines and arcs for one message.
     """
-    taken = {section.stroke.id for section in sections if section.stroke}
+    taken = {section.work_id for section in sections}
     names = (name for k in count() if (name := f"t{k}") not in taken)
     sent: list[Sent] = []
     station = ideal = 0.0
@@ -63,10 +64,12 @@ def send(sections: list[Section], step: Callable[[float], None], tolerance_m: fl
             for piece in [Cut(stroke.robot, 0.0, whole)] if stroke else cut(run.path, run.goal, tolerance_m):
                 end = station + piece.curve.length_m
                 curvature, sharpness = _largest(run.path, piece)
-                name = stroke.id if stroke else next(names)
+                name = section.work_id or next(names)
                 span = (station, end, ideal + piece.ideal_from_m, ideal + piece.ideal_to_m)
                 largest = (curvature, sharpness)
-                sent.append(Sent(name, section.label, piece.curve, *span, *largest, stroke, run.direction))
+                worked = section.work_id != ""
+                driven = Sent(name, section.label, piece.curve, *span, *largest, stroke, run.direction, worked=worked)
+                sent.append(driven)
                 station = end
             ideal += whole
         if len(sent) > SENT_MAX:

@@ -1,4 +1,4 @@
-"""Compiled: simulated annealing of an order and its modes, by time and by what is run over while it is wet.
+"""Compiled: simulated annealing of the order and modes, by time and by crossings of wet paint.
 
 Metropolis' rule with geometric cooling, after Kirkpatrick, Gelatt and Vecchi, "Optimization by simulated annealing",
 Science 220, 1983. Every move is judged by all that it changes (see scene.py).
@@ -41,9 +41,9 @@ class Incumbents(NamedTuple):
 
 @kernel
 def anneal(scene: Scene, known: Known, found: Incumbents, moves: Kicks, hot_s: float) -> None:
-    """Make moves, in place.
+    """Anneal a tour in place by a run of moves.
 
-    Within one call, that a move lets later segments be painted a little earlier or later is left out of account.
+    Within one call the small shifts in time that a move causes for later segments are neglected.
 
     Args:
         scene: What is ordered.

@@ -16,9 +16,9 @@ from touchline.services.planner.steering.method import CurveEnd
 from touchline.services.planner.swaths.chains import GAP_M
 from touchline.services.planner.swaths.swaths import Painting, Swath
 from touchline.services.planner.transitions.pricing import end_rows
-from touchline.services.planner.transitions.transitions import Ways
+from touchline.services.planner.transitions.transitions import TransitionFamily
 
-# Every node's nearest neighbours are timed exactly; at the nearest of these methods with more ways look closer.
+# Every node's nearest neighbours are timed exactly; at the nearest of these methods with more transitions look closer.
 TIMED, CLOSER = 12, 3
 # Up to this many nodes all pairs are timed.
 ALL_NODES = 200
@@ -28,15 +28,15 @@ ROUGH_PART, ROUGH_DONE = 150_000, 0.15
 NEVER_S = 1e6
 # Pairs that differ by no more than rounding (m, rad, 1/m) take the same time.
 ALIKE = 1e-7
-# No pieces of ways, and no counts.
-NO_WAYS = np.zeros((0, 0, 5)), np.zeros(0, dtype=np.int64)
+# No pieces of transitions, and no counts.
+NO_TRANSITIONS = np.zeros((0, 0, 5)), np.zeros(0, dtype=np.int64)
 
 
 class Timing(NamedTuple):
-    """How pairs are timed: at first sight, or `closer`, for methods with more ways than they look at then.
+    """One pass of timing pairs: a first one, or a `closer` one for methods that then try more transitions.
 
-    At most `part` pairs are timed at once, in about 50 ms; behind each part it may be enough. `begun` and `ended` are
-    the shares of all time that have passed before and after it.
+    At most `part` pairs are timed at once, in about 50 ms; after each part the budget may be used up. `begun` and
+    `ended` are the fractions of all timing that are done before and after the pass.
     """
 
     closer: bool
@@ -50,13 +50,13 @@ FIRST, SECOND = Timing(False, 3000, ROUGH_DONE, 0.25), Timing(True, 120, 0.25, 1
 
 @dataclass(frozen=True)
 class Tracks:
-    """The quickest ways of a matrix.
+    """The quickest transitions of a matrix.
 
     Attributes:
         paint_s: (nodes,) seconds that painting takes.
         kind: (ends, beginnings) which way, −1 where it has only been timed roughly.
-        pieces: (ways, k, 5) the columns of `Piece`, from the end of the painted segment on.
-        counts: (ways,) how many of them there are.
+        pieces: (transitions, k, 5) the columns of `Piece`, from the end of the painted segment on.
+        counts: (transitions,) how many of them there are.
     """
 
     paint_s: Floats
@@ -65,7 +65,7 @@ class Tracks:
     counts: Ints
 
     def with_pairs(self, pairs: Ints, which: Ints, pieces: Floats, counts: Ints) -> "Tracks":
-        """With these `pieces` and `counts` too, of which the pairs (n, 2) have those number `which` (n,)."""
+        """These and more transitions; pair i of `pairs` (n, 2) takes number `which[i]` of the new ones."""
         kind = self.kind.copy()
         kind[pairs[:, 0], pairs[:, 1]] = len(self.counts) + which
         pieces, counts = stacked([(self.pieces, self.counts), (pieces, counts)])
@@ -73,7 +73,7 @@ class Tracks:
 
 
 def nodes_of(modes: Sequence[Sequence[Swath]]) -> tuple[list[Swath], Ints, Ints]:
-    """All modes as nodes; which swath each paints; and its other way round (itself, if that cannot be driven)."""
+    """All modes as nodes, the swath that each paints, and the node that paints it in reverse (itself, if none can)."""
     nodes = [swath for group in modes for swath in group]
     segment = np.repeat(np.arange(len(modes)), [len(group) for group in modes])
     flip = np.arange(len(nodes))
@@ -88,7 +88,7 @@ def nodes_of(modes: Sequence[Sequence[Swath]]) -> tuple[list[Swath], Ints, Ints]
 
 
 def _turned_round(swath: Swath, other: Swath) -> bool:
-    """Whether one of two modes of a swath is the other one the other way round."""
+    """Whether two modes of a swath are each other's reverse."""
     first, last = swath.strokes[0], other.strokes[-1]
     x, y, _ = last.nozzle.end
     same = first.id == last.id and first.flipped != last.flipped
@@ -97,7 +97,7 @@ def _turned_round(swath: Swath, other: Swath) -> bool:
 
 def problem(
     modes: Sequence[Sequence[Swath]],
-    ways: Ways,
+    transitions: TransitionFamily,
     painting: Painting,
     start: CurveEnd | None,
     end: CurveEnd | None = None,
@@ -107,7 +107,7 @@ def problem(
 
     Args:
         modes: For every swath the ways to paint it.
-        ways: The transitions of the method in use.
+        transitions: The transitions of the method in use.
         painting: Decides what is painted in one go.
         start: Where the robot begins; None: every swath may come first, at no cost.
         end: Where it ends; None: every swath may be last, at no cost.
@@ -118,19 +118,19 @@ def problem(
     begins, ends = [n.begin for n in nodes], [n.end for n in nodes]
     cost = np.full((count + 1, count + 1), 0.0)
     paint = np.array([node.seconds for node in nodes])
-    cost[:-1, :-1], tracks = seconds_between(ends, begins, ways, segment, paint, budget)
+    cost[:-1, :-1], tracks = seconds_between(ends, begins, transitions, segment, paint, budget)
     cost[:-1, :-1][segment[:, None] == segment[None, :]] = NEVER_S
     tracks = _going_on(nodes, painting, cost, tracks)
     if start is not None:
-        cost[-1, :-1] = _timed_all([start], begins, ways)
+        cost[-1, :-1] = _timed_all([start], begins, transitions)
     if end is not None:
-        cost[:-1, -1] = _timed_all(ends, [end], ways)
+        cost[:-1, -1] = _timed_all(ends, [end], transitions)
     cost[:, :-1] += paint
     return Problem(cost, segment, flip), tracks
 
 
 def _going_on(nodes: Sequence[Swath], painting: Painting, cost: Floats, tracks: Tracks) -> Tracks:
-    """Lower the cost of going on from a swath into another to what painting both in one go takes longer."""
+    """Lower the cost between swaths that join to the extra time of painting both in one go."""
     places = [np.array([end.pose[:2] for end in each]) for each in ([n.end for n in nodes], [n.begin for n in nodes])]
     near = cKDTree(places[0]).query_ball_tree(cKDTree(places[1]), GAP_M)
     pairs = []
@@ -147,47 +147,54 @@ def _going_on(nodes: Sequence[Swath], painting: Painting, cost: Floats, tracks: 
 
 
 def seconds_between(
-    ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, segment: Ints, paint_s: Floats, budget: Budget
+    ends: list[CurveEnd],
+    begins: list[CurveEnd],
+    transitions: TransitionFamily,
+    segment: Ints,
+    paint_s: Floats,
+    budget: Budget,
 ) -> tuple[Floats, Tracks]:
-    """Seconds (ends, begins) of the quickest transitions, rough ones for pairs that are far from each other; and these.
+    """Seconds (ends, begins) of the quickest transitions, rough for distant pairs; and the transitions.
 
     Args:
         ends: Where swaths end, node by node.
         begins: Where they begin, node by node.
-        ways: The transitions of the method in use.
+        transitions: The transitions of the method in use.
         segment: (nodes,) which swath each node paints.
         paint_s: (nodes,) seconds that painting takes.
         budget: Told how far it is, and asked whether that is enough.
     """
     count = len(ends)
-    tracks = Tracks(paint_s, np.full((count, count), -1), *NO_WAYS)
-    table = _straight(ends, begins, ways)
+    tracks = Tracks(paint_s, np.full((count, count), -1), *NO_TRANSITIONS)
+    table = _straight(ends, begins, transitions)
     if count <= ALL_NODES:
         pairs = _all_pairs(count, count)
     else:
-        _rough(ends, begins, ways, table, budget)
+        _rough(ends, begins, transitions, table, budget)
         pairs = _nearest(table, segment, TIMED)
-    for timing in (FIRST, SECOND) if ways.pricing.looks_closer else (FIRST._replace(ended=1.0),):
+    for timing in (FIRST, SECOND) if transitions.pricing.looks_closer else (FIRST._replace(ended=1.0),):
         if timing.closer:
             pairs = _nearest(table, segment, CLOSER)
-        chosen, seconds, which, pieces, counts = _timed(ends, begins, ways, pairs, timing, budget)
+        chosen, seconds, which, pieces, counts = _timed(ends, begins, transitions, pairs, timing, budget)
         done = pairs[chosen]
         table[done[:, 0], done[:, 1]] = seconds
         tracks = tracks.with_pairs(done, which, pieces, counts)
     return table, tracks
 
 
-def _straight(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways) -> Floats:
-    """Seconds straight on from each end to each beginning, whichever way they look."""
+def _straight(ends: list[CurveEnd], begins: list[CurveEnd], transitions: TransitionFamily) -> Floats:
+    """Seconds (ends, begins) of straight lines from each end to each beginning, headings ignored."""
     starts, goals = end_rows(ends), end_rows(begins)
     apart = np.hypot(*(goals[None, :, axis] - starts[:, None, axis] for axis in (0, 1)))
-    return np.asarray(apart / ways.limits.transit_speed_mps)
+    return np.asarray(apart / transitions.limits.transit_speed_mps)
 
 
-def _rough(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, table: Floats, budget: Budget) -> None:
-    """Fill in rough seconds, as the method in use has them."""
+def _rough(
+    ends: list[CurveEnd], begins: list[CurveEnd], transitions: TransitionFamily, table: Floats, budget: Budget
+) -> None:
+    """Fill in the rough seconds of the method in use."""
     for part in budget.parts(len(ends), max(ROUGH_PART // len(begins), 1), 0.0, ROUGH_DONE):
-        table[part] = ways.pricing.rough_s(ways, ends[part], begins)
+        table[part] = transitions.pricing.rough_s(transitions, ends[part], begins)
 
 
 def _nearest(table: Floats, segment: Ints, count: int) -> Ints:
@@ -206,42 +213,49 @@ def _all_pairs(starts: int, goals: int) -> Ints:
     return np.stack(np.divmod(np.arange(starts * goals), goals), axis=1)
 
 
-def _timed_all(ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways) -> Floats:
-    """Seconds (n,) at first sight from one end to all beginnings, or from all ends to one beginning."""
+def _timed_all(ends: list[CurveEnd], begins: list[CurveEnd], transitions: TransitionFamily) -> Floats:
+    """Seconds (n,), timed in a first pass, from one end to all beginnings or from all ends to one beginning."""
     pairs = _all_pairs(len(ends), len(begins))
-    return _timed(ends, begins, ways, pairs, FIRST, UNWATCHED)[1]
+    return _timed(ends, begins, transitions, pairs, FIRST, UNWATCHED)[1]
 
 
 def _timed(
-    ends: list[CurveEnd], begins: list[CurveEnd], ways: Ways, pairs: Ints, timing: Timing, budget: Budget
+    ends: list[CurveEnd],
+    begins: list[CurveEnd],
+    transitions: TransitionFamily,
+    pairs: Ints,
+    timing: Timing,
+    budget: Budget,
 ) -> tuple[Ints, Floats, Ints, Floats, Ints]:
-    """Which (n,) of the `pairs` were timed before it was enough; seconds (n,) of the quickest way of each, and which.
+    """Time pairs until the budget is used up; pairs that differ only in where they lie share one transition.
 
-    These ways are pieces (m, k, 5) and their number (m,): pairs that are alike but for their place have one.
+    Returns:
+        Which (n,) of the `pairs` were timed, seconds (n,) of their quickest transitions, the number (n,) of each one's
+        transition, and the pieces (m, k, 5) and counts (m,) of the transitions.
     """
     first, alike = _alike(end_rows(ends)[pairs[:, 0]], end_rows(begins)[pairs[:, 1]])
     pairs = pairs[first]
-    price = ways.pricing.timer(ways, ends, begins)
-    size = min(timing.part, ways.pricing.part)
+    price = transitions.pricing.timer(transitions, ends, begins)
+    size = min(timing.part, transitions.pricing.part)
     priced = [price(pairs[part], timing.closer) for part in budget.parts(len(pairs), size, timing.begun, timing.ended)]
     seconds = np.concatenate([np.zeros(0), *(each.seconds for each in priced)])
-    pieces, counts = stacked([NO_WAYS, *((each.pieces, each.counts) for each in priced)])
+    pieces, counts = stacked([NO_TRANSITIONS, *((each.pieces, each.counts) for each in priced)])
     chosen = np.flatnonzero(alike < len(seconds))
     which = alike[chosen]
     return chosen, seconds[which], which, pieces, counts
 
 
 def stacked(tables: Sequence[tuple[Floats, Ints]]) -> tuple[Floats, Ints]:
-    """Pieces (n, k, 5) and counts (n,) of ways as one table, as wide as the widest."""
+    """Pieces (n, k, 5) and counts (n,) of transitions as one table, as wide as the widest."""
     most = max(pieces.shape[1] for pieces, _ in tables)
     wide = [np.pad(pieces, ((0, 0), (0, most - pieces.shape[1]), (0, 0))) for pieces, _ in tables]
     return np.concatenate(wide), np.concatenate([counts for _, counts in tables])
 
 
 def _alike(starts: Floats, goals: Floats) -> tuple[Ints, Ints]:
-    """The first of the pairs (rows of both) that are the same but for their place; which of them each is like.
+    """Groups pairs (rows of both) that differ only in where they lie: the first of each group, and each pair's group.
 
-    Fields repeat themselves: of the pairs of an American football field one in ten is unlike all before it.
+    On an American football field only one pair in ten begins a new group.
     """
     apart = (goals[:, 0] - starts[:, 0] + 1j * (goals[:, 1] - starts[:, 1])) * np.exp(-1j * starts[:, 2])
     turn = wrapped_all(goals[:, 2] - starts[:, 2])

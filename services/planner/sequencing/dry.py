@@ -50,7 +50,7 @@ class WetGround:
 
     @classmethod
     def of(cls, nodes: Sequence[Swath], segment: Ints, wheels: Wheels) -> "WetGround":
-        """The ground under nodes, of which each paints a swath, numbered `segment`."""
+        """The ground under nodes; each paints the swath numbered `segment`."""
         painted = [nodes[k].strokes for k in np.unique(segment, return_index=True)[1]]
         owner = np.repeat(np.arange(len(painted)), [len(strokes) for strokes in painted])
         lines, ever = wet_rows(stroke.nozzle for strokes in painted for stroke in strokes), wheels.never_dry
@@ -62,7 +62,7 @@ class WetGround:
 
 
 def ordered_dry(scene: Scene, begin: Ints, budget: Budget = UNWATCHED) -> Ints:
-    """The nodes (segments,) in the best order found from `begin` on, or by the time that the `budget` has enough."""
+    """The nodes (segments,) in the best order found from `begin` on, within the `budget`."""
     if not scene.crossing:
         return begin
     depot, segments = len(scene.ends), len(begin)
@@ -98,7 +98,7 @@ def wet_times(scene: Scene, known: Known, tour: Ints) -> Ints:
 
 
 def unknown_yet(nodes: int) -> Known:
-    """Nothing known of what is run over between so many nodes and the depot."""
+    """An empty record of what is run over between so many nodes and the depot."""
     first = np.full((nodes + 1, nodes + 1), UNKNOWN, dtype=np.int32)
     return Known(first, np.empty((KNOWN_MAX, 2), dtype=np.int32), *np.zeros((2, 1), dtype=np.int64))
 

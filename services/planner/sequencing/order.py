@@ -80,7 +80,7 @@ class Problem:
 def ordered(problem: Problem, budget: Budget = UNWATCHED, kicks: int | None = None, begin: Ints | None = None) -> Ints:
     """The nodes (segments,) in the best order found, from `begin` on if that is given.
 
-    The budget may have enough after the first kicks. If it has not, the result depends on the problem alone.
+    The budget may end the search after the first kicks. If it does not, the result depends on the problem alone.
 
     Args:
         problem: What is ordered.
@@ -117,7 +117,7 @@ def _cheapest(cost: Floats, segment: Ints) -> Ints:
 
 
 def _nearest(cost: Floats, segment: Ints, segments: int) -> Ints:
-    """A tour to begin with: always on to the cheapest next node."""
+    """A first tour by the nearest-neighbour rule: always on to the cheapest next node."""
     at = len(segment) - 1
     open_, tour = np.ones(len(segment), dtype=bool), [at]
     open_[at] = False

@@ -15,21 +15,27 @@ from touchline.services.core.jit import kernel
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 from touchline.services.planner.sequencing.wet import Contacts, WetLines, wet_crossings
 
-# Ways are looked at this often (m), lines being no narrower.
+# Transitions are sampled this often (m), lines being no narrower.
 STEP_M = 0.08
 UNKNOWN = -1
 
 
 class Scene(NamedTuple):
-    """What is ordered.
+    """An ordering problem with what every transition and every painted segment runs over.
 
-    `cost`, `segment`, `flip`, `modes` and `after` as in search.py; `paint` (nodes + 1,) seconds of each node;
-    `begins` (nodes + 1, 3) poses, the last one where to stop, or nan; `ends` (nodes, 3) poses; `kind`, `pieces` and
-    `counts` the ways (see `Tracks`), straight where unknown; `over_from` (nodes + 1,) and `over` what painting a node
-    runs over: rows of segment and times; `lines` their lines as in wet.py, without times, and `owner` (lines,) the
-    segment that each belongs to; `contacts` what touches the ground, with paint that never dries, and `drying` how long
-    it stays wet, s; `crossing` seconds that one crossing may cost; `run_out` metres driven straight on behind the last
-    segment, unless there is a place to stop.
+    Attributes:
+        cost, segment, flip, modes, after: As in search.py.
+        paint: (nodes + 1,) seconds of painting each node.
+        begins: (nodes + 1, 3) poses (m, m, rad); the last one is where to stop, or nan.
+        ends: (nodes, 3) poses.
+        kind, pieces, counts: The transitions (see `Tracks`), straight where unknown.
+        over_from, over: What painting a node runs over, from (nodes + 1,) on: rows of segment and times (s).
+        lines: The lines that these rows refer to, as in wet.py, without times.
+        owner: (lines,) the segment that each line belongs to.
+        contacts: What touches the ground, with paint that never dries.
+        drying: How long paint stays wet (s).
+        crossing: Seconds that one crossing may cost.
+        run_out: Metres driven straight on behind the last segment, unless there is a place to stop.
     """
 
     cost: Floats
@@ -54,9 +60,9 @@ class Scene(NamedTuple):
 
 
 class Known(NamedTuple):
-    """What is run over on the way from node to node: rows of segment and times from `first` on, closed by −1.
+    """What transitions run over, found once: rows of segment and times from `first` on, closed by −1.
 
-    `used` (1,) of the rows; `looked_at` (1,) counts the rows that orders were judged by.
+    `used` (1,) counts the rows filled in, `looked_at` (1,) those read to evaluate orders.
     """
 
     first: NDArray[np.int32]
@@ -92,7 +98,7 @@ def _poses(pieces: Floats, count: int, start: Floats) -> Floats:
 
 
 @kernel
-def way_over(scene: Scene, known: Known, a: int, b: int) -> int:
+def transition_over(scene: Scene, known: Known, a: int, b: int) -> int:
     """What is run over between two nodes: the first of its rows in `known`, which are filled in if need be.
 
     Args:
@@ -137,7 +143,7 @@ def way_over(scene: Scene, known: Known, a: int, b: int) -> int:
 
 
 class Judgement(NamedTuple):
-    """What an order comes to.
+    """The evaluation of an order.
 
     Attributes:
         painted: (segments,) when each segment is half painted, s; infinite before it is.
@@ -167,15 +173,15 @@ def judged(scene: Scene, known: Known, tour: Ints, span: tuple[int, int], begun:
             painted[scene.segment[tour[i + 1]]] = np.inf
     for i in range(low, high + 1):
         a, b = tour[i], tour[(i + 1) % n]
-        way, count = scene.cost[a, b] - scene.paint[b], 0
+        between, count = scene.cost[a, b] - scene.paint[b], 0
         if a != depot:
-            row, middle = way_over(scene, known, a, b), time + 0.5 * way
+            row, middle = transition_over(scene, known, a, b), time + 0.5 * between
             while known.rows[row, 0] >= 0:
                 known.looked_at[0] += 1
                 if 0.0 <= middle - painted[known.rows[row, 0]] <= scene.drying:
                     count += known.rows[row, 1]
                 row += 1
-        time += way + scene.paint[b]
+        time += between + scene.paint[b]
         if b != depot:
             middle = time - 0.5 * scene.paint[b]
             known.looked_at[0] += scene.over_from[b + 1] - scene.over_from[b]

@@ -34,7 +34,7 @@ NONE = (-1, -1)
 
 
 class CostTables(NamedTuple):
-    """What is searched.
+    """The search problem as tables.
 
     Attributes:
         cost: (nodes, nodes) seconds from node to node, painting the second included; the last node is the depot.
@@ -54,7 +54,7 @@ class CostTables(NamedTuple):
 
 
 class Tour(NamedTuple):
-    """A tour and what moves are priced by.
+    """A tour, with the tables that price a move in constant time.
 
     Attributes:
         board: The tour itself.
@@ -70,7 +70,7 @@ class Tour(NamedTuple):
 
 
 class Queue(NamedTuple):
-    """The segments to look at: a ring of them (n,), and for each segment whether it is in there."""
+    """The segments to look at: a ring of them (n,), and for each segment whether it is queued."""
 
     ring: Ints
     queued: NDArray[np.bool_]
@@ -87,7 +87,7 @@ class Kicks(NamedTuple):
 
 @kernel
 def improve(tables: CostTables, board: Board, best: Ints, lengths: Floats, kicks: Kicks) -> None:
-    """Make kicks, in place, and descend from each.
+    """Improve a tour in place by kicks, each followed by a descent to a local optimum.
 
     Args:
         tables: What is searched.
@@ -134,7 +134,7 @@ def improve(tables: CostTables, board: Board, best: Ints, lengths: Floats, kicks
 
 @borrowing
 def _kick(tables: CostTables, state: Tour, queue: Queue, seed: int, k: int) -> int:
-    """Swap two neighbouring blocks by chance; how many segments wait in the queue then."""
+    """Swap two random neighbouring blocks; the number of segments that are queued then."""
     tour = state.board.tour
     n, waiting = len(tour), 0
     i = 1 + whole(seed, 4 * k, n - 2)
@@ -156,7 +156,7 @@ def _kick(tables: CostTables, state: Tour, queue: Queue, seed: int, k: int) -> i
 
 @borrowing
 def _index(tables: CostTables, state: Tour, low: int, high: int) -> None:
-    """Where each segment is, and what the first edges cost forth and flipped, after `low` … `high` have changed."""
+    """Update positions and prefix sums, forward and flipped, after positions `low` … `high` have changed."""
     cost, flip, segment = tables.cost, tables.flip, tables.segment
     tour, place, forth, back = state.board.tour, state.place, state.forth, state.back
     n = len(tour)
@@ -293,7 +293,17 @@ def _or_opt(tables: CostTables, state: Tour, i: int, j: int, b: int) -> tuple[in
 
 @kernel
 def best_modes(cost: Floats, segment: Ints, modes: Ints, tour: Ints) -> Ints:
-    """(n,) the cheapest modes for the tour's order of segments, by dynamic programming; tables as in `CostTables`."""
+    """The cheapest modes for a tour's order of segments, by dynamic programming over the modes of each segment in turn.
+
+    Args:
+        cost: (nodes, nodes) as in `CostTables`.
+        segment: (nodes,) as in `CostTables`.
+        modes: (segments, most modes) as in `CostTables`.
+        tour: (n,) nodes, the depot first.
+
+    Returns:
+        (n,) the nodes of the cheapest closed tour through the same segments in the same order.
+    """
     n, most = len(tour), modes.shape[1]
     value = np.full((n, most), np.inf)
     chosen = np.zeros((n, most), dtype=np.int64)

@@ -1,4 +1,4 @@
-"""Crossings of wet paint that no order of painting would do away with."""
+"""Crossings of wet paint that no order of painting avoids."""
 
 from collections.abc import Sequence
 
@@ -15,11 +15,15 @@ def unavoidable_crossings(
     modes: Sequence[Sequence[Stroke]],
     wheels: Wheels,
 ) -> int:
-    """How many crossings are of two segments of which the later one always runs over the other.
+    """The number of crossings that occur whichever of the two segments is painted first, and in whichever mode.
 
-    `over` says for each of the `strokes`, in driving order, how often those painted before it are run over while it is
-    painted. A crossing counts if it is there whichever of both comes first, and in all their `modes`; but for waiting,
-    nothing helps.
+    Only waiting for the paint to dry would avoid them.
+
+    Args:
+        strokes: In driving order.
+        over: For each stroke, how often those painted before it are run over while it is painted.
+        modes: For every segment the ways to paint it.
+        wheels: What touches the ground.
     """
     choices = {choice[0].id: choice for choice in modes}
     ever = wheels.never_dry
@@ -32,6 +36,6 @@ def unavoidable_crossings(
 
 
 def _least(modes: Sequence[Stroke], line: Stroke, wheels: Wheels) -> int:
-    """How often painting a segment runs over a line at the least."""
+    """The least number of times that painting a segment runs over a line."""
     rows = wet_rows([line.nozzle])
     return min(int(wheels.crossings(stroke.path, 0.0, 0.0, rows).sum()) for stroke in modes)

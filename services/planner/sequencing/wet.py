@@ -53,7 +53,7 @@ class Wheels:
 
     @classmethod
     def of(cls, vehicle: Vehicle, line_width_m: float, drying_s: float) -> "Wheels":
-        """What a vehicle touches the ground with."""
+        """The wheels and casters of a vehicle."""
         return cls(np.array(vehicle.drive.contacts_m), 0.5 * line_width_m, drying_s)
 
     @property
@@ -62,7 +62,7 @@ class Wheels:
         return replace(self, drying_s=math.inf)
 
     def looked_at_every(self, step_m: float) -> Contacts:
-        """The form that kernels take, for tracks whose poses are so far apart."""
+        """The contacts as kernels take them, for tracks of poses that are `step_m` apart."""
         return Contacts(self.contacts, self.half_width_m, self.drying_s, step_m)
 
     def crossings(self, path: PiecePath, begun_s: float, seconds: float, painted: Floats) -> Ints:
@@ -89,7 +89,7 @@ class Wheels:
 
 
 def wet_rows(nozzles: Iterable[Curve]) -> Floats:
-    """(n, 7) rows of lines that are there from the beginning."""
+    """(n, 7) rows of lines that are on the ground from the beginning."""
     rows = [(n.x_m, n.y_m, n.heading_rad, n.curvature_1pm, n.length_m, -1.0, math.inf) for n in nozzles]
     return np.array(rows).reshape(-1, 7)
 

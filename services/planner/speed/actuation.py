@@ -23,7 +23,7 @@ class PaintedStretch(NamedTuple):
 
 
 class Switch(NamedTuple):
-    """From `station_m` on: the actuation bits `mask`."""
+    """The actuation bits `mask` that hold from `station_m` on."""
 
     station_m: float
     mask: int

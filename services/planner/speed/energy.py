@@ -1,4 +1,4 @@
-"""What a plan takes from the battery: the drive's power over its speed profile, on level, dry grass.
+"""The energy that a plan takes from the battery: the drive's power over its speed profile, on level, dry grass.
 
 The robot begins with a full tank and gets lighter as it paints; an empty tank is filled up.
 """
@@ -18,7 +18,7 @@ MOST_STEPS = 500_000
 
 
 def battery_wh(sent: list[Sent], speeds: SpeedProfile, vehicle: Vehicle, drive: PlannedDrive) -> float:
-    """Of a whole plan, Wh: idle power all the time, and what the drive draws."""
+    """Energy of a whole plan (Wh): idle power throughout, and what the drive draws."""
     step_s = max(STEP_S, speeds.total_time_s / MOST_STEPS)
     station_m, speed_mps, spinning_radps = _over_time(speeds, step_s)
     mass_kg = _mass_kg(station_m, sent, speeds, vehicle)
@@ -47,14 +47,14 @@ def _over_time(speeds: SpeedProfile, step_s: float) -> tuple[Floats, Floats, Flo
 
 
 def _curvature_1pm(station_m: Floats, sent: list[Sent]) -> Floats:
-    """Of the path at these arc lengths (n,), without the steps between the arcs that are sent."""
+    """Curvature (n,) of the path at arc lengths (n,), without the steps between the arcs that are sent."""
     driven = [piece for piece in sent if piece.end_m > piece.start_m]
     middle = [0.5 * (piece.start_m + piece.end_m) for piece in driven]
     return np.interp(station_m, middle, [piece.curve.curvature_1pm for piece in driven])
 
 
 def _mass_kg(station_m: Floats, sent: list[Sent], speeds: SpeedProfile, vehicle: Vehicle) -> Floats:
-    """Of the robot at these arc lengths (n,); of one that carries nothing always the same."""
+    """Mass (n,) of the robot at arc lengths (n,); constant for one that carries nothing."""
     at_m, used_l = [0.0], [0.0]
     full_l, empty_kg, full_kg = vehicle.tool.capacity_l, vehicle.body.mass_empty_kg, vehicle.mass_full_kg
     if not full_l:

@@ -24,7 +24,7 @@ SQUARE_TOLERANCE = 1e-12
 
 
 class Steady(NamedTuple):
-    """From `start_m` to `end_m` of arc length: one speed, at most `speed_mps`."""
+    """A stretch of arc length to be driven at one speed, at most `speed_mps`."""
 
     start_m: float
     end_m: float

@@ -1,8 +1,8 @@
 """Time-optimal path parametrisation (TOPP), compiled: the fastest speeds along cells of constant sharpness.
 
-State is u = v² (m²/s²), linear in arc length within a cell (constant acceleration). What the drive can do of that is
-said by drives/caps.py. A backward pass finds the fastest entries from which the rest can be
-driven, a forward pass the fastest drive through them: the optimum on these cells, after Pham and Pham, "A new approach
+State is u = v² (m²/s²), linear in arc length within a cell (constant acceleration). The limits are those of
+drives/caps.py. A backward pass finds the fastest entries from which the rest can be driven, a forward pass the fastest
+drive through them: the optimum on these cells, after Pham and Pham, "A new approach
 to time-optimal path parameterization based on reachability analysis", IEEE T-RO 34(3), 2018.
 """
 
@@ -16,13 +16,25 @@ from touchline.services.planner.geometry.clothoid import Floats
 
 # A cell of a clothoid changes curvature by at most this (1/m): its speed is capped for the tighter end.
 CELL_CURVATURE_1PM = 0.15
-# What it costs to slow down a painted line next to a way.
+# What it costs to slow down a painted line next to a transition.
 SLOWED_S_PER_MPS, SPEED_SLACK_MPS = 30.0, 1e-6
 
 
 @kernel
 def sweep(length: Floats, curvature: Floats, sharpness: Floats, cap: Floats, limits: Caps, square: Floats) -> None:
-    """Lower `square`, u at the knots (n+1,), to the fastest drive; `curvature` at the start of each cell (n,)."""
+    """Lower the squared speeds at the knots to those of the fastest drive.
+
+    First backward, to the largest entry of each cell from which the rest can be driven, then forward (Pham and Pham
+    2018). A speed that is given, such as a standstill, is an upper bound at its knot.
+
+    Args:
+        length: (n,) of the cells (m), positive.
+        curvature: (n,) signed, at the beginning of each cell (1/m).
+        sharpness: (n,) signed, constant over each cell (1/m²).
+        cap: (n,) the largest u of each cell (m²/s²), as `square_cap` has it.
+        limits: Of drive and plan.
+        square: (n + 1,) u at the knots (m²/s²): upper bounds, and then the drive's.
+    """
     n = len(length)
     for i in range(n):
         square[i] = min(square[i], cap[i])
@@ -38,9 +50,22 @@ def sweep(length: Floats, curvature: Floats, sharpness: Floats, cap: Floats, lim
 
 @kernel
 def peak(
-    length: float, curvature: float, sharpness: float, cap: float, limits: Caps, first: float, last: float
+    length: float, curvature: float, sharpness: float, cap: float, limits: Caps, ends: tuple[float, float]
 ) -> tuple[float, float]:
-    """Within a line or arc u may rise above both ends: the largest u reached, and the acceleration to get there."""
+    """How fast the robot gets within a cell: on a line or arc it may speed up and brake again.
+
+    Args:
+        length: Of the cell (m).
+        curvature: Signed, at its beginning (1/m).
+        sharpness: Signed, constant (1/m²); on a clothoid u is linear between the ends.
+        cap: The largest u of the cell (m²/s²).
+        limits: Of drive and plan.
+        ends: u at its beginning and at its end (m²/s²).
+
+    Returns:
+        The largest u reached (m²/s²), and the acceleration (m/s²) to get there and down again: 0 on a clothoid.
+    """
+    first, last = ends
     if sharpness != 0.0:
         return max(first, last), 0.0
     most = gain(first, curvature, 0.0, length, limits)
@@ -49,7 +74,15 @@ def peak(
 
 @kernel
 def cell_time(length: float, first: float, last: float, top: float, most: float) -> float:
-    """Seconds for a cell: up to `top`, on at `top`, down; or straight from `first` to `last` (u)."""
+    """Seconds for a cell: up to the largest speed, on at it, and down; or steadily from end to end.
+
+    Args:
+        length: Of the cell (m).
+        first: u = v² at its beginning (m²/s²).
+        last: u at its end.
+        top: The largest u in it, as `peak` has it.
+        most: The acceleration (m/s²) up to it and down again; 0: u is linear between the ends.
+    """
     start, end = math.sqrt(first), math.sqrt(last)
     if most <= 0.0 or (top == first and top == last):
         return 2.0 * length / max(start + end, 1e-12)
@@ -66,10 +99,17 @@ def _parts(piece: Floats) -> int:
 
 @kernel
 def path_time(pieces: Floats, count: int, first: float, last: float, limits: Caps) -> float:
-    """Seconds for `count` pieces (as columns of `Piece`), entered and left at speeds (m/s), standing still at cusps.
+    """Seconds for the fastest drive along pieces, with a standstill at every cusp and turn on the spot.
 
-    This is a figure to compare ways by: a speed at an end that the way does not allow is lowered, and punished, as it
-    would slow down the painted line there.
+    For comparing transitions: a speed at an end that the transition does not allow is lowered, at the price of
+    SLOWED_S_PER_MPS, as it would slow down the painted line there.
+
+    Args:
+        pieces: (at least `count`, 5) the columns of `Piece` (m, 1/m, 1/m², direction, rad).
+        count: How many of them there are.
+        first: Speed at which they are entered (m/s).
+        last: Speed at which they are left (m/s).
+        limits: Of drive and plan.
     """
     cells = 0
     for k in range(count):
@@ -98,7 +138,7 @@ def path_time(pieces: Floats, count: int, first: float, last: float, limits: Cap
             i += 1
     sweep(length, curvature, sharpness, cap, limits, square)
     for i in range(cells):
-        top, most = peak(length[i], curvature[i], sharpness[i], cap[i], limits, square[i], square[i + 1])
+        top, most = peak(length[i], curvature[i], sharpness[i], cap[i], limits, (square[i], square[i + 1]))
         seconds += cell_time(length[i], square[i], square[i + 1], top, most)
     lost = max(first - math.sqrt(square[0]), 0.0) + max(last - math.sqrt(square[cells]), 0.0)
     return seconds + (SLOWED_S_PER_MPS * lost if lost > SPEED_SLACK_MPS else 0.0)
@@ -108,7 +148,19 @@ def path_time(pieces: Floats, count: int, first: float, last: float, limits: Cap
 def entries(
     length: Floats, curvature: Floats, sharpness: Floats, cap: Floats, limits: Caps, square: Floats
 ) -> tuple[Floats, Floats]:
-    """The swept profile as (arc length, u) of every point where u may bend."""
+    """The swept profile at every point between which u = v² is linear in arc length.
+
+    Args:
+        length: (n,) of the cells (m).
+        curvature: (n,) signed, at the beginning of each cell (1/m).
+        sharpness: (n,) signed, constant over each cell (1/m²).
+        cap: (n,) the largest u of each cell (m²/s²).
+        limits: Of drive and plan.
+        square: (n + 1,) u at the knots (m²/s²), as `sweep` leaves them.
+
+    Returns:
+        (m,) arc lengths (m), and (m,) u there (m²/s²): the knots, and where cells stop speeding up or begin to brake.
+    """
     n = len(length)
     station, value = np.empty(3 * n + 1), np.empty(3 * n + 1)
     at = 0.0
@@ -116,7 +168,7 @@ def entries(
     k = 1
     for i in range(n):
         first, last = square[i], square[i + 1]
-        top, most = peak(length[i], curvature[i], sharpness[i], cap[i], limits, first, last)
+        top, most = peak(length[i], curvature[i], sharpness[i], cap[i], limits, (first, last))
         if most > 0.0 and top > max(first, last):
             station[k], value[k] = at + (top - first) / (2.0 * most), top
             station[k + 1], value[k + 1] = at + length[i] - (top - last) / (2.0 * most), top

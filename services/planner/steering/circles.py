@@ -60,9 +60,14 @@ def circle(limit: float) -> Floats:
 
 @kernel
 def turn_length(deflection: float, c: Floats) -> float:
-    """Length of a turn by `deflection` ≥ 0 (rad) on the circle with the figures `c` (6,).
+    """Length of a turn of two clothoids and an arc (Fraichard and Scheuer 2004).
 
-    Below the limit deflection it is that of the flatter pair of clothoids on the turning circle.
+    Below the limit deflection it is that of the flatter pair of clothoids between the same two points of the turning
+    circle.
+
+    Args:
+        deflection: By which it turns, not negative (rad).
+        c: (6,) figures of the turning circle.
     """
     if deflection >= c[LIMIT_TURN]:
         return float(c[LIMIT] + deflection / c[LIMIT])
@@ -82,7 +87,14 @@ def wrapped(angle: float) -> float:
 
 @kernel
 def same_side(x: float, y: float, heading: float, c: Floats) -> Amounts:
-    """LSL, for the vector (x, y) from the first to the last left centre and the goal's heading (rad)."""
+    """The word LSL (Dubins 1957), or `NONE`.
+
+    Args:
+        x: Of the vector from the first to the last left centre.
+        y: Of that vector.
+        heading: Of the goal (rad).
+        c: (6,) figures of the turning circle.
+    """
     straight = math.sqrt(x * x + y * y) - 2.0 * c[FORWARD]
     if straight < 0.0:
         return NONE
@@ -92,7 +104,14 @@ def same_side(x: float, y: float, heading: float, c: Floats) -> Amounts:
 
 @kernel
 def other_side(x: float, y: float, heading: float, c: Floats) -> Amounts:
-    """LSR, for the vector (x, y) from the first left to the last right centre and the goal's heading (rad)."""
+    """The word LSR (Dubins 1957), or `NONE`.
+
+    Args:
+        x: Of the vector from the first left to the last right centre.
+        y: Of that vector.
+        heading: Of the goal (rad).
+        c: (6,) figures of the turning circle.
+    """
     square = x * x + y * y
     if square < 4.0 * c[RADIUS] * c[RADIUS]:
         return NONE
@@ -104,9 +123,14 @@ def other_side(x: float, y: float, heading: float, c: Floats) -> Amounts:
 
 @kernel
 def three_turns(x: float, y: float, heading: float, side: float, c: Floats) -> Amounts:
-    """LRL, for the vector (x, y) from the first to the last left centre and the goal's heading (rad).
+    """The word LRL (Dubins 1957), or `NONE`.
 
-    The middle centre lies to the left of the vector (`side` = 1) or to its right (−1).
+    Args:
+        x: Of the vector from the first to the last left centre.
+        y: Of that vector.
+        heading: Of the goal (rad).
+        side: On which side of the vector the middle centre lies: 1 left, −1 right.
+        c: (6,) figures of the turning circle.
     """
     square = x * x + y * y
     height = 4.0 * c[RADIUS] * c[RADIUS] - 0.25 * square
@@ -162,7 +186,16 @@ def left_centres(x: float, y: float, cos: float, sin: float, c: Floats) -> tuple
 
 @kernel
 def left_first(goal: complex, facing: complex, heading: float, c: Floats, weight: float, best: float) -> float:
-    """The least cost of the words that begin to the left, or `best` if that is less; arguments as `shortest_word`."""
+    """The least cost of the words that begin to the left, or `best` if that is less.
+
+    Args:
+        goal: Seen from the start.
+        facing: The unit vector of the heading there.
+        heading: The same as an angle (rad).
+        c: (6,) figures of the turning circle.
+        weight: The length of turns counts so many times.
+        best: The least cost so far.
+    """
     left_x, left_y, right_x, right_y = left_centres(goal.real, goal.imag, facing.real, facing.imag, c)
     square = left_x * left_x + left_y * left_y
     if square <= ON_PATH * ON_PATH:

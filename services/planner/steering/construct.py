@@ -1,6 +1,6 @@
 """Compiled: builds the pieces of the shortest transition, as rows of length, curvature, sharpness and direction.
 
-All `put…` append to a table (MAX_PIECES or more, 4 or 5) of which `n` rows are filled, and return how many are then.
+All `put…` append to a table (MAX_PIECES or more, 4 or 5) of which `n` rows are filled, and return their new number.
 """
 
 import math
@@ -30,7 +30,7 @@ from touchline.services.planner.steering.profile import DIRECTION, shape, shape_
 from touchline.services.planner.steering.query import Query
 from touchline.services.planner.steering.symmetry import turn_pieces_round
 
-# No way has more pieces: two ramps and three turns of three.
+# No path has more pieces: two ramps and three turns of three.
 MAX_PIECES = 12
 
 
@@ -54,15 +54,31 @@ def put(pieces: Floats, n: int, length: float, k: float, sharpness: float, direc
 
 @kernel
 def put_ramp(pieces: Floats, n: int, k_from: float, k_to: float, direction: float) -> int:
-    """Append the clothoid of unit sharpness between two curvatures."""
+    """Append the clothoid of unit sharpness between two curvatures; the number of pieces.
+
+    Args:
+        pieces: (many, 4 or 5) filled in.
+        n: Pieces so far.
+        k_from: Curvature at its beginning.
+        k_to: Curvature at its end.
+        direction: 1 forward, −1 backward.
+    """
     return int(put(pieces, n, abs(k_to - k_from), k_from, math.copysign(1.0, k_to - k_from), direction))
 
 
 @kernel
 def put_turn(pieces: Floats, n: int, deflection: float, direction: float, c: Floats) -> int:
-    """Append a turn of the words by a signed `deflection` (rad) on the circle with the figures `c` (6,).
+    """Append a turn of the words; the number of pieces.
 
-    It is clothoid, arc, clothoid; below the limit deflection two flatter clothoids; for no deflection their chord.
+    It is clothoid, arc, clothoid; below the limit deflection two flatter clothoids; for no deflection their chord
+    (Fraichard and Scheuer 2004, see circles.py).
+
+    Args:
+        pieces: (many, 4 or 5) filled in.
+        n: Pieces so far.
+        deflection: By which it turns (rad), positive to the left.
+        direction: 1 forward, −1 backward.
+        c: (6,) figures of the turning circle.
     """
     size, side = abs(deflection), math.copysign(1.0, deflection)
     if size >= c[LIMIT_TURN]:
@@ -117,7 +133,15 @@ def word_pieces(x: float, y: float, heading: float, c: Floats, pieces: Floats, n
 
 @kernel
 def profile_pieces(elements: Floats, u: Floats, ends: Floats, limit: float, pieces: Floats) -> int:
-    """Fill in the pieces (MAX_PIECES, 4) of a profile (see `profile.shape` for the arguments); their number."""
+    """Fill in the pieces of a profile; their number.
+
+    Args:
+        elements: (n, 4) of the profile, see profile.py.
+        u: (3,) the unknown amounts.
+        ends: (2,) curvatures before the first element and behind the last.
+        limit: Largest curvature.
+        pieces: (MAX_PIECES, 4 or 5) filled in.
+    """
     shaped = shape_for(elements)
     shape(elements, u, ends, limit, shaped)
     extreme, hold = shaped.extreme, shaped.hold
@@ -135,7 +159,12 @@ def profile_pieces(elements: Floats, u: Floats, ends: Floats, limit: float, piec
 
 @kernel
 def forward_pieces(query: Query, pieces: Floats) -> int:
-    """The pieces (MAX_PIECES, 4) of the shortest forward way (see `shortest_forward`); their number."""
+    """Fill in the pieces of the shortest forward path, as `shortest_forward` finds it; their number.
+
+    Args:
+        query: What is asked.
+        pieces: (MAX_PIECES, 4 or 5) filled in, in units of the query.
+    """
     ends, c = query.ends, query.circle
     amounts = np.empty(3)
     _, family, turned_round = shortest_forward(query, amounts)

@@ -1,9 +1,9 @@
-"""Words of turning circles with cusps: from these, too, Newton's method starts (see reversing.py).
+"""Words of turning circles with cusps: further starts for Newton's method (see reversing.py).
 
 The families are those of hybrid curvature (HC) steer: the words of Reeds and Shepp and a few more, where a turn begins
 and ends with a clothoid, but at a cusp at full curvature. A bend's arc lies on a circle of radius 1/κ, so a word
 follows from its joints alone: in a joint's own heading the next circle's centre lies at a fixed place from the last's.
-A word whose bends are all long enough to reach the limit is a way as it is; of the others Newton's method makes one.
+A word whose bends are all long enough to reach the limit is a path as it is; from the others Newton's method finds one.
 
 Source: Banzhaf, Palmieri, Nienhüser, Schmidt, Knoop, Zöllner, "Hybrid curvature steer: a novel extend function for
 sampling-based nonholonomic motion planning in tight environments", ITSC 2017. Names: C circle, s side (left 1, right
@@ -54,17 +54,21 @@ def _families() -> list[Family]:
             found += [Family("BSQB", d, (side, 0, last, -last), TANGENT, 2) for d in ("+++-", "---+")]
             found += [Family("BQSB", d, (-side, side, 0, last), TANGENT, 2) for d in ("-+++", "+---")]
             found += [Family("BQSQB", d, (-side, side, 0, last, -last), TANGENT, 2) for d in ("-+++-", "+---+")]
-    return [way for family in found for way in _ended(family)]
+    return [ended for family in found for ended in _ended(family)]
 
 
 def _ended(family: Family) -> list[Family]:
-    """The family, and where it begins or ends backward the same with a clothoid at that end, too."""
-    ways = [family]
+    """The family; if it begins or ends backward, also its variants with a clothoid at that end."""
+    families = [family]
     if family.directions[0] == "-":
-        ways += [w._replace(kinds="Z" + w.kinds, directions="-" + w.directions, sides=(0, *w.sides)) for w in ways]
+        families += [
+            w._replace(kinds="Z" + w.kinds, directions="-" + w.directions, sides=(0, *w.sides)) for w in families
+        ]
     if family.directions[-1] == "-":
-        ways += [w._replace(kinds=w.kinds + "Z", directions=w.directions + "-", sides=(*w.sides, 0)) for w in ways]
-    return ways
+        families += [
+            w._replace(kinds=w.kinds + "Z", directions=w.directions + "-", sides=(*w.sides, 0)) for w in families
+        ]
+    return families
 
 
 FAMILIES = _families()
@@ -154,7 +158,17 @@ def end_circle(k: float, side: float, direction: float, clothoid: bool, c: Float
 
 @kernel
 def joint(elements: Floats, sides: Floats, i: int, c: Floats) -> complex:
-    """From the circle of bend `i` to that of the next one, which turns to the other side, in their joint's heading."""
+    """The vector from the centre of a bend's circle to that of the next, which turns to the other side.
+
+    It is seen along the heading of their joint, which lies in its middle: a cusp at full curvature, or where curvature
+    is 0 between the clothoids of the two.
+
+    Args:
+        elements: (n, 4) the bends, see profile.py.
+        sides: (n or more,) to which they turn: left 1, right −1.
+        i: The first of the two bends.
+        c: (6,) figures of the turning circle.
+    """
     direction = elements[i, DIRECTION]
     if elements[i + 1, DIRECTION] == direction:
         return 2.0 * complex(direction * c[FORWARD], -sides[i] * c[SIDE])

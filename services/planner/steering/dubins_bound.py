@@ -16,9 +16,14 @@ BLURRED = 1e-6
 
 @kernel
 def least_plain(x: float, y: float, heading: float) -> float:
-    """Length of the plain Dubins path of radius 1 from the origin to (x, y) with a heading (rad).
+    """Length of the plain Dubins path of radius 1 (Dubins 1957) from the origin, heading along +x, to a goal.
 
-    Where rounding blurs it, it is a little less, never more.
+    Where rounding blurs it, it is a little less, never more: a lower bound for curvature of at most 1.
+
+    Args:
+        x: Of the goal, in radii.
+        y: Of the goal, in radii.
+        heading: Of the goal (rad).
     """
     cos, sin = math.cos(heading), math.sin(heading)
     best = math.inf

@@ -33,6 +33,6 @@ class PaddedDubins:
         """Out to a straight, on, and in from a straight."""
         return through_straights(self, start, goal)
 
-    def standing_ways(self, start: CurveEnd, goal: CurveEnd, room_m: float = 0.0) -> list[tuple[Piece, ...]]:
+    def standing_transitions(self, start: CurveEnd, goal: CurveEnd, room_m: float = 0.0) -> list[tuple[Piece, ...]]:
         """None: the words are driven forward throughout."""
         return []

@@ -1,8 +1,8 @@
-"""Words of turning circles with cusps as they are, where turns between straights are too small to reach the limit.
+"""Words with cusps driven as they are, where turns between straights are too small to reach the curvature limit.
 
 Such a turn is the flatter pair of clothoids on the turning circle (see `circles.turn_length`). Newton's method knows
-clothoids of full sharpness only: a turn of these is shorter, but ends elsewhere, and the rest of the way may have to be
-longer by more than that.
+clothoids of full sharpness only: a turn of these is shorter, but ends elsewhere, and the rest of the path may have
+to be longer by more than that.
 """
 
 import math
@@ -17,7 +17,7 @@ from touchline.services.planner.steering.profile import AMOUNT, DIRECTION, STRAI
 
 @kernel
 def flat_pieces(elements: Floats, u: Floats, ends: Floats, c: Floats, pieces: Floats) -> int:
-    """Fill in the pieces of a word with flat turns; their number, 0 if there is no such way.
+    """Fill in the pieces of a word with flat turns; their number, 0 if there is no such path.
 
     There is none where a bend beside a cusp or beside a curved end does not reach the limit.
 

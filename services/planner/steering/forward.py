@@ -1,8 +1,8 @@
-"""The shortest way driven forward, where the goal is so close that the six words of turning circles are too long.
+"""The shortest path driven forward, where the goal is so close that the six words of turning circles are too long.
 
 Two families of profiles between any two curvatures: bend, bend, bend (the middle one may also be a dent between two
 bends to one side) and bend, straight, bend. Newton's method starts from a fixed set of deflections, which was chosen
-greedily from a twelve times larger one, and finds as short a way in all but a few of a thousand random pairs.
+greedily from a twelve times larger one, and finds as short a path in all but a few of a thousand random pairs.
 """
 
 import math
@@ -61,14 +61,16 @@ BEND_STRAIGHT_BEND = (
 HOP_RADII = 5.5
 
 
-def _both_ways(starts: tuple[tuple[float, float, float], ...], middle: float) -> Floats:
+def _both_directions(starts: tuple[tuple[float, float, float], ...], middle: float) -> Floats:
     """The starts, mirrored (the middle one multiplied by `middle`) and turned round, each once."""
-    ways = [way for a, b, c in starts for way in ((a, b, c), (c, b, a), (-a, middle * b, -c), (-c, middle * b, -a))]
-    return np.array(list(dict.fromkeys(ways)))
+    found = [
+        start for a, b, c in starts for start in ((a, b, c), (c, b, a), (-a, middle * b, -c), (-c, middle * b, -a))
+    ]
+    return np.array(list(dict.fromkeys(found)))
 
 
-_BENDS = _both_ways(BENDS, -1.0)
-_STRAIGHTS = _both_ways(BEND_STRAIGHT_BEND, 1.0)
+_BENDS = _both_directions(BENDS, -1.0)
+_STRAIGHTS = _both_directions(BEND_STRAIGHT_BEND, 1.0)
 # Bends about the ends' own curvatures, in shares of the limit.
 WIGGLES = np.array([(a * d, b * d, c * d) for d in (0.1, 0.4) for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)])
 STARTS = np.concatenate((_BENDS, _STRAIGHTS))
@@ -89,10 +91,15 @@ def three_elements(straight_middle: bool) -> Floats:
 
 @kernel
 def shortest_forward(query: Query, amounts: Floats) -> tuple[float, int, bool]:
-    """Length of the shortest way, and what it is.
+    """The shortest path driven forward: a profile of three elements, or one of the six words between two ramps.
 
-    It is a profile of bends (0) or with a straight (1), its amounts in `amounts` (3,), or one of the six words with
-    ramps to and from straight (2). The flag says that the profile is that of the query turned round (see symmetry.py).
+    Args:
+        query: What is asked.
+        amounts: (3,) those of the profile, filled in if it is one.
+
+    Returns:
+        Its length; BENDS_ONLY, WITH_A_STRAIGHT or WORDS; and whether the profile is that of the query turned round
+        (see symmetry.py).
     """
     ends, c = query.ends, query.circle
     between, turn_between = lead_poses(ends, query.goal, query.turn)
@@ -111,7 +118,7 @@ def shortest_profile(query: Query, word: float, best: float, amounts: Floats) ->
     Args:
         query: What is asked.
         word: Length of the best word.
-        best: Length of the best way so far.
+        best: Length of the best path so far.
         amounts: (3,) those of the profile, filled in if there is one.
     """
     family = WORDS
@@ -128,9 +135,15 @@ def shortest_profile(query: Query, word: float, best: float, amounts: Floats) ->
 
 @kernel
 def lead_poses(ends: Floats, goal: complex, turn: float) -> tuple[complex, float]:
-    """The straight pose before the ramp to the goal's curvature, seen from the one after the ramp from the start's.
+    """Where a word has to lead that lies between a ramp from the start's curvature and a ramp to the goal's.
 
-    Arguments as of `Query`; place and heading (rad) of the pose.
+    Args:
+        ends: (2,) curvatures at the start and at the goal.
+        goal: Where the goal lies, seen from the start.
+        turn: Its heading (rad).
+
+    Returns:
+        Place and heading (rad) of the straight pose before the last ramp, seen from the straight pose after the first.
     """
     to_straight, out_turn = ramp(0.0, ends[0], 0.0)
     from_straight, in_turn = ramp(0.0, 0.0, ends[1])
@@ -148,7 +161,7 @@ def polished_words(
         query: What is asked.
         lead: Place and heading (rad) of the words' goal, as `lead_poses` has it.
         longest: Words that are longer are not tried.
-        best: Length of the best way so far.
+        best: Length of the best path so far.
         amounts: (3,) those of the profile, filled in if there is one.
 
     Returns:
@@ -187,7 +200,16 @@ def _ramp_deflection(deflection: float, position: int, ends: Floats) -> float:
 
 @kernel
 def short_hop(query: Query, best: float, amounts: Floats) -> tuple[float, int]:
-    """The shortest profile below `best` that Newton's method reaches from the fixed starts."""
+    """The shortest profile below `best` that Newton's method reaches from the fixed starts.
+
+    Args:
+        query: What is asked.
+        best: Length of the best path so far.
+        amounts: (3,) those of the profile, filled in if there is one.
+
+    Returns:
+        Its length, and BENDS_ONLY or WITH_A_STRAIGHT; `best` and −1 if there is none.
+    """
     ends, limit = query.ends, query.circle[LIMIT]
     family = -1
     u = np.empty(3)
@@ -220,7 +242,7 @@ def attempt(u: Floats, straight: bool, query: Query, longest: float) -> float:
         u: (3,) the amounts: where to start, and then the solution.
         straight: Whether the middle element is a straight.
         query: What is asked.
-        longest: Length of the best way so far.
+        longest: Length of the best path so far.
     """
     ends, goal, limit = query.ends, query.goal, query.circle[LIMIT]
     intended = turn_of(u, straight, ends, limit)
@@ -232,15 +254,15 @@ def attempt(u: Floats, straight: bool, query: Query, longest: float) -> float:
 
 @kernel
 def least_length(ends: Floats, goal: complex, turn: float, limit: float) -> float:
-    """A lower bound: no way from curvature to curvature that leads to a goal and turns by so much in all is shorter.
+    """A lower bound: no path from curvature to curvature that leads to a goal and turns by so much in all is shorter.
 
-    A way of length L, heading θ and largest curvature κ leads to where its turn at κ alone would lead, and further by
+    A path of length L, heading θ and largest curvature κ leads to where its turn at κ alone would lead, and further by
     ∫(1 − θ'/κ)·exp(iθ) ds (with the signs of a left turn), which is no longer than ∫(1 − θ'/κ) ds = L − turn/κ.
 
     Args:
         ends: (2,) curvatures at the start and at the goal.
         goal: Seen from the start.
-        turn: Of the whole way, full turns included (rad).
+        turn: Of the whole path, full turns included (rad).
         limit: Largest curvature.
     """
     side = 1.0 if turn >= 0.0 else -1.0
@@ -257,7 +279,14 @@ def least_length(ends: Floats, goal: complex, turn: float, limit: float) -> floa
 
 @kernel
 def turn_of(u: Floats, straight_middle: bool, ends: Floats, limit: float) -> float:
-    """Turn (rad) of the forward profile of three elements with amounts `u` (3,) between the curvatures `ends` (2,)."""
+    """Turn (rad) of a forward profile of bend, bend or straight, bend.
+
+    Args:
+        u: (3,) the amounts of its elements.
+        straight_middle: Whether the middle element is a straight.
+        ends: (2,) curvatures at the start and at the goal.
+        limit: Largest curvature.
+    """
     turn, last = 0.0, ends[0]
     for i in range(4):
         if i == 3:

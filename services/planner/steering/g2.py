@@ -1,4 +1,4 @@
-"""Method `g2`: the shortest way between any two poses and curvatures, continuous in curvature throughout."""
+"""Method `g2`: the shortest path between any two poses and curvatures, continuous in curvature throughout."""
 
 import cmath
 import math
@@ -40,15 +40,15 @@ class Steering:
         return self.words.lead_out(curvature_1pm)
 
     def connect(self, start: PathPose, goal: PathPose) -> tuple[Piece, ...]:
-        """The shortest forward way between poses that are straight at both ends."""
+        """The shortest forward path between poses that are straight at both ends."""
         return self.between(CurveEnd(start, 0.0), CurveEnd(goal, 0.0))
 
     def between(self, start: CurveEnd, goal: CurveEnd) -> tuple[Piece, ...]:
-        """The shortest forward way."""
+        """The shortest forward path."""
         return self._capped(start, goal, self._forward)[0]
 
-    def standing_ways(self, start: CurveEnd, goal: CurveEnd, room_m: float = 0.0) -> list[tuple[Piece, ...]]:
-        """Ways with cusps, for every number of them the shortest, and with turns on the spot.
+    def standing_transitions(self, start: CurveEnd, goal: CurveEnd, room_m: float = 0.0) -> list[tuple[Piece, ...]]:
+        """Paths with cusps, for every number of them the shortest, and with turns on the spot.
 
         Before the first and after the last standstill the painted curves are carried on for `room_m`, to brake and to
         gather speed.
@@ -57,19 +57,19 @@ class Steering:
         stop = CurveEnd(PiecePath(start.pose, (run_out,)).end, start.curvature_1pm)
         go = CurveEnd(before(goal.pose, (run_in,)), goal.curvature_1pm)
         standing = [*self._capped(stop, go, self._reversing), *turns_on_the_spot(stop, go)]
-        return [joined((run_out, *way, run_in)) for way in standing]
+        return [joined((run_out, *path, run_in)) for path in standing]
 
     def _capped(self, start: CurveEnd, goal: CurveEnd, find: Find) -> list[tuple[Piece, ...]]:
-        """The ways that `find` finds between two poses and curvatures, after ramps down to what a way may have.
+        """The paths that `find` finds between ramps from and to end curvatures beyond the cap.
 
-        Where κ_max²/σ_max exceeds π, ways keep to a smaller curvature than painted curves may have.
+        Where κ_max²/σ_max exceeds π, transitions keep to a smaller curvature than painted curves may have: the cap.
         """
         out_of, k_from = self._ramp_to_cap(start.curvature_1pm)
         back_into, k_to = self._ramp_to_cap(goal.curvature_1pm)
         into = tuple(Piece(p.length_m, p.curvature_end_1pm, -p.sharpness_1pm2) for p in reversed(back_into))
         leaving = CurveEnd(PiecePath(start.pose, out_of).end, k_from)
         reaching = CurveEnd(before(goal.pose, into), k_to)
-        return [joined((*out_of, *way, *into)) for way in find(leaving, reaching)]
+        return [joined((*out_of, *path, *into)) for path in find(leaving, reaching)]
 
     def _forward(self, start: CurveEnd, goal: CurveEnd) -> list[tuple[Piece, ...]]:
         table = np.empty((MAX_PIECES, 4))
@@ -80,12 +80,12 @@ class Steering:
         many = MAX_CUSPS + 1
         found = Shortest(np.empty(many), np.empty((many, MAX_PIECES, 4)), np.zeros(many, dtype=np.int64))
         shortest_reversing(self._query(start, goal), STRETCH_MIN_M * self.root, found)
-        ways, shortest = [], math.inf
-        for length, table, count in zip(found.lengths.tolist(), found.ways, found.counts.tolist(), strict=True):
+        paths, shortest = [], math.inf
+        for length, table, count in zip(found.lengths.tolist(), found.paths, found.counts.tolist(), strict=True):
             if length < shortest:
                 shortest = length
-                ways.append(self._pieces(table[:count]))
-        return ways
+                paths.append(self._pieces(table[:count]))
+        return paths
 
     def _query(self, start: CurveEnd, goal: CurveEnd) -> Query:
         """The goal as seen from the start, in units of unit sharpness."""
@@ -94,7 +94,7 @@ class Steering:
         return Query(ends, z * self.root, math.remainder(turn, math.tau), self.circle)
 
     def _ramp_to_cap(self, curvature_1pm: float) -> tuple[tuple[Piece, ...], float]:
-        """The clothoid from a curvature down to what a way may have, and the curvature (1/m) after it."""
+        """The clothoid from a curvature down to the cap, and the curvature (1/m) after it."""
         capped = math.copysign(min(abs(curvature_1pm), self.curvature_cap_1pm), curvature_1pm)
         if capped == curvature_1pm:
             return (), curvature_1pm
@@ -119,7 +119,7 @@ class Steering:
 def turns_on_the_spot(start: CurveEnd, goal: CurveEnd) -> list[tuple[Piece, ...]]:
     """Turn on the spot, drive straight, turn on the spot: forward, and backward.
 
-    A way is left out if it would step in curvature where it neither turns on the spot nor changes direction, or if
+    A path is left out if it would step in curvature where it neither turns on the spot nor changes direction, or if
     the straight is too short to drive.
     """
     z, turn = goal.pose.seen_from(start.pose)
@@ -129,17 +129,17 @@ def turns_on_the_spot(start: CurveEnd, goal: CurveEnd) -> list[tuple[Piece, ...]
         spin = _turn(turn)
         smooth = spin or start.curvature_1pm == goal.curvature_1pm
         return [joined((Piece.spin(spin),))] if smooth else []
-    ways = []
+    paths = []
     for direction in (1, -1):
         first = _turn(cmath.phase(direction * z))
         last = _turn(turn - first)
         smooth = (first or not start.curvature_1pm) and (last or not goal.curvature_1pm)
         if smooth or direction < 0:
-            ways.append(joined((Piece.spin(first), Piece(abs(z), direction=direction), Piece.spin(last))))
-    return ways
+            paths.append(joined((Piece.spin(first), Piece(abs(z), direction=direction), Piece.spin(last))))
+    return paths
 
 
 def _turn(angle_rad: float) -> float:
-    """The angle in (−π, π]; 0 where it is rounding: no robot turns by as little."""
+    """The angle in (−π, π]; 0 where it is rounding error."""
     turn = math.remainder(angle_rad, math.tau)
     return turn if abs(turn) > ROUNDING_RAD else 0.0

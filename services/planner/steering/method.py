@@ -1,4 +1,4 @@
-"""What a transition method is, and the transition that any of them makes between two painted curves."""
+"""The interface of transition methods, and the transition that a method makes between two painted curves."""
 
 import cmath
 import math
@@ -42,7 +42,7 @@ class TransitionMethod(Protocol):
     def between(self, start: CurveEnd, goal: CurveEnd) -> tuple[Piece, ...]:
         """The forward transition from the end of one painted curve to the beginning of the next one."""
 
-    def standing_ways(self, start: CurveEnd, goal: CurveEnd, room_m: float = 0.0) -> list[tuple[Piece, ...]]:
+    def standing_transitions(self, start: CurveEnd, goal: CurveEnd, room_m: float = 0.0) -> list[tuple[Piece, ...]]:
         """Transitions on which the robot stands: with cusps, and with turns on the spot; empty if it offers none.
 
         They compete by time with those driven forward, as far as the vehicle may reverse and turn on the spot.
@@ -62,7 +62,7 @@ def transition(method: TransitionMethod, start: CurveEnd, goal: CurveEnd) -> Pie
 
 
 def through_straights(method: TransitionMethod, start: CurveEnd, goal: CurveEnd) -> tuple[Piece, ...]:
-    """The method's lead-out, its way between straights, and its lead-in."""
+    """The method's lead-out, its path between straights, and its lead-in."""
     lead_out = method.lead_out(start.curvature_1pm)
     lead_in = method.lead_in(goal.curvature_1pm)
     between = method.connect(PiecePath(start.pose, lead_out).end, before(goal.pose, lead_in))

@@ -49,7 +49,7 @@ def _ramp(p: complex, heading: float, k: float, at: complex, k_to: float, to: co
 
 @kernel
 def _held(p: complex, heading: float, k: float, length: float) -> tuple[complex, float]:
-    """Where an arc (or line) of a length leads."""
+    """Position and heading at the end of an arc (or line)."""
     if length == 0.0:
         return p, heading
     step, turn = arc(heading, k, length)
@@ -58,9 +58,15 @@ def _held(p: complex, heading: float, k: float, length: float) -> tuple[complex,
 
 @kernel
 def solve_three(u: Floats, straight: bool, ends: Floats, limit: float, goal: complex, turn: float) -> float:
-    """Length of the profile that leads to a goal, or FAILED; arguments as of `profile.solve`.
+    """Length of the profile of bend, bend or straight, bend that leads to a goal, or FAILED if none is found.
 
-    The elements are bend, bend or (`straight`) straight, bend.
+    Args:
+        u: (3,) the amounts: where to start, and then the solution.
+        straight: Whether the middle element is a straight.
+        ends: (2,) curvatures at the start and at the goal.
+        limit: Largest curvature.
+        goal: Seen from the start.
+        turn: By which the whole profile shall turn (rad), full turns included.
     """
     u0, u1, u2 = u[0], u[1], u[2]
     l0, l1, l2 = u0, u1, u2

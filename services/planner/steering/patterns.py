@@ -1,4 +1,4 @@
-"""Patterns of ways with cusps: what elements they have (see profile.py) and how many cusps."""
+"""Patterns of paths with cusps: what elements they have (see profile.py) and how many cusps."""
 
 import math
 
@@ -12,7 +12,7 @@ QUARTER = 0.5 * math.pi
 
 
 def elements_of(kinds: str, directions: str) -> Floats:
-    """The elements of a pattern, fixed bends without an amount yet.
+    """The elements (MAX_ELEMENTS, 4) of a pattern; the amounts of fixed bends are still 0.
 
     Kinds are B: bend, S: straight, Q: bend by a quarter turn, which is fixed, Z: straight without length, towards which
     curvature goes to zero. Of four bends the inner two share one unknown with opposite signs.
@@ -38,7 +38,12 @@ def cusps_of(directions: str) -> int:
 
 @kernel
 def ramps_beside(elements: Floats, i: int) -> int:
-    """How many clothoids lie beside element `i`: one towards each neighbour of its own direction."""
+    """How many clothoids lie beside an element: one towards each neighbour that is driven in its direction.
+
+    Args:
+        elements: (n, 4) see profile.py; before the first and behind the last the robot drives forward.
+        i: The element.
+    """
     before = elements[i - 1, DIRECTION] if i > 0 else 1.0
     after = elements[i + 1, DIRECTION] if i + 1 < len(elements) else 1.0
     return int(before == elements[i, DIRECTION]) + int(after == elements[i, DIRECTION])
@@ -46,7 +51,13 @@ def ramps_beside(elements: Floats, i: int) -> int:
 
 @kernel
 def bend_amount(deflection: float, ramps: int, limit: float) -> float:
-    """The amount of a bend by `deflection` with so many clothoids, as if they led to straights."""
+    """The amount of a bend, as if its clothoids led from and to straights.
+
+    Args:
+        deflection: By which it turns (rad), positive to the left.
+        ramps: How many clothoids it has: 0, 1 or 2.
+        limit: Largest curvature.
+    """
     size, spirals = abs(deflection), 0.5 * ramps * limit * limit
     if ramps == 0:
         amount = size / limit

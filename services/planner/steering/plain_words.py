@@ -59,7 +59,15 @@ def plain_word(x: float, y: float, heading: float, weight: float, word: Floats) 
 
 @kernel
 def put_plain_word(start: Floats, goal: Floats, curvature: float, pieces: Floats, n: int) -> int:
-    """Append the shortest word between two rows of x (m), y (m), heading (rad); the number of pieces (in metres)."""
+    """Append the shortest plain word (Dubins 1957) between two poses; the number of pieces.
+
+    Args:
+        start: (3 or more,) x (m), y (m) and heading (rad).
+        goal: (3 or more,) the same.
+        curvature: Of the turns (1/m).
+        pieces: (many, 4 or 5) filled in, in metres.
+        n: Pieces so far.
+    """
     seen = complex(goal[0] - start[0], goal[1] - start[1]) * unit(-start[2]) * curvature
     word = np.empty(3)
     _, straight = plain_word(seen.real, seen.imag, goal[2] - start[2], 1.0, word)

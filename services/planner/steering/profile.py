@@ -43,14 +43,19 @@ FAILED = math.inf
 
 @kernel
 def amount_of(deflection: float, limit: float) -> float:
-    """The amount u of a bend between two straights that turns by `deflection`."""
+    """The amount u of a bend between two straights.
+
+    Args:
+        deflection: By which it turns (rad), positive to the left.
+        limit: Largest curvature.
+    """
     size = abs(deflection)
     amount = math.sqrt(size) if size < limit * limit else limit + (size - limit * limit) / (2.0 * limit)
     return amount if deflection >= 0.0 else -amount
 
 
 class Shape(NamedTuple):
-    """What the amounts make of the elements.
+    """Extreme curvatures and lengths that follow from the elements' amounts.
 
     Attributes:
         extreme: (n,) extreme curvature of each element.
@@ -65,7 +70,7 @@ class Shape(NamedTuple):
 
 @kernel
 def shape_for(elements: Floats) -> Shape:
-    """Room for the shape of elements (n, 4)."""
+    """An uninitialised shape for elements (n, 4)."""
     n = len(elements)
     return Shape(np.empty(n), np.empty(n), np.empty(n))
 

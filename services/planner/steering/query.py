@@ -1,4 +1,4 @@
-"""What a search for transitions is asked, in units in which the largest sharpness is 1."""
+"""The input of a path search, in units in which the largest sharpness is 1."""
 
 from typing import NamedTuple
 
@@ -6,7 +6,7 @@ from touchline.services.planner.geometry.clothoid import Floats
 
 
 class Query(NamedTuple):
-    """From a start at the origin that heads along +x to a goal.
+    """A start at the origin, heading along +x, and a goal.
 
     Attributes:
         ends: (2,) curvatures at the start and at the goal, at most that of the circle.

@@ -3,7 +3,7 @@
 Reeds and Shepp, "Optimal paths for a car that goes both forwards and backwards", Pacific Journal of Mathematics 145(2),
 1990.
 
-Curvature is continuous between cusps, and may step at a cusp, where the robot stands. A way that begins or ends
+Curvature is continuous between cusps, and may step at a cusp, where the robot stands. A path that begins or ends
 backward has a cusp there, against the forward motion before or after it. Each row below is a pattern of elements (see
 profile.py) with deflections (rad) from which Newton's method starts; a straight has a share of the distance instead.
 Every row is used to both sides and in both orders. The rows were chosen so that they find the best that four thousand
@@ -44,7 +44,7 @@ MAX_CUSPS = 4
 STRETCH_MIN_M = 1e-3
 # No straight starts from zero length.
 STRAIGHT_MIN = 0.05
-# A word this much longer than the best way is not tried: bends that do not reach the limit make it hardly shorter.
+# A word this much longer than the best path is not tried: bends that do not reach the limit make it hardly shorter.
 WORD_MARGIN = 1.0
 # Curvatures that differ by less are one (in units of unit sharpness).
 STEP = 1e-9
@@ -91,17 +91,17 @@ ROWS = (
 )
 
 
-def _both_ways(row: PatternRow) -> list[PatternRow]:
+def _both_directions(row: PatternRow) -> list[PatternRow]:
     """The row, mirrored and turned round."""
     kinds, directions, values = row
     mirrored = tuple(v if kind == "S" else -v for kind, v in zip(kinds, values, strict=True))
-    ways = (values, mirrored)
-    return [PatternRow(kinds, directions, w) for w in ways] + [
-        PatternRow(kinds[::-1], directions[::-1], w[::-1]) for w in ways
+    sides = (values, mirrored)
+    return [PatternRow(kinds, directions, w) for w in sides] + [
+        PatternRow(kinds[::-1], directions[::-1], w[::-1]) for w in sides
     ]
 
 
-_ALL = list(dict.fromkeys(way for row in ROWS for way in _both_ways(row)))
+_ALL = list(dict.fromkeys(each for row in ROWS for each in _both_directions(row)))
 COUNTS = np.array([len(row.kinds) for row in _ALL])
 ELEMENTS = np.array([elements_of(row.kinds, row.directions) for row in _ALL])
 VALUES = np.array([row.values + (0.0,) * (MAX_ELEMENTS - len(row.values)) for row in _ALL])
@@ -110,7 +110,14 @@ CUSPS = np.array([cusps_of(row.directions) for row in _ALL])
 
 @kernel
 def started(row: int, limit: float, distance: float, u: Floats) -> Floats:
-    """The elements of a row, with the amounts of fixed bends; fills the start of the unknowns `u`."""
+    """The elements (n, 4) of a row, with the amounts of its fixed bends, and where Newton's method starts.
+
+    Args:
+        row: A row of `ELEMENTS`.
+        limit: Largest curvature.
+        distance: From the start to the goal.
+        u: (3,) the unknown amounts, filled in.
+    """
     elements = ELEMENTS[row, : COUNTS[row]].copy()
     for i in range(len(elements) - 1, -1, -1):
         which = int(elements[i, UNKNOWN])
@@ -126,25 +133,29 @@ def started(row: int, limit: float, distance: float, u: Floats) -> Floats:
 
 
 class Shortest(NamedTuple):
-    """The shortest way for every number of cusps.
+    """The shortest path for every number of cusps.
 
     Attributes:
-        lengths: (MAX_CUSPS + 1,) infinite where there is no way.
-        ways: (MAX_CUSPS + 1, MAX_PIECES, 4) their pieces.
+        lengths: (MAX_CUSPS + 1,) infinite where there is no path.
+        paths: (MAX_CUSPS + 1, MAX_PIECES, 4) their pieces.
         counts: (MAX_CUSPS + 1,) how many these are.
     """
 
     lengths: Floats
-    ways: Floats
+    paths: Floats
     counts: Ints
 
 
 @kernel
 def shortest_reversing(query: Query, stretch_min: float, found: Shortest) -> None:
-    """Fill in for every number of cusps up to MAX_CUSPS the shortest way.
+    """Find the shortest path for every number of cusps up to MAX_CUSPS.
 
-    The curvatures at both ends matter where the way begins or ends forward. No stretch in one direction is shorter than
-    `stretch_min`.
+    The curvatures at both ends matter where it begins or ends forward.
+
+    Args:
+        query: What is asked.
+        stretch_min: No stretch in one direction is shorter.
+        found: Filled in.
     """
     found.lengths[:] = FAILED
     _shorten(query, stretch_min, False, found)
@@ -153,7 +164,7 @@ def shortest_reversing(query: Query, stretch_min: float, found: Shortest) -> Non
 
 @kernel
 def _shorten(query: Query, stretch_min: float, turned_round: bool, found: Shortest) -> None:
-    """Replace what Newton's method, from the rows and the words, finds shorter ways for."""
+    """Replace the paths for which Newton's method, started from the rows and the words, finds shorter ones."""
     c, lengths = query.circle, found.lengths
     u, pieces = np.empty(3), np.empty((MAX_PIECES, 4))
     for row in range(len(COUNTS)):
@@ -171,7 +182,7 @@ def _shorten(query: Query, stretch_min: float, turned_round: bool, found: Shorte
                 continue
             n = flat_pieces(elements, u, query.ends, c, pieces)
             length = pieces[:n, 0].sum()
-            if n and length < lengths[cusps] - TIE and is_way(pieces, n, query.ends, stretch_min):
+            if n and length < lengths[cusps] - TIE and is_feasible(pieces, n, query.ends, stretch_min):
                 _keep(pieces, n, length, turned_round, cusps, found)
             length, n = attempt(elements, u, query, stretch_min, lengths[cusps] - TIE, pieces)
             if n:
@@ -180,11 +191,11 @@ def _shorten(query: Query, stretch_min: float, turned_round: bool, found: Shorte
 
 @kernel
 def _keep(pieces: Floats, n: int, length: float, turned_round: bool, cusps: int, found: Shortest) -> None:
-    """Take a way as the shortest with so many cusps, the right way round."""
-    way = found.ways[cusps]
-    way[:n] = pieces[:n]
+    """Store a path as the shortest with its number of cusps; one of the query turned round is turned back."""
+    path = found.paths[cusps]
+    path[:n] = pieces[:n]
     if turned_round:
-        turn_pieces_round(way, n)
+        turn_pieces_round(path, n)
     found.lengths[cusps], found.counts[cusps] = length, n
 
 
@@ -192,14 +203,14 @@ def _keep(pieces: Floats, n: int, length: float, turned_round: bool, cusps: int,
 def attempt(
     elements: Floats, u: Floats, query: Query, stretch_min: float, longest: float, pieces: Floats
 ) -> tuple[float, int]:
-    """The way that Newton's method reaches: its length and number of pieces; FAILED and 0 if there is none.
+    """The path that Newton's method reaches: its length and number of pieces; FAILED and 0 if there is none.
 
     Args:
         elements: (n, 4) with the amounts of fixed bends.
         u: (3,) the unknown amounts: where to start, and then the solution.
         query: What is asked.
         stretch_min: Least length of a stretch in one direction.
-        longest: Only a shorter way counts.
+        longest: Only a shorter path counts.
         pieces: (MAX_PIECES, 4) filled in.
     """
     n = len(elements)
@@ -212,20 +223,32 @@ def attempt(
     if length >= longest:
         return FAILED, 0
     count = profile_pieces(elements, u, ends, limit, pieces)
-    return (length, count) if is_way(pieces, count, ends, stretch_min) else (FAILED, 0)
+    return (length, count) if is_feasible(pieces, count, ends, stretch_min) else (FAILED, 0)
 
 
 @kernel
-def is_way(pieces: Floats, count: int, ends: Floats, stretch_min: float) -> bool:
-    """Whether the pieces can be driven: no stretch is too short, and curvature steps at cusps alone."""
+def is_feasible(pieces: Floats, count: int, ends: Floats, stretch_min: float) -> bool:
+    """Whether a path can be driven: no stretch is too short, and curvature steps at cusps alone.
+
+    Args:
+        pieces: (MAX_PIECES, 4) those of the path.
+        count: How many of them there are.
+        ends: (2,) curvatures at the start and at the goal.
+        stretch_min: Least length of a stretch in one direction.
+    """
     return bool(shortest_stretch(pieces, count) >= stretch_min and meets(pieces, count, ends))
 
 
 @kernel
 def meets(pieces: Floats, count: int, ends: Floats) -> bool:
-    """Whether curvature steps at cusps alone, the ends included, where what comes before and behind is forward.
+    """Whether curvature steps at cusps alone; before and behind the path the robot drives forward.
 
-    It does not where a stretch between two cusps has come to no length.
+    It steps elsewhere if a stretch between two cusps has shrunk to nothing, so that its neighbours meet.
+
+    Args:
+        pieces: (MAX_PIECES, 4) those of the path.
+        count: How many of them there are.
+        ends: (2,) curvatures at the start and at the goal.
     """
     direction, curvature = 1.0, ends[0]
     for i in range(count):
@@ -237,7 +260,12 @@ def meets(pieces: Floats, count: int, ends: Floats) -> bool:
 
 @kernel
 def shortest_stretch(pieces: Floats, n: int) -> float:
-    """Length of the shortest stretch in one direction."""
+    """Length of the shortest stretch in one direction.
+
+    Args:
+        pieces: (MAX_PIECES, 4) those of the path.
+        n: How many of them there are.
+    """
     shortest, stretch = math.inf, 0.0
     for i in range(n):
         stretch += pieces[i, 0]

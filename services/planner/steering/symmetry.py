@@ -1,7 +1,7 @@
-"""Queries turned round: driven from the goal to the start, looking the other way, a way is a way of the same length.
+"""Queries turned round: driven from the goal to the start, looking the other way, a path keeps its length.
 
 If the robot stands at the goal looking backward and drives to the start, looking backward there, it passes the same
-points in the opposite order; what was driven forward still is, what turned left turns right. So the search for ways is
+points in the opposite order; what was driven forward still is, what turned left turns right. So the search for paths is
 begun from both ends. (The other symmetry, the mirror image, needs nothing: every step of the search respects it.)
 """
 
@@ -23,7 +23,12 @@ def turn_query_round(query: Query) -> Query:
 
 @kernel
 def turn_pieces_round(pieces: Floats, n: int) -> None:
-    """Turn the first `n` pieces (length, curvature, sharpness, direction) of a way round."""
+    """Turn a path round: pieces in the opposite order, curvatures of the other sign, directions kept.
+
+    Args:
+        pieces: (many, 4 or 5) length, curvature, sharpness and direction, changed in place.
+        n: How many of them there are.
+    """
     for i in range(n):
         pieces[i, 1] = -(pieces[i, 1] + pieces[i, 2] * pieces[i, 0])
     for i in range(n // 2):

@@ -33,7 +33,13 @@ def spiral(k: float) -> complex:
 
 @kernel
 def ramp(heading: float, k_from: float, k_to: float) -> tuple[complex, float]:
-    """Displacement and turn (rad) along the clothoid from one curvature to another, driven forward from a heading."""
+    """Displacement and turn (rad) along the clothoid from one curvature to another, driven forward.
+
+    Args:
+        heading: At its beginning (rad).
+        k_from: Curvature there, at most √π in size.
+        k_to: Curvature at its end, at most √π in size.
+    """
     turn = 0.5 * (k_from + k_to) * abs(k_to - k_from)
     if k_to >= k_from:
         return unit(heading - 0.5 * k_from * k_from) * (spiral(k_to) - spiral(k_from)), turn
@@ -42,7 +48,12 @@ def ramp(heading: float, k_from: float, k_to: float) -> tuple[complex, float]:
 
 @kernel
 def steep_ramp(k_from: float, k_to: float) -> tuple[complex, float]:
-    """As `ramp` from heading 0, for curvatures of any size: by quadrature, in panels where θ turns a little."""
+    """As `ramp` from heading 0, for curvatures of any size: by Gauss-Legendre quadrature in panels of little turn.
+
+    Args:
+        k_from: Curvature at its beginning.
+        k_to: Curvature at its end.
+    """
     if max(abs(k_from), abs(k_to)) <= CURVATURE_CAP:
         move, turn = ramp(0.0, k_from, k_to)
         return move, turn

@@ -1,7 +1,7 @@
 """Lengths of the words between many poses at once: less than a microsecond each.
 
 Poses are rows of x (m), y (m), heading (rad) and curvature (1/m). The words are the six of `circles.py`, with ramps
-between straight and the curvatures at both ends. The shortest forward way (`Steering.between`) has the same length or
+between straight and the curvatures at both ends. The shortest forward path (`Steering.between`) has the same length or
 is a few per cent shorter, but for goals within five turning radii: an ordering of many segments times those anew.
 """
 

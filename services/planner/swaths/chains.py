@@ -1,4 +1,4 @@
-"""Chains: template segments that go on into one another, whichever way round and in whichever order they are given."""
+"""Chains: template segments that continue one another, in whatever order and direction they are given."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -24,7 +24,7 @@ class ChainLink(NamedTuple):
 
 @dataclass(frozen=True)
 class Chain:
-    """Segments of which each goes on into the next, at least one way; if it is `closed`, the last into the first."""
+    """Segments of which each continues the one before, at least one way; if `closed`, the first continues the last."""
 
     links: tuple[ChainLink, ...]
     closed: bool = False
@@ -83,7 +83,7 @@ def _link(choice: Sequence[Stroke]) -> ChainLink:
 
 
 def _walk(begin: End, mates: Mapping[End, End]) -> Iterator[End]:
-    """The ends by which segments are entered, from `begin` to the last one, or until it is `begin`'s turn again."""
+    """The ends at which a chain's segments are entered, from `begin` to the end of the chain or once round."""
     entered: End | None = begin
     while entered:
         yield entered

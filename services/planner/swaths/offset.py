@@ -18,7 +18,10 @@ CURVATURE_SLACK = 1e-9
 # An arc this close to a full turn is a circle, and may begin at any of so many points.
 FULL_TURN_RAD = 1e-6
 CIRCLE_STARTS = 8
-_BOTH_WAYS: tuple[tuple[bool, Callable[[Curve], Curve]], ...] = ((False, lambda c: c), (True, lambda c: c.reversed()))
+_BOTH_DIRECTIONS: tuple[tuple[bool, Callable[[Curve], Curve]], ...] = (
+    (False, lambda c: c),
+    (True, lambda c: c.reversed()),
+)
 
 
 @dataclass(frozen=True)
@@ -73,14 +76,14 @@ def strokes(segments: tuple[TemplateSegment, ...], vehicle: Vehicle, curvature_m
     Raises:
         PlanningError: As `modes`.
     """
-    return [ways[0] for ways in modes(segments, vehicle, curvature_max_1pm)]
+    return [choice[0] for choice in modes(segments, vehicle, curvature_max_1pm)]
 
 
 def _modes(segment: TemplateSegment, at_m: tuple[float, float], curvature_max_1pm: float, free: bool) -> list[Stroke]:
     given = segment.curve()
     curves = _begun_elsewhere(given) if free else [given]
     found = []
-    for nozzle, flipped in ((turned(curve), flipped) for flipped, turned in _BOTH_WAYS for curve in curves):
+    for nozzle, flipped in ((turned(curve), flipped) for flipped, turned in _BOTH_DIRECTIONS for curve in curves):
         robot = _drivable(nozzle, at_m, curvature_max_1pm)
         if robot is not None:
             found.append(Stroke(segment.id, segment.label, segment.actuation, nozzle, robot, flipped))
@@ -114,7 +117,7 @@ def _drivable(nozzle: Curve, at_m: tuple[float, float], curvature_max_1pm: float
 
 
 def _carried(nozzle: Curve, ahead_m: float, left_m: float) -> Curve | None:
-    """The curve of the axle's middle that carries a nozzle (`ahead_m`, `left_m`) of it along `nozzle`; None without.
+    """The curve of the axle's middle whose nozzle, at (`ahead_m`, `left_m`), follows `nozzle`; None if there is none.
 
     On an arc both circle about one point, which is on the axle's line, at (0, ρ) in the robot's frame: for a nozzle
     radius R, R² = ahead² + (ρ − left)², and the nozzle heads asin(ahead / R) further to the left than the robot.

@@ -31,8 +31,8 @@ PARTING_S = 8.0
 # What is longer (m) is ordered in parts, so that other lines may come in between. Parts that follow each other are
 # painted in one go all the same.
 LONG_M = 60.0
-# Closed lines begin at fewer places where there would be more ways of painting than this in all: every pair is timed.
-WAYS_MAX = 4000
+# Closed lines begin at fewer places where there would be more modes than this in all: every pair is timed.
+MODES_MAX = 4000
 # A line is painted so slowly that the valve is open for this many times as long as it has to be.
 VALVE_SPARE = 2.0
 # Curvatures that differ by less (1/m), and pieces that are shorter (m), are rounding.
@@ -92,7 +92,7 @@ class Painting:
 
     @classmethod
     def of(cls, vehicle: Vehicle, limits: Limits, options: PlanOptions) -> "Painting":
-        """With the limits of a plan, and the sharpness that its options ask for, if they do.
+        """The painting of a plan, by its limits and the sharpness that its options ask for.
 
         Nothing is painted in one go where the method does not join: the padding of `dubins-padded` is round every
         segment.
@@ -142,7 +142,7 @@ class Painting:
 
 
 def parted(wholes: Sequence[Swath], swaths: Sequence[Swath]) -> list[Swath]:
-    """The `swaths` as they are painted where some that follow each other are one of the `wholes`."""
+    """The `swaths` with paths and speeds of the `wholes`, each of which joins one or more of them in their order."""
     paths = iter([(path, whole.speed_mps) for whole in wholes for path in whole.paths])
     found = []
     for swath in swaths:
@@ -180,30 +180,30 @@ def swaths(choices: Sequence[Sequence[Stroke]], painting: Painting, *, free: boo
     Args:
         choices: For every segment the ways to paint it, as `offset.modes` has them.
         painting: Decides what is painted in one go.
-        free: In any order and direction; otherwise as given, each segment in its first way.
+        free: In any order and direction; otherwise as given, each segment in its first mode.
     """
     if not free:
         given = chains_as_given([choice[0] for choice in choices])
         return [modes for chain in given for modes in _swaths_of(chain, painting)]
-    # Circles that may begin anywhere have many ways and go on into nothing.
+    # Circles that may begin anywhere have many modes and continue nothing.
     found = [[painting.swath([stroke]) for stroke in choice] for choice in choices if len(choice) > 2]
     for chain in chains([choice for choice in choices if len(choice) <= 2]):
         found += _swaths_of(chain, painting)
     place = {choice[0].id: i for i, choice in enumerate(choices)}
-    found.sort(key=lambda ways: min(place[stroke.id] for stroke in ways[0].strokes))
-    if sum(map(len, found)) > WAYS_MAX:
-        return [_fewer(ways, max(WAYS_MAX // (2 * len(found)), 1)) for ways in found]
+    found.sort(key=lambda modes: min(place[stroke.id] for stroke in modes[0].strokes))
+    if sum(map(len, found)) > MODES_MAX:
+        return [_fewer(modes, max(MODES_MAX // (2 * len(found)), 1)) for modes in found]
     return found
 
 
-def _fewer(ways: Sequence[Swath], most: int) -> list[Swath]:
+def _fewer(modes: Sequence[Swath], most: int) -> list[Swath]:
     """The ways of painting a closed line that begin at `most` of its places; both ways of any other."""
-    begun = [(round(way.strokes[0].nozzle.x_m, 6), round(way.strokes[0].nozzle.y_m, 6)) for way in ways]
+    begun = [(round(mode.strokes[0].nozzle.x_m, 6), round(mode.strokes[0].nozzle.y_m, 6)) for mode in modes]
     places = list(dict.fromkeys(begun))
-    if len(ways) <= 2 or len(places) <= most:
-        return [*ways]
+    if len(modes) <= 2 or len(places) <= most:
+        return [*modes]
     kept = places[:: -(-len(places) // most)]
-    return [way for way, place in zip(ways, begun, strict=True) if place in kept]
+    return [mode for mode, place in zip(modes, begun, strict=True) if place in kept]
 
 
 def _swaths_of(chain: Chain, painting: Painting) -> Iterator[list[Swath]]:
@@ -219,11 +219,11 @@ def _swaths_of(chain: Chain, painting: Painting) -> Iterator[list[Swath]]:
         part = links[first:last]
         starts = min(len(part), CIRCLE_STARTS) if len(part) == len(links) and joints[:, -1].any() else 1
         begun = [_turned(part, k * len(part) // starts) for k in range(starts)]
-        yield [swath for each in begun for swath in _both_ways(each, painting)]
+        yield [swath for each in begun for swath in _both_directions(each, painting)]
 
 
 def _turned(links: tuple[ChainLink, ...], count: int) -> tuple[ChainLink, ...]:
-    """The links of a closed chain, begun so many later."""
+    """The links of a closed chain, begun `count` links later."""
     return (*links[count:], *links[:count])
 
 
@@ -267,18 +267,18 @@ def _parts(length_m: Floats, strokes_mps: Floats, joints_mps: Floats) -> list[tu
 def _short(parts: Sequence[tuple[int, int]], length_m: Floats) -> Iterator[tuple[int, int]]:
     """The parts, cut at joints where they are longer than `LONG_M`."""
     for first, last in parts:
-        begun, way = first, 0.0
+        begun, length = first, 0.0
         for i in range(first, last):
-            if i > begun and way + length_m[i] > LONG_M:
+            if i > begun and length + length_m[i] > LONG_M:
                 yield begun, i
-                begun, way = i, 0.0
-            way += float(length_m[i])
+                begun, length = i, 0.0
+            length += float(length_m[i])
         yield begun, last
 
 
-def _both_ways(links: Sequence[ChainLink], painting: Painting) -> Iterator[Swath]:
+def _both_directions(links: Sequence[ChainLink], painting: Painting) -> Iterator[Swath]:
     """The swaths along links and back, as far as they are painted in one go."""
-    for way in ([link.along for link in links], [link.back for link in links[::-1]]):
-        strokes = [stroke for stroke in way if stroke]
-        if len(strokes) == len(way) and all(painting.joint_mps(a, b) for a, b in pairwise(strokes)):
+    for given in ([link.along for link in links], [link.back for link in links[::-1]]):
+        strokes = [stroke for stroke in given if stroke]
+        if len(strokes) == len(given) and all(painting.joint_mps(a, b) for a, b in pairwise(strokes)):
             yield painting.swath(strokes)

@@ -22,119 +22,124 @@ from touchline.services.planner.transitions.pricing import (
     rough_plain_s,
     turn_weight,
 )
-from touchline.services.planner.transitions.transitions import Ways
-from touchline.services.planner.transitions.way_rows import way_rows
-from touchline.services.planner.transitions.way_times import TRACK_PIECES, TurnRows, way_times
+from touchline.services.planner.transitions.transition_rows import transition_rows
+from touchline.services.planner.transitions.transition_times import TRACK_PIECES, TurnRows, transition_times
+from touchline.services.planner.transitions.transitions import TransitionFamily
 
 # So many pairs are timed within about 50 ms.
 PART = 3000
 
 
 class SteeredPricing:
-    """Of `g2`: the quickest of the turns by words; closer, also by short hops, cusps and turns on the spot."""
+    """Pricing of `g2`: the quickest words of all turns; closer, also short hops, cusps and turns on the spot."""
 
     part = PART
     looks_closer = True
 
-    def rough_s(self, ways: Ways, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Floats:
+    def rough_s(self, transitions: TransitionFamily, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Floats:
         """Seconds (ends, begins) of words, with the turns driven at the speed that they are made for."""
         starts, goals = end_rows(ends), end_rows(begins)
-        fast = ways.limits.transit_speed_mps
+        fast = transitions.limits.transit_speed_mps
         tables = [
             word_lengths(
                 starts, goals, turns.curvature_1pm, turns.sharpness_1pm2, turn_weight=max(fast / turns.speed_mps, 1.0)
             )
-            for turns in ways.turns[1::2] or ways.turns
+            for turns in transitions.turns[1::2] or transitions.turns
         ]
         return np.asarray(np.minimum.reduce(tables) / fast)
 
-    def timer(self, ways: Ways, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Timer:
-        """Cusps and turns on the spot compete as far as the robot drives them."""
-        rows = way_rows(ends, begins, ways)
+    def timer(self, transitions: TransitionFamily, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Timer:
+        """Times words; closer, also short hops and what the robot drives of cusps and turns on the spot."""
+        rows = transition_rows(ends, begins, transitions)
 
         def timed(pairs: Ints, closer: bool) -> Priced:
-            priced = words_or_hops(rows, ways.limits, pairs, hops=closer)
-            if not (closer and ways.standing):
+            priced = words_or_hops(rows, transitions.limits, pairs, hops=closer)
+            if not (closer and transitions.standing):
                 return priced
             for i, (a, b) in enumerate(pairs.tolist()):
-                way = ways.quickest_standing(ends[a], begins[b], float(priced.seconds[i]))
-                if way:
-                    priced.seconds[i], priced.counts[i] = way.seconds, len(way.path.pieces)
-                    priced.pieces[i, : priced.counts[i]] = way.path.pieces
+                transition = transitions.quickest_standing(ends[a], begins[b], float(priced.seconds[i]))
+                if transition:
+                    priced.seconds[i], priced.counts[i] = transition.seconds, len(transition.path.pieces)
+                    priced.pieces[i, : priced.counts[i]] = transition.path.pieces
             return priced
 
         return timed
 
 
 class WordPricing:
-    """Of `ccd`: CC words, or a line or arc carried on."""
+    """Pricing of `ccd`: CC words, or a line or arc carried on."""
 
     part = PART
     looks_closer = False
 
-    def rough_s(self, ways: Ways, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Floats:
+    def rough_s(self, transitions: TransitionFamily, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Floats:
         """Seconds (ends, begins) of words, with the turns driven at their steady speed."""
-        (turns,) = ways.turns
-        weight = turn_weight(ways, turns)
+        (turns,) = transitions.turns
+        weight = turn_weight(transitions, turns)
         limits = turns.curvature_1pm, turns.sharpness_1pm2
         lengths = word_lengths(end_rows(ends), end_rows(begins), *limits, turn_weight=weight)
-        return np.asarray(lengths / ways.limits.transit_speed_mps)
+        return np.asarray(lengths / transitions.limits.transit_speed_mps)
 
-    def timer(self, ways: Ways, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Timer:
-        """The words, with a clothoid out of and into painted arcs."""
-        rows = way_rows(ends, begins, ways)
+    def timer(self, transitions: TransitionFamily, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Timer:
+        """Times the words, with a clothoid out of and into painted arcs."""
+        rows = transition_rows(ends, begins, transitions)
 
         def timed(pairs: Ints, _closer: bool) -> Priced:
-            priced = words_or_hops(rows, ways.limits, pairs, hops=False)
-            carry_on(ways, ends, begins, pairs, priced)
+            priced = words_or_hops(rows, transitions.limits, pairs, hops=False)
+            carry_on(transitions, ends, begins, pairs, priced)
             return priced
 
         return timed
 
 
 class PaddedPricing:
-    """Of `dubins-padded`: plain Dubins paths between paddings, or a line or arc carried on."""
+    """Pricing of `dubins-padded`: plain Dubins paths between paddings, or a line or arc carried on."""
 
     part = PART
     looks_closer = False
 
-    def rough_s(self, ways: Ways, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Floats:
+    def rough_s(self, transitions: TransitionFamily, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Floats:
         """Seconds (ends, begins) of the paddings and of the Dubins path, its turns driven at their steady speed."""
-        starts, goals = padded_rows(ways, ends, PADDING_AFTER_M), padded_rows(ways, begins, -PADDING_BEFORE_M)
-        paddings = (PADDING_AFTER_M + PADDING_BEFORE_M) / ways.limits.transit_speed_mps
-        return rough_plain_s(ways, starts, goals) + paddings
+        starts, goals = (
+            padded_rows(transitions, ends, PADDING_AFTER_M),
+            padded_rows(transitions, begins, -PADDING_BEFORE_M),
+        )
+        paddings = (PADDING_AFTER_M + PADDING_BEFORE_M) / transitions.limits.transit_speed_mps
+        return rough_plain_s(transitions, starts, goals) + paddings
 
-    def timer(self, ways: Ways, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Timer:
-        """The paths with their paddings."""
-        (turns,) = ways.turns
-        rows = padded_rows(ways, ends, PADDING_AFTER_M), padded_rows(ways, begins, -PADDING_BEFORE_M)
+    def timer(self, transitions: TransitionFamily, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Timer:
+        """Times the paths with their paddings."""
+        (turns,) = transitions.turns
+        rows = padded_rows(transitions, ends, PADDING_AFTER_M), padded_rows(transitions, begins, -PADDING_BEFORE_M)
         paddings = PADDING_AFTER_M, PADDING_BEFORE_M
 
         def timed(pairs: Ints, _closer: bool) -> Priced:
             found = PieceTable(np.zeros((len(pairs), PLAIN_PIECES, 5)), np.zeros(len(pairs), dtype=np.int64))
-            seconds = plain_times(rows, turns.curvature_1pm, paddings, ways.limits.caps, pairs, found)
+            seconds = plain_times(rows, turns.curvature_1pm, paddings, transitions.limits.caps, pairs, found)
             priced = Priced(seconds, *found)
-            carry_on(ways, ends, begins, pairs, priced)
+            carry_on(transitions, ends, begins, pairs, priced)
             return priced
 
         return timed
 
 
 def words_or_hops(rows: TurnRows, limits: Limits, pairs: Ints, *, hops: bool) -> Priced:
-    """The quickest words, or short hops as well, for pairs (n, 2) of the ends and beginnings of `way_rows`."""
+    """The quickest words, or short hops as well, for pairs (n, 2) of the ends and beginnings of `transition_rows`."""
     found = PieceTable(np.zeros((len(pairs), TRACK_PIECES, 5)), np.zeros(len(pairs), dtype=np.int64))
-    return Priced(way_times(rows, limits.caps, pairs, hops, found), *found)
+    return Priced(transition_times(rows, limits.caps, pairs, hops, found), *found)
 
 
-def padded_rows(ways: Ways, ends: Sequence[CurveEnd], padding_m: float) -> Floats:
-    """(n, 4) x (m), y (m) and heading (rad) so far straight on from each end, and the speed (m/s) at it."""
+def padded_rows(transitions: TransitionFamily, ends: Sequence[CurveEnd], padding_m: float) -> Floats:
+    """(n, 4) the pose (m, m, rad) `padding_m` straight on from each end, and the speed (m/s) there."""
     moved = (end.pose.moved(complex(padding_m, 0.0), 0.0) for end in ends)
-    return np.array([(*pose, ways.speed_mps(end)) for pose, end in zip(moved, ends, strict=True)])
+    return np.array([(*pose, transitions.speed_mps(end)) for pose, end in zip(moved, ends, strict=True)])
 
 
-G2 = Method(lambda limits: Ways.by_time(Steering, limits, SteeredPricing()), by_dynamics=True)
-CCD = Method(lambda limits: Ways.of_one(ContinuousDubins, limits, WordPricing()))
+G2 = Method(lambda limits: TransitionFamily.by_time(Steering, limits, SteeredPricing()), by_dynamics=True)
+CCD = Method(lambda limits: TransitionFamily.of_one(ContinuousDubins, limits, WordPricing()))
 DUBINS_PADDED = Method(
-    lambda limits: Ways.of_one(lambda curvature, _sharpness: PaddedDubins(curvature), limits, PaddedPricing()),
+    lambda limits: TransitionFamily.of_one(
+        lambda curvature, _sharpness: PaddedDubins(curvature), limits, PaddedPricing()
+    ),
     joins=False,
 )

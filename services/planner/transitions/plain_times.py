@@ -12,7 +12,7 @@ from touchline.services.planner.transitions.piece_table import PieceTable
 
 # Columns of an end's row: the pose at the paddings' other end (m, m, rad), and the speed (m/s) on the painted curve.
 SPEED = 3
-# A way has no more pieces: three of a word, and the paddings.
+# A transition has no more pieces: three of a word, and the paddings.
 PLAIN_PIECES = 5
 
 
@@ -25,7 +25,7 @@ def plain_times(
     pairs: Ints,
     found: PieceTable,
 ) -> Floats:
-    """Seconds (n,) of the way of every pair (n, 2) of start and goal; fills in its pieces.
+    """Seconds (n,) of the transition of every pair (n, 2) of start and goal; fills in its pieces.
 
     Args:
         rows: (ends, 4) and (beginnings, 4).
@@ -33,7 +33,7 @@ def plain_times(
         paddings: Straight on after a segment and before one (m).
         limits: The row of `Limits`.
         pairs: (n, 2) numbers of an end and a beginning.
-        found: The table of n ways of up to PLAIN_PIECES.
+        found: The table of n transitions of up to PLAIN_PIECES.
     """
     seconds = np.empty(len(pairs))
     for p in range(len(pairs)):

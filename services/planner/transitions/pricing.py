@@ -1,4 +1,4 @@
-"""Prices the transitions of a method for ordering: the seconds of many at once."""
+"""Prices the transitions of a method for ordering: the times of many at once."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from touchline.services.planner.steering.method import CurveEnd, carried_on
 from touchline.services.planner.steering.plain_words import plain_lengths
 
 if TYPE_CHECKING:
-    from touchline.services.planner.transitions.transitions import Turns, Ways
+    from touchline.services.planner.transitions.transitions import TransitionFamily, Turns
 
 # As many pairs are timed within about 50 ms, one by one.
 ONE_BY_ONE_PART = 50
 # Ends from which a line or arc might be carried on to a beginning are off it by no more than this (1/m, share of the
-# distance), and the way there is longer by no more (share); `carried_on` then says whether one is.
+# distance), and the transition there is longer by no more (share); `carried_on` then says whether one is.
 NEARLY_ON = 1e-8
 
 
 class Priced(NamedTuple):
-    """The quickest way of each of n pairs.
+    """The quickest transition of each of n pairs.
 
     Attributes:
         seconds: (n,) how long it takes.
@@ -36,48 +36,50 @@ class Priced(NamedTuple):
     counts: Ints
 
 
-# Prices pairs (n, 2) of the numbers of an end and a beginning; looks closer, at more ways for each, if it is told to.
+# Prices pairs (n, 2) of the numbers of an end and a beginning; if told to, looks closer, at more transitions for each.
 Timer = Callable[[Ints, bool], Priced]
 
 
 class Pricing(Protocol):
-    """How long the ways of a method take, as they are driven where nothing is in the way."""
+    """Times many transitions of a method at once, without regard to obstacles."""
 
     @property
     def part(self) -> int:
-        """So many pairs are timed within about 50 ms."""
+        """The number of pairs that are timed within about 50 ms."""
 
     @property
     def looks_closer(self) -> bool:
-        """Whether near pairs may have quicker ways that are found only by looking closer."""
+        """Whether near pairs may have quicker transitions that are found only by looking closer."""
 
-    def rough_s(self, ways: Ways, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Floats:
-        """Seconds (ends, begins) from every end to every beginning, about: to tell which are near."""
+    def rough_s(self, transitions: TransitionFamily, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Floats:
+        """Approximate seconds (ends, begins) from every end to every beginning, to tell which are near."""
 
-    def timer(self, ways: Ways, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Timer:
-        """What times the quickest ways of pairs of these ends and beginnings."""
+    def timer(self, transitions: TransitionFamily, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Timer:
+        """A function that times the quickest transitions of pairs of these ends and beginnings."""
 
 
 class OneByOne:
-    """Any method's ways, each found as it would be driven: exact, and slow."""
+    """Prices any method by constructing each transition as it would be driven: exact, and slow."""
 
     part = ONE_BY_ONE_PART
     looks_closer = False
 
-    def rough_s(self, ways: Ways, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Floats:
+    def rough_s(self, transitions: TransitionFamily, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Floats:
         """Seconds (ends, begins) of plain Dubins paths with the turns on offer."""
-        return rough_plain_s(ways, end_rows(ends), end_rows(begins))
+        return rough_plain_s(transitions, end_rows(ends), end_rows(begins))
 
-    def timer(self, ways: Ways, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Timer:
-        """Takes the quickest of `Ways.between`."""
+    def timer(self, transitions: TransitionFamily, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd]) -> Timer:
+        """Takes the quickest of `TransitionFamily.between`."""
 
         def timed(pairs: Ints, _closer: bool) -> Priced:
-            found = [min(ways.between(ends[a], begins[b]), key=lambda way: way.seconds) for a, b in pairs.tolist()]
-            counts = np.array([len(way.path.pieces) for way in found], dtype=np.int64)
+            found = [
+                min(transitions.between(ends[a], begins[b]), key=lambda each: each.seconds) for a, b in pairs.tolist()
+            ]
+            counts = np.array([len(transition.path.pieces) for transition in found], dtype=np.int64)
             pieces = np.zeros((len(found), max(counts.tolist(), default=0), 5))
-            for row, way, count in zip(pieces, found, counts.tolist(), strict=True):
-                row[:count] = np.reshape(way.path.pieces, (count, 5))
-            return Priced(np.array([way.seconds for way in found]), pieces, counts)
+            for row, transition, count in zip(pieces, found, counts.tolist(), strict=True):
+                row[:count] = np.reshape(transition.path.pieces, (count, 5))
+            return Priced(np.array([transition.seconds for transition in found]), pieces, counts)
 
         return timed
 
@@ -87,26 +89,29 @@ def end_rows(ends: Sequence[CurveEnd]) -> Floats:
     return np.array([(*end.pose, end.curvature_1pm, end.speed_mps) for end in ends])
 
 
-def rough_plain_s(ways: Ways, starts: Floats, goals: Floats) -> Floats:
+def rough_plain_s(transitions: TransitionFamily, starts: Floats, goals: Floats) -> Floats:
     """Seconds (n, m) of plain Dubins paths between rows of x (m), y (m), heading (rad), at steady speeds."""
     tables = [
-        plain_lengths(starts, goals, turns.curvature_1pm, turn_weight=turn_weight(ways, turns)) for turns in ways.turns
+        plain_lengths(starts, goals, turns.curvature_1pm, turn_weight=turn_weight(transitions, turns))
+        for turns in transitions.turns
     ]
-    return np.asarray(np.minimum.reduce(tables) / ways.limits.transit_speed_mps)
+    return np.asarray(np.minimum.reduce(tables) / transitions.limits.transit_speed_mps)
 
 
-def turn_weight(ways: Ways, turns: Turns) -> float:
-    """How many times as long a metre takes in a turn as on a straight."""
+def turn_weight(transitions: TransitionFamily, turns: Turns) -> float:
+    """How many times longer a metre takes in a turn than on a straight."""
     bend = np.array([turns.curvature_1pm])
-    steady = float(np.sqrt(ways.limits.square_cap(bend, np.zeros(1))[0]))
-    return max(ways.limits.transit_speed_mps / min(turns.speed_mps, steady), 1.0)
+    steady = float(np.sqrt(transitions.limits.square_cap(bend, np.zeros(1))[0]))
+    return max(transitions.limits.transit_speed_mps / min(turns.speed_mps, steady), 1.0)
 
 
-def carry_on(ways: Ways, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd], pairs: Ints, priced: Priced) -> None:
-    """Where carrying a line or arc on leads from an end to a beginning, and is quicker, take that into `priced`.
+def carry_on(
+    transitions: TransitionFamily, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd], pairs: Ints, priced: Priced
+) -> None:
+    """Replace transitions by the line or arc carried on, where that joins a pair and is quicker.
 
     Args:
-        ways: The transitions of the method in use.
+        transitions: The transitions of the method in use.
         ends: Where painted segments end.
         begins: Where they begin.
         pairs: (n, 2) numbers of an end and a beginning.
@@ -123,7 +128,7 @@ def carry_on(ways: Ways, ends: Sequence[CurveEnd], begins: Sequence[CurveEnd], p
         path = carried_on(start, goal, length * (1.0 + NEARLY_ON))
         if path is None:
             continue
-        seconds = ways.seconds(path.pieces, ways.speed_mps(start), ways.speed_mps(goal))
+        seconds = transitions.seconds(path.pieces, transitions.speed_mps(start), transitions.speed_mps(goal))
         if seconds < priced.seconds[i]:
             priced.seconds[i], priced.counts[i] = seconds, len(path.pieces)
             priced.pieces[i, : len(path.pieces)] = np.reshape(path.pieces, (-1, 5))

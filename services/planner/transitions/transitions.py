@@ -26,7 +26,7 @@ MakeMethod = Callable[[float, float], TransitionMethod]
 
 
 class Turns(NamedTuple):
-    """Turns on offer: the speed (m/s) that they are made for, largest curvature (1/m) and sharpness (1/m²), method."""
+    """One member: the speed (m/s) that its turns are made for, largest curvature (1/m) and sharpness (1/m²), method."""
 
     speed_mps: float
     curvature_1pm: float
@@ -34,8 +34,8 @@ class Turns(NamedTuple):
     method: TransitionMethod
 
 
-class Way(NamedTuple):
-    """A way between two painted segments and how long it takes (s)."""
+class Transition(NamedTuple):
+    """A path between two painted segments and how long it takes (s)."""
 
     seconds: float
     path: PiecePath
@@ -49,14 +49,14 @@ class Lead(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Ways:
-    """Finds ways with one of several turns.
+class TransitionFamily:
+    """A method's transitions with each of a family of turns, from which the fastest between two poses is chosen.
 
     Attributes:
         limits: Those of the plan.
-        turns: On offer.
+        turns: The members of the family.
         standing: What the robot may do beside driving forward.
-        pricing: Says how long many of the ways take.
+        pricing: Says how long many of the transitions take.
     """
 
     limits: Limits
@@ -65,8 +65,8 @@ class Ways:
     pricing: Pricing = field(default_factory=OneByOne)
 
     @classmethod
-    def by_time(cls, make: MakeMethod, limits: Limits, pricing: Pricing | None = None) -> "Ways":
-        """With a method's turns made for several speeds, as far as the limits let them differ.
+    def by_time(cls, make: MakeMethod, limits: Limits, pricing: Pricing | None = None) -> "TransitionFamily":
+        """A family with turns for several speeds, as far as the limits let them differ.
 
         One more is entered at paint speed and tightens while the robot brakes, without a straight to brake before.
         Wheels can do both at once; tyres that slide before that cannot.
@@ -74,7 +74,7 @@ class Ways:
         Args:
             make: Makes the method for a largest curvature (1/m) and sharpness (1/m²).
             limits: Those of the plan.
-            pricing: The method's own; without one its ways are timed one by one.
+            pricing: The method's own; without one its transitions are timed one by one.
         """
         fastest = min(limits.transit_speed_mps, FASTEST_SHARE * limits.drive.max_speed_mps)
         offers = {limits.turn_at(v): v for v in [*(v for v in TURN_SPEEDS_MPS if v < fastest), fastest]}
@@ -85,13 +85,13 @@ class Ways:
         return cls(limits, turns, pricing=pricing or OneByOne())
 
     @classmethod
-    def of_one(cls, make: MakeMethod, limits: Limits, pricing: Pricing | None = None) -> "Ways":
-        """With the turns of one method at the largest curvature and sharpness, whatever the speed.
+    def of_one(cls, make: MakeMethod, limits: Limits, pricing: Pricing | None = None) -> "TransitionFamily":
+        """A family of one: turns at the largest curvature and sharpness, whatever the speed.
 
         Args:
             make: Makes the method for a largest curvature (1/m) and sharpness (1/m²).
             limits: Those of the plan.
-            pricing: The method's own; without one its ways are timed one by one.
+            pricing: The method's own; without one its transitions are timed one by one.
         """
         turn = limits.curvature_max_1pm, limits.sharpness_max_1pm2
         return cls(limits, (Turns(limits.drive.max_speed_mps, *turn, make(*turn)),), pricing=pricing or OneByOne())
@@ -101,7 +101,7 @@ class Ways:
         return min(self.limits.steady_speed_mps(end.curvature_1pm), end.speed_mps)
 
     def lead(self, turns: Turns, end: CurveEnd) -> Lead:
-        """From a painted curve straight to the turns; or, if they are slow, to a straight that leaves room to brake."""
+        """The lead out of a painted curve: nothing or, to slower turns, a clothoid and a straight to brake on."""
         speed = self.speed_mps(end)
         slower = max(speed**2 - turns.speed_mps**2, 0.0)
         if not slower:
@@ -115,57 +115,57 @@ class Ways:
         speed = self.speed_mps(end)
         return min((t for t in self.turns if t.speed_mps >= speed), key=lambda t: t.speed_mps, default=self.turns[-1])
 
-    def from_rest(self, start: PathPose, goal: CurveEnd, run_up_m: float) -> Way:
-        """The quickest way from standstill to a painted curve, over a straight of `run_up_m` before its lead-in."""
+    def from_rest(self, start: PathPose, goal: CurveEnd, run_up_m: float) -> Transition:
+        """The quickest path from standstill to a painted curve, over a straight of `run_up_m` before its lead-in."""
         into = self.widest(goal).method.lead_in(goal.curvature_1pm)
         pieces = (Piece(run_up_m), *into) if run_up_m else into
         reaching = CurveEnd(before(goal.pose, pieces), 0.0)
-        ways = []
+        transitions = []
         for turns in self.turns:
             path = PiecePath(start, joined((*turns.method.connect(start, reaching.pose), *pieces)))
-            ways.append(Way(self.seconds(path.pieces, 0.0, self.speed_mps(goal)), path))
-        return min(ways, key=lambda way: way.seconds)
+            transitions.append(Transition(self.seconds(path.pieces, 0.0, self.speed_mps(goal)), path))
+        return min(transitions, key=lambda each: each.seconds)
 
-    def to_rest(self, start: CurveEnd, goal: PathPose, run_out_m: float) -> Way:
-        """The quickest way from a painted curve to standstill, over a straight of `run_out_m` behind its lead-out."""
+    def to_rest(self, start: CurveEnd, goal: PathPose, run_out_m: float) -> Transition:
+        """The quickest path from a painted curve to standstill, over a straight of `run_out_m` behind its lead-out."""
         out = self.widest(start).method.lead_out(start.curvature_1pm)
         pieces = (*out, Piece(run_out_m)) if run_out_m else out
         leaving = PiecePath(start.pose, pieces).end
-        ways = []
+        transitions = []
         for turns in self.turns:
             path = PiecePath(start.pose, joined((*pieces, *turns.method.connect(leaving, goal))))
-            ways.append(Way(self.seconds(path.pieces, self.speed_mps(start), 0.0), path))
-        return min(ways, key=lambda way: way.seconds)
+            transitions.append(Transition(self.seconds(path.pieces, self.speed_mps(start), 0.0), path))
+        return min(transitions, key=lambda each: each.seconds)
 
-    def between(self, start: CurveEnd, goal: CurveEnd) -> list[Way]:
-        """Every way from the end of one painted segment to the beginning of the next, the quickest first."""
+    def between(self, start: CurveEnd, goal: CurveEnd) -> list[Transition]:
+        """Every transition from the end of one painted segment to the beginning of the next, the quickest first."""
         speeds = self.speed_mps(start), self.speed_mps(goal)
-        ways = [self._way(turns, start, goal, speeds) for turns in self.turns]
+        transitions = [self._transition(turns, start, goal, speeds) for turns in self.turns]
         if self.standing:
-            ways += self._standing(start, goal, speeds)
-        ways.sort(key=lambda way: way.seconds)
-        straight_on = carried_on(start, goal, ways[0].path.length_m)
+            transitions += self._standing(start, goal, speeds)
+        transitions.sort(key=lambda each: each.seconds)
+        straight_on = carried_on(start, goal, transitions[0].path.length_m)
         if straight_on:
-            ways.insert(0, Way(self.seconds(straight_on.pieces, *speeds), straight_on))
-        return ways
+            transitions.insert(0, Transition(self.seconds(straight_on.pieces, *speeds), straight_on))
+        return transitions
 
-    def _way(self, turns: Turns, start: CurveEnd, goal: CurveEnd, speeds: tuple[float, float]) -> Way:
+    def _transition(self, turns: Turns, start: CurveEnd, goal: CurveEnd, speeds: tuple[float, float]) -> Transition:
         out, into = self.lead(turns, start), turned_round(self.lead(turns, goal))
         leaving = CurveEnd(PiecePath(start.pose, out.pieces).end, out.curvature_1pm)
         reaching = CurveEnd(before(goal.pose, into.pieces), into.curvature_1pm)
         path = PiecePath(start.pose, joined((*out.pieces, *turns.method.between(leaving, reaching), *into.pieces)))
-        return Way(self.seconds(path.pieces, *speeds), path)
+        return Transition(self.seconds(path.pieces, *speeds), path)
 
-    def quickest_standing(self, start: CurveEnd, goal: CurveEnd, least_s: float) -> Way | None:
-        """The quickest way with cusps or turns on the spot, if it takes less than `least_s`."""
+    def quickest_standing(self, start: CurveEnd, goal: CurveEnd, least_s: float) -> Transition | None:
+        """The quickest transition with cusps or turns on the spot, if it takes less than `least_s`."""
         speeds = self.speed_mps(start), self.speed_mps(goal)
         if self.standing_bound_s(start, goal, speeds) >= least_s:
             return None
-        ways = [way for way in self._standing(start, goal, speeds) if way.seconds < least_s]
-        return min(ways, key=lambda way: way.seconds, default=None)
+        transitions = [transition for transition in self._standing(start, goal, speeds) if transition.seconds < least_s]
+        return min(transitions, key=lambda each: each.seconds, default=None)
 
     def standing_bound_s(self, start: CurveEnd, goal: CurveEnd, speeds: tuple[float, float]) -> float:
-        """No way of `_standing` with a standstill takes less (s).
+        """A lower bound (s) on the time of transitions with a standstill.
 
         The painted curves are carried on, and what lies between the ends of that is driven before the first standstill
         or after it; best of all on one side alone, as more at once is driven faster.
@@ -179,7 +179,7 @@ class Ways:
         return min(first + further[1], further[0] + last)
 
     def _from_rest_s(self, length_m: float, speed_mps: float) -> float:
-        """The least time (s) from standstill over a length to a speed, or the other way round."""
+        """The least time (s) from standstill over a length to a speed, or from the speed to standstill."""
         gain = self.limits.acceleration_mps2
         fast = min(math.sqrt(gain * length_m + 0.5 * speed_mps**2), max(self.limits.transit_speed_mps, speed_mps))
         rest = length_m - (2.0 * fast**2 - speed_mps**2) / (2.0 * gain)
@@ -189,13 +189,13 @@ class Ways:
         """Room to brake before the first standstill, and to gather speed after the last."""
         return max(self.limits.stopping_distance_m(speed) for speed in speeds) / BRAKING_SHARE
 
-    def _standing(self, start: CurveEnd, goal: CurveEnd, speeds: tuple[float, float]) -> list[Way]:
-        """Ways with cusps and turns on the spot; before and after them the painted curve is carried on to brake.
+    def _standing(self, start: CurveEnd, goal: CurveEnd, speeds: tuple[float, float]) -> list[Transition]:
+        """Transitions with cusps and turns on the spot; before and after them the painted curve is carried on to brake.
 
         A robot that has to stand anyway gains nothing by wide turns: these are the tightest.
         """
-        found = self.turns[0].method.standing_ways(start, goal, self._room_m(speeds))
-        return [Way(self.seconds(p, *speeds), PiecePath(start.pose, p)) for p in found if self._may(p)]
+        found = self.turns[0].method.standing_transitions(start, goal, self._room_m(speeds))
+        return [Transition(self.seconds(p, *speeds), PiecePath(start.pose, p)) for p in found if self._may(p)]
 
     def _may(self, pieces: Sequence[Piece]) -> bool:
         backward, spinning = any(p.direction < 0 for p in pieces), any(p.spin_rad for p in pieces)
@@ -208,6 +208,6 @@ class Ways:
 
 
 def turned_round(lead: Lead) -> Lead:
-    """The lead into a curve, of the same curvature, instead of out of it."""
+    """The same lead, driven into the curve instead of out of it."""
     back = tuple(p._replace(curvature_1pm=p.curvature_end_1pm, sharpness_1pm2=-p.sharpness_1pm2) for p in lead.pieces)
     return lead._replace(pieces=back[::-1])

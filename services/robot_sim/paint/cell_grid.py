@@ -85,7 +85,13 @@ def _listed(cells: list[NDArray[np.int64]], members: NDArray[np.int64], frame: N
 
 @kernel
 def cell_of(x: float, y: float, frame: NDArray[np.float64]) -> int:
-    """Index of the cell of a point, −1 outside the grid."""
+    """Index of the cell of a point, −1 outside the grid.
+
+    Args:
+        x: East, map frame [m].
+        y: North, map frame [m].
+        frame: (5,) of the `Grid`.
+    """
     column, row = math.floor((x - frame[_WEST]) / frame[_CELL]), math.floor((y - frame[_SOUTH]) / frame[_CELL])
     if column < 0 or row < 0 or column >= frame[_COLUMNS] or row >= frame[_ROWS]:
         return -1

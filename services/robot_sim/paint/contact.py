@@ -3,28 +3,28 @@
 from __future__ import annotations
 
 import math
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from touchline.services.core.jit import kernel
-from touchline.services.robot_sim.paint.cell_grid import cell_of
+from touchline.services.robot_sim.paint.cell_grid import Grid, cell_of
 
 CELL_M: Final = 0.005
-"""The tread and the way are looked at in pieces no longer than this."""
+"""The tread and the path are looked at in pieces no longer than this."""
 FAINTEST: Final = 0.05
 """Prints with a smaller share of a line's paint are not seen."""
 _SAME_CROSSING_M: Final = 0.03
 """Who is off a line for less has not left it: paint has pores between one piece and the next."""
 
-# Columns of a contact's way.
+# Columns of a contact's path.
 TIME: Final = 0  # s
 X: Final = 1
 Y: Final = 2
 FORWARD_X: Final = 3  # unit vector of the robot's heading
 FORWARD_Y: Final = 4
-WAY_COLUMNS: Final = 5
+PATH_COLUMNS: Final = 5
 
 # Columns of pieces of paint: straight strips.
 X0: Final = 0
@@ -37,74 +37,87 @@ HALF_WIDTH: Final = 6
 LINE: Final = 7  # index of the line that it belongs to, −1 for none
 PAINT_COLUMNS: Final = 8
 
-# Columns of prints, after the `X0`…`Y1` of a piece of the contact's way.
+# Columns of prints, after the `X0`…`Y1` of a piece of the contact's path.
 STRENGTH: Final = 4  # share of a fresh line's paint
 PRINT_LINE: Final = 5  # the line that it is from
 AGE: Final = 6  # of that paint when it was taken up [s]
-PRINT_AT: Final = 7  # way rolled so far [m]
+PRINT_AT: Final = 7  # distance rolled so far [m]
 PRINT_COLUMNS: Final = 8
 
 Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
+
+
+class Tread(NamedTuple):
+    """What touches the ground."""
+
+    swivels: bool
+    """Whether it always rolls forward, as a caster does."""
+    circumference_m: float
+
+
+class WetPaint(NamedTuple):
+    """What it may roll over."""
+
+    strips: Floats
+    """(n, PAINT_COLUMNS)."""
+    grid: Grid
+    """Of the strips."""
+    drying_s: float
+    """How long paint stays wet."""
+    taken: float
+    """Share of a line's paint that a tread takes up while it is fresh."""
+    fade_m: float
+    """Distance over which prints get fainter by a factor of e."""
 
 
 @kernel
-def roll(
-    way: Floats,
-    swivels: bool,
-    circumference_m: float,
-    paint: Floats,
-    grid: tuple[Floats, Integers, Integers],
-    wet: tuple[float, float, float],
-    left_m: Floats,
-    prints: Floats,
-) -> tuple[int, int, float]:
-    """Roll along a way; returns (crossings, prints, age of the youngest paint met [s]).
+def roll(path: Floats, tread: Tread, paint: WetPaint, left_m: Floats, prints: Floats) -> tuple[int, int, float]:
+    """Roll along a path.
 
     A crossing is that the middle of the contact comes upon wet paint of a line. There the tread takes up the share
     `taken` of the paint, less as that dries, none once it is dry. Each time that the piece of tread comes round again
-    it prints on the ground, with what exp(−way/`fade_m`) has left of it.
+    it prints on the ground, with what exp(−distance/`fade_m`) has left of it: a rule of this project's own.
 
     Args:
-        way: (n, WAY_COLUMNS).
-        swivels: Whether it always rolls forward, as a caster does.
-        circumference_m: Of the tread.
-        paint: (n, PAINT_COLUMNS).
-        grid: Frame as of `Grid`; where each cell's list begins; the lists of pieces of `paint` that reach into it.
-        wet: How long paint stays wet [s]; `taken`; `fade_m`.
+        path: (n, PATH_COLUMNS) of the contact's middle, map frame.
+        tread: That rolls.
+        paint: On the ground.
         left_m: (lines + 1,) scratch.
         prints: (n, PRINT_COLUMNS) filled as far as there is room: more may be returned than that.
+
+    Returns:
+        Crossings, prints, age of the youngest paint met [s].
     """
-    frame, starts, members = grid
-    drying_s, taken, fade_m = wet
-    pieces = max(1, math.floor(circumference_m / CELL_M + 0.5))
-    piece_m = circumference_m / pieces
+    frame, starts, members = paint.grid.frame, paint.grid.starts, paint.grid.members
+    drying_s, taken, fade_m = paint.drying_s, paint.taken, paint.fade_m
+    pieces = max(1, math.floor(tread.circumference_m / CELL_M + 0.5))
+    piece_m = tread.circumference_m / pieces
     load, loaded_at = np.zeros(pieces), np.zeros(pieces)
     load_line, load_age = np.zeros(pieces), np.zeros(pieces)
     left_m[:] = -math.inf
     crossings = count = 0
     youngest = math.inf
     rolled = at = 0.0
-    for row in range(1, len(way)):
-        ax, ay = way[row - 1, X], way[row - 1, Y]
-        dx, dy = way[row, X] - ax, way[row, Y] - ay
+    for row in range(1, len(path)):
+        ax, ay = path[row - 1, X], path[row - 1, Y]
+        dx, dy = path[row, X] - ax, path[row, Y] - ay
         distance = math.hypot(dx, dy)
         if distance == 0.0:
             continue
-        back = not swivels and dx * way[row, FORWARD_X] + dy * way[row, FORWARD_Y] < 0.0
+        back = not tread.swivels and dx * path[row, FORWARD_X] + dy * path[row, FORWARD_Y] < 0.0
         steps = math.ceil(distance / piece_m)
         step = distance / steps
         for k in range(1, steps + 1):
             share = k / steps
             x, y = ax + share * dx, ay + share * dy
-            time = way[row - 1, TIME] + share * (way[row, TIME] - way[row - 1, TIME])
+            time = path[row - 1, TIME] + share * (path[row, TIME] - path[row - 1, TIME])
             at += step
             rolled += -step if back else step
             piece = math.floor(rolled / piece_m) % pieces
             age, line = math.inf, -1
             cell = cell_of(x, y, frame)
             for member in range(starts[cell] if cell >= 0 else 0, starts[cell + 1] if cell >= 0 else 0):
-                strip = paint[members[member]]
+                strip = paint.strips[members[member]]
                 if strip[LAID_FROM] > time or strip[LAID_TO] < time - drying_s:
                     continue
                 ex, ey = strip[X1] - strip[X0], strip[Y1] - strip[Y0]

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import cached_property
 from itertools import pairwise
 from typing import Final, NamedTuple
 
@@ -24,8 +25,6 @@ _MOST_STRETCHES: Final = 3 * p.MOST_RUNS  # of one line in a tick
 
 
 Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Arrays = tuple[Floats, Floats, Integers, Integers, Floats, Floats, Floats, Integers]
 
 
 class Marks(NamedTuple):
@@ -85,17 +84,14 @@ class PaintLedger:
         self.line_width_m, self.spray_width_m = line_width_m, spray_width_m
         self._lengths: NDArray[np.float64] = np.array([t.curve.length_m for t in self.targets], dtype=np.float64)
         self.length_m = math.fsum(self._lengths)
-        self._table = np.array(
+        table = np.array(
             [(c.x_m, c.y_m, c.heading_rad, c.curvature_1pm, c.length_m) for _, c in self.targets], dtype=np.float64
         ).reshape(-1, 5)
-        self._grid = make_grid([target.curve for target in self.targets], p.REACH_M)
+        self._lines = p.Lines(table, make_grid([target.curve for target in self.targets], p.REACH_M))
         self._points: NDArray[np.float64] = np.zeros((_FIRST_POINTS, p.POINT_COLUMNS))
-        self._state: NDArray[np.int64] = np.zeros(p.STATE_SIZE, dtype=np.int64)
-        self._latest: NDArray[np.float64] = np.tile((1.0, -1.0), (len(self.targets), 1))
-        self._seen: NDArray[np.float64] = self._latest.copy()
-        self._stretches: NDArray[np.float64] = np.zeros(
-            (_MOST_STRETCHES * max(1, self._grid.largest), p.STRETCH_COLUMNS)
-        )
+        self._state = p.LedgerState()
+        self._coverage = self._nothing(self._state)
+        self._seen: NDArray[np.float64] = self._coverage.latest.copy()
         self._covered = [Intervals() for _ in self.targets]
         self._covered_m: NDArray[np.float64] = np.zeros(len(self.targets))
         self._taken = 0  # the point from which the next batch of marks begins
@@ -103,51 +99,62 @@ class PaintLedger:
     def snapshot(self) -> PaintLedger:
         """The paint so far, for another thread to look at while the robot paints on."""
         frozen = copy.copy(self)
-        frozen._points, frozen._state = self.rows(0).copy(), self._state.copy()
-        frozen._latest, frozen._seen, frozen._covered_m = self._latest.copy(), self._seen.copy(), self._covered_m.copy()
+        frozen._points, frozen._state = self.rows(0).copy(), copy.deepcopy(self._state)
+        frozen._coverage = self._nothing(frozen._state)._replace(latest=self._coverage.latest.copy())
+        frozen._seen, frozen._covered_m = self._seen.copy(), self._covered_m.copy()
         frozen._covered = copy.deepcopy(self._covered)
         return frozen
 
     def record(self, trace: NDArray[np.float64]) -> None:
         """Enter one tick; `trace` is (STEPS + 1, 3), the world's."""
         self.make_room()
-        table, frame, starts, members, points, latest, stretches, state = self.arrays
-        p.enter(table, frame, starts, members, 0.5 * self.line_width_m, trace, points, latest, stretches, state)
+        self._enter(trace, self.paint)
         self.put_aside()
 
+    @cached_property
+    def _enter(self) -> Callable[..., None]:
+        """`projection.enter`, without a look at the types of its arguments, which are always the same."""
+        code: Callable[..., None] = p.enter.for_types_of((np.zeros(body.TRACE_SHAPE), self.paint))
+        return code
+
     @property
-    def arrays(self) -> Arrays:
-        """What `projection.enter` works on: table, grid (frame, starts, members), points, latest, stretches, state."""
-        grid = self._grid
-        lines = (self._table, grid.frame, grid.starts, grid.members)
-        return (*lines, self._points, self._latest, self._stretches, self._state)
+    def paint(self) -> p.PaintArrays:
+        """What `projection.enter` works on."""
+        return p.PaintArrays(self._lines, 0.5 * self.line_width_m, self._points, self._coverage)
+
+    def _nothing(self, state: p.LedgerState) -> p.Coverage:
+        """No line is covered; `state` is that of the ledger."""
+        latest: Floats = np.tile((1.0, -1.0), (len(self.targets), 1))
+        room = _MOST_STRETCHES * max(1, self._lines.grid.largest)
+        return p.Coverage(latest, np.zeros((room, p.STRETCH_COLUMNS)), state.array)
 
     def make_room(self) -> None:
         """Have room for the points of another tick at least."""
-        if self._state[p.STATE_POINTS] + _ROOM > len(self._points):
+        if self._state.points + _ROOM > len(self._points):
             self._points = np.concatenate((self._points, np.zeros_like(self._points)))
 
     def put_aside(self) -> None:
         """Take the stretches that have been left for good."""
-        if not self._state[p.STATE_STRETCHES]:
+        if not self._state.stretches:
             return
-        for target, start, end in self._stretches[: self._state[p.STATE_STRETCHES]].tolist():
+        for target, start, end in self._coverage.stretches[: self._state.stretches].tolist():
             self._covered[int(target)].add(start, end)
-        self._state[p.STATE_STRETCHES] = 0
+        self._state.stretches = 0
 
     @property
     def points(self) -> int:
         """Points of all strokes so far."""
-        return int(self._state[p.STATE_POINTS])
+        return self._state.points
 
     @property
     def covered(self) -> list[Intervals]:
         """Per target, the stretches over which paint lies."""
-        changed = np.flatnonzero((self._latest != self._seen).any(axis=1))
+        latest = self._coverage.latest
+        changed = np.flatnonzero((latest != self._seen).any(axis=1))
         for index in changed.tolist():
-            self._covered[index].add(*self._latest[index].tolist())
+            self._covered[index].add(*latest[index].tolist())
             self._covered_m[index] = self._covered[index].length
-            self._seen[index] = self._latest[index]
+            self._seen[index] = latest[index]
         return self._covered
 
     @property
@@ -174,18 +181,14 @@ class PaintLedger:
 
     def within_by_target_m(self, limit_m: float) -> list[float]:
         """Per target, the length over which the middle of paint lies within `limit_m` of it; takes a moment."""
-        table, frame, starts, members, *_ = self.arrays
-        within = [Intervals() for _ in self.targets]
-        latest: Floats = np.tile((1.0, -1.0), (len(self.targets), 1))
-        stretches: Floats = np.zeros_like(self._stretches)
-        state: Integers = np.zeros(p.STATE_SIZE, dtype=np.int64)
-        points, done = self.rows(0), 0
+        within, state = [Intervals() for _ in self.targets], p.LedgerState()
+        coverage, points, done = self._nothing(state), self.rows(0), 0
         while done < len(points):
-            done = p.cover(table, frame, starts, members, limit_m, points, done, latest, stretches, state)
-            for target, start, end in stretches[: state[p.STATE_STRETCHES]].tolist():
+            done = p.cover(self._lines, limit_m, points, done, coverage)
+            for target, start, end in coverage.stretches[: state.stretches].tolist():
                 within[int(target)].add(start, end)
-            state[p.STATE_STRETCHES] = 0
-        for stretch, (start, end) in zip(within, latest.tolist(), strict=True):
+            state.stretches = 0
+        for stretch, (start, end) in zip(within, coverage.latest.tolist(), strict=True):
             if start <= end:
                 stretch.add(start, end)
         return [stretch.length for stretch in within]
@@ -219,12 +222,12 @@ class PaintLedger:
         begins = rows[:, p.POINT_TARGET] == p.STROKE_BEGINS
         for row, begun in zip(rows[:, [p.POINT_X, p.POINT_Y, p.POINT_WIDTH]], begins.tolist(), strict=True):
             if begun:
-                self._state[p.STATE_OPEN] = 0
+                self._state.open = False
             else:
                 trace[1:] = row
                 self.record(trace)
             trace[0, :2] = row[:2]
-        self._state[p.STATE_OPEN] = 0
+        self._state.open = False
 
     def strokes(self) -> list[PaintStroke]:
         """Each stroke so far, the open one last."""
@@ -248,7 +251,7 @@ class PaintLedger:
             if marks.target >= 0:
                 points = self._points[marks.first_index : marks.first_index + len(marks.x_m)]
                 xy = points[:, [p.POINT_X, p.POINT_Y]]
-                drawn[marks.target].add(*p.extent(xy, self._table[marks.target]))
+                drawn[marks.target].add(*p.extent(xy, self._lines.table[marks.target]))
         return [stretches.length for stretches in drawn]
 
     def _stroke(self, points: Floats) -> PaintStroke:

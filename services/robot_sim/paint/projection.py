@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Final
+from collections.abc import Sequence
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from touchline.services.core.jit import kernel
-from touchline.services.robot_sim.paint.cell_grid import cell_of
+from touchline.services.core.records import Record
+from touchline.services.robot_sim.paint.cell_grid import Grid, cell_of
 from touchline.services.robot_sim.world.body import STEPS, TRACE_EAST, TRACE_NORTH, TRACE_SPRAYING
 
 # Columns of the target table (n, 5): the geometry of `touchline.schemas.curves.Curve`.
@@ -31,12 +33,6 @@ STROKE_BEGINS: Final = -2.0
 # Columns of the stretches of lines over which paint lies: (target, from arc length, to arc length).
 STRETCH_COLUMNS: Final = 3
 
-# State of the ledger between ticks.
-STATE_OPEN: Final = 0  # whether paint flowed up to the end of the last tick
-STATE_POINTS: Final = 1
-STATE_STRETCHES: Final = 2
-STATE_SIZE: Final = 3
-
 MOST_RUNS: Final = STEPS
 """Of evenly flowing paint in a tick; each adds at most two points."""
 REACH_M: Final = 0.5
@@ -45,10 +41,58 @@ _ALIGNED: Final = math.cos(math.radians(45.0))
 _CREEP_M: Final = 1e-4
 """Paint that moves by less in a step of the world (0.1 m/s) need not go along its line: the robot corrects itself."""
 
+Floats = NDArray[np.float64]
+
+
+class LedgerState(Record):
+    """Of the ledger between ticks."""
+
+    open: bool
+    """Whether paint flowed up to the end of the last tick."""
+    points: int
+    stretches: int
+
+
+class Lines(NamedTuple):
+    """What should be painted; made once."""
+
+    table: Floats
+    """(n, 5) x [m], y [m], heading [rad], curvature [1/m], length [m] of each line's start."""
+    grid: Grid
+    """Of those within `REACH_M`."""
+
+
+class Coverage(NamedTuple):
+    """Where paint lies; made once."""
+
+    latest: Floats
+    """(n, 2) the newest stretch of each line [m], from > to for none."""
+    stretches: Floats
+    """(at least 3·MOST_RUNS rows per line within reach, STRETCH_COLUMNS) older ones, until they are put aside."""
+    state: Sequence[LedgerState]
+    """(1,)."""
+
+
+class PaintArrays(NamedTuple):
+    """All that `enter` is given of a ledger."""
+
+    lines: Lines
+    half_width_m: float
+    """Half the line width."""
+    points: Floats
+    """(at least 2·MOST_RUNS rows to spare, POINT_COLUMNS)."""
+    coverage: Coverage
+
 
 @kernel
-def project(x: float, y: float, target: NDArray[np.float64]) -> tuple[float, float]:
-    """(arc length, lateral offset) [m] of a point against a line or arc (5,); left positive, not clamped to it."""
+def project(x: float, y: float, target: Floats) -> tuple[float, float]:
+    """(arc length, lateral offset) [m] of a point against a line or arc; left positive, not clamped to it.
+
+    Args:
+        x: East, map frame [m].
+        y: North, map frame [m].
+        target: (5,) row of `Lines.table`.
+    """
     curvature = target[_CURVATURE]
     cos, sin = math.cos(target[_HEADING]), math.sin(target[_HEADING])
     dx, dy = x - target[_X], y - target[_Y]
@@ -64,8 +108,13 @@ def project(x: float, y: float, target: NDArray[np.float64]) -> tuple[float, flo
 
 
 @kernel
-def extent(points: NDArray[np.float64], target: NDArray[np.float64]) -> tuple[float, float]:
-    """Arc lengths between which points (n, 2) run along a line or arc (5,), beyond its ends and round a circle."""
+def extent(points: Floats, target: Floats) -> tuple[float, float]:
+    """Arc lengths [m] between which points run along a line or arc, beyond its ends and round a circle.
+
+    Args:
+        points: (n, 2) east, north, map frame [m].
+        target: (5,) row of `Lines.table`.
+    """
     turn = 2.0 * math.pi / abs(target[_CURVATURE]) if target[_CURVATURE] != 0.0 else 0.0
     at, _ = project(points[0, 0], points[0, 1], target)
     low = high = at
@@ -91,37 +140,27 @@ def _clip(a: float, b: float, limit: float) -> tuple[float, float]:
 
 
 @kernel
-def _cover(
-    index: int,
-    low: float,
-    high: float,
-    latest: NDArray[np.float64],
-    stretches: NDArray[np.float64],
-    state: NDArray[np.int64],
-) -> None:
+def _cover(index: int, low: float, high: float, coverage: Coverage) -> None:
     """Unite a stretch with the latest one of its line, or put that aside and begin anew."""
-    if low <= latest[index, 1] and latest[index, 0] <= high:
-        latest[index, 0], latest[index, 1] = min(latest[index, 0], low), max(latest[index, 1], high)
+    latest = coverage.latest[index]
+    if low <= latest[1] and latest[0] <= high:
+        latest[0], latest[1] = min(latest[0], low), max(latest[1], high)
         return
-    if latest[index, 0] <= latest[index, 1]:
-        row = state[STATE_STRETCHES]
-        stretches[row, 0], stretches[row, 1], stretches[row, 2] = index, latest[index, 0], latest[index, 1]
-        state[STATE_STRETCHES] = row + 1
-    latest[index, 0], latest[index, 1] = low, high
+    if latest[0] <= latest[1]:
+        state = coverage.state[0]
+        row = coverage.stretches[state.stretches]
+        row[0], row[1], row[2] = index, latest[0], latest[1]
+        state.stretches += 1
+    latest[0], latest[1] = low, high
 
 
 @kernel
 def _hit(
-    index: int,
-    target: NDArray[np.float64],
-    a: tuple[float, float],
-    b: tuple[float, float],
-    half_width: float,
-    latest: NDArray[np.float64],
-    stretches: NDArray[np.float64],
-    state: NDArray[np.int64],
+    index: int, lines: Lines, a: tuple[float, float], b: tuple[float, float], limit_m: float, coverage: Coverage
 ) -> None:
-    first, last = _clip(a[1], b[1], half_width)
+    """Cover the stretch of a line that the chord from `a` to `b`, (arc length, lateral offset), is near to."""
+    target = lines.table[index]
+    first, last = _clip(a[1], b[1], limit_m)
     if first > last:
         return
     length, travel = target[_LENGTH], b[0] - a[0]
@@ -137,108 +176,70 @@ def _hit(
             continue
         low, high = max(begin + shift * turn, 0.0), min(end + shift * turn, length)
         if low < high:
-            _cover(index, low, high, latest, stretches, state)
+            _cover(index, low, high, coverage)
 
 
 @kernel
-def cover(
-    targets: NDArray[np.float64],
-    frame: NDArray[np.float64],
-    starts: NDArray[np.int64],
-    members: NDArray[np.int64],
-    limit_m: float,
-    points: NDArray[np.float64],
-    first: int,
-    latest: NDArray[np.float64],
-    stretches: NDArray[np.float64],
-    state: NDArray[np.int64],
-) -> int:
+def cover(lines: Lines, limit_m: float, points: Floats, first: int, coverage: Coverage) -> int:
     """Enter the stretches of lines that strokes pass within `limit_m` of, as `enter` does tick by tick.
 
     Args:
-        targets: As `frame`, `starts`, `members`, `latest`, `stretches` and `state`, of `enter`.
-        frame: See `targets`.
-        starts: See `targets`.
-        members: See `targets`.
+        lines: That may be covered.
         limit_m: How far off a line.
         points: (n, POINT_COLUMNS) of the strokes.
         first: Of the points, the one to begin with.
-        latest: See `targets`.
-        stretches: See `targets`.
-        state: See `targets`.
+        coverage: Updated.
 
     Returns:
-        The point to go on with once `stretches` have been taken; n when all is entered.
+        The point to go on with once `coverage.stretches` have been taken; n when all is entered.
     """
+    grid, room = lines.grid, len(coverage.stretches)
     for row in range(max(first, 1), len(points)):
         if points[row, POINT_TARGET] == STROKE_BEGINS:
             continue
         ax, ay, bx, by = points[row - 1, POINT_X], points[row - 1, POINT_Y], points[row, POINT_X], points[row, POINT_Y]
-        cell = cell_of(bx, by, frame)
+        cell = cell_of(bx, by, grid.frame)
         if cell < 0:
             continue
-        if state[STATE_STRETCHES] + 3 * (starts[cell + 1] - starts[cell]) > len(stretches):
+        if coverage.state[0].stretches + 3 * (grid.starts[cell + 1] - grid.starts[cell]) > room:
             return row
-        for member in range(starts[cell], starts[cell + 1]):
-            target = targets[members[member]]
+        for member in range(grid.starts[cell], grid.starts[cell + 1]):
+            index = grid.members[member]
+            target = lines.table[index]
             s, lateral = project(bx, by, target)
             if abs(lateral) <= REACH_M and -REACH_M <= s <= target[_LENGTH] + REACH_M:
-                a = project(ax, ay, target)
-                _hit(members[member], target, a, (s, lateral), limit_m, latest, stretches, state)
+                _hit(index, lines, project(ax, ay, target), (s, lateral), limit_m, coverage)
     return len(points)
 
 
 @kernel
-def _point(
-    row: NDArray[np.float64],
-    target: float,
-    lateral: float,
-    width: float,
-    points: NDArray[np.float64],
-    state: NDArray[np.int64],
-) -> None:
-    at = state[STATE_POINTS]
-    points[at, POINT_WIDTH] = width
-    points[at, POINT_X], points[at, POINT_Y] = row[TRACE_EAST], row[TRACE_NORTH]
-    points[at, POINT_TARGET], points[at, POINT_LATERAL] = target, lateral
-    state[STATE_POINTS] = at + 1
+def _point(trace_row: Floats, target: float, lateral: float, width: float, paint: PaintArrays) -> None:
+    state = paint.coverage.state[0]
+    row = paint.points[state.points]
+    row[POINT_WIDTH] = width
+    row[POINT_X], row[POINT_Y] = trace_row[TRACE_EAST], trace_row[TRACE_NORTH]
+    row[POINT_TARGET], row[POINT_LATERAL] = target, lateral
+    state.points += 1
 
 
 @kernel
-def enter(
-    targets: NDArray[np.float64],
-    frame: NDArray[np.float64],
-    starts: NDArray[np.int64],
-    members: NDArray[np.int64],
-    half_width: float,
-    trace: NDArray[np.float64],
-    points: NDArray[np.float64],
-    latest: NDArray[np.float64],
-    stretches: NDArray[np.float64],
-    state: NDArray[np.int64],
-) -> None:
+def enter(trace: Floats, paint: PaintArrays) -> None:
     """Enter a tick: the runs of paint in it, the line each belongs to, and the stretches of lines they cover.
 
-    A stretch is covered where the nozzle passes within `half_width` of the line. A run belongs to the nearest line
-    within `REACH_M` that it follows (directions within 45°), up to `half_width` beyond the line's ends. If it
-    creeps, and lies within `half_width` of none that it follows, it belongs to the nearest line within that.
+    A stretch is covered where the nozzle passes within half a line's width of the line. A run belongs to the nearest
+    line within `REACH_M` that it follows (directions within 45°), up to half a width beyond the line's ends. If it
+    creeps, and lies within half a width of none that it follows, it belongs to the nearest line within that.
 
     Args:
-        targets: (n, 5) x [m], y [m], heading [rad], curvature [1/m], length [m] of each line's start.
-        frame: As `starts` and `members`, of the `Grid` of the lines.
-        starts: See `frame`.
-        members: See `frame`.
-        half_width: Half the line width [m].
-        trace: (STEPS + 1, 3) of the world's tick.
-        points: (at least 2·MOST_RUNS rows to spare, POINT_COLUMNS) appended to.
-        latest: (n, 2) the newest stretch of each line, from > to for none; updated.
-        stretches: (at least 3·MOST_RUNS rows per line within reach, STRETCH_COLUMNS) older ones, appended to.
-        state: (STATE_SIZE,) updated.
+        trace: `body.TRACE_SHAPE` of the world's tick, map frame [m].
+        paint: Of the ledger; points are appended, the coverage is updated.
     """
+    lines, half_width_m, points, coverage = paint
+    table, grid, state = lines.table, lines.grid, coverage.state[0]
     row = 1
     while row <= STEPS:
         if trace[row, TRACE_SPRAYING] == 0.0:
-            state[STATE_OPEN] = 0
+            state.open = False
             row += 1
             continue
         first, width = row - 1, trace[row, TRACE_SPRAYING]
@@ -250,16 +251,16 @@ def enter(
         bx, by = trace[last, TRACE_EAST], trace[last, TRACE_NORTH]
         chord = math.hypot(bx - ax, by - ay)
         best, best_lateral = -1, REACH_M
-        under, under_lateral = -1, half_width if chord < _CREEP_M * (last - first) else 0.0
-        cell = cell_of(bx, by, frame)
-        for member in range(starts[cell] if cell >= 0 else 0, starts[cell + 1] if cell >= 0 else 0):
-            index = members[member]
-            target = targets[index]
+        under, under_lateral = -1, half_width_m if chord < _CREEP_M * (last - first) else 0.0
+        cell = cell_of(bx, by, grid.frame)
+        for member in range(grid.starts[cell] if cell >= 0 else 0, grid.starts[cell + 1] if cell >= 0 else 0):
+            index = grid.members[member]
+            target = table[index]
             s, lateral = project(bx, by, target)
             if abs(lateral) > REACH_M or s < -REACH_M or s > target[_LENGTH] + REACH_M:
                 continue
-            _hit(index, target, project(ax, ay, target), (s, lateral), half_width, latest, stretches, state)
-            if s < -half_width or s > target[_LENGTH] + half_width:
+            _hit(index, lines, project(ax, ay, target), (s, lateral), half_width_m, coverage)
+            if s < -half_width_m or s > target[_LENGTH] + half_width_m:
                 continue
             if abs(lateral) < abs(under_lateral):
                 under, under_lateral = index, lateral
@@ -269,9 +270,9 @@ def enter(
             along = (bx - ax) * math.cos(tangent) + (by - ay) * math.sin(tangent)
             if abs(along) >= _ALIGNED * chord:
                 best, best_lateral = index, lateral
-        if under >= 0 and abs(best_lateral) > half_width:
+        if under >= 0 and abs(best_lateral) > half_width_m:
             best, best_lateral = under, under_lateral
-        if state[STATE_OPEN] == 0 or points[state[STATE_POINTS] - 1, POINT_WIDTH] != width:
-            _point(trace[first], STROKE_BEGINS, 0.0, width, points, state)
-        _point(trace[last], float(best), best_lateral, width, points, state)
-        state[STATE_OPEN] = 1
+        if not state.open or points[state.points - 1, POINT_WIDTH] != width:
+            _point(trace[first], STROKE_BEGINS, 0.0, width, paint)
+        _point(trace[last], float(best), best_lateral, width, paint)
+        state.open = True

@@ -70,13 +70,13 @@ def smearing(ledger: PaintLedger, track: t.Track, vehicle: Vehicle) -> Smearing:
     rows, paint = track.rows, _pieces(ledger, track.rows)
     if not len(paint):
         return Smearing(0, 0.0, 0.0, [])
-    grid, left_m = _grid(paint), np.zeros(len(ledger.targets) + 1)
-    wet = vehicle.tool.drying_time_s, vehicle.tool.smear_share, vehicle.tool.smear_length_m
+    tool, left_m = vehicle.tool, np.zeros(len(ledger.targets) + 1)
+    wet = c.WetPaint(paint, _grid(paint), tool.drying_time_s, tool.smear_share, tool.smear_length_m)
     crossings, youngest_s, smears, prints = 0, math.inf, list[SmearPrint](), np.zeros((_ROOM, c.PRINT_COLUMNS))
     for contact in vehicle.drive.contacts:
-        way = _way(rows, contact)
+        path, tread = _path(rows, contact), c.Tread(contact.swivels, 2.0 * math.pi * contact.radius_m)
         while True:
-            found = c.roll(way, contact.swivels, 2.0 * math.pi * contact.radius_m, paint, grid[:3], wet, left_m, prints)
+            found = c.roll(path, tread, wet, left_m, prints)
             if found[1] <= len(prints):
                 break
             prints = np.zeros((2 * found[1], c.PRINT_COLUMNS))
@@ -86,8 +86,8 @@ def smearing(ledger: PaintLedger, track: t.Track, vehicle: Vehicle) -> Smearing:
     return Smearing(crossings, youngest_s if crossings else 0.0, area_m2, smears)
 
 
-def _way(rows: Floats, contact: GroundContact) -> Floats:
-    """(n, contact.WAY_COLUMNS) of a contact."""
+def _path(rows: Floats, contact: GroundContact) -> Floats:
+    """(n, contact.PATH_COLUMNS) of a contact."""
     cos, sin = np.cos(rows[:, t.TRACK_HEADING]), np.sin(rows[:, t.TRACK_HEADING])
     x = rows[:, t.TRACK_EAST] + cos * contact.x_m - sin * contact.y_m
     y = rows[:, t.TRACK_NORTH] + sin * contact.x_m + cos * contact.y_m

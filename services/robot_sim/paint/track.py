@@ -20,7 +20,7 @@ TRACK_COLUMNS: Final = 5
 
 STEP_M: Final = 0.02
 REACH_M: Final = 0.7
-"""From the axle's middle: a turn by an angle counts as that much way per radian."""
+"""From the axle's middle: a turn by an angle counts as that distance per radian."""
 _FIRST_ROWS: Final = 4096
 
 Floats = NDArray[np.float64]
@@ -33,7 +33,7 @@ def follow(tick: int, pose: tuple[float, float, float], points: int, rows: Float
 
     Args:
         tick: This tick.
-        pose: True, at its end: east [m], north [m], heading [rad].
+        pose: True, at its end, map frame: east [m], north [m], heading [rad].
         points: Of paint by then.
         rows: Entered in.
         count: (1,) rows so far.
@@ -50,7 +50,7 @@ def follow(tick: int, pose: tuple[float, float, float], points: int, rows: Float
 
 
 class Track:
-    """The way of a traversal, or of the part of it that this process has driven: 40 bytes every 2 cm."""
+    """The path of a traversal, or of the part of it that this process has driven: 40 bytes every 2 cm."""
 
     def __init__(self) -> None:
         """Nowhere yet."""
@@ -58,7 +58,7 @@ class Track:
         self._count: Integers = np.zeros(1, dtype=np.int64)
 
     def snapshot(self) -> Track:
-        """The way so far, for another thread to look at while the robot drives on."""
+        """The path so far, for another thread to look at while the robot drives on."""
         frozen = Track()
         frozen._rows, frozen._count = self.rows.copy(), self._count.copy()
         return frozen

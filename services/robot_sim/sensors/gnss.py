@@ -1,17 +1,16 @@
-"""A position as the receiver reports it, and the receiver's figures for one scenario."""
+"""A position as the receiver reports it, and the receiver of one scenario."""
 
 from __future__ import annotations
 
 import math
 from typing import Final, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard.interface import GnssSample
+from touchline.services.core.geodesy import local_frame
+from touchline.services.onboard.interface import TICKS_PER_S, GnssSample
 from touchline.services.robot_sim.sensors import receiver
+from touchline.services.robot_sim.sensors.receiver import Receiver
 
 FIX_NAMES: Final = {
     "none": receiver.NONE,
@@ -46,27 +45,32 @@ def unpack(row: list[float]) -> tuple[GnssReport, GnssSample]:
     )
 
 
-def parameters(vehicle: Vehicle, scenario: Scenario) -> NDArray[np.float64]:
-    """(receiver.PARAMETERS,) figures; `scenario` must be effective."""
-    noise = scenario.gnss
-    r = np.zeros(receiver.PARAMETERS)
-    r[receiver.R_PERIOD_TICKS] = 100 // noise.rate_hz
-    r[receiver.R_LATENCY_S], r[receiver.R_JITTER_S] = noise.latency_s, noise.latency_jitter_s
-    r[receiver.R_WHITE] = noise.white_m
+def make_receiver(vehicle: Vehicle, scenario: Scenario) -> Receiver:
+    """One with the figures of this vehicle and scenario, which must be effective, switched on long ago."""
+    noise, origin, made = scenario.gnss, scenario.origin, Receiver()
     processes = (
         (noise.gauss_markov_1_m, noise.gauss_markov_1_tau_s),
         (noise.gauss_markov_2_m, noise.gauss_markov_2_tau_s),
         (noise.float_m, noise.float_tau_s),
         (noise.single_m, noise.single_tau_s),
     )
-    for index, (sigma, tau) in enumerate(processes):
-        r[receiver.R_SIGMA + index] = sigma
-        r[receiver.R_DECAY + index] = math.exp(-1.0 / (noise.rate_hz * tau))
-    r[receiver.R_OVERCONFIDENT], r[receiver.R_CLAIMED] = noise.float_overconfident_share, noise.float_claimed_m
-    r[receiver.R_HOLD_S], r[receiver.R_HOLD_DRIFT] = noise.hold_s, noise.hold_drift_mps
-    r[receiver.R_WAIT_TICKS], r[receiver.R_WAIT_TICKS + 1] = 100 * noise.reacquire_s, 100 * noise.float_after_s
-    r[receiver.R_CONVERGE_MIN_TICKS] = 100 * noise.converge_min_s
-    r[receiver.R_CONVERGE_MAX_TICKS] = 100 * noise.converge_max_s
     antenna = (vehicle.body.gnss_antenna_x_m, vehicle.body.gnss_antenna_y_m, vehicle.body.gnss_antenna_z_m)
-    r[receiver.R_ANTENNA : receiver.R_ANTENNA + 3] = antenna
-    return r
+    made.figures.reset(
+        period_ticks=TICKS_PER_S // noise.rate_hz,
+        latency_s=noise.latency_s,
+        jitter_s=noise.latency_jitter_s,
+        white_m=noise.white_m,
+        sigma_m=[sigma for sigma, _ in processes],
+        decay=[math.exp(-1.0 / (noise.rate_hz * tau)) for _, tau in processes],
+        overconfident_share=noise.float_overconfident_share,
+        claimed_m=noise.float_claimed_m,
+        hold_s=noise.hold_s,
+        hold_drift_mps=noise.hold_drift_mps,
+        wait_ticks=[TICKS_PER_S * noise.reacquire_s, TICKS_PER_S * noise.float_after_s],
+        converge_min_ticks=TICKS_PER_S * noise.converge_min_s,
+        converge_max_ticks=TICKS_PER_S * noise.converge_max_s,
+        antenna_m=antenna,
+        frame=local_frame(origin.latitude_deg, origin.longitude_deg, origin.altitude_m),
+    )
+    receiver.switch_on(made.array, scenario.seed)
+    return made

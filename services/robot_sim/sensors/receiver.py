@@ -9,12 +9,13 @@ else. The position is reported as latitude, longitude and height, and converted 
 from __future__ import annotations
 
 import math
-from typing import Final
+from collections.abc import Sequence
+from typing import Annotated, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.services.core.geodesy import to_geodetic, to_local
+from touchline.services.core.geodesy import FRAME_SIZE, to_geodetic, to_local
 from touchline.services.core.jit import kernel
 from touchline.services.core.random import (
     STREAM_FAULT,
@@ -24,8 +25,10 @@ from touchline.services.core.random import (
     normal,
     uniform,
 )
+from touchline.services.core.records import Record
 from touchline.services.onboard.interface import TICK_S, TICKS_PER_S
-from touchline.services.robot_sim.sensors.zones import VALUE_1, VALUE_2, VALUE_3, distance
+from touchline.services.robot_sim.sensors.moment import Moment
+from touchline.services.robot_sim.sensors.zones import VALUE_1, VALUE_2, VALUE_3, Zones, distance
 from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.physics import leaning
@@ -43,36 +46,6 @@ VERTICAL_FACTOR: Final = 2.0
 """Vertical errors against horizontal ones."""
 _FALLING_TAU_S = 5.0  # how fast a float solution leaves the fix that it was
 _HELD_ADMITTED = 0.5  # share of the drift of a held fix that the reported variance knows
-
-# Parameters.
-R_PERIOD_TICKS: Final = 0
-R_LATENCY_S: Final = 1
-R_JITTER_S: Final = 2
-R_WHITE: Final = 3  # m
-R_SIGMA: Final = 4  # m: Gauss-Markov 1, Gauss-Markov 2, float, single
-R_DECAY: Final = 8  # per period, of the same four
-R_OVERCONFIDENT: Final = 12
-R_CLAIMED: Final = 13  # m
-R_HOLD_S: Final = 14
-R_HOLD_DRIFT: Final = 15  # m/s
-R_WAIT_TICKS: Final = 16  # before a first position, before float
-R_CONVERGE_MIN_TICKS: Final = 18
-R_CONVERGE_MAX_TICKS: Final = 19
-R_ANTENNA: Final = 20  # x, y, z in the body [m]
-PARAMETERS: Final = 23
-
-# State.
-G_FIX: Final = 0
-G_READY_TICK: Final = 1  # when the next better solution is there; −1: nothing better can be had
-G_SINCE_TICK: Final = 2  # when the present solution began
-G_FELL: Final = 3  # whether it is what was left of a better one
-G_CLAIMS: Final = 4  # whether this float spell is over-confident
-G_HELD_TICKS: Final = 5  # without corrections
-G_DRIFT_EAST: Final = 6  # unit vector
-G_DRIFT_NORTH: Final = 7
-G_WANDER: Final = 8  # three axes × four processes
-G_LAST: Final = 20  # reported east, north, up with the last position
-STATE_SIZE: Final = 23
 
 # A report.
 TICK: Final = 0  # of validity
@@ -106,9 +79,71 @@ _KIND_CHANNEL = 3 * _CHANNELS
 Floats = NDArray[np.float64]
 
 
+class ReceiverFigures(Record):
+    """Of one receiver in one scenario; an array of four has Gauss-Markov 1, Gauss-Markov 2, float, single."""
+
+    period_ticks: int
+    """Between two positions."""
+    latency_s: float
+    jitter_s: float
+    white_m: float
+    sigma_m: Annotated[Floats, 4]
+    decay: Annotated[Floats, 4]
+    """Per period."""
+    overconfident_share: float
+    """Of the float spells."""
+    claimed_m: float
+    """In those."""
+    hold_s: float
+    hold_drift_mps: float
+    wait_ticks: Annotated[Floats, 2]
+    """Before a first position, before float."""
+    converge_min_ticks: float
+    """From float to a fix, and at most:"""
+    converge_max_ticks: float
+    antenna_m: Annotated[Floats, 3]
+    """x, y, z in the body."""
+    frame: Annotated[Floats, FRAME_SIZE]
+    """The map's tangent plane, of `geodesy.local_frame`."""
+
+
+class Receiver(Record):
+    """Its state."""
+
+    figures: ReceiverFigures
+    fix: float
+    """The present solution, NONE … FIXED."""
+    ready_tick: float
+    """When the next better one is there; −1: nothing better can be had."""
+    since_tick: int
+    """When the present one began."""
+    fell: bool
+    """Whether it is what was left of a better one."""
+    claims: bool
+    """Whether this float spell is over-confident."""
+    held_ticks: int
+    """Without corrections."""
+    drift: Annotated[Floats, 2]
+    """Of a held fix: direction east, north, unit vector."""
+    wander_m: Annotated[Floats, 3, 4]
+    """By axis east, north, up: the four processes."""
+    last_m: Annotated[Floats, 3]
+    """Reported east, north, up with the last position."""
+    report: Annotated[Floats, COLUMNS]
+    """The last one taken."""
+
+
 @kernel
 def white(seed: int, tick: int, axis: int) -> float:
-    """Draw the white part of a fixed position's error, with standard deviation 1; a fix is as bad along each axis."""
+    """Draw the white part of a fixed position's error, with standard deviation 1; a fix is as bad along each axis.
+
+    A mixture of three normal distributions; where it comes from is said at `KIND_SIGMAS`.
+
+    Args:
+        seed: Of the scenario.
+        tick: Of validity.
+        axis: 0 east, 1 north, 2 up.
+    """
     kind = uniform(seed, STREAM_GNSS, tick, _KIND_CHANNEL)
     sigma = KIND_SIGMAS[0 if kind < GOOD_SHARE else 1 if kind < GOOD_SHARE + POOR_SHARE else 2]
     drawn: float = sigma * normal(seed, STREAM_GNSS, tick, axis * _CHANNELS)
@@ -125,114 +160,126 @@ def _wander_draw(seed: int, tick: int, axis: int, process: int) -> float:
 
 
 @kernel
-def switch_on(gnss: Floats, r: Floats, seed: int) -> None:
-    """A receiver that has had its fix for long; `gnss` is (STATE_SIZE,)."""
-    gnss[G_FIX], gnss[G_READY_TICK] = FIXED, -1.0
+def switch_on(receiver: Sequence[Receiver], seed: int) -> None:
+    """Make it a receiver that has had its fix for long.
+
+    Args:
+        receiver: (1,) with its figures; the rest is filled in.
+        seed: Of the scenario.
+    """
+    g = receiver[0]
+    g.fix, g.ready_tick = FIXED, -1.0
     for axis in range(3):
         for process in range(4):
-            draw = _wander_draw(seed, _TURN_ON, axis, process)
-            gnss[G_WANDER + 4 * axis + process] = r[R_SIGMA + process] * draw
+            g.wander_m[axis, process] = g.figures.sigma_m[process] * _wander_draw(seed, _TURN_ON, axis, process)
 
 
 @kernel
-def _wander(gnss: Floats, r: Floats, seed: int, tick: int) -> None:
+def _wander(receiver: Sequence[Receiver], seed: int, tick: int) -> None:
+    g = receiver[0]
     for axis in range(3):
         for process in range(4):
-            sigma, decay = r[R_SIGMA + process], r[R_DECAY + process]
+            sigma, decay = g.figures.sigma_m[process], g.figures.decay[process]
             if sigma > 0.0:
-                at = G_WANDER + 4 * axis + process
                 fresh = sigma * math.sqrt(1.0 - decay * decay)
-                gnss[at] = decay * gnss[at] + fresh * _wander_draw(seed, tick, axis, process)
+                g.wander_m[axis, process] = decay * g.wander_m[axis, process] + fresh * _wander_draw(
+                    seed, tick, axis, process
+                )
 
 
 @kernel
-def _look_up(sky: Floats, vertices: Floats, x: float, y: float) -> tuple[float, float]:
+def _look_up(sky: Zones, x: float, y: float) -> tuple[float, float]:
     """The best solution that the sky allows at (x, y), and the factor on the white noise."""
     best, factor = FIXED, 1.0
-    for index in range(len(sky)):
-        away = distance(sky[index], vertices, x, y)
+    for index in range(len(sky.places)):
+        place = sky.places[index]
+        away = distance(place, sky.vertices, x, y)
         if away <= 0.0:
-            best = min(best, sky[index, VALUE_1])
-        if away < sky[index, VALUE_2]:
-            near = 1.0 - away / sky[index, VALUE_2]
-            factor = max(factor, 1.0 + (sky[index, VALUE_3] - 1.0) * near)
+            best = min(best, place[VALUE_1])
+        if away < place[VALUE_2]:
+            near = 1.0 - away / place[VALUE_2]
+            factor = max(factor, 1.0 + (place[VALUE_3] - 1.0) * near)
     return best, factor
 
 
 @kernel
-def _solve(gnss: Floats, r: Floats, best: float, seed: int, tick: int) -> None:
+def _solve(receiver: Sequence[Receiver], best: float, seed: int, tick: int) -> None:
     """Fall to the best solution that can be had at once, or climb a step towards it when it is time."""
-    fix = gnss[G_FIX]
+    g, f = receiver[0], receiver[0].figures
+    fix = g.fix
     if best == fix:
-        gnss[G_READY_TICK] = -1.0
+        g.ready_tick = -1.0
         return
     if best > fix:
-        if gnss[G_READY_TICK] < 0.0:
+        if g.ready_tick < 0.0:
             if fix < FLOAT:
-                wait = r[R_WAIT_TICKS + int(fix)]
+                wait = f.wait_ticks[int(fix)]
             else:
-                span = r[R_CONVERGE_MAX_TICKS] - r[R_CONVERGE_MIN_TICKS]
-                wait = r[R_CONVERGE_MIN_TICKS] + span * uniform(seed, STREAM_RECEIVER, tick, 0)
-            gnss[G_READY_TICK] = tick + wait
-        if tick < gnss[G_READY_TICK]:
+                span = f.converge_max_ticks - f.converge_min_ticks
+                wait = f.converge_min_ticks + span * uniform(seed, STREAM_RECEIVER, tick, 0)
+            g.ready_tick = tick + wait
+        if tick < g.ready_tick:
             return
-    gnss[G_FELL] = 1.0 if best < fix else 0.0
-    gnss[G_FIX] = best if best < fix else fix + 1.0
-    gnss[G_SINCE_TICK], gnss[G_READY_TICK] = tick, -1.0
-    if gnss[G_FIX] == FLOAT:
-        gnss[G_CLAIMS] = 1.0 if uniform(seed, STREAM_RECEIVER, tick, 1) < r[R_OVERCONFIDENT] else 0.0
+    g.fell = best < fix
+    g.fix = best if best < fix else fix + 1.0
+    g.since_tick, g.ready_tick = tick, -1.0
+    if g.fix == FLOAT:
+        g.claims = uniform(seed, STREAM_RECEIVER, tick, 1) < f.overconfident_share
 
 
 @kernel
-def _corrections(gnss: Floats, r: Floats, lost: bool, seed: int, tick: int) -> None:
+def _corrections(receiver: Sequence[Receiver], lost: bool, seed: int, tick: int) -> None:
+    g = receiver[0]
     if not lost:
-        gnss[G_HELD_TICKS] = 0.0
+        g.held_ticks = 0
         return
-    if gnss[G_HELD_TICKS] == 0.0:
+    if g.held_ticks == 0:
         angle = 2.0 * math.pi * uniform(seed, STREAM_RECEIVER, tick, 2)
-        gnss[G_DRIFT_EAST], gnss[G_DRIFT_NORTH] = math.cos(angle), math.sin(angle)
-    gnss[G_HELD_TICKS] += r[R_PERIOD_TICKS]
+        g.drift[0], g.drift[1] = math.cos(angle), math.sin(angle)
+    g.held_ticks += g.figures.period_ticks
 
 
 @kernel
-def _error(gnss: Floats, r: Floats, effects: Floats, axis: int, factor: float, seed: int, tick: int) -> float:
+def _error(moment: Moment, receiver: Sequence[Receiver], axis: int, factor: float) -> float:
     """Error of the present solution along one axis [m]."""
-    at = G_WANDER + 4 * axis
-    fix = gnss[G_FIX]
-    error: float = gnss[at] + gnss[at + 1]
-    if r[R_WHITE] > 0.0:
-        error += r[R_WHITE] * factor * white(seed, tick, axis)
+    _, effects, seed, tick = moment
+    g, f = receiver[0], receiver[0].figures
+    fix = g.fix
+    error: float = g.wander_m[axis, 0] + g.wander_m[axis, 1]
+    if f.white_m > 0.0:
+        error += f.white_m * factor * white(seed, tick, axis)
     if effects[e.GNSS_WHITE_M] > 0.0:
         error += effects[e.GNSS_WHITE_M] * normal(seed, STREAM_FAULT, tick, axis)
     if fix == FLOAT:
         blend = 1.0
-        if gnss[G_FELL] > 0.0:
-            blend = 1.0 - math.exp(-(tick - gnss[G_SINCE_TICK]) * TICK_S / _FALLING_TAU_S)
-        error += blend * gnss[at + 2]
+        if g.fell:
+            blend = 1.0 - math.exp(-(tick - g.since_tick) * TICK_S / _FALLING_TAU_S)
+        error += blend * g.wander_m[axis, 2]
     elif fix == SINGLE:
-        error += gnss[at + 3]
+        error += g.wander_m[axis, 3]
     elif fix == FIXED and axis < 2:
-        error += TICK_S * gnss[G_HELD_TICKS] * r[R_HOLD_DRIFT] * gnss[G_DRIFT_EAST + axis]
+        error += TICK_S * g.held_ticks * f.hold_drift_mps * g.drift[axis]
         error += effects[e.OFFSET_EAST_M + axis]
     return error
 
 
 @kernel
-def _reported_variance(gnss: Floats, r: Floats, effects: Floats, factor: float) -> float:
+def _reported_variance(effects: Floats, receiver: Sequence[Receiver], factor: float) -> float:
     """What the receiver says of its horizontal error, per axis [m²]."""
-    fix = gnss[G_FIX]
+    g, f = receiver[0], receiver[0].figures
+    fix = g.fix
     if fix == NONE:
         return UNKNOWN_VARIANCE_M2
     if fix == FIXED:
-        drift = _HELD_ADMITTED * TICK_S * gnss[G_HELD_TICKS] * r[R_HOLD_DRIFT]
-        noise = r[R_WHITE] * factor
-        variance = noise * noise + r[R_SIGMA] * r[R_SIGMA] + r[R_SIGMA + 1] * r[R_SIGMA + 1] + drift * drift
+        drift = _HELD_ADMITTED * TICK_S * g.held_ticks * f.hold_drift_mps
+        noise = f.white_m * factor
+        variance = noise * noise + f.sigma_m[0] * f.sigma_m[0] + f.sigma_m[1] * f.sigma_m[1] + drift * drift
     elif effects[e.CLAIMED_M] > 0.0:
         variance = effects[e.CLAIMED_M] * effects[e.CLAIMED_M]
-    elif fix == FLOAT and gnss[G_CLAIMS] > 0.0:
-        variance = r[R_CLAIMED] * r[R_CLAIMED]
+    elif fix == FLOAT and g.claims:
+        variance = f.claimed_m * f.claimed_m
     else:
-        sigma = r[R_SIGMA + 2] if fix == FLOAT else r[R_SIGMA + 3]
+        sigma = f.sigma_m[2] if fix == FLOAT else f.sigma_m[3]
         variance = sigma * sigma
     admitted = effects[e.GNSS_WHITE_M] ** 2 - effects[e.GNSS_HIDDEN_M] ** 2
     reported: float = max(variance + max(admitted, 0.0), MIN_REPORTED_VARIANCE_M2)
@@ -240,58 +287,44 @@ def _reported_variance(gnss: Floats, r: Floats, effects: Floats, factor: float) 
 
 
 @kernel
-def take(
-    world: Floats,
-    gnss: Floats,
-    r: Floats,
-    frame: Floats,
-    sky: Floats,
-    vertices: Floats,
-    effects: Floats,
-    seed: int,
-    tick: int,
-    report: Floats,
-) -> None:
+def take(moment: Moment, receiver: Sequence[Receiver], sky: Zones) -> None:
     """Take a position.
 
+    The slow errors are first-order Gauss-Markov processes, x(t + T) = x(t)·exp(−T/τ) + σ·√(1 − exp(−2T/τ))·w
+    (A. Gelb, ed., "Applied Optimal Estimation", 1974, sec. 2.2); the white one is at `white`.
+
     Args:
-        world: The truth, as of `body`.
-        gnss: (STATE_SIZE,) the receiver's state, changed in place.
-        r: (PARAMETERS,) its figures.
-        frame: The map's tangent plane, of `geodesy.local_frame`.
-        sky: (n, places.COLUMNS) obstructions: best solution, margin [m], noise factor.
-        vertices: (m, 2) their corners [m].
-        effects: (effects.SIZE,) what faults do.
-        seed: Of the scenario.
-        tick: Of validity.
-        report: (COLUMNS,) filled.
+        moment: Of validity.
+        receiver: (1,) its state, changed; `report` is filled.
+        sky: Obstructions: best solution, margin [m], noise factor.
     """
-    _wander(gnss, r, seed, tick)
-    cos, sin = math.cos(world[body.HEADING]), math.sin(world[body.HEADING])
-    x, y, z = leaning(world, r[R_ANTENNA], r[R_ANTENNA + 1], r[R_ANTENNA + 2])
-    east = world[body.EAST] + cos * x - sin * y
-    north = world[body.NORTH] + sin * x + cos * y
-    best, factor = _look_up(sky, vertices, east, north)
+    state, effects, seed, tick = moment
+    g, f = receiver[0], receiver[0].figures
+    _wander(receiver, seed, tick)
+    cos, sin = math.cos(state[body.HEADING]), math.sin(state[body.HEADING])
+    x, y, z = leaning(state, f.antenna_m[0], f.antenna_m[1], f.antenna_m[2])
+    east = state[body.EAST] + cos * x - sin * y
+    north = state[body.NORTH] + sin * x + cos * y
+    best, factor = _look_up(sky, east, north)
     best = min(best, effects[e.FIX_CAP])
-    _corrections(gnss, r, effects[e.CORRECTIONS_LOST] > 0.0, seed, tick)
-    if gnss[G_HELD_TICKS] > 0.0:  # what there is can be held, but nothing better be had than a single position
-        best = min(best, max(gnss[G_FIX], SINGLE))
-    if TICK_S * gnss[G_HELD_TICKS] > r[R_HOLD_S]:
+    _corrections(receiver, effects[e.CORRECTIONS_LOST] > 0.0, seed, tick)
+    if g.held_ticks > 0:  # what there is can be held, but nothing better be had than a single position
+        best = min(best, max(g.fix, SINGLE))
+    if TICK_S * g.held_ticks > f.hold_s:
         best = min(best, SINGLE)
-    _solve(gnss, r, best, seed, tick)
-    if gnss[G_FIX] > NONE:
-        gnss[G_LAST] = east + _error(gnss, r, effects, 0, factor, seed, tick)
-        gnss[G_LAST + 1] = north + _error(gnss, r, effects, 1, factor, seed, tick)
-        vertical = VERTICAL_FACTOR * _error(gnss, r, effects, 2, factor, seed, tick)
-        gnss[G_LAST + 2] = world[body.HEIGHT] + z + vertical
-    latitude, longitude, altitude = to_geodetic(frame, gnss[G_LAST], gnss[G_LAST + 1], gnss[G_LAST + 2])
-    time_s = tick / TICKS_PER_S
+    _solve(receiver, best, seed, tick)
+    if g.fix > NONE:
+        g.last_m[0] = east + _error(moment, receiver, 0, factor)
+        g.last_m[1] = north + _error(moment, receiver, 1, factor)
+        g.last_m[2] = state[body.HEIGHT] + z + VERTICAL_FACTOR * _error(moment, receiver, 2, factor)
+    latitude, longitude, altitude = to_geodetic(f.frame, g.last_m[0], g.last_m[1], g.last_m[2])
+    time_s, report = tick / TICKS_PER_S, g.report
     report[TICK] = tick
     report[STAMP_S] = time_s + effects[e.CLOCK_OFFSET_S] + effects[e.CLOCK_DRIFT] * time_s
     report[LATITUDE], report[LONGITUDE], report[ALTITUDE] = latitude, longitude, altitude
-    report[VARIANCE] = _reported_variance(gnss, r, effects, factor)
+    report[VARIANCE] = _reported_variance(effects, receiver, factor)
     report[VERTICAL_VARIANCE] = report[VARIANCE] * VERTICAL_FACTOR * VERTICAL_FACTOR
-    report[FIX] = gnss[G_FIX]
-    report[SATELLITES] = math.floor(_SATELLITES[int(gnss[G_FIX])] / math.sqrt(factor))
-    report[CORRECTION_AGE] = (tick - gnss[G_HELD_TICKS]) % 100.0 / 100.0 + TICK_S * gnss[G_HELD_TICKS]
-    report[EAST], report[NORTH], _ = to_local(frame, latitude, longitude, altitude)
+    report[FIX] = g.fix
+    report[SATELLITES] = math.floor(_SATELLITES[int(g.fix)] / math.sqrt(factor))
+    report[CORRECTION_AGE] = (tick - g.held_ticks) % 100.0 / 100.0 + TICK_S * g.held_ticks
+    report[EAST], report[NORTH], _ = to_local(f.frame, latitude, longitude, altitude)

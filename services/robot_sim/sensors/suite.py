@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -10,12 +12,10 @@ from numpy.typing import NDArray
 
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.core.geodesy import local_frame
 from touchline.services.onboard.interface import (
     ANGLES,
     GYRO,
     MAG,
-    READINGS,
     TICK_S,
     TICKS_PER_S,
     GnssSample,
@@ -23,9 +23,12 @@ from touchline.services.onboard.interface import (
     MagSample,
     SensorFrame,
 )
-from touchline.services.robot_sim.sensors import fast, gnss, receiver, transport, zones
+from touchline.services.robot_sim.sensors import fast, gnss
 from touchline.services.robot_sim.sensors.gnss import GnssReport
-from touchline.services.robot_sim.sensors.sampling import sense
+from touchline.services.robot_sim.sensors.moment import Moment
+from touchline.services.robot_sim.sensors.sampling import Sensing, sense
+from touchline.services.robot_sim.sensors.transport import Transport
+from touchline.services.robot_sim.sensors.zones import make_zones
 from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.world import NO_EFFECTS
@@ -46,10 +49,8 @@ class Sensors:
 
     Attributes:
         gnss_reports: The positions that arrived in the last tick as the receiver reported them.
-        arrived: (3,) whether a sample of IMU, magnetometer, encoders arrived in it.
-        history: (transport.HISTORY, interface.READINGS) what was measured, by tick, whether or not it has arrived.
-        arguments: What `sense` keeps or reads, in its order from `sensor` to `arrivals`.
-        heard: Of that the readings, the ticks in which they were measured, and the arrivals.
+        transport: What the 100 Hz sensors measured, and what has arrived of it.
+        sensing: All their state, for `sense`.
     """
 
     def __init__(self, vehicle: Vehicle, scenario: Scenario) -> None:
@@ -57,54 +58,41 @@ class Sensors:
         self._seed = scenario.seed
         self._battery_wh = vehicle.body.battery_wh
         self.gnss_reports: tuple[GnssReport, ...] = ()
-        self.arrived: NDArray[np.int64] = np.zeros(3, dtype=np.int64)
-        self._readings: NDArray[np.float64] = np.zeros(READINGS)
-        self._measured_tick: NDArray[np.int64] = np.zeros(3, dtype=np.int64)
-        self._arrivals: NDArray[np.float64] = np.zeros((transport.ARRIVALS, receiver.COLUMNS))
-        self.history: NDArray[np.float64] = np.zeros((transport.HISTORY, READINGS))
-        self.heard = (self._readings, self._measured_tick, self._arrivals)
-        sensor, p = np.zeros(fast.STATE_SIZE), _parameters(vehicle, scenario)
-        fast.switch_on(sensor, p, self._seed)
-        state, r = np.zeros(receiver.STATE_SIZE), gnss.parameters(vehicle, scenario)
-        receiver.switch_on(state, r, self._seed)
-        origin = scenario.origin
-        self.arguments = (
-            sensor,
-            p,
-            *zones.table((steel.outline, (steel.field_t, steel.reach_m, 0.0)) for steel in scenario.steel),
-            self.history,
-            np.full((3, transport.HISTORY), -1, dtype=np.int64),
-            state,
-            r,
-            local_frame(origin.latitude_deg, origin.longitude_deg, origin.altitude_m),
-            *zones.table(
+        self.transport = Transport(schedule=-1)
+        self.sensing = Sensing(
+            _fast_sensors(vehicle, scenario).array,
+            gnss.make_receiver(vehicle, scenario).array,
+            self.transport.array,
+            make_zones((steel.outline, (steel.field_t, steel.reach_m, 0.0)) for steel in scenario.steel),
+            make_zones(
                 (item.outline, (gnss.FIX_NAMES[item.best_fix], item.margin_m, item.noise_factor))
                 for item in scenario.sky
             ),
-            np.zeros((transport.PENDING, 1 + receiver.COLUMNS)),
-            np.zeros(1, dtype=np.int64),
-            self._readings,
-            self._measured_tick,
-            self.arrived,
-            self._arrivals,
         )
 
     def read(
         self, tick: int, world_state: NDArray[np.float64], effects: NDArray[np.float64] = NO_EFFECTS
     ) -> SensorFrame:
         """Measure the world as it is at the end of `tick`, under the `effects` of faults."""
-        count = sense(world_state, effects, self._seed, tick, *self.arguments)
+        count = self._sense(Moment(world_state, effects, self._seed, tick), self.sensing)
         return self.frame(tick, count, world_state, effects)
+
+    @cached_property
+    def _sense(self) -> Callable[..., int]:
+        """`sense`, without a look at the types of its arguments, which are always the same."""
+        moment = Moment(np.zeros(body.DRIVE), NO_EFFECTS, self._seed, 0)
+        code: Callable[..., int] = sense.for_types_of((moment, self.sensing))
+        return code
 
     def frame(
         self, tick: int, count: int, world_state: NDArray[np.float64], effects: NDArray[np.float64]
     ) -> SensorFrame:
         """What `sense` has left, `count` reports among it, as the onboard computer gets it."""
-        values = self._readings.tolist()
-        imu_tick, mag_tick, encoder_tick = self._measured_tick.tolist()
+        values = self.transport.readings.tolist()
+        imu_tick, mag_tick, encoder_tick = self.transport.measured_tick.tolist()
         fixes, self.gnss_reports = _NO_FIX, ()
         if count:
-            pairs = [gnss.unpack(row) for row in self._arrivals[:count].tolist()]
+            pairs = [gnss.unpack(row) for row in self.transport.arrivals[:count].tolist()]
             self.gnss_reports = tuple(report for report, _ in pairs)
             fixes = tuple(sample for _, sample in pairs)
         return SensorFrame(
@@ -124,27 +112,31 @@ class Sensors:
         )
 
 
-def _parameters(vehicle: Vehicle, scenario: Scenario) -> NDArray[np.float64]:
-    imu, mag = scenario.imu, scenario.magnetometer
-    per_sample = 1.0 / math.sqrt(TICK_S)
-    p = np.zeros(fast.PARAMETER_SIZE)
-    p[fast.P_GYRO_WHITE] = imu.gyro_density_radps_rthz * per_sample
-    p[fast.P_GYRO_BIAS] = imu.gyro_turn_on_bias_radps
-    p[fast.P_GYRO_WALK] = imu.gyro_bias_walk_radps_rts * math.sqrt(TICK_S)
-    p[fast.P_GYRO_WARMTH] = imu.gyro_temperature_radps_per_k
-    p[fast.P_ACCEL_WHITE] = imu.accel_density_mps2_rthz * per_sample
-    p[fast.P_ACCEL_BIAS] = imu.accel_turn_on_bias_mps2
-    p[fast.P_ACCEL_WALK] = imu.accel_bias_walk_mps2_rts * math.sqrt(TICK_S)
-    p[fast.P_ACCEL_WARMTH] = imu.accel_temperature_mps2_per_k
-    p[fast.P_WARMING], p[fast.P_WARMING_TAU] = imu.warming_k, imu.warming_tau_s
-    p[fast.P_FIELD_HORIZONTAL] = FIELD_HORIZONTAL_T
-    p[fast.P_FIELD_DOWN] = FIELD_DOWN_T
-    p[fast.P_MAG_WHITE] = mag.white_rad * FIELD_HORIZONTAL_T
-    p[fast.P_MAG_HARD_IRON] = mag.bias_rad * FIELD_HORIZONTAL_T
-    p[fast.P_SOFT_IRON] = mag.soft_iron_relative
-    p[fast.P_MAG_DISTURBANCE] = mag.disturbance_rad * FIELD_HORIZONTAL_T
-    p[fast.P_MAG_DECAY] = math.exp(-TICK_S / mag.disturbance_tau_s)
+def _fast_sensors(vehicle: Vehicle, scenario: Scenario) -> fast.FastSensors:
+    """Just switched on; `scenario` must be effective."""
+    imu, mag, made = scenario.imu, scenario.magnetometer, fast.FastSensors()
+    per_sample, per_tick = 1.0 / math.sqrt(TICK_S), math.sqrt(TICK_S)
+    made.figures.reset(
+        gyro_white_radps=imu.gyro_density_radps_rthz * per_sample,
+        gyro_bias_radps=imu.gyro_turn_on_bias_radps,
+        gyro_walk_radps=imu.gyro_bias_walk_radps_rts * per_tick,
+        gyro_warmth_radps_per_k=imu.gyro_temperature_radps_per_k,
+        accel_white_mps2=imu.accel_density_mps2_rthz * per_sample,
+        accel_bias_mps2=imu.accel_turn_on_bias_mps2,
+        accel_walk_mps2=imu.accel_bias_walk_mps2_rts * per_tick,
+        accel_warmth_mps2_per_k=imu.accel_temperature_mps2_per_k,
+        warming_k=imu.warming_k,
+        warming_tau_s=imu.warming_tau_s,
+        field_horizontal_t=FIELD_HORIZONTAL_T,
+        field_down_t=FIELD_DOWN_T,
+        mag_white_t=mag.white_rad * FIELD_HORIZONTAL_T,
+        hard_iron_t=mag.bias_rad * FIELD_HORIZONTAL_T,
+        soft_iron=mag.soft_iron_relative,
+        disturbance_t=mag.disturbance_rad * FIELD_HORIZONTAL_T,
+        disturbance_decay=math.exp(-TICK_S / mag.disturbance_tau_s),
+    )
     if scenario.encoder.quantised:
         for number, actuator in enumerate(vehicle.drive.actuators):
-            p[fast.P_ENCODER_QUANTUM + number] = actuator.encoder_rad
-    return p
+            made.figures.encoder_rad[number] = actuator.encoder_rad
+    fast.switch_on(made.array, scenario.seed)
+    return made

@@ -6,30 +6,67 @@ without a look at the stamps does, and why frames say how old a sample is. GNSS 
 
 from __future__ import annotations
 
-from typing import Final
+from collections.abc import Sequence
+from typing import Annotated, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.services.core.arrays import copy
 from touchline.services.core.jit import kernel
 from touchline.services.core.random import STREAM_TRANSPORT, uniform
+from touchline.services.core.records import Record
+from touchline.services.onboard.interface import ANGLES, GYRO, MAG, READINGS
+from touchline.services.robot_sim.sensors.moment import Moment
+from touchline.services.robot_sim.sensors.receiver import COLUMNS
 from touchline.services.robot_sim.world import effects as e
 
 LONGEST_TICKS: Final = 2000
 HISTORY: Final = 2048
-"""Ticks of 100 Hz samples kept; more than the longest way."""
+"""Ticks of 100 Hz samples kept; more than the longest delay."""
 PENDING: Final = 1024
 """GNSS messages under way at most."""
 ARRIVALS: Final = 64
 """GNSS messages that can arrive in one tick; more wait for the next."""
 
+_BOUNDS: Final = (GYRO, MAG, ANGLES, READINGS)  # of each 100 Hz sensor's readings, from one to the next
+
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 
+class Transport(Record):
+    """What is under way from the sensors to the computer, and what has arrived.
+
+    An array of three has IMU, magnetometer, encoders.
+    """
+
+    history: Annotated[Floats, HISTORY, READINGS]
+    """What the 100 Hz sensors measured, by tick, laid out as in `interface`."""
+    schedule: Annotated[Integers, 3, HISTORY]
+    """The tick of the sample that arrives in a tick, or −1."""
+    pending: Annotated[Floats, PENDING, 1 + COLUMNS]
+    """Reports of the receiver, each after the tick in which it arrives."""
+    pending_count: int
+    readings: Annotated[Floats, READINGS]
+    """What the computer has of the 100 Hz sensors."""
+    measured_tick: Annotated[Integers, 3]
+    """When that was measured."""
+    arrived: Annotated[Integers, 3]
+    """Whether something of that sensor arrived in the last tick."""
+    arrivals: Annotated[Floats, ARRIVALS, COLUMNS]
+    """Reports that arrived in it."""
+
+
 @kernel
-def way(effects: Floats, sensor: int, seed: int, tick: int) -> tuple[int, int]:
-    """Ticks after `tick` in which the message arrives and arrives again; −1 for never."""
+def latency_ticks(moment: Moment, sensor: int) -> tuple[int, int]:
+    """Ticks after the moment's in which the message of a sensor arrives and arrives again; −1 for never.
+
+    Args:
+        moment: When it is sent.
+        sensor: Index in `effects.SENSORS`.
+    """
+    _, effects, seed, tick = moment
     row = e.MESSAGES + e.PER_SENSOR * sensor
     if effects[row + e.LOST_SHARE] > 0.0 and (
         uniform(seed, STREAM_TRANSPORT, tick, 3 * sensor) < effects[row + e.LOST_SHARE]
@@ -47,73 +84,65 @@ def way(effects: Floats, sensor: int, seed: int, tick: int) -> tuple[int, int]:
 
 
 @kernel
-def carry(
-    effects: Floats,
-    sensor: int,
-    first: int,
-    last: int,
-    history: Floats,
-    schedule: Integers,
-    measured_tick: Integers,
-    seed: int,
-    tick: int,
-    readings: Floats,
-) -> bool:
-    """Send this tick's sample of a 100 Hz sensor on its way and take in what arrives; whether something did.
+def carry(moment: Moment, sensor: int, transport: Sequence[Transport]) -> None:
+    """Send the moment's sample of a 100 Hz sensor off and take in what arrives.
 
     Args:
-        effects: (effects.SIZE,) what faults do.
-        sensor: Index in `effects.SENSORS`; row `sensor - 1` of `schedule` and `measured_tick` is its own.
-        first: Column of `history` and `readings` where its values begin.
-        last: One beyond their end.
-        history: (HISTORY, READINGS) samples by tick; this tick's is already there.
-        schedule: (3, HISTORY) the tick of the sample that arrives in a tick, or −1.
-        measured_tick: (3,) when the sample in `readings` was measured, updated.
-        seed: Of the scenario.
-        tick: This tick.
-        readings: (READINGS,) what the computer has, updated.
+        moment: The end of this tick.
+        sensor: 0 IMU, 1 magnetometer, 2 encoders.
+        transport: (1,) with the sample in its `history`; all else of that sensor is updated.
     """
-    row = sensor - 1
-    delay, again = way(effects, sensor, seed, tick)
+    t, tick = transport[0], moment.tick
+    delay, again = latency_ticks(moment, sensor + 1)
     if delay >= 0:
-        schedule[row, (tick + delay) % HISTORY] = tick
+        t.schedule[sensor, (tick + delay) % HISTORY] = tick
     if again >= 0:
-        schedule[row, (tick + again) % HISTORY] = tick
-    sample = schedule[row, tick % HISTORY]
+        t.schedule[sensor, (tick + again) % HISTORY] = tick
+    sample = t.schedule[sensor, tick % HISTORY]
+    t.arrived[sensor] = sample >= 0
     if sample < 0:
-        return False
-    schedule[row, tick % HISTORY] = -1
-    measured_tick[row] = sample
-    for column in range(first, last):
-        readings[column] = history[sample % HISTORY, column]
-    return True
-
-
-@kernel
-def post(pending: Floats, counts: Integers, message: Floats, arrival_tick: int) -> None:
-    """Put a GNSS message under way; it is lost if there are far too many."""
-    if counts[0] >= PENDING:
         return
-    row = pending[counts[0]]
-    row[0] = arrival_tick
-    for column in range(len(message)):
-        row[column + 1] = message[column]
-    counts[0] += 1
+    t.schedule[sensor, tick % HISTORY] = -1
+    t.measured_tick[sensor] = sample
+    for column in range(_BOUNDS[sensor], _BOUNDS[sensor + 1]):
+        t.readings[column] = t.history[sample % HISTORY, column]
 
 
 @kernel
-def collect(pending: Floats, counts: Integers, tick: int, arrivals: Floats) -> int:
-    """Move the GNSS messages that are due into `arrivals` (ARRIVALS, …), oldest sent first; their number."""
-    arrived, kept = 0, 0
-    for index in range(counts[0]):
-        if pending[index, 0] <= tick and arrived < ARRIVALS:
-            for column in range(arrivals.shape[1]):
-                arrivals[arrived, column] = pending[index, column + 1]
+def post(transport: Sequence[Transport], report: Floats, arrival_tick: int) -> None:
+    """Put a report of the receiver under way; it is lost if there are far too many.
+
+    Args:
+        transport: (1,) its `pending` are appended to.
+        report: (COLUMNS,) as of `receiver`.
+        arrival_tick: In which it arrives.
+    """
+    t = transport[0]
+    if t.pending_count >= PENDING:
+        return
+    row = t.pending[t.pending_count]
+    row[0] = arrival_tick
+    copy(report, row[1:])
+    t.pending_count += 1
+
+
+@kernel
+def collect(transport: Sequence[Transport], tick: int) -> int:
+    """Move the reports that are due from `pending` into `arrivals`, oldest sent first; returns their number.
+
+    Args:
+        transport: (1,) updated.
+        tick: In which they arrive.
+    """
+    t, arrived, kept = transport[0], 0, 0
+    for index in range(t.pending_count):
+        row = t.pending[index]
+        if row[0] <= tick and arrived < ARRIVALS:
+            copy(row[1:], t.arrivals[arrived])
             arrived += 1
         else:
             if kept != index:
-                for column in range(pending.shape[1]):
-                    pending[kept, column] = pending[index, column]
+                copy(row, t.pending[kept])
             kept += 1
-    counts[0] = kept
+    t.pending_count = kept
     return arrived

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,10 +24,17 @@ COLUMNS: Final = 7
 Floats = NDArray[np.float64]
 
 
-def table(
-    places: Iterable[tuple[Sequence[tuple[float, float]], tuple[float, float, float]]],
-) -> tuple[Floats, Floats]:
-    """(n, COLUMNS) places and (m, 2) vertices [m] from (outline, values) pairs."""
+class Zones(NamedTuple):
+    """Places of one kind."""
+
+    places: Floats
+    """(n, COLUMNS)."""
+    vertices: Floats
+    """(m, 2) of all their outlines, map frame [m]."""
+
+
+def make_zones(places: Iterable[tuple[Sequence[tuple[float, float]], tuple[float, float, float]]]) -> Zones:
+    """From (outline, values) pairs."""
     rows: list[list[float]] = []
     vertices: list[tuple[float, float]] = []
     for outline, values in places:
@@ -35,7 +42,7 @@ def table(
         centre = (math.fsum(x for x, _ in outline) / count, math.fsum(y for _, y in outline) / count)
         rows.append([len(vertices), count, *centre, *values])
         vertices += outline
-    return (
+    return Zones(
         np.array(rows, dtype=np.float64).reshape(-1, COLUMNS),
         np.array(vertices, dtype=np.float64).reshape(-1, 2),
     )
@@ -43,7 +50,16 @@ def table(
 
 @kernel
 def distance(place: Floats, vertices: Floats, x: float, y: float) -> float:
-    """Distance of (x, y) from the outline of `place` [m]; 0 inside of it."""
+    """Distance of (x, y) from the outline of `place` [m]; 0 inside of it.
+
+    Whether it is inside: by the crossings of a ray to the east with the outline (even-odd rule).
+
+    Args:
+        place: (COLUMNS,) row of `Zones.places`.
+        vertices: (m, 2) of `Zones`, map frame [m].
+        x: East, map frame [m].
+        y: North, map frame [m].
+    """
     first, count = int(place[FIRST]), int(place[COUNT])
     inside = False
     nearest = math.inf

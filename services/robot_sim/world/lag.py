@@ -8,7 +8,7 @@ from touchline.services.robot_sim.world.body import STEP_S
 
 
 def share_per_step(time_constant_s: float) -> float:
-    """How much of the way to its input a first-order lag comes in one step; all of it without a lag."""
+    """Share of the difference to its input that a first-order lag makes up in one step; all of it without a lag."""
     return 1.0 - math.exp(-STEP_S / time_constant_s) if time_constant_s > 0.0 else 1.0
 
 

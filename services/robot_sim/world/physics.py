@@ -7,13 +7,13 @@ then the tool (`tools/`).
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.services.core.constants import GRAVITY_MPS2
 from touchline.services.core.jit import kernel
+from touchline.services.core.physical_constants import GRAVITY_MPS2
 from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.body import (
     BATTERY_RESERVE_WH,
@@ -55,9 +55,47 @@ from touchline.services.robot_sim.world.tools.world_tool import work
 Floats = NDArray[np.float64]
 
 
+class WorldArrays(NamedTuple):
+    """All that is true about one robot; made once."""
+
+    parts: tuple[Any, Any]
+    """The drive's and the tool's kernels."""
+    state: Floats
+    """Indices in `body`, from `body.DRIVE` on those of the drive."""
+    parameters: Floats
+    """Of this vehicle and scenario; indices in `body`, from `body.P_DRIVE` on those of the drive."""
+    trace: Floats
+    """`body.TRACE_SHAPE`: the tool's point during the last tick."""
+    seed: int
+    """Of the scenario."""
+
+
+class HeldCommand(NamedTuple):
+    """What is commanded during a tick."""
+
+    actuators: Floats
+    """(interface.ACTUATORS,) of the drive, in the units of `DriveSpec.actuators`."""
+    valve: bool
+    """Open."""
+    disc: bool
+    """Down."""
+    valve_after_s: float
+    """How far into the tick the valve is to be so; before it is the opposite."""
+
+
 @kernel
 def leaning(state: Floats, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """How far a point of the body (x, y, z) [m] is ahead, to the left and up on the map, as the robot leans."""
+    """How far a point of the body is ahead, to the left and up on the map, as the robot leans [m].
+
+    The body's axes in the map, turned back by the heading: x is the vertical's complement in the plane of heading and
+    vertical, y is across both.
+
+    Args:
+        state: The world's; of it `UP_X` … `UP_Z`, the vertical in body axes.
+        x: Forward, body frame [m].
+        y: To the left, body frame [m].
+        z: Up, body frame [m].
+    """
     if state[UP_Z] == 1.0:
         return x, y, z
     up_x, up_y, up_z = state[UP_X], state[UP_Y], state[UP_Z]
@@ -76,7 +114,15 @@ def _trace_row(state: Floats, p: Floats, cos: float, sin: float, width: float, r
 
 @kernel
 def tilt(state: Floats, p: Floats) -> None:
-    """The vertical in body axes on this slope at this heading, and the height above the origin's plane."""
+    """The vertical in body axes on this slope at this heading, and the height above the origin's plane.
+
+    The robot stands on the plane: x is level but for the grade along the heading, and the vertical is the plane's
+    normal seen from the body.
+
+    Args:
+        state: The world's; `UP_X` … `UP_Z` and `HEIGHT` are updated.
+        p: The world's parameters; of them the grade and where it rises.
+    """
     if p[P_GRADE] == 0.0:
         state[UP_X], state[UP_Y], state[UP_Z], state[HEIGHT] = 0.0, 0.0, 1.0, 0.0
         return
@@ -92,7 +138,7 @@ def tilt(state: Floats, p: Floats) -> None:
 
 @kernel
 def _move(state: Floats, p: Floats, speed: float, side: float, yaw_rate: float) -> None:
-    """Move the pose by one step along these mean speeds; on a slope the map sees less of the way uphill."""
+    """Move the pose by one step along these mean speeds; on a slope the map sees less of the distance uphill."""
     turn = yaw_rate * STEP_S
     cos, sin = math.cos(state[HEADING] + 0.5 * turn), math.sin(state[HEADING] + 0.5 * turn)
     east = (speed * cos - side * sin) * STEP_S
@@ -119,35 +165,17 @@ def _withhold(state: Floats, usable: int, reserve: int, most: float, full: float
 
 
 @kernel
-def advance(
-    parts: tuple[Any, Any],
-    state: Floats,
-    p: Floats,
-    commanded: Floats,
-    valve: bool,
-    disc: bool,
-    valve_after_s: float,
-    effects: Floats,
-    seed: int,
-    tick: int,
-    trace: Floats,
-) -> None:
+def advance(world: WorldArrays, command: HeldCommand, effects: Floats, tick: int) -> None:
     """Advance the world by one onboard tick of ten 1 ms steps, in place.
 
     Args:
-        parts: The drive's and the tool's kernels.
-        state: The world, changed in place; indices in `body`.
-        p: Constants of this vehicle and scenario; indices in `body`.
-        commanded: (interface.ACTUATORS,) of the drive's actuators, held over the tick.
-        valve: Whether the valve is commanded open.
-        disc: Whether the disc is commanded down.
-        valve_after_s: How far into the tick the valve is to be so; before it is the opposite.
+        world: Its state is changed; its trace is filled with the tool's positions, map frame [m], and the share of its
+            width on which it works.
+        command: Held over the tick.
         effects: (effects.SIZE,) what faults do.
-        seed: Of the scenario.
         tick: Onboard tick, the counter of the randomness.
-        trace: TRACE_SHAPE, filled with the tool's positions [m] and the share of its width on which it works.
     """
-    drive, tool = parts
+    (drive, tool), state, p, trace, seed = world
     begin_tick(drive, state, p, seed, tick)
     full_wh = p[P_BATTERY_WH]
     _withhold(state, TANK_L, TANK_RESERVE_L, effects[e.TANK_MAX_L], math.inf)
@@ -157,17 +185,17 @@ def advance(
     speed_before, side_before, heading_before = state[SPEED], state[SIDE_SPEED], state[HEADING]
     turned_x, turned_y, energy_j = 0.0, 0.0, 0.0
     _trace_row(state, p, math.cos(state[HEADING]), math.sin(state[HEADING]), 0.0, trace[0])
-    late = math.floor(valve_after_s / STEP_S + 0.5)
+    late = math.floor(command.valve_after_s / STEP_S + 0.5)
     for step in range(STEPS):
         speed, side, yaw_rate = state[SPEED], state[SIDE_SPEED], state[YAW_RATE]
-        energy_j += (p[P_IDLE_W] + actuate(drive, state, p, effects, commanded)) * STEP_S
+        energy_j += (p[P_IDLE_W] + actuate(drive, state, p, effects, command.actuators)) * STEP_S
         roll_on(drive, state, p, effects, mass)
         speed, side = 0.5 * (speed + state[SPEED]), 0.5 * (side + state[SIDE_SPEED])
         yaw_rate = 0.5 * (yaw_rate + state[YAW_RATE])
         _move(state, p, speed, side, yaw_rate)
         turned_x -= side * yaw_rate
         turned_y += speed * yaw_rate
-        width = work(tool, state, p, effects, valve == (step >= late), disc)
+        width = work(tool, state, p, effects, command.valve == (step >= late), command.disc)
         _trace_row(state, p, math.cos(state[HEADING]), math.sin(state[HEADING]), width, trace[step + 1])
     duration = STEPS * STEP_S
     state[POWER_W] = energy_j / duration

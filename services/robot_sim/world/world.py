@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cached_property
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -9,7 +11,7 @@ from numpy.typing import NDArray
 
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard.interface import Command
+from touchline.services.onboard.interface import STANDSTILL, Command
 from touchline.services.robot_sim.world import body, physics
 from touchline.services.robot_sim.world.constants import constants
 from touchline.services.robot_sim.world.drives.world_drive import world_drive
@@ -28,6 +30,12 @@ class TruePose(NamedTuple):
     heading_rad: float
 
 
+def held(command: Command) -> physics.HeldCommand:
+    """A command for kernels."""
+    actuators, valve, disc, valve_after_s = command
+    return physics.HeldCommand(np.array(actuators, dtype=np.float64), valve, disc, valve_after_s)
+
+
 class World:
     """What is true about the robot and its consumables.
 
@@ -36,7 +44,7 @@ class World:
         scenario: Seed, ground, errors of the chassis and slip; `effective()` is taken here.
 
     Attributes:
-        parts: What the kernels of the vehicle's drive and tool are chosen by.
+        arrays: All of it, for `physics.advance`.
         state: The truth, indexed by the constants of `body`, from `body.DRIVE` on by those of the drive.
         trace: body.TRACE_SHAPE, the tool's point during the last tick.
         parameters: The world's constants, from `body.P_DRIVE` on the drive's.
@@ -48,12 +56,12 @@ class World:
     def __init__(self, vehicle: Vehicle, scenario: Scenario) -> None:
         scenario = scenario.effective()
         self._drive, tool = world_drive(vehicle, scenario), world_tool(vehicle.tool.kind)
-        self.parts = self._drive.kernels, tool.kernels
         self.state: NDArray[np.float64] = np.zeros(body.DRIVE + self._drive.state_size)
         self.trace: NDArray[np.float64] = np.zeros(body.TRACE_SHAPE)
         self.parameters = np.concatenate((constants(vehicle, scenario), self._drive.parameters))
         tool.constants(self.parameters, vehicle)
-        self._seed = scenario.seed
+        parts = self._drive.kernels, tool.kernels
+        self.arrays = physics.WorldArrays(parts, self.state, self.parameters, self.trace, scenario.seed)
         self._full_l, self._full_wh = vehicle.tool.capacity_l, vehicle.body.battery_wh
         self.refill_tank()
         self.replace_battery()
@@ -93,7 +101,10 @@ class World:
 
     def step(self, command: Command, tick: int, effects: NDArray[np.float64] = NO_EFFECTS) -> None:
         """Advance by one onboard tick under `command` and the `effects` of faults; `tick` keys the randomness."""
-        commanded = np.array(command.actuators)
-        physics.advance(
-            self.parts, self.state, self.parameters, commanded, *command[1:], effects, self._seed, tick, self.trace
-        )
+        self._advance(self.arrays, held(command), effects, tick)
+
+    @cached_property
+    def _advance(self) -> Callable[..., None]:
+        """`physics.advance`, without a look at the types of its arguments, which are always the same."""
+        code: Callable[..., None] = physics.advance.for_types_of((self.arrays, held(STANDSTILL), NO_EFFECTS, 0))
+        return code

@@ -1,1 +1,1 @@
-"""Many simulations at once: which, where, and what came out."""
+"""Sweeps: many simulations at once, their combinations, workers and summary."""

@@ -1,4 +1,4 @@
-"""What a sweep consists of: every combination of the given settings, each with every seed."""
+"""Combinations of a sweep's settings."""
 
 import itertools
 import json

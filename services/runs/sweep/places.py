@@ -1,4 +1,4 @@
-"""Where the runs of a sweep happen: here, in a pool of processes, or on the machines of a Dask scheduler."""
+"""Executors of a sweep: this process, a pool of processes, or a Dask cluster."""
 
 import multiprocessing
 import os
@@ -12,7 +12,7 @@ from touchline.services.runs.sweep.task import SweepRun, Task, begin_worker, per
 
 
 def here(jobs: list[Job], tasks: Sequence[Task]) -> Generator[SweepRun, None, None]:
-    """One after the other in this process."""
+    """Perform the tasks one after the other in this process."""
     for task in tasks:
         yield perform(jobs, task)
 

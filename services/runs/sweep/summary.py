@@ -1,4 +1,4 @@
-"""What a sweep says: of every combination and figure the mean, the 95th percentile, the worst and its seed."""
+"""Summary of a sweep: mean, 95th percentile, worst value and its seed for each combination and figure."""
 
 import csv
 from collections.abc import Sequence
@@ -58,7 +58,7 @@ def _combination(case: SweepCase, runs: list[SweepRun]) -> dict[str, Any]:
 
 
 def statistics(name: str, runs: Sequence[SweepRun]) -> dict[str, float | int]:
-    """Of one figure over runs; the percentile counts from the good side."""
+    """Mean, p95 and worst of one figure over runs; the percentile counts from the good side."""
     values = np.array([run.figures[name] for run in runs])
     badness = -values if name in MORE_IS_BETTER else values
     worst = int(np.argmax(badness))

@@ -1,4 +1,4 @@
-"""One run of a sweep, in whatever process it happens."""
+"""Tasks of a sweep: preparing them, and performing one in any process."""
 
 import signal
 import threading
@@ -69,7 +69,7 @@ def prepare(
 
 
 def perform(jobs: list[Job], task: Task) -> SweepRun:
-    """Do it; what the robot refuses is told in the result."""
+    """Simulate one task; a refusal by the robot becomes a failed result."""
     try:
         outcome = simulate(jobs[task.job], task.scenario, task.config)
     except TouchlineError as error:
@@ -121,7 +121,7 @@ _jobs: list[Any] = []
 
 @contextmanager
 def undisturbed() -> Iterator[None]:
-    """Let signals to end wait, also in a process that is started meanwhile, until it is :func:`begin_worker`'s.
+    """Defer termination signals here, and in a process started meanwhile until its :func:`begin_worker`.
 
     A process of a pool gets what it needs through a pipe, and would complain of what is missing.
     """
@@ -143,7 +143,7 @@ def undisturbed() -> Iterator[None]:
 
 
 def begin_worker(jobs: list[Job]) -> None:
-    """Called once in each process of a pool: Ctrl-C is the parent's affair."""
+    """Initialise a process of a pool, which leaves Ctrl-C to its parent."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDS)
     _jobs[:] = jobs

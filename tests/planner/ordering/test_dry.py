@@ -13,7 +13,8 @@ from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.geometry.clothoid import Ints
 from touchline.services.planner.limits import Limits
-from touchline.services.planner.plan import plan, ways_of
+from touchline.services.planner.marking import transitions_of
+from touchline.services.planner.plan import plan
 from touchline.services.planner.route.itinerary import ItineraryBuilder
 from touchline.services.planner.sequencing.costs import Tracks, nodes_of, problem
 from touchline.services.planner.sequencing.dry import WetGround, ordered_dry, scene_of, unknown_yet, wet_times
@@ -24,7 +25,7 @@ from touchline.services.planner.swaths.swaths import Painting, Swath, swaths
 
 VEHICLE, OPTIONS = Vehicle(), PlanOptions()
 LIMITS = Limits.of(VEHICLE, OPTIONS)
-WAYS = ways_of(VEHICLE, OPTIONS, LIMITS)
+TRANSITIONS = transitions_of(VEHICLE, OPTIONS, LIMITS)
 PAINTING = Painting.of(VEHICLE, LIMITS, OPTIONS)
 CROSSING_S, RUN_OUT_M = 1.5, 0.6
 
@@ -32,7 +33,7 @@ CROSSING_S, RUN_OUT_M = 1.5, 0.6
 def asked(template: Template) -> tuple[list[Swath], Problem, Tracks, WetGround]:
     choices = swaths(modes(template.segments, VEHICLE, LIMITS.curvature_max_1pm, free=True), PAINTING, free=True)
     nodes, segment, _ = nodes_of(choices)
-    matrix, tracks = problem(choices, WAYS, PAINTING, None)
+    matrix, tracks = problem(choices, TRANSITIONS, PAINTING, None)
     return nodes, matrix, tracks, WetGround.of(nodes, segment, Wheels.of(VEHICLE, template.line_width_m, 900.0))
 
 
@@ -47,13 +48,13 @@ def test_what_the_search_counts_is_what_the_drive_meets() -> None:
     template = load_template("soccer-11")
     nodes, matrix, tracks, ground = asked(template)
     scene = scene_of(matrix, tracks, ground, CROSSING_S, RUN_OUT_M, None)
-    driver = ItineraryBuilder(WAYS, PAINTING, None, ground.wheels, 0.0, None)
+    driver = ItineraryBuilder(TRANSITIONS, PAINTING, None, ground.wheels, 0.0, None)
     for kicks in (1, 100):
         order = ordered(matrix, kicks=kicks)
         wet = wet_times(scene, unknown_yet(len(nodes)), np.concatenate(([len(nodes)], order)))
         met = driver.drive([nodes[k] for k in order.tolist()]).wet_crossings
         assert met > 50
-        # Far ways are known roughly, and are looked at half as often.
+        # Far transitions are known roughly, and are looked at half as often.
         assert abs(int(wet.sum()) - met) <= 0.1 * met
 
 
@@ -80,7 +81,7 @@ def test_few_segments_are_ordered_as_well_as_can_be(seed: int) -> None:
 def test_half_the_crossings_are_worth_a_twentieth_of_the_time() -> None:
     template = load_template("soccer-11")
     nodes, matrix, _, ground = asked(template)
-    quickest = ItineraryBuilder(WAYS, PAINTING, None, ground.wheels, 0.0, None).drive(
+    quickest = ItineraryBuilder(TRANSITIONS, PAINTING, None, ground.wheels, 0.0, None).drive(
         [nodes[k] for k in ordered(matrix).tolist()]
     )
     careful = plan(template, VEHICLE).report

@@ -16,7 +16,8 @@ from touchline.schemas.template import ArcSpec, LineSpec, Template, TemplateSegm
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.budget import Budget
 from touchline.services.planner.limits import Limits
-from touchline.services.planner.plan import plan, ways_of
+from touchline.services.planner.marking import transitions_of
+from touchline.services.planner.plan import plan
 from touchline.services.planner.sequencing.costs import nodes_of, problem
 from touchline.services.planner.sequencing.order import Problem, ordered
 from touchline.services.planner.swaths.offset import modes
@@ -76,7 +77,7 @@ def test_the_estimated_cost_is_the_time_that_is_planned() -> None:
     limits = Limits.of(VEHICLE, options)
     painting = Painting.of(VEHICLE, limits, options)
     choices = swaths(modes(template.segments, VEHICLE, limits.curvature_max_1pm, free=True), painting, free=True)
-    asked, _ = problem(choices, ways_of(VEHICLE, options, limits), painting, None)
+    asked, _ = problem(choices, transitions_of(VEHICLE, options, limits), painting, None)
     nodes, _, _ = nodes_of(choices)
     planned = plan(template, VEHICLE, options)
     lines = [section.stroke for section in planned.sections if section.stroke]

@@ -41,7 +41,16 @@ class DifferentialKernels(KernelClass):
 
     @kernel
     def begin_tick(self, state: Floats, p: Floats, seed: int, tick: int) -> None:
-        """Let the random slip of both wheels go on: a Gauss-Markov process each."""
+        """Let the random slip of both wheels go on: a first-order Gauss-Markov process each.
+
+        s(t + T) = s(t)·exp(−T/τ) + σ·√(1 − exp(−2T/τ))·w (A. Gelb, ed., "Applied Optimal Estimation", 1974, sec. 2.2).
+
+        Args:
+            state: (body.DRIVE + STATE_SIZE,) the world's; the slips are updated, shares of ground speed.
+            p: (body.P_DRIVE + PARAMETER_SIZE,) the world's parameters; of them σ and the decay in a tick.
+            seed: Of the scenario.
+            tick: Onboard tick that begins.
+        """
         fresh = p[P_SLIP_SIGMA] * math.sqrt(1.0 - p[P_SLIP_DECAY] * p[P_SLIP_DECAY])
         if fresh > 0.0:
             state[LEFT_SLIP] = p[P_SLIP_DECAY] * state[LEFT_SLIP] + fresh * normal(seed, STREAM_SLIP, tick, 0)

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.services.core.constants import GRAVITY_MPS2
 from touchline.services.core.jit import kernel
+from touchline.services.core.physical_constants import GRAVITY_MPS2
 from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.body import (
     P_GYRATION2,
@@ -85,7 +85,17 @@ def _parked(state: Floats, p: Floats) -> bool:
 def roll_on(_drive: Any, state: Floats, p: Floats, effects: Floats, mass_kg: float) -> None:
     """Advance the speeds of body and wheels by one step under the motors' torques.
 
-    The wheels turn along the mean of their old and new rates.
+    The wheels turn along the mean of their old and new rates. That a tyre's force is linear in its slip at first and
+    then saturates, the same for both directions together, is as in brush models (H. B. Pacejka, "Tire and Vehicle
+    Dynamics", ch. 3); the curve between, see the module, is this project's own choice.
+
+    Args:
+        _drive: Chooses this kernel.
+        state: (body.DRIVE + STATE_SIZE,) the world's; speeds and yaw rate of the body, rates, angles and traction of
+            the wheels and the casters' direction are updated. SI units, body frame.
+        p: (body.P_DRIVE + PARAMETER_SIZE,) the world's parameters.
+        effects: (effects.SIZE,) what faults do: `BLOCKED` and `SLIP` of each wheel.
+        mass_kg: Of the whole robot.
     """
     left_rate, right_rate = state[LEFT_RATE], state[RIGHT_RATE]
     if _parked(state, p):

@@ -44,7 +44,16 @@ Floats = NDArray[np.float64]
 
 @kernel
 def profile(reference: float, command: float, p: Floats) -> float:
-    """The drive's reference a step later: a first-order lag, then the acceleration limit, within the speed limit."""
+    """The drive's reference a step later: a first-order lag, then the acceleration limit, within the speed limit.
+
+    Args:
+        reference: Of one wheel, now [rad/s].
+        command: To it [rad/s].
+        p: (body.P_DRIVE + PARAMETER_SIZE,) the world's parameters; of them the limits and the lag.
+
+    Returns:
+        The reference [rad/s].
+    """
     target = min(max(command, -p[P_MAX_RATE]), p[P_MAX_RATE])
     limit = p[P_MAX_ACCEL] * STEP_S
     stepped: float = reference + min(max((target - reference) * p[P_LAG], -limit), limit)
@@ -53,18 +62,38 @@ def profile(reference: float, command: float, p: Floats) -> float:
 
 @kernel
 def drag(rate: float, p: Floats) -> float:
-    """Friction of motor and gear [Nm per rad/s] at this wheel speed: dry and viscous."""
+    """Friction of motor and gear [Nm per rad/s] at this wheel speed: dry (Coulomb) and viscous.
+
+    Args:
+        rate: Of the wheel [rad/s].
+        p: (body.P_DRIVE + PARAMETER_SIZE,) the world's parameters; of them both frictions, at the wheel.
+    """
     coefficient: float = p[P_VISCOUS] + p[P_FRICTION] / max(abs(rate), _DRY_RADPS)
     return coefficient
 
 
 @kernel
 def actuate(_drive: Any, state: Floats, p: Floats, effects: Floats, commanded: Floats) -> float:
-    """Advance both drives by one step; returns the electrical power drawn [W].
+    """Advance both drives by one step.
 
     The controllers follow the profile with feed-forward of the nominal inertia and friction, and a PI on the rest.
     Torque is limited by the current that the amplifier gives and by the voltage that the motor's own leaves of the
     battery's. An empty battery gives nothing.
+
+    The motor is the usual equivalent circuit, torque k·i and voltage R·i + k·ω behind a gear, without inductance
+    (G. F. Franklin, J. D. Powell, A. Emami-Naeini, "Feedback Control of Dynamic Systems", 7th ed., sec. 2.3): the
+    current loop is a first-order lag instead. The integral stands still while the torque is limited (conditional
+    integration: K. J. Åström, T. Hägglund, "PID Controllers", 2nd ed., sec. 3.5).
+
+    Args:
+        _drive: Chooses this kernel.
+        state: (body.DRIVE + STATE_SIZE,) the world's; references, torques and integrals of both wheels are updated.
+        p: (body.P_DRIVE + PARAMETER_SIZE,) the world's parameters.
+        effects: (effects.SIZE,) what faults do: `TORQUE` of each wheel.
+        commanded: (interface.ACTUATORS,) left, right [rad/s].
+
+    Returns:
+        The electrical power drawn [W], not below 0.
     """
     left = profile(state[REFERENCE], commanded[0], p)
     right = profile(state[REFERENCE + 1], commanded[1], p)

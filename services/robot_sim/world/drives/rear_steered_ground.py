@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.services.core.constants import GRAVITY_MPS2
 from touchline.services.core.jit import kernel
+from touchline.services.core.physical_constants import GRAVITY_MPS2
 from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.body import (
     P_GYRATION2,

@@ -53,7 +53,15 @@ def world_drive(vehicle: Vehicle, scenario: Scenario) -> WorldDrive:
 
 @kernel_of_class
 def begin_tick(drive: Any, state: Floats, p: Floats, seed: int, tick: int) -> None:
-    """Draw what changes at random once a tick: `tick` and the `seed` key it."""
+    """Draw what changes at random once a tick.
+
+    Args:
+        drive: The `WorldDrive.kernels`.
+        state: (body.DRIVE + `state_size`,) the world's; from `body.DRIVE` on it is the drive's to change.
+        p: (body.P_DRIVE + n,) the world's parameters; from `body.P_DRIVE` on the drive's.
+        seed: Of the scenario; keys the randomness together with:
+        tick: Onboard tick that begins.
+    """
 
 
 @kernel_of_class
@@ -64,8 +72,8 @@ def actuate(  # type: ignore[empty-body]
 
     Args:
         drive: The `WorldDrive.kernels`.
-        state: The world's.
-        p: The world's parameters.
+        state: (body.DRIVE + `state_size`,) the world's.
+        p: (body.P_DRIVE + n,) the world's parameters.
         effects: (effects.SIZE,) what faults do: `TORQUE` of each actuator.
         commanded: (interface.ACTUATORS,) of the actuators, in the units of `DriveSpec.actuators`.
 
@@ -80,8 +88,9 @@ def roll_on(drive: Any, state: Floats, p: Floats, effects: Floats, mass_kg: floa
 
     Args:
         drive: The `WorldDrive.kernels`.
-        state: The world's; `body.SPEED`, `SIDE_SPEED`, `YAW_RATE` and `ANGLES` are the drive's to change.
-        p: The world's parameters.
+        state: (body.DRIVE + `state_size`,) the world's; `body.SPEED`, `SIDE_SPEED` [m/s, body frame], `YAW_RATE`
+            [rad/s] and `ANGLES` [rad] are the drive's to change.
+        p: (body.P_DRIVE + n,) the world's parameters.
         effects: (effects.SIZE,) what faults do: `BLOCKED` and `SLIP` of each actuator.
         mass_kg: Of the whole robot.
     """

@@ -17,7 +17,15 @@ class NoToolKernels(KernelClass):
 
     @kernel
     def work(self, _state: Floats, _p: Floats, _effects: Floats, _valve: bool, _disc: bool) -> float:
-        """Nothing, whatever is commanded."""
+        """Nothing, whatever is commanded.
+
+        Args:
+            _state: As all others, of `world_tool.work`; none counts.
+            _p: See `_state`.
+            _effects: See `_state`.
+            _valve: See `_state`.
+            _disc: See `_state`.
+        """
         return 0.0
 
 

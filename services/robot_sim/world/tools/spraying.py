@@ -57,7 +57,18 @@ class SprayerKernels(KernelClass):
 
     @kernel
     def work(self, state: Floats, p: Floats, effects: Floats, valve: bool, disc: bool) -> float:
-        """Let paint flow for a step, then move the plungers; the share of the spray width painted, 0 without paint."""
+        """Let paint flow for a step, then move the plungers.
+
+        Args:
+            state: (body.DRIVE + n,) the world's; plungers 0…1, flow [l/s] and tank [l] are updated.
+            p: (body.P_DRIVE + n,) the world's parameters; of them the plungers' travel in a step and the flow.
+            effects: (effects.SIZE,) what faults do: `FLOW`, and where `VALVE` and `DISC` are stuck.
+            valve: Whether the valve is commanded open.
+            disc: Whether the disc is commanded down.
+
+        Returns:
+            The share of the spray width painted, the root of that of the flow; 0 without paint.
+        """
         flows = state[VALVE_OPEN] > 0.0 and state[TANK_L] > 0.0
         share = effects[e.FLOW] if flows else 0.0
         state[FLOW_LPS] = share * p[P_FLOW_LPS]

@@ -45,8 +45,8 @@ def work(  # type: ignore[empty-body]
 
     Args:
         tool: The `WorldTool.kernels`.
-        state: The world's.
-        p: The world's parameters.
+        state: (body.DRIVE + n,) the world's; plungers, flow and tank are the tool's to change.
+        p: (body.P_DRIVE + n,) the world's parameters.
         effects: (effects.SIZE,) what faults do.
         valve: Whether the valve is commanded open.
         disc: Whether the disc is commanded down.

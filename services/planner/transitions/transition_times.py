@@ -28,7 +28,7 @@ from touchline.services.planner.transitions.piece_table import PieceTable
 X, Y, HEADING, CURVATURE, SPEED, PAINTED, LEAD, PAD = range(8)
 # Rounding does not blur more than this (s).
 SLACK_S = 1e-9
-# A way has no more pieces: those between the leads, and a clothoid and a straight at both ends.
+# A transition has no more pieces: those between the leads, and a clothoid and a straight at both ends.
 TRACK_PIECES = MAX_PIECES + 4
 
 
@@ -56,7 +56,7 @@ class TurnRows(NamedTuple):
 
 
 @kernel
-def way_time(
+def transition_time(
     start: Floats, goal: Floats, turning: TurnFigures, limits: Caps, hops: bool, pieces: Floats
 ) -> tuple[float, int]:
     """Seconds from one painted end to one painted beginning, with one kind of turn, and how many `pieces` it has.
@@ -77,18 +77,18 @@ def way_time(
     k = start[PAINTED]
     first = put(pieces, 0, abs(k) / start[LEAD], k, -math.copysign(start[LEAD], k), 1.0)
     first = put(pieces, first, start[PAD], 0.0, 0.0, 1.0)
-    way = pieces[first:]
+    transition = pieces[first:]
     if hops:
-        count = forward_pieces(Query(ends, seen, angle, c), way)
+        count = forward_pieces(Query(ends, seen, angle, c), transition)
     else:
         between, angle_between = lead_poses(ends, seen, angle)
-        count = put_ramp(way, 0, ends[0], 0.0, 1.0)
-        count = word_pieces(between.real, between.imag, angle_between, c, way, count)
-        count = put_ramp(way, count, 0.0, ends[1], 1.0)
+        count = put_ramp(transition, 0, ends[0], 0.0, 1.0)
+        count = word_pieces(between.real, between.imag, angle_between, c, transition, count)
+        count = put_ramp(transition, count, 0.0, ends[1], 1.0)
     for i in range(count):
-        way[i, 0] /= root
-        way[i, 1] *= root
-        way[i, 2] *= root * root
+        transition[i, 0] /= root
+        transition[i, 1] *= root
+        transition[i, 2] *= root * root
     last = put(pieces, first + count, goal[PAD], 0.0, 0.0, 1.0)
     k = goal[PAINTED]
     last = put(pieces, last, abs(k) / goal[LEAD], 0.0, math.copysign(goal[LEAD], k), 1.0)
@@ -97,14 +97,14 @@ def way_time(
 
 @kernel
 def least_time(start: Floats, goal: Floats, curvature: float, limits: Caps) -> float:
-    """Seconds: with turns of at most this curvature (1/m), as for `way_time`, no way takes fewer.
+    """A lower bound on `transition_time` (s) for turns of at most a curvature.
 
-    It is as long as the plain Dubins path at least, and driven at best as fast as acceleration and transit speed allow.
+    A transition is no shorter than the plain Dubins path and no faster than acceleration and transit speed allow.
 
     Args:
         start: (columns,) the end.
         goal: (columns,) the beginning.
-        curvature: 1/m.
+        curvature: Largest curvature of the turns (1/m).
         limits: The row of `Limits`.
     """
     seen = complex(goal[X] - start[X], goal[Y] - start[Y]) * unit(-start[HEADING]) * curvature
@@ -121,15 +121,15 @@ def least_time(start: Floats, goal: Floats, curvature: float, limits: Caps) -> f
 
 
 @kernel
-def way_times(rows: TurnRows, limits: Caps, pairs: Ints, hops: bool, found: PieceTable) -> Floats:
-    """Seconds (n,) of the quickest way of every pair (n, 2) of start and goal; fills in its pieces.
+def transition_times(rows: TurnRows, limits: Caps, pairs: Ints, hops: bool, found: PieceTable) -> Floats:
+    """Seconds (n,) of the quickest transition of every pair (n, 2) of start and goal; fills in its pieces.
 
     Args:
         rows: Ends and beginnings.
         limits: The row of `Limits`.
         pairs: (n, 2) numbers of an end and a beginning.
         hops: Short hops included.
-        found: The table of n ways of up to TRACK_PIECES.
+        found: The table of n transitions of up to TRACK_PIECES.
     """
     pieces, seconds = np.zeros((TRACK_PIECES, 5)), np.full(len(pairs), np.inf)
     turns = len(rows.circles)
@@ -140,7 +140,7 @@ def way_times(rows: TurnRows, limits: Caps, pairs: Ints, hops: bool, found: Piec
             # Those first whose words are quick: of the others many need not be looked at then.
             for t in range(turns):
                 start, goal, turning = rows.starts[t, a], rows.goals[t, b], TurnFigures(rows.circles[t], rows.roots[t])
-                words[t], _ = way_time(start, goal, turning, limits, False, pieces)
+                words[t], _ = transition_time(start, goal, turning, limits, False, pieces)
                 least[t] = least_time(start, goal, turning.circle[LIMIT] * turning.root, limits)
         chosen = turns
         ascending(words, order)
@@ -148,7 +148,7 @@ def way_times(rows: TurnRows, limits: Caps, pairs: Ints, hops: bool, found: Piec
             if least[k] > seconds[p] + SLACK_S:
                 continue
             turning = TurnFigures(rows.circles[k], rows.roots[k])
-            taken, count = way_time(rows.starts[k, a], rows.goals[k, b], turning, limits, hops, pieces)
+            taken, count = transition_time(rows.starts[k, a], rows.goals[k, b], turning, limits, hops, pieces)
             if taken < seconds[p] or (taken == seconds[p] and k < chosen):
                 seconds[p], found.counts[p], chosen = taken, count, int(k)
                 for i in range(count):

@@ -1,4 +1,4 @@
-"""The ways in which a person gives an emergency stop, each repeated until it is acknowledged, as a person would."""
+"""The channels by which a person gives an emergency stop, each repeated until it is acknowledged, as a person would."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ class Saying(NamedTuple):
     text: str
 
 
-class Way(ABC):
-    """A way to give an emergency stop.
+class StopChannel(ABC):
+    """A channel by which to give an emergency stop.
 
     Attributes:
         said: What it was answered, in order.
@@ -86,7 +86,7 @@ class Way(ABC):
         self.said.append(Saying(time.monotonic(), done, text))
 
 
-class ByCall(Way):
+class ByCall(StopChannel):
     """Calls of a process that is on the bus already."""
 
     def __init__(self, bus: Bus) -> None:
@@ -124,7 +124,7 @@ class ByCall(Way):
             self._thread.join()
 
 
-class ByOrder(Way):
+class ByOrder(StopChannel):
     """`touchline order estop`: a process that joins the bus for it, and repeats the stop until it is acknowledged.
 
     It is given when the command begins with it; Python's own start is not counted.
@@ -224,7 +224,7 @@ cli.main()
         self._waiting.communicate()
 
 
-class ByRos2(Way):
+class ByRos2(StopChannel):
     """A ROS 2 client of rmw_zenoh's format, through the gateway."""
 
     def __init__(self, session: zenoh.Session) -> None:
@@ -279,7 +279,7 @@ class ByRos2(Way):
         self._replies = None
 
 
-class ByConsole(Way):
+class ByConsole(StopChannel):
     """Keys of `touchline tui` on a terminal; its answers are what it shows."""
 
     _ESCAPES = re.compile(rb"\x1b(\[[0-9;?<>=]*[a-zA-Z]|\][^\a\x1b]*(\a|\x1b\\)|[=>()][0-9A-Za-z]?)")
@@ -398,10 +398,10 @@ class ByConsole(Way):
 
 
 @contextmanager
-def ways_of(system: System, bus: Bus, names: frozenset[str]) -> Iterator[dict[str, Way]]:
-    """The ways of these names into a running system."""
+def stop_channels(system: System, bus: Bus, names: frozenset[str]) -> Iterator[dict[str, StopChannel]]:
+    """The channels of these names into a running system."""
     with ExitStack() as stack:
-        makers: Mapping[str, Callable[[], Way]] = {
+        makers: Mapping[str, Callable[[], StopChannel]] = {
             "call": lambda: ByCall(bus),
             "order": lambda: _closing(stack, ByOrder(system)),
             "console": lambda: _closing(stack, ByConsole(system)),
@@ -410,12 +410,12 @@ def ways_of(system: System, bus: Bus, names: frozenset[str]) -> Iterator[dict[st
         yield {name: make() for name, make in makers.items() if name in names}
 
 
-WAYS: Final = ("call", "order", "console", "ros2")
+CHANNELS: Final = ("call", "order", "console", "ros2")
 
 
-def _closing(stack: ExitStack, way: ByOrder | ByConsole) -> Way:
-    stack.callback(way.close)
-    return way
+def _closing(stack: ExitStack, channel: ByOrder | ByConsole) -> StopChannel:
+    stack.callback(channel.close)
+    return channel
 
 
 def _ros2_session(port: int) -> zenoh.Session:

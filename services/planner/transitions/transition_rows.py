@@ -1,4 +1,4 @@
-"""Lays out the ends of painted segments as the rows that the kernels of way_times.py take."""
+"""Lays out the ends of painted segments as the rows that the kernels of transition_times.py take."""
 
 from collections.abc import Sequence
 
@@ -8,27 +8,33 @@ from touchline.services.planner.geometry.clothoid import Floats, PathPose, Piece
 from touchline.services.planner.steering.ccd import ContinuousDubins
 from touchline.services.planner.steering.circles import LIMIT, circle
 from touchline.services.planner.steering.method import CurveEnd, before
-from touchline.services.planner.transitions.transitions import Turns, Ways, turned_round
-from touchline.services.planner.transitions.way_times import HEADING, TurnRows, X, Y
+from touchline.services.planner.transitions.transition_times import HEADING, TurnRows, X, Y
+from touchline.services.planner.transitions.transitions import TransitionFamily, Turns, turned_round
 
 ORIGIN = PathPose(0.0, 0.0, 0.0)
 
 
-def way_rows(ends: Sequence[CurveEnd], begins: Sequence[CurveEnd], ways: Ways) -> TurnRows:
+def transition_rows(ends: Sequence[CurveEnd], begins: Sequence[CurveEnd], transitions: TransitionFamily) -> TurnRows:
     """The rows of these ends and beginnings for all turns on offer."""
-    circles = [circle(t.curvature_1pm / t.sharpness_1pm2**0.5) for t in ways.turns]
-    roots = np.array([t.sharpness_1pm2**0.5 for t in ways.turns])
-    starts = np.array([_rows(ends, ways, *each, leaving=True) for each in zip(ways.turns, circles, strict=True)])
-    goals = np.array([_rows(begins, ways, *each, leaving=False) for each in zip(ways.turns, circles, strict=True)])
+    circles = [circle(t.curvature_1pm / t.sharpness_1pm2**0.5) for t in transitions.turns]
+    roots = np.array([t.sharpness_1pm2**0.5 for t in transitions.turns])
+    starts = np.array(
+        [_rows(ends, transitions, *each, leaving=True) for each in zip(transitions.turns, circles, strict=True)]
+    )
+    goals = np.array(
+        [_rows(begins, transitions, *each, leaving=False) for each in zip(transitions.turns, circles, strict=True)]
+    )
     return TurnRows(starts, goals, np.array(circles), roots)
 
 
-def _rows(ends: Sequence[CurveEnd], ways: Ways, turns: Turns, figures: Floats, *, leaving: bool) -> Floats:
-    """The rows of `way_times` for ends (or beginnings) with one kind of turn."""
+def _rows(
+    ends: Sequence[CurveEnd], transitions: TransitionFamily, turns: Turns, figures: Floats, *, leaving: bool
+) -> Floats:
+    """The rows of `transition_times` for ends (or beginnings) with one kind of turn."""
     known: dict[tuple[float, float], tuple[float, ...]] = {}
     for end in ends:
         if end[1:] not in known:
-            known[end[1:]] = _lead_row(end, ways, turns, figures, leaving=leaving)
+            known[end[1:]] = _lead_row(end, transitions, turns, figures, leaving=leaving)
     rows = np.array([known[end[1:]] for end in ends])
     poses = np.array([end.pose for end in ends])
     moved = (rows[:, X] + 1j * rows[:, Y]) * np.exp(1j * poses[:, 2])
@@ -37,9 +43,11 @@ def _rows(ends: Sequence[CurveEnd], ways: Ways, turns: Turns, figures: Floats, *
     return rows
 
 
-def _lead_row(end: CurveEnd, ways: Ways, turns: Turns, figures: Floats, *, leaving: bool) -> tuple[float, ...]:
+def _lead_row(
+    end: CurveEnd, transitions: TransitionFamily, turns: Turns, figures: Floats, *, leaving: bool
+) -> tuple[float, ...]:
     """The row for an end like this at the origin."""
-    lead = ways.lead(turns, end)
+    lead = transitions.lead(turns, end)
     if abs(lead.curvature_1pm) > figures[LIMIT] * turns.sharpness_1pm2**0.5:
         # Too tight for these turns to begin with: they begin where it is straight.
         words = ContinuousDubins(turns.curvature_1pm, turns.sharpness_1pm2)
@@ -48,4 +56,4 @@ def _lead_row(end: CurveEnd, ways: Ways, turns: Turns, figures: Floats, *, leavi
     bend: Piece | None = next((p for p in lead.pieces if p.sharpness_1pm2), None)
     straight = sum(p.length_m for p in lead.pieces if not p.sharpness_1pm2)
     painted, sharpness = (bend.curvature_1pm, abs(bend.sharpness_1pm2)) if bend else (0.0, 1.0)
-    return *pose, lead.curvature_1pm, ways.speed_mps(end), painted, sharpness, straight
+    return *pose, lead.curvature_1pm, transitions.speed_mps(end), painted, sharpness, straight

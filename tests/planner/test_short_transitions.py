@@ -1,4 +1,4 @@
-"""The shortest ways between poses and curvatures: every reference row, random ends, and the batch kernels."""
+"""The shortest transitions between poses and curvatures: every reference row, random ends, and the batch kernels."""
 
 import cmath
 import csv
@@ -37,30 +37,30 @@ def end_pairs(draw: st.DrawFn) -> tuple[CurveEnd, CurveEnd, float, float]:
     return CurveEnd(start, draw(shares) * curvature), CurveEnd(goal, draw(shares) * curvature), curvature, sharpness
 
 
-def check(way: tuple[Piece, ...], start: CurveEnd, goal: CurveEnd, curvature: float, sharpness: float) -> float:
-    """Assert that the way is feasible; its length."""
-    path = PiecePath(start.pose, way)
+def check(transition: tuple[Piece, ...], start: CurveEnd, goal: CurveEnd, curvature: float, sharpness: float) -> float:
+    """Assert that the transition is feasible; its length."""
+    path = PiecePath(start.pose, transition)
     assert abs(path.end.point - goal.pose.point) < TOLERANCE
     assert abs(cmath.phase(path.end.direction / goal.pose.direction)) < TOLERANCE
-    for piece in way:
+    for piece in transition:
         assert abs(piece.sharpness_1pm2) <= sharpness * (1 + 1e-9)
         assert max(abs(piece.curvature_1pm), abs(piece.curvature_end_1pm)) <= curvature * (1 + 1e-9)
     stand = Piece(0.0, goal.curvature_1pm)
     last = Piece(0.0, start.curvature_1pm)
-    for piece in (*way, stand):
+    for piece in (*transition, stand):
         stands = bool(piece.spin_rad or last.spin_rad) or piece.direction != last.direction
         assert stands or abs(piece.curvature_1pm - last.curvature_end_1pm) < TOLERANCE
         last = piece
     return path.length_m
 
 
-def cusps(way: tuple[Piece, ...]) -> int:
-    directions = [1, *(piece.direction for piece in way if not piece.spin_rad), 1]
+def cusps(transition: tuple[Piece, ...]) -> int:
+    directions = [1, *(piece.direction for piece in transition if not piece.spin_rad), 1]
     return sum(a != b for a, b in pairwise(directions))
 
 
-def all_ways(steering: Steering, start: CurveEnd, goal: CurveEnd) -> list[tuple[Piece, ...]]:
-    return [steering.between(start, goal), *steering.standing_ways(start, goal)]
+def all_transitions(steering: Steering, start: CurveEnd, goal: CurveEnd) -> list[tuple[Piece, ...]]:
+    return [steering.between(start, goal), *steering.standing_transitions(start, goal)]
 
 
 def reference_rows() -> list[dict[str, float]]:
@@ -73,7 +73,7 @@ def row_ends(row: dict[str, float]) -> tuple[CurveEnd, CurveEnd, float, float]:
     return CurveEnd(start, 0.0), CurveEnd(goal, 0.0), row["kappa_max"], row["sigma_max"]
 
 
-def test_no_forward_way_is_longer_than_the_reference() -> None:
+def test_no_forward_transition_is_longer_than_the_reference() -> None:
     ours, theirs = [], []
     rows = reference_rows()
     for row in rows:
@@ -86,7 +86,7 @@ def test_no_forward_way_is_longer_than_the_reference() -> None:
     assert sum(ours[SMALL_BOX]) < 0.83 * sum(theirs[SMALL_BOX])
 
 
-def test_no_way_with_cusps_is_longer_than_the_reference() -> None:
+def test_no_transition_with_cusps_is_longer_than_the_reference() -> None:
     """From row 5,000 on there are 31 that Newton's method misses, by up to 10 %, from fixed starts alone.
 
     In two of them the reference turns less sharply than it might and gains by it (see `flat_words.py`).
@@ -94,35 +94,39 @@ def test_no_way_with_cusps_is_longer_than_the_reference() -> None:
     rows = reference_rows()
     for row in rows[:4000:2] + rows[4000:]:  # the first 4,000 are alike
         start, goal, curvature, sharpness = row_ends(row)
-        ways = all_ways(Steering(curvature, sharpness), start, goal)
-        measured = [check(way, start, goal, curvature, sharpness) for way in ways]
-        driven = [m for m, way in zip(measured, ways, strict=True) if not any(piece.spin_rad for piece in way)]
+        transitions = all_transitions(Steering(curvature, sharpness), start, goal)
+        measured = [check(transition, start, goal, curvature, sharpness) for transition in transitions]
+        driven = [
+            m
+            for m, transition in zip(measured, transitions, strict=True)
+            if not any(piece.spin_rad for piece in transition)
+        ]
         assert min(driven) <= row["hc00_reeds_shepp_m"] * 1.0002
 
 
 @given(end_pairs())
 @settings(max_examples=400)
-def test_forward_ways_join_any_poses_and_curvatures(ends: tuple[CurveEnd, CurveEnd, float, float]) -> None:
+def test_forward_transitions_join_any_poses_and_curvatures(ends: tuple[CurveEnd, CurveEnd, float, float]) -> None:
     start, goal, curvature, sharpness = ends
-    way = Steering(curvature, sharpness).between(start, goal)
-    length = check(way, start, goal, curvature, sharpness)
-    assert cusps(way) == 0
+    transition = Steering(curvature, sharpness).between(start, goal)
+    length = check(transition, start, goal, curvature, sharpness)
+    assert cusps(transition) == 0
     words = through_straights(ContinuousDubins(curvature, sharpness), start, goal)
     assert length <= PiecePath(start.pose, words).length_m + TOLERANCE
 
 
 @given(end_pairs(), st.sampled_from([0.0, 0.7]))
 @settings(max_examples=200)
-def test_ways_with_standstills_join_any_poses_and_curvatures(
+def test_transitions_with_standstills_join_any_poses_and_curvatures(
     ends: tuple[CurveEnd, CurveEnd, float, float], room: float
 ) -> None:
     start, goal, curvature, sharpness = ends
     steering = Steering(curvature, sharpness)
-    ways = steering.standing_ways(start, goal, room)
-    for way in ways:
-        check(way, start, goal, curvature, sharpness)
-    for way in ways if room else ():
-        for end, piece in ((start, way[0]), (goal, way[-1])):
+    transitions = steering.standing_transitions(start, goal, room)
+    for transition in transitions:
+        check(transition, start, goal, curvature, sharpness)
+    for transition in transitions if room else ():
+        for end, piece in ((start, transition[0]), (goal, transition[-1])):
             assert piece.length_m >= room - TOLERANCE
             assert (piece.direction, piece.sharpness_1pm2) == (1, 0.0)
             assert piece.curvature_1pm == pytest.approx(end.curvature_1pm)
@@ -130,7 +134,7 @@ def test_ways_with_standstills_join_any_poses_and_curvatures(
 
 @given(end_pairs())
 @settings(max_examples=100)
-def test_the_way_of_the_mirror_image_is_the_mirror_image(ends: tuple[CurveEnd, CurveEnd, float, float]) -> None:
+def test_the_transition_of_the_mirror_image_is_the_mirror_image(ends: tuple[CurveEnd, CurveEnd, float, float]) -> None:
     start, goal, curvature, sharpness = ends
     steering = Steering(curvature, sharpness)
     other = [CurveEnd(PathPose(e.pose.x_m, -e.pose.y_m, -e.pose.heading_rad), -e.curvature_1pm) for e in (start, goal)]
@@ -147,8 +151,8 @@ def test_goals_far_behind_are_reached() -> None:
         for y in (-3.6576, 0.0, 30.0):
             for heading in (0.0, 1.5, math.pi):
                 goal = CurveEnd(PathPose(x, y, heading), 0.0)
-                for way in all_ways(steering, start, goal):
-                    check(way, start, goal, curvature, sharpness)
+                for transition in all_transitions(steering, start, goal):
+                    check(transition, start, goal, curvature, sharpness)
 
 
 def test_short_hops_do_not_wind_round() -> None:
@@ -156,13 +160,13 @@ def test_short_hops_do_not_wind_round() -> None:
     row = reference_rows()[4009]
     assert row["cc00_dubins_m"] > 10.6
     start, goal, curvature, sharpness = row_ends(row)
-    way = Steering(curvature, sharpness).between(start, goal)
-    assert PiecePath(start.pose, way).length_m == pytest.approx(6.5947, abs=1e-3)
+    transition = Steering(curvature, sharpness).between(start, goal)
+    assert PiecePath(start.pose, transition).length_m == pytest.approx(6.5947, abs=1e-3)
 
 
 @pytest.mark.parametrize("bent_ends", [False, True])
-def test_hardly_any_way_that_can_be_drawn_is_shorter(bent_ends: bool) -> None:
-    """Random profiles of less than full sharpness are feasible ways; ours are as short but for a few in a thousand."""
+def test_hardly_any_transition_that_can_be_drawn_is_shorter(bent_ends: bool) -> None:
+    """Random profiles of less than full sharpness are feasible paths; ours are as short but for a few in a thousand."""
     rng = np.random.default_rng(7)
     curvature, sharpness = 1.125, 2.1
     steering = Steering(curvature, sharpness)
@@ -176,18 +180,18 @@ def test_hardly_any_way_that_can_be_drawn_is_shorter(bent_ends: bool) -> None:
             drawn += [Piece((following - k) / share, k, share), Piece(rng.exponential(0.4), following)]
         path = PiecePath(ORIGIN, tuple(drawn))
         start, goal = CurveEnd(ORIGIN, float(ends[0])), CurveEnd(path.end, float(ends[1]))
-        way = PiecePath(ORIGIN, steering.between(start, goal))
-        longer += way.length_m > path.length_m * 1.01
+        transition = PiecePath(ORIGIN, steering.between(start, goal))
+        longer += transition.length_m > path.length_m * 1.01
     assert longer <= 5
 
 
-def test_curvatures_above_what_a_way_may_have_are_left_first() -> None:
+def test_curvatures_above_what_a_transition_may_have_are_left_first() -> None:
     curvature, sharpness = 1.9, 0.5
     steering = Steering(curvature, sharpness)
     assert steering.curvature_cap_1pm < 1.3
     start, goal = CurveEnd(ORIGIN, 1.9), CurveEnd(PathPose(9.0, 3.0, 1.0), -1.7)
-    for way in all_ways(steering, start, goal):
-        check(way, start, goal, curvature, sharpness)
+    for transition in all_transitions(steering, start, goal):
+        check(transition, start, goal, curvature, sharpness)
     measured = word_lengths(np.array([[*start.pose, 1.9]]), np.array([[*goal.pose, -1.7]]), curvature, sharpness)
     words = PiecePath(ORIGIN, through_straights(steering.words, start, goal))
     assert measured[0, 0] == pytest.approx(words.length_m, abs=TOLERANCE)
@@ -195,7 +199,11 @@ def test_curvatures_above_what_a_way_may_have_are_left_first() -> None:
 
 def test_turning_on_the_spot_leads_straight_there() -> None:
     start, goal = CurveEnd(ORIGIN, 0.0), CurveEnd(PathPose(0.0, 2.0, -math.pi / 2), 0.0)
-    spins = [way for way in Steering(1.125, 2.1).standing_ways(start, goal) if any(piece.spin_rad for piece in way)]
+    spins = [
+        transition
+        for transition in Steering(1.125, 2.1).standing_transitions(start, goal)
+        if any(piece.spin_rad for piece in transition)
+    ]
     forward, backward = spins
     assert forward[1] == Piece(2.0)
     assert abs(forward[0].spin_rad) + abs(forward[2].spin_rad) == pytest.approx(1.5 * math.pi)
@@ -203,10 +211,10 @@ def test_turning_on_the_spot_leads_straight_there() -> None:
 
 
 def test_going_back_a_little_is_reversing() -> None:
-    """The shortest way to a place straight behind is straight backward, with a cusp at each end."""
+    """The shortest transition to a place straight behind is straight backward, with a cusp at each end."""
     start, goal = CurveEnd(ORIGIN, 0.0), CurveEnd(PathPose(-1.0, 0.0, 0.0), 0.0)
-    ways = Steering(1.125, 2.1).standing_ways(start, goal)
-    assert min(PiecePath(ORIGIN, way).length_m for way in ways) == pytest.approx(1.0, abs=1e-9)
+    transitions = Steering(1.125, 2.1).standing_transitions(start, goal)
+    assert min(PiecePath(ORIGIN, transition).length_m for transition in transitions) == pytest.approx(1.0, abs=1e-9)
 
 
 @given(end_pairs())
@@ -214,10 +222,10 @@ def test_going_back_a_little_is_reversing() -> None:
 @settings(max_examples=50)
 def test_no_stretch_between_standstills_is_too_short_to_drive(ends: tuple[CurveEnd, CurveEnd, float, float]) -> None:
     start, goal, curvature, sharpness = ends
-    for way in Steering(curvature, sharpness).standing_ways(start, goal):
-        if any(piece.spin_rad for piece in way) or not cusps(way):
+    for transition in Steering(curvature, sharpness).standing_transitions(start, goal):
+        if any(piece.spin_rad for piece in transition) or not cusps(transition):
             continue
-        stretches = [sum(p.length_m for p in stretch) for _, stretch in groupby(way, key=lambda p: p.direction)]
+        stretches = [sum(p.length_m for p in stretch) for _, stretch in groupby(transition, key=lambda p: p.direction)]
         assert min(stretches) >= STRETCH_MIN_M * (1 - 1e-9)
 
 
@@ -244,7 +252,7 @@ def random_rows(count: int, box_m: float, curvature: float) -> Floats:
 
 
 @pytest.mark.parametrize("box_m", [2.5, 10.0, 80.0])
-def test_lengths_of_words_are_those_of_single_ways(box_m: float) -> None:
+def test_lengths_of_words_are_those_of_single_paths(box_m: float) -> None:
     curvature, sharpness = 1.125, 2.1
     starts, goals = random_rows(12, box_m, curvature), random_rows(15, box_m, curvature)
     starts[::3, 3] = 0.0
@@ -256,8 +264,8 @@ def test_lengths_of_words_are_those_of_single_ways(box_m: float) -> None:
     for i, s in enumerate(starts.tolist()):
         for j, g in enumerate(goals.tolist()):
             start, goal = CurveEnd(PathPose(*s[:3]), s[3]), CurveEnd(PathPose(*g[:3]), g[3])
-            way = through_straights(words, start, goal)
-            assert measured[i, j] == pytest.approx(PiecePath(start.pose, way).length_m, abs=TOLERANCE)
+            transition = through_straights(words, start, goal)
+            assert measured[i, j] == pytest.approx(PiecePath(start.pose, transition).length_m, abs=TOLERANCE)
 
 
 def test_weighted_turns_are_the_dearer_part_of_the_length() -> None:

@@ -1,4 +1,4 @@
-"""Constants of nature."""
+"""Physical constants."""
 
 from typing import Final
 

@@ -13,7 +13,7 @@ from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.fast_runner import Quiet
+from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.telemetry import Telemetry
 
 ARC = Curve.from_arc((4, 0), (4, 2), 1.5)
@@ -56,9 +56,9 @@ def session(scenario, listen_from, *, loop, follower="mpc", plan=PLAN, template=
     emulator = Emulator(vehicle or Vehicle(), scenario, OnboardConfig(follower=follower))
     emulator.load(plan, template)
     emulator.start()
-    quiet = Quiet(emulator)
+    runner = FastRunner(emulator)
     if loop:
-        quiet.run(listen_from)
+        runner.run(listen_from)
     else:
         for _ in range(listen_from):
             if emulator.active:
@@ -69,7 +69,7 @@ def session(scenario, listen_from, *, loop, follower="mpc", plan=PLAN, template=
     while emulator.active and emulator.tick_count < LONGEST_TICKS:
         if loop:
             most = min(at_once, LONGEST_TICKS - emulator.tick_count)
-            said += telemetry.after(quiet.step(telemetry.until_due(most), telemetry.rows))
+            said += telemetry.after(runner.step(telemetry.until_due(most), telemetry.rows))
         else:
             emulator.tick()
             said += telemetry.after_tick()
@@ -125,10 +125,10 @@ def test_commands_between_two_runs_act_as_between_ticks():
         emulator = Emulator(Vehicle(), Scenario(), OnboardConfig(follower="pure-pursuit"))
         emulator.load(PLAN, TEMPLATE)
         emulator.start()
-        quiet = Quiet(emulator)
+        runner = FastRunner(emulator)
         for command in (emulator.pause, emulator.resume, emulator.estop):
             for _ in range(1 if loop else 430):
-                quiet.run(430) if loop else emulator.tick()
+                runner.run(430) if loop else emulator.tick()
             if emulator.onboard.state != TraversalStatus.DONE:
                 command()
         for _ in range(100):
@@ -137,14 +137,14 @@ def test_commands_between_two_runs_act_as_between_ticks():
     assert ends[0] == ends[1]
 
 
-def test_nearly_all_ticks_are_quiet(monkeypatch):
+def test_nearly_all_ticks_are_nominal(monkeypatch):
     emulator = Emulator(Vehicle(), Scenario(), OnboardConfig(follower="pure-pursuit"))
     emulator.load(PLAN, TEMPLATE)
     emulator.start()
-    loud = []
-    monkeypatch.setattr(emulator, "tick", lambda tick=emulator.tick: (loud.append(emulator.tick_count), tick()))
-    quiet = Quiet(emulator)
+    alone = []
+    monkeypatch.setattr(emulator, "tick", lambda tick=emulator.tick: (alone.append(emulator.tick_count), tick()))
+    runner = FastRunner(emulator)
     while emulator.active:
-        quiet.run(100)
-    driving = [tick for tick in loud if 100 < tick < emulator.tick_count - 150]
+        runner.run(100)
+    driving = [tick for tick in alone if 100 < tick < emulator.tick_count - 150]
     assert len(driving) < 0.1 * emulator.tick_count

@@ -1,0 +1,89 @@
+"""The route of a coverage method: what is driven, piece by piece."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from enum import StrEnum
+from itertools import groupby, pairwise
+
+import shapely
+
+from touchline.services.planner.coverage.machine import CoverageMachine
+from touchline.services.planner.geometry.clothoid import Piece, PiecePath
+
+
+class DriveKind(StrEnum):
+    """What a piece of the route is there for."""
+
+    LAP = "lap"
+    LANE = "lane"
+    TURN = "turn"
+    TOUCH_UP = "touch-up"
+
+
+@dataclass(frozen=True)
+class DrivePiece:
+    """A stretch that is driven in one direction without a standstill inside.
+
+    Attributes:
+        kind: What it is there for.
+        label: In words, such as "lane 7".
+        path: Continuous in curvature; all its pieces have one direction.
+        worked: Whether it is there to be worked; the tool works wherever it passes.
+    """
+
+    kind: DriveKind
+    label: str
+    path: PiecePath
+    worked: bool
+
+    @property
+    def direction(self) -> int:
+        """1 forward, −1 backward."""
+        return self.path.pieces[0].direction
+
+
+@dataclass(frozen=True)
+class CoverageRoute:
+    """A way over an area.
+
+    Attributes:
+        pieces: In driving order; each begins at the pose at which the last one ended.
+        reachable: What of the area the tool can reach at all (m, map frame).
+        remarks: What the method could not do, in words.
+    """
+
+    pieces: tuple[DrivePiece, ...]
+    reachable: shapely.Polygon | shapely.MultiPolygon
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def length_m(self) -> float:
+        """Metres driven."""
+        return sum(piece.path.length_m for piece in self.pieces)
+
+    @property
+    def cusps(self) -> int:
+        """How often the direction of travel changes."""
+        return sum(a.direction != b.direction for a, b in pairwise(self.pieces))
+
+    def seconds(self, machine: CoverageMachine) -> float:
+        """From standstill to standstill, if nothing slows the machine down but its cusps."""
+        runs = groupby(self.pieces, key=lambda piece: piece.direction)
+        return sum(machine.run_s(sum(piece.path.length_m for piece in run)) for _, run in runs)
+
+
+def one_way(kind: DriveKind, label: str, path: PiecePath, *, worked: bool) -> Iterator[DrivePiece]:
+    """A path, parted where its direction of travel changes."""
+    at = path.start
+    for _, group in groupby(path.pieces, key=lambda piece: piece.direction):
+        part = PiecePath(at, tuple(group))
+        yield DrivePiece(kind, label, part, worked)
+        at = part.end
+
+
+def turned_back(path: PiecePath) -> PiecePath:
+    """The same path driven from its end to its start, the machine looking the same way: backward for forward."""
+    back: Iterable[Piece] = (
+        Piece(p.length_m, p.curvature_end_1pm, -p.sharpness_1pm2, -p.direction) for p in reversed(path.pieces)
+    )
+    return PiecePath(path.end, tuple(back))

@@ -1,0 +1,85 @@
+"""What a coverage method is asked to cover."""
+
+from dataclasses import dataclass
+
+import shapely
+
+from touchline.schemas.errors import PlanningError
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.template import Area, Template
+from touchline.services.planner.coverage.machine import CoverageMachine
+from touchline.services.planner.coverage.machine_of import machine_of
+from touchline.services.planner.plan_task import PlanTask
+
+
+@dataclass(frozen=True)
+class CoverageTask:
+    """One area, where the body may be, and how to cover it.
+
+    Attributes:
+        area: To be covered (m, map frame).
+        boundary: That the body does not leave (m, map frame); without one of the template, the area's own outline.
+        obstacles: That the body keeps off (m, map frame): the template's, and the holes of the area.
+        machine: That covers it.
+        forward_only: Whether it shall not reverse.
+        overlap_m: Least overlap of neighbouring lanes.
+        margin_m: Least distance of the body from boundary and obstacles.
+        laps: Along the outline; None: as many as it takes.
+        swath_angle_deg: Direction of the lanes, counter-clockwise from +x; None: which suits best.
+        coverage_pct: Touch up until so much of what can be reached is covered; 0: what is cheap.
+    """
+
+    area: shapely.Polygon
+    boundary: shapely.Polygon
+    obstacles: tuple[shapely.Polygon, ...]
+    machine: CoverageMachine
+    forward_only: bool = False
+    overlap_m: float = 0.03
+    margin_m: float = 0.05
+    laps: int | None = None
+    swath_angle_deg: float | None = None
+    coverage_pct: float = 0.0
+
+    @classmethod
+    def of(cls, task: PlanTask, area: Area) -> "CoverageTask":
+        """One area of a template.
+
+        Raises:
+            PlanningError: An option is out of its range; it names the option.
+        """
+        options, machine = task.options, machine_of(task.vehicle, task.limits)
+        _check(options, machine.width_m)
+        angle = options.swath_angle_deg.tolist() or [area.angle_deg]
+        return cls(
+            area.polygon,
+            _outline(task.template, area),
+            (*_kept_out(task.template), *(shapely.Polygon(ring) for ring in area.polygon.interiors)),
+            machine,
+            options.forward_only or not task.vehicle.drive.can_reverse,
+            options.overlap_m,
+            options.margin_m,
+            options.laps if options.laps >= 0 else None,
+            angle[0],
+            options.coverage_pct,
+        )
+
+
+def _outline(template: Template, area: Area) -> shapely.Polygon:
+    return shapely.Polygon(template.boundary.corners) if template.boundary else shapely.Polygon(area.outline)
+
+
+def _kept_out(template: Template) -> list[shapely.Polygon]:
+    return [shapely.Polygon(obstacle.corners) for obstacle in template.obstacles]
+
+
+def _check(options: PlanOptions, width_m: float) -> None:
+    asked = (
+        ("overlap_m", options.overlap_m, 0.0, 0.9 * width_m, "m"),
+        ("margin_m", options.margin_m, 0.0, 10.0, "m"),
+        ("laps", options.laps, -1, 100, "laps"),
+        ("coverage_pct", options.coverage_pct, 0.0, 100.0, "%"),
+        *(("swath_angle_deg", angle, -360.0, 360.0, "degrees") for angle in options.swath_angle_deg.tolist()),
+    )
+    for name, value, low, high, unit in asked:
+        if not low <= value <= high:
+            raise PlanningError("", f"has {name} = {value:g}", f"give {low:g} to {high:g} {unit}")

@@ -1,0 +1,101 @@
+"""Exactly: what the tool passes over along a path, and by how much the body leaves where it may be."""
+
+import math
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+import shapely
+
+from touchline.services.planner.coverage.machine import CoverageMachine
+from touchline.services.planner.geometry.clothoid import Floats, PiecePath
+
+Area = shapely.Polygon | shapely.MultiPolygon
+
+# Along bends the tool is looked at this often (m): between two places its ends are within a tenth of a millimetre.
+STEP_M = 0.05
+# The body is looked at this often (m).
+BODY_STEP_M = 0.05
+
+
+def swept(paths: Iterable[PiecePath], width_m: float) -> Area:
+    """What a tool of this width passes over that lies across the middle of its paths."""
+    quads = [quad for path in paths for quad in tool_quads(path, width_m)]
+    if not quads:
+        return shapely.Polygon()
+    shapes = shapely.polygons(np.concatenate(quads))
+    # A tool that turns about a place within its width folds its quad: its two triangles are then what it passes over.
+    folded = ~shapely.is_valid(shapes)
+    shapes[folded] = shapely.buffer(shapes[folded], 0.0)
+    return shapely.union_all(shapes)
+
+
+def tool_quads(path: PiecePath, width_m: float) -> list[Floats]:
+    """(n, 4, 2) corners of what the tool passes over from place to place, for each piece of a path."""
+    found = []
+    for index, piece in enumerate(path.pieces):
+        bent = piece.curvature_1pm != 0.0 or piece.sharpness_1pm2 != 0.0
+        count = 1 + math.ceil(piece.length_m / STEP_M) if bent else 2
+        x, y, heading, _ = PiecePath(path.knots[index], (piece,)).sample(np.linspace(0.0, piece.length_m, count))
+        across = 0.5 * width_m * np.column_stack((-np.sin(heading), np.cos(heading)))
+        middle = np.column_stack((x, y))
+        left, right = middle + across, middle - across
+        found.append(np.stack((left[:-1], left[1:], right[1:], right[:-1]), axis=1))
+    return found
+
+
+def body_outside_m(paths: Sequence[PiecePath], machine: CoverageMachine, free: Area) -> float:
+    """How far the body's corners and sides get out of the free area at most (m); 0 if they never do."""
+    shapely.prepare(free)
+    worst = 0.0
+    for path in paths:
+        count = 2 + math.ceil(path.length_m / BODY_STEP_M)
+        bodies = body_at(np.column_stack(path.sample(np.linspace(0.0, path.length_m, count))[:3]), machine)
+        for body in bodies[~shapely.contains_properly(free, bodies)]:
+            out = body.difference(free)
+            if not out.is_empty:
+                corners = shapely.points(shapely.get_coordinates(out))
+                worst = max(worst, float(shapely.distance(corners, free).max()))
+                # What pokes into the body, such as a post, is out by as much as it is inside.
+                worst = max(worst, _depth(body, free))
+    return worst
+
+
+def _depth(body: shapely.Polygon, free: Area) -> float:
+    corners = shapely.points(shapely.get_coordinates(free))
+    inside = corners[shapely.contains_properly(body, corners)]
+    return float(shapely.distance(inside, body.exterior).max()) if len(inside) else 0.0
+
+
+def body_at(poses: Floats, machine: CoverageMachine) -> np.ndarray:
+    """The body as a polygon at each of the poses (n, 3)."""
+    corners = np.array(machine.outline) @ np.array([[1.0], [1.0j]])
+    turned = poses[:, 0, None] + 1j * poses[:, 1, None] + np.exp(1j * poses[:, 2, None]) * corners[:, 0]
+    return np.asarray(shapely.polygons(np.stack((turned.real, turned.imag), axis=-1)))
+
+
+def swept_m2(paths: Iterable[PiecePath], width_m: float) -> float:
+    """What a tool of this width passes over, each place as often as it does (m²)."""
+    return float(
+        sum(shapely.area(shapely.polygons(quads)).sum() for path in paths for quads in tool_quads(path, width_m))
+    )
+
+
+def clearance_m(
+    paths: Sequence[PiecePath],
+    machine: CoverageMachine,
+    boundary: shapely.Polygon,
+    obstacles: Sequence[shapely.Polygon],
+) -> float:
+    """How far the body keeps off boundary and obstacles at least (m); negative: how far it is out or in at most."""
+    free = boundary.difference(shapely.union_all(obstacles)) if obstacles else boundary
+    out = body_outside_m(paths, machine, free)
+    if out > 0.0:
+        return -out
+    edges = shapely.union_all([boundary.exterior, *(obstacle.exterior for obstacle in obstacles)])
+    shapely.prepare(edges)
+    least = math.inf
+    for path in paths:
+        count = 2 + math.ceil(path.length_m / BODY_STEP_M)
+        bodies = body_at(np.column_stack(path.sample(np.linspace(0.0, path.length_m, count))[:3]), machine)
+        least = min(least, float(shapely.distance(bodies, edges).min()))
+    return least

@@ -1,0 +1,95 @@
+"""Where the machine may be: inside the boundary and off what is kept out, less a margin, heading by heading."""
+
+import math
+from functools import cached_property
+
+import numpy as np
+import shapely
+
+from touchline.services.planner.coverage.kernels.survey import Walls
+from touchline.services.planner.coverage.machine import CoverageMachine
+from touchline.services.planner.geometry.clothoid import Floats, PathPose
+
+Area = shapely.Polygon | shapely.MultiPolygon
+
+# Rounding of places on a wall (m): the body may be nearer by this than the margin.
+SLACK_M = 5e-4
+# A body that begins to turn swings out: in bends it may use up so much of the margin.
+SWING_SHARE = 0.4
+# Headings that differ by less (rad) are one.
+SAME_RAD = 1e-7
+# What is shorter (m) is no stretch.
+HAIR_M = 1e-6
+
+
+class FreeSpace:
+    """Places of the machine at which its body keeps the margin.
+
+    Attributes:
+        free: Where any of the body may be, the margin taken off.
+        machine: The machine.
+    """
+
+    def __init__(
+        self, boundary: shapely.Polygon, kept_out: list[shapely.Polygon], machine: CoverageMachine, margin_m: float
+    ) -> None:
+        """Corners of what is kept out stay corners, a margin further out."""
+        inside = boundary.buffer(-margin_m, join_style="mitre")
+        outside = [polygon.buffer(margin_m, join_style="mitre", mitre_limit=2.0) for polygon in kept_out]
+        self.free: Area = inside.difference(shapely.union_all(outside)) if outside else inside
+        self.machine = machine
+        outlines = [boundary, *kept_out]
+        self._edges = np.concatenate([_ring_edges(polygon.exterior) for polygon in outlines])
+        self._owner = np.repeat(np.arange(len(outlines)), [len(p.exterior.coords) - 1 for p in outlines])
+        self._margin_m = margin_m
+        self._at: dict[int, Area] = {}
+
+    @cached_property
+    def walls(self) -> Walls:
+        """As the kernels take it."""
+        body = np.array(self.machine.outline)
+        return Walls(self._edges, self._owner, body, (1.0 - SWING_SHARE) * self._margin_m)
+
+    @cached_property
+    def _parts(self) -> Floats:
+        """(n, 3, 2) triangles that make up the body, seen from the wall: mirrored at the origin."""
+        triangles = shapely.constrained_delaunay_triangles(shapely.Polygon(self.machine.outline))
+        return -np.array([shapely.get_coordinates(t)[:3] for t in shapely.get_parts(triangles)])
+
+    @cached_property
+    def _walls_of_free(self) -> Floats:
+        rings = [ring for part in shapely.get_parts(self.free) for ring in (part.exterior, *part.interiors)]
+        return np.concatenate([_ring_edges(ring) for ring in rings]) if rings else np.empty((0, 4))
+
+    def at(self, heading_rad: float) -> Area:
+        """Where the middle of the tool may be at a heading."""
+        key = round(math.remainder(heading_rad, math.tau) / SAME_RAD)
+        if key not in self._at:
+            c, s = math.cos(heading_rad), math.sin(heading_rad)
+            parts = self._parts @ np.array([[c, s], [-s, c]])
+            ends = self._walls_of_free.reshape(-1, 1, 2, 1, 2)
+            sums = (ends + parts[None, :, None]).reshape(-1, 6, 2)
+            hulls = shapely.convex_hull(
+                shapely.multipoints(sums.reshape(-1, 2), indices=np.repeat(np.arange(len(sums)), 6))
+            )
+            self._at[key] = self.free.difference(shapely.union_all(hulls)) if len(sums) else self.free
+        return self._at[key]
+
+    def stretches(self, pose: PathPose, ahead_m: float, behind_m: float) -> list[tuple[float, float]]:
+        """From where to where (m, along the heading) the machine may stand on a straight through a pose."""
+        direction = np.array((math.cos(pose.heading_rad), math.sin(pose.heading_rad)))
+        line = shapely.LineString([np.array(pose[:2]) - behind_m * direction, np.array(pose[:2]) + ahead_m * direction])
+        # A line along a wall lies on the border of where it may be: that border belongs to it.
+        room = self.at(pose.heading_rad).buffer(0.5 * SLACK_M, join_style="mitre")
+        found = []
+        for part in shapely.get_parts(room.intersection(line)):
+            points = shapely.get_coordinates(part)
+            along = (points - np.array(pose[:2])) @ direction
+            if len(points) > 1 and np.ptp(along) > HAIR_M:
+                found.append((float(along.min()), float(along.max())))
+        return sorted(found)
+
+
+def _ring_edges(ring: shapely.LinearRing) -> Floats:
+    corners = np.array(ring.coords)[:, :2]
+    return np.hstack((corners[:-1], corners[1:]))

@@ -1,0 +1,137 @@
+"""Lanes: straights side by side over what the laps leave, and the direction in which they are fewest."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import shapely
+
+from touchline.services.planner.coverage.cover_stroke import CoverStroke
+from touchline.services.planner.coverage.coverage_route import DriveKind
+from touchline.services.planner.coverage.free_space import Area, FreeSpace
+from touchline.services.planner.geometry.clothoid import Floats, PathPose
+
+# A turn from lane to lane is worth so many metres of a lane when directions are compared.
+TURN_M = 12.0
+# Directions that are compared beside those of the edges: every so many degrees.
+ANGLE_STEP_DEG = 5.0
+# Edges this close (rad) to the lanes' direction part cells; what is lower than this (m) is rounding.
+PARALLEL_RAD, HAIR_M = 1e-3, 1e-3
+# A lane with less to cover (m) is left to touching up.
+LANE_MIN_M = 0.3
+
+
+@dataclass(frozen=True)
+class Lane:
+    """A lane, to be driven one way or the other.
+
+    Attributes:
+        along: The stroke in the lanes' direction.
+        back: The one against it: begins where the other's tail would be at the wall.
+        row: Number of its level, from the lowest one.
+    """
+
+    along: CoverStroke
+    back: CoverStroke
+    row: int
+
+
+def lane_angle(rest: Area, pitch_m: float) -> float:
+    """The direction (rad) in which lanes over what is left take least, counting their turns."""
+    edges = [
+        math.atan2(dy, dx) % math.pi
+        for part in shapely.get_parts(rest)
+        for dx, dy in np.diff(shapely.get_coordinates(part.exterior), axis=0).tolist()
+    ]
+    angles = [*dict.fromkeys(round(a, 9) for a in edges), *np.radians(np.arange(0.0, 180.0, ANGLE_STEP_DEG)).tolist()]
+    return min(angles, key=lambda angle: _price_m(rest, angle, pitch_m))
+
+
+def _price_m(rest: Area, angle_rad: float, pitch_m: float) -> float:
+    rows = list(_rows(_frame(rest, -angle_rad), pitch_m))
+    return sum(b - a + TURN_M for _, _, extents in rows for a, b in extents)
+
+
+def lanes(rest: Area, angle_rad: float, pitch_m: float, space: FreeSpace) -> list[Lane]:
+    """Lanes over what is left, no further apart than the pitch, evenly between its edges along them.
+
+    They are carried on as far as it takes to cross a lap.
+
+    Args:
+        rest: What laps do not cover.
+        angle_rad: Direction of the lanes, counter-clockwise from +x of the map frame.
+        pitch_m: No lanes are further apart.
+        space: Where the machine may be.
+    """
+    found: list[Lane] = []
+    beyond = 1.5 * space.machine.width_m
+    for row, (level, _, extents) in enumerate(_rows(_frame(rest, -angle_rad), pitch_m)):
+        for a, b in extents:
+            ways = []
+            for from_x, heading in ((a, angle_rad), (b, angle_rad + math.pi)):
+                z = complex(from_x, level) * complex(math.cos(angle_rad), math.sin(angle_rad))
+                pose = PathPose(z.real, z.imag, heading)
+                stretch = max(
+                    space.stretches(pose, b - a + beyond, beyond),
+                    key=lambda s: min(s[1], b - a) - max(s[0], 0.0),
+                    default=(0.0, 0.0),
+                )
+                ways.append((pose.moved(complex(stretch[0], 0.0), 0.0), stretch[1] - stretch[0]))
+            if min(length for _, length in ways) >= LANE_MIN_M:
+                label = f"lane {len(found) + 1}"
+                along, back = (CoverStroke(DriveKind.LANE, label, start, length) for start, length in ways)
+                found.append(Lane(along, back, row))
+    return found
+
+
+def _rows(rest: Area, pitch_m: float) -> Iterator[tuple[float, float, list[tuple[float, float]]]]:
+    """Levels (m) of lanes along x, how high what they cover is, and from where to where there is something to cover."""
+    for low, high in pairwise(_borders(rest)):
+        count = max(1, math.ceil((high - low) / pitch_m - 1e-6))
+        height = (high - low) / count
+        for k in range(count):
+            level = low + (k + 0.5) * height
+            band = shapely.box(-1e5, level - 0.5 * height + HAIR_M, 1e5, level + 0.5 * height - HAIR_M)
+            yield level, height, _extents(rest.intersection(band))
+
+
+def _borders(rest: Area) -> list[float]:
+    """Levels of the lowest and the highest place, and of the edges along the lanes."""
+    _, low, _, high = rest.bounds
+    found = [low, high]
+    for part in shapely.get_parts(rest):
+        for ring in (part.exterior, *part.interiors):
+            points = shapely.get_coordinates(ring)
+            for (ax, ay), (bx, by) in pairwise(points.tolist()):
+                if abs(by - ay) <= PARALLEL_RAD * abs(bx - ax):
+                    found.append(0.5 * (ay + by))
+    kept = [low]
+    for level in sorted(found):
+        if level - kept[-1] > 0.25:
+            kept.append(level)
+    kept[-1] = high if high - kept[-1] <= 0.25 else kept[-1]
+    return kept if kept[-1] == high else [*kept, high]
+
+
+def _extents(part: shapely.Geometry) -> list[tuple[float, float]]:
+    pieces = shapely.get_parts(part)
+    bounds = sorted((a, b) for a, _, b, _ in shapely.bounds(pieces[shapely.area(pieces) > HAIR_M**2]).tolist())
+    merged: list[tuple[float, float]] = []
+    for a, b in bounds:
+        if merged and a <= merged[-1][1]:
+            merged[-1] = (merged[-1][0], max(merged[-1][1], b))
+        else:
+            merged.append((a, b))
+    return [(a, b) for a, b in merged if b - a >= LANE_MIN_M]
+
+
+def _frame(shape: Area, angle_rad: float) -> Area:
+    """The shape turned about the origin."""
+    c, s = math.cos(angle_rad), math.sin(angle_rad)
+
+    def turn(points: Floats) -> Floats:
+        return np.column_stack((c * points[:, 0] - s * points[:, 1], s * points[:, 0] + c * points[:, 1]))
+
+    return shapely.transform(shape, turn)

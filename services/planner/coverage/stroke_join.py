@@ -1,0 +1,172 @@
+"""The way from the end of one stroke to the beginning of the next."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from touchline.services.planner.coverage.cover_stroke import CoverStroke
+from touchline.services.planner.coverage.coverage_route import DriveKind
+from touchline.services.planner.coverage.free_space import FreeSpace
+from touchline.services.planner.coverage.kernels.survey import Join, Mover, survey
+from touchline.services.planner.coverage.stroke_map import StrokeMap
+from touchline.services.planner.geometry.clothoid import Floats, PathPose, Piece, PiecePath, joined
+from touchline.services.planner.steering.circles import circle
+from touchline.services.planner.steering.turns import ContinuousTurn
+from touchline.services.planner.steering.words import words
+
+# A word may begin and end so far (m) from the ends of its strokes: first looked at every metre, then around the best.
+ZONE_M, COARSE_M, FINE_M = 12.0, 1.0, 0.25
+# Beside a wall the tail swings out at the beginning of a turn: on its way back the machine slides so far (m) off it.
+SLIDE_M = 0.2
+# So many ways are looked at, the quickest first.
+MOST_TRIED = 2500
+
+
+@dataclass(frozen=True)
+class StrokeJoin:
+    """How one stroke is left and the next one joined.
+
+    Attributes:
+        leave_m: So far the first stroke is driven.
+        depart_m: It is left for good beside this place; less than `leave_m` after a way back.
+        way: From where the first stroke is left to the second one.
+        arrive_m: There, on the second stroke, the way ends.
+        begin_m: From there it is driven; less than `arrive_m` after a way back.
+        seconds: For the end zones and what lies between.
+        gained_m2: What only that passes over.
+    """
+
+    leave_m: float
+    depart_m: float
+    way: PiecePath
+    arrive_m: float
+    begin_m: float
+    seconds: float
+    gained_m2: float
+
+
+class Joiner:
+    """Finds the ways, given the machine, where it may be, and what the plan covers so far."""
+
+    def __init__(self, space: FreeSpace, covered: StrokeMap, seconds_per_m2: float, *, reversing: bool) -> None:
+        """A square metre is worth so many seconds."""
+        machine = space.machine
+        self.space, self.covered, self.seconds_per_m2, self.reversing = space, covered, seconds_per_m2, reversing
+        self.turn = ContinuousTurn(machine.curvature_max_1pm, machine.sharpness_max_1pm2)
+        root = math.sqrt(machine.sharpness_max_1pm2)
+        self.mover = Mover(
+            circle(machine.curvature_max_1pm / root),
+            root,
+            0.5 * machine.width_m,
+            machine.speed_mps,
+            machine.acceleration_mps2,
+        )
+
+    def best(
+        self, first: CoverStroke, last: CoverStroke, first_from_m: float = 0.0, last_to_m: float = math.inf
+    ) -> StrokeJoin | None:
+        """The best way; None if there is none without touching anything.
+
+        The strokes' zones must not be counted as covered when it is called.
+
+        Args:
+            first: Is left beyond `first_from_m`.
+            last: Is joined before `last_to_m`.
+            first_from_m: See first.
+            last_to_m: See last.
+        """
+        last_to_m = min(last_to_m, last.length_m)
+        leaves = _places(first.length_m - np.arange(0.0, ZONE_M + COARSE_M, COARSE_M), first_from_m, first.length_m)
+        joins = _places(np.arange(0.0, ZONE_M + COARSE_M, COARSE_M), 0.0, last_to_m)
+        zone = self.zones(first, last, first_from_m, last_to_m)
+        best = self._among(first, last, zone, self._leave(first, leaves), self._join(joins))
+        if best is None:
+            return None
+        around = np.arange(-COARSE_M + FINE_M, COARSE_M, FINE_M)
+        leaves = _places(best.depart_m + around, zone[0], first.length_m)
+        joins = _places(best.arrive_m + around, 0.0, zone[1])
+        leave = self._leave(first, leaves, back=best.leave_m > best.depart_m)
+        join = self._join(joins, back=best.begin_m < best.arrive_m)
+        return self._among(first, last, zone, leave, join) or best
+
+    def zones(
+        self, first: CoverStroke, last: CoverStroke, first_from_m: float, last_to_m: float
+    ) -> tuple[float, float]:
+        """Where the end zone of the first stroke begins and the begin zone of the last one ends (m along each)."""
+        return max(first.length_m - ZONE_M, first_from_m), min(ZONE_M, last_to_m, last.length_m)
+
+    def _leave(self, stroke: CoverStroke, places: Floats, back: bool | None = None) -> Floats:
+        """Rows (how far the stroke is driven, how far back, slide); beside a wall the tail needs the slide."""
+        there = np.column_stack((places, np.zeros((len(places), 2))))
+        behind = stroke.length_m - places[places < stroke.length_m]
+        sides = (-1.0, 0.0, 1.0) if stroke.kind == DriveKind.LAP else (0.0,)
+        rows = [
+            np.column_stack((np.full_like(behind, stroke.length_m), behind, np.full_like(behind, side)))
+            for side in sides
+        ]
+        return _either(there, np.concatenate(rows), back, self.reversing)
+
+    def _join(self, places: Floats, back: bool | None = None) -> Floats:
+        """Rows (where the word ends, from where the stroke is driven)."""
+        there = np.column_stack((places, places))
+        returned = np.column_stack((places, np.zeros(len(places))))
+        return _either(there, returned[places > 0.0], back, self.reversing)
+
+    def _among(
+        self, first: CoverStroke, last: CoverStroke, zone: tuple[float, float], leave: Floats, join: Floats
+    ) -> StrokeJoin | None:
+        slide = self._slide(-first.direction)
+        slid = PiecePath(PathPose(0.0, 0.0, 0.0), slide).end
+        asked = Join(
+            np.array(first.at(zone[0])),
+            float(first.direction),
+            leave - np.array((zone[0], 0.0, 0.0)),
+            np.array([piece[:4] for piece in slide]),
+            np.array(slid[:2]),
+            np.array(last.start),
+            float(last.direction),
+            zone[1],
+            join,
+            self.reversing,
+        )
+        best = survey(asked, self.space.walls, self.mover, self.covered.grid, self.seconds_per_m2, MOST_TRIED)
+        if not math.isfinite(best[0]):
+            return None
+        _, seconds, gained, i, j, direction = best[:6].tolist()
+        leave_m, behind_m, side = leave[int(i)].tolist()
+        arrive_m, begin_m = join[int(j)].tolist()
+        back = [Piece(behind_m, direction=-first.direction)] if behind_m else []
+        back += slide if side > 0.0 else [piece.mirrored() for piece in slide] if side < 0.0 else []
+        behind = PiecePath(first.at(leave_m), joined(back))
+        word = self._word(behind.end, last.at(arrive_m), int(direction), float(best[7]))
+        way = PiecePath(behind.start, (*behind.pieces, *word))
+        return StrokeJoin(leave_m, leave_m - behind_m, way, arrive_m, begin_m, seconds, gained)
+
+    def _slide(self, direction: int) -> tuple[Piece, ...]:
+        """Two bends that lead to the left by `SLIDE_M`."""
+        sharpness = self.space.machine.sharpness_max_1pm2
+        ramp = (0.5 * SLIDE_M / sharpness) ** (1.0 / 3.0)
+        peak = sharpness * ramp
+        signs = ((0.0, 1.0), (peak, -1.0), (0.0, -1.0), (-peak, 1.0))
+        return tuple(Piece(ramp, bend, sign * sharpness, direction) for bend, sign in signs)
+
+    def _word(self, start: PathPose, goal: PathPose, direction: int, length_m: float) -> tuple[Piece, ...]:
+        """The word of this length between two poses, to the last digit; driven backward where the direction is −1."""
+        about = 0.0 if direction > 0 else math.pi
+        ends = (pose._replace(heading_rad=pose.heading_rad + about) for pose in (start, goal))
+        word = min(words(*ends, self.turn), key=lambda w: abs(w.length(self.turn) - length_m))
+        pieces = word.pieces(self.turn)
+        if direction < 0:
+            pieces = tuple(Piece(p.length_m, -p.curvature_1pm, -p.sharpness_1pm2, -1) for p in pieces)
+        return pieces
+
+
+def _places(places: Floats, low: float, high: float) -> Floats:
+    return np.unique(np.clip(places, low, high))
+
+
+def _either(there: Floats, returned: Floats, back: bool | None, reversing: bool) -> Floats:
+    if back is None:
+        return np.concatenate((there, returned)) if reversing else there
+    return returned if back and len(returned) else there

@@ -1,0 +1,54 @@
+"""The raster on which strokes and ways are counted while a plan grows."""
+
+import math
+
+import numpy as np
+import shapely
+
+from touchline.services.planner.coverage.free_space import Area
+from touchline.services.planner.coverage.kernels.grid import Grid, ask, fill, pass_path, uncovered
+from touchline.services.planner.geometry.clothoid import Floats, PiecePath
+
+# Cells of 5 cm up to a field of about a hectare; then as many cells, and larger ones.
+CELL_M = 0.05
+MOST_CELLS = 4_000_000
+
+
+class StrokeMap:
+    """How often each place of an area is passed over."""
+
+    def __init__(self, wanted: Area, width_m: float, cell_m: float | None = None) -> None:
+        """All of the area is uncovered; cells are as small as is worth it unless said."""
+        left, low, right, high = wanted.bounds
+        size = cell_m or max(CELL_M, math.sqrt((right - left) * (high - low) / MOST_CELLS))
+        shape = (math.ceil((high - low) / size) + 1, math.ceil((right - left) / size) + 1)
+        seen, question = np.zeros(shape, np.int32), np.zeros(1, np.int32)
+        self.grid = Grid(left, low, size, np.zeros(shape, np.bool_), np.zeros(shape, np.int16), seen, question)
+        self.half_width_m = 0.5 * width_m
+        for part in shapely.get_parts(wanted):
+            rings = [np.array(ring.coords)[:, :2] for ring in (part.exterior, *part.interiors)]
+            edges = np.concatenate([np.hstack((ring[:-1], ring[1:])) for ring in rings])
+            # Each part by itself, so that parts need not be looked at together.
+            fill(edges, self.grid, True)
+
+    def add(self, path: PiecePath, change: int = 1) -> float:
+        """Count a path; how much of what it passes over was uncovered (m²)."""
+        ask(self.grid)
+        table: Floats = np.array([piece[:4] for piece in path.pieces], dtype=np.float64).reshape(-1, 4)
+        start = np.array(path.start, dtype=np.float64)
+        found = pass_path(start, table, len(table), self.half_width_m, self.grid, change)
+        return float(found) * self.grid.cell_m**2
+
+    def take(self, path: PiecePath) -> None:
+        """Count a path no more."""
+        self.add(path, -1)
+
+    @property
+    def wanted_m2(self) -> float:
+        """What is to be covered."""
+        return float(np.count_nonzero(self.grid.wanted)) * self.grid.cell_m**2
+
+    @property
+    def missed_m2(self) -> float:
+        """What is not covered."""
+        return float(uncovered(self.grid)) * self.grid.cell_m**2

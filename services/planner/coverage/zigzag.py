@@ -1,0 +1,165 @@
+"""Area method `zigzag`: the published study's way over a field for a roller, restated, as a baseline.
+
+Lanes lie W/η apart (η: how often a place is rolled). At the end of a lane the machine slides to the next one by an S of
+two arcs at full steering, β to one side and β back, in its direction of travel; there it reverses, and drives the next
+lane the other way. The study steers by a costmap, sampled at the tool alone: 0 inside, rising towards the edge that
+lies ahead. Its rim is as wide as the S is long, so that the cost exceeds `pausing` where an S just fits, and `stopping`
+only beyond the edge. The body behind the tool is ignored, and the arcs meet with a step in curvature: both are the
+study's, and said in the route's remarks.
+"""
+
+import cmath
+import math
+from dataclasses import dataclass
+
+import shapely
+
+from touchline.schemas.errors import PlanningError
+from touchline.services.planner.coverage.coverage_route import CoverageRoute, DriveKind, DrivePiece
+from touchline.services.planner.coverage.machine import CoverageMachine
+from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
+
+# Further than any field is wide (m).
+FAR_M = 1e5
+# What is left of a lane by rounding (m).
+HAIR_M = 1e-9
+REMARKS = (
+    "the body is ignored: only the tool keeps inside the field",
+    "curvature steps within a change of lane: the machine would have to stand to steer",
+)
+
+
+@dataclass(frozen=True)
+class ZigzagOptions:
+    """The study's figures.
+
+    Attributes:
+        overlapping: How often each place is rolled.
+        pausing: A lane is driven on until the cost ahead exceeds this.
+        stopping: No slide goes where the cost exceeds this.
+        stopping_bound_m: The lane that is nearer than this to the last edge is the last one.
+    """
+
+    overlapping: float = 1.0
+    pausing: float = 2.0
+    stopping: float = 50.0
+    stopping_bound_m: float = 1.5
+
+
+def slide_angle(width_m: float, overlapping: float, wheelbase_m: float, steering_max_rad: float) -> float:
+    """β (rad): how far an S at full steering turns to change lane.
+
+    Raises:
+        PlanningError: Lanes are further apart than two turning circles.
+    """
+    return _slide_angle(width_m / overlapping, math.tan(steering_max_rad) / wheelbase_m)
+
+
+def _slide_angle(apart_m: float, curvature_1pm: float) -> float:
+    if apart_m * curvature_1pm > 4.0:
+        problem = f"has lanes {apart_m:g} m apart, more than two turning circles ({4.0 / curvature_1pm:.2f} m)"
+        raise PlanningError("", problem, "steer further or roll each place more often")
+    # 1 − cos β = 2·sin²(β/2), which is exact for a small β too.
+    return 2.0 * math.asin(0.5 * math.sqrt(apart_m * curvature_1pm))
+
+
+def zigzag(
+    area: shapely.Polygon, machine: CoverageMachine, options: ZigzagOptions | None = None, angle_rad: float = 0.0
+) -> CoverageRoute:
+    """The study's way over an area, from its upper left corner as seen along the lanes.
+
+    Args:
+        area: May have holes; a lane that meets one ends there, and what lies behind it is missed.
+        machine: That shall cover it.
+        options: The study's own by default.
+        angle_rad: Direction of the first lane, counter-clockwise from +x of the map frame.
+
+    Raises:
+        PlanningError: The machine cannot reverse, the lanes are too far apart, or there is no room for a lane.
+    """
+    options = options or ZigzagOptions()
+    if not machine.can_reverse:
+        raise PlanningError("", "cannot be planned by zigzag forward only", "use another method, or let it reverse")
+    apart, radius = machine.width_m / options.overlapping, 1.0 / machine.curvature_max_1pm
+    beta = _slide_angle(apart, machine.curvature_max_1pm)
+    rim = _Rim(2.0 * radius * math.sin(beta), options)
+    field = shapely.transform(area, lambda points: _turned(points, -angle_rad))
+    pieces: list[DrivePiece] = []
+    _, low, _, high = field.bounds
+    # Half a width inside, or half a lane where lanes overlap more than once.
+    y, direction = high - 0.5 * apart, 1
+    x = _room(field, FAR_M, y, -1)
+    while True:
+        ahead = _room(field, x, y, direction)
+        straight = rim.pause_m(direction * (ahead - x))
+        slid = x + direction * (straight + rim.slide_m), y - apart
+        last = y - low < options.stopping_bound_m or rim.cost(_margin(field, *slid)) > options.stopping
+        name = f"lane {len(pieces) // 2 + 1}"
+        if last:
+            straight = direction * (ahead - x)
+        if straight <= HAIR_M:
+            break
+        pose = _in_map(x, y, angle_rad)
+        lane = PiecePath(pose, (Piece(straight, direction=direction),))
+        pieces.append(DrivePiece(DriveKind.LANE, name, lane, worked=True))
+        if last:
+            break
+        # To the lower side, whichever way: the first bend turns the direction of travel there.
+        bend = Piece(beta * radius, -machine.curvature_max_1pm, direction=direction)
+        slide = PiecePath(lane.end, (bend, bend.mirrored()))
+        pieces.append(DrivePiece(DriveKind.TURN, f"{name}, change", slide, worked=False))
+        (x, y), direction = slid, -direction
+    if not pieces:
+        raise PlanningError("", "has no room for a lane of zigzag", "turn the lanes or use another method")
+    return CoverageRoute(tuple(pieces), area, REMARKS)
+
+
+@dataclass(frozen=True)
+class _Rim:
+    """The costmap's rim, which is as wide (m) as a change of lane is long."""
+
+    slide_m: float
+    options: ZigzagOptions
+
+    def cost(self, inside_m: float) -> float:
+        """0…100 at so many metres before the edge ahead: `pausing` at the rim, `stopping` at the edge, 100 beyond."""
+        if inside_m < -HAIR_M:
+            return 100.0
+        ratio = self.options.pausing / self.options.stopping
+        return float(self.options.stopping * ratio ** (inside_m / self.slide_m))
+
+    def pause_m(self, ahead_m: float) -> float:
+        """How far to drive on until the cost exceeds `pausing`."""
+        return ahead_m - self.slide_m
+
+
+def _room(field: shapely.Polygon, x: float, y: float, direction: int) -> float:
+    """Where a ray along x from inside the field first leaves it; from far away: where it first enters."""
+    ray = shapely.LineString([(x if abs(x) < FAR_M else -FAR_M, y), (direction * FAR_M, y)])
+    if abs(x) >= FAR_M:
+        ray = shapely.LineString([(-FAR_M, y), (FAR_M, y)])
+    parts = sorted(part.bounds for part in shapely.get_parts(field.intersection(ray)) if part.length > HAIR_M)
+    if not parts:
+        return x
+    if abs(x) >= FAR_M:
+        return float(parts[0][0])
+    return float(parts[0][2] if direction > 0 else parts[-1][0])
+
+
+def _margin(field: shapely.Polygon, x: float, y: float) -> float:
+    """How far a place is inside the field; negative outside (m)."""
+    place = shapely.Point(x, y)
+    distance = float(shapely.distance(place, field.boundary))
+    return distance if field.covers(place) or distance < HAIR_M else -distance
+
+
+def _turned(points, angle_rad):  # type: ignore[no-untyped-def]
+    import numpy as np
+
+    z = (points[:, 0] + 1j * points[:, 1]) * cmath.rect(1.0, angle_rad)
+    return np.column_stack((z.real, z.imag))
+
+
+def _in_map(x: float, y: float, angle_rad: float) -> PathPose:
+    z = complex(x, y) * cmath.rect(1.0, angle_rad)
+    return PathPose(z.real, z.imag, angle_rad)

@@ -1,0 +1,93 @@
+"""Lines to be marked, and areas as swaths: from a template to the route along them."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from touchline.schemas.errors import PlanningError
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.vehicles import Vehicle
+from touchline.services.planner.budget import Progress
+from touchline.services.planner.collision.checker import CollisionChecker
+from touchline.services.planner.coverage.area_method import CoverageMethod, area_method_of
+from touchline.services.planner.coverage.area_swaths import painted_segments
+from touchline.services.planner.geometry.clothoid import Floats, PathPose
+from touchline.services.planner.limits import Limits
+from touchline.services.planner.method_choice import method_of
+from touchline.services.planner.plan_task import PlanTask
+from touchline.services.planner.route.itinerary import ItineraryBuilder
+from touchline.services.planner.route.route import route
+from touchline.services.planner.route.worked_route import WetCrossings, WorkedRoute
+from touchline.services.planner.sequencing.unavoidable import unavoidable_crossings
+from touchline.services.planner.sequencing.wet import Wheels
+from touchline.services.planner.swaths.offset import modes
+from touchline.services.planner.swaths.swaths import Painting, swaths
+from touchline.services.planner.tour import arranged, crossing_cost_s, drying_s, ordering, refuse_too_many
+from touchline.services.planner.transitions.transitions import REVERSING, SPINNING, TransitionFamily
+
+# A pose further out than this (m) is a mistake.
+POSE_MAX = 20_000.0
+
+
+def marked(task: PlanTask, progress: Progress, enough: Callable[[], bool]) -> WorkedRoute:
+    """The route along the lines of a template and the swaths of its areas.
+
+    Args:
+        task: What is to be planned.
+        progress: Told the stage and the fraction of it that is done.
+        enough: Asked now and then whether to take the best order so far.
+
+    Raises:
+        PlanningError: An option, a segment or an area cannot be met; it names which and what to do.
+    """
+    template, vehicle, options = task.template, task.vehicle, task.options
+    segments = template.segments
+    if template.areas:
+        method = area_method_of(options, vehicle.tool)
+        assert not isinstance(method, CoverageMethod), "which makes a route instead of swaths"
+        segments = painted_segments(template, vehicle.tool.width_m, method)
+    refuse_too_many(len(segments))
+    transitions = transitions_of(vehicle, options, task.limits)
+    start, end = _pose("start", options.start), _end(options)
+    wheels = Wheels.of(vehicle, template.line_width_m, drying_s(vehicle, options))
+    painting = Painting.of(vehicle, task.limits, options)
+
+    choices = modes(segments, vehicle, task.limits.curvature_max_1pm, free=ordering(options))
+    driver = ItineraryBuilder(
+        transitions,
+        painting,
+        CollisionChecker.of(template, vehicle),
+        wheels,
+        crossing_cost_s(options),
+        start,
+        end,
+        options.return_to_start,
+    )
+    drive = arranged(swaths(choices, painting, free=ordering(options)), driver, options, progress, enough)
+    unavoidable = unavoidable_crossings(drive.strokes, drive.over, choices, wheels)
+    return WorkedRoute(route(drive), WetCrossings(drive.wet_crossings, unavoidable))
+
+
+def transitions_of(vehicle: Vehicle, options: PlanOptions, limits: Limits) -> TransitionFamily:
+    """The transitions of the method that the options name ("" is the default), with what the vehicle may do.
+
+    Raises:
+        PlanningError: There is no such method.
+    """
+    able = {REVERSING: vehicle.drive.can_reverse, SPINNING: vehicle.drive.can_spin}
+    standing = frozenset(skill for skill, can in able.items() if can and not options.forward_only)
+    return replace(method_of(options).transitions(limits), standing=standing)
+
+
+def _pose(name: str, given: Floats) -> PathPose | None:
+    if not len(given):
+        return None
+    pose = PathPose(*given.tolist()) if len(given) == len(PathPose._fields) else None
+    if pose is None or not all(abs(value) < POSE_MAX for value in pose):
+        raise PlanningError("", f"has an unusable {name} pose", "give x (m), y (m) and heading (rad) on the field")
+    return pose
+
+
+def _end(options: PlanOptions) -> PathPose | None:
+    if options.return_to_start and len(options.end):
+        raise PlanningError("", "shall end where it began and at another pose", "give one of both")
+    return _pose("end", options.end)
