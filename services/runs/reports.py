@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from touchline.schemas.messages import AreaReport, PlanReport, SegmentPaint, TraversalReport
+from touchline.schemas.messages import AreaReport, PlannedCoverage, PlanReport, SegmentPaint, TraversalReport
 
 
 def plan_figures(report: PlanReport) -> dict[str, Any]:
@@ -46,7 +46,27 @@ def plan_figures(report: PlanReport) -> dict[str, Any]:
         "standstills": {"cusps": report.cusps, "spins": report.spins},
         "wet_crossings": {"total": report.wet_crossings, "unavoidable": report.wet_crossings_unavoidable},
         "estimate": {"paint_l": report.paint_l, "battery_wh": report.battery_wh},
+        **({"coverage": planned_coverage_figures(report.coverage[0])} if report.coverage else {}),
         "planning_time_s": report.planning_time_s,
+    }
+
+
+def planned_coverage_figures(coverage: PlannedCoverage) -> dict[str, Any]:
+    """How a plan covers its area."""
+    return {
+        "method": coverage.method,
+        "area_m2": coverage.area_m2,
+        "covered_m2": coverage.covered_m2,
+        "coverage_pct": coverage.coverage_pct,
+        "of_reachable_pct": coverage.reachable_pct,
+        "reachable_m2": coverage.reachable_m2,
+        "overlap_m2": coverage.overlap_m2,
+        "body_outside_m": coverage.body_outside_m,
+        "lanes": coverage.lanes,
+        "laps": coverage.laps,
+        "swath_angle_deg": coverage.swath_angle_deg,
+        "notes": list(coverage.notes),
+        "missed": [{"x_m": patch.x_m, "y_m": patch.y_m, "area_m2": patch.area_m2} for patch in coverage.missed],
     }
 
 
