@@ -13,7 +13,7 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.schemas.vehicles.shipped import CLAY_ROLLER
 from touchline.services.planner.plan import plan
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.fast_runner import Quiet
+from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.recovery_state import Remains
 from touchline.services.robot_sim.telemetry import Telemetry
 from touchline.services.runs.reports import work_report
@@ -36,14 +36,14 @@ def robot():
     return emulator, Telemetry(emulator)
 
 
-def session(trajectory, *, quiet):
+def session(trajectory, *, fast):
     emulator, telemetry = robot()
     emulator.load(trajectory, PAN)
     said = telemetry.loaded(trajectory, PAN)
     emulator.start()
-    runner = Quiet(emulator)
+    runner = FastRunner(emulator)
     while emulator.active:
-        if quiet:
+        if fast:
             said += telemetry.after(runner.step(telemetry.until_due(1000), telemetry.rows))
         else:
             emulator.tick()
@@ -53,7 +53,7 @@ def session(trajectory, *, quiet):
 
 @pytest.fixture(scope="module")
 def driven(trajectory):
-    return session(trajectory, quiet=True)
+    return session(trajectory, fast=True)
 
 
 def of(said, topic):
@@ -61,7 +61,7 @@ def of(said, topic):
 
 
 def test_it_tells_of_the_area_while_it_works_and_in_the_end(driven):
-    telemetry, said = driven
+    _, said = driven
     live, (report,) = of(said, topics.AREA), of(said, topics.AREA_REPORT)
     covered = [each.coverage_pct for each in live]
     assert covered == sorted(covered) and covered[0] < 5.0
@@ -90,7 +90,7 @@ def test_the_reports_are_the_last_that_is_said(driven):
 
 
 def test_ticks_one_by_one_say_the_same(driven, trajectory):
-    _, said = session(trajectory, quiet=False)
+    _, said = session(trajectory, fast=False)
     assert said == driven[1]
 
 
@@ -107,7 +107,7 @@ def test_another_process_goes_on_and_has_the_figures_of_both(driven, trajectory)
     telemetry.standing()
     before_m2 = after.account.standing.covered_m2
     after.start()
-    Quiet(after).run(100_000)
+    FastRunner(after).run(100_000)
     assert after.onboard.state == m.TraversalStatus.DONE
     telemetry.standing()
     assert 10.0 < before_m2 < 45.0
