@@ -121,6 +121,10 @@ class RearSteeredDrive(DriveSpec):
             ),
         )
 
+    def steering_rad(self, speed_mps: float, yaw_rate_radps: float) -> float | None:
+        """The rear wheel's."""
+        return -math.atan(self.wheelbase_m * yaw_rate_radps / speed_mps) if speed_mps else None
+
     @property
     def contacts(self) -> tuple[GroundContact, ...]:
         """The drum's halves, left and right, and the steered wheel."""

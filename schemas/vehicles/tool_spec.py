@@ -37,11 +37,6 @@ class ToolSpec(Spec):
         return self.flow_lps > 0.0
 
     @property
-    def covers(self) -> bool:
-        """Whether areas are what it works on: it goes over all of the ground, and leaves nothing on it."""
-        return False
-
-    @property
     def capacity_l(self) -> float:
         """What its tank holds."""
         return 0.0

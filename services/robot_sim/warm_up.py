@@ -12,9 +12,11 @@ from touchline.schemas.curves import Curve
 from touchline.schemas.setup import Setup
 from touchline.services import onboard
 from touchline.services.onboard.interface import STANDSTILL
+from touchline.services.robot_sim.accounting.area_raster import AreaRaster
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.paint.ledger import PaintLedger
+from touchline.services.robot_sim.paint.projection import POINT_COLUMNS
 from touchline.services.robot_sim.paint.smears import smearing
 from touchline.services.robot_sim.paint.targets import Target
 from touchline.services.robot_sim.paint.track import Track
@@ -49,6 +51,8 @@ def _compiled() -> int:
 
 
 def _exercise(name: str, setup: Setup) -> None:
+    import shapely
+
     vehicle, scenario = setup.vehicle, setup.scenario
     if name == _LOOP:
         emulator = Emulator(vehicle, scenario.model_copy(update={"faults": (), "start": None}), setup.onboard)
@@ -74,3 +78,5 @@ def _exercise(name: str, setup: Setup) -> None:
         track = Track()
         track.enter(1, world.pose, ledger.points)
         smearing(ledger, track, vehicle)
+    elif name == "paint" and vehicle.tool.covers:
+        AreaRaster([shapely.box(0.0, 0.0, 1.0, 1.0)], vehicle.tool.width_m).take(np.zeros((1, POINT_COLUMNS)))

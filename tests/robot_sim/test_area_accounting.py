@@ -88,6 +88,16 @@ def test_a_gap_between_two_lanes_is_as_wide_as_it_is(angle: float) -> None:
     assert standing.area_m2 - standing.covered_m2 == pytest.approx(gap_m * length_m, rel=0.15)
 
 
+def test_a_long_bend_leaves_no_slivers_where_its_strip_is_cut() -> None:
+    rolled = Rolled(field()).along(bend(10.0, 1.3, 0.0, 0.27, 1.2 * math.pi / 0.27))
+    swept, twice = swept_ground(rolled.ledger.strokes())
+    assert swept.area == pytest.approx(1.2 * math.pi / 0.27 * WIDTH_M, rel=1e-4)
+    assert swept.geom_type == "Polygon" and not swept.interiors
+    left = shapely.difference(swept.buffer(0.02, join_style="mitre").buffer(-0.02, join_style="mitre"), swept)
+    assert left.area < 1e-4
+    assert twice.area < 0.01
+
+
 def test_lanes_that_touch_leave_nothing_and_overlap_nowhere_but_where_they_lie_over_one_another() -> None:
     rolled = Rolled(field(20.0, 2.0 * WIDTH_M))
     rolled.along(line((-1.0, 1.1), (21.0, 1.1)))

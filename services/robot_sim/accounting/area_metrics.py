@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 
 from touchline.schemas.template import Template
-from touchline.services.core.reachable import reachable
+from touchline.services.core.tool_reach import reachable
 from touchline.services.robot_sim.accounting.area_account import AreaAccount
 from touchline.services.robot_sim.accounting.body_outside import body_outside_m
 from touchline.services.robot_sim.accounting.planned_way import off_the_way_m, planned_way

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,17 +52,31 @@ Integers = NDArray[np.int64]
 Bytes = NDArray[np.uint8]
 
 
+class CountedGround(NamedTuple):
+    """What the kernels count in.
+
+    Attributes:
+        frame: (_FRAME,) of the raster.
+        area: Of each cell the number of its area, 0 outside.
+        times: How often each cell was passed over.
+        totals: (areas, _TOTALS) cells of each area that were passed over once at least, and twice at least.
+    """
+
+    frame: Floats
+    area: Bytes
+    times: Bytes
+    totals: Integers
+
+
 @kernel
 def _sweep(
     before: tuple[float, float, float, float],
     after: tuple[float, float, float, float],
     half_width: float,
-    frame: Floats,
-    cells: tuple[Bytes, Bytes],
-    totals: Integers,
+    ground: CountedGround,
 ) -> None:
     """Count the cells between two lines (x, y, ahead x, ahead y) of the tool."""
-    area, times = cells
+    frame, area, times, totals = ground
     cell, columns, rows = frame[_CELL], int(frame[_COLUMNS]), int(frame[_ROWS])
     ax, ay, aux, auy = before[0] - frame[_WEST], before[1] - frame[_SOUTH], before[2], before[3]
     bx, by, bux, buy = after[0] - frame[_WEST], after[1] - frame[_SOUTH], after[2], after[3]
@@ -100,15 +114,7 @@ def _sweep(
 
 
 @kernel
-def roll(
-    points: Floats,
-    first: int,
-    full_width_m: float,
-    line: Floats,
-    frame: Floats,
-    cells: tuple[Bytes, Bytes],
-    totals: Integers,
-) -> None:
+def roll(points: Floats, first: int, full_width_m: float, line: Floats, ground: CountedGround) -> None:
     """Count what strokes pass over.
 
     Args:
@@ -116,9 +122,7 @@ def roll(
         first: Of the points, the one to begin with.
         full_width_m: Of the tool.
         line: (_LINE,) where the tool's line was last, updated.
-        frame: Of the raster.
-        cells: Of each cell the number of its area, 0 outside, and how often it was passed over.
-        totals: (areas, 2) cells of each area that were passed over once at least, and twice at least.
+        ground: Updated.
     """
     for row in range(first, len(points)):
         x, y = points[row, p.POINT_X], points[row, p.POINT_Y]
@@ -136,7 +140,7 @@ def roll(
         elif ahead_x * ux + ahead_y * uy < 0.0:  # it has turned back: the line stays the same way round
             ux, uy = -ux, -uy
         half = 0.5 * full_width_m * points[row, p.POINT_WIDTH]
-        _sweep((line[_AT_X], line[_AT_Y], ahead_x, ahead_y), (x, y, ux, uy), half, frame, cells, totals)
+        _sweep((line[_AT_X], line[_AT_Y], ahead_x, ahead_y), (x, y, ux, uy), half, ground)
         line[_AT_X], line[_AT_Y], line[_AHEAD_X], line[_AHEAD_Y] = x, y, ux, uy
 
 
@@ -173,8 +177,8 @@ class AreaRaster:
     def take(self, points: Floats) -> None:
         """Count what has come since the last call; (n, projection.POINT_COLUMNS) are all of a ledger's `points`."""
         if len(points) > self._taken:
-            cells = self._index, self._times
-            roll(points, self._taken, self._width_m, self._line, self._frame, cells, self._totals)
+            ground = CountedGround(self._frame, self._index, self._times, self._totals)
+            roll(points, self._taken, self._width_m, self._line, ground)
             self._taken = len(points)
 
     @property

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
 from touchline.services.robot_sim.paint.ledger import PaintStroke
-from touchline.services.robot_sim.paint.paint_areas import overlaps, passes_of
+from touchline.services.robot_sim.paint.paint_areas import overlaps, passes_of, pieces_of, strip
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
@@ -28,8 +29,19 @@ def swept_ground(strokes: Sequence[PaintStroke]) -> SweptGround:
     """What the flat-ended strips of strokes cover; where a stroke turns back, another strip begins."""
     import shapely
 
-    passes = passes_of([thinned(stroke, STEP_M) for stroke in strokes])
-    return SweptGround(shapely.union_all(passes), overlaps(passes))
+    looked_at = [thinned(stroke, STEP_M) for stroke in strokes]
+    passes = passes_of(looked_at)
+    joints = (joint for stroke in looked_at for joint in _joints(stroke))
+    return SweptGround(shapely.union_all([*passes, *joints]), overlaps(passes))
+
+
+def _joints(stroke: PaintStroke) -> Iterator[BaseGeometry]:
+    """What lies between the flat ends of strips that go on in a bend, if only a sliver."""
+    for before, after in pairwise(pieces_of(stroke.points)):
+        corner = np.vstack((before[-2:], after[1:2]))
+        (ax, ay), (bx, by) = np.diff(corner, axis=0).tolist()
+        if ax * bx + ay * by > 0.0:
+            yield strip(corner, stroke.width_m)
 
 
 def thinned(stroke: PaintStroke, step_m: float) -> PaintStroke:

@@ -90,7 +90,7 @@ def paint_areas(
 
 def passes_of(strokes: Sequence[PaintStroke]) -> list[BaseGeometry]:
     """The strips of these strokes, cut so that none overlaps itself."""
-    return [strip(simplified(piece), stroke.width_m) for stroke in strokes for piece in _pieces(stroke.points)]
+    return [strip(simplified(piece), stroke.width_m) for stroke in strokes for piece in pieces_of(stroke.points)]
 
 
 def _covered(bands: Sequence[BaseGeometry], passes: Sequence[BaseGeometry]) -> list[float]:
@@ -136,7 +136,7 @@ def polyline_of(curve: Curve) -> NDArray[np.float64]:
     return np.column_stack((x, y))
 
 
-def _pieces(points: Points) -> list[Points]:
+def pieces_of(points: Points) -> list[Points]:
     """A stroke (n, 2) cut where it turns back or has turned by half a circle, so that no piece overlaps itself."""
     moved = np.concatenate(([True], np.any(np.diff(points, axis=0) != 0.0, axis=1)))
     points = points[moved]

@@ -1,13 +1,19 @@
-"""The world's side of a `RollerTool`: it works on its whole width wherever it is."""
+"""The world's side of a `RollerTool`: it works on its whole width while it rolls, whichever way."""
 
 from __future__ import annotations
+
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
+from touchline.services.robot_sim.world.body import SPEED
 from touchline.services.robot_sim.world.kernel_class import KernelClass
+
+STANDS_MPS: Final = 1e-3
+"""Slower than this it has come to rest, but for what is left of its sway."""
 
 Floats = NDArray[np.float64]
 
@@ -16,9 +22,9 @@ class RollerKernels(KernelClass):
     """What physics calls."""
 
     @kernel
-    def work(self, _state: Floats, _p: Floats, _effects: Floats, _valve: bool, _disc: bool) -> float:
-        """All of it, whatever is commanded: nothing lifts the drum."""
-        return 1.0
+    def work(self, state: Floats, _p: Floats, _effects: Floats, _valve: bool, _disc: bool) -> float:
+        """All of it, whatever is commanded: nothing lifts the drum. Where it stands there is nothing new to note."""
+        return 1.0 if abs(state[SPEED]) >= STANDS_MPS else 0.0
 
 
 class RollerInWorld:
