@@ -15,6 +15,7 @@ from touchline.schemas.scenario import Pose2, Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard import tracking_state as tracking
 from touchline.services.onboard.control.pure_pursuit import FAR_M, PurePursuitFollower
+from touchline.services.onboard.drives.onboard_drive import Aim
 from touchline.services.onboard.trajectory import path_projection as projection
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.world import body
