@@ -37,10 +37,13 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "small-robot.json"
         ),
         ({"tool": {"tank_l": "full"}}, "own.json: tool.tank_l is 'full'; give a number"),
         ({"body": {"footprint_m": [[0, 0], [1, 1]]}}, "own.json: body.footprint_m has 2 items; give at least 3"),
-        ({"drive": {"kind": "tricycle"}}, "own.json: drive.kind is 'tricycle'; give 'differential'"),
-        ({"drive": {"kind": ["differential"]}}, "own.json: drive.kind is not allowed; give 'differential'"),
-        ({"tool": {"kind": "mower"}}, "own.json: tool.kind is 'mower'; give 'sprayer' or 'none'"),
-        ({"kinematics": "tricycle"}, "own.json: drive.kind is 'tricycle'; give 'differential'"),
+        ({"drive": {"kind": "tricycle"}}, "own.json: drive.kind is 'tricycle'; give 'differential' or 'rear-steered'"),
+        (
+            {"drive": {"kind": ["differential"]}},
+            "own.json: drive.kind is not allowed; give 'differential' or 'rear-steered'",
+        ),
+        ({"tool": {"kind": "mower"}}, "own.json: tool.kind is 'mower'; give 'sprayer', 'none' or 'roller'"),
+        ({"kinematics": "tricycle"}, "own.json: drive.kind is 'tricycle'; give 'differential' or 'rear-steered'"),
         ({"drive": 3}, "own.json: drive is a JSON number; give an object"),
         (
             {"drive": {}, "tank_l": 3},

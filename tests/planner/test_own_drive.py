@@ -94,7 +94,9 @@ def test_it_is_in_the_help_and_printed_as_a_file_that_can_be_given(tmp_path: Pat
 def test_its_figures_are_its_own() -> None:
     with pytest.raises(SpecError, match=r"own.json: drive.track_width_m is not a known field"):
         parse(Vehicle, '{"drive": {"kind": "drum", "track_width_m": 0.4}}', "own.json")
-    with pytest.raises(SpecError, match=r"own.json: drive.kind is 'tricycle'; give 'differential' or 'drum'"):
+    with pytest.raises(
+        SpecError, match=r"own.json: drive.kind is 'tricycle'; give 'differential', 'rear-steered' or 'drum'"
+    ):
         parse(Vehicle, '{"drive": {"kind": "tricycle"}}', "own.json")
     with pytest.raises(SpecError, match=r"tool.paint_speed_mps is 1.0; give at most 0.8 m/s: the drive does no more"):
         parse(

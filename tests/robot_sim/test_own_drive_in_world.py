@@ -128,5 +128,7 @@ def test_a_kind_without_a_part_in_the_world_is_told_and_what_it_lacks() -> None:
     parts = DRIVES.find("drum")
     DRIVES.forget("drum")
     DRIVES.register("drum", "a driven drum and a steered wheel", replace(parts, world=None))
-    with pytest.raises(SpecError, match=r"drive.kind is 'drum', which has nothing for the world; .*\(differential\)"):
+    with pytest.raises(
+        SpecError, match=r"drive.kind is 'drum', which has nothing for the world; .*\(differential, rear-steered\)"
+    ):
         World(Vehicle(drive=DRIVE), QUIET)

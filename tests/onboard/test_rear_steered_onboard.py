@@ -1,0 +1,93 @@
+"""What the robot's computer knows of a rear-steered drive."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.vehicles.shipped import CLAY_ROLLER
+from touchline.services.onboard import filter_model as m
+from touchline.services.onboard import tracking_state as tracking
+from touchline.services.onboard.drives import onboard_drive
+from touchline.services.onboard.drives.onboard_drive import drive_of
+from touchline.services.onboard.interface import TICK_S
+
+DRIVE, DATA = drive_of(CLAY_ROLLER, 0.002), CLAY_ROLLER.drive
+BASE_M, RADIUS_M = DATA.wheelbase_m, DATA.drum_radius_m
+OWN = (m.SPEED, m.YAW_RATE, m.ODOMETRY_ERROR, m.ODOMETRY_ERROR + 1)
+
+speeds = st.floats(0.1, 1.0) | st.floats(-1.0, -0.1)
+angles = st.floats(-0.5, 0.5)
+offsets = st.floats(-0.05, 0.05)
+
+
+def now(*, speed_mps: float = 0.0, slip: float = 0.0, offset: float = 0.0, steering: float = 0.0) -> np.ndarray:
+    place, x = np.zeros(tracking.NOW), np.zeros(m.STATES)
+    x[m.ODOMETRY_ERROR], x[m.ODOMETRY_ERROR + 1] = slip, offset
+    onboard_drive.effective(DRIVE.figures, x, place)
+    place[tracking.SPEED], place[tracking.COMMAND + 1] = speed_mps, steering
+    place[tracking.REFERENCE_SPEED] = speed_mps
+    return place
+
+
+@given(speeds, angles, st.floats(-0.04, 0.04), offsets)
+def test_odometry_of_what_is_true_leaves_no_innovation(v: float, angle: float, slip: float, offset: float) -> None:
+    x, z, h = np.zeros(m.STATES), np.zeros(m.INPUTS), np.zeros((2, m.STATES))
+    x[list(OWN)] = v, -v * math.tan(angle + offset) / BASE_M, slip, offset
+    z[m.IN_ODOMETRY], z[m.IN_ODOMETRY + 1] = v / (1.0 - slip), angle
+    z[m.IN_SMOOTH] = z[m.IN_ODOMETRY]
+    y0, y1, variance = onboard_drive.odometry(DRIVE.figures, x, z, h)
+    assert (y0, y1) == pytest.approx((0.0, 0.0), abs=1e-12) and variance > 0.0
+    for state in OWN:
+        ahead, behind = (x + sign * 1e-4 * np.eye(m.STATES)[state] for sign in (1.0, -1.0))
+        over, under = (
+            np.array(onboard_drive.odometry(DRIVE.figures, near, z, np.zeros((2, m.STATES)))[:2])
+            for near in (ahead, behind)
+        )
+        assert (under - over) / 2e-4 == pytest.approx(h[:, state], abs=1e-6), "the Jacobian is the derivative"
+
+
+@given(speeds, angles, st.floats(-0.04, 0.04), offsets)
+def test_actuators_and_twist_are_each_others_inverse(v: float, angle: float, slip: float, offset: float) -> None:
+    place = now(speed_mps=v, slip=slip, offset=offset, steering=angle)
+    yaw_rate = -v * math.tan(angle + offset) / BASE_M
+    drum, steering = onboard_drive.actuators_of(DRIVE.figures, v, yaw_rate, place)
+    assert drum == pytest.approx(v / (RADIUS_M * (1.0 - slip)))
+    assert steering == pytest.approx(angle, abs=1e-12)
+    assert onboard_drive.twist(DRIVE.figures, np.array([drum, steering]), place) == pytest.approx((v, yaw_rate))
+    for actuator, step in enumerate((1e-6, 1e-6)):
+        moved = np.array([drum, steering])
+        moved[actuator] += step
+        changed = np.array(onboard_drive.twist(DRIVE.figures, moved, place)) - (v, yaw_rate)
+        assert changed / step == pytest.approx(onboard_drive.gain(DRIVE.figures, actuator, place), abs=1e-4)
+
+
+@given(st.floats(-2.0, 2.0), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-0.57, 0.57))
+def test_commands_keep_the_limits(v: float, w: float, speed_mps: float, held: float) -> None:
+    commands = np.zeros(2)
+    onboard_drive.command(DRIVE.figures, v, w, now(speed_mps=speed_mps, steering=held), commands)
+    assert abs(commands[0]) <= DATA.max_drum_speed_radps
+    assert abs(commands[0] - speed_mps / RADIUS_M) <= DRIVE.reach[0] + 1e-9
+    assert abs(commands[1]) <= DATA.steering_stop_rad
+    assert abs(commands[1] - held) <= DATA.steering_rate_limit_radps * TICK_S + 1e-12
+
+
+def test_at_standstill_the_steering_is_held() -> None:
+    commands = np.zeros(2)
+    onboard_drive.command(DRIVE.figures, 0.01, 0.02, now(steering=0.3), commands)
+    assert commands[1] == 0.3
+    assert DRIVE.resting((1.0, 0.3)) == (0.0, 0.3)
+
+
+def test_what_it_cannot_drive_is_refused() -> None:
+    DRIVE.check_curvature("it", -math.tan(0.5) / BASE_M)
+    DRIVE.check_speeds(np.array([1.0]), np.array([0.27]), str)
+    with pytest.raises(CommandRefused, match=r"it has a radius of 3\.000 m, which needs a steering angle of 0\.588"):
+        DRIVE.check_curvature("it", 1.0 / 3.0)
+    with pytest.raises(CommandRefused, match=r"second: 1\.10 m/s, the limit is 1\.00 m/s"):
+        DRIVE.check_speeds(np.array([1.0, 1.1]), np.zeros(2), ("first", "second").__getitem__)
+    with pytest.raises(CommandRefused, match="it: a rear-steered vehicle cannot turn on the spot"):
+        DRIVE.check_spin("it", 0.1)

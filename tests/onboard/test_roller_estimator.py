@@ -1,0 +1,35 @@
+"""The filter on the emulated roller; `python -m benchmarks roller` is the same with a hundred runs."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from benchmarks.roller import REST_FROM, REST_TICKS, drive, go_on, lane, nees_of, stop, wander
+from touchline.services.onboard import filter_model as m
+
+WITHIN = float(chi2.ppf(0.9973, 3))
+
+
+def test_position_and_heading_are_as_uncertain_as_they_say() -> None:
+    nees = [nees_of(course, seed) for seed in range(1, 7) for course in (lane, wander)]
+    assert 2.0 < float(np.mean(nees)) < 4.0
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_the_offset_is_found_in_a_minute_and_bridges_an_outage(seed: int) -> None:
+    run = drive(lane, 6000, seed)
+    assert abs(run.offset_error_rad) < math.radians(0.15)
+    go_on(run, lane, 6001, 9000, silent_from=6000)
+    assert run.nees < WITHIN
+    assert math.sqrt(run.estimator.covariance[m.HEADING, m.HEADING]) < math.radians(0.4)
+
+
+def test_a_minute_at_rest_with_the_steering_turned_changes_nothing() -> None:
+    run = drive(stop, REST_FROM, 5)
+    before = run.estimator.state[: m.SPEED].copy()
+    go_on(run, stop, REST_FROM + 1, REST_FROM + REST_TICKS)
+    assert run.estimator.wheels_stand
+    assert run.nees < WITHIN
+    assert run.estimator.state[: m.SPEED] == pytest.approx(before, abs=0.01)
