@@ -1,12 +1,13 @@
 """``touchline study``: the study's tests and requirements, for its two planners and ours."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 from rich import box
 from rich.table import Table
 
+from touchline.services.cli.coverage_study_output import coverage_study
 from touchline.services.cli.display import output, progress_bar, say
 from touchline.services.cli.options import ExitCode, JsonOption
 from touchline.services.runs.writing import writing
@@ -20,7 +21,13 @@ def register(app: typer.Typer) -> None:
     app.command("study")(study)
 
 
+Subject = Literal["marking", "coverage"]
+
+
 def study(
+    subject: Annotated[
+        Subject, typer.Argument(help="Which study: that of line marking, or that of covering a field with a roller.")
+    ] = "marking",
     out: Annotated[
         Path | None,
         typer.Option(metavar="FOLDER", help="Write the table (Markdown, CSV, JSON) and plots (SVG) to this folder."),
@@ -31,10 +38,18 @@ def study(
             metavar="N", min=0, max=10_000_000, help="Random pairs to find a path between; 0: 100 as in the study."
         ),
     ] = 0,
-    quick: Annotated[bool, typer.Option("--quick", help="The pitch only, and a fifth of the random pairs.")] = False,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="The pitch only, and a fifth of the random pairs; one seed for coverage.")
+    ] = False,
+    seeds: Annotated[
+        int, typer.Option(metavar="N", min=1, max=1000, help="Coverage: how often what is driven is driven.")
+    ] = 3,
     as_json: JsonOption = False,
 ) -> None:
-    """Measure every requirement of the study for its two planners and ours; exit code 1 if ours misses one."""
+    """Measure every requirement of a study for its methods and ours; exit code 1 if ours misses one."""
+    if subject == "coverage":
+        coverage_study(1 if quick else seeds, out, as_json=as_json)
+        return
     from touchline.services.study.run import run_study, save_study
     from touchline.services.study.table import CAUSE_HEADINGS, HEADINGS, with_total
     from touchline.services.study.table import as_json as json_text

@@ -39,7 +39,7 @@ class CoverageMethod:
     """How an area is covered by a tool that works wherever it passes, registered in `AREA_METHODS`.
 
     Attributes:
-        cover: Makes the route over one area and tells the fraction that is done; raises `PlanningError` if there is none.
+        cover: Makes the route over one area and tells the fraction done; raises `PlanningError` if there is none.
     """
 
     cover: Callable[[CoverageTask, Callable[[float], None]], CoverageRoute]
