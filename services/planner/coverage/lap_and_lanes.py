@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from collections.abc import Sequence
 
 import numpy as np
@@ -19,6 +20,7 @@ from touchline.services.planner.coverage.reachable import reachable
 from touchline.services.planner.coverage.stroke_chain import StrokeChain
 from touchline.services.planner.coverage.stroke_join import ZONE_M, Joiner
 from touchline.services.planner.coverage.stroke_map import StrokeMap
+from touchline.services.planner.coverage.touch_up import touched_up
 from touchline.services.planner.geometry.clothoid import joined, PiecePath
 
 
@@ -36,7 +38,8 @@ class CoverOptions:
     order_spm2: float = 8.0
     cell: float = 0.1
     lane_spm2: float = 8.0
-    apart: float = 0.9
+    ladder: tuple[float, ...] = ()
+    lane2: float = 8.
 
 
 def cover(
@@ -67,12 +70,12 @@ def cover(
     chain = StrokeChain(joiner)
     remarks = []
     for stroke in lap:
-        chain.expect(stroke, 0.0, 0.0)
-    for lane in items:
-        chain.expect(lane.along, room.leave_m, room.join_m)
+        chain.expect(stroke, [stroke.part(0.0, stroke.length_m)])
     entries = [_entries(side, reversing=reversing) for side in lap]
     joiner.seconds_per_m2 = options.order_spm2
     search = LaneOrder(items, angle, [pose for poses in entries for pose in poses], joiner, room)
+    for lane in items:
+        chain.expect(lane.along, [search.part(lane.along)])
     tour = search.best()
     joiner.seconds_per_m2 = options.seconds_per_m2
     chain.forget()
@@ -83,18 +86,42 @@ def cover(
         again = closed[0]
         closed.append(CoverStroke(again.kind, "lap, closed", again.start, min(again.length_m, CLOSING_M)))
     for stroke in closed:
-        chain.expect(stroke, 0.0, 0.0)
+        chain.expect(stroke, [stroke.part(0.0, stroke.length_m)])
     for stroke in tour:
-        chain.expect(stroke, room.leave_m, room.join_m)
+        chain.expect(stroke, [search.part(stroke)])
+    for before, stroke in pairwise(tour):
+        chain.expect(stroke, [search.word(before, stroke)])
     for stroke in [*closed, *tour]:
         if stroke is tour[0]:
             joiner.seconds_per_m2 = options.lane_spm2
+            joiner.reversing = reversing
+        if stroke is not tour[0] and stroke in tour:
+            joiner.reversing = False
         if not chain.append(stroke):
             remarks.append(f"no way to {stroke.label}")
-    for _ in range(1):
+    def again(lane_spm2, lanes_reverse=False):
         for k in range(len(chain.joins)):
-            joiner.seconds_per_m2 = options.lane_spm2 if chain.strokes[k].kind == DriveKind.LANE else options.seconds_per_m2
+            between = chain.strokes[k].kind == DriveKind.LANE
+            joiner.seconds_per_m2 = lane_spm2 if between else max(lane_spm2, options.seconds_per_m2)
+            joiner.reversing = reversing and (lanes_reverse or not between)
             chain.rejoin(k)
+    import time
+    def say(what):
+        print(what, f'{chain.seconds/60:.2f} min, missed {covered.missed_m2:.1f} m2, {time.time()-t0:.1f} s')
+    t0=time.time()
+    say('built')
+    again(options.lane_spm2)
+    say('again')
+    headings = sorted({round(s.start.heading_rad,9) for s in [*lap, *(l.along for l in items), *(l.back for l in items)]})
+    for worth in options.ladder:
+        joiner.seconds_per_m2 = worth
+        joiner.reversing = False
+        touched_up(chain, headings, worth)
+        say(f'touched {worth}')
+        again(options.lane2)
+        say('again')
+        again(worth, True)
+        say('again')
     return CoverageRoute(tuple(_pieces(chain)), reach, tuple(remarks))
 
 
