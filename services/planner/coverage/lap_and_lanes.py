@@ -115,8 +115,8 @@ def cover(
     headings = sorted({round(s.start.heading_rad,9) for s in [*lap, *(l.along for l in items), *(l.back for l in items)]})
     for worth in options.ladder:
         joiner.seconds_per_m2 = worth
-        joiner.reversing = False
-        touched_up(chain, headings, worth)
+        joiner.reversing = reversing
+        touched_up(chain, headings)
         say(f'touched {worth}')
         again(options.lane2)
         say('again')

@@ -88,6 +88,8 @@ class StrokeChain:
 
     def insert(self, k: int, stroke: CoverStroke) -> bool:
         """Drive a stroke between stroke `k` and the next; false, and all as before, if there is no way."""
+        if k == len(self.joins):
+            return self.append(stroke)
         before = self.state
         rest_strokes, rest_joins = self.strokes[k + 1 :], self.joins[k + 1 :]
         for index in range(k, len(self.strokes)):

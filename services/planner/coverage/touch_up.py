@@ -10,12 +10,15 @@ from touchline.services.planner.coverage.coverage_route import DriveKind
 from touchline.services.planner.coverage.free_space import FreeSpace
 from touchline.services.planner.coverage.lane_order import word_s
 from touchline.services.planner.coverage.stroke_chain import StrokeChain
+from touchline.services.planner.coverage.stroke_join import ZONE_M
 from touchline.services.planner.geometry.clothoid import Floats, PathPose
 
 # Smaller patches (m²) are left.
 PATCH_MIN_M2 = 0.15
 # For each stroke so many places in the plan are tried, by the way round the shortest first.
-PLACES_TRIED = 3
+PLACES_TRIED = 4
+# Of the strokes on offer so many are tried before it is given up.
+OFFERS_TRIED = 6
 # A stroke is carried on so far (m) beyond its patches, and reaches over gaps of up to so much between them.
 BEYOND_M, GAP_M = 1.0, 14.0
 
@@ -34,8 +37,11 @@ def patches(chain: StrokeChain) -> list[Floats]:
     return sorted(large, key=len, reverse=True)
 
 
-def touch_ups(missed: list[Floats], headings: list[float], space: FreeSpace) -> Iterator[CoverStroke]:
-    """Strokes over patches at the given headings, one for each row of patches that one pass can cover."""
+def touch_ups(missed: list[Floats], headings: list[float], space: FreeSpace) -> Iterator[tuple[CoverStroke, float]]:
+    """Strokes over patches at the given headings, one for each row of patches that one pass can cover.
+
+    With each comes how far it leads up to the first patch: anywhere along that it may be joined.
+    """
     half = 0.5 * space.machine.width_m
     for heading in headings:
         along, across = np.array((np.cos(heading), np.sin(heading))), np.array((-np.sin(heading), np.cos(heading)))
@@ -49,7 +55,7 @@ def touch_ups(missed: list[Floats], headings: list[float], space: FreeSpace) -> 
 
 def _strokes(
     extents: list[tuple[float, float]], level: float, heading: float, space: FreeSpace
-) -> Iterator[CoverStroke]:
+) -> Iterator[tuple[CoverStroke, float]]:
     first, last = extents[0]
     rows = []
     for a, b in extents[1:]:
@@ -62,51 +68,52 @@ def _strokes(
         x = a * np.cos(heading) - level * np.sin(heading)
         y = a * np.sin(heading) + level * np.cos(heading)
         pose = PathPose(float(x), float(y), heading)
-        for start, end in space.stretches(pose, b - a + BEYOND_M, BEYOND_M):
-            if end - start > 0.5:
+        for start, end in space.stretches(pose, b - a + BEYOND_M, ZONE_M):
+            if end > 0.0 and start < b - a:
                 at = pose.moved(complex(start, 0.0), 0.0)
-                yield CoverStroke(DriveKind.TOUCH_UP, "touch-up", at, end - start)
+                yield CoverStroke(DriveKind.TOUCH_UP, "touch-up", at, end - start), max(-start, 0.0)
 
 
-def places(chain: StrokeChain, stroke: CoverStroke) -> list[int]:
-    """Behind which strokes of a chain it is best driven, roughly."""
+def places(chain: StrokeChain, stroke: CoverStroke, lead_m: float) -> list[int]:
+    """Behind which strokes of a chain it is best driven, roughly; always behind the last one too."""
     mover, found = chain.joiner.mover, []
     for k, join in enumerate(chain.joins):
-        first, last = chain.strokes[k].at(join.leave_m), chain.strokes[k + 1].at(join.begin_m)
-        around = word_s(first, stroke.start, mover) + word_s(stroke.at(stroke.length_m), last, mover)
+        first, last = chain.strokes[k].at(join.depart_m), chain.strokes[k + 1].at(join.arrive_m)
+        around = word_s(first, stroke.at(lead_m), mover) + word_s(stroke.at(stroke.length_m), last, mover)
         found.append((around - join.way.length_m / mover.speed_mps, k))
-    return [k for _, k in sorted(found)[:PLACES_TRIED]]
+    return [len(chain.joins), *(k for _, k in sorted(found)[:PLACES_TRIED])]
 
 
-def touched_up(chain: StrokeChain, headings: list[float], seconds_per_m2: float) -> int:
-    """Insert strokes while they are worth it; how many were."""
+def touched_up(chain: StrokeChain, headings: list[float], enough_m2: float = 0.0) -> int:
+    """Insert strokes while they are worth it and more than enough is missed; how many were."""
     joiner, done = chain.joiner, 0
-    worth = chain.seconds + seconds_per_m2 * joiner.covered.missed_m2
-    tried: set[tuple[float, ...]] = set()
-    while True:
-        offers = []
-        for stroke in touch_ups(patches(chain), headings, joiner.space):
-            gain = joiner.covered.add(stroke.part(0.0, stroke.length_m), 0)
-            key = tuple(round(v, 1) for v in (*stroke.start, stroke.length_m))
-            if key not in tried and gain * seconds_per_m2 > stroke.length_m / joiner.mover.speed_mps:
-                offers.append((stroke.length_m / joiner.mover.speed_mps - gain * seconds_per_m2, key, stroke))
-        better = False
-        for _, key, stroke in sorted(offers, key=lambda offer: offer[:2])[:OFFERS_TRIED]:
+    worth, tried = chain.score_s, set[tuple[float, ...]]()
+    while joiner.covered.missed_m2 > enough_m2:
+        for _, key, stroke, lead in _offers(chain, headings, tried):
             tried.add(key)
             before, best = chain.state, None
-            for k in places(chain, stroke):
-                if chain.insert(k, stroke):
-                    score = chain.seconds + seconds_per_m2 * joiner.covered.missed_m2
-                    if score < (best[0] if best else worth):
-                        best = score, chain.state
+            for k in places(chain, stroke, lead):
+                if chain.insert(k, stroke) and chain.score_s < (best[0] if best else worth):
+                    best = chain.score_s, chain.state
                 chain.restore(before)
             if best:
-                worth, done, better = best[0], done + 1, True
+                worth, done = best[0], done + 1
                 chain.restore(best[1])
                 break
-        if not better:
+        else:
             return done
+    return done
 
 
-# Of the strokes on offer so many are tried before it is given up.
-OFFERS_TRIED = 6
+def _offers(
+    chain: StrokeChain, headings: list[float], tried: set[tuple[float, ...]]
+) -> list[tuple[float, tuple[float, ...], CoverStroke, float]]:
+    """Strokes that may be worth it, the best first: rough score (s), what tells it apart, stroke, lead (m)."""
+    joiner, found = chain.joiner, []
+    for stroke, lead in touch_ups(patches(chain), headings, joiner.space):
+        key = tuple(round(v, 1) for v in (*stroke.start, stroke.length_m))
+        gain = joiner.covered.add(stroke.part(lead, stroke.length_m), 0)
+        score = (stroke.length_m - lead) / joiner.mover.speed_mps - gain * joiner.seconds_per_m2
+        if key not in tried and score < 0.0:
+            found.append((score, key, stroke, lead))
+    return sorted(found, key=lambda offer: offer[:2])[:OFFERS_TRIED]
