@@ -142,7 +142,7 @@ class LaneOrder:
             (i, j, side)
             for i, lane in enumerate(self.items)
             for j, other in enumerate(self.items)
-            if other.row == lane.row + 1
+            if other.row == lane.row + 1 and lane.row >= 0
             for side in range(2)
             if abs(ends[i][side].real - ends[j][side].real) < BESIDE_M
         ]

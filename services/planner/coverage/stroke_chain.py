@@ -1,5 +1,6 @@
 """A plan as it grows: strokes in order, the ways between them, and what they cover."""
 
+from collections.abc import Iterable
 from itertools import groupby
 from typing import NamedTuple
 
@@ -67,6 +68,17 @@ class StrokeChain:
             self._count(last + 1, 1)
         self._count(last, 1)
         return join is not None
+
+    def append_over(self, stroke: CoverStroke, vias: Iterable[CoverStroke]) -> bool:
+        """Carry on with a stroke, over one of some short ones if there is no other way."""
+        if self.append(stroke):
+            return True
+        before = self.state
+        for via in vias:
+            if self.append(via) and self.append(stroke):
+                return True
+            self.restore(before)
+        return False
 
     def rejoin(self, k: int) -> None:
         """Take a better way from stroke `k` to the next, if there is one now that more is known."""

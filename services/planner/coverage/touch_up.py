@@ -50,7 +50,8 @@ def touch_ups(missed: list[Floats], headings: list[float], space: FreeSpace) -> 
             # The pass lies with its edges about the patch; what else is within it is covered with it.
             for level in {round(v, 1) for v in (0.5 * (seed.min() + seed.max()), seed.min() + half, seed.max() - half)}:
                 inside = [(a[abs(c - level) < half], a) for a, c in spans if (abs(c - level) < half).any()]
-                yield from _strokes(sorted((i.min(), i.max()) for i, _ in inside), level, heading, space)
+                if inside:
+                    yield from _strokes(sorted((i.min(), i.max()) for i, _ in inside), level, heading, space)
 
 
 def _strokes(
