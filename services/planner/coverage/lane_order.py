@@ -98,6 +98,16 @@ class LaneOrder:
     def _end(self, stroke: CoverStroke) -> PathPose:
         return stroke.at(stroke.length_m - min(self.room.leave_m, 0.5 * stroke.length_m))
 
+    def part(self, stroke: CoverStroke) -> PiecePath:
+        """What of a stroke is left between turns."""
+        half = 0.5 * stroke.length_m
+        return stroke.part(min(self.room.join_m, half), stroke.length_m - min(self.room.leave_m, half))
+
+    def word(self, first: CoverStroke, last: CoverStroke) -> PiecePath:
+        """The shortest word from one to the next, whatever is in its way."""
+        end = self._end(first)
+        return PiecePath(end, shortest_word(end, self._begin(last), self.joiner.turn).pieces(self.joiner.turn))
+
     def _way_s(self, first: CoverStroke, last: CoverStroke) -> float:
         return word_s(self._end(first), self._begin(last), self.joiner.mover)
 
@@ -112,8 +122,7 @@ class LaneOrder:
         """Seconds for the ways between, less what they cover is worth."""
         seconds, gained, counted = self.entry_s(order[0]), 0.0, []
         for first, last in pairwise(order):
-            end = self._end(first)
-            word = PiecePath(end, shortest_word(end, self._begin(last), self.joiner.turn).pieces(self.joiner.turn))
+            word = self.word(first, last)
             seconds += word.length_m / self.joiner.mover.speed_mps
             gained += self.joiner.covered.add(word)
             counted.append(word)
@@ -133,7 +142,7 @@ class LaneOrder:
             (i, j, side)
             for i, lane in enumerate(self.items)
             for j, other in enumerate(self.items)
-            if other.row == lane.row + 1
+            if other.row == lane.row + 1 and lane.row >= 0
             for side in range(2)
             if abs(ends[i][side].real - ends[j][side].real) < BESIDE_M
         ]

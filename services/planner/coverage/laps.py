@@ -10,34 +10,45 @@ import shapely
 from touchline.services.planner.coverage.cover_stroke import CoverStroke
 from touchline.services.planner.coverage.coverage_route import DriveKind
 from touchline.services.planner.coverage.free_space import Area, FreeSpace
+from touchline.services.planner.coverage.lanes import Lane
 from touchline.services.planner.geometry.clothoid import PathPose
 
+# Sides lie in no row.
+NO_ROW = -1_000
 # A shorter side (m) is left to the lanes and to touching up.
 SIDE_MIN_M = 0.5
 
 
 def rings(target: Area, width_m: float) -> list[shapely.LinearRing]:
-    """The middle of the tool's way along each edge, a closed line for the outline and each hole, inside on the left."""
+    """The middle of the tool's way along each edge, a closed line for each outline and hole, inside on the left.
+
+    The outline of the largest part comes first.
+    """
     inner = target.buffer(-0.5 * width_m, join_style="mitre", mitre_limit=3.0)
-    parts = [shapely.geometry.polygon.orient(part) for part in shapely.get_parts(inner)]
+    parts = sorted(shapely.get_parts(shapely.orient_polygons(inner)), key=shapely.area, reverse=True)
     return [ring for part in parts for ring in (part.exterior, *part.interiors)]
 
 
-def sides(ring: shapely.LinearRing, name: str, space: FreeSpace, *, turned: bool = False) -> list[CoverStroke]:
-    """A stroke for each side of a ring, from where the tail is at the wall to where the nose is.
+def sides(ring: shapely.LinearRing, name: str, space: FreeSpace) -> list[Lane]:
+    """A stroke each way for each side of a ring, from where the tail is at the wall to where the nose is.
 
     Args:
-        ring: With the inside on the left.
+        ring: With the inside on the left; the sides lie in its order.
         name: What the labels begin with.
         space: Where the machine may be.
-        turned: Driven the other way round, the inside on the right.
     """
-    points = shapely.get_coordinates(ring)
-    corners = [complex(*p) for p in (points[::-1] if turned else points).tolist()]
-    found: list[CoverStroke] = []
+    found: list[Lane] = []
+    corners = [complex(*p) for p in shapely.get_coordinates(ring).tolist()]
     for a, b in pairwise(_without_straight_corners(corners)):
         for start, length in _along(a, b, space):
-            found.append(CoverStroke(DriveKind.LAP, f"{name}, side {len(found) + 1}", start, length))
+            # The same stretch the other way: nose and tail change places.
+            end = start.moved(complex(length, 0.0), 0.0)
+            others = [(abs(s.point - end.point), s, m) for s, m in _along(b, a, space)]
+            if others:
+                _, other, other_m = min(others)
+                label = f"{name}, side {len(found) + 1}"
+                along = CoverStroke(DriveKind.LAP, label, start, length)
+                found.append(Lane(along, CoverStroke(DriveKind.LAP, label, other, other_m), NO_ROW))
     return found
 
 

@@ -1,8 +1,23 @@
 """A plan as it grows: strokes in order, the ways between them, and what they cover."""
 
+from collections.abc import Iterable
+from itertools import groupby
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
 from touchline.services.planner.coverage.cover_stroke import CoverStroke
 from touchline.services.planner.coverage.stroke_join import Joiner, StrokeJoin
 from touchline.services.planner.geometry.clothoid import PiecePath
+
+
+class ChainState(NamedTuple):
+    """A chain and what it covers, to come back to."""
+
+    strokes: list[CoverStroke]
+    joins: list[StrokeJoin]
+    passes: NDArray[np.int16]
 
 
 class StrokeChain:
@@ -19,31 +34,33 @@ class StrokeChain:
         self.strokes: list[CoverStroke] = []
         self.joins: list[StrokeJoin] = []
         self.joiner = joiner
-        self._expected: dict[CoverStroke, PiecePath] = {}
+        self._expected: dict[CoverStroke, list[PiecePath]] = {}
 
-    def expect(self, stroke: CoverStroke, leave_m: float, join_m: float) -> None:
-        """Count a stroke that will come, but for what turns take before its end and behind its beginning."""
-        half = 0.5 * stroke.length_m
-        self._expected[stroke] = stroke.part(min(join_m, half), stroke.length_m - min(leave_m, half))
-        self.joiner.covered.add(self._expected[stroke])
+    def expect(self, stroke: CoverStroke, paths: list[PiecePath]) -> None:
+        """Count what a stroke that will come, and the way to it, will cover, about."""
+        self._expected.setdefault(stroke, []).extend(paths)
+        for path in paths:
+            self.joiner.covered.add(path)
 
     def forget(self) -> None:
         """Expect nothing more."""
-        for path in self._expected.values():
-            self.joiner.covered.take(path)
-        self._expected.clear()
+        for stroke in [*self._expected]:
+            self._came(stroke)
 
-    def append(self, stroke: CoverStroke) -> bool:
-        """Carry on with a stroke; false if there is no way to it."""
-        if stroke in self._expected:
-            self.joiner.covered.take(self._expected.pop(stroke))
+    def _came(self, stroke: CoverStroke) -> None:
+        for path in self._expected.pop(stroke, []):
+            self.joiner.covered.take(path)
+
+    def append(self, stroke: CoverStroke, following: StrokeJoin | None = None) -> bool:
+        """Carry on with a stroke, which is left as `following` says; false if there is no way to it."""
+        self._came(stroke)
         if not self.strokes:
             self.strokes.append(stroke)
             self._count(0, 1)
             return True
         last = len(self.strokes) - 1
         self._count(last, -1)
-        join = self._best(last, self.strokes[last], stroke)
+        join = self._best(last, self.strokes[last], stroke, following)
         if join:
             self.strokes.append(stroke)
             self.joins.append(join)
@@ -52,25 +69,94 @@ class StrokeChain:
         self._count(last, 1)
         return join is not None
 
-    def rejoin(self, k: int) -> float:
-        """Look for a better way from stroke `k` to the next, now that more is known; seconds less its worth in area."""
+    def append_over(self, stroke: CoverStroke, vias: Iterable[CoverStroke]) -> bool:
+        """Carry on with a stroke, over one of some short ones if there is no other way."""
+        if self.append(stroke):
+            return True
+        before = self.state
+        for via in vias:
+            if self.append(via) and self.append(stroke):
+                return True
+            self.restore(before)
+        return False
+
+    def rejoin(self, k: int) -> None:
+        """Take a better way from stroke `k` to the next, if there is one now that more is known."""
+        before, worth = self.state, self.score_s
         self._count(k, -1)
         self._count(k + 1, -1)
         self.joiner.covered.take(self.joins[k].way)
-        old = self.joins[k]
-        self.joins[k] = self._best(k, self.strokes[k], self.strokes[k + 1]) or old
+        self.joins[k] = self._best(k, self.strokes[k], self.strokes[k + 1]) or self.joins[k]
         self.joiner.covered.add(self.joins[k].way)
         self._count(k, 1)
         self._count(k + 1, 1)
-        return self.joins[k].seconds - old.seconds
+        if self.score_s >= worth:
+            self.restore(before)
 
-    def _best(self, k: int, first: CoverStroke, last: CoverStroke) -> StrokeJoin | None:
+    @property
+    def score_s(self) -> float:
+        """Seconds for the whole chain, and what is missed at what it is worth."""
+        return self.seconds + self.joiner.seconds_per_m2 * self.joiner.covered.missed_m2
+
+    def insert(self, k: int, stroke: CoverStroke) -> bool:
+        """Drive a stroke between stroke `k` and the next; false, and all as before, if there is no way."""
+        if k == len(self.joins):
+            return self.append(stroke)
+        before = self.state
+        rest_strokes, rest_joins = self.strokes[k + 1 :], self.joins[k + 1 :]
+        for index in range(k, len(self.strokes)):
+            self._count(index, -1)
+        for join in self.joins[k:]:
+            self.joiner.covered.take(join.way)
+        del self.strokes[k + 1 :], self.joins[k:]
+        self._count(k, 1)
+        kept = [self._rest(rest_strokes, rest_joins, index) for index in range(1, len(rest_strokes))]
+        kept += [join.way for join in rest_joins]
+        for path in kept:
+            self.joiner.covered.add(path)
+        following = rest_strokes[0]
+        ended = rest_joins[0] if rest_joins else None
+        if not (self.append(stroke) and self.append(following, ended)):
+            self.restore(before)
+            return False
+        self._count(k + 2, -1)
+        self.strokes += rest_strokes[1:]
+        self.joins += rest_joins
+        self._count(k + 2, 1)
+        return True
+
+    @staticmethod
+    def _rest(strokes: list[CoverStroke], joins: list[StrokeJoin], index: int) -> PiecePath:
+        end = joins[index].leave_m if index < len(joins) else strokes[index].length_m
+        return strokes[index].part(joins[index - 1].begin_m, end)
+
+    @property
+    def state(self) -> ChainState:
+        """What `restore` takes."""
+        return ChainState([*self.strokes], [*self.joins], self.joiner.covered.grid.passes.copy())
+
+    def restore(self, state: ChainState) -> None:
+        """Make everything as it was."""
+        self.strokes, self.joins = [*state.strokes], [*state.joins]
+        self.joiner.covered.grid.passes[:] = state.passes
+
+    @property
+    def seconds(self) -> float:
+        """For the whole chain, from standstill to standstill."""
+        pieces = [piece for parts in self.paths() for path in parts for piece in path.pieces]
+        runs = groupby(pieces, key=lambda piece: piece.direction)
+        return sum(self.joiner.space.machine.run_s(sum(p.length_m for p in run)) for _, run in runs)
+
+    def _best(
+        self, k: int, first: CoverStroke, last: CoverStroke, following: StrokeJoin | None = None
+    ) -> StrokeJoin | None:
         """The best way from stroke `k` on; neither it nor the next may be counted."""
+        following = following or (self.joins[k + 1] if k + 1 < len(self.joins) else None)
         begun = self.joins[k - 1].arrive_m if k else 0.0
-        ended = self.joins[k + 1].depart_m if k + 1 < len(self.joins) else last.length_m
+        ended = following.depart_m if following else last.length_m
         left, right = self.joiner.zones(first, last, begun, ended)
         kept = [first.part(self._begin(k), left)] if left > self._begin(k) else []
-        final = self.joins[k + 1].leave_m if k + 1 < len(self.joins) else last.length_m
+        final = following.leave_m if following else last.length_m
         kept += [last.part(right, final)] if final > right else []
         for path in kept:
             self.joiner.covered.add(path)

@@ -19,8 +19,8 @@ from touchline.services.planner.steering.words import words
 ZONE_M, COARSE_M, FINE_M = 12.0, 1.0, 0.25
 # Beside a wall the tail swings out at the beginning of a turn: on its way back the machine slides so far (m) off it.
 SLIDE_M = 0.2
-# So many ways are looked at, the quickest first.
-MOST_TRIED = 2500
+# So many ways are looked at behind the best one.
+PATIENCE = 250
 
 
 @dataclass(frozen=True)
@@ -129,8 +129,9 @@ class Joiner:
             zone[1],
             join,
             self.reversing,
+            self.reversing and not (first.kind == last.kind == DriveKind.LANE),
         )
-        best = survey(asked, self.space.walls, self.mover, self.covered.grid, self.seconds_per_m2, MOST_TRIED)
+        best = survey(asked, self.space.walls, self.mover, self.covered.grid, self.seconds_per_m2, PATIENCE)
         if not math.isfinite(best[0]):
             return None
         _, seconds, gained, i, j, direction = best[:6].tolist()

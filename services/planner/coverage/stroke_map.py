@@ -9,8 +9,8 @@ from touchline.services.planner.coverage.free_space import Area
 from touchline.services.planner.coverage.kernels.grid import Grid, ask, fill, pass_path, uncovered
 from touchline.services.planner.geometry.clothoid import Floats, PiecePath
 
-# Cells of 5 cm up to a field of about a hectare; then as many cells, and larger ones.
-CELL_M = 0.05
+# Cells of 10 cm up to a field of about four hectares; then as many cells, and larger ones.
+CELL_M = 0.1
 MOST_CELLS = 4_000_000
 
 

@@ -32,6 +32,10 @@ BODY_STEP_M = 0.12
 WORD_PIECES = 9
 # Longer words wind round themselves to no purpose: so many turning radii, beside the straight distance.
 LONGEST_RADII = 12.0
+# Roughly, driving a zone further is worth so many times the seconds that it takes.
+WORKED_MORE = 2.5
+# Where so many ways touch something there is none.
+HOPELESS = 6000
 MOST_POSES = 4000
 
 
@@ -68,6 +72,7 @@ class Join(NamedTuple):
         joining_direction: ±1.
         zone_m: Length of the begin zone.
         join: (m, 2) where the word ends, and from where on the zone is driven: the same, or before it.
+        cusps: Whether the machine may go back on a zone.
         backward: Whether words may be driven backward.
     """
 
@@ -80,6 +85,7 @@ class Join(NamedTuple):
     joining_direction: float
     zone_m: float
     join: Floats
+    cusps: bool
     backward: bool
 
 
@@ -208,14 +214,15 @@ def slide_is_free(join: Join, i: int, walls: Walls, poses: Floats) -> bool:
 
 
 @kernel
-def survey(join: Join, walls: Walls, mover: Mover, grid: Grid, seconds_per_m2: float, most: int) -> Floats:
+def survey(join: Join, walls: Walls, mover: Mover, grid: Grid, seconds_per_m2: float, patience: int) -> Floats:
     """The best way: (9,) score, seconds, m² gained, row of `leave`, row of `join`, direction, kind, length, tried.
 
-    The score (s) is infinite if none of the first `most` ways by time is free.
+    Ways are looked at in the order of a rough score, until so many free ones in turn were no better (`patience`). The
+    score (s) is infinite if there is none.
     """
     n, m = len(join.leave), len(join.join)
     amounts, driven, sides = np.empty((8, 3)), np.empty(5), np.empty(5)
-    times, which = np.empty(n * m * 16), np.empty((n * m * 16, 4), np.int64)
+    times, rough, which = np.empty(n * m * 16), np.empty(n * m * 16), np.empty((n * m * 16, 4), np.int64)
     found = 0
     longest = LONGEST_RADII * mover.circle[4] / mover.root
     table, poses, line = np.empty((WORD_PIECES, 4)), np.empty((MOST_POSES, 3)), np.zeros((1, 4))
@@ -230,7 +237,7 @@ def survey(join: Join, walls: Walls, mover: Mover, grid: Grid, seconds_per_m2: f
             for back in range(2 if join.backward else 1):
                 direction = -1.0 if back else 1.0
                 overrun, early = join.leave[i, 1] > 0.0, join.join[j, 1] < join.join[j, 0]
-                if not join.backward and (overrun or early):
+                if not join.cusps and (overrun or early):
                     continue
                 c, s = direction * math.cos(start[2]), direction * math.sin(start[2])
                 x, y = goal[0] - start[0], goal[1] - start[1]
@@ -246,16 +253,17 @@ def survey(join: Join, walls: Walls, mover: Mover, grid: Grid, seconds_per_m2: f
                     driven[3], sides[3] = join.join[j, 0] - join.join[j, 1], -join.joining_direction
                     driven[4], sides[4] = join.zone_m - join.join[j, 1], join.joining_direction
                     times[found] = way_s(driven, sides, mover)
+                    # What of the zones is driven is rarely covered by anything else, what is passed twice in part.
+                    worked = join.leave[i, 0] + join.zone_m - join.join[j, 1]
+                    rough[found] = times[found] - WORKED_MORE * worked / mover.speed_mps
                     which[found, 0], which[found, 1], which[found, 2], which[found, 3] = i, j, back, kind
                     found += 1
     best = np.full(9, math.inf)
-    largest, cell = 0.0, grid.cell_m * grid.cell_m
-    order = np.argsort(times[:found])
-    tried = 0
-    for k in order[: min(found, most)]:
-        if seconds_per_m2 <= 0.0 and math.isfinite(best[0]):
-            break
-        if times[k] - seconds_per_m2 * (1.5 * largest + 1.0) > best[0]:
+    cell = grid.cell_m * grid.cell_m
+    order = np.argsort(rough[:found])
+    tried = since = 0
+    for k in order:
+        if since >= patience or (math.isinf(best[0]) and tried >= HOPELESS):
             break
         tried += 1
         i, j, direction, kind = which[k, 0], which[k, 1], -1.0 if which[k, 2] else 1.0, which[k, 3]
@@ -276,9 +284,10 @@ def survey(join: Join, walls: Walls, mover: Mover, grid: Grid, seconds_per_m2: f
         line[0, LENGTH], line[0, DIRECTION] = join.zone_m - join.join[j, 1], join.joining_direction
         begun = along(join.joining, join.joining_direction, join.join[j, 1])
         gained += pass_path(begun, line, 1, mover.half_width_m, grid, 0)
-        largest = max(largest, gained * cell)
+        since += 1
         score = times[k] - seconds_per_m2 * gained * cell
         if score < best[0]:
+            since = 0
             best[0], best[1], best[2], best[3], best[4] = score, times[k], gained * cell, i, j
             best[5], best[6], best[7] = direction, kind, word_m(amounts[kind], kind, mover)
     best[8] = tried

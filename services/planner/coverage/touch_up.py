@@ -1,0 +1,120 @@
+"""Touching up: what is missed is passed over on the way from one stroke to another, where that is worth its time."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from scipy import ndimage
+
+from touchline.services.planner.coverage.cover_stroke import CoverStroke
+from touchline.services.planner.coverage.coverage_route import DriveKind
+from touchline.services.planner.coverage.free_space import FreeSpace
+from touchline.services.planner.coverage.lane_order import word_s
+from touchline.services.planner.coverage.stroke_chain import StrokeChain
+from touchline.services.planner.coverage.stroke_join import ZONE_M
+from touchline.services.planner.geometry.clothoid import Floats, PathPose
+
+# Smaller patches (m²) are left.
+PATCH_MIN_M2 = 0.15
+# For each stroke so many places in the plan are tried, by the way round the shortest first.
+PLACES_TRIED = 4
+# Of the strokes on offer so many are tried before it is given up.
+OFFERS_TRIED = 6
+# A stroke is carried on so far (m) beyond its patches, and reaches over gaps of up to so much between them.
+BEYOND_M, GAP_M = 1.0, 14.0
+
+
+def patches(chain: StrokeChain) -> list[Floats]:
+    """Places (n, 2) of the cells of each missed patch that is not too small, the largest first."""
+    grid = chain.joiner.covered.grid
+    missed = grid.wanted & (grid.passes == 0)
+    labels, count = ndimage.label(missed, np.ones((3, 3)))
+    rows, columns = np.nonzero(missed)
+    which = labels[rows, columns]
+    order = np.argsort(which, kind="stable")
+    places = np.column_stack((grid.x_m + (columns + 0.5) * grid.cell_m, grid.y_m + (rows + 0.5) * grid.cell_m))[order]
+    parts = np.split(places, np.searchsorted(which[order], np.arange(2, count + 1)))
+    large = [part for part in parts if len(part) * grid.cell_m**2 >= PATCH_MIN_M2]
+    return sorted(large, key=len, reverse=True)
+
+
+def touch_ups(missed: list[Floats], headings: list[float], space: FreeSpace) -> Iterator[tuple[CoverStroke, float]]:
+    """Strokes over patches at the given headings, one for each row of patches that one pass can cover.
+
+    With each comes how far it leads up to the first patch: anywhere along that it may be joined.
+    """
+    half = 0.5 * space.machine.width_m
+    for heading in headings:
+        along, across = np.array((np.cos(heading), np.sin(heading))), np.array((-np.sin(heading), np.cos(heading)))
+        spans = [(p @ along, p @ across) for p in missed]
+        for _, seed in spans:
+            # The pass lies with its edges about the patch; what else is within it is covered with it.
+            for level in {round(v, 1) for v in (0.5 * (seed.min() + seed.max()), seed.min() + half, seed.max() - half)}:
+                inside = [(a[abs(c - level) < half], a) for a, c in spans if (abs(c - level) < half).any()]
+                if inside:
+                    yield from _strokes(sorted((i.min(), i.max()) for i, _ in inside), level, heading, space)
+
+
+def _strokes(
+    extents: list[tuple[float, float]], level: float, heading: float, space: FreeSpace
+) -> Iterator[tuple[CoverStroke, float]]:
+    first, last = extents[0]
+    rows = []
+    for a, b in extents[1:]:
+        if a - last > GAP_M:
+            rows.append((first, last))
+            first, last = a, b
+        last = max(last, b)
+    rows.append((first, last))
+    for a, b in rows:
+        x = a * np.cos(heading) - level * np.sin(heading)
+        y = a * np.sin(heading) + level * np.cos(heading)
+        pose = PathPose(float(x), float(y), heading)
+        for start, end in space.stretches(pose, b - a + BEYOND_M, ZONE_M):
+            if end > 0.0 and start < b - a:
+                at = pose.moved(complex(start, 0.0), 0.0)
+                yield CoverStroke(DriveKind.TOUCH_UP, "touch-up", at, end - start), max(-start, 0.0)
+
+
+def places(chain: StrokeChain, stroke: CoverStroke, lead_m: float) -> list[int]:
+    """Behind which strokes of a chain it is best driven, roughly; always behind the last one too."""
+    mover, found = chain.joiner.mover, []
+    for k, join in enumerate(chain.joins):
+        first, last = chain.strokes[k].at(join.depart_m), chain.strokes[k + 1].at(join.arrive_m)
+        around = word_s(first, stroke.at(lead_m), mover) + word_s(stroke.at(stroke.length_m), last, mover)
+        found.append((around - join.way.length_m / mover.speed_mps, k))
+    return [len(chain.joins), *(k for _, k in sorted(found)[:PLACES_TRIED])]
+
+
+def touched_up(chain: StrokeChain, headings: list[float], enough_m2: float = 0.0) -> int:
+    """Insert strokes while they are worth it and more than enough is missed; how many were."""
+    joiner, done = chain.joiner, 0
+    worth, tried = chain.score_s, set[tuple[float, ...]]()
+    while joiner.covered.missed_m2 > enough_m2:
+        for _, key, stroke, lead in _offers(chain, headings, tried):
+            tried.add(key)
+            before, best = chain.state, None
+            for k in places(chain, stroke, lead):
+                if chain.insert(k, stroke) and chain.score_s < (best[0] if best else worth):
+                    best = chain.score_s, chain.state
+                chain.restore(before)
+            if best:
+                worth, done = best[0], done + 1
+                chain.restore(best[1])
+                break
+        else:
+            return done
+    return done
+
+
+def _offers(
+    chain: StrokeChain, headings: list[float], tried: set[tuple[float, ...]]
+) -> list[tuple[float, tuple[float, ...], CoverStroke, float]]:
+    """Strokes that may be worth it, the best first: rough score (s), what tells it apart, stroke, lead (m)."""
+    joiner, found = chain.joiner, []
+    for stroke, lead in touch_ups(patches(chain), headings, joiner.space):
+        key = tuple(round(v, 1) for v in (*stroke.start, stroke.length_m))
+        gain = joiner.covered.add(stroke.part(lead, stroke.length_m), 0)
+        score = (stroke.length_m - lead) / joiner.mover.speed_mps - gain * joiner.seconds_per_m2
+        if key not in tried and score < 0.0:
+            found.append((score, key, stroke, lead))
+    return sorted(found, key=lambda offer: offer[:2])[:OFFERS_TRIED]
