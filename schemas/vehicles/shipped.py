@@ -40,7 +40,7 @@ CLAY_ROLLER: Final = Vehicle(
             (-0.4, -0.6),
             (-0.4, -1.1),
         ),
-        gnss_antenna_z_m=1.8,
+        gnss_antenna_z_m=0.9,
         battery_wh=12_000.0,
         idle_power_w=250.0,
     ),

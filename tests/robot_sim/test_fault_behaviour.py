@@ -42,6 +42,7 @@ STOPS = [
     ("wheel-blocked", {}, "left wheel does not turn", False),
     ("wheel-slip", {"share": 0.5}, "wheels slip", None),
     ("motor-weak", {"share": 0.0}, "left wheel does not turn", False),
+    ("steering-offset", {}, "", True),
     ("valve-stuck", {"position": "open"}, "although the valve is closed", False),
     ("valve-stuck", {"position": "closed"}, "too little paint", False),
     ("disc-stuck", {"position": "up"}, "", True),

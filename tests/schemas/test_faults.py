@@ -83,6 +83,7 @@ RANGES = [  # of every number: the least and the most that there can be
     ("magnetic-disturbance", "north_t", -1e-3, 1e-3),
     ("wheel-slip", "share", -0.5, 0.95),
     ("motor-weak", "share", 0.0, 1.0),
+    ("steering-offset", "offset_rad", -0.5, 0.5),
     ("nozzle-clogged", "share", 0.0, 1.0),
     ("battery-low", "fraction", 0.0, 1.0),
     ("tank-empty", "litres", 0.0, 1000.0),

@@ -1,20 +1,22 @@
 """The coverage methods that are shipped."""
 
 import math
+from collections.abc import Callable
 
 from touchline.services.planner.coverage.area_method import CoverageMethod
+from touchline.services.planner.coverage.coverage_route import CoverageRoute
+from touchline.services.planner.coverage.coverage_task import CoverageTask
 from touchline.services.planner.coverage.lap_and_lanes import CoverOptions, cover
 from touchline.services.planner.coverage.zigzag import zigzag
 
-LAP_AND_LANES = CoverageMethod(
-    lambda task, progress: cover(
-        task.area,
-        task.boundary,
-        task.obstacles,
-        task.machine,
-        CoverOptions(task.forward_only, task.overlap_m, task.margin_m, task.swath_angle_deg),
-    )
-)
-ZIGZAG = CoverageMethod(
-    lambda task, progress: zigzag(task.area, task.machine, angle_rad=math.radians(task.swath_angle_deg or 0.0))
-)
+
+def _lap_and_lanes(task: CoverageTask, _progress: Callable[[float], None]) -> CoverageRoute:
+    options = CoverOptions(task.forward_only, task.overlap_m, task.margin_m, task.swath_angle_deg, task.coverage_pct)
+    return cover(task.area, task.boundary, task.obstacles, task.machine, options)
+
+
+def _zigzag(task: CoverageTask, _progress: Callable[[float], None]) -> CoverageRoute:
+    return zigzag(task.area, task.machine, angle_rad=math.radians(task.swath_angle_deg or 0.0))
+
+
+LAP_AND_LANES, ZIGZAG = CoverageMethod(_lap_and_lanes), CoverageMethod(_zigzag)

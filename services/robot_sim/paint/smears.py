@@ -68,7 +68,7 @@ def smearing(ledger: PaintLedger, track: t.Track, vehicle: Vehicle) -> Smearing:
         vehicle: Has the contacts, and how long paint stays wet.
     """
     rows, paint = track.rows, _pieces(ledger, track.rows)
-    if not len(paint):
+    if not len(paint) or not vehicle.tool.paints:  # what a roller has rolled sticks to nothing
         return Smearing(0, 0.0, 0.0, [])
     tool, left_m = vehicle.tool, np.zeros(len(ledger.targets) + 1)
     wet = c.WetPaint(paint, _grid(paint), tool.drying_time_s, tool.smear_share, tool.smear_length_m)

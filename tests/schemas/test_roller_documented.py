@@ -1,0 +1,93 @@
+"""docs/vehicles.md names every field of the roller, which is found by its name; what cannot be is refused."""
+
+import json
+import re
+from pathlib import Path
+
+import annotated_types
+import pytest
+
+from touchline.schemas.catalogue import load_vehicle
+from touchline.schemas.errors import SpecError
+from touchline.schemas.fleet import Fleet
+from touchline.schemas.remedies import unit_of
+from touchline.schemas.scenario import DriveNoise, Scenario
+from touchline.schemas.setup import Setup
+from touchline.schemas.spec import parse
+from touchline.schemas.vehicles import Vehicle
+from touchline.schemas.vehicles.rear_steered_drive import DrumMotor, RearSteeredDrive
+from touchline.schemas.vehicles.roller_tool import RollerTool
+from touchline.schemas.vehicles.shipped import CLAY_ROLLER, SHIPPED
+
+TEXT = (Path(__file__).parents[2] / "docs" / "vehicles.md").read_text(encoding="utf-8")
+ROWS = {cells[1].strip("` "): cells for cells in (line.split("|") for line in TEXT.splitlines()) if len(cells) == 8}
+FIELDS = {f"drive.{name}": field for name, field in RearSteeredDrive.model_fields.items() if name != "motor"}
+FIELDS |= {f"drive.motor.{name}": field for name, field in DrumMotor.model_fields.items()}
+FIELDS |= {f"tool.{name}": field for name, field in RollerTool.model_fields.items()}
+SIGNS = {
+    annotated_types.Ge: ("≥", "ge"),
+    annotated_types.Gt: (">", "gt"),
+    annotated_types.Le: ("≤", "le"),
+    annotated_types.Lt: ("<", "lt"),
+}
+
+
+def test_the_table_has_the_fields_and_no_others():
+    assert set(ROWS) - {"field", "---"} == set(FIELDS)
+
+
+@pytest.mark.parametrize("name", sorted(FIELDS))
+def test_default_unit_and_range_are_the_ones_told(name):
+    field, row = FIELDS[name], ROWS[name]
+    assert json.loads(row[2]) == field.default
+    unit = unit_of((name.rpartition(".")[2],))
+    assert row[3].strip() == (unit or ("ticks" if "encoder_ticks" in name else ""))
+    held = {
+        (SIGNS[type(bound)][0], float(getattr(bound, SIGNS[type(bound)][1])))
+        for bound in field.metadata
+        if type(bound) in SIGNS
+    }
+    assert held == {(sign, float(number)) for sign, number in re.findall(r"([<>≤≥]) (-?[\d.]+)", row[4])}
+    assert held or field.annotation not in (int, float)
+
+
+def test_it_is_found_by_its_name_and_written_as_a_file_that_can_be_given(tmp_path):
+    assert load_vehicle("clay-roller") is CLAY_ROLLER
+    assert load_vehicle("turf-tank-two") == Vehicle()
+    assert parse(Vehicle, CLAY_ROLLER.model_dump_json(), "printed") == CLAY_ROLLER
+    path = tmp_path / "fleet.json"
+    path.write_text('{"robots": [{"namespace": "r", "vehicle": "clay-roller"}]}')
+    assert Fleet.read(path).robots[0].vehicle == CLAY_ROLLER
+    assert all(shipped.vehicle.name == name for name, shipped in SHIPPED.items())
+    with pytest.raises(SpecError, match="give a path or one of: turf-tank-two, clay-roller"):
+        load_vehicle("steam-roller")
+
+
+@pytest.mark.parametrize(
+    ("drive", "says"),
+    [
+        ({"max_steering_rad": 0}, "drive.max_steering_rad is 0; give at least 0.01 rad"),
+        ({"can_spin": True}, "drive.can_spin is True; give false: it has no way to turn on the spot"),
+        ({"top_speed_mps": 1.5}, "drive.top_speed_mps is 1.5; give at most 1.1 m/s: the drum does no more"),
+        ({"transit_speed_mps": 1.05}, "drive.transit_speed_mps is 1.05; give at most 1 m/s: the drive does no more"),
+        ({"wheel_radius_m": 0.1}, "drive.wheel_radius_m is not a known field"),
+    ],
+)
+def test_what_cannot_be_is_refused(drive, says):
+    with pytest.raises(SpecError, match=re.escape(says)):
+        parse(Vehicle, json.dumps({"drive": {"kind": "rear-steered", **drive}, "tool": {"kind": "roller"}}), "own.json")
+
+
+def test_a_roller_works_both_ways_at_any_speed_and_a_sprayer_does_not():
+    roller, sprayer = CLAY_ROLLER.tool, Vehicle().tool
+    assert (roller.steady_speed, roller.works_backward, roller.covers, roller.paints) == (False, True, True, False)
+    assert (sprayer.steady_speed, sprayer.works_backward, sprayer.covers, sprayer.paints) == (True, False, False, True)
+    assert roller.width_m == 2.2
+
+
+def test_the_offset_is_written_only_where_it_is_another():
+    """So that the hashes of scenarios without a steered robot stay what they were."""
+    assert "steering_offset_rad" not in Setup().model_dump_json()
+    other = Scenario(drive=DriveNoise(steering_offset_rad=0.035))
+    assert parse(Scenario, other.model_dump_json(), "written") == other
+    assert Scenario(noise="none").effective().drive.steering_offset_rad == 0.0
