@@ -41,11 +41,6 @@ class RollerTool(ToolSpec):
         return False
 
     @property
-    def works_backward(self) -> bool:
-        """A drum rolls both ways."""
-        return True
-
-    @property
     def covers(self) -> bool:
         """That is all that it does."""
         return True

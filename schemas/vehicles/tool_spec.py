@@ -52,8 +52,8 @@ class ToolSpec(Spec):
         return True
 
     @property
-    def works_backward(self) -> bool:
-        """Whether it works while the vehicle drives backward, too."""
+    def covers(self) -> bool:
+        """Whether areas are what it works on: it works on all ground that it passes, and leaves nothing there."""
         return False
 
     @property
