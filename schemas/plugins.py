@@ -280,10 +280,12 @@ AREA_METHODS: Registry[Any] = Registry("area method")
 """How areas are covered: an `AreaMethod` or `CoverageMethod` of services/planner/coverage/area_method.py each."""
 AREA_METHODS.register("parallel", "straight swaths side by side", f"{_COVERAGE}.parallel:parallel")
 AREA_METHODS.register(
-    "lap-and-lanes", "for rollers: laps along the edges, then lanes", f"{_COVERAGE}.methods:LAP_AND_LANES"
+    "lap-and-lanes", "for rollers: laps along the edges, then lanes", f"{_COVERAGE}.coverage_methods:LAP_AND_LANES"
 )
 AREA_METHODS.register(
-    "zigzag", "for rollers, baseline: lanes there and back, with an S between them", f"{_COVERAGE}.methods:ZIGZAG"
+    "zigzag",
+    "for rollers, baseline: lanes there and back, with an S between them",
+    f"{_COVERAGE}.coverage_methods:ZIGZAG",
 )
 
 FOLLOWERS: Registry[Any] = Registry("follower")

@@ -98,7 +98,7 @@ class Bounds:
 
 
 @dataclass(frozen=True)
-class Zigzag:
+class ZigzagCase:
     """The study's planner on a field, the body ignored."""
 
     name: str
@@ -124,7 +124,7 @@ class Zigzag:
 
 
 @dataclass(frozen=True)
-class Planned:
+class PlannedCase:
     """One of our plans of the salt pan."""
 
     name: str
@@ -150,7 +150,7 @@ class Planned:
 
 
 @dataclass(frozen=True)
-class Driven:
+class DrivenCase:
     """A plan of the salt pan driven by the emulated roller, with default noise."""
 
     name: str
@@ -186,34 +186,34 @@ LANES = OnboardConfig(follower="pursuit-lanes", fence=UNFENCED)
 NEAR = LANES.model_copy(update={"lane_pursuit": LanePursuit(lookahead_m=1.5)})
 
 ZIGZAGS = (
-    Zigzag("zigzag, 93 × 47.6 m", 93.0, 47.6, Bounds((97.4, 97.8), minutes=(37.0, 38.1))),
-    Zigzag("zigzag, 90 × 44.6 m", 90.0, 44.6, Bounds((97.3, 97.7), minutes=(35.0, 35.4))),
-    Zigzag("zigzag, each place twice", 93.0, 47.6, Bounds((99.9, 100.0)), overlapping=2.0),
-    Zigzag("zigzag, lanes across", 93.0, 47.6, Bounds((95.1, 95.5)), angle_rad=-math.pi / 2),
+    ZigzagCase("zigzag, 93 × 47.6 m", 93.0, 47.6, Bounds((97.4, 97.8), minutes=(37.0, 38.1))),
+    ZigzagCase("zigzag, 90 × 44.6 m", 90.0, 44.6, Bounds((97.3, 97.7), minutes=(35.0, 35.4))),
+    ZigzagCase("zigzag, each place twice", 93.0, 47.6, Bounds((99.9, 100.0)), overlapping=2.0),
+    ZigzagCase("zigzag, lanes across", 93.0, 47.6, Bounds((95.1, 95.5)), angle_rad=-math.pi / 2),
 )
 PLANNED = (
-    Planned(
+    PlannedCase(
         "ours, forward only",
         PlanOptions(forward_only=True),
         Bounds((98.9, 100.0), 99.2, (0.0, 37.0), 0, body_outside_m=0.0),
     ),
-    Planned("ours", PlanOptions(), Bounds((99.4, 100.0), 99.75, (0.0, 39.0), body_outside_m=0.0)),
-    Planned(
+    PlannedCase("ours", PlanOptions(), Bounds((99.4, 100.0), 99.75, (0.0, 39.0), body_outside_m=0.0)),
+    PlannedCase(
         "ours, to 99.9 %", PlanOptions(coverage_pct=99.9), Bounds((0.0, 100.0), 99.9, (0.0, 41.0), body_outside_m=0.0)
     ),
 )
 DRIVEN = (
-    Driven("zigzag by pursuit-lanes, 5 m ahead", ZIGZAG, LANES, Bounds((94.2, 95.6), minutes=(36.0, 38.0))),
-    Driven("zigzag by pursuit-lanes, 1.5 m ahead", ZIGZAG, NEAR),
-    Driven("ours, forward only, by mpc", PlanOptions(forward_only=True), OnboardConfig()),
-    Driven(
+    DrivenCase("zigzag by pursuit-lanes, 5 m ahead", ZIGZAG, LANES, Bounds((94.2, 95.6), minutes=(36.0, 38.0))),
+    DrivenCase("zigzag by pursuit-lanes, 1.5 m ahead", ZIGZAG, NEAR),
+    DrivenCase("ours, forward only, by mpc", PlanOptions(forward_only=True), OnboardConfig()),
+    DrivenCase(
         "ours by mpc",
         PlanOptions(),
         OnboardConfig(),
         Bounds((99.3, 100.0), 99.8, (0.0, 39.0), p95_m=0.05, body_outside_m=0.05),
     ),
-    Driven("ours by pure pursuit", PlanOptions(), OnboardConfig(follower="pure-pursuit")),
-    Driven("ours by pursuit-lanes, 5 m ahead", PlanOptions(), LANES),
+    DrivenCase("ours by pure pursuit", PlanOptions(), OnboardConfig(follower="pure-pursuit")),
+    DrivenCase("ours by pursuit-lanes, 5 m ahead", PlanOptions(), LANES),
 )
 
 

@@ -80,8 +80,8 @@ def test_what_cannot_be_is_refused(drive, says):
 
 def test_a_roller_works_both_ways_at_any_speed_and_a_sprayer_does_not():
     roller, sprayer = CLAY_ROLLER.tool, Vehicle().tool
-    assert (roller.steady_speed, roller.works_backward, roller.covers, roller.paints) == (False, True, True, False)
-    assert (sprayer.steady_speed, sprayer.works_backward, sprayer.covers, sprayer.paints) == (True, False, False, True)
+    assert (roller.steady_speed, roller.covers, roller.paints) == (False, True, False)
+    assert (sprayer.steady_speed, sprayer.covers, sprayer.paints) == (True, False, True)
     assert roller.width_m == 2.2
 
 
