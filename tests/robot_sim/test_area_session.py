@@ -28,7 +28,7 @@ CONFIG = OnboardConfig(follower="pure-pursuit")
 
 @pytest.fixture(scope="module")
 def trajectory():
-    return plan(PAN, CLAY_ROLLER, PlanOptions(order="given")).trajectory
+    return plan(PAN, CLAY_ROLLER, PlanOptions(order="given", area_method="parallel")).trajectory
 
 
 def robot():
@@ -118,7 +118,7 @@ def test_another_process_goes_on_and_has_the_figures_of_both(driven, trajectory)
 
 def test_who_does_not_cover_areas_says_nothing_of_them(trajectory):
     painter = Emulator(Vehicle(), Scenario())
-    painter.load(plan(PAN, Vehicle(), PlanOptions(order="given")).trajectory, PAN)
+    painter.load(plan(PAN, Vehicle(), PlanOptions(order="given", area_method="parallel")).trajectory, PAN)
     assert painter.account is None
     emulator, telemetry = robot()
     emulator.load(trajectory)
