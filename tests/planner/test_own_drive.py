@@ -113,5 +113,5 @@ def test_a_kind_that_cannot_be_emulated_is_told_in_a_line(tmp_path: Path) -> Non
     assert isinstance(told.exception, SpecError)  # the command line makes one line of it
     assert str(told.exception) == (
         "vehicle: drive.kind is 'drum', which has nothing for the world; "
-        "give one that has (differential), or register its part `world` in `KindParts`"
+        "give one that has (differential, rear-steered), or register its part `world` in `KindParts`"
     )
