@@ -284,7 +284,7 @@ AREA_METHODS.register(
 )
 AREA_METHODS.register(
     "zigzag",
-    "for rollers, baseline: lanes there and back, with an S between them",
+    "for rollers, baseline: lanes there and back, an S between them",
     f"{_COVERAGE}.coverage_methods:ZIGZAG",
 )
 

@@ -9,6 +9,17 @@ import numpy as np
 from touchline.schemas.messages import AreaReport, PaintMarks
 from touchline.schemas.plain_text import plain
 from touchline.schemas.template import Polygon, Template
+from touchline.services.planner.plots.ground import (
+    AREA_EDGE,
+    BOUNDARY,
+    COVERED,
+    GROUND,
+    MISSED,
+    OBSTACLE,
+    TWICE,
+    fill_ground,
+    outline_ground,
+)
 from touchline.services.runs.writing import writing
 
 if TYPE_CHECKING:
@@ -16,8 +27,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from shapely.geometry.base import BaseGeometry
 
-GROUND, MISSED, COVERED, TWICE = "#e9e4d8", "#d7301f", "#9c8466", "#77603f"
-OBSTACLE, BOUNDARY, AREA_EDGE = "#3a3a3a", "#1f5fa8", "#4d4030"
 FIGURE_SIZE_IN = (12.0, 7.6)
 #: Smaller patches get no number of their own beside them, nor more than so many.
 NAMED_PATCH_M2, MOST_NAMED = 0.05, 40
@@ -45,11 +54,11 @@ def draw_covered(template: Template, strokes: Iterable[PaintMarks], path: Path, 
     figure = Figure(figsize=FIGURE_SIZE_IN, layout="constrained")
     axes = figure.add_subplot(facecolor=GROUND)
     for ground, colour, name in ((swept, COVERED, "covered"), (twice, TWICE, "twice"), (missed, MISSED, "missed")):
-        _fill(axes, ground, colour, name)
-    _fill(axes, shapely.union_all([_shape(each) for each in template.obstacles]), OBSTACLE, "obstacles")
-    _outline(axes, area, AREA_EDGE, "-")
+        fill_ground(axes, ground, colour, name)
+    fill_ground(axes, shapely.union_all([_shape(each) for each in template.obstacles]), OBSTACLE, "obstacles")
+    outline_ground(axes, area, AREA_EDGE, "-")
     if template.boundary is not None:
-        _outline(axes, _shape(template.boundary), BOUNDARY, "--")
+        outline_ground(axes, _shape(template.boundary), BOUNDARY, "--")
     _name_patches(axes, missed)
     kinds: list[Artist] = [Patch(color=COVERED, label="covered"), Patch(color=TWICE, label="more than once")]
     kinds += [Patch(color=MISSED, label="missed"), Line2D([], [], color=BOUNDARY, linestyle="--", label="boundary")]
@@ -58,8 +67,8 @@ def draw_covered(template: Template, strokes: Iterable[PaintMarks], path: Path, 
     axes.margins(0.03)
     axes.set_xlabel("x (m)")
     axes.set_ylabel("y (m)")
-    axes.set_title(plain(template.title or template.name, 200), fontweight="bold", loc="left")
-    axes.set_title(caption, fontsize="small", loc="right")
+    figure.suptitle(plain(template.title or template.name, 200), fontweight="bold")
+    axes.set_title(caption, fontsize="small")
     with writing(path):
         figure.savefig(path, dpi=140)
 
@@ -77,27 +86,6 @@ def _shape(polygon: Polygon) -> "BaseGeometry":
     import shapely
 
     return shapely.Polygon(polygon.corners)
-
-
-def _fill(axes: "Axes", ground: "BaseGeometry", colour: str, name: str) -> None:
-    """One path with holes for every polygon."""
-    import shapely
-    from matplotlib.collections import PathCollection
-    from matplotlib.path import Path as Outline
-
-    outlines = []
-    for part in shapely.get_parts(ground):
-        if part.geom_type == "Polygon" and not part.is_empty:
-            rings = [shapely.get_coordinates(ring) for ring in (part.exterior, *part.interiors)]
-            outlines.append(Outline.make_compound_path(*(Outline(ring, closed=True) for ring in rings)))
-    axes.add_collection(PathCollection(outlines, facecolors=colour, linewidths=0.0, gid=name))
-
-
-def _outline(axes: "Axes", ground: "BaseGeometry", colour: str, style: str) -> None:
-    import shapely
-
-    for line in shapely.get_parts(shapely.boundary(ground)):
-        axes.plot(*shapely.get_coordinates(line).T, color=colour, linestyle=style, linewidth=1.0)
 
 
 def _name_patches(axes: "Axes", missed: "BaseGeometry") -> None:

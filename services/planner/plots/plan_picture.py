@@ -9,9 +9,11 @@ import numpy as np
 from touchline.schemas.curves import Curve
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
+from touchline.services.planner.coverage.drum_sweep import swept
 from touchline.services.planner.geometry.clothoid import Floats, PiecePath
 from touchline.services.planner.plan import Plan
 from touchline.services.planner.plots.along import PAINTED_PT, QUANTITIES, TRANSITION_PT, draw_along
+from touchline.services.planner.plots.ground import BOUNDARY, COVERED, MISSED, OBSTACLE, fill_ground, outline_ground
 from touchline.services.planner.plots.style import INK, plan_style, save
 from touchline.services.planner.segments.section import RUN_IN, RUN_OUT
 from touchline.services.planner.swaths.offset import Stroke
@@ -64,14 +66,17 @@ def plot_plan(
             color=INK,
         )
         if colour == "plain":
-            _draw(axes, plan, template)
+            _draw(axes, plan, template, vehicle or Vehicle())
         else:
             _draw_along(axes, plan, template, vehicle or Vehicle(), colour)
         figure.legend(loc="outside lower center", ncols=4, frameon=False)
         save(figure, path, DPI)
 
 
-def _draw(axes: "Axes", plan: Plan, template: Template) -> None:
+def _draw(axes: "Axes", plan: Plan, template: Template, vehicle: Vehicle) -> None:
+    if plan.report.coverage:
+        _draw_covered(axes, plan, template, vehicle)
+        return
     for section in plan.sections:
         centre = _path_points(section.path)
         if section.stroke is None:
@@ -84,6 +89,32 @@ def _draw(axes: "Axes", plan: Plan, template: Template) -> None:
         _line(axes, nozzle, NOZZLE, "nozzle while painting", 1.3)
         _line(axes, centre, CENTRE, "robot while painting", 0.7, (0, (5, 3)))
         _arrow(axes, nozzle, NOZZLE)
+    _ends(axes, plan)
+
+
+def _draw_covered(axes: "Axes", plan: Plan, template: Template, vehicle: Vehicle) -> None:
+    """The ground that the tool covers and what it misses, and the path over it, backward in a colour of its own."""
+    import shapely
+
+    area = shapely.union_all([each.polygon for each in template.areas])
+    covered = swept([section.path for section in plan.sections], vehicle.tool.width_m)
+    obstacles = shapely.union_all([shapely.Polygon(each.corners) for each in template.obstacles])
+    for ground, colour, name in (
+        (covered, COVERED, "covered"),
+        (shapely.difference(area, covered), MISSED, "missed"),
+        (obstacles, OBSTACLE, "obstacles"),
+    ):
+        fill_ground(axes, ground, colour, name)
+        if not ground.is_empty:
+            axes.plot([], [], "s", color=colour, label=name)
+    if template.boundary:
+        outline_ground(axes, shapely.Polygon(template.boundary.corners), BOUNDARY, "--")
+    for section in plan.sections:
+        for piece, start in zip(section.path.pieces, section.path.knots, strict=False):
+            color, label = (INK, "forward") if piece.direction > 0 else (RUN, "backward")
+            _line(axes, _path_points(PiecePath(start, (piece,))), color, label, 0.9)
+        if section.work_id:
+            _arrows(axes, _path_points(section.path), INK)
     _ends(axes, plan)
 
 
@@ -180,11 +211,15 @@ def _bounds(plan: Plan) -> tuple[Floats, Floats]:
 
 
 def _figures(plan: Plan) -> str:
-    report = plan.report
+    report, share = plan.report, ""
     minutes, seconds = divmod(round(report.total_time_s), 60)
-    lines, transitions = _counted(report.painted_segments, "line"), _counted(report.transitions, "transition")
+    if report.coverage:
+        figures = report.coverage[0]
+        share = f"{figures.coverage_pct:.2f} % of the field, {figures.reachable_pct:.2f} % of what can be reached  ·  "
+    kind = "swath" if report.coverage else "line"
+    lines, transitions = _counted(report.painted_segments, kind), _counted(report.transitions, "transition")
     return (
-        f"{lines} {report.paint_length_m:.1f} m  ·  {transitions} {report.transition_length_m:.1f} m  ·  "
+        f"{share}{lines} {report.paint_length_m:.1f} m  ·  {transitions} {report.transition_length_m:.1f} m  ·  "
         f"{minutes}:{seconds:02d} min"
     )
 
