@@ -8,14 +8,17 @@ import pytest
 from textual.pilot import Pilot
 
 from tests.robot_sim.rolled import WIDTH_M
-from tests.tui import pan
+from tests.tui import pan, scenes
 from tests.tui.console import plain
+from touchline.schemas import messages as m
+from touchline.schemas import topics
 from touchline.schemas.curves import Curve
+from touchline.schemas.vehicles.shipped import CLAY_ROLLER
 from touchline.tui.area_layer import AreaLayer, AreaScene
 from touchline.tui.job import sample
 from touchline.tui.map_raster import Ink
 from touchline.tui.map_view import MapView
-from touchline.tui.panels import StatusPanel
+from touchline.tui.panels import StatusPanel, status_lines
 from touchline.tui.raster import Polyline
 from touchline.tui.viewport import Viewport
 
@@ -93,6 +96,21 @@ async def test_the_figures_of_the_end() -> None:
             assert text in shown, text
         inks = np.bincount(app.query_one(MapView)._cells.inks.ravel(), minlength=len(Ink))  # type: ignore[union-attr]
         assert inks[Ink.MISSED] > 20
+
+
+@pytest.mark.parametrize(
+    ("speed_mps", "yaw_rate_radps", "shown"),
+    [(1.0, -0.1, "◂ 11.3° left"), (-0.5, -0.05, "▸ 11.3° right"), (0.8, 0.0, "straight ahead"), (0.01, 0.1, None)],
+)
+def test_how_the_rear_wheel_is_steered(speed_mps: float, yaw_rate_radps: float, shown: str | None) -> None:
+    app = pan.app_with([])
+    app.state.vehicle = CLAY_ROLLER
+    twist = m.Twist(linear=m.Vector3(x=speed_mps), angular=m.Vector3(z=yaw_rate_radps))
+    moving = scenes.odometry(0.0, 0.0, 0.0).model_copy(update={"twist": m.TwistWithCovariance(twist=twist)})
+    for event in [*pan.rolling(2.0), scenes.received(topics.ODOMETRY, moving)]:
+        app.state.apply(event, 1.0)
+    lines = [line.plain for line in status_lines(app.state, 40)]
+    assert [line for line in lines if line.startswith("steering")] == ([f"steering {shown}"] if shown else [])
 
 
 def test_areas_of_a_tool_that_paints_are_shown_as_before() -> None:
