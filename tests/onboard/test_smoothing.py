@@ -10,7 +10,7 @@ import pytest
 from tests.onboard.rig import chain, trajectory
 from touchline.schemas.curves import Curve
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard.trajectory.path_projection import _pose
+from touchline.services.onboard.trajectory.path_projection import pose_on
 from touchline.services.onboard.trajectory.smoothing import (
     MAX_OFFSET_M,
     W_CURVATURE,
@@ -44,7 +44,7 @@ def joints(pieces: np.ndarray, sense: float = 1.0) -> np.ndarray:
     """(m − 1, 3) distance (m), kink (rad) and step of curvature (1/m) at the joints between pieces."""
     found = []
     for j in range(len(pieces) - 1):
-        x, y, heading = _pose(pieces, sense, j, pieces[j + 1, W_START])
+        x, y, heading = pose_on(pieces, sense, j, pieces[j + 1, W_START])
         end = pieces[j, W_CURVATURE] + pieces[j, W_SHARPNESS] * pieces[j, W_LENGTH]
         gap = math.hypot(x - pieces[j + 1, 0], y - pieces[j + 1, 1])
         found.append((gap, abs(heading - pieces[j + 1, 2]), abs(end - pieces[j + 1, W_CURVATURE])))

@@ -73,7 +73,7 @@ def session(scenario, listen_from, *, loop, follower="mpc", plan=PLAN, template=
         else:
             emulator.tick()
             said += telemetry.after_tick()
-    return said, telemetry.reports(), emulator.tick_count
+    return said, telemetry.reports().traversal, emulator.tick_count
 
 
 def assert_same(scenario, listen_from, **things):

@@ -21,7 +21,7 @@ from touchline.services.onboard.tracking_state import COMMAND, EFFECT, LATERAL, 
 from touchline.services.onboard.trajectory.path import Leg
 from touchline.services.onboard.trajectory.trajectory import load_trajectory
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.fast_runner import Quiet
+from touchline.services.robot_sim.fast_runner import FastRunner
 
 pytestmark = pytest.mark.xdist_group("drum")  # what is compiled for it is not kept on disk
 CURVATURE_1PM, BETA_RAD = 0.2731, 0.7961
@@ -84,7 +84,7 @@ def test_quiet_ticks_are_the_same_as_ticks_one_by_one() -> None:
         robot.start()
     for _ in range(1500):
         robots[0].tick()
-    Quiet(robots[1]).run(1500)
+    FastRunner(robots[1]).run(1500)
     assert robots[0].onboard.status.arc_length_m > 5.0
     assert robots[0].world.state.tolist() == robots[1].world.state.tolist()
 
@@ -103,7 +103,7 @@ def test_it_may_wait_for_the_steering() -> None:
     plan = load_trajectory(reversing((1, [(0.25, 4.0)]), (-1, [(0.0, 4.0)])), vehicle)
     follower, now = LanePursuitFollower(vehicle), np.zeros(NOW)
     follower.configure(OnboardConfig(lane_pursuit=LanePursuit(steer_first=True, lookahead_m=2.0)))
-    follower.take_path(Standing(plan.legs[0], plan.ways[0], 0.0))
+    follower.take_path(Standing(plan.legs[0], plan.pieces[0], 0.0))
     now[EFFECT], now[REFERENCE_SPEED] = 0.4, 0.05
     ahead = np.zeros((follower.ahead_rows, 2))
     for _ in range(200):
@@ -122,7 +122,7 @@ def test_sent_back_it_goes_by_the_reference_and_steers_for_a_point_behind() -> N
     vehicle = roller()
     plan = load_trajectory(reversing((1, [(0.0, 20.0)])), vehicle)
     follower, now = LanePursuitFollower(vehicle), np.zeros(NOW)
-    follower.take_path(Standing(plan.legs[0], plan.ways[0], 10.0))
+    follower.take_path(Standing(plan.legs[0], plan.pieces[0], 10.0))
     now[REFERENCE_SPEED], now[LATERAL] = -0.3, 0.5
     twist = follower.step(now, np.zeros((follower.ahead_rows, 2)))
     assert twist.speed_mps == -0.3

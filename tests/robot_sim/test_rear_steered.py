@@ -12,10 +12,10 @@ from touchline.schemas.messages import TraversalStatus
 from touchline.schemas.onboard import DriveSheet, OnboardConfig
 from touchline.schemas.scenario import DriveNoise, Ground, Scenario
 from touchline.schemas.vehicles.shipped import CLAY_ROLLER
-from touchline.services.core.constants import GRAVITY_MPS2
+from touchline.services.core.physical_constants import GRAVITY_MPS2
 from touchline.services.onboard.interface import TICK_S, Command
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.fast_runner import Quiet
+from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.fault_timeline import FaultTimeline
 from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world.constants import SURFACES
@@ -161,9 +161,9 @@ def sent(follower: str, noise: str = "default", faults: tuple[dict[str, object],
 @pytest.mark.parametrize("follower", ["pure-pursuit", "mpc"])
 def test_both_followers_drive_it_both_ways(follower: str) -> None:
     robot, lateral, speeds = sent(follower), [], []
-    quiet = Quiet(robot)
+    runner = FastRunner(robot)
     while robot.active:
-        quiet.run(10)
+        runner.run(10)
         job = robot.onboard._traversal.job
         assert job is not None
         lateral.append(job.driver.now[0])
@@ -185,19 +185,19 @@ def test_both_followers_drive_it_both_ways(follower: str) -> None:
 )
 def test_what_does_not_obey_stops_it(fault: dict[str, object], words: str) -> None:
     robot = sent("mpc", faults=({**fault, "start_s": 12.0},))
-    quiet = Quiet(robot)
+    runner = FastRunner(robot)
     while robot.active and robot.onboard.state != TraversalStatus.PAUSED and robot.tick_count < 4000:
-        quiet.run(20)
+        runner.run(20)
     assert (robot.onboard.state, robot.onboard.status.reason) == (TraversalStatus.PAUSED, words)
-    quiet.run(1500)
+    runner.run(1500)
     assert abs(robot.world.state[body.SPEED]) < 0.01
 
 
 def test_a_blow_to_the_steering_is_found_and_made_up_for() -> None:
     robot = sent("mpc", faults=({"kind": "steering-offset", "actuator": "steering", "start_s": 8.0},))
-    quiet, lateral = Quiet(robot), []
+    runner, lateral = FastRunner(robot), []
     while robot.active:
-        quiet.run(10)
+        runner.run(10)
         job = robot.onboard._traversal.job
         assert job is not None
         lateral.append(job.driver.now[0])
