@@ -94,7 +94,7 @@ class Standing:
     """A course on which the robot stands at the begin of a leg."""
 
     leg: Leg
-    way: NDArray[np.float64]
+    pieces: NDArray[np.float64]
     arc_length_m: float
 
 
