@@ -35,7 +35,7 @@ LONGEST_RADII = 12.0
 # Roughly, driving a zone further is worth so many times the seconds that it takes.
 WORKED_MORE = 2.5
 # Where so many ways touch something there is none.
-HOPELESS = 6000
+HOPELESS = 2500
 MOST_POSES = 4000
 
 
