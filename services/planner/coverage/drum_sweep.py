@@ -5,11 +5,11 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 
 from touchline.services.planner.coverage.machine import CoverageMachine
+from touchline.services.planner.coverage.shapes import Area, as_area
 from touchline.services.planner.geometry.clothoid import Floats, PiecePath
-
-Area = shapely.Polygon | shapely.MultiPolygon
 
 # Along bends the tool is looked at this often (m): between two places its ends are within a tenth of a millimetre.
 STEP_M = 0.05
@@ -22,11 +22,11 @@ def swept(paths: Iterable[PiecePath], width_m: float) -> Area:
     quads = [quad for path in paths for quad in tool_quads(path, width_m)]
     if not quads:
         return shapely.Polygon()
-    shapes = shapely.polygons(np.concatenate(quads))
+    shapes = np.asarray(shapely.polygons(np.concatenate(quads)))
     # A tool that turns about a place within its width folds its quad: its two triangles are then what it passes over.
     folded = ~shapely.is_valid(shapes)
     shapes[folded] = shapely.buffer(shapes[folded], 0.0)
-    return shapely.union_all(shapes)
+    return as_area(shapely.union_all(shapes))
 
 
 def tool_quads(path: PiecePath, width_m: float) -> list[Floats]:
@@ -61,12 +61,12 @@ def body_outside_m(paths: Sequence[PiecePath], machine: CoverageMachine, free: A
 
 
 def _depth(body: shapely.Polygon, free: Area) -> float:
-    corners = shapely.points(shapely.get_coordinates(free))
+    corners = np.asarray(shapely.points(shapely.get_coordinates(free)))
     inside = corners[shapely.contains_properly(body, corners)]
     return float(shapely.distance(inside, body.exterior).max()) if len(inside) else 0.0
 
 
-def body_at(poses: Floats, machine: CoverageMachine) -> np.ndarray:
+def body_at(poses: Floats, machine: CoverageMachine) -> NDArray[np.object_]:
     """The body as a polygon at each of the poses (n, 3)."""
     corners = np.array(machine.outline) @ np.array([[1.0], [1.0j]])
     turned = poses[:, 0, None] + 1j * poses[:, 1, None] + np.exp(1j * poses[:, 2, None]) * corners[:, 0]

@@ -6,16 +6,18 @@ from functools import cached_property
 import numpy as np
 import shapely
 
+from touchline.services.planner.collision.checker import first_touch
 from touchline.services.planner.coverage.kernels.survey import Walls
 from touchline.services.planner.coverage.machine import CoverageMachine
-from touchline.services.planner.geometry.clothoid import Floats, PathPose
-
-Area = shapely.Polygon | shapely.MultiPolygon
+from touchline.services.planner.coverage.shapes import Area, as_area
+from touchline.services.planner.geometry.clothoid import Floats, PathPose, PiecePath
 
 # Rounding of places on a wall (m): the body may be nearer by this than the margin.
 SLACK_M = 5e-4
 # A body that begins to turn swings out: in bends it may use up so much of the margin.
 SWING_SHARE = 0.4
+# A way is looked at this often (m) before it is taken.
+TOUCH_STEP_M = 0.05
 # Headings that differ by less (rad) are one.
 SAME_RAD = 1e-7
 # What is shorter (m) is no stretch.
@@ -36,7 +38,7 @@ class FreeSpace:
         """Corners of what is kept out stay corners, a margin further out."""
         inside = boundary.buffer(-margin_m, join_style="mitre")
         outside = [polygon.buffer(margin_m, join_style="mitre", mitre_limit=2.0) for polygon in kept_out]
-        self.free: Area = inside.difference(shapely.union_all(outside)) if outside else inside
+        self.free = as_area(inside.difference(shapely.union_all(outside)))
         self.machine = machine
         outlines = [boundary, *kept_out]
         self._edges = np.concatenate([_ring_edges(polygon.exterior) for polygon in outlines])
@@ -61,6 +63,13 @@ class FreeSpace:
         rings = [ring for part in shapely.get_parts(self.free) for ring in (part.exterior, *part.interiors)]
         return np.concatenate([_ring_edges(ring) for ring in rings]) if rings else np.empty((0, 4))
 
+    def touched(self, path: PiecePath) -> bool:
+        """Whether the body gets nearer to anything than it may in bends."""
+        count = 2 + math.ceil(path.length_m / TOUCH_STEP_M)
+        poses = np.column_stack(path.sample(np.linspace(0.0, path.length_m, count))[:3])
+        edges, owner, body, margin_m = self.walls
+        return bool(first_touch(poses, edges, owner, True, body, margin_m - SLACK_M)[0] >= 0)
+
     def at(self, heading_rad: float) -> Area:
         """Where the middle of the tool may be at a heading."""
         key = round(math.remainder(heading_rad, math.tau) / SAME_RAD)
@@ -72,7 +81,7 @@ class FreeSpace:
             hulls = shapely.convex_hull(
                 shapely.multipoints(sums.reshape(-1, 2), indices=np.repeat(np.arange(len(sums)), 6))
             )
-            self._at[key] = self.free.difference(shapely.union_all(hulls)) if len(sums) else self.free
+            self._at[key] = as_area(self.free.difference(shapely.union_all(hulls)))
         return self._at[key]
 
     def stretches(self, pose: PathPose, ahead_m: float, behind_m: float) -> list[tuple[float, float]]:

@@ -11,7 +11,7 @@ import numpy as np
 from touchline.services.planner.coverage.cover_stroke import CoverStroke
 from touchline.services.planner.coverage.kernels.lane_anneal import annealed
 from touchline.services.planner.coverage.kernels.survey import Mover
-from touchline.services.planner.coverage.lanes import Lane
+from touchline.services.planner.coverage.lanes import CoverLane
 from touchline.services.planner.coverage.machine import CoverageMachine
 from touchline.services.planner.coverage.stroke_join import Joiner
 from touchline.services.planner.geometry.clothoid import Floats, Ints, PathPose, PiecePath
@@ -58,7 +58,7 @@ class LaneOrder:
         room: What turns take of a lane.
     """
 
-    items: list[Lane]
+    items: list[CoverLane]
     angle_rad: float
     entries: list[PathPose]
     joiner: Joiner
@@ -116,7 +116,8 @@ class LaneOrder:
         level = np.array([(lane.along.start.point * across.conjugate()).real for lane in self.items])
         steps = min(STEPS_PER_LANE * len(self.items), STEPS_MOST)
         start = np.array([2 * k + k % 2 for k in range(len(self.items))])
-        return annealed(start, self._cost, level, self._entry, self._neighbours, apart_s, steps, HOT_S, seed)
+        found: Ints = annealed(start, self._cost, level, self._entry, self._neighbours, apart_s, steps, HOT_S, seed)
+        return found
 
     def _score_s(self, order: list[CoverStroke]) -> float:
         """Seconds for the ways between, less what they cover is worth."""

@@ -10,7 +10,8 @@ import shapely
 
 from touchline.services.planner.coverage.cover_stroke import CoverStroke
 from touchline.services.planner.coverage.coverage_route import DriveKind
-from touchline.services.planner.coverage.free_space import Area, FreeSpace
+from touchline.services.planner.coverage.free_space import FreeSpace
+from touchline.services.planner.coverage.shapes import Area
 from touchline.services.planner.geometry.clothoid import Floats, PathPose
 
 # A turn from lane to lane is worth so many metres of a lane when directions are compared.
@@ -24,7 +25,7 @@ LANE_MIN_M = 0.3
 
 
 @dataclass(frozen=True)
-class Lane:
+class CoverLane:
     """A lane, to be driven one way or the other.
 
     Attributes:
@@ -46,7 +47,7 @@ def lane_angle(rest: Area, pitch_m: float) -> float:
         for dx, dy in np.diff(shapely.get_coordinates(part.exterior), axis=0).tolist()
     ]
     angles = [*dict.fromkeys(round(a, 9) for a in edges), *np.radians(np.arange(0.0, 180.0, ANGLE_STEP_DEG)).tolist()]
-    return min(angles, key=lambda angle: _price_m(rest, angle, pitch_m))
+    return float(min(angles, key=lambda angle: _price_m(rest, angle, pitch_m)))
 
 
 def _price_m(rest: Area, angle_rad: float, pitch_m: float) -> float:
@@ -54,7 +55,7 @@ def _price_m(rest: Area, angle_rad: float, pitch_m: float) -> float:
     return sum(b - a + TURN_M for _, _, extents in rows for a, b in extents)
 
 
-def lanes(rest: Area, angle_rad: float, pitch_m: float, space: FreeSpace) -> list[Lane]:
+def lanes(rest: Area, angle_rad: float, pitch_m: float, space: FreeSpace) -> list[CoverLane]:
     """Lanes over what is left, no further apart than the pitch, evenly between its edges along them.
 
     They are carried on as far as it takes to cross a lap.
@@ -65,7 +66,7 @@ def lanes(rest: Area, angle_rad: float, pitch_m: float, space: FreeSpace) -> lis
         pitch_m: No lanes are further apart.
         space: Where the machine may be.
     """
-    found: list[Lane] = []
+    found: list[CoverLane] = []
     beyond = 1.5 * space.machine.width_m
     for row, (level, _, extents) in enumerate(_rows(_frame(rest, -angle_rad), pitch_m)):
         for a, b in extents:
@@ -82,7 +83,7 @@ def lanes(rest: Area, angle_rad: float, pitch_m: float, space: FreeSpace) -> lis
             if min(length for _, length in ways) >= LANE_MIN_M:
                 label = f"lane {len(found) + 1}"
                 along, back = (CoverStroke(DriveKind.LANE, label, start, length) for start, length in ways)
-                found.append(Lane(along, back, row))
+                found.append(CoverLane(along, back, row))
     return found
 
 

@@ -17,27 +17,28 @@ import shapely
 from touchline.schemas.errors import PlanningError
 from touchline.services.planner.coverage.cover_stroke import CoverStroke
 from touchline.services.planner.coverage.coverage_route import CoverageRoute, DriveKind, DrivePiece, one_way
-from touchline.services.planner.coverage.free_space import Area, FreeSpace
+from touchline.services.planner.coverage.free_space import FreeSpace
 from touchline.services.planner.coverage.lane_order import LaneOrder, turn_room, word_s
-from touchline.services.planner.coverage.lanes import Lane, lane_angle, lanes
+from touchline.services.planner.coverage.lanes import CoverLane, lane_angle, lanes
 from touchline.services.planner.coverage.laps import rings, sides
 from touchline.services.planner.coverage.machine import CoverageMachine
 from touchline.services.planner.coverage.reachable import reachable
+from touchline.services.planner.coverage.shapes import Area, as_area
 from touchline.services.planner.coverage.stroke_chain import StrokeChain
 from touchline.services.planner.coverage.stroke_join import ZONE_M, Joiner
 from touchline.services.planner.coverage.stroke_map import StrokeMap
 from touchline.services.planner.coverage.touch_up import touched_up
-from touchline.services.planner.geometry.clothoid import PiecePath, joined
+from touchline.services.planner.geometry.clothoid import PathPose, PiecePath, joined
 
 # What a square metre is worth (s): where lanes are ordered and joined, and in the corners of a lap.
 LANE_S_PER_M2, LAP_S_PER_M2 = 4.0, 10.0
 # While less is covered than asked for, a square metre is worth ever more.
-TOUCH_UP_S_PER_M2 = (20.0, 40.0, 60.0, 90.0, 140.0)
+TOUCH_UP_S_PER_M2 = (20.0, 40.0, 50.0, 60.0, 80.0, 120.0)
 # The search's raster sees so much more (share of the area) than is covered: slivers narrower than a cell.
-RASTER_SHARE = 2.5e-4
+RASTER_SHARE = 1.6e-4
 # A machine that does not go back closes its lap over so much (m) of its first side, to round the last corner.
 CLOSING_M = 20.0
-# Where there is no direct way to a stroke, so many others lead to it over a place on another stroke, this far apart (m).
+# Where there is no direct way to a stroke, so many places on others, this far apart (m), are tried to get over.
 VIAS_TRIED, VIA_EVERY_M, VIA_M = 24, 8.0, 0.5
 
 
@@ -50,14 +51,14 @@ class CoverOptions:
         overlap_m: By which neighbouring passes overlap at least.
         margin_m: Between the body and what it keeps off; a body that begins to turn may use up some of it.
         swath_angle_deg: Direction of the lanes, counter-clockwise from +x; None: that in which they take least.
-        coverage_pct: What is missed is touched up until so much of what can be reached is covered; 0: not at all.
+        coverage_pct: What is missed is touched up until so much of what can be reached is covered.
     """
 
     forward_only: bool = False
     overlap_m: float = 0.03
     margin_m: float = 0.05
     swath_angle_deg: float | None = None
-    coverage_pct: float = 0.0
+    coverage_pct: float = 99.0
 
 
 def cover(
@@ -103,9 +104,9 @@ class _Covering:
         self.covered = StrokeMap(reach, machine.width_m)
         self.joiner = Joiner(space, self.covered, LANE_S_PER_M2, reversing=self.reversing)
         self.chain = StrokeChain(self.joiner)
-        target = space.free.intersection(area)
+        target = as_area(space.free.intersection(area))
         self.lap: list[CoverStroke] = []
-        self.items: list[Lane] = []
+        self.items: list[CoverLane] = []
         for number, ring in enumerate(rings(target, machine.width_m)):
             found = sides(ring, f"lap {number + 1}" if number else "lap", space)
             if number:
@@ -124,8 +125,7 @@ class _Covering:
         self._build()
         self._improve(LANE_S_PER_M2)
         self._improve(2.0 * LANE_S_PER_M2)
-        if self.options.coverage_pct:
-            self._touch_up()
+        self._touch_up()
         remarks = [f"{stroke.label} cannot be reached from the rest: it is left out" for stroke in self.left_out]
         return CoverageRoute(tuple(self._pieces()), self.reach, tuple(remarks))
 
@@ -150,7 +150,11 @@ class _Covering:
             chain.expect(side, [side.part(0.0, side.length_m)])
         entries = [self._entries(side) for side in lap]
         search = LaneOrder(
-            self.items, self.angle_rad, [e for each in entries for e in each], self.joiner, turn_room(self.space.machine)
+            self.items,
+            self.angle_rad,
+            [e for each in entries for e in each],
+            self.joiner,
+            turn_room(self.space.machine),
         )
         for lane in self.items:
             chain.expect(lane.along, [search.part(lane.along)])
@@ -169,7 +173,7 @@ class _Covering:
             chain.expect(stroke, [search.word(before, stroke)])
         return [*ring, *tour]
 
-    def _entries(self, side: CoverStroke) -> list:
+    def _entries(self, side: CoverStroke) -> list[PathPose]:
         """Where the way to the lanes may begin on the last side of a lap."""
         back = side.length_m - np.arange(4.0, ZONE_M, 2.0)
         at = back if self.reversing else np.arange(8.0, CLOSING_M, 2.0)
@@ -197,9 +201,11 @@ class _Covering:
                 found.append((around, s, via))
         yield from (via for _, _, via in sorted(found, key=lambda f: f[:2])[:VIAS_TRIED])
 
-    def _improve(self, lane_s: float, *, lanes_back: bool = False) -> None:
-        """Look at every way again, now that all others are known."""
+    def _improve(self, lane_s: float, *, lanes_back: bool = False, enough_m2: float = 0.0) -> None:
+        """Look at every way again, now that all others are known, while more than enough is missed."""
         for k in range(len(self.chain.joins)):
+            if self.covered.missed_m2 <= enough_m2:
+                return
             lane = self.chain.strokes[k].kind == self.chain.strokes[k + 1].kind == DriveKind.LANE
             self.joiner.reversing = self.reversing and (lanes_back or not lane)
             self.joiner.seconds_per_m2 = lane_s if lane else max(lane_s, LAP_S_PER_M2)
@@ -213,17 +219,24 @@ class _Covering:
         }
         share = 1.0 - 0.01 * self.options.coverage_pct - RASTER_SHARE
         enough = max(share, 0.0) * self.covered.wanted_m2
+        if self.covered.missed_m2 <= enough:
+            return
         for worth in TOUCH_UP_S_PER_M2:
             if self.covered.missed_m2 <= enough:
-                return
+                break
             self.joiner.reversing, self.joiner.seconds_per_m2 = self.reversing, worth
             touched_up(self.chain, sorted(headings), enough)
-            if self.covered.missed_m2 > enough:
-                self._improve(worth, lanes_back=True)
+            # What is touched up frees turns beside it of going out of their way.
+            self._improve(LAP_S_PER_M2, enough_m2=enough)
+            self._improve(worth, lanes_back=True, enough_m2=enough)
+        for k in range(len(self.chain.joins)):
+            self.joiner.reversing, self.joiner.seconds_per_m2 = self.reversing, LANE_S_PER_M2
+            self.chain.rejoin(k, enough)
 
     def _pieces(self) -> Iterator[DrivePiece]:
-        for stroke, (worked, *ways) in zip(self.chain.strokes, self.chain.paths(), strict=True):
-            yield from one_way(stroke.kind, stroke.label, worked, worked=True)
+        for stroke, (worked, ways) in zip(self.chain.strokes, self.chain.paths(), strict=True):
+            if worked:
+                yield from one_way(stroke.kind, stroke.label, worked, worked=True)
             for way in ways:
                 path = PiecePath(way.start, joined(way.pieces))
                 yield from one_way(DriveKind.TURN, f"{stroke.label}, turn", path, worked=False)

@@ -9,8 +9,9 @@ import shapely
 
 from touchline.services.planner.coverage.cover_stroke import CoverStroke
 from touchline.services.planner.coverage.coverage_route import DriveKind
-from touchline.services.planner.coverage.free_space import Area, FreeSpace
-from touchline.services.planner.coverage.lanes import Lane
+from touchline.services.planner.coverage.free_space import FreeSpace
+from touchline.services.planner.coverage.lanes import CoverLane
+from touchline.services.planner.coverage.shapes import Area
 from touchline.services.planner.geometry.clothoid import PathPose
 
 # Sides lie in no row.
@@ -29,7 +30,7 @@ def rings(target: Area, width_m: float) -> list[shapely.LinearRing]:
     return [ring for part in parts for ring in (part.exterior, *part.interiors)]
 
 
-def sides(ring: shapely.LinearRing, name: str, space: FreeSpace) -> list[Lane]:
+def sides(ring: shapely.LinearRing, name: str, space: FreeSpace) -> list[CoverLane]:
     """A stroke each way for each side of a ring, from where the tail is at the wall to where the nose is.
 
     Args:
@@ -37,7 +38,7 @@ def sides(ring: shapely.LinearRing, name: str, space: FreeSpace) -> list[Lane]:
         name: What the labels begin with.
         space: Where the machine may be.
     """
-    found: list[Lane] = []
+    found: list[CoverLane] = []
     corners = [complex(*p) for p in shapely.get_coordinates(ring).tolist()]
     for a, b in pairwise(_without_straight_corners(corners)):
         for start, length in _along(a, b, space):
@@ -48,7 +49,7 @@ def sides(ring: shapely.LinearRing, name: str, space: FreeSpace) -> list[Lane]:
                 _, other, other_m = min(others)
                 label = f"{name}, side {len(found) + 1}"
                 along = CoverStroke(DriveKind.LAP, label, start, length)
-                found.append(Lane(along, CoverStroke(DriveKind.LAP, label, other, other_m), NO_ROW))
+                found.append(CoverLane(along, CoverStroke(DriveKind.LAP, label, other, other_m), NO_ROW))
     return found
 
 

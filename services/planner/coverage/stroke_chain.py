@@ -80,9 +80,12 @@ class StrokeChain:
             self.restore(before)
         return False
 
-    def rejoin(self, k: int) -> None:
-        """Take a better way from stroke `k` to the next, if there is one now that more is known."""
-        before, worth = self.state, self.score_s
+    def rejoin(self, k: int, missed_most_m2: float | None = None) -> None:
+        """Take a better way from stroke `k` to the next, if there is one now that more is known.
+
+        Better is what scores better; or, if so much may be missed, what is quicker and misses no more than that.
+        """
+        before, worth, seconds = self.state, self.score_s, self.seconds
         self._count(k, -1)
         self._count(k + 1, -1)
         self.joiner.covered.take(self.joins[k].way)
@@ -90,7 +93,11 @@ class StrokeChain:
         self.joiner.covered.add(self.joins[k].way)
         self._count(k, 1)
         self._count(k + 1, 1)
-        if self.score_s >= worth:
+        if missed_most_m2 is None:
+            better = self.score_s < worth
+        else:
+            better = self.seconds < seconds and self.joiner.covered.missed_m2 <= missed_most_m2
+        if not better:
             self.restore(before)
 
     @property
@@ -143,7 +150,7 @@ class StrokeChain:
     @property
     def seconds(self) -> float:
         """For the whole chain, from standstill to standstill."""
-        pieces = [piece for parts in self.paths() for path in parts for piece in path.pieces]
+        pieces = [p for worked, ways in self.paths() for path in (worked, *ways) if path for p in path.pieces]
         runs = groupby(pieces, key=lambda piece: piece.direction)
         return sum(self.joiner.space.machine.run_s(sum(p.length_m for p in run)) for _, run in runs)
 
@@ -174,15 +181,15 @@ class StrokeChain:
         if end > self._begin(k):
             self.joiner.covered.add(self.strokes[k].part(self._begin(k), end), change)
 
-    def paths(self) -> list[list[PiecePath]]:
-        """What is driven, stroke by stroke: its own stretch, the way to the next, a way back on that."""
+    def paths(self) -> list[tuple[PiecePath | None, list[PiecePath]]]:
+        """What is driven, stroke by stroke: what is left of it, the way to the next, and a way back on that."""
         found = []
         for k, stroke in enumerate(self.strokes):
             join = self.joins[k] if k < len(self.joins) else None
             end = join.leave_m if join else stroke.length_m
-            parts = [stroke.part(self._begin(k), end)]
-            if join:
-                after = self.strokes[k + 1]
-                parts += [join.way, after.part(join.arrive_m, join.begin_m)]
-            found.append([part for part in parts if part.length_m > 0.0])
+            worked = stroke.part(self._begin(k), end) if end > self._begin(k) else None
+            ways = [join.way] if join else []
+            if join and join.begin_m < join.arrive_m:
+                ways.append(self.strokes[k + 1].part(join.arrive_m, join.begin_m))
+            found.append((worked, [way for way in ways if way.length_m > 0.0]))
         return found

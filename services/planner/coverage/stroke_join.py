@@ -19,6 +19,8 @@ from touchline.services.planner.steering.words import words
 ZONE_M, COARSE_M, FINE_M = 12.0, 1.0, 0.25
 # Beside a wall the tail swings out at the beginning of a turn: on its way back the machine slides so far (m) off it.
 SLIDE_M = 0.2
+# As the kernel counts them.
+WORDS = ("LSL", "LSR", "LRL", "LRL", "RSR", "RSL", "RLR", "RLR")
 # So many ways are looked at behind the best one.
 PATIENCE = 250
 
@@ -134,14 +136,16 @@ class Joiner:
         best = survey(asked, self.space.walls, self.mover, self.covered.grid, self.seconds_per_m2, PATIENCE)
         if not math.isfinite(best[0]):
             return None
-        _, seconds, gained, i, j, direction = best[:6].tolist()
+        _, seconds, gained, i, j, direction, kind, first_rad = best.tolist()
         leave_m, behind_m, side = leave[int(i)].tolist()
         arrive_m, begin_m = join[int(j)].tolist()
         back = [Piece(behind_m, direction=-first.direction)] if behind_m else []
         back += slide if side > 0.0 else [piece.mirrored() for piece in slide] if side < 0.0 else []
         behind = PiecePath(first.at(leave_m), joined(back))
-        word = self._word(behind.end, last.at(arrive_m), int(direction), float(best[7]))
+        word = self._word((behind.end, last.at(arrive_m)), int(direction), WORDS[int(kind)], abs(first_rad))
         way = PiecePath(behind.start, (*behind.pieces, *word))
+        if self.space.touched(way):
+            return None
         return StrokeJoin(leave_m, leave_m - behind_m, way, arrive_m, begin_m, seconds, gained)
 
     def _slide(self, direction: int) -> tuple[Piece, ...]:
@@ -152,11 +156,15 @@ class Joiner:
         signs = ((0.0, 1.0), (peak, -1.0), (0.0, -1.0), (-peak, 1.0))
         return tuple(Piece(ramp, bend, sign * sharpness, direction) for bend, sign in signs)
 
-    def _word(self, start: PathPose, goal: PathPose, direction: int, length_m: float) -> tuple[Piece, ...]:
-        """The word of this length between two poses, to the last digit; driven backward where the direction is −1."""
+    def _word(
+        self, ends: tuple[PathPose, PathPose], direction: int, letters: str, first_rad: float
+    ) -> tuple[Piece, ...]:
+        """A word that the survey found, to the last digit; driven backward where the direction is −1."""
         about = 0.0 if direction > 0 else math.pi
-        ends = (pose._replace(heading_rad=pose.heading_rad + about) for pose in (start, goal))
-        word = min(words(*ends, self.turn), key=lambda w: abs(w.length(self.turn) - length_m))
+        start, goal = (pose._replace(heading_rad=pose.heading_rad + about) for pose in ends)
+        offers = words(start, goal, self.turn)
+        alike = [word for word in offers if word.letters == letters]
+        word = min(alike, key=lambda word: abs(math.remainder(word.amounts[0] - first_rad, math.tau)))
         pieces = word.pieces(self.turn)
         if direction < 0:
             pieces = tuple(Piece(p.length_m, -p.curvature_1pm, -p.sharpness_1pm2, -1) for p in pieces)

@@ -5,13 +5,12 @@ import math
 import numpy as np
 import shapely
 
-from touchline.services.planner.coverage.free_space import Area
-from touchline.services.planner.coverage.kernels.grid import Grid, ask, fill, pass_path, uncovered
+from touchline.services.planner.coverage.kernels.grid import PassGrid, ask, fill, pass_path, uncovered
+from touchline.services.planner.coverage.shapes import Area
 from touchline.services.planner.geometry.clothoid import Floats, PiecePath
 
-# Cells of 10 cm up to a field of about four hectares; then as many cells, and larger ones.
-CELL_M = 0.1
-MOST_CELLS = 4_000_000
+# Cells of 5 cm on small fields; as many of them, up to 10 cm each; then at most so many, however large they are.
+CELLS_M, CELLS, MOST_CELLS = (0.05, 0.1), 450_000, 4_000_000
 
 
 class StrokeMap:
@@ -20,10 +19,12 @@ class StrokeMap:
     def __init__(self, wanted: Area, width_m: float, cell_m: float | None = None) -> None:
         """All of the area is uncovered; cells are as small as is worth it unless said."""
         left, low, right, high = wanted.bounds
-        size = cell_m or max(CELL_M, math.sqrt((right - left) * (high - low) / MOST_CELLS))
+        box_m2 = (right - left) * (high - low)
+        fine_m = min(max(CELLS_M[0], math.sqrt(box_m2 / CELLS)), CELLS_M[1])
+        size = cell_m or max(fine_m, math.sqrt(box_m2 / MOST_CELLS))
         shape = (math.ceil((high - low) / size) + 1, math.ceil((right - left) / size) + 1)
         seen, question = np.zeros(shape, np.int32), np.zeros(1, np.int32)
-        self.grid = Grid(left, low, size, np.zeros(shape, np.bool_), np.zeros(shape, np.int16), seen, question)
+        self.grid = PassGrid(left, low, size, np.zeros(shape, np.bool_), np.zeros(shape, np.int16), seen, question)
         self.half_width_m = 0.5 * width_m
         for part in shapely.get_parts(wanted):
             rings = [np.array(ring.coords)[:, :2] for ring in (part.exterior, *part.interiors)]

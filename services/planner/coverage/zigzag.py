@@ -12,12 +12,13 @@ import cmath
 import math
 from dataclasses import dataclass
 
+import numpy as np
 import shapely
 
 from touchline.schemas.errors import PlanningError
 from touchline.services.planner.coverage.coverage_route import CoverageRoute, DriveKind, DrivePiece
 from touchline.services.planner.coverage.machine import CoverageMachine
-from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
+from touchline.services.planner.geometry.clothoid import Floats, PathPose, Piece, PiecePath
 
 # Further than any field is wide (m).
 FAR_M = 1e5
@@ -153,9 +154,8 @@ def _margin(field: shapely.Polygon, x: float, y: float) -> float:
     return distance if field.covers(place) or distance < HAIR_M else -distance
 
 
-def _turned(points, angle_rad):  # type: ignore[no-untyped-def]
-    import numpy as np
-
+def _turned(points: Floats, angle_rad: float) -> Floats:
+    """Points (n, 2), turned about the origin."""
     z = (points[:, 0] + 1j * points[:, 1]) * cmath.rect(1.0, angle_rad)
     return np.column_stack((z.real, z.imag))
 

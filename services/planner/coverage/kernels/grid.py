@@ -17,7 +17,7 @@ LENGTH, CURVATURE, SHARPNESS, DIRECTION = range(4)
 BEND_STEP_M = 0.1
 
 
-class Grid(NamedTuple):
+class PassGrid(NamedTuple):
     """A raster; its first cell's corner is at (x, y).
 
     Attributes:
@@ -40,7 +40,7 @@ class Grid(NamedTuple):
 
 
 @kernel
-def fill(edges: Floats, grid: Grid, wanted: bool) -> None:
+def fill(edges: Floats, grid: PassGrid, wanted: bool) -> None:
     """Set `wanted` where the middle of a cell is inside closed outlines of edges (n, 4) x₁ y₁ x₂ y₂, even-odd."""
     rows, columns = grid.wanted.shape
     crossings = np.empty(len(edges))
@@ -60,13 +60,13 @@ def fill(edges: Floats, grid: Grid, wanted: bool) -> None:
 
 
 @kernel
-def ask(grid: Grid) -> None:
+def ask(grid: PassGrid) -> None:
     """Begin a new question: cells are met anew."""
     grid.question[0] += 1
 
 
 @kernel
-def pass_quad(corners: Floats, grid: Grid, change: int) -> int:
+def pass_quad(corners: Floats, grid: PassGrid, change: int) -> int:
     """Meet the cells within a convex quadrilateral (8,) x y …, once in a question; how many were wanted and uncovered.
 
     `change` is added to the passes of those met.
@@ -115,7 +115,7 @@ def step_on(pose: Floats, curvature: float, sharpness: float, length: float, dir
 
 
 @kernel
-def pass_path(start: Floats, table: Floats, count: int, half_width: float, grid: Grid, change: int) -> int:
+def pass_path(start: Floats, table: Floats, count: int, half_width: float, grid: PassGrid, change: int) -> int:
     """Meet what the tool passes over along `count` rows of a table of pieces from a pose; as `pass_quad`."""
     pose, corners, found = np.empty(7), np.empty(8), 0
     pose[:3] = start[:3]
@@ -136,7 +136,7 @@ def pass_path(start: Floats, table: Floats, count: int, half_width: float, grid:
 
 
 @kernel
-def uncovered(grid: Grid) -> int:
+def uncovered(grid: PassGrid) -> int:
     """How many cells are wanted and not passed over."""
     count = 0
     for row in range(grid.wanted.shape[0]):

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from touchline.services.core.jit import kernel
+from touchline.services.core.random import whole
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 
 
@@ -32,7 +33,7 @@ def price(order: Ints, cost: Floats, level: Floats, entry: Floats, pairs: Ints, 
     for p in range(len(pairs)):
         if turned[pairs[p, 0], pairs[p, 2]] < 0 and turned[pairs[p, 1], pairs[p, 2]] > 0:
             total += apart_s
-    return total
+    return float(total)
 
 
 @kernel
@@ -53,14 +54,14 @@ def annealed(
     turned = np.zeros((n, 2), np.int64)
     now = price(order, cost, level, entry, pairs, apart_s, turned)
     least = now
-    np.random.seed(seed)
     for step in range(steps):
         heat = hot_s * (1.0 - step / steps) ** 2 + 1e-3
         trial[:] = order
-        i, j = np.random.randint(0, n), np.random.randint(0, n)
+        at = 8 * step
+        i, j = whole(seed, at, n), whole(seed, at + 1, n)
         if i > j:
             i, j = j, i
-        move = np.random.randint(0, 4)
+        move = whole(seed, at + 2, 4)
         if move == 0:
             for k in range(j - i + 1):
                 trial[i + k] = order[j - k] ^ 1
@@ -68,19 +69,20 @@ def annealed(
             first = order[i]
             for k in range(i, j):
                 trial[k] = order[k + 1]
-            trial[j] = first ^ np.random.randint(0, 2)
+            trial[j] = first ^ whole(seed, at + 3, 2)
         elif move == 2:
             last = order[j]
             for k in range(j, i, -1):
                 trial[k] = order[k - 1]
-            trial[i] = last ^ np.random.randint(0, 2)
+            trial[i] = last ^ whole(seed, at + 3, 2)
         else:
             trial[i], trial[j] = order[j], order[i]
             if (i + j) % 2:
                 trial[i] ^= 1
                 trial[j] ^= 1
         cost_now = price(trial, cost, level, entry, pairs, apart_s, turned)
-        if cost_now < now or np.random.random() < math.exp((now - cost_now) / heat):
+        allowed = -heat * math.log((1.0 + whole(seed, at + 4, 1 << 30)) / (1 << 30))
+        if cost_now < now + allowed:
             order[:] = trial
             now = cost_now
             if now < least:

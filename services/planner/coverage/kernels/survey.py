@@ -18,7 +18,7 @@ from touchline.services.planner.coverage.kernels.grid import (
     DIRECTION,
     LENGTH,
     SHARPNESS,
-    Grid,
+    PassGrid,
     ask,
     pass_path,
     step_on,
@@ -35,7 +35,7 @@ LONGEST_RADII = 12.0
 # Roughly, driving a zone further is worth so many times the seconds that it takes.
 WORKED_MORE = 2.5
 # Where so many ways touch something there is none.
-HOPELESS = 6000
+HOPELESS = 2500
 MOST_POSES = 4000
 
 
@@ -127,7 +127,7 @@ def word_rows(amounts: Floats, kind: int, direction: float, mover: Mover, table:
         row += 1
     else:
         row = turn_rows(amounts[1], direction, mover, table, row)
-    return turn_rows(amounts[2], direction, mover, table, row)
+    return int(turn_rows(amounts[2], direction, mover, table, row))
 
 
 @kernel
@@ -154,7 +154,7 @@ def poses_along(start: Floats, table: Floats, count: int, poses: Floats) -> int:
             if n < len(poses):
                 poses[n] = pose[:3]
                 n += 1
-    return n
+    return int(n)
 
 
 @kernel
@@ -186,13 +186,13 @@ def way_s(driven: Floats, heading_to: Floats, mover: Mover) -> float:
             total += run_s(length, mover, standstills + 1)
             length, direction, standstills = 0.0, heading_to[k], 1
         length += driven[k]
-    return total + run_s(length, mover, standstills)
+    return float(total + run_s(length, mover, standstills))
 
 
 @kernel
 def departure(join: Join, i: int) -> Floats:
     """The pose (3,) at which the word begins for row `i` of `leave`."""
-    pose = along(join.leaving, join.leaving_direction, join.leave[i, 0] - join.leave[i, 1])
+    pose: Floats = along(join.leaving, join.leaving_direction, join.leave[i, 0] - join.leave[i, 1])
     if join.leave[i, 2] != 0.0:
         x, y, c, s = join.slid[0], join.leave[i, 2] * join.slid[1], math.cos(pose[2]), math.sin(pose[2])
         pose[0] += c * x - s * y
@@ -214,8 +214,8 @@ def slide_is_free(join: Join, i: int, walls: Walls, poses: Floats) -> bool:
 
 
 @kernel
-def survey(join: Join, walls: Walls, mover: Mover, grid: Grid, seconds_per_m2: float, patience: int) -> Floats:
-    """The best way: (9,) score, seconds, m² gained, row of `leave`, row of `join`, direction, kind, length, tried.
+def survey(join: Join, walls: Walls, mover: Mover, grid: PassGrid, seconds_per_m2: float, patience: int) -> Floats:
+    """The best way: (8,) score, seconds, m² gained, row of `leave`, row of `join`, direction, kind, first deflection.
 
     Ways are looked at in the order of a rough score, until so many free ones in turn were no better (`patience`). The
     score (s) is infinite if there is none.
@@ -258,7 +258,7 @@ def survey(join: Join, walls: Walls, mover: Mover, grid: Grid, seconds_per_m2: f
                     rough[found] = times[found] - WORKED_MORE * worked / mover.speed_mps
                     which[found, 0], which[found, 1], which[found, 2], which[found, 3] = i, j, back, kind
                     found += 1
-    best = np.full(9, math.inf)
+    best = np.full(8, math.inf)
     cell = grid.cell_m * grid.cell_m
     order = np.argsort(rough[:found])
     tried = since = 0
@@ -289,6 +289,5 @@ def survey(join: Join, walls: Walls, mover: Mover, grid: Grid, seconds_per_m2: f
         if score < best[0]:
             since = 0
             best[0], best[1], best[2], best[3], best[4] = score, times[k], gained * cell, i, j
-            best[5], best[6], best[7] = direction, kind, word_m(amounts[kind], kind, mover)
-    best[8] = tried
+            best[5], best[6], best[7] = direction, kind, amounts[kind, 0]
     return best

@@ -1,0 +1,67 @@
+"""Covering whole fields: what is asked of the salt pan, and that nothing is left or touched elsewhere."""
+
+import math
+
+import numpy as np
+import pytest
+import shapely
+
+from tests.planner.coverage_fields import PAN, ROLLER, covered_pct
+from touchline.schemas.errors import PlanningError
+from touchline.services.planner.coverage.coverage_route import CoverageRoute
+from touchline.services.planner.coverage.drum_sweep import body_outside_m
+from touchline.services.planner.coverage.lap_and_lanes import CoverOptions, cover
+
+
+def check(route: CoverageRoute, free: shapely.Polygon) -> None:
+    """Pieces follow each other, keep the limits of steering, and the body keeps inside."""
+    assert body_outside_m([piece.path for piece in route.pieces], ROLLER, free) == 0.0
+    curvature, direction, at = 0.0, route.pieces[0].direction, route.pieces[0].path.start
+    for drive in route.pieces:
+        assert abs(drive.path.start.point - at.point) < 1e-6
+        assert abs(math.remainder(drive.path.start.heading_rad - at.heading_rad, math.tau)) < 1e-6
+        for piece in drive.path.pieces:
+            assert piece.direction == drive.direction
+            assert abs(piece.sharpness_1pm2) <= ROLLER.sharpness_max_1pm2 + 1e-9
+            assert max(abs(piece.curvature_1pm), abs(piece.curvature_end_1pm)) <= ROLLER.curvature_max_1pm + 1e-9
+            if piece.direction == direction:
+                assert abs(piece.curvature_1pm - curvature) < 1e-9
+            curvature, direction = piece.curvature_end_1pm, piece.direction
+        at = drive.path.end
+
+
+def test_the_pan_forward_only() -> None:
+    route = cover(PAN, None, [], ROLLER, CoverOptions(forward_only=True))
+    check(route, PAN)
+    assert route.cusps == 0
+    assert covered_pct(route, PAN) >= 98.9
+    assert covered_pct(route, route.reachable) >= 99.2
+    assert route.seconds(ROLLER) <= 37.0 * 60.0
+    assert route.remarks == ()
+
+
+def test_the_pan_with_cusped_corners() -> None:
+    route = cover(PAN, None, [], ROLLER)
+    check(route, PAN)
+    assert covered_pct(route, PAN) >= 99.4
+    assert covered_pct(route, route.reachable) >= 99.75
+    assert route.seconds(ROLLER) <= 39.0 * 60.0
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_any_polygon_is_covered_with_nothing_touched(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    angles = (np.arange(6) + rng.uniform(-0.2, 0.2, 6)) * math.tau / 6
+    radii = rng.uniform(14.0, 19.0, 6)
+    outline = np.column_stack((radii * np.cos(angles), radii * np.sin(angles)))
+    post = shapely.box(2.0, 3.0, 2.4, 3.4)
+    field = shapely.Polygon(outline)
+    # Touching up takes longest: it is left out here.
+    route = cover(field, None, [post], ROLLER, CoverOptions(coverage_pct=97.0))
+    check(route, field.difference(post))
+    assert covered_pct(route, route.reachable) >= 97.0
+
+
+def test_what_cannot_be_covered_is_refused_with_the_remedy() -> None:
+    with pytest.raises(PlanningError, match=r"no room for a single straight.*enlarge"):
+        cover(shapely.box(0.0, 0.0, 10.0, 2.0), None, [], ROLLER)
