@@ -57,11 +57,6 @@ class ToolSpec(Spec):
         return False
 
     @property
-    def covers(self) -> bool:
-        """Whether it works on all the ground that it comes over, without putting anything there."""
-        return False
-
-    @property
     def drying_s(self) -> float:
         """How long that must not be rolled over."""
         return 0.0

@@ -9,9 +9,13 @@ from touchline.services.planner.coverage.coverage_task import CoverageTask
 from touchline.services.planner.coverage.lap_and_lanes import CoverOptions, cover
 from touchline.services.planner.coverage.zigzag import zigzag
 
+# What is missed is touched up until so much of what can be reached is covered, where nobody says how much.
+CHEAP_PCT = 99.0
+
 
 def _lap_and_lanes(task: CoverageTask, _progress: Callable[[float], None]) -> CoverageRoute:
-    options = CoverOptions(task.forward_only, task.overlap_m, task.margin_m, task.swath_angle_deg, task.coverage_pct)
+    wanted_pct = task.coverage_pct or CHEAP_PCT
+    options = CoverOptions(task.forward_only, task.overlap_m, task.margin_m, task.swath_angle_deg, wanted_pct)
     return cover(task.area, task.boundary, task.obstacles, task.machine, options)
 
 

@@ -87,7 +87,7 @@ def clearance_m(
     obstacles: Sequence[shapely.Polygon],
 ) -> float:
     """How far the body keeps off boundary and obstacles at least (m); negative: how far it is out or in at most."""
-    free = boundary.difference(shapely.union_all(obstacles)) if obstacles else boundary
+    free = as_area(boundary.difference(shapely.union_all(obstacles))) if obstacles else boundary
     out = body_outside_m(paths, machine, free)
     if out > 0.0:
         return -out
