@@ -45,13 +45,18 @@ class CoverageMethod:
     cover: Callable[[CoverageTask, Callable[[float], None]], CoverageRoute]
 
 
+def area_method_name(options: PlanOptions, tool: ToolSpec) -> str:
+    """The name of the area method that the options ask for; where they name none, the default for the tool."""
+    return options.area_method or (COVERING_DEFAULT if tool.covers else AREA_METHODS.default)
+
+
 def area_method_of(options: PlanOptions, tool: ToolSpec) -> AreaMethod | CoverageMethod:
     """The area method that the options name; "" is the default for the tool.
 
     Raises:
         PlanningError: There is no such method, or it is for other tools.
     """
-    name = options.area_method or (COVERING_DEFAULT if tool.covers else AREA_METHODS.default)
+    name = area_method_name(options, tool)
     found: AreaMethod | CoverageMethod = chosen(AREA_METHODS, name, "area method")
     if isinstance(found, CoverageMethod) and not tool.covers:
         problem = f'asks for the area method "{name}", which is for tools that work wherever they pass'

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 
+from touchline.schemas.errors import PlanningError
 from touchline.services.planner.coverage.area_method import CoverageMethod
 from touchline.services.planner.coverage.coverage_route import CoverageRoute
 from touchline.services.planner.coverage.coverage_task import CoverageTask
@@ -20,6 +21,8 @@ def _lap_and_lanes(task: CoverageTask, _progress: Callable[[float], None]) -> Co
 
 
 def _zigzag(task: CoverageTask, _progress: Callable[[float], None]) -> CoverageRoute:
+    if task.forward_only:
+        raise PlanningError("", "cannot be planned by zigzag forward only", "use lap-and-lanes, or let it reverse")
     return zigzag(task.area, task.machine, angle_rad=math.radians(task.swath_angle_deg or 0.0))
 
 

@@ -10,7 +10,7 @@ from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import MissedPatch, PlannedCoverage
 from touchline.schemas.template import Area
 from touchline.services.planner.budget import Progress
-from touchline.services.planner.coverage.area_method import CoverageMethod
+from touchline.services.planner.coverage.area_method import CoverageMethod, area_method_name
 from touchline.services.planner.coverage.coverage_route import CoverageRoute, DriveKind, DrivePiece
 from touchline.services.planner.coverage.coverage_task import CoverageTask
 from touchline.services.planner.coverage.drum_sweep import clearance_m, swept, swept_m2
@@ -36,12 +36,12 @@ def covered(task: PlanTask, method: CoverageMethod, progress: Progress) -> Worke
     Raises:
         PlanningError: The template has more than one area or lines, or an option or the area cannot be met.
     """
-    area = _only_area(task)
+    area, name = _only_area(task), area_method_name(task.options, task.vehicle.tool)
     asked = CoverageTask.of(task, area)
     route = method.cover(asked, lambda done: progress("covering", done))
     numbers = count(1)
     sections = [section for piece in route.pieces for section in _sections(piece, area, numbers)]
-    return WorkedRoute(sections, coverage=(_figures(route, asked),))
+    return WorkedRoute(sections, coverage=(_figures(route, asked).model_copy(update={"method": name}),))
 
 
 def _only_area(task: PlanTask) -> Area:
