@@ -198,7 +198,9 @@ class PathTracker:
         most = BRAKE_SHARE * abs(self.reference_mps) + BRAKE_MARGIN_MPS
         held = direction * min(max(direction * speed_mps, -BRAKE_MARGIN_MPS), most)
         if held != speed_mps:
-            self._actuators[:] = onboard_drive.actuators_of(figures, held, yaw_rate_radps, self.now)
+            # Slower along the same circle: at the same yaw rate it would turn in ever more tightly.
+            slower = yaw_rate_radps * held / speed_mps
+            self._actuators[:] = onboard_drive.actuators_of(figures, held, slower, self.now)
 
     def locate(self, estimator: Estimator) -> None:
         """Find the standing robot's place on the path anew: it may have slid or been pushed, forward or back."""
