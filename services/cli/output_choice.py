@@ -43,7 +43,9 @@ class OutputChoice:
     report: ReportOption = None
     plot: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Draw what was painted or covered to this .svg or .png file.", show_default=False),
+        typer.Option(
+            metavar="FILE", help="Draw what was painted or covered to this .svg or .png file.", show_default=False
+        ),
     ] = None
     as_json: JsonOption = False
 

@@ -81,7 +81,10 @@ class PlanOutput:
     ] = "plain"
     plot_wheels: Annotated[
         Path | None,
-        typer.Option("--plot-wheels", help="Draw what each actuator does over time (wheels, or drum and steering) to this .svg or .png file."),
+        typer.Option(
+            "--plot-wheels",
+            help="Draw what each actuator does over time (wheels, or drum and steering) to this .svg or .png file.",
+        ),
     ] = None
     as_json: JsonOption = False
 
