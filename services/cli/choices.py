@@ -31,14 +31,14 @@ class PlanChoice:
     order: Annotated[
         Order,
         typer.Option(
-            "--order", metavar="ORDER", help="Paint in an order that takes least time (optimised), or as given (given)."
+            "--order",
+            metavar="ORDER",
+            help="Mark lines in an order that takes least time (optimised), or as given (given).",
         ),
     ] = "optimised"
     method: Annotated[
         str,
-        PluginOption(
-            "--method", METHODS, "METHOD", "How painted lines are joined, or an area method", also=AREA_METHODS
-        ),
+        PluginOption("--method", METHODS, "METHOD", "How lines are joined, or an area method", also=AREA_METHODS),
     ] = METHODS.default
     area_method: Annotated[
         str | None,
@@ -71,7 +71,10 @@ class PlanChoice:
     paint_speed: Annotated[
         float,
         typer.Option(
-            "--paint-speed", metavar="M/S", help="Speed while painting, m/s; 0: the vehicle's.", show_default=False
+            "--paint-speed",
+            metavar="M/S",
+            help="Speed while marking or covering, m/s; 0: the vehicle's.",
+            show_default=False,
         ),
     ] = 0.0
     transit_speed: Annotated[

@@ -29,7 +29,7 @@ from touchline.services.cli.options import ExitCode
 
 app = typer.Typer(
     name="touchline",
-    help="Plan, drive and paint sports-field line markings with an emulated line-marking robot.",
+    help="Plan, drive and record ground robots that mark lines or cover areas, emulated ones included.",
     no_args_is_help=True,
     invoke_without_command=True,
     add_completion=True,
@@ -54,7 +54,7 @@ for name, modules in {
 def touchline(
     version: Annotated[bool, typer.Option("--version", help="Print the version and leave.", is_eager=True)] = False,
 ) -> None:
-    """Plan, drive and paint sports-field line markings with an emulated line-marking robot."""
+    """Plan, drive and record ground robots that mark lines or cover areas, emulated ones included."""
     if version:
         from importlib.metadata import version as version_of
 

@@ -71,7 +71,7 @@ class PlaceChoice:
 
 @dataclass(frozen=True)
 class DrawingChoice:
-    """What to paint, and where."""
+    """What to work on, and where."""
 
     template: TemplateArgument
     settings: SetOption = None

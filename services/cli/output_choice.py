@@ -1,4 +1,4 @@
-"""What comes of a command's work: figures as a table or as JSON; of a painted job a recording and a picture, too."""
+"""What comes of a command's work: figures as a table or as JSON; of a finished job a recording and a picture, too."""
 
 import json
 import sys
@@ -31,7 +31,7 @@ def deliver(title: str, figures: dict[str, Any], report: Path | None, as_json: b
 
 @dataclass(frozen=True)
 class OutputChoice:
-    """Where to put what comes of a painted job.
+    """Where to put what comes of a job.
 
     Raises:
         SpecError: The picture is of a kind that cannot be drawn, or a file could not be written.
@@ -43,7 +43,9 @@ class OutputChoice:
     report: ReportOption = None
     plot: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Draw what was painted to this .svg or .png file.", show_default=False),
+        typer.Option(
+            metavar="FILE", help="Draw what was painted or covered to this .svg or .png file.", show_default=False
+        ),
     ] = None
     as_json: JsonOption = False
 

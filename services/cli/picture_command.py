@@ -1,4 +1,4 @@
-"""``touchline picture``: what a recording says was painted."""
+"""``touchline picture``: what a recording says was painted or covered."""
 
 from pathlib import Path
 from typing import Annotated

@@ -81,7 +81,10 @@ class PlanOutput:
     ] = "plain"
     plot_wheels: Annotated[
         Path | None,
-        typer.Option("--plot-wheels", help="Draw wheel speed and acceleration over time to this .svg or .png file."),
+        typer.Option(
+            "--plot-wheels",
+            help="Draw what each actuator does over time (wheels, or drum and steering) to this .svg or .png file.",
+        ),
     ] = None
     as_json: JsonOption = False
 
@@ -109,7 +112,7 @@ class PlanOutput:
 
 
 def plan(drawing: DrawingChoice, planning: PlanChoice, body: VehicleChoice, output: PlanOutput) -> None:
-    """Plan a template: from what is to be painted to the trajectory that the robot drives."""
+    """Plan a template: from the lines to mark, or the area to cover, to the trajectory that the robot drives."""
     with without_collecting():
         from touchline.services.planner.plan import plan as make_plan
 

@@ -91,7 +91,7 @@ def run(
     *,
     output: OutputChoice,
 ) -> None:
-    """Paint a template once: start planner, robot and bridge, do the job over Zenoh, stop them, report."""
+    """Carry out a template once: start planner, robot and bridge, do the job over Zenoh, stop them, report."""
     template = drawing.chosen()
     if name is not None:
         robot.refuse_with("--robot", "leave it out: the robot on the bus is what it is")

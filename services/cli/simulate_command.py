@@ -24,10 +24,10 @@ def simulate(
     *,
     output: OutputChoice,
 ) -> None:
-    """Paint a template once in this process, without Zenoh: the figures of `run`, many times faster."""
+    """Carry out a template once in this process, without Zenoh: the figures of `run`, many times faster."""
     from touchline.services.robot_sim.warm_up import warm_up
     from touchline.services.runs.simulation import Job, Products
-    from touchline.services.runs.simulation import simulate as paint
+    from touchline.services.runs.simulation import simulate as carry_out
     from touchline.services.runs.work_picture import draw_work
 
     template = drawing.chosen()
@@ -38,7 +38,7 @@ def simulate(
         warn_of_shortages(job.plan_report, setup.vehicle)
         warm_up(say, setup)
         products = Products(hashed, output.record, strokes=output.plot is not None)
-        outcome = paint(job, setup.scenario, setup.onboard, products, advance)
+        outcome = carry_out(job, setup.scenario, setup.onboard, products, advance)
         if output.plot is not None:
             advance(1.0, "Drawing")
             draw_work(template, outcome.strokes, output.plot, outcome.report, outcome.area)

@@ -57,7 +57,7 @@ def sweep(
         str,
         typer.Argument(
             metavar="SCENARIO|TEMPLATE",
-            help="A scenario file, or what to paint: a shipped template's name or a template file.",
+            help="A scenario file, or what to work on: a shipped template's name or a template file.",
             show_default=False,
         ),
     ],
@@ -78,7 +78,7 @@ def sweep(
         ),
     ] = None,
     template: Annotated[
-        str, typer.Option(metavar="TEMPLATE", help="What to paint when a scenario is given.")
+        str, typer.Option(metavar="TEMPLATE", help="What to work on when a scenario is given.")
     ] = "soccer-11",
     *,
     processes: WorkersChoice,
@@ -90,9 +90,9 @@ def sweep(
     from touchline.services.runs.sweep.combinations import parse_settings
     from touchline.services.runs.sweep.task import prepare
 
-    painted, scenario = _subject(subject, template)
+    work, scenario = _subject(subject, template)
     vehicle = body.chosen()
-    cases = all_cases(painted, scenario, PlanChoice().options(), parse_settings(settings or []))
+    cases = all_cases(work, scenario, PlanChoice().options(), parse_settings(settings or []))
     for case in cases:
         check_follower(case.config)
     with progress_bar("Touchline") as advance:

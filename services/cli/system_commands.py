@@ -188,6 +188,6 @@ def _print(endpoint: str, robots: list[RobotState]) -> None:
 
 
 def _in_words(job: dict[str, Any]) -> str:
-    painted = "" if job["coverage_pct"] is None else f", {job['coverage_pct']:.1f} % painted"
+    done = "" if job["coverage_pct"] is None else f", {job['coverage_pct']:.1f} % done"
     at = f" at {job['segment']}" if job["segment"] else ""
-    return f"{job['state']}{at}{painted}"
+    return f"{job['state']}{at}{done}"

@@ -1,4 +1,4 @@
-"""``touchline templates``: what can be painted out of the box, from text, and from other programs' drawings."""
+"""``touchline templates``: what can be planned out of the box, from text, and from other programs' drawings."""
 
 import json
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""One painting job over the bus: plan, record, load, start, follow to the end, report."""
+"""One job over the bus: plan, record, load, start, follow to the end, report."""
 
 import time
 import uuid
@@ -61,7 +61,7 @@ class Watcher(Protocol):
 
 @dataclass(frozen=True)
 class JobOptions:
-    """What to paint and how.
+    """What to work on and how.
 
     Attributes:
         template_json: The template's text.
@@ -183,7 +183,7 @@ class BusRun:
             if status.arc_length_m != moved_to:
                 moved_at, moved_to = time.monotonic(), status.arc_length_m
                 fraction = status.arc_length_m / status.total_length_m if status.total_length_m else 0.0
-                self.watcher.progress(fraction, f"{status.segment_id}  {status.coverage_pct:.1f} % painted")
+                self.watcher.progress(fraction, f"{status.segment_id}  {status.coverage_pct:.1f} % done")
             elif time.monotonic() - moved_at > _STALLED_S and status.state not in _FINISHED:
                 raise JobFailed(
                     f"the robot has not moved for {_STALLED_S:.0f} s ({status.reason or 'no reason given'})"

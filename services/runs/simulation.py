@@ -1,4 +1,4 @@
-"""Runs a painting job in one process, without bus or wall clock, with the same bits as over Zenoh."""
+"""Runs a job in one process, without bus or wall clock, with the same bits as over Zenoh."""
 
 import time
 from collections.abc import Callable

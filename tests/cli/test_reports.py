@@ -5,6 +5,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from touchline.schemas.messages import (
+    AreaReport,
+    PlannedCoverage,
     PlanOptions,
     PlanReport,
     PlanResponse,
@@ -98,6 +100,9 @@ def names(figures, prefix=""):
 def test_every_figure_is_explained():
     explained = set(re.findall(r"`([a-z0-9_.]+)`", DOCUMENT.read_text()))
     told = set(names(job_report({"path": "", "complete": True, "messages": 0, "bytes": 0, "lost": 0, "problem": ""})))
+    # What a tool that covers areas has instead of paint, and its plan besides.
+    told |= set(names({"area": reports.area_report_figures(AreaReport(), TraversalReport())}))
+    told |= set(names({"plan": {"coverage": reports.planned_coverage_figures(PlannedCoverage())}}))
     assert told <= explained
     figures = {name for name in explained if "." in name and not name.endswith(".md")}
     assert figures == {name for name in told if "." in name}

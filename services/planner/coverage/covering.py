@@ -41,7 +41,7 @@ def covered(task: PlanTask, method: CoverageMethod, progress: Progress) -> Worke
     route = method.cover(asked, lambda done: progress("covering", done))
     numbers = count(1)
     sections = [section for piece in route.pieces for section in _sections(piece, area, numbers)]
-    return WorkedRoute(sections, coverage=(_figures(route, asked).model_copy(update={"method": name}),))
+    return WorkedRoute(sections, coverage=(_figures(route, asked, name),))
 
 
 def _only_area(task: PlanTask) -> Area:
@@ -74,7 +74,7 @@ def _straight(part: Piece) -> bool:
     return part.curvature_1pm == part.sharpness_1pm2 == 0.0 and part.length_m >= SWATH_MIN_M
 
 
-def _figures(route: CoverageRoute, asked: CoverageTask) -> PlannedCoverage:
+def _figures(route: CoverageRoute, asked: CoverageTask, method: str) -> PlannedCoverage:
     machine, paths = asked.machine, [piece.path for piece in route.pieces]
     rolled = swept(paths, machine.width_m)
     covered = rolled.intersection(asked.area)
@@ -83,6 +83,7 @@ def _figures(route: CoverageRoute, asked: CoverageTask) -> PlannedCoverage:
     inside = [patch.representative_point() for patch in missed]
     lanes = [piece for piece in route.pieces if piece.kind is DriveKind.LANE]
     return PlannedCoverage(
+        method=method,
         area_m2=asked.area.area,
         covered_m2=covered.area,
         coverage_pct=100.0 * covered.area / asked.area.area,
