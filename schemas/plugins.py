@@ -77,11 +77,13 @@ class Plugin(Generic[T]):
         summary: One line for people.
         make: What makes it, or where that is found: ``"package.module:name"``.
         empty: What options that are left empty mean with it, by the option's name, as dialogs show it.
+        covering: Whether it is only for tools that work wherever they pass.
     """
 
     summary: str
     make: T | str
     empty: Mapping[str, str] = field(default_factory=dict)
+    covering: bool = False
 
     def found(self) -> T:
         """The class or function that makes it, imported if need be."""
@@ -105,7 +107,15 @@ class Registry(Generic[T]):
         self._packages: dict[str, str] = {}
         self._looked = False
 
-    def register(self, name: str, summary: str, make: T | str, empty: Mapping[str, str] | None = None) -> None:
+    def register(
+        self,
+        name: str,
+        summary: str,
+        make: T | str,
+        empty: Mapping[str, str] | None = None,
+        *,
+        covering: bool = False,
+    ) -> None:
         """Add a plug-in.
 
         Args:
@@ -120,7 +130,7 @@ class Registry(Generic[T]):
         """
         if name in self._plugins:
             raise ValueError(f'there is a {self.kind} "{name}" already')
-        self._plugins[name] = Plugin(summary, make, empty or {})
+        self._plugins[name] = Plugin(summary, make, empty or {}, covering)
 
     def forget(self, name: str) -> None:
         """Take a plug-in out again."""
@@ -162,6 +172,12 @@ class Registry(Generic[T]):
     def summaries(self) -> dict[str, str]:
         """Summary by name."""
         return {name: plugin.summary for name, plugin in self._all().items()}
+
+    def summaries_for(self, *, covers: bool) -> dict[str, str]:
+        """Those of the plug-ins for a tool that covers, its own first, or for one that does not; the default first."""
+        own = {name: plugin.summary for name, plugin in self._all().items() if plugin.covering}
+        rest = {name: summary for name, summary in self.summaries().items() if name not in own}
+        return {**own, **rest} if covers else rest
 
     def empty(self, name: str, option: str) -> str | None:
         """What an option that is left empty means with the plug-in of that name; None: what the vehicle says."""
@@ -280,12 +296,16 @@ AREA_METHODS: Registry[Any] = Registry("area method")
 """How areas are covered: an `AreaMethod` or `CoverageMethod` of services/planner/coverage/area_method.py each."""
 AREA_METHODS.register("parallel", "straight swaths side by side", f"{_COVERAGE}.parallel:parallel")
 AREA_METHODS.register(
-    "lap-and-lanes", "for rollers: laps along the edges, then lanes", f"{_COVERAGE}.coverage_methods:LAP_AND_LANES"
+    "lap-and-lanes",
+    "for rollers: laps along the edges, then lanes",
+    f"{_COVERAGE}.coverage_methods:LAP_AND_LANES",
+    covering=True,
 )
 AREA_METHODS.register(
     "zigzag",
     "for rollers, baseline: lanes there and back, an S between them",
     f"{_COVERAGE}.coverage_methods:ZIGZAG",
+    covering=True,
 )
 
 FOLLOWERS: Registry[Any] = Registry("follower")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, ClassVar, TypeVar
+from typing import ClassVar, TypeVar
 
 from textual import on
 from textual.app import ComposeResult
@@ -20,7 +20,7 @@ from touchline.schemas.catalogue import parse_template, shipped_templates, templ
 from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.schemas.messages.touchline import PlanOptions
 from touchline.schemas.plain_text import plain
-from touchline.schemas.plugins import AREA_METHODS, METHODS, Registry
+from touchline.schemas.plugins import AREA_METHODS, METHODS
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.tui import format, theme
@@ -143,7 +143,8 @@ class PlanDialog(Dialog[PlanOptions | None]):
     def __init__(self, options: PlanOptions, vehicle: Vehicle, *, areas: bool = False) -> None:
         """Start from the options used last; how to cover areas is asked where there are `areas`."""
         super().__init__()
-        self._options, self._vehicle, self._areas = options, vehicle, areas
+        self._options, self._vehicle = options, vehicle
+        self._area_methods = AREA_METHODS.summaries_for(covers=vehicle.tool.covers) if areas else {}
 
     def compose(self) -> ComposeResult:
         """Method, limits, buttons."""
@@ -151,11 +152,13 @@ class PlanDialog(Dialog[PlanOptions | None]):
             yield Label("Plan the path", classes="title")
             chosen = self._options.method or METHODS.default
             with RadioSet(id="method"):
-                yield from _choices(METHODS, chosen)
-            if self._areas:
+                yield from _choices(METHODS.summaries(), chosen)
+            if self._area_methods:
                 yield Label("Areas")
                 with RadioSet(id="area-method"):
-                    yield from _choices(AREA_METHODS, self._options.area_method or AREA_METHODS.default)
+                    known = self._options.area_method in self._area_methods
+                    area_method = self._options.area_method if known else next(iter(self._area_methods))
+                    yield from _choices(self._area_methods, area_method)
             with Grid(id="limits"):
                 for field, (label, _) in self.FIELDS.items():
                     value = getattr(self._options, field)
@@ -216,11 +219,12 @@ class PlanDialog(Dialog[PlanOptions | None]):
                 return
             values[field] = value
         method = self._pressed("#method")
-        area_method = self._pressed("#area-method") if self._areas else self._options.area_method
+        area_method = self._pressed("#area-method") if self._area_methods else self._options.area_method
         forward, back = (self.query_one(f"#{field}", Tick).value for field in ("forward_only", "return_to_start"))
         order = "given" if self.query_one("#order", Tick).value else ""
         ticks = {"order": order, "forward_only": forward, "return_to_start": back}
-        self.dismiss(PlanOptions(method=method, area_method=area_method, **ticks, **values))
+        chosen = {"method": method, "area_method": area_method, **ticks, **values}
+        self.dismiss(self._options.model_copy(update=chosen))
 
     def _pressed(self, radio_set: str) -> str:
         """The name of what is chosen."""
@@ -228,9 +232,9 @@ class PlanDialog(Dialog[PlanOptions | None]):
         return str(pressed.name) if pressed else ""
 
 
-def _choices(registry: Registry[Any], chosen: str) -> Iterator[Choice]:
+def _choices(summaries: dict[str, str], chosen: str) -> Iterator[Choice]:
     """A button for every plug-in."""
-    for name, text in registry.summaries().items():
+    for name, text in summaries.items():
         yield Choice(f"{name}  [{theme.MUTED}]{text}[/]", value=name == chosen, name=name)
 
 

@@ -158,10 +158,11 @@ class Onboard:
         buffer = estimator.buffer
         if job is None or not self._traversal.nominal or not buffer.imu_tick == buffer.encoder_tick == tick:
             return None
+        driver = job.driver
         course = CourseArrays(
-            self._hazards.fence_arrays, job.sprayer.switches, job.driver.leg_arrays, self._estimator.drive
+            self._hazards.fence_arrays, job.sprayer.switches, driver.leg_arrays, driver.leg.sense, estimator.drive
         )
-        return Nominal(self._state.array, course, self._follower, job.driver.now)
+        return Nominal(self._state.array, course, self._follower, driver.now)
 
     def driven(self, tick: int) -> Command:
         """Account for the ticks up to this one, which `nominal_tick` has run; returns the command in force."""

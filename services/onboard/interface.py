@@ -178,10 +178,10 @@ class Status(NamedTuple):
 
 
 class PaintBelief(NamedTuple):
-    """What the robot believes it has painted; no sensor looks at the paint."""
+    """What the robot believes it has painted, or covered with a tool that always works; no sensor looks at it."""
 
     ids: tuple[str, ...] = ()
-    """Of the segments that the loaded trajectory sprays, in path order."""
+    """Of the segments that the loaded trajectory sprays, or the swaths that it has, in path order."""
     fractions: Sequence[float] = ()
     """The painted share of each, 0…1."""
     coverage_pct: float = 0.0

@@ -49,12 +49,14 @@ class CourseArrays(NamedTuple):
         fence: Round it.
         switches: What is sprayed where.
         leg: That the robot is on.
+        sense: In which it drives that: FORWARD, or BACKWARD, where nothing is sprayed.
         drive: Figures of the drive.
     """
 
     fence: FenceArrays
     switches: Switches
     leg: LegArrays
+    sense: int
     drive: Any
 
 
@@ -94,16 +96,19 @@ def steer(computer: Computer, course: CourseArrays, saved: Floats) -> int:
     copy(leg.now, saved)
     leg.back_to_m = 0.0
     observe(course.drive, computer)
-    track(computer, course.leg, FORWARD, t.MODE_PROFILE)
+    track(computer, course.leg, course.sense, t.MODE_PROFILE)
     place_m, speed_mps, switches = nozzle_m(computer), leg.now[tracking.SPEED], course.switches
-    forbidden = due(switches, computer, place_m, speed_mps) and (
-        speaks_against_painting(computer, leg.now[tracking.NOZZLE_LATERAL]) != GOOD
+    forward = course.sense == FORWARD
+    forbidden = (
+        forward
+        and due(switches, computer, place_m, speed_mps)
+        and speaks_against_painting(computer, leg.now[tracking.NOZZLE_LATERAL]) != GOOD
     )
     if forbidden or has_arrived(computer):
         leg.arc_m, leg.piece, leg.entry, leg.speed_mps = before
         copy(saved, leg.now)
         return DECIDE
-    wanted: int = wanted_at(switches, place_m, speed_mps)
+    wanted: int = wanted_at(switches, place_m, speed_mps) if forward else 0
     return wanted
 
 
@@ -127,7 +132,11 @@ def actuate(twist: Floats, wanted: int, computer: Computer, course: CourseArrays
         drive_command(course.drive, twist[0], twist[1], c.leg.now, command.actuators)
     else:
         copy(twist[2:], command.actuators)
-    command.valve_after_s = switch(course.switches, computer, nozzle_m(computer), c.leg.now[tracking.SPEED])
+    if course.sense == FORWARD:
+        command.valve_after_s = switch(course.switches, computer, nozzle_m(computer), c.leg.now[tracking.SPEED])
+    else:
+        command.valve_after_s = 0.0
+        c.spray.last_m = nozzle_m(computer)
     command.valve = c.spray.valve
     command.disc = wanted & _DISC != 0
     c.clock.elapsed_s += TICK_S

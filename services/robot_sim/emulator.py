@@ -6,6 +6,7 @@ same session to the bit, whatever the pace.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any, Final, NamedTuple, Protocol
 
@@ -169,6 +170,13 @@ def _check_receiver(receiver: GnssNoise, sheet: GnssSheet) -> None:
         )
 
 
+def _of_body(pose: tuple[float, float, float], point_m: tuple[float, float]) -> tuple[float, float]:
+    """Where a point of the robot is in the map."""
+    (east_m, north_m, heading_rad), (x_m, y_m) = pose, point_m
+    cos, sin = math.cos(heading_rad), math.sin(heading_rad)
+    return east_m + cos * x_m - sin * y_m, north_m + sin * x_m + cos * y_m
+
+
 class Emulator:
     """One emulated robot.
 
@@ -268,9 +276,10 @@ class Emulator:
             start = resume_pose(trajectory, self.vehicle, resume)
         width_m = template.line_width_m if template is not None else self.vehicle.tool.width_m
         tolerance_m = template.tolerance_m if template is not None else DEFAULT_TOLERANCE_M
-        ledger = PaintLedger(wanted, width_m, self.vehicle.tool.width_m, tolerance_m)
+        tool = self.vehicle.tool
+        ledger = PaintLedger(wanted, width_m, tool.width_m, tolerance_m, thins=tool.covers)
         if remains is not None:
-            ledger.restore(remains.paint)
+            ledger.restore(remains.paint, _of_body(start, tool.point_m))
         return LoadedJob(course, start, ledger, area_account(template, trajectory, self.vehicle), resume, remains)
 
     def take(self, job: LoadedJob) -> float:
@@ -404,7 +413,7 @@ class Emulator:
     @property
     def totals(self) -> Totals:
         """What has been used up and summed up in the loaded traversal."""
-        return Totals(self.world.supplies, self.estimator_error.totals, self.ledger.points)
+        return Totals(self.world.supplies, self.estimator_error.totals, self.ledger.settled)
 
     def metrics(self) -> PaintMetrics:
         """The figures of the paint so far; takes a moment."""

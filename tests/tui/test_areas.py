@@ -10,6 +10,7 @@ from tests.tui.console import console
 from touchline.schemas.messages import PaintMarks, PlanOptions
 from touchline.schemas.template import Area, LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
+from touchline.schemas.vehicles.shipped import CLAY_ROLLER
 from touchline.services.drawings.picture import picture
 from touchline.services.planner.plan import plan
 from touchline.services.runs.painted_picture import draw_painted
@@ -38,17 +39,37 @@ def test_an_area_is_drawn_by_its_edges_and_listed_by_its_swaths_once_they_are_pl
     assert sum(not way for way in path.transition) == 1 + len(swaths)
 
 
-@pytest.mark.parametrize("areas", [True, False])
-async def test_how_to_cover_areas_is_asked_where_there_are_any(areas: bool) -> None:
+@pytest.mark.parametrize(
+    ("vehicle", "areas", "offered"),
+    [
+        (Vehicle(), False, []),
+        (CLAY_ROLLER, False, []),
+        (Vehicle(), True, ["parallel"]),
+        (CLAY_ROLLER, True, ["lap-and-lanes", "zigzag", "parallel"]),
+    ],
+)
+async def test_how_to_cover_areas_is_asked_where_there_are_any(
+    vehicle: Vehicle, areas: bool, offered: list[str]
+) -> None:
     chosen: list[PlanOptions | None] = []
     async with console() as (app, _, pilot):
-        app.push_screen(PlanDialog(PlanOptions(), Vehicle(), areas=areas), chosen.append)
+        app.push_screen(PlanDialog(PlanOptions(laps=2), vehicle, areas=areas), chosen.append)
         await pilot.pause()
         names = [button.name for button in app.screen.query("#area-method Choice").results(Choice)]
-        assert names == (["parallel"] if areas else [])
+        assert names == offered
         await pilot.press("enter")
         await pilot.pause()
-    assert chosen == [PlanOptions(method="g2", area_method="parallel" if areas else "")]
+    assert chosen == [PlanOptions(method="g2", area_method=offered[0] if areas else "", laps=2)]
+
+
+async def test_a_method_that_is_for_other_tools_is_not_kept() -> None:
+    chosen: list[PlanOptions | None] = []
+    async with console() as (app, _, pilot):
+        app.push_screen(PlanDialog(PlanOptions(area_method="zigzag"), Vehicle(), areas=True), chosen.append)
+        await pilot.pause()
+        await pilot.press("enter")
+        await pilot.pause()
+    assert chosen == [PlanOptions(method="g2", area_method="parallel")]
 
 
 def test_pictures_show_areas(tmp_path: Path) -> None:

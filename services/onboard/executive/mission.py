@@ -18,11 +18,12 @@ from touchline.services.onboard.computer_state import ComputerState
 from touchline.services.onboard.control import Follower
 from touchline.services.onboard.control.path_tracker import STOPPED_MPS, PathTracker, nozzle_m
 from touchline.services.onboard.estimation.filter import Estimator
+from touchline.services.onboard.executive.covered import Covered
 from touchline.services.onboard.executive.localization_monitor import LocalizationMonitor
 from touchline.services.onboard.executive.sprayer import Sprayer
 from touchline.services.onboard.interface import STANDSTILL, TICK_S, Checkpoint, Command, PaintBelief
 from touchline.services.onboard.trajectory import path_projection as projection
-from touchline.services.onboard.trajectory.path import FORWARD, pose_at
+from touchline.services.onboard.trajectory.path import FORWARD, SPIN, pose_at
 from touchline.services.onboard.trajectory.trajectory import LoadedTrajectory
 
 MAX_START_DISTANCE_M = 1.0
@@ -76,6 +77,7 @@ class Mission:
         self.plan = plan
         self.driver = PathTracker(plan, vehicle, follower, computer)
         self.sprayer = Sprayer(plan, vehicle, computer)
+        self._covered = Covered(plan) if vehicle.tool.covers else None
         self._estimator, self._watch = estimator, watch
         self._run_up_m = vehicle.tool.work_speed_mps**2 / (2.0 * vehicle.drive.max_acceleration_mps2) + RUN_UP_SETTLE_M
         self._phase = MissionPhase.ALIGN
@@ -114,10 +116,10 @@ class Mission:
 
     @property
     def nominal(self) -> bool:
-        """Whether nothing has to be decided while it drives on: forward along the plan, and no paint is owed."""
+        """Whether nothing has to be decided while it drives on: along the plan, and no paint is owed."""
         driver = self.driver
         along = self._phase is MissionPhase.ALONG and not self._at_rest and not driver.brakes
-        return along and driver.leg.sense == FORWARD and self.sprayer.owed_from_m is None
+        return along and driver.leg.sense != SPIN and self.sprayer.owed_from_m is None
 
     @property
     def standing(self) -> bool:
@@ -135,7 +137,9 @@ class Mission:
 
     @property
     def painted(self) -> PaintBelief:
-        """What the robot believes it has painted."""
+        """What the robot believes it has painted, or covered."""
+        if self._covered is not None:
+            return self._covered.belief(self.driver.arc_length_m)
         return self.sprayer.belief(self._nozzle_m())
 
     @property

@@ -42,7 +42,7 @@ class AreaAccount:
 
     def take(self, ledger: PaintLedger) -> None:
         """Count what the ledger has got since the last call."""
-        self._raster.take(ledger.rows(0))
+        self._raster.take(ledger.rows(0)[: ledger.settled])
 
     @property
     def fractions(self) -> list[float]:

@@ -22,7 +22,7 @@ from touchline.services.robot_sim.world import body
 _FIRST_POINTS: Final = 4096
 _ROOM: Final = 2 * p.MOST_RUNS
 _MOST_STRETCHES: Final = 3 * p.MOST_RUNS  # of one line in a tick
-
+_GOES_ON_M: Final = 2.0 * p.THIN_M
 
 Floats = NDArray[np.float64]
 
@@ -58,13 +58,15 @@ class PaintLedger:
 
     A stroke is the true nozzle from the opening of the valve to its closing, in the map frame; its points lie 10 ms
     apart, but for the first and the last, which are exact to 1 ms. Where the width of the paint changes, another stroke
-    begins. A point takes 40 bytes.
+    begins. A point takes 40 bytes. Of strokes that are thinned a point is kept every 5 cm, or degree of turn, and where
+    they turn back: a day of rolling fits, and the edge of what is rolled stays where it is to well within a millimetre.
 
     Args:
         targets: What should be painted.
         line_width_m: Of the lines: paint counts within half of it.
         spray_width_m: Of the paint.
         tolerance_m: How far the middle of the paint may be off its line.
+        thins: Whether strokes are thinned.
 
     Attributes:
         ids: Of the targets.
@@ -77,8 +79,10 @@ class PaintLedger:
         line_width_m: float,
         spray_width_m: float,
         tolerance_m: float = DEFAULT_TOLERANCE_M,
+        *,
+        thins: bool = False,
     ) -> None:
-        self.targets = list(targets)
+        self.targets, self._thins = list(targets), thins
         self.tolerance_m = tolerance_m
         self.ids = tuple(target.id for target in self.targets)
         self.line_width_m, self.spray_width_m = line_width_m, spray_width_m
@@ -120,7 +124,7 @@ class PaintLedger:
     @property
     def paint(self) -> p.PaintArrays:
         """What `projection.enter` works on."""
-        return p.PaintArrays(self._lines, 0.5 * self.line_width_m, self._points, self._coverage)
+        return p.PaintArrays(self._lines, 0.5 * self.line_width_m, self._points, self._coverage, self._thins)
 
     def _nothing(self, state: p.LedgerState) -> p.Coverage:
         """No line is covered; `state` is that of the ledger."""
@@ -145,6 +149,11 @@ class PaintLedger:
     def points(self) -> int:
         """Points of all strokes so far."""
         return self._state.points
+
+    @property
+    def settled(self) -> int:
+        """Of them those that stay where they are: all, or all but the end of a thinned stroke that goes on."""
+        return self._state.settled
 
     @property
     def covered(self) -> list[Intervals]:
@@ -209,7 +218,7 @@ class PaintLedger:
         """(n, POINT_COLUMNS) the points from `first` on; a view."""
         return self._points[first : self.points]
 
-    def restore(self, rows: Floats) -> None:
+    def restore(self, rows: Floats, goes_on_at: tuple[float, float] | None = None) -> None:
         """Enter (n, POINT_COLUMNS) `rows` of another ledger in this empty one; the strokes are complete.
 
         Only where they lie and how wide is taken from them: which line they belong to is found out anew. `take_marks`
@@ -217,7 +226,9 @@ class PaintLedger:
 
         Args:
             rows: What the other ledger's `rows` gave.
+            goes_on_at: Where the tool is [m]: if that is where a thinned stroke can have come by then, it goes on.
         """
+        thins, self._thins = self._thins, False  # they are thinned already
         trace: Floats = np.zeros(body.TRACE_SHAPE)
         begins = rows[:, p.POINT_TARGET] == p.STROKE_BEGINS
         for row, begun in zip(rows[:, [p.POINT_X, p.POINT_Y, p.POINT_WIDTH]], begins.tolist(), strict=True):
@@ -227,7 +238,9 @@ class PaintLedger:
                 trace[1:] = row
                 self.record(trace)
             trace[0, :2] = row[:2]
-        self._state.open = False
+        self._thins = thins
+        near = goes_on_at is not None and len(rows) > 0 and math.dist(goes_on_at, rows[-1, :2]) <= _GOES_ON_M
+        self._state.open = self._state.open and thins and near
 
     def strokes(self) -> list[PaintStroke]:
         """Each stroke so far, the open one last."""
@@ -258,17 +271,17 @@ class PaintLedger:
         return PaintStroke(points[:, :2], float(points[-1, p.POINT_WIDTH]) * self.spray_width_m)
 
     def take_marks(self) -> list[Marks]:
-        """The paint since the last call, cut where it passes from one line to another."""
-        first, self._taken = self._taken, max(self.points - 1, 0)
+        """The settled paint since the last call, cut where it passes from one line to another."""
+        first, self._taken = self._taken, max(self.settled - 1, 0)
         return self._cut(first)
 
     def all_marks(self) -> list[Marks]:
-        """Everything painted, stroke by stroke, cut where it passes from one line to another."""
+        """Everything painted and settled, stroke by stroke, cut where it passes from one line to another."""
         return self._cut(0)
 
     def _cut(self, first: int) -> list[Marks]:
-        """Marks of the points from `first` on; neighbours share their end points."""
-        belongs = self._points[first + 1 : self.points, p.POINT_TARGET]
+        """Marks of the settled points from `first` on; neighbours share their end points."""
+        belongs = self._points[first + 1 : self.settled, p.POINT_TARGET]
         if not len(belongs):
             return []
         cuts = [0, *(np.flatnonzero(np.diff(belongs)) + 1).tolist(), len(belongs)]

@@ -38,6 +38,9 @@ MOST_RUNS: Final = STEPS
 REACH_M: Final = 0.5
 """Paint further than this from every line belongs to none of them."""
 _ALIGNED: Final = math.cos(math.radians(45.0))
+THIN_M: Final = 0.05
+_THIN_TURN: Final = math.cos(math.radians(0.5))
+"""Between a chord and the step that goes on from it, on which the way has turned by twice as much."""
 _CREEP_M: Final = 1e-4
 """Paint that moves by less in a step of the world (0.1 m/s) need not go along its line: the robot corrects itself."""
 
@@ -50,6 +53,8 @@ class LedgerState(Record):
     open: bool
     """Whether paint flowed up to the end of the last tick."""
     points: int
+    settled: int
+    """Of the points those that stay where they are; there may be one more, the end of a thinned stroke that goes on."""
     stretches: int
 
 
@@ -82,6 +87,8 @@ class PaintArrays(NamedTuple):
     points: Floats
     """(at least 2·MOST_RUNS rows to spare, POINT_COLUMNS)."""
     coverage: Coverage
+    thins: bool
+    """Whether points are left out that a stroke does not need."""
 
 
 @kernel
@@ -220,6 +227,23 @@ def _point(trace_row: Floats, target: float, lateral: float, width: float, paint
     row[POINT_X], row[POINT_Y] = trace_row[TRACE_EAST], trace_row[TRACE_NORTH]
     row[POINT_TARGET], row[POINT_LATERAL] = target, lateral
     state.points += 1
+    state.settled = state.points
+
+
+@kernel
+def _lengthen(x: float, y: float, target: float, paint: PaintArrays) -> None:
+    """Make room for the stroke's new end (x, y): its last one goes if the way is straight and short without it."""
+    state, points = paint.coverage.state[0], paint.points
+    if state.settled < state.points:
+        end, before = points[state.points - 1], points[state.points - 2]
+        chord_x, chord_y = end[POINT_X] - before[POINT_X], end[POINT_Y] - before[POINT_Y]
+        step_x, step_y = x - end[POINT_X], y - end[POINT_Y]
+        along = chord_x * step_x + chord_y * step_y
+        straight = along >= _THIN_TURN * math.hypot(chord_x, chord_y) * math.hypot(step_x, step_y)
+        near = math.hypot(x - before[POINT_X], y - before[POINT_Y]) <= THIN_M
+        if straight and near and end[POINT_TARGET] == target:
+            state.points -= 1
+    state.settled = state.points
 
 
 @kernel
@@ -234,12 +258,12 @@ def enter(trace: Floats, paint: PaintArrays) -> None:
         trace: `body.TRACE_SHAPE` of the world's tick, map frame [m].
         paint: Of the ledger; points are appended, the coverage is updated.
     """
-    lines, half_width_m, points, coverage = paint
+    lines, half_width_m, points, coverage, _ = paint
     table, grid, state = lines.table, lines.grid, coverage.state[0]
     row = 1
     while row <= STEPS:
         if trace[row, TRACE_SPRAYING] == 0.0:
-            state.open = False
+            state.open, state.settled = False, state.points
             row += 1
             continue
         first, width = row - 1, trace[row, TRACE_SPRAYING]
@@ -274,5 +298,10 @@ def enter(trace: Floats, paint: PaintArrays) -> None:
             best, best_lateral = under, under_lateral
         if not state.open or points[state.points - 1, POINT_WIDTH] != width:
             _point(trace[first], STROKE_BEGINS, 0.0, width, paint)
+        if paint.thins:
+            end = trace[last]
+            _lengthen(end[TRACE_EAST], end[TRACE_NORTH], float(best), paint)
         _point(trace[last], float(best), best_lateral, width, paint)
+        if paint.thins:
+            state.settled -= 1
         state.open = True

@@ -27,9 +27,9 @@ _BATCH: Final = struct.Struct("<II")
 """Points, checksum; the points follow."""
 _POINT_SIZE: Final = 8 * POINT_COLUMNS
 _CHUNK: Final = 1 << 20
-"""Four minutes of spraying or more; to take it costs some milliseconds."""
+"""Four minutes of spraying or more, or twenty of rolling; to take it costs some milliseconds."""
 LARGEST: Final = 64 * _CHUNK
-"""Four hours of spraying or more, several tanks."""
+"""Four hours of spraying or more, several tanks; or a day of rolling."""
 
 Points = NDArray[np.float64]
 
