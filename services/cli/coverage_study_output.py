@@ -25,6 +25,7 @@ _STYLES = {True: "green", False: "bold red", None: "dim"}
 def coverage_study(seeds: int, out: Path | None, *, as_json: bool) -> None:
     """Measure and print it; exit code 1 if something that is asked for is missed."""
     from touchline.services.study.coverage_study import run_coverage_study
+    from touchline.services.study.lane_edges import edge_cases
 
     with progress_bar("Study") as advance:
         rows = run_coverage_study(seeds, lambda what, done: advance(done, what))
@@ -39,6 +40,9 @@ def coverage_study(seeds: int, out: Path | None, *, as_json: bool) -> None:
         typer.echo(text, nl=False)
     else:
         output().print(_table(rows))
+        for case in edge_cases():
+            found = f"{case.by_direction} by direction of travel, {case.by_slope} by the study's slope"
+            output().print(f"edges between lanes, {case.name}: {case.edges} there, {found}", highlight=False)
     if any(row.met is False for row in rows):
         raise typer.Exit(ExitCode.FAILED)
 
