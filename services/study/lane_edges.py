@@ -23,7 +23,7 @@ def lane_edges(points_m: NDArray[np.float64]) -> list[int]:
 
 
 def slope_edges(points_m: NDArray[np.float64]) -> list[int]:
-    """Indices of the points (n, 2) at which the study sees an edge: the slope's angle atan(Δy/Δx) changes by π/2 or more.
+    """Indices of the points (n, 2) at which the study sees an edge: where atan(Δy/Δx) changes by π/2 or more.
 
     Its errors are kept: the slope is the same both ways along a line, and one that is vertical has none.
     """
