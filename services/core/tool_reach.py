@@ -40,6 +40,16 @@ def reachable(
     return shapely.intersection(ground, shapely.union_all(parts))
 
 
+def free_ground(boundary: BaseGeometry, kept_out: Sequence[BaseGeometry], margin_m: float = 0.0) -> BaseGeometry:
+    """Where a body may be: inside a boundary and off what is kept out, by a margin; corners stay corners."""
+    import shapely
+
+    if margin_m:
+        boundary = shapely.buffer(boundary, -margin_m, join_style="mitre")
+        kept_out = [shapely.buffer(each, margin_m, join_style="mitre", mitre_limit=2.0) for each in kept_out]
+    return shapely.difference(boundary, shapely.union_all(kept_out))
+
+
 def places(free: BaseGeometry, outline: Sequence[Point], heading_rad: float) -> BaseGeometry:
     """Where the origin of a body, which lies inside it, may be at a heading with the whole body in free ground."""
     import shapely

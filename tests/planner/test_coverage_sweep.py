@@ -7,9 +7,9 @@ import pytest
 import shapely
 
 from tests.planner.coverage_fields import PAN, ROLLER
+from touchline.services.core.tool_reach import reachable
 from touchline.services.planner.coverage.drum_sweep import body_at, swept
 from touchline.services.planner.coverage.free_space import FreeSpace
-from touchline.services.planner.coverage.reachable import reachable
 from touchline.services.planner.coverage.stroke_map import StrokeMap
 from touchline.services.planner.coverage.zigzag import zigzag
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
@@ -39,7 +39,7 @@ def test_a_gap_between_lanes_is_as_wide_as_it_is() -> None:
 
 def test_what_a_rectangle_keeps_from_the_roller_is_its_margin_and_its_corners() -> None:
     space = FreeSpace(PAN, [], ROLLER, 0.05)
-    found = reachable(PAN, space)
+    found = reachable(PAN, space.free, ROLLER.outline, (0.0, 0.0), ROLLER.width_m)
     inside = (93.0 - 0.1) * (47.6 - 0.1)
     # Slanting into a corner the drum's end gets into part of the 0.4 m by 0.4 m ahead of it.
     assert inside - 4 * 0.4**2 <= found.area <= inside

@@ -14,10 +14,12 @@ from touchline.services.planner.coverage.zigzag import zigzag
 CHEAP_PCT = 99.0
 
 
-def _lap_and_lanes(task: CoverageTask, _progress: Callable[[float], None]) -> CoverageRoute:
+def _lap_and_lanes(task: CoverageTask, progress: Callable[[float], None]) -> CoverageRoute:
     wanted_pct = task.coverage_pct or CHEAP_PCT
-    options = CoverOptions(task.forward_only, task.overlap_m, task.margin_m, task.swath_angle_deg, wanted_pct)
-    return cover(task.area, task.boundary, task.obstacles, task.machine, options)
+    options = CoverOptions(
+        task.forward_only, task.overlap_m, task.margin_m, task.swath_angle_deg, wanted_pct, task.laps
+    )
+    return cover(task.area, task.boundary, task.obstacles, task.machine, options, progress)
 
 
 def _zigzag(task: CoverageTask, _progress: Callable[[float], None]) -> CoverageRoute:

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 import shapely
 
+from touchline.services.core.tool_reach import free_ground, places
 from touchline.services.planner.collision.checker import first_touch
 from touchline.services.planner.coverage.kernels.survey import Walls
 from touchline.services.planner.coverage.machine import CoverageMachine
@@ -36,9 +37,7 @@ class FreeSpace:
         self, boundary: shapely.Polygon, kept_out: list[shapely.Polygon], machine: CoverageMachine, margin_m: float
     ) -> None:
         """Corners of what is kept out stay corners, a margin further out."""
-        inside = boundary.buffer(-margin_m, join_style="mitre")
-        outside = [polygon.buffer(margin_m, join_style="mitre", mitre_limit=2.0) for polygon in kept_out]
-        self.free = as_area(inside.difference(shapely.union_all(outside)))
+        self.free = as_area(free_ground(boundary, kept_out, margin_m))
         self.machine = machine
         outlines = [boundary, *kept_out]
         self._edges = np.concatenate([_ring_edges(polygon.exterior) for polygon in outlines])
@@ -52,17 +51,6 @@ class FreeSpace:
         body = np.array(self.machine.outline)
         return Walls(self._edges, self._owner, body, (1.0 - SWING_SHARE) * self._margin_m)
 
-    @cached_property
-    def _parts(self) -> Floats:
-        """(n, 3, 2) triangles that make up the body, seen from the wall: mirrored at the origin."""
-        triangles = shapely.constrained_delaunay_triangles(shapely.Polygon(self.machine.outline))
-        return -np.array([shapely.get_coordinates(t)[:3] for t in shapely.get_parts(triangles)])
-
-    @cached_property
-    def _walls_of_free(self) -> Floats:
-        rings = [ring for part in shapely.get_parts(self.free) for ring in (part.exterior, *part.interiors)]
-        return np.concatenate([_ring_edges(ring) for ring in rings]) if rings else np.empty((0, 4))
-
     def touched(self, path: PiecePath) -> bool:
         """Whether the body gets nearer to anything than it may in bends."""
         count = 2 + math.ceil(path.length_m / TOUCH_STEP_M)
@@ -74,14 +62,7 @@ class FreeSpace:
         """Where the middle of the tool may be at a heading."""
         key = round(math.remainder(heading_rad, math.tau) / SAME_RAD)
         if key not in self._at:
-            c, s = math.cos(heading_rad), math.sin(heading_rad)
-            parts = self._parts @ np.array([[c, s], [-s, c]])
-            ends = self._walls_of_free.reshape(-1, 1, 2, 1, 2)
-            sums = (ends + parts[None, :, None]).reshape(-1, 6, 2)
-            hulls = shapely.convex_hull(
-                shapely.multipoints(sums.reshape(-1, 2), indices=np.repeat(np.arange(len(sums)), 6))
-            )
-            self._at[key] = as_area(self.free.difference(shapely.union_all(hulls)))
+            self._at[key] = as_area(places(self.free, self.machine.outline, heading_rad))
         return self._at[key]
 
     def stretches(self, pose: PathPose, ahead_m: float, behind_m: float) -> list[tuple[float, float]]:

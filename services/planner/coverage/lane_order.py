@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from touchline.services.planner.coverage.cover_stroke import CoverStroke
-from touchline.services.planner.coverage.kernels.lane_anneal import annealed
+from touchline.services.planner.coverage.kernels.lane_anneal import LaneCosts, annealed
 from touchline.services.planner.coverage.kernels.survey import Mover
 from touchline.services.planner.coverage.lanes import CoverLane
 from touchline.services.planner.coverage.machine import CoverageMachine
@@ -116,7 +116,8 @@ class LaneOrder:
         level = np.array([(lane.along.start.point * across.conjugate()).real for lane in self.items])
         steps = min(STEPS_PER_LANE * len(self.items), STEPS_MOST)
         start = np.array([2 * k + k % 2 for k in range(len(self.items))])
-        found: Ints = annealed(start, self._cost, level, self._entry, self._neighbours, apart_s, steps, HOT_S, seed)
+        costs = LaneCosts(self._cost, self._entry, level, self._neighbours, apart_s)
+        found: Ints = annealed(start, costs, steps, HOT_S, seed)
         return found
 
     def _score_s(self, order: list[CoverStroke]) -> float:

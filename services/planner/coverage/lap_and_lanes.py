@@ -7,7 +7,7 @@ machine goes on to the wall and back, and by which turns. What is missed after t
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -15,6 +15,7 @@ import numpy as np
 import shapely
 
 from touchline.schemas.errors import PlanningError
+from touchline.services.core.tool_reach import reachable
 from touchline.services.planner.coverage.cover_stroke import CoverStroke
 from touchline.services.planner.coverage.coverage_route import CoverageRoute, DriveKind, DrivePiece, one_way
 from touchline.services.planner.coverage.free_space import FreeSpace
@@ -22,7 +23,6 @@ from touchline.services.planner.coverage.lane_order import LaneOrder, turn_room,
 from touchline.services.planner.coverage.lanes import CoverLane, lane_angle, lanes
 from touchline.services.planner.coverage.laps import rings, sides
 from touchline.services.planner.coverage.machine import CoverageMachine
-from touchline.services.planner.coverage.reachable import reachable
 from touchline.services.planner.coverage.shapes import Area, as_area
 from touchline.services.planner.coverage.stroke_chain import StrokeChain
 from touchline.services.planner.coverage.stroke_join import ZONE_M, Joiner
@@ -40,6 +40,10 @@ RASTER_SHARE = 1.6e-4
 CLOSING_M = 20.0
 # Where there is no direct way to a stroke, so many places on others, this far apart (m), are tried to get over.
 VIAS_TRIED, VIA_EVERY_M, VIA_M = 24, 8.0, 0.5
+# Where more is lost (share of the area) because strokes are out of reach from the first, so many others come first.
+LOST_SHARE, STARTS_TRIED = 0.01, 6
+# The part of the work (share of the time) that is done when strokes are in order, joined, and joined anew.
+ORDERED, JOINED, IMPROVED = 0.2, 0.4, 0.7
 
 
 @dataclass(frozen=True)
@@ -52,6 +56,7 @@ class CoverOptions:
         margin_m: Between the body and what it keeps off; a body that begins to turn may use up some of it.
         swath_angle_deg: Direction of the lanes, counter-clockwise from +x; None: that in which they take least.
         coverage_pct: What is missed is touched up until so much of what can be reached is covered.
+        laps: Along the outline, one inside the other; None: one.
     """
 
     forward_only: bool = False
@@ -59,6 +64,7 @@ class CoverOptions:
     margin_m: float = 0.05
     swath_angle_deg: float | None = None
     coverage_pct: float = 99.0
+    laps: int | None = None
 
 
 def cover(
@@ -67,6 +73,7 @@ def cover(
     obstacles: Sequence[shapely.Polygon],
     machine: CoverageMachine,
     options: CoverOptions | None = None,
+    progress: Callable[[float], None] = lambda done: None,
 ) -> CoverageRoute:
     """A route that covers an area.
 
@@ -76,6 +83,7 @@ def cover(
         obstacles: The body keeps off them.
         machine: That shall cover it.
         options: How.
+        progress: Told the fraction done now and then; may raise, which ends it.
 
     Raises:
         PlanningError: The machine cannot steer, or nowhere fits into the area.
@@ -85,9 +93,9 @@ def cover(
         raise PlanningError("", "has a machine that cannot steer", "give its drive a steering angle and rate above 0")
     kept_out = [*obstacles, *(shapely.Polygon(ring) for ring in area.interiors)]
     space = FreeSpace(boundary or shapely.Polygon(area.exterior), kept_out, machine, options.margin_m)
-    reach = reachable(area, space)
-    covering = _Covering(area, space, reach, options) if not reach.is_empty else None
-    if covering is None or not covering.lap:
+    reach = as_area(reachable(area, space.free, machine.outline, (0.0, 0.0), machine.width_m))
+    covering = _Covering(area, space, reach, options, progress) if not reach.is_empty else None
+    if covering is None or not (covering.laps or covering.items):
         size = f"{machine.width_m:g} m wide and {machine.nose_m + machine.tail_m:g} m long"
         problem = f"has an area in which the machine ({size}) finds no room for a single straight"
         raise PlanningError("", problem, "enlarge the area, take away obstacles, or use a smaller machine")
@@ -97,81 +105,139 @@ def cover(
 class _Covering:
     """One area being covered."""
 
-    def __init__(self, area: shapely.Polygon, space: FreeSpace, reach: Area, options: CoverOptions) -> None:
+    def __init__(
+        self,
+        area: shapely.Polygon,
+        space: FreeSpace,
+        reach: Area,
+        options: CoverOptions,
+        progress: Callable[[float], None],
+    ) -> None:
         machine = space.machine
-        self.options, self.space, self.reach = options, space, reach
+        self.options, self.space, self.reach, self.progress = options, space, reach, progress
         self.reversing = machine.can_reverse and not options.forward_only
         self.covered = StrokeMap(reach, machine.width_m)
         self.joiner = Joiner(space, self.covered, LANE_S_PER_M2, reversing=self.reversing)
         self.chain = StrokeChain(self.joiner)
-        target = as_area(space.free.intersection(area))
-        self.lap: list[CoverStroke] = []
+        self.laps: list[list[CoverStroke]] = []
         self.items: list[CoverLane] = []
-        for number, ring in enumerate(rings(target, machine.width_m)):
-            found = sides(ring, f"lap {number + 1}" if number else "lap", space)
-            if number:
-                self.items += found
-            else:
-                self.lap = [side.along for side in found]
-        rest = target.buffer(-machine.width_m, join_style="mitre", mitre_limit=3.0)
+        self.left_out: list[CoverStroke] = []
+        found: list[CoverLane] = []
+        pitch, rest = machine.width_m - options.overlap_m, as_area(space.free.intersection(area))
+        for lap in range(1 if options.laps is None else options.laps):
+            # Further laps overlap as lanes do; the last one has lanes inside that turn over it.
+            target = rest if not lap else as_area(rest.buffer(machine.width_m - pitch, join_style="mitre"))
+            for number, ring in enumerate(rings(target, machine.width_m)):
+                name = "lap" if not (lap or number) else f"lap {lap + 1}" if not number else f"lap {lap + 1}.{number}"
+                each = sides(ring, name, space)
+                found += each
+                if number:
+                    self.items += each
+                elif each:
+                    self.laps.append([side.along for side in each])
+            rest = as_area(rest.buffer(-machine.width_m, join_style="mitre", mitre_limit=3.0))
         self.angle_rad = 0.0
         if not rest.is_empty:
-            pitch, asked = machine.width_m - options.overlap_m, options.swath_angle_deg
+            asked = options.swath_angle_deg
             self.angle_rad = lane_angle(rest, pitch) if asked is None else math.radians(asked)
             self.items = [*lanes(rest, self.angle_rad, pitch, space), *self.items]
+        ways = [(item.along, item.back) for item in (*self.items, *found)]
+        self.other_way = dict(ways) | {back: along for along, back in ways}
 
     def route(self) -> CoverageRoute:
         """The finished route."""
         self._build()
+        self.progress(JOINED)
         self._improve(LANE_S_PER_M2)
+        self.progress(0.5 * (JOINED + IMPROVED))
         self._improve(2.0 * LANE_S_PER_M2)
+        self.progress(IMPROVED)
         self._touch_up()
         remarks = [f"{stroke.label} cannot be reached from the rest: it is left out" for stroke in self.left_out]
+        wanted = self.covered.wanted_m2
+        covered_pct = 100.0 * (1.0 - self.covered.missed_m2 / wanted) if wanted else 100.0
+        if covered_pct < self.options.coverage_pct - 100.0 * RASTER_SHARE:
+            asked = f"{self.options.coverage_pct:g} % of what the tool can reach is aimed at"
+            remarks.append(f"{asked}, {covered_pct:.1f} % is covered: there is no way to more that is worth its time")
         return CoverageRoute(tuple(self._pieces()), self.reach, tuple(remarks))
 
     def _build(self) -> None:
         """Lap and lanes in order, and the first ways between them."""
-        chain, strokes = self.chain, self._ordered()
-        self.left_out: list[CoverStroke] = []
-        for stroke in strokes:
+        strokes = self._ordered()
+        self.progress(ORDERED)
+        self._lay(strokes)
+        lost_m2 = LOST_SHARE * self.covered.wanted_m2
+        if not self.left_out or self.covered.missed_m2 <= lost_m2:
+            return
+        offers = sorted((*self.left_out, *map(self._turned, self.left_out)), key=lambda stroke: -stroke.length_m)
+        best = self.covered.missed_m2, self.chain.state, self.left_out
+        for first in offers[:STARTS_TRIED]:
+            self.chain.clear()
+            self._lay([first, *(stroke for stroke in strokes if stroke not in (first, self._turned(first)))])
+            if self.covered.missed_m2 < best[0]:
+                best = self.covered.missed_m2, self.chain.state, self.left_out
+            if best[0] <= lost_m2:
+                break
+        self.chain.restore(best[1])
+        self.left_out = best[2]
+
+    def _turned(self, stroke: CoverStroke) -> CoverStroke:
+        """The same stretch the other way, if it may be driven so."""
+        return self.other_way.get(stroke, stroke)
+
+    def _lay(self, strokes: list[CoverStroke]) -> None:
+        """Join strokes in order, then those in between, one way or the other, to which there was no way."""
+        chain, self.left_out = self.chain, []
+        for number, stroke in enumerate(strokes):
             self._price(stroke, LANE_S_PER_M2)
             if not chain.append_over(stroke, self._vias(stroke, strokes)):
                 self.left_out.append(stroke)
+            self.progress(ORDERED + (JOINED - ORDERED) * number / len(strokes))
         chain.forget()
         self.joiner.reversing, self.joiner.seconds_per_m2 = self.reversing, TOUCH_UP_S_PER_M2[-1]
-        for stroke in [*self.left_out]:
-            if any(chain.insert(k, stroke) for k in range(len(chain.joins), -1, -1)):
-                self.left_out.remove(stroke)
+        again = True
+        while again:
+            again = False
+            for stroke in [*self.left_out]:
+                ways = dict.fromkeys((stroke, self._turned(stroke)))
+                if any(chain.insert(k, way) for way in ways for k in range(len(chain.joins), -1, -1)):
+                    self.left_out.remove(stroke)
+                    again = True
 
     def _ordered(self) -> list[CoverStroke]:
         """Strokes in order; the chain expects them and the turns between them."""
-        chain, lap = self.chain, self.lap
-        for side in lap:
+        chain, sides_of_laps = self.chain, [side for lap in self.laps for side in lap]
+        for side in sides_of_laps:
             chain.expect(side, [side.part(0.0, side.length_m)])
-        entries = [self._entries(side) for side in lap]
-        search = LaneOrder(
-            self.items,
-            self.angle_rad,
-            [e for each in entries for e in each],
-            self.joiner,
-            turn_room(self.space.machine),
-        )
+        entries = [entry for side in sides_of_laps for entry in self._entries(side)]
+        search = LaneOrder(self.items, self.angle_rad, entries, self.joiner, turn_room(self.space.machine))
         for lane in self.items:
             chain.expect(lane.along, [search.part(lane.along)])
+        self.progress(0.5 * ORDERED)
         tour = search.best()
         chain.forget()
-        last = min(range(len(lap)), key=lambda k: replace(search, entries=entries[k]).entry_s(tour[0])) if tour else -1
-        ring = [*lap[last + 1 :], *lap[: last + 1]]
-        if not self.reversing:
-            ring = [*lap[last:], *lap[:last]]
-            ring.append(replace(ring[0], label="lap, closed", length_m=min(ring[0].length_m, CLOSING_M)))
-        for side in ring:
+        inside, around = tour[:1], list[CoverStroke]()
+        for lap in reversed(self.laps):
+            ring = self._towards(lap, inside, search)
+            inside, around = ring[:1], [*ring, *around]
+        for side in around:
             chain.expect(side, [side.part(0.0, side.length_m)])
         for stroke in tour:
             chain.expect(stroke, [search.part(stroke)])
         for before, stroke in pairwise(tour):
             chain.expect(stroke, [search.word(before, stroke)])
-        return [*ring, *tour]
+        return [*around, *tour]
+
+    def _towards(self, lap: list[CoverStroke], inside: list[CoverStroke], search: LaneOrder) -> list[CoverStroke]:
+        """The sides of a lap, that one last from which it is the shortest way to the first stroke inside."""
+        last = -1
+        if inside:
+            ways = [replace(search, entries=self._entries(side)).entry_s(inside[0]) for side in lap]
+            last = ways.index(min(ways))
+        if self.reversing:
+            return [*lap[last + 1 :], *lap[: last + 1]]
+        ring = [*lap[last:], *lap[:last]]
+        return [*ring, replace(ring[0], label="lap, closed", length_m=min(ring[0].length_m, CLOSING_M))]
 
     def _entries(self, side: CoverStroke) -> list[PathPose]:
         """Where the way to the lanes may begin on the last side of a lap."""
@@ -215,17 +281,25 @@ class _Covering:
         """Cover what is missed, the cheapest first, until it is enough."""
         headings = {
             round(stroke.start.heading_rad, 9)
-            for stroke in [*self.lap, *(way for item in self.items for way in (item.along, item.back))]
+            for stroke in [
+                *(side for lap in self.laps for side in lap),
+                *(way for item in self.items for way in (item.along, item.back)),
+            ]
         }
         share = 1.0 - 0.01 * self.options.coverage_pct - RASTER_SHARE
         enough = max(share, 0.0) * self.covered.wanted_m2
         if self.covered.missed_m2 <= enough:
             return
+        begun = self.covered.missed_m2
+
+        def tell() -> None:
+            self.progress(IMPROVED + (1.0 - IMPROVED) * max(begun - self.covered.missed_m2, 0.0) / (begun - enough))
+
         for worth in TOUCH_UP_S_PER_M2:
             if self.covered.missed_m2 <= enough:
                 break
             self.joiner.reversing, self.joiner.seconds_per_m2 = self.reversing, worth
-            touched_up(self.chain, sorted(headings), enough)
+            touched_up(self.chain, sorted(headings), enough, tell)
             # What is touched up frees turns beside it of going out of their way.
             self._improve(LAP_S_PER_M2, enough_m2=enough)
             self._improve(worth, lanes_back=True, enough_m2=enough)

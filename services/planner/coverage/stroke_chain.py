@@ -147,6 +147,11 @@ class StrokeChain:
         self.strokes, self.joins = [*state.strokes], [*state.joins]
         self.joiner.covered.grid.passes[:] = state.passes
 
+    def clear(self) -> None:
+        """Begin anew: no strokes, nothing covered."""
+        self.strokes, self.joins = [], []
+        self.joiner.covered.grid.passes[:] = 0
+
     @property
     def seconds(self) -> float:
         """For the whole chain, from standstill to standstill."""

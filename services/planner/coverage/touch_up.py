@@ -1,6 +1,6 @@
 """Touching up: what is missed is passed over on the way from one stroke to another, where that is worth its time."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from scipy import ndimage
@@ -85,13 +85,14 @@ def places(chain: StrokeChain, stroke: CoverStroke, lead_m: float) -> list[int]:
     return [len(chain.joins), *(k for _, k in sorted(found)[:PLACES_TRIED])]
 
 
-def touched_up(chain: StrokeChain, headings: list[float], enough_m2: float = 0.0) -> int:
-    """Insert strokes while they are worth it and more than enough is missed; how many were."""
+def touched_up(chain: StrokeChain, headings: list[float], enough_m2: float, tell: Callable[[], None]) -> int:
+    """Insert strokes while they are worth it and more than enough is missed; how many were. `tell` may raise."""
     joiner, done = chain.joiner, 0
     worth, tried = chain.score_s, set[tuple[float, ...]]()
     while joiner.covered.missed_m2 > enough_m2:
         for _, key, stroke, lead in _offers(chain, headings, tried):
             tried.add(key)
+            tell()
             before, best = chain.state, None
             for k in places(chain, stroke, lead):
                 if chain.insert(k, stroke) and chain.score_s < (best[0] if best else worth):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 
 from touchline.schemas.template import Template
-from touchline.services.core.tool_reach import reachable
+from touchline.services.core.tool_reach import free_ground, reachable
 from touchline.services.robot_sim.accounting.area_account import AreaAccount
 from touchline.services.robot_sim.accounting.body_outside import body_outside_m
 from touchline.services.robot_sim.accounting.planned_way import off_the_way_m, planned_way
@@ -104,7 +104,7 @@ def area_metrics(account: AreaAccount, ledger: PaintLedger, track: Track) -> Are
     planned = shapely.intersection(area, swept_ground(way).swept)
     covered = shapely.intersection(area, swept)
     tool, width_m = vehicle.tool.point_m, vehicle.tool.width_m
-    within_reach = reachable(area, free_ground(template, area), vehicle.body.footprint_m, tool, width_m)
+    within_reach = reachable(area, ground_of(template, area), vehicle.body.footprint_m, tool, width_m)
     looked_at = [thinned(stroke, _LOOK_EVERY_M) for stroke in strokes]
     return AreaMetrics(
         area_m2=float(area.area),
@@ -122,14 +122,13 @@ def area_metrics(account: AreaAccount, ledger: PaintLedger, track: Track) -> Are
     )
 
 
-def free_ground(template: Template, area: BaseGeometry) -> BaseGeometry:
+def ground_of(template: Template, area: BaseGeometry) -> BaseGeometry:
     """Where the body may be: inside the boundary, or anywhere about the area if there is none, and off obstacles."""
     import shapely
 
     boundary = template.boundary
     inside = shapely.Polygon(boundary.corners) if boundary is not None else area.buffer(_ROOM_M, join_style="mitre")
-    obstacles = shapely.union_all([shapely.Polygon(obstacle.corners) for obstacle in template.obstacles])
-    return shapely.difference(inside, obstacles)
+    return free_ground(inside, [shapely.Polygon(obstacle.corners) for obstacle in template.obstacles])
 
 
 def _patches(missed: BaseGeometry) -> list[Patch]:

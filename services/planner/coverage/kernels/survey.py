@@ -213,6 +213,100 @@ def slide_is_free(join: Join, i: int, walls: Walls, poses: Floats) -> bool:
     return bool(first_touch(poses[:length], walls.edges, walls.owner, True, walls.body, walls.margin_m)[0] < 0)
 
 
+class Ways(NamedTuple):
+    """Ways that are listed: seconds, a rough score (s), and (n, 4) row of `leave`, of `join`, backward, kind."""
+
+    times: Floats
+    rough: Floats
+    which: Ints
+
+
+class Room(NamedTuple):
+    """Working space: the eight words of `word_table`, pieces of one, and poses along it."""
+
+    amounts: Floats
+    table: Floats
+    poses: Floats
+
+
+@kernel
+def words_between(join: Join, i: int, j: int, direction: float, mover: Mover, amounts: Floats) -> float:
+    """Write the words from row `i` of `leave` to row `j` of `join`, driven one way; the straight distance (m)."""
+    start, goal = departure(join, i), along(join.joining, join.joining_direction, join.join[j, 0])
+    c, s = direction * math.cos(start[2]), direction * math.sin(start[2])
+    x, y = goal[0] - start[0], goal[1] - start[1]
+    word_table((c * x + s * y) * mover.root, (c * y - s * x) * mover.root, goal[2] - start[2], mover.circle, amounts)
+    return math.hypot(x, y)
+
+
+@kernel
+def over_zones_s(join: Join, i: int, j: int, direction: float, length: float, mover: Mover) -> float:
+    """Seconds for both zones and a word of so many metres between row `i` of `leave` and row `j` of `join`."""
+    driven, sides = np.empty(5), np.empty(5)
+    driven[0], sides[0] = join.leave[i, 0], join.leaving_direction
+    slid = abs(join.leave[i, 2]) * join.slide[:, LENGTH].sum()
+    driven[1], sides[1] = join.leave[i, 1] + slid, -join.leaving_direction
+    driven[2], sides[2] = length, direction
+    driven[3], sides[3] = join.join[j, 0] - join.join[j, 1], -join.joining_direction
+    driven[4], sides[4] = join.zone_m - join.join[j, 1], join.joining_direction
+    return float(way_s(driven, sides, mover))
+
+
+@kernel
+def list_words(join: Join, at: Ints, mover: Mover, amounts: Floats, ways: Ways, found: int) -> int:
+    """List the words between a row of `leave` and one of `join`, backward or not (`at`); how many ways there are."""
+    i, j, direction = at[0], at[1], -1.0 if at[2] else 1.0
+    longest = LONGEST_RADII * mover.circle[4] / mover.root
+    direct = words_between(join, i, j, direction, mover, amounts)
+    for kind in range(8):
+        length = word_m(amounts[kind], kind, mover)
+        if length > direct + longest:
+            continue
+        ways.times[found] = over_zones_s(join, i, j, direction, length, mover)
+        # What of the zones is driven is rarely covered by anything else, what is passed twice in part.
+        worked = join.leave[i, 0] + join.zone_m - join.join[j, 1]
+        ways.rough[found] = ways.times[found] - WORKED_MORE * worked / mover.speed_mps
+        ways.which[found, :3], ways.which[found, 3] = at, kind
+        found += 1
+    return found
+
+
+@kernel
+def list_ways(join: Join, walls: Walls, mover: Mover, room: Room, ways: Ways) -> int:
+    """List all ways whose slide is free; how many."""
+    found, at = 0, np.zeros(3, np.int64)
+    for i in range(len(join.leave)):
+        if not slide_is_free(join, i, walls, room.poses):
+            continue
+        for j in range(len(join.join)):
+            if not join.cusps and (join.leave[i, 1] > 0.0 or join.join[j, 1] < join.join[j, 0]):
+                continue
+            for back in range(2 if join.backward else 1):
+                at[0], at[1], at[2] = i, j, back
+                found = list_words(join, at, mover, room.amounts, ways, found)
+    return found
+
+
+@kernel
+def cells_gained(join: Join, way: Ints, walls: Walls, mover: Mover, grid: PassGrid, room: Room) -> int:
+    """Cells that only this way (a row of `which`) and its zones pass over; −1 if the body touches something on it."""
+    i, j, direction, kind = way[0], way[1], -1.0 if way[2] else 1.0, way[3]
+    words_between(join, i, j, direction, mover, room.amounts)
+    count = word_rows(room.amounts[kind], kind, direction, mover, room.table)
+    start = departure(join, i)
+    length = poses_along(start, room.table, count, room.poses)
+    if first_touch(room.poses[:length], walls.edges, walls.owner, True, walls.body, walls.margin_m)[0] >= 0:
+        return -1
+    ask(grid)
+    gained = pass_path(start, room.table, count, mover.half_width_m, grid, 0)
+    line = np.zeros((1, 4))
+    line[0, LENGTH], line[0, DIRECTION] = join.leave[i, 0], join.leaving_direction
+    gained += pass_path(join.leaving, line, 1, mover.half_width_m, grid, 0)
+    line[0, LENGTH], line[0, DIRECTION] = join.zone_m - join.join[j, 1], join.joining_direction
+    begun = along(join.joining, join.joining_direction, join.join[j, 1])
+    return int(gained + pass_path(begun, line, 1, mover.half_width_m, grid, 0))
+
+
 @kernel
 def survey(join: Join, walls: Walls, mover: Mover, grid: PassGrid, seconds_per_m2: float, patience: int) -> Floats:
     """The best way: (8,) score, seconds, m² gained, row of `leave`, row of `join`, direction, kind, first deflection.
@@ -220,74 +314,25 @@ def survey(join: Join, walls: Walls, mover: Mover, grid: PassGrid, seconds_per_m
     Ways are looked at in the order of a rough score, until so many free ones in turn were no better (`patience`). The
     score (s) is infinite if there is none.
     """
-    n, m = len(join.leave), len(join.join)
-    amounts, driven, sides = np.empty((8, 3)), np.empty(5), np.empty(5)
-    times, rough, which = np.empty(n * m * 16), np.empty(n * m * 16), np.empty((n * m * 16, 4), np.int64)
-    found = 0
-    longest = LONGEST_RADII * mover.circle[4] / mover.root
-    table, poses, line = np.empty((WORD_PIECES, 4)), np.empty((MOST_POSES, 3)), np.zeros((1, 4))
-    slide_m = join.slide[:, LENGTH].sum()
-    for i in range(n):
-        if not slide_is_free(join, i, walls, poses):
-            continue
-        start = departure(join, i)
-        for j in range(m):
-            goal = along(join.joining, join.joining_direction, join.join[j, 0])
-            direct = math.hypot(goal[0] - start[0], goal[1] - start[1])
-            for back in range(2 if join.backward else 1):
-                direction = -1.0 if back else 1.0
-                overrun, early = join.leave[i, 1] > 0.0, join.join[j, 1] < join.join[j, 0]
-                if not join.cusps and (overrun or early):
-                    continue
-                c, s = direction * math.cos(start[2]), direction * math.sin(start[2])
-                x, y = goal[0] - start[0], goal[1] - start[1]
-                turn = goal[2] - start[2]
-                word_table((c * x + s * y) * mover.root, (c * y - s * x) * mover.root, turn, mover.circle, amounts)
-                for kind in range(8):
-                    length = word_m(amounts[kind], kind, mover)
-                    if length > direct + longest:
-                        continue
-                    driven[0], sides[0] = join.leave[i, 0], join.leaving_direction
-                    driven[1], sides[1] = join.leave[i, 1] + abs(join.leave[i, 2]) * slide_m, -join.leaving_direction
-                    driven[2], sides[2] = length, direction
-                    driven[3], sides[3] = join.join[j, 0] - join.join[j, 1], -join.joining_direction
-                    driven[4], sides[4] = join.zone_m - join.join[j, 1], join.joining_direction
-                    times[found] = way_s(driven, sides, mover)
-                    # What of the zones is driven is rarely covered by anything else, what is passed twice in part.
-                    worked = join.leave[i, 0] + join.zone_m - join.join[j, 1]
-                    rough[found] = times[found] - WORKED_MORE * worked / mover.speed_mps
-                    which[found, 0], which[found, 1], which[found, 2], which[found, 3] = i, j, back, kind
-                    found += 1
+    most = len(join.leave) * len(join.join) * 16
+    room = Room(np.empty((8, 3)), np.empty((WORD_PIECES, 4)), np.empty((MOST_POSES, 3)))
+    ways = Ways(np.empty(most), np.empty(most), np.empty((most, 4), np.int64))
+    found = list_ways(join, walls, mover, room, ways)
     best = np.full(8, math.inf)
     cell = grid.cell_m * grid.cell_m
-    order = np.argsort(rough[:found])
     tried = since = 0
-    for k in order:
+    for k in np.argsort(ways.rough[:found]):
         if since >= patience or (math.isinf(best[0]) and tried >= HOPELESS):
             break
         tried += 1
-        i, j, direction, kind = which[k, 0], which[k, 1], -1.0 if which[k, 2] else 1.0, which[k, 3]
-        start = departure(join, i)
-        goal = along(join.joining, join.joining_direction, join.join[j, 0])
-        c, s = direction * math.cos(start[2]), direction * math.sin(start[2])
-        x, y = goal[0] - start[0], goal[1] - start[1]
-        turn = goal[2] - start[2]
-        word_table((c * x + s * y) * mover.root, (c * y - s * x) * mover.root, turn, mover.circle, amounts)
-        count = word_rows(amounts[kind], kind, direction, mover, table)
-        length = poses_along(start, table, count, poses)
-        if first_touch(poses[:length], walls.edges, walls.owner, True, walls.body, walls.margin_m)[0] >= 0:
+        way = ways.which[k]
+        gained = cells_gained(join, way, walls, mover, grid, room)
+        if gained < 0:
             continue
-        ask(grid)
-        gained = pass_path(start, table, count, mover.half_width_m, grid, 0)
-        line[0, LENGTH], line[0, DIRECTION] = join.leave[i, 0], join.leaving_direction
-        gained += pass_path(join.leaving, line, 1, mover.half_width_m, grid, 0)
-        line[0, LENGTH], line[0, DIRECTION] = join.zone_m - join.join[j, 1], join.joining_direction
-        begun = along(join.joining, join.joining_direction, join.join[j, 1])
-        gained += pass_path(begun, line, 1, mover.half_width_m, grid, 0)
         since += 1
-        score = times[k] - seconds_per_m2 * gained * cell
+        score = ways.times[k] - seconds_per_m2 * gained * cell
         if score < best[0]:
             since = 0
-            best[0], best[1], best[2], best[3], best[4] = score, times[k], gained * cell, i, j
-            best[5], best[6], best[7] = direction, kind, amounts[kind, 0]
+            best[0], best[1], best[2], best[3], best[4] = score, ways.times[k], gained * cell, way[0], way[1]
+            best[5], best[6], best[7] = -1.0 if way[2] else 1.0, way[3], room.amounts[way[3], 0]
     return best
