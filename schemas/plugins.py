@@ -124,6 +124,7 @@ class Registry(Generic[T]):
             make: What makes it, or ``"package.module:name"``, which is imported when it is first needed.
             empty: What options that are left empty mean with it, by the option's name; those that are not named mean
                 what the vehicle says.
+            covering: Whether it is only for tools that work wherever they pass.
 
         Raises:
             ValueError: There is one of that name.
