@@ -22,6 +22,7 @@ from touchline.schemas.curves import Curve
 from touchline.schemas.plain_text import printable
 from touchline.schemas.scenario import Origin
 from touchline.schemas.spec import Spec
+from touchline.schemas.swath_ids import area_id_of, swath_id
 
 if TYPE_CHECKING:
     import shapely
@@ -32,9 +33,6 @@ MAX_COORDINATE_M = 10_000.0
 MIN_LENGTH_M = 0.01
 #: An outline with less inside is a mistake.
 MIN_AREA_M2 = 1e-4
-
-#: Between the id of an area and the number of one of its swaths.
-SWATH_MARK = "#"
 
 #: How far the middle of the paint may be off its line where the template does not say.
 DEFAULT_TOLERANCE_M = 0.03
@@ -183,7 +181,7 @@ class Area(Spec):
 
     def swath_id(self, number: int) -> str:
         """The segment id of one of its swaths, counted from 1."""
-        return f"{self.id}{SWATH_MARK}{number}"
+        return swath_id(self.id, number)
 
 
 class Template(Spec):
@@ -257,10 +255,8 @@ class Template(Spec):
 
     def area_of(self, segment_id: str) -> Area | None:
         """The area of which a segment of that id is a swath; None if it is of none."""
-        name, mark, number = segment_id.rpartition(SWATH_MARK)
-        if not (mark and number.isdecimal()):
-            return None
-        return next((area for area in self.areas if area.id == name), None)
+        name = area_id_of(segment_id)
+        return next((area for area in self.areas if area.id == name), None) if name else None
 
     def paints(self, segment_id: str) -> bool:
         """Whether a segment of that id is painted: one of the template's own, or a swath of an area."""

@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from touchline.schemas.template import SWATH_MARK
+from touchline.schemas.swath_ids import area_id_of
 from touchline.services.onboard.interface import PaintBelief
 from touchline.services.onboard.trajectory.trajectory import LoadedTrajectory
 
@@ -24,7 +24,7 @@ class Covered:
     def __init__(self, plan: LoadedTrajectory) -> None:
         """See the class."""
         driven = np.flatnonzero(plan.path[:, _LENGTH]).tolist()
-        swaths = [row for row in driven if SWATH_MARK in plan.ids[row]] or driven
+        swaths = [row for row in driven if area_id_of(plan.ids[row])] or driven
         numbers: dict[str, int] = {}
         self._swath = np.array([numbers.setdefault(plan.ids[row], len(numbers)) for row in swaths])
         self._ids = tuple(numbers)
