@@ -93,6 +93,9 @@ def test_a_roller_along_lines_is_planned_as_lines() -> None:
         ({"coverage_pct": 101.0}, "coverage_pct"),
         ({"swath_angle_deg": np.array([720.0])}, "swath_angle_deg"),
         ({"area_method": "spiral"}, "spiral"),
+        ({"return_to_start": True}, "return to its start"),
+        ({"start": np.zeros(3)}, "a start pose"),
+        ({"order": "given"}, "the given order"),
     ],
 )
 def test_options_out_of_range_are_named(changes: dict[str, object], named: str) -> None:

@@ -80,6 +80,14 @@ def _check(options: PlanOptions, width_m: float) -> None:
         ("coverage_pct", options.coverage_pct, 0.0, 100.0, "%"),
         *(("swath_angle_deg", angle, -360.0, 360.0, "degrees") for angle in options.swath_angle_deg.tolist()),
     )
+    for name, given in (
+        ("a start pose", len(options.start)),
+        ("an end pose", len(options.end)),
+        ("to return to its start", options.return_to_start),
+        ("the given order", options.order == "given"),
+    ):
+        if given:
+            raise PlanningError("", f"asks for {name}, and a coverage method chooses that itself", "leave it out")
     for name, value, low, high, unit in asked:
         if not low <= value <= high:
             raise PlanningError("", f"has {name} = {value:g}", f"give {low:g} to {high:g} {unit}")
