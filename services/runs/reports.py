@@ -1,6 +1,7 @@
 """The figures of a plan and of a run, as JSON objects."""
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 from touchline.schemas.messages import AreaReport, PlannedCoverage, PlanReport, SegmentPaint, TraversalReport
@@ -46,27 +47,32 @@ def plan_figures(report: PlanReport) -> dict[str, Any]:
         "standstills": {"cusps": report.cusps, "spins": report.spins},
         "wet_crossings": {"total": report.wet_crossings, "unavoidable": report.wet_crossings_unavoidable},
         "estimate": {"paint_l": report.paint_l, "battery_wh": report.battery_wh},
-        **({"coverage": planned_coverage_figures(report.coverage[0])} if report.coverage else {}),
+        **({"coverage": planned_coverage_figures(report.coverage)} if report.coverage else {}),
         "planning_time_s": report.planning_time_s,
     }
 
 
-def planned_coverage_figures(coverage: PlannedCoverage) -> dict[str, Any]:
-    """How a plan covers its area."""
+def planned_coverage_figures(areas: Sequence[PlannedCoverage]) -> dict[str, Any]:
+    """How a plan covers its areas, all together."""
+    area_m2, covered_m2 = sum(each.area_m2 for each in areas), sum(each.covered_m2 for each in areas)
+    reachable_m2 = sum(each.reachable_m2 for each in areas)
+    reached_m2 = sum(0.01 * each.reachable_pct * each.reachable_m2 for each in areas)
     return {
-        "method": coverage.method,
-        "area_m2": coverage.area_m2,
-        "covered_m2": coverage.covered_m2,
-        "coverage_pct": coverage.coverage_pct,
-        "of_reachable_pct": coverage.reachable_pct,
-        "reachable_m2": coverage.reachable_m2,
-        "overlap_m2": coverage.overlap_m2,
-        "body_outside_m": coverage.body_outside_m,
-        "lanes": coverage.lanes,
-        "laps": coverage.laps,
-        "swath_angle_deg": coverage.swath_angle_deg,
-        "notes": list(coverage.notes),
-        "missed": [{"x_m": patch.x_m, "y_m": patch.y_m, "area_m2": patch.area_m2} for patch in coverage.missed],
+        "method": areas[0].method,
+        "area_m2": area_m2,
+        "covered_m2": covered_m2,
+        "coverage_pct": 100.0 * covered_m2 / area_m2,
+        "of_reachable_pct": 100.0 * reached_m2 / reachable_m2 if reachable_m2 else 100.0,
+        "reachable_m2": reachable_m2,
+        "overlap_m2": sum(each.overlap_m2 for each in areas),
+        "body_outside_m": max(each.body_outside_m for each in areas),
+        "lanes": sum(each.lanes for each in areas),
+        "laps": sum(each.laps for each in areas),
+        "swath_angle_deg": areas[0].swath_angle_deg,
+        "notes": [note for each in areas for note in each.notes],
+        "missed": [
+            {"x_m": patch.x_m, "y_m": patch.y_m, "area_m2": patch.area_m2} for each in areas for patch in each.missed
+        ],
     }
 
 

@@ -1,7 +1,8 @@
 """Areas to be covered by a tool that works wherever it passes: from a template to the route over them."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from itertools import count, groupby
 
 import shapely
@@ -11,6 +12,7 @@ from touchline.schemas.messages import MissedPatch, PlannedCoverage
 from touchline.schemas.template import Area
 from touchline.services.planner.budget import Progress
 from touchline.services.planner.coverage.area_method import CoverageMethod, area_method_name
+from touchline.services.planner.coverage.between_areas import CoveredArea, carried_over
 from touchline.services.planner.coverage.coverage_route import CoverageRoute, DriveKind, DrivePiece
 from touchline.services.planner.coverage.coverage_task import CoverageTask
 from touchline.services.planner.coverage.drum_sweep import clearance_m, swept, swept_m2
@@ -26,35 +28,52 @@ PATCH_MIN_M2 = 0.05
 
 
 def covered(task: PlanTask, method: CoverageMethod, progress: Progress) -> WorkedRoute:
-    """The route over the area of a template.
+    """The route over the areas of a template, one after the other.
 
     Args:
         task: What is to be planned.
-        method: That covers it.
+        method: That covers them.
         progress: Told the stage and the fraction of it that is done.
 
     Raises:
-        PlanningError: The template has more than one area or lines, or an option or the area cannot be met.
+        PlanningError: The template has lines, too, an option or an area cannot be met, or there is no way between two.
     """
-    area, name = _only_area(task), area_method_name(task.options, task.vehicle.tool)
-    asked = CoverageTask.of(task, area)
-    route = method.cover(asked, lambda done: progress("covering", done))
-    numbers = count(1)
-    sections = [section for piece in route.pieces for section in _sections(piece, area, numbers)]
-    return WorkedRoute(sections, coverage=(_figures(route, asked, name),))
+    _refuse_lines(task)
+    name = area_method_name(task.options, task.vehicle.tool)
+    areas = task.template.areas
+    holes = [shapely.Polygon(ring) for area in areas for ring in area.polygon.interiors]
+    boundary = shapely.Polygon(task.template.boundary.corners) if task.template.boundary else None
+    parts: list[CoveredArea] = []
+    for number, area in enumerate(areas):
+        asked = CoverageTask.of(task, area)
+        asked = replace(asked, obstacles=(*dict.fromkeys((*asked.obstacles, *holes)),))
+        try:
+            route = method.cover(asked, _share(progress, number, len(areas)))
+        except PlanningError as error:
+            raise PlanningError("", f'{error.problem} (area "{area.id}")', error.remedy) from error
+        parts.append(CoveredArea(area.id, asked, route))
+    for k in range(len(parts) - 1):
+        parts[k : k + 2] = carried_over(parts[k], parts[k + 1], boundary)
+    sections: list[Section] = []
+    for area, part in zip(areas, parts, strict=True):
+        numbers = count(1)
+        pieces = (*part.route.pieces, *part.way)
+        sections += [section for piece in pieces for section in _sections(piece, area, numbers)]
+    return WorkedRoute(sections, coverage=tuple(_figures(part.route, part.task, name) for part in parts))
 
 
-def _only_area(task: PlanTask) -> Area:
-    template = task.template
-    if template.segments:
+def _share(progress: Progress, number: int, of: int) -> Callable[[float], None]:
+    """Tells the fraction of all areas that is done."""
+    return lambda done: progress("covering", (number + done) / of)
+
+
+def _refuse_lines(task: PlanTask) -> None:
+    if task.template.segments:
         problem = (
-            f"has {len(template.segments)} lines beside its areas, and {task.vehicle.name} has nothing to mark with"
+            f"has {len(task.template.segments)} lines beside its areas, and {task.vehicle.name} has nothing to mark"
+            " with"
         )
         raise PlanningError("", problem, "leave the lines out, or use a vehicle with a sprayer")
-    if len(template.areas) > 1:
-        problem = f"has {len(template.areas)} areas, which are covered one at a time"
-        raise PlanningError("", problem, "give each a template of its own")
-    return template.areas[0]
 
 
 def _sections(piece: DrivePiece, area: Area, numbers: Iterator[int]) -> Iterator[Section]:
