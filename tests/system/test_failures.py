@@ -37,6 +37,7 @@ from touchline.services.system.supervisor import Notice
 from touchline.services.system.temporary_system import LocalSystem, ProcessOptions, local_system
 
 TEMPLATE, _ = template_text("soccer-11")
+NO_NOISE = Setup(scenario=Scenario(noise="none"))
 
 
 def wait_until(condition: Callable[[], bool], timeout_s: float = 200.0) -> None:
@@ -76,7 +77,9 @@ def start_painting(bus: Bus, speed: float, template: str = TEMPLATE) -> Trajecto
 def painting(tmp_path: Path) -> Iterator[tuple[LocalSystem, Observer, Path]]:
     """A system that paints the pitch at 10x and records, some paint already down."""
     recording = tmp_path / "session.mcap"
-    with local_system({"tt2": Setup(scenario=Scenario(noise="none"))}, ProcessOptions(recordings=tmp_path)) as system:
+    with local_system(
+        {"tt2": Setup(scenario=Scenario(noise="none"))}, options=ProcessOptions(recordings=tmp_path)
+    ) as system:
         system.wait_until_ready(lambda doing: None)
         assert system.bus.call(topics.RECORD, RecordRequest(request_id="r", path=str(recording))).success
         observer = Observer(system.bus)
@@ -148,7 +151,9 @@ THREE_LINES = """{"name": "three", "title": "Three lines", "line_width_m": 0.12,
 
 def test_a_killed_robot_goes_on_and_reports_the_whole_job(tmp_path: Path):
     recording = tmp_path / "session.mcap"
-    with local_system({"tt2": Setup(scenario=Scenario(noise="none"))}, ProcessOptions(recordings=tmp_path)) as system:
+    with local_system(
+        {"tt2": Setup(scenario=Scenario(noise="none"))}, options=ProcessOptions(recordings=tmp_path)
+    ) as system:
         system.wait_until_ready(lambda doing: None)
         bus, observer = system.bus, Observer(system.bus)
         reports = bus.inbox([topics.REPORT])
