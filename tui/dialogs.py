@@ -142,7 +142,7 @@ class PlanDialog(Dialog[PlanOptions | None]):
         "overlap_m": ("lanes overlap ≥  m", "0.03"),
         "margin_m": ("body off edges ≥  m", "0.05"),
         "laps": ("laps along edges", "as needed"),
-        "swath_angle_deg": ("direction of lanes  °", "which suits"),
+        "swath_angle_deg": ("lanes' direction  °", "which suits"),
         "coverage_pct": ("touch up until  %", "what is cheap"),
     }
     """The same for what is asked where a tool covers areas: `PlanOptions` has what holds if it is left empty."""

@@ -96,7 +96,7 @@ def test_a_roller_that_is_killed_misses_nothing(tmp_path: Path) -> None:
         load = {"trajectory": plan, "template_json": TEXT}
         farmer.order(topics.RECORD, RecordRequest, path=str(recording))
         farmer.order(topics.LOAD, LoadRequest, **load)
-        farmer.order(topics.SET_SPEED, SetSpeedRequest, factor=20.0)
+        farmer.order(topics.SET_SPEED, SetSpeedRequest, factor=60.0)
         farmer.order(topics.START)
         for place in (lambda it: it.speed_mps < -0.2, lambda it: "#" in it.segment_id and it.speed_mps > 0.7):
             before = farmer.until(place)
@@ -104,7 +104,7 @@ def test_a_roller_that_is_killed_misses_nothing(tmp_path: Path) -> None:
             farmer.order(topics.LOAD, LoadRequest, resume=True, **load)
             after = farmer.until(lambda it: it.state == TraversalStatus.READY)
             assert before.coverage_pct <= after.coverage_pct < before.coverage_pct + 10.0
-            farmer.order(topics.SET_SPEED, SetSpeedRequest, factor=20.0)
+            farmer.order(topics.SET_SPEED, SetSpeedRequest, factor=60.0)
             farmer.order(topics.START)
             farmer.rolls_on_from(after.arc_length_m)
         farmer.order(topics.SET_SPEED, SetSpeedRequest, factor=-1.0)
