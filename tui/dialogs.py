@@ -5,14 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import ClassVar, TypeVar
+from typing import ClassVar, Final, TypeVar
 
+import numpy as np
 from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Grid, Horizontal, Vertical
 from textual.content import Content
 from textual.screen import ModalScreen
+from textual.widget import Widget
 from textual.widgets import Button, Checkbox, Input, Label, OptionList, RadioButton, RadioSet, Static
 from textual.widgets.option_list import Option
 
@@ -29,6 +31,9 @@ from touchline.tui.stop_screen import add_stop
 Result = TypeVar("Result")
 Chosen = tuple[Template, str]
 """A template and the text it was read from."""
+_DEFAULTS: Final = PlanOptions()
+_MOST_DEG: Final = 360.0
+_WHOLE_PCT: Final = 100.0
 
 
 class Dialog(ModalScreen[Result]):
@@ -127,12 +132,20 @@ class PlanDialog(Dialog[PlanOptions | None]):
     """Choose how to plan; what is left empty is the vehicle's default."""
 
     FIELDS: ClassVar[dict[str, tuple[str, str]]] = {
-        "paint_speed_mps": ("painting speed  m/s", "{tool.work_speed_mps:g}"),
+        "paint_speed_mps": ("working speed  m/s", "{tool.work_speed_mps:g}"),
         "transit_speed_mps": ("driving speed  m/s", "{drive.transit_speed_mps:g}"),
         "kappa_max_1pm": ("curvature ≤  1/m", "{drive.default_kappa_max_1pm:g}"),
         "sigma_max_1pm2": ("sharpness ≤  1/m²", "{drive.default_sigma_max_1pm2:g}"),
     }
     """Option → (label, what holds if it is left empty unless the method says otherwise, of the vehicle)."""
+    AREA_FIELDS: ClassVar[dict[str, tuple[str, str]]] = {
+        "overlap_m": ("lanes overlap ≥  m", "0.03"),
+        "margin_m": ("body off edges ≥  m", "0.05"),
+        "laps": ("laps along edges", "as needed"),
+        "swath_angle_deg": ("lanes' direction  °", "which suits"),
+        "coverage_pct": ("touch up until  %", "what is cheap"),
+    }
+    """The same for what is asked where a tool covers areas: `PlanOptions` has what holds if it is left empty."""
     TICKS: ClassVar[dict[str, str]] = {
         "order": "order as given",
         "forward_only": "forward only",
@@ -145,6 +158,7 @@ class PlanDialog(Dialog[PlanOptions | None]):
         super().__init__()
         self._options, self._vehicle = options, vehicle
         self._area_methods = AREA_METHODS.summaries_for(covers=vehicle.tool.covers) if areas else {}
+        self._area_fields = self.AREA_FIELDS if areas and vehicle.tool.covers else {}
 
     def compose(self) -> ComposeResult:
         """Method, limits, buttons."""
@@ -162,14 +176,9 @@ class PlanDialog(Dialog[PlanOptions | None]):
             with Grid(id="limits"):
                 for field, (label, _) in self.FIELDS.items():
                     value = getattr(self._options, field)
-                    yield Label(label)
-                    yield Input(
-                        f"{value:g}" if value else "",
-                        placeholder=self._left_empty(field, chosen),
-                        type="number",
-                        id=field,
-                        compact=True,
-                    )
+                    yield from _field(field, label, f"{value:g}" if value else "", self._left_empty(field, chosen))
+                for field, (label, empty) in self._area_fields.items():
+                    yield from _field(field, label, _written(self._options, field), empty)
             with Horizontal(id="ticks"):
                 for field, label in self.TICKS.items():
                     on = getattr(self._options, field)
@@ -214,22 +223,76 @@ class PlanDialog(Dialog[PlanOptions | None]):
             except ValueError:
                 value = math.nan
             if not (math.isfinite(value) and value >= 0) or (text and value == 0):
-                self.query_one("#problem", Static).update(f"{label}: give a number above 0, or nothing for the default")
-                self.query_one(f"#{field}", Input).focus()
+                self._refuse(field, f"{label}: give a number above 0, or nothing for the default")
                 return
             values[field] = value
+        covering: dict[str, object] = {}
+        for field, (label, _) in self._area_fields.items():
+            text = self.query_one(f"#{field}", Input).value.strip()
+            try:
+                covering[field] = _read(field, text)
+            except ValueError as error:
+                self._refuse(field, f"{label}: give {error}, or nothing for the default")
+                return
         method = self._pressed("#method")
         area_method = self._pressed("#area-method") if self._area_methods else self._options.area_method
         forward, back = (self.query_one(f"#{field}", Tick).value for field in ("forward_only", "return_to_start"))
         order = "given" if self.query_one("#order", Tick).value else ""
         ticks = {"order": order, "forward_only": forward, "return_to_start": back}
-        chosen = {"method": method, "area_method": area_method, **ticks, **values}
+        chosen = {"method": method, "area_method": area_method, **ticks, **values, **covering}
         self.dismiss(self._options.model_copy(update=chosen))
+
+    def _refuse(self, field: str, problem: str) -> None:
+        self.query_one("#problem", Static).update(problem)
+        self.query_one(f"#{field}", Input).focus()
 
     def _pressed(self, radio_set: str) -> str:
         """The name of what is chosen."""
         pressed = self.query_one(radio_set, RadioSet).pressed_button
         return str(pressed.name) if pressed else ""
+
+
+def _field(name: str, label: str, value: str, empty: str) -> Iterator[Widget]:
+    """A label and the field for a number."""
+    yield Label(label)
+    yield Input(value, placeholder=empty, type="number", id=name, compact=True)
+
+
+def _written(options: PlanOptions, field: str) -> str:
+    """What the options say for one of `PlanDialog.AREA_FIELDS`, nothing where that is the default."""
+    if field == "swath_angle_deg":
+        return "".join(f"{angle:g}" for angle in options.swath_angle_deg.tolist())
+    value = getattr(options, field)
+    return "" if value == getattr(_DEFAULTS, field) else f"{value:g}"
+
+
+def _read(field: str, text: str) -> object:
+    """The value of one of `PlanDialog.AREA_FIELDS`.
+
+    Raises:
+        ValueError: It is none; the text says what would be.
+    """
+    if not text:
+        return getattr(_DEFAULTS, field)
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if field == "swath_angle_deg":
+        if not abs(value) <= _MOST_DEG:
+            raise ValueError(f"an angle from -{_MOST_DEG:g} to {_MOST_DEG:g}")
+        return np.array([value])
+    if field == "laps":
+        if not (value >= 0.0 and value == math.floor(value) < math.inf):
+            raise ValueError("a whole number from 0 on")
+        return int(value)
+    if field == "coverage_pct":
+        if not 0.0 < value <= _WHOLE_PCT:
+            raise ValueError("a number above 0, up to 100")
+        return value
+    if not 0.0 <= value < math.inf:
+        raise ValueError("a number from 0 on")
+    return value
 
 
 def _choices(summaries: dict[str, str], chosen: str) -> Iterator[Choice]:

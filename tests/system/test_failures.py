@@ -37,6 +37,7 @@ from touchline.services.system.supervisor import Notice
 from touchline.services.system.temporary_system import LocalSystem, ProcessOptions, local_system
 
 TEMPLATE, _ = template_text("soccer-11")
+NO_NOISE = Setup(scenario=Scenario(noise="none"))
 
 
 def wait_until(condition: Callable[[], bool], timeout_s: float = 200.0) -> None:

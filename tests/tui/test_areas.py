@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from textual.widgets import Input, Static
 
 from tests.tui.console import console
 from touchline.schemas.messages import PaintMarks, PlanOptions
@@ -70,6 +71,29 @@ async def test_a_method_that_is_for_other_tools_is_not_kept() -> None:
         await pilot.press("enter")
         await pilot.pause()
     assert chosen == [PlanOptions(method="g2", area_method="parallel")]
+
+
+@pytest.mark.parametrize("size", [(80, 24), (120, 40)])
+async def test_a_roller_is_asked_how_to_cover(size: tuple[int, int]) -> None:
+    chosen: list[PlanOptions | None] = []
+    async with console(size=size) as (app, _, pilot):
+        app.push_screen(PlanDialog(PlanOptions(margin_m=0.1), CLAY_ROLLER, areas=True), chosen.append)
+        await pilot.pause()
+        note = app.screen.query_one(".note")
+        assert note.region.bottom < size[1] and app.screen.query_one("#dialog").max_scroll_y == 0, "all of it is seen"
+        fields = {name: app.screen.query_one(f"#{name}", Input) for name in PlanDialog.AREA_FIELDS}
+        assert [field.value for field in fields.values()] == ["", "0.1", "", "", ""]
+        fields["laps"].value = "1.5"
+        await pilot.press("enter")
+        await pilot.pause()
+        assert chosen == [] and "whole number" in str(app.screen.query_one("#problem", Static).visual)
+        fields["laps"].value, fields["swath_angle_deg"].value, fields["coverage_pct"].value = "2", "-30", "99.9"
+        fields["margin_m"].value = ""
+        await pilot.press("enter")
+        await pilot.pause()
+    (options,) = chosen
+    assert options is not None and options.swath_angle_deg.tolist() == [-30.0]
+    assert (options.laps, options.coverage_pct, options.margin_m, options.overlap_m) == (2, 99.9, 0.05, 0.03)
 
 
 def test_pictures_show_areas(tmp_path: Path) -> None:
