@@ -214,8 +214,8 @@ def _figures(plan: Plan) -> str:
     report, share = plan.report, ""
     minutes, seconds = divmod(round(report.total_time_s), 60)
     if report.coverage:
-        figures = report.coverage[0]
-        share = f"{figures.coverage_pct:.2f} % of the field, {figures.reachable_pct:.2f} % of what can be reached  ·  "
+        covered, whole = (sum(getattr(each, name) for each in report.coverage) for name in ("covered_m2", "area_m2"))
+        share = f"{100.0 * covered / whole:.2f} % of the field  ·  "
     kind = "swath" if report.coverage else "line"
     lines, transitions = _counted(report.painted_segments, kind), _counted(report.transitions, "transition")
     return (
