@@ -102,7 +102,7 @@ def test_every_figure_is_explained():
     told = set(names(job_report({"path": "", "complete": True, "messages": 0, "bytes": 0, "lost": 0, "problem": ""})))
     # What a tool that covers areas has instead of paint, and its plan besides.
     told |= set(names({"area": reports.area_report_figures(AreaReport(), TraversalReport())}))
-    told |= set(names({"plan": {"coverage": reports.planned_coverage_figures(PlannedCoverage())}}))
+    told |= set(names({"plan": {"coverage": reports.planned_coverage_figures([PlannedCoverage(area_m2=1.0)])}}))
     assert told <= explained
     figures = {name for name in explained if "." in name and not name.endswith(".md")}
     assert figures == {name for name in told if "." in name}
