@@ -20,7 +20,12 @@ Point = tuple[float, float]
 
 
 def reachable(
-    ground: BaseGeometry, free: BaseGeometry, outline: Sequence[Point], tool: Point, width_m: float
+    ground: BaseGeometry,
+    free: BaseGeometry,
+    outline: Sequence[Point],
+    tool: Point,
+    width_m: float,
+    home: BaseGeometry | None = None,
 ) -> BaseGeometry:
     """What of some ground the tool can pass over, at any heading; whether it can get there is not asked.
 
@@ -30,14 +35,21 @@ def reachable(
         outline: Of the body, in its own frame.
         tool: Its middle in that frame; it lies across the body.
         width_m: Of the tool.
+        home: Where the body's origin stays, if not anywhere.
     """
     import shapely
 
-    parts = [
-        _tool_over(places(free, outline, heading), heading, tool, 0.5 * width_m)
-        for heading in (np.arange(HEADINGS) * math.tau / HEADINGS).tolist()
-    ]
+    parts = []
+    for heading in headings_rad():
+        at = places(free, outline, heading)
+        at = at if home is None else shapely.intersection(at, home)
+        parts.append(_tool_over(at, heading, tool, 0.5 * width_m))
     return shapely.intersection(ground, shapely.union_all(parts))
+
+
+def headings_rad() -> list[float]:
+    """All headings that are looked at."""
+    return [number * math.tau / HEADINGS for number in range(HEADINGS)]
 
 
 def free_ground(boundary: BaseGeometry, kept_out: Sequence[BaseGeometry], margin_m: float = 0.0) -> BaseGeometry:

@@ -65,3 +65,28 @@ def test_any_polygon_is_covered_with_nothing_touched(seed: int) -> None:
 def test_what_cannot_be_covered_is_refused_with_the_remedy() -> None:
     with pytest.raises(PlanningError, match=r"no room for a single straight.*enlarge"):
         cover(shapely.box(0.0, 0.0, 10.0, 2.0), None, [], ROLLER)
+
+
+def test_a_strip_in_which_the_machine_cannot_turn_is_driven_both_sides() -> None:
+    strip = shapely.box(0.0, 0.0, 30.0, 4.4)
+    route = cover(strip, None, [], ROLLER, CoverOptions(coverage_pct=80.0))
+    check(route, strip)
+    assert covered_pct(route, route.reachable) >= 80.0
+
+
+def test_what_lies_behind_a_wall_is_left_out_and_said() -> None:
+    field, wall = shapely.box(0.0, 0.0, 36.0, 18.0), shapely.box(20.0, -1.0, 21.0, 19.0)
+    route = cover(field, None, [wall], ROLLER, CoverOptions(coverage_pct=80.0))
+    check(route, field.difference(wall))
+    near = route.reachable.intersection(shapely.box(0.0, 0.0, 20.0, 18.0))
+    assert covered_pct(route, near) >= 80.0
+    assert "m² are left out: the way there is too narrow" in route.remarks[-1]
+
+
+@pytest.mark.parametrize(("laps", "sides"), [(0, 0), (2, 8)])
+def test_as_many_laps_are_driven_as_are_asked_for(laps: int, sides: int) -> None:
+    field = shapely.box(0.0, 0.0, 40.0, 30.0)
+    route = cover(field, None, [], ROLLER, CoverOptions(laps=laps, coverage_pct=85.0))
+    check(route, field)
+    assert len({piece.label for piece in route.pieces if piece.kind == "lap"}) == sides
+    assert covered_pct(route, route.reachable) >= 85.0

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 import shapely
 
-from touchline.services.core.tool_reach import free_ground, places
+from touchline.services.core.tool_reach import free_ground, headings_rad, places
 from touchline.services.planner.collision.checker import first_touch
 from touchline.services.planner.coverage.kernels.survey import Walls
 from touchline.services.planner.coverage.machine import CoverageMachine
@@ -31,6 +31,7 @@ class FreeSpace:
     Attributes:
         free: Where any of the body may be, the margin taken off.
         machine: The machine.
+        home: Where the middle of its tool stays; None: anywhere.
     """
 
     def __init__(
@@ -43,6 +44,7 @@ class FreeSpace:
         self._edges = np.concatenate([_ring_edges(polygon.exterior) for polygon in outlines])
         self._owner = np.repeat(np.arange(len(outlines)), [len(p.exterior.coords) - 1 for p in outlines])
         self._margin_m = margin_m
+        self.home: Area | None = None
         self._at: dict[int, Area] = {}
 
     @cached_property
@@ -50,6 +52,13 @@ class FreeSpace:
         """As the kernels take it."""
         body = np.array(self.machine.outline)
         return Walls(self._edges, self._owner, body, (1.0 - SWING_SHARE) * self._margin_m)
+
+    def settle(self, area: Area) -> None:
+        """Stay where most of an area is: between the parts that hang together at any heading there is no way."""
+        parts = shapely.get_parts(shapely.union_all([self.at(heading) for heading in headings_rad()]))
+        if len(parts) > 1:
+            self.home = as_area(max(parts, key=lambda part: float(part.intersection(area).area)))
+            self._at.clear()
 
     def touched(self, path: PiecePath) -> bool:
         """Whether the body gets nearer to anything than it may in bends."""
@@ -62,7 +71,8 @@ class FreeSpace:
         """Where the middle of the tool may be at a heading."""
         key = round(math.remainder(heading_rad, math.tau) / SAME_RAD)
         if key not in self._at:
-            self._at[key] = as_area(places(self.free, self.machine.outline, heading_rad))
+            found = places(self.free, self.machine.outline, heading_rad)
+            self._at[key] = as_area(found if self.home is None else found.intersection(self.home))
         return self._at[key]
 
     def stretches(self, pose: PathPose, ahead_m: float, behind_m: float) -> list[tuple[float, float]]:

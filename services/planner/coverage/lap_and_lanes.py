@@ -27,7 +27,7 @@ from touchline.services.planner.coverage.shapes import Area, as_area
 from touchline.services.planner.coverage.stroke_chain import StrokeChain
 from touchline.services.planner.coverage.stroke_join import ZONE_M, Joiner
 from touchline.services.planner.coverage.stroke_map import StrokeMap
-from touchline.services.planner.coverage.touch_up import touched_up
+from touchline.services.planner.coverage.touch_up import places, touched_up
 from touchline.services.planner.geometry.clothoid import PathPose, PiecePath, joined
 
 # What a square metre is worth (s): where lanes are ordered and joined, and in the corners of a lap.
@@ -42,6 +42,12 @@ CLOSING_M = 20.0
 VIAS_TRIED, VIA_EVERY_M, VIA_M = 24, 8.0, 0.5
 # Where more is lost (share of the area) because strokes are out of reach from the first, so many others come first.
 LOST_SHARE, STARTS_TRIED = 0.01, 6
+# With many strokes fewer starts are tried: so many strokes are joined anew at most, or one start.
+STROKES_ANEW = 40
+# A stroke out of reach is put in behind so many others, the nearest first.
+INSERTS_TRIED = 12
+# Less (m²) behind narrow places is not named.
+BEYOND_MIN_M2 = 0.05
 # The part of the work (share of the time) that is done when strokes are in order, joined, and joined anew.
 ORDERED, JOINED, IMPROVED = 0.2, 0.4, 0.7
 
@@ -93,13 +99,23 @@ def cover(
         raise PlanningError("", "has a machine that cannot steer", "give its drive a steering angle and rate above 0")
     kept_out = [*obstacles, *(shapely.Polygon(ring) for ring in area.interiors)]
     space = FreeSpace(boundary or shapely.Polygon(area.exterior), kept_out, machine, options.margin_m)
-    reach = as_area(reachable(area, space.free, machine.outline, (0.0, 0.0), machine.width_m))
-    covering = _Covering(area, space, reach, options, progress) if not reach.is_empty else None
+    tool = (0.0, 0.0)
+    reach = as_area(reachable(area, space.free, machine.outline, tool, machine.width_m))
+    space.settle(area)
+    aim = reach
+    if space.home is not None:
+        aim = as_area(reachable(area, space.free, machine.outline, tool, machine.width_m, space.home))
+    covering = _Covering(area, space, aim, options, progress) if not aim.is_empty else None
     if covering is None or not (covering.laps or covering.items):
         size = f"{machine.width_m:g} m wide and {machine.nose_m + machine.tail_m:g} m long"
         problem = f"has an area in which the machine ({size}) finds no room for a single straight"
         raise PlanningError("", problem, "enlarge the area, take away obstacles, or use a smaller machine")
-    return covering.route()
+    route = covering.route()
+    beyond = reach.area - aim.area
+    if beyond < BEYOND_MIN_M2:
+        return route
+    remark = f"{beyond:.1f} m² are left out: the way there is too narrow for the machine"
+    return replace(route, reachable=reach, remarks=(*route.remarks, remark))
 
 
 class _Covering:
@@ -171,7 +187,7 @@ class _Covering:
             return
         offers = sorted((*self.left_out, *map(self._turned, self.left_out)), key=lambda stroke: -stroke.length_m)
         best = self.covered.missed_m2, self.chain.state, self.left_out
-        for first in offers[:STARTS_TRIED]:
+        for first in offers[: min(STARTS_TRIED, max(STROKES_ANEW // len(strokes), 1))]:
             self.chain.clear()
             self._lay([first, *(stroke for stroke in strokes if stroke not in (first, self._turned(first)))])
             if self.covered.missed_m2 < best[0]:
@@ -200,7 +216,7 @@ class _Covering:
             again = False
             for stroke in [*self.left_out]:
                 ways = dict.fromkeys((stroke, self._turned(stroke)))
-                if any(chain.insert(k, way) for way in ways for k in range(len(chain.joins), -1, -1)):
+                if any(chain.insert(k, way) for way in ways for k in places(chain, way, 0.0, INSERTS_TRIED)):
                     self.left_out.remove(stroke)
                     again = True
 

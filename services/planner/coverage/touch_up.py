@@ -75,14 +75,14 @@ def _strokes(
                 yield CoverStroke(DriveKind.TOUCH_UP, "touch-up", at, end - start), max(-start, 0.0)
 
 
-def places(chain: StrokeChain, stroke: CoverStroke, lead_m: float) -> list[int]:
+def places(chain: StrokeChain, stroke: CoverStroke, lead_m: float, most: int = PLACES_TRIED) -> list[int]:
     """Behind which strokes of a chain it is best driven, roughly; always behind the last one too."""
     mover, found = chain.joiner.mover, []
     for k, join in enumerate(chain.joins):
         first, last = chain.strokes[k].at(join.depart_m), chain.strokes[k + 1].at(join.arrive_m)
         around = word_s(first, stroke.at(lead_m), mover) + word_s(stroke.at(stroke.length_m), last, mover)
         found.append((around - join.way.length_m / mover.speed_mps, k))
-    return [len(chain.joins), *(k for _, k in sorted(found)[:PLACES_TRIED])]
+    return [len(chain.joins), *(k for _, k in sorted(found)[:most])]
 
 
 def touched_up(chain: StrokeChain, headings: list[float], enough_m2: float, tell: Callable[[], None]) -> int:
