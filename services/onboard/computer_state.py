@@ -134,6 +134,8 @@ class PoseFindings(Record):
 
     fix_age_s: float
     """How old the newest fix may be to paint."""
+    blind_sigma_m: float
+    """Of the position, beyond which the robot does not drive."""
     tick: int
     """That was judged last."""
     pose: int = 1

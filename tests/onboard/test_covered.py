@@ -69,3 +69,20 @@ def test_a_roller_at_work_believes_more_and_more_and_what_comes_after_a_restart(
     runner.run(100_000)
     assert emulator.onboard.state == TraversalStatus.DONE
     assert emulator.onboard.painted.coverage_pct == pytest.approx(100.0, abs=0.2)
+
+
+def test_a_roller_waits_out_an_outage_in_which_it_would_leave_strips_out(trajectory) -> None:
+    outage = {"kind": "gnss-outage", "start_s": 12.0, "duration_s": 20.0}
+    scenario = Scenario(seed=3, ground={"surface": "clay"}, faults=[outage])
+    emulator = Emulator(CLAY_ROLLER, scenario, OnboardConfig(follower="mpc"))
+    emulator.load(trajectory, PAN)
+    emulator.start()
+    runner = FastRunner(emulator)
+    while emulator.onboard.state == TraversalStatus.RUNNING:
+        runner.run(10)
+    assert emulator.onboard.state == TraversalStatus.PAUSED
+    assert "σ above 0.05 m" in emulator.onboard.status.reason
+    assert 12.0 < emulator.time_s < 32.0
+    while emulator.active:
+        runner.run(1000)
+    assert emulator.onboard.state == TraversalStatus.DONE

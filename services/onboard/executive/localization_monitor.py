@@ -24,6 +24,8 @@ most that there is. An unweighed 6 of every fix makes so much."""
 MAX_LATERAL_M = 0.03
 MAX_BLIND_SIGMA_M = 0.15
 """Position σ beyond which the robot does not even drive."""
+MAX_COVERING_SIGMA_M = 0.05
+"""The same with a tool that works wherever it goes: neighbouring lanes overlap by little more than half of that."""
 MAX_SILENCE_TICKS = 20
 """Without a new sample of the IMU or the encoders, to paint; driving stops after half a second."""
 MAX_BLIND_TICKS = 50
@@ -114,7 +116,7 @@ def speaks_against_driving(computer: Computer) -> int:
     if c.filter.counters[m.FIX_DOUBT] >= CONTRADICTED:
         return CONTRADICTION
     blind = c.times.first_tick < 0
-    if blind or position_sigma(c.filter.covariances[c.times.tick % m.RING]) > MAX_BLIND_SIGMA_M:
+    if blind or position_sigma(c.filter.covariances[c.times.tick % m.RING]) > c.pose.blind_sigma_m:
         return UNKNOWN
     return int(_silence(c.pose.tick, c, MAX_BLIND_TICKS))
 
@@ -142,14 +144,17 @@ class LocalizationMonitor:
     Args:
         computer: Whose estimate is watched.
         fix_age_s: How old its newest fix may be to paint.
+        blind_sigma_m: Position σ beyond which it does not drive.
 
     Attributes:
         findings: Of the last tick.
     """
 
-    def __init__(self, computer: ComputerState, fix_age_s: float = MAX_FIX_AGE_S) -> None:
+    def __init__(
+        self, computer: ComputerState, fix_age_s: float = MAX_FIX_AGE_S, blind_sigma_m: float = MAX_BLIND_SIGMA_M
+    ) -> None:
         self._computer, self.findings = computer, computer.pose
-        self.findings.fix_age_s = fix_age_s
+        self.findings.fix_age_s, self.findings.blind_sigma_m = fix_age_s, blind_sigma_m
 
     def look(self, tick: int) -> None:
         """Judge the tick."""
@@ -200,5 +205,5 @@ class LocalizationMonitor:
             ENCODERS_SILENT: f"the wheel encoders' samples {silence}",
             OFF_LINE: f"the nozzle is off its line by more than {MAX_LATERAL_M * 1e3:.0f} mm",
             HEADING_UNCERTAIN: f"the heading is uncertain (σ above {math.degrees(MAX_HEADING_SIGMA_RAD):.1f}°)",
-            UNKNOWN: f"the position is unknown (σ above {MAX_BLIND_SIGMA_M:.2f} m)",
+            UNKNOWN: f"the position is unknown (σ above {self.findings.blind_sigma_m:.2f} m)",
         }[code]
