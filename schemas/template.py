@@ -22,6 +22,7 @@ from touchline.schemas.curves import Curve
 from touchline.schemas.plain_text import printable
 from touchline.schemas.scenario import Origin
 from touchline.schemas.spec import Spec
+from touchline.schemas.swath_ids import SWATH_MARK
 
 if TYPE_CHECKING:
     import shapely
@@ -32,9 +33,6 @@ MAX_COORDINATE_M = 10_000.0
 MIN_LENGTH_M = 0.01
 #: An outline with less inside is a mistake.
 MIN_AREA_M2 = 1e-4
-
-#: Between the id of an area and the number of one of its swaths.
-SWATH_MARK = "#"
 
 #: How far the middle of the paint may be off its line where the template does not say.
 DEFAULT_TOLERANCE_M = 0.03

@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from touchline.schemas.template import SWATH_MARK
+from touchline.schemas.swath_ids import SWATH_MARK
 from touchline.services.onboard.interface import PaintBelief
 from touchline.services.onboard.trajectory.trajectory import LoadedTrajectory
 
