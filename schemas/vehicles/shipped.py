@@ -4,7 +4,8 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final, NamedTuple
 
-from touchline.schemas.scenario import SurfaceName
+from touchline.schemas.onboard import OnboardConfig
+from touchline.schemas.scenario import Scenario, SurfaceName
 from touchline.schemas.vehicles.rear_steered_drive import RearSteeredDrive
 from touchline.schemas.vehicles.roller_tool import RollerTool
 from touchline.schemas.vehicles.vehicle import Vehicle
@@ -17,11 +18,13 @@ class ShippedVehicle(NamedTuple):
     Attributes:
         vehicle: Itself.
         surface: What it drives on where a scenario does not say.
+        follower: What steers it where nobody says.
         summary: One line for people.
     """
 
     vehicle: Vehicle
     surface: SurfaceName
+    follower: str
     summary: str
 
 
@@ -51,7 +54,24 @@ CLAY_ROLLER: Final = Vehicle(
 
 SHIPPED: Final[Mapping[str, ShippedVehicle]] = MappingProxyType(
     {
-        "turf-tank-two": ShippedVehicle(Vehicle(), "grass", "paints lines on grass"),
-        "clay-roller": ShippedVehicle(CLAY_ROLLER, "clay", "rolls clay, steered by its rear wheel"),
+        "turf-tank-two": ShippedVehicle(Vehicle(), "grass", "mpc", "paints lines on grass"),
+        "clay-roller": ShippedVehicle(CLAY_ROLLER, "clay", "pure-pursuit", "rolls clay, steered by its rear wheel"),
     }
 )
+
+
+def on_its_ground(name: str, scenario: Scenario) -> Scenario:
+    """The scenario; where it does not say what the ground is, with that which the shipped vehicle of a name is for."""
+    shipped = SHIPPED.get(name)
+    if shipped is None or "surface" in scenario.ground.model_fields_set:
+        return scenario
+    ground = scenario.ground.model_copy(update={"surface": shipped.surface})
+    return scenario.model_copy(update={"ground": ground})
+
+
+def with_its_follower(name: str, config: OnboardConfig) -> OnboardConfig:
+    """The configuration; where it does not say what steers, with what suits the shipped vehicle of a name."""
+    shipped = SHIPPED.get(name)
+    if shipped is None or "follower" in config.model_fields_set:
+        return config
+    return config.model_copy(update={"follower": shipped.follower})

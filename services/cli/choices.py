@@ -18,7 +18,7 @@ from touchline.schemas.scenario import MAX_SEED, Noise, Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import Spec, parse, read_text
 from touchline.schemas.vehicles import Vehicle
-from touchline.schemas.vehicles.shipped import SHIPPED
+from touchline.schemas.vehicles.shipped import SHIPPED, on_its_ground, with_its_follower
 from touchline.services.cli.plugin_option import PluginOption
 
 Order = Literal["optimised", "given"]
@@ -240,17 +240,13 @@ class SetupChoice:
         """
         return Setup(
             vehicle=VehicleChoice(self.vehicle).chosen(),
-            onboard=_changed(_read(OnboardConfig, self.onboard), follower=self.follower),
-            scenario=_changed(self._world(), seed=self.seed, noise=self.noise),
+            onboard=_changed(
+                with_its_follower(str(self.vehicle), _read(OnboardConfig, self.onboard)), follower=self.follower
+            ),
+            scenario=_changed(
+                on_its_ground(str(self.vehicle), _read(Scenario, self.scenario)), seed=self.seed, noise=self.noise
+            ),
         )
-
-    def _world(self) -> Scenario:
-        """The scenario; where it does not say what the ground is, that which a shipped vehicle is for."""
-        scenario = _read(Scenario, self.scenario)
-        shipped = SHIPPED.get(str(self.vehicle))
-        if shipped is None or "surface" in scenario.ground.model_fields_set:
-            return scenario
-        return _changed(scenario, ground=_changed(scenario.ground, surface=shipped.surface))
 
     def refuse_with(self, other: str, remedy: str) -> None:
         """Refuse these options beside ``other``, which says the same.

@@ -183,6 +183,7 @@ def _job(options: PlanOptions) -> Job:
 ZIGZAG = PlanOptions(area_method="zigzag")
 UNFENCED = FenceLimits(boundary_margin_m=UNFENCED_M)
 LANES = OnboardConfig(follower="pursuit-lanes", fence=UNFENCED)
+PURSUIT = OnboardConfig(follower=SHIPPED[CLAY_ROLLER.name].follower)
 NEAR = LANES.model_copy(update={"lane_pursuit": LanePursuit(lookahead_m=1.5)})
 
 ZIGZAGS = (
@@ -205,14 +206,14 @@ PLANNED = (
 DRIVEN = (
     DrivenCase("zigzag by pursuit-lanes, 5 m ahead", ZIGZAG, LANES, Bounds((94.2, 95.6), minutes=(36.0, 38.0))),
     DrivenCase("zigzag by pursuit-lanes, 1.5 m ahead", ZIGZAG, NEAR),
-    DrivenCase("ours, forward only, by mpc", PlanOptions(forward_only=True), OnboardConfig()),
+    DrivenCase("ours, forward only, by pure pursuit", PlanOptions(forward_only=True), PURSUIT),
     DrivenCase(
-        "ours by mpc",
+        "ours by pure pursuit",
         PlanOptions(),
-        OnboardConfig(),
+        PURSUIT,
         Bounds((99.3, 100.0), 99.8, (0.0, 39.0), p95_m=0.05, body_outside_m=0.05),
     ),
-    DrivenCase("ours by pure pursuit", PlanOptions(), OnboardConfig(follower="pure-pursuit")),
+    DrivenCase("ours by mpc", PlanOptions(), OnboardConfig()),
     DrivenCase("ours by pursuit-lanes, 5 m ahead", PlanOptions(), LANES),
 )
 

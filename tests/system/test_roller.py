@@ -21,6 +21,7 @@ from touchline.schemas.messages import (
     Trajectory,
     TraversalStatus,
 )
+from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import Area, Polygon, Template
@@ -38,7 +39,11 @@ PAN = Template(name="small-pan", areas=(Area(id="pan", outline=CORNERS),), bound
 TEXT = PAN.model_dump_json()
 ZIGZAG = PlanOptions(area_method="zigzag")
 """Planned in no time, and every other lane is driven backward."""
-SETUP = Setup(vehicle=CLAY_ROLLER, scenario=Scenario(seed=2, ground={"surface": "clay"}))
+SETUP = Setup(
+    vehicle=CLAY_ROLLER,
+    scenario=Scenario(seed=2, ground={"surface": "clay"}),
+    onboard=OnboardConfig(follower="pure-pursuit"),
+)
 UNDER_WAY = (TraversalStatus.IDLE, TraversalStatus.READY, TraversalStatus.RUNNING)
 
 
@@ -118,8 +123,10 @@ def test_a_roller_that_is_killed_misses_nothing(tmp_path: Path) -> None:
             time.sleep(0.01)
         farmer.order(topics.RECORD_STOP, RecordStopRequest)
     whole = undisturbed(plan)
-    assert said[-1].coverage_pct == pytest.approx(whole.coverage_pct, abs=0.05)
-    assert said[-1].of_planned_pct == pytest.approx(whole.of_planned_pct, abs=0.1)
+    # A step in curvature is followed a little beside the path, and after a kill from on it. A metre of a strip that
+    # nobody rolled would be 0.6 %.
+    assert said[-1].coverage_pct == pytest.approx(whole.coverage_pct, abs=0.5)
+    assert said[-1].of_planned_pct == pytest.approx(whole.of_planned_pct, abs=0.5)
     assert said[-1].body_outside_m < 0.01
     recorded = read_painted(recording)
     assert recorded.area == said[-1]

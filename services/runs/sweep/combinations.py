@@ -58,19 +58,31 @@ def parse_settings(texts: Sequence[str]) -> dict[str, list[Any]]:
 
 
 def cases(
-    template: str, scenario: Scenario, options: PlanOptions, settings: Mapping[str, Sequence[Any]]
+    template: str,
+    scenario: Scenario,
+    options: PlanOptions,
+    settings: Mapping[str, Sequence[Any]],
+    config: OnboardConfig | None = None,
 ) -> list[SweepCase]:
     """Every combination of ``settings``, the last name's values changing fastest.
+
+    Args:
+        template: To be worked on where the settings name none.
+        scenario: As it is where the settings do not change it.
+        options: Of plans, likewise.
+        settings: Values by name.
+        config: Of the robot's computer, likewise; by default the shipped robot's.
 
     Raises:
         SpecError: A name is not a field, or a value not allowed.
     """
     combinations = [dict(zip(settings, values, strict=True)) for values in itertools.product(*settings.values())]
-    return [_case(template, scenario, options, setting) for setting in combinations]
+    base = SweepCase({}, template, scenario, config or OnboardConfig(), options)
+    return [_case(base, setting) for setting in combinations]
 
 
-def _case(template: str, scenario: Scenario, options: PlanOptions, setting: Setting) -> SweepCase:
-    lived, computer = scenario.model_dump(mode="json"), OnboardConfig().model_dump(mode="json")
+def _case(base: SweepCase, setting: Setting) -> SweepCase:
+    lived, computer = base.scenario.model_dump(mode="json"), base.config.model_dump(mode="json")
     planned: dict[str, Any] = {}
     for name, value in setting.items():
         if name.startswith(PLAN_PREFIX):
@@ -86,10 +98,10 @@ def _case(template: str, scenario: Scenario, options: PlanOptions, setting: Sett
             "command line", f"--set {PLAN_PREFIX}{unknown[0]}", "is not an option of a plan", f"use {known}"
         )
     try:
-        chosen = PlanOptions.model_validate(options.model_dump() | planned)
+        chosen = PlanOptions.model_validate(base.options.model_dump() | planned)
     except ValidationError as error:
         raise first_problem(error, "--set plan", planned) from error
-    painted = str(setting.get(TEMPLATE, template))
+    painted = str(setting.get(TEMPLATE, base.template))
     world, config = parse(Scenario, json.dumps(lived), "--set"), parse(OnboardConfig, json.dumps(computer), "--set")
     return SweepCase(setting, painted, world, config, chosen)
 
