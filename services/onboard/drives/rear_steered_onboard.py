@@ -86,7 +86,10 @@ class RearSteeredFigures(NamedTuple):
 
     @kernel
     def read(self, span: int, buffer: SampleBuffer, row: Floats) -> bool:
-        """The drum's mean speed and the mean steering angle; a robot whose steering moves stands nevertheless."""
+        """See `onboard_drive.read`: mean rate and steering angle; as odometry nominal rim speed and mean angle.
+
+        A robot whose steering moves stands nevertheless.
+        """
         drum, steered = buffer.turned_rad[0], buffer.turned_rad[1]
         buffer.measured[0] = drum / (span * TICK_S)
         buffer.measured[1] = buffer.angles_rad[1]
@@ -96,7 +99,7 @@ class RearSteeredFigures(NamedTuple):
 
     @kernel
     def smooth(self, before: Floats, z: Floats) -> None:
-        """The drum's speed, and the steering angle that is usual of late."""
+        """See `onboard_drive.smooth`: the drum's rim speed, and the steering angle that is usual of late."""
         smooth_rim(0, before, z)
         usual, angle = before[IN_SMOOTH + 1], z[IN_ODOMETRY + 1]
         if math.isnan(usual):
@@ -107,9 +110,10 @@ class RearSteeredFigures(NamedTuple):
 
     @kernel
     def strain(self, P: Floats, before: Floats, z: Floats) -> None:
-        """The drum slips as a wheel does; the tyre's side slip is another whenever the steering angle is.
+        """See `onboard_drive.strain`: the drum slips as a wheel does; the tyre's side slip changes with the steering.
 
-        Rejected again and again, the readings tell of an offset that jumped: somebody hit the wheel.
+        Rejected again and again, the readings tell of an offset that jumped: somebody hit the wheel. Without the
+        accelerometer nothing but the drum tells the speed.
         """
         if math.isnan(z[IN_ACCEL]):
             return
@@ -123,7 +127,11 @@ class RearSteeredFigures(NamedTuple):
 
     @kernel
     def odometry(self, x: Floats, z: Floats, h: Floats) -> tuple[float, float, float]:
-        """The drum's speed less slip; and that the contact of the wheel moves along the wheel: both in m/s."""
+        """See `onboard_drive.odometry`: the drum's speed less slip; and the wheel's contact moves along the wheel only.
+
+        The second innovation is −v·tan(δ + s₁) − L·ω: 0 if it does. The variance, one for both, is the
+        sum of all that is unsure.
+        """
         angle = z[IN_ODOMETRY + 1] + x[ODOMETRY_ERROR + 1]
         tan = math.tan(angle)
         bent = 1.0 + tan * tan
@@ -136,20 +144,24 @@ class RearSteeredFigures(NamedTuple):
 
     @kernel
     def effective(self, x: Floats, now: Floats) -> None:
-        """The drum's radius, slip included [m], and the steering's offset [rad]."""
+        """See `onboard_drive.effective`: the drum's radius, slip included [m], and the steering's offset [rad]."""
         slip = min(max(x[ODOMETRY_ERROR], -SLIP_LIMIT), SLIP_LIMIT)
         now[EFFECT] = self.radius_m * (1.0 - slip)
         now[EFFECT + 1] = min(max(x[ODOMETRY_ERROR + 1], -_OFFSET_LIMIT_RAD), _OFFSET_LIMIT_RAD)
 
     @kernel
     def twist(self, actuators: Floats, now: Floats) -> tuple[float, float]:
-        """As in the module."""
+        """See `onboard_drive.twist`: v = ω_d·r·(1 − s₀), ω = −v·tan(δ + s₁)/L.
+
+        The kinematic single-track model (R. Rajamani, "Vehicle Dynamics and Control", 2nd ed., ch. 2), steered at
+        the rear alone and seen from the axle in front.
+        """
         speed = actuators[0] * now[EFFECT]
         return speed, -speed * math.tan(actuators[1] + now[EFFECT + 1]) / self.base_m
 
     @kernel
     def actuators_of(self, speed_mps: float, yaw_rate_radps: float, now: Floats) -> tuple[float, float]:
-        """The steering is held where no speed says which way it has to point."""
+        """See `onboard_drive.actuators_of`: the steering is held where no speed says which way it has to point."""
         steering = now[COMMAND + 1]
         if abs(speed_mps) > STANDING_MPS:
             steering = -math.atan(self.base_m * yaw_rate_radps / speed_mps) - now[EFFECT + 1]
@@ -157,7 +169,10 @@ class RearSteeredFigures(NamedTuple):
 
     @kernel
     def gain(self, actuator: int, now: Floats) -> tuple[float, float]:
-        """Of the drum at the present steering angle; of the steering at the present speed, but some at standstill."""
+        """See `onboard_drive.gain`: the drum's at the present steering angle, the steering's at the present speed.
+
+        At standstill the steering's would be 0: it is that of a small speed.
+        """
         tan = math.tan(now[COMMAND + 1] + now[EFFECT + 1])
         if actuator == 0:
             return now[EFFECT], -now[EFFECT] * tan / self.base_m
@@ -168,7 +183,10 @@ class RearSteeredFigures(NamedTuple):
 
     @kernel
     def command(self, speed_mps: float, yaw_rate_radps: float, now: Floats, actuators: Floats) -> None:
-        """Too sudden for drum or steering is cut off; a command beyond what the steering turns to would only wait."""
+        """See `onboard_drive.command`: too sudden for drum or steering is cut off.
+
+        A command beyond what the steering turns to in a tick would only wait.
+        """
         rate, steering = onboard_drive.actuators_of(self, speed_mps, yaw_rate_radps, now)
         there, held = now[SPEED_NOW] / now[EFFECT], now[COMMAND + 1]
         rate = min(max(rate, there - self.reach_radps), there + self.reach_radps)

@@ -34,6 +34,11 @@ def smooth_rim(wheel: int, before: Floats, z: Floats) -> None:
 
     Taken from the tick's own reading or from the state it would share its noise, and the gain with the innovation:
     noise would become a bias of the slip. So it is smooth, but keeps up with a wheel that changes its speed.
+
+    Args:
+        wheel: Which of the two numbers of odometry is its rim speed [m/s].
+        before: (INPUTS,) of the tick before.
+        z: (INPUTS,) of this tick; the wheel's IN_SMOOTH is filled in.
     """
     value, last, rim = before[IN_SMOOTH + wheel], before[IN_ODOMETRY + wheel], z[IN_ODOMETRY + wheel]
     if not math.isnan(last):
@@ -51,6 +56,12 @@ def strain_slip(wheel: int, P: Floats, before: Floats, z: Floats) -> None:
     grip, which the robot does not know. That comes and goes as fast as the wheel is sped up. Readings that are
     rejected again and again are a slip that jumped: taken for outliers they would be rejected until the slip is
     forgotten.
+
+    Args:
+        wheel: Which of the two errors of odometry is its slip.
+        P: (STATES, STATES) predicted covariance; the variance of that slip is updated.
+        before: (INPUTS,) of the tick before.
+        z: (INPUTS,) of this tick, IN_SMOOTH filled in.
     """
     i = ODOMETRY_ERROR + wheel
     change = z[IN_ODOMETRY + wheel] - before[IN_ODOMETRY + wheel]

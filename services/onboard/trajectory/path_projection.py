@@ -99,7 +99,20 @@ def _heading(pieces: Floats, piece: int, s: float) -> float:
 
 @kernel
 def pose_on(pieces: Floats, sense: float, piece: int, s: float) -> tuple[float, float, float]:
-    """Point and the robot's heading, unwrapped; beyond an end the leg goes straight on."""
+    """Point and the robot's heading at an arc length; beyond an end the leg goes straight on.
+
+    A clothoid is integrated by Gauss's rule of two points ("NIST Digital Library of Mathematical Functions",
+    sec. 3.5(v)): its pieces are short.
+
+    Args:
+        pieces: (n, COLUMNS) of `smoothing`.
+        sense: +1 if the leg is driven forward, −1 if backward.
+        piece: The one that `s` is on; see `piece_at`.
+        s: Arc length, m.
+
+    Returns:
+        East and north, map frame (m), and the heading, unwrapped (rad).
+    """
     last = pieces.shape[0] - 1
     extra = 0.0
     end = pieces[last, W_START] + pieces[last, W_LENGTH]

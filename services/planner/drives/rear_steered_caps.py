@@ -28,7 +28,10 @@ class RearSteeredCaps(NamedTuple):
 
     @kernel
     def square_cap(self, _curvature: float, sharpness: float) -> float:
-        """The steering has to keep up at the straightest place of a stretch, of which only the tightest is known."""
+        """See `planned_drive.square_cap`: the steering has to keep up, v·|σ| ≤ δ̇/L.
+
+        That is what it takes where κ = 0 (see the module), as of a stretch only the tightest place is known.
+        """
         square = self.speed_mps**2
         if sharpness > 0.0:
             square = min(square, (self.bending_1pms / sharpness) ** 2)
@@ -36,7 +39,7 @@ class RearSteeredCaps(NamedTuple):
 
     @kernel
     def gain(self, _square: float, _curvature: float, _sharpness: float, _length: float) -> float:
-        """The drum is in the middle of its axle: turning takes nothing of what it has."""
+        """See `planned_drive.gain`: the drum is in the middle of its axle, so turning takes nothing of what it has."""
         return float(self.acceleration_mps2)
 
     @kernel

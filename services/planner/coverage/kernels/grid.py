@@ -41,7 +41,13 @@ class PassGrid(NamedTuple):
 
 @kernel
 def fill(edges: Floats, grid: PassGrid, wanted: bool) -> None:
-    """Set `wanted` where the middle of a cell is inside closed outlines of edges (n, 4) x₁ y₁ x₂ y₂, even-odd."""
+    """Set `wanted` of the cells whose middle is inside closed outlines, by the even-odd rule, row by row.
+
+    Args:
+        edges: (n, 4) x₁ y₁ x₂ y₂ (m), of all outlines together.
+        grid: Its `wanted` is changed.
+        wanted: What it is set to there.
+    """
     rows, columns = grid.wanted.shape
     crossings = np.empty(len(edges))
     for row in range(rows):
@@ -67,9 +73,15 @@ def ask(grid: PassGrid) -> None:
 
 @kernel
 def pass_quad(corners: Floats, grid: PassGrid, change: int) -> int:
-    """Meet the cells within a convex quadrilateral (8,) x y …, once in a question; how many were wanted and uncovered.
+    """Meet the cells whose middle is within a convex quadrilateral, each once in a question.
 
-    `change` is added to the passes of those met.
+    Args:
+        corners: (8,) x, y (m) of one corner after the other.
+        grid: Its `passes` and `seen` are changed.
+        change: Added to the passes of those met for the first time.
+
+    Returns:
+        How many of them were wanted and not passed over before.
     """
     rows, columns = grid.wanted.shape
     low = min(corners[1], corners[3], corners[5], corners[7])
@@ -101,7 +113,20 @@ def pass_quad(corners: Floats, grid: PassGrid, change: int) -> int:
 
 @kernel
 def step_on(pose: Floats, curvature: float, sharpness: float, length: float, direction: float) -> float:
-    """Move a pose (3,) x, y, heading on by a short stretch; the curvature behind it."""
+    """Move a pose on by a short stretch of a clothoid, integrated by Gauss's rule of two points.
+
+    "NIST Digital Library of Mathematical Functions", sec. 3.5(v).
+
+    Args:
+        pose: (7,) x (m), y (m), heading (rad), updated; the rest is working space.
+        curvature: Of the robot at the beginning (1/m).
+        sharpness: Its change per metre driven (1/m²).
+        length: Driven (m), not negative.
+        direction: 1 forward, −1 backward.
+
+    Returns:
+        The curvature at the end (1/m).
+    """
     s = direction * length
     rate = direction * sharpness
     for k in range(2):
@@ -116,7 +141,19 @@ def step_on(pose: Floats, curvature: float, sharpness: float, length: float, dir
 
 @kernel
 def pass_path(start: Floats, table: Floats, count: int, half_width: float, grid: PassGrid, change: int) -> int:
-    """Meet what the tool passes over along `count` rows of a table of pieces from a pose; as `pass_quad`."""
+    """Meet what the tool passes over along pieces of a path; see `pass_quad`.
+
+    Args:
+        start: (3,) or longer: x (m), y (m), heading (rad) at the beginning.
+        table: (n, 4) pieces: length (m), curvature (1/m), sharpness (1/m²), direction (±1).
+        count: So many of its rows are driven.
+        half_width: Of the tool (m).
+        grid: Its `passes` and `seen` are changed.
+        change: Added to the passes of the cells met for the first time.
+
+    Returns:
+        How many of them were wanted and not passed over before.
+    """
     pose, corners, found = np.empty(7), np.empty(8), 0
     pose[:3] = start[:3]
     for k in range(count):

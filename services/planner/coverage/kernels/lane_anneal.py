@@ -30,7 +30,13 @@ class LaneCosts(NamedTuple):
 
 @kernel
 def price(order: Ints, costs: LaneCosts, turned: Ints) -> float:
-    """Seconds for nodes in order, and for pairs that turn apart; `turned` (n, 2) is written: up or down at each end."""
+    """Seconds for nodes in order, and for pairs that turn apart.
+
+    Args:
+        order: (n,) nodes, one of the two of each lane.
+        costs: What they cost.
+        turned: (n, 2) filled in: whether the way at each end of a lane leads up (1) or down (−1); 0: there is none.
+    """
     total = costs.entry[order[0]]
     turned[:] = 0
     for k in range(len(order) - 1):
@@ -48,7 +54,17 @@ def price(order: Ints, costs: LaneCosts, turned: Ints) -> float:
 
 @kernel
 def moved(order: Ints, trial: Ints, seed: int, at: int) -> None:
-    """Write to `trial` the order with a stretch turned round, one lane put elsewhere, or two exchanged."""
+    """Write a neighbouring order: a stretch turned round, one lane put elsewhere, or two exchanged.
+
+    A stretch turned round is the move of 2-opt (G. A. Croes, "A method for solving traveling-salesman problems",
+    Operations Research 6(6), 1958); its lanes are then driven the other way, too.
+
+    Args:
+        order: (n,) nodes.
+        trial: (n,) filled in.
+        seed: Of the random numbers.
+        at: The first one of the four that it may take.
+    """
     n = len(order)
     trial[:] = order
     i, j = whole(seed, at, n), whole(seed, at + 1, n)
@@ -73,7 +89,21 @@ def moved(order: Ints, trial: Ints, seed: int, at: int) -> None:
 
 @kernel
 def annealed(start: Ints, costs: LaneCosts, steps: int, hot_s: float, seed: int) -> Ints:
-    """The best order found in so many steps from a first one; the temperature falls from `hot_s` (s)."""
+    """The best order found by simulated annealing.
+
+    Kirkpatrick, Gelatt, Vecchi, "Optimization by Simulated Annealing", Science 220(4598), 1983; a worse order is taken
+    with probability exp(−Δ/T). That T falls with the square of the steps left is this project's own choice.
+
+    Args:
+        start: (n,) nodes, the order to begin with.
+        costs: What they cost.
+        steps: How many orders are tried.
+        hot_s: The temperature T at first (s).
+        seed: Of the random numbers.
+
+    Returns:
+        (n,) nodes.
+    """
     order, trial, best = start.copy(), start.copy(), start.copy()
     turned = np.zeros((len(start), 2), np.int64)
     now = price(order, costs, turned)

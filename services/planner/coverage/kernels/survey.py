@@ -91,7 +91,20 @@ class Join(NamedTuple):
 
 @kernel
 def turn_rows(deflection: float, direction: float, mover: Mover, table: Floats, row: int) -> int:
-    """Write the pieces of a turn by a signed deflection (rad) of the direction of travel; the next free row."""
+    """Write the pieces of a turn: two clothoids and an arc, or the flatter pair of clothoids where it turns little.
+
+    Fraichard and Scheuer, "From Reeds and Shepp's to continuous-curvature paths", IEEE T-RO 20(6), 2004.
+
+    Args:
+        deflection: Of the direction of travel, to the left (rad).
+        direction: 1 forward, −1 backward.
+        mover: How the machine moves.
+        table: (n, 4) filled in: length (m), curvature (1/m), sharpness (1/m²), direction; see grid.py.
+        row: The first one to fill in.
+
+    Returns:
+        The next free row.
+    """
     c, root, size = mover.circle, mover.root, abs(deflection)
     # What turns the direction of travel to the left turns a robot that drives backward with negative curvature.
     side = direction * (1.0 if deflection >= 0.0 else -1.0)
@@ -119,7 +132,18 @@ def turn_rows(deflection: float, direction: float, mover: Mover, table: Floats, 
 
 @kernel
 def word_rows(amounts: Floats, kind: int, direction: float, mover: Mover, table: Floats) -> int:
-    """Write the pieces of a word of `word_table`, driven one way; how many they are."""
+    """Write the pieces of a word that is driven one way.
+
+    Args:
+        amounts: (3,) its row of `word_table`, straights in units of unit sharpness.
+        kind: The number of that row, which says whether the middle is a straight.
+        direction: 1 forward, −1 backward.
+        mover: How the machine moves.
+        table: (WORD_PIECES, 4) filled in from the first row on; see `turn_rows`.
+
+    Returns:
+        How many pieces there are.
+    """
     row = turn_rows(amounts[0], direction, mover, table, 0)
     if kind % 4 < 2:
         table[row, LENGTH], table[row, CURVATURE] = amounts[1] / mover.root, 0.0
@@ -132,7 +156,13 @@ def word_rows(amounts: Floats, kind: int, direction: float, mover: Mover, table:
 
 @kernel
 def word_m(amounts: Floats, kind: int, mover: Mover) -> float:
-    """Length of a word (m); infinite if there is none."""
+    """Length of a word (m); infinite if there is none.
+
+    Args:
+        amounts: (3,) its row of `word_table`, straights in units of unit sharpness.
+        kind: The number of that row, which says whether the middle is a straight.
+        mover: How the machine moves.
+    """
     if not math.isfinite(amounts[1]):
         return math.inf
     turning = turn_length(abs(amounts[0]), mover.circle) + turn_length(abs(amounts[2]), mover.circle)
@@ -142,7 +172,17 @@ def word_m(amounts: Floats, kind: int, mover: Mover) -> float:
 
 @kernel
 def poses_along(start: Floats, table: Floats, count: int, poses: Floats) -> int:
-    """Poses along pieces, close enough to look at the body; how many."""
+    """Write poses along pieces, close enough to look at the body.
+
+    Args:
+        start: (3,) x (m), y (m), heading (rad) at the beginning.
+        table: (n, 4) pieces; see `turn_rows`.
+        count: So many of its rows are driven.
+        poses: (m, 3) filled in, `start` first; what there is no room for is left out.
+
+    Returns:
+        How many poses are filled in.
+    """
     pose, n = np.empty(7), 1
     pose[:3] = start[:3]
     poses[0] = start[:3]
@@ -159,7 +199,13 @@ def poses_along(start: Floats, table: Floats, count: int, poses: Floats) -> int:
 
 @kernel
 def along(pose: Floats, direction: float, length: float) -> Floats:
-    """The pose (3,) after a straight (m) in the direction of travel."""
+    """The pose (3,) after a straight.
+
+    Args:
+        pose: (3,) x (m), y (m), heading (rad).
+        direction: Of travel: 1 forward, −1 backward.
+        length: In that direction (m); negative: back.
+    """
     moved = np.empty(3)
     moved[0] = pose[0] + direction * length * math.cos(pose[2])
     moved[1] = pose[1] + direction * length * math.sin(pose[2])
@@ -169,7 +215,15 @@ def along(pose: Floats, direction: float, length: float) -> Floats:
 
 @kernel
 def run_s(length: float, mover: Mover, standstills: int) -> float:
-    """As `CoverageMachine.run_s`."""
+    """Seconds for a stretch in one direction; as `CoverageMachine.run_s`.
+
+    Speed is a trapezoid over time, or a triangle where a stretch from standstill to standstill is too short for it.
+
+    Args:
+        length: m.
+        mover: How the machine moves.
+        standstills: How many of its ends (0 to 2) are at rest; at the others it is at full speed.
+    """
     if standstills == 2 and length < mover.speed_mps**2 / mover.acceleration_mps2:
         return 2.0 * math.sqrt(length / mover.acceleration_mps2)
     return length / mover.speed_mps + 0.5 * standstills * mover.speed_mps / mover.acceleration_mps2
@@ -177,7 +231,15 @@ def run_s(length: float, mover: Mover, standstills: int) -> float:
 
 @kernel
 def way_s(driven: Floats, heading_to: Floats, mover: Mover) -> float:
-    """Seconds for stretches (m) in directions (±1, 0: none); the first and the last are entered and left at speed."""
+    """Seconds for stretches one after the other; the machine rests where the direction changes.
+
+    The first is entered and the last left at full speed.
+
+    Args:
+        driven: (n,) their lengths (m); 0: there is none.
+        heading_to: (n,) their directions, 1 forward, −1 backward; the first one's counts even if its length is 0.
+        mover: How the machine moves.
+    """
     total, length, direction, standstills = 0.0, 0.0, heading_to[0], 0
     for k in range(len(driven)):
         if driven[k] <= 0.0:
@@ -191,7 +253,12 @@ def way_s(driven: Floats, heading_to: Floats, mover: Mover) -> float:
 
 @kernel
 def departure(join: Join, i: int) -> Floats:
-    """The pose (3,) at which the word begins for row `i` of `leave`."""
+    """The pose (3,) at which the word begins: x (m), y (m), heading (rad).
+
+    Args:
+        join: Zones of the two strokes.
+        i: Row of `leave`.
+    """
     pose: Floats = along(join.leaving, join.leaving_direction, join.leave[i, 0] - join.leave[i, 1])
     if join.leave[i, 2] != 0.0:
         x, y, c, s = join.slid[0], join.leave[i, 2] * join.slid[1], math.cos(pose[2]), math.sin(pose[2])
@@ -202,7 +269,14 @@ def departure(join: Join, i: int) -> Floats:
 
 @kernel
 def slide_is_free(join: Join, i: int, walls: Walls, poses: Floats) -> bool:
-    """Whether the body touches nothing on the slide of row `i` of `leave`."""
+    """Whether the body touches nothing on the slide that follows a zone; true if there is no slide.
+
+    Args:
+        join: Zones of the two strokes.
+        i: Row of `leave`.
+        walls: What the body keeps off.
+        poses: (n, 3) working space.
+    """
     if join.leave[i, 2] == 0.0:
         return True
     table = join.slide.copy()
@@ -231,7 +305,19 @@ class Room(NamedTuple):
 
 @kernel
 def words_between(join: Join, i: int, j: int, direction: float, mover: Mover, amounts: Floats) -> float:
-    """Write the words from row `i` of `leave` to row `j` of `join`, driven one way; the straight distance (m)."""
+    """Write the words between the places where one zone is left and the other joined.
+
+    Args:
+        join: Zones of the two strokes.
+        i: Row of `leave`.
+        j: Row of `join`.
+        direction: Of the word: 1 forward, −1 backward.
+        mover: How the machine moves.
+        amounts: (8, 3) filled in as by `word_table`, straights in units of unit sharpness.
+
+    Returns:
+        The straight distance (m).
+    """
     start, goal = departure(join, i), along(join.joining, join.joining_direction, join.join[j, 0])
     c, s = direction * math.cos(start[2]), direction * math.sin(start[2])
     x, y = goal[0] - start[0], goal[1] - start[1]
@@ -241,7 +327,16 @@ def words_between(join: Join, i: int, j: int, direction: float, mover: Mover, am
 
 @kernel
 def over_zones_s(join: Join, i: int, j: int, direction: float, length: float, mover: Mover) -> float:
-    """Seconds for both zones and a word of so many metres between row `i` of `leave` and row `j` of `join`."""
+    """Seconds for both zones and the word between them.
+
+    Args:
+        join: Zones of the two strokes.
+        i: Row of `leave`.
+        j: Row of `join`.
+        direction: Of the word: 1 forward, −1 backward.
+        length: Of the word (m).
+        mover: How the machine moves.
+    """
     driven, sides = np.empty(5), np.empty(5)
     driven[0], sides[0] = join.leave[i, 0], join.leaving_direction
     slid = abs(join.leave[i, 2]) * join.slide[:, LENGTH].sum()
@@ -254,7 +349,19 @@ def over_zones_s(join: Join, i: int, j: int, direction: float, length: float, mo
 
 @kernel
 def list_words(join: Join, at: Ints, mover: Mover, amounts: Floats, ways: Ways, found: int) -> int:
-    """List the words between a row of `leave` and one of `join`, backward or not (`at`); how many ways there are."""
+    """List the words between two places that are not too long; see `LONGEST_RADII`.
+
+    Args:
+        join: Zones of the two strokes.
+        at: (3,) row of `leave`, row of `join`, and whether the word is driven backward (0, 1).
+        mover: How the machine moves.
+        amounts: (8, 3) working space.
+        ways: Filled in from row `found` on.
+        found: How many ways it has.
+
+    Returns:
+        How many it has now.
+    """
     i, j, direction = at[0], at[1], -1.0 if at[2] else 1.0
     longest = LONGEST_RADII * mover.circle[4] / mover.root
     direct = words_between(join, i, j, direction, mover, amounts)
@@ -273,7 +380,18 @@ def list_words(join: Join, at: Ints, mover: Mover, amounts: Floats, ways: Ways, 
 
 @kernel
 def list_ways(join: Join, walls: Walls, mover: Mover, room: Room, ways: Ways) -> int:
-    """List all ways whose slide is free; how many."""
+    """List all ways whose slide is free, from the first row on.
+
+    Args:
+        join: Zones of the two strokes.
+        walls: What the body keeps off.
+        mover: How the machine moves.
+        room: Working space.
+        ways: Filled in; room for 16 for each row of `leave` with each of `join`.
+
+    Returns:
+        How many there are.
+    """
     found, at = 0, np.zeros(3, np.int64)
     for i in range(len(join.leave)):
         if not slide_is_free(join, i, walls, room.poses):
@@ -289,7 +407,19 @@ def list_ways(join: Join, walls: Walls, mover: Mover, room: Room, ways: Ways) ->
 
 @kernel
 def cells_gained(join: Join, way: Ints, walls: Walls, mover: Mover, grid: PassGrid, room: Room) -> int:
-    """Cells that only this way (a row of `which`) and its zones pass over; −1 if the body touches something on it."""
+    """Cells that only this way and its zones pass over.
+
+    Args:
+        join: Zones of the two strokes.
+        way: (4,) a row of `Ways.which`.
+        walls: What the body keeps off.
+        mover: How the machine moves.
+        grid: Asked a new question; its `passes` stay.
+        room: Working space; afterwards its `amounts` are the words of this way's places.
+
+    Returns:
+        Their number; −1 if the body touches something on the word.
+    """
     i, j, direction, kind = way[0], way[1], -1.0 if way[2] else 1.0, way[3]
     words_between(join, i, j, direction, mover, room.amounts)
     count = word_rows(room.amounts[kind], kind, direction, mover, room.table)
@@ -309,10 +439,22 @@ def cells_gained(join: Join, way: Ints, walls: Walls, mover: Mover, grid: PassGr
 
 @kernel
 def survey(join: Join, walls: Walls, mover: Mover, grid: PassGrid, seconds_per_m2: float, patience: int) -> Floats:
-    """The best way: (8,) score, seconds, m² gained, row of `leave`, row of `join`, direction, kind, first deflection.
+    """The best way from one stroke to another.
 
-    Ways are looked at in the order of a rough score, until so many free ones in turn were no better (`patience`). The
-    score (s) is infinite if there is none.
+    Ways are looked at in the order of a rough score, until `patience` free ones in turn were no better;
+    or, while none was free, until `HOPELESS` were tried.
+
+    Args:
+        join: Zones of the two strokes.
+        walls: What the body keeps off.
+        mover: How the machine moves.
+        grid: What all other strokes pass over.
+        seconds_per_m2: What a square metre is worth that nothing else covers.
+        patience: How many free ways in turn may be no better.
+
+    Returns:
+        (8,) score (s), seconds, m² gained, row of `leave`, row of `join`, direction (±1), kind (row of `word_table`),
+        and first deflection (rad). The score is infinite if there is none.
     """
     most = len(join.leave) * len(join.join) * 16
     room = Room(np.empty((8, 3)), np.empty((WORD_PIECES, 4)), np.empty((MOST_POSES, 3)))

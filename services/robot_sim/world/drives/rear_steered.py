@@ -36,7 +36,10 @@ class RearSteeredKernels(KernelClass):
 
     @kernel
     def begin_tick(self, state: Floats, p: Floats, seed: int, tick: int) -> None:
-        """Let the drum's random slip go on: a Gauss-Markov process."""
+        """See `world_drive.begin_tick`: the drum's random slip goes on, a first-order Gauss-Markov process.
+
+        s(t + T) = s(t)·exp(−T/τ) + σ·√(1 − exp(−2T/τ))·w (A. Gelb, ed., "Applied Optimal Estimation", 1974, sec. 2.2).
+        """
         fresh = p[P_SLIP_SIGMA] * math.sqrt(1.0 - p[P_SLIP_DECAY] * p[P_SLIP_DECAY])
         if fresh > 0.0:
             state[r.DRUM_SLIP] = p[P_SLIP_DECAY] * state[r.DRUM_SLIP] + fresh * normal(seed, STREAM_SLIP, tick, 0)

@@ -20,7 +20,12 @@ Floats = NDArray[np.float64]
 
 @kernel
 def drag(rate: float, p: Floats) -> float:
-    """Friction of motor and gear [Nm per rad/s] at this rate of the drum: dry and viscous."""
+    """Friction of motor and gear [Nm per rad/s] at this rate of the drum: dry (Coulomb) and viscous.
+
+    Args:
+        rate: Of the drum [rad/s].
+        p: (body.P_DRIVE + PARAMETER_SIZE,) the world's parameters; of them both frictions, at the drum.
+    """
     coefficient: float = p[r.P_VISCOUS] + p[r.P_FRICTION] / max(abs(rate), _DRY_RADPS)
     return coefficient
 
@@ -35,11 +40,16 @@ def _steer(state: Floats, p: Floats, effects: Floats, commanded: float) -> None:
 
 @kernel
 def actuate(_drive: Any, state: Floats, p: Floats, effects: Floats, commanded: Floats) -> float:
-    """Advance both by one step; returns the electrical power that the drum draws [W].
+    """See `world_drive.actuate`: the drum's rate [rad/s] follows the first command, the steering [rad] the second.
 
-    The controller follows the profile with feed-forward of the nominal inertia and friction, and a PI on the rest.
-    Torque is limited by the current that the amplifier gives and by the voltage that the motor's own leaves of the
-    battery's. An empty battery moves neither.
+    The drum's controller follows the profile with feed-forward of the nominal inertia and friction, and a PI on the
+    rest. Torque is limited by the current that the amplifier gives and by the voltage that the motor's own leaves of
+    the battery's. An empty battery moves neither. Only the drum's power counts [W], not below 0.
+
+    The motor is the usual equivalent circuit, torque k·i and voltage R·i + k·ω behind a gear, without inductance
+    (G. F. Franklin, J. D. Powell, A. Emami-Naeini, "Feedback Control of Dynamic Systems", 7th ed., sec. 2.3): the
+    current loop is a first-order lag instead. The integral stands still while the torque is limited (conditional
+    integration: K. J. Åström, T. Hägglund, "PID Controllers", 2nd ed., sec. 3.5).
     """
     charge = state[BATTERY_WH] / p[P_BATTERY_WH]
     voltage = voltage_of(charge) if charge > 0.0 else 0.0

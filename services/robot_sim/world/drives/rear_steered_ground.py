@@ -75,7 +75,12 @@ def _turn_drum(state: Floats, p: Floats, effects: Floats, before: float, force: 
 
 @kernel
 def roll_on(_drive: Any, state: Floats, p: Floats, effects: Floats, mass_kg: float) -> None:
-    """Advance the speeds of body and drum by one step under the motor's torque."""
+    """See `world_drive.roll_on`: body and drum under the motor's torque, by one implicit step of Newton's laws.
+
+    The single-track ("bicycle") model (R. Rajamani, "Vehicle Dynamics and Control", 2nd ed., ch. 2) with the
+    motion along it, driven in front and steered behind. The drum turns along the mean of its old and new rates. The
+    traction of the drum and the force of the wheel across itself are noted [N].
+    """
     rate = state[r.DRUM_RATE]
     if _parked(state, p):
         for quantity in (SPEED, SIDE_SPEED, YAW_RATE, r.DRUM_RATE, r.TRACTION, r.SIDE_FORCE):

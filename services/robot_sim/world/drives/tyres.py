@@ -24,7 +24,19 @@ Floats = NDArray[np.float64]
 
 @kernel
 def stiffness(wheel_mps: float, ground_mps: float, side_mps: float, load_n: float, p: Floats) -> tuple[float, float]:
-    """Tyre force per sliding speed [N per m/s], along and across."""
+    """Tyre force per sliding speed [N per m/s], along and across.
+
+    That the force is linear in the slip at first and then saturates, the same for both directions together, is as in
+    brush models (H. B. Pacejka, "Tire and Vehicle Dynamics", ch. 3); the curve between, see the module, is this
+    project's own choice.
+
+    Args:
+        wheel_mps: Of the rim, along the wheel [m/s].
+        ground_mps: Of the wheel's contact over the ground, along the wheel [m/s].
+        side_mps: Of the contact, across the wheel [m/s].
+        load_n: On the wheel [N].
+        p: (body.P_DRIVE + n,) the world's parameters; of them grip and both stiffnesses.
+    """
     reference = max(abs(wheel_mps), abs(ground_mps), _CREEP_MPS)
     along = p[P_STIFFNESS_X] * (wheel_mps - ground_mps) / reference
     across = p[P_STIFFNESS_Y] * side_mps / reference
@@ -34,7 +46,14 @@ def stiffness(wheel_mps: float, ground_mps: float, side_mps: float, load_n: floa
 
 @kernel
 def held(state: Floats, p: Floats) -> bool:
-    """Whether tyres hold a standing robot on this slope."""
+    """Whether tyres hold a standing robot on this slope: its sine is below half of the grip.
+
+    Coulomb's friction, less a margin: that half of it counts is this project's own choice.
+
+    Args:
+        state: (body.DRIVE + n,) the world's; of it `UP_X` and `UP_Y`, the vertical in body axes.
+        p: (body.P_DRIVE + n,) the world's parameters; of them the grip.
+    """
     tilt = state[UP_X] * state[UP_X] + state[UP_Y] * state[UP_Y]
     holds: bool = tilt < (0.5 * p[P_GRIP]) ** 2
     return holds

@@ -23,7 +23,10 @@ class RollerKernels(KernelClass):
 
     @kernel
     def work(self, state: Floats, _p: Floats, _effects: Floats, _valve: bool, _disc: bool) -> float:
-        """All of it, whatever is commanded: nothing lifts the drum. Where it stands there is nothing new to note."""
+        """See `world_tool.work`: all of its width, whatever is commanded, as nothing lifts the drum.
+
+        Where it stands there is nothing new to note.
+        """
         return 1.0 if abs(state[SPEED]) >= STANDS_MPS else 0.0
 
 
