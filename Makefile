@@ -8,13 +8,13 @@ STAMP := $(VENV)/.installed
 WAITING := tests/system tests/bridge tests/bus tests/tui
 PURE := $(filter-out $(WAITING),$(patsubst %/,%,$(wildcard tests/*/)))
 
-.PHONY: demo test lint planner-kernels robot-kernels roller-kernels bench clean
+.PHONY: demo test lint planner-kernels robot-kernels bench clean
 
 demo: $(STAMP)
 	$(BIN)/touchline demo
 
 test: $(STAMP)
-	$(MAKE) --no-print-directory -j 3 planner-kernels robot-kernels roller-kernels lint
+	$(MAKE) --no-print-directory -j 3 planner-kernels robot-kernels lint
 	$(BIN)/python -m pytest -q -n 2 --dist loadgroup $(PURE)
 	$(BIN)/python -m pytest -q -n 2 --dist loadgroup $(WAITING)
 
@@ -31,9 +31,6 @@ planner-kernels: $(STAMP)
 
 robot-kernels: $(STAMP)
 	$(BIN)/python -c 'from touchline.services.robot_sim.warm_up import warm_up; warm_up()'
-
-roller-kernels: $(STAMP)
-	$(BIN)/touchline simulate salt-pan --set length=30 --set width=15 --vehicle clay-roller > /dev/null
 
 bench: $(STAMP)
 	$(BIN)/python -m benchmarks

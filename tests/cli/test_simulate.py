@@ -47,6 +47,7 @@ def simulation_of(touchline):
     return run
 
 
+@pytest.mark.xdist_group("over-zenoh")  # one worker runs it
 def test_a_simulation_says_byte_for_byte_what_a_run_says(over_zenoh, simulation_of, tmp_path):
     run, recorded = over_zenoh
     recording = tmp_path / "simulation.mcap"
@@ -57,6 +58,7 @@ def test_a_simulation_says_byte_for_byte_what_a_run_says(over_zenoh, simulation_
     assert comparison.identical, "\n".join(comparison.lines())
 
 
+@pytest.mark.xdist_group("over-zenoh")  # one worker runs it
 def test_a_recording_says_which_robot_lived_in_which_world(over_zenoh):
     _, recorded = over_zenoh
     (told,) = RecordingReader(recorded).messages({"/tt2/setup"})
@@ -64,6 +66,7 @@ def test_a_recording_says_which_robot_lived_in_which_world(over_zenoh):
     assert setup == Setup(vehicle=Vehicle(), scenario=Scenario(seed=7, name=setup.scenario.name))
 
 
+@pytest.mark.xdist_group("over-zenoh")  # one worker runs it
 def test_the_figures_are_the_same_with_and_without_telemetry(over_zenoh, simulation_of):
     run, _ = over_zenoh
     simulation = simulation_of(*SQUARE)
@@ -76,12 +79,14 @@ def test_the_figures_are_the_same_with_and_without_telemetry(over_zenoh, simulat
     assert simulation["traversal"] == run["traversal"]
 
 
+@pytest.mark.xdist_group("over-zenoh")  # one worker runs it
 def test_not_recorded_is_the_same_session(over_zenoh, simulation_of):
     run, _ = over_zenoh
     assert run_of(*SQUARE)["hash"] == run["hash"]
     assert simulation_of(*SQUARE, "--hash")["hash"] == run["hash"]
 
 
+@pytest.mark.xdist_group("over-zenoh")  # one worker runs it
 def test_planner_and_robot_of_a_run_have_the_vehicle_that_is_chosen(over_zenoh, simulation_of):
     usual, _ = over_zenoh
     options = (*SQUARE, "--vehicle", str(Path(__file__).parents[2] / "examples" / "small-robot.json"))
@@ -106,6 +111,7 @@ def test_a_scenario_file_and_options_are_lived_by_both(simulation_of, tmp_path):
     assert simulation_of(*options, "--hash", "--seed", "4")["hash"] != run["hash"]
 
 
+@pytest.mark.xdist_group("over-zenoh")  # one worker runs it
 def test_a_recording_is_drawn(over_zenoh, touchline, tmp_path):
     _, recorded = over_zenoh
     picture = tmp_path / "painted.svg"

@@ -26,7 +26,7 @@ PINNED = {*ROW_11, "12a", "12b", "12c", "13", "14", "14, fine"}
 
 
 # With cold kernels on a busy machine the first use takes a minute or two.
-pytestmark = pytest.mark.timeout(400)
+pytestmark = [pytest.mark.timeout(400), pytest.mark.xdist_group("study")]  # one worker measures it
 
 
 @pytest.fixture(scope="module")

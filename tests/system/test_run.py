@@ -85,11 +85,11 @@ def test_without_noise_a_court_is_painted_to_the_millimetre(follower):
     assert report["bus"]["lost"] == 0
 
 
-def test_with_noise_a_pitch_is_painted_to_two_centimetres(tmp_path):
+def test_with_noise_a_court_is_painted_to_two_centimetres(tmp_path):
     """By pure pursuit; the demo does so by MPC (test_cli.py)."""
     recording = tmp_path / "pitch.mcap"
     options = ("--seed", "3", "--follower", "pure-pursuit", "--record", str(recording), "--json")
-    report = figures(touchline("run", "soccer-7", *options))
+    report = figures(touchline("run", "tennis", *options))
     assert report["success"]
     assert report["paint"]["coverage_pct"] >= 99.0
     assert report["paint"]["lateral_error_m"]["p95"] <= 0.02
