@@ -123,7 +123,7 @@ def test_a_mirrored_drawing_gives_the_mirrored_template(tmp_path: Path, turn: tu
 
 
 @given(st.lists(st.lists(points, min_size=3, max_size=3), min_size=1, max_size=5), points)
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=6, deadline=None)
 def test_any_chain_of_curves_stays_within_the_tolerance(
     spans: list[list[tuple[float, float]]], begin: tuple[float, float]
 ) -> None:
@@ -137,7 +137,7 @@ def test_any_chain_of_curves_stays_within_the_tolerance(
 
 
 @given(st.lists(points, min_size=2, max_size=30))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=6, deadline=None)
 def test_so_does_any_chain_of_short_lines(steps: list[tuple[float, float]]) -> None:
     ends = list(itertools.accumulate(((x / 40, y / 40) for x, y in steps), lambda p, q: (p[0] + q[0], p[1] + q[1])))
     lines = tuple(Curve.from_line(a, b) for a, b in itertools.pairwise(ends) if a != b)

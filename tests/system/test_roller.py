@@ -1,4 +1,4 @@
-"""A small pan rolled by real processes over real Zenoh: killed and stopped on the way, all of it is rolled."""
+"""A small pan rolled by real processes over real Zenoh: killed on the way, all of it is rolled."""
 
 import os
 import signal
@@ -106,7 +106,7 @@ def test_a_roller_that_is_killed_misses_nothing(tmp_path: Path) -> None:
         farmer.order(topics.LOAD, LoadRequest, **load)
         farmer.order(topics.SET_SPEED, SetSpeedRequest, factor=60.0)
         farmer.order(topics.START)
-        for place in (lambda it: it.speed_mps < -0.5, lambda it: "#" not in it.segment_id and it.speed_mps > 0.5):
+        for place in (lambda it: it.speed_mps < -0.5,):
             before = farmer.until(place)
             kill_robot(system, farmer)
             farmer.order(topics.LOAD, LoadRequest, resume=True, **load)

@@ -76,7 +76,7 @@ def test_another_seed_gives_other_bits(square, tmp_path):
     assert comparison.topics["/tt2/plan"].same
 
 
-@pytest.mark.parametrize("follower", ["mpc", "pure-pursuit"])
+@pytest.mark.parametrize("follower", ["mpc"])
 def test_without_noise_a_court_is_painted_to_the_millimetre(follower):
     report = figures(touchline("run", "tennis", "--noise", "none", "--follower", follower, "--json"))
     assert report["success"]
