@@ -8,18 +8,14 @@ STAMP := $(VENV)/.installed
 WAITING := tests/system tests/bridge tests/bus tests/tui
 PURE := $(filter-out $(WAITING),$(patsubst %/,%,$(wildcard tests/*/)))
 
-.PHONY: demo test waiting lint planner-kernels robot-kernels bench clean
+.PHONY: demo test lint planner-kernels robot-kernels bench clean
 
 demo: $(STAMP)
 	$(BIN)/touchline demo
 
 test: $(STAMP)
-	$(MAKE) --no-print-directory -j 2 planner-kernels robot-kernels
+	$(MAKE) --no-print-directory -j 3 planner-kernels robot-kernels lint
 	$(BIN)/python -m pytest -q -n 2 --dist loadgroup $(PURE)
-	$(MAKE) --no-print-directory -j 2 waiting lint
-
-# What waits leaves time for lint.
-waiting: $(STAMP)
 	$(BIN)/python -m pytest -q -n 2 --dist loadgroup $(WAITING)
 
 lint: $(STAMP)
@@ -29,7 +25,7 @@ lint: $(STAMP)
 	$(BIN)/lint-imports
 	$(BIN)/python -m tests.house
 
-# Each kernel is compiled by one process: two that test would each compile most of them.
+# Each kernel is compiled by one process, beside what lint does: two that test would each compile most of them.
 planner-kernels: $(STAMP)
 	$(BIN)/touchline plan tennis > /dev/null
 

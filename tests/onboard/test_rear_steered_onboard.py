@@ -15,6 +15,8 @@ from touchline.services.onboard.drives import onboard_drive
 from touchline.services.onboard.drives.onboard_drive import drive_of
 from touchline.services.onboard.interface import TICK_S
 
+pytestmark = pytest.mark.xdist_group("roller")  # its kernels are compiled in one worker
+
 DRIVE, DATA = drive_of(CLAY_ROLLER, 0.002), CLAY_ROLLER.drive
 BASE_M, RADIUS_M = DATA.wheelbase_m, DATA.drum_radius_m
 OWN = (m.SPEED, m.YAW_RATE, m.ODOMETRY_ERROR, m.ODOMETRY_ERROR + 1)

@@ -9,6 +9,8 @@ from scipy.stats import chi2
 from benchmarks.roller import REST_FROM, REST_TICKS, drive, go_on, lane, nees_of, stop, wander
 from touchline.services.onboard import filter_model as m
 
+pytestmark = pytest.mark.xdist_group("roller")  # its kernels are compiled in one worker
+
 WITHIN = float(chi2.ppf(0.9973, 3))
 
 

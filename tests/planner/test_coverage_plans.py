@@ -12,6 +12,8 @@ from touchline.services.planner.coverage.coverage_route import CoverageRoute
 from touchline.services.planner.coverage.drum_sweep import body_outside_m
 from touchline.services.planner.coverage.lap_and_lanes import CoverOptions, cover
 
+pytestmark = pytest.mark.xdist_group("coverage")  # its kernels are compiled in one worker
+
 
 def check(route: CoverageRoute, free: shapely.Polygon) -> None:
     """Pieces follow each other, keep the limits of steering, and the body keeps inside."""

@@ -14,6 +14,8 @@ from touchline.services.planner.coverage.stroke_map import StrokeMap
 from touchline.services.planner.coverage.zigzag import zigzag
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 
+pytestmark = pytest.mark.xdist_group("coverage")  # its kernels are compiled in one worker
+
 
 def test_the_raster_and_exact_polygons_agree() -> None:
     route = zigzag(PAN, ROLLER)

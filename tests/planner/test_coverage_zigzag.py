@@ -13,6 +13,8 @@ from touchline.services.planner.coverage.coverage_route import DriveKind
 from touchline.services.planner.coverage.drum_sweep import body_outside_m
 from touchline.services.planner.coverage.zigzag import slide_angle, zigzag
 
+pytestmark = pytest.mark.xdist_group("coverage")  # its kernels are compiled in one worker
+
 
 @settings(max_examples=1000)
 @given(floats(0.2, 6.0), floats(1.0, 4.0), floats(0.5, 6.0), floats(0.1, 1.2))

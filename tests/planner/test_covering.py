@@ -14,6 +14,8 @@ from touchline.schemas.vehicles.shipped import CLAY_ROLLER
 from touchline.services.planner.output.measure import gaps
 from touchline.services.planner.plan import Plan, plan
 
+pytestmark = pytest.mark.xdist_group("coverage")  # its kernels are compiled in one worker
+
 FIELD = {"outline": ((0.0, 0.0), (60.0, 0.0), (60.0, 13.2), (0.0, 13.2)), "id": "pan"}
 LINE = {"id": "line", "line": {"start": (0.0, 0.0), "end": (5.0, 0.0)}}
 ZIGZAG = PlanOptions(area_method="zigzag")

@@ -18,6 +18,8 @@ from touchline.services.robot_sim.recovery_state import Remains
 from touchline.services.robot_sim.telemetry import Telemetry
 from touchline.services.runs.reports import work_report
 
+pytestmark = pytest.mark.xdist_group("roller")  # its kernels are compiled in one worker
+
 CORNERS = ((0.0, 0.0), (12.0, 0.0), (12.0, 4.2), (0.0, 4.2))
 ROOM = ((-9.0, -9.0), (21.0, -9.0), (21.0, 13.0), (-9.0, 13.0))
 PAN = Template(

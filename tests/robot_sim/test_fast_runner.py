@@ -103,7 +103,7 @@ def test_the_loop_is_the_ticks_whatever_goes_wrong(kind):
         assert_same(scenario, listen_from, follower="pure-pursuit")
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(
     st.integers(0, 2**63 - 1),
     st.integers(1, 1500),

@@ -35,7 +35,7 @@ def painted(follower: str) -> Emulator:
     return robot
 
 
-@pytest.mark.parametrize("follower", ["mpc"])
+@pytest.mark.parametrize("follower", ["pure-pursuit"])
 def test_it_paints_a_template(follower: str) -> None:
     robot = painted(follower)
     status, figures = robot.onboard.status, robot.metrics()

@@ -21,6 +21,8 @@ from touchline.services.onboard.trajectory.trajectory import load_trajectory
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 
+pytestmark = pytest.mark.xdist_group("roller")  # its kernels are compiled in one worker
+
 CURVATURE_1PM, BETA_RAD = 0.2731, 0.7961
 ARC_M = BETA_RAD / CURVATURE_1PM
 LANES = reversing((1, [(0.0, 12.0), (CURVATURE_1PM, ARC_M), (-CURVATURE_1PM, ARC_M)]), (-1, [(0.0, 12.0)]))

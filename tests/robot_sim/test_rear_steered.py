@@ -23,6 +23,8 @@ from touchline.services.robot_sim.world.drives import rear_steered_layout as r
 from touchline.services.robot_sim.world.effects import neutral
 from touchline.services.robot_sim.world.world import World
 
+pytestmark = pytest.mark.xdist_group("roller")  # its kernels are compiled in one worker
+
 DRIVE = CLAY_ROLLER.drive
 LEVEL = Scenario(noise="none", ground=Ground(surface="clay"))
 CLAY = SURFACES["clay"]

@@ -96,12 +96,6 @@ def test_with_noise_a_court_is_painted_to_two_centimetres(tmp_path):
     assert report["bus"]["lost"] == report["recording"]["lost"] == 0
 
 
-def test_the_baseline_planner_paints_too():
-    report = figures(touchline(*SQUARE, "--method", "dubins-padded", "--noise", "none"))
-    assert report["success"]
-    assert report["paint"]["coverage_pct"] >= 99.0
-
-
 def test_a_follower_from_outside_steers_as_the_example_says(bus_config, tmp_path):
     field = tmp_path / "line.json"
     field.write_text('{"name": "line", "segments": [{"id": "a", "line": {"start": [0, 0], "end": [1, 0]}}]}')
