@@ -64,18 +64,6 @@ def test_another_pace_gives_the_same_bits(square, tmp_path):
     assert comparison.identical, "\n".join(comparison.lines())
 
 
-@one_square
-def test_another_seed_gives_other_bits(square, tmp_path):
-    _, first = square
-    other = tmp_path / "other.mcap"
-    figures(touchline(*SQUARE, "--seed", "8", "--record", str(other)))
-    comparison = compare(first, other)
-    assert not comparison.same
-    differing = {name for name, topic in comparison.topics.items() if not topic.same}
-    assert {"/tt2/imu/data_raw", "/tt2/gnss/fix", "/tt2/truth/odometry"} <= differing
-    assert comparison.topics["/tt2/plan"].same
-
-
 @pytest.mark.parametrize("follower", ["mpc"])
 def test_without_noise_a_court_is_painted_to_the_millimetre(follower):
     report = figures(touchline("run", "tennis", "--noise", "none", "--follower", follower, "--json"))
