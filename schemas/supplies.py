@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from touchline.schemas.messages.touchline import PlanReport
+from touchline.schemas.messages.plan_messages import PlanReport
 from touchline.schemas.vehicles import Vehicle
 
 LOW_TANK_L = 0.03

@@ -21,7 +21,8 @@ from textual.message import Message
 from textual.screen import Screen
 
 from touchline.schemas.errors import TouchlineError
-from touchline.schemas.messages.touchline import PlanOptions, TraversalStatus
+from touchline.schemas.messages.plan_messages import PlanOptions
+from touchline.schemas.messages.touchline import TraversalStatus
 from touchline.schemas.plain_text import plain
 from touchline.tui import palette, supply_check, theme
 from touchline.tui.autostart import AutoStart

@@ -20,7 +20,7 @@ from textual.widgets.option_list import Option
 
 from touchline.schemas.catalogue import parse_template, shipped_templates, template_text
 from touchline.schemas.errors import SpecError, TouchlineError
-from touchline.schemas.messages.touchline import PlanOptions
+from touchline.schemas.messages.plan_messages import PlanOptions
 from touchline.schemas.plain_text import plain
 from touchline.schemas.plugins import AREA_METHODS, METHODS
 from touchline.schemas.template import Template

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.curves import Curve, spin_rad
-from touchline.schemas.messages.touchline import PlanReport
+from touchline.schemas.messages.plan_messages import PlanReport
 from touchline.schemas.messages.turf_tank import Segment, Trajectory
 from touchline.schemas.plain_text import plain
 from touchline.schemas.template import Template

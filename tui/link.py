@@ -12,7 +12,7 @@ from touchline.schemas import topics
 from touchline.schemas.cdr import encode
 from touchline.schemas.errors import PayloadError
 from touchline.schemas.messages.base import Message
-from touchline.schemas.messages.touchline import GetPaintRequest, GetPaintResponse
+from touchline.schemas.messages.service_messages import GetPaintRequest, GetPaintResponse
 from touchline.schemas.topics import Service
 from touchline.services.bus import Bus, BusConfig
 from touchline.tui.protocol import CallFailed, Incoming, Link, Lost, NodeChanged, PaintFetched, Received, Rejected

@@ -10,7 +10,8 @@ from itertools import count
 from typing import Protocol
 
 from touchline.schemas.errors import TouchlineError
-from touchline.schemas.messages.touchline import LoadRequest, PlanOptions, PlanRequest, SetSpeedRequest
+from touchline.schemas.messages.plan_messages import PlanOptions, PlanRequest
+from touchline.schemas.messages.service_messages import LoadRequest, SetSpeedRequest
 from touchline.schemas.plain_text import plain
 from touchline.schemas.template import Template
 from touchline.tui import format, orders

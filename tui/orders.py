@@ -7,13 +7,8 @@ from typing import Any
 
 from touchline.schemas import topics
 from touchline.schemas.messages.base import Message
-from touchline.schemas.messages.touchline import (
-    CommandRequest,
-    LoadRequest,
-    PlanOptions,
-    PlanRequest,
-    SetSpeedRequest,
-)
+from touchline.schemas.messages.plan_messages import PlanOptions, PlanRequest
+from touchline.schemas.messages.service_messages import CommandRequest, LoadRequest, SetSpeedRequest
 from touchline.schemas.messages.turf_tank import Trajectory
 from touchline.schemas.plain_text import plain
 from touchline.schemas.topics import Service

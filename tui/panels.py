@@ -9,7 +9,8 @@ from textual.content import Content
 from textual.widgets import Static
 
 from touchline.schemas import topics
-from touchline.schemas.messages.touchline import AreaReport, GnssStatus, TraversalStatus
+from touchline.schemas.messages.coverage_messages import AreaReport
+from touchline.schemas.messages.touchline import GnssStatus, TraversalStatus
 from touchline.schemas.plain_text import plain
 from touchline.schemas.supplies import times
 from touchline.tui import format, supply_check, theme

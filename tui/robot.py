@@ -9,10 +9,9 @@ from typing import Any
 
 from touchline.schemas import topics
 from touchline.schemas.messages.base import Message
+from touchline.schemas.messages.coverage_messages import AreaProgress, AreaReport
 from touchline.schemas.messages.standard import BatteryState, Clock, Odometry, Time
 from touchline.schemas.messages.touchline import (
-    AreaProgress,
-    AreaReport,
     GnssStatus,
     SprayerState,
     TraversalReport,

@@ -11,8 +11,9 @@ from touchline.schemas import topics
 from touchline.schemas.catalogue import parse_template
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages.base import Message
+from touchline.schemas.messages.plan_messages import PlanReport
 from touchline.schemas.messages.standard import DiagnosticArray, String
-from touchline.schemas.messages.touchline import Event, PaintMarks, PlanReport, Progress, TraversalStatus
+from touchline.schemas.messages.touchline import Event, PaintMarks, Progress, TraversalStatus
 from touchline.schemas.messages.turf_tank import Trajectory
 from touchline.schemas.plain_text import plain
 from touchline.schemas.setup import Setup

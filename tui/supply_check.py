@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from touchline.schemas import supplies
-from touchline.schemas.messages.touchline import PlanReport
+from touchline.schemas.messages.plan_messages import PlanReport
 from touchline.schemas.supplies import Supplies
 from touchline.tui.state import ConsoleState
 

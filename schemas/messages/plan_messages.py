@@ -1,0 +1,112 @@
+"""What is asked of the planner, and what it answers."""
+
+from typing import Annotated, ClassVar
+
+from pydantic import Field
+
+from touchline.schemas.messages.base import Float64Array, Int32, Message, UInt32, zeros
+from touchline.schemas.messages.coverage_messages import PlannedCoverage
+from touchline.schemas.messages.turf_tank import Trajectory
+
+
+class PlanOptions(Message):
+    """How to plan; 0, empty text and an empty ``start`` mean the vehicle's default.
+
+    ``start`` is empty or (x m, y m, heading rad) in the map frame. ``order`` is "optimised" (also if empty) or "given".
+    Curvature and sharpness of 0 leave both to the wheels' dynamics, point by point. Wet paint is kept off
+    ``drying_time_s`` long: at the cost of some time, or, if ``hard_drying``, without exception. The robot stops behind
+    the last line, at the pose ``end`` if that is given, or, if it shall ``return_to_start``, where it began.
+
+    Areas are covered by ``area_method``; ``method`` may name one, too. A coverage method lets lanes overlap by
+    ``overlap_m`` at least, keeps the body ``margin_m`` off boundary and obstacles, drives ``laps`` laps along the
+    outline (-1: as many as it needs) and lanes in the direction ``swath_angle_deg`` (empty: the area's, or which suits
+    best), and goes on touching up until it covers ``coverage_pct`` of what can be reached (0: what is cheap).
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/PlanOptions"
+    method: str = ""
+    kappa_max_1pm: float = 0.0
+    sigma_max_1pm2: float = 0.0
+    paint_speed_mps: float = 0.0
+    transit_speed_mps: float = 0.0
+    start: Annotated[Float64Array, Field(max_length=3)] = zeros(0)
+    order: str = ""
+    forward_only: bool = False
+    drying_time_s: float = 0.0
+    hard_drying: bool = False
+    return_to_start: bool = False
+    end: Annotated[Float64Array, Field(max_length=3)] = zeros(0)
+    area_method: str = ""
+    overlap_m: float = 0.03
+    margin_m: float = 0.05
+    laps: Int32 = -1
+    swath_angle_deg: Annotated[Float64Array, Field(max_length=1)] = zeros(0)
+    coverage_pct: float = 0.0
+
+
+class ActuatorExtremes(Message):
+    """The most that a plan asks of an actuator: of its ``quantity``, in ``unit``, and of how fast that changes.
+
+    ``max_rate`` is per second, and infinite where curvature steps.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/ActuatorExtremes"
+    name: str = ""
+    quantity: str = ""
+    unit: str = ""
+    max: float = 0.0
+    max_rate: float = 0.0
+
+
+class PlanReport(Message):
+    """The figures of a plan, as it is sent to the robot.
+
+    ``max_curvature_step_1pm`` is the largest step of curvature from one line or arc to the next; ``wet_crossings``
+    counts how often a wheel or caster meets paint that is not dry yet, ``wet_crossings_unavoidable`` those of them that
+    no other order or direction of painting would do away with. ``coverage`` is empty unless a coverage method planned.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/PlanReport"
+    paint_length_m: float = 0.0
+    transition_length_m: float = 0.0
+    total_length_m: float = 0.0
+    paint_time_s: float = 0.0
+    transition_time_s: float = 0.0
+    total_time_s: float = 0.0
+    painted_segments: UInt32 = 0
+    transitions: UInt32 = 0
+    max_curvature_1pm: float = 0.0
+    max_sharpness_1pm2: float = 0.0
+    actuators: tuple[ActuatorExtremes, ...] = ()
+    position_gap_m: float = 0.0
+    heading_gap_rad: float = 0.0
+    planning_time_s: float = 0.0
+    max_curvature_step_1pm: float = 0.0
+    max_lateral_acceleration_mps2: float = 0.0
+    cusps: UInt32 = 0
+    spins: UInt32 = 0
+    wet_crossings: UInt32 = 0
+    wet_crossings_unavoidable: UInt32 = 0
+    paint_l: float = 0.0
+    battery_wh: float = 0.0
+    coverage: tuple[PlannedCoverage, ...] = ()
+
+
+class PlanRequest(Message):
+    """Plan a template for a vehicle, both given as their JSON text; no vehicle: the planner's own."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/Plan_Request"
+    request_id: str = ""
+    template_json: str = ""
+    vehicle_json: str = ""
+    options: PlanOptions = PlanOptions()
+
+
+class PlanResponse(Message):
+    """The plan, or the reason why there is none."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/Plan_Response"
+    success: bool = False
+    message: str = ""
+    trajectory: Trajectory = Trajectory()
+    report: PlanReport = PlanReport()

@@ -1,0 +1,168 @@
+"""Requests and answers of all services but planning."""
+
+from typing import ClassVar
+
+from touchline.schemas.messages.base import Float64Array, Message, UInt64, zeros
+from touchline.schemas.messages.standard import DiagnosticArray
+from touchline.schemas.messages.touchline import PaintMarks
+from touchline.schemas.messages.turf_tank import Trajectory
+
+
+class LoadRequest(Message):
+    """Load a trajectory; with the template (JSON text, may be empty) paint is judged against it.
+
+    ``resume``: go on where the robot was in this very trajectory when its process died.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/Load_Request"
+    request_id: str = ""
+    trajectory: Trajectory = Trajectory()
+    template_json: str = ""
+    resume: bool = False
+
+
+class LoadResponse(Message):
+    """Whether the trajectory was taken; ``total_time`` in seconds."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/Load_Response"
+    success: bool = False
+    message: str = ""
+    total_time: float = 0.0
+
+
+class CommandRequest(Message):
+    """A command without arguments; which one is in the service's name."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/Command_Request"
+    request_id: str = ""
+
+
+class CommandResponse(Message):
+    """Whether the command was carried out, and why not."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/Command_Response"
+    success: bool = False
+    message: str = ""
+
+
+class SetSpeedRequest(Message):
+    """Sim time per wall time: N is N× real time, 0 holds the clock, negative runs as fast as it goes."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/SetSpeed_Request"
+    request_id: str = ""
+    factor: float = 1.0
+
+
+class SetSpeedResponse(Message):
+    """Whether the speed factor was taken."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/SetSpeed_Response"
+    success: bool = False
+    message: str = ""
+
+
+class InjectFaultRequest(Message):
+    """Let something go wrong: one fault as JSON, its ``start_s`` counted from now."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/InjectFault_Request"
+    request_id: str = ""
+    fault_json: str = ""
+
+
+class InjectFaultResponse(Message):
+    """Whether the fault was taken, and why not."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/InjectFault_Response"
+    success: bool = False
+    message: str = ""
+
+
+class FollowerStepRequest(Message):
+    """What an external follower is asked in every tick in which the robot is to move; sim time waits for the answer.
+
+    Errors are the robot's against its path (left positive), ``ahead_…`` the means over each of the next ticks of 10 ms.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/FollowerStep_Request"
+    step: UInt64 = 0
+    first: bool = False
+    lateral_m: float = 0.0
+    heading_error_rad: float = 0.0
+    nozzle_lateral_m: float = 0.0
+    speed_mps: float = 0.0
+    yaw_rate_radps: float = 0.0
+    reference_speed_mps: float = 0.0
+    ahead_speed_mps: Float64Array = zeros(0)
+    ahead_yaw_rate_radps: Float64Array = zeros(0)
+
+
+class FollowerStepResponse(Message):
+    """The wanted twist of the body until the next tick, and the ``step`` that it answers."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/FollowerStep_Response"
+    step: UInt64 = 0
+    speed_mps: float = 0.0
+    yaw_rate_radps: float = 0.0
+
+
+class RecordRequest(Message):
+    """Start recording to ``path`` (on the bridge's machine)."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/Record_Request"
+    request_id: str = ""
+    path: str = ""
+
+
+class RecordResponse(Message):
+    """Whether recording has begun; everything published after this answer is recorded."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/Record_Response"
+    success: bool = False
+    message: str = ""
+
+
+class RecordStopRequest(Message):
+    """Finish the recording."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/RecordStop_Request"
+    request_id: str = ""
+
+
+class RecordStopResponse(Message):
+    """What the finished recording holds; ``lost`` counts messages that never reached the recorder."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/RecordStop_Response"
+    success: bool = False
+    message: str = ""
+    path: str = ""
+    messages: UInt64 = 0
+    bytes: UInt64 = 0
+    lost: UInt64 = 0
+
+
+class GetPaintRequest(Message):
+    """Ask for everything painted so far."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/GetPaint_Request"
+    request_id: str = ""
+
+
+class GetPaintResponse(Message):
+    """Every stroke of the session, whole."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/GetPaint_Response"
+    strokes: tuple[PaintMarks, ...] = ()
+
+
+class GetDiagnosticsRequest(Message):
+    """Ask a service how it is."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/GetDiagnostics_Request"
+    request_id: str = ""
+
+
+class GetDiagnosticsResponse(Message):
+    """How the service is."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/GetDiagnostics_Response"
+    diagnostics: DiagnosticArray = DiagnosticArray()
