@@ -64,6 +64,8 @@ class Limits:
                 "give a transit speed of at least the paint speed, or 0 for one that suits",
             )
         paint = min(paint, transit)
+        if not vehicle.tool.steady_speed:
+            transit = paint  # it works wherever it goes, and is nowhere driven faster than it shall
         acceleration = min(vehicle.drive.max_acceleration_mps2, drive.acceleration_mps2)
         return cls(
             curvature, sharpness, paint, transit, acceleration, vehicle.drive.max_lateral_acceleration_mps2, drive

@@ -22,16 +22,16 @@ def test_a_slide_leads_to_the_next_lane(width_m: float, overlapping: float, whee
     radius = wheelbase_m / math.tan(angle)
     if width_m > 4.0 * overlapping * radius:
         with pytest.raises(PlanningError, match="two turning circles"):
-            slide_angle(width_m, overlapping, wheelbase_m, angle)
+            slide_angle(width_m / overlapping, math.tan(angle) / wheelbase_m)
         return
-    beta = slide_angle(width_m, overlapping, wheelbase_m, angle)
+    beta = slide_angle(width_m / overlapping, math.tan(angle) / wheelbase_m)
     assert 4.0 * radius * math.sin(0.5 * beta) ** 2 == pytest.approx(width_m / overlapping, rel=1e-12)
 
 
 def test_the_pan_as_published() -> None:
     route = zigzag(PAN, ROLLER)
     assert sum(piece.kind == DriveKind.LANE for piece in route.pieces) == 22
-    assert math.degrees(slide_angle(2.2, 1.0, 2.0, 0.5)) == pytest.approx(45.6, abs=0.02)
+    assert math.degrees(slide_angle(2.2, math.tan(0.5) / 2.0)) == pytest.approx(45.6, abs=0.02)
     assert covered_pct(route, PAN) == pytest.approx(97.6, abs=0.2)
     assert 37.0 <= route.seconds(ROLLER) / 60.0 <= 38.0
     assert route.cusps == 21

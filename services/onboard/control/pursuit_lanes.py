@@ -39,7 +39,7 @@ class LaneState(Enum):
     """What the supervisor is doing."""
 
     SEARCHING = auto()
-    """For the next edge: where the lane begins and ends, and which pieces it is driven."""
+    """For the next edge: where the lane begins and ends, and which way it is driven."""
     INITIALISING = auto()
     """Progress and profile begin anew."""
     STABILISING = auto()

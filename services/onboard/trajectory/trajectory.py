@@ -66,12 +66,6 @@ class LoadedTrajectory:
         index = bisect.bisect_right(self.switch_m, arc_length_m) - 1
         return self.actuation[index] if index >= 0 else Actuation.NONE
 
-    def actuated_alike(self, arc_length_m: float) -> tuple[float, float]:
-        """The stretch (from, to) about an arc length on which the actuation does not change; `to` is beyond it."""
-        index = bisect.bisect_right(self.switch_m, arc_length_m)
-        before = self.switch_m[index - 1] if index > 0 else -math.inf
-        return before, self.switch_m[index] if index < len(self.switch_m) else math.inf
-
     def first_spray_between(self, from_m: float, to_m: float) -> float | None:
         """The first arc length from `from_m` on, up to `to_m`, at which the plan sprays; None if it does not."""
         if self.actuation_at(from_m) & Actuation.VALVE:

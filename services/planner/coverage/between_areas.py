@@ -49,7 +49,7 @@ def carried_over(first: CoveredArea, last: CoveredArea, boundary: shapely.Polygo
     if boundary is None:
         both = shapely.union_all([first.task.boundary, last.task.boundary])
         boundary = shapely.box(*both.buffer(AROUND_RADII / machine.curvature_max_1pm).bounds)
-    space = FreeSpace(boundary, [*dict.fromkeys((*task.obstacles, *last.task.obstacles))], machine, task.margin_m)
+    space = FreeSpace(boundary, task.obstacles, machine, task.margin_m)
     strokes = swept([stroke.part(0.0, stroke.length_m) for stroke in (ending, beginning)], machine.width_m)
     reversing = machine.can_reverse and not task.forward_only
     join = Joiner(space, StrokeMap(strokes, machine.width_m), ENDS_S_PER_M2, reversing=reversing).best(

@@ -1,6 +1,6 @@
 """The route of a coverage method: what is driven, piece by piece."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 from itertools import groupby, pairwise
@@ -8,7 +8,7 @@ from itertools import groupby, pairwise
 import shapely
 
 from touchline.services.planner.coverage.machine import CoverageMachine
-from touchline.services.planner.geometry.clothoid import Piece, PiecePath
+from touchline.services.planner.geometry.clothoid import PiecePath
 
 
 class DriveKind(StrEnum):
@@ -79,11 +79,3 @@ def one_way(kind: DriveKind, label: str, path: PiecePath, *, worked: bool) -> It
         part = PiecePath(at, tuple(group))
         yield DrivePiece(kind, label, part, worked)
         at = part.end
-
-
-def turned_back(path: PiecePath) -> PiecePath:
-    """The same path driven from its end to its start, the machine looking the same way: backward for forward."""
-    back: Iterable[Piece] = (
-        Piece(p.length_m, p.curvature_end_1pm, -p.sharpness_1pm2, -p.direction) for p in reversed(path.pieces)
-    )
-    return PiecePath(path.end, tuple(back))

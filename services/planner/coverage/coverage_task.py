@@ -11,6 +11,9 @@ from touchline.services.planner.coverage.machine import CoverageMachine
 from touchline.services.planner.coverage.machine_of import machine_of
 from touchline.services.planner.plan_task import PlanTask
 
+# Where nobody says how much shall be covered: what is cheap (% of what can be reached).
+CHEAP_PCT = 99.0
+
 
 @dataclass(frozen=True)
 class CoverageTask:
@@ -19,14 +22,14 @@ class CoverageTask:
     Attributes:
         area: To be covered (m, map frame).
         boundary: That the body does not leave (m, map frame); without one of the template, the area's own outline.
-        obstacles: That the body keeps off (m, map frame): the template's, and the holes of the area.
+        obstacles: That the body keeps off (m, map frame): the template's, and the holes of all of its areas.
         machine: That covers it.
         forward_only: Whether it shall not reverse.
         overlap_m: Least overlap of neighbouring lanes.
-        margin_m: Least distance of the body from boundary and obstacles.
-        laps: Along the outline; None: as many as it takes.
+        margin_m: Least distance of the body from boundary and obstacles; a body that begins to turn may use up some.
+        laps: Along the outline, one inside the other; None: one.
         swath_angle_deg: Direction of the lanes, counter-clockwise from +x; None: which suits best.
-        coverage_pct: Touch up until so much of what can be reached is covered; 0: what is cheap.
+        coverage_pct: What is missed is touched up until so much of what can be reached is covered.
     """
 
     area: shapely.Polygon
@@ -38,7 +41,7 @@ class CoverageTask:
     margin_m: float = 0.05
     laps: int | None = None
     swath_angle_deg: float | None = None
-    coverage_pct: float = 0.0
+    coverage_pct: float = CHEAP_PCT
 
     @classmethod
     def of(cls, task: PlanTask, area: Area) -> "CoverageTask":
@@ -53,14 +56,14 @@ class CoverageTask:
         return cls(
             area.polygon,
             _outline(task.template, area),
-            (*_kept_out(task.template), *(shapely.Polygon(ring) for ring in area.polygon.interiors)),
+            _kept_out(task.template),
             machine,
             options.forward_only or not task.vehicle.drive.can_reverse,
             options.overlap_m,
             options.margin_m,
             options.laps if options.laps >= 0 else None,
             angle[0],
-            options.coverage_pct,
+            options.coverage_pct or CHEAP_PCT,
         )
 
 
@@ -68,8 +71,11 @@ def _outline(template: Template, area: Area) -> shapely.Polygon:
     return shapely.Polygon(template.boundary.corners) if template.boundary else shapely.Polygon(area.outline)
 
 
-def _kept_out(template: Template) -> list[shapely.Polygon]:
-    return [shapely.Polygon(obstacle.corners) for obstacle in template.obstacles]
+def _kept_out(template: Template) -> tuple[shapely.Polygon, ...]:
+    """What stands in a hole is often an obstacle besides: each outline once."""
+    holes = (hole for area in template.areas for hole in area.holes)
+    outlines = (*(obstacle.corners for obstacle in template.obstacles), *holes)
+    return tuple(dict.fromkeys(shapely.Polygon(corners) for corners in outlines))
 
 
 def _check(options: PlanOptions, width_m: float) -> None:

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from itertools import count, groupby
 
 import shapely
@@ -10,12 +9,15 @@ import shapely
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import MissedPatch, PlannedCoverage
 from touchline.schemas.template import Area
+from touchline.services.core.missed_patches import patches
+from touchline.services.core.tool_reach import free_ground
 from touchline.services.planner.budget import Progress
 from touchline.services.planner.coverage.area_method import CoverageMethod, area_method_name
 from touchline.services.planner.coverage.between_areas import CoveredArea, carried_over
 from touchline.services.planner.coverage.coverage_route import CoverageRoute, DriveKind, DrivePiece
 from touchline.services.planner.coverage.coverage_task import CoverageTask
-from touchline.services.planner.coverage.drum_sweep import clearance_m, swept, swept_m2
+from touchline.services.planner.coverage.drum_sweep import body_outside_m, swept, swept_twice
+from touchline.services.planner.coverage.shapes import as_area
 from touchline.services.planner.geometry.clothoid import Piece, PiecePath
 from touchline.services.planner.plan_task import PlanTask
 from touchline.services.planner.route.worked_route import WorkedRoute
@@ -23,8 +25,6 @@ from touchline.services.planner.segments.section import Section
 
 # A shorter straight (m) is part of a bend, no swath.
 SWATH_MIN_M = 0.5
-# Smaller patches (m²) that are missed are not named.
-PATCH_MIN_M2 = 0.05
 
 
 def covered(task: PlanTask, method: CoverageMethod, progress: Progress) -> WorkedRoute:
@@ -41,12 +41,10 @@ def covered(task: PlanTask, method: CoverageMethod, progress: Progress) -> Worke
     _refuse_lines(task)
     name = area_method_name(task.options, task.vehicle.tool)
     areas = task.template.areas
-    holes = [shapely.Polygon(ring) for area in areas for ring in area.polygon.interiors]
     boundary = shapely.Polygon(task.template.boundary.corners) if task.template.boundary else None
     parts: list[CoveredArea] = []
     for number, area in enumerate(areas):
         asked = CoverageTask.of(task, area)
-        asked = replace(asked, obstacles=(*dict.fromkeys((*asked.obstacles, *holes)),))
         try:
             route = method.cover(asked, _share(progress, number, len(areas)))
         except PlanningError as error:
@@ -96,26 +94,21 @@ def _straight(part: Piece) -> bool:
 def _figures(route: CoverageRoute, asked: CoverageTask, method: str) -> PlannedCoverage:
     machine, paths = asked.machine, [piece.path for piece in route.pieces]
     rolled = swept(paths, machine.width_m)
-    covered = rolled.intersection(asked.area)
-    got = rolled.intersection(route.reachable).area
-    missed = [patch for patch in shapely.get_parts(asked.area.difference(rolled)) if patch.area >= PATCH_MIN_M2]
-    inside = [patch.representative_point() for patch in missed]
+    covered_m2, reached_m2 = (float(rolled.intersection(ground).area) for ground in (asked.area, route.reachable))
     lanes = [piece for piece in route.pieces if piece.kind is DriveKind.LANE]
+    free = as_area(free_ground(asked.boundary, asked.obstacles))
     return PlannedCoverage(
         method=method,
         area_m2=asked.area.area,
-        covered_m2=covered.area,
-        coverage_pct=100.0 * covered.area / asked.area.area,
+        covered_m2=covered_m2,
+        coverage_pct=100.0 * covered_m2 / asked.area.area,
         reachable_m2=route.reachable.area,
-        reachable_pct=100.0 * got / route.reachable.area if route.reachable.area else 100.0,
-        overlap_m2=max(swept_m2(paths, machine.width_m) - rolled.area, 0.0),
-        body_outside_m=-clearance_m(paths, machine, asked.boundary, asked.obstacles),
+        reachable_pct=100.0 * reached_m2 / route.reachable.area if route.reachable.area else 100.0,
+        overlap_m2=float(swept_twice(paths, machine.width_m).intersection(asked.area).area),
+        body_outside_m=body_outside_m(paths, machine, free),
         lanes=len(lanes),
         laps=sum(piece.kind is DriveKind.LAP for piece in route.pieces),
         swath_angle_deg=math.degrees(lanes[0].path.start.heading_rad) % 180.0 if lanes else 0.0,
         notes=route.remarks,
-        missed=tuple(
-            MissedPatch(x_m=place.x, y_m=place.y, area_m2=patch.area)
-            for place, patch in sorted(zip(inside, missed, strict=True), key=lambda each: -each[1].area)
-        ),
+        missed=tuple(MissedPatch(**patch._asdict()) for patch in patches(asked.area.difference(rolled))),
     )

@@ -1,7 +1,7 @@
 """Exactly: what the tool passes over along a path, and by how much the body leaves where it may be."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 import shapely
@@ -43,21 +43,45 @@ def tool_quads(path: PiecePath, width_m: float) -> list[Floats]:
     return found
 
 
-def body_outside_m(paths: Sequence[PiecePath], machine: CoverageMachine, free: Area) -> float:
-    """How far the body's corners and sides get out of the free area at most (m); 0 if they never do."""
+def swept_twice(paths: Iterable[PiecePath], width_m: float) -> Area:
+    """What a tool of this width passes over more than once, each piece of a path counted as one pass."""
+    passes = np.array([swept([part], width_m) for path in paths for part in _parts(path)], dtype=object)
+    first, second = shapely.STRtree(passes).query(passes, predicate="intersects")
+    apart = first < second
+    return as_area(shapely.union_all(shapely.intersection(passes[first[apart]], passes[second[apart]])))
+
+
+def _parts(path: PiecePath) -> Iterator[PiecePath]:
+    """Its pieces that are not points, each a path."""
+    for piece, start in zip(path.pieces, path.knots, strict=False):
+        if piece.length_m > 0.0:
+            yield PiecePath(start, (piece,))
+
+
+def body_outside_m(paths: Iterable[PiecePath], machine: CoverageMachine, free: Area) -> float:
+    """How far the body's corners and sides get out of the free area at most (m); negative: how far it keeps inside."""
     shapely.prepare(free)
-    worst = 0.0
+    border = shapely.boundary(free)
+    shapely.prepare(border)
+    worst = -math.inf
     for path in paths:
         count = 2 + math.ceil(path.length_m / BODY_STEP_M)
         bodies = body_at(np.column_stack(path.sample(np.linspace(0.0, path.length_m, count))[:3]), machine)
-        for body in bodies[~shapely.contains_properly(free, bodies)]:
-            out = body.difference(free)
-            if not out.is_empty:
-                corners = shapely.points(shapely.get_coordinates(out))
-                worst = max(worst, float(shapely.distance(corners, free).max()))
-                # What pokes into the body, such as a post, is out by as much as it is inside.
-                worst = max(worst, _depth(body, free))
+        inside = shapely.contains_properly(free, bodies)
+        if inside.any():
+            worst = max(worst, -float(shapely.distance(bodies[inside], border).min()))
+        for body in bodies[~inside]:
+            worst = max(worst, _out_m(body, free))
     return worst
+
+
+def _out_m(body: shapely.Polygon, free: Area) -> float:
+    """How far a body is out of the free area; what pokes into it, such as a post, is so far inside it."""
+    out = body.difference(free)
+    if out.is_empty:
+        return 0.0
+    corners = shapely.points(shapely.get_coordinates(out))
+    return max(float(shapely.distance(corners, free).max()), _depth(body, free))
 
 
 def _depth(body: shapely.Polygon, free: Area) -> float:
@@ -71,31 +95,3 @@ def body_at(poses: Floats, machine: CoverageMachine) -> NDArray[np.object_]:
     corners = np.array(machine.outline) @ np.array([[1.0], [1.0j]])
     turned = poses[:, 0, None] + 1j * poses[:, 1, None] + np.exp(1j * poses[:, 2, None]) * corners[:, 0]
     return np.asarray(shapely.polygons(np.stack((turned.real, turned.imag), axis=-1)))
-
-
-def swept_m2(paths: Iterable[PiecePath], width_m: float) -> float:
-    """What a tool of this width passes over, each place as often as it does (m²)."""
-    return float(
-        sum(shapely.area(shapely.polygons(quads)).sum() for path in paths for quads in tool_quads(path, width_m))
-    )
-
-
-def clearance_m(
-    paths: Sequence[PiecePath],
-    machine: CoverageMachine,
-    boundary: shapely.Polygon,
-    obstacles: Sequence[shapely.Polygon],
-) -> float:
-    """How far the body keeps off boundary and obstacles at least (m); negative: how far it is out or in at most."""
-    free = as_area(boundary.difference(shapely.union_all(obstacles))) if obstacles else boundary
-    out = body_outside_m(paths, machine, free)
-    if out > 0.0:
-        return -out
-    edges = shapely.union_all([boundary.exterior, *(obstacle.exterior for obstacle in obstacles)])
-    shapely.prepare(edges)
-    least = math.inf
-    for path in paths:
-        count = 2 + math.ceil(path.length_m / BODY_STEP_M)
-        bodies = body_at(np.column_stack(path.sample(np.linspace(0.0, path.length_m, count))[:3]), machine)
-        least = min(least, float(shapely.distance(bodies, edges).min()))
-    return least

@@ -1,6 +1,7 @@
 """Where the machine may be: inside the boundary and off what is kept out, less a margin, heading by heading."""
 
 import math
+from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
@@ -35,7 +36,7 @@ class FreeSpace:
     """
 
     def __init__(
-        self, boundary: shapely.Polygon, kept_out: list[shapely.Polygon], machine: CoverageMachine, margin_m: float
+        self, boundary: shapely.Polygon, kept_out: Sequence[shapely.Polygon], machine: CoverageMachine, margin_m: float
     ) -> None:
         """Corners of what is kept out stay corners, a margin further out."""
         self.free = as_area(free_ground(boundary, kept_out, margin_m))

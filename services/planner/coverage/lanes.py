@@ -11,8 +11,8 @@ import shapely
 from touchline.services.planner.coverage.cover_stroke import CoverStroke
 from touchline.services.planner.coverage.coverage_route import DriveKind
 from touchline.services.planner.coverage.free_space import FreeSpace
-from touchline.services.planner.coverage.shapes import Area
-from touchline.services.planner.geometry.clothoid import Floats, PathPose
+from touchline.services.planner.coverage.shapes import Area, extents, turned
+from touchline.services.planner.geometry.clothoid import PathPose
 
 # A turn from lane to lane is worth so many metres of a lane when directions are compared.
 TURN_M = 12.0
@@ -68,8 +68,8 @@ def lanes(rest: Area, angle_rad: float, pitch_m: float, space: FreeSpace) -> lis
     """
     found: list[CoverLane] = []
     beyond = 1.5 * space.machine.width_m
-    for row, (level, _, extents) in enumerate(_rows(_frame(rest, -angle_rad), pitch_m)):
-        for a, b in extents:
+    for row, (level, _, spans) in enumerate(_rows(_frame(rest, -angle_rad), pitch_m)):
+        for a, b in spans:
             ways = []
             for from_x, heading in ((a, angle_rad), (b, angle_rad + math.pi)):
                 z = complex(from_x, level) * complex(math.cos(angle_rad), math.sin(angle_rad))
@@ -95,7 +95,8 @@ def _rows(rest: Area, pitch_m: float) -> Iterator[tuple[float, float, list[tuple
         for k in range(count):
             level = low + (k + 0.5) * height
             band = shapely.box(-1e5, level - 0.5 * height + HAIR_M, 1e5, level + 0.5 * height - HAIR_M)
-            yield level, height, _extents(rest.intersection(band))
+            lanes_in = [(a, b) for a, b in extents(rest.intersection(band), HAIR_M**2) if b - a >= LANE_MIN_M]
+            yield level, height, lanes_in
 
 
 def _borders(rest: Area) -> list[float]:
@@ -116,23 +117,6 @@ def _borders(rest: Area) -> list[float]:
     return kept if kept[-1] == high else [*kept, high]
 
 
-def _extents(part: shapely.Geometry) -> list[tuple[float, float]]:
-    pieces = shapely.get_parts(part)
-    bounds = sorted((a, b) for a, _, b, _ in shapely.bounds(pieces[shapely.area(pieces) > HAIR_M**2]).tolist())
-    merged: list[tuple[float, float]] = []
-    for a, b in bounds:
-        if merged and a <= merged[-1][1]:
-            merged[-1] = (merged[-1][0], max(merged[-1][1], b))
-        else:
-            merged.append((a, b))
-    return [(a, b) for a, b in merged if b - a >= LANE_MIN_M]
-
-
 def _frame(shape: Area, angle_rad: float) -> Area:
     """The shape turned about the origin."""
-    c, s = math.cos(angle_rad), math.sin(angle_rad)
-
-    def turn(points: Floats) -> Floats:
-        return np.column_stack((c * points[:, 0] - s * points[:, 1], s * points[:, 0] + c * points[:, 1]))
-
-    return shapely.transform(shape, turn)
+    return shapely.transform(shape, lambda points: turned(points, angle_rad))

@@ -7,22 +7,21 @@ machine goes on to the wall and back, and by which turns. What is missed after t
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-import shapely
 
 from touchline.schemas.errors import PlanningError
 from touchline.services.core.tool_reach import reachable
 from touchline.services.planner.coverage.cover_stroke import CoverStroke
 from touchline.services.planner.coverage.coverage_route import CoverageRoute, DriveKind, DrivePiece, one_way
+from touchline.services.planner.coverage.coverage_task import CoverageTask
 from touchline.services.planner.coverage.free_space import FreeSpace
 from touchline.services.planner.coverage.lane_order import LaneOrder, turn_room, word_s
 from touchline.services.planner.coverage.lanes import CoverLane, lane_angle, lanes
 from touchline.services.planner.coverage.laps import rings, sides
-from touchline.services.planner.coverage.machine import CoverageMachine
 from touchline.services.planner.coverage.shapes import Area, as_area
 from touchline.services.planner.coverage.stroke_chain import StrokeChain
 from touchline.services.planner.coverage.stroke_join import ZONE_M, Joiner
@@ -52,60 +51,27 @@ BEYOND_MIN_M2 = 0.05
 ORDERED, JOINED, IMPROVED = 0.2, 0.4, 0.7
 
 
-@dataclass(frozen=True)
-class CoverOptions:
-    """How an area is covered.
-
-    Attributes:
-        forward_only: Never backward, whatever the machine can do.
-        overlap_m: By which neighbouring passes overlap at least.
-        margin_m: Between the body and what it keeps off; a body that begins to turn may use up some of it.
-        swath_angle_deg: Direction of the lanes, counter-clockwise from +x; None: that in which they take least.
-        coverage_pct: What is missed is touched up until so much of what can be reached is covered.
-        laps: Along the outline, one inside the other; None: one.
-    """
-
-    forward_only: bool = False
-    overlap_m: float = 0.03
-    margin_m: float = 0.05
-    swath_angle_deg: float | None = None
-    coverage_pct: float = 99.0
-    laps: int | None = None
-
-
-def cover(
-    area: shapely.Polygon,
-    boundary: shapely.Polygon | None,
-    obstacles: Sequence[shapely.Polygon],
-    machine: CoverageMachine,
-    options: CoverOptions | None = None,
-    progress: Callable[[float], None] = lambda done: None,
-) -> CoverageRoute:
+def cover(task: CoverageTask, progress: Callable[[float], None] = lambda done: None) -> CoverageRoute:
     """A route that covers an area.
 
     Args:
-        area: What is to be covered; its holes are kept off.
-        boundary: The body stays inside; None: inside the area's outline.
-        obstacles: The body keeps off them.
-        machine: That shall cover it.
-        options: How.
+        task: The area, where the body may be, the machine, and how.
         progress: Told the fraction done now and then; may raise, which ends it.
 
     Raises:
         PlanningError: The machine cannot steer, or nowhere fits into the area.
     """
-    options = options or CoverOptions()
+    area, machine = task.area, task.machine
     if machine.curvature_max_1pm <= 0.0 or machine.sharpness_max_1pm2 <= 0.0:
         raise PlanningError("", "has a machine that cannot steer", "give its drive a steering angle and rate above 0")
-    kept_out = [*obstacles, *(shapely.Polygon(ring) for ring in area.interiors)]
-    space = FreeSpace(boundary or shapely.Polygon(area.exterior), kept_out, machine, options.margin_m)
+    space = FreeSpace(task.boundary, task.obstacles, machine, task.margin_m)
     tool = (0.0, 0.0)
     reach = as_area(reachable(area, space.free, machine.outline, tool, machine.width_m))
     space.settle(area)
     aim = reach
     if space.home is not None:
         aim = as_area(reachable(area, space.free, machine.outline, tool, machine.width_m, space.home))
-    covering = _Covering(area, space, aim, options, progress) if not aim.is_empty else None
+    covering = _Covering(task, space, aim, progress) if not aim.is_empty else None
     if covering is None or not (covering.laps or covering.items):
         size = f"{machine.width_m:g} m wide and {machine.nose_m + machine.tail_m:g} m long"
         problem = f"has an area in which the machine ({size}) finds no room for a single straight"
@@ -123,15 +89,14 @@ class _Covering:
 
     def __init__(
         self,
-        area: shapely.Polygon,
+        task: CoverageTask,
         space: FreeSpace,
         reach: Area,
-        options: CoverOptions,
         progress: Callable[[float], None],
     ) -> None:
-        machine = space.machine
-        self.options, self.space, self.reach, self.progress = options, space, reach, progress
-        self.reversing = machine.can_reverse and not options.forward_only
+        machine = task.machine
+        self.task, self.space, self.reach, self.progress = task, space, reach, progress
+        self.reversing = machine.can_reverse and not task.forward_only
         self.covered = StrokeMap(reach, machine.width_m)
         self.joiner = Joiner(space, self.covered, LANE_S_PER_M2, reversing=self.reversing)
         self.chain = StrokeChain(self.joiner)
@@ -139,8 +104,8 @@ class _Covering:
         self.items: list[CoverLane] = []
         self.left_out: list[CoverStroke] = []
         found: list[CoverLane] = []
-        pitch, rest = machine.width_m - options.overlap_m, as_area(space.free.intersection(area))
-        for lap in range(1 if options.laps is None else options.laps):
+        pitch, rest = machine.width_m - task.overlap_m, as_area(space.free.intersection(task.area))
+        for lap in range(1 if task.laps is None else task.laps):
             # Further laps overlap as lanes do; the last one has lanes inside that turn over it.
             target = rest if not lap else as_area(rest.buffer(machine.width_m - pitch, join_style="mitre"))
             for number, ring in enumerate(rings(target, machine.width_m)):
@@ -154,7 +119,7 @@ class _Covering:
             rest = as_area(rest.buffer(-machine.width_m, join_style="mitre", mitre_limit=3.0))
         self.angle_rad = 0.0
         if not rest.is_empty:
-            asked = options.swath_angle_deg
+            asked = task.swath_angle_deg
             self.angle_rad = lane_angle(rest, pitch) if asked is None else math.radians(asked)
             self.items = [*lanes(rest, self.angle_rad, pitch, space), *self.items]
         ways = [(item.along, item.back) for item in (*self.items, *found)]
@@ -172,8 +137,8 @@ class _Covering:
         remarks = [f"{stroke.label} cannot be reached from the rest: it is left out" for stroke in self.left_out]
         wanted = self.covered.wanted_m2
         covered_pct = 100.0 * (1.0 - self.covered.missed_m2 / wanted) if wanted else 100.0
-        if covered_pct < self.options.coverage_pct - 100.0 * RASTER_SHARE:
-            asked = f"{self.options.coverage_pct:g} % of what the tool can reach is aimed at"
+        if covered_pct < self.task.coverage_pct - 100.0 * RASTER_SHARE:
+            asked = f"{self.task.coverage_pct:g} % of what the tool can reach is aimed at"
             remarks.append(f"{asked}, {covered_pct:.1f} % is covered: there is no way to more that is worth its time")
         return CoverageRoute(tuple(self._pieces()), self.reach, tuple(remarks))
 
@@ -205,7 +170,7 @@ class _Covering:
         """Join strokes in order, then those in between, one way or the other, to which there was no way."""
         chain, self.left_out = self.chain, []
         for number, stroke in enumerate(strokes):
-            self._price(stroke, LANE_S_PER_M2)
+            self._price(chain.strokes[-1] if chain.strokes else None, stroke, LANE_S_PER_M2)
             if not chain.append_over(stroke, self._vias(stroke, strokes)):
                 self.left_out.append(stroke)
             self.progress(ORDERED + (JOINED - ORDERED) * number / len(strokes))
@@ -261,15 +226,11 @@ class _Covering:
         at = back if self.reversing else np.arange(8.0, CLOSING_M, 2.0)
         return [side.at(s) for s in at[(at > 0.0) & (at < side.length_m)].tolist()] or [side.at(0.5 * side.length_m)]
 
-    def _price(self, stroke: CoverStroke, lane_s: float) -> None:
-        """Lanes are joined forward; a lap goes back into its corners, where that is worth more."""
-        lane = stroke.kind == DriveKind.LANE and bool(self.chain.strokes) and self._last_kind == DriveKind.LANE
-        self.joiner.reversing = self.reversing and not lane
-        self.joiner.seconds_per_m2 = lane_s if lane else max(lane_s, LAP_S_PER_M2)
-
-    @property
-    def _last_kind(self) -> DriveKind:
-        return self.chain.strokes[-1].kind
+    def _price(self, first: CoverStroke | None, last: CoverStroke, lane_s: float, *, lanes_back: bool = False) -> None:
+        """Lanes are joined forward, unless said; a lap goes back into its corners, where that is worth more."""
+        lanes = first is not None and first.kind == last.kind == DriveKind.LANE
+        self.joiner.reversing = self.reversing and (lanes_back or not lanes)
+        self.joiner.seconds_per_m2 = lane_s if lanes else max(lane_s, LAP_S_PER_M2)
 
     def _vias(self, stroke: CoverStroke, strokes: list[CoverStroke]) -> Iterator[CoverStroke]:
         """Short stretches of other strokes, those on the shortest way to a stroke first."""
@@ -288,9 +249,8 @@ class _Covering:
         for k in range(len(self.chain.joins)):
             if self.covered.missed_m2 <= enough_m2:
                 return
-            lane = self.chain.strokes[k].kind == self.chain.strokes[k + 1].kind == DriveKind.LANE
-            self.joiner.reversing = self.reversing and (lanes_back or not lane)
-            self.joiner.seconds_per_m2 = lane_s if lane else max(lane_s, LAP_S_PER_M2)
+            first, last = self.chain.strokes[k : k + 2]
+            self._price(first, last, lane_s, lanes_back=lanes_back)
             self.chain.rejoin(k)
 
     def _touch_up(self) -> None:
@@ -302,7 +262,7 @@ class _Covering:
                 *(way for item in self.items for way in (item.along, item.back)),
             ]
         }
-        share = 1.0 - 0.01 * self.options.coverage_pct - RASTER_SHARE
+        share = 1.0 - 0.01 * self.task.coverage_pct - RASTER_SHARE
         enough = max(share, 0.0) * self.covered.wanted_m2
         if self.covered.missed_m2 <= enough:
             return

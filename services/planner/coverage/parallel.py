@@ -16,7 +16,7 @@ import shapely
 
 from touchline.schemas.curves import Curve
 from touchline.schemas.template import Area
-from touchline.services.planner.geometry.clothoid import Floats
+from touchline.services.planner.coverage.shapes import extents, turned
 
 # What reaches into a band by less (m) is rounding at an edge along the swaths.
 HAIR_M = 1e-6
@@ -53,8 +53,8 @@ def spans(polygon: shapely.Polygon, angle_rad: float, width_m: float) -> list[Sp
         angle_rad: Direction of the swaths, counter-clockwise from +x of the map frame.
         width_m: Width of what the tool covers (m).
     """
-    turned = shapely.transform(polygon, lambda points: _turned(points, -angle_rad))
-    left, low, right, high = turned.bounds
+    level_frame = shapely.transform(polygon, lambda points: turned(points, -angle_rad))
+    left, low, right, high = level_frame.bounds
     count = max(1, math.ceil((high - low) / width_m - HAIR_M))
     # The outer swaths lie half a width inside, or in the middle of a narrower area; bands meet midway between swaths.
     inset = 0.5 * min(width_m, high - low)
@@ -63,23 +63,10 @@ def spans(polygon: shapely.Polygon, angle_rad: float, width_m: float) -> list[Sp
     sides = np.full(count, left - 1.0), np.full(count, right + 1.0)
     bands = shapely.box(sides[0], borders[:-1] + HAIR_M, sides[1], borders[1:] - HAIR_M)
     found: list[Span] = []
-    for index, (level, part) in enumerate(zip(levels.tolist(), shapely.intersection(turned, bands), strict=True)):
-        row = [_long_enough(a, b, level) for a, b in _extents(part)]
+    for index, (level, part) in enumerate(zip(levels.tolist(), shapely.intersection(level_frame, bands), strict=True)):
+        row = [_long_enough(a, b, level) for a, b in extents(part)]
         found += row if index % 2 == 0 else [(b, a, y) for a, b, y in reversed(row)]
     return found
-
-
-def _extents(part: shapely.Geometry) -> list[tuple[float, float]]:
-    """The intervals along x that the pieces of a geometry cover, ascending, overlapping ones merged."""
-    pieces = shapely.get_parts(part)
-    bounds = sorted((a, b) for a, _, b, _ in shapely.bounds(pieces[shapely.area(pieces) > 0.0]).tolist())
-    merged: list[tuple[float, float]] = []
-    for a, b in bounds:
-        if merged and a <= merged[-1][1]:
-            merged[-1] = (merged[-1][0], max(merged[-1][1], b))
-        else:
-            merged.append((a, b))
-    return merged
 
 
 def _long_enough(a: float, b: float, y: float) -> Span:
@@ -103,14 +90,8 @@ def _edges(area: Area) -> Iterator[complex]:
         yield from (complex(*b) - complex(*a) for a, b in pairwise((*ring, ring[0])))
 
 
-def _turned(points: Floats, angle_rad: float) -> Floats:
-    """Points (n, 2), turned about the origin."""
-    cos, sin = math.cos(angle_rad), math.sin(angle_rad)
-    return np.column_stack((cos * points[:, 0] - sin * points[:, 1], sin * points[:, 0] + cos * points[:, 1]))
-
-
 def _swath(span: Span, angle_rad: float) -> Curve:
     """The swath in the map frame."""
     a, b, y = span
-    ends: Sequence[list[float]] = _turned(np.array(((a, y), (b, y))), angle_rad).tolist()
+    ends: Sequence[list[float]] = turned(np.array(((a, y), (b, y))), angle_rad).tolist()
     return Curve.from_line((ends[0][0], ends[0][1]), (ends[1][0], ends[1][1]))

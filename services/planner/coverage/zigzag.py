@@ -12,16 +12,14 @@ import cmath
 import math
 from dataclasses import dataclass
 
-import numpy as np
 import shapely
 
 from touchline.schemas.errors import PlanningError
 from touchline.services.planner.coverage.coverage_route import CoverageRoute, DriveKind, DrivePiece
 from touchline.services.planner.coverage.machine import CoverageMachine
-from touchline.services.planner.geometry.clothoid import Floats, PathPose, Piece, PiecePath
+from touchline.services.planner.coverage.shapes import turned
+from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
 
-# Further than any field is wide (m).
-FAR_M = 1e5
 # What is left of a lane by rounding (m).
 HAIR_M = 1e-9
 REMARKS = (
@@ -47,16 +45,12 @@ class ZigzagOptions:
     stopping_bound_m: float = 1.5
 
 
-def slide_angle(width_m: float, overlapping: float, wheelbase_m: float, steering_max_rad: float) -> float:
-    """β (rad): how far an S at full steering turns to change lane.
+def slide_angle(apart_m: float, curvature_1pm: float) -> float:
+    """β (rad): how far an S at full steering turns to change to a lane so far apart.
 
     Raises:
         PlanningError: Lanes are further apart than two turning circles.
     """
-    return _slide_angle(width_m / overlapping, math.tan(steering_max_rad) / wheelbase_m)
-
-
-def _slide_angle(apart_m: float, curvature_1pm: float) -> float:
     if apart_m * curvature_1pm > 4.0:
         problem = f"has lanes {apart_m:g} m apart, more than two turning circles ({4.0 / curvature_1pm:.2f} m)"
         raise PlanningError("", problem, "steer further or roll each place more often")
@@ -82,16 +76,16 @@ def zigzag(
     if not machine.can_reverse:
         raise PlanningError("", "cannot be planned by zigzag forward only", "use another method, or let it reverse")
     apart, radius = machine.width_m / options.overlapping, 1.0 / machine.curvature_max_1pm
-    beta = _slide_angle(apart, machine.curvature_max_1pm)
+    beta = slide_angle(apart, machine.curvature_max_1pm)
     rim = _Rim(2.0 * radius * math.sin(beta), options)
-    field = shapely.transform(area, lambda points: _turned(points, -angle_rad))
+    field = shapely.transform(area, lambda points: turned(points, -angle_rad))
     pieces: list[DrivePiece] = []
     _, low, _, high = field.bounds
     # Half a width inside, or half a lane where lanes overlap more than once.
     y, direction = high - 0.5 * apart, 1
-    x = _room(field, FAR_M, y, -1)
+    x = min((first for first, _ in _stretches(field, y)), default=0.0)
     while True:
-        ahead = _room(field, x, y, direction)
+        ahead = _end_ahead(field, x, y, direction)
         straight = rim.pause_m(direction * (ahead - x))
         slid = x + direction * (straight + rim.slide_m), y - apart
         last = y - low < options.stopping_bound_m or rim.cost(_margin(field, *slid)) > options.stopping
@@ -134,17 +128,19 @@ class _Rim:
         return ahead_m - self.slide_m
 
 
-def _room(field: shapely.Polygon, x: float, y: float, direction: int) -> float:
-    """Where a ray along x from inside the field first leaves it; from far away: where it first enters."""
-    ray = shapely.LineString([(x if abs(x) < FAR_M else -FAR_M, y), (direction * FAR_M, y)])
-    if abs(x) >= FAR_M:
-        ray = shapely.LineString([(-FAR_M, y), (FAR_M, y)])
-    parts = sorted(part.bounds for part in shapely.get_parts(field.intersection(ray)) if part.length > HAIR_M)
-    if not parts:
-        return x
-    if abs(x) >= FAR_M:
-        return float(parts[0][0])
-    return float(parts[0][2] if direction > 0 else parts[-1][0])
+def _stretches(field: shapely.Polygon, y: float) -> list[tuple[float, float]]:
+    """From where to where (m) a line along x lies inside the field, ascending."""
+    left, _, right, _ = field.bounds
+    inside = shapely.get_parts(field.intersection(shapely.LineString([(left, y), (right, y)])))
+    return sorted((part.bounds[0], part.bounds[2]) for part in inside if part.length > HAIR_M)
+
+
+def _end_ahead(field: shapely.Polygon, x: float, y: float, direction: int) -> float:
+    """Where a ray from a place along x first leaves the field; the place itself if it is outside."""
+    for first, last in _stretches(field, y):
+        if first - HAIR_M <= x <= last + HAIR_M:
+            return last if direction > 0 else first
+    return x
 
 
 def _margin(field: shapely.Polygon, x: float, y: float) -> float:
@@ -152,12 +148,6 @@ def _margin(field: shapely.Polygon, x: float, y: float) -> float:
     place = shapely.Point(x, y)
     distance = float(shapely.distance(place, field.boundary))
     return distance if field.covers(place) or distance < HAIR_M else -distance
-
-
-def _turned(points: Floats, angle_rad: float) -> Floats:
-    """Points (n, 2), turned about the origin."""
-    z = (points[:, 0] + 1j * points[:, 1]) * cmath.rect(1.0, angle_rad)
-    return np.column_stack((z.real, z.imag))
 
 
 def _in_map(x: float, y: float, angle_rad: float) -> PathPose:

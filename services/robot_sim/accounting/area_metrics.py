@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
 from touchline.schemas.template import Template
+from touchline.services.core.missed_patches import Patch, patches
 from touchline.services.core.tool_reach import free_ground, reachable
 from touchline.services.robot_sim.accounting.area_account import AreaAccount
 from touchline.services.robot_sim.accounting.body_outside import body_outside_m
@@ -23,20 +23,10 @@ if TYPE_CHECKING:
 
 REQUIRED_PCT: Final = 99.0
 """Of what the plan would cover; so much has to be covered for the work to be accepted."""
-SMALLEST_PATCH_M2: Final = 0.05
-"""Smaller ones are not listed."""
 _ROOM_M: Final = 20.0
 """About an area without a boundary: as much as any body is long."""
 _LOOK_EVERY_M: Final = 0.1
 """How far off its way the tool is."""
-
-
-class Patch(NamedTuple):
-    """A place that was left out: a point inside it, and its size."""
-
-    x_m: float
-    y_m: float
-    area_m2: float
 
 
 class AreaMetrics(NamedTuple):
@@ -115,7 +105,7 @@ def area_metrics(account: AreaAccount, ledger: PaintLedger, track: Track) -> Are
         as_planned_m2=float(shapely.intersection(covered, planned).area),
         overlap_m2=float(shapely.intersection(area, twice).area),
         beside_m2=max(0.0, float(swept.area - covered.area)),
-        missed=_patches(shapely.difference(area, swept)),
+        missed=patches(shapely.difference(area, swept)),
         body_outside_m=body_outside_m(track.rows, vehicle.body.footprint_m, template),
         lateral=lateral_error(off_the_way_m(looked_at, way)),
         way_m=sum(float(np.hypot(*np.diff(stroke.points, axis=0).T).sum()) for stroke in strokes),
@@ -129,16 +119,6 @@ def ground_of(template: Template, area: BaseGeometry) -> BaseGeometry:
     boundary = template.boundary
     inside = shapely.Polygon(boundary.corners) if boundary is not None else area.buffer(_ROOM_M, join_style="mitre")
     return free_ground(inside, [shapely.Polygon(obstacle.corners) for obstacle in template.obstacles])
-
-
-def _patches(missed: BaseGeometry) -> list[Patch]:
-    import shapely
-
-    parts: Sequence[BaseGeometry] = shapely.get_parts(missed).tolist()
-    found = [(part, float(part.area)) for part in parts if part.area > SMALLEST_PATCH_M2]
-    inside = [(part.representative_point(), area) for part, area in found]
-    patches = [Patch(float(point.x), float(point.y), area) for point, area in inside]
-    return sorted(patches, key=lambda patch: (-patch.area_m2, patch.x_m, patch.y_m))
 
 
 def _share_pct(part: float, whole: float) -> float:
