@@ -9,6 +9,7 @@ import numpy as np
 from touchline.schemas.messages import AreaReport, PaintMarks
 from touchline.schemas.plain_text import plain
 from touchline.schemas.template import Polygon, Template
+from touchline.services.core.missed_patches import patches
 from touchline.services.planner.plots.ground import (
     AREA_EDGE,
     BOUNDARY,
@@ -28,8 +29,8 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
 FIGURE_SIZE_IN = (12.0, 7.6)
-#: Smaller patches get no number of their own beside them, nor more than so many.
-NAMED_PATCH_M2, MOST_NAMED = 0.05, 40
+#: No more patches than so many get a number of their own beside them.
+MOST_NAMED = 40
 
 
 def draw_covered(template: Template, strokes: Iterable[PaintMarks], path: Path, caption: str = "") -> None:
@@ -90,10 +91,6 @@ def _shape(polygon: Polygon) -> "BaseGeometry":
 
 def _name_patches(axes: "Axes", missed: "BaseGeometry") -> None:
     """The size of each larger patch beside it, of the largest ones if they are many."""
-    import shapely
-
-    patches = [part for part in shapely.get_parts(missed) if part.area > NAMED_PATCH_M2]
-    for part in sorted(patches, key=lambda part: -float(part.area))[:MOST_NAMED]:
-        point = part.representative_point()
-        text = f"{part.area:.2f} m²"
-        axes.annotate(text, (point.x, point.y), (3, 3), textcoords="offset points", color=MISSED, fontsize="x-small")
+    for patch in patches(missed)[:MOST_NAMED]:
+        text, place = f"{patch.area_m2:.2f} m²", (patch.x_m, patch.y_m)
+        axes.annotate(text, place, (3, 3), textcoords="offset points", color=MISSED, fontsize="x-small")

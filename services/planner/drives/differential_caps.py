@@ -7,6 +7,7 @@ import numpy as np
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
 from touchline.services.core.physical_constants import GRAVITY_MPS2
+from touchline.services.planner.drives.motor_power import drawn_w
 from touchline.services.planner.drives.planned_drive import ActuatorMotion, PlannedDrive
 from touchline.services.planner.geometry.clothoid import Floats
 
@@ -129,12 +130,11 @@ class PlannedDifferential(PlannedDrive):
         motor, radius_m, half_m = self._drive.motor, self._drive.wheel_radius_m, self.caps.half_track_m
         ahead_n = 0.5 * mass_kg * np.gradient(speed_mps, step_s)
         turning_n = mass_kg * self._gyration_m**2 * np.gradient(yaw_rate_radps, step_s) / (2.0 * half_m)
-        drawn_w = np.zeros(len(speed_mps))
+        total_w = np.zeros(len(speed_mps))
         for side in (-1.0, 1.0):
             rate_radps = (speed_mps + side * half_m * yaw_rate_radps) / radius_m
             drag_nm = 0.5 * ROLLING_ON_GRASS * GRAVITY_MPS2 * mass_kg * radius_m + motor.friction_nm
             torque_nm = np.sign(rate_radps) * drag_nm + motor.viscous_nms * rate_radps
             torque_nm += radius_m * (ahead_n + side * turning_n) + motor.inertia_kgm2 * np.gradient(rate_radps, step_s)
-            current_a = torque_nm / (motor.gear_ratio * motor.gear_efficiency * motor.constant_nm_per_a)
-            drawn_w += torque_nm * rate_radps / motor.gear_efficiency + motor.resistance_ohm * current_a**2
-        return np.maximum(drawn_w, 0.0)
+            total_w += drawn_w(motor, torque_nm, rate_radps)
+        return np.maximum(total_w, 0.0)

@@ -11,6 +11,7 @@ import numpy as np
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
 from touchline.services.core.physical_constants import GRAVITY_MPS2
+from touchline.services.planner.drives.motor_power import drawn_w
 from touchline.services.planner.drives.planned_drive import ActuatorMotion, PlannedDrive
 from touchline.services.planner.geometry.clothoid import Floats
 
@@ -108,6 +109,4 @@ class PlannedRearSteered(PlannedDrive):
         drag_nm = ROLLING_ON_CLAY * GRAVITY_MPS2 * mass_kg * radius_m + motor.friction_nm
         torque_nm = np.sign(rate_radps) * drag_nm + motor.viscous_nms * rate_radps
         torque_nm += (mass_kg * radius_m + motor.inertia_kgm2 / radius_m) * gain_mps2
-        current_a = torque_nm / (motor.gear_ratio * motor.gear_efficiency * motor.constant_nm_per_a)
-        drawn_w = torque_nm * rate_radps / motor.gear_efficiency + motor.resistance_ohm * current_a**2
-        return np.asarray(np.maximum(drawn_w, 0.0))
+        return np.asarray(np.maximum(drawn_w(motor, torque_nm, rate_radps), 0.0))

@@ -28,6 +28,7 @@ from touchline.services.robot_sim.world.body import (
     UP_Z,
     YAW_RATE,
 )
+from touchline.services.robot_sim.world.drives.dc_motor import drag
 from touchline.services.robot_sim.world.drives.differential_layout import (
     CASTER_X,
     CASTER_Y,
@@ -38,8 +39,10 @@ from touchline.services.robot_sim.world.drives.differential_layout import (
     P_CASTER_SHARE,
     P_CASTER_TRAIL,
     P_CASTER_X,
+    P_FRICTION,
     P_LEFT_RADIUS,
     P_TRACK,
+    P_VISCOUS,
     P_WHEEL_INERTIA,
     REFERENCE,
     RIGHT_ANGLE,
@@ -47,7 +50,6 @@ from touchline.services.robot_sim.world.drives.differential_layout import (
     RIGHT_TRACTION,
     TORQUE,
 )
-from touchline.services.robot_sim.world.drives.differential_motors import drag
 from touchline.services.robot_sim.world.drives.tyres import ROLLING_MPS, held, stiffness
 
 _PARKED_MPS = 0.002
@@ -122,7 +124,7 @@ def roll_on(_drive: Any, state: Floats, p: Floats, effects: Floats, mass_kg: flo
             free = 0.0
         else:
             stiff, sideways = stiffness(grip * rate, beneath, side, load, p)
-            inertia = p[P_WHEEL_INERTIA] + STEP_S * drag(rate, p)
+            inertia = p[P_WHEEL_INERTIA] + STEP_S * drag(rate, p[P_VISCOUS], p[P_FRICTION])
             free = grip * (p[P_WHEEL_INERTIA] * rate + STEP_S * state[TORQUE + wheel]) / inertia
             stiff /= 1.0 + stiff * STEP_S * grip * radius / inertia
         across += sideways
@@ -155,6 +157,8 @@ def roll_on(_drive: Any, state: Floats, p: Floats, effects: Floats, mass_kg: flo
         else:
             rate = state[LEFT_RATE + wheel]
             momentum = p[P_WHEEL_INERTIA] * rate + STEP_S * (state[TORQUE + wheel] - p[P_LEFT_RADIUS + wheel] * force)
-            state[LEFT_RATE + wheel] = momentum / (p[P_WHEEL_INERTIA] + STEP_S * drag(rate, p))
+            state[LEFT_RATE + wheel] = momentum / (
+                p[P_WHEEL_INERTIA] + STEP_S * drag(rate, p[P_VISCOUS], p[P_FRICTION])
+            )
     state[LEFT_ANGLE] += 0.5 * (left_rate + state[LEFT_RATE]) * STEP_S
     state[RIGHT_ANGLE] += 0.5 * (right_rate + state[RIGHT_RATE]) * STEP_S

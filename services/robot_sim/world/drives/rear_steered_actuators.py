@@ -12,22 +12,24 @@ from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.battery import voltage_of
 from touchline.services.robot_sim.world.body import BATTERY_WH, P_BATTERY_WH, STEP_S
 from touchline.services.robot_sim.world.drives import rear_steered_layout as r
-
-_DRY_RADPS = 0.05  # dry friction is drag below this rate of the drum
+from touchline.services.robot_sim.world.drives.dc_motor import DcMotor, MotorState, drag, follow, profile
 
 Floats = NDArray[np.float64]
 
 
 @kernel
-def drag(rate: float, p: Floats) -> float:
-    """Friction of motor and gear [Nm per rad/s] at this rate of the drum: dry (Coulomb) and viscous.
-
-    Args:
-        rate: Of the drum [rad/s].
-        p: (body.P_DRIVE + PARAMETER_SIZE,) the world's parameters; of them both frictions, at the drum.
-    """
-    coefficient: float = p[r.P_VISCOUS] + p[r.P_FRICTION] / max(abs(rate), _DRY_RADPS)
-    return coefficient
+def _motor(p: Floats, share: float) -> DcMotor:
+    """The drum's, with a share of its torque."""
+    return DcMotor(
+        p[r.P_TORQUE_PER_A],
+        p[r.P_EMF],
+        p[r.P_RESISTANCE],
+        p[r.P_TORQUE_PER_A] * p[r.P_MAX_CURRENT] * share,
+        p[r.P_CURRENT_LAG],
+        p[r.P_GAIN],
+        p[r.P_INTEGRAL_GAIN],
+        p[r.P_INTEGRAL_LIMIT],
+    )
 
 
 @kernel
@@ -42,35 +44,20 @@ def _steer(state: Floats, p: Floats, effects: Floats, commanded: float) -> None:
 def actuate(_drive: Any, state: Floats, p: Floats, effects: Floats, commanded: Floats) -> float:
     """See `world_drive.actuate`: the drum's rate [rad/s] follows the first command, the steering [rad] the second.
 
-    The drum's controller follows the profile with feed-forward of the nominal inertia and friction, and a PI on the
-    rest. Torque is limited by the current that the amplifier gives and by the voltage that the motor's own leaves of
-    the battery's. An empty battery moves neither. Only the drum's power counts [W], not below 0.
-
-    The motor is the usual equivalent circuit, torque k·i and voltage R·i + k·ω behind a gear, without inductance
-    (G. F. Franklin, J. D. Powell, A. Emami-Naeini, "Feedback Control of Dynamic Systems", 7th ed., sec. 2.3): the
-    current loop is a first-order lag instead. The integral stands still while the torque is limited (conditional
-    integration: K. J. Åström, T. Hägglund, "PID Controllers", 2nd ed., sec. 3.5).
+    The drum's controller (`dc_motor`) follows the profile with feed-forward of the nominal inertia and friction. An
+    empty battery moves neither. Only the drum's power counts [W], not below 0.
     """
     charge = state[BATTERY_WH] / p[P_BATTERY_WH]
     voltage = voltage_of(charge) if charge > 0.0 else 0.0
     if voltage > 0.0:
         _steer(state, p, effects, commanded[1])
-    before, rate = state[r.REFERENCE], state[r.DRUM_RATE]
-    target = min(max(commanded[0], -p[r.P_MAX_RATE]), p[r.P_MAX_RATE])
-    reference = before + min(max((target - before) * p[r.P_LAG], -p[r.P_MAX_STEP]), p[r.P_MAX_STEP])
+    before = state[r.REFERENCE]
+    reference = profile(before, commanded[0], p[r.P_MAX_RATE], p[r.P_LAG], p[r.P_MAX_STEP])
     state[r.REFERENCE] = reference
-    error = reference - rate
-    ahead = p[r.P_AHEAD] * (reference - before) / STEP_S + drag(reference, p) * reference
-    wanted = ahead + p[r.P_GAIN] * error + state[r.INTEGRAL]
-    most, back = p[r.P_TORQUE_PER_A] * p[r.P_MAX_CURRENT] * effects[e.TORQUE], p[r.P_EMF] * rate
-    per_volt = p[r.P_TORQUE_PER_A] / p[r.P_RESISTANCE]
-    upper = max(min(most, per_volt * (voltage - back)), 0.0) if voltage > 0.0 else 0.0
-    lower = min(max(-most, per_volt * (-voltage - back)), 0.0) if voltage > 0.0 else 0.0
-    limited = min(max(wanted, lower), upper)
-    if limited == wanted:  # else the integral would wind up
-        integral = state[r.INTEGRAL] + p[r.P_INTEGRAL_GAIN] * error * STEP_S
-        state[r.INTEGRAL] = min(max(integral, -p[r.P_INTEGRAL_LIMIT]), p[r.P_INTEGRAL_LIMIT])
-    state[r.TORQUE] += (limited - state[r.TORQUE]) * p[r.P_CURRENT_LAG]
-    current = state[r.TORQUE] / p[r.P_TORQUE_PER_A]
-    power: float = max(current * current * p[r.P_RESISTANCE] + back * current, 0.0)
+    ahead = p[r.P_AHEAD] * (reference - before) / STEP_S
+    ahead += drag(reference, p[r.P_VISCOUS], p[r.P_FRICTION]) * reference
+    now = MotorState(state[r.DRUM_RATE], state[r.TORQUE], state[r.INTEGRAL])
+    torque, integral, drawn = follow(_motor(p, effects[e.TORQUE]), now, reference, ahead, voltage)
+    state[r.TORQUE], state[r.INTEGRAL] = torque, integral
+    power: float = max(drawn, 0.0)
     return power

@@ -29,7 +29,7 @@ from touchline.services.robot_sim.world.body import (
     YAW_RATE,
 )
 from touchline.services.robot_sim.world.drives import rear_steered_layout as r
-from touchline.services.robot_sim.world.drives.rear_steered_actuators import drag
+from touchline.services.robot_sim.world.drives.dc_motor import drag
 from touchline.services.robot_sim.world.drives.tyres import ROLLING_MPS, held, stiffness
 
 _PARKED_MPS = 0.002
@@ -56,7 +56,7 @@ def _drum(state: Floats, p: Floats, effects: Floats, load: float) -> tuple[float
         return stiff, 0.0, across
     grip = p[r.P_RADIUS] * (1.0 - state[r.DRUM_SLIP] - effects[e.SLIP])
     stiff, across = stiffness(grip * rate, speed, side, load, p)
-    inertia = p[r.P_INERTIA] + STEP_S * drag(rate, p)
+    inertia = p[r.P_INERTIA] + STEP_S * drag(rate, p[r.P_VISCOUS], p[r.P_FRICTION])
     free = grip * (p[r.P_INERTIA] * rate + STEP_S * state[r.TORQUE]) / inertia
     return stiff / (1.0 + stiff * STEP_S * grip * p[r.P_RADIUS] / inertia), free, across
 
@@ -69,7 +69,7 @@ def _turn_drum(state: Floats, p: Floats, effects: Floats, before: float, force: 
         state[r.DRUM_RATE] = 0.0
     else:
         momentum = p[r.P_INERTIA] * before + STEP_S * (state[r.TORQUE] - p[r.P_RADIUS] * force)
-        state[r.DRUM_RATE] = momentum / (p[r.P_INERTIA] + STEP_S * drag(before, p))
+        state[r.DRUM_RATE] = momentum / (p[r.P_INERTIA] + STEP_S * drag(before, p[r.P_VISCOUS], p[r.P_FRICTION]))
     state[r.DRUM_ANGLE] += 0.5 * (before + state[r.DRUM_RATE]) * STEP_S
 
 

@@ -1,0 +1,109 @@
+"""A DC motor behind a gear with its amplifier, a speed profile and a speed controller, as the wheel feels them.
+
+The motor is the usual equivalent circuit, torque k·i and voltage R·i + k·ω, without inductance (G. F. Franklin,
+J. D. Powell, A. Emami-Naeini, "Feedback Control of Dynamic Systems", 7th ed., sec. 2.3): the current loop is a
+first-order lag instead. The controller's integral stands still while the torque is limited (conditional integration:
+K. J. Åström, T. Hägglund, "PID Controllers", 2nd ed., sec. 3.5).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from touchline.services.core.jit import kernel
+from touchline.services.robot_sim.world.body import STEP_S
+
+_DRY_RADPS = 0.05  # dry friction is drag below this rate
+
+
+class DcMotor(NamedTuple):
+    """Figures at the wheel.
+
+    Attributes:
+        torque_per_a: Nm/A, gear losses taken off.
+        emf: V per rad/s.
+        resistance_ohm: Of the winding.
+        most_nm: By the current that the amplifier gives.
+        current_lag: Share of the way to the demanded torque in one step.
+        gain: Of the controller, Nm per rad/s.
+        integral_gain: Nm per rad.
+        integral_limit_nm: The integral is no larger.
+    """
+
+    torque_per_a: float
+    emf: float
+    resistance_ohm: float
+    most_nm: float
+    current_lag: float
+    gain: float
+    integral_gain: float
+    integral_limit_nm: float
+
+
+class MotorState(NamedTuple):
+    """Rate of the wheel [rad/s], torque of the motor and integral of its controller [Nm]."""
+
+    rate: float
+    torque: float
+    integral: float
+
+
+@kernel
+def profile(reference: float, command: float, most: float, lag: float, step: float) -> float:
+    """The reference a step later: a first-order lag towards the command, within limits of rate and acceleration.
+
+    Args:
+        reference: By now [rad/s].
+        command: To be followed [rad/s].
+        most: The largest rate [rad/s].
+        lag: Share of the way to the command in one step.
+        step: The largest change in one step [rad/s].
+    """
+    target = min(max(command, -most), most)
+    stepped: float = reference + min(max((target - reference) * lag, -step), step)
+    return stepped
+
+
+@kernel
+def drag(rate: float, viscous: float, friction: float) -> float:
+    """Friction of motor and gear [Nm per rad/s]: dry (Coulomb) and viscous.
+
+    Args:
+        rate: Of the wheel [rad/s].
+        viscous: Nm per rad/s.
+        friction: Dry [Nm].
+    """
+    coefficient: float = viscous + friction / max(abs(rate), _DRY_RADPS)
+    return coefficient
+
+
+@kernel
+def follow(
+    motor: DcMotor, now: MotorState, reference: float, ahead: float, voltage: float
+) -> tuple[float, float, float]:
+    """One step of controller and motor; an empty battery gives nothing.
+
+    Args:
+        motor: Its figures.
+        now: At the begin of the step.
+        reference: Rate that the wheel shall have [rad/s].
+        ahead: Feed-forward of inertia and friction [Nm].
+        voltage: Of the battery [V]; 0 if it is empty.
+
+    Returns:
+        Torque and integral at the step's end [Nm], and the electrical power drawn [W], negative if it is given back.
+    """
+    error = reference - now.rate
+    wanted = ahead + motor.gain * error + now.integral
+    back = motor.emf * now.rate
+    per_volt = motor.torque_per_a / motor.resistance_ohm
+    upper = max(min(motor.most_nm, per_volt * (voltage - back)), 0.0) if voltage > 0.0 else 0.0
+    lower = min(max(-motor.most_nm, per_volt * (-voltage - back)), 0.0) if voltage > 0.0 else 0.0
+    limited = min(max(wanted, lower), upper)
+    integral = now.integral
+    if limited == wanted:  # else the integral would wind up
+        integral += motor.integral_gain * error * STEP_S
+        integral = min(max(integral, -motor.integral_limit_nm), motor.integral_limit_nm)
+    torque = now.torque + (limited - now.torque) * motor.current_lag
+    current = torque / motor.torque_per_a
+    return torque, integral, current * current * motor.resistance_ohm + back * current
