@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import deepcopy
-from typing import Annotated, Any, Self, cast, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Generic, Self, TypeVar, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,8 +30,9 @@ class Record:
     """State with named fields in one block of memory: attributes for Python, a structure for kernels.
 
     A subclass declares its fields: ``float``, ``int``, ``bool``, with a default where that is not zero;
-    ``Annotated[NDArray[np.float64], n, m]`` (or ``np.int64``) for an array of that shape; or another record. Kernels
-    are given `array` and see the fields of its one element::
+    ``Annotated[NDArray[np.float64], n, m]`` (or ``np.int64``) for an array of that shape; another record; or
+    ``Annotated[Records[Wheel], n]`` for n of another kind. Kernels are given `array` and see the fields of its one
+    element::
 
         class Wheels(Record):
             rate_radps: Annotated[NDArray[np.float64], 2]
@@ -51,18 +52,23 @@ class Record:
     _whole: tuple[Record, str] | None = None  # that it is a part of, and as what
     _defaults: dict[str, Any]
     _records: dict[str, type[Record]]
+    _rows: dict[str, type[Record]]
 
     def __init_subclass__(cls) -> None:
         """Lay the fields out in memory."""
         hints = get_type_hints(cls, include_extras=True)
         names = [name for name in cls.__annotations__ if not name.startswith("_")]
         cls._defaults = {name: cls.__dict__[name] for name in names if name in cls.__dict__}
-        cls._records, fields = {}, list[Any]()
+        cls._records, cls._rows, fields = {}, {}, list[Any]()
         for name in names:
             hint = hints[name]
             if get_origin(hint) is Annotated:
                 kind, *shape = get_args(hint)
-                fields.append((name, _ARRAYS[kind], tuple(shape)))
+                if get_origin(kind) is Records:
+                    (cls._rows[name],) = get_args(kind)
+                    fields.append((name, cls._rows[name].dtype, tuple(shape)))
+                else:
+                    fields.append((name, _ARRAYS[kind], tuple(shape)))
             elif hint in _SCALARS:
                 fields.append((name, _SCALARS[hint]))
                 setattr(cls, name, _Number(name))
@@ -76,16 +82,29 @@ class Record:
         self._lie_in(np.zeros(1, self.dtype))
         self.reset(**values)
 
+    @classmethod
+    def row(cls, length: int) -> Sequence[Self]:
+        """(length,) structured array of such records, all zero, for kernels."""
+        return cast("Sequence[Self]", np.zeros(length, cls.dtype))
+
+    @classmethod
+    def _over(cls, array: NDArray[np.void]) -> Self:
+        """A record whose fields lie in this memory, (1,) of `dtype`."""
+        record = cls.__new__(cls)
+        record._lie_in(array)
+        return record
+
     def _lie_in(self, array: NDArray[np.void]) -> None:
         """Use this memory, (1,) of `dtype`, for the fields."""
         self._array = array
         self.views: dict[str, NDArray[Any]] = {}
         for name in self.dtype.names or ():
             if name in self._records:
-                part = self._records[name].__new__(self._records[name])
-                part._lie_in(array[name])
+                part = self._records[name]._over(array[name])
                 part._whole = (self, name)
                 setattr(self, name, part)
+            elif name in self._rows:
+                setattr(self, name, Records(self._rows[name], array[name][0]))
             else:
                 self.views[name] = array[name][0, ...]
                 if self.views[name].ndim > 0:
@@ -94,10 +113,14 @@ class Record:
     def reset(self, **values: Any) -> None:
         """Set these values, and all other fields to their defaults."""
         self._array[:] = np.zeros(1, self.dtype)
-        for name in self._records:
+        for name in (*self._records, *self._rows):
             getattr(self, name).reset()
         for name, value in {**self._defaults, **values}.items():
             self.views[name][...] = value
+
+    def assign(self, other: Self) -> None:
+        """Set all fields to those of another record."""
+        self._array[:] = other._array
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         """A copy with memory of its own; the copy of a part is a part of the copy."""
@@ -106,7 +129,7 @@ class Record:
             part: Self = getattr(deepcopy(whole, memo), name)
             return part
         copied = type(self)()
-        copied._array[:] = self._array
+        copied.assign(self)
         memo[id(self)] = copied
         return copied
 
@@ -114,3 +137,31 @@ class Record:
     def array(self) -> Sequence[Self]:
         """(1,) structured array over the same memory, for kernels."""
         return cast("Sequence[Self]", self._array)
+
+
+_Kind = TypeVar("_Kind", bound=Record)
+
+
+class Records(Generic[_Kind]):
+    """Records of one kind, a field of another record; their number is part of that field's type.
+
+    An element lies in the memory of the whole: what is set in it is set there.
+    """
+
+    def __init__(self, kind: type[_Kind], array: NDArray[np.void]) -> None:
+        """Those that lie in this memory, (n,) of the dtype of their kind."""
+        self._kind, self._array = kind, array
+
+    def __len__(self) -> int:
+        return len(self._array)
+
+    def __getitem__(self, index: int) -> _Kind:
+        at = range(len(self))[index]
+        return self._kind._over(self._array[at : at + 1])
+
+    def __setitem__(self, index: int, record: _Kind) -> None:
+        self[index].assign(record)
+
+    def reset(self) -> None:
+        """Set all fields of all of them to their defaults."""
+        self._array[:] = self._kind().array

@@ -21,7 +21,7 @@ from touchline.services.onboard import filter_model as model
 from touchline.services.onboard.computer import Nominal, Onboard
 from touchline.services.onboard.computer_state import Computer
 from touchline.services.onboard.control import PurePursuitFollower
-from touchline.services.onboard.control.pure_pursuit import PursuitLimits, pursue
+from touchline.services.onboard.control.pure_pursuit import PursuitLimits, PursuitMemory, pursue
 from touchline.services.onboard.estimation.filter import speed_now_mps
 from touchline.services.onboard.interface import (
     ACTUATORS,
@@ -101,13 +101,13 @@ class Pursuit(NamedTuple):
     Attributes:
         lead: Row of the path ahead; negative if another follower is asked outside.
         limits: That it keeps to.
-        memory: Of the follower.
+        memory: (1,) of the follower.
         twist: (2 + ACTUATORS,) what it, or the other, answers; see `nominal_tick.actuate`.
     """
 
     lead: int
     limits: PursuitLimits
-    memory: Floats
+    memory: Sequence[PursuitMemory]
     twist: Floats
 
 
@@ -310,9 +310,9 @@ class FastRunner:
         first = self._emulator.tick_count
         emulator, progress, follower = self._emulator, self._progress, nominal.follower
         if type(follower) is PurePursuitFollower:  # one derived from it has a step of its own
-            pursuit = Pursuit(follower.lead, follower.limits, follower.memory, self._twist)
+            pursuit = Pursuit(follower.lead, follower.limits, follower.memory.array, self._twist)
         else:
-            pursuit = Pursuit(-1, PursuitLimits(0.0, 0.0, 0.0), self._twist, self._twist)
+            pursuit = Pursuit(-1, PursuitLimits(0.0, 0.0, 0.0), PursuitMemory().array, self._twist)
         progress.reset(tick=first, stage=WHOLE, last_tick=last_tick, first_tick=first + 1)
         emulator.ledger.make_room()
         battery_wh = emulator.vehicle.body.battery_wh

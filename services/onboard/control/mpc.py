@@ -62,8 +62,8 @@ class MpcFollower:
         size = 2 * len(HORIZON_TICKS)
         drive = drive_of(vehicle)
         p = _parameters(vehicle, drive)
-        self._memory = np.zeros(k.MEMORY)
-        self._controller = k.Controller(np.array(HORIZON_TICKS), p, self._memory, drive.figures)
+        self._memory, nominal = k.MpcMemory(), k.NominalStep.row(len(HORIZON_TICKS))
+        self._controller = k.Controller(np.array(HORIZON_TICKS), p, self._memory.array, nominal, drive.figures)
         self._programme = k.Programme(
             np.eye(size), np.zeros(size), np.full(2 * size, -1.0), np.full(2 * size, 1.0), np.zeros(2)
         )
@@ -72,13 +72,13 @@ class MpcFollower:
         self._build: Callable[..., None] | None = None  # for the types of its arguments, which do not change
         self._answer: Callable[..., tuple[float, ...]] | None = None
         self._pursuit = PurePursuitFollower(vehicle)
-        self.ahead_rows = self.fine_rows = sum(HORIZON_TICKS) + max(1, int(p[k.M_LEAD]))
+        self.ahead_rows = self.fine_rows = sum(HORIZON_TICKS) + max(1, p.lead_ticks)
         self.fallbacks = 0
         """Ticks that pure pursuit had to take."""
 
     def reset(self) -> None:
         """Forget the disturbances and the active set."""
-        self._memory[:] = 0.0
+        self._memory.reset()
         self._solver = None
         self._pursuit.reset()
 
@@ -92,7 +92,7 @@ class MpcFollower:
             solution = self._solve(now)
             if solution is not None:
                 return solution
-        self._memory[k.D_ADDED : k.D_ADDED + 2] = 0.0
+        self._memory.added[:] = 0.0
         self.fallbacks += 1
         return self._pursuit.step(now, ahead[: self._pursuit.fine_rows])
 
@@ -108,7 +108,7 @@ class MpcFollower:
         if flag != _SOLVED:
             self._solver = None
             return None
-        self._memory[k.D_ADDED : k.D_ADDED + 2] = u[:2]
+        self._memory.added[:] = u[:2]
         arguments = (programme.forward, u, self._controller.drive, now)
         if self._answer is None:
             self._answer = k.answer.for_types_of(arguments)
@@ -116,21 +116,22 @@ class MpcFollower:
         return BodyTwist(speed_mps, yaw_rate_radps, tuple(actuators))
 
 
-def _parameters(vehicle: Vehicle, drive: OnboardDrive) -> NDArray[np.float64]:
-    p = np.zeros(k.PARAMETERS)
-    p[k.M_LAG] = max(drive.lag_s, _MIN_LAG_S) + TYRE_LAG_S
-    p[k.M_LIMIT : k.M_LIMIT + 2], p[k.M_REACH : k.M_REACH + 2] = drive.limit, drive.reach
-    p[k.M_NOZZLE_X] = vehicle.tool.point_m[0]
-    p[k.M_W_LATERAL] = LATERAL_SCALE_M**-2
-    p[k.M_W_HEADING] = HEADING_SCALE_RAD**-2
-    p[k.M_W_SPEED] = SPEED_SCALE_MPS**-2
-    p[k.M_W_MOVE : k.M_W_MOVE + 2] = np.array(drive.move_scale) ** -2
-    p[k.M_W_TERMINAL] = TERMINAL_FACTOR
-    p[k.M_DISTURBANCE_GAIN] = TICK_S / DISTURBANCE_TIME_S
-    p[k.M_DRIFT_GAIN] = TICK_S / DRIFT_TIME_S
-    p[k.M_LEAD] = lead_ticks(drive.lag_s)
-    p[k.M_SIDE_SLIP] = drive.side_slip_rad_per_mps2
-    return p
+def _parameters(vehicle: Vehicle, drive: OnboardDrive) -> k.MpcParameters:
+    return k.MpcParameters(
+        lag_s=max(drive.lag_s, _MIN_LAG_S) + TYRE_LAG_S,
+        limit=tuple(drive.limit.tolist()),
+        reach=tuple(drive.reach.tolist()),
+        nozzle_x_m=vehicle.tool.point_m[0],
+        lateral_weight=LATERAL_SCALE_M**-2,
+        heading_weight=HEADING_SCALE_RAD**-2,
+        speed_weight=SPEED_SCALE_MPS**-2,
+        move_weight=tuple((np.array(drive.move_scale) ** -2).tolist()),
+        terminal_factor=TERMINAL_FACTOR,
+        disturbance_gain=TICK_S / DISTURBANCE_TIME_S,
+        drift_gain=TICK_S / DRIFT_TIME_S,
+        lead_ticks=lead_ticks(drive.lag_s),
+        side_slip_rad_per_mps2=drive.side_slip_rad_per_mps2,
+    )
 
 
 def _pull_rows(lag_s: float) -> NDArray[np.float64]:

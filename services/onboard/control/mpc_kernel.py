@@ -3,55 +3,20 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Final, NamedTuple
+from collections.abc import Sequence
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from touchline.services.core.jit import kernel
+from touchline.services.core.records import Record
 from touchline.services.onboard.drives import onboard_drive
-from touchline.services.onboard.interface import TICK_S
+from touchline.services.onboard.interface import ACTUATORS, TICK_S
 from touchline.services.onboard.tracking_state import COMMAND, HEADING_ERROR, LATERAL, SPEED, YAW_RATE
 from touchline.services.onboard.trajectory.path_projection import A_SPEED, A_YAW_RATE
 
 Floats = NDArray[np.float64]
-
-# Parameters.
-M_LAG: Final = 0  # of actuators and tyres
-M_LIMIT: Final = 1  # largest commands of both actuators
-M_REACH: Final = 3  # by which the commands of both may differ from what they do
-M_NOZZLE_X: Final = 5
-M_W_LATERAL: Final = 6
-M_W_HEADING: Final = 7
-M_W_SPEED: Final = 8
-M_W_TERMINAL: Final = 9  # factor on the last step
-M_DISTURBANCE_GAIN: Final = 10  # per tick, of the speed and yaw rate disturbances
-M_DRIFT_GAIN: Final = 11  # per tick, of the lateral drift
-M_LEAD: Final = 12  # ticks by which the feed-forward is ahead
-M_SIDE_SLIP: Final = 13  # rad per m/s² across
-M_W_MOVE: Final = 14  # of both actuators
-PARAMETERS: Final = 16
-
-# The nominal motion at the end of each step, one row a step.
-N_LATERAL: Final = 0  # errors if nothing is added to the feed-forward
-N_HEADING: Final = 1
-N_SPEED: Final = 2
-N_TRAVEL: Final = 3  # mean reference speed over the step, signed
-N_CURVATURE: Final = 4  # mean over the step
-N_DRIVE: Final = 5  # mean feed-forward speed over the step
-N_TURN: Final = 6  # mean feed-forward yaw rate
-N_ACTUATOR: Final = 7  # what both actuators do at the step's start
-N_DRIFT: Final = 9  # lateral drift at the step's end [m/s]
-NOMINAL: Final = 10
-
-# Memory from tick to tick.
-D_SPEED: Final = 0  # disturbance of the speed that a command leads to [m/s]
-D_YAW_RATE: Final = 1  # of the yaw rate [rad/s]
-D_DRIFT: Final = 2  # lateral drift beyond the nominal side slip [m/s]
-D_LAST: Final = 3  # speed, yaw rate, lateral and heading error of the last tick
-D_VALID: Final = 7
-D_ADDED: Final = 8  # what was added to the feed-forward of both actuators in the last tick
-MEMORY: Final = 10
 
 _STATES = 4  # lateral error, heading error, speed, yaw rate
 _SPEED_LIMIT_MPS = 0.3  # of the disturbances
@@ -66,19 +31,96 @@ def _bound(value: float, limit: float) -> float:
     return min(max(value, -limit), limit)
 
 
+class MpcParameters(NamedTuple):
+    """What the controller knows of the robot, and what it weighs.
+
+    Attributes:
+        lag_s: Of actuators and tyres.
+        limit: Largest commands of both actuators, in their units.
+        reach: By which the commands of both may differ from what they do.
+        nozzle_x_m: Of the nozzle, ahead of the drive's origin.
+        lateral_weight: Cost of the nozzle's distance from the path [1/m²], per second as all of them.
+        heading_weight: Of the heading error [1/rad²].
+        speed_weight: Of the speed error [s²/m²].
+        move_weight: Of a change of both commands in a second, over their units squared.
+        terminal_factor: On the costs of the last step.
+        disturbance_gain: Share per tick, of the speed and yaw rate disturbances.
+        drift_gain: Share per tick, of the lateral drift.
+        lead_ticks: By which the feed-forward is ahead.
+        side_slip_rad_per_mps2: Slip angle per lateral acceleration.
+    """
+
+    lag_s: float
+    limit: tuple[float, ...]
+    reach: tuple[float, ...]
+    nozzle_x_m: float
+    lateral_weight: float
+    heading_weight: float
+    speed_weight: float
+    move_weight: tuple[float, ...]
+    terminal_factor: float
+    disturbance_gain: float
+    drift_gain: float
+    lead_ticks: int
+    side_slip_rad_per_mps2: float
+
+
+class MpcMemory(Record):
+    """What the controller keeps from tick to tick."""
+
+    push_mps: float
+    """Disturbance of the speed that a command leads to."""
+    twist_radps: float
+    """Of the yaw rate."""
+    drift_mps: float
+    """Lateral drift beyond the nominal side slip."""
+    valid: bool
+    """Whether there was a tick before this one; the next four are of that."""
+    speed_mps: float
+    yaw_rate_radps: float
+    lateral_m: float
+    heading_error_rad: float
+    added: Annotated[Floats, ACTUATORS]
+    """What was added to the feed-forward of both actuators in the last tick."""
+
+
+class NominalStep(Record):
+    """The motion in a step of the horizon if nothing is added to the feed-forward; of its end where not said else."""
+
+    lateral_m: float
+    heading_rad: float
+    """Error against the path, as the lateral one."""
+    speed_mps: float
+    """Beyond the reference speed."""
+    drift_mps: float
+    """Sideways."""
+    travel_mps: float
+    """Mean reference speed over the step, signed."""
+    curvature_1pm: float
+    """Mean over the step."""
+    drive_mps: float
+    """Mean feed-forward speed over the step."""
+    turn_radps: float
+    """Mean feed-forward yaw rate."""
+    actuator: Annotated[Floats, ACTUATORS]
+    """What both actuators do at the step's start."""
+
+
 class Controller(NamedTuple):
     """What a controller has from tick to tick.
 
     Attributes:
         ticks: (N,) lengths of the horizon's steps in ticks.
-        p: (PARAMETERS,).
-        memory: (MEMORY,) updated in every tick.
+        p: The parameters.
+        memory: (1,) updated in every tick.
+        nominal: (N,) scratch, the motion in each step.
         drive: Figures of the drive.
     """
 
     ticks: NDArray[np.int64]
-    p: Floats
-    memory: Floats
+    p: MpcParameters
+    memory: Sequence[MpcMemory]
+    nominal: Sequence[NominalStep]
     drive: Any
 
 
@@ -88,39 +130,41 @@ def _observe(now: Floats, controller: Controller) -> None:
 
     The sources are named in `mpc`.
     """
-    p, memory, drive = controller.p, controller.memory, controller.drive
+    p, memory, drive = controller.p, controller.memory[0], controller.drive
     v, w = now[SPEED], now[YAW_RATE]
-    if memory[D_VALID] > 0.0:
-        stay = math.exp(-TICK_S / p[M_LAG])
+    if memory.valid:
+        stay = math.exp(-TICK_S / p.lag_s)
         v_c, w_c = onboard_drive.twist(drive, now[COMMAND:], now)
-        v_then, w_then = memory[D_LAST], memory[D_LAST + 1]
-        v_model = stay * v_then + (1.0 - stay) * (v_c + memory[D_SPEED])
-        w_model = stay * w_then + (1.0 - stay) * (w_c + memory[D_YAW_RATE])
-        gain = p[M_DISTURBANCE_GAIN] / (1.0 - stay)
-        memory[D_SPEED] = _bound(memory[D_SPEED] + gain * (v - v_model), _SPEED_LIMIT_MPS)
-        memory[D_YAW_RATE] = _bound(memory[D_YAW_RATE] + gain * (w - w_model), _YAW_LIMIT_RADPS)
-        expected = memory[D_LAST + 2] + TICK_S * (v * math.sin(memory[D_LAST + 3]) - p[M_SIDE_SLIP] * v * v * w)
+        v_then, w_then = memory.speed_mps, memory.yaw_rate_radps
+        v_model = stay * v_then + (1.0 - stay) * (v_c + memory.push_mps)
+        w_model = stay * w_then + (1.0 - stay) * (w_c + memory.twist_radps)
+        gain = p.disturbance_gain / (1.0 - stay)
+        memory.push_mps = _bound(memory.push_mps + gain * (v - v_model), _SPEED_LIMIT_MPS)
+        memory.twist_radps = _bound(memory.twist_radps + gain * (w - w_model), _YAW_LIMIT_RADPS)
+        expected = memory.lateral_m + TICK_S * (
+            v * math.sin(memory.heading_error_rad) - p.side_slip_rad_per_mps2 * v * v * w
+        )
         drift = (now[LATERAL] - expected) / TICK_S
-        memory[D_DRIFT] = _bound(memory[D_DRIFT] + p[M_DRIFT_GAIN] * (drift - memory[D_DRIFT]), _DRIFT_LIMIT_MPS)
-    memory[D_LAST], memory[D_LAST + 1] = v, w
-    memory[D_LAST + 2], memory[D_LAST + 3] = now[LATERAL], now[HEADING_ERROR]
-    memory[D_VALID] = 1.0
+        memory.drift_mps = _bound(memory.drift_mps + p.drift_gain * (drift - memory.drift_mps), _DRIFT_LIMIT_MPS)
+    memory.speed_mps, memory.yaw_rate_radps = v, w
+    memory.lateral_m, memory.heading_error_rad = now[LATERAL], now[HEADING_ERROR]
+    memory.valid = True
 
 
 @kernel
-def _roll_out(now: Floats, ahead: Floats, controller: Controller, nominal: Floats) -> None:
+def _roll_out(now: Floats, ahead: Floats, controller: Controller) -> None:
     """Predict the free response, under the feed-forward alone, tick by tick so that no arc of the path is missed."""
-    ticks, p, memory, drive = controller
-    lag, lead = p[M_LAG], int(p[M_LEAD])
+    ticks, p, drive = controller.ticks, controller.p, controller.drive
+    memory, lag, lead = controller.memory[0], p.lag_s, p.lead_ticks
     stay = math.exp(-TICK_S / lag)
     settle = lag * (1.0 - stay) / TICK_S  # share of the old value in the tick's mean
-    push, twist = memory[D_SPEED], memory[D_YAW_RATE]
-    drift = memory[D_DRIFT]
+    push, twist = memory.push_mps, memory.twist_radps
+    drift = memory.drift_mps
     lateral, heading, speed, yaw_rate = now[LATERAL], now[HEADING_ERROR], now[SPEED], now[YAW_RATE]
     tick = 0
     for j in range(ticks.shape[0]):
-        first, second = onboard_drive.actuators_of(drive, speed, yaw_rate, now)
-        nominal[j, N_ACTUATOR], nominal[j, N_ACTUATOR + 1] = first, second
+        step = controller.nominal[j]
+        step.actuator[0], step.actuator[1] = onboard_drive.actuators_of(drive, speed, yaw_rate, now)
         travel, turned, led, turn = 0.0, 0.0, 0.0, 0.0
         for _ in range(ticks[j]):
             v_ref, w_ref = ahead[tick, A_SPEED], ahead[tick, A_YAW_RATE]
@@ -129,7 +173,7 @@ def _roll_out(now: Floats, ahead: Floats, controller: Controller, nominal: Float
             v_c, w_c = v_c + push, w_c + twist
             v_mean = v_c + settle * (speed - v_c)
             w_mean = w_c + settle * (yaw_rate - w_c)
-            drift = memory[D_DRIFT] - p[M_SIDE_SLIP] * v_ref * v_ref * w_ref
+            drift = memory.drift_mps - p.side_slip_rad_per_mps2 * v_ref * v_ref * w_ref
             kappa = w_ref / v_ref if abs(v_ref) > _CREEP_MPS else 0.0
             change = (w_mean - w_ref - kappa * (v_mean - v_ref)) * TICK_S
             lateral += (v_ref * (heading + 0.5 * change) + drift) * TICK_S
@@ -138,12 +182,12 @@ def _roll_out(now: Floats, ahead: Floats, controller: Controller, nominal: Float
             yaw_rate = w_c + stay * (yaw_rate - w_c)
             travel, turned = travel + v_ref, turned + w_ref
             tick += 1
-        nominal[j, N_LATERAL], nominal[j, N_HEADING] = lateral, heading
-        nominal[j, N_SPEED] = speed - 0.5 * (ahead[tick - 1, A_SPEED] + ahead[tick, A_SPEED])
-        nominal[j, N_TRAVEL] = travel / ticks[j]
-        nominal[j, N_CURVATURE] = turned / travel if abs(travel) > _CREEP_MPS * ticks[j] else 0.0
-        nominal[j, N_DRIFT] = drift
-        nominal[j, N_DRIVE], nominal[j, N_TURN] = led / ticks[j], turn / ticks[j]
+        step.lateral_m, step.heading_rad = lateral, heading
+        step.speed_mps = speed - 0.5 * (ahead[tick - 1, A_SPEED] + ahead[tick, A_SPEED])
+        step.travel_mps = travel / ticks[j]
+        step.curvature_1pm = turned / travel if abs(travel) > _CREEP_MPS * ticks[j] else 0.0
+        step.drift_mps = drift
+        step.drive_mps, step.turn_radps = led / ticks[j], turn / ticks[j]
 
 
 class Programme(NamedTuple):
@@ -182,13 +226,12 @@ def build(now: Floats, ahead: Floats, controller: Controller, programme: Program
         programme: Filled.
     """
     hessian, gradient, lower, upper, forward = programme
-    ticks, p, memory, drive = controller
+    ticks, p, memory, nominal, drive = controller
     _observe(now, controller)
+    _roll_out(now, ahead, controller)
     steps = ticks.shape[0]
-    nominal = np.zeros((steps, NOMINAL))
-    _roll_out(now, ahead, controller, nominal)
     size = 2 * steps
-    lag = p[M_LAG]
+    lag = p.lag_s
     for i in range(size):
         gradient[i] = 0.0
         for k in range(size):
@@ -197,7 +240,8 @@ def build(now: Floats, ahead: Floats, controller: Controller, programme: Program
     sens = np.zeros((_STATES, size))
     row = np.zeros(size)
     for j in range(steps):
-        h, kappa, travel = ticks[j] * TICK_S, nominal[j, N_CURVATURE], nominal[j, N_TRAVEL]
+        step = nominal[j]
+        h, kappa, travel = ticks[j] * TICK_S, step.curvature_1pm, step.travel_mps
         stay = math.exp(-h / lag)
         once = lag * (1.0 - stay)  # ∫ of the decaying part
         once_in = h - once
@@ -219,23 +263,23 @@ def build(now: Floats, ahead: Floats, controller: Controller, programme: Program
             sens[3, cols + actuator] = (1.0 - stay) * w_c
         cols += 2
 
-        weight = h * (p[M_W_TERMINAL] if j == steps - 1 else 1.0)
-        crab = nominal[j, N_HEADING]
+        weight = h * (p.terminal_factor if j == steps - 1 else 1.0)
+        crab = step.heading_rad
         if abs(travel) > _CRAB_SPEED_MPS:
-            crab += nominal[j, N_DRIFT] / travel  # the heading error that a drift makes necessary is none
+            crab += step.drift_mps / travel  # the heading error that a drift makes necessary is none
         for output in range(3):
             if output == 0:
                 # The nozzle is where the heading has it, whatever the heading is good for.
-                error = nominal[j, N_LATERAL] + p[M_NOZZLE_X] * nominal[j, N_HEADING]
-                q = weight * p[M_W_LATERAL]
+                error = step.lateral_m + p.nozzle_x_m * step.heading_rad
+                q = weight * p.lateral_weight
                 for k in range(cols):
-                    row[k] = sens[0, k] + p[M_NOZZLE_X] * sens[1, k]
+                    row[k] = sens[0, k] + p.nozzle_x_m * sens[1, k]
             elif output == 1:
-                error, q = crab, weight * p[M_W_HEADING]
+                error, q = crab, weight * p.heading_weight
                 for k in range(cols):
                     row[k] = sens[1, k]
             else:
-                error, q = nominal[j, N_SPEED], weight * p[M_W_SPEED]
+                error, q = step.speed_mps, weight * p.speed_weight
                 for k in range(cols):
                     row[k] = sens[2, k]
             for i in range(cols):
@@ -244,19 +288,19 @@ def build(now: Floats, ahead: Floats, controller: Controller, programme: Program
                 for k in range(i, cols):
                     hessian[i, k] += scaled * row[k]
 
-        bases = onboard_drive.actuators_of(drive, nominal[j, N_DRIVE], nominal[j, N_TURN], now)
+        bases = onboard_drive.actuators_of(drive, step.drive_mps, step.turn_radps, now)
         for actuator in range(2):
-            i, base, pay = 2 * j + actuator, bases[actuator], p[M_W_MOVE + actuator] / h
+            i, base, pay = 2 * j + actuator, bases[actuator], p.move_weight[actuator] / h
             if j == 0:
                 forward[actuator] = base
-                gradient[i] -= pay * memory[D_ADDED + actuator]
+                gradient[i] -= pay * memory[0].added[actuator]
             else:
                 hessian[i - 2, i - 2] += pay
                 hessian[i - 2, i] -= pay
             hessian[i, i] += pay
-            limit, reach = p[M_LIMIT + actuator], p[M_REACH + actuator]
+            limit, reach = p.limit[actuator], p.reach[actuator]
             lower[i], upper[i] = -limit - base, limit - base
-            pull = base - nominal[j, N_ACTUATOR + actuator]
+            pull = base - step.actuator[actuator]
             lower[size + i], upper[size + i] = -reach - pull, reach - pull
     for i in range(size):
         for k in range(i):

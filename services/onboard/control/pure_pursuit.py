@@ -14,13 +14,15 @@ from its line.
 from __future__ import annotations
 
 import math
-from typing import Final, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
+from touchline.services.core.records import Record
 from touchline.services.onboard.control.follower import BodyTwist
 from touchline.services.onboard.control.lead import lead_ticks
 from touchline.services.onboard.drives.onboard_drive import Aim, drive_of
@@ -52,11 +54,6 @@ SLOWEST_MPS = 0.3
 REDUCE_MPS2 = 3.0
 """How fast the reduction may grow, should the estimate jump."""
 
-LATERAL_SUM: Final = 0  # 1/m
-SPEED_SUM: Final = 1  # m/s
-REDUCTION: Final = 2  # of the reference speed [m/s]
-MEMORY: Final = 3
-
 Floats = NDArray[np.float64]
 
 
@@ -74,6 +71,15 @@ class PursuitLimits(NamedTuple):
     across_mps2: float
     brake_mps2: float
     aim: Aim = Aim()
+
+
+class PursuitMemory(Record):
+    """What pure pursuit keeps from tick to tick: the integrators, and by how much the speed is reduced."""
+
+    lateral_sum_1pm: float
+    speed_sum_mps: float
+    reduction_mps: float
+    """Of the reference speed."""
 
 
 class PurePursuitFollower:
@@ -96,19 +102,18 @@ class PurePursuitFollower:
         """Row of `ahead` that the feed-forward is taken from."""
         self.fine_rows = self.lead + 1
         self.ahead_rows = self.fine_rows + max(0, math.ceil((PREVIEW_TICKS - self.fine_rows) / COARSE_TICKS))
-        self.memory = np.zeros(MEMORY)
-        """(MEMORY,) the integrators, and by how much the speed is reduced."""
+        self.memory = PursuitMemory()
         self._twist = np.zeros(2)
         self.fallbacks = 0
         """Always 0: there is nothing simpler to fall back on."""
 
     def reset(self) -> None:
         """Empty the integrators; the speed is not reduced."""
-        self.memory[:] = 0.0
+        self.memory.reset()
 
     def step(self, now: NDArray[np.float64], ahead: NDArray[np.float64]) -> BodyTwist:
         """As `Follower.step`."""
-        pursue(now, ahead, self.lead, self.limits, self.memory, self._twist)
+        pursue(now, ahead, self.lead, self.limits, self.memory.array, self._twist)
         speed_mps, yaw_rate_radps = self._twist.tolist()
         return BodyTwist(speed_mps, yaw_rate_radps)
 
@@ -144,7 +149,9 @@ def _allowed_mps(
 
 
 @kernel
-def pursue(now: Floats, ahead: Floats, lead: int, p: PursuitLimits, memory: Floats, twist: Floats) -> None:
+def pursue(
+    now: Floats, ahead: Floats, lead: int, p: PursuitLimits, memory: Sequence[PursuitMemory], twist: Floats
+) -> None:
     """The twist for the coming tick.
 
     Args:
@@ -152,10 +159,10 @@ def pursue(now: Floats, ahead: Floats, lead: int, p: PursuitLimits, memory: Floa
         ahead: (more than `lead`, AHEAD_COLUMNS) of `path_projection`, up to row `lead` by ticks, then by COARSE_TICKS.
         lead: By how many ticks the feed-forward is ahead.
         p: The limits.
-        memory: (MEMORY,) updated.
+        memory: (1,) updated.
         twist: (2,) filled with speed [m/s] and yaw rate [rad/s].
     """
-    reference, speed_now = now[REFERENCE_SPEED], now[SPEED]
+    kept, reference, speed_now = memory[0], now[REFERENCE_SPEED], now[SPEED]
     sense = 1.0 if reference >= 0.0 else -1.0
     speed = max(abs(speed_now), 0.05)
     lookahead = max(p.aim.lookahead_min_m, p.aim.lookahead_s * speed)
@@ -165,22 +172,22 @@ def pursue(now: Floats, ahead: Floats, lead: int, p: PursuitLimits, memory: Floa
     )  # into a curve, as much as the tyres drift out of it
     alpha = math.atan2(-sense * now[NOZZLE_LATERAL], lookahead) - (now[HEADING_ERROR] - crab)
     pursuit = sense * 2.0 * math.sin(alpha) / lookahead
-    memory[LATERAL_SUM] = _clip(
-        memory[LATERAL_SUM] - sense * p.aim.lateral_integral_1pm2s * now[LATERAL] * speed * TICK_S,
+    kept.lateral_sum_1pm = _clip(
+        kept.lateral_sum_1pm - sense * p.aim.lateral_integral_1pm2s * now[LATERAL] * speed * TICK_S,
         LATERAL_INTEGRAL_LIMIT_1PM,
     )
-    correction = pursuit + memory[LATERAL_SUM]
+    correction = pursuit + kept.lateral_sum_1pm
     wanted = abs(reference)
     # `correction` is of the path's curvature; driving backward, that of the rows is mirrored as the picture is.
     allowed = _allowed_mps(wanted, sense * correction, abs(now[NOZZLE_LATERAL]), ahead, lead, p)
-    before = memory[REDUCTION]
+    before = kept.reduction_mps
     reduction = min(max(wanted - allowed, before - p.brake_mps2 * TICK_S, 0.0), before + REDUCE_MPS2 * TICK_S)
-    memory[REDUCTION] = reduction
+    kept.reduction_mps = reduction
     share = max(wanted - reduction, min(wanted, SLOWEST_MPS)) / wanted if reduction > 0.0 and wanted > 0.0 else 1.0
     reference *= share
     lead_speed, lead_yaw_rate = share * ahead[lead, A_SPEED], share * ahead[lead, A_YAW_RATE]
     late = share * ahead[0, A_YAW_RATE] + reference * correction - now[YAW_RATE]
     yaw_rate = lead_yaw_rate + lead_speed * correction + YAW_RATE_GAIN * late
     lag = reference - speed_now
-    memory[SPEED_SUM] = _clip(memory[SPEED_SUM] + SPEED_INTEGRAL_1PS * lag * TICK_S, SPEED_INTEGRAL_LIMIT_MPS)
-    twist[0], twist[1] = lead_speed + SPEED_GAIN * lag + memory[SPEED_SUM], yaw_rate
+    kept.speed_sum_mps = _clip(kept.speed_sum_mps + SPEED_INTEGRAL_1PS * lag * TICK_S, SPEED_INTEGRAL_LIMIT_MPS)
+    twist[0], twist[1] = lead_speed + SPEED_GAIN * lag + kept.speed_sum_mps, yaw_rate
