@@ -8,7 +8,7 @@ import pytest
 
 from tests.onboard.rig import clothoid, reversing
 from touchline.schemas.faults import parse_fault
-from touchline.schemas.messages import TraversalStatus
+from touchline.schemas.messages import Trajectory, TraversalStatus
 from touchline.schemas.onboard import DriveSheet, OnboardConfig
 from touchline.schemas.scenario import DriveNoise, Ground, Scenario
 from touchline.schemas.vehicles.shipped import CLAY_ROLLER
@@ -150,12 +150,21 @@ COUNTER = tuple((-curvature, length) for curvature, length in BEND)
 THERE_AND_BACK = reversing((1, [(0.0, 5.0), *BEND, *COUNTER, (0.0, 4.0)]), (-1, [(0.0, 5.0), *BEND, (0.0, 5.0)]))
 
 
-def sent(follower: str, noise: str = "default", faults: tuple[dict[str, object], ...] = ()) -> Emulator:
+SLID_ASIDE = reversing((1, [(0.0, 4.0), (0.27, 2.9), (-0.27, 2.9), (0.0, 4.0)]), (-1, [(0.0, 12.0)]))
+"""Onto the next lane as the zigzag does: full left to full right at once, which no steering can."""
+
+
+def sent(
+    follower: str,
+    noise: str = "default",
+    faults: tuple[dict[str, object], ...] = (),
+    trajectory: Trajectory = THERE_AND_BACK,
+) -> Emulator:
     scenario = Scenario.model_validate(
         {"noise": noise, "seed": 4, "ground": {"surface": "clay"}, "faults": json.loads(json.dumps(faults))}
     )
     robot = Emulator(CLAY_ROLLER, scenario, OnboardConfig(follower=follower, drive=ONBOARD))
-    robot.load(THERE_AND_BACK)
+    robot.load(trajectory)
     robot.start()
     return robot
 
@@ -175,6 +184,18 @@ def test_both_followers_drive_it_both_ways(follower: str) -> None:
     assert max(speeds) > 0.7 and min(speeds) < -0.7
     assert np.percentile(np.abs(lateral), 95) < 0.015 and np.abs(lateral).max() < 0.04
     assert robot.estimator_error.position_rmse_m < 0.012
+
+
+def test_the_mpc_does_not_weave_after_a_step_of_curvature() -> None:
+    robot, lateral = sent("mpc", trajectory=SLID_ASIDE), []
+    runner = FastRunner(robot)
+    while robot.active:
+        runner.run(10)
+        job = robot.onboard._traversal.job
+        assert job is not None
+        lateral.append(job.driver.now[0])
+    assert robot.onboard.status.state == TraversalStatus.DONE
+    assert np.percentile(np.abs(lateral), 95) < 0.02 and np.abs(lateral).max() < 0.04
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ Control 67(8), 2022.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import daqp
 import numpy as np
@@ -29,8 +29,6 @@ from touchline.services.onboard.drives.onboard_drive import OnboardDrive, drive_
 from touchline.services.onboard.interface import TICK_S
 from touchline.services.onboard.tracking_state import HEADING_ERROR, LATERAL
 
-HORIZON_TICKS = (1, 2, 3, 4, 5, 5, 6, 8, 10, 12, 14, 16)
-"""Steps of the horizon, 0.86 s in all: fine where the next command acts, coarse where only the course matters."""
 LATERAL_SCALE_M = 0.004
 HEADING_SCALE_RAD = 0.03
 SPEED_SCALE_MPS = 0.03
@@ -59,20 +57,20 @@ class MpcFollower:
 
     def __init__(self, vehicle: Vehicle) -> None:
         """A follower at rest; the solver's workspace is allocated at the first step."""
-        size = 2 * len(HORIZON_TICKS)
         drive = drive_of(vehicle)
+        size = 2 * len(drive.horizon_ticks)
         p = _parameters(vehicle, drive)
-        self._memory, nominal = k.MpcMemory(), k.NominalStep.row(len(HORIZON_TICKS))
-        self._controller = k.Controller(np.array(HORIZON_TICKS), p, self._memory.array, nominal, drive.figures)
+        self._memory, nominal = k.MpcMemory(), k.NominalStep.row(len(drive.horizon_ticks))
+        self._controller = k.Controller(np.array(drive.horizon_ticks), p, self._memory.array, nominal, drive.figures)
         self._programme = k.Programme(
             np.eye(size), np.zeros(size), np.full(2 * size, -1.0), np.full(2 * size, 1.0), np.zeros(2)
         )
-        self._pull = _pull_rows(max(drive.lag_s, _MIN_LAG_S))
+        self._pull = _pull_rows(drive.horizon_ticks, max(drive.lag_s, _MIN_LAG_S))
         self._solver: daqp.Model | None = None
         self._build: Callable[..., None] | None = None  # for the types of its arguments, which do not change
         self._answer: Callable[..., tuple[float, ...]] | None = None
         self._pursuit = PurePursuitFollower(vehicle)
-        self.ahead_rows = self.fine_rows = sum(HORIZON_TICKS) + max(1, p.lead_ticks)
+        self.ahead_rows = self.fine_rows = sum(drive.horizon_ticks) + max(1, p.lead_ticks)
         self.fallbacks = 0
         """Ticks that pure pursuit had to take."""
 
@@ -134,16 +132,16 @@ def _parameters(vehicle: Vehicle, drive: OnboardDrive) -> k.MpcParameters:
     )
 
 
-def _pull_rows(lag_s: float) -> NDArray[np.float64]:
+def _pull_rows(horizon_ticks: Sequence[int], lag_s: float) -> NDArray[np.float64]:
     """(2N, 2N) linear map from the additions to the commands to the additions to each pull of `mpc_kernel.build`.
 
     An actuator's acceleration is proportional to its pull, command less speed, and the speed at a step's start is the
     lagged sum of the commands before.
     """
-    size = 2 * len(HORIZON_TICKS)
+    size = 2 * len(horizon_ticks)
     rows = np.zeros((size, size))
     state = np.zeros((2, size))
-    for j, ticks in enumerate(HORIZON_TICKS):
+    for j, ticks in enumerate(horizon_ticks):
         stay = math.exp(-ticks * TICK_S / lag_s)
         for actuator in range(2):
             i = 2 * j + actuator

@@ -57,6 +57,8 @@ class OnboardDrive(ABC):
         side_slip_rad_per_mps2: Sideways slip angle per lateral acceleration.
         lasting_errors: Of its two errors of odometry; None: it is a slip, which comes and goes.
         move_scale: (ACTUATORS,) by how much a command may change in a second at the cost of a small error; see `mpc`.
+        horizon_ticks: Steps of the MPC's horizon: fine where the next command acts, coarse where only the course
+            matters, and in all as long as it takes to steer back to the path and along it.
         aim: Of pursuit.
     """
 
@@ -72,6 +74,7 @@ class OnboardDrive(ABC):
     side_slip_rad_per_mps2: float
     lasting_errors: tuple[LastingError | None, LastingError | None] = (None, None)
     move_scale: tuple[float, ...] = (8.0,) * ACTUATORS
+    horizon_ticks: tuple[int, ...] = (1, 2, 3, 4, 5, 5, 6, 8, 10, 12, 14, 16)
     aim: Aim = Aim()
 
     def resting(self, actuators: tuple[float, ...]) -> tuple[float, ...]:

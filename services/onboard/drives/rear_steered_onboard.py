@@ -56,6 +56,8 @@ _SLACK = 1.001
 _DRUM_TOLERANCE_RADPS, _DRUM_TOLERANCE_SHARE = 0.25, 0.2
 _STEERING_TOLERANCE_RAD = 0.035
 _STEERING_MOVE_RAD = 0.3
+_HORIZON_TICKS: Final = (2, 4, 6, 8, 10, 12, 14, 18, 22, 28, 34, 42)
+"""2 s in all: half of that ends before the steering has swung out and back, and the MPC weaves about its path."""
 _AIM: Final = Aim(lookahead_s=1.2, lookahead_min_m=1.0, lateral_integral_1pm2s=0.05)
 
 
@@ -204,7 +206,7 @@ class OnboardRearSteered(OnboardDrive):
         self.lag_s = drive.steering_time_constant_s
         self.side_slip_rad_per_mps2 = drive.side_slip_rad_per_mps2
         self.lasting_errors = (None, LastingError(max(drive.steering_offset_rad, 1e-4), _OFFSET_TAU_S))
-        self.move_scale, self.aim = (8.0, _STEERING_MOVE_RAD), _AIM
+        self.move_scale, self.aim, self.horizon_ticks = (8.0, _STEERING_MOVE_RAD), _AIM, _HORIZON_TICKS
         lags_s = np.maximum([drive.drum_time_constant_s, drive.steering_time_constant_s], TICK_S)
         rates = np.array([drive.max_drum_acceleration_radps2, drive.steering_rate_limit_radps])
         self.limit = np.array([drive.max_drum_speed_radps, drive.steering_stop_rad])
