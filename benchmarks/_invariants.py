@@ -15,7 +15,6 @@ from touchline.schemas.onboard import FenceLimits, Follower, OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.trajectories import assemble, segment, velocity
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard import filter_model as model
 from touchline.services.onboard.estimation.tail import CONTRADICTED
 from touchline.services.onboard.executive.localization_monitor import MAX_NIS
 from touchline.services.robot_sim.emulator import Emulator
@@ -210,9 +209,9 @@ class Guarded:
         self._hold(self.emulator.time_s - fix.stamp_s <= 0.51 or "clock-skew" in self._kinds, "paint on an old fix")
         self._hold(sigma <= 0.025, "paint without a position")
         counters = estimator.counters
-        self._hold(counters[model.FIX_DOUBT] < CONTRADICTED, "paint against the fixes")
-        self._hold(counters[model.NIS_FIX_RECENT] <= MAX_NIS, "paint on scattering fixes")
-        self._hold(counters[model.ENCODER_REJECTED_RECENT] <= 0.5, "paint on slipping wheels")
+        self._hold(counters.fix_doubt < CONTRADICTED, "paint against the fixes")
+        self._hold(counters.fix_nis_recent <= MAX_NIS, "paint on scattering fixes")
+        self._hold(counters.encoders_rejected_recent <= 0.5, "paint on slipping wheels")
         inside = any(start - SLACK_M <= nozzle_m <= end + SLACK_M for start, end in SPRAYED)
         self._hold(inside, "paint outside what the plan sprays")
         if not self._kinds & POSITION_FAULTS:

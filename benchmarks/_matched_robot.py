@@ -39,9 +39,9 @@ class MatchedRobot:
         self.speed = self.yaw_rate = 0.0
         self._gyro_bias = self._normal(scenario.imu.gyro_turn_on_bias_radps)
         self._accel_bias = self._normal(scenario.imu.accel_turn_on_bias_mps2)
-        self._slip = [self._normal(math.sqrt(c[m.C_SLIP_VAR])) for _ in range(2)]
-        self._mag_bias = self._normal(math.sqrt(c[m.C_MAG_VAR]))
-        self._slow = [self._normal(math.sqrt(c[m.C_GM_VAR])) for _ in range(2)]
+        self._slip = [self._normal(math.sqrt(c.slip_var[0])) for _ in range(2)]
+        self._mag_bias = self._normal(math.sqrt(c.mag_var))
+        self._slow = [self._normal(math.sqrt(c.gnss_var)) for _ in range(2)]
         self._angles = [0.0, 0.0]
         self._accel = 0.0
         self._still_var = scenario.imu.accel_density_mps2_rthz**2 * TICK_S
@@ -60,27 +60,27 @@ class MatchedRobot:
         self.tick += 1
         change, self.speed, self.yaw_rate = speed - self.speed, speed, yaw_rate
         moving = speed != 0.0 or yaw_rate != 0.0
-        drift = c[m.C_SIDE_SLIP] * speed * yaw_rate
+        drift = c.side_slip_rad_per_mps2 * speed * yaw_rate
         middle = self.heading + 0.5 * yaw_rate * TICK_S - drift
         unsure = SLIP_ANGLE_SHARE * drift
-        side = self._normal(math.sqrt((c[m.C_Q_SIDE] + unsure * unsure) * abs(speed) * TICK_S))
+        side = self._normal(math.sqrt((c.q_side_m + unsure * unsure) * abs(speed) * TICK_S))
         self.x += speed * TICK_S * math.cos(middle) - side * math.sin(middle)
         self.y += speed * TICK_S * math.sin(middle) + side * math.cos(middle)
         self.heading += yaw_rate * TICK_S
-        self._gyro_bias += self._normal(math.sqrt(c[m.C_Q_GYRO_BIAS]))
-        self._accel_bias += self._normal(math.sqrt(c[m.C_Q_ACCEL_BIAS]))
-        self._slip = [self._markov(value, c[m.C_SLIP_DECAY], c[m.C_SLIP_VAR]) for value in self._slip]
-        self._slow = [self._markov(value, c[m.C_GM_DECAY], c[m.C_GM_VAR]) for value in self._slow]
-        self._mag_bias = self._markov(self._mag_bias, c[m.C_MAG_DECAY], c[m.C_MAG_VAR])
-        self._mag_bias += self._normal(math.sqrt(c[m.C_MAG_VAR] * min(abs(yaw_rate) * TICK_S, 1.0)))
+        self._gyro_bias += self._normal(math.sqrt(c.q_gyro_bias))
+        self._accel_bias += self._normal(math.sqrt(c.q_accel_bias))
+        self._slip = [self._markov(value, c.slip_decay[0], c.slip_var[0]) for value in self._slip]
+        self._slow = [self._markov(value, c.gnss_decay, c.gnss_var) for value in self._slow]
+        self._mag_bias = self._markov(self._mag_bias, c.mag_decay, c.mag_var)
+        self._mag_bias += self._normal(math.sqrt(c.mag_var * min(abs(yaw_rate) * TICK_S, 1.0)))
         return self._sense(change, moving)
 
     def _sense(self, change: float, moving: bool) -> SensorFrame:
         c = self._c
-        gyro = self.yaw_rate + self._gyro_bias + self._normal(math.sqrt(c[m.C_R_GYRO]))
+        gyro = self.yaw_rate + self._gyro_bias + self._normal(math.sqrt(c.r_gyro))
         # The filter takes the mean of two samples for what the mean speed changed by.
         self._accel = 2.0 * change / TICK_S - self._accel
-        shaking = c[m.C_Q_SPEED] if moving else self._still_var
+        shaking = c.q_speed if moving else self._still_var
         accel = self._accel + self._accel_bias + self._normal(math.sqrt(shaking) / TICK_S)
         half = self._drive.half_track_m
         noise = math.sqrt(self._drive.encoder_var + (self._drive.track_share * half * self.yaw_rate) ** 2)
@@ -88,14 +88,14 @@ class MatchedRobot:
             if moving:
                 rim = (self.speed + sign * half * self.yaw_rate + self._normal(noise)) / (1.0 - self._slip[i])
                 self._angles[i] += rim * TICK_S / self._radius_m
-        seen = self.heading + self._mag_bias + self._normal(math.sqrt(c[m.C_R_MAG]))
+        seen = self.heading + self._mag_bias + self._normal(math.sqrt(c.r_mag))
         fixes: tuple[GnssSample, ...] = ()
         if self.tick % 10 == 0 and not self.silent:
             # Of a Student-t distribution, both axes as bad as each other.
             kind = float(self._rng.chisquare(m.FIX_DOF)) / (m.FIX_DOF - 2.0)
-            white = math.sqrt(c[m.C_R_GNSS] / kind)
+            white = math.sqrt(c.r_gnss / kind)
             east, north = self.x + self._slow[0] + self._normal(white), self.y + self._slow[1] + self._normal(white)
-            variance = float(c[m.C_R_GNSS] + c[m.C_GM_VAR])
+            variance = float(c.r_gnss + c.gnss_var)
             sample = GnssSample(self.tick * TICK_S, east, north, variance, 3, 20, 0.5)
             self._in_flight.append((self.tick + LATENCY_TICKS, sample))
         if self._in_flight and self._in_flight[0][0] <= self.tick:

@@ -19,7 +19,6 @@ from benchmarks._matched_robot import MatchedRobot
 from benchmarks._plain_ekf import PlainEkf
 from touchline.schemas.scenario import GnssNoise, Ground, Scenario
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.onboard import filter_model as m
 from touchline.services.onboard.estimation.filter import Estimator
 from touchline.services.onboard.interface import Command, SensorFrame
 from touchline.services.robot_sim.sensors.suite import Sensors
@@ -111,7 +110,7 @@ def monte_carlo(make: Callable[[int], Robot], scenario: Scenario, runs: int) -> 
             if tick >= CHECK_FROM and (tick - CHECK_FROM) % CHECK_EVERY == 0:
                 e, p = error(robot.pose, estimator.state), error(robot.pose, plain.state)
                 rows[0].append(float(e @ np.linalg.solve(estimator.covariance[:3, :3], e)))
-                rows[1].append(float(estimator.counters[m.NIS_FIX_LAST]))
+                rows[1].append(float(estimator.counters.fix_nis_last))
                 rows[2].append(float(p @ np.linalg.solve(plain.covariance, p)))
                 errors.append(e)
                 plain_errors.append(p)

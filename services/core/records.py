@@ -31,7 +31,7 @@ class Record:
 
     A subclass declares its fields: ``float``, ``int``, ``bool``, with a default where that is not zero;
     ``Annotated[NDArray[np.float64], n, m]`` (or ``np.int64``) for an array of that shape; another record; or
-    ``Annotated[Records[Wheel], n]`` for n of another kind. Kernels are given `array` and see the fields of its one
+    ``Annotated[RecordArray[Wheel], n]`` for n of another kind. Kernels are given `array` and see the fields of its one
     element::
 
         class Wheels(Record):
@@ -64,7 +64,7 @@ class Record:
             hint = hints[name]
             if get_origin(hint) is Annotated:
                 kind, *shape = get_args(hint)
-                if get_origin(kind) is Records:
+                if get_origin(kind) is RecordArray:
                     (cls._rows[name],) = get_args(kind)
                     fields.append((name, cls._rows[name].dtype, tuple(shape)))
                 else:
@@ -104,7 +104,7 @@ class Record:
                 part._whole = (self, name)
                 setattr(self, name, part)
             elif name in self._rows:
-                setattr(self, name, Records(self._rows[name], array[name][0]))
+                setattr(self, name, RecordArray(self._rows[name], array[name][0]))
             else:
                 self.views[name] = array[name][0, ...]
                 if self.views[name].ndim > 0:
@@ -142,7 +142,7 @@ class Record:
 _Kind = TypeVar("_Kind", bound=Record)
 
 
-class Records(Generic[_Kind]):
+class RecordArray(Generic[_Kind]):
     """Records of one kind, a field of another record; their number is part of that field's type.
 
     An element lies in the memory of the whole: what is set in it is set there.

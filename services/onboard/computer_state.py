@@ -12,7 +12,7 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.services.core.records import Record
+from touchline.services.core.records import Record, RecordArray
 from touchline.services.onboard import filter_model as m
 from touchline.services.onboard.interface import (
     ACCEL,
@@ -104,16 +104,17 @@ class FilterState(Record):
     """Posterior states."""
     covariances: Annotated[Floats, m.RING, m.STATES, m.STATES]
     """Theirs."""
-    inputs: Annotated[Floats, m.RING, m.INPUTS]
+    inputs: Annotated[RecordArray[m.TickInputs], m.RING]
     """Measurements but GNSS."""
-    fixes: Annotated[Floats, m.RING + 1, m.FIXES]
-    """Fixes by the tick they are valid in; the last row holds the one that just arrived."""
-    figures: Annotated[Floats, m.FIGURES]
-    """Constants."""
-    counters: Annotated[Floats, m.COUNTERS]
-    """Counts, NIS sums and the last innovation."""
-    slow: Annotated[Floats, m.SLOW]
-    """What is learned beside the states."""
+    no_inputs: m.TickInputs
+    """Those of a tick in which nothing was measured."""
+    fixes: Annotated[RecordArray[m.FixInTick], m.RING]
+    """By the tick that they are valid in."""
+    arrived: m.FixInTick
+    """The fix that has just arrived."""
+    figures: m.FilterFigures
+    counters: m.FilterCounters
+    learned: m.LearnedFigures
 
 
 class FilterTimes(Record):

@@ -1,4 +1,4 @@
-"""The filter's states and the layout of its working arrays.
+"""The filter's states, and the records of its ring: what is measured in a tick, and what is learned and counted.
 
 States (index, unit; "tick" is the 10 ms period):
 
@@ -24,7 +24,15 @@ the slip of a wheel, which holds its radius error.
 
 from __future__ import annotations
 
-from typing import Final
+import math
+from typing import Annotated, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.services.core.records import Record
+
+Floats = NDArray[np.float64]
 
 EAST: Final = 0
 NORTH: Final = 1
@@ -42,103 +50,160 @@ STATES: Final = 12
 RING: Final = 64
 """Ticks of history kept for late fixes [0.64 s]."""
 
-# One tick's measurements other than GNSS, kept in the ring for replay; nan where there is none.
-IN_GYRO: Final = 0  # rad/s, mean of the tick
-IN_ACCEL: Final = 1  # m/s², mean of this tick and the one before: what the mean speed changed by
-IN_ODOMETRY: Final = 2  # two, of the drive, means of the tick: nominal rim speeds [m/s]
-IN_STILL: Final = 4  # 1 while nothing of the drive has moved for a while
-IN_MAG: Final = 5  # rad, magnetic heading
-IN_SPAN: Final = 6  # ticks over which those of IN_ODOMETRY are means
-IN_SIDE: Final = 7  # m/s², of the accelerometer's left axis
-# What the tick is run with of that which is learned beside the states; nan before the filter has started.
-IN_RISE_EAST: Final = 8  # m/s²: gravity times the ground's rise over run
-IN_RISE_NORTH: Final = 9
-IN_RISE_VAR: Final = 10  # (m/s²)², of both axes together
-IN_ERROR_MEAN: Final = 11  # two: about which the errors of odometry vary
-IN_SMOOTH: Final = 13  # two, of the drive: what the errors of odometry are a share of
-IN_REFUSED: Final = 15  # ticks in a row, up to this one, in which the encoders' readings were rejected
-IN_ROUGH: Final = 16  # (m/s²)², mean square step of IN_ACCEL over the last ticks
-IN_DISPUTED: Final = 17  # ticks in a row, up to this one, in which the accelerometer contradicted wheels that stand
-INPUTS: Final = 18
-
-# What is learned beside the states.
-SIDE_BIAS: Final = 0  # m/s²
-RISE_EAST: Final = 1  # m/s²: gravity times the ground's rise over run
-RISE_NORTH: Final = 2
-P_BIAS: Final = 3  # covariance of these three
-P_BIAS_EAST: Final = 4
-P_BIAS_NORTH: Final = 5
-P_EAST: Final = 6
-P_EAST_NORTH: Final = 7
-P_NORTH: Final = 8
-ERROR_MEAN: Final = 9  # two: about which the errors of odometry vary
-MEAN_VAR: Final = 11  # two
-SLOW: Final = 13
-
-# One fix in the ring.
-FIX_USED: Final = 0
-FIX_EAST: Final = 1
-FIX_NORTH: Final = 2
-FIX_VARIANCE: Final = 3  # m², of the white part, its tail included
-FIX_AFTER: Final = 4  # s from the slot's tick to the stamp
-FIXES: Final = 5
-
-# Noise figures and constants, see `estimation/noise`.
-C_ANTENNA_X: Final = 0
-C_ANTENNA_Y: Final = 1
-C_Q_SPEED: Final = 2  # variance added per tick
-C_Q_YAW: Final = 3
-C_Q_GYRO_BIAS: Final = 4
-C_Q_ACCEL_BIAS: Final = 5
-C_MAG_DECAY: Final = 6
-C_MAG_VAR: Final = 7
-C_GM_DECAY: Final = 8
-C_GM_VAR: Final = 9
-C_R_GYRO: Final = 10
-C_R_MAG: Final = 11
-C_R_GNSS: Final = 12
-C_Q_SIDE: Final = 13  # m² of side slip per metre travelled
-C_MAST: Final = 14  # s²: height of the antenna over gravity
-C_RISE_VAR: Final = 15  # (m/s²)²: at the start
-C_Q_RISE: Final = 16  # per metre
-C_SIDE_BIAS_VAR: Final = 17
-C_Q_SIDE_BIAS: Final = 18  # per tick
-C_R_SIDE: Final = 19
-C_SIDE_SLIP: Final = 20  # rad of slip angle per m/s² of lateral acceleration
-C_SLIP_DECAY: Final = 21  # this and the next three: two, of the errors of odometry
-C_SLIP_VAR: Final = 23
-C_MEAN_SLIP_VAR: Final = 25
-C_R_MEAN_SLIP: Final = 27  # of one fix's slip as a sample of the mean
-FIGURES: Final = 29
-
-# Counters the kernel keeps.
-N_FIXES: Final = 0
-N_FIX_REJECTED: Final = 1
-N_FIX_OUTLYING_RUN: Final = 2  # in a row, used or not
-N_FIX_LATE: Final = 3
-N_FIX_DUPLICATE: Final = 4
-N_RECOVERIES: Final = 5
-N_ENCODER: Final = 6
-N_ENCODER_REJECTED: Final = 7
-N_ENCODER_REJECTED_RUN: Final = 8
-N_MAG: Final = 9
-N_MAG_REJECTED: Final = 10
-NIS_FIX_SUM: Final = 11  # of fixes as they are weighed, each at most FIX_DOF + 2
-NIS_ENCODER_SUM: Final = 12
-NIS_MAG_SUM: Final = 13
-NIS_FIX_LAST: Final = 14
-INNOVATION_EAST: Final = 15
-INNOVATION_NORTH: Final = 16
-NIS_FIX_RECENT: Final = 17  # exponential mean over about the last ten fixes that were used
-N_FIX_OUT_OF_ORDER: Final = 18
-ENCODER_REJECTED_RECENT: Final = 19  # share, exponential over about 0.3 s: the slip test
-N_GYRO_REJECTED: Final = 20  # at standstill: it turns, the wheels do not
-FIX_DOUBT: Final = 21  # −ln of how likely an honest receiver's fixes are as outlying as those of the present run
-COUNTERS: Final = 22
-
 GATE_1_DOF: Final = 15.14  # χ², 99.99 %
 GATE_2_DOF: Final = 18.42
 FIX_DOF: Final = 3.5
 """Degrees of freedom of the Student-t distribution that the receiver's white errors are taken to have: a bivariate t
 with these that has 68 % of the horizontal errors within 7 mm has 95.45 % within 16.0 mm and 99.73 % within 38.7 mm. The
 published field test of the receiver has 7/17/38 mm (docs/robot-sim.md)."""
+
+
+class TickInputs(Record):
+    """A tick's measurements other than GNSS, kept in the ring for replay; nan where there is none."""
+
+    gyro_radps: float = math.nan
+    """Mean of the tick."""
+    accel_mps2: float = math.nan
+    """Mean of this tick and the one before: what the mean speed changed by."""
+    side_mps2: float = math.nan
+    """Of the accelerometer's left axis."""
+    mag_rad: float = math.nan
+    """Magnetic heading."""
+    odometry: Annotated[Floats, 2] = np.full(2, math.nan)
+    """Both numbers of the drive, means of the tick, in its units: nominal rim speeds [m/s]."""
+    span_ticks: int
+    """Over which those of `odometry` are means."""
+    still: bool
+    """Whether nothing of the drive has moved for a while."""
+
+    rise_east_mps2: float = math.nan
+    """Gravity times the ground's rise over run. This and the next three are what the tick is run with of that which is
+    learned beside the states; nan before the filter has started."""
+    rise_north_mps2: float = math.nan
+    rise_var: float = math.nan
+    """(m/s²)², of both axes together."""
+    error_mean: Annotated[Floats, 2] = np.full(2, math.nan)
+    """About which the errors of odometry vary."""
+
+    smooth: Annotated[Floats, 2] = np.full(2, math.nan)
+    """Of the drive: what the errors of odometry are a share of."""
+    refused_ticks: int
+    """In a row, up to this one, in which the encoders' readings were rejected."""
+    disputed_ticks: int
+    """In a row, up to this one, in which the accelerometer contradicted wheels that stand."""
+    rough: float
+    """(m/s²)², mean square step of `accel_mps2` over the last ticks."""
+
+
+class LearnedFigures(Record):
+    """What is learned beside the states."""
+
+    side_bias_mps2: float
+    rise_east_mps2: float
+    """Gravity times the ground's rise over run."""
+    rise_north_mps2: float
+    bias_var: float
+    """Covariance of these three, (m/s²)²: this and the next five."""
+    bias_east: float
+    bias_north: float
+    east_var: float
+    east_north: float
+    north_var: float
+    error_mean: Annotated[Floats, 2]
+    """About which the errors of odometry vary."""
+    mean_var: Annotated[Floats, 2]
+    """Of these means."""
+
+
+class FixInTick(Record):
+    """A fix in the tick in which it is valid."""
+
+    used: bool
+    east_m: float
+    north_m: float
+    variance_m2: float
+    """Of the white part, its tail included."""
+    after_s: float
+    """From the tick to the stamp."""
+
+
+class FilterFigures(Record):
+    """Noise figures and constants, see `estimation/noise`.
+
+    Those named q are variances that are added to a state, in each tick where not said otherwise; those named r are
+    variances of a measurement.
+    """
+
+    antenna_x_m: float
+    antenna_y_m: float
+    mast_s2: float
+    """Height of the antenna over gravity."""
+    q_speed: float
+    q_yaw_rate: float
+    q_gyro_bias: float
+    q_accel_bias: float
+    q_side_m: float
+    """m² of side slip per metre travelled."""
+    mag_decay: float
+    """Share of the magnetometer's error that is left after a tick."""
+    mag_var: float
+    gnss_decay: float
+    """The same of the slow part of the GNSS error."""
+    gnss_var: float
+    r_gyro: float
+    r_mag: float
+    r_gnss: float
+    r_side: float
+    """Of the accelerometer's left axis."""
+    rise_var: float
+    """(m/s²)²: at the start."""
+    q_rise: float
+    """Per metre."""
+    side_bias_var: float
+    """At the start."""
+    q_side_bias: float
+    side_slip_rad_per_mps2: float
+    """Slip angle per lateral acceleration."""
+    slip_decay: Annotated[Floats, 2]
+    """Of the errors of odometry, as the next three."""
+    slip_var: Annotated[Floats, 2]
+    mean_slip_var: Annotated[Floats, 2]
+    """Of their means, at the start."""
+    r_mean_slip: Annotated[Floats, 2]
+    """Of one fix's slip as a sample of the mean."""
+
+
+class FilterCounters(Record):
+    """What the filter's kernels count, and how well its measurements fit."""
+
+    fixes: int
+    """Used."""
+    fixes_rejected: int
+    fixes_outlying_run: int
+    """In a row, used or not."""
+    fixes_late: int
+    fixes_duplicate: int
+    fixes_out_of_order: int
+    recoveries: int
+    encoders: int
+    """Their readings, as `mags` are the magnetometer's."""
+    encoders_rejected: int
+    encoders_rejected_run: int
+    encoders_rejected_recent: float
+    """Share, exponential over about 0.3 s: the slip test."""
+    mags: int
+    mags_rejected: int
+    gyro_rejected: int
+    """At standstill: it turns, the wheels do not."""
+    fix_nis_sum: float
+    """Of fixes as they are weighed, each at most FIX_DOF + 2."""
+    fix_nis_last: float
+    fix_nis_recent: float
+    """Exponential mean over about the last ten fixes that were used."""
+    fix_doubt: float
+    """−ln of how likely an honest receiver's fixes are as outlying as those of the present run."""
+    encoder_nis_sum: float
+    mag_nis_sum: float
+    innovation_east_m: float
+    """Of the last fix."""
+    innovation_north_m: float

@@ -8,10 +8,11 @@ from copy import deepcopy
 from typing import Annotated
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from touchline.services.core.jit import kernel
-from touchline.services.core.records import Record
+from touchline.services.core.records import Record, RecordArray
 
 
 class Wheel(Record):
@@ -24,6 +25,7 @@ class Robot(Record):
     pose: Annotated[NDArray[np.float64], 3]
     grid: Annotated[NDArray[np.int64], 2, 4]
     wheel: Wheel
+    casters: Annotated[RecordArray[Wheel], 3]
 
 
 @kernel
@@ -32,6 +34,9 @@ def roll(robot: Sequence[Robot]) -> None:
     turn(r.wheel)
     r.pose[1] += r.wheel.rate_radps
     r.grid[1, 2] = r.wheel.ticks
+    turn(r.casters[1])
+    r.casters[2] = r.casters[1]
+    turn(r.casters[2])
 
 
 @kernel
@@ -56,6 +61,28 @@ def test_what_a_kernel_writes_python_reads_and_the_other_way_round() -> None:
     assert (robot.wheel.rate_radps, robot.wheel.ticks, robot.wheel.still) == (2.5, 7, False)
     assert robot.pose.tolist() == [1.0, 3.5, 1.0] and robot.grid[1, 2] == 7
     assert type(robot.wheel.ticks) is int and type(robot.wheel.still) is bool
+
+
+def test_records_in_a_row_lie_in_the_memory_of_the_whole() -> None:
+    robot = Robot()
+    robot.casters[1].ticks = 6
+    roll(robot.array)
+    assert [(caster.ticks, caster.still) for caster in robot.casters] == [(0, True), (7, False), (8, False)]
+    robot.casters[0] = robot.casters[-1]
+    robot.casters[2].ticks = 0
+    assert [caster.ticks for caster in deepcopy(robot).casters] == [8, 7, 0]
+    robot.casters.reset()
+    assert all(math.isnan(caster.rate_radps) and caster.still for caster in robot.casters)
+    with pytest.raises(IndexError):
+        robot.casters[3]
+    assert len(Wheel.row(4)) == 4
+
+
+def test_a_record_is_assigned_by_value() -> None:
+    wheel, other = Wheel(ticks=3), Wheel()
+    other.assign(wheel)
+    wheel.ticks = 4
+    assert other.ticks == 3
 
 
 def test_a_reset_reaches_the_parts() -> None:

@@ -18,7 +18,7 @@ from touchline.services.core.jit import kernel
 from touchline.services.onboard.computer_state import SampleBuffer
 from touchline.services.onboard.drives import onboard_drive
 from touchline.services.onboard.drives.onboard_drive import OnboardDrive
-from touchline.services.onboard.filter_model import IN_ODOMETRY, IN_SMOOTH, ODOMETRY_ERROR, SPEED, YAW_RATE
+from touchline.services.onboard.filter_model import ODOMETRY_ERROR, SPEED, YAW_RATE, TickInputs
 from touchline.services.onboard.interface import TICK_S
 from touchline.services.onboard.tracking_state import COMMAND, EFFECT
 from touchline.services.onboard.tracking_state import SPEED as SPEED_NOW
@@ -37,29 +37,29 @@ class DrumFigures(NamedTuple):
     max_steering_step_rad: float
 
     @kernel
-    def read(self, span: int, buffer: SampleBuffer, row: Floats) -> bool:
+    def read(self, span: int, buffer: SampleBuffer, row: TickInputs) -> bool:
         buffer.measured[0] = buffer.turned_rad[0] / (span * TICK_S)
         buffer.measured[1] = buffer.angles_rad[1]
-        row[IN_ODOMETRY] = buffer.measured[0] * self.radius_m
-        row[IN_ODOMETRY + 1] = -row[IN_ODOMETRY] * math.tan(buffer.measured[1])
+        row.odometry[0] = buffer.measured[0] * self.radius_m
+        row.odometry[1] = -row.odometry[0] * math.tan(buffer.measured[1])
         return abs(buffer.turned_rad[0]) < 1e-4 * span
 
     @kernel
-    def smooth(self, before: Floats, z: Floats) -> None:
+    def smooth(self, before: TickInputs, z: TickInputs) -> None:
         """Slip is a share of the rim speed; the offset one of v(1 + tan²δ), which is v but for sharp turns."""
-        z[IN_SMOOTH] = z[IN_ODOMETRY]
-        z[IN_SMOOTH + 1] = z[IN_ODOMETRY]
+        z.smooth[0] = z.odometry[0]
+        z.smooth[1] = z.odometry[0]
 
     @kernel
-    def strain(self, P: Floats, before: Floats, z: Floats) -> None:
+    def strain(self, P: Floats, before: TickInputs, z: TickInputs) -> None:
         """Neither error gets less certain by driving."""
 
     @kernel
-    def odometry(self, x: Floats, z: Floats, h: Floats) -> tuple[float, float, float]:
-        h[0, SPEED], h[0, ODOMETRY_ERROR] = 1.0, z[IN_SMOOTH]
-        h[1, YAW_RATE], h[1, ODOMETRY_ERROR + 1] = self.base_m, z[IN_SMOOTH + 1]
-        y0 = z[IN_ODOMETRY] - z[IN_SMOOTH] * x[ODOMETRY_ERROR] - x[SPEED]
-        y1 = z[IN_ODOMETRY + 1] - z[IN_SMOOTH + 1] * x[ODOMETRY_ERROR + 1] - self.base_m * x[YAW_RATE]
+    def odometry(self, x: Floats, z: TickInputs, h: Floats) -> tuple[float, float, float]:
+        h[0, SPEED], h[0, ODOMETRY_ERROR] = 1.0, z.smooth[0]
+        h[1, YAW_RATE], h[1, ODOMETRY_ERROR + 1] = self.base_m, z.smooth[1]
+        y0 = z.odometry[0] - z.smooth[0] * x[ODOMETRY_ERROR] - x[SPEED]
+        y1 = z.odometry[1] - z.smooth[1] * x[ODOMETRY_ERROR + 1] - self.base_m * x[YAW_RATE]
         return y0, y1, 0.005**2
 
     @kernel

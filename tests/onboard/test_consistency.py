@@ -10,7 +10,6 @@ from benchmarks._data_sheets import data_sheets
 from benchmarks._matched_robot import MatchedRobot
 from benchmarks.estimator import DEFAULT, VEHICLE, WHITE, EmulatedRobot, error, straight, wander
 from touchline.schemas.scenario import Scenario
-from touchline.services.onboard import filter_model as m
 from touchline.services.onboard.estimation.filter import Estimator
 
 RUNS = 30
@@ -26,7 +25,7 @@ def test_matched_noise_leaves_no_bias_and_the_right_spread() -> None:
             if tick >= 1200 and tick % 100 == 0:
                 e, heading = error(robot.pose, estimator.state), robot.heading
                 nees.append(e @ np.linalg.solve(estimator.covariance[:3, :3], e))
-                nis.append(estimator.counters[m.NIS_FIX_LAST])
+                nis.append(estimator.counters.fix_nis_last)
                 along.append(e[0] * math.cos(heading) + e[1] * math.sin(heading))
     low, high = chi2.ppf([0.005, 0.995], 3 * RUNS) / RUNS
     assert low < np.mean(nees) < high
@@ -54,5 +53,5 @@ def test_without_noise_the_slip_is_learned_to_a_fifth() -> None:
     robot, estimator = EmulatedRobot(Scenario(noise="none"), 1), Estimator(VEHICLE, data_sheets(DEFAULT))
     for tick in range(1, 6001):
         estimator.step(robot.step(*straight(tick)))
-    learned = estimator.ring.slow[m.ERROR_MEAN : m.ERROR_MEAN + 2]
+    learned = estimator.ring.learned.error_mean
     assert learned == pytest.approx([0.005, 0.005], abs=0.001)

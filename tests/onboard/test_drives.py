@@ -59,17 +59,17 @@ def test_commands_keep_the_wheels_limits(v: float, w: float, speed_mps: float) -
 
 @given(st.floats(0.3, 1.5), st.floats(-1.0, 1.0), st.floats(-0.03, 0.03), st.floats(-0.03, 0.03))
 def test_odometry_of_what_is_true_leaves_no_innovation(v: float, w: float, left_slip: float, right_slip: float) -> None:
-    x, z, h = np.zeros(m.STATES), np.zeros(m.INPUTS), np.zeros((2, m.STATES))
+    x, z, h = np.zeros(m.STATES), m.TickInputs(), np.zeros((2, m.STATES))
     x[[m.SPEED, m.YAW_RATE, m.ODOMETRY_ERROR, m.ODOMETRY_ERROR + 1]] = v, w, left_slip, right_slip
     for wheel, slip in enumerate((left_slip, right_slip)):
         over_ground = v + (2 * wheel - 1) * 0.5 * TRACK_M * w
-        z[m.IN_ODOMETRY + wheel] = z[m.IN_SMOOTH + wheel] = over_ground / (1.0 - slip)
-    y0, y1, variance = onboard_drive.odometry(DRIVE.figures, x, z, h)
+        z.odometry[wheel] = z.smooth[wheel] = over_ground / (1.0 - slip)
+    y0, y1, variance = onboard_drive.odometry(DRIVE.figures, x, z.array[0], h)
     assert (y0, y1) == pytest.approx((0.0, 0.0), abs=1e-12) and variance > 0.0
     for state in (m.SPEED, m.YAW_RATE, m.ODOMETRY_ERROR, m.ODOMETRY_ERROR + 1):
         moved = x.copy()
         moved[state] += 1e-3
-        changed = np.array(onboard_drive.odometry(DRIVE.figures, moved, z, np.zeros((2, m.STATES)))[:2])
+        changed = np.array(onboard_drive.odometry(DRIVE.figures, moved, z.array[0], np.zeros((2, m.STATES)))[:2])
         assert -changed / 1e-3 == pytest.approx(h[:, state], abs=1e-6), "the Jacobian is the derivative"
 
 

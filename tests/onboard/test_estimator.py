@@ -145,9 +145,9 @@ def test_outliers_are_weighed_down() -> None:
         drive(rig, estimator, 10, lambda t: wander(2000))
         rig.fix_offset_m = (0.0, 0.0)
         drive(rig, estimator, 15, lambda t: wander(2000))
-        assert estimator.counters[m.N_FIX_OUTLYING_RUN] >= 1 and not estimator.contradicted
+        assert estimator.counters.fixes_outlying_run >= 1 and not estimator.contradicted
         drive(rig, estimator, 25, lambda t: wander(2000))
-        assert estimator.counters[m.N_FIX_OUTLYING_RUN] == 0
+        assert estimator.counters.fixes_outlying_run == 0
     after = report(estimator.counters)
     assert after.fixes == before.fixes + 25
     assert after.fixes_rejected == after.recoveries == 0
@@ -266,8 +266,8 @@ def test_after_a_restart_a_fix_from_the_old_place_is_not_used() -> None:
 
 def test_one_gauss_markov_term_keeps_variance_and_short_term_decay() -> None:
     c = noise_figures(Vehicle(), data_sheets(DEFAULT), drive_of(Vehicle()))
-    assert c[m.C_GM_VAR] == pytest.approx(2 * 0.0025**2)
-    tau = -0.01 / math.log(c[m.C_GM_DECAY])
+    assert c.gnss_var == pytest.approx(2 * 0.0025**2)
+    tau = -0.01 / math.log(c.gnss_decay)
     assert tau == pytest.approx(2 / (1 / 115 + 1 / 900), rel=1e-6)
 
 

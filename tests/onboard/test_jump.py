@@ -36,7 +36,7 @@ def jumped(vehicle: Vehicle, rejected: int = 40) -> tuple[Rig, Estimator]:
     drive(rig, estimator, 1000)
     drive(rig, estimator, 100, lambda _: STANDSTILL)
     rig.fix_offset_m = OFFSET
-    while estimator.counters[m.N_FIX_OUTLYING_RUN] < rejected:
+    while estimator.counters.fixes_outlying_run < rejected:
         estimator.step(rig.step(STANDSTILL))
     return rig, estimator
 
@@ -83,7 +83,7 @@ def test_an_accepted_jump_is_known_as_well_as_one_fix_tells_it(vehicle: Vehicle)
     for stays in (m.HEADING, m.GYRO_BIAS, m.ACCEL_BIAS, m.ODOMETRY_ERROR, m.ODOMETRY_ERROR + 1, m.MAG_BIAS):
         assert estimator.state[stays] == before[stays]
     drive(rig, estimator, 300, lambda _: STANDSTILL)
-    assert estimator.counters[m.N_FIX_OUTLYING_RUN] == 0
+    assert estimator.counters.fixes_outlying_run == 0
     drive(rig, estimator, 600, lambda t: wander(500 + t))
     assert error(rig, estimator)[:2] == pytest.approx(OFFSET, abs=0.03)
 
@@ -103,7 +103,7 @@ def test_what_comes_late_from_before_a_jump_does_not_undo_it() -> None:
 def test_it_takes_a_second_and_a_half_to_tell_a_jump_from_outliers() -> None:
     rig, estimator = jumped(Vehicle(), rejected=14)
     assert estimator.jump_m == 0.0
-    while estimator.counters[m.N_FIX_OUTLYING_RUN] < 15:
+    while estimator.counters.fixes_outlying_run < 15:
         estimator.step(rig.step(STANDSTILL))
     assert estimator.jump_m == pytest.approx(1.0, abs=0.05)
     rig.fix_offset_m = (0.0, 0.0)

@@ -37,16 +37,16 @@ def now(*, speed_mps: float = 0.0, slip: float = 0.0, offset: float = 0.0, steer
 
 @given(speeds, angles, st.floats(-0.04, 0.04), offsets)
 def test_odometry_of_what_is_true_leaves_no_innovation(v: float, angle: float, slip: float, offset: float) -> None:
-    x, z, h = np.zeros(m.STATES), np.zeros(m.INPUTS), np.zeros((2, m.STATES))
+    x, z, h = np.zeros(m.STATES), m.TickInputs(), np.zeros((2, m.STATES))
     x[list(OWN)] = v, -v * math.tan(angle + offset) / BASE_M, slip, offset
-    z[m.IN_ODOMETRY], z[m.IN_ODOMETRY + 1] = v / (1.0 - slip), angle
-    z[m.IN_SMOOTH] = z[m.IN_ODOMETRY]
-    y0, y1, variance = onboard_drive.odometry(DRIVE.figures, x, z, h)
+    z.odometry[0], z.odometry[1] = v / (1.0 - slip), angle
+    z.smooth[0] = z.odometry[0]
+    y0, y1, variance = onboard_drive.odometry(DRIVE.figures, x, z.array[0], h)
     assert (y0, y1) == pytest.approx((0.0, 0.0), abs=1e-12) and variance > 0.0
     for state in OWN:
         ahead, behind = (x + sign * 1e-4 * np.eye(m.STATES)[state] for sign in (1.0, -1.0))
         over, under = (
-            np.array(onboard_drive.odometry(DRIVE.figures, near, z, np.zeros((2, m.STATES)))[:2])
+            np.array(onboard_drive.odometry(DRIVE.figures, near, z.array[0], np.zeros((2, m.STATES)))[:2])
             for near in (ahead, behind)
         )
         assert (under - over) / 2e-4 == pytest.approx(h[:, state], abs=1e-6), "the Jacobian is the derivative"

@@ -136,9 +136,10 @@ def test_a_wheel_that_is_sped_up_slips_by_nobody_knows_how_much() -> None:
     """Of the tyres' slip 1 σ more for each m/s of change, but only where the accelerometer tells the speed."""
 
     def added(change_mps: float, accel: float) -> list[float]:
-        before, now, covariance = np.zeros(m.INPUTS), np.zeros(m.INPUTS), np.zeros((m.STATES, m.STATES))
-        now[m.IN_ODOMETRY], now[m.IN_ACCEL] = change_mps, accel
-        strain(drive_of(Vehicle()).figures, covariance, before, now)
+        before, now, covariance = m.TickInputs(), m.TickInputs(), np.zeros((m.STATES, m.STATES))
+        before.odometry[:], now.odometry[:], now.smooth[:] = 0.0, 0.0, 0.0
+        now.odometry[0], now.accel_mps2 = change_mps, accel
+        strain(drive_of(Vehicle()).figures, covariance, before.array[0], now.array[0])
         return [math.sqrt(covariance[i, i]) for i in (m.ODOMETRY_ERROR, m.ODOMETRY_ERROR + 1)]
 
     assert added(0.0, 0.1) == [0.0, 0.0]

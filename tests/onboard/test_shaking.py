@@ -6,19 +6,19 @@ import numpy as np
 import pytest
 
 from touchline.services.onboard.estimation.measurements import add_shaking_noise
-from touchline.services.onboard.filter_model import IN_ACCEL, INPUTS, SPEED, STATES
+from touchline.services.onboard.filter_model import SPEED, STATES, TickInputs
 
 TICK_S = 0.01
 
 
 def _doubt(samples_mps2: Iterable[float]) -> float:
     """The variance (m²/s²) that these samples, 100 a second, add to the speed in all; a tick has the mean of two."""
-    covariance, before = np.zeros((STATES, STATES)), np.zeros(INPUTS)
+    covariance, before = np.zeros((STATES, STATES)), TickInputs(accel_mps2=0.0)
     last = 0.0
     for sample in samples_mps2:
-        now = np.zeros(INPUTS)
-        now[IN_ACCEL], last = 0.5 * (last + sample), sample
-        add_shaking_noise(covariance, before, now)
+        now = TickInputs()
+        now.accel_mps2, last = 0.5 * (last + sample), sample
+        add_shaking_noise(covariance, before.array[0], now.array[0])
         before = now
     return float(covariance[SPEED, SPEED])
 

@@ -12,7 +12,6 @@ from touchline.schemas.scenario import GnssNoise, Ground, Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.physical_constants import GRAVITY_MPS2
-from touchline.services.onboard import filter_model as m
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 
@@ -44,5 +43,6 @@ def test_paints_on_a_slope_without_a_pause(grade: float, uphill_rad: float) -> N
     assert emulator.onboard.state == TraversalStatus.DONE
     assert not [event.text for event in emulator.take_events() if event.severity]
     assert np.percentile(np.abs(emulator.ledger.deviation().lateral_m), 95) < 0.01
-    learned = emulator.onboard._estimator.ring.slow[m.RISE_EAST : m.RISE_NORTH + 1] / GRAVITY_MPS2
-    assert learned == pytest.approx([grade * math.cos(uphill_rad), grade * math.sin(uphill_rad)], abs=0.003)
+    learned = emulator.onboard._estimator.ring.learned
+    rise = learned.rise_east_mps2 / GRAVITY_MPS2, learned.rise_north_mps2 / GRAVITY_MPS2
+    assert rise == pytest.approx([grade * math.cos(uphill_rad), grade * math.sin(uphill_rad)], abs=0.003)

@@ -18,14 +18,7 @@ from touchline.services.core.jit import kernel
 from touchline.services.onboard.computer_state import SampleBuffer
 from touchline.services.onboard.drives.onboard_drive import OnboardDrive
 from touchline.services.onboard.drives.slip import ENCODER_FLOOR_MPS, SLIP_LIMIT, STILL_RAD, smooth_rim, strain_slip
-from touchline.services.onboard.filter_model import (
-    IN_ACCEL,
-    IN_ODOMETRY,
-    IN_SMOOTH,
-    ODOMETRY_ERROR,
-    SPEED,
-    YAW_RATE,
-)
+from touchline.services.onboard.filter_model import ODOMETRY_ERROR, SPEED, YAW_RATE, TickInputs
 from touchline.services.onboard.interface import ACTUATORS, TICK_S
 from touchline.services.onboard.tracking_state import EFFECT
 from touchline.services.onboard.tracking_state import SPEED as SPEED_NOW
@@ -62,40 +55,40 @@ class DifferentialFigures(NamedTuple):
     track_share: float
 
     @kernel
-    def read(self, span: int, buffer: SampleBuffer, row: Floats) -> bool:
+    def read(self, span: int, buffer: SampleBuffer, row: TickInputs) -> bool:
         """See `onboard_drive.read`: the mean rates of the wheels, and the nominal speeds of their rims."""
         still = True
         for wheel in range(2):
             turned = buffer.turned_rad[wheel]
             still = still and abs(turned) < STILL_RAD * span
             buffer.measured[wheel] = turned / (span * TICK_S)
-            row[IN_ODOMETRY + wheel] = buffer.measured[wheel] * self.radius_m
+            row.odometry[wheel] = buffer.measured[wheel] * self.radius_m
         return still
 
     @kernel
-    def smooth(self, before: Floats, z: Floats) -> None:
+    def smooth(self, before: TickInputs, z: TickInputs) -> None:
         """See `onboard_drive.smooth`: the rim speeds that slip is a share of."""
         for wheel in range(2):
             smooth_rim(wheel, before, z)
 
     @kernel
-    def strain(self, P: Floats, before: Floats, z: Floats) -> None:
+    def strain(self, P: Floats, before: TickInputs, z: TickInputs) -> None:
         """See `onboard_drive.strain`: without the accelerometer nothing but the wheels tells the speed."""
-        if math.isnan(z[IN_ACCEL]):
+        if math.isnan(z.accel_mps2):
             return
         for wheel in range(2):
             strain_slip(wheel, P, before, z)
 
     @kernel
-    def odometry(self, x: Floats, z: Floats, h: Floats) -> tuple[float, float, float]:
+    def odometry(self, x: Floats, z: TickInputs, h: Floats) -> tuple[float, float, float]:
         """See `onboard_drive.odometry`: a wheel's speed over the ground is its nominal rim speed less slip."""
         half = 0.5 * self.track_m
-        left, right = z[IN_ODOMETRY], z[IN_ODOMETRY + 1]
+        left, right = z.odometry[0], z.odometry[1]
         over_left, over_right = x[SPEED] - half * x[YAW_RATE], x[SPEED] + half * x[YAW_RATE]
-        h[0, SPEED], h[0, YAW_RATE], h[0, ODOMETRY_ERROR] = 1.0, -half, z[IN_SMOOTH]
-        h[1, SPEED], h[1, YAW_RATE], h[1, ODOMETRY_ERROR + 1] = 1.0, half, z[IN_SMOOTH + 1]
-        y0 = left - z[IN_SMOOTH] * x[ODOMETRY_ERROR] - over_left
-        y1 = right - z[IN_SMOOTH + 1] * x[ODOMETRY_ERROR + 1] - over_right
+        h[0, SPEED], h[0, YAW_RATE], h[0, ODOMETRY_ERROR] = 1.0, -half, z.smooth[0]
+        h[1, SPEED], h[1, YAW_RATE], h[1, ODOMETRY_ERROR + 1] = 1.0, half, z.smooth[1]
+        y0 = left - z.smooth[0] * x[ODOMETRY_ERROR] - over_left
+        y1 = right - z.smooth[1] * x[ODOMETRY_ERROR + 1] - over_right
         return y0, y1, self.encoder_var + (self.track_share * half * x[YAW_RATE]) ** 2
 
     @kernel

@@ -18,6 +18,7 @@ from touchline.schemas.plugins import DRIVES, part_for
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel_of_class
 from touchline.services.onboard.computer_state import SampleBuffer
+from touchline.services.onboard.filter_model import TickInputs
 from touchline.services.onboard.interface import ACTUATORS
 
 Floats = NDArray[np.float64]
@@ -129,7 +130,7 @@ def drive_of(vehicle: Vehicle, track_width_relative: float = 0.0) -> OnboardDriv
 
 
 @kernel_of_class
-def read(figures: Any, span: int, buffer: SampleBuffer, row: Floats) -> bool:
+def read(figures: Any, span: int, buffer: SampleBuffer, row: TickInputs) -> bool:
     """Convert the increments of the encoders since their last sample to odometry.
 
     Args:
@@ -137,7 +138,7 @@ def read(figures: Any, span: int, buffer: SampleBuffer, row: Floats) -> bool:
         span: Ticks since then.
         buffer: With the newest angles, and what has been `turned_rad`; `measured` is filled in: what each actuator
             does, in the unit of its command.
-        row: (INPUTS,) of `filter_model`: the two numbers from IN_ODOMETRY on are filled in.
+        row: Of the tick; both numbers of `odometry` are filled in.
 
     Returns:
         Whether nothing moves.
@@ -146,38 +147,38 @@ def read(figures: Any, span: int, buffer: SampleBuffer, row: Floats) -> bool:
 
 
 @kernel_of_class
-def smooth(figures: Any, before: Floats, z: Floats) -> None:
-    """Fill in the smoothed speeds that the errors of odometry are a share of: the two numbers from IN_SMOOTH on.
+def smooth(figures: Any, before: TickInputs, z: TickInputs) -> None:
+    """Fill in the smoothed speeds that the errors of odometry are a share of: both numbers of `smooth`.
 
     Args:
         figures: Of the drive.
-        before: (INPUTS,) of the tick before.
-        z: (INPUTS,) of this tick.
+        before: Of the tick before.
+        z: Of this tick.
     """
     raise NotImplementedError
 
 
 @kernel_of_class
-def strain(figures: Any, P: Floats, before: Floats, z: Floats) -> None:
+def strain(figures: Any, P: Floats, before: TickInputs, z: TickInputs) -> None:
     """Add the process noise of the errors of odometry that depends on what the drive does.
 
     Args:
         figures: Of the drive.
         P: (STATES, STATES) predicted covariance, updated.
-        before: (INPUTS,) of the tick before.
-        z: (INPUTS,) of this tick.
+        before: Of the tick before.
+        z: Of this tick.
     """
     raise NotImplementedError
 
 
 @kernel_of_class
-def odometry(figures: Any, x: Floats, z: Floats, h: Floats) -> tuple[float, float, float]:
+def odometry(figures: Any, x: Floats, z: TickInputs, h: Floats) -> tuple[float, float, float]:
     """Innovations and Jacobian of a tick's odometry.
 
     Args:
         figures: Of the drive.
         x: (STATES,) predicted.
-        z: (INPUTS,) of the tick.
+        z: Of the tick.
         h: (2, STATES) zeros; the Jacobian of the measurements is filled in.
 
     Returns:

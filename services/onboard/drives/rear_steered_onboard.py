@@ -27,15 +27,7 @@ from touchline.services.onboard.drives.slip import (
     smooth_rim,
     strain_slip,
 )
-from touchline.services.onboard.filter_model import (
-    IN_ACCEL,
-    IN_ODOMETRY,
-    IN_REFUSED,
-    IN_SMOOTH,
-    ODOMETRY_ERROR,
-    SPEED,
-    YAW_RATE,
-)
+from touchline.services.onboard.filter_model import ODOMETRY_ERROR, SPEED, YAW_RATE, TickInputs
 from touchline.services.onboard.interface import TICK_S
 from touchline.services.onboard.tracking_state import COMMAND, EFFECT, REFERENCE_SPEED
 from touchline.services.onboard.tracking_state import SPEED as SPEED_NOW
@@ -87,7 +79,7 @@ class RearSteeredFigures(NamedTuple):
     base_share: float
 
     @kernel
-    def read(self, span: int, buffer: SampleBuffer, row: Floats) -> bool:
+    def read(self, span: int, buffer: SampleBuffer, row: TickInputs) -> bool:
         """See `onboard_drive.read`: mean rate and steering angle; as odometry nominal rim speed and mean angle.
 
         A robot whose steering moves stands nevertheless.
@@ -95,51 +87,51 @@ class RearSteeredFigures(NamedTuple):
         drum, steered = buffer.turned_rad[0], buffer.turned_rad[1]
         buffer.measured[0] = drum / (span * TICK_S)
         buffer.measured[1] = buffer.angles_rad[1]
-        row[IN_ODOMETRY] = buffer.measured[0] * self.radius_m
-        row[IN_ODOMETRY + 1] = buffer.angles_rad[1] - 0.5 * steered
+        row.odometry[0] = buffer.measured[0] * self.radius_m
+        row.odometry[1] = buffer.angles_rad[1] - 0.5 * steered
         return bool(abs(drum) < STILL_RAD * span)
 
     @kernel
-    def smooth(self, before: Floats, z: Floats) -> None:
+    def smooth(self, before: TickInputs, z: TickInputs) -> None:
         """See `onboard_drive.smooth`: the drum's rim speed, and the steering angle that is usual of late."""
         smooth_rim(0, before, z)
-        usual, angle = before[IN_SMOOTH + 1], z[IN_ODOMETRY + 1]
+        usual, angle = before.smooth[1], z.odometry[1]
         if math.isnan(usual):
             usual = angle
         elif not math.isnan(angle):
             usual += _CURVE_SHARE * (angle - usual)
-        z[IN_SMOOTH + 1] = usual
+        z.smooth[1] = usual
 
     @kernel
-    def strain(self, P: Floats, before: Floats, z: Floats) -> None:
+    def strain(self, P: Floats, before: TickInputs, z: TickInputs) -> None:
         """See `onboard_drive.strain`: the drum slips as a wheel does; the tyre's side slip changes with the steering.
 
         Rejected again and again, the readings tell of an offset that jumped: somebody hit the wheel. Without the
         accelerometer nothing but the drum tells the speed.
         """
-        if math.isnan(z[IN_ACCEL]):
+        if math.isnan(z.accel_mps2):
             return
         strain_slip(0, P, before, z)
         i = ODOMETRY_ERROR + 1
-        unusual = _CURVE_SLIP * (z[IN_ODOMETRY + 1] - z[IN_SMOOTH + 1])
+        unusual = _CURVE_SLIP * (z.odometry[1] - z.smooth[1])
         if not math.isnan(unusual):
             P[i, i] += 2.0 * _CURVE_SHARE * unusual * unusual
-        if z[IN_REFUSED] >= JUMP_TICKS and abs(z[IN_SMOOTH]) > _JUMP_FROM_MPS:
+        if z.refused_ticks >= JUMP_TICKS and abs(z.smooth[0]) > _JUMP_FROM_MPS:
             P[i, i] = max(P[i, i], _JUMP_VAR)
 
     @kernel
-    def odometry(self, x: Floats, z: Floats, h: Floats) -> tuple[float, float, float]:
+    def odometry(self, x: Floats, z: TickInputs, h: Floats) -> tuple[float, float, float]:
         """See `onboard_drive.odometry`: the drum's speed less slip; and the wheel's contact moves along the wheel only.
 
         The second innovation is −v·tan(δ + s₁) − L·ω: 0 if it does. The variance, one for both, is the
         sum of all that is unsure.
         """
-        angle = z[IN_ODOMETRY + 1] + x[ODOMETRY_ERROR + 1]
+        angle = z.odometry[1] + x[ODOMETRY_ERROR + 1]
         tan = math.tan(angle)
         bent = 1.0 + tan * tan
-        h[0, SPEED], h[0, ODOMETRY_ERROR] = 1.0, z[IN_SMOOTH]
+        h[0, SPEED], h[0, ODOMETRY_ERROR] = 1.0, z.smooth[0]
         h[1, SPEED], h[1, YAW_RATE], h[1, ODOMETRY_ERROR + 1] = tan, self.base_m, x[SPEED] * bent
-        y0 = z[IN_ODOMETRY] - z[IN_SMOOTH] * x[ODOMETRY_ERROR] - x[SPEED]
+        y0 = z.odometry[0] - z.smooth[0] * x[ODOMETRY_ERROR] - x[SPEED]
         y1 = -x[SPEED] * tan - self.base_m * x[YAW_RATE]
         unsure = self.base_share * self.base_m * x[YAW_RATE]
         return y0, y1, self.encoder_var + self.angle_var * (x[SPEED] * bent) ** 2 + unsure * unsure

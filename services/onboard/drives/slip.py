@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.services.core.jit import kernel
-from touchline.services.onboard.filter_model import IN_ODOMETRY, IN_REFUSED, IN_SMOOTH, ODOMETRY_ERROR
+from touchline.services.onboard.filter_model import ODOMETRY_ERROR, TickInputs
 
 Floats = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ _JUMP_FROM_MPS = 0.6  # slip is a share: it explains little of a slow wheel's er
 
 
 @kernel
-def smooth_rim(wheel: int, before: Floats, z: Floats) -> None:
+def smooth_rim(wheel: int, before: TickInputs, z: TickInputs) -> None:
     """The rim speed that a wheel's slip is a share of.
 
     Taken from the tick's own reading or from the state it would share its noise, and the gain with the innovation:
@@ -37,19 +37,19 @@ def smooth_rim(wheel: int, before: Floats, z: Floats) -> None:
 
     Args:
         wheel: Which of the two numbers of odometry is its rim speed [m/s].
-        before: (INPUTS,) of the tick before.
-        z: (INPUTS,) of this tick; the wheel's IN_SMOOTH is filled in.
+        before: Of the tick before.
+        z: Of this tick; the wheel's smooth speed is filled in.
     """
-    value, last, rim = before[IN_SMOOTH + wheel], before[IN_ODOMETRY + wheel], z[IN_ODOMETRY + wheel]
+    value, last, rim = before.smooth[wheel], before.odometry[wheel], z.odometry[wheel]
     if not math.isnan(last):
         value += _SMOOTHING * (last - value)
     if abs(rim - value) > _SUDDEN_SHARE * abs(rim) + _SUDDEN_MPS:
         value = rim
-    z[IN_SMOOTH + wheel] = value
+    z.smooth[wheel] = value
 
 
 @kernel
-def strain_slip(wheel: int, P: Floats, before: Floats, z: Floats) -> None:
+def strain_slip(wheel: int, P: Floats, before: TickInputs, z: TickInputs) -> None:
     """Let a wheel's slip be as uncertain as its change of speed makes it.
 
     A tyre pushes by slipping: on grass by 1 % and on wet grass by 2 % per m/s², and by far more at the end of its
@@ -60,12 +60,12 @@ def strain_slip(wheel: int, P: Floats, before: Floats, z: Floats) -> None:
     Args:
         wheel: Which of the two errors of odometry is its slip.
         P: (STATES, STATES) predicted covariance; the variance of that slip is updated.
-        before: (INPUTS,) of the tick before.
-        z: (INPUTS,) of this tick, IN_SMOOTH filled in.
+        before: Of the tick before.
+        z: Of this tick, its smooth speeds filled in.
     """
     i = ODOMETRY_ERROR + wheel
-    change = z[IN_ODOMETRY + wheel] - before[IN_ODOMETRY + wheel]
+    change = z.odometry[wheel] - before.odometry[wheel]
     if not math.isnan(change):
         P[i, i] += (_SLIP_PER_MPS * change) ** 2
-    if z[IN_REFUSED] >= JUMP_TICKS and abs(z[IN_SMOOTH + wheel]) > _JUMP_FROM_MPS:
+    if z.refused_ticks >= JUMP_TICKS and abs(z.smooth[wheel]) > _JUMP_FROM_MPS:
         P[i, i] = max(P[i, i], _JUMP_VAR)

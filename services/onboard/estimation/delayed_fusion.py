@@ -30,33 +30,7 @@ from touchline.services.onboard.estimation.prediction import predict
 from touchline.services.onboard.estimation.standing import settle_dispute
 from touchline.services.onboard.estimation.tail import CONTRADICTED, bounded, doubt, likelihood
 from touchline.services.onboard.estimation.updates import nis_of_two
-from touchline.services.onboard.filter_model import (
-    ACCEL_BIAS,
-    C_MAST,
-    EAST,
-    FIX_DOUBT,
-    FIX_USED,
-    FIX_VARIANCE,
-    IN_ACCEL,
-    IN_REFUSED,
-    IN_RISE_EAST,
-    IN_RISE_NORTH,
-    INNOVATION_EAST,
-    INNOVATION_NORTH,
-    N_FIX_DUPLICATE,
-    N_FIX_LATE,
-    N_FIX_OUT_OF_ORDER,
-    N_FIX_OUTLYING_RUN,
-    N_FIX_REJECTED,
-    N_FIXES,
-    NIS_FIX_LAST,
-    NIS_FIX_RECENT,
-    NIS_FIX_SUM,
-    NORTH,
-    RING,
-    SPEED,
-    STATES,
-)
+from touchline.services.onboard.filter_model import ACCEL_BIAS, EAST, NORTH, RING, SPEED, STATES
 
 Floats = NDArray[np.float64]
 
@@ -67,31 +41,30 @@ _NO_IMU_SPEED_VAR = 1e-4  # (1 m/s² · a tick)²
 @kernel
 def _step(ring: FilterState, drive: Any, slot: int, live: bool, scratch: Scratch) -> None:
     """Predict and update: the posterior of `slot` from that of the slot before."""
-    xs, Ps, inputs = ring.states, ring.covariances, ring.inputs
-    c, n = ring.figures, ring.counters
-    before = (slot - 1) % RING
-    x, P = xs[slot], Ps[slot]
+    xs, Ps, c = ring.states, ring.covariances, ring.figures
+    last = (slot - 1) % RING
+    x, P, z, before = xs[slot], Ps[slot], ring.inputs[slot], ring.inputs[last]
     for i in range(STATES):
-        x[i] = xs[before, i]
+        x[i] = xs[last, i]
         for k in range(STATES):
-            P[i, k] = Ps[before, i, k]
+            P[i, k] = Ps[last, i, k]
     # The fixes have put the position where it is: it moves with what is learned of the mast's lean.
-    x[EAST] += c[C_MAST] * (inputs[slot, IN_RISE_EAST] - inputs[before, IN_RISE_EAST])
-    x[NORTH] += c[C_MAST] * (inputs[slot, IN_RISE_NORTH] - inputs[before, IN_RISE_NORTH])
-    onboard_drive.smooth(drive, inputs[before], inputs[slot])
-    disputed = settle_dispute(x, P, inputs[before], inputs[slot], c)
-    accel = inputs[slot, IN_ACCEL]
+    x[EAST] += c.mast_s2 * (z.rise_east_mps2 - before.rise_east_mps2)
+    x[NORTH] += c.mast_s2 * (z.rise_north_mps2 - before.rise_north_mps2)
+    onboard_drive.smooth(drive, before, z)
+    disputed = settle_dispute(x, P, before, z, c)
+    accel = z.accel_mps2
     if math.isnan(accel):
         accel = x[ACCEL_BIAS]
         P[SPEED, SPEED] += _NO_IMU_SPEED_VAR
     elif disputed:
         accel = x[ACCEL_BIAS]
-    predict(x, P, accel, inputs[slot], c)
+    predict(x, P, accel, z, c)
     # Readings that are rejected again and again are counted: the drive may have an explanation.
-    inputs[slot, IN_REFUSED] = inputs[before, IN_REFUSED] if inputs[before, IN_REFUSED] > 0.0 else 0.0
-    onboard_drive.strain(drive, P, inputs[before], inputs[slot])
-    add_shaking_noise(P, inputs[before], inputs[slot])
-    measure(TickEstimate(x, P, inputs[slot]), c, drive, n, live, scratch)
+    z.refused_ticks = before.refused_ticks
+    onboard_drive.strain(drive, P, before, z)
+    add_shaking_noise(P, before, z)
+    measure(TickEstimate(x, P, z), c, drive, ring.counters, live, scratch)
 
 
 @kernel
@@ -102,7 +75,7 @@ def _rerun(ring: FilterState, drive: Any, first: int, last: int, live: int, scra
     for tick in range(first, last + 1):
         slot = tick % RING
         _step(ring, drive, slot, tick == live, scratch)
-        if fixes[slot, FIX_USED] > 0.0:
+        if fixes[slot].used:
             use_fix(TickEstimate(xs[slot], Ps[slot], inputs[slot]), fixes[slot], c, scratch)
 
 
@@ -118,20 +91,20 @@ def advance(ring: FilterState, drive: Any, tick: int, oldest: int, live: int) ->
         live: The tick whose measurements are new and count in the statistics.
     """
     xs, inputs, fixes = ring.states, ring.inputs, ring.fixes
-    c, slow = ring.figures, ring.slow
+    c, learned = ring.figures, ring.learned
     h = np.zeros((2, STATES))
     g = np.zeros(STATES)
-    fixes[tick % RING, FIX_USED] = 0.0
+    fixes[tick % RING].used = False
     settled = (tick + 1) % RING
-    if settled % LEARN_TICKS == 0 or fixes[settled, FIX_USED] > 0.0:
-        learn(settled, xs[settled], inputs[settled], fixes[settled], c, slow)
-    store_learned(slow, inputs[tick % RING])
+    if settled % LEARN_TICKS == 0 or fixes[settled].used:
+        learn(settled, xs[settled], inputs[settled], fixes[settled], c, learned)
+    store_learned(learned, inputs[tick % RING])
     _rerun(ring, drive, oldest, tick, live, (h, g))
 
 
 @kernel
 def take_fix(ring: FilterState, drive: Any, tick: int, first_tick: int, fix_tick: int) -> bool:
-    """Use a fix, the last row of `ring.fixes`, in the tick in which it is valid, and run the ticks since again.
+    """Use the fix that has arrived, in the tick in which it is valid, and run the ticks since again.
 
     Fixes from before the filter was started are used in the tick in which it was.
 
@@ -151,33 +124,31 @@ def take_fix(ring: FilterState, drive: Any, tick: int, first_tick: int, fix_tick
     g = np.zeros(STATES)
     at = max(fix_tick, first_tick)
     if at > tick or tick - at > RING - 2:
-        n[N_FIX_LATE] += 1.0
+        n.fixes_late += 1
         return False
-    where = at % RING
-    fix = fixes[RING]
-    if fixes[where, FIX_USED] > 0.0 and at == fix_tick:
-        n[N_FIX_DUPLICATE] += 1.0
+    where, fix = at % RING, ring.arrived
+    if fixes[where].used and at == fix_tick:
+        n.fixes_duplicate += 1
         return False
     valid = TickEstimate(xs[where], Ps[where], inputs[where])
     y = fix_rows(valid, fix, c, h)
-    nis = nis_of_two(valid.P, h, y, fix[FIX_VARIANCE])
+    nis = nis_of_two(valid.P, h, y, fix.variance_m2)
     weighed = bounded(nis)
-    n[INNOVATION_EAST], n[INNOVATION_NORTH], n[NIS_FIX_LAST] = y[0], y[1], weighed
-    n[FIX_DOUBT] = doubt(n[FIX_DOUBT], likelihood(nis))
-    n[N_FIX_OUTLYING_RUN] = n[N_FIX_OUTLYING_RUN] + 1.0 if n[FIX_DOUBT] > 0.0 else 0.0
-    if n[FIX_DOUBT] >= CONTRADICTED:
-        n[N_FIX_REJECTED] += 1.0
+    n.innovation_east_m, n.innovation_north_m, n.fix_nis_last = y[0], y[1], weighed
+    n.fix_doubt = doubt(n.fix_doubt, likelihood(nis))
+    n.fixes_outlying_run = n.fixes_outlying_run + 1 if n.fix_doubt > 0.0 else 0
+    if n.fix_doubt >= CONTRADICTED:
+        n.fixes_rejected += 1
         return False
-    n[N_FIXES] += 1.0
-    n[NIS_FIX_SUM] += weighed
-    n[NIS_FIX_RECENT] += _RECENT * (weighed - n[NIS_FIX_RECENT])
+    n.fixes += 1
+    n.fix_nis_sum += weighed
+    n.fix_nis_recent += _RECENT * (weighed - n.fix_nis_recent)
     for later in range(at + 1, tick + 1):
-        if fixes[later % RING, FIX_USED] > 0.0:
-            n[N_FIX_OUT_OF_ORDER] += 1.0
+        if fixes[later % RING].used:
+            n.fixes_out_of_order += 1
             break
-    for k in range(fixes.shape[1]):
-        fixes[where, k] = fix[k]
-    fixes[where, FIX_USED] = 1.0
+    fixes[where] = fix
+    fixes[where].used = True
     use_fix(valid, fixes[where], c, (h, g))
     _rerun(ring, drive, at + 1, tick, -1, (h, g))
     return True

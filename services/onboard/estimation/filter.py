@@ -106,19 +106,18 @@ def _note_fix(tick: int, fix: Floats, times: FilterTimes) -> None:
 
 @kernel
 def _enter_fix(fix: Floats, ring: FilterState) -> int:
-    """Put a fix (FIX_COLUMNS,) into the last row of `ring.fixes`; returns the tick in which it is valid."""
-    c = ring.figures
+    """Put a fix (FIX_COLUMNS,) into `ring.arrived`; returns the tick in which it is valid."""
+    c, entered = ring.figures, ring.arrived
     tick: int = math.floor(fix[F_STAMP] / TICK_S + 1e-6)
-    row = ring.fixes[m.RING]
-    row[m.FIX_EAST], row[m.FIX_NORTH] = fix[F_EAST], fix[F_NORTH]
-    row[m.FIX_AFTER] = fix[F_STAMP] - tick * TICK_S
+    entered.east_m, entered.north_m = fix[F_EAST], fix[F_NORTH]
+    entered.after_s = fix[F_STAMP] - tick * TICK_S
     if fix[F_FIX] == FIX_FIXED:
         # What the receiver reports beyond its data sheet is trouble; what it reports less is not believed.
-        excess = fix[F_VARIANCE] - c[m.C_R_GNSS] - c[m.C_GM_VAR]
-        row[m.FIX_VARIANCE] = c[m.C_R_GNSS] + max(excess, 0.0)
+        excess = fix[F_VARIANCE] - c.r_gnss - c.gnss_var
+        entered.variance_m2 = c.r_gnss + max(excess, 0.0)
     else:
         floor = _FLOAT_FIX_FLOOR_M2 if fix[F_FIX] == FIX_FLOAT else _SINGLE_FIX_FLOOR_M2
-        row[m.FIX_VARIANCE] = _LOOSE_FIX_FACTOR * max(fix[F_VARIANCE], floor)
+        entered.variance_m2 = _LOOSE_FIX_FACTOR * max(fix[F_VARIANCE], floor)
     return tick
 
 
@@ -130,7 +129,7 @@ def speed_now_mps(computer: Computer) -> float:
     x, z = c.filter.states[slot], c.filter.inputs[slot]
     accel_mps2 = c.buffer.accel_mps2 - x[m.ACCEL_BIAS]
     speed_mps: float = x[m.SPEED]
-    if z[m.IN_STILL] > 0.0 and abs(accel_mps2) > JOLT_MPS2:
+    if z.still and abs(accel_mps2) > JOLT_MPS2:
         return speed_mps
     speed_mps += 0.5 * TICK_S * accel_mps2
     return speed_mps
@@ -157,7 +156,7 @@ class Estimator:
         self.buffer, self.times, self.ring = self._computer.buffer, self._computer.times, self._computer.filter
         drive = drive_of(vehicle, config.drive.track_width_relative)
         self.drive = drive.figures
-        self.ring.figures[:] = noise_figures(vehicle, config, drive)
+        self.ring.figures.assign(noise_figures(vehicle, config, drive))
         self._sums = np.zeros(4)
         self._accels: deque[float] = deque(maxlen=_GATHERED_TICKS)
         self.restart()
@@ -166,14 +165,14 @@ class Estimator:
         """Forget everything and start again from the sensors: the robot may have been carried elsewhere."""
         self.times.reset()
         self._gather_anew()
-        self.ring.fixes[:] = 0.0
-        self.ring.inputs[:] = math.nan  # nothing of it is learned from
-        start_learning(self.ring.figures, self.ring.slow)
-        self.counters[:] = 0.0
+        self.ring.fixes.reset()
+        self.ring.inputs.reset()  # nothing of it is learned from
+        start_learning(self.ring.figures, self.ring.learned)
+        self.counters.reset()
 
     @property
-    def counters(self) -> Floats:
-        """(COUNTERS,) counts, NIS sums and the last innovation; indices in `filter_model`."""
+    def counters(self) -> m.FilterCounters:
+        """Counts, NIS sums and the last innovation."""
         return self.ring.counters
 
     @property
@@ -195,18 +194,18 @@ class Estimator:
 
         The last fix has to agree with those before: should the first one have been far off, it is outweighed only then.
         """
-        agreed = self.counters[m.FIX_DOUBT] == 0.0
-        return bool(self.started and self.counters[m.N_FIXES] >= _ALIGNED_FIXES and agreed and not self.disputed)
+        agreed = self.counters.fix_doubt == 0.0
+        return self.started and self.counters.fixes >= _ALIGNED_FIXES and agreed and not self.disputed
 
     @property
     def contradicted(self) -> bool:
         """Whether the last fixes are rejected: it is too unlikely that an honest receiver's are all so far off."""
-        return bool(self.counters[m.FIX_DOUBT] >= CONTRADICTED)
+        return self.counters.fix_doubt >= CONTRADICTED
 
     @property
     def disputed(self) -> bool:
         """Whether the accelerometer contradicts wheels that stand, and is not believed."""
-        return bool(self.ring.inputs[self._slot, m.IN_DISPUTED] > 0.0)
+        return self.ring.inputs[self._slot].disputed_ticks > 0
 
     @property
     def wheels_stand(self) -> bool:
@@ -271,9 +270,9 @@ class Estimator:
     @property
     def jump_m(self) -> float:
         """The distance by which the receiver has lastingly jumped away from the estimate; 0 if it has not."""
-        if self.counters[m.N_FIX_OUTLYING_RUN] < JUMP_RUN:
+        if self.counters.fixes_outlying_run < JUMP_RUN:
             return 0.0
-        return math.hypot(self.counters[m.INNOVATION_EAST], self.counters[m.INNOVATION_NORTH])
+        return math.hypot(self.counters.innovation_east_m, self.counters.innovation_north_m)
 
     def accept_jump(self) -> None:
         """Believe the receiver, as the operator wants it: the robot stands where its last fix says.
@@ -284,11 +283,12 @@ class Estimator:
         assert fix is not None, "there is no jump without a fix"
         self.covariance[m.HEADING, m.HEADING] += _ACCEPTED_HEADING_VAR
         self._place(self.state, self.covariance, fix)
-        self.ring.fixes[:] = 0.0
+        self.ring.fixes.reset()
         # Nothing from before this tick is run again.
         self.times.first_tick = self.times.tick
-        self.counters[[m.N_FIX_OUTLYING_RUN, m.FIX_DOUBT, m.NIS_FIX_RECENT]] = 0.0
-        self.counters[m.N_RECOVERIES] += 1.0
+        counters = self.counters
+        counters.fixes_outlying_run, counters.fix_doubt, counters.fix_nis_recent = 0, 0.0, 0.0
+        counters.recoveries += 1
 
     def _place(self, x: Floats, p: Floats, fix: GnssSample) -> None:
         """Set the axle's position in a state and its covariance by a fix; the heading is known already.
@@ -298,19 +298,19 @@ class Estimator:
         """
         c, slows = self.ring.figures, [m.GNSS_EAST, m.GNSS_NORTH]
         cos, sin = math.cos(x[m.HEADING]), math.sin(x[m.HEADING])
-        ax, ay = c[m.C_ANTENNA_X], c[m.C_ANTENNA_Y]
+        ax, ay = c.antenna_x_m, c.antenna_y_m
         x[_PLACE] = fix.east_m - (cos * ax - sin * ay), fix.north_m - (sin * ax + cos * ay)
         x[slows] = 0.0
         p[_PLACE + slows, :] = 0.0
         p[:, _PLACE + slows] = 0.0
-        p[slows, slows] = c[m.C_GM_VAR]
-        p[_PLACE, slows] = p[slows, _PLACE] = -c[m.C_GM_VAR]
+        p[slows, slows] = c.gnss_var
+        p[_PLACE, slows] = p[slows, _PLACE] = -c.gnss_var
         lever = np.zeros((2, m.STATES))
         lever[:, m.HEADING] = sin * ax + cos * ay, sin * ay - cos * ax
         turned = lever @ p
         p[_PLACE, :] += turned
         p[:, _PLACE] += turned.T
-        p[np.ix_(_PLACE, _PLACE)] += turned @ lever.T + np.eye(2) * (_ALONE * c[m.C_R_GNSS] + c[m.C_GM_VAR])
+        p[np.ix_(_PLACE, _PLACE)] += turned @ lever.T + np.eye(2) * (_ALONE * c.r_gnss + c.gnss_var)
 
     def _gather(self, frame: SensorFrame) -> None:
         """Average the sensors at standstill and start the filter when a fixed position arrives."""
@@ -328,7 +328,7 @@ class Estimator:
             return  # from before the robot stood here
         gyro, accel, mag_x, mag_y = (self._sums / self._sum_ticks).tolist()
         accel, c = self._without_jolts(accel), self.ring.figures
-        if abs(accel) > _MOST_LEAN_MPS2 + _GATHERED_SIGMAS * math.sqrt(c[m.C_SIDE_BIAS_VAR]):
+        if abs(accel) > _MOST_LEAN_MPS2 + _GATHERED_SIGMAS * math.sqrt(c.side_bias_var):
             self._gather_anew()
             return
         self.times.first_tick = self.times.tick = frame.tick
@@ -336,17 +336,19 @@ class Estimator:
         x[m.HEADING], x[m.GYRO_BIAS], x[m.ACCEL_BIAS] = math.atan2(mag_x, mag_y), gyro, accel
         span_s = self._sum_ticks * TICK_S
         diagonal = np.zeros(m.STATES)
-        diagonal[m.HEADING] = c[m.C_MAG_VAR] + c[m.C_R_MAG] / self._sum_ticks
+        diagonal[m.HEADING] = c.mag_var + c.r_mag / self._sum_ticks
         diagonal[m.SPEED], diagonal[m.YAW_RATE] = 1e-6, 1e-6
         diagonal[m.GYRO_BIAS] = self._gyro_start_var / span_s + 1e-10
         diagonal[m.ACCEL_BIAS] = self._accel_start_var / span_s + 1e-6
-        diagonal[m.ODOMETRY_ERROR : m.ODOMETRY_ERROR + 2] = c[m.C_SLIP_VAR : m.C_SLIP_VAR + 2]
-        diagonal[m.MAG_BIAS] = c[m.C_MAG_VAR]
+        diagonal[m.ODOMETRY_ERROR : m.ODOMETRY_ERROR + 2] = c.slip_var
+        diagonal[m.MAG_BIAS] = c.mag_var
         p[:] = np.diag(diagonal)
         # The heading's error is the magnetometer's.
-        p[m.HEADING, m.MAG_BIAS] = p[m.MAG_BIAS, m.HEADING] = -c[m.C_MAG_VAR]
+        p[m.HEADING, m.MAG_BIAS] = p[m.MAG_BIAS, m.HEADING] = -c.mag_var
         self._place(x, p, gnss)
-        self.ring.inputs[self._slot, m.IN_RISE_EAST :] = 0.0  # nothing has been learned yet
+        z = self.ring.inputs[self._slot]  # nothing has been learned yet
+        z.rise_east_mps2 = z.rise_north_mps2 = z.rise_var = 0.0
+        z.error_mean[:], z.smooth[:] = 0.0, 0.0
 
     def _gather_anew(self) -> None:
         self._sums[:] = 0.0

@@ -18,46 +18,22 @@ from touchline.services.onboard.drives import onboard_drive
 from touchline.services.onboard.estimation.tail import weighed_variance
 from touchline.services.onboard.estimation.updates import apply, apply_two, nis_of_two
 from touchline.services.onboard.filter_model import (
-    C_ANTENNA_X,
-    C_ANTENNA_Y,
-    C_MAST,
-    C_R_GYRO,
-    C_R_MAG,
     EAST,
-    ENCODER_REJECTED_RECENT,
-    FIX_AFTER,
-    FIX_EAST,
-    FIX_NORTH,
-    FIX_VARIANCE,
     GATE_1_DOF,
     GATE_2_DOF,
     GNSS_EAST,
     GNSS_NORTH,
     GYRO_BIAS,
     HEADING,
-    IN_ACCEL,
-    IN_GYRO,
-    IN_MAG,
-    IN_ODOMETRY,
-    IN_REFUSED,
-    IN_RISE_EAST,
-    IN_RISE_NORTH,
-    IN_ROUGH,
-    IN_SPAN,
-    IN_STILL,
     MAG_BIAS,
-    N_ENCODER,
-    N_ENCODER_REJECTED,
-    N_ENCODER_REJECTED_RUN,
-    N_GYRO_REJECTED,
-    N_MAG,
-    N_MAG_REJECTED,
-    NIS_ENCODER_SUM,
-    NIS_MAG_SUM,
     NORTH,
     SPEED,
     STATES,
     YAW_RATE,
+    FilterCounters,
+    FilterFigures,
+    FixInTick,
+    TickInputs,
 )
 from touchline.services.onboard.interface import TICK_S
 
@@ -69,7 +45,7 @@ _STILL_SPEED_VAR = 1e-6  # (1 mm/s)²
 _STILL_YAW_VAR = 4e-8  # (0.2 mrad/s)²
 _SLIP_RECENT = 1.0 / 30.0  # weight of the newest tick in the slip test
 _SPAN_ACCEL_MPS2 = 1.0
-_ENCODER_REJECTED_RUN_LIMIT = 50.0
+_ENCODER_REJECTED_RUN_LIMIT = 50
 _ROUGH_SHARE = 1.0 / 30.0  # of the newest tick
 _ROUGH_MOST = 1.0  # (m/s²)² a tick counts: one jolt is no shaking
 _ROUGH_FROM = 0.3**2  # (m/s²)²; noise by the data sheet makes 0.012², driving a plan at most 0.17², an e-stop 0.31²
@@ -82,16 +58,16 @@ class TickEstimate(NamedTuple):
     Attributes:
         x: (STATES,) its state.
         P: (STATES, STATES) the state's covariance.
-        z: (INPUTS,) its inputs.
+        z: Its inputs.
     """
 
     x: Floats
     P: Floats
-    z: Floats
+    z: TickInputs
 
 
 @kernel
-def add_shaking_noise(P: Floats, before: Floats, z: Floats) -> None:
+def add_shaking_noise(P: Floats, before: TickInputs, z: TickInputs) -> None:
     """Add process noise to the speed while the accelerometer shakes.
 
     A mount that has come loose shakes by far more than the data sheet has it. Believed, it carries the speed away from
@@ -101,74 +77,74 @@ def add_shaking_noise(P: Floats, before: Floats, z: Floats) -> None:
 
     Args:
         P: (STATES, STATES) predicted covariance, updated.
-        before: (INPUTS,) of the tick before.
-        z: (INPUTS,) of this tick; its IN_ROUGH is filled in.
+        before: Of the tick before.
+        z: Of this tick; how `rough` it is is filled in.
     """
-    z[IN_ROUGH] = before[IN_ROUGH] if before[IN_ROUGH] > 0.0 else 0.0
-    step = z[IN_ACCEL] - before[IN_ACCEL]
+    z.rough = before.rough
+    step = z.accel_mps2 - before.accel_mps2
     if not math.isnan(step):
-        z[IN_ROUGH] += _ROUGH_SHARE * (min(step * step, _ROUGH_MOST) - z[IN_ROUGH])
-    if z[IN_ROUGH] > _ROUGH_FROM:
-        P[SPEED, SPEED] += 2.0 * z[IN_ROUGH] * TICK_S * TICK_S
+        z.rough += _ROUGH_SHARE * (min(step * step, _ROUGH_MOST) - z.rough)
+    if z.rough > _ROUGH_FROM:
+        P[SPEED, SPEED] += 2.0 * z.rough * TICK_S * TICK_S
 
 
 @kernel
-def _odometry(at: TickEstimate, drive: Any, n: Floats, live: bool, scratch: Scratch) -> None:
+def _odometry(at: TickEstimate, drive: Any, n: FilterCounters, live: bool, scratch: Scratch) -> None:
     """Update with the drive's odometry, behind one gate for both of its numbers."""
     x, P, z = at
     h, g = scratch
     for k in range(STATES):
         h[0, k], h[1, k] = 0.0, 0.0
     y0, y1, r = onboard_drive.odometry(drive, x, z, h)
-    uneven = 0.5 * (z[IN_SPAN] - 1.0) * TICK_S * _SPAN_ACCEL_MPS2  # the mean of several ticks is not the last one
+    uneven = 0.5 * (z.span_ticks - 1.0) * TICK_S * _SPAN_ACCEL_MPS2  # the mean of several ticks is not the last one
     r += uneven * uneven
     y = y0, y1
     nis = nis_of_two(P, h, y, r)
-    z[IN_REFUSED] = z[IN_REFUSED] + 1.0 if nis > GATE_2_DOF else 0.0
+    z.refused_ticks = z.refused_ticks + 1 if nis > GATE_2_DOF else 0
     if live:
-        n[N_ENCODER] += 1.0
-        n[NIS_ENCODER_SUM] += nis
-        n[ENCODER_REJECTED_RECENT] += _SLIP_RECENT * ((1.0 if nis > GATE_2_DOF else 0.0) - n[ENCODER_REJECTED_RECENT])
+        n.encoders += 1
+        n.encoder_nis_sum += nis
+        n.encoders_rejected_recent += _SLIP_RECENT * ((1.0 if nis > GATE_2_DOF else 0.0) - n.encoders_rejected_recent)
         if nis > GATE_2_DOF:
-            n[N_ENCODER_REJECTED] += 1.0
-            n[N_ENCODER_REJECTED_RUN] += 1.0
+            n.encoders_rejected += 1
+            n.encoders_rejected_run += 1
         else:
-            n[N_ENCODER_REJECTED_RUN] = 0.0
+            n.encoders_rejected_run = 0
     if nis > GATE_2_DOF:
-        if n[N_ENCODER_REJECTED_RUN] < _ENCODER_REJECTED_RUN_LIMIT:
+        if n.encoders_rejected_run < _ENCODER_REJECTED_RUN_LIMIT:
             return
         r *= _PATIENCE
     apply_two(x, P, h, y, r, g)
 
 
 @kernel
-def _disputed(at: TickEstimate, c: Floats, n: Floats, live: bool) -> bool:
+def _disputed(at: TickEstimate, c: FilterFigures, n: FilterCounters, live: bool) -> bool:
     """Whether the gyro says that the standing robot turns: it is broken, or somebody turns the robot.
 
     Neither can be ruled out, so the reading is not used, and the heading becomes as uncertain as that turn is large.
     """
     x, P, z = at
-    if z[IN_STILL] == 0.0:
+    if not z.still:
         return False
-    turn = z[IN_GYRO] - x[GYRO_BIAS]
-    if turn * turn <= GATE_1_DOF * (P[GYRO_BIAS, GYRO_BIAS] + c[C_R_GYRO] + _STILL_YAW_VAR):
+    turn = z.gyro_radps - x[GYRO_BIAS]
+    if turn * turn <= GATE_1_DOF * (P[GYRO_BIAS, GYRO_BIAS] + c.r_gyro + _STILL_YAW_VAR):
         return False
     if live:
-        n[N_GYRO_REJECTED] += 1.0
+        n.gyro_rejected += 1
     sigma = math.sqrt(P[HEADING, HEADING]) + abs(turn) * TICK_S
     P[HEADING, HEADING] = sigma * sigma
     return True
 
 
 @kernel
-def measure(at: TickEstimate, c: Floats, drive: Any, n: Floats, live: bool, scratch: Scratch) -> None:
+def measure(at: TickEstimate, c: FilterFigures, drive: Any, n: FilterCounters, live: bool, scratch: Scratch) -> None:
     """Update a tick's prediction with all of its measurements but GNSS.
 
     Args:
         at: The tick; state and covariance are the predicted ones, and are updated.
-        c: (FIGURES,) constants.
+        c: Constants.
         drive: Figures of the drive.
-        n: (COUNTERS,) updated if the tick is live.
+        n: Updated if the tick is live.
         live: Whether its measurements are new.
         scratch: Overwritten.
     """
@@ -177,11 +153,11 @@ def measure(at: TickEstimate, c: Floats, drive: Any, n: Floats, live: bool, scra
     row = h[0]
     for k in range(STATES):
         row[k] = 0.0
-    if not math.isnan(z[IN_GYRO]) and not _disputed(at, c, n, live):
+    if not math.isnan(z.gyro_radps) and not _disputed(at, c, n, live):
         row[YAW_RATE], row[GYRO_BIAS] = 1.0, 1.0
-        apply(x, P, row, z[IN_GYRO] - x[YAW_RATE] - x[GYRO_BIAS], c[C_R_GYRO], g)
-    if z[IN_STILL] > 0.0:
-        z[IN_REFUSED] = 0.0
+        apply(x, P, row, z.gyro_radps - x[YAW_RATE] - x[GYRO_BIAS], c.r_gyro, g)
+    if z.still:
+        z.refused_ticks = 0
         for k in range(STATES):
             row[k] = 0.0
         row[SPEED] = 1.0
@@ -189,44 +165,44 @@ def measure(at: TickEstimate, c: Floats, drive: Any, n: Floats, live: bool, scra
         row[SPEED], row[YAW_RATE] = 0.0, 1.0
         apply(x, P, row, -x[YAW_RATE], _STILL_YAW_VAR, g)
         if live:
-            n[ENCODER_REJECTED_RECENT] -= _SLIP_RECENT * n[ENCODER_REJECTED_RECENT]
-    elif not math.isnan(z[IN_ODOMETRY]):
+            n.encoders_rejected_recent -= _SLIP_RECENT * n.encoders_rejected_recent
+    elif not math.isnan(z.odometry[0]):
         _odometry(at, drive, n, live, scratch)
-    if not math.isnan(z[IN_MAG]):
+    if not math.isnan(z.mag_rad):
         for k in range(STATES):
             row[k] = 0.0
         row[HEADING], row[MAG_BIAS] = 1.0, 1.0
-        y = wrapped(z[IN_MAG] - x[HEADING] - x[MAG_BIAS])
-        s = P[HEADING, HEADING] + 2.0 * P[HEADING, MAG_BIAS] + P[MAG_BIAS, MAG_BIAS] + c[C_R_MAG]
+        y = wrapped(z.mag_rad - x[HEADING] - x[MAG_BIAS])
+        s = P[HEADING, HEADING] + 2.0 * P[HEADING, MAG_BIAS] + P[MAG_BIAS, MAG_BIAS] + c.r_mag
         nis = y * y / s
         if live:
-            n[N_MAG] += 1.0
-            n[NIS_MAG_SUM] += nis
+            n.mags += 1
+            n.mag_nis_sum += nis
             if nis > GATE_1_DOF:
-                n[N_MAG_REJECTED] += 1.0
+                n.mags_rejected += 1
         if nis <= GATE_1_DOF:
-            apply(x, P, row, y, c[C_R_MAG], g)
+            apply(x, P, row, y, c.r_mag, g)
 
 
 @kernel
-def fix_rows(at: TickEstimate, fix: Floats, c: Floats, h: Floats) -> tuple[float, float]:
+def fix_rows(at: TickEstimate, fix: FixInTick, c: FilterFigures, h: Floats) -> tuple[float, float]:
     """Innovations and Jacobian of a fix: of the antenna, whose mast leans with the ground, some time after the tick.
 
     Args:
         at: The tick in which the fix is valid.
-        fix: (FIXES,) it.
-        c: (FIGURES,) constants.
+        fix: It.
+        c: Constants.
         h: (2, STATES) filled with the Jacobian of east and north.
 
     Returns:
         Innovations east and north [m].
     """
     x, _, z = at
-    after = fix[FIX_AFTER]
+    after = fix.after_s
     heading = x[HEADING] + x[YAW_RATE] * after
     cos, sin = math.cos(heading), math.sin(heading)
-    arm_e = c[C_ANTENNA_X] * cos - c[C_ANTENNA_Y] * sin
-    arm_n = c[C_ANTENNA_X] * sin + c[C_ANTENNA_Y] * cos
+    arm_e = c.antenna_x_m * cos - c.antenna_y_m * sin
+    arm_n = c.antenna_x_m * sin + c.antenna_y_m * cos
     ahead = x[SPEED] * after
     for k in range(STATES):
         h[0, k], h[1, k] = 0.0, 0.0
@@ -236,22 +212,22 @@ def fix_rows(at: TickEstimate, fix: Floats, c: Floats, h: Floats) -> tuple[float
     h[0, SPEED], h[1, SPEED] = after * cos, after * sin
     h[0, YAW_RATE], h[1, YAW_RATE] = -arm_n * after, arm_e * after
     return (
-        fix[FIX_EAST] - (x[EAST] + ahead * cos + arm_e - c[C_MAST] * z[IN_RISE_EAST] + x[GNSS_EAST]),
-        fix[FIX_NORTH] - (x[NORTH] + ahead * sin + arm_n - c[C_MAST] * z[IN_RISE_NORTH] + x[GNSS_NORTH]),
+        fix.east_m - (x[EAST] + ahead * cos + arm_e - c.mast_s2 * z.rise_east_mps2 + x[GNSS_EAST]),
+        fix.north_m - (x[NORTH] + ahead * sin + arm_n - c.mast_s2 * z.rise_north_mps2 + x[GNSS_NORTH]),
     )
 
 
 @kernel
-def use_fix(at: TickEstimate, fix: Floats, c: Floats, scratch: Scratch) -> None:
+def use_fix(at: TickEstimate, fix: FixInTick, c: FilterFigures, scratch: Scratch) -> None:
     """Update the tick in which a fix is valid, with the variance by which the fix is weighed (`weighed_variance`).
 
     Args:
         at: That tick; state and covariance are updated.
-        fix: (FIXES,) it.
-        c: (FIGURES,) constants.
+        fix: It.
+        c: Constants.
         scratch: Overwritten.
     """
     x, P, _ = at
     h, g = scratch
     y = fix_rows(at, fix, c, h)
-    apply_two(x, P, h, y, weighed_variance(P, h, y, fix[FIX_VARIANCE]), g)
+    apply_two(x, P, h, y, weighed_variance(P, h, y, fix.variance_m2), g)

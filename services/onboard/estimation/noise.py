@@ -4,41 +4,11 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.physical_constants import GRAVITY_MPS2
 from touchline.services.onboard.drives.onboard_drive import OnboardDrive
-from touchline.services.onboard.filter_model import (
-    C_ANTENNA_X,
-    C_ANTENNA_Y,
-    C_GM_DECAY,
-    C_GM_VAR,
-    C_MAG_DECAY,
-    C_MAG_VAR,
-    C_MAST,
-    C_MEAN_SLIP_VAR,
-    C_Q_ACCEL_BIAS,
-    C_Q_GYRO_BIAS,
-    C_Q_RISE,
-    C_Q_SIDE,
-    C_Q_SIDE_BIAS,
-    C_Q_SPEED,
-    C_Q_YAW,
-    C_R_GNSS,
-    C_R_GYRO,
-    C_R_MAG,
-    C_R_MEAN_SLIP,
-    C_R_SIDE,
-    C_RISE_VAR,
-    C_SIDE_BIAS_VAR,
-    C_SIDE_SLIP,
-    C_SLIP_DECAY,
-    C_SLIP_VAR,
-    FIGURES,
-)
+from touchline.services.onboard.filter_model import FilterFigures
 from touchline.services.onboard.interface import TICK_S
 
 _SPEED_NOISE_MPS = 0.0005  # per tick, from pitching and vibration, beyond the accelerometer's own noise
@@ -57,52 +27,52 @@ _BRIDGED_S = 30.0  # an outage that the reported σ has to cover
 _WARMING_S = 60.0  # over which a bias that drifts with the temperature counts as a random walk
 
 
-def noise_figures(vehicle: Vehicle, config: OnboardConfig, drive_model: OnboardDrive) -> NDArray[np.float64]:
-    """(FIGURES,) constants of the filter, from the vehicle's and the sensors' data sheets."""
+def noise_figures(vehicle: Vehicle, config: OnboardConfig, drive_model: OnboardDrive) -> FilterFigures:
+    """Constants of the filter, from the vehicle's and the sensors' data sheets."""
     gnss, imu, mag, drive = config.gnss, config.imu, config.magnetometer, config.drive
-    c = np.zeros(FIGURES)
-    c[C_ANTENNA_X], c[C_ANTENNA_Y] = vehicle.body.gnss_antenna_x_m, vehicle.body.gnss_antenna_y_m
-    c[C_Q_SPEED] = imu.accel_density_mps2_rthz**2 * TICK_S + _SPEED_NOISE_MPS**2
-    c[C_Q_YAW] = _YAW_NOISE_RADPS**2
+    c = FilterFigures()
+    c.antenna_x_m, c.antenna_y_m = vehicle.body.gnss_antenna_x_m, vehicle.body.gnss_antenna_y_m
+    c.q_speed = imu.accel_density_mps2_rthz**2 * TICK_S + _SPEED_NOISE_MPS**2
+    c.q_yaw_rate = _YAW_NOISE_RADPS**2
     warming_kps = imu.warming_k / imu.warming_tau_s
     gyro_drift, accel_drift = (
         per_k * warming_kps * math.sqrt(_WARMING_S)
         for per_k in (imu.gyro_temperature_radps_per_k, imu.accel_temperature_mps2_per_k)
     )
-    c[C_Q_GYRO_BIAS] = (max(imu.gyro_bias_walk_radps_rts, 1e-6) ** 2 + gyro_drift**2) * TICK_S
-    c[C_Q_ACCEL_BIAS] = (max(imu.accel_bias_walk_mps2_rts, 1e-4) ** 2 + accel_drift**2) * TICK_S
+    c.q_gyro_bias = (max(imu.gyro_bias_walk_radps_rts, 1e-6) ** 2 + gyro_drift**2) * TICK_S
+    c.q_accel_bias = (max(imu.accel_bias_walk_mps2_rts, 1e-4) ** 2 + accel_drift**2) * TICK_S
     fast = max(drive.slip_relative, _SLIP_FLOOR) ** 2
     for i, lasting in enumerate(drive_model.lasting_errors):
         if lasting is None:
-            c[C_SLIP_VAR + i], tau = _bridging_term(fast, drive.slip_tau_s, _LEARNED_SLIP**2)
-            c[C_MEAN_SLIP_VAR + i] = _MEAN_SLIP**2
-            c[C_R_MEAN_SLIP + i] = fast * 2.0 * drive.slip_tau_s * gnss.rate_hz
+            c.slip_var[i], tau = _bridging_term(fast, drive.slip_tau_s, _LEARNED_SLIP**2)
+            c.mean_slip_var[i] = _MEAN_SLIP**2
+            c.r_mean_slip[i] = fast * 2.0 * drive.slip_tau_s * gnss.rate_hz
         else:  # it stays where it is found, so there is no mean to be learned
-            c[C_SLIP_VAR + i], tau = lasting.sigma**2, lasting.tau_s
-            c[C_R_MEAN_SLIP + i] = math.inf
-        c[C_SLIP_DECAY + i] = math.exp(-TICK_S / tau)
-    c[C_MAST] = vehicle.body.gnss_antenna_z_m / GRAVITY_MPS2
-    c[C_RISE_VAR] = (_RISE * GRAVITY_MPS2) ** 2
-    c[C_Q_RISE] = _RISE_CHANGE_PM * GRAVITY_MPS2**2
-    c[C_SIDE_BIAS_VAR] = imu.accel_turn_on_bias_mps2**2 + 1e-6
-    c[C_Q_SIDE_BIAS] = c[C_Q_ACCEL_BIAS]
-    c[C_R_SIDE] = imu.accel_density_mps2_rthz**2 / TICK_S + _SIDE_FLOOR_MPS2**2
-    c[C_MAG_VAR], tau = _one_term(
+            c.slip_var[i], tau = lasting.sigma**2, lasting.tau_s
+            c.r_mean_slip[i] = math.inf
+        c.slip_decay[i] = math.exp(-TICK_S / tau)
+    c.mast_s2 = vehicle.body.gnss_antenna_z_m / GRAVITY_MPS2
+    c.rise_var = (_RISE * GRAVITY_MPS2) ** 2
+    c.q_rise = _RISE_CHANGE_PM * GRAVITY_MPS2**2
+    c.side_bias_var = imu.accel_turn_on_bias_mps2**2 + 1e-6
+    c.q_side_bias = c.q_accel_bias
+    c.r_side = imu.accel_density_mps2_rthz**2 / TICK_S + _SIDE_FLOOR_MPS2**2
+    c.mag_var, tau = _one_term(
         ((max(mag.bias_rad, 0.01), 1e4), (max(mag.disturbance_rad, 0.01), mag.disturbance_tau_s))
     )
-    c[C_MAG_DECAY] = math.exp(-TICK_S / tau)
-    c[C_GM_VAR], tau = _one_term(
+    c.mag_decay = math.exp(-TICK_S / tau)
+    c.gnss_var, tau = _one_term(
         (
             (max(gnss.gauss_markov_1_m, 1e-4), gnss.gauss_markov_1_tau_s),
             (max(gnss.gauss_markov_2_m, 1e-4), gnss.gauss_markov_2_tau_s),
         )
     )
-    c[C_GM_DECAY] = math.exp(-TICK_S / tau)
-    c[C_R_GYRO] = imu.gyro_density_radps_rthz**2 / TICK_S + _GYRO_FLOOR_RADPS**2
-    c[C_R_MAG] = max(mag.white_rad, _MAG_FLOOR_RAD) ** 2
-    c[C_R_GNSS] = max(gnss.white_m, _GNSS_FLOOR_M) ** 2
-    c[C_Q_SIDE] = _SIDE_SLIP_M2PM
-    c[C_SIDE_SLIP] = drive_model.side_slip_rad_per_mps2
+    c.gnss_decay = math.exp(-TICK_S / tau)
+    c.r_gyro = imu.gyro_density_radps_rthz**2 / TICK_S + _GYRO_FLOOR_RADPS**2
+    c.r_mag = max(mag.white_rad, _MAG_FLOOR_RAD) ** 2
+    c.r_gnss = max(gnss.white_m, _GNSS_FLOOR_M) ** 2
+    c.q_side_m = _SIDE_SLIP_M2PM
+    c.side_slip_rad_per_mps2 = drive_model.side_slip_rad_per_mps2
     return c
 
 

@@ -10,33 +10,19 @@ from numpy.typing import NDArray
 from touchline.services.core.jit import kernel
 from touchline.services.onboard.filter_model import (
     ACCEL_BIAS,
-    C_GM_DECAY,
-    C_GM_VAR,
-    C_MAG_DECAY,
-    C_MAG_VAR,
-    C_Q_ACCEL_BIAS,
-    C_Q_GYRO_BIAS,
-    C_Q_SIDE,
-    C_Q_SPEED,
-    C_Q_YAW,
-    C_SIDE_SLIP,
-    C_SLIP_DECAY,
-    C_SLIP_VAR,
     EAST,
     GNSS_EAST,
     GNSS_NORTH,
     GYRO_BIAS,
     HEADING,
-    IN_ERROR_MEAN,
-    IN_RISE_EAST,
-    IN_RISE_NORTH,
-    IN_RISE_VAR,
     MAG_BIAS,
     NORTH,
     ODOMETRY_ERROR,
     SPEED,
     STATES,
     YAW_RATE,
+    FilterFigures,
+    TickInputs,
 )
 from touchline.services.onboard.interface import TICK_S
 
@@ -47,7 +33,7 @@ _SLIP_ANGLE_SHARE = 0.3  # how far the slip angle may be from the assumed one, o
 
 
 @kernel
-def predict(x: Floats, P: Floats, accel: float, z: Floats, c: Floats) -> None:
+def predict(x: Floats, P: Floats, accel: float, z: TickInputs, c: FilterFigures) -> None:
     """One tick ahead: x ← f(x, u), P ← F P Fᵀ + Q, with F the Jacobian of f.
 
     Mean speed and yaw rate step first, then the pose integrates them. On a slope gravity pulls across, too: it adds to
@@ -57,16 +43,16 @@ def predict(x: Floats, P: Floats, accel: float, z: Floats, c: Floats) -> None:
         x: (STATES,) updated; states, units and noise are those of `filter_model`.
         P: (STATES, STATES) its covariance, updated.
         accel: Forward acceleration that the accelerometer reads [m/s²].
-        z: (INPUTS,) of the tick.
-        c: (FIGURES,) constants.
+        z: Of the tick.
+        c: Constants.
     """
     x[SPEED] += (accel - x[ACCEL_BIAS]) * TICK_S
     turn = x[YAW_RATE] * TICK_S
     ahead = x[HEADING] + 0.5 * turn
     cos, sin = math.cos(ahead), math.sin(ahead)
-    pull = cos * z[IN_RISE_NORTH] - sin * z[IN_RISE_EAST]
+    pull = cos * z.rise_north_mps2 - sin * z.rise_east_mps2
     # In a curve the robot drifts outward, on a slope downward: by an angle so small that its series will do.
-    slip_angle = c[C_SIDE_SLIP] * (x[SPEED] * x[YAW_RATE] + math.copysign(pull, x[SPEED]))
+    slip_angle = c.side_slip_rad_per_mps2 * (x[SPEED] * x[YAW_RATE] + math.copysign(pull, x[SPEED]))
     straight = 1.0 - 0.5 * slip_angle * slip_angle
     cos, sin = straight * cos + slip_angle * sin, straight * sin - slip_angle * cos
     step = x[SPEED] * TICK_S
@@ -75,19 +61,19 @@ def predict(x: Floats, P: Floats, accel: float, z: Floats, c: Floats) -> None:
     x[HEADING] += turn
     x[ACCEL_BIAS] += pull * turn
     for i in range(2):
-        mean = z[IN_ERROR_MEAN + i]
-        x[ODOMETRY_ERROR + i] = mean + c[C_SLIP_DECAY + i] * (x[ODOMETRY_ERROR + i] - mean)
-    x[MAG_BIAS] *= c[C_MAG_DECAY]
-    x[GNSS_EAST] *= c[C_GM_DECAY]
-    x[GNSS_NORTH] *= c[C_GM_DECAY]
+        mean = z.error_mean[i]
+        x[ODOMETRY_ERROR + i] = mean + c.slip_decay[i] * (x[ODOMETRY_ERROR + i] - mean)
+    x[MAG_BIAS] *= c.mag_decay
+    x[GNSS_EAST] *= c.gnss_decay
+    x[GNSS_NORTH] *= c.gnss_decay
 
     # F P Fᵀ for the sparse F, first rows then columns: speed, yaw rate and biases before the pose that uses them.
     for k in range(STATES):
         P[SPEED, k] -= TICK_S * P[ACCEL_BIAS, k]
     for k in range(STATES):
         P[k, SPEED] -= TICK_S * P[k, ACCEL_BIAS]
-    P[SPEED, SPEED] += c[C_Q_SPEED]
-    P[YAW_RATE, YAW_RATE] += c[C_Q_YAW]
+    P[SPEED, SPEED] += c.q_speed
+    P[YAW_RATE, YAW_RATE] += c.q_yaw_rate
     de_dv, dn_dv = TICK_S * cos, TICK_S * sin
     de_dh, dn_dh = -step * sin, step * cos
     de_dw, dn_dw = 0.5 * TICK_S * de_dh, 0.5 * TICK_S * dn_dh
@@ -100,19 +86,17 @@ def predict(x: Floats, P: Floats, accel: float, z: Floats, c: Floats) -> None:
         P[k, NORTH] += dn_dv * P[k, SPEED] + dn_dh * P[k, HEADING] + dn_dw * P[k, YAW_RATE]
         P[k, HEADING] += TICK_S * P[k, YAW_RATE]
     for i in range(2):
-        _decay(P, ODOMETRY_ERROR + i, c[C_SLIP_DECAY + i], c[C_SLIP_VAR + i])
-    _decay(P, MAG_BIAS, c[C_MAG_DECAY], c[C_MAG_VAR])
-    _decay(P, GNSS_EAST, c[C_GM_DECAY], c[C_GM_VAR])
-    _decay(P, GNSS_NORTH, c[C_GM_DECAY], c[C_GM_VAR])
+        _decay(P, ODOMETRY_ERROR + i, c.slip_decay[i], c.slip_var[i])
+    _decay(P, MAG_BIAS, c.mag_decay, c.mag_var)
+    _decay(P, GNSS_EAST, c.gnss_decay, c.gnss_var)
+    _decay(P, GNSS_NORTH, c.gnss_decay, c.gnss_var)
     # A hard-iron error is a vector fixed in the body: seen as heading it changes as fast as the robot turns.
-    P[MAG_BIAS, MAG_BIAS] += c[C_MAG_VAR] * min(abs(turn), 1.0)
-    P[GYRO_BIAS, GYRO_BIAS] += c[C_Q_GYRO_BIAS]
+    P[MAG_BIAS, MAG_BIAS] += c.mag_var * min(abs(turn), 1.0)
+    P[GYRO_BIAS, GYRO_BIAS] += c.q_gyro_bias
     # What is not known of the slope acts alike for as long as the robot turns on, and not at all when it only wavers.
-    P[ACCEL_BIAS, ACCEL_BIAS] += c[C_Q_ACCEL_BIAS] + z[IN_RISE_VAR] * abs(turn) * min(
-        abs(x[YAW_RATE]) * _TURNS_FOR_S, 1.0
-    )
+    P[ACCEL_BIAS, ACCEL_BIAS] += c.q_accel_bias + z.rise_var * abs(turn) * min(abs(x[YAW_RATE]) * _TURNS_FOR_S, 1.0)
     unsure = _SLIP_ANGLE_SHARE * slip_angle
-    side = (c[C_Q_SIDE] + unsure * unsure) * abs(step)
+    side = (c.q_side_m + unsure * unsure) * abs(step)
     P[EAST, EAST] += side * sin * sin
     P[NORTH, NORTH] += side * cos * cos
     P[EAST, NORTH] -= side * sin * cos

@@ -40,10 +40,7 @@ def take_samples(tick: int, drive: Any, c: ComputerState) -> int:
     Returns:
         The oldest tick with a new sample; `tick` if there is none.
     """
-    row = c.filter.inputs[tick % m.RING]
-    for column in range(m.INPUTS):
-        row[column] = math.nan
-    row[m.IN_STILL] = 0.0
+    c.filter.inputs[tick % m.RING] = c.filter.no_inputs
     oldest = tick
     for sensor in range(3):
         sampled = c.frame.measured_tick[sensor]
@@ -88,9 +85,9 @@ def _take_imu(sampled: int, c: ComputerState) -> bool:
     accel = c.frame.readings[ACCEL]
     before = state.accel_mps2 if sampled == state.imu_tick + 1 else accel
     row = c.filter.inputs[sampled % m.RING]
-    row[m.IN_GYRO] = c.frame.readings[2]
-    row[m.IN_ACCEL] = 0.5 * (accel + before)
-    row[m.IN_SIDE] = c.frame.readings[ACCEL + 1]
+    row.gyro_radps = c.frame.readings[2]
+    row.accel_mps2 = 0.5 * (accel + before)
+    row.side_mps2 = c.frame.readings[ACCEL + 1]
     state.accel_mps2 = accel
     state.imu_tick = sampled
     return True
@@ -112,8 +109,8 @@ def _take_encoders(sampled: int, drive: Any, c: ComputerState) -> bool:
         state.angles_rad[actuator] = angle
     still = onboard_drive.read(drive, span, state, row)
     state.still_ticks = state.still_ticks + span if still else 0
-    row[m.IN_SPAN] = span
-    row[m.IN_STILL] = 1.0 if state.still_ticks >= STILL_TICKS else 0.0
+    row.span_ticks = span
+    row.still = state.still_ticks >= STILL_TICKS
     return True
 
 
@@ -124,5 +121,5 @@ def _take_magnetometer(sampled: int, c: ComputerState) -> bool:
     if sampled <= state.mag_tick or sampled % MAG_EVERY_TICKS != 0:
         return False
     state.mag_tick = sampled
-    c.filter.inputs[sampled % m.RING, m.IN_MAG] = math.atan2(c.frame.readings[MAG], c.frame.readings[MAG + 1])
+    c.filter.inputs[sampled % m.RING].mag_rad = math.atan2(c.frame.readings[MAG], c.frame.readings[MAG + 1])
     return True

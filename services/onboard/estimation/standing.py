@@ -14,15 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.services.core.jit import kernel
-from touchline.services.onboard.filter_model import (
-    ACCEL_BIAS,
-    C_R_SIDE,
-    GATE_1_DOF,
-    IN_ACCEL,
-    IN_DISPUTED,
-    IN_ROUGH,
-    IN_STILL,
-)
+from touchline.services.onboard.filter_model import ACCEL_BIAS, GATE_1_DOF, FilterFigures, TickInputs
 
 Floats = NDArray[np.float64]
 
@@ -46,8 +38,8 @@ def contradicts(mps2: float, variance: float) -> bool:
 
 
 @kernel
-def settle_dispute(x: Floats, P: Floats, before: Floats, z: Floats, c: Floats) -> bool:
-    """Whether to ignore a tick's acceleration because the wheels stand; such ticks in a row are counted in IN_DISPUTED.
+def settle_dispute(x: Floats, P: Floats, before: TickInputs, z: TickInputs, c: FilterFigures) -> bool:
+    """Whether to ignore a tick's acceleration because the wheels stand; such ticks in a row are counted.
 
     A constant contradiction that lasts is learned as a bias at once, by giving the bias that much room: at standstill
     the speed is known, so neither it nor the position moves.
@@ -55,22 +47,21 @@ def settle_dispute(x: Floats, P: Floats, before: Floats, z: Floats, c: Floats) -
     Args:
         x: (STATES,) of the tick before.
         P: (STATES, STATES) its covariance, updated.
-        before: (INPUTS,) of the tick before.
-        z: (INPUTS,) of this tick, updated.
-        c: (FIGURES,) constants.
+        before: Of the tick before.
+        z: Of this tick, updated.
+        c: Constants.
     """
-    so_far = before[IN_DISPUTED] if before[IN_DISPUTED] > 0.0 else 0.0
-    z[IN_DISPUTED] = 0.0
-    if z[IN_STILL] == 0.0:
+    so_far, z.disputed_ticks = before.disputed_ticks, 0
+    if not z.still:
         return False
-    if math.isnan(z[IN_ACCEL]):
-        z[IN_DISPUTED] = so_far
+    if math.isnan(z.accel_mps2):
+        z.disputed_ticks = so_far
         return False
-    excess = z[IN_ACCEL] - x[ACCEL_BIAS]
-    if not contradicts(excess, P[ACCEL_BIAS, ACCEL_BIAS] + c[C_R_SIDE]):
+    excess = z.accel_mps2 - x[ACCEL_BIAS]
+    if not contradicts(excess, P[ACCEL_BIAS, ACCEL_BIAS] + c.r_side):
         return False
-    if so_far >= LASTING_TICKS and not before[IN_ROUGH] > _STEADY:
+    if so_far >= LASTING_TICKS and not before.rough > _STEADY:
         P[ACCEL_BIAS, ACCEL_BIAS] = max(P[ACCEL_BIAS, ACCEL_BIAS], excess * excess)
         return False
-    z[IN_DISPUTED] = so_far + 1.0
+    z.disputed_ticks = so_far + 1
     return True

@@ -89,15 +89,15 @@ def _pose(tick: int, c: ComputerState) -> int:
         return OLD_CORRECTIONS
     if time_s - times.fix[F_STAMP] > c.pose.fix_age_s:
         return NO_FIX
-    if n[m.FIX_DOUBT] >= CONTRADICTED:
+    if n.fix_doubt >= CONTRADICTED:
         return CONTRADICTION
     if time_s - times.last_used_stamp_s > c.pose.fix_age_s:
         return UNUSABLE_FIXES
-    if n[m.NIS_FIX_RECENT] > MAX_NIS:
+    if n.fix_nis_recent > MAX_NIS:
         return SCATTER
     if position_sigma(c.filter.covariances[times.tick % m.RING]) > MAX_POSITION_SIGMA_M:
         return UNCERTAIN
-    if n[m.ENCODER_REJECTED_RECENT] > MAX_SLIP:
+    if n.encoders_rejected_recent > MAX_SLIP:
         return SLIP
     return int(_silence(tick, c, MAX_SILENCE_TICKS))
 
@@ -113,7 +113,7 @@ def _silence(tick: int, c: ComputerState, ticks: int) -> int:
 def speaks_against_driving(computer: Computer) -> int:
     """Why not to drive at all after the tick that has been judged last; GOOD if nothing speaks against it."""
     c = computer[0]
-    if c.filter.counters[m.FIX_DOUBT] >= CONTRADICTED:
+    if c.filter.counters.fix_doubt >= CONTRADICTED:
         return CONTRADICTION
     blind = c.times.first_tick < 0
     if blind or position_sigma(c.filter.covariances[c.times.tick % m.RING]) > c.pose.blind_sigma_m:
