@@ -18,7 +18,6 @@ from touchline.services.onboard.interface import (
     ACCEL,
     ACTUATORS,
     ANGLES,
-    FIX_COLUMNS,
     MAG,
     READINGS,
     Command,
@@ -27,7 +26,6 @@ from touchline.services.onboard.interface import (
 from touchline.services.onboard.tracking_state import NOW
 
 Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 FLOW_WINDOW_TICKS = 50
 """Over which the flow of paint is judged."""
@@ -38,8 +36,10 @@ class FrameState(Record):
 
     readings: Annotated[Floats, READINGS]
     """The newest samples, laid out as in `interface`."""
-    measured_tick: Annotated[Integers, 3]
-    """In which those of IMU, magnetometer and encoders were measured."""
+    imu_tick: int
+    """In which the IMU's was measured."""
+    mag_tick: int
+    encoder_tick: int
     bumper: bool
     operator_alive: bool = True
     battery_fraction: float = 1.0
@@ -49,8 +49,8 @@ class FrameState(Record):
         """Take a frame's values."""
         self.readings[:ACCEL], self.readings[ACCEL:MAG] = frame.imu[:3], frame.imu[3:]
         self.readings[MAG:ANGLES], self.readings[ANGLES:] = frame.mag, frame.encoders
-        ages = frame.imu_age_ticks, frame.mag_age_ticks, frame.encoder_age_ticks
-        self.measured_tick[:] = [frame.tick - age for age in ages]
+        self.imu_tick, self.mag_tick = frame.tick - frame.imu_age_ticks, frame.tick - frame.mag_age_ticks
+        self.encoder_tick = frame.tick - frame.encoder_age_ticks
         self.bumper, self.operator_alive = frame.bumper, frame.operator_alive
         self.battery_fraction, self.tank_l = frame.battery_fraction, frame.tank_l
 
@@ -117,6 +117,18 @@ class FilterState(Record):
     learned: m.LearnedFigures
 
 
+class ReceivedFix(Record):
+    """A fix that has arrived, whenever it was measured; fields as in `GnssSample`."""
+
+    stamp_s: float
+    east_m: float
+    north_m: float
+    variance_m2: float
+    fix: int
+    satellites: int
+    correction_age_s: float
+
+
 class FilterTimes(Record):
     """When the filter started, where it is, and the newest fix."""
 
@@ -125,7 +137,7 @@ class FilterTimes(Record):
     tick: int
     last_used_stamp_s: float = -math.inf
     """Time of validity of the newest RTK-fixed position that was used."""
-    fix: Annotated[Floats, FIX_COLUMNS]
+    fix: ReceivedFix
     """The newest fix that arrived, used or not; by its stamp, and not from the future."""
     has_fix: bool
 

@@ -18,21 +18,13 @@ TICKS_PER_S: Final = 100
 TICK_S: Final = 0.01
 """Its period [s]."""
 
-# A frame's readings as an array, and a fix as one: the values of the samples below, in their order.
+# A frame's readings as an array: the values of the samples below, in their order.
 GYRO: Final = 0  # x, y, z [rad/s]
 ACCEL: Final = 3  # x, y, z [m/s²]
 MAG: Final = 6  # x, y, z [T]
 ANGLES: Final = 9  # of the drive's actuators [rad]
 ACTUATORS: Final = 2
 READINGS: Final = ANGLES + ACTUATORS
-F_STAMP: Final = 0
-F_EAST: Final = 1
-F_NORTH: Final = 2
-F_VARIANCE: Final = 3
-F_FIX: Final = 4
-F_SATELLITES: Final = 5
-F_AGE: Final = 6
-FIX_COLUMNS: Final = 7
 
 
 class GnssSample(NamedTuple):

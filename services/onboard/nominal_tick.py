@@ -9,6 +9,7 @@ a tick needs a decision, `steer` says so and has changed nothing beyond what the
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -18,7 +19,7 @@ from touchline.schemas.messages import Actuation
 from touchline.services.core.arrays import copy
 from touchline.services.core.jit import kernel
 from touchline.services.onboard import tracking_state as tracking
-from touchline.services.onboard.computer_state import Computer
+from touchline.services.onboard.computer_state import Computer, ReceivedFix
 from touchline.services.onboard.control.path_tracker import has_arrived, nozzle_m, observe
 from touchline.services.onboard.drives.onboard_drive import command as drive_command
 from touchline.services.onboard.estimation.filter import take_frame
@@ -61,12 +62,12 @@ class CourseArrays(NamedTuple):
 
 
 @kernel
-def perceive(tick: int, fixes: Floats, count: int, computer: Computer, course: CourseArrays) -> None:
+def perceive(tick: int, fixes: Sequence[ReceivedFix], count: int, computer: Computer, course: CourseArrays) -> None:
     """Estimate, and judge the pose and what else could stop the robot.
 
     Args:
         tick: This tick.
-        fixes: (n, FIX_COLUMNS) that arrived in it.
+        fixes: (n,) that arrived in it.
         count: How many of them count.
         computer: (1,) with the frame, updated.
         course: Its fence and drive.

@@ -19,20 +19,12 @@ from touchline.services.core.jit import kernel
 from touchline.services.core.records import Record
 from touchline.services.onboard import filter_model as model
 from touchline.services.onboard.computer import Nominal, Onboard
-from touchline.services.onboard.computer_state import Computer
+from touchline.services.onboard.computer_state import Computer, ReceivedFix
 from touchline.services.onboard.control import PurePursuitFollower
 from touchline.services.onboard.control.pure_pursuit import PursuitLimits, PursuitMemory, pursue
 from touchline.services.onboard.estimation.filter import speed_now_mps
 from touchline.services.onboard.interface import (
     ACTUATORS,
-    F_AGE,
-    F_EAST,
-    F_FIX,
-    F_NORTH,
-    F_SATELLITES,
-    F_STAMP,
-    F_VARIANCE,
-    FIX_COLUMNS,
 )
 from touchline.services.onboard.nominal_tick import CourseArrays, actuate, perceive, steer
 from touchline.services.onboard.tracking_state import NOW
@@ -84,14 +76,14 @@ class Hardware(NamedTuple):
         world: The robot's.
         effects: Of faults; they must not change before the last tick is done.
         sensing: The sensors'.
-        fixes: (1, FIX_COLUMNS) the one that arrived, for the computer.
+        fixes: (1,) the one that arrived, for the computer.
         battery_wh: Full.
     """
 
     world: WorldArrays
     effects: Floats
     sensing: Sensing
-    fixes: Floats
+    fixes: Sequence[ReceivedFix]
     battery_wh: float
 
 
@@ -160,15 +152,16 @@ def _read_frame(fixes: int, hardware: Hardware, computer: Computer) -> None:
     """Fill in the frame from what has arrived and the world's state."""
     frame, state, transport = computer[0].frame, hardware.world.state, hardware.sensing.transport[0]
     copy(transport.readings, frame.readings)
-    copy(transport.measured_tick, frame.measured_tick)
+    measured = transport.measured_tick
+    frame.imu_tick, frame.mag_tick, frame.encoder_tick = measured[0], measured[1], measured[2]
     frame.battery_fraction, frame.tank_l = state[body.BATTERY_WH] / hardware.battery_wh, state[body.TANK_L]
     frame.bumper, frame.operator_alive = False, True
     if fixes == 0:
         return
     row, fix = transport.arrivals[0], hardware.fixes[0]
-    fix[F_STAMP], fix[F_EAST], fix[F_NORTH] = row[receiver.STAMP_S], row[receiver.EAST], row[receiver.NORTH]
-    fix[F_VARIANCE], fix[F_FIX] = row[receiver.VARIANCE], row[receiver.FIX]
-    fix[F_SATELLITES], fix[F_AGE] = row[receiver.SATELLITES], row[receiver.CORRECTION_AGE]
+    fix.stamp_s, fix.east_m, fix.north_m = row[receiver.STAMP_S], row[receiver.EAST], row[receiver.NORTH]
+    fix.variance_m2, fix.fix = row[receiver.VARIANCE], int(row[receiver.FIX])
+    fix.satellites, fix.correction_age_s = int(row[receiver.SATELLITES]), row[receiver.CORRECTION_AGE]
 
 
 @kernel
@@ -262,7 +255,7 @@ class FastRunner:
         self._emulator = emulator
         self._onboard = emulator.onboard if isinstance(emulator.onboard, Onboard) else None
         self._progress = TickProgress()
-        self._fix: Floats = np.zeros((1, FIX_COLUMNS))
+        self._fix = ReceivedFix.row(1)
         self._twist: Floats = np.full(2 + ACTUATORS, np.nan)
         self._saved: Floats = np.zeros(NOW)
         self._not_before = 0

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -17,7 +18,7 @@ from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
 from touchline.services.onboard import filter_model as m
-from touchline.services.onboard.computer_state import Computer, ComputerState, FilterState, FilterTimes
+from touchline.services.onboard.computer_state import Computer, ComputerState, FilterState, FilterTimes, ReceivedFix
 from touchline.services.onboard.drives.onboard_drive import drive_of
 from touchline.services.onboard.estimation.calibration import start_learning
 from touchline.services.onboard.estimation.delayed_fusion import advance, take_fix
@@ -26,12 +27,6 @@ from touchline.services.onboard.estimation.sample_buffer import STILL_TICKS, tak
 from touchline.services.onboard.estimation.standing import JOLT_MPS2
 from touchline.services.onboard.estimation.tail import CONTRADICTED
 from touchline.services.onboard.interface import (
-    F_EAST,
-    F_FIX,
-    F_NORTH,
-    F_STAMP,
-    F_VARIANCE,
-    FIX_COLUMNS,
     TICK_S,
     TICKS_PER_S,
     Estimate,
@@ -59,18 +54,18 @@ _ACCEPTED_HEADING_VAR = math.radians(0.3) ** 2
 JUMP_RUN: Final = 15
 """Outlying fixes in a row (1.5 s) after which they are a jump that the operator may accept."""
 _PLACE: Final = [m.EAST, m.NORTH]
-_NO_FIXES = np.zeros((0, FIX_COLUMNS))
+_NO_FIXES = ReceivedFix.row(0)
 _NO_COVARIANCE = np.diag([1e6, 1e6, math.pi**2]).ravel()
 _NO_TWIST_COVARIANCE = np.diag([1e6, 1e6]).ravel()
 
 
 @kernel
-def take_frame(tick: int, fixes: Floats, count: int, drive: Any, computer: Computer) -> None:
+def take_frame(tick: int, fixes: Sequence[ReceivedFix], count: int, drive: Any, computer: Computer) -> None:
     """Take in a tick's measurements: samples, then the filter's step, then each fix.
 
     Args:
         tick: This tick; none is left out.
-        fixes: (n, FIX_COLUMNS) that arrived in it, whenever they were measured.
+        fixes: (n,) that arrived in it, whenever they were measured.
         count: How many of them count.
         drive: Figures of the drive.
         computer: (1,) with the frame; sample buffer and filter are updated, the filter once it has been started.
@@ -86,38 +81,40 @@ def take_frame(tick: int, fixes: Floats, count: int, drive: Any, computer: Compu
     advance(ring, drive, tick, max(oldest, times.first_tick + 1), c.buffer.encoder_tick)
     for i in range(count):
         fix = fixes[i]
-        finite = math.isfinite(fix[F_STAMP] + fix[F_EAST] + fix[F_NORTH] + fix[F_VARIANCE])
-        if fix[F_FIX] == FIX_NONE or not finite:
+        finite = math.isfinite(fix.stamp_s + fix.east_m + fix.north_m + fix.variance_m2)
+        if fix.fix == FIX_NONE or not finite:
             continue
         used = take_fix(ring, drive, tick, times.first_tick, _enter_fix(fix, ring))
-        if used and fix[F_FIX] == FIX_FIXED:
-            times.last_used_stamp_s = max(times.last_used_stamp_s, fix[F_STAMP])
+        if used and fix.fix == FIX_FIXED:
+            times.last_used_stamp_s = max(times.last_used_stamp_s, fix.stamp_s)
 
 
 @kernel
-def _note_fix(tick: int, fix: Floats, times: FilterTimes) -> None:
-    """Remember a fix (FIX_COLUMNS,) if it is the newest, and not from the future."""
-    newer = not times.has_fix or fix[F_STAMP] > times.fix[F_STAMP]
-    if newer and fix[F_STAMP] <= tick / TICKS_PER_S + _LEAD_S:
+def _note_fix(tick: int, fix: ReceivedFix, times: FilterTimes) -> None:
+    """Remember a fix if it is the newest, and not from the future."""
+    newest = times.fix
+    newer = not times.has_fix or fix.stamp_s > newest.stamp_s
+    if newer and fix.stamp_s <= tick / TICKS_PER_S + _LEAD_S:
         times.has_fix = True
-        for column in range(FIX_COLUMNS):
-            times.fix[column] = fix[column]
+        newest.stamp_s, newest.east_m, newest.north_m = fix.stamp_s, fix.east_m, fix.north_m
+        newest.variance_m2, newest.correction_age_s = fix.variance_m2, fix.correction_age_s
+        newest.fix, newest.satellites = fix.fix, fix.satellites
 
 
 @kernel
-def _enter_fix(fix: Floats, ring: FilterState) -> int:
-    """Put a fix (FIX_COLUMNS,) into `ring.arrived`; returns the tick in which it is valid."""
+def _enter_fix(fix: ReceivedFix, ring: FilterState) -> int:
+    """Put a fix into `ring.arrived`; returns the tick in which it is valid."""
     c, entered = ring.figures, ring.arrived
-    tick: int = math.floor(fix[F_STAMP] / TICK_S + 1e-6)
-    entered.east_m, entered.north_m = fix[F_EAST], fix[F_NORTH]
-    entered.after_s = fix[F_STAMP] - tick * TICK_S
-    if fix[F_FIX] == FIX_FIXED:
+    tick: int = math.floor(fix.stamp_s / TICK_S + 1e-6)
+    entered.east_m, entered.north_m = fix.east_m, fix.north_m
+    entered.after_s = fix.stamp_s - tick * TICK_S
+    if fix.fix == FIX_FIXED:
         # What the receiver reports beyond its data sheet is trouble; what it reports less is not believed.
-        excess = fix[F_VARIANCE] - c.r_gnss - c.gnss_var
+        excess = fix.variance_m2 - c.r_gnss - c.gnss_var
         entered.variance_m2 = c.r_gnss + max(excess, 0.0)
     else:
-        floor = _FLOAT_FIX_FLOOR_M2 if fix[F_FIX] == FIX_FLOAT else _SINGLE_FIX_FLOOR_M2
-        entered.variance_m2 = _LOOSE_FIX_FACTOR * max(fix[F_VARIANCE], floor)
+        floor = _FLOAT_FIX_FLOOR_M2 if fix.fix == FIX_FLOAT else _SINGLE_FIX_FLOOR_M2
+        entered.variance_m2 = _LOOSE_FIX_FACTOR * max(fix.variance_m2, floor)
     return tick
 
 
@@ -180,8 +177,8 @@ class Estimator:
         """The newest fix that arrived, used or not; by its stamp, and not from the future."""
         if not self.times.has_fix:
             return None
-        stamp, east, north, variance, fix, satellites, age = self.times.fix.tolist()
-        return GnssSample(stamp, east, north, variance, int(fix), int(satellites), age)
+        n = self.times.fix
+        return GnssSample(n.stamp_s, n.east_m, n.north_m, n.variance_m2, n.fix, n.satellites, n.correction_age_s)
 
     @property
     def started(self) -> bool:
@@ -261,7 +258,7 @@ class Estimator:
     def step(self, frame: SensorFrame) -> None:
         """Take in a tick's measurements. Frames must come in order, one per tick; what is in them need not."""
         self._computer.frame.fill(frame)
-        fixes = np.array(frame.gnss, dtype=np.float64) if frame.gnss else _NO_FIXES
+        fixes = np.array(list(frame.gnss), ReceivedFix.dtype) if frame.gnss else _NO_FIXES
         started = self.started
         take_frame(frame.tick, fixes, len(frame.gnss), self.drive, self._computer.array)
         if not started:

@@ -15,11 +15,6 @@ from touchline.services.onboard.computer_state import ComputerState
 from touchline.services.onboard.drives import onboard_drive
 from touchline.services.onboard.interface import ACCEL, ACTUATORS, ANGLES, MAG
 
-# Rows of `FrameState.measured_tick`.
-IMU: Final = 0
-MAGNETOMETER: Final = 1
-ENCODERS: Final = 2
-
 STILL_TICKS: Final = 20
 MAG_EVERY_TICKS: Final = 10
 """The magnetometer's error is a slow one: more samples say nothing new and cost time."""
@@ -41,19 +36,13 @@ def take_samples(tick: int, drive: Any, c: ComputerState) -> int:
         The oldest tick with a new sample; `tick` if there is none.
     """
     c.filter.inputs[tick % m.RING] = c.filter.no_inputs
-    oldest = tick
-    for sensor in range(3):
-        sampled = c.frame.measured_tick[sensor]
-        if tick - sampled > OLDEST_TICKS:
-            new = False
-        elif sensor == IMU:
-            new = _take_imu(sampled, c)
-        elif sensor == ENCODERS:
-            new = _take_encoders(sampled, drive, c)
-        else:
-            new = _take_magnetometer(sampled, c)
-        if new:
-            oldest = min(oldest, sampled)
+    frame, earliest, oldest = c.frame, tick - OLDEST_TICKS, tick
+    if frame.imu_tick >= earliest and _take_imu(c):
+        oldest = min(oldest, frame.imu_tick)
+    if frame.mag_tick >= earliest and _take_magnetometer(c):
+        oldest = min(oldest, frame.mag_tick)
+    if frame.encoder_tick >= earliest and _take_encoders(drive, c):
+        oldest = min(oldest, frame.encoder_tick)
     return oldest
 
 
@@ -77,9 +66,9 @@ def _frozen(c: ComputerState) -> bool:
 
 
 @kernel
-def _take_imu(sampled: int, c: ComputerState) -> bool:
+def _take_imu(c: ComputerState) -> bool:
     """Enter a sample of the IMU, unless it is an old or a frozen one; the acceleration is the mean of two."""
-    state = c.buffer
+    state, sampled = c.buffer, c.frame.imu_tick
     if sampled <= state.imu_tick or _frozen(c):
         return False
     accel = c.frame.readings[ACCEL]
@@ -94,9 +83,9 @@ def _take_imu(sampled: int, c: ComputerState) -> bool:
 
 
 @kernel
-def _take_encoders(sampled: int, drive: Any, c: ComputerState) -> bool:
+def _take_encoders(drive: Any, c: ComputerState) -> bool:
     """Enter what the encoders have turned since the sample before, unless this is an old one."""
-    state = c.buffer
+    state, sampled = c.buffer, c.frame.encoder_tick
     if sampled <= state.encoder_tick:
         return False
     first = state.encoder_tick < 0  # nothing to compare with yet
@@ -115,9 +104,9 @@ def _take_encoders(sampled: int, drive: Any, c: ComputerState) -> bool:
 
 
 @kernel
-def _take_magnetometer(sampled: int, c: ComputerState) -> bool:
+def _take_magnetometer(c: ComputerState) -> bool:
     """Enter every tenth sample of the magnetometer as a heading, unless it is an old one."""
-    state = c.buffer
+    state, sampled = c.buffer, c.frame.mag_tick
     if sampled <= state.mag_tick or sampled % MAG_EVERY_TICKS != 0:
         return False
     state.mag_tick = sampled

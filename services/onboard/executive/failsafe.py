@@ -18,7 +18,6 @@ from touchline.services.core.jit import kernel
 from touchline.services.onboard import filter_model as m
 from touchline.services.onboard.computer_state import FLOW_WINDOW_TICKS, Computer, ComputerState, SafetyFindings
 from touchline.services.onboard.drives.onboard_drive import drive_of
-from touchline.services.onboard.estimation.sample_buffer import ENCODERS
 from touchline.services.onboard.executive.geofence import Geofence, beyond_m
 from touchline.services.onboard.interface import ACTUATORS, TICK_S
 
@@ -73,7 +72,7 @@ def judge_safety(tick: int, computer: Computer, fence: FenceArrays) -> None:
     found.bumper, found.battery_fraction = robot.bumper, robot.battery_fraction
     found.emergency = BUMPER if robot.bumper else _outside(c, fence)
     operator = _operator(robot.operator_alive, found)
-    disobeyed = _disobeyed(c) if robot.measured_tick[ENCODERS] == tick else NOTHING
+    disobeyed = _disobeyed(c) if robot.encoder_tick == tick else NOTHING
     sprays = found.nominal_l > 0.0  # else there is neither tank nor valve
     flow = _paint(robot.tank_l, valve, found) if sprays else NOTHING
     if operator != NOTHING:

@@ -11,7 +11,7 @@ from touchline.services.onboard import filter_model as m
 from touchline.services.onboard.computer_state import Computer, ComputerState
 from touchline.services.onboard.estimation.filter import FIX_FIXED, position_sigma
 from touchline.services.onboard.estimation.tail import CONTRADICTED
-from touchline.services.onboard.interface import F_AGE, F_FIX, F_STAMP, TICK_S, TICKS_PER_S
+from touchline.services.onboard.interface import TICK_S, TICKS_PER_S
 
 MAX_FIX_AGE_S = 0.5
 """To paint; more for a receiver whose fixes are older than that before the next but one can come."""
@@ -83,11 +83,11 @@ def _pose(tick: int, c: ComputerState) -> int:
     times, n, time_s = c.times, c.filter.counters, tick / TICKS_PER_S
     if times.first_tick < 0 or not times.has_fix:
         return NOT_STARTED
-    if times.fix[F_FIX] != FIX_FIXED:
+    if times.fix.fix != FIX_FIXED:
         return NOT_FIXED
-    if times.fix[F_AGE] > MAX_CORRECTION_AGE_S:
+    if times.fix.correction_age_s > MAX_CORRECTION_AGE_S:
         return OLD_CORRECTIONS
-    if time_s - times.fix[F_STAMP] > c.pose.fix_age_s:
+    if time_s - times.fix.stamp_s > c.pose.fix_age_s:
         return NO_FIX
     if n.fix_doubt >= CONTRADICTED:
         return CONTRADICTION
@@ -188,7 +188,7 @@ class LocalizationMonitor:
         if code == GOOD:
             return ""
         if code == NOT_FIXED:
-            fix = int(self._computer.times.fix[F_FIX])
+            fix = self._computer.times.fix.fix
             return f"the GNSS has {FIX_NAMES.get(fix, 'an unknown fix')} instead of an RTK-fixed one"
         silence = f"are older than {silent_ticks / TICKS_PER_S:.1f} s"
         age = f"for more than {self.findings.fix_age_s:.1f} s"
