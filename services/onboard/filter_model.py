@@ -89,6 +89,8 @@ class TickInputs(Record):
     """Of the drive: what the errors of odometry are a share of."""
     refused_ticks: int
     """In a row, up to this one, in which the encoders' readings were rejected."""
+    lean: Annotated[Floats, 2]
+    """Innovations of `odometry` in units of their σ, means over about the last half second: 0 but for chance."""
     disputed_ticks: int
     """In a row, up to this one, in which the accelerometer contradicted wheels that stand."""
     rough: float

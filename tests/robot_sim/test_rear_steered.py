@@ -216,11 +216,13 @@ def test_what_does_not_obey_stops_it(fault: dict[str, object], words: str) -> No
     assert abs(robot.world.state[body.SPEED]) < 0.01
 
 
-def test_a_blow_to_the_steering_is_found_and_made_up_for() -> None:
-    robot = sent("mpc", faults=({"kind": "steering-offset", "actuator": "steering", "start_s": 8.0},))
+@pytest.mark.parametrize("start_s", [8.0, 26.0], ids=["under way", "when it is about to set off backward"])
+def test_a_blow_to_the_steering_is_found_and_made_up_for(start_s: float) -> None:
+    robot = sent("mpc", faults=({"kind": "steering-offset", "actuator": "steering", "start_s": start_s},))
     runner, lateral = FastRunner(robot), []
     while robot.active:
         runner.run(10)
+        assert robot.onboard.status.state != TraversalStatus.PAUSED, robot.onboard.status.reason
         job = robot.onboard._traversal.job
         assert job is not None
         lateral.append(job.driver.now[0])

@@ -62,6 +62,7 @@ def _step(ring: FilterState, drive: Any, slot: int, live: bool, scratch: Scratch
     predict(x, P, accel, z, c)
     # Readings that are rejected again and again are counted: the drive may have an explanation.
     z.refused_ticks = before.refused_ticks
+    z.lean[0], z.lean[1] = before.lean[0], before.lean[1]
     onboard_drive.strain(drive, P, before, z)
     add_shaking_noise(P, before, z)
     measure(TickEstimate(x, P, z), c, drive, ring.counters, live, scratch)

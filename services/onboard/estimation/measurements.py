@@ -44,6 +44,7 @@ Scratch = tuple[Floats, Floats]
 _STILL_SPEED_VAR = 1e-6  # (1 mm/s)²
 _STILL_YAW_VAR = 4e-8  # (0.2 mrad/s)²
 _SLIP_RECENT = 1.0 / 30.0  # weight of the newest tick in the slip test
+_LEAN_SHARE = 1.0 / 50.0  # of the newest tick
 _SPAN_ACCEL_MPS2 = 1.0
 _ENCODER_REJECTED_RUN_LIMIT = 50
 _ROUGH_SHARE = 1.0 / 30.0  # of the newest tick
@@ -101,6 +102,9 @@ def _odometry(at: TickEstimate, drive: Any, n: FilterCounters, live: bool, scrat
     y = y0, y1
     nis = nis_of_two(P, h, y, r)
     z.refused_ticks = z.refused_ticks + 1 if nis > GATE_2_DOF else 0
+    sigma = math.sqrt(r)
+    for k in range(2):
+        z.lean[k] += _LEAN_SHARE * (y[k] / sigma - z.lean[k])
     if live:
         n.encoders += 1
         n.encoder_nis_sum += nis
