@@ -23,7 +23,6 @@ from touchline.services.onboard.estimation.filter import Estimator
 from touchline.services.onboard.interface import Command, SensorFrame
 from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.world import body
-from touchline.services.robot_sim.world.drives.rear_steered_layout import P_OFFSET
 from touchline.services.robot_sim.world.world import World
 
 CLAY = Scenario(ground=Ground(surface="clay"))
@@ -53,7 +52,7 @@ class EmulatedRoller:
     @property
     def steering_rad(self) -> float:
         """How far its wheel truly points to the left of what its encoder says."""
-        return float(self.world.parameters[P_OFFSET])
+        return float(self.world.figures.drive.offset_rad)
 
     def step(self, speed: float, steering_rad: float) -> SensorFrame:
         self._tick += 1

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,47 +21,51 @@ from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
 from touchline.services.robot_sim.world import effects as e
-from touchline.services.robot_sim.world.body import ANGLES, DRIVE, P_DRIVE, SIDE_SPEED, SPEED, STEP_S, YAW_RATE
+from touchline.services.robot_sim.world.body import ANGLES, DRIVE, SIDE_SPEED, SPEED, STEP_S, YAW_RATE, BodyFigures
 from touchline.services.robot_sim.world.drives.world_drive import WorldDrive
-from touchline.services.robot_sim.world.kernel_class import KernelClass
 
 Floats = NDArray[np.float64]
 
 RATE = DRIVE  # of the drum, rad/s
-RADIUS, BASE, LIMIT, STEERING_LIMIT, STEERING_RATE = range(P_DRIVE, P_DRIVE + 5)
 
 
-class DrumKernels(KernelClass):
-    """What physics calls."""
+class TrueDrum(NamedTuple):
+    """Its figures, with what physics calls."""
+
+    radius_m: float
+    base_m: float
+    max_rate_radps: float
+    max_steering_rad: float
+    max_steering_rate_radps: float
 
     @kernel
-    def begin_tick(self, _state: Floats, _p: Floats, _seed: int, _tick: int) -> None:
+    def begin_tick(self, _state: Floats, _body: BodyFigures, _seed: int, _tick: int) -> None:
         """Nothing is random here."""
 
     @kernel
-    def actuate(self, state: Floats, p: Floats, effects: Floats, commanded: Floats) -> float:
-        state[RATE] = min(max(commanded[0] * effects[e.TORQUE], -p[LIMIT]), p[LIMIT]) * (1.0 - effects[e.BLOCKED])
-        wanted = min(max(commanded[1], -p[STEERING_LIMIT]), p[STEERING_LIMIT])
-        most = p[STEERING_RATE] * STEP_S * (1.0 - effects[e.BLOCKED + 1])
+    def actuate(self, state: Floats, _body: BodyFigures, effects: Floats, commanded: Floats) -> float:
+        rate = min(max(commanded[0] * effects[e.TORQUE], -self.max_rate_radps), self.max_rate_radps)
+        state[RATE] = rate * (1.0 - effects[e.BLOCKED])
+        wanted = min(max(commanded[1], -self.max_steering_rad), self.max_steering_rad)
+        most = self.max_steering_rate_radps * STEP_S * (1.0 - effects[e.BLOCKED + 1])
         state[ANGLES + 1] += min(max(wanted - state[ANGLES + 1], -most), most)
         return 50.0 * abs(state[RATE])
 
     @kernel
-    def roll_on(self, state: Floats, p: Floats, effects: Floats, _mass_kg: float) -> None:
+    def roll_on(self, state: Floats, _body: BodyFigures, effects: Floats, _mass_kg: float) -> None:
         state[ANGLES] += state[RATE] * STEP_S
-        state[SPEED] = state[RATE] * p[RADIUS] * (1.0 - effects[e.SLIP])
+        state[SPEED] = state[RATE] * self.radius_m * (1.0 - effects[e.SLIP])
         state[SIDE_SPEED] = 0.0
-        state[YAW_RATE] = -state[SPEED] * math.tan(state[ANGLES + 1]) / p[BASE]
+        state[YAW_RATE] = -state[SPEED] * math.tan(state[ANGLES + 1]) / self.base_m
 
 
 class DrumInWorld(WorldDrive):
-    kernels = DrumKernels()
     state_size = 1
 
     def __init__(self, vehicle: Vehicle, _scenario: Scenario) -> None:
         drive = vehicle.drive
         figures = drive.drum_radius_m, drive.wheelbase_m, drive.max_drum_speed_radps, drive.max_steering_rad
-        self.parameters = np.array([*figures, drive.max_steering_rate_radps])
+        self.figures = TrueDrum(*figures, drive.max_steering_rate_radps)
 
     def rest(self, state: Floats) -> None:
         state[RATE] = 0.0

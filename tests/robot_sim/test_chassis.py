@@ -26,10 +26,9 @@ def drive(world, left, right, ticks):
 
 
 def test_every_robot_has_a_track_and_two_wheels_of_its_own():
-    columns = [wheels.P_TRACK, wheels.P_LEFT_RADIUS, wheels.P_RIGHT_RADIUS]
     nominal = [VEHICLE.drive.track_width_m, VEHICLE.drive.wheel_radius_m, VEHICLE.drive.wheel_radius_m]
-    drawn = [World(VEHICLE, Scenario(seed=seed)).parameters[columns] for seed in range(400)]
-    errors = np.array(drawn) / nominal - 1.0
+    drives = [World(VEHICLE, Scenario(seed=seed)).figures.drive for seed in range(400)]
+    errors = np.array([(drive.track_m, *drive.radius_m) for drive in drives]) / nominal - 1.0
     assert errors.std(axis=0) == pytest.approx([0.002, 0.003, 0.003], rel=0.15)
     assert np.abs(np.corrcoef(errors.T)[np.triu_indices(3, 1)]).max() < 0.15
 

@@ -102,7 +102,7 @@ def test_it_stands_on_a_slope(heading: float) -> None:
 
 def test_its_offset_is_of_the_seed_and_of_a_blow() -> None:
     offsets = [
-        World(CLAY_ROLLER, LEVEL.model_copy(update={"noise": "default", "seed": seed})).parameters[r.P_OFFSET]
+        World(CLAY_ROLLER, LEVEL.model_copy(update={"noise": "default", "seed": seed})).figures.drive.offset_rad
         for seed in range(200)
     ]
     assert np.std(offsets) == pytest.approx(DriveNoise().steering_offset_rad, rel=0.15)

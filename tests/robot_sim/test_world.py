@@ -241,7 +241,7 @@ def test_trace_is_unbroken():
 
 def test_chassis_errors_and_slip_follow_the_scenario():
     radii = [
-        World(VEHICLE, Scenario(seed=seed)).parameters[wheels.P_LEFT_RADIUS] / VEHICLE.drive.wheel_radius_m - 1
+        World(VEHICLE, Scenario(seed=seed)).figures.drive.radius_m[0] / VEHICLE.drive.wheel_radius_m - 1
         for seed in range(400)
     ]
     assert np.std(radii) == pytest.approx(0.003, rel=0.15)

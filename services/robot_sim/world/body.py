@@ -1,8 +1,8 @@
-"""Layouts of the world's state, parameter and nozzle-trace arrays."""
+"""Layouts of the world's state and nozzle-trace arrays, and the figures of a body."""
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Final, NamedTuple
 
 from touchline.services.onboard.interface import ACTUATORS
 
@@ -38,31 +38,48 @@ UP_Z: Final = VALVE + 15
 HEIGHT: Final = VALVE + 16  # m above the plane of the origin
 DRIVE: Final = VALVE + 17
 
-# Parameter vector; the drive's own follow from `P_DRIVE` on.
-P_POINT_X: Final = 0  # where the tool works
-P_POINT_Y: Final = 1
-P_VALVE_ON: Final = 2  # plunger travel in one step
-P_VALVE_OFF: Final = 3
-P_DISC: Final = 4
-P_FLOW_LPS: Final = 5
-P_IDLE_W: Final = 6
-P_MASS: Final = 7  # kg, empty
-P_PAINT_KGPL: Final = 8
-P_BATTERY_WH: Final = 9  # full
-P_GYRATION2: Final = 10  # m²
-P_GRIP: Final = 11
-P_STIFFNESS_X: Final = 12
-P_STIFFNESS_Y: Final = 13
-P_ROLLING: Final = 14
-P_SLIP_SIGMA: Final = 15
-P_SLIP_DECAY: Final = 16  # per tick, exp(−10 ms / τ)
-P_GRADE: Final = 17  # rise over run
-P_UPHILL_EAST: Final = 18  # unit vector
-P_UPHILL_NORTH: Final = 19
-P_DRIVE: Final = 20
-
 # Trace of the tool's point: row 0 is the tick's start, row k the state after step k.
 TRACE_EAST: Final = 0
 TRACE_NORTH: Final = 1
 TRACE_SPRAYING: Final = 2  # share of the tool's width worked on in the step that ends in this row
 TRACE_SHAPE: Final = (STEPS + 1, 3)
+
+
+class BodyFigures(NamedTuple):
+    """What is constant of a robot and its ground, whatever its drive and tool.
+
+    Attributes:
+        point_x_m: Where the tool works, body frame, forward.
+        point_y_m: The same, to the left.
+        idle_w: What the robot draws at rest.
+        mass_kg: Empty.
+        load_kgpl: Mass of a litre of what the tool has in its tank.
+        battery_wh: Full.
+        gyration_m2: Square of the radius of gyration about the vertical.
+        grip: Largest force of a tyre over its load.
+        stiffness_x: Its force over load per unit of slip, along.
+        stiffness_y: The same across.
+        rolling: Rolling resistance over load.
+        slip_sigma: Random slip, a share of ground speed, 1 σ.
+        slip_decay: Of the random slip in a tick, exp(−10 ms / τ).
+        grade: Of the ground, rise over run.
+        uphill_east: With `uphill_north` the unit vector in which it rises.
+        uphill_north: See `uphill_east`.
+    """
+
+    point_x_m: float
+    point_y_m: float
+    idle_w: float
+    mass_kg: float
+    load_kgpl: float
+    battery_wh: float
+    gyration_m2: float
+    grip: float
+    stiffness_x: float
+    stiffness_y: float
+    rolling: float
+    slip_sigma: float
+    slip_decay: float
+    grade: float
+    uphill_east: float
+    uphill_north: float

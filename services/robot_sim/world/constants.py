@@ -5,13 +5,10 @@ from __future__ import annotations
 import math
 from typing import Final, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.interface import TICK_S
-from touchline.services.robot_sim.world import body
+from touchline.services.robot_sim.world.body import BodyFigures
 
 
 class Surface(NamedTuple):
@@ -37,19 +34,24 @@ SURFACES: Final = {
 }
 
 
-def constants(vehicle: Vehicle, scenario: Scenario) -> NDArray[np.float64]:
-    """(body.P_DRIVE,) what the world has whatever drive and tool it is; `scenario` must be effective."""
-    p = np.zeros(body.P_DRIVE)
-    p[body.P_POINT_X], p[body.P_POINT_Y] = vehicle.tool.point_m
-    p[body.P_MASS] = vehicle.body.mass_empty_kg
-    p[body.P_GYRATION2] = vehicle.body.radius_of_gyration_m**2
-    p[body.P_BATTERY_WH], p[body.P_IDLE_W] = vehicle.body.battery_wh, vehicle.body.idle_power_w
-    surface = SURFACES[scenario.ground.surface]
-    p[body.P_GRIP], p[body.P_ROLLING] = surface.grip, surface.rolling
-    p[body.P_STIFFNESS_X], p[body.P_STIFFNESS_Y] = surface.stiffness_x, surface.stiffness_y
-    p[body.P_SLIP_SIGMA] = scenario.drive.slip_relative * surface.slip
-    p[body.P_SLIP_DECAY] = math.exp(-TICK_S / scenario.drive.slip_tau_s)
-    p[body.P_GRADE] = scenario.ground.grade
-    p[body.P_UPHILL_EAST] = math.cos(scenario.ground.uphill_rad)
-    p[body.P_UPHILL_NORTH] = math.sin(scenario.ground.uphill_rad)
-    return p
+def constants(vehicle: Vehicle, scenario: Scenario) -> BodyFigures:
+    """The figures of a vehicle's body on the ground of a scenario, which must be effective."""
+    body, tool, ground = vehicle.body, vehicle.tool, scenario.ground
+    surface = SURFACES[ground.surface]
+    return BodyFigures(
+        *tool.point_m,
+        idle_w=body.idle_power_w,
+        mass_kg=body.mass_empty_kg,
+        load_kgpl=(vehicle.mass_full_kg - body.mass_empty_kg) / tool.capacity_l if tool.capacity_l > 0.0 else 0.0,
+        battery_wh=body.battery_wh,
+        gyration_m2=body.radius_of_gyration_m**2,
+        grip=surface.grip,
+        stiffness_x=surface.stiffness_x,
+        stiffness_y=surface.stiffness_y,
+        rolling=surface.rolling,
+        slip_sigma=scenario.drive.slip_relative * surface.slip,
+        slip_decay=math.exp(-TICK_S / scenario.drive.slip_tau_s),
+        grade=ground.grade,
+        uphill_east=math.cos(ground.uphill_rad),
+        uphill_north=math.sin(ground.uphill_rad),
+    )

@@ -6,4 +6,4 @@ from typing import NamedTuple
 
 
 class KernelClass(NamedTuple):
-    """Base of classes that only have kernels: all their figures are in the world's arrays."""
+    """Base of classes that only have kernels, and no figures."""

@@ -47,7 +47,7 @@ class World:
         arrays: All of it, for `physics.advance`.
         state: The truth, indexed by the constants of `body`, from `body.DRIVE` on by those of the drive.
         trace: body.TRACE_SHAPE, the tool's point during the last tick.
-        parameters: The world's constants, from `body.P_DRIVE` on the drive's.
+        figures: What is constant.
 
     Raises:
         SpecError: The vehicle's drive or tool cannot be emulated.
@@ -55,13 +55,13 @@ class World:
 
     def __init__(self, vehicle: Vehicle, scenario: Scenario) -> None:
         scenario = scenario.effective()
-        self._drive, tool = world_drive(vehicle, scenario), world_tool(vehicle.tool.kind)
+        self._drive = world_drive(vehicle, scenario)
         self.state: NDArray[np.float64] = np.zeros(body.DRIVE + self._drive.state_size)
         self.trace: NDArray[np.float64] = np.zeros(body.TRACE_SHAPE)
-        self.parameters = np.concatenate((constants(vehicle, scenario), self._drive.parameters))
-        tool.constants(self.parameters, vehicle)
-        parts = self._drive.kernels, tool.kernels
-        self.arrays = physics.WorldArrays(parts, self.state, self.parameters, self.trace, scenario.seed)
+        self.figures = physics.WorldFigures(
+            constants(vehicle, scenario), self._drive.figures, world_tool(vehicle).figures
+        )
+        self.arrays = physics.WorldArrays(self.figures, self.state, self.trace, scenario.seed)
         self._full_l, self._full_wh = vehicle.tool.capacity_l, vehicle.body.battery_wh
         self.refill_tank()
         self.replace_battery()
@@ -97,7 +97,7 @@ class World:
         self.state[body.EAST], self.state[body.NORTH], self.state[body.HEADING] = pose
         self.state[_AT_REST] = 0.0
         self._drive.rest(self.state)
-        physics.tilt(self.state, self.parameters)
+        physics.tilt(self.state, self.figures.body)
 
     def step(self, command: Command, tick: int, effects: NDArray[np.float64] = NO_EFFECTS) -> None:
         """Advance by one onboard tick under `command` and the `effects` of faults; `tick` keys the randomness."""

@@ -10,8 +10,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from touchline.schemas.vehicles.differential_drive import Motor
 from touchline.services.core.jit import kernel
 from touchline.services.robot_sim.world.body import STEP_S
+from touchline.services.robot_sim.world.lag import share_per_step
 
 _DRY_RADPS = 0.05  # dry friction is drag below this rate
 
@@ -23,7 +25,7 @@ class DcMotor(NamedTuple):
         torque_per_a: Nm/A, gear losses taken off.
         emf: V per rad/s.
         resistance_ohm: Of the winding.
-        most_nm: By the current that the amplifier gives.
+        most_nm: By the current that the amplifier gives, unless it is weak.
         current_lag: Share of the way to the demanded torque in one step.
         gain: Of the controller, Nm per rad/s.
         integral_gain: Nm per rad.
@@ -38,6 +40,26 @@ class DcMotor(NamedTuple):
     gain: float
     integral_gain: float
     integral_limit_nm: float
+
+
+def dc_motor(
+    motor: Motor, current_lag_s: float, gain: float, integral_s: float, integral_limit_nm: float | None = None
+) -> DcMotor:
+    """A motor behind its gear, with the PI controller of its speed.
+
+    Args:
+        motor: As in the vehicle's file.
+        current_lag_s: Time constant of the current loop.
+        gain: Of the controller, Nm per rad/s.
+        integral_s: Its integral time.
+        integral_limit_nm: The integral is no larger; None: no larger than the motor's torque.
+    """
+    emf = motor.constant_nm_per_a * motor.gear_ratio
+    torque_per_a = emf * motor.gear_efficiency
+    most_nm = torque_per_a * motor.max_current_a
+    limit_nm = most_nm if integral_limit_nm is None else integral_limit_nm
+    current_lag = share_per_step(current_lag_s)
+    return DcMotor(torque_per_a, emf, motor.resistance_ohm, most_nm, current_lag, gain, gain / integral_s, limit_nm)
 
 
 class MotorState(NamedTuple):
@@ -79,7 +101,7 @@ def drag(rate: float, viscous: float, friction: float) -> float:
 
 @kernel
 def follow(
-    motor: DcMotor, now: MotorState, reference: float, ahead: float, voltage: float
+    motor: DcMotor, now: MotorState, reference: float, ahead: float, voltage: float, share: float
 ) -> tuple[float, float, float]:
     """One step of controller and motor; an empty battery gives nothing.
 
@@ -89,6 +111,7 @@ def follow(
         reference: Rate that the wheel shall have [rad/s].
         ahead: Feed-forward of inertia and friction [Nm].
         voltage: Of the battery [V]; 0 if it is empty.
+        share: Of its largest torque, that is left to the motor.
 
     Returns:
         Torque and integral at the step's end [Nm], and the electrical power drawn [W], negative if it is given back.
@@ -97,8 +120,9 @@ def follow(
     wanted = ahead + motor.gain * error + now.integral
     back = motor.emf * now.rate
     per_volt = motor.torque_per_a / motor.resistance_ohm
-    upper = max(min(motor.most_nm, per_volt * (voltage - back)), 0.0) if voltage > 0.0 else 0.0
-    lower = min(max(-motor.most_nm, per_volt * (-voltage - back)), 0.0) if voltage > 0.0 else 0.0
+    most = motor.most_nm * share
+    upper = max(min(most, per_volt * (voltage - back)), 0.0) if voltage > 0.0 else 0.0
+    lower = min(max(-most, per_volt * (-voltage - back)), 0.0) if voltage > 0.0 else 0.0
     limited = min(max(wanted, lower), upper)
     integral = now.integral
     if limited == wanted:  # else the integral would wind up

@@ -9,7 +9,6 @@ robot aside.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +17,6 @@ from touchline.services.core.jit import kernel
 from touchline.services.core.physical_constants import GRAVITY_MPS2
 from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.body import (
-    P_GYRATION2,
-    P_ROLLING,
     SIDE_SPEED,
     SPEED,
     STEP_S,
@@ -27,6 +24,7 @@ from touchline.services.robot_sim.world.body import (
     UP_Y,
     UP_Z,
     YAW_RATE,
+    BodyFigures,
 )
 from touchline.services.robot_sim.world.drives.dc_motor import drag
 from touchline.services.robot_sim.world.drives.differential_layout import (
@@ -36,19 +34,12 @@ from touchline.services.robot_sim.world.drives.differential_layout import (
     LEFT_RATE,
     LEFT_SLIP,
     LEFT_TRACTION,
-    P_CASTER_SHARE,
-    P_CASTER_TRAIL,
-    P_CASTER_X,
-    P_FRICTION,
-    P_LEFT_RADIUS,
-    P_TRACK,
-    P_VISCOUS,
-    P_WHEEL_INERTIA,
     REFERENCE,
     RIGHT_ANGLE,
     RIGHT_RATE,
     RIGHT_TRACTION,
     TORQUE,
+    TrueDifferential,
 )
 from touchline.services.robot_sim.world.drives.tyres import ROLLING_MPS, held, stiffness
 
@@ -59,32 +50,32 @@ Floats = NDArray[np.float64]
 
 
 @kernel
-def _caster(state: Floats, p: Floats, load_n: float) -> tuple[float, float]:
+def _caster(drive: TrueDifferential, state: Floats, body: BodyFigures, load_n: float) -> tuple[float, float]:
     """Turn the casters by their motion; their force on the body (x, y) [N]."""
     vx = state[SPEED]
-    vy = state[SIDE_SPEED] + p[P_CASTER_X] * state[YAW_RATE]
+    vy = state[SIDE_SPEED] + drive.caster_x_m * state[YAW_RATE]
     cx, cy = state[CASTER_X], state[CASTER_Y]
     rolling = vx * cx + vy * cy
-    pull = min(STEP_S / p[P_CASTER_TRAIL], 1.0)
+    pull = min(STEP_S / drive.caster_trail_m, 1.0)
     cx += pull * (vx - rolling * cx)
     cy += pull * (vy - rolling * cy)
     length = math.sqrt(cx * cx + cy * cy)
     state[CASTER_X], state[CASTER_Y] = cx / length, cy / length
-    force = -p[P_ROLLING] * load_n * min(max(rolling / ROLLING_MPS, -1.0), 1.0)
+    force = -body.rolling * load_n * min(max(rolling / ROLLING_MPS, -1.0), 1.0)
     return force * state[CASTER_X], force * state[CASTER_Y]
 
 
 @kernel
-def _parked(state: Floats, p: Floats) -> bool:
+def _parked(state: Floats, body: BodyFigures) -> bool:
     """Whether the robot stands, is told to, and the tyres hold it on this slope."""
     told = abs(state[REFERENCE]) < _PARKED_RADPS and abs(state[REFERENCE + 1]) < _PARKED_RADPS
     slow = abs(state[SPEED]) + abs(state[SIDE_SPEED]) + 0.3 * abs(state[YAW_RATE]) < _PARKED_MPS
-    parked: bool = held(state, p) and told and slow
+    parked: bool = held(state, body) and told and slow
     return parked
 
 
 @kernel
-def roll_on(_drive: Any, state: Floats, p: Floats, effects: Floats, mass_kg: float) -> None:
+def roll_on(drive: TrueDifferential, state: Floats, body: BodyFigures, effects: Floats, mass_kg: float) -> None:
     """Advance the speeds of body and wheels by one step under the motors' torques.
 
     The wheels turn along the mean of their old and new rates. That a tyre's force is linear in its slip at first and
@@ -92,55 +83,55 @@ def roll_on(_drive: Any, state: Floats, p: Floats, effects: Floats, mass_kg: flo
     Dynamics", ch. 3); the curve between, see the module, is this project's own choice.
 
     Args:
-        _drive: Chooses this kernel.
+        drive: Its figures.
         state: (body.DRIVE + STATE_SIZE,) the world's; speeds and yaw rate of the body, rates, angles and traction of
             the wheels and the casters' direction are updated. SI units, body frame.
-        p: (body.P_DRIVE + PARAMETER_SIZE,) the world's parameters.
+        body: Its figures.
         effects: (effects.SIZE,) what faults do: `BLOCKED` and `SLIP` of each wheel.
         mass_kg: Of the whole robot.
     """
     left_rate, right_rate = state[LEFT_RATE], state[RIGHT_RATE]
-    if _parked(state, p):
+    if _parked(state, body):
         for quantity in (SPEED, SIDE_SPEED, YAW_RATE, LEFT_RATE, RIGHT_RATE, LEFT_TRACTION, RIGHT_TRACTION):
             state[quantity] = 0.0
         state[LEFT_ANGLE] += 0.5 * left_rate * STEP_S
         state[RIGHT_ANGLE] += 0.5 * right_rate * STEP_S
         return
     weight = mass_kg * GRAVITY_MPS2 * state[UP_Z]
-    load = 0.5 * weight * (1.0 - p[P_CASTER_SHARE])
-    half = 0.5 * p[P_TRACK]
-    caster_x, caster_y = _caster(state, p, weight * p[P_CASTER_SHARE])
+    load = 0.5 * weight * (1.0 - drive.caster_share)
+    half = 0.5 * drive.track_m
+    caster_x, caster_y = _caster(drive, state, body, weight * drive.caster_share)
     speed, side, yaw = state[SPEED], state[SIDE_SPEED], state[YAW_RATE]
 
     # Each wheel's new speed is linear in the ground's under it: force = stiff·(free − ground).
     k0, f0, r0, k1, f1, r1, across = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for wheel in range(2):
         rate = state[LEFT_RATE + wheel]
-        radius = p[P_LEFT_RADIUS + wheel]
+        radius = drive.radius_m[wheel]
         grip = radius * (1.0 - state[LEFT_SLIP + wheel] - effects[e.SLIP + wheel])
         beneath = speed + (2 * wheel - 1) * half * yaw
         if effects[e.BLOCKED + wheel] > 0.0:
-            stiff, sideways = stiffness(0.0, beneath, side, load, p)
+            stiff, sideways = stiffness(0.0, beneath, side, load, body)
             free = 0.0
         else:
-            stiff, sideways = stiffness(grip * rate, beneath, side, load, p)
-            inertia = p[P_WHEEL_INERTIA] + STEP_S * drag(rate, p[P_VISCOUS], p[P_FRICTION])
-            free = grip * (p[P_WHEEL_INERTIA] * rate + STEP_S * state[TORQUE + wheel]) / inertia
+            stiff, sideways = stiffness(grip * rate, beneath, side, load, body)
+            inertia = drive.inertia_kgm2 + STEP_S * drag(rate, drive.viscous_nms, drive.friction_nm)
+            free = grip * (drive.inertia_kgm2 * rate + STEP_S * state[TORQUE + wheel]) / inertia
             stiff /= 1.0 + stiff * STEP_S * grip * radius / inertia
         across += sideways
-        rolling = p[P_ROLLING] * load / max(abs(beneath), ROLLING_MPS)
+        rolling = body.rolling * load / max(abs(beneath), ROLLING_MPS)
         if wheel == 0:
             k0, f0, r0 = stiff, free, rolling
         else:
             k1, f1, r1 = stiff, free, rolling
 
-    inertia = mass_kg * p[P_GYRATION2]
+    inertia = mass_kg * body.gyration_m2
     a11 = mass_kg / STEP_S + k0 + r0 + k1 + r1
     a12 = half * (k1 + r1 - k0 - r0)
     a22 = inertia / STEP_S + half * half * (k0 + r0 + k1 + r1)
     b1 = mass_kg / STEP_S * speed + k0 * f0 + k1 * f1 + caster_x
     b1 += mass_kg * (side * yaw - GRAVITY_MPS2 * state[UP_X])
-    b2 = inertia / STEP_S * yaw + half * (k1 * f1 - k0 * f0) + p[P_CASTER_X] * caster_y
+    b2 = inertia / STEP_S * yaw + half * (k1 * f1 - k0 * f0) + drive.caster_x_m * caster_y
     determinant = a11 * a22 - a12 * a12
     speed = (b1 * a22 - b2 * a12) / determinant
     yaw = (a11 * b2 - a12 * b1) / determinant
@@ -156,9 +147,9 @@ def roll_on(_drive: Any, state: Floats, p: Floats, effects: Floats, mass_kg: flo
             state[LEFT_RATE + wheel] = 0.0
         else:
             rate = state[LEFT_RATE + wheel]
-            momentum = p[P_WHEEL_INERTIA] * rate + STEP_S * (state[TORQUE + wheel] - p[P_LEFT_RADIUS + wheel] * force)
+            momentum = drive.inertia_kgm2 * rate + STEP_S * (state[TORQUE + wheel] - drive.radius_m[wheel] * force)
             state[LEFT_RATE + wheel] = momentum / (
-                p[P_WHEEL_INERTIA] + STEP_S * drag(rate, p[P_VISCOUS], p[P_FRICTION])
+                drive.inertia_kgm2 + STEP_S * drag(rate, drive.viscous_nms, drive.friction_nm)
             )
     state[LEFT_ANGLE] += 0.5 * (left_rate + state[LEFT_RATE]) * STEP_S
     state[RIGHT_ANGLE] += 0.5 * (right_rate + state[RIGHT_RATE]) * STEP_S

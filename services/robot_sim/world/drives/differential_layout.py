@@ -1,10 +1,11 @@
-"""What the differential drive has of its own in the world's state and parameter arrays."""
+"""What the differential drive has of its own in the world's state, and its figures."""
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Final, NamedTuple
 
-from touchline.services.robot_sim.world.body import ANGLES, DRIVE, P_DRIVE
+from touchline.services.robot_sim.world.body import ANGLES, DRIVE
+from touchline.services.robot_sim.world.drives.dc_motor import DcMotor
 
 LEFT_ANGLE: Final = ANGLES
 RIGHT_ANGLE: Final = ANGLES + 1
@@ -23,26 +24,38 @@ LEFT_TRACTION: Final = DRIVE + 12  # N, of the tyres, in the last step
 RIGHT_TRACTION: Final = DRIVE + 13
 STATE_SIZE: Final = 14  # of these
 
-# Parameters.
-P_LEFT_RADIUS: Final = P_DRIVE
-P_RIGHT_RADIUS: Final = P_DRIVE + 1
-P_TRACK: Final = P_DRIVE + 2
-P_MAX_RATE: Final = P_DRIVE + 3
-P_MAX_ACCEL: Final = P_DRIVE + 4
-P_LAG: Final = P_DRIVE + 5  # share of the difference to the command made up in one step
-P_WHEEL_INERTIA: Final = P_DRIVE + 6  # kg m², motor's share included
-P_TORQUE_PER_A: Final = P_DRIVE + 7  # Nm/A at the wheel, gear losses taken off
-P_EMF: Final = P_DRIVE + 8  # V per rad/s of the wheel
-P_RESISTANCE: Final = P_DRIVE + 9  # Ω
-P_MAX_CURRENT: Final = P_DRIVE + 10
-P_CURRENT_LAG: Final = P_DRIVE + 11  # share of that to the demanded torque made up in one step
-P_FRICTION: Final = P_DRIVE + 12  # Nm, dry
-P_VISCOUS: Final = P_DRIVE + 13  # Nm per rad/s
-P_GAIN: Final = P_DRIVE + 14  # Nm per rad/s
-P_INTEGRAL_GAIN: Final = P_DRIVE + 15  # Nm per rad
-P_AHEAD_COMMON: Final = P_DRIVE + 16  # Nm per rad/s²: feed-forward of both wheels speeding up together
-P_AHEAD_TURN: Final = P_DRIVE + 17  # and against each other
-P_CASTER_X: Final = P_DRIVE + 18
-P_CASTER_SHARE: Final = P_DRIVE + 19
-P_CASTER_TRAIL: Final = P_DRIVE + 20
-PARAMETER_SIZE: Final = 21  # of these
+
+class TrueDifferential(NamedTuple):
+    """The drive as it is: each seed has its own errors of radius and track on top of the nominal figures.
+
+    Attributes:
+        radius_m: Of the left and the right wheel.
+        track_m: Between them.
+        max_rate_radps: Of the wheels' speed profile.
+        max_step_radps: By which it changes in one step at most.
+        lag: Share of the difference to the command that it makes up in one step.
+        inertia_kgm2: Of a wheel, motor's share included.
+        motor: Of either wheel.
+        friction_nm: At the wheel, dry.
+        viscous_nms: At the wheel, Nm per rad/s.
+        ahead_common_kgm2: Feed-forward of both wheels speeding up together.
+        ahead_turn_kgm2: And against each other.
+        caster_x_m: Of the casters, ahead of the axle.
+        caster_share: Of the weight, on the casters.
+        caster_trail_m: Theirs.
+    """
+
+    radius_m: tuple[float, float]
+    track_m: float
+    max_rate_radps: float
+    max_step_radps: float
+    lag: float
+    inertia_kgm2: float
+    motor: DcMotor
+    friction_nm: float
+    viscous_nms: float
+    ahead_common_kgm2: float
+    ahead_turn_kgm2: float
+    caster_x_m: float
+    caster_share: float
+    caster_trail_m: float

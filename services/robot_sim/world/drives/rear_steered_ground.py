@@ -9,7 +9,6 @@ in a turn, and how clay gives way, is left out: nothing is known of it.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +17,6 @@ from touchline.services.core.jit import kernel
 from touchline.services.core.physical_constants import GRAVITY_MPS2
 from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.body import (
-    P_GYRATION2,
-    P_ROLLING,
     SIDE_SPEED,
     SPEED,
     STEP_S,
@@ -27,9 +24,11 @@ from touchline.services.robot_sim.world.body import (
     UP_Y,
     UP_Z,
     YAW_RATE,
+    BodyFigures,
 )
 from touchline.services.robot_sim.world.drives import rear_steered_layout as r
 from touchline.services.robot_sim.world.drives.dc_motor import drag
+from touchline.services.robot_sim.world.drives.rear_steered_layout import TrueRearSteered
 from touchline.services.robot_sim.world.drives.tyres import ROLLING_MPS, held, stiffness
 
 _PARKED_MPS = 0.002
@@ -39,42 +38,45 @@ Floats = NDArray[np.float64]
 
 
 @kernel
-def _parked(state: Floats, p: Floats) -> bool:
+def _parked(state: Floats, body: BodyFigures) -> bool:
     """Whether the robot stands, is told to, and drum and wheel hold it on this slope."""
     told = abs(state[r.REFERENCE]) < _PARKED_RADPS
     slow = abs(state[SPEED]) + abs(state[SIDE_SPEED]) + abs(state[YAW_RATE]) < _PARKED_MPS
-    parked: bool = told and slow and held(state, p)
+    parked: bool = told and slow and held(state, body)
     return parked
 
 
 @kernel
-def _drum(state: Floats, p: Floats, effects: Floats, load: float) -> tuple[float, float, float]:
+def _drum(
+    drive: TrueRearSteered, state: Floats, body: BodyFigures, effects: Floats, load: float
+) -> tuple[float, float, float]:
     """Along, the drum's force is stiff·(free − new speed); returns stiff, free and its stiffness across."""
     speed, side, rate = state[SPEED], state[SIDE_SPEED], state[r.DRUM_RATE]
     if effects[e.BLOCKED] > 0.0:
-        stiff, across = stiffness(0.0, speed, side, load, p)
+        stiff, across = stiffness(0.0, speed, side, load, body)
         return stiff, 0.0, across
-    grip = p[r.P_RADIUS] * (1.0 - state[r.DRUM_SLIP] - effects[e.SLIP])
-    stiff, across = stiffness(grip * rate, speed, side, load, p)
-    inertia = p[r.P_INERTIA] + STEP_S * drag(rate, p[r.P_VISCOUS], p[r.P_FRICTION])
-    free = grip * (p[r.P_INERTIA] * rate + STEP_S * state[r.TORQUE]) / inertia
-    return stiff / (1.0 + stiff * STEP_S * grip * p[r.P_RADIUS] / inertia), free, across
+    grip = drive.radius_m * (1.0 - state[r.DRUM_SLIP] - effects[e.SLIP])
+    stiff, across = stiffness(grip * rate, speed, side, load, body)
+    inertia = drive.inertia_kgm2 + STEP_S * drag(rate, drive.viscous_nms, drive.friction_nm)
+    free = grip * (drive.inertia_kgm2 * rate + STEP_S * state[r.TORQUE]) / inertia
+    return stiff / (1.0 + stiff * STEP_S * grip * drive.radius_m / inertia), free, across
 
 
 @kernel
-def _turn_drum(state: Floats, p: Floats, effects: Floats, before: float, force: float) -> None:
+def _turn_drum(drive: TrueRearSteered, state: Floats, effects: Floats, before: float, force: float) -> None:
     """The drum's rate under torque and traction; it turns along the mean of old and new."""
     state[r.TRACTION] = force
     if effects[e.BLOCKED] > 0.0:
         state[r.DRUM_RATE] = 0.0
     else:
-        momentum = p[r.P_INERTIA] * before + STEP_S * (state[r.TORQUE] - p[r.P_RADIUS] * force)
-        state[r.DRUM_RATE] = momentum / (p[r.P_INERTIA] + STEP_S * drag(before, p[r.P_VISCOUS], p[r.P_FRICTION]))
+        momentum = drive.inertia_kgm2 * before + STEP_S * (state[r.TORQUE] - drive.radius_m * force)
+        dragged = drive.inertia_kgm2 + STEP_S * drag(before, drive.viscous_nms, drive.friction_nm)
+        state[r.DRUM_RATE] = momentum / dragged
     state[r.DRUM_ANGLE] += 0.5 * (before + state[r.DRUM_RATE]) * STEP_S
 
 
 @kernel
-def roll_on(_drive: Any, state: Floats, p: Floats, effects: Floats, mass_kg: float) -> None:
+def roll_on(drive: TrueRearSteered, state: Floats, body: BodyFigures, effects: Floats, mass_kg: float) -> None:
     """See `world_drive.roll_on`: body and drum under the motor's torque, by one implicit step of Newton's laws.
 
     The single-track ("bicycle") model (R. Rajamani, "Vehicle Dynamics and Control", 2nd ed., ch. 2) with the
@@ -82,27 +84,27 @@ def roll_on(_drive: Any, state: Floats, p: Floats, effects: Floats, mass_kg: flo
     traction of the drum and the force of the wheel across itself are noted [N].
     """
     rate = state[r.DRUM_RATE]
-    if _parked(state, p):
+    if _parked(state, body):
         for quantity in (SPEED, SIDE_SPEED, YAW_RATE, r.DRUM_RATE, r.TRACTION, r.SIDE_FORCE):
             state[quantity] = 0.0
         state[r.DRUM_ANGLE] += 0.5 * rate * STEP_S
         return
     speed, side, yaw = state[SPEED], state[SIDE_SPEED], state[YAW_RATE]
-    base, behind = p[r.P_BASE], p[r.P_BEHIND]
+    base, behind = drive.base_m, drive.behind_m
     weight = mass_kg * GRAVITY_MPS2 * state[UP_Z]
-    front = weight * p[r.P_DRUM_SHARE]
+    front = weight * drive.drum_share
     rear = weight - front
-    stiff, free, across = _drum(state, p, effects, front)
-    rolling = p[P_ROLLING] * front / max(abs(speed), ROLLING_MPS)
+    stiff, free, across = _drum(drive, state, body, effects, front)
+    rolling = body.rolling * front / max(abs(speed), ROLLING_MPS)
 
     # Of the steered wheel: its contact's speed along t = (cos, sin) and across n = (−sin, cos).
-    angle = state[r.STEERING] + p[r.P_OFFSET] + effects[e.OFFSET + 1]
+    angle = state[r.STEERING] + drive.offset_rad + effects[e.OFFSET + 1]
     cos, sin = math.cos(angle), math.sin(angle)
     beneath = side - base * yaw
     along, aside = cos * speed + sin * beneath, cos * beneath - sin * speed
-    _, hold = stiffness(along, along, aside, rear, p)
+    _, hold = stiffness(along, along, aside, rear, body)
     hold *= 1.0 - effects[e.SLIP + 1]
-    drags = p[P_ROLLING] * rear / max(abs(along), ROLLING_MPS)
+    drags = body.rolling * rear / max(abs(along), ROLLING_MPS)
     # Its force on the body is −K·(u, v_y − L·ω) with K symmetric.
     kxx = drags * cos * cos + hold * sin * sin
     kxy = (drags - hold) * cos * sin
@@ -110,7 +112,7 @@ def roll_on(_drive: Any, state: Floats, p: Floats, effects: Floats, mass_kg: flo
 
     # Newton along and across, and about the drum's middle, in (u, v_y, ω): M·(new − old)/dt = forces.
     push = mass_kg / STEP_S
-    inertia = mass_kg * (p[P_GYRATION2] + behind * behind) / STEP_S
+    inertia = mass_kg * (body.gyration_m2 + behind * behind) / STEP_S
     b1 = push * speed + stiff * free + mass_kg * ((side - behind * yaw) * yaw - GRAVITY_MPS2 * state[UP_X])
     outward = mass_kg * (speed * yaw + GRAVITY_MPS2 * state[UP_Y])
     b2 = push * (side - behind * yaw) - outward
@@ -126,4 +128,4 @@ def roll_on(_drive: Any, state: Floats, p: Floats, effects: Floats, mass_kg: flo
     speed = (b1 - a12 * side - a13 * yaw) / a11
     state[SPEED], state[SIDE_SPEED], state[YAW_RATE] = speed, side, yaw
     state[r.SIDE_FORCE] = -hold * (cos * (side - base * yaw) - sin * speed)
-    _turn_drum(state, p, effects, rate, stiff * (free - speed))
+    _turn_drum(drive, state, effects, rate, stiff * (free - speed))

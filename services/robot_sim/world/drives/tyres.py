@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.services.core.jit import kernel
-from touchline.services.robot_sim.world.body import P_GRIP, P_STIFFNESS_X, P_STIFFNESS_Y, UP_X, UP_Y
+from touchline.services.robot_sim.world.body import UP_X, UP_Y, BodyFigures
 
 _CREEP_MPS = 0.02  # slip is taken against no less than this
 ROLLING_MPS: Final = 0.01
@@ -23,7 +23,9 @@ Floats = NDArray[np.float64]
 
 
 @kernel
-def stiffness(wheel_mps: float, ground_mps: float, side_mps: float, load_n: float, p: Floats) -> tuple[float, float]:
+def stiffness(
+    wheel_mps: float, ground_mps: float, side_mps: float, load_n: float, body: BodyFigures
+) -> tuple[float, float]:
     """Tyre force per sliding speed [N per m/s], along and across.
 
     That the force is linear in the slip at first and then saturates, the same for both directions together, is as in
@@ -35,25 +37,25 @@ def stiffness(wheel_mps: float, ground_mps: float, side_mps: float, load_n: floa
         ground_mps: Of the wheel's contact over the ground, along the wheel [m/s].
         side_mps: Of the contact, across the wheel [m/s].
         load_n: On the wheel [N].
-        p: (body.P_DRIVE + n,) the world's parameters; of them grip and both stiffnesses.
+        body: Of its figures grip and both stiffnesses.
     """
     reference = max(abs(wheel_mps), abs(ground_mps), _CREEP_MPS)
-    along = p[P_STIFFNESS_X] * (wheel_mps - ground_mps) / reference
-    across = p[P_STIFFNESS_Y] * side_mps / reference
-    factor = load_n / (reference * math.sqrt(1.0 + (along * along + across * across) / (p[P_GRIP] * p[P_GRIP])))
-    return p[P_STIFFNESS_X] * factor, p[P_STIFFNESS_Y] * factor
+    along = body.stiffness_x * (wheel_mps - ground_mps) / reference
+    across = body.stiffness_y * side_mps / reference
+    factor = load_n / (reference * math.sqrt(1.0 + (along * along + across * across) / (body.grip * body.grip)))
+    return body.stiffness_x * factor, body.stiffness_y * factor
 
 
 @kernel
-def held(state: Floats, p: Floats) -> bool:
+def held(state: Floats, body: BodyFigures) -> bool:
     """Whether tyres hold a standing robot on this slope: its sine is below half of the grip.
 
     Coulomb's friction, less a margin: that half of it counts is this project's own choice.
 
     Args:
         state: (body.DRIVE + n,) the world's; of it `UP_X` and `UP_Y`, the vertical in body axes.
-        p: (body.P_DRIVE + n,) the world's parameters; of them the grip.
+        body: Of its figures the grip.
     """
     tilt = state[UP_X] * state[UP_X] + state[UP_Y] * state[UP_Y]
-    holds: bool = tilt < (0.5 * p[P_GRIP]) ** 2
+    holds: bool = tilt < (0.5 * body.grip) ** 2
     return holds

@@ -14,6 +14,7 @@ from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel_of_class
 from touchline.services.onboard.interface import ACTUATORS
+from touchline.services.robot_sim.world.body import BodyFigures
 
 Floats = NDArray[np.float64]
 
@@ -22,13 +23,12 @@ class WorldDrive(ABC):
     """The drive of a vehicle in its world. Made of a `Vehicle` and an effective `Scenario`.
 
     Attributes:
-        kernels: A named tuple whose class has the kernels `begin_tick`, `actuate` and `roll_on`.
-        parameters: Its constants: in the world's parameter vector from `body.P_DRIVE` on.
+        figures: What is constant about it, a named tuple whose class has the kernels `begin_tick`, `actuate` and
+            `roll_on` below.
         state_size: How much of the state vector it has for itself, from `body.DRIVE` on; all 0 at first.
     """
 
-    kernels: Any
-    parameters: Floats
+    figures: Any
     state_size: int
 
     @abstractmethod
@@ -52,13 +52,13 @@ def world_drive(vehicle: Vehicle, scenario: Scenario) -> WorldDrive:
 
 
 @kernel_of_class
-def begin_tick(drive: Any, state: Floats, p: Floats, seed: int, tick: int) -> None:
+def begin_tick(drive: Any, state: Floats, body: BodyFigures, seed: int, tick: int) -> None:
     """Draw what changes at random once a tick.
 
     Args:
-        drive: The `WorldDrive.kernels`.
+        drive: The `WorldDrive.figures`.
         state: (body.DRIVE + `state_size`,) the world's; from `body.DRIVE` on it is the drive's to change.
-        p: (body.P_DRIVE + n,) the world's parameters; from `body.P_DRIVE` on the drive's.
+        body: Figures of the body on its ground.
         seed: Of the scenario; keys the randomness together with:
         tick: Onboard tick that begins.
     """
@@ -66,14 +66,14 @@ def begin_tick(drive: Any, state: Floats, p: Floats, seed: int, tick: int) -> No
 
 @kernel_of_class
 def actuate(  # type: ignore[empty-body]
-    drive: Any, state: Floats, p: Floats, effects: Floats, commanded: Floats
+    drive: Any, state: Floats, body: BodyFigures, effects: Floats, commanded: Floats
 ) -> float:
     """Let the actuators follow their commands for one physics step, in place.
 
     Args:
-        drive: The `WorldDrive.kernels`.
+        drive: The `WorldDrive.figures`.
         state: (body.DRIVE + `state_size`,) the world's.
-        p: (body.P_DRIVE + n,) the world's parameters.
+        body: Figures of the body on its ground.
         effects: (effects.SIZE,) what faults do: `TORQUE` of each actuator.
         commanded: (interface.ACTUATORS,) of the actuators, in the units of `DriveSpec.actuators`.
 
@@ -83,14 +83,14 @@ def actuate(  # type: ignore[empty-body]
 
 
 @kernel_of_class
-def roll_on(drive: Any, state: Floats, p: Floats, effects: Floats, mass_kg: float) -> None:
+def roll_on(drive: Any, state: Floats, body: BodyFigures, effects: Floats, mass_kg: float) -> None:
     """Advance the body's speeds and the actuators' angles by one physics step, in place.
 
     Args:
-        drive: The `WorldDrive.kernels`.
+        drive: The `WorldDrive.figures`.
         state: (body.DRIVE + `state_size`,) the world's; `body.SPEED`, `SIDE_SPEED` [m/s, body frame], `YAW_RATE`
             [rad/s] and `ANGLES` [rad] are the drive's to change.
-        p: (body.P_DRIVE + n,) the world's parameters.
+        body: Figures of the body on its ground.
         effects: (effects.SIZE,) what faults do: `BLOCKED` and `SLIP` of each actuator.
         mass_kg: Of the whole robot.
     """

@@ -16,12 +16,11 @@ class NoToolKernels(KernelClass):
     """What physics calls."""
 
     @kernel
-    def work(self, _state: Floats, _p: Floats, _effects: Floats, _valve: bool, _disc: bool) -> float:
+    def work(self, _state: Floats, _effects: Floats, _valve: bool, _disc: bool) -> float:
         """Nothing, whatever is commanded.
 
         Args:
             _state: As all others, of `world_tool.work`; none counts.
-            _p: See `_state`.
             _effects: See `_state`.
             _valve: See `_state`.
             _disc: See `_state`.
@@ -32,7 +31,7 @@ class NoToolKernels(KernelClass):
 class NoToolInWorld:
     """A vehicle that only drives."""
 
-    kernels = NoToolKernels()
+    figures = NoToolKernels()
 
-    def constants(self, p: Floats, vehicle: Vehicle) -> None:
-        """There are none."""
+    def __init__(self, _vehicle: Vehicle) -> None:
+        """They are all alike."""

@@ -22,7 +22,7 @@ class RollerKernels(KernelClass):
     """What physics calls."""
 
     @kernel
-    def work(self, state: Floats, _p: Floats, _effects: Floats, _valve: bool, _disc: bool) -> float:
+    def work(self, state: Floats, _effects: Floats, _valve: bool, _disc: bool) -> float:
         """See `world_tool.work`: all of its width, whatever is commanded, as nothing lifts the drum.
 
         Where it stands there is nothing new to note.
@@ -33,7 +33,7 @@ class RollerKernels(KernelClass):
 class RollerInWorld:
     """A drum on the ground."""
 
-    kernels = RollerKernels()
+    figures = RollerKernels()
 
-    def constants(self, p: Floats, vehicle: Vehicle) -> None:
-        """There are none."""
+    def __init__(self, _vehicle: Vehicle) -> None:
+        """They are all alike."""

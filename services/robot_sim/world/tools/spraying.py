@@ -8,6 +8,7 @@ not empty; the disc shapes the edge but does not gate the flow.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,17 +20,11 @@ from touchline.services.robot_sim.world.body import (
     DISC,
     DISC_DOWN,
     FLOW_LPS,
-    P_DISC,
-    P_FLOW_LPS,
-    P_PAINT_KGPL,
-    P_VALVE_OFF,
-    P_VALVE_ON,
     STEP_S,
     TANK_L,
     VALVE,
     VALVE_OPEN,
 )
-from touchline.services.robot_sim.world.kernel_class import KernelClass
 from touchline.services.robot_sim.world.lag import travel_per_step
 
 Floats = NDArray[np.float64]
@@ -52,16 +47,27 @@ def _plunger(
     return position, 0.0 if position <= _HOME else engaged
 
 
-class SprayerKernels(KernelClass):
-    """What physics calls; all figures are in the world's arrays."""
+class SprayerFigures(NamedTuple):
+    """What is constant about a sprayer, with what physics calls.
+
+    Attributes:
+        valve_on: Travel of the valve's plunger in one step while it opens, a share of its stroke.
+        valve_off: The same while it closes.
+        disc: The same of the discs', either way.
+        flow_lps: The pump's.
+    """
+
+    valve_on: float
+    valve_off: float
+    disc: float
+    flow_lps: float
 
     @kernel
-    def work(self, state: Floats, p: Floats, effects: Floats, valve: bool, disc: bool) -> float:
+    def work(self, state: Floats, effects: Floats, valve: bool, disc: bool) -> float:
         """Let paint flow for a step, then move the plungers.
 
         Args:
             state: (body.DRIVE + n,) the world's; plungers 0…1, flow [l/s] and tank [l] are updated.
-            p: (body.P_DRIVE + n,) the world's parameters; of them the plungers' travel in a step and the flow.
             effects: (effects.SIZE,) what faults do: `FLOW`, and where `VALVE` and `DISC` are stuck.
             valve: Whether the valve is commanded open.
             disc: Whether the disc is commanded down.
@@ -71,13 +77,13 @@ class SprayerKernels(KernelClass):
         """
         flows = state[VALVE_OPEN] > 0.0 and state[TANK_L] > 0.0
         share = effects[e.FLOW] if flows else 0.0
-        state[FLOW_LPS] = share * p[P_FLOW_LPS]
+        state[FLOW_LPS] = share * self.flow_lps
         state[TANK_L] = max(state[TANK_L] - state[FLOW_LPS] * STEP_S, 0.0)
         state[VALVE], state[VALVE_OPEN] = _plunger(
-            state[VALVE], state[VALVE_OPEN], valve, p[P_VALVE_ON], p[P_VALVE_OFF], effects[e.VALVE]
+            state[VALVE], state[VALVE_OPEN], valve, self.valve_on, self.valve_off, effects[e.VALVE]
         )
         state[DISC], state[DISC_DOWN] = _plunger(
-            state[DISC], state[DISC_DOWN], disc, p[P_DISC], p[P_DISC], effects[e.DISC]
+            state[DISC], state[DISC_DOWN], disc, self.disc, self.disc, effects[e.DISC]
         )
         width: float = math.sqrt(share) if share >= _DRIBBLE else 0.0
         return width
@@ -86,13 +92,12 @@ class SprayerKernels(KernelClass):
 class SprayerInWorld:
     """Valve, discs and flow."""
 
-    kernels = SprayerKernels()
-
-    def constants(self, p: Floats, vehicle: Vehicle) -> None:
-        """Travel of the plungers, the pump's flow and the weight of paint."""
+    def __init__(self, vehicle: Vehicle) -> None:
+        """Of this vehicle."""
         tool = vehicle.tool
-        p[P_VALVE_ON] = travel_per_step(tool.valve_on_delay_s)
-        p[P_VALVE_OFF] = travel_per_step(tool.valve_off_delay_s)
-        p[P_DISC] = travel_per_step(tool.disc_delay_s)
-        p[P_FLOW_LPS] = tool.flow_lps
-        p[P_PAINT_KGPL] = (tool.mass_full_kg - vehicle.body.mass_empty_kg) / tool.tank_l
+        self.figures = SprayerFigures(
+            valve_on=travel_per_step(tool.valve_on_delay_s),
+            valve_off=travel_per_step(tool.valve_off_delay_s),
+            disc=travel_per_step(tool.disc_delay_s),
+            flow_lps=tool.flow_lps,
+        )

@@ -15,38 +15,34 @@ Floats = NDArray[np.float64]
 
 
 class WorldTool(Protocol):
-    """A kind of tool in the world.
+    """The tool of a vehicle in its world. Made of a `Vehicle`.
 
     Attributes:
-        kernels: A named tuple whose class has the kernel `work` (see below).
+        figures: What is constant about it, a named tuple whose class has the kernel `work` (see below).
     """
 
-    kernels: Any
-
-    def constants(self, p: Floats, vehicle: Vehicle) -> None:
-        """Fill in the tool's own among the world's parameters, which are all 0 at first."""
+    figures: Any
 
 
-def world_tool(kind: str) -> WorldTool:
-    """That of a kind.
+def world_tool(vehicle: Vehicle) -> WorldTool:
+    """That of a vehicle, by the kind of its tool.
 
     Raises:
         SpecError: It cannot be emulated.
     """
-    made: WorldTool = part_for(TOOLS, kind, "world")()
+    made: WorldTool = part_for(TOOLS, vehicle.tool.kind, "world")(vehicle)
     return made
 
 
 @kernel_of_class
 def work(  # type: ignore[empty-body]
-    tool: Any, state: Floats, p: Floats, effects: Floats, valve: bool, disc: bool
+    tool: Any, state: Floats, effects: Floats, valve: bool, disc: bool
 ) -> float:
     """Advance the tool by one physics step, in place.
 
     Args:
-        tool: The `WorldTool.kernels`.
+        tool: The `WorldTool.figures`.
         state: (body.DRIVE + n,) the world's; plungers, flow and tank are the tool's to change.
-        p: (body.P_DRIVE + n,) the world's parameters.
         effects: (effects.SIZE,) what faults do.
         valve: Whether the valve is commanded open.
         disc: Whether the disc is commanded down.
