@@ -19,7 +19,6 @@ from touchline.services.onboard.estimation.tail import CONTRADICTED
 from touchline.services.onboard.executive.localization_monitor import MAX_NIS
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.paint import projection
-from touchline.services.robot_sim.world import body
 
 RUNNING, PAUSED, ESTOPPED = TraversalStatus.RUNNING, TraversalStatus.PAUSED, TraversalStatus.ESTOPPED
 SPRAYED: Final = ((3.0, 8.0), (11.0, 14.0))
@@ -182,7 +181,7 @@ class Guarded:
             self._hold(status.state != RUNNING, "running without an operator")
         self._closed = 0 if command.valve or command.valve_after_s > 0.0 else self._closed + 1
         if self._closed > CLOSING_TICKS and "valve-stuck" not in self._kinds:
-            self._hold(not emulator.world.state[body.VALVE_OPEN], "the valve stays open")
+            self._hold(not emulator.world.state.valve_open, "the valve stays open")
         self._check_fence(status.state)
         if command.valve:
             self._check_paint()

@@ -22,7 +22,6 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.estimation.filter import Estimator
 from touchline.services.onboard.interface import Command, SensorFrame
 from touchline.services.robot_sim.sensors.suite import Sensors
-from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world.world import World
 
 STAND_TICKS = 90
@@ -56,7 +55,7 @@ class EmulatedRobot:
 
     @property
     def pose(self) -> tuple[float, float, float]:
-        return tuple(self.world.state[body.EAST : body.EAST + 3].tolist())
+        return self.world.pose
 
     def step(self, speed: float, yaw_rate: float) -> SensorFrame:
         self._tick += 1

@@ -22,7 +22,6 @@ from touchline.services.onboard import filter_model as m
 from touchline.services.onboard.estimation.filter import Estimator
 from touchline.services.onboard.interface import Command, SensorFrame
 from touchline.services.robot_sim.sensors.suite import Sensors
-from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world.world import World
 
 CLAY = Scenario(ground=Ground(surface="clay"))
@@ -47,7 +46,7 @@ class EmulatedRoller:
 
     @property
     def pose(self) -> tuple[float, float, float]:
-        return tuple(self.world.state[body.EAST : body.EAST + 3].tolist())
+        return self.world.pose
 
     @property
     def steering_rad(self) -> float:

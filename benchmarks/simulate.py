@@ -18,7 +18,6 @@ from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.telemetry import Telemetry
 from touchline.services.robot_sim.warm_up import warm_up
-from touchline.services.robot_sim.world import body
 from touchline.services.runs.simulation import Job, Products, simulate
 
 TEMPLATE = "soccer-11"
@@ -74,7 +73,7 @@ def _memory(job: Job, title: str, hours: tuple[int, ...], listening: bool) -> No
     print(f"{title:20} {'start':>10} {_peak_mb():>9.1f}M {_rss_mb():>9.1f}M")
     for until in hours:
         while emulator.time_s < until * 3600.0:
-            emulator.world.state[body.TANK_L], emulator.world.state[body.BATTERY_WH] = (
+            emulator.world.state.tank_l, emulator.world.state.battery_wh = (
                 job.vehicle.tool.capacity_l,
                 job.vehicle.body.battery_wh,
             )

@@ -46,7 +46,6 @@ from touchline.services.robot_sim.recovery_state import Remains, Totals
 from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.sampling import stand_by
 from touchline.services.robot_sim.sensors.suite import Sensors
-from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world.world import NO_EFFECTS, TruePose, World
 
 SETTLE_TICKS: Final = 100
@@ -308,7 +307,7 @@ class Emulator:
 
     def _stand_by(self, tick: int) -> None:
         """Be where another process ended: satellites and sensors have gone on, what was to go wrong until then has."""
-        first = Moment(self.world.state, NO_EFFECTS, self.scenario.seed, self.tick_count + 1)
+        first = Moment(self.world.state.array, NO_EFFECTS, self.scenario.seed, self.tick_count + 1)
         stand_by(first, tick, self.sensors.sensing)
         self.tick_count = tick
         self.faults.step(tick)
@@ -365,7 +364,7 @@ class Emulator:
     def _require_rest(self, command: str) -> None:
         if self.onboard.state == TraversalStatus.RUNNING:
             raise CommandRefused(f"cannot {command} while the robot drives; pause it first")
-        if abs(float(self.world.state[body.SPEED])) > RESTING_MPS:
+        if abs(self.world.state.speed_mps) > RESTING_MPS:
             raise CommandRefused(f"cannot {command} while the robot is moving; wait until it stands")
 
     def link_lost(self) -> None:
@@ -427,7 +426,7 @@ class Emulator:
         self.settled = False
         if self.onboard.state in UNDER_WAY:
             self._ended_ticks = 0
-            self.estimator_error.add(self.world.pose, float(self.world.state[body.SPEED]), self.onboard.estimate)
+            self.estimator_error.add(self.world.pose, self.world.state.speed_mps, self.onboard.estimate)
         elif self._ended_ticks < SETTLE_TICKS:
             self._ended_ticks += 1
             self.settled = self._ended_ticks == SETTLE_TICKS

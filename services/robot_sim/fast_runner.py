@@ -38,7 +38,6 @@ from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.sampling import Sensing, sense
 from touchline.services.robot_sim.sensors.transport import Transport
 from touchline.services.robot_sim.tick_log import Rows
-from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.physics import HeldCommand, WorldArrays, advance
 
@@ -150,11 +149,11 @@ def _arrived_in_time(fixes: int, tick: int, transport: Sequence[Transport]) -> b
 @kernel
 def _read_frame(fixes: int, hardware: Hardware, computer: Computer) -> None:
     """Fill in the frame from what has arrived and the world's state."""
-    frame, state, transport = computer[0].frame, hardware.world.state, hardware.sensing.transport[0]
+    frame, state, transport = computer[0].frame, hardware.world.state[0], hardware.sensing.transport[0]
     copy(transport.readings, frame.readings)
     measured = transport.measured_tick
     frame.imu_tick, frame.mag_tick, frame.encoder_tick = measured[0], measured[1], measured[2]
-    frame.battery_fraction, frame.tank_l = state[body.BATTERY_WH] / hardware.battery_wh, state[body.TANK_L]
+    frame.battery_fraction, frame.tank_l = state.battery_wh / hardware.battery_wh, state.tank_l
     frame.bumper, frame.operator_alive = False, True
     if fixes == 0:
         return
@@ -195,12 +194,12 @@ def _keep(row: Floats, progress: Sequence[TickProgress], hardware: Hardware, com
 @kernel
 def _enter(progress: Sequence[TickProgress], hardware: Hardware, computer: Computer, books: Books) -> None:
     """Enter a tick that is done in the books."""
-    state, tick = hardware.world.state, progress[0].tick
+    state, tick = hardware.world.state[0], progress[0].tick
     enter(hardware.world.trace, books.paint)
     x = computer[0].filter.states[tick % model.RING]
-    truth = (state[body.EAST], state[body.NORTH], state[body.HEADING])
+    truth = (state.east_m, state.north_m, state.heading_rad)
     follow(tick, truth, books.paint.coverage.state[0].points, *books.track)
-    enter_error(books.error, state[body.SPEED], truth, (x[model.EAST], x[model.NORTH], x[model.HEADING]))
+    enter_error(books.error, state.speed_mps, truth, (x[model.EAST], x[model.NORTH], x[model.HEADING]))
     if len(books.rows) > 0:
         _keep(books.rows[tick - progress[0].first_tick], progress, hardware, computer)
 

@@ -11,7 +11,6 @@ from touchline.schemas.topics import Topic
 from touchline.services.robot_sim import layouts
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.sensors.gnss import GnssReport
-from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world.battery import NOMINAL_V, voltage_of
 
 Payload = tuple[Topic, bytes]
@@ -66,7 +65,7 @@ def gnss(report: GnssReport) -> list[Payload]:
 def battery(time: Stamp, emulator: Emulator) -> bytes:
     """The battery, its voltage linear in its charge."""
     state, capacity_wh = emulator.world.state, emulator.vehicle.body.battery_wh
-    left_wh, power_w = float(state[body.BATTERY_WH]), float(state[body.POWER_W])
+    left_wh, power_w = state.battery_wh, state.power_w
     share = left_wh / capacity_wh
     voltage: float = voltage_of(share)
     return layouts.BATTERY.pack(

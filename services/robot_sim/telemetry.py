@@ -29,7 +29,6 @@ from touchline.services.robot_sim.paint.metrics import SegmentMetrics, paint_met
 from touchline.services.robot_sim.paint.smears import Smearing, SmearPrint, smearing
 from touchline.services.robot_sim.samples import Samples, sprayer_state
 from touchline.services.robot_sim.tick_log import Rows, period
-from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world.world import held
 
 _ESTIMATOR_TICKS: Final = period(topics.ESTIMATOR)
@@ -216,7 +215,7 @@ class Telemetry:
         emulator = self._emulator
         command, sensors, tick = emulator.command, emulator.sensors, emulator.tick_count
         transport = sensors.transport
-        tick_log.note(row, tick, emulator.world.state, transport.readings, held(command))
+        tick_log.note(row, tick, emulator.world.state.array, transport.readings, held(command))
         row[tick_log.MEASURED : tick_log.READINGS] = np.where(transport.arrived, transport.measured_tick, -1)
         if tick % tick_log.ODOMETRY_TICKS == 0:
             *estimate, covariance, twist_covariance = emulator.onboard.estimate
@@ -335,7 +334,7 @@ class Telemetry:
 
     @property
     def _flowing(self) -> bool:
-        return bool(self._emulator.world.state[body.FLOW_LPS] > 0.0)
+        return self._emulator.world.state.flow_lps > 0.0
 
     def _line(self, marks: Marks) -> str:
         """Id of the line that marks belong to, "" for none."""

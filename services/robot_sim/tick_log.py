@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -12,7 +13,7 @@ from touchline.schemas.topics import Topic
 from touchline.services.core.jit import kernel
 from touchline.services.onboard import interface
 from touchline.services.robot_sim.sensors import receiver
-from touchline.services.robot_sim.world import body
+from touchline.services.robot_sim.world.body import BodyState
 from touchline.services.robot_sim.world.physics import HeldCommand
 
 TICK: Final = 0
@@ -45,7 +46,7 @@ ODOMETRY_TICKS: Final = period(topics.ODOMETRY)
 def note(
     row: NDArray[np.float64],
     tick: int,
-    state: NDArray[np.float64],
+    states: Sequence[BodyState],
     readings: NDArray[np.float64],
     command: HeldCommand,
 ) -> None:
@@ -54,18 +55,19 @@ def note(
     Args:
         row: (COLUMNS,) filled: SI units, map frame, but readings in the body's.
         tick: This tick.
-        state: (body.DRIVE + n,) the world's at its end.
+        states: (1,) the body's at its end.
         readings: (interface.READINGS,) of the sensors.
         command: That is in force from then on.
     """
+    state = states[0]
     row[TICK] = row[MEASURED] = row[MEASURED + 1] = row[MEASURED + 2] = tick
     for column in range(interface.READINGS):
         row[READINGS + column] = readings[column]
     for actuator in range(interface.ACTUATORS):
         row[COMMANDED + actuator] = command.actuators[actuator]
-    row[TRUTH], row[TRUTH + 1], row[TRUTH + 2] = state[body.EAST], state[body.NORTH], state[body.HEADING]
-    row[TRUTH + 3], row[TRUTH + 4] = state[body.SPEED], state[body.YAW_RATE]
-    row[SPRAYER], row[SPRAYER + 1] = 1.0 if command.valve else 0.0, 1.0 if state[body.VALVE_OPEN] > 0.0 else 0.0
-    row[SPRAYER + 2], row[SPRAYER + 3] = 1.0 if command.disc else 0.0, 1.0 if state[body.DISC_DOWN] > 0.0 else 0.0
-    row[SPRAYER + 4], row[TANK_L] = state[body.FLOW_LPS], state[body.TANK_L]
+    row[TRUTH], row[TRUTH + 1], row[TRUTH + 2] = state.east_m, state.north_m, state.heading_rad
+    row[TRUTH + 3], row[TRUTH + 4] = state.speed_mps, state.yaw_rate_radps
+    row[SPRAYER], row[SPRAYER + 1] = 1.0 if command.valve else 0.0, 1.0 if state.valve_open else 0.0
+    row[SPRAYER + 2], row[SPRAYER + 3] = 1.0 if command.disc else 0.0, 1.0 if state.disc_down else 0.0
+    row[SPRAYER + 4], row[TANK_L] = state.flow_lps, state.tank_l
     row[FIXES] = 0.0

@@ -18,7 +18,6 @@ from touchline.services.drawings.hatch import hatch
 from touchline.services.onboard.interface import TICK_S
 from touchline.services.planner.segments.fit_arcs import TOLERANCE_M
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.world.drives.differential_layout import LEFT_RATE, RIGHT_RATE
 from touchline.services.study import completeness, continuity, durations, figures, like_for_like, pitch
 from touchline.services.study.corner import FINE_M, RUN_M, corner_trajectory
 from touchline.services.study.driven_template import DPP, OURS, STUDY_CCD, STUDY_SPEED_MPS, Contestant
@@ -165,7 +164,7 @@ def drive_corner(contestant: Contestant, tolerance_m: float, run_m: float = RUN_
     station: list[float] = []
     while robot.active:
         robot.tick()
-        rates.append(robot.world.state[[LEFT_RATE, RIGHT_RATE]].copy())
+        rates.append(robot.world.drive.rate_radps.copy())
         station.append(robot.onboard.status.arc_length_m)
     if robot.onboard.state != TraversalStatus.DONE:
         raise TouchlineError(f"the robot gave the corner of {contestant.name} up: {robot.onboard.status.reason}")

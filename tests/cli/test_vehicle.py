@@ -14,8 +14,6 @@ from touchline.schemas.vehicles import DifferentialDrive, SprayerTool, Vehicle
 from touchline.services.planner.plan import plan
 from touchline.services.planner.plots.actuator_series import actuator_series
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.world import body
-from touchline.services.robot_sim.world.drives import differential_layout as wheels
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "small-robot.json"
 
@@ -105,8 +103,8 @@ def test_the_example_drives_with_its_own_track():
     rates, yaw = [], []
     while emulator.active:
         emulator.tick()
-        rates.append(emulator.world.state[[wheels.LEFT_RATE, wheels.RIGHT_RATE]].copy())
-        yaw.append(emulator.world.state[body.YAW_RATE])
+        rates.append(emulator.world.drive.rate_radps.copy())
+        yaw.append(emulator.world.state.yaw_rate_radps)
     left, right = np.array(rates).T
     turning = np.abs(yaw) > 0.5
     track_m = (right - left)[turning] * small.drive.wheel_radius_m / np.array(yaw)[turning]

@@ -20,13 +20,16 @@ from touchline.schemas.plugins import DRIVES, KindParts
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
+from touchline.services.core.records import Record
 from touchline.services.robot_sim.world import effects as e
-from touchline.services.robot_sim.world.body import ANGLES, DRIVE, SIDE_SPEED, SPEED, STEP_S, YAW_RATE, BodyFigures
+from touchline.services.robot_sim.world.body import STEP_S, BodyFigures, BodyState
 from touchline.services.robot_sim.world.drives.world_drive import WorldDrive
 
 Floats = NDArray[np.float64]
 
-RATE = DRIVE  # of the drum, rad/s
+
+class DrumState(Record):
+    rate_radps: float
 
 
 class TrueDrum(NamedTuple):
@@ -39,36 +42,37 @@ class TrueDrum(NamedTuple):
     max_steering_rate_radps: float
 
     @kernel
-    def begin_tick(self, _state: Floats, _body: BodyFigures, _seed: int, _tick: int) -> None:
+    def begin_tick(self, _own: DrumState, _body: BodyFigures, _seed: int, _tick: int) -> None:
         """Nothing is random here."""
 
     @kernel
-    def actuate(self, state: Floats, _body: BodyFigures, effects: Floats, commanded: Floats) -> float:
+    def actuate(
+        self, state: BodyState, own: DrumState, _body: BodyFigures, effects: Floats, commanded: Floats
+    ) -> float:
         rate = min(max(commanded[0] * effects[e.TORQUE], -self.max_rate_radps), self.max_rate_radps)
-        state[RATE] = rate * (1.0 - effects[e.BLOCKED])
+        own.rate_radps = rate * (1.0 - effects[e.BLOCKED])
         wanted = min(max(commanded[1], -self.max_steering_rad), self.max_steering_rad)
         most = self.max_steering_rate_radps * STEP_S * (1.0 - effects[e.BLOCKED + 1])
-        state[ANGLES + 1] += min(max(wanted - state[ANGLES + 1], -most), most)
-        return 50.0 * abs(state[RATE])
+        state.angles_rad[1] += min(max(wanted - state.angles_rad[1], -most), most)
+        return 50.0 * abs(own.rate_radps)
 
     @kernel
-    def roll_on(self, state: Floats, _body: BodyFigures, effects: Floats, _mass_kg: float) -> None:
-        state[ANGLES] += state[RATE] * STEP_S
-        state[SPEED] = state[RATE] * self.radius_m * (1.0 - effects[e.SLIP])
-        state[SIDE_SPEED] = 0.0
-        state[YAW_RATE] = -state[SPEED] * math.tan(state[ANGLES + 1]) / self.base_m
+    def roll_on(self, state: BodyState, own: DrumState, _body: BodyFigures, effects: Floats, _mass_kg: float) -> None:
+        state.angles_rad[0] += own.rate_radps * STEP_S
+        state.speed_mps = own.rate_radps * self.radius_m * (1.0 - effects[e.SLIP])
+        state.side_speed_mps = 0.0
+        state.yaw_rate_radps = -state.speed_mps * math.tan(state.angles_rad[1]) / self.base_m
 
 
 class DrumInWorld(WorldDrive):
-    state_size = 1
-
     def __init__(self, vehicle: Vehicle, _scenario: Scenario) -> None:
         drive = vehicle.drive
         figures = drive.drum_radius_m, drive.wheelbase_m, drive.max_drum_speed_radps, drive.max_steering_rad
         self.figures = TrueDrum(*figures, drive.max_steering_rate_radps)
+        self.state = DrumState()
 
-    def rest(self, state: Floats) -> None:
-        state[RATE] = 0.0
+    def rest(self) -> None:
+        self.state.reset()
 
 
 @contextmanager

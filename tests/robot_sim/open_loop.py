@@ -2,9 +2,8 @@
 
 import json
 import math
-from typing import NamedTuple, get_args
-
-import numpy as np
+from copy import deepcopy
+from typing import Any, NamedTuple, get_args
 
 from touchline.schemas.faults import Fault, parse_fault
 from touchline.schemas.scenario import Scenario
@@ -13,6 +12,7 @@ from touchline.services.onboard.interface import Command, SensorFrame
 from touchline.services.robot_sim.fault_timeline import FaultTimeline
 from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.world import body
+from touchline.services.robot_sim.world.body import BodyState
 from touchline.services.robot_sim.world.world import World
 
 VEHICLE = Vehicle()
@@ -23,7 +23,8 @@ REST = Command((0.0, 0.0), False, False)
 
 class Tick(NamedTuple):
     frame: SensorFrame
-    state: np.ndarray
+    state: BodyState
+    drive: Any
     sprayed: bool
     width: float
 
@@ -39,7 +40,7 @@ def drive(ticks, *faults, command=AHEAD, seed=1, **scenario):
         world.step(command, tick, timeline.effects)
         frame = sensors.read(tick, world.state, timeline.effects)
         widths = world.trace[1:, body.TRACE_SPRAYING]
-        run.append(Tick(frame, world.state.copy(), bool(widths.any()), float(widths.max())))
+        run.append(Tick(frame, deepcopy(world.state), deepcopy(world.drive), bool(widths.any()), float(widths.max())))
     return run
 
 
@@ -62,8 +63,8 @@ def errors(run):
         (
             fix.stamp_s,
             math.hypot(
-                fix.east_m - run[round(fix.stamp_s * 100) - 1].state[body.EAST],
-                fix.north_m - run[round(fix.stamp_s * 100) - 1].state[body.NORTH],
+                fix.east_m - run[round(fix.stamp_s * 100) - 1].state.east_m,
+                fix.north_m - run[round(fix.stamp_s * 100) - 1].state.north_m,
             ),
         )
         for fix in fixes(run)

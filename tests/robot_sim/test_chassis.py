@@ -8,10 +8,8 @@ import pytest
 from touchline.schemas.scenario import DriveNoise, Ground, Scenario
 from touchline.schemas.vehicles import Motor, Vehicle
 from touchline.services.onboard.interface import Command
-from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world.battery import FULL_V
 from touchline.services.robot_sim.world.constants import SURFACES
-from touchline.services.robot_sim.world.drives import differential_layout as wheels
 from touchline.services.robot_sim.world.world import World
 
 QUIET = Scenario(noise="none")
@@ -40,7 +38,7 @@ def test_the_wheels_slip_each_on_its_own_and_more_on_wet_grass():
         slips = []
         for tick in range(1, 4001):
             world.step(Command((0.0, 0.0), False, False), tick)
-            slips.append(world.state[wheels.LEFT_SLIP : wheels.RIGHT_SLIP + 1].copy())
+            slips.append(world.drive.slip.copy())
         spread[surface] = np.std(slips)
         assert abs(np.corrcoef(np.transpose(slips))[0, 1]) < 0.1
     assert spread["artificial-turf"] < 0.6 * spread["grass"]
@@ -49,7 +47,7 @@ def test_the_wheels_slip_each_on_its_own_and_more_on_wet_grass():
 
 def after_a_turned_caster(angle_rad):
     world = World(VEHICLE, QUIET)
-    world.state[wheels.CASTER_X], world.state[wheels.CASTER_Y] = math.cos(angle_rad), math.sin(angle_rad)
+    world.drive.caster_x, world.drive.caster_y = math.cos(angle_rad), math.sin(angle_rad)
     return drive(world, 5.0, 5.0, 30).pose.heading_rad
 
 
@@ -66,10 +64,10 @@ def test_casters_that_point_aside_drag_the_robot_round():
 def test_a_tyre_has_one_grip_for_both_directions(spinning):
     """Sliding sideways they hold with no more than their grip, and with far less of it when they spin as well."""
     world = World(VEHICLE, QUIET)
-    world.state[body.SPEED] = world.state[body.SIDE_SPEED] = 1.0
-    world.state[wheels.LEFT_RATE : wheels.RIGHT_RATE + 1] = spinning / VEHICLE.drive.wheel_radius_m
+    world.state.speed_mps = world.state.side_speed_mps = 1.0
+    world.drive.rate_radps[:] = spinning / VEHICLE.drive.wheel_radius_m
     world.step(Command((10.0, 10.0), False, False), 1)
-    held = (1.0 - world.state[body.SIDE_SPEED]) / 0.01
+    held = (1.0 - world.state.side_speed_mps) / 0.01
     most = SURFACES["grass"].grip * GRAVITY * (1.0 - VEHICLE.drive.caster_load_share)
     casters = SURFACES["grass"].rolling * GRAVITY * VEHICLE.drive.caster_load_share
     assert held < most * (1.0 if spinning == 1.0 else 0.65) + casters
@@ -81,17 +79,17 @@ def test_the_batterys_voltage_limits_the_speed():
     idle_radps = FULL_V / (motor.constant_nm_per_a * motor.gear_ratio)
     assert idle_radps < 0.8 * VEHICLE.drive.max_wheel_speed_radps
     world = World(VEHICLE.changed(drive={"motor": motor}), QUIET)
-    full = drive(world, 20.0, 20.0, 500).state[wheels.LEFT_RATE]
+    full = drive(world, 20.0, 20.0, 500).drive.rate_radps[0]
     assert 0.8 * idle_radps < full < idle_radps
-    world.state[body.BATTERY_WH] *= 0.2
-    assert drive(world, 20.0, 20.0, 500).state[wheels.LEFT_RATE] < 0.9 * full
+    world.state.battery_wh *= 0.2
+    assert drive(world, 20.0, 20.0, 500).drive.rate_radps[0] < 0.9 * full
 
 
 def test_the_body_turns_as_fast_as_torque_and_inertia_say():
     motor = Motor(max_current_a=8.0)
     slow = VEHICLE.changed(drive={"motor": motor}, body={"radius_of_gyration_m": 1.5})
     world = drive(World(slow, QUIET), -20.0, 20.0, 10)
-    before = world.state[body.YAW_RATE]
+    before = world.state.yaw_rate_radps
     drive(world, -20.0, 20.0, 10)
     torque = 8.0 * motor.constant_nm_per_a * motor.gear_ratio * motor.gear_efficiency - motor.friction_nm
     weight, grass = slow.tool.mass_full_kg * GRAVITY, SURFACES["grass"]
@@ -101,4 +99,4 @@ def test_the_body_turns_as_fast_as_torque_and_inertia_say():
         slow.tool.mass_full_kg * 1.5**2
         + 2.0 * motor.inertia_kgm2 * (slow.drive.half_track_m / slow.drive.wheel_radius_m) ** 2
     )
-    assert (world.state[body.YAW_RATE] - before) / 0.1 == pytest.approx(turning / inertia, rel=0.15)
+    assert (world.state.yaw_rate_radps - before) / 0.1 == pytest.approx(turning / inertia, rel=0.15)

@@ -36,8 +36,6 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.interface import STANDSTILL, Command
 from touchline.services.robot_sim.emulator import SETTLE_TICKS, Emulator
 from touchline.services.robot_sim.telemetry import Telemetry
-from touchline.services.robot_sim.world import body
-from touchline.services.robot_sim.world.drives import differential_layout as wheels
 
 PLAN = trajectory(
     [Curve.from_line((0, 0), (2, 0)), Curve.from_line((2, 0), (9, 0)), Curve.from_line((9, 0), (12, 0))], [0, 1, 0]
@@ -87,7 +85,7 @@ def test_a_session_from_load_to_report():
     assert truth.painted_fraction[0] == pytest.approx(report.coverage_pct / 100)
     assert truth.coverage_pct == pytest.approx(report.coverage_pct)
     assert not truth.flowing
-    assert abs(emulator.world.state[body.SPEED]) < 1e-6
+    assert abs(emulator.world.state.speed_mps) < 1e-6
 
 
 def test_rates_are_those_of_the_topic_table():
@@ -214,10 +212,10 @@ def test_a_command_acts_from_the_next_tick_on():
     emulator.load(PLAN)
     emulator.start()
     emulator.tick()
-    assert emulator.world.state[wheels.LEFT_RATE] == 0.0
+    assert emulator.world.drive.rate_radps[0] == 0.0
     assert emulator.command != STANDSTILL
     emulator.tick()
-    assert emulator.world.state[wheels.LEFT_RATE] > 0.0
+    assert emulator.world.drive.rate_radps[0] > 0.0
 
 
 def test_odometry_and_truth_are_whole_messages():

@@ -133,7 +133,7 @@ def test_commands_between_two_runs_act_as_between_ticks():
                 command()
         for _ in range(100):
             emulator.tick()
-        ends.append((emulator.world.state.tolist(), emulator.onboard.status, emulator.take_events()))
+        ends.append((emulator.world.state.array.tobytes(), emulator.onboard.status, emulator.take_events()))
     assert ends[0] == ends[1]
 
 

@@ -6,7 +6,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.robot_sim.open_loop import FAULTS, REST, VEHICLE, ages, drive, errors, fixes, second
-from touchline.services.robot_sim.world import body
 
 TOUCHES = {
     "gnss-outage": ({}, {"gnss"}),
@@ -51,7 +50,7 @@ def test_messages_that_go_astray_change_no_measurement(kind, sensor):
     for name, age in (("imu", "imu"), ("mag", "mag"), ("encoders", "encoder")):
         for index, tick in enumerate(run):
             assert getattr(tick.frame, name) == getattr(plain[index - ages([tick], age)[0]].frame, name)
-    assert np.array_equal(run[-1].state, plain[-1].state)
+    assert run[-1].state.array.tobytes() == plain[-1].state.array.tobytes()
 
 
 def test_a_fault_of_the_drive_changes_no_sensor_noise():
@@ -59,8 +58,8 @@ def test_a_fault_of_the_drive_changes_no_sensor_noise():
 
     def noise(tick):
         return (
-            tick.frame.imu.gyro_z_radps - tick.state[body.MEAN_YAW_RATE],
-            tick.frame.imu.accel_x_mps2 - tick.state[body.MEAN_ACCEL_X],
+            tick.frame.imu.gyro_z_radps - tick.state.mean_yaw_rate_radps,
+            tick.frame.imu.accel_x_mps2 - tick.state.mean_accel_x_mps2,
         )
 
     for a, b in zip(run, plain, strict=True):
@@ -86,6 +85,6 @@ def test_whatever_goes_wrong_the_world_stays_finite_and_the_same_again(faults, s
         assert all(np.isfinite(fix).all() for fix in tick.frame.gnss)
         assert 0.0 <= tick.frame.battery_fraction <= 1.0
         assert 0.0 <= tick.frame.tank_l <= VEHICLE.tool.tank_l
-        assert abs(tick.state[body.SPEED]) < 3.0
+        assert abs(tick.state.speed_mps) < 3.0
     again = drive(300, *faults, seed=seed)
     assert [tick.frame for tick in again] == [tick.frame for tick in run]

@@ -4,58 +4,56 @@ import pytest
 
 from tests.robot_sim.open_loop import VEHICLE, drive, fault, second
 from touchline.services.onboard.interface import Command
-from touchline.services.robot_sim.world import body
-from touchline.services.robot_sim.world.drives import differential_layout as wheels
 
 
 def test_a_blocked_wheel_stands_and_turns_the_robot():
     run = drive(400, second("wheel-blocked", actuator="left"), noise="none")
-    assert run[99].state[body.YAW_RATE] == pytest.approx(0.0, abs=1e-6)
-    assert {float(tick.state[wheels.LEFT_RATE]) for tick in run[100:200]} == {0.0}
-    assert run[199].state[body.HEADING] > 0.5
+    assert run[99].state.yaw_rate_radps == pytest.approx(0.0, abs=1e-6)
+    assert {float(tick.drive.rate_radps[0]) for tick in run[100:200]} == {0.0}
+    assert run[199].state.heading_rad > 0.5
     assert run[199].frame.encoders[0] == run[100].frame.encoders[0]
-    assert run[-1].state[wheels.LEFT_RATE] == pytest.approx(10.0, abs=0.2)
-    assert run[-1].state[body.YAW_RATE] == pytest.approx(0.0, abs=0.02)
+    assert run[-1].drive.rate_radps[0] == pytest.approx(10.0, abs=0.2)
+    assert run[-1].state.yaw_rate_radps == pytest.approx(0.0, abs=0.02)
 
 
 def test_a_slipping_wheel_turns_without_getting_on():
     run = drive(400, second("wheel-slip", share=0.5), noise="none")
-    assert run[199].state[wheels.LEFT_RATE] == pytest.approx(10.0, abs=0.2)
-    assert run[199].state[body.SPEED] == pytest.approx(0.5, abs=0.05)
-    assert run[-1].state[body.SPEED] == pytest.approx(run[99].state[body.SPEED], abs=0.02)
+    assert run[199].drive.rate_radps[0] == pytest.approx(10.0, abs=0.2)
+    assert run[199].state.speed_mps == pytest.approx(0.5, abs=0.05)
+    assert run[-1].state.speed_mps == pytest.approx(run[99].state.speed_mps, abs=0.02)
 
 
 def test_a_weak_motor_cannot_keep_up():
     hill = {"grade": 0.15, "uphill_rad": 0.0}
     run = drive(500, second("motor-weak", actuator="all", share=0.02), noise="none", ground=hill)
-    assert run[99].state[wheels.LEFT_RATE] == pytest.approx(10.0, abs=0.2)
-    assert run[199].state[wheels.LEFT_RATE] < 5.0
-    assert run[-1].state[wheels.LEFT_RATE] == pytest.approx(10.0, abs=0.3)
+    assert run[99].drive.rate_radps[0] == pytest.approx(10.0, abs=0.2)
+    assert run[199].drive.rate_radps[0] < 5.0
+    assert run[-1].drive.rate_radps[0] == pytest.approx(10.0, abs=0.3)
 
 
 def test_a_valve_stuck_open_sprays_whatever_is_commanded():
     run = drive(300, second("valve-stuck", position="open"), command=Command((10.0, 10.0), False, False))
     assert [tick.sprayed for tick in run] == [False] * 100 + [True] * 103 + [False] * 97  # closes in 30 ms
-    assert run[150].state[body.VALVE_OPEN] == 1.0
+    assert run[150].state.valve_open
 
 
 def test_a_valve_stuck_closed_sprays_nothing():
     run = drive(300, second("valve-stuck", position="closed"))
     sprayed = [tick.sprayed for tick in run]
     assert all(sprayed[2:100]) and not any(sprayed[101:200]) and all(sprayed[202:])
-    assert run[199].state[body.TANK_L] == run[101].state[body.TANK_L]
+    assert run[199].state.tank_l == run[101].state.tank_l
 
 
 def test_stuck_discs_stay():
     run = drive(300, second("disc-stuck", position="up"))
-    assert [run[tick].state[body.DISC_DOWN] for tick in (99, 100, 199, 240, 251)] == [1.0, 0.0, 0.0, 0.0, 1.0]
+    assert [run[tick].state.disc_down for tick in (99, 100, 199, 240, 251)] == [True, False, False, False, True]
 
 
 def test_a_clogged_nozzle_paints_a_narrower_line_with_less_paint():
     run = drive(300, second("nozzle-clogged", share=0.25))
     assert [run[tick].width for tick in (50, 150, 250)] == [1.0, 0.5, 1.0]
     flow = VEHICLE.tool.paint_l_per_m * VEHICLE.tool.paint_speed_mps
-    assert [run[tick].state[body.FLOW_LPS] for tick in (50, 150, 250)] == pytest.approx([flow, flow / 4, flow])
+    assert [run[tick].state.flow_lps for tick in (50, 150, 250)] == pytest.approx([flow, flow / 4, flow])
 
 
 def test_the_bumper_is_pressed():
@@ -77,9 +75,9 @@ def test_a_low_battery_is_reported_and_replaced():
 
 def test_an_empty_battery_stops_the_robot():
     run = drive(700, fault("battery-low", fraction=0.0, start_s=1.0, duration_s=4.0), noise="none")
-    assert run[99].state[body.SPEED] > 0.9
-    assert run[499].state[body.SPEED] < 0.3
-    assert run[-1].state[body.SPEED] > 0.9
+    assert run[99].state.speed_mps > 0.9
+    assert run[499].state.speed_mps < 0.3
+    assert run[-1].state.speed_mps > 0.9
 
 
 def test_an_empty_tank_paints_nothing_until_it_is_refilled():

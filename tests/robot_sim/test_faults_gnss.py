@@ -8,7 +8,6 @@ import pytest
 from tests.robot_sim.open_loop import REST, drive, errors, fault, fixes, second, solutions
 from touchline.schemas.messages import GnssStatus
 from touchline.schemas.scenario import GnssNoise, Obstruction
-from touchline.services.robot_sim.world import body
 
 QUICK = {"reacquire_s": 0.5, "float_after_s": 0.5, "converge_min_s": 1.0, "converge_max_s": 1.0}
 
@@ -162,7 +161,7 @@ def test_under_trees_the_solution_floats_and_near_them_it_is_noisy():
     run, plain = drive(900, sky=(trees,), gnss=GnssNoise(**QUICK)), drive(900, gnss=GnssNoise(**QUICK))
     clear = {fix.stamp_s: fix for fix in fixes(plain)}
     for fix in fixes(run):
-        east = run[round(fix.stamp_s * 100) - 1].state[body.EAST]
+        east = run[round(fix.stamp_s * 100) - 1].state.east_m
         if east < 1.0:
             assert fix == clear[fix.stamp_s]
         elif east < 2.99:

@@ -7,7 +7,6 @@ import pytest
 
 from tests.robot_sim.open_loop import ages, drive, fault, fixes, second
 from touchline.schemas.scenario import GnssNoise
-from touchline.services.robot_sim.world import body
 
 
 @pytest.mark.parametrize("sensor, name", [("imu", "imu"), ("magnetometer", "mag"), ("encoder", "encoder")])
@@ -117,7 +116,7 @@ def test_a_frozen_imu_repeats_itself():
 def test_a_disturbed_field_is_the_maps():
     run, plain = drive(300, second("magnetic-disturbance", east_t=5e-6)), drive(300)
     for index, (tick, right) in enumerate(zip(run, plain, strict=True)):
-        heading = tick.state[body.HEADING]
+        heading = tick.state.heading_rad
         extra = 5e-6 if 100 <= index < 200 else 0.0
         assert tick.frame.mag.x_t - right.frame.mag.x_t == pytest.approx(extra * math.cos(heading), abs=3e-7)
         assert tick.frame.mag.y_t - right.frame.mag.y_t == pytest.approx(-extra * math.sin(heading), abs=3e-7)

@@ -55,8 +55,8 @@ def test_it_drives_the_circle_that_its_steering_means(drum_radps: float, steerin
     along = speed * time_s if not curvature else math.sin(turned) / curvature
     aside = 0.0 if not curvature else (1.0 - math.cos(turned)) / curvature
     assert (pose.east_m, pose.north_m) == pytest.approx((along, aside), abs=2e-3)
-    assert world.state[body.MEAN_YAW_RATE] == pytest.approx(speed * curvature)
-    assert world.state[body.MEAN_ACCEL_Y] == pytest.approx(speed * speed * curvature, abs=1e-9)
+    assert world.state.mean_yaw_rate_radps == pytest.approx(speed * curvature)
+    assert world.state.mean_accel_y_mps2 == pytest.approx(speed * speed * curvature, abs=1e-9)
 
 
 def test_its_encoders_count_what_it_turned() -> None:
@@ -74,12 +74,12 @@ def test_its_encoders_count_what_it_turned() -> None:
 
 def test_it_stands_where_it_is_put() -> None:
     world = driven(Vehicle(drive=DRIVE), (2.0, 0.3), 100)
-    angles = world.state[body.ANGLES : body.ANGLES + 2].copy()
+    angles = world.state.angles_rad[:2].copy()
     world.place(world.pose._replace(east_m=5.0))
     before = world.pose
     world.step(Command((0.0, 0.3), False, False), 101)
     assert world.pose == before
-    assert world.state[body.ANGLES : body.ANGLES + 2].tolist() == angles.tolist()
+    assert world.state.angles_rad[:2].tolist() == angles.tolist()
 
 
 @pytest.mark.parametrize(
@@ -95,8 +95,8 @@ def test_faults_are_of_its_actuators(fault: str, speed_mps: float, steering_rad:
     timeline = FaultTimeline([parse_fault(fault)], DRIVE)
     timeline.step(1)
     world = driven(Vehicle(drive=DRIVE), (2.0, 0.25), 100, timeline.effects)
-    assert world.state[body.SPEED] == pytest.approx(speed_mps)
-    assert world.state[body.ANGLES + 1] == pytest.approx(steering_rad)
+    assert world.state.speed_mps == pytest.approx(speed_mps)
+    assert world.state.angles_rad[1] == pytest.approx(steering_rad)
     with pytest.raises(SpecError, match=r"is 'left'; give 'drum', 'steering' or 'all'"):
         FaultTimeline([parse_fault('{"kind": "wheel-blocked"}')], DRIVE)
 
@@ -104,7 +104,11 @@ def test_faults_are_of_its_actuators(fault: str, speed_mps: float, steering_rad:
 def test_its_actuators_are_named_on_the_wire() -> None:
     rows = np.zeros((1, tick_log.COLUMNS))
     tick_log.note(
-        rows[0], 3, driven(Vehicle(), (0.0, 0.0), 1).state, np.zeros(11), held(Command((1.5, -0.25), False, False))
+        rows[0],
+        3,
+        driven(Vehicle(), (0.0, 0.0), 1).state.array,
+        np.zeros(11),
+        held(Command((1.5, -0.25), False, False)),
     )
     samples = Samples(Vehicle(drive=DRIVE), QUIET, np.zeros((8, 11)), 1)
     said = {topic.name: payload for topic, payload in samples.payloads(rows, ())}
@@ -120,7 +124,7 @@ def test_a_vehicle_without_a_tool_paints_nothing_whatever_is_commanded() -> None
     for tick in range(1, 101):
         world.step(Command((10.0, 10.0), True, True), tick)
         assert not world.trace[:, body.TRACE_SPRAYING].any()
-    assert world.state[[body.TANK_L, body.FLOW_LPS, body.VALVE, body.DISC]].tolist() == [0.0] * 4
+    assert (world.state.tank_l, world.state.flow_lps, world.state.valve, world.state.disc) == (0.0,) * 4
     assert world.trace[-1, body.TRACE_EAST] == pytest.approx(world.pose.east_m + 0.3, abs=1e-6)
 
 

@@ -55,5 +55,5 @@ def test_tick_by_tick_it_is_the_same() -> None:
     for _ in range(1000):
         robots[0].tick()
     FastRunner(robots[1]).run(1000)
-    assert robots[0].world.state.tolist() == robots[1].world.state.tolist()
+    assert robots[0].world.state.array.tobytes() == robots[1].world.state.array.tobytes()
     assert robots[0].onboard.estimate[:5] == robots[1].onboard.estimate[:5]

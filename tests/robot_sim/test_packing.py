@@ -9,7 +9,6 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.packing import battery, gnss
 from touchline.services.robot_sim.sensors.gnss import GnssReport
-from touchline.services.robot_sim.world import body
 
 
 def said(fix, variance_m2=4e-4):
@@ -38,8 +37,8 @@ def test_the_fix_and_its_status_go_together():
 
 def test_a_battery_that_is_half_empty():
     emulator = Emulator(Vehicle(), Scenario(noise="none"))
-    emulator.world.state[body.BATTERY_WH] = 340.0
-    emulator.world.state[body.POWER_W] = 75.0
+    emulator.world.state.battery_wh = 340.0
+    emulator.world.state.power_w = 75.0
     message = decode(BatteryState, battery((1, 0), emulator))
     assert message.percentage == pytest.approx(0.5)
     assert message.voltage == pytest.approx(37.5)

@@ -17,9 +17,7 @@ from touchline.services.onboard.interface import TICK_S, Command
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.fault_timeline import FaultTimeline
-from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world.constants import SURFACES
-from touchline.services.robot_sim.world.drives import rear_steered_layout as r
 from touchline.services.robot_sim.world.effects import neutral
 from touchline.services.robot_sim.world.world import World
 
@@ -44,7 +42,7 @@ def driven(command: tuple[float, float], ticks: int, *faults: str, scenario: Sce
 def test_slowly_it_drives_the_circle_that_its_steering_means(drum_radps: float, steering_rad: float) -> None:
     """κ = −tan δ/L both ways; the rear wheel's own resistance takes it a little straighter: 0.12/16 of the angle."""
     world = driven((drum_radps, steering_rad), 800)
-    speed, yaw_rate = world.state[body.SPEED], world.state[body.YAW_RATE]
+    speed, yaw_rate = world.state.speed_mps, world.state.yaw_rate_radps
     given = steering_rad * (1.0 - CLAY.rolling / CLAY.stiffness_y)
     assert yaw_rate / speed == pytest.approx(-math.tan(given) / DRIVE.wheelbase_m, rel=2e-3)
     before = world.pose
@@ -58,18 +56,18 @@ def test_slowly_it_drives_the_circle_that_its_steering_means(drum_radps: float, 
 
 
 def test_what_the_drum_loses_is_what_rolling_asks_of_its_grip() -> None:
-    state = driven((1.0, 0.0), 600).state
+    world = driven((1.0, 0.0), 600)
     push = CLAY.rolling / DRIVE.drum_load_share
     slip = push / CLAY.stiffness_x / math.sqrt(1.0 - (push / CLAY.grip) ** 2)
-    assert 1.0 - state[body.SPEED] / (state[r.DRUM_RATE] * DRIVE.drum_radius_m) == pytest.approx(slip, rel=0.01)
-    assert state[r.TRACTION] == pytest.approx(CLAY.rolling * CLAY_ROLLER.mass_full_kg * GRAVITY_MPS2, rel=0.01)
+    assert 1.0 - world.state.speed_mps / (world.drive.rate_radps * DRIVE.drum_radius_m) == pytest.approx(slip, rel=0.01)
+    assert world.drive.traction_n == pytest.approx(CLAY.rolling * CLAY_ROLLER.mass_full_kg * GRAVITY_MPS2, rel=0.01)
 
 
 def test_in_a_curve_drum_and_wheel_slip_aside_as_their_loads_ask() -> None:
     """Each bears its share of the mass, so both slip by the same angle, and the circle stays what it was."""
     state = driven((2.5, 0.3), 1500).state
-    across = state[body.SPEED] * state[body.YAW_RATE]
-    assert state[body.SIDE_SPEED] / state[body.SPEED] == pytest.approx(
+    across = state.speed_mps * state.yaw_rate_radps
+    assert state.side_speed_mps / state.speed_mps == pytest.approx(
         -across / (GRAVITY_MPS2 * CLAY.stiffness_y), rel=0.15
     )
 
@@ -78,7 +76,7 @@ def test_the_steering_keeps_to_its_rate_and_then_to_its_lag() -> None:
     world, angles = World(CLAY_ROLLER, LEVEL), [0.0]
     for tick in range(1, 301):
         world.step(Command((0.0, 0.5), False, False), tick)
-        angles.append(float(world.state[r.STEERING]))
+        angles.append(float(world.state.angles_rad[1]))
     rates = np.diff(angles) / TICK_S
     assert rates.max() == pytest.approx(DRIVE.steering_rate_limit_radps, rel=1e-6)
     left = 0.5 - np.array(angles)
@@ -87,7 +85,7 @@ def test_the_steering_keeps_to_its_rate_and_then_to_its_lag() -> None:
     assert shares == pytest.approx(math.exp(-TICK_S / DRIVE.steering_time_constant_s), rel=1e-6)
     assert world.pose == (0.0, 0.0, 0.0), "a standing roller stays where it is"
     world.step(Command((0.0, 9.0), False, False), 301)
-    assert driven((0.0, 9.0), 400).state[r.STEERING] == pytest.approx(DRIVE.steering_stop_rad, rel=1e-3)
+    assert driven((0.0, 9.0), 400).state.angles_rad[1] == pytest.approx(DRIVE.steering_stop_rad, rel=1e-3)
 
 
 @pytest.mark.parametrize("heading", [0.0, 1.0, math.pi])
@@ -107,8 +105,8 @@ def test_its_offset_is_of_the_seed_and_of_a_blow() -> None:
     ]
     assert np.std(offsets) == pytest.approx(DriveNoise().steering_offset_rad, rel=0.15)
     world = driven((0.5, 0.0), 800, '{"kind": "steering-offset", "actuator": "steering", "offset_rad": 0.1}')
-    assert world.state[r.STEERING] == 0.0
-    curvature = world.state[body.YAW_RATE] / world.state[body.SPEED]
+    assert world.state.angles_rad[1] == 0.0
+    curvature = world.state.yaw_rate_radps / world.state.speed_mps
     assert curvature == pytest.approx(-math.tan(0.1) / DRIVE.wheelbase_m, rel=0.02)
 
 
@@ -124,8 +122,8 @@ def test_its_offset_is_of_the_seed_and_of_a_blow() -> None:
 )
 def test_faults_are_of_its_actuators(fault: str, speed_mps: float, steering_rad: float) -> None:
     state = driven((1.0, 0.3), 300, fault).state
-    assert state[body.SPEED] == pytest.approx(speed_mps, abs=0.005)
-    assert state[r.STEERING] == pytest.approx(steering_rad, abs=0.001)
+    assert state.speed_mps == pytest.approx(speed_mps, abs=0.005)
+    assert state.angles_rad[1] == pytest.approx(steering_rad, abs=0.001)
 
 
 def test_a_steered_wheel_without_grip_no_longer_leads() -> None:
@@ -133,16 +131,16 @@ def test_a_steered_wheel_without_grip_no_longer_leads() -> None:
         driven((1.0, 0.4), 800, *faults).state
         for faults in ((), ('{"kind": "wheel-slip", "actuator": "steering", "share": 0.95}',))
     )
-    assert abs(slippery[body.YAW_RATE] - sure[body.YAW_RATE]) > 0.2 * abs(sure[body.YAW_RATE])
+    assert abs(slippery.yaw_rate_radps - sure.yaw_rate_radps) > 0.2 * abs(sure.yaw_rate_radps)
 
 
 def test_an_empty_battery_moves_nothing() -> None:
     world = World(CLAY_ROLLER, LEVEL)
     effects = neutral()
-    world.state[body.BATTERY_WH] = 0.0
+    world.state.battery_wh = 0.0
     for tick in range(1, 101):
         world.step(Command((1.0, 0.3), False, False), tick, effects)
-    assert world.state[[body.SPEED, r.STEERING]].tolist() == [0.0, 0.0]
+    assert (world.state.speed_mps, world.state.angles_rad[1]) == (0.0, 0.0)
 
 
 BEND = (*clothoid(0.25, 1.5, 12), (0.25, 1.0), *clothoid(0.25, 1.5, 12)[::-1])
@@ -178,7 +176,7 @@ def test_both_followers_drive_it_both_ways(follower: str) -> None:
         job = robot.onboard._traversal.job
         assert job is not None
         lateral.append(job.driver.now[0])
-        speeds.append(robot.world.state[body.SPEED])
+        speeds.append(robot.world.state.speed_mps)
     assert (robot.onboard.status.state, robot.onboard.status.reason) == (TraversalStatus.DONE, "")
     assert robot.onboard.status.follower_fallbacks == 0
     assert max(speeds) > 0.7 and min(speeds) < -0.7
@@ -213,7 +211,7 @@ def test_what_does_not_obey_stops_it(fault: dict[str, object], words: str) -> No
         runner.run(20)
     assert (robot.onboard.state, robot.onboard.status.reason) == (TraversalStatus.PAUSED, words)
     runner.run(1500)
-    assert abs(robot.world.state[body.SPEED]) < 0.01
+    assert abs(robot.world.state.speed_mps) < 0.01
 
 
 @pytest.mark.parametrize("start_s", [8.0, 26.0], ids=["under way", "when it is about to set off backward"])

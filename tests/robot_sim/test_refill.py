@@ -7,14 +7,13 @@ from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.robot_sim.world import body
 
 FULL_L, FULL_WH = Vehicle().tool.tank_l, Vehicle().body.battery_wh
 
 
 def test_a_full_tank_is_told_also_while_sim_time_stands_still():
     robot = Robot(None)
-    robot.emulator.world.state[body.TANK_L] = 1.0
+    robot.emulator.world.state.tank_l = 1.0
     assert order(robot, topics.REFILL_TANK).success
     told = {topic.name: payload for topic, payload in robot.commands.take()}
     assert decode(m.SprayerState, told[topics.SPRAYER.name]).tank_l == FULL_L
@@ -31,7 +30,7 @@ def test_a_job_that_stopped_empty_goes_on_once_refilled():
     robot.emulator.start()
     while robot.emulator.onboard.status.arc_length_m < 2.5:
         robot.emulator.tick()
-    robot.emulator.world.state[body.TANK_L] = 0.031
+    robot.emulator.world.state.tank_l = 0.031
     assert "pause it first" in order(robot, topics.REFILL_TANK).message
     while robot.emulator.onboard.state == m.TraversalStatus.RUNNING:
         robot.emulator.tick()

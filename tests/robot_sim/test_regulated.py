@@ -18,7 +18,6 @@ from touchline.services.onboard.control.pure_pursuit import FAR_M, PurePursuitFo
 from touchline.services.onboard.drives.onboard_drive import Aim
 from touchline.services.onboard.trajectory import path_projection as projection
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.world import body
 
 SPEED_MPS = 1.5
 CURVATURE_1PM = 1.15
@@ -41,7 +40,7 @@ def drive(vehicle: Vehicle = VEHICLE, noise: str = "none", start: Pose2 | None =
         arc, pose = emulator.onboard.status.arc_length_m, emulator.world.pose
         x, y, heading, _ = table.at(arc)
         off = (pose.north_m - y) * math.cos(heading) - (pose.east_m - x) * math.sin(heading)
-        found.append((arc, abs(off), float(emulator.world.state[body.SPEED])))
+        found.append((arc, abs(off), emulator.world.state.speed_mps))
     assert emulator.onboard.state == TraversalStatus.DONE
     return np.array(found)
 

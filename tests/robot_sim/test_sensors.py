@@ -1,6 +1,7 @@
 """The sensors' errors: as large, as correlated and as late as the scenario says, and none without noise."""
 
 import math
+from copy import deepcopy
 
 import numpy as np
 import pytest
@@ -11,8 +12,6 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.interface import Command
 from touchline.services.robot_sim.sensors.receiver import white
 from touchline.services.robot_sim.sensors.suite import FIELD_HORIZONTAL_T, Sensors
-from touchline.services.robot_sim.world import body
-from touchline.services.robot_sim.world.drives import differential_layout as wheels
 from touchline.services.robot_sim.world.world import TruePose, World
 
 VEHICLE = Vehicle()
@@ -26,7 +25,7 @@ def frames(scenario, ticks, state=STILL, vehicle=VEHICLE):
 
 
 def speeds(world):
-    return float(world.state[body.SPEED]), float(world.state[body.SIDE_SPEED])
+    return world.state.speed_mps, world.state.side_speed_mps
 
 
 def test_without_noise_everything_is_true():
@@ -49,8 +48,8 @@ def test_without_noise_everything_is_true():
         assert math.remainder(math.atan2(frame.mag.x_t, frame.mag.y_t) - world.pose.heading_rad, math.tau) == (
             pytest.approx(0.0, abs=1e-12)
         ), magnetic_heading
-        assert frame.encoders == (world.state[wheels.LEFT_ANGLE], world.state[wheels.RIGHT_ANGLE])
-    assert frame.imu.accel_y_mps2 == pytest.approx(world.state[body.SPEED] * world.state[body.YAW_RATE], rel=1e-2)
+        assert frame.encoders == (world.state.angles_rad[0], world.state.angles_rad[1])
+    assert frame.imu.accel_y_mps2 == pytest.approx(world.state.speed_mps * world.state.yaw_rate_radps, rel=1e-2)
 
 
 def test_gnss_is_late_by_its_latency_and_true_at_its_stamp():
@@ -174,12 +173,12 @@ def test_biases_drift_as_the_sensor_warms_up():
 
 def test_soft_iron_bends_the_heading_twice_a_turn():
     scenario = Scenario(magnetometer=MagnetometerNoise(white_rad=0, bias_rad=0, disturbance_rad=0))
-    state, errors = STILL.copy(), []
+    state, errors = deepcopy(STILL), []
     sensors = Sensors(VEHICLE, scenario)
     for tick in range(1, 181):
-        state[body.HEADING] = tick * math.tau / 180
+        state.heading_rad = tick * math.tau / 180
         mag = sensors.read(tick, state).mag
-        errors.append(math.remainder(math.atan2(mag.x_t, mag.y_t) - state[body.HEADING], math.tau))
+        errors.append(math.remainder(math.atan2(mag.x_t, mag.y_t) - state.heading_rad, math.tau))
     twice = np.abs(np.fft.rfft(errors)) / 90
     assert 0.001 < twice[2] < 0.08
     assert twice[1] < 0.1 * twice[2]
@@ -192,8 +191,8 @@ def test_steel_turns_the_field_towards_itself_and_falls_with_distance():
     )
     sensors, fields = Sensors(VEHICLE, quiet), []
     for tick, east in enumerate((9.99, 8.0, -1000.0), start=1):
-        state = STILL.copy()
-        state[body.EAST] = east
+        state = deepcopy(STILL)
+        state.east_m = east
         fields.append(sensors.read(tick, state).mag.x_t)
     assert fields == pytest.approx([8e-6, 1e-6, 0.0], rel=0.02, abs=1e-12)
 
@@ -254,8 +253,8 @@ def test_magnetic_heading_is_off_by_about_three_degrees():
 
 def test_hard_iron_turns_with_the_body():
     scenario = Scenario(magnetometer=MagnetometerNoise(white_rad=0, disturbance_rad=0, soft_iron_relative=0))
-    east, west = STILL.copy(), STILL.copy()
-    west[body.HEADING] = math.pi
+    east, west = deepcopy(STILL), deepcopy(STILL)
+    west.heading_rad = math.pi
     forward, back = frames(scenario, 1, east)[0].mag, frames(scenario, 1, west)[0].mag
     assert forward.x_t == pytest.approx(back.x_t, abs=1e-18)
     assert (forward.y_t - back.y_t) / 2 == pytest.approx(FIELD_HORIZONTAL_T)
@@ -264,16 +263,16 @@ def test_hard_iron_turns_with_the_body():
 def test_encoders_count_whole_ticks_and_lose_no_fraction():
     vehicle = Vehicle(drive={"encoder_ticks_per_revolution": 100})
     quantum = math.tau / 100
-    sensors, state = Sensors(vehicle, Scenario()), STILL.copy()
+    sensors, state = Sensors(vehicle, Scenario()), deepcopy(STILL)
     for tick in range(1, 2000):
-        state[wheels.LEFT_ANGLE] = tick * quantum / 7
-        state[wheels.RIGHT_ANGLE] = -tick * quantum / 7
+        state.angles_rad[0] = tick * quantum / 7
+        state.angles_rad[1] = -tick * quantum / 7
         left, right = sensors.read(tick, state).encoders
         assert left / quantum == pytest.approx(round(left / quantum), abs=1e-9)
-        assert abs(left - state[wheels.LEFT_ANGLE]) <= quantum
-        assert abs(right - state[wheels.RIGHT_ANGLE]) <= quantum
+        assert abs(left - state.angles_rad[0]) <= quantum
+        assert abs(right - state.angles_rad[1]) <= quantum
     (exact,) = frames(Scenario(encoder=EncoderNoise(quantised=False)), 1, state)
-    assert exact.encoders[0] == state[wheels.LEFT_ANGLE]
+    assert exact.encoders[0] == state.angles_rad[0]
 
 
 def test_one_sensor_changes_no_other():

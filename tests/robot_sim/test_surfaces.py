@@ -15,8 +15,6 @@ from touchline.schemas.template import LineSpec, Template, TemplateSegment
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import Plan, plan
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.world import body
-from touchline.services.robot_sim.world.drives import differential_layout as wheels
 
 
 @pytest.mark.parametrize("follower", ["mpc", "pure-pursuit"])
@@ -64,8 +62,8 @@ def test_a_plan_for_dry_grass_is_driven_to_the_end_of_the_grip(follower: str, se
     while emulator.active and emulator.time_s < 60.0:
         emulator.tick()
         state = emulator.world.state
-        beneath = state[body.SPEED] + np.array((-0.5, 0.5)) * Vehicle().drive.track_width_m * state[body.YAW_RATE]
-        slid = Vehicle().drive.wheel_radius_m * state[wheels.LEFT_RATE : wheels.RIGHT_RATE + 1] - beneath
+        beneath = state.speed_mps + np.array((-0.5, 0.5)) * Vehicle().drive.track_width_m * state.yaw_rate_radps
+        slid = Vehicle().drive.wheel_radius_m * emulator.world.drive.rate_radps - beneath
         worst = max(worst, float(np.abs(slid).max()))
     assert worst > 0.15  # the plan asks for all of the grip
     assert emulator.onboard.state == TraversalStatus.DONE

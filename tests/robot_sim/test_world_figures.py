@@ -12,10 +12,8 @@ from tests.robot_sim.open_loop import fault
 from touchline.schemas.scenario import Ground, Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.interface import Command
-from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.constants import SURFACES
-from touchline.services.robot_sim.world.drives import differential_layout as wheels
 from touchline.services.robot_sim.world.world import NO_EFFECTS, TruePose, World
 
 VEHICLE = Vehicle()
@@ -46,15 +44,15 @@ def test_the_surfaces_are_those_of_the_documentation():
 )
 def test_on_every_surface_a_wheel_slips_as_far_as_its_rolling_resistance_asks(surface, slip):
     """Share f / (C · √(1 − (f/μ)²)), f = rolling / 0.8: the driven wheels bear 80 % of the load and push all of it."""
-    state = drive(World(VEHICLE, level(surface=surface)), AHEAD, 500).state
-    assert 1.0 - state[body.SPEED] / (state[wheels.LEFT_RATE] * 0.1) == pytest.approx(slip, rel=0.01)
+    world = drive(World(VEHICLE, level(surface=surface)), AHEAD, 500)
+    assert 1.0 - world.state.speed_mps / (world.drive.rate_radps[0] * 0.1) == pytest.approx(slip, rel=0.01)
 
 
 @pytest.mark.parametrize(("surface", "across"), [("grass", 20.0), ("wet-grass", 12.0), ("artificial-turf", 26.0)])
 def test_on_every_surface_a_side_slope_is_held_by_its_stiffness_across(surface, across):
     """Weight down the slope is grade · m · g, the wheels' load 0.8 · m · g, its casters' share held by them, too."""
     state = drive(World(VEHICLE, level(surface=surface, grade=0.05, uphill_rad=math.pi / 2)), AHEAD, 500).state
-    assert -state[body.SIDE_SPEED] / state[body.SPEED] == pytest.approx(0.05 / (0.8 * across), rel=0.1)
+    assert -state.side_speed_mps / state.speed_mps == pytest.approx(0.05 / (0.8 * across), rel=0.1)
 
 
 def test_a_way_across_the_slope_is_as_long_on_the_map_as_on_level_ground():
@@ -86,22 +84,22 @@ def test_on_a_slope_the_map_sees_less_of_the_nozzles_lever(heading_rad, uphill_r
 
 def test_discs_are_lifted_as_slowly_as_they_are_lowered():
     world = drive(World(VEHICLE, level()), Command((0.0, 0.0), False, True), 60)
-    assert world.state[body.DISC_DOWN] == 1.0
+    assert world.state.disc_down == 1.0
     drive(world, STAND, 49)
-    assert world.state[body.DISC_DOWN] == 1.0
+    assert world.state.disc_down == 1.0
     drive(world, STAND, 1)
-    assert world.state[body.DISC_DOWN] == 0.0
+    assert world.state.disc_down == 0.0
 
 
 @pytest.mark.parametrize("angle_rad", [1.0, -2.0])
 def test_casters_come_round_within_their_trail(angle_rad):
     """A tractrix: dθ/ds = −sin θ / trail, so tan(θ/2) falls by e on each trail's length."""
     world = drive(World(VEHICLE, level()), AHEAD, 300)
-    world.state[wheels.CASTER_X], world.state[wheels.CASTER_Y] = math.cos(angle_rad), math.sin(angle_rad)
+    world.drive.caster_x, world.drive.caster_y = math.cos(angle_rad), math.sin(angle_rad)
     for _ in range(4):
-        before, at = math.atan2(*world.state[[wheels.CASTER_Y, wheels.CASTER_X]]), world.pose.east_m
+        before, at = math.atan2(world.drive.caster_y, world.drive.caster_x), world.pose.east_m
         drive(world, AHEAD, 1)
-        after, way = math.atan2(*world.state[[wheels.CASTER_Y, wheels.CASTER_X]]), world.pose.east_m - at
+        after, way = math.atan2(world.drive.caster_y, world.drive.caster_x), world.pose.east_m - at
         shrunk = math.exp(-way / VEHICLE.drive.caster_trail_m)
         assert math.tan(after / 2) == pytest.approx(math.tan(before / 2) * shrunk, rel=0.03)
 
@@ -110,25 +108,25 @@ def test_casters_come_round_within_their_trail(angle_rad):
 def test_a_line_takes_the_same_paint_whatever_speed_it_is_painted_at(paint_speed_mps):
     vehicle = Vehicle(tool={"paint_speed_mps": paint_speed_mps})
     world = drive(World(vehicle, level()), Command((0.0, 0.0), True, False), 10)
-    before = world.state[body.TANK_L]
+    before = world.state.tank_l
     drive(world, Command((0.0, 0.0), True, False), 100)
-    assert before - world.state[body.TANK_L] == pytest.approx(vehicle.tool.paint_l_per_m * paint_speed_mps, rel=1e-9)
+    assert before - world.state.tank_l == pytest.approx(vehicle.tool.paint_l_per_m * paint_speed_mps, rel=1e-9)
 
 
 def test_a_clogged_nozzle_takes_its_share_of_the_tank():
     world, clogged = World(VEHICLE, level()), NO_EFFECTS.copy()
     clogged[e.FLOW] = 0.25
     drive(world, Command((0.0, 0.0), True, False), 10, clogged)
-    before = world.state[body.TANK_L]
+    before = world.state.tank_l
     drive(world, Command((0.0, 0.0), True, False), 100, clogged)
-    assert before - world.state[body.TANK_L] == pytest.approx(0.25 * VEHICLE.tool.paint_l_per_m, rel=1e-9)
+    assert before - world.state.tank_l == pytest.approx(0.25 * VEHICLE.tool.paint_l_per_m, rel=1e-9)
 
 
 def test_paint_that_a_fault_keeps_back_is_still_carried():
     run = open_loop(500, fault("tank-empty", start_s=1.0), noise="none", command=AHEAD)
     plain = open_loop(500, noise="none", command=AHEAD)
     assert run[-1].frame.tank_l == 0.0
-    assert run[-1].state[body.POWER_W] == plain[-1].state[body.POWER_W] > 0.0
+    assert run[-1].state.power_w == plain[-1].state.power_w > 0.0
 
 
 def test_supplies_that_faults_keep_back_come_back_less_what_was_used():
@@ -145,11 +143,11 @@ def test_supplies_that_faults_keep_back_come_back_less_what_was_used():
 
 def test_braking_and_rolling_downhill_give_nothing_back_to_the_battery():
     world = drive(World(VEHICLE, level(grade=0.15, uphill_rad=math.pi)), AHEAD, 300)
-    charge = [float(world.state[body.BATTERY_WH])]
+    charge = [world.state.battery_wh]
     for _ in range(200):
         drive(world, Command((2.0, 2.0), False, False), 1)
-        charge.append(float(world.state[body.BATTERY_WH]))
-        assert world.state[body.POWER_W] >= VEHICLE.body.idle_power_w - 1e-9
+        charge.append(world.state.battery_wh)
+        assert world.state.power_w >= VEHICLE.body.idle_power_w - 1e-9
     used_wh = -np.diff(charge)
     assert (used_wh >= VEHICLE.body.idle_power_w * 0.01 / 3600.0 * (1.0 - 1e-6)).all()
 
@@ -158,6 +156,6 @@ def test_braking_and_rolling_downhill_give_nothing_back_to_the_battery():
 def test_one_weak_motor_leaves_the_other_as_it_is_and_turns_the_robot_to_its_side(wheel, turned):
     weak = fault("motor-weak", actuator=wheel, share=0.0, start_s=1.0)
     run = open_loop(150, weak, noise="none", command=AHEAD)
-    other = wheels.RIGHT_RATE if wheel == "left" else wheels.LEFT_RATE
-    assert run[-1].state[other] == pytest.approx(10.0, abs=0.3)
-    assert turned * run[-1].state[body.HEADING] > 0.05
+    other = 1 if wheel == "left" else 0
+    assert run[-1].drive.rate_radps[other] == pytest.approx(10.0, abs=0.3)
+    assert turned * run[-1].state.heading_rad > 0.05

@@ -30,8 +30,8 @@ from touchline.services.core.records import Record
 from touchline.services.onboard.interface import ACTUATORS, ANGLES, GYRO, MAG, TICK_S
 from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.zones import CENTRE_X, CENTRE_Y, VALUE_1, VALUE_2, Zones, distance
-from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world import effects as e
+from touchline.services.robot_sim.world.body import BodyState
 
 _TURN_ON = -1  # the "tick" that keys what is drawn once
 
@@ -117,16 +117,16 @@ def switch_on(sensors: Sequence[FastSensors], seed: int) -> None:
 
 @kernel
 def _inertial(moment: Moment, sensors: Sequence[FastSensors], readings: Floats) -> None:
-    state, effects, seed, tick = moment
-    s, f = sensors[0], sensors[0].figures
+    _, effects, seed, tick = moment
+    state, s, f = moment.state[0], sensors[0], sensors[0].figures
     warmer = f.warming_k * (1.0 - math.exp(-TICK_S * tick / f.warming_tau_s))
     truth = (
         0.0,
         0.0,
-        state[body.MEAN_YAW_RATE] + effects[e.GYRO_BIAS],
-        state[body.MEAN_ACCEL_X] + effects[e.ACCEL_BIAS],
-        state[body.MEAN_ACCEL_Y],
-        GRAVITY_MPS2 * state[body.UP_Z],
+        state.mean_yaw_rate_radps + effects[e.GYRO_BIAS],
+        state.mean_accel_x_mps2 + effects[e.ACCEL_BIAS],
+        state.mean_accel_y_mps2,
+        GRAVITY_MPS2 * state.up_z,
     )
     for axis in range(6):
         gyro = axis < 3
@@ -145,14 +145,14 @@ def _inertial(moment: Moment, sensors: Sequence[FastSensors], readings: Floats) 
 
 
 @kernel
-def _steel(state: Floats, steel: Zones) -> tuple[float, float]:
+def _steel(state: BodyState, steel: Zones) -> tuple[float, float]:
     """The field of steel near by, map frame (east, north) [T]."""
     east, north = 0.0, 0.0
     for index in range(len(steel.places)):
         place = steel.places[index]
-        away = distance(place, steel.vertices, state[body.EAST], state[body.NORTH])
+        away = distance(place, steel.vertices, state.east_m, state.north_m)
         strength = place[VALUE_1] / (1.0 + away / place[VALUE_2]) ** 3
-        dx, dy = place[CENTRE_X] - state[body.EAST], place[CENTRE_Y] - state[body.NORTH]
+        dx, dy = place[CENTRE_X] - state.east_m, place[CENTRE_Y] - state.north_m
         length = math.hypot(dx, dy)
         if length > 1e-6:
             east += strength * dx / length
@@ -162,8 +162,8 @@ def _steel(state: Floats, steel: Zones) -> tuple[float, float]:
 
 @kernel
 def _magnetic(moment: Moment, sensors: Sequence[FastSensors], steel: Zones, readings: Floats) -> None:
-    state, effects, seed, tick = moment
-    s, f = sensors[0], sensors[0].figures
+    _, effects, seed, tick = moment
+    state, s, f = moment.state[0], sensors[0], sensors[0].figures
     if f.disturbance_t > 0.0:
         fresh = f.disturbance_t * math.sqrt(1.0 - f.disturbance_decay * f.disturbance_decay)
         for axis in range(3):
@@ -173,10 +173,10 @@ def _magnetic(moment: Moment, sensors: Sequence[FastSensors], steel: Zones, read
     east = s.disturbance_t[0] + steel_east + effects[e.FIELD_EAST_T]
     north = f.field_horizontal_t + s.disturbance_t[1] + steel_north + effects[e.FIELD_NORTH_T]
     up = s.disturbance_t[2] - f.field_down_t
-    cos, sin = math.cos(state[body.HEADING]), math.sin(state[body.HEADING])
+    cos, sin = math.cos(state.heading_rad), math.sin(state.heading_rad)
     ahead, left = cos * east + sin * north, cos * north - sin * east
-    if state[body.UP_Z] < 1.0:  # on a slope the body's axes lean
-        up_x, up_y, up_z = state[body.UP_X], state[body.UP_Y], state[body.UP_Z]
+    if state.up_z < 1.0:  # on a slope the body's axes lean
+        up_x, up_y, up_z = state.up_x, state.up_y, state.up_z
         level = math.sqrt(1.0 - up_x * up_x)
         lean_x, lean_y = -up_x * up_z / level, -up_y / level
         ahead, left, up = (
@@ -212,9 +212,9 @@ def measure(moment: Moment, sensors: Sequence[FastSensors], steel: Zones, readin
     """
     _inertial(moment, sensors, readings)
     _magnetic(moment, sensors, steel, readings)
-    state, effects, s = moment.state, moment.effects, sensors[0]
+    state, effects, s = moment.state[0], moment.effects, sensors[0]
     for actuator in range(ACTUATORS):
-        angle, quantum = state[body.ANGLES + actuator], s.figures.encoder_rad[actuator]
+        angle, quantum = state.angles_rad[actuator], s.figures.encoder_rad[actuator]
         if effects[e.ENCODER_OUT + actuator] > 0.0:
             s.missed_rad[actuator] += angle - s.last_rad[actuator]
         s.last_rad[actuator] = angle

@@ -29,7 +29,6 @@ from touchline.services.core.records import Record
 from touchline.services.onboard.interface import TICK_S, TICKS_PER_S
 from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.zones import VALUE_1, VALUE_2, VALUE_3, Zones, distance
-from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.physics import leaning
 
@@ -298,13 +297,13 @@ def take(moment: Moment, receiver: Sequence[Receiver], sky: Zones) -> None:
         receiver: (1,) its state, changed; `report` is filled.
         sky: Obstructions: best solution, margin [m], noise factor.
     """
-    state, effects, seed, tick = moment
-    g, f = receiver[0], receiver[0].figures
+    _, effects, seed, tick = moment
+    state, g, f = moment.state[0], receiver[0], receiver[0].figures
     _wander(receiver, seed, tick)
-    cos, sin = math.cos(state[body.HEADING]), math.sin(state[body.HEADING])
+    cos, sin = math.cos(state.heading_rad), math.sin(state.heading_rad)
     x, y, z = leaning(state, f.antenna_m[0], f.antenna_m[1], f.antenna_m[2])
-    east = state[body.EAST] + cos * x - sin * y
-    north = state[body.NORTH] + sin * x + cos * y
+    east = state.east_m + cos * x - sin * y
+    north = state.north_m + sin * x + cos * y
     best, factor = _look_up(sky, east, north)
     best = min(best, effects[e.FIX_CAP])
     _corrections(receiver, effects[e.CORRECTIONS_LOST] > 0.0, seed, tick)
@@ -316,7 +315,7 @@ def take(moment: Moment, receiver: Sequence[Receiver], sky: Zones) -> None:
     if g.fix > NONE:
         g.last_m[0] = east + _error(moment, receiver, 0, factor)
         g.last_m[1] = north + _error(moment, receiver, 1, factor)
-        g.last_m[2] = state[body.HEIGHT] + z + VERTICAL_FACTOR * _error(moment, receiver, 2, factor)
+        g.last_m[2] = state.height_m + z + VERTICAL_FACTOR * _error(moment, receiver, 2, factor)
     latitude, longitude, altitude = to_geodetic(f.frame, g.last_m[0], g.last_m[1], g.last_m[2])
     time_s, report = tick / TICKS_PER_S, g.report
     report[TICK] = tick

@@ -1,9 +1,13 @@
-"""Layouts of the world's state and nozzle-trace arrays, and the figures of a body."""
+"""What is true about a robot's body, its figures, and the layout of the trace of its tool."""
 
 from __future__ import annotations
 
-from typing import Final, NamedTuple
+from typing import Annotated, Final, NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.services.core.records import Record
 from touchline.services.onboard.interface import ACTUATORS
 
 STEP_S: Final = 0.001
@@ -11,38 +15,54 @@ STEP_S: Final = 0.001
 STEPS: Final = 10
 """Physics steps of one kernel call."""
 
-# State vector; what the drive has of its own follows from `DRIVE` on.
-EAST: Final = 0
-NORTH: Final = 1
-HEADING: Final = 2  # rad, unwrapped
-SPEED: Final = 3  # m/s, of the body's origin, forward
-SIDE_SPEED: Final = 4  # m/s, to the left
-YAW_RATE: Final = 5  # rad/s
-ANGLES: Final = 6  # of the drive's actuators, in its order, as their encoders see them: cumulative [rad]
-VALVE: Final = ANGLES + ACTUATORS  # plunger position, 0 closed … 1 open
-VALVE_OPEN: Final = VALVE + 1  # 0 or 1
-DISC: Final = VALVE + 2
-DISC_DOWN: Final = VALVE + 3
-TANK_L: Final = VALVE + 4
-BATTERY_WH: Final = VALVE + 5
-TANK_RESERVE_L: Final = VALVE + 6  # what a fault keeps from use
-BATTERY_RESERVE_WH: Final = VALVE + 7
-FLOW_LPS: Final = VALVE + 8
-POWER_W: Final = VALVE + 9
-MEAN_YAW_RATE: Final = VALVE + 10  # over the tick: what a rate-integrating gyro sees
-MEAN_ACCEL_X: Final = VALVE + 11  # specific force: what an accelerometer sees, gravity on a slope included
-MEAN_ACCEL_Y: Final = VALVE + 12
-UP_X: Final = VALVE + 13  # the vertical in body axes: 0, 0, 1 on level ground
-UP_Y: Final = VALVE + 14
-UP_Z: Final = VALVE + 15
-HEIGHT: Final = VALVE + 16  # m above the plane of the origin
-DRIVE: Final = VALVE + 17
-
 # Trace of the tool's point: row 0 is the tick's start, row k the state after step k.
 TRACE_EAST: Final = 0
 TRACE_NORTH: Final = 1
 TRACE_SPRAYING: Final = 2  # share of the tool's width worked on in the step that ends in this row
 TRACE_SHAPE: Final = (STEPS + 1, 3)
+
+
+class BodyState(Record):
+    """What is true about a robot, whatever its drive."""
+
+    east_m: float
+    """Of the body's origin, as `north_m`, map frame."""
+    north_m: float
+    heading_rad: float
+    """Not wrapped."""
+    speed_mps: float
+    """Of the body's origin, forward."""
+    side_speed_mps: float
+    """The same, to the left."""
+    yaw_rate_radps: float
+    angles_rad: Annotated[NDArray[np.float64], ACTUATORS]
+    """Of the drive's actuators, in its order, as their encoders see them: cumulative."""
+    valve: float
+    """Its plunger's position, 0 closed … 1 open."""
+    valve_open: bool
+    disc: float
+    """The discs' position, 0 up … 1 down."""
+    disc_down: bool
+    tank_l: float
+    battery_wh: float
+    tank_reserve_l: float
+    """What a fault keeps from use."""
+    battery_reserve_wh: float
+    """As `tank_reserve_l`."""
+    flow_lps: float
+    power_w: float
+    mean_yaw_rate_radps: float
+    """Over the tick: what a rate-integrating gyro sees."""
+    mean_accel_x_mps2: float
+    """Over the tick, forward: the specific force that an accelerometer sees, gravity on a slope included."""
+    mean_accel_y_mps2: float
+    """The same, to the left."""
+    up_x: float
+    """With `up_y` and `up_z` the vertical in body axes: 0, 0, 1 on level ground."""
+    up_y: float
+    up_z: float
+    height_m: float
+    """Above the plane of the origin."""
 
 
 class BodyFigures(NamedTuple):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,6 @@ from touchline.services.robot_sim.world.effects import neutral
 from touchline.services.robot_sim.world.tools.world_tool import world_tool
 
 NO_EFFECTS: Final = neutral()
-_AT_REST: Final = [body.SPEED, body.SIDE_SPEED, body.YAW_RATE]
 
 
 class TruePose(NamedTuple):
@@ -45,7 +44,8 @@ class World:
 
     Attributes:
         arrays: All of it, for `physics.advance`.
-        state: The truth, indexed by the constants of `body`, from `body.DRIVE` on by those of the drive.
+        state: The truth about the body.
+        drive: The truth about the drive: its `WorldDrive.state`.
         trace: body.TRACE_SHAPE, the tool's point during the last tick.
         figures: What is constant.
 
@@ -56,12 +56,13 @@ class World:
     def __init__(self, vehicle: Vehicle, scenario: Scenario) -> None:
         scenario = scenario.effective()
         self._drive = world_drive(vehicle, scenario)
-        self.state: NDArray[np.float64] = np.zeros(body.DRIVE + self._drive.state_size)
+        self.state = body.BodyState()
+        self.drive: Any = self._drive.state
         self.trace: NDArray[np.float64] = np.zeros(body.TRACE_SHAPE)
         self.figures = physics.WorldFigures(
             constants(vehicle, scenario), self._drive.figures, world_tool(vehicle).figures
         )
-        self.arrays = physics.WorldArrays(self.figures, self.state, self.trace, scenario.seed)
+        self.arrays = physics.WorldArrays(self.figures, self.state.array, self.drive.array, self.trace, scenario.seed)
         self._full_l, self._full_wh = vehicle.tool.capacity_l, vehicle.body.battery_wh
         self.refill_tank()
         self.replace_battery()
@@ -70,34 +71,35 @@ class World:
     @property
     def pose(self) -> TruePose:
         """Where the robot truly is."""
-        return TruePose(*self.state[body.EAST : body.HEADING + 1].tolist())
+        state = self.state
+        return TruePose(state.east_m, state.north_m, state.heading_rad)
 
     @property
     def supplies(self) -> tuple[float, float, float, float]:
         """What is left of paint [l] and charge [Wh], then what faults keep from use of either."""
-        tank_l, battery_wh = self.state[body.TANK_L : body.BATTERY_WH + 1].tolist()
-        tank_reserve_l, battery_reserve_wh = self.state[body.TANK_RESERVE_L : body.BATTERY_RESERVE_WH + 1].tolist()
-        return tank_l, battery_wh, tank_reserve_l, battery_reserve_wh
+        state = self.state
+        return state.tank_l, state.battery_wh, state.tank_reserve_l, state.battery_reserve_wh
 
     def supply(self, supplies: tuple[float, float, float, float]) -> None:
         """Have these, as `supplies` gives them."""
-        self.state[body.TANK_L : body.BATTERY_WH + 1] = supplies[:2]
-        self.state[body.TANK_RESERVE_L : body.BATTERY_RESERVE_WH + 1] = supplies[2:]
+        state = self.state
+        state.tank_l, state.battery_wh, state.tank_reserve_l, state.battery_reserve_wh = supplies
 
     def refill_tank(self) -> None:
         """Fill the tank; a fault that keeps paint from use goes on doing so."""
-        self.state[body.TANK_L], self.state[body.TANK_RESERVE_L] = self._full_l, 0.0
+        self.state.tank_l, self.state.tank_reserve_l = self._full_l, 0.0
 
     def replace_battery(self) -> None:
         """Have a full battery, as `refill_tank`."""
-        self.state[body.BATTERY_WH], self.state[body.BATTERY_RESERVE_WH] = self._full_wh, 0.0
+        self.state.battery_wh, self.state.battery_reserve_wh = self._full_wh, 0.0
 
     def place(self, pose: TruePose) -> None:
         """Put the robot at rest at `pose`, as if carried there; tank, battery and wheel angles stay."""
-        self.state[body.EAST], self.state[body.NORTH], self.state[body.HEADING] = pose
-        self.state[_AT_REST] = 0.0
-        self._drive.rest(self.state)
-        physics.tilt(self.state, self.figures.body)
+        state = self.state
+        state.east_m, state.north_m, state.heading_rad = pose
+        state.speed_mps = state.side_speed_mps = state.yaw_rate_radps = 0.0
+        self._drive.rest()
+        physics.tilt(state.array[0], self.figures.body)
 
     def step(self, command: Command, tick: int, effects: NDArray[np.float64] = NO_EFFECTS) -> None:
         """Advance by one onboard tick under `command` and the `effects` of faults; `tick` keys the randomness."""

@@ -5,21 +5,15 @@ from __future__ import annotations
 import math
 from typing import Final
 
-import numpy as np
-from numpy.typing import NDArray
-
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
 from touchline.services.core.random import STREAM_CHASSIS, STREAM_SLIP, normal
 from touchline.services.robot_sim.world.body import STEP_S, BodyFigures
-from touchline.services.robot_sim.world.drives import differential_layout as d
 from touchline.services.robot_sim.world.drives.dc_motor import dc_motor
 from touchline.services.robot_sim.world.drives.differential_ground import roll_on
 from touchline.services.robot_sim.world.drives.differential_layout import (
-    LEFT_RATE,
-    LEFT_SLIP,
-    RIGHT_SLIP,
+    DifferentialState,
     TrueDifferential,
 )
 from touchline.services.robot_sim.world.drives.differential_motors import actuate
@@ -33,30 +27,26 @@ CONTROLLER_RADPS: Final = 60.0
 CONTROLLER_INTEGRAL_S: Final = 0.08
 INTEGRAL_LIMIT_NM: Final = 40.0
 
-_AT_REST: Final = [first + wheel for first in (LEFT_RATE, d.REFERENCE, d.TORQUE, d.INTEGRAL) for wheel in range(2)]
-
-Floats = NDArray[np.float64]
-
 
 class DifferentialKernels(TrueDifferential):
     """The drive's figures with what physics calls."""
 
     @kernel
-    def begin_tick(self, state: Floats, body: BodyFigures, seed: int, tick: int) -> None:
+    def begin_tick(self, wheels: DifferentialState, body: BodyFigures, seed: int, tick: int) -> None:
         """Let the random slip of both wheels go on: a first-order Gauss-Markov process each.
 
         s(t + T) = s(t)·exp(−T/τ) + σ·√(1 − exp(−2T/τ))·w (A. Gelb, ed., "Applied Optimal Estimation", 1974, sec. 2.2).
 
         Args:
-            state: (body.DRIVE + STATE_SIZE,) the world's; the slips are updated, shares of ground speed.
+            wheels: The drive's state; the slips are updated, shares of ground speed.
             body: Of its figures σ and the decay in a tick.
             seed: Of the scenario.
             tick: Onboard tick that begins.
         """
         fresh = body.slip_sigma * math.sqrt(1.0 - body.slip_decay * body.slip_decay)
         if fresh > 0.0:
-            state[LEFT_SLIP] = body.slip_decay * state[LEFT_SLIP] + fresh * normal(seed, STREAM_SLIP, tick, 0)
-            state[RIGHT_SLIP] = body.slip_decay * state[RIGHT_SLIP] + fresh * normal(seed, STREAM_SLIP, tick, 1)
+            wheels.slip[0] = body.slip_decay * wheels.slip[0] + fresh * normal(seed, STREAM_SLIP, tick, 0)
+            wheels.slip[1] = body.slip_decay * wheels.slip[1] + fresh * normal(seed, STREAM_SLIP, tick, 1)
 
     actuate = actuate
     roll_on = roll_on
@@ -65,7 +55,7 @@ class DifferentialKernels(TrueDifferential):
 class DifferentialInWorld(WorldDrive):
     """Two wheels in the world."""
 
-    state_size = d.STATE_SIZE
+    state: DifferentialState
 
     def __init__(self, vehicle: Vehicle, scenario: Scenario) -> None:
         """Of this vehicle, under this seed; the scenario must be effective."""
@@ -77,6 +67,7 @@ class DifferentialInWorld(WorldDrive):
         common = motor.inertia_kgm2 + 0.5 * mass * drive.wheel_radius_m**2
         turning = motor.inertia_kgm2 + 0.5 * mass * (vehicle.body.radius_of_gyration_m * lever) ** 2
         gain = CONTROLLER_RADPS * 0.5 * (common + turning)
+        self.state = DifferentialState()
         self.figures = DifferentialKernels(
             radius_m=(
                 drive.wheel_radius_m * (1.0 + errors.wheel_radius_relative * left),
@@ -97,7 +88,6 @@ class DifferentialInWorld(WorldDrive):
             caster_trail_m=drive.caster_trail_m,
         )
 
-    def rest(self, state: Floats) -> None:
-        """Wheels, motors and their controllers at rest, the casters behind."""
-        state[_AT_REST] = 0.0
-        state[d.CASTER_X], state[d.CASTER_Y] = 1.0, 0.0
+    def rest(self) -> None:
+        """Wheels, motors and their controllers at rest, the casters behind; the slips are as they were."""
+        self.state.reset(slip=self.state.slip.copy())

@@ -17,28 +17,13 @@ from touchline.services.core.jit import kernel
 from touchline.services.core.physical_constants import GRAVITY_MPS2
 from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.body import (
-    SIDE_SPEED,
-    SPEED,
     STEP_S,
-    UP_X,
-    UP_Y,
-    UP_Z,
-    YAW_RATE,
     BodyFigures,
+    BodyState,
 )
 from touchline.services.robot_sim.world.drives.dc_motor import drag
 from touchline.services.robot_sim.world.drives.differential_layout import (
-    CASTER_X,
-    CASTER_Y,
-    LEFT_ANGLE,
-    LEFT_RATE,
-    LEFT_SLIP,
-    LEFT_TRACTION,
-    REFERENCE,
-    RIGHT_ANGLE,
-    RIGHT_RATE,
-    RIGHT_TRACTION,
-    TORQUE,
+    DifferentialState,
     TrueDifferential,
 )
 from touchline.services.robot_sim.world.drives.tyres import ROLLING_MPS, held, stiffness
@@ -50,32 +35,41 @@ Floats = NDArray[np.float64]
 
 
 @kernel
-def _caster(drive: TrueDifferential, state: Floats, body: BodyFigures, load_n: float) -> tuple[float, float]:
+def _caster(
+    drive: TrueDifferential, state: BodyState, wheels: DifferentialState, body: BodyFigures, load_n: float
+) -> tuple[float, float]:
     """Turn the casters by their motion; their force on the body (x, y) [N]."""
-    vx = state[SPEED]
-    vy = state[SIDE_SPEED] + drive.caster_x_m * state[YAW_RATE]
-    cx, cy = state[CASTER_X], state[CASTER_Y]
+    vx = state.speed_mps
+    vy = state.side_speed_mps + drive.caster_x_m * state.yaw_rate_radps
+    cx, cy = wheels.caster_x, wheels.caster_y
     rolling = vx * cx + vy * cy
     pull = min(STEP_S / drive.caster_trail_m, 1.0)
     cx += pull * (vx - rolling * cx)
     cy += pull * (vy - rolling * cy)
     length = math.sqrt(cx * cx + cy * cy)
-    state[CASTER_X], state[CASTER_Y] = cx / length, cy / length
+    wheels.caster_x, wheels.caster_y = cx / length, cy / length
     force = -body.rolling * load_n * min(max(rolling / ROLLING_MPS, -1.0), 1.0)
-    return force * state[CASTER_X], force * state[CASTER_Y]
+    return force * wheels.caster_x, force * wheels.caster_y
 
 
 @kernel
-def _parked(state: Floats, body: BodyFigures) -> bool:
+def _parked(state: BodyState, wheels: DifferentialState, body: BodyFigures) -> bool:
     """Whether the robot stands, is told to, and the tyres hold it on this slope."""
-    told = abs(state[REFERENCE]) < _PARKED_RADPS and abs(state[REFERENCE + 1]) < _PARKED_RADPS
-    slow = abs(state[SPEED]) + abs(state[SIDE_SPEED]) + 0.3 * abs(state[YAW_RATE]) < _PARKED_MPS
+    told = abs(wheels.reference_radps[0]) < _PARKED_RADPS and abs(wheels.reference_radps[1]) < _PARKED_RADPS
+    slow = abs(state.speed_mps) + abs(state.side_speed_mps) + 0.3 * abs(state.yaw_rate_radps) < _PARKED_MPS
     parked: bool = held(state, body) and told and slow
     return parked
 
 
 @kernel
-def roll_on(drive: TrueDifferential, state: Floats, body: BodyFigures, effects: Floats, mass_kg: float) -> None:
+def roll_on(
+    drive: TrueDifferential,
+    state: BodyState,
+    wheels: DifferentialState,
+    body: BodyFigures,
+    effects: Floats,
+    mass_kg: float,
+) -> None:
     """Advance the speeds of body and wheels by one step under the motors' torques.
 
     The wheels turn along the mean of their old and new rates. That a tyre's force is linear in its slip at first and
@@ -84,31 +78,32 @@ def roll_on(drive: TrueDifferential, state: Floats, body: BodyFigures, effects: 
 
     Args:
         drive: Its figures.
-        state: (body.DRIVE + STATE_SIZE,) the world's; speeds and yaw rate of the body, rates, angles and traction of
-            the wheels and the casters' direction are updated. SI units, body frame.
+        state: The body's; speeds, yaw rate and the wheels' angles are updated.
+        wheels: The drive's; rates, traction and the casters' direction are updated.
         body: Its figures.
         effects: (effects.SIZE,) what faults do: `BLOCKED` and `SLIP` of each wheel.
         mass_kg: Of the whole robot.
     """
-    left_rate, right_rate = state[LEFT_RATE], state[RIGHT_RATE]
-    if _parked(state, body):
-        for quantity in (SPEED, SIDE_SPEED, YAW_RATE, LEFT_RATE, RIGHT_RATE, LEFT_TRACTION, RIGHT_TRACTION):
-            state[quantity] = 0.0
-        state[LEFT_ANGLE] += 0.5 * left_rate * STEP_S
-        state[RIGHT_ANGLE] += 0.5 * right_rate * STEP_S
+    left_rate, right_rate = wheels.rate_radps[0], wheels.rate_radps[1]
+    if _parked(state, wheels, body):
+        state.speed_mps, state.side_speed_mps, state.yaw_rate_radps = 0.0, 0.0, 0.0
+        for wheel in range(2):
+            wheels.rate_radps[wheel], wheels.traction_n[wheel] = 0.0, 0.0
+        state.angles_rad[0] += 0.5 * left_rate * STEP_S
+        state.angles_rad[1] += 0.5 * right_rate * STEP_S
         return
-    weight = mass_kg * GRAVITY_MPS2 * state[UP_Z]
+    weight = mass_kg * GRAVITY_MPS2 * state.up_z
     load = 0.5 * weight * (1.0 - drive.caster_share)
     half = 0.5 * drive.track_m
-    caster_x, caster_y = _caster(drive, state, body, weight * drive.caster_share)
-    speed, side, yaw = state[SPEED], state[SIDE_SPEED], state[YAW_RATE]
+    caster_x, caster_y = _caster(drive, state, wheels, body, weight * drive.caster_share)
+    speed, side, yaw = state.speed_mps, state.side_speed_mps, state.yaw_rate_radps
 
     # Each wheel's new speed is linear in the ground's under it: force = stiff·(free − ground).
     k0, f0, r0, k1, f1, r1, across = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for wheel in range(2):
-        rate = state[LEFT_RATE + wheel]
+        rate = wheels.rate_radps[wheel]
         radius = drive.radius_m[wheel]
-        grip = radius * (1.0 - state[LEFT_SLIP + wheel] - effects[e.SLIP + wheel])
+        grip = radius * (1.0 - wheels.slip[wheel] - effects[e.SLIP + wheel])
         beneath = speed + (2 * wheel - 1) * half * yaw
         if effects[e.BLOCKED + wheel] > 0.0:
             stiff, sideways = stiffness(0.0, beneath, side, load, body)
@@ -116,7 +111,7 @@ def roll_on(drive: TrueDifferential, state: Floats, body: BodyFigures, effects: 
         else:
             stiff, sideways = stiffness(grip * rate, beneath, side, load, body)
             inertia = drive.inertia_kgm2 + STEP_S * drag(rate, drive.viscous_nms, drive.friction_nm)
-            free = grip * (drive.inertia_kgm2 * rate + STEP_S * state[TORQUE + wheel]) / inertia
+            free = grip * (drive.inertia_kgm2 * rate + STEP_S * wheels.torque_nm[wheel]) / inertia
             stiff /= 1.0 + stiff * STEP_S * grip * radius / inertia
         across += sideways
         rolling = body.rolling * load / max(abs(beneath), ROLLING_MPS)
@@ -130,26 +125,26 @@ def roll_on(drive: TrueDifferential, state: Floats, body: BodyFigures, effects: 
     a12 = half * (k1 + r1 - k0 - r0)
     a22 = inertia / STEP_S + half * half * (k0 + r0 + k1 + r1)
     b1 = mass_kg / STEP_S * speed + k0 * f0 + k1 * f1 + caster_x
-    b1 += mass_kg * (side * yaw - GRAVITY_MPS2 * state[UP_X])
+    b1 += mass_kg * (side * yaw - GRAVITY_MPS2 * state.up_x)
     b2 = inertia / STEP_S * yaw + half * (k1 * f1 - k0 * f0) + drive.caster_x_m * caster_y
     determinant = a11 * a22 - a12 * a12
     speed = (b1 * a22 - b2 * a12) / determinant
     yaw = (a11 * b2 - a12 * b1) / determinant
-    pushed = mass_kg / STEP_S * side + caster_y - mass_kg * (speed * yaw + GRAVITY_MPS2 * state[UP_Y])
-    state[SIDE_SPEED] = pushed / (mass_kg / STEP_S + across)
-    state[SPEED], state[YAW_RATE] = speed, yaw
+    pushed = mass_kg / STEP_S * side + caster_y - mass_kg * (speed * yaw + GRAVITY_MPS2 * state.up_y)
+    state.side_speed_mps = pushed / (mass_kg / STEP_S + across)
+    state.speed_mps, state.yaw_rate_radps = speed, yaw
 
     for wheel in range(2):
         beneath = speed + (2 * wheel - 1) * half * yaw
         force = k0 * (f0 - beneath) if wheel == 0 else k1 * (f1 - beneath)
-        state[LEFT_TRACTION + wheel] = force
+        wheels.traction_n[wheel] = force
         if effects[e.BLOCKED + wheel] > 0.0:
-            state[LEFT_RATE + wheel] = 0.0
+            wheels.rate_radps[wheel] = 0.0
         else:
-            rate = state[LEFT_RATE + wheel]
-            momentum = drive.inertia_kgm2 * rate + STEP_S * (state[TORQUE + wheel] - drive.radius_m[wheel] * force)
-            state[LEFT_RATE + wheel] = momentum / (
+            rate = wheels.rate_radps[wheel]
+            momentum = drive.inertia_kgm2 * rate + STEP_S * (wheels.torque_nm[wheel] - drive.radius_m[wheel] * force)
+            wheels.rate_radps[wheel] = momentum / (
                 drive.inertia_kgm2 + STEP_S * drag(rate, drive.viscous_nms, drive.friction_nm)
             )
-    state[LEFT_ANGLE] += 0.5 * (left_rate + state[LEFT_RATE]) * STEP_S
-    state[RIGHT_ANGLE] += 0.5 * (right_rate + state[RIGHT_RATE]) * STEP_S
+    state.angles_rad[0] += 0.5 * (left_rate + wheels.rate_radps[0]) * STEP_S
+    state.angles_rad[1] += 0.5 * (right_rate + wheels.rate_radps[1]) * STEP_S

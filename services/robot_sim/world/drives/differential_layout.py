@@ -1,28 +1,35 @@
-"""What the differential drive has of its own in the world's state, and its figures."""
+"""What the differential drive has of its own in the world: its state and its figures."""
 
 from __future__ import annotations
 
-from typing import Final, NamedTuple
+from typing import Annotated, NamedTuple
 
-from touchline.services.robot_sim.world.body import ANGLES, DRIVE
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.services.core.records import Record
 from touchline.services.robot_sim.world.drives.dc_motor import DcMotor
 
-LEFT_ANGLE: Final = ANGLES
-RIGHT_ANGLE: Final = ANGLES + 1
+Floats = NDArray[np.float64]
 
-# State.
-LEFT_RATE: Final = DRIVE  # rad/s
-RIGHT_RATE: Final = DRIVE + 1
-LEFT_SLIP: Final = DRIVE + 2  # random share of ground speed lost; the tyres' own slip comes on top
-RIGHT_SLIP: Final = DRIVE + 3
-REFERENCE: Final = DRIVE + 4  # left, right: the drives' speed profile [rad/s]
-TORQUE: Final = DRIVE + 6  # left, right: of the motors at the wheels [Nm]
-INTEGRAL: Final = DRIVE + 8  # left, right: of the drives' controllers [Nm]
-CASTER_X: Final = DRIVE + 10  # direction in which the casters roll, body frame, unit vector
-CASTER_Y: Final = DRIVE + 11
-LEFT_TRACTION: Final = DRIVE + 12  # N, of the tyres, in the last step
-RIGHT_TRACTION: Final = DRIVE + 13
-STATE_SIZE: Final = 14  # of these
+
+class DifferentialState(Record):
+    """Of the left and the right wheel, their motors, and the casters."""
+
+    rate_radps: Annotated[Floats, 2]
+    slip: Annotated[Floats, 2]
+    """Random share of ground speed lost; the tyres' own slip comes on top."""
+    reference_radps: Annotated[Floats, 2]
+    """Of the speed profiles."""
+    torque_nm: Annotated[Floats, 2]
+    """Of the motors at the wheels."""
+    integral_nm: Annotated[Floats, 2]
+    """Of the motors' controllers."""
+    traction_n: Annotated[Floats, 2]
+    """Of the tyres, in the last step."""
+    caster_x: float = 1.0
+    """With `caster_y` the direction in which the casters roll, body frame, unit vector."""
+    caster_y: float
 
 
 class TrueDifferential(NamedTuple):

@@ -9,16 +9,13 @@ from touchline.services.core.jit import kernel
 from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.battery import voltage_of
 from touchline.services.robot_sim.world.body import (
-    BATTERY_WH,
     STEP_S,
     BodyFigures,
+    BodyState,
 )
 from touchline.services.robot_sim.world.drives.dc_motor import MotorState, drag, follow, profile
 from touchline.services.robot_sim.world.drives.differential_layout import (
-    INTEGRAL,
-    LEFT_RATE,
-    REFERENCE,
-    TORQUE,
+    DifferentialState,
     TrueDifferential,
 )
 
@@ -26,14 +23,22 @@ Floats = NDArray[np.float64]
 
 
 @kernel
-def actuate(drive: TrueDifferential, state: Floats, body: BodyFigures, effects: Floats, commanded: Floats) -> float:
+def actuate(
+    drive: TrueDifferential,
+    state: BodyState,
+    wheels: DifferentialState,
+    body: BodyFigures,
+    effects: Floats,
+    commanded: Floats,
+) -> float:
     """Advance both drives by one step.
 
     The controllers (`dc_motor`) follow the profile with feed-forward of the nominal inertia and friction.
 
     Args:
         drive: Its figures.
-        state: (body.DRIVE + STATE_SIZE,) the world's; references, torques and integrals of both wheels are updated.
+        state: The body's; of it the battery's charge.
+        wheels: The drive's; references, torques and integrals of both wheels are updated.
         body: Its figures.
         effects: (effects.SIZE,) what faults do: `TORQUE` of each wheel.
         commanded: (interface.ACTUATORS,) left, right [rad/s].
@@ -42,21 +47,21 @@ def actuate(drive: TrueDifferential, state: Floats, body: BodyFigures, effects: 
         The electrical power drawn [W], not below 0.
     """
     most, lag, step = drive.max_rate_radps, drive.lag, drive.max_step_radps
-    left = profile(state[REFERENCE], commanded[0], most, lag, step)
-    right = profile(state[REFERENCE + 1], commanded[1], most, lag, step)
-    left_accel = (left - state[REFERENCE]) / STEP_S
-    right_accel = (right - state[REFERENCE + 1]) / STEP_S
-    state[REFERENCE], state[REFERENCE + 1] = left, right
+    left = profile(wheels.reference_radps[0], commanded[0], most, lag, step)
+    right = profile(wheels.reference_radps[1], commanded[1], most, lag, step)
+    left_accel = (left - wheels.reference_radps[0]) / STEP_S
+    right_accel = (right - wheels.reference_radps[1]) / STEP_S
+    wheels.reference_radps[0], wheels.reference_radps[1] = left, right
     both, turn = 0.5 * (left_accel + right_accel), 0.5 * (right_accel - left_accel)
-    charge = state[BATTERY_WH] / body.battery_wh
+    charge = state.battery_wh / body.battery_wh
     voltage = voltage_of(charge) if charge > 0.0 else 0.0
     power = 0.0
     for wheel in range(2):
-        reference = state[REFERENCE + wheel]
+        reference = wheels.reference_radps[wheel]
         ahead = drive.ahead_common_kgm2 * both + (2 * wheel - 1) * drive.ahead_turn_kgm2 * turn
         ahead += drag(reference, drive.viscous_nms, drive.friction_nm) * reference
-        now = MotorState(state[LEFT_RATE + wheel], state[TORQUE + wheel], state[INTEGRAL + wheel])
+        now = MotorState(wheels.rate_radps[wheel], wheels.torque_nm[wheel], wheels.integral_nm[wheel])
         torque, integral, drawn = follow(drive.motor, now, reference, ahead, voltage, effects[e.TORQUE + wheel])
-        state[TORQUE + wheel], state[INTEGRAL + wheel] = torque, integral
+        wheels.torque_nm[wheel], wheels.integral_nm[wheel] = torque, integral
         power += drawn
     return max(power, 0.0)

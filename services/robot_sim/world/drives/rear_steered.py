@@ -5,19 +5,15 @@ from __future__ import annotations
 import math
 from typing import Final
 
-import numpy as np
-from numpy.typing import NDArray
-
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
 from touchline.services.core.random import STREAM_CHASSIS, STREAM_SLIP, normal
 from touchline.services.robot_sim.world.body import STEP_S, BodyFigures
-from touchline.services.robot_sim.world.drives import rear_steered_layout as r
 from touchline.services.robot_sim.world.drives.dc_motor import dc_motor
 from touchline.services.robot_sim.world.drives.rear_steered_actuators import actuate
 from touchline.services.robot_sim.world.drives.rear_steered_ground import roll_on
-from touchline.services.robot_sim.world.drives.rear_steered_layout import TrueRearSteered
+from touchline.services.robot_sim.world.drives.rear_steered_layout import RearSteeredState, TrueRearSteered
 from touchline.services.robot_sim.world.drives.world_drive import WorldDrive
 from touchline.services.robot_sim.world.lag import share_per_step
 
@@ -27,23 +23,19 @@ CONTROLLER_RADPS: Final = 30.0
 """Bandwidth of the drum's speed controller."""
 CONTROLLER_INTEGRAL_S: Final = 0.15
 
-_AT_REST: Final = [r.DRUM_RATE, r.REFERENCE, r.TORQUE, r.INTEGRAL, r.TRACTION, r.SIDE_FORCE]
-
-Floats = NDArray[np.float64]
-
 
 class RearSteeredKernels(TrueRearSteered):
     """The drive's figures with what physics calls."""
 
     @kernel
-    def begin_tick(self, state: Floats, body: BodyFigures, seed: int, tick: int) -> None:
+    def begin_tick(self, drum: RearSteeredState, body: BodyFigures, seed: int, tick: int) -> None:
         """See `world_drive.begin_tick`: the drum's random slip goes on, a first-order Gauss-Markov process.
 
         s(t + T) = s(t)·exp(−T/τ) + σ·√(1 − exp(−2T/τ))·w (A. Gelb, ed., "Applied Optimal Estimation", 1974, sec. 2.2).
         """
         fresh = body.slip_sigma * math.sqrt(1.0 - body.slip_decay * body.slip_decay)
         if fresh > 0.0:
-            state[r.DRUM_SLIP] = body.slip_decay * state[r.DRUM_SLIP] + fresh * normal(seed, STREAM_SLIP, tick, 0)
+            drum.slip = body.slip_decay * drum.slip + fresh * normal(seed, STREAM_SLIP, tick, 0)
 
     actuate = actuate
     roll_on = roll_on
@@ -52,13 +44,14 @@ class RearSteeredKernels(TrueRearSteered):
 class RearSteeredInWorld(WorldDrive):
     """A drum and a steered wheel in the world."""
 
-    state_size = r.STATE_SIZE
+    state: RearSteeredState
 
     def __init__(self, vehicle: Vehicle, scenario: Scenario) -> None:
         """Of this vehicle, under this seed; the scenario must be effective."""
         drive, errors, motor = vehicle.drive, scenario.drive, vehicle.drive.motor
         radius, base, offset = (normal(scenario.seed, STREAM_CHASSIS, 0, channel) for channel in range(3))
         ahead = motor.inertia_kgm2 + vehicle.mass_full_kg * drive.drum_radius_m**2
+        self.state = RearSteeredState()
         self.figures = RearSteeredKernels(
             radius_m=drive.drum_radius_m * (1.0 + errors.wheel_radius_relative * radius),
             base_m=drive.wheelbase_m * (1.0 + errors.track_width_relative * base),
@@ -78,6 +71,6 @@ class RearSteeredInWorld(WorldDrive):
             ahead_kgm2=ahead,
         )
 
-    def rest(self, state: Floats) -> None:
-        """The drum, its motor and controller at rest; the steering stays as it is."""
-        state[_AT_REST] = 0.0
+    def rest(self) -> None:
+        """The drum, its motor and controller at rest; its slip is as it was."""
+        self.state.reset(slip=self.state.slip)

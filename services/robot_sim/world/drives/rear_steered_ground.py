@@ -17,18 +17,12 @@ from touchline.services.core.jit import kernel
 from touchline.services.core.physical_constants import GRAVITY_MPS2
 from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.body import (
-    SIDE_SPEED,
-    SPEED,
     STEP_S,
-    UP_X,
-    UP_Y,
-    UP_Z,
-    YAW_RATE,
     BodyFigures,
+    BodyState,
 )
-from touchline.services.robot_sim.world.drives import rear_steered_layout as r
 from touchline.services.robot_sim.world.drives.dc_motor import drag
-from touchline.services.robot_sim.world.drives.rear_steered_layout import TrueRearSteered
+from touchline.services.robot_sim.world.drives.rear_steered_layout import RearSteeredState, TrueRearSteered
 from touchline.services.robot_sim.world.drives.tyres import ROLLING_MPS, held, stiffness
 
 _PARKED_MPS = 0.002
@@ -38,67 +32,71 @@ Floats = NDArray[np.float64]
 
 
 @kernel
-def _parked(state: Floats, body: BodyFigures) -> bool:
+def _parked(state: BodyState, drum: RearSteeredState, body: BodyFigures) -> bool:
     """Whether the robot stands, is told to, and drum and wheel hold it on this slope."""
-    told = abs(state[r.REFERENCE]) < _PARKED_RADPS
-    slow = abs(state[SPEED]) + abs(state[SIDE_SPEED]) + abs(state[YAW_RATE]) < _PARKED_MPS
+    told = abs(drum.reference_radps) < _PARKED_RADPS
+    slow = abs(state.speed_mps) + abs(state.side_speed_mps) + abs(state.yaw_rate_radps) < _PARKED_MPS
     parked: bool = told and slow and held(state, body)
     return parked
 
 
 @kernel
 def _drum(
-    drive: TrueRearSteered, state: Floats, body: BodyFigures, effects: Floats, load: float
+    drive: TrueRearSteered, state: BodyState, drum: RearSteeredState, body: BodyFigures, effects: Floats, load: float
 ) -> tuple[float, float, float]:
     """Along, the drum's force is stiff·(free − new speed); returns stiff, free and its stiffness across."""
-    speed, side, rate = state[SPEED], state[SIDE_SPEED], state[r.DRUM_RATE]
+    speed, side, rate = state.speed_mps, state.side_speed_mps, drum.rate_radps
     if effects[e.BLOCKED] > 0.0:
         stiff, across = stiffness(0.0, speed, side, load, body)
         return stiff, 0.0, across
-    grip = drive.radius_m * (1.0 - state[r.DRUM_SLIP] - effects[e.SLIP])
+    grip = drive.radius_m * (1.0 - drum.slip - effects[e.SLIP])
     stiff, across = stiffness(grip * rate, speed, side, load, body)
     inertia = drive.inertia_kgm2 + STEP_S * drag(rate, drive.viscous_nms, drive.friction_nm)
-    free = grip * (drive.inertia_kgm2 * rate + STEP_S * state[r.TORQUE]) / inertia
+    free = grip * (drive.inertia_kgm2 * rate + STEP_S * drum.torque_nm) / inertia
     return stiff / (1.0 + stiff * STEP_S * grip * drive.radius_m / inertia), free, across
 
 
 @kernel
-def _turn_drum(drive: TrueRearSteered, state: Floats, effects: Floats, before: float, force: float) -> None:
+def _turn_drum(
+    drive: TrueRearSteered, state: BodyState, drum: RearSteeredState, effects: Floats, before: float, force: float
+) -> None:
     """The drum's rate under torque and traction; it turns along the mean of old and new."""
-    state[r.TRACTION] = force
+    drum.traction_n = force
     if effects[e.BLOCKED] > 0.0:
-        state[r.DRUM_RATE] = 0.0
+        drum.rate_radps = 0.0
     else:
-        momentum = drive.inertia_kgm2 * before + STEP_S * (state[r.TORQUE] - drive.radius_m * force)
+        momentum = drive.inertia_kgm2 * before + STEP_S * (drum.torque_nm - drive.radius_m * force)
         dragged = drive.inertia_kgm2 + STEP_S * drag(before, drive.viscous_nms, drive.friction_nm)
-        state[r.DRUM_RATE] = momentum / dragged
-    state[r.DRUM_ANGLE] += 0.5 * (before + state[r.DRUM_RATE]) * STEP_S
+        drum.rate_radps = momentum / dragged
+    state.angles_rad[0] += 0.5 * (before + drum.rate_radps) * STEP_S
 
 
 @kernel
-def roll_on(drive: TrueRearSteered, state: Floats, body: BodyFigures, effects: Floats, mass_kg: float) -> None:
+def roll_on(
+    drive: TrueRearSteered, state: BodyState, drum: RearSteeredState, body: BodyFigures, effects: Floats, mass_kg: float
+) -> None:
     """See `world_drive.roll_on`: body and drum under the motor's torque, by one implicit step of Newton's laws.
 
     The single-track ("bicycle") model (R. Rajamani, "Vehicle Dynamics and Control", 2nd ed., ch. 2) with the
     motion along it, driven in front and steered behind. The drum turns along the mean of its old and new rates. The
     traction of the drum and the force of the wheel across itself are noted [N].
     """
-    rate = state[r.DRUM_RATE]
-    if _parked(state, body):
-        for quantity in (SPEED, SIDE_SPEED, YAW_RATE, r.DRUM_RATE, r.TRACTION, r.SIDE_FORCE):
-            state[quantity] = 0.0
-        state[r.DRUM_ANGLE] += 0.5 * rate * STEP_S
+    rate = drum.rate_radps
+    if _parked(state, drum, body):
+        state.speed_mps, state.side_speed_mps, state.yaw_rate_radps = 0.0, 0.0, 0.0
+        drum.rate_radps, drum.traction_n, drum.side_force_n = 0.0, 0.0, 0.0
+        state.angles_rad[0] += 0.5 * rate * STEP_S
         return
-    speed, side, yaw = state[SPEED], state[SIDE_SPEED], state[YAW_RATE]
+    speed, side, yaw = state.speed_mps, state.side_speed_mps, state.yaw_rate_radps
     base, behind = drive.base_m, drive.behind_m
-    weight = mass_kg * GRAVITY_MPS2 * state[UP_Z]
+    weight = mass_kg * GRAVITY_MPS2 * state.up_z
     front = weight * drive.drum_share
     rear = weight - front
-    stiff, free, across = _drum(drive, state, body, effects, front)
+    stiff, free, across = _drum(drive, state, drum, body, effects, front)
     rolling = body.rolling * front / max(abs(speed), ROLLING_MPS)
 
     # Of the steered wheel: its contact's speed along t = (cos, sin) and across n = (−sin, cos).
-    angle = state[r.STEERING] + drive.offset_rad + effects[e.OFFSET + 1]
+    angle = state.angles_rad[1] + drive.offset_rad + effects[e.OFFSET + 1]
     cos, sin = math.cos(angle), math.sin(angle)
     beneath = side - base * yaw
     along, aside = cos * speed + sin * beneath, cos * beneath - sin * speed
@@ -113,8 +111,8 @@ def roll_on(drive: TrueRearSteered, state: Floats, body: BodyFigures, effects: F
     # Newton along and across, and about the drum's middle, in (u, v_y, ω): M·(new − old)/dt = forces.
     push = mass_kg / STEP_S
     inertia = mass_kg * (body.gyration_m2 + behind * behind) / STEP_S
-    b1 = push * speed + stiff * free + mass_kg * ((side - behind * yaw) * yaw - GRAVITY_MPS2 * state[UP_X])
-    outward = mass_kg * (speed * yaw + GRAVITY_MPS2 * state[UP_Y])
+    b1 = push * speed + stiff * free + mass_kg * ((side - behind * yaw) * yaw - GRAVITY_MPS2 * state.up_x)
+    outward = mass_kg * (speed * yaw + GRAVITY_MPS2 * state.up_y)
     b2 = push * (side - behind * yaw) - outward
     b3 = inertia * yaw + behind * (outward - push * side)
     a11, a12, a13 = push + stiff + rolling + kxx, kxy, -base * kxy
@@ -126,6 +124,6 @@ def roll_on(drive: TrueRearSteered, state: Floats, body: BodyFigures, effects: F
     yaw = (c3 - m23 * c2 / m22) / (m33 - m23 * m23 / m22)
     side = (c2 - m23 * yaw) / m22
     speed = (b1 - a12 * side - a13 * yaw) / a11
-    state[SPEED], state[SIDE_SPEED], state[YAW_RATE] = speed, side, yaw
-    state[r.SIDE_FORCE] = -hold * (cos * (side - base * yaw) - sin * speed)
-    _turn_drum(drive, state, effects, rate, stiff * (free - speed))
+    state.speed_mps, state.side_speed_mps, state.yaw_rate_radps = speed, side, yaw
+    drum.side_force_n = -hold * (cos * (side - base * yaw) - sin * speed)
+    _turn_drum(drive, state, drum, effects, rate, stiff * (free - speed))

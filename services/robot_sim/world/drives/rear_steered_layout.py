@@ -1,24 +1,33 @@
-"""What the rear-steered drive has of its own in the world's state, and its figures."""
+"""What the rear-steered drive has of its own in the world: its state and its figures."""
 
 from __future__ import annotations
 
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
-from touchline.services.robot_sim.world.body import ANGLES, DRIVE
+from touchline.services.core.records import Record
 from touchline.services.robot_sim.world.drives.dc_motor import DcMotor
 
-DRUM_ANGLE: Final = ANGLES
-STEERING: Final = ANGLES + 1  # as its encoder sees it: positive turns the wheel to the left
 
-# State.
-DRUM_RATE: Final = DRIVE  # rad/s
-DRUM_SLIP: Final = DRIVE + 1  # random share of ground speed lost; the drum's own slip comes on top
-REFERENCE: Final = DRIVE + 2  # the drum's speed profile [rad/s]
-TORQUE: Final = DRIVE + 3  # of the motor at the drum [Nm]
-INTEGRAL: Final = DRIVE + 4  # of its controller [Nm]
-TRACTION: Final = DRIVE + 5  # N, of the drum, in the last step
-SIDE_FORCE: Final = DRIVE + 6  # N, of the steered wheel across itself, in the last step
-STATE_SIZE: Final = 7  # of these
+class RearSteeredState(Record):
+    """Of the drum and its motor, and the steered wheel's force. Of the body's angles the second is the steering's.
+
+    It is that which its encoder sees: positive turns the wheel to the left.
+    """
+
+    rate_radps: float
+    """The drum's."""
+    slip: float
+    """Random share of ground speed lost; the drum's own slip comes on top."""
+    reference_radps: float
+    """Of the drum's speed profile."""
+    torque_nm: float
+    """Of the motor at the drum."""
+    integral_nm: float
+    """Of its controller."""
+    traction_n: float
+    """Of the drum, in the last step."""
+    side_force_n: float
+    """Of the steered wheel across itself, in the last step."""
 
 
 class TrueRearSteered(NamedTuple):

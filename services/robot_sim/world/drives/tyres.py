@@ -9,17 +9,12 @@ from __future__ import annotations
 import math
 from typing import Final
 
-import numpy as np
-from numpy.typing import NDArray
-
 from touchline.services.core.jit import kernel
-from touchline.services.robot_sim.world.body import UP_X, UP_Y, BodyFigures
+from touchline.services.robot_sim.world.body import BodyFigures, BodyState
 
 _CREEP_MPS = 0.02  # slip is taken against no less than this
 ROLLING_MPS: Final = 0.01
 """Rolling resistance is drag below this speed."""
-
-Floats = NDArray[np.float64]
 
 
 @kernel
@@ -47,15 +42,15 @@ def stiffness(
 
 
 @kernel
-def held(state: Floats, body: BodyFigures) -> bool:
+def held(state: BodyState, body: BodyFigures) -> bool:
     """Whether tyres hold a standing robot on this slope: its sine is below half of the grip.
 
     Coulomb's friction, less a margin: that half of it counts is this project's own choice.
 
     Args:
-        state: (body.DRIVE + n,) the world's; of it `UP_X` and `UP_Y`, the vertical in body axes.
+        state: Of it the vertical in body axes.
         body: Of its figures the grip.
     """
-    tilt = state[UP_X] * state[UP_X] + state[UP_Y] * state[UP_Y]
+    tilt = state.up_x * state.up_x + state.up_y * state.up_y
     holds: bool = tilt < (0.5 * body.grip) ** 2
     return holds

@@ -13,8 +13,9 @@ from touchline.schemas.plugins import DRIVES, part_for
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel_of_class
+from touchline.services.core.records import Record
 from touchline.services.onboard.interface import ACTUATORS
-from touchline.services.robot_sim.world.body import BodyFigures
+from touchline.services.robot_sim.world.body import BodyFigures, BodyState
 
 Floats = NDArray[np.float64]
 
@@ -25,15 +26,15 @@ class WorldDrive(ABC):
     Attributes:
         figures: What is constant about it, a named tuple whose class has the kernels `begin_tick`, `actuate` and
             `roll_on` below.
-        state_size: How much of the state vector it has for itself, from `body.DRIVE` on; all 0 at first.
+        state: What is true about it beyond the body's state.
     """
 
     figures: Any
-    state_size: int
+    state: Record
 
     @abstractmethod
-    def rest(self, state: Floats) -> None:
-        """Put its own part of the state at rest; the angles of the actuators stay."""
+    def rest(self) -> None:
+        """Put its state at rest; the angles of the actuators, which are the body's, stay."""
 
 
 def world_drive(vehicle: Vehicle, scenario: Scenario) -> WorldDrive:
@@ -52,12 +53,12 @@ def world_drive(vehicle: Vehicle, scenario: Scenario) -> WorldDrive:
 
 
 @kernel_of_class
-def begin_tick(drive: Any, state: Floats, body: BodyFigures, seed: int, tick: int) -> None:
+def begin_tick(drive: Any, own: Any, body: BodyFigures, seed: int, tick: int) -> None:
     """Draw what changes at random once a tick.
 
     Args:
         drive: The `WorldDrive.figures`.
-        state: (body.DRIVE + `state_size`,) the world's; from `body.DRIVE` on it is the drive's to change.
+        own: The `WorldDrive.state`, to change.
         body: Figures of the body on its ground.
         seed: Of the scenario; keys the randomness together with:
         tick: Onboard tick that begins.
@@ -66,13 +67,14 @@ def begin_tick(drive: Any, state: Floats, body: BodyFigures, seed: int, tick: in
 
 @kernel_of_class
 def actuate(  # type: ignore[empty-body]
-    drive: Any, state: Floats, body: BodyFigures, effects: Floats, commanded: Floats
+    drive: Any, state: BodyState, own: Any, body: BodyFigures, effects: Floats, commanded: Floats
 ) -> float:
     """Let the actuators follow their commands for one physics step, in place.
 
     Args:
         drive: The `WorldDrive.figures`.
-        state: (body.DRIVE + `state_size`,) the world's.
+        state: The body's; the actuators' angles are the drive's to change.
+        own: The `WorldDrive.state`, to change.
         body: Figures of the body on its ground.
         effects: (effects.SIZE,) what faults do: `TORQUE` of each actuator.
         commanded: (interface.ACTUATORS,) of the actuators, in the units of `DriveSpec.actuators`.
@@ -83,13 +85,13 @@ def actuate(  # type: ignore[empty-body]
 
 
 @kernel_of_class
-def roll_on(drive: Any, state: Floats, body: BodyFigures, effects: Floats, mass_kg: float) -> None:
+def roll_on(drive: Any, state: BodyState, own: Any, body: BodyFigures, effects: Floats, mass_kg: float) -> None:
     """Advance the body's speeds and the actuators' angles by one physics step, in place.
 
     Args:
         drive: The `WorldDrive.figures`.
-        state: (body.DRIVE + `state_size`,) the world's; `body.SPEED`, `SIDE_SPEED` [m/s, body frame], `YAW_RATE`
-            [rad/s] and `ANGLES` [rad] are the drive's to change.
+        state: The body's; its speeds, yaw rate and the actuators' angles are the drive's to change.
+        own: The `WorldDrive.state`, to change.
         body: Figures of the body on its ground.
         effects: (effects.SIZE,) what faults do: `BLOCKED` and `SLIP` of each actuator.
         mass_kg: Of the whole robot.

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
+from touchline.services.robot_sim.world.body import BodyState
 from touchline.services.robot_sim.world.kernel_class import KernelClass
 
 Floats = NDArray[np.float64]
@@ -16,7 +17,7 @@ class NoToolKernels(KernelClass):
     """What physics calls."""
 
     @kernel
-    def work(self, _state: Floats, _effects: Floats, _valve: bool, _disc: bool) -> float:
+    def work(self, _state: BodyState, _effects: Floats, _valve: bool, _disc: bool) -> float:
         """Nothing, whatever is commanded.
 
         Args:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
-from touchline.services.robot_sim.world.body import SPEED
+from touchline.services.robot_sim.world.body import BodyState
 from touchline.services.robot_sim.world.kernel_class import KernelClass
 
 STANDS_MPS: Final = 1e-3
@@ -22,12 +22,12 @@ class RollerKernels(KernelClass):
     """What physics calls."""
 
     @kernel
-    def work(self, state: Floats, _effects: Floats, _valve: bool, _disc: bool) -> float:
+    def work(self, state: BodyState, _effects: Floats, _valve: bool, _disc: bool) -> float:
         """See `world_tool.work`: all of its width, whatever is commanded, as nothing lifts the drum.
 
         Where it stands there is nothing new to note.
         """
-        return 1.0 if abs(state[SPEED]) >= STANDS_MPS else 0.0
+        return 1.0 if abs(state.speed_mps) >= STANDS_MPS else 0.0
 
 
 class RollerInWorld:

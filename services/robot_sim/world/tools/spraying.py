@@ -17,13 +17,8 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
 from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.body import (
-    DISC,
-    DISC_DOWN,
-    FLOW_LPS,
     STEP_S,
-    TANK_L,
-    VALVE,
-    VALVE_OPEN,
+    BodyState,
 )
 from touchline.services.robot_sim.world.lag import travel_per_step
 
@@ -36,15 +31,15 @@ _DRIBBLE = 0.05  # a smaller share of the flow leaves no line
 
 @kernel
 def _plunger(
-    position: float, engaged: float, commanded: bool, on: float, off: float, stuck: float
-) -> tuple[float, float]:
+    position: float, engaged: bool, commanded: bool, on: float, off: float, stuck: float
+) -> tuple[float, bool]:
     if stuck != e.FREE:
-        return stuck, stuck
+        return stuck, stuck > 0.0
     if commanded:
         position = min(position + on, 1.0)
-        return position, 1.0 if position >= _ARRIVED else engaged
+        return position, engaged or position >= _ARRIVED
     position = max(position - off, 0.0)
-    return position, 0.0 if position <= _HOME else engaged
+    return position, engaged and position > _HOME
 
 
 class SprayerFigures(NamedTuple):
@@ -63,11 +58,11 @@ class SprayerFigures(NamedTuple):
     flow_lps: float
 
     @kernel
-    def work(self, state: Floats, effects: Floats, valve: bool, disc: bool) -> float:
+    def work(self, state: BodyState, effects: Floats, valve: bool, disc: bool) -> float:
         """Let paint flow for a step, then move the plungers.
 
         Args:
-            state: (body.DRIVE + n,) the world's; plungers 0…1, flow [l/s] and tank [l] are updated.
+            state: The body's; plungers, flow and tank are updated.
             effects: (effects.SIZE,) what faults do: `FLOW`, and where `VALVE` and `DISC` are stuck.
             valve: Whether the valve is commanded open.
             disc: Whether the disc is commanded down.
@@ -75,16 +70,14 @@ class SprayerFigures(NamedTuple):
         Returns:
             The share of the spray width painted, the root of that of the flow; 0 without paint.
         """
-        flows = state[VALVE_OPEN] > 0.0 and state[TANK_L] > 0.0
+        flows = state.valve_open and state.tank_l > 0.0
         share = effects[e.FLOW] if flows else 0.0
-        state[FLOW_LPS] = share * self.flow_lps
-        state[TANK_L] = max(state[TANK_L] - state[FLOW_LPS] * STEP_S, 0.0)
-        state[VALVE], state[VALVE_OPEN] = _plunger(
-            state[VALVE], state[VALVE_OPEN], valve, self.valve_on, self.valve_off, effects[e.VALVE]
+        state.flow_lps = share * self.flow_lps
+        state.tank_l = max(state.tank_l - state.flow_lps * STEP_S, 0.0)
+        state.valve, state.valve_open = _plunger(
+            state.valve, state.valve_open, valve, self.valve_on, self.valve_off, effects[e.VALVE]
         )
-        state[DISC], state[DISC_DOWN] = _plunger(
-            state[DISC], state[DISC_DOWN], disc, self.disc, self.disc, effects[e.DISC]
-        )
+        state.disc, state.disc_down = _plunger(state.disc, state.disc_down, disc, self.disc, self.disc, effects[e.DISC])
         width: float = math.sqrt(share) if share >= _DRIBBLE else 0.0
         return width
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from touchline.schemas.plugins import TOOLS, part_for
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel_of_class
+from touchline.services.robot_sim.world.body import BodyState
 
 Floats = NDArray[np.float64]
 
@@ -36,13 +37,13 @@ def world_tool(vehicle: Vehicle) -> WorldTool:
 
 @kernel_of_class
 def work(  # type: ignore[empty-body]
-    tool: Any, state: Floats, effects: Floats, valve: bool, disc: bool
+    tool: Any, state: BodyState, effects: Floats, valve: bool, disc: bool
 ) -> float:
     """Advance the tool by one physics step, in place.
 
     Args:
         tool: The `WorldTool.figures`.
-        state: (body.DRIVE + n,) the world's; plungers, flow and tank are the tool's to change.
+        state: The body's; plungers, flow and tank are the tool's to change.
         effects: (effects.SIZE,) what faults do.
         valve: Whether the valve is commanded open.
         disc: Whether the disc is commanded down.
