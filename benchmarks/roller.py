@@ -11,7 +11,6 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from benchmarks.estimator import Check, error
@@ -31,8 +30,6 @@ STAND_TICKS = 90
 CHECK_FROM, CHECK_TO, CHECK_EVERY = 2000, 6000, 200
 OUTAGE_FROM, OUTAGE_TICKS = 4000, 3000
 REST_FROM, REST_TICKS = 3000, 6000
-
-Floats = NDArray[np.float64]
 
 
 class EmulatedRoller:

@@ -307,7 +307,7 @@ class Emulator:
 
     def _stand_by(self, tick: int) -> None:
         """Be where another process ended: satellites and sensors have gone on, what was to go wrong until then has."""
-        first = Moment(self.world.state.array, NO_EFFECTS, self.scenario.seed, self.tick_count + 1)
+        first = Moment(self.world.state.array, NO_EFFECTS.array, self.scenario.seed, self.tick_count + 1)
         stand_by(first, tick, self.sensors.sensing)
         self.tick_count = tick
         self.faults.step(tick)

@@ -38,7 +38,7 @@ from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.sampling import Sensing, sense
 from touchline.services.robot_sim.sensors.transport import Transport
 from touchline.services.robot_sim.tick_log import Rows
-from touchline.services.robot_sim.world import effects as e
+from touchline.services.robot_sim.world.effects import Effects
 from touchline.services.robot_sim.world.physics import HeldCommand, WorldArrays, advance
 
 Floats = NDArray[np.float64]
@@ -73,14 +73,14 @@ class Hardware(NamedTuple):
 
     Attributes:
         world: The robot's.
-        effects: Of faults; they must not change before the last tick is done.
+        effects: (1,) of faults; they must not change before the last tick is done.
         sensing: The sensors'.
         fixes: (1,) the one that arrived, for the computer.
         battery_wh: Full.
     """
 
     world: WorldArrays
-    effects: Floats
+    effects: Sequence[Effects]
     sensing: Sensing
     fixes: Sequence[ReceivedFix]
     battery_wh: float
@@ -289,7 +289,7 @@ class FastRunner:
         first = emulator.tick_count
         last_tick = min(last_tick, emulator.faults.unchanged_until)
         effects = emulator.faults.effects
-        if first < self._not_before or last_tick <= first or effects[e.BUMPER] > 0.0 or effects[e.OPERATOR_LOST] > 0.0:
+        if first < self._not_before or last_tick <= first or effects.bumper or effects.operator_lost:
             return
         nominal = onboard.nominal(first)
         if nominal is None:
@@ -307,10 +307,10 @@ class FastRunner:
             pursuit = Pursuit(-1, PursuitLimits(0.0, 0.0, 0.0), PursuitMemory().array, self._twist)
         progress.reset(tick=first, stage=WHOLE, last_tick=last_tick, first_tick=first + 1)
         emulator.ledger.make_room()
-        battery_wh = emulator.vehicle.body.battery_wh
+        effects, battery_wh = emulator.faults.effects.array, emulator.vehicle.body.battery_wh
         arguments = (
             progress.array,
-            Hardware(emulator.world.arrays, emulator.faults.effects, emulator.sensors.sensing, self._fix, battery_wh),
+            Hardware(emulator.world.arrays, effects, emulator.sensors.sensing, self._fix, battery_wh),
             Pilot(nominal.computer, nominal.course, pursuit, self._saved),
             Books(
                 emulator.ledger.paint,

@@ -7,7 +7,6 @@ from collections.abc import Iterable
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from touchline.schemas import faults as f
 from touchline.schemas.errors import CommandRefused, SpecError
@@ -15,7 +14,7 @@ from touchline.schemas.messages import Event
 from touchline.schemas.vehicles import DriveSpec
 from touchline.services.onboard.interface import TICKS_PER_S, OnboardEvent
 from touchline.services.robot_sim.sensors.gnss import FIX_NAMES
-from touchline.services.robot_sim.world import effects as e
+from touchline.services.robot_sim.world.effects import SENSORS, Effects
 
 MAX_FAULTS: Final = 1000
 _NEVER: Final = 1 << 60
@@ -33,7 +32,7 @@ class FaultTimeline:
     """Follows the faults through sim time; costs one comparison in a tick in which nothing changes.
 
     Attributes:
-        effects: (effects.SIZE,) the sum of what acts in the tick of the last `step`; changed in place.
+        effects: The sum of what acts in the tick of the last `step`; changed in place.
     """
 
     def __init__(self, faults: Iterable[f.Fault], drive: DriveSpec) -> None:
@@ -43,7 +42,7 @@ class FaultTimeline:
             SpecError: A fault is of an actuator that the drive does not have.
         """
         self._names = tuple(actuator.name for actuator in drive.actuators)
-        self.effects: NDArray[np.float64] = e.neutral()
+        self.effects = Effects()
         self._entries: list[_Entry] = []
         self._active: list[_Entry] = []
         self._next_change = math.inf
@@ -77,7 +76,7 @@ class FaultTimeline:
             (entry.first_tick if entry.first_tick > tick else entry.last_tick + 1 for entry in self._entries),
             default=math.inf,
         )
-        self.effects[:] = e.neutral()
+        self.effects.reset()
         for entry in self._active:
             _apply(entry, self.effects)
         for entry in self._active:
@@ -120,7 +119,7 @@ class FaultTimeline:
         return (self._names.index(fault.actuator),)
 
 
-def _apply(entry: _Entry, effects: NDArray[np.float64]) -> None:
+def _apply(entry: _Entry, effects: Effects) -> None:
     """Add one acting fault to `effects`."""
     fault, start_s = entry.fault, (entry.first_tick - 1) / TICKS_PER_S
     match fault:
@@ -129,18 +128,18 @@ def _apply(entry: _Entry, effects: NDArray[np.float64]) -> None:
         case f.MessagesLate() | f.MessagesDuplicated() | f.MessagesReordered() | f.MessagesLost():
             _apply_messages(fault, effects)
         case f.ImuBias():
-            effects[e.GYRO_BIAS] += fault.gyro_radps
-            effects[e.ACCEL_BIAS] += fault.accel_mps2
+            effects.gyro_bias_radps += fault.gyro_radps
+            effects.accel_bias_mps2 += fault.accel_mps2
         case f.ImuNoisy():
-            effects[e.GYRO_WHITE] = math.hypot(effects[e.GYRO_WHITE], fault.gyro_radps)
-            effects[e.ACCEL_WHITE] = math.hypot(effects[e.ACCEL_WHITE], fault.accel_mps2)
+            effects.gyro_white_radps = math.hypot(effects.gyro_white_radps, fault.gyro_radps)
+            effects.accel_white_mps2 = math.hypot(effects.accel_white_mps2, fault.accel_mps2)
         case f.ImuStuck():
-            effects[e.IMU_STUCK] = 1.0
+            effects.imu_stuck = True
         case f.MagneticDisturbance():
-            effects[e.FIELD_EAST_T] += fault.east_t
-            effects[e.FIELD_NORTH_T] += fault.north_t
+            effects.field_east_t += fault.east_t
+            effects.field_north_t += fault.north_t
         case f.ActuatorFault():
-            _apply_actuators(fault, np.array(entry.actuators, dtype=np.int64), effects)
+            _apply_actuators(fault, list(entry.actuators), effects)
         case _:
             _apply_body(fault, effects)
 
@@ -148,78 +147,76 @@ def _apply(entry: _Entry, effects: NDArray[np.float64]) -> None:
 def _apply_gnss(
     fault: f.GnssOutage | f.GnssDegraded | f.CorrectionsLost | f.GnssWrongFix | f.GnssNoisy | f.ClockSkew,
     start_s: float,
-    effects: NDArray[np.float64],
+    effects: Effects,
 ) -> None:
     match fault:
         case f.GnssOutage():
-            effects[e.FIX_CAP] = FIX_NAMES["none"]
+            effects.fix_cap = FIX_NAMES["none"]
         case f.GnssDegraded():
-            effects[e.FIX_CAP] = min(effects[e.FIX_CAP], FIX_NAMES[fault.fix])
+            effects.fix_cap = min(effects.fix_cap, FIX_NAMES[fault.fix])
             if fault.claimed_m is not None:
-                effects[e.CLAIMED_M] = min(effects[e.CLAIMED_M] or math.inf, fault.claimed_m)
+                effects.claimed_m = min(effects.claimed_m or math.inf, fault.claimed_m)
         case f.CorrectionsLost():
-            effects[e.CORRECTIONS_LOST] = 1.0
+            effects.corrections_lost = True
         case f.GnssWrongFix():
-            effects[e.OFFSET_EAST_M] += fault.east_m
-            effects[e.OFFSET_NORTH_M] += fault.north_m
+            effects.gnss_offset_m += fault.east_m, fault.north_m
         case f.GnssNoisy():
-            effects[e.GNSS_WHITE_M] = math.hypot(effects[e.GNSS_WHITE_M], fault.white_m)
+            effects.gnss_white_m = math.hypot(effects.gnss_white_m, fault.white_m)
             if not fault.honest:
-                effects[e.GNSS_HIDDEN_M] = math.hypot(effects[e.GNSS_HIDDEN_M], fault.white_m)
+                effects.gnss_hidden_m = math.hypot(effects.gnss_hidden_m, fault.white_m)
         case f.ClockSkew():
             drift = fault.drift_ppm * 1e-6
-            effects[e.CLOCK_OFFSET_S] += fault.offset_s - drift * start_s
-            effects[e.CLOCK_DRIFT] += drift
+            effects.clock_offset_s += fault.offset_s - drift * start_s
+            effects.clock_drift += drift
 
 
 def _apply_messages(
-    fault: f.MessagesLate | f.MessagesDuplicated | f.MessagesReordered | f.MessagesLost, effects: NDArray[np.float64]
+    fault: f.MessagesLate | f.MessagesDuplicated | f.MessagesReordered | f.MessagesLost, effects: Effects
 ) -> None:
-    first = e.MESSAGES + e.PER_SENSOR * e.SENSORS.index(fault.sensor)
-    row = effects[first : first + e.PER_SENSOR]
+    messages, sensor = effects.messages, SENSORS.index(fault.sensor)
     match fault:
         case f.MessagesLate():
-            row[e.LATE_TICKS] += _ticks(fault.delay_s)
+            messages.late_ticks[sensor] += _ticks(fault.delay_s)
         case f.MessagesReordered():
-            row[e.SPREAD_TICKS] = max(row[e.SPREAD_TICKS], _ticks(fault.spread_s))
+            messages.spread_ticks[sensor] = max(messages.spread_ticks[sensor], _ticks(fault.spread_s))
         case f.MessagesLost():
-            row[e.LOST_SHARE] = max(row[e.LOST_SHARE], fault.share)
+            messages.lost_share[sensor] = max(messages.lost_share[sensor], fault.share)
         case f.MessagesDuplicated():
-            row[e.AGAIN_SHARE] = max(row[e.AGAIN_SHARE], fault.share)
-            row[e.AGAIN_TICKS] = max(row[e.AGAIN_TICKS], _ticks(fault.after_s))
+            messages.again_share[sensor] = max(messages.again_share[sensor], fault.share)
+            messages.again_ticks[sensor] = max(messages.again_ticks[sensor], _ticks(fault.after_s))
 
 
-def _apply_actuators(fault: f.ActuatorFault, actuators: NDArray[np.int64], effects: NDArray[np.float64]) -> None:
+def _apply_actuators(fault: f.ActuatorFault, actuators: list[int], effects: Effects) -> None:
     match fault:
         case f.EncoderDropout():
-            effects[e.ENCODER_OUT + actuators] = 1.0
+            effects.encoder_out[actuators] = 1
         case f.WheelBlocked():
-            effects[e.BLOCKED + actuators] = 1.0
+            effects.blocked[actuators] = 1
         case f.WheelSlip():
-            for slot in (e.SLIP + actuators).tolist():
-                effects[slot] = max(float(effects[slot]), fault.share, key=lambda share: (abs(share), share))
+            for number in actuators:
+                effects.slip[number] = max(effects.slip[number], fault.share, key=lambda share: (abs(share), share))
         case f.SteeringOffset():
-            effects[e.OFFSET + actuators] += fault.offset_rad
+            effects.offset_rad[actuators] += fault.offset_rad
         case f.MotorWeak():
-            effects[e.TORQUE + actuators] = np.minimum(effects[e.TORQUE + actuators], fault.share)
+            effects.torque_share[actuators] = np.minimum(effects.torque_share[actuators], fault.share)
 
 
-def _apply_body(fault: f.Fault, effects: NDArray[np.float64]) -> None:
+def _apply_body(fault: f.Fault, effects: Effects) -> None:
     match fault:
         case f.ValveStuck():
-            effects[e.VALVE] = max(effects[e.VALVE], 1.0 if fault.position == "open" else 0.0)
+            effects.valve = max(effects.valve, 1.0 if fault.position == "open" else 0.0)
         case f.DiscStuck():
-            effects[e.DISC] = max(effects[e.DISC], 1.0 if fault.position == "down" else 0.0)
+            effects.disc = max(effects.disc, 1.0 if fault.position == "down" else 0.0)
         case f.NozzleClogged():
-            effects[e.FLOW] = min(effects[e.FLOW], fault.share)
+            effects.flow_share = min(effects.flow_share, fault.share)
         case f.Bumper():
-            effects[e.BUMPER] = 1.0
+            effects.bumper = True
         case f.BatteryLow():
-            effects[e.BATTERY_MAX] = min(effects[e.BATTERY_MAX], fault.fraction)
+            effects.battery_share = min(effects.battery_share, fault.fraction)
         case f.TankEmpty():
-            effects[e.TANK_MAX_L] = min(effects[e.TANK_MAX_L], fault.litres)
+            effects.tank_max_l = min(effects.tank_max_l, fault.litres)
         case f.OperatorLost():
-            effects[e.OPERATOR_LOST] = 1.0
+            effects.operator_lost = True
 
 
 def _ticks(seconds: float) -> float:

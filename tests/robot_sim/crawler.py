@@ -21,9 +21,9 @@ from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
 from touchline.services.core.records import Record
-from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.body import STEP_S, BodyFigures, BodyState
 from touchline.services.robot_sim.world.drives.world_drive import WorldDrive
+from touchline.services.robot_sim.world.effects import Effects
 
 Floats = NDArray[np.float64]
 
@@ -47,19 +47,19 @@ class TrueDrum(NamedTuple):
 
     @kernel
     def actuate(
-        self, state: BodyState, own: DrumState, _body: BodyFigures, effects: Floats, commanded: Floats
+        self, state: BodyState, own: DrumState, _body: BodyFigures, effects: Effects, commanded: Floats
     ) -> float:
-        rate = min(max(commanded[0] * effects[e.TORQUE], -self.max_rate_radps), self.max_rate_radps)
-        own.rate_radps = rate * (1.0 - effects[e.BLOCKED])
+        rate = min(max(commanded[0] * effects.torque_share[0], -self.max_rate_radps), self.max_rate_radps)
+        own.rate_radps = 0.0 if effects.blocked[0] else rate
         wanted = min(max(commanded[1], -self.max_steering_rad), self.max_steering_rad)
-        most = self.max_steering_rate_radps * STEP_S * (1.0 - effects[e.BLOCKED + 1])
+        most = 0.0 if effects.blocked[1] else self.max_steering_rate_radps * STEP_S
         state.angles_rad[1] += min(max(wanted - state.angles_rad[1], -most), most)
         return 50.0 * abs(own.rate_radps)
 
     @kernel
-    def roll_on(self, state: BodyState, own: DrumState, _body: BodyFigures, effects: Floats, _mass_kg: float) -> None:
+    def roll_on(self, state: BodyState, own: DrumState, _body: BodyFigures, effects: Effects, _mass_kg: float) -> None:
         state.angles_rad[0] += own.rate_radps * STEP_S
-        state.speed_mps = own.rate_radps * self.radius_m * (1.0 - effects[e.SLIP])
+        state.speed_mps = own.rate_radps * self.radius_m * (1.0 - effects.slip[0])
         state.side_speed_mps = 0.0
         state.yaw_rate_radps = -state.speed_mps * math.tan(state.angles_rad[1]) / self.base_m
 

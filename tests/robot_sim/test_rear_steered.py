@@ -18,7 +18,6 @@ from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.fault_timeline import FaultTimeline
 from touchline.services.robot_sim.world.constants import SURFACES
-from touchline.services.robot_sim.world.effects import neutral
 from touchline.services.robot_sim.world.world import World
 
 pytestmark = pytest.mark.xdist_group("roller")  # its kernels are compiled in one worker
@@ -136,10 +135,9 @@ def test_a_steered_wheel_without_grip_no_longer_leads() -> None:
 
 def test_an_empty_battery_moves_nothing() -> None:
     world = World(CLAY_ROLLER, LEVEL)
-    effects = neutral()
     world.state.battery_wh = 0.0
     for tick in range(1, 101):
-        world.step(Command((1.0, 0.3), False, False), tick, effects)
+        world.step(Command((1.0, 0.3), False, False), tick)
     assert (world.state.speed_mps, world.state.angles_rad[1]) == (0.0, 0.0)
 
 

@@ -12,7 +12,7 @@ from touchline.schemas.vehicles import Motor, Vehicle
 from touchline.services.onboard.interface import Command
 from touchline.services.robot_sim.world import body
 from touchline.services.robot_sim.world.constants import SURFACES
-from touchline.services.robot_sim.world.effects import FLOW, neutral
+from touchline.services.robot_sim.world.effects import Effects
 from touchline.services.robot_sim.world.world import NO_EFFECTS, TruePose, World
 
 QUIET = Scenario(noise="none")
@@ -195,14 +195,14 @@ def test_tank_runs_dry_and_then_nothing_flows():
 
 
 def test_the_band_is_as_wide_as_the_flow_allows():
-    world, clogged = World(VEHICLE, QUIET), neutral()
+    world, clogged = World(VEHICLE, QUIET), Effects()
     drive(world, Command((10.0, 10.0), True, False), 5)
     assert world.trace[-1, body.TRACE_SPRAYING] == 1.0
-    clogged[FLOW] = 0.25
+    clogged.flow_share = 0.25
     world.step(Command((10.0, 10.0), True, False), 6, clogged)
     assert world.trace[-1, body.TRACE_SPRAYING] == pytest.approx(0.5)
     assert world.state.flow_lps == pytest.approx(VEHICLE.tool.paint_l_per_m / 4)
-    clogged[FLOW] = 0.01
+    clogged.flow_share = 0.01
     world.step(Command((10.0, 10.0), True, False), 7, clogged)
     assert not world.trace[1:, body.TRACE_SPRAYING].any()
 

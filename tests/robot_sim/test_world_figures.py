@@ -12,8 +12,8 @@ from tests.robot_sim.open_loop import fault
 from touchline.schemas.scenario import Ground, Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.interface import Command
-from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.constants import SURFACES
+from touchline.services.robot_sim.world.effects import Effects
 from touchline.services.robot_sim.world.world import NO_EFFECTS, TruePose, World
 
 VEHICLE = Vehicle()
@@ -114,8 +114,8 @@ def test_a_line_takes_the_same_paint_whatever_speed_it_is_painted_at(paint_speed
 
 
 def test_a_clogged_nozzle_takes_its_share_of_the_tank():
-    world, clogged = World(VEHICLE, level()), NO_EFFECTS.copy()
-    clogged[e.FLOW] = 0.25
+    world, clogged = World(VEHICLE, level()), Effects()
+    clogged.flow_share = 0.25
     drive(world, Command((0.0, 0.0), True, False), 10, clogged)
     before = world.state.tank_l
     drive(world, Command((0.0, 0.0), True, False), 100, clogged)

@@ -30,7 +30,6 @@ from touchline.services.core.records import Record
 from touchline.services.onboard.interface import ACTUATORS, ANGLES, GYRO, MAG, TICK_S
 from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.zones import CENTRE_X, CENTRE_Y, VALUE_1, VALUE_2, Zones, distance
-from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.body import BodyState
 
 _TURN_ON = -1  # the "tick" that keys what is drawn once
@@ -117,14 +116,14 @@ def switch_on(sensors: Sequence[FastSensors], seed: int) -> None:
 
 @kernel
 def _inertial(moment: Moment, sensors: Sequence[FastSensors], readings: Floats) -> None:
-    _, effects, seed, tick = moment
-    state, s, f = moment.state[0], sensors[0], sensors[0].figures
+    seed, tick, state, effects = moment.seed, moment.tick, moment.state[0], moment.effects[0]
+    s, f = sensors[0], sensors[0].figures
     warmer = f.warming_k * (1.0 - math.exp(-TICK_S * tick / f.warming_tau_s))
     truth = (
         0.0,
         0.0,
-        state.mean_yaw_rate_radps + effects[e.GYRO_BIAS],
-        state.mean_accel_x_mps2 + effects[e.ACCEL_BIAS],
+        state.mean_yaw_rate_radps + effects.gyro_bias_radps,
+        state.mean_accel_x_mps2 + effects.accel_bias_mps2,
         state.mean_accel_y_mps2,
         GRAVITY_MPS2 * state.up_z,
     )
@@ -137,10 +136,10 @@ def _inertial(moment: Moment, sensors: Sequence[FastSensors], readings: Floats) 
         sigma = f.gyro_white_radps if gyro else f.accel_white_mps2
         if sigma > 0.0:
             reading += sigma * normal(seed, STREAM_IMU, tick, axis)
-        shaken = effects[e.GYRO_WHITE] if gyro else effects[e.ACCEL_WHITE]
+        shaken = effects.gyro_white_radps if gyro else effects.accel_white_mps2
         if shaken > 0.0:
             reading += shaken * normal(seed, STREAM_FAULT, tick, 3 + axis)
-        if effects[e.IMU_STUCK] == 0.0:
+        if not effects.imu_stuck:
             readings[GYRO + axis] = reading
 
 
@@ -162,16 +161,16 @@ def _steel(state: BodyState, steel: Zones) -> tuple[float, float]:
 
 @kernel
 def _magnetic(moment: Moment, sensors: Sequence[FastSensors], steel: Zones, readings: Floats) -> None:
-    _, effects, seed, tick = moment
-    state, s, f = moment.state[0], sensors[0], sensors[0].figures
+    seed, tick, state, effects = moment.seed, moment.tick, moment.state[0], moment.effects[0]
+    s, f = sensors[0], sensors[0].figures
     if f.disturbance_t > 0.0:
         fresh = f.disturbance_t * math.sqrt(1.0 - f.disturbance_decay * f.disturbance_decay)
         for axis in range(3):
             draw = normal(seed, STREAM_MAGNETOMETER, tick, 3 + axis)
             s.disturbance_t[axis] = f.disturbance_decay * s.disturbance_t[axis] + fresh * draw
     steel_east, steel_north = _steel(state, steel)
-    east = s.disturbance_t[0] + steel_east + effects[e.FIELD_EAST_T]
-    north = f.field_horizontal_t + s.disturbance_t[1] + steel_north + effects[e.FIELD_NORTH_T]
+    east = s.disturbance_t[0] + steel_east + effects.field_east_t
+    north = f.field_horizontal_t + s.disturbance_t[1] + steel_north + effects.field_north_t
     up = s.disturbance_t[2] - f.field_down_t
     cos, sin = math.cos(state.heading_rad), math.sin(state.heading_rad)
     ahead, left = cos * east + sin * north, cos * north - sin * east
@@ -212,10 +211,10 @@ def measure(moment: Moment, sensors: Sequence[FastSensors], steel: Zones, readin
     """
     _inertial(moment, sensors, readings)
     _magnetic(moment, sensors, steel, readings)
-    state, effects, s = moment.state[0], moment.effects, sensors[0]
+    state, effects, s = moment.state[0], moment.effects[0], sensors[0]
     for actuator in range(ACTUATORS):
         angle, quantum = state.angles_rad[actuator], s.figures.encoder_rad[actuator]
-        if effects[e.ENCODER_OUT + actuator] > 0.0:
+        if effects.encoder_out[actuator]:
             s.missed_rad[actuator] += angle - s.last_rad[actuator]
         s.last_rad[actuator] = angle
         angle -= s.missed_rad[actuator]

@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from touchline.services.robot_sim.world.body import BodyState
+from touchline.services.robot_sim.world.effects import Effects
 
 
 class Moment(NamedTuple):
@@ -16,8 +14,8 @@ class Moment(NamedTuple):
 
     state: Sequence[BodyState]
     """(1,) what is true about the body."""
-    effects: NDArray[np.float64]
-    """(effects.SIZE,) what faults do."""
+    effects: Sequence[Effects]
+    """(1,) what faults do."""
     seed: int
     """Of the scenario."""
     tick: int

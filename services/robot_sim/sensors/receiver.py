@@ -17,19 +17,13 @@ from numpy.typing import NDArray
 
 from touchline.services.core.geodesy import FRAME_SIZE, to_geodetic, to_local
 from touchline.services.core.jit import kernel
-from touchline.services.core.random import (
-    STREAM_FAULT,
-    STREAM_GNSS,
-    STREAM_LOOSE_FIX,
-    STREAM_RECEIVER,
-    normal,
-    uniform,
-)
+from touchline.services.core.random import STREAM_FAULT, STREAM_GNSS, STREAM_LOOSE_FIX, STREAM_RECEIVER, normal, uniform
 from touchline.services.core.records import Record
 from touchline.services.onboard.interface import TICK_S, TICKS_PER_S
 from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.zones import VALUE_1, VALUE_2, VALUE_3, Zones, distance
 from touchline.services.robot_sim.world import effects as e
+from touchline.services.robot_sim.world.effects import Effects
 from touchline.services.robot_sim.world.physics import leaning
 
 NONE: Final = 0.0
@@ -241,14 +235,14 @@ def _corrections(receiver: Sequence[Receiver], lost: bool, seed: int, tick: int)
 @kernel
 def _error(moment: Moment, receiver: Sequence[Receiver], axis: int, factor: float) -> float:
     """Error of the present solution along one axis [m]."""
-    _, effects, seed, tick = moment
+    seed, tick, effects = moment.seed, moment.tick, moment.effects[0]
     g, f = receiver[0], receiver[0].figures
     fix = g.fix
     error: float = g.wander_m[axis, 0] + g.wander_m[axis, 1]
     if f.white_m > 0.0:
         error += f.white_m * factor * white(seed, tick, axis)
-    if effects[e.GNSS_WHITE_M] > 0.0:
-        error += effects[e.GNSS_WHITE_M] * normal(seed, STREAM_FAULT, tick, axis)
+    if effects.gnss_white_m > 0.0:
+        error += effects.gnss_white_m * normal(seed, STREAM_FAULT, tick, axis)
     if fix == FLOAT:
         blend = 1.0
         if g.fell:
@@ -258,12 +252,12 @@ def _error(moment: Moment, receiver: Sequence[Receiver], axis: int, factor: floa
         error += g.wander_m[axis, 3]
     elif fix == FIXED and axis < 2:
         error += TICK_S * g.held_ticks * f.hold_drift_mps * g.drift[axis]
-        error += effects[e.OFFSET_EAST_M + axis]
+        error += effects.gnss_offset_m[axis]
     return error
 
 
 @kernel
-def _reported_variance(effects: Floats, receiver: Sequence[Receiver], factor: float) -> float:
+def _reported_variance(effects: Effects, receiver: Sequence[Receiver], factor: float) -> float:
     """What the receiver says of its horizontal error, per axis [m²]."""
     g, f = receiver[0], receiver[0].figures
     fix = g.fix
@@ -273,14 +267,14 @@ def _reported_variance(effects: Floats, receiver: Sequence[Receiver], factor: fl
         drift = _HELD_ADMITTED * TICK_S * g.held_ticks * f.hold_drift_mps
         noise = f.white_m * factor
         variance = noise * noise + f.sigma_m[0] * f.sigma_m[0] + f.sigma_m[1] * f.sigma_m[1] + drift * drift
-    elif effects[e.CLAIMED_M] > 0.0:
-        variance = effects[e.CLAIMED_M] * effects[e.CLAIMED_M]
+    elif effects.claimed_m > 0.0:
+        variance = effects.claimed_m * effects.claimed_m
     elif fix == FLOAT and g.claims:
         variance = f.claimed_m * f.claimed_m
     else:
         sigma = f.sigma_m[2] if fix == FLOAT else f.sigma_m[3]
         variance = sigma * sigma
-    admitted = effects[e.GNSS_WHITE_M] ** 2 - effects[e.GNSS_HIDDEN_M] ** 2
+    admitted = effects.gnss_white_m**2 - effects.gnss_hidden_m**2
     reported: float = max(variance + max(admitted, 0.0), MIN_REPORTED_VARIANCE_M2)
     return reported
 
@@ -297,16 +291,16 @@ def take(moment: Moment, receiver: Sequence[Receiver], sky: Zones) -> None:
         receiver: (1,) its state, changed; `report` is filled.
         sky: Obstructions: best solution, margin [m], noise factor.
     """
-    _, effects, seed, tick = moment
-    state, g, f = moment.state[0], receiver[0], receiver[0].figures
+    seed, tick, state, effects = moment.seed, moment.tick, moment.state[0], moment.effects[0]
+    g, f = receiver[0], receiver[0].figures
     _wander(receiver, seed, tick)
     cos, sin = math.cos(state.heading_rad), math.sin(state.heading_rad)
     x, y, z = leaning(state, f.antenna_m[0], f.antenna_m[1], f.antenna_m[2])
     east = state.east_m + cos * x - sin * y
     north = state.north_m + sin * x + cos * y
     best, factor = _look_up(sky, east, north)
-    best = min(best, effects[e.FIX_CAP])
-    _corrections(receiver, effects[e.CORRECTIONS_LOST] > 0.0, seed, tick)
+    best = min(best, effects.fix_cap)
+    _corrections(receiver, effects.corrections_lost, seed, tick)
     if g.held_ticks > 0:  # what there is can be held, but nothing better be had than a single position
         best = min(best, max(g.fix, SINGLE))
     if TICK_S * g.held_ticks > f.hold_s:
@@ -319,7 +313,7 @@ def take(moment: Moment, receiver: Sequence[Receiver], sky: Zones) -> None:
     latitude, longitude, altitude = to_geodetic(f.frame, g.last_m[0], g.last_m[1], g.last_m[2])
     time_s, report = tick / TICKS_PER_S, g.report
     report[TICK] = tick
-    report[STAMP_S] = time_s + effects[e.CLOCK_OFFSET_S] + effects[e.CLOCK_DRIFT] * time_s
+    report[STAMP_S] = time_s + effects.clock_offset_s + effects.clock_drift * time_s
     report[LATITUDE], report[LONGITUDE], report[ALTITUDE] = latitude, longitude, altitude
     report[VARIANCE] = _reported_variance(effects, receiver, factor)
     report[VERTICAL_VARIANCE] = report[VARIANCE] * VERTICAL_FACTOR * VERTICAL_FACTOR

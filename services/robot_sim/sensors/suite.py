@@ -7,9 +7,6 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import Final
 
-import numpy as np
-from numpy.typing import NDArray
-
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.interface import (
@@ -29,8 +26,8 @@ from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.sampling import Sensing, sense
 from touchline.services.robot_sim.sensors.transport import Transport
 from touchline.services.robot_sim.sensors.zones import make_zones
-from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.body import BodyState
+from touchline.services.robot_sim.world.effects import Effects
 from touchline.services.robot_sim.world.world import NO_EFFECTS
 
 FIELD_HORIZONTAL_T: Final = 17.2e-6
@@ -70,19 +67,19 @@ class Sensors:
             ),
         )
 
-    def read(self, tick: int, state: BodyState, effects: NDArray[np.float64] = NO_EFFECTS) -> SensorFrame:
+    def read(self, tick: int, state: BodyState, effects: Effects = NO_EFFECTS) -> SensorFrame:
         """Measure the body's `state`, which is that at the end of `tick`, under the `effects` of faults."""
-        count = self._sense(Moment(state.array, effects, self._seed, tick), self.sensing)
+        count = self._sense(Moment(state.array, effects.array, self._seed, tick), self.sensing)
         return self.frame(tick, count, state, effects)
 
     @cached_property
     def _sense(self) -> Callable[..., int]:
         """`sense`, without a look at the types of its arguments, which are always the same."""
-        moment = Moment(BodyState().array, NO_EFFECTS, self._seed, 0)
+        moment = Moment(BodyState().array, NO_EFFECTS.array, self._seed, 0)
         code: Callable[..., int] = sense.for_types_of((moment, self.sensing))
         return code
 
-    def frame(self, tick: int, count: int, state: BodyState, effects: NDArray[np.float64]) -> SensorFrame:
+    def frame(self, tick: int, count: int, state: BodyState, effects: Effects) -> SensorFrame:
         """What `sense` has left, `count` reports among it, as the onboard computer gets it."""
         values = self.transport.readings.tolist()
         imu_tick, mag_tick, encoder_tick = self.transport.measured_tick.tolist()
@@ -101,10 +98,10 @@ class Sensors:
             tick - imu_tick,
             tick - mag_tick,
             tick - encoder_tick,
-            effects[e.BUMPER] > 0.0,
+            effects.bumper,
             state.battery_wh / self._battery_wh,
             state.tank_l,
-            effects[e.OPERATOR_LOST] == 0.0,
+            not effects.operator_lost,
         )
 
 

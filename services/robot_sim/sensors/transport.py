@@ -19,7 +19,6 @@ from touchline.services.core.records import Record
 from touchline.services.onboard.interface import ANGLES, GYRO, MAG, READINGS
 from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.receiver import COLUMNS
-from touchline.services.robot_sim.world import effects as e
 
 LONGEST_TICKS: Final = 2000
 HISTORY: Final = 2048
@@ -66,20 +65,16 @@ def latency_ticks(moment: Moment, sensor: int) -> tuple[int, int]:
         moment: When it is sent.
         sensor: Index in `effects.SENSORS`.
     """
-    _, effects, seed, tick = moment
-    row = e.MESSAGES + e.PER_SENSOR * sensor
-    if effects[row + e.LOST_SHARE] > 0.0 and (
-        uniform(seed, STREAM_TRANSPORT, tick, 3 * sensor) < effects[row + e.LOST_SHARE]
-    ):
+    seed, tick, effects = moment.seed, moment.tick, moment.effects[0].messages
+    lost, spread, again = effects.lost_share[sensor], effects.spread_ticks[sensor], effects.again_share[sensor]
+    if lost > 0.0 and uniform(seed, STREAM_TRANSPORT, tick, 3 * sensor) < lost:
         return -1, -1
-    delay = effects[row + e.LATE_TICKS]
-    if effects[row + e.SPREAD_TICKS] > 0.0:
-        delay += (effects[row + e.SPREAD_TICKS] + 1.0) * uniform(seed, STREAM_TRANSPORT, tick, 3 * sensor + 1)
+    delay = effects.late_ticks[sensor]
+    if spread > 0.0:
+        delay += (spread + 1.0) * uniform(seed, STREAM_TRANSPORT, tick, 3 * sensor + 1)
     first = min(int(delay), LONGEST_TICKS)
-    if effects[row + e.AGAIN_SHARE] > 0.0 and (
-        uniform(seed, STREAM_TRANSPORT, tick, 3 * sensor + 2) < effects[row + e.AGAIN_SHARE]
-    ):
-        return first, min(first + int(effects[row + e.AGAIN_TICKS]), LONGEST_TICKS)
+    if again > 0.0 and uniform(seed, STREAM_TRANSPORT, tick, 3 * sensor + 2) < again:
+        return first, min(first + int(effects.again_ticks[sensor]), LONGEST_TICKS)
     return first, -1
 
 

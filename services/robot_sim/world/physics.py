@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from touchline.services.core.jit import kernel
 from touchline.services.core.physical_constants import GRAVITY_MPS2
-from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.body import (
     STEP_S,
     STEPS,
@@ -26,6 +25,7 @@ from touchline.services.robot_sim.world.body import (
     BodyState,
 )
 from touchline.services.robot_sim.world.drives.world_drive import actuate, begin_tick, roll_on
+from touchline.services.robot_sim.world.effects import Effects
 from touchline.services.robot_sim.world.tools.world_tool import work
 
 Floats = NDArray[np.float64]
@@ -149,23 +149,23 @@ def _withheld(usable: float, reserve: float, most: float, full: float) -> tuple[
 
 
 @kernel
-def advance(world: WorldArrays, command: HeldCommand, effects: Floats, tick: int) -> None:
+def advance(world: WorldArrays, command: HeldCommand, faults: Sequence[Effects], tick: int) -> None:
     """Advance the world by one onboard tick of ten 1 ms steps, in place.
 
     Args:
         world: Its state is changed; its trace is filled with the tool's positions, map frame [m], and the share of its
             width on which it works.
         command: Held over the tick.
-        effects: (effects.SIZE,) what faults do.
+        faults: (1,) what they do.
         tick: Onboard tick, the counter of the randomness.
     """
     body, drive, tool = world.figures
-    state, own, trace = world.state[0], world.drive[0], world.trace
+    state, own, effects, trace = world.state[0], world.drive[0], faults[0], world.trace
     begin_tick(drive, own, body, world.seed, tick)
     full_wh = body.battery_wh
-    state.tank_l, state.tank_reserve_l = _withheld(state.tank_l, state.tank_reserve_l, effects[e.TANK_MAX_L], math.inf)
+    state.tank_l, state.tank_reserve_l = _withheld(state.tank_l, state.tank_reserve_l, effects.tank_max_l, math.inf)
     state.battery_wh, state.battery_reserve_wh = _withheld(
-        state.battery_wh, state.battery_reserve_wh, effects[e.BATTERY_MAX] * full_wh, full_wh
+        state.battery_wh, state.battery_reserve_wh, effects.battery_share * full_wh, full_wh
     )
     mass = body.mass_kg + body.load_kgpl * (state.tank_l + state.tank_reserve_l)
     tilt(state, body)

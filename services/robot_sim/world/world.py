@@ -15,10 +15,10 @@ from touchline.services.onboard.interface import STANDSTILL, Command
 from touchline.services.robot_sim.world import body, physics
 from touchline.services.robot_sim.world.constants import constants
 from touchline.services.robot_sim.world.drives.world_drive import world_drive
-from touchline.services.robot_sim.world.effects import neutral
+from touchline.services.robot_sim.world.effects import Effects
 from touchline.services.robot_sim.world.tools.world_tool import world_tool
 
-NO_EFFECTS: Final = neutral()
+NO_EFFECTS: Final = Effects()
 
 
 class TruePose(NamedTuple):
@@ -101,12 +101,12 @@ class World:
         self._drive.rest()
         physics.tilt(state.array[0], self.figures.body)
 
-    def step(self, command: Command, tick: int, effects: NDArray[np.float64] = NO_EFFECTS) -> None:
+    def step(self, command: Command, tick: int, effects: Effects = NO_EFFECTS) -> None:
         """Advance by one onboard tick under `command` and the `effects` of faults; `tick` keys the randomness."""
-        self._advance(self.arrays, held(command), effects, tick)
+        self._advance(self.arrays, held(command), effects.array, tick)
 
     @cached_property
     def _advance(self) -> Callable[..., None]:
         """`physics.advance`, without a look at the types of its arguments, which are always the same."""
-        code: Callable[..., None] = physics.advance.for_types_of((self.arrays, held(STANDSTILL), NO_EFFECTS, 0))
+        code: Callable[..., None] = physics.advance.for_types_of((self.arrays, held(STANDSTILL), NO_EFFECTS.array, 0))
         return code

@@ -10,28 +10,16 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from touchline.services.core.jit import kernel
 from touchline.services.core.physical_constants import GRAVITY_MPS2
-from touchline.services.robot_sim.world import effects as e
-from touchline.services.robot_sim.world.body import (
-    STEP_S,
-    BodyFigures,
-    BodyState,
-)
+from touchline.services.robot_sim.world.body import STEP_S, BodyFigures, BodyState
 from touchline.services.robot_sim.world.drives.dc_motor import drag
-from touchline.services.robot_sim.world.drives.differential_layout import (
-    DifferentialState,
-    TrueDifferential,
-)
+from touchline.services.robot_sim.world.drives.differential_layout import DifferentialState, TrueDifferential
 from touchline.services.robot_sim.world.drives.tyres import ROLLING_MPS, held, stiffness
+from touchline.services.robot_sim.world.effects import Effects
 
 _PARKED_MPS = 0.002
 _PARKED_RADPS = 1e-3
-
-Floats = NDArray[np.float64]
 
 
 @kernel
@@ -67,7 +55,7 @@ def roll_on(
     state: BodyState,
     wheels: DifferentialState,
     body: BodyFigures,
-    effects: Floats,
+    effects: Effects,
     mass_kg: float,
 ) -> None:
     """Advance the speeds of body and wheels by one step under the motors' torques.
@@ -81,7 +69,7 @@ def roll_on(
         state: The body's; speeds, yaw rate and the wheels' angles are updated.
         wheels: The drive's; rates, traction and the casters' direction are updated.
         body: Its figures.
-        effects: (effects.SIZE,) what faults do: `BLOCKED` and `SLIP` of each wheel.
+        effects: What faults do: whether each wheel is blocked, and its slip.
         mass_kg: Of the whole robot.
     """
     left_rate, right_rate = wheels.rate_radps[0], wheels.rate_radps[1]
@@ -103,9 +91,9 @@ def roll_on(
     for wheel in range(2):
         rate = wheels.rate_radps[wheel]
         radius = drive.radius_m[wheel]
-        grip = radius * (1.0 - wheels.slip[wheel] - effects[e.SLIP + wheel])
+        grip = radius * (1.0 - wheels.slip[wheel] - effects.slip[wheel])
         beneath = speed + (2 * wheel - 1) * half * yaw
-        if effects[e.BLOCKED + wheel] > 0.0:
+        if effects.blocked[wheel]:
             stiff, sideways = stiffness(0.0, beneath, side, load, body)
             free = 0.0
         else:
@@ -138,7 +126,7 @@ def roll_on(
         beneath = speed + (2 * wheel - 1) * half * yaw
         force = k0 * (f0 - beneath) if wheel == 0 else k1 * (f1 - beneath)
         wheels.traction_n[wheel] = force
-        if effects[e.BLOCKED + wheel] > 0.0:
+        if effects.blocked[wheel]:
             wheels.rate_radps[wheel] = 0.0
         else:
             rate = wheels.rate_radps[wheel]

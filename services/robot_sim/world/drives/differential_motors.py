@@ -6,18 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.services.core.jit import kernel
-from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.battery import voltage_of
-from touchline.services.robot_sim.world.body import (
-    STEP_S,
-    BodyFigures,
-    BodyState,
-)
+from touchline.services.robot_sim.world.body import STEP_S, BodyFigures, BodyState
 from touchline.services.robot_sim.world.drives.dc_motor import MotorState, drag, follow, profile
-from touchline.services.robot_sim.world.drives.differential_layout import (
-    DifferentialState,
-    TrueDifferential,
-)
+from touchline.services.robot_sim.world.drives.differential_layout import DifferentialState, TrueDifferential
+from touchline.services.robot_sim.world.effects import Effects
 
 Floats = NDArray[np.float64]
 
@@ -28,7 +21,7 @@ def actuate(
     state: BodyState,
     wheels: DifferentialState,
     body: BodyFigures,
-    effects: Floats,
+    effects: Effects,
     commanded: Floats,
 ) -> float:
     """Advance both drives by one step.
@@ -40,7 +33,7 @@ def actuate(
         state: The body's; of it the battery's charge.
         wheels: The drive's; references, torques and integrals of both wheels are updated.
         body: Its figures.
-        effects: (effects.SIZE,) what faults do: `TORQUE` of each wheel.
+        effects: What faults do: of each wheel the torque that is left.
         commanded: (interface.ACTUATORS,) left, right [rad/s].
 
     Returns:
@@ -61,7 +54,7 @@ def actuate(
         ahead = drive.ahead_common_kgm2 * both + (2 * wheel - 1) * drive.ahead_turn_kgm2 * turn
         ahead += drag(reference, drive.viscous_nms, drive.friction_nm) * reference
         now = MotorState(wheels.rate_radps[wheel], wheels.torque_nm[wheel], wheels.integral_nm[wheel])
-        torque, integral, drawn = follow(drive.motor, now, reference, ahead, voltage, effects[e.TORQUE + wheel])
+        torque, integral, drawn = follow(drive.motor, now, reference, ahead, voltage, effects.torque_share[wheel])
         wheels.torque_nm[wheel], wheels.integral_nm[wheel] = torque, integral
         power += drawn
     return max(power, 0.0)

@@ -6,20 +6,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.services.core.jit import kernel
-from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.battery import voltage_of
 from touchline.services.robot_sim.world.body import STEP_S, BodyFigures, BodyState
 from touchline.services.robot_sim.world.drives.dc_motor import MotorState, drag, follow, profile
 from touchline.services.robot_sim.world.drives.rear_steered_layout import RearSteeredState, TrueRearSteered
+from touchline.services.robot_sim.world.effects import Effects
 
 Floats = NDArray[np.float64]
 
 
 @kernel
-def _steer(drive: TrueRearSteered, state: BodyState, effects: Floats, commanded: float) -> None:
+def _steer(drive: TrueRearSteered, state: BodyState, effects: Effects, commanded: float) -> None:
     """A first-order lag within the rate, which a weak pump lowers and a blocked linkage takes away."""
     wanted = min(max(commanded, -drive.stop_rad), drive.stop_rad)
-    most = drive.steering_step_rad * effects[e.TORQUE + 1] * (1.0 - effects[e.BLOCKED + 1])
+    most = 0.0 if effects.blocked[1] else drive.steering_step_rad * effects.torque_share[1]
     state.angles_rad[1] += min(max((wanted - state.angles_rad[1]) * drive.steering_lag, -most), most)
 
 
@@ -29,7 +29,7 @@ def actuate(
     state: BodyState,
     drum: RearSteeredState,
     body: BodyFigures,
-    effects: Floats,
+    effects: Effects,
     commanded: Floats,
 ) -> float:
     """See `world_drive.actuate`: the drum's rate [rad/s] follows the first command, the steering [rad] the second.
@@ -47,7 +47,7 @@ def actuate(
     ahead = drive.ahead_kgm2 * (reference - before) / STEP_S
     ahead += drag(reference, drive.viscous_nms, drive.friction_nm) * reference
     now = MotorState(drum.rate_radps, drum.torque_nm, drum.integral_nm)
-    torque, integral, drawn = follow(drive.motor, now, reference, ahead, voltage, effects[e.TORQUE])
+    torque, integral, drawn = follow(drive.motor, now, reference, ahead, voltage, effects.torque_share[0])
     drum.torque_nm, drum.integral_nm = torque, integral
     power: float = max(drawn, 0.0)
     return power

@@ -10,25 +10,16 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from touchline.services.core.jit import kernel
 from touchline.services.core.physical_constants import GRAVITY_MPS2
-from touchline.services.robot_sim.world import effects as e
-from touchline.services.robot_sim.world.body import (
-    STEP_S,
-    BodyFigures,
-    BodyState,
-)
+from touchline.services.robot_sim.world.body import STEP_S, BodyFigures, BodyState
 from touchline.services.robot_sim.world.drives.dc_motor import drag
 from touchline.services.robot_sim.world.drives.rear_steered_layout import RearSteeredState, TrueRearSteered
 from touchline.services.robot_sim.world.drives.tyres import ROLLING_MPS, held, stiffness
+from touchline.services.robot_sim.world.effects import Effects
 
 _PARKED_MPS = 0.002
 _PARKED_RADPS = 1e-3
-
-Floats = NDArray[np.float64]
 
 
 @kernel
@@ -42,14 +33,14 @@ def _parked(state: BodyState, drum: RearSteeredState, body: BodyFigures) -> bool
 
 @kernel
 def _drum(
-    drive: TrueRearSteered, state: BodyState, drum: RearSteeredState, body: BodyFigures, effects: Floats, load: float
+    drive: TrueRearSteered, state: BodyState, drum: RearSteeredState, body: BodyFigures, effects: Effects, load: float
 ) -> tuple[float, float, float]:
     """Along, the drum's force is stiff·(free − new speed); returns stiff, free and its stiffness across."""
     speed, side, rate = state.speed_mps, state.side_speed_mps, drum.rate_radps
-    if effects[e.BLOCKED] > 0.0:
+    if effects.blocked[0]:
         stiff, across = stiffness(0.0, speed, side, load, body)
         return stiff, 0.0, across
-    grip = drive.radius_m * (1.0 - drum.slip - effects[e.SLIP])
+    grip = drive.radius_m * (1.0 - drum.slip - effects.slip[0])
     stiff, across = stiffness(grip * rate, speed, side, load, body)
     inertia = drive.inertia_kgm2 + STEP_S * drag(rate, drive.viscous_nms, drive.friction_nm)
     free = grip * (drive.inertia_kgm2 * rate + STEP_S * drum.torque_nm) / inertia
@@ -58,11 +49,11 @@ def _drum(
 
 @kernel
 def _turn_drum(
-    drive: TrueRearSteered, state: BodyState, drum: RearSteeredState, effects: Floats, before: float, force: float
+    drive: TrueRearSteered, state: BodyState, drum: RearSteeredState, effects: Effects, before: float, force: float
 ) -> None:
     """The drum's rate under torque and traction; it turns along the mean of old and new."""
     drum.traction_n = force
-    if effects[e.BLOCKED] > 0.0:
+    if effects.blocked[0]:
         drum.rate_radps = 0.0
     else:
         momentum = drive.inertia_kgm2 * before + STEP_S * (drum.torque_nm - drive.radius_m * force)
@@ -73,7 +64,12 @@ def _turn_drum(
 
 @kernel
 def roll_on(
-    drive: TrueRearSteered, state: BodyState, drum: RearSteeredState, body: BodyFigures, effects: Floats, mass_kg: float
+    drive: TrueRearSteered,
+    state: BodyState,
+    drum: RearSteeredState,
+    body: BodyFigures,
+    effects: Effects,
+    mass_kg: float,
 ) -> None:
     """See `world_drive.roll_on`: body and drum under the motor's torque, by one implicit step of Newton's laws.
 
@@ -96,12 +92,12 @@ def roll_on(
     rolling = body.rolling * front / max(abs(speed), ROLLING_MPS)
 
     # Of the steered wheel: its contact's speed along t = (cos, sin) and across n = (−sin, cos).
-    angle = state.angles_rad[1] + drive.offset_rad + effects[e.OFFSET + 1]
+    angle = state.angles_rad[1] + drive.offset_rad + effects.offset_rad[1]
     cos, sin = math.cos(angle), math.sin(angle)
     beneath = side - base * yaw
     along, aside = cos * speed + sin * beneath, cos * beneath - sin * speed
     _, hold = stiffness(along, along, aside, rear, body)
-    hold *= 1.0 - effects[e.SLIP + 1]
+    hold *= 1.0 - effects.slip[1]
     drags = body.rolling * rear / max(abs(along), ROLLING_MPS)
     # Its force on the body is −K·(u, v_y − L·ω) with K symmetric.
     kxx = drags * cos * cos + hold * sin * sin

@@ -16,6 +16,7 @@ from touchline.services.core.jit import kernel_of_class
 from touchline.services.core.records import Record
 from touchline.services.onboard.interface import ACTUATORS
 from touchline.services.robot_sim.world.body import BodyFigures, BodyState
+from touchline.services.robot_sim.world.effects import Effects
 
 Floats = NDArray[np.float64]
 
@@ -67,7 +68,7 @@ def begin_tick(drive: Any, own: Any, body: BodyFigures, seed: int, tick: int) ->
 
 @kernel_of_class
 def actuate(  # type: ignore[empty-body]
-    drive: Any, state: BodyState, own: Any, body: BodyFigures, effects: Floats, commanded: Floats
+    drive: Any, state: BodyState, own: Any, body: BodyFigures, effects: Effects, commanded: Floats
 ) -> float:
     """Let the actuators follow their commands for one physics step, in place.
 
@@ -76,7 +77,7 @@ def actuate(  # type: ignore[empty-body]
         state: The body's; the actuators' angles are the drive's to change.
         own: The `WorldDrive.state`, to change.
         body: Figures of the body on its ground.
-        effects: (effects.SIZE,) what faults do: `TORQUE` of each actuator.
+        effects: What faults do: of each actuator the torque that is left.
         commanded: (interface.ACTUATORS,) of the actuators, in the units of `DriveSpec.actuators`.
 
     Returns:
@@ -85,7 +86,7 @@ def actuate(  # type: ignore[empty-body]
 
 
 @kernel_of_class
-def roll_on(drive: Any, state: BodyState, own: Any, body: BodyFigures, effects: Floats, mass_kg: float) -> None:
+def roll_on(drive: Any, state: BodyState, own: Any, body: BodyFigures, effects: Effects, mass_kg: float) -> None:
     """Advance the body's speeds and the actuators' angles by one physics step, in place.
 
     Args:
@@ -93,6 +94,6 @@ def roll_on(drive: Any, state: BodyState, own: Any, body: BodyFigures, effects: 
         state: The body's; its speeds, yaw rate and the actuators' angles are the drive's to change.
         own: The `WorldDrive.state`, to change.
         body: Figures of the body on its ground.
-        effects: (effects.SIZE,) what faults do: `BLOCKED` and `SLIP` of each actuator.
+        effects: What faults do: whether each actuator is blocked, and its slip.
         mass_kg: Of the whole robot.
     """

@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
 from touchline.services.robot_sim.world.body import BodyState
+from touchline.services.robot_sim.world.effects import Effects
 from touchline.services.robot_sim.world.kernel_class import KernelClass
-
-Floats = NDArray[np.float64]
 
 
 class NoToolKernels(KernelClass):
     """What physics calls."""
 
     @kernel
-    def work(self, _state: BodyState, _effects: Floats, _valve: bool, _disc: bool) -> float:
+    def work(self, _state: BodyState, _effects: Effects, _valve: bool, _disc: bool) -> float:
         """Nothing, whatever is commanded.
 
         Args:

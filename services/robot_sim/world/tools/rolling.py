@@ -4,25 +4,21 @@ from __future__ import annotations
 
 from typing import Final
 
-import numpy as np
-from numpy.typing import NDArray
-
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
 from touchline.services.robot_sim.world.body import BodyState
+from touchline.services.robot_sim.world.effects import Effects
 from touchline.services.robot_sim.world.kernel_class import KernelClass
 
 STANDS_MPS: Final = 1e-3
 """Slower than this it has come to rest, but for what is left of its sway."""
-
-Floats = NDArray[np.float64]
 
 
 class RollerKernels(KernelClass):
     """What physics calls."""
 
     @kernel
-    def work(self, state: BodyState, _effects: Floats, _valve: bool, _disc: bool) -> float:
+    def work(self, state: BodyState, _effects: Effects, _valve: bool, _disc: bool) -> float:
         """See `world_tool.work`: all of its width, whatever is commanded, as nothing lifts the drum.
 
         Where it stands there is nothing new to note.

@@ -10,19 +10,11 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel
-from touchline.services.robot_sim.world import effects as e
-from touchline.services.robot_sim.world.body import (
-    STEP_S,
-    BodyState,
-)
+from touchline.services.robot_sim.world.body import STEP_S, BodyState
+from touchline.services.robot_sim.world.effects import FREE, Effects
 from touchline.services.robot_sim.world.lag import travel_per_step
-
-Floats = NDArray[np.float64]
 
 _ARRIVED = 1.0 - 1e-9
 _HOME = 1e-9
@@ -33,7 +25,7 @@ _DRIBBLE = 0.05  # a smaller share of the flow leaves no line
 def _plunger(
     position: float, engaged: bool, commanded: bool, on: float, off: float, stuck: float
 ) -> tuple[float, bool]:
-    if stuck != e.FREE:
+    if stuck != FREE:
         return stuck, stuck > 0.0
     if commanded:
         position = min(position + on, 1.0)
@@ -58,12 +50,12 @@ class SprayerFigures(NamedTuple):
     flow_lps: float
 
     @kernel
-    def work(self, state: BodyState, effects: Floats, valve: bool, disc: bool) -> float:
+    def work(self, state: BodyState, effects: Effects, valve: bool, disc: bool) -> float:
         """Let paint flow for a step, then move the plungers.
 
         Args:
             state: The body's; plungers, flow and tank are updated.
-            effects: (effects.SIZE,) what faults do: `FLOW`, and where `VALVE` and `DISC` are stuck.
+            effects: What faults do: to the flow, and where valve and disc are stuck.
             valve: Whether the valve is commanded open.
             disc: Whether the disc is commanded down.
 
@@ -71,13 +63,13 @@ class SprayerFigures(NamedTuple):
             The share of the spray width painted, the root of that of the flow; 0 without paint.
         """
         flows = state.valve_open and state.tank_l > 0.0
-        share = effects[e.FLOW] if flows else 0.0
+        share = effects.flow_share if flows else 0.0
         state.flow_lps = share * self.flow_lps
         state.tank_l = max(state.tank_l - state.flow_lps * STEP_S, 0.0)
         state.valve, state.valve_open = _plunger(
-            state.valve, state.valve_open, valve, self.valve_on, self.valve_off, effects[e.VALVE]
+            state.valve, state.valve_open, valve, self.valve_on, self.valve_off, effects.valve
         )
-        state.disc, state.disc_down = _plunger(state.disc, state.disc_down, disc, self.disc, self.disc, effects[e.DISC])
+        state.disc, state.disc_down = _plunger(state.disc, state.disc_down, disc, self.disc, self.disc, effects.disc)
         width: float = math.sqrt(share) if share >= _DRIBBLE else 0.0
         return width
 

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from typing import Any, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
 from touchline.schemas.plugins import TOOLS, part_for
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.jit import kernel_of_class
 from touchline.services.robot_sim.world.body import BodyState
-
-Floats = NDArray[np.float64]
+from touchline.services.robot_sim.world.effects import Effects
 
 
 class WorldTool(Protocol):
@@ -37,14 +33,14 @@ def world_tool(vehicle: Vehicle) -> WorldTool:
 
 @kernel_of_class
 def work(  # type: ignore[empty-body]
-    tool: Any, state: BodyState, effects: Floats, valve: bool, disc: bool
+    tool: Any, state: BodyState, effects: Effects, valve: bool, disc: bool
 ) -> float:
     """Advance the tool by one physics step, in place.
 
     Args:
         tool: The `WorldTool.figures`.
         state: The body's; plungers, flow and tank are the tool's to change.
-        effects: (effects.SIZE,) what faults do.
+        effects: What faults do.
         valve: Whether the valve is commanded open.
         disc: Whether the disc is commanded down.
 
