@@ -14,7 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.services.core.jit import kernel
+from touchline.services.core.records import Record
 from touchline.services.robot_sim.paint import projection as p
+from touchline.services.robot_sim.paint.cell_grid import CellFrame
 
 if TYPE_CHECKING:
     import shapely
@@ -22,21 +24,6 @@ if TYPE_CHECKING:
 CELL_M: Final = 0.05
 MOST_CELLS: Final = 32_000_000
 """Of two bytes each; more ground than that (8 ha) is counted in larger cells."""
-
-# Columns of `AreaRaster._frame`.
-_WEST: Final = 0
-_SOUTH: Final = 1
-_CELL: Final = 2
-_COLUMNS: Final = 3
-_ROWS: Final = 4
-_FRAME: Final = 5
-
-# Where the tool's line was last: its middle and the unit vector ahead of it, 0 before it has moved.
-_AT_X: Final = 0
-_AT_Y: Final = 1
-_AHEAD_X: Final = 2
-_AHEAD_Y: Final = 3
-_LINE: Final = 4
 
 # Columns of the totals, a row per area.
 _ONCE: Final = 0
@@ -52,17 +39,28 @@ Integers = NDArray[np.int64]
 Bytes = NDArray[np.uint8]
 
 
+class ToolLine(Record):
+    """Where the line across the tool's way is, map frame."""
+
+    x_m: float
+    """Its middle, as `y_m`."""
+    y_m: float
+    ahead_x: float
+    """Unit vector ahead of it, with `ahead_y`; 0 before it has moved."""
+    ahead_y: float
+
+
 class CountedGround(NamedTuple):
     """What the kernels count in.
 
     Attributes:
-        frame: (_FRAME,) of the raster.
+        frame: Of the raster.
         area: Of each cell the number of its area, 0 outside.
         times: How often each cell was passed over.
         totals: (areas, _TOTALS) cells of each area that were passed over once at least, and twice at least.
     """
 
-    frame: Floats
+    frame: CellFrame
     area: Bytes
     times: Bytes
     totals: Integers
@@ -76,10 +74,9 @@ def _sweep(
     ground: CountedGround,
 ) -> None:
     """Count the cells between two lines (x, y, ahead x, ahead y) of the tool."""
-    frame, area, times, totals = ground
-    cell, columns, rows = frame[_CELL], int(frame[_COLUMNS]), int(frame[_ROWS])
-    ax, ay, aux, auy = before[0] - frame[_WEST], before[1] - frame[_SOUTH], before[2], before[3]
-    bx, by, bux, buy = after[0] - frame[_WEST], after[1] - frame[_SOUTH], after[2], after[3]
+    (west, south, cell, columns, rows), area, times, totals = ground
+    ax, ay, aux, auy = before[0] - west, before[1] - south, before[2], before[3]
+    bx, by, bux, buy = after[0] - west, after[1] - south, after[2], after[3]
     # Lanes of cells across the tool's way are gone through one by one; there are few cells of each between the lines.
     turned = abs(bux) < abs(buy)
     if turned:
@@ -114,34 +111,35 @@ def _sweep(
 
 
 @kernel
-def roll(points: Floats, first: int, full_width_m: float, line: Floats, ground: CountedGround) -> None:
+def roll(points: Floats, first: int, full_width_m: float, lines: Sequence[ToolLine], ground: CountedGround) -> None:
     """Count what strokes pass over.
 
     Args:
         points: (n, projection.POINT_COLUMNS) of the ledger.
         first: Of the points, the one to begin with.
         full_width_m: Of the tool.
-        line: (_LINE,) where the tool's line was last, updated.
+        lines: (1,) where the tool's line was last, updated.
         ground: Updated.
     """
+    line = lines[0]
     for row in range(first, len(points)):
         x, y = points[row, p.POINT_X], points[row, p.POINT_Y]
         if points[row, p.POINT_TARGET] == p.STROKE_BEGINS:
-            line[_AT_X], line[_AT_Y], line[_AHEAD_X], line[_AHEAD_Y] = x, y, 0.0, 0.0
+            line.x_m, line.y_m, line.ahead_x, line.ahead_y = x, y, 0.0, 0.0
             continue
-        dx, dy = x - line[_AT_X], y - line[_AT_Y]
+        dx, dy = x - line.x_m, y - line.y_m
         moved = math.hypot(dx, dy)
         if moved < _SHORTEST_M:
             continue
         ux, uy = dx / moved, dy / moved
-        ahead_x, ahead_y = line[_AHEAD_X], line[_AHEAD_Y]
+        ahead_x, ahead_y = line.ahead_x, line.ahead_y
         if ahead_x == 0.0 and ahead_y == 0.0:
             ahead_x, ahead_y = ux, uy
         elif ahead_x * ux + ahead_y * uy < 0.0:  # it has turned back: the line stays the same way round
             ux, uy = -ux, -uy
         half = 0.5 * full_width_m * points[row, p.POINT_WIDTH]
-        _sweep((line[_AT_X], line[_AT_Y], ahead_x, ahead_y), (x, y, ux, uy), half, ground)
-        line[_AT_X], line[_AT_Y], line[_AHEAD_X], line[_AHEAD_Y] = x, y, ux, uy
+        _sweep((line.x_m, line.y_m, ahead_x, ahead_y), (x, y, ux, uy), half, ground)
+        line.x_m, line.y_m, line.ahead_x, line.ahead_y = x, y, ux, uy
 
 
 class AreaRaster:
@@ -163,13 +161,13 @@ class AreaRaster:
         self.cell_m = max(cell_m, math.sqrt((east - west) * (north - south) / MOST_CELLS))
         columns, rows = (max(1, math.ceil(size / self.cell_m)) for size in (east - west, north - south))
         self._width_m = width_m
-        self._frame: Floats = np.array([west, south, self.cell_m, columns, rows])
+        self._frame = CellFrame(west, south, self.cell_m, columns, rows)
         index: Bytes = np.zeros((rows, columns), dtype=np.uint8)
         for number, area in enumerate(areas, 1):
             index[_inside(area, self._frame)] = number
         self._index = index.ravel()
         self._times: Bytes = np.zeros_like(self._index)
-        self._line: Floats = np.zeros(_LINE)
+        self._line = ToolLine()
         self._totals: Integers = np.zeros((len(areas), _TOTALS), dtype=np.int64)
         self._taken = 0
         self.cells: Integers = np.bincount(self._index, minlength=len(areas) + 1)[1:]
@@ -178,7 +176,7 @@ class AreaRaster:
         """Count what has come since the last call; (n, projection.POINT_COLUMNS) are all of a ledger's `points`."""
         if len(points) > self._taken:
             ground = CountedGround(self._frame, self._index, self._times, self._totals)
-            roll(points, self._taken, self._width_m, self._line, ground)
+            roll(points, self._taken, self._width_m, self._line.array, ground)
             self._taken = len(points)
 
     @property
@@ -194,12 +192,12 @@ class AreaRaster:
     @property
     def times(self) -> Bytes:
         """(rows, columns) how often each cell was passed over, from the south-west on; 0 outside the areas."""
-        return self._times.reshape(int(self._frame[_ROWS]), int(self._frame[_COLUMNS]))
+        return self._times.reshape(self._frame.rows, self._frame.columns)
 
 
-def _inside(area: shapely.Polygon, frame: Floats) -> NDArray[np.bool_]:
+def _inside(area: shapely.Polygon, frame: CellFrame) -> NDArray[np.bool_]:
     """(rows, columns) cells whose middle is inside: from where a row crosses an edge to where it crosses the next."""
-    west, south, cell, columns, rows = frame.tolist()
+    west, south, cell, columns, rows = frame
     rings = [np.asarray(ring.coords) for ring in (area.exterior, *area.interiors)]
     edges = np.concatenate([np.hstack((ring[:-1], ring[1:])) for ring in rings])
     x0, y0, x1, y1 = ((edges - [west, south, west, south]) / cell - 0.5).T  # cells' middles are whole numbers
@@ -211,7 +209,7 @@ def _inside(area: shapely.Polygon, frame: Floats) -> NDArray[np.bool_]:
     x = x0[edge] + (row - y0[edge]) * (x1 - x0)[edge] / (y1 - y0)[edge]
     column = np.clip(np.ceil(x), 0, columns).astype(np.int64)
     order = np.lexsort((x, row))
-    change: NDArray[np.int8] = np.zeros((int(rows), int(columns) + 1), dtype=np.int8)
+    change: NDArray[np.int8] = np.zeros((rows, columns + 1), dtype=np.int8)
     np.add.at(change, (row[order][0::2], column[order][0::2]), 1)
     np.add.at(change, (row[order][1::2], column[order][1::2]), -1)
     return np.cumsum(change, axis=1, dtype=np.int8)[:, :-1] > 0

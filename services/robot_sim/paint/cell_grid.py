@@ -15,19 +15,22 @@ from touchline.services.core.jit import kernel
 SMALLEST_CELL_M: Final = 2.0
 MOST_CELLS: Final = 65536
 
-# Columns of `Grid.frame`.
-_WEST: Final = 0
-_SOUTH: Final = 1
-_CELL: Final = 2
-_COLUMNS: Final = 3
-_ROWS: Final = 4
+
+class CellFrame(NamedTuple):
+    """Where the square cells of a field are, map frame: rows of them from the south-west corner on."""
+
+    west_m: float
+    south_m: float
+    cell_m: float
+    """Edge of a cell."""
+    columns: int
+    rows: int
 
 
 class Grid(NamedTuple):
     """Lists of lines by cell; a cell's list holds every line within reach of any of its points, ascending."""
 
-    frame: NDArray[np.float64]
-    """(5,) west and south edge [m], cell size [m], columns, rows."""
+    frame: CellFrame
     starts: NDArray[np.int64]
     """(cells + 1,) where each cell's list begins in `members`."""
     members: NDArray[np.int64]
@@ -38,7 +41,7 @@ class Grid(NamedTuple):
 def make_grid(lines: Sequence[Curve], reach_m: float) -> Grid:
     """The grid of these lines; a point is within reach of a line also if it is so of its straight continuation."""
     if not lines:
-        return Grid(np.array([0.0, 0.0, 1.0, 0.0, 0.0]), np.zeros(1, np.int64), np.zeros(0, np.int64), 0)
+        return Grid(CellFrame(0.0, 0.0, 1.0, 0, 0), np.zeros(1, np.int64), np.zeros(0, np.int64), 0)
     # Twice the reach: beside the line and beyond its end at once, and half a sampling step.
     margin = 2.0 * reach_m
     samples = [np.column_stack(line.at(_steps(line.length_m, reach_m))[:2]) for line in lines]
@@ -59,43 +62,41 @@ def grid_of_boxes(low: NDArray[np.float64], high: NDArray[np.float64], smallest_
     return _listed([_cells(corner, frame) for corner in corners], np.tile(np.arange(len(low)), len(corners)), frame)
 
 
-def _frame(
-    low: NDArray[np.float64], high: NDArray[np.float64], smallest_m: float, most_cells: int
-) -> NDArray[np.float64]:
-    width, height = (high - low).tolist()
+def _frame(low: NDArray[np.float64], high: NDArray[np.float64], smallest_m: float, most_cells: int) -> CellFrame:
+    (west, south), (width, height) = low.tolist(), (high - low).tolist()
     cell = max(smallest_m, math.sqrt(width * height / most_cells))
-    return np.array([*low.tolist(), cell, int(width / cell) + 1, int(height / cell) + 1])
+    return CellFrame(west, south, cell, int(width / cell) + 1, int(height / cell) + 1)
 
 
-def _cells(points: NDArray[np.float64], frame: NDArray[np.float64]) -> NDArray[np.int64]:
+def _cells(points: NDArray[np.float64], frame: CellFrame) -> NDArray[np.int64]:
     """Index of the cell of each point (n, 2), of the nearest one for what lies outside."""
-    at = np.floor((points - frame[:_CELL]) / frame[_CELL]).astype(np.int64)
-    columns, rows = int(frame[_COLUMNS]), int(frame[_ROWS])
-    return np.asarray(np.clip(at[:, 1], 0, rows - 1) * columns + np.clip(at[:, 0], 0, columns - 1))
+    at = np.floor((points - (frame.west_m, frame.south_m)) / frame.cell_m).astype(np.int64)
+    row, column = np.clip(at[:, 1], 0, frame.rows - 1), np.clip(at[:, 0], 0, frame.columns - 1)
+    return np.asarray(row * frame.columns + column)
 
 
-def _listed(cells: list[NDArray[np.int64]], members: NDArray[np.int64], frame: NDArray[np.float64]) -> Grid:
+def _listed(cells: list[NDArray[np.int64]], members: NDArray[np.int64], frame: CellFrame) -> Grid:
     """The grid in whose cells these members are, once each."""
     many = int(members.max()) + 1
     cell, member = np.divmod(np.unique(np.concatenate(cells) * many + members), many)
-    counts = np.bincount(cell, minlength=int(frame[_COLUMNS] * frame[_ROWS]))
+    counts = np.bincount(cell, minlength=frame.columns * frame.rows)
     starts = np.concatenate(([0], np.cumsum(counts))).astype(np.int64)
     return Grid(frame, starts, member, int(counts.max()))
 
 
 @kernel
-def cell_of(x: float, y: float, frame: NDArray[np.float64]) -> int:
+def cell_of(x: float, y: float, frame: CellFrame) -> int:
     """Index of the cell of a point, −1 outside the grid.
 
     Args:
         x: East, map frame [m].
         y: North, map frame [m].
-        frame: (5,) of the `Grid`.
+        frame: Of the `Grid`.
     """
-    column, row = math.floor((x - frame[_WEST]) / frame[_CELL]), math.floor((y - frame[_SOUTH]) / frame[_CELL])
-    if column < 0 or row < 0 or column >= frame[_COLUMNS] or row >= frame[_ROWS]:
+    column, row = math.floor((x - frame.west_m) / frame.cell_m), math.floor((y - frame.south_m) / frame.cell_m)
+    if column < 0 or row < 0 or column >= frame.columns or row >= frame.rows:
         return -1
-    return int(row * frame[_COLUMNS] + column)
+    return row * frame.columns + column
 
 
 def _steps(length_m: float, step_m: float) -> NDArray[np.float64]:

@@ -29,7 +29,7 @@ from touchline.services.core.random import (
 from touchline.services.core.records import Record
 from touchline.services.onboard.interface import ACTUATORS, ANGLES, GYRO, MAG, TICK_S
 from touchline.services.robot_sim.sensors.moment import Moment
-from touchline.services.robot_sim.sensors.zones import CENTRE_X, CENTRE_Y, VALUE_1, VALUE_2, Zones, distance
+from touchline.services.robot_sim.sensors.zones import Zones, distance
 from touchline.services.robot_sim.world.body import BodyState
 
 _TURN_ON = -1  # the "tick" that keys what is drawn once
@@ -149,9 +149,10 @@ def _steel(state: BodyState, steel: Zones) -> tuple[float, float]:
     east, north = 0.0, 0.0
     for index in range(len(steel.places)):
         place = steel.places[index]
-        away = distance(place, steel.vertices, state.east_m, state.north_m)
-        strength = place[VALUE_1] / (1.0 + away / place[VALUE_2]) ** 3
-        dx, dy = place[CENTRE_X] - state.east_m, place[CENTRE_Y] - state.north_m
+        outline = place.outline
+        away = distance(outline, steel.vertices, state.east_m, state.north_m)
+        strength = place.field_t / (1.0 + away / place.reach_m) ** 3
+        dx, dy = outline.centre_x_m - state.east_m, outline.centre_y_m - state.north_m
         length = math.hypot(dx, dy)
         if length > 1e-6:
             east += strength * dx / length
@@ -206,7 +207,7 @@ def measure(moment: Moment, sensors: Sequence[FastSensors], steel: Zones, readin
     Args:
         moment: That is measured.
         sensors: (1,) their state, changed.
-        steel: Magnetic places: field [T], reach [m].
+        steel: Of `SteelPlace`.
         readings: (interface.READINGS,) filled, SI units, body frame. Holds the readings of the tick before.
     """
     _inertial(moment, sensors, readings)

@@ -21,7 +21,7 @@ from touchline.services.core.random import STREAM_FAULT, STREAM_GNSS, STREAM_LOO
 from touchline.services.core.records import Record
 from touchline.services.onboard.interface import TICK_S, TICKS_PER_S
 from touchline.services.robot_sim.sensors.moment import Moment
-from touchline.services.robot_sim.sensors.zones import VALUE_1, VALUE_2, VALUE_3, Zones, distance
+from touchline.services.robot_sim.sensors.zones import Zones, distance
 from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.effects import Effects
 from touchline.services.robot_sim.world.physics import leaning
@@ -186,12 +186,12 @@ def _look_up(sky: Zones, x: float, y: float) -> tuple[float, float]:
     best, factor = FIXED, 1.0
     for index in range(len(sky.places)):
         place = sky.places[index]
-        away = distance(place, sky.vertices, x, y)
+        away = distance(place.outline, sky.vertices, x, y)
         if away <= 0.0:
-            best = min(best, place[VALUE_1])
-        if away < place[VALUE_2]:
-            near = 1.0 - away / place[VALUE_2]
-            factor = max(factor, 1.0 + (place[VALUE_3] - 1.0) * near)
+            best = min(best, place.best_fix)
+        if away < place.margin_m:
+            near = 1.0 - away / place.margin_m
+            factor = max(factor, 1.0 + (place.noise_factor - 1.0) * near)
     return best, factor
 
 
@@ -289,7 +289,7 @@ def take(moment: Moment, receiver: Sequence[Receiver], sky: Zones) -> None:
     Args:
         moment: Of validity.
         receiver: (1,) its state, changed; `report` is filled.
-        sky: Obstructions: best solution, margin [m], noise factor.
+        sky: Obstructions, of `SkyPlace`.
     """
     seed, tick, state, effects = moment.seed, moment.tick, moment.state[0], moment.effects[0]
     g, f = receiver[0], receiver[0].figures

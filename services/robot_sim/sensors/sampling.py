@@ -36,9 +36,9 @@ class Sensing(NamedTuple):
     receiver: Sequence[Receiver]
     transport: Sequence[Transport]
     steel: Zones
-    """Magnetic places: field [T], reach [m]."""
+    """Of `SteelPlace`."""
     sky: Zones
-    """Obstructions: best solution, margin [m], noise factor."""
+    """Of `SkyPlace`."""
 
 
 @kernel

@@ -25,7 +25,7 @@ from touchline.services.robot_sim.sensors.gnss import GnssReport
 from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.sampling import Sensing, sense
 from touchline.services.robot_sim.sensors.transport import Transport
-from touchline.services.robot_sim.sensors.zones import make_zones
+from touchline.services.robot_sim.sensors.zones import SkyPlace, SteelPlace, make_zones
 from touchline.services.robot_sim.world.body import BodyState
 from touchline.services.robot_sim.world.effects import Effects
 from touchline.services.robot_sim.world.world import NO_EFFECTS
@@ -60,10 +60,13 @@ class Sensors:
             _fast_sensors(vehicle, scenario).array,
             gnss.make_receiver(vehicle, scenario).array,
             self.transport.array,
-            make_zones((steel.outline, (steel.field_t, steel.reach_m, 0.0)) for steel in scenario.steel),
+            make_zones(SteelPlace, ((steel.outline, (steel.field_t, steel.reach_m)) for steel in scenario.steel)),
             make_zones(
-                (item.outline, (gnss.FIX_NAMES[item.best_fix], item.margin_m, item.noise_factor))
-                for item in scenario.sky
+                SkyPlace,
+                (
+                    (item.outline, (gnss.FIX_NAMES[item.best_fix], item.margin_m, item.noise_factor))
+                    for item in scenario.sky
+                ),
             ),
         )
 

@@ -1,66 +1,85 @@
-"""Distances to outlines: polygons and points of the scenario, as arrays for kernels."""
+"""Distances to outlines: polygons and points of the scenario, as records for kernels."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Final, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from touchline.services.core.jit import kernel
-
-# Columns of a table of places.
-FIRST: Final = 0  # vertex
-COUNT: Final = 1
-CENTRE_X: Final = 2  # mean of the vertices
-CENTRE_Y: Final = 3
-VALUE_1: Final = 4  # the caller's
-VALUE_2: Final = 5
-VALUE_3: Final = 6
-COLUMNS: Final = 7
+from touchline.services.core.records import Record
 
 Floats = NDArray[np.float64]
+
+
+class Outline(Record):
+    """Of a place: which vertices of its `Zones` it has, and their mean."""
+
+    first: int
+    count: int
+    centre_x_m: float
+    centre_y_m: float
+
+
+class SteelPlace(Record):
+    """Something magnetic."""
+
+    outline: Outline
+    field_t: float
+    """At its outline."""
+    reach_m: float
+    """Over which that falls."""
+
+
+class SkyPlace(Record):
+    """Something that hides the sky."""
+
+    outline: Outline
+    best_fix: float
+    """Inside of it, as of `receiver`."""
+    margin_m: float
+    """Around it, in which noise grows by up to:"""
+    noise_factor: float
 
 
 class Zones(NamedTuple):
     """Places of one kind."""
 
-    places: Floats
-    """(n, COLUMNS)."""
+    places: Sequence[Any]
+    """(n,) structured array of the kind's records."""
     vertices: Floats
     """(m, 2) of all their outlines, map frame [m]."""
 
 
-def make_zones(places: Iterable[tuple[Sequence[tuple[float, float]], tuple[float, float, float]]]) -> Zones:
-    """From (outline, values) pairs."""
-    rows: list[list[float]] = []
+def make_zones(kind: type[Record], places: Iterable[tuple[Sequence[tuple[float, float]], tuple[float, ...]]]) -> Zones:
+    """Places of a kind, from (outline, values) pairs, the values in the kind's order."""
+    rows: list[tuple[Any, ...]] = []
     vertices: list[tuple[float, float]] = []
     for outline, values in places:
         count = len(outline)
         centre = (math.fsum(x for x, _ in outline) / count, math.fsum(y for _, y in outline) / count)
-        rows.append([len(vertices), count, *centre, *values])
+        rows.append(((len(vertices), count, *centre), *values))
         vertices += outline
-    return Zones(
-        np.array(rows, dtype=np.float64).reshape(-1, COLUMNS),
-        np.array(vertices, dtype=np.float64).reshape(-1, 2),
-    )
+    made = np.array(rows, dtype=kind.dtype)
+    return Zones(cast("Sequence[Any]", made), np.array(vertices, dtype=np.float64).reshape(-1, 2))
 
 
 @kernel
-def distance(place: Floats, vertices: Floats, x: float, y: float) -> float:
-    """Distance of (x, y) from the outline of `place` [m]; 0 inside of it.
+def distance(outline: Outline, vertices: Floats, x: float, y: float) -> float:
+    """Distance of (x, y) from an outline [m]; 0 inside of it.
 
     Whether it is inside: by the crossings of a ray to the east with the outline (even-odd rule).
 
     Args:
-        place: (COLUMNS,) row of `Zones.places`.
+        outline: Of a place of `Zones`.
         vertices: (m, 2) of `Zones`, map frame [m].
         x: East, map frame [m].
         y: North, map frame [m].
     """
-    first, count = int(place[FIRST]), int(place[COUNT])
+    first, count = outline.first, outline.count
     inside = False
     nearest = math.inf
     bx, by = vertices[first + count - 1, 0], vertices[first + count - 1, 1]

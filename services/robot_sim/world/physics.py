@@ -76,7 +76,7 @@ def leaning(state: BodyState, x: float, y: float, z: float) -> tuple[float, floa
     vertical, y is across both.
 
     Args:
-        state: The world's; of it the vertical in body axes.
+        state: The body's; of it the vertical in body axes.
         x: Forward, body frame [m].
         y: To the left, body frame [m].
         z: Up, body frame [m].
@@ -105,7 +105,7 @@ def tilt(state: BodyState, body: BodyFigures) -> None:
     normal seen from the body.
 
     Args:
-        state: The world's; vertical and height are updated.
+        state: The body's; vertical and height are updated.
         body: Of its figures the grade and where it rises.
     """
     if body.grade == 0.0:

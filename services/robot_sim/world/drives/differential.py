@@ -12,8 +12,8 @@ from touchline.services.core.random import STREAM_CHASSIS, STREAM_SLIP, normal
 from touchline.services.robot_sim.world.body import STEP_S, BodyFigures
 from touchline.services.robot_sim.world.drives.dc_motor import dc_motor
 from touchline.services.robot_sim.world.drives.differential_ground import roll_on
-from touchline.services.robot_sim.world.drives.differential_layout import DifferentialState, TrueDifferential
 from touchline.services.robot_sim.world.drives.differential_motors import actuate
+from touchline.services.robot_sim.world.drives.true_differential import DifferentialState, TrueDifferential
 from touchline.services.robot_sim.world.drives.world_drive import WorldDrive
 from touchline.services.robot_sim.world.lag import share_per_step
 

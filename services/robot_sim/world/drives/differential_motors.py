@@ -9,7 +9,7 @@ from touchline.services.core.jit import kernel
 from touchline.services.robot_sim.world.battery import voltage_of
 from touchline.services.robot_sim.world.body import STEP_S, BodyFigures, BodyState
 from touchline.services.robot_sim.world.drives.dc_motor import MotorState, drag, follow, profile
-from touchline.services.robot_sim.world.drives.differential_layout import DifferentialState, TrueDifferential
+from touchline.services.robot_sim.world.drives.true_differential import DifferentialState, TrueDifferential
 from touchline.services.robot_sim.world.effects import Effects
 
 Floats = NDArray[np.float64]

@@ -13,7 +13,7 @@ from touchline.services.robot_sim.world.body import STEP_S, BodyFigures
 from touchline.services.robot_sim.world.drives.dc_motor import dc_motor
 from touchline.services.robot_sim.world.drives.rear_steered_actuators import actuate
 from touchline.services.robot_sim.world.drives.rear_steered_ground import roll_on
-from touchline.services.robot_sim.world.drives.rear_steered_layout import RearSteeredState, TrueRearSteered
+from touchline.services.robot_sim.world.drives.true_rear_steered import RearSteeredState, TrueRearSteered
 from touchline.services.robot_sim.world.drives.world_drive import WorldDrive
 from touchline.services.robot_sim.world.lag import share_per_step
 

@@ -14,7 +14,7 @@ from touchline.services.core.jit import kernel
 from touchline.services.core.physical_constants import GRAVITY_MPS2
 from touchline.services.robot_sim.world.body import STEP_S, BodyFigures, BodyState
 from touchline.services.robot_sim.world.drives.dc_motor import drag
-from touchline.services.robot_sim.world.drives.rear_steered_layout import RearSteeredState, TrueRearSteered
+from touchline.services.robot_sim.world.drives.true_rear_steered import RearSteeredState, TrueRearSteered
 from touchline.services.robot_sim.world.drives.tyres import ROLLING_MPS, held, stiffness
 from touchline.services.robot_sim.world.effects import Effects
 
