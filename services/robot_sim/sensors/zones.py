@@ -15,7 +15,7 @@ from touchline.services.core.records import Record
 Floats = NDArray[np.float64]
 
 
-class Outline(Record):
+class PlaceOutline(Record):
     """Of a place: which vertices of its `Zones` it has, and their mean."""
 
     first: int
@@ -27,7 +27,7 @@ class Outline(Record):
 class SteelPlace(Record):
     """Something magnetic."""
 
-    outline: Outline
+    outline: PlaceOutline
     field_t: float
     """At its outline."""
     reach_m: float
@@ -37,7 +37,7 @@ class SteelPlace(Record):
 class SkyPlace(Record):
     """Something that hides the sky."""
 
-    outline: Outline
+    outline: PlaceOutline
     best_fix: float
     """Inside of it, as of `receiver`."""
     margin_m: float
@@ -68,7 +68,7 @@ def make_zones(kind: type[Record], places: Iterable[tuple[Sequence[tuple[float, 
 
 
 @kernel
-def distance(outline: Outline, vertices: Floats, x: float, y: float) -> float:
+def distance(outline: PlaceOutline, vertices: Floats, x: float, y: float) -> float:
     """Distance of (x, y) from an outline [m]; 0 inside of it.
 
     Whether it is inside: by the crossings of a ray to the east with the outline (even-odd rule).
