@@ -41,10 +41,10 @@ class Watch:
             elif name == "heading_sigma_rad":
                 P[m.HEADING, m.HEADING] = value**2
             elif name == "counters":
-                for index, count in value.items():
-                    c.filter.counters[index] = count
+                c.filter.counters.reset(**value)
             elif name == "fix":
-                c.times.fix[:], c.times.has_fix = value, True
+                c.times.fix.reset(**value._asdict())
+                c.times.has_fix = True
             else:
                 setattr(c.buffer if name in ("imu_tick", "encoder_tick") else c.times, name, value)
         self.monitor.look(tick)
@@ -63,9 +63,9 @@ def looked(**wrong: Any) -> LocalizationMonitor:
         ({"fix": fix(correction_age_s=10.5)}, "corrections are older"),
         ({"fix": fix(stamp_s=NOW_S - 0.6)}, "no fix for more than 0.5 s"),
         ({"last_used_stamp_s": NOW_S - 0.6}, "no fix has been usable"),
-        ({"counters": {m.FIX_DOUBT: CONTRADICTED}}, "contradict"),
-        ({"counters": {m.NIS_FIX_RECENT: 4.5}}, "scatter"),
-        ({"counters": {m.ENCODER_REJECTED_RECENT: 0.6}}, "wheels slip"),
+        ({"counters": {"fix_doubt": CONTRADICTED}}, "contradict"),
+        ({"counters": {"fix_nis_recent": 4.5}}, "scatter"),
+        ({"counters": {"encoders_rejected_recent": 0.6}}, "wheels slip"),
         ({"position_sigma_m": 0.026}, "σ above 25 mm"),
         ({"heading_sigma_rad": math.radians(1.1)}, "heading is uncertain"),
         ({"imu_tick": TICK - 21}, "IMU's samples"),
@@ -98,7 +98,7 @@ def test_a_pose_is_good_again_only_after_a_second() -> None:
         ({}, ""),
         ({"position_sigma_m": 0.1}, ""),  # not painting, but driving
         ({"position_sigma_m": 0.16}, "position is unknown"),
-        ({"counters": {m.FIX_DOUBT: CONTRADICTED}}, "contradict"),
+        ({"counters": {"fix_doubt": CONTRADICTED}}, "contradict"),
         ({"imu_tick": TICK - 51}, "IMU's samples"),
         ({"encoder_tick": TICK - 51}, "encoders' samples"),
         ({"imu_tick": TICK - 49, "encoder_tick": TICK - 49}, ""),
