@@ -1,9 +1,9 @@
 """Two driven wheels on one axle, and casters."""
 
 import math
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 
 from touchline.schemas.spec import Spec
 from touchline.schemas.vehicles.actuator import Actuator
@@ -49,6 +49,11 @@ class DifferentialDrive(DriveSpec):
     track_width_m: Track = 0.5079
     max_wheel_speed_radps: WheelRate = 20.0
     max_wheel_acceleration_radps2: WheelAcceleration = 40.0
+    max_yaw_rate_radps: Annotated[float, Field(ge=0.1, le=100)] = 20.0
+    """Plans keep to it; written only if it is another figure than this, which is more than most wheels do.
+
+    Vehicles without a limit of their own, and the hashes of their setups, are thus what they were before.
+    """
     motor_time_constant_s: Delay = 0.05
     """Of the drives' speed profile: how the wheels follow their command as long as the motors can."""
     motor: Motor = Motor()
@@ -74,10 +79,25 @@ class DifferentialDrive(DriveSpec):
 
     says_no_more: ClassVar[str] = "the wheels do no more (max_wheel_speed_radps times wheel_radius_m)"
 
+    @model_serializer(mode="wrap")
+    def _without_usual_yaw_rate(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        written: dict[str, Any] = handler(self)
+        if written.get("max_yaw_rate_radps") == type(self).model_fields["max_yaw_rate_radps"].default:
+            del written["max_yaw_rate_radps"]
+        return written
+
     @property
     def half_track_m(self) -> float:
         """Distance of a wheel from the axle's middle."""
         return self.track_width_m / 2
+
+    @property
+    def spin_lever_m(self) -> float:
+        """How far from the axle's middle a turn on the spot is as fast as driving straight on: half the track, or more.
+
+        More where the yaw rate has a limit of its own.
+        """
+        return max(self.half_track_m, self.max_speed_mps / self.max_yaw_rate_radps)
 
     @property
     def wheels_m(self) -> tuple[tuple[float, float], tuple[float, float]]:

@@ -9,8 +9,10 @@ from touchline.schemas.vehicles.sprayer_tool import SprayerTool
 from touchline.schemas.vehicles.vehicle_body import VehicleBody
 
 PARTS: dict[str, type[Spec]] = {"body": VehicleBody, "drive": DifferentialDrive, "tool": SprayerTool}
+LATER = frozenset(("kind", "max_yaw_rate_radps"))
+"""Fields that never were at the top."""
 FORMER_FIELDS = {"kinematics": ("drive", "kind")} | {
-    name: (part, name) for part, spec in PARTS.items() for name in spec.model_fields if name != "kind"
+    name: (part, name) for part, spec in PARTS.items() for name in spec.model_fields if name not in LATER
 }
 """Part and field by the name that a field had at the top: all were those of a differential drive with a sprayer."""
 

@@ -59,7 +59,9 @@ def test_it_is_found_by_its_name_and_written_as_a_file_that_can_be_given(tmp_pat
     path.write_text('{"robots": [{"namespace": "r", "vehicle": "clay-roller"}]}')
     assert Fleet.read(path).robots[0].vehicle == CLAY_ROLLER
     assert all(shipped.vehicle.name == name for name, shipped in SHIPPED.items())
-    with pytest.raises(SpecError, match="give a path or one of: turf-tank-two, clay-roller"):
+    with pytest.raises(
+        SpecError, match="give a path or one of: turf-tank-two, clay-roller, turtlebot3-waffle-pi, turtlebot2"
+    ):
         load_vehicle("steam-roller")
 
 

@@ -21,21 +21,25 @@ ROLLING_ON_GRASS = 0.06
 
 
 class DifferentialCaps(NamedTuple):
-    """Limits of the rims (m/s, m/s²), and half the track (m)."""
+    """Limits of the rims (m/s, m/s²), half the track (m), the yaw rate's limit (rad/s), and a spin's lever (m)."""
 
     rim_speed_mps: float
     rim_acceleration_mps2: float
     half_track_m: float
+    yaw_rate_radps: float
+    lever_m: float
 
     @kernel
     def square_cap(self, curvature: float, sharpness: float) -> float:
-        """The largest u = v² (m²/s²): the outer rim runs at v(1 + |κ|r) and, at constant speed, gains uσr.
+        """The largest u = v² (m²/s²): the outer rim runs at v(1 + |κ|r) and, at constant speed, gains uσr; |κ|v is ω.
 
         Args:
             curvature: The largest |curvature| of the stretch (1/m).
             sharpness: Its |sharpness| (1/m²).
         """
         square = (self.rim_speed_mps / (1.0 + curvature * self.half_track_m)) ** 2
+        if curvature > 0.0:
+            square = min(square, (self.yaw_rate_radps / curvature) ** 2)
         if sharpness > 0.0:
             square = min(square, self.rim_acceleration_mps2 / (sharpness * self.half_track_m))
         return float(square)
@@ -67,8 +71,8 @@ class DifferentialCaps(NamedTuple):
 
     @kernel
     def spin_lever_m(self) -> float:
-        """The rims' distance from the axle's middle (m)."""
-        return float(self.half_track_m)
+        """See `DifferentialDrive.spin_lever_m`."""
+        return float(self.lever_m)
 
 
 class PlannedDifferential(PlannedDrive):
@@ -81,13 +85,17 @@ class PlannedDifferential(PlannedDrive):
         wheel_acceleration = min(drive.planned_wheel_acceleration_radps2, drive.max_wheel_acceleration_radps2)
         half_track, self.max_speed_mps = drive.half_track_m, drive.max_speed_mps
         self.acceleration_mps2 = RIM_SHARE * wheel_acceleration * drive.wheel_radius_m
-        self.caps = DifferentialCaps(self.max_speed_mps, self.acceleration_mps2, half_track)
+        yaw_rate = drive.max_yaw_rate_radps
+        self.caps = DifferentialCaps(
+            self.max_speed_mps, self.acceleration_mps2, half_track, yaw_rate, drive.spin_lever_m
+        )
         # In a tighter turn the inner wheel would run backward, in the middle of a forward path.
         self.curvature_max_1pm, self.tightest_1pm = 1.0 / half_track, CURVATURE_SHARE / half_track
 
     def curvature_at(self, speed_mps: float) -> float:
-        """The curvature (1/m) at which the outer rim reaches its largest speed."""
-        return float((self.max_speed_mps - speed_mps) / (speed_mps * self.caps.half_track_m))
+        """The curvature (1/m) at which the outer rim reaches its largest speed, or the body its largest yaw rate."""
+        rim = (self.max_speed_mps - speed_mps) / (speed_mps * self.caps.half_track_m)
+        return float(min(rim, self.caps.yaw_rate_radps / speed_mps))
 
     def sharpness_at(self, speed_mps: float) -> float:
         """The sharpness (1/m²) at which turning takes `TURNING_SHARE` of the rims' acceleration."""
