@@ -1,4 +1,4 @@
-"""Registries of plug-ins: drives, tools, transition methods, area methods and followers.
+"""Registries of plug-ins: drives, tools, transition and pose methods, area methods, speed laws and followers.
 
 A plug-in has a name, by which options ask for it, a summary for people, and what makes it. Those that are shipped are
 registered here by where they are found, so that the command line and the console can list them without importing them.
@@ -236,6 +236,8 @@ _VEHICLES = "touchline.schemas.vehicles"
 _DRIVES = "touchline.services.planner.drives"
 _METHODS = "touchline.services.planner.transitions.methods"
 _COVERAGE = "touchline.services.planner.coverage"
+_POSES = "touchline.services.planner.poses.shipped_methods"
+_LAWS = "touchline.services.planner.poses.laws"
 _WORLD = "touchline.services.robot_sim.world"
 _FOLLOWERS = "touchline.services.onboard.control"
 
@@ -321,3 +323,19 @@ FOLLOWERS.register(
     f"{_FOLLOWERS}:make_pursuit_lanes",
 )
 FOLLOWERS.register(EXTERNAL, "your own program, asked over the bus", f"{_FOLLOWERS}:ExternalFollower")
+
+POSE_METHODS: Registry[Any] = Registry("pose method")
+"""How to get from one pose to another: a `PoseMethod` of services/planner/poses each."""
+POSE_METHODS.register("g2", "quickest: continuous in curvature, reversing and turning on the spot too", f"{_POSES}:G2")
+POSE_METHODS.register("cubic", "one cubic curve, which bends evenly", f"{_POSES}:CUBIC")
+POSE_METHODS.register("dubins", "shortest of arcs of one radius and lines", f"{_POSES}:DUBINS")
+POSE_METHODS.register("dubins-free", "the same to a place, with whatever heading", f"{_POSES}:DUBINS_FREE")
+POSE_METHODS.register("bearing", "baseline: the same, heading as the goal lies from the start", f"{_POSES}:BEARING")
+POSE_METHODS.register("turn-line-turn", "turn on the spot, drive straight, turn", f"{_POSES}:TURN_LINE_TURN")
+
+SPEED_LAWS: Registry[Any] = Registry("speed law")
+"""When the robot is where between two poses: a `SpeedLaw` of services/planner/poses/laws.py each; None: by limits."""
+SPEED_LAWS.register("limits", "fastest: as limits of speed and acceleration allow", f"{_LAWS}:LIMITS")
+SPEED_LAWS.register("quintic", "s = 10τ³ − 15τ⁴ + 6τ⁵: smooth at both ends", f"{_LAWS}:QUINTIC")
+SPEED_LAWS.register("cubic", "s = 3τ² − 2τ³: at rest at both ends", f"{_LAWS}:CUBIC")
+SPEED_LAWS.register("uniform", "baseline: s = τ, which begins and ends in a jump", f"{_LAWS}:UNIFORM")

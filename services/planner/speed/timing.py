@@ -122,7 +122,12 @@ def speed_profile(course: PathGrid, steady: Sequence[Steady], limits: Limits) ->
     ideal, squared = entries(*columns, square)
     station = np.interp(ideal, np.concatenate(([0.0], np.cumsum(course.length_m))), knots)
     station, squared = _without_repeats(station, squared, knots[-1])
-    return SpeedProfile(station, np.sqrt(squared), tuple(_spin(knots[at], angle, limits) for at, angle in course.spins))
+    return SpeedProfile(station, np.sqrt(squared), spins_of(course, limits))
+
+
+def spins_of(course: PathGrid, limits: Limits) -> tuple[Spin, ...]:
+    """The turns on the spot along a course, each as quick as the limits allow."""
+    return tuple(_spin(course.station_m[at], angle, limits) for at, angle in course.spins)
 
 
 def _spin(station_m: float, angle_rad: float, limits: Limits) -> Spin:

@@ -1,0 +1,1 @@
+"""Paths between two poses, such as from where the robot stands to a goal, and laws of when it is where along them."""

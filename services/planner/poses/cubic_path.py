@@ -1,0 +1,128 @@
+"""Method `cubic`: one cubic curve from pose to pose (see kernels/cubic_curve.py), given as clothoids.
+
+With given tangent lengths it is that of a study on a small robot; else they are chosen so that the vehicle can drive
+the curve, and soonest. Where no such curve is found there is always a path by `g2`.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from touchline.schemas.errors import PlanningError
+from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
+from touchline.services.planner.poses.dubins_paths import with_heading
+from touchline.services.planner.poses.g2_path import G2Path
+from touchline.services.planner.poses.kernels.cubic_curve import (
+    FINE,
+    SLOWEST_SHARE,
+    Clothoids,
+    CubicCurve,
+    clothoids,
+    cubic_curve,
+    price,
+    quickest_lengths,
+    tangent,
+)
+from touchline.services.planner.poses.pose_method import CurveProgress, PosePath
+from touchline.services.planner.poses.traveller import Traveller
+
+# Clothoids stay so near to the curve (m): together with the arcs that stand for them, within a millimetre.
+NEAR_M = 1e-4
+CELLS_LEAST, CELLS_MOST = 24, 2048
+# What is bent by less over all its length (rad) is a line.
+STRAIGHT_RAD = 1e-11
+# This share of the largest curvature is used, as clothoids bend a little more than the curve in whose place they are.
+CURVATURE_SHARE = 0.999
+
+
+@dataclass(frozen=True)
+class CubicPath:
+    """Cubic curves with tangents of given lengths (m), or of chosen ones.
+
+    Attributes:
+        tangents_m: k_i and k_f, one for both, or none: they are chosen. Negative: driven backward.
+    """
+
+    tangents_m: tuple[float, ...] = ()
+
+    def between(self, start: PathPose, goal: PathPose, traveller: Traveller) -> PosePath:
+        """See `PoseMethod`.
+
+        Raises:
+            PlanningError: The vehicle cannot drive the curve with the given lengths.
+        """
+        aimed, note = with_heading(start, goal, traveller.limits.curvature_max_1pm)
+        tightest = CURVATURE_SHARE * traveller.limits.curvature_max_1pm
+        if self.tangents_m:
+            lengths = self.tangents_m[0], self.tangents_m[-1]
+            _check(lengths, curve_of(start, aimed, lengths), tightest, traveller)
+        else:
+            seen, turn = aimed.seen_from(start)
+            lengths = quickest_lengths(seen, turn, tightest, traveller.can_reverse, traveller.limits.caps)
+        made = None
+        if math.isfinite(lengths[0]):
+            made = made_of_clothoids(
+                start, curve_of(start, aimed, lengths), lengths[0], traveller.limits.curvature_max_1pm
+            )
+        if made:
+            return PosePath(made.path, note, made.progress)
+        fallback = G2Path().between(start, aimed, traveller)
+        bound = f"no cubic curve within {traveller.limits.curvature_max_1pm:.3g} 1/m found, so by g2"
+        return PosePath(fallback.path, "; ".join(filter(None, (note, bound))))
+
+
+def curve_of(start: PathPose, goal: PathPose, tangents_m: tuple[float, float]) -> CubicCurve:
+    """The cubic curve between two poses with tangents of these lengths (m)."""
+    leaving, arriving = tangents_m
+    curve: CubicCurve = cubic_curve(start.point, goal.point, leaving * start.direction, arriving * goal.direction)
+    return curve
+
+
+def made_of_clothoids(start: PathPose, curve: CubicCurve, tangent_m: float, tightest_1pm: float) -> PosePath | None:
+    """A cubic curve as clothoids, driven backward if `tangent_m` is negative; None if that takes too many.
+
+    They are within NEAR_M of it, and bent by no more than `tightest_1pm`.
+    """
+    sense = 1 if tangent_m > 0.0 else -1
+    cells = CELLS_LEAST
+    while cells <= CELLS_MOST:
+        found = clothoids(curve, cells)
+        if found.off <= NEAR_M and np.abs(found.curvature).max() <= tightest_1pm:
+            return PosePath(PiecePath(start, _pieces(found, sense)), progress=_progress(curve, found))
+        cells *= 2
+    return None
+
+
+def _pieces(found: Clothoids, sense: int) -> tuple[Piece, ...]:
+    """What turns to the path's left turns to the robot's right where it drives backward."""
+    length, curvature = found.length, sense * found.curvature
+    if np.abs(curvature).max() * length.sum() < STRAIGHT_RAD:
+        return (Piece(float(length.sum()), direction=sense),)
+    rows = zip(length.tolist(), curvature[:-1].tolist(), (np.diff(curvature) / length).tolist(), strict=True)
+    return tuple(Piece(*row, sense) for row in rows)
+
+
+def _progress(curve: CubicCurve, found: Clothoids) -> CurveProgress:
+    return CurveProgress(found.at, np.concatenate(([0.0], np.cumsum(found.length))), np.abs(tangent(curve, found.at)))
+
+
+def _check(lengths: tuple[float, float], curve: CubicCurve, tightest: float, traveller: Traveller) -> None:
+    """Refuse lengths with which the vehicle cannot drive.
+
+    Raises:
+        PlanningError: It says why.
+    """
+    told = ", ".join(f"{length:g}" for length in lengths)
+    if not all(map(math.isfinite, lengths)) or lengths[0] * lengths[1] <= 0.0:
+        raise PlanningError("", f"has k = {told}", "give one or two lengths (m) of one sign, or none: they are chosen")
+    if lengths[0] < 0.0 and not traveller.can_reverse:
+        raise PlanningError("", f"has k = {told}, but may not drive backward", "give positive lengths, or none")
+    slowest = SLOWEST_SHARE * abs(curve.goal - curve.start)
+    if math.isinf(price(curve, tightest, slowest, traveller.limits.caps, FINE)):
+        raise PlanningError(
+            "",
+            f"has k = {told}, with which the curve bends by more than {traveller.limits.curvature_max_1pm:.3g} 1/m or "
+            "nearly stands",
+            "leave k out: it is chosen, or give the pose method g2",
+        )

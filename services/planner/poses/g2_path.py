@@ -1,0 +1,27 @@
+"""Method `g2`: the quickest path continuous in curvature, with cusps and turns on the spot where the vehicle may."""
+
+from touchline.services.planner.geometry.clothoid import PathPose
+from touchline.services.planner.poses.dubins_paths import with_heading
+from touchline.services.planner.poses.pose_method import PosePath
+from touchline.services.planner.poses.traveller import TURN_SHARES, Traveller
+from touchline.services.planner.steering.g2 import Steering
+from touchline.services.planner.steering.method import CurveEnd
+from touchline.services.planner.transitions.transitions import REVERSING, SPINNING, TransitionFamily, Turns
+
+
+class G2Path:
+    """The quickest of today's transitions, from rest to rest; one exists for every two poses."""
+
+    def between(self, start: PathPose, goal: PathPose, traveller: Traveller) -> PosePath:
+        """See `PoseMethod`."""
+        aimed, note = with_heading(start, goal, traveller.limits.curvature_max_1pm)
+        resting = (CurveEnd(pose, 0.0, speed_mps=0.0) for pose in (start, aimed))
+        return PosePath(_transitions(traveller).between(*resting)[0].path, note)
+
+
+def _transitions(traveller: Traveller) -> TransitionFamily:
+    """With turns for several shares of the transit speed."""
+    limits, able = traveller.limits, {REVERSING: traveller.can_reverse, SPINNING: traveller.can_spin}
+    offers = {limits.turn_at(speed): speed for speed in (share * limits.transit_speed_mps for share in TURN_SHARES)}
+    turns = tuple(Turns(speed, *turn, Steering(*turn)) for turn, speed in offers.items() if turn[0] > 0.0)
+    return TransitionFamily(limits, turns, frozenset(skill for skill, can in able.items() if can))

@@ -1,0 +1,329 @@
+"""Compiled: cubic curves between two poses, their price, and clothoids in their place.
+
+Points are complex numbers x + iy. With p(0), p(1) the ends and k_i, k_f the lengths of the tangents there,
+
+    p(s) = s³·p_f − (s − 1)³·p_i + α·s²(s − 1) + β·s(s − 1)²,   α = k_f·e^{iθ_f} − 3p_f,   β = k_i·e^{iθ_i} + 3p_i
+
+is the cubic Hermite curve with p'(0) = k_i·e^{iθ_i} and p'(1) = k_f·e^{iθ_f} (Siciliano, Sciavicco, Villani, Oriolo,
+"Robotics: Modelling, Planning and Control", 11.5.3). Both lengths positive: driven forward; both negative: backward.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from touchline.services.core.angles import wrapped
+from touchline.services.core.jit import kernel
+from touchline.services.planner.drives.caps import Caps, square_cap
+from touchline.services.planner.geometry.clothoid import NODES, WEIGHTS, Floats
+
+# Slowest |p'| of an automatic curve, as a share of the distance: nearly standing, a curve bends without limit.
+SLOWEST_SHARE = 0.05
+# Factors of the distance that are tried as k_i and as k_f, the plainest first: it wins where all are as quick.
+FACTORS = np.array([1.0, 0.8, 1.3, 0.6, 1.6, 0.4, 2.0, 2.6])
+# Points of a curve that are looked at: first roughly, then those of the best.
+ROUGH, FINE = 32, 256
+# Refinement goes by steps of this (of log k) at first, and halves them so often.
+FIRST_STEP, HALVINGS = 0.14, 5
+# Newton's method ends so near to the goal (a share of the length), or after so many steps.
+MET, NEWTON_STEPS = 1e-14, 6
+# A curve must be quicker by this share to replace an earlier one.
+QUICKER = 1e-9
+
+
+class CubicCurve(NamedTuple):
+    """The curve's ends (m) and its other two coefficients (m), each complex, or all arrays of one shape."""
+
+    start: Any
+    goal: Any
+    alpha: Any
+    beta: Any
+
+
+@kernel
+def cubic_curve(start: Any, goal: Any, leaving: Any, arriving: Any) -> CubicCurve:
+    """The curve between two points with these tangents.
+
+    Args:
+        start: p(0), x + iy (m).
+        goal: p(1), x + iy (m).
+        leaving: p'(0) = k_i·e^{iθ_i} (m).
+        arriving: p'(1) = k_f·e^{iθ_f} (m).
+    """
+    return CubicCurve(start, goal, arriving - 3.0 * goal, leaving + 3.0 * start)
+
+
+@kernel
+def point(curve: CubicCurve, s: Any) -> Any:
+    """p(s), x + iy (m), for s in [0, 1]."""
+    t = s - 1.0
+    return s * s * s * curve.goal - t * t * t * curve.start + curve.alpha * s * s * t + curve.beta * s * t * t
+
+
+@kernel
+def tangent(curve: CubicCurve, s: Any) -> Any:
+    """p'(s) (m), for s in [0, 1]."""
+    t = s - 1.0
+    ends = 3.0 * s * s * curve.goal - 3.0 * t * t * curve.start
+    return ends + curve.alpha * (3.0 * s - 2.0) * s + curve.beta * t * (3.0 * s - 1.0)
+
+
+@kernel
+def tangent_change(curve: CubicCurve, s: Any) -> Any:
+    """p''(s) (m), for s in [0, 1]; linear in s."""
+    ends = 6.0 * s * curve.goal - 6.0 * (s - 1.0) * curve.start
+    return ends + curve.alpha * (6.0 * s - 2.0) + curve.beta * (6.0 * s - 4.0)
+
+
+@kernel
+def bend(curve: CubicCurve, s: float) -> tuple[float, float, float]:
+    """How a curve runs at s: |p'| (m), curvature (1/m) as travelled, and its change per metre travelled (1/m²).
+
+    κ = (p' × p'')/|p'|³, and dκ/ds its derivative by s over |p'|.
+    """
+    first, second = tangent(curve, s), tangent_change(curve, s)
+    third = tangent_change(curve, 1.0) - tangent_change(curve, 0.0)
+    square = first.real * first.real + first.imag * first.imag
+    turning = first.real * second.imag - first.imag * second.real
+    stretching = first.real * second.real + first.imag * second.imag
+    twisting = first.real * third.imag - first.imag * third.real
+    stretch = math.sqrt(square)
+    sharpness = (twisting * square - 3.0 * turning * stretching) / (square * square * square)
+    return stretch, turning / (square * stretch), sharpness
+
+
+@kernel
+def price(
+    curve: CubicCurve, tightest: float, slowest: float, limits: Caps, points: int, longest: float = math.inf
+) -> float:
+    """Seconds along a curve at the largest speed that each place allows: ∫ |p'|/v ds by the trapezium rule.
+
+    Args:
+        curve: That is driven.
+        tightest: Largest curvature (1/m).
+        slowest: Least |p'| (m).
+        limits: Of drive and plan.
+        points: How many intervals of s are looked at.
+        longest: A curve that takes longer (s) does not matter.
+
+    Returns:
+        Infinity, if the curve is tighter or slower anywhere, or takes longer.
+    """
+    seconds, most = 0.0, longest * points
+    for i in range(points + 1):
+        stretch, curvature, sharpness = bend(curve, i / points)
+        if not (stretch >= slowest and abs(curvature) <= tightest and seconds <= most):
+            return math.inf
+        weight = 0.5 if i == 0 or i == points else 1.0
+        seconds += weight * stretch / math.sqrt(square_cap(abs(curvature), abs(sharpness), limits))
+    return seconds / points
+
+
+@kernel
+def quickest_lengths(goal: complex, turn: float, tightest: float, backward: bool, limits: Caps) -> tuple[float, float]:
+    """The tangent lengths (k_i, k_f) (m) of the quickest cubic curve from the origin, heading along +x.
+
+    First 8 × 8 factors of the distance, forward and backward, then a compass search about the best, each step along
+    k_i, k_f or both (Kolda, Lewis, Torczon, "Optimization by direct search", SIAM Review 45(3), 2003).
+
+    Args:
+        goal: x + iy (m).
+        turn: Heading at the goal (rad).
+        tightest: Largest curvature (1/m).
+        backward: Whether it may be driven backward.
+        limits: Of drive and plan.
+
+    Returns:
+        NaN twice, if none keeps to the curvature with |p'| at least SLOWEST_SHARE of the distance.
+    """
+    distance, count = abs(goal), len(FACTORS)
+    arriving = complex(math.cos(turn), math.sin(turn))
+    slowest = SLOWEST_SHARE * distance
+    rough = np.empty(2 * count * count)
+    for i in range(len(rough)):
+        sense, k_from, k_to = _tried(i, distance)
+        curve = cubic_curve(0j, goal, complex(k_from, 0.0), k_to * arriving)
+        allowed = distance > 0.0 and (sense > 0.0 or backward)
+        rough[i] = price(curve, tightest, slowest, limits, ROUGH) if allowed else math.inf
+    while True:
+        best = 0
+        for i in range(1, len(rough)):
+            if rough[i] < rough[best] * (1.0 - QUICKER):
+                best = i
+        if math.isinf(rough[best]):
+            return math.nan, math.nan
+        _, k_from, k_to = _tried(best, distance)
+        curve = cubic_curve(0j, goal, complex(k_from, 0.0), k_to * arriving)
+        seconds = price(curve, tightest, slowest, limits, FINE)
+        if seconds < math.inf:
+            break
+        rough[best] = math.inf
+    step = FIRST_STEP
+    for _ in range(HALVINGS):
+        here_from, here_to = k_from, k_to
+        for first, last in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, -1)):
+            near_from, near_to = here_from * math.exp(first * step), here_to * math.exp(last * step)
+            curve = cubic_curve(0j, goal, complex(near_from, 0.0), near_to * arriving)
+            near = price(curve, tightest, slowest, limits, FINE, seconds)
+            if near < seconds * (1.0 - QUICKER):
+                seconds, k_from, k_to = near, near_from, near_to
+        if k_from == here_from and k_to == here_to:
+            step *= 0.5
+    return k_from, k_to
+
+
+@kernel
+def _tried(i: int, distance: float) -> tuple[float, float, float]:
+    """The i-th of the curves that are tried: 1 forward or -1 backward, and its tangent lengths (m)."""
+    count = len(FACTORS)
+    sense = 1.0 if i < count * count else -1.0
+    at = i % (count * count)
+    return sense, sense * FACTORS[at // count] * distance, sense * FACTORS[at % count] * distance
+
+
+class Clothoids(NamedTuple):
+    """Clothoids in place of a curve.
+
+    Attributes:
+        at: (n + 1,) the curve's parameter s at their borders.
+        length: (n,) of each (m).
+        curvature: (n + 1,) at their borders (1/m), as travelled.
+        off: How far (m) they are off the curve at their borders at most.
+    """
+
+    at: Floats
+    length: Floats
+    curvature: Floats
+    off: float
+
+
+@kernel
+def borders(curve: CubicCurve, cells: int) -> Floats:
+    """(cells + 1,) values of s that part a curve into cells with equal shares of its length, its turn and its twist.
+
+    Args:
+        curve: That is parted.
+        cells: How many.
+    """
+    share = np.empty((FINE, 3))
+    for i in range(FINE):
+        stretch, curvature, sharpness = bend(curve, (i + 0.5) / FINE)
+        share[i] = stretch, stretch * abs(curvature), stretch * abs(sharpness)
+    weight = np.zeros(FINE)
+    for k in range(3):
+        total = share[:, k].sum()
+        if total > 0.0:
+            weight += share[:, k] / total
+    summed = np.concatenate((np.zeros(1), np.cumsum(weight)))
+    return np.interp(np.linspace(0.0, summed[-1], cells + 1), summed, np.linspace(0.0, 1.0, FINE + 1))
+
+
+@kernel
+def nearest_curvature(curve: CubicCurve, at: Floats) -> tuple[Floats, Floats]:
+    """The continuous curvature, linear in arc length between borders, that is nearest to a curve's in the mean square.
+
+    The normal equations of hat functions: Σ_j ∫h_i·h_j ds·κ_j = ∫h_i·κ ds, three to a row, solved by elimination.
+
+    Args:
+        curve: As travelled.
+        at: (n + 1,) values of s at the borders.
+
+    Returns:
+        (n,) lengths between the borders (m), and (n + 1,) curvatures there (1/m).
+    """
+    n = len(at) - 1
+    length, moment = np.zeros(n), np.zeros(n + 1)
+    turned, run = np.empty(len(NODES)), np.empty(len(NODES))
+    for i in range(n):
+        step = at[i + 1] - at[i]
+        for node in range(len(NODES)):
+            stretch, bent, _ = bend(curve, at[i] + step * NODES[node])
+            run[node] = WEIGHTS[node] * step * stretch
+            turned[node] = run[node] * bent
+        length[i] = run.sum()
+        passed = 0.0
+        for node in range(len(NODES)):
+            share = (passed + 0.5 * run[node]) / length[i]
+            passed += run[node]
+            moment[i] += (1.0 - share) * turned[node]
+            moment[i + 1] += share * turned[node]
+    diagonal = np.zeros(n + 1)
+    diagonal[:-1] += length / 3.0
+    diagonal[1:] += length / 3.0
+    for i in range(n):
+        share = length[i] / 6.0 / diagonal[i]
+        diagonal[i + 1] -= share * length[i] / 6.0
+        moment[i + 1] -= share * moment[i]
+    curvature = np.empty(n + 1)
+    curvature[n] = moment[n] / diagonal[n]
+    for i in range(n - 1, -1, -1):
+        curvature[i] = (moment[i] - length[i] / 6.0 * curvature[i + 1]) / diagonal[i]
+    return length, curvature
+
+
+@kernel
+def clothoids(curve: CubicCurve, cells: int) -> Clothoids:
+    """Clothoids in place of a curve, from its start to its goal with its headings there.
+
+    Their lengths are the curve's between their borders, and their curvature is that continuous and piecewise linear one
+    which is nearest to the curve's in the mean square: so its integrals, heading and place, stay nearer than if it were
+    the curve's own at the borders. All but for a linear change of curvature and a change of scale, which Newton's
+    method finds so that they end where the curve does.
+
+    Args:
+        curve: As travelled.
+        cells: How many of them.
+    """
+    at = borders(curve, cells)
+    length, curvature = nearest_curvature(curve, at)
+    total = length.sum()
+    share = np.concatenate((np.zeros(1), np.cumsum(length))) / total
+    leaving, arriving = tangent(curve, 0.0), tangent(curve, 1.0)
+    goal = (curve.goal - curve.start) * leaving.conjugate() / abs(leaving)
+    turned = arriving * leaving.conjugate()
+    turn = math.atan2(turned.imag, turned.real)
+    off, change, steps = np.empty((3, 1)), np.empty((3, 3)), (1e-6 / total, 1e-6 / total, 1e-6)
+    tuned = np.zeros(3)
+    for _ in range(NEWTON_STEPS):
+        off[:, 0] = _miss(length, curvature + tuned[0] + tuned[1] * share, 1.0 + tuned[2], goal, turn)
+        if np.abs(off).max() < MET * total:
+            break
+        for k in range(3):
+            other = tuned.copy()
+            other[k] += steps[k]
+            missed = _miss(length, curvature + other[0] + other[1] * share, 1.0 + other[2], goal, turn)
+            change[:, k] = (missed - off[:, 0]) / steps[k]
+        tuned -= np.linalg.solve(change, off)[:, 0]
+    length *= 1.0 + tuned[2]
+    curvature += tuned[0] + tuned[1] * share
+    position, heading, worst = curve.start, math.atan2(leaving.imag, leaving.real), 0.0
+    for i in range(cells):
+        move, turned_by = _along(length[i], curvature[i], curvature[i + 1])
+        position += move * complex(math.cos(heading), math.sin(heading))
+        heading += turned_by
+        worst = max(worst, abs(position - point(curve, at[i + 1])))
+    return Clothoids(at, length, curvature, worst)
+
+
+@kernel
+def _miss(length: Floats, curvature: Floats, scale: float, goal: complex, turn: float) -> Floats:
+    """(3,) by how much (m, m, rad) clothoids from the origin along +x miss a goal."""
+    position, heading = 0j, 0.0
+    for i in range(len(length)):
+        move, turned = _along(length[i] * scale, curvature[i], curvature[i + 1])
+        position += move * complex(math.cos(heading), math.sin(heading))
+        heading += turned
+    off = wrapped(heading - turn)
+    return np.array([position.real - goal.real, position.imag - goal.imag, off])
+
+
+@kernel
+def _along(length: float, k_from: float, k_to: float) -> tuple[complex, float]:
+    """Displacement (m) and turn (rad) along one clothoid from heading 0, by Gauss-Legendre quadrature."""
+    move = 0j
+    for node in range(len(NODES)):
+        s = NODES[node]
+        angle = (k_from + 0.5 * (k_to - k_from) * s) * s * length
+        move += WEIGHTS[node] * complex(math.cos(angle), math.sin(angle))
+    return move * length, 0.5 * (k_from + k_to) * length

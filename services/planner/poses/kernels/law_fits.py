@@ -1,0 +1,35 @@
+"""Compiled: whether speeds along a path keep the limits."""
+
+from touchline.services.core.jit import kernel
+from touchline.services.planner.drives.caps import Caps, gain
+from touchline.services.planner.geometry.clothoid import Floats
+
+# Rounding of a speed that is held is no acceleration (m²/s²).
+HELD = 1e-12
+
+
+@kernel
+def fits(length: Floats, curvature: Floats, sharpness: Floats, cap: Floats, square: Floats, limits: Caps) -> bool:
+    """Whether a drive with u = v² linear over each cell keeps the limits of `drives/caps.py`.
+
+    Args:
+        length: (n,) of the cells (m).
+        curvature: (n,) signed, at the beginning of each cell (1/m).
+        sharpness: (n,) signed, constant over each cell (1/m²).
+        cap: (n,) the largest u of each cell (m²/s²).
+        square: (n + 1,) u at the borders of the cells (m²/s²).
+        limits: Of drive and plan.
+    """
+    for i in range(len(length)):
+        first, last = square[i], square[i + 1]
+        if max(first, last) > cap[i]:
+            return False
+        if last > first + HELD:
+            most = gain(first, curvature[i], sharpness[i], length[i], limits)
+        elif first > last + HELD:
+            most = gain(last, curvature[i] + sharpness[i] * length[i], -sharpness[i], length[i], limits)
+        else:
+            continue
+        if abs(last - first) > 2.0 * most * length[i]:
+            return False
+    return True

@@ -1,0 +1,165 @@
+"""Laws of when the robot is where between two poses: as the limits allow, or as a polynomial of time has it.
+
+With τ = t/T from 0 to 1, a law s(τ) drives a curve p(s) with v = |p'(s)|·s'(τ)/T; T may be given, but for what the
+limits need at least (Siciliano et al., "Robotics: Modelling, Planning and Control", 4.2 and 11.5.3). Where the robot
+stands on the way, at cusps and turns on the spot, each stretch between has the law to itself, over its arc length.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Final, NamedTuple
+
+import numpy as np
+from scipy.interpolate import CubicHermiteSpline
+
+from touchline.schemas.errors import PlanningError
+from touchline.services.planner.geometry.clothoid import Floats
+from touchline.services.planner.limits import Limits
+from touchline.services.planner.poses.kernels.law_fits import fits
+from touchline.services.planner.poses.pose_method import CurveProgress
+from touchline.services.planner.speed.path_grid import PathGrid
+from touchline.services.planner.speed.timing import SpeedProfile, speed_profile, spins_of
+
+# The first entry behind a standstill is at this τ, and the following ones at so many times their last τ; likewise at
+# the end. So v², linear between entries, is within 0.5 % of the law.
+FIRST_ENTRY, ENTRY_RATIO = 1e-3, 1.06
+HALVINGS = 60
+# Shorter than the shortest by less than this share is rounding.
+ROUNDING = 1e-6
+
+
+class SpeedLaw(NamedTuple):
+    """A law from rest to rest, but for one that begins and ends `moving`; both functions take and give (n,)."""
+
+    s: Callable[[Floats], Floats]
+    rate: Callable[[Floats], Floats]
+    moving: bool = False
+
+
+LIMITS: Final = None
+UNIFORM: Final = SpeedLaw(lambda tau: tau, np.ones_like, moving=True)
+CUBIC: Final = SpeedLaw(lambda tau: tau**2 * (3.0 - 2.0 * tau), lambda tau: 6.0 * tau * (1.0 - tau))
+QUINTIC: Final = SpeedLaw(
+    lambda tau: tau**3 * (10.0 - 15.0 * tau + 6.0 * tau**2), lambda tau: 30.0 * (tau * (1.0 - tau)) ** 2
+)
+
+
+@dataclass(frozen=True)
+class LawStretch:
+    """A stretch of path without a standstill on the way, from arc length `start_m` to `end_m`, and how it is driven."""
+
+    start_m: float
+    end_m: float
+    law: SpeedLaw
+    progress: CubicHermiteSpline
+
+    def entries_m(self) -> Floats:
+        """(n,) the arc lengths at which the profile has entries."""
+        count = math.ceil(math.log(0.5 / FIRST_ENTRY) / math.log(ENTRY_RATIO))
+        early = np.geomspace(FIRST_ENTRY, 0.5, count)
+        tau = np.concatenate((early, 1.0 - early[-2::-1]))
+        return np.asarray(self.start_m + (self.end_m - self.start_m) * self.progress(self.law.s(tau)))
+
+    def speeds(self, station_m: Floats) -> Floats:
+        """(n,) the speeds (m/s) at arc lengths (n,), if it took one second."""
+        length_m = self.end_m - self.start_m
+        wanted = (station_m - self.start_m) / length_m
+        low, high = np.zeros(len(wanted)), np.ones(len(wanted))
+        for _ in range(HALVINGS):
+            tau = 0.5 * (low + high)
+            beyond = self.progress(self.law.s(tau)) > wanted
+            low, high = np.where(beyond, low, tau), np.where(beyond, tau, high)
+        tau = 0.5 * (low + high)
+        speed = length_m * self.progress(self.law.s(tau), 1) * self.law.rate(tau)
+        if not self.law.moving:
+            speed[[0, -1]] = 0.0
+        return np.asarray(speed)
+
+
+def timed(
+    grid_of: Callable[[Floats], PathGrid],
+    law: SpeedLaw | None,
+    duration_s: float,
+    limits: Limits,
+    progress: CurveProgress | None = None,
+) -> SpeedProfile:
+    """The profile along a path that takes a wanted time.
+
+    Args:
+        grid_of: Makes the path's cells, with borders at arc lengths (n,) too.
+        law: By which it is driven; None: as fast as the limits allow, and slowed evenly.
+        duration_s: Wanted; 0: the least.
+        limits: They are kept.
+        progress: Of a curve with a parameter of its own.
+
+    Raises:
+        PlanningError: The wanted time is too short, or no law of driving helps; it says how much it takes at least.
+    """
+    grid = grid_of(np.zeros(0))
+    fastest = (
+        speed_profile(grid, (), limits) if law is None else _by_law(grid_of, _stretches(grid, law, progress), limits)
+    )
+    return fastest if duration_s == 0.0 else _slowed(fastest, duration_s)
+
+
+def _slowed(fastest: SpeedProfile, duration_s: float) -> SpeedProfile:
+    """The same, driven so much slower throughout that it takes the time; turns on the spot stay as they are."""
+    least_s, turning_s = fastest.total_time_s, float(fastest.dwell_s.sum())
+    if not duration_s >= least_s * (1.0 - ROUNDING):
+        raise PlanningError(
+            "", f"shall take duration_s = {duration_s:g}", f"give at least {math.ceil(1e3 * least_s) / 1e3:g} s, or 0"
+        )
+    if not math.isfinite(duration_s):
+        raise PlanningError("", f"shall take duration_s = {duration_s:g}", "give seconds, or 0 for the least")
+    slower = (duration_s - turning_s) / (least_s - turning_s)
+    return replace(fastest, speed_mps=fastest.speed_mps / slower)
+
+
+def _stretches(grid: PathGrid, law: SpeedLaw, progress: CurveProgress | None) -> list[LawStretch]:
+    """What is driven between two standstills, by the law.
+
+    Raises:
+        PlanningError: The law cannot stand.
+    """
+    if law.moving and (grid.stops or grid.spins):
+        raise PlanningError(
+            "",
+            "shall keep a uniform law, but the path has cusps or turns on the spot, where the robot stands",
+            "give another speed law, or a pose method that drives one way (dubins, or g2 with forward_only)",
+        )
+    along = _shares(progress) if progress else CubicHermiteSpline([0.0, 1.0], [0.0, 1.0], [1.0, 1.0])
+    stops = np.unique([0, *grid.stops, len(grid.station_m) - 1])
+    return [LawStretch(*ends, law, along) for ends in pairwise(grid.station_m[stops].tolist())]
+
+
+def _shares(progress: CurveProgress) -> CubicHermiteSpline:
+    """The share of its length that a curve has come to, by its parameter."""
+    whole_m = progress.station_m[-1]
+    return CubicHermiteSpline(progress.at, progress.station_m / whole_m, progress.rate_m / whole_m)
+
+
+def _by_law(grid_of: Callable[[Floats], PathGrid], stretches: list[LawStretch], limits: Limits) -> SpeedProfile:
+    """The fastest profile in which every stretch keeps its law."""
+    grid = grid_of(np.concatenate([stretch.entries_m() for stretch in stretches]))
+    speed = np.zeros(len(grid.station_m))
+    for stretch in stretches:
+        first, last = np.searchsorted(grid.station_m, (stretch.start_m, stretch.end_m))
+        knots, cells = slice(first, last + 1), slice(first, last)
+        shape = stretch.speeds(grid.station_m[knots])
+        speed[knots] = np.maximum(speed[knots], shape * math.sqrt(_largest(grid, cells, np.square(shape), limits)))
+    return SpeedProfile(grid.station_m, speed, spins_of(grid, limits))
+
+
+def _largest(grid: PathGrid, cells: slice, square: Floats, limits: Limits) -> float:
+    """By which factor v² (n + 1,) of some cells can be raised, or must be lowered, to be at the limits."""
+    columns = (grid.length_m[cells], grid.curvature_1pm[cells], grid.sharpness_1pm2[cells], grid.square_cap[cells])
+    high = float(np.min(columns[3] / np.maximum(square[1:], square[:-1])))
+    low = 0.0
+    if fits(*columns, high * square, limits.caps):
+        return high
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if fits(*columns, middle * square, limits.caps) else (low, middle)
+    return low

@@ -1,0 +1,45 @@
+"""Method `turn-line-turn`: turn on the spot, drive straight, turn on the spot."""
+
+import cmath
+import math
+
+from touchline.schemas.errors import PlanningError
+from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath, joined
+from touchline.services.planner.poses.pose_method import PosePath, heading_note
+from touchline.services.planner.poses.times import quickest
+from touchline.services.planner.poses.traveller import Traveller
+from touchline.services.planner.steering.g2 import turns_on_the_spot
+from touchline.services.planner.steering.method import CurveEnd
+
+
+class TurnLineTurn:
+    """The quickest of driving the line forward and, if the vehicle may, backward."""
+
+    def between(self, start: PathPose, goal: PathPose, traveller: Traveller) -> PosePath:
+        """See `PoseMethod`.
+
+        Raises:
+            PlanningError: The vehicle may not turn on the spot, or the goal is too near to drive to.
+        """
+        if not traveller.can_spin:
+            raise PlanningError(
+                "",
+                "shall go by turn-line-turn, but the vehicle may not turn on the spot (drive.can_spin, forward_only)",
+                "give the pose method g2, or let it",
+            )
+        if math.isnan(goal.heading_rad):
+            return _to_place(start, goal, traveller)
+        offers = turns_on_the_spot(CurveEnd(start, 0.0), CurveEnd(goal, 0.0))
+        allowed = [path for path in offers if traveller.can_reverse or all(piece.direction > 0 for piece in path)]
+        if not allowed:
+            raise PlanningError("", "has a goal too near to drive to", "give a goal at least 5 cm away, or g2")
+        return PosePath(PiecePath(start, quickest(allowed, traveller)))
+
+
+def _to_place(start: PathPose, goal: PathPose, traveller: Traveller) -> PosePath:
+    """Turn and drive, and look where that leads."""
+    seen, _ = goal._replace(heading_rad=0.0).seen_from(start)
+    senses = (1, -1) if traveller.can_reverse else (1,)
+    offers = [joined((Piece.spin(cmath.phase(d * seen)), Piece(abs(seen), direction=d))) for d in senses]
+    path = PiecePath(start, quickest(offers, traveller))
+    return PosePath(path, heading_note(path.end.heading_rad, "that of the line"))

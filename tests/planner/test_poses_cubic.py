@@ -1,0 +1,196 @@
+"""Cubic curves between poses: what they are, what the study printed instead, and those that are chosen."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from tests.planner.strategies import floats, headings, poses
+from touchline.schemas.errors import PlanningError
+from touchline.schemas.messages import PlanOptions
+from touchline.schemas.vehicles.shipped import SHIPPED
+from touchline.services.planner.geometry.clothoid import PathPose
+from touchline.services.planner.poses.cubic_path import CubicPath, curve_of
+from touchline.services.planner.poses.kernels.cubic_curve import bend, cubic_curve, point, tangent, tangent_change
+from touchline.services.planner.poses.traveller import Traveller
+from touchline.services.planner.segments.fit_arcs import cut
+from touchline.services.planner.segments.sections import runs
+
+ORIGIN = PathPose(0.0, 0.0, 0.0)
+WAFFLE = Traveller.of(SHIPPED["turtlebot3-waffle-pi"].vehicle, PlanOptions())
+AUTO = CubicPath()
+
+
+def random_pairs(count, seed=1):
+    rng = np.random.default_rng(seed)
+    place = rng.uniform(-10.0, 10.0, (4, count))
+    heading, length = rng.uniform(-math.pi, math.pi, (2, count)), rng.uniform(0.1, 10.0, (2, count))
+    return place[0] + 1j * place[1], place[2] + 1j * place[3], heading, length * rng.choice([-1.0, 1.0], count)
+
+
+def test_a_curve_has_its_ends_headings_and_tangents():
+    start, goal, heading, length = random_pairs(100_000)
+    leaving, arriving = length * np.exp(1j * heading)
+    curve = cubic_curve(start, goal, leaving, arriving)
+    assert np.abs(point(curve, 0.0) - start).max() < 1e-12
+    assert np.abs(point(curve, 1.0) - goal).max() < 1e-12
+    for s, end, way, wanted in ((0.0, leaving, heading[0], length[0]), (1.0, arriving, heading[1], length[1])):
+        found = tangent(curve, s)
+        assert np.abs(found - end).max() < 1e-12 * 30.0
+        assert np.abs(np.abs(found) - np.abs(wanted)).max() < 1e-12 * 30.0
+        travelled = way + np.where(wanted > 0.0, 0.0, math.pi)
+        assert np.abs(np.angle(found * np.exp(-1j * travelled))).max() < 1e-12 * 300.0
+
+
+def printed_curve(start, goal, leaving, arriving, s):
+    """As the study printed it: without the goal in the first term, and with the start's sign turned in β."""
+    alpha, beta = arriving - 3.0 * goal, leaving - 3.0 * start
+    place = s**3 - (s - 1.0) ** 3 * start + alpha * s**2 * (s - 1.0) + beta * s * (s - 1.0) ** 2
+    way = 3.0 * s**2 - 3.0 * (s - 1.0) ** 2 * start + alpha * (3.0 * s**2 - 2.0 * s)
+    return place, way + beta * (3.0 * s**2 - 4.0 * s + 1.0)
+
+
+def test_the_printed_formulas_fail_wherever_they_do_not_start_at_the_origin():
+    start, goal, heading, length = random_pairs(100_000)
+    leaving, arriving = length * np.exp(1j * heading)
+    place, _ = printed_curve(start, goal, leaving, arriving, 1.0)
+    _, way = printed_curve(start, goal, leaving, arriving, 0.0)
+    assert np.abs(place - goal).min() > 1e-3
+    assert np.abs(way - leaving).min() > 1e-3
+    place, _ = printed_curve(1 + 2j, 4 + 3j, 3.0 * np.exp(0.5j), 3.0 * np.exp(-1j), 1.0)
+    assert place == pytest.approx(1.0)  # both terms beside s³ vanish: the study's curve ends there, whatever the goal
+    _, way = printed_curve(1 + 2j, 4 + 3j, 3.0 * np.exp(0.5j), 3.0 * np.exp(-1j), 0.0)
+    assert np.angle(way) == pytest.approx(-1.88, abs=0.005)
+    assert abs(way) == pytest.approx(11.1, abs=0.05)
+
+
+@given(poses, poses, floats(0.5, 10.0), floats(0.5, 10.0), floats(0.05, 0.95))
+def test_bend_is_what_differences_find(start, goal, leaving, arriving, s):
+    curve, h = curve_of(start, goal, (leaving, arriving)), 1e-5
+    stretch, curvature, sharpness = bend(curve, s)
+    if stretch < 0.2:
+        return
+    assert tangent(curve, s) == pytest.approx((point(curve, s + h) - point(curve, s - h)) / (2.0 * h), abs=1e-6)
+    change = (tangent(curve, s + h) - tangent(curve, s - h)) / (2.0 * h)
+    assert tangent_change(curve, s) == pytest.approx(change, abs=1e-5)
+    turned = np.angle(tangent(curve, s + h) / tangent(curve, s - h))
+    assert curvature == pytest.approx(turned / (2.0 * h * stretch), rel=1e-3, abs=1e-4)
+    twist = (bend(curve, s + h)[1] - bend(curve, s - h)[1]) / (2.0 * h * stretch)
+    assert sharpness == pytest.approx(twist, rel=1e-2, abs=1e-2)
+
+
+@pytest.mark.parametrize("distance_m", np.geomspace(0.05, 20.0, 12).tolist())
+def test_straight_ahead_the_chosen_curve_is_a_line_that_goes_on_forward(distance_m):
+    found = AUTO.between(ORIGIN, PathPose(distance_m, 0.0, 0.0), WAFFLE)
+    (piece,) = found.path.pieces
+    assert (piece.curvature_1pm, piece.sharpness_1pm2, piece.direction) == (0.0, 0.0, 1)
+    assert piece.length_m == pytest.approx(distance_m, rel=1e-12)
+    assert found.progress is not None
+    assert found.progress.rate_m.min() >= 0.05 * distance_m
+
+
+def test_tangents_of_10_m_drive_back_below_a_third_of_that():
+    """x'(½) = 1.5d − 0.5k changes its sign at d = k/3."""
+    low, high = 1.0, 5.0
+    while high - low > 1e-10:
+        middle = 0.5 * (low + high)
+        reverses = tangent(cubic_curve(0j, complex(middle), 10.0 + 0j, 10.0 + 0j), 0.5).real < 0.0
+        low, high = (middle, high) if reverses else (low, middle)
+    assert low == pytest.approx(10.0 / 3.0, abs=1e-9)
+
+
+def turning_rad(curve):
+    ways = tangent(curve, np.linspace(0.0, 1.0, 4001))
+    return np.abs(np.angle(ways[1:] / ways[:-1])).sum()
+
+
+def goals_ahead(count, seed=5):
+    """0.3 to 8 m off, within 60° of straight ahead, and to be looked at within 60° of how they lie."""
+    rng = np.random.default_rng(seed)
+    for _ in range(count):
+        bearing = rng.uniform(-1.0, 1.0) * math.pi / 3.0
+        heading = bearing + rng.uniform(-1.0, 1.0) * math.pi / 3.0
+        distance = rng.uniform(0.3, 8.0)
+        yield PathPose(distance * math.cos(bearing), distance * math.sin(bearing), heading)
+
+
+def test_goals_ahead_are_reached_without_winding():
+    wound = 0
+    for goal in goals_ahead(60):
+        found = AUTO.between(ORIGIN, goal, WAFFLE)
+        turned = sum(abs(piece.turn_at(piece.length_m)) for piece in found.path.pieces)
+        assert math.degrees(turned) < 150.0
+        wound += math.degrees(turning_rad(curve_of(ORIGIN, goal, (10.0, 10.0)))) > 200.0
+    assert wound > 10
+
+
+@settings(max_examples=60, deadline=None)
+@given(poses, poses)
+def test_a_chosen_curve_ends_at_the_goal_within_the_limits(start, goal):
+    found = AUTO.between(start, goal, WAFFLE)
+    end, pieces = found.path.end, found.path.pieces
+    assert abs(end.point - goal.point) < 1e-9
+    assert abs(math.remainder(end.heading_rad - goal.heading_rad, math.tau)) < 1e-9
+    tightest = WAFFLE.limits.curvature_max_1pm
+    bends = [abs(k) for p in pieces for k in (p.curvature_1pm, p.curvature_end_1pm)]
+    assert max(bends, default=0.0) <= tightest * (1.0 + 1e-9)
+    assert bool(found.progress) != ("by g2" in found.note)
+    if found.progress:
+        assert len({piece.direction for piece in pieces}) == 1
+        steps = [b.curvature_1pm - a.curvature_end_1pm for a, b in pairwise(pieces)]
+        assert np.abs(steps).max(initial=0.0) < 1e-9
+
+
+def test_lines_and_arcs_are_within_a_millimetre_of_the_curve():
+    for goal in goals_ahead(20, seed=6):
+        for sense in (1.0, -1.0):
+            curve = curve_of(ORIGIN, goal, (sense * 2.0, sense * 2.0))
+            try:
+                found = CubicPath((sense * 2.0,)).between(ORIGIN, goal, WAFFLE)
+            except PlanningError:
+                continue
+            dense = point(curve, np.linspace(0.0, 1.0, 20_001))
+            (run,) = runs(found.path, goal)
+            for each in cut(run.path, run.goal):
+                x, y, _, _ = each.curve.at(np.linspace(0.0, each.curve.length_m, 5))
+                assert np.abs((x + 1j * y)[:, None] - dense).min(axis=1).max() < 1e-3
+
+
+def test_without_a_drivable_curve_there_is_g2_and_it_is_said():
+    roller = Traveller.of(SHIPPED["clay-roller"].vehicle, PlanOptions())
+    found = AUTO.between(ORIGIN, PathPose(0.0, 2.0, 0.0), roller)
+    assert "no cubic curve within 0.273 1/m found, so by g2" in found.note
+    assert abs(found.path.end.point - 2j) < 1e-9
+
+
+def test_one_that_may_not_reverse_is_not_sent_backward():
+    forward = Traveller.of(SHIPPED["turtlebot3-waffle-pi"].vehicle, PlanOptions(forward_only=True))
+    behind = PathPose(-2.0, 0.1, 0.0)
+    assert {piece.direction for piece in AUTO.between(ORIGIN, behind, WAFFLE).path.pieces} == {-1}
+    assert {piece.direction for piece in AUTO.between(ORIGIN, behind, forward).path.pieces} == {1}
+
+
+@pytest.mark.parametrize(
+    ("tangents_m", "goal", "says"),
+    [
+        ((10.0,), PathPose(2.0, 0.05, 0.0), "k is chosen|leave k out"),
+        ((1.0, -1.0), PathPose(2.0, 0.0, 0.0), "of one sign"),
+        ((0.0,), PathPose(2.0, 0.0, 0.0), "of one sign"),
+        ((math.nan,), PathPose(2.0, 0.0, 0.0), "of one sign"),
+    ],
+)
+def test_lengths_that_cannot_be_driven_are_refused(tangents_m, goal, says):
+    with pytest.raises(PlanningError, match=says):
+        CubicPath(tangents_m).between(ORIGIN, goal, WAFFLE)
+
+
+@given(headings)
+def test_a_given_length_is_kept(heading):
+    goal = PathPose(3.0, 0.5, 0.3)
+    turned = ORIGIN.moved(0j, heading)
+    moved = turned.moved(goal.point, goal.heading_rad)
+    rates = CubicPath((2.0, 3.0)).between(turned, moved, WAFFLE).progress
+    assert rates is not None
+    assert (rates.rate_m[0], rates.rate_m[-1]) == pytest.approx((2.0, 3.0))
