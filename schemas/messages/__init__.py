@@ -8,6 +8,7 @@ from touchline.schemas.messages.plan_messages import (
     PlanReport,
     PlanRequest,
     PlanResponse,
+    PoseGoal,
 )
 from touchline.schemas.messages.service_messages import (
     CommandRequest,
@@ -138,6 +139,7 @@ __all__ = [
     "PlannedCoverage",
     "Point",
     "Pose",
+    "PoseGoal",
     "PoseWithCovariance",
     "Progress",
     "Quaternion",

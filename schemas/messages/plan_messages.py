@@ -1,5 +1,6 @@
 """What is asked of the planner, and what it answers."""
 
+import math
 from typing import Annotated, ClassVar
 
 from pydantic import Field
@@ -42,6 +43,24 @@ class PlanOptions(Message):
     laps: Int32 = -1
     swath_angle_deg: Annotated[Float64Array, Field(max_length=1)] = zeros(0)
     coverage_pct: float = 0.0
+
+
+class PoseGoal(Message):
+    """A pose to drive to, in the map frame; heading NaN: any.
+
+    ``method`` and ``law`` name a pose method and a speed law; empty text means the default. ``tangents_m`` are the
+    lengths k of the cubic method at start and goal, one for both, or none: they are chosen. It is reached after
+    ``duration_s``, or, if that is 0, as soon as the law allows.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/PoseGoal"
+    x_m: float = 0.0
+    y_m: float = 0.0
+    heading_rad: float = math.nan
+    method: str = ""
+    tangents_m: Annotated[Float64Array, Field(max_length=2)] = zeros(0)
+    law: str = ""
+    duration_s: float = 0.0
 
 
 class ActuatorExtremes(Message):
@@ -93,13 +112,17 @@ class PlanReport(Message):
 
 
 class PlanRequest(Message):
-    """Plan a template for a vehicle, both given as their JSON text; no vehicle: the planner's own."""
+    """Plan a template for a vehicle, both given as their JSON text; no vehicle: the planner's own.
+
+    With a ``goal`` there is no template: the vehicle drives there from the ``start`` of the options.
+    """
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/Plan_Request"
     request_id: str = ""
     template_json: str = ""
     vehicle_json: str = ""
     options: PlanOptions = PlanOptions()
+    goal: Annotated[tuple[PoseGoal, ...], Field(max_length=1)] = ()
 
 
 class PlanResponse(Message):

@@ -47,7 +47,7 @@ def marked(task: PlanTask, progress: Progress, enough: Callable[[], bool]) -> Wo
         segments = painted_segments(template, vehicle.tool.width_m, method)
     refuse_too_many(len(segments))
     transitions = transitions_of(vehicle, options, task.limits)
-    start, end = _pose("start", options.start), _end(options)
+    start, end = pose_of("start", options.start), _end(options)
     wheels = Wheels.of(vehicle, template.line_width_m, drying_s(vehicle, options))
     painting = Painting.of(vehicle, task.limits, options)
 
@@ -78,7 +78,12 @@ def transitions_of(vehicle: Vehicle, options: PlanOptions, limits: Limits) -> Tr
     return replace(method_of(options).transitions(limits), standing=standing)
 
 
-def _pose(name: str, given: Floats) -> PathPose | None:
+def pose_of(name: str, given: Floats) -> PathPose | None:
+    """The pose of a plan's option, or None if it is left empty.
+
+    Raises:
+        PlanningError: It is no pose on a field.
+    """
     if not len(given):
         return None
     pose = PathPose(*given.tolist()) if len(given) == len(PathPose._fields) else None
@@ -90,4 +95,4 @@ def _pose(name: str, given: Floats) -> PathPose | None:
 def _end(options: PlanOptions) -> PathPose | None:
     if options.return_to_start and len(options.end):
         raise PlanningError("", "shall end where it began and at another pose", "give one of both")
-    return _pose("end", options.end)
+    return pose_of("end", options.end)

@@ -14,6 +14,7 @@ from touchline.services.planner.marking import marked
 from touchline.services.planner.output.measure import measure
 from touchline.services.planner.output.message import trajectory_message
 from touchline.services.planner.plan_task import PlanTask
+from touchline.services.planner.route.worked_route import WorkedRoute
 from touchline.services.planner.segments.section import Section
 from touchline.services.planner.segments.sent_segments import Sent, send
 from touchline.services.planner.speed.actuation import PaintedStretch, actuation_profile
@@ -33,6 +34,7 @@ class Plan:
         painted: The arc lengths of what is sent between which paint flows.
         speeds: Along what is sent.
         limits: That were kept.
+        notes: What was chosen or done instead where the question left it open.
     """
 
     trajectory: Trajectory
@@ -42,6 +44,7 @@ class Plan:
     painted: list[PaintedStretch]
     speeds: SpeedProfile
     limits: Limits
+    notes: tuple[str, ...] = ()
 
 
 def plan(
@@ -66,7 +69,7 @@ def plan(
         PlanningError: An option, a segment or an area cannot be met; it names which and what to do.
     """
     task = PlanTask(template, vehicle, named_once(options or PlanOptions()))
-    limits, method = task.limits, area_method_of(task.options, vehicle.tool)
+    method = area_method_of(task.options, vehicle.tool)
     if isinstance(method, CoverageMethod) and template.areas:
         worked = covered(task, method, progress)
     else:
@@ -77,14 +80,27 @@ def plan(
     painted = [PaintedStretch(s.id, s.start_m, s.end_m, s.stroke.actuation) for s in sent if s.stroke]
     steady = _steady(painted, [s.speed_mps for s in sections if s.stroke], vehicle)
     borders = [border for stretch in steady for border in stretch[:2]]
-    speeds = speed_profile(course(sections, sent, borders, limits), steady, limits)
+    speeds = speed_profile(course(sections, sent, borders, task.limits), steady, task.limits)
     progress("speeds", 1.0)
 
+    made = finished(worked, sent, painted, speeds, vehicle, task.limits)
+    progress("report", 1.0)
+    return made
+
+
+def finished(
+    worked: WorkedRoute,
+    sent: list[Sent],
+    painted: list[PaintedStretch],
+    speeds: SpeedProfile,
+    vehicle: Vehicle,
+    limits: Limits,
+) -> Plan:
+    """The plan of which path and speeds are known: with its message and its figures."""
     switches = actuation_profile(painted, speeds, vehicle)
     trajectory = trajectory_message(sent, speeds, switches)
     report = measure(trajectory, worked, sent, speeds, vehicle)
-    progress("report", 1.0)
-    return Plan(trajectory, report, sections, sent, painted, speeds, limits)
+    return Plan(trajectory, report, worked.sections, sent, painted, speeds, limits)
 
 
 def _steady(painted: list[PaintedStretch], speeds_mps: list[float], vehicle: Vehicle) -> list[Steady]:

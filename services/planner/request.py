@@ -6,11 +6,12 @@ from functools import lru_cache
 from typing import Final
 
 from touchline.schemas.catalogue import parse_template
-from touchline.schemas.errors import TouchlineError
+from touchline.schemas.errors import PlanningError, TouchlineError
 from touchline.schemas.messages import PlanRequest, PlanResponse
 from touchline.schemas.spec import parse
 from touchline.schemas.vehicles import Vehicle
-from touchline.services.planner.plan import plan
+from touchline.services.planner.goal_plan import plan_to_goal
+from touchline.services.planner.plan import Plan, plan
 from touchline.services.planner.tour import ordering
 
 VEHICLES_KEPT: Final = 64
@@ -22,7 +23,7 @@ def answer(
 ) -> PlanResponse:
     """The plan for a request, or `success` false and the reason, naming the segment, why there is none.
 
-    The report's planning time includes reading the template.
+    The report's planning time includes reading the template. What a plan to a goal has chosen stands in its message.
 
     Args:
         request: What to plan; its vehicle, if it has one, goes before `vehicle`.
@@ -32,16 +33,33 @@ def answer(
     begun = time.perf_counter()
     try:
         asked_for = vehicle_of(request.vehicle_json) if request.vehicle_json else vehicle
-        template = parse_template(request.template_json)
-        planned = plan(template, asked_for, request.options, progress)
+        planned, message = _to_goal(request, asked_for) if request.goal else _template(request, asked_for, progress)
     except TouchlineError as error:
         return PlanResponse(success=False, message=str(error))
     report = planned.report.model_copy(update={"planning_time_s": time.perf_counter() - begun})
+    return PlanResponse(success=True, message=message, trajectory=planned.trajectory, report=report)
+
+
+def _template(request: PlanRequest, vehicle: Vehicle, progress: Callable[[str, float], None]) -> tuple[Plan, str]:
+    """The plan of a template, and what is said of it."""
+    template = parse_template(request.template_json)
+    planned = plan(template, vehicle, request.options, progress)
+    report = planned.report
     message = f"{template.title or template.name}: {report.painted_segments} segments, {report.total_time_s:.0f} s"
     flipped = [section.stroke.id for section in planned.sections if section.stroke and section.stroke.flipped]
     if flipped and not ordering(request.options):
         message += f"; turned round to be drivable: {', '.join(flipped)}"
-    return PlanResponse(success=True, message=message, trajectory=planned.trajectory, report=report)
+    return planned, message
+
+
+def _to_goal(request: PlanRequest, vehicle: Vehicle) -> tuple[Plan, str]:
+    """The plan to the request's goal, and what is said of it."""
+    (goal,) = request.goal
+    if request.template_json:
+        raise PlanningError("", "has a goal and a template", "give one of both")
+    planned = plan_to_goal(goal, vehicle, request.options)
+    length_m, takes_s = planned.report.total_length_m, planned.report.total_time_s
+    return planned, "; ".join((f"to the goal: {length_m:.2f} m, {takes_s:.2f} s", *planned.notes))
 
 
 @lru_cache(VEHICLES_KEPT)

@@ -87,9 +87,10 @@ def gaps(trajectory: Trajectory) -> tuple[float, float]:
     at: tuple[float, float, float] | None = None
     for segment in trajectory.path.segments:
         arc = segment.curve.arc[0] if segment.curve.arc else None
-        if at and arc and arc.start == arc.center:
-            position = max(position, math.hypot(arc.start.x - at[0], arc.start.y - at[1]))
-            at = (at[0], at[1], at[2] + arc.sweep_angle)
+        if arc and arc.start == arc.center:
+            if at:  # before the first curve nothing says where the robot looks
+                position = max(position, math.hypot(arc.start.x - at[0], arc.start.y - at[1]))
+                at = (at[0], at[1], at[2] + arc.sweep_angle)
             continue
         curve = Curve.from_message(segment.curve)
         turned = math.pi if segment.direction.value == LinearDirection.BACKWARD else 0.0

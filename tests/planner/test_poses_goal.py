@@ -1,0 +1,172 @@
+"""Plans to a goal: every vehicle, method and law, within the limits, as messages that robots take."""
+
+import math
+
+import numpy as np
+import pytest
+
+from touchline.schemas.cdr import decode, encode
+from touchline.schemas.errors import PlanningError
+from touchline.schemas.messages import PlanOptions, PlanRequest, PoseGoal
+from touchline.schemas.plugins import POSE_METHODS, SPEED_LAWS
+from touchline.schemas.vehicles.shipped import SHIPPED
+from touchline.services.onboard.trajectory.trajectory import load_trajectory
+from touchline.services.planner.goal_plan import plan_to_goal
+from touchline.services.planner.plots.actuator_series import actuator_series
+from touchline.services.planner.request import answer
+
+WAFFLE, TURTLEBOT2 = (SHIPPED[name].vehicle for name in ("turtlebot3-waffle-pi", "turtlebot2"))
+HERE = PlanOptions(start=[1.0, -2.0, 0.4])
+FORWARD = HERE.model_copy(update={"forward_only": True})
+MILLISECOND = 1e-3
+
+
+def to_goal(vehicle, options=HERE, **goal):
+    return plan_to_goal(PoseGoal(**({"x_m": 5.0, "y_m": 1.0, "heading_rad": 1.2} | goal)), vehicle, options)
+
+
+@pytest.mark.parametrize("vehicle", sorted(SHIPPED))
+@pytest.mark.parametrize("method", POSE_METHODS.names())
+def test_every_vehicle_gets_there_by_every_method_that_it_can_drive(vehicle, method):
+    chosen = SHIPPED[vehicle].vehicle
+    if method == "turn-line-turn" and not chosen.drive.can_spin:
+        with pytest.raises(PlanningError, match=r"drive\.can_spin"):
+            to_goal(chosen, method=method)
+        return
+    planned = to_goal(chosen, method=method)
+    report = planned.report
+    assert (report.paint_length_m, report.painted_segments) == (0.0, 0)
+    assert report.position_gap_m < 1e-9
+    assert report.heading_gap_rad < 1e-9
+    assert report.max_curvature_1pm <= planned.limits.curvature_max_1pm * (1.0 + 1e-6)
+    end = planned.sections[-1].path.end
+    assert abs(end.point - (5.0 + 1.0j)) < 1e-9
+    if method not in ("dubins-free", "bearing"):
+        assert abs(math.remainder(end.heading_rad - 1.2, math.tau)) < 1e-9
+    loaded = load_trajectory(planned.trajectory, chosen)
+    assert loaded.total_length_m == pytest.approx(report.total_length_m)
+    assert len(loaded.turns) == report.spins
+    assert all(parameter.actuation.value == 0 for parameter in planned.trajectory.actuation_profile.parameters)
+
+
+@pytest.mark.parametrize("method", POSE_METHODS.names())
+def test_a_heading_that_is_left_out_is_chosen_and_told(method):
+    planned = to_goal(TURTLEBOT2, method=method, heading_rad=math.nan)
+    end = planned.sections[-1].path.end
+    assert any(
+        note.startswith(f"heading {math.remainder(end.heading_rad, math.tau):.3f} rad") for note in planned.notes
+    )
+
+
+def at_every_millisecond(planned):
+    """Speed (m/s), yaw rate (rad/s) of what is sent, and of the ideal curve, turns on the spot left out."""
+    speeds = planned.speeds
+    time = np.arange(0.0, speeds.total_time_s, MILLISECOND)
+    left = speeds.time_s + speeds.dwell_s
+    entry = np.clip(np.searchsorted(left, time, side="right") - 1, 0, len(left) - 2)
+    since = np.clip(time - left[entry], 0.0, speeds.time_s[entry + 1] - left[entry])
+    gain = np.diff(speeds.speed_mps)[entry] / (speeds.time_s[entry + 1] - left[entry])
+    speed = speeds.speed_mps[entry] + gain * since
+    station = speeds.station_m[entry] + (speeds.speed_mps[entry] + 0.5 * gain * since) * since
+    ends = np.array([each.end_m for each in planned.sent])
+    curvature = np.array([each.curve.curvature_1pm for each in planned.sent])
+    return speed, speed * curvature[np.minimum(np.searchsorted(ends, station), len(ends) - 1)]
+
+
+def random_goal(rng):
+    return {"x_m": rng.uniform(-5.0, 5.0), "y_m": rng.uniform(-5.0, 5.0), "heading_rad": rng.uniform(-3.1, 3.1)}
+
+
+@pytest.mark.parametrize("law", SPEED_LAWS.names())
+@pytest.mark.parametrize("vehicle", sorted(SHIPPED))
+def test_the_limits_hold_at_every_millisecond(vehicle, law):
+    rng, chosen = np.random.default_rng(11), SHIPPED[vehicle].vehicle
+    for _ in range(4):
+        goal = random_goal(rng) | {"method": "cubic", "law": law}
+        try:
+            planned = to_goal(chosen, **goal)
+        except PlanningError as error:
+            assert law == "uniform" and "cusps" in str(error)
+            continue
+        speed, yaw_rate = at_every_millisecond(planned)
+        limits = planned.limits
+        assert speed.max() <= limits.transit_speed_mps * (1.0 + 1e-6)
+        assert np.abs(speed * yaw_rate).max() <= limits.lateral_mps2 * (1.0 + 1e-6)
+        if chosen.drive.kind == "differential":
+            half_m, most_mps = chosen.drive.half_track_m, chosen.drive.max_speed_mps
+            assert np.abs(yaw_rate).max() <= chosen.drive.max_yaw_rate_radps * (1.0 + 1e-6)
+            assert (speed + half_m * np.abs(yaw_rate)).max() <= most_mps * (1.0 + 1e-6)
+        assert actuator_series(planned, 0.01).violations(chosen) == 0
+
+
+@pytest.mark.parametrize("law", ["limits", "cubic", "quintic"])
+@pytest.mark.parametrize("method", ["cubic", "g2", "turn-line-turn"])
+def test_it_takes_the_time_that_is_wanted_and_refuses_less_than_the_least(law, method):
+    least_s = to_goal(WAFFLE, method=method, law=law).speeds.total_time_s
+    slow = to_goal(WAFFLE, method=method, law=law, duration_s=1.5 * least_s)
+    assert slow.speeds.total_time_s == pytest.approx(1.5 * least_s, abs=1e-3)
+    assert load_trajectory(slow.trajectory, WAFFLE).total_time_s == pytest.approx(1.5 * least_s, abs=0.01)
+    assert to_goal(WAFFLE, method=method, law=law, duration_s=least_s).speeds.total_time_s == pytest.approx(least_s)
+    with pytest.raises(PlanningError, match=f"duration_s = 5; give at least {least_s:.2f}"[:-1]):
+        to_goal(WAFFLE, method=method, law=law, duration_s=5.0)
+
+
+def test_the_laws_are_the_slower_the_smoother():
+    fastest, uniform, cubic, quintic = (
+        to_goal(WAFFLE, method="cubic", law=law, tangents_m=[4.0]).speeds.total_time_s
+        for law in ("limits", "uniform", "cubic", "quintic")
+    )
+    assert uniform < cubic < quintic
+    assert fastest < cubic
+
+
+def test_the_uniform_law_says_how_late_the_start_is():
+    planned = to_goal(WAFFLE, FORWARD, method="cubic", law="uniform", duration_s=30.0)
+    speed = planned.speeds.speed_mps[0]
+    assert speed > 0.0
+    assert planned.notes == (f"begins at {speed:.3f} m/s, so a robot at rest is {speed:.2f} s late",)
+    with pytest.raises(PlanningError, match=r"uniform law.*turns on the spot"):
+        to_goal(WAFFLE, method="turn-line-turn", law="uniform")
+
+
+@pytest.mark.parametrize(
+    ("goal", "options", "says"),
+    [
+        ({"x_m": math.nan}, HERE, "goal.x_m = nan; give metres"),
+        ({"y_m": math.inf}, HERE, "goal.y_m = inf; give metres"),
+        ({"heading_rad": math.inf}, HERE, "goal.heading_rad = inf; give radians, or NaN"),
+        ({}, PlanOptions(), "no start pose; give options.start"),
+        ({"x_m": 1.0, "y_m": -2.0, "heading_rad": 0.4}, HERE, "its goal at its start"),
+        ({"x_m": 1.0, "y_m": -2.0, "heading_rad": math.nan}, HERE, "its goal at its start"),
+        ({"method": "fly"}, HERE, 'unknown pose method "fly"; use one of: g2'),
+        ({"law": "murphy"}, HERE, 'unknown speed law "murphy"; use one of: limits'),
+        ({"tangents_m": [1.0]}, HERE, "goal.tangents_m .* give the method cubic"),
+        ({"duration_s": math.nan}, HERE, "duration_s = nan"),
+        ({"duration_s": math.inf}, HERE, "duration_s = inf; give seconds"),
+        ({"duration_s": -1.0}, HERE, "duration_s = -1; give at least"),
+        ({"method": "turn-line-turn"}, FORWARD, "may not turn on the spot"),
+        ({}, HERE.model_copy(update={"kappa_max_1pm": 50.0}), "kappa_max_1pm = 50"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_field_and_remedy(goal, options, says):
+    with pytest.raises(PlanningError, match=says):
+        to_goal(WAFFLE, options, **goal)
+
+
+def test_a_request_with_a_goal_is_answered_over_the_wire():
+    request = PlanRequest(
+        goal=(PoseGoal(x_m=3.0, y_m=2.0, heading_rad=1.2, method="cubic", duration_s=30.0),),
+        options=PlanOptions(start=[0.0, 0.0, 0.0]),
+        vehicle_json=WAFFLE.model_dump_json(),
+    )
+    assert decode(PlanRequest, encode(request)) == request
+    response = answer(request, SHIPPED["turf-tank-two"].vehicle)
+    assert response.success
+    assert response.message == "to the goal: 3.64 m, 30.00 s"
+    assert response.report.total_time_s == pytest.approx(30.0, abs=0.01)
+    goal = request.goal[0].model_copy(update={"duration_s": 5.0})
+    refused = answer(request.model_copy(update={"goal": (goal,)}), WAFFLE)
+    assert not refused.success
+    assert "give at least" in refused.message
+    both = answer(request.model_copy(update={"template_json": "{}"}), WAFFLE)
+    assert "has a goal and a template" in both.message
