@@ -44,7 +44,9 @@ def plan_to_goal(goal: PoseGoal, vehicle: Vehicle, options: PlanOptions) -> Plan
     found = _method(goal).between(start, aimed, traveller)
     if not found.path.length_m:
         raise PlanningError(
-            "", "has a goal where the robot stands already, but turned", "give a goal some way off, or another method"
+            "",
+            "has its goal where the robot stands, but turned, and a trajectory of turns alone does not say from where",
+            "give a goal some way off, or the pose method dubins",
         )
     law = chosen(SPEED_LAWS, goal.law, "speed law")
     sections = [Section(TRANSITION, found.path)]

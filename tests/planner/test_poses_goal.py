@@ -111,6 +111,15 @@ def test_it_takes_the_time_that_is_wanted_and_refuses_less_than_the_least(law, m
         to_goal(WAFFLE, method=method, law=law, duration_s=5.0)
 
 
+def test_a_turn_alone_is_refused_as_robots_refuse_it_but_arcs_lead_there():
+    turned = {"x_m": 1.0, "y_m": -2.0, "heading_rad": 2.0}
+    for method in ("g2", "cubic", "turn-line-turn"):
+        with pytest.raises(PlanningError, match=r"turns alone .* give a goal some way off"):
+            to_goal(WAFFLE, method=method, **turned)
+    load_trajectory(to_goal(WAFFLE, method="dubins", **turned).trajectory, WAFFLE)
+    load_trajectory(to_goal(SHIPPED["clay-roller"].vehicle, **turned).trajectory, SHIPPED["clay-roller"].vehicle)
+
+
 def test_the_laws_are_the_slower_the_smoother():
     fastest, uniform, cubic, quintic = (
         to_goal(WAFFLE, method="cubic", law=law, tangents_m=[4.0]).speeds.total_time_s

@@ -29,11 +29,11 @@ from touchline.services.planner.poses.traveller import Traveller
 
 # Clothoids stay so near to the curve (m): together with the arcs that stand for them, within a millimetre.
 NEAR_M = 1e-4
-CELLS_LEAST, CELLS_MOST = 24, 2048
+CELLS_LEAST, CELLS_MOST = 24, 1536
 # What is bent by less over all its length (rad) is a line.
 STRAIGHT_RAD = 1e-11
 # This share of the largest curvature is used, as clothoids bend a little more than the curve in whose place they are.
-CURVATURE_SHARE = 0.999
+CURVATURE_SHARE = 0.98
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from touchline.services.planner.poses.times import quickest
 from touchline.services.planner.poses.traveller import Traveller
 from touchline.services.planner.steering.g2 import turns_on_the_spot
 from touchline.services.planner.steering.method import CurveEnd
+from touchline.services.planner.steering.reversing import STRETCH_MIN_M
 
 
 class TurnLineTurn:
@@ -32,7 +33,10 @@ class TurnLineTurn:
         offers = turns_on_the_spot(CurveEnd(start, 0.0), CurveEnd(goal, 0.0))
         allowed = [path for path in offers if traveller.can_reverse or all(piece.direction > 0 for piece in path)]
         if not allowed:
-            raise PlanningError("", "has a goal too near to drive to", "give a goal at least 5 cm away, or g2")
+            least = f"{1e3 * STRETCH_MIN_M:g} mm"
+            raise PlanningError(
+                "", "has a goal too near to drive to", f"give one at least {least} away, or just turned"
+            )
         return PosePath(PiecePath(start, quickest(allowed, traveller)))
 
 
