@@ -1,9 +1,9 @@
 """Two driven wheels on one axle, and casters."""
 
 import math
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Final, Literal
 
-from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
+from pydantic import Field, SerializationInfo, SerializerFunctionWrapHandler, model_serializer
 
 from touchline.schemas.spec import Spec
 from touchline.schemas.vehicles.actuator import Actuator
@@ -19,6 +19,9 @@ from touchline.schemas.vehicles.quantities import (
     WheelAcceleration,
     WheelRate,
 )
+
+EVERY_FIELD: Final = {"fields": "every"}
+"""The context in which a vehicle is written with its usual figures, too: as a file to start from."""
 
 
 class Motor(Spec):
@@ -50,7 +53,7 @@ class DifferentialDrive(DriveSpec):
     max_wheel_speed_radps: WheelRate = 20.0
     max_wheel_acceleration_radps2: WheelAcceleration = 40.0
     max_yaw_rate_radps: Annotated[float, Field(ge=0.1, le=100)] = 20.0
-    """Plans keep to it; written only if it is another figure than this, which is more than most wheels do.
+    """Plans keep to it; sessions have it only if it is another figure than this, which is more than most wheels do.
 
     Vehicles without a limit of their own, and the hashes of their setups, are thus what they were before.
     """
@@ -80,9 +83,12 @@ class DifferentialDrive(DriveSpec):
     says_no_more: ClassVar[str] = "the wheels do no more (max_wheel_speed_radps times wheel_radius_m)"
 
     @model_serializer(mode="wrap")
-    def _without_usual_yaw_rate(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+    def _without_usual_yaw_rate(
+        self, handler: SerializerFunctionWrapHandler, info: SerializationInfo
+    ) -> dict[str, Any]:
         written: dict[str, Any] = handler(self)
-        if written.get("max_yaw_rate_radps") == type(self).model_fields["max_yaw_rate_radps"].default:
+        usual = type(self).model_fields["max_yaw_rate_radps"].default
+        if written.get("max_yaw_rate_radps") == usual and info.context != EVERY_FIELD:
             del written["max_yaw_rate_radps"]
         return written
 

@@ -8,6 +8,7 @@ from touchline.schemas.catalogue import load_vehicle
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.plugins import DRIVES, TOOLS
 from touchline.schemas.vehicles import Vehicle
+from touchline.schemas.vehicles.differential_drive import EVERY_FIELD
 from touchline.schemas.vehicles.shipped import SHIPPED
 from touchline.services.cli.plugin_option import PluginOption
 
@@ -33,7 +34,7 @@ def vehicle(
     parts = {part: {"kind": kind} for part, kind in (("drive", drive), ("tool", tool)) if kind}
     if parts:
         robot = Vehicle.model_validate(robot.model_dump() | parts)
-    typer.echo(robot.model_dump_json(indent=1))
+    typer.echo(robot.model_dump_json(indent=1, context=EVERY_FIELD))
 
 
 def onboard() -> None:
