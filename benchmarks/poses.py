@@ -18,7 +18,15 @@ from touchline.services.planner.geometry.clothoid import Floats, PathPose, Piece
 from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.planner.plan import Plan
 from touchline.services.planner.poses.cubic_path import CURVATURE_SHARE, CubicPath, curve_of
-from touchline.services.planner.poses.kernels.cubic_curve import FINE, cubic_curve, price, quickest_lengths, tangent
+from touchline.services.planner.poses.kernels.cubic_curve import (
+    FINE,
+    SLOWEST_SHARE,
+    Terms,
+    cubic_curve,
+    price,
+    quickest_lengths,
+    tangent,
+)
 from touchline.services.planner.poses.kernels.free_heading import shortest_lengths
 from touchline.services.planner.poses.shipped_methods import BEARING, G2, TURN_LINE_TURN
 from touchline.services.planner.poses.times import rest_to_rest_s
@@ -49,6 +57,8 @@ class BodyCaps(NamedTuple):
 
 
 STUDY_CAPS = Caps(SPEED_MPS, math.inf, math.inf, BodyCaps(SPEED_MPS, YAW_RADPS))
+BY_LIMITS = np.zeros(0)
+ANY = Terms(math.inf, 0.0, BY_LIMITS, STUDY_CAPS)
 
 
 def main() -> None:
@@ -78,10 +88,11 @@ def _piece_time_s(path: PiecePath) -> float:
 
 def _cubic_time_s(goal: PathPose, tightest: float, backward: bool) -> float:
     """Seconds along the chosen curve; infinite if there is none."""
-    lengths = quickest_lengths(goal.point, goal.heading_rad, tightest, backward, STUDY_CAPS)
+    terms = Terms(tightest, SLOWEST_SHARE * abs(goal.point), BY_LIMITS, STUDY_CAPS)
+    lengths = quickest_lengths(goal.point, goal.heading_rad, backward, terms)
     if math.isnan(lengths[0]):
         return math.inf
-    return float(price(curve_of(ORIGIN, goal, lengths), math.inf, 0.0, STUDY_CAPS, FINE))
+    return float(price(curve_of(ORIGIN, goal, lengths), ANY, FINE))
 
 
 def _least_times() -> None:
@@ -90,7 +101,7 @@ def _least_times() -> None:
 
     def given(tangent_m: float, goal: PathPose) -> float:
         curve = cubic_curve(0j, goal.point, complex(tangent_m), tangent_m * goal.direction)
-        return float(price(curve, math.inf, 0.0, STUDY_CAPS, VERY_FINE))
+        return float(price(curve, ANY, VERY_FINE))
 
     fixed = np.array([given(STUDY_TANGENT_M, goal) for goal in goals])
     print(f"least time to 600 goals in [-5, 5]² m, {SPEED_MPS} m/s and {YAW_RADPS} rad/s, seconds:")

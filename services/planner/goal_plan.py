@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import replace
-from typing import Any
 
 from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions, PoseGoal
@@ -13,7 +12,7 @@ from touchline.services.planner.geometry.clothoid import PathPose
 from touchline.services.planner.marking import POSE_MAX, pose_of
 from touchline.services.planner.plan import Plan, finished
 from touchline.services.planner.poses.cubic_path import CubicPath
-from touchline.services.planner.poses.laws import timed
+from touchline.services.planner.poses.laws import SpeedLaw, timed
 from touchline.services.planner.poses.pose_method import PoseMethod
 from touchline.services.planner.poses.traveller import Traveller
 from touchline.services.planner.route.worked_route import WorkedRoute
@@ -41,14 +40,14 @@ def plan_to_goal(goal: PoseGoal, vehicle: Vehicle, options: PlanOptions) -> Plan
     start, aimed = _start(options), _goal(goal)
     _refuse_standing(start, aimed)
     traveller = Traveller.of(vehicle, options)
-    found = _method(goal).between(start, aimed, traveller)
+    law = chosen(SPEED_LAWS, goal.law, "speed law")
+    found = _method(goal, law).between(start, aimed, traveller)
     if not found.path.length_m:
         raise PlanningError(
             "",
             "has its goal where the robot stands, but turned, and a trajectory of turns alone does not say from where",
             "give a goal some way off, or the pose method dubins",
         )
-    law = chosen(SPEED_LAWS, goal.law, "speed law")
     sections = [Section(TRANSITION, found.path)]
     sent = send(sections, lambda fraction: None)
     speeds = timed(
@@ -90,10 +89,11 @@ def _refuse_standing(start: PathPose, goal: PathPose) -> None:
         raise PlanningError("", "has its goal at its start", "give another goal: the robot is there already")
 
 
-def _method(goal: PoseGoal) -> PoseMethod:
-    method: Any = chosen(POSE_METHODS, goal.method, "pose method")
-    if not len(goal.tangents_m):
-        return method  # type: ignore[no-any-return]
-    if not isinstance(method, CubicPath):
+def _method(goal: PoseGoal, law: SpeedLaw | None) -> PoseMethod:
+    """The method that the goal names; a cubic curve with the goal's tangents, or chosen for the law."""
+    method: PoseMethod = chosen(POSE_METHODS, goal.method, "pose method")
+    if isinstance(method, CubicPath):
+        return CubicPath(tuple(goal.tangents_m.tolist()), law)
+    if len(goal.tangents_m):
         raise PlanningError("", f"has goal.tangents_m with the pose method {goal.method!r}", "give the method cubic")
-    return CubicPath(tuple(goal.tangents_m.tolist()))
+    return method

@@ -50,3 +50,13 @@ def test_between_entries_the_squared_speed_is_within_half_a_percent_of_the_law(n
     assert np.abs(found - wanted).max() < 0.005 * wanted.max()
     assert math.isclose(float(np.interp(0.5 * total_s, planned.speeds.time_s, planned.speeds.station_m)),
                         float(np.interp(0.5, TAU, station)), abs_tol=0.01)  # fmt: skip
+
+
+@pytest.mark.parametrize("law", ["uniform", "quintic"])
+def test_tangents_are_chosen_for_the_law(law):
+    """What the limits drive soonest bends sharply at its ends, and takes a law a third longer than need be."""
+    asked = {"x_m": 8.0, "y_m": 3.0, "heading_rad": 0.8, "method": "cubic", "law": law}
+    options = PlanOptions(start=[0.0, 0.0, 0.0])
+    chosen_s = plan_to_goal(PoseGoal(**asked), WAFFLE, options).speeds.total_time_s
+    others = (plan_to_goal(PoseGoal(**asked, tangents_m=[k]), WAFFLE, options) for k in (2.0, 5.0, 8.5, 14.0))
+    assert chosen_s <= min(other.speeds.total_time_s for other in others)

@@ -18,12 +18,14 @@ from touchline.services.planner.poses.kernels.cubic_curve import (
     SLOWEST_SHARE,
     Clothoids,
     CubicCurve,
+    Terms,
     clothoids,
     cubic_curve,
     price,
     quickest_lengths,
     tangent,
 )
+from touchline.services.planner.poses.laws import SpeedLaw, rates_over
 from touchline.services.planner.poses.pose_method import CurveProgress, PosePath
 from touchline.services.planner.poses.traveller import Traveller
 
@@ -42,9 +44,11 @@ class CubicPath:
 
     Attributes:
         tangents_m: k_i and k_f, one for both, or none: they are chosen. Negative: driven backward.
+        law: By which the curve will be driven: it decides which is soonest there.
     """
 
     tangents_m: tuple[float, ...] = ()
+    law: SpeedLaw | None = None
 
     def between(self, start: PathPose, goal: PathPose, traveller: Traveller) -> PosePath:
         """See `PoseMethod`.
@@ -53,13 +57,13 @@ class CubicPath:
             PlanningError: The vehicle cannot drive the curve with the given lengths.
         """
         aimed, note = with_heading(start, goal, traveller.limits.curvature_max_1pm)
-        tightest = CURVATURE_SHARE * traveller.limits.curvature_max_1pm
+        terms = self._terms(abs(aimed.point - start.point), traveller)
         if self.tangents_m:
             lengths = self.tangents_m[0], self.tangents_m[-1]
-            _check(lengths, curve_of(start, aimed, lengths), tightest, traveller)
+            _check(lengths, curve_of(start, aimed, lengths), terms, traveller)
         else:
             seen, turn = aimed.seen_from(start)
-            lengths = quickest_lengths(seen, turn, tightest, traveller.can_reverse, traveller.limits.caps)
+            lengths = quickest_lengths(seen, turn, traveller.can_reverse, terms)
         made = None
         if math.isfinite(lengths[0]):
             made = made_of_clothoids(
@@ -70,6 +74,11 @@ class CubicPath:
         fallback = G2Path().between(start, aimed, traveller)
         bound = f"no cubic curve within {traveller.limits.curvature_max_1pm:.3g} 1/m found, so by g2"
         return PosePath(fallback.path, "; ".join(filter(None, (note, bound))))
+
+    def _terms(self, distance_m: float, traveller: Traveller) -> Terms:
+        rates = rates_over(self.law, np.linspace(0.0, 1.0, FINE + 1)) if self.law else np.zeros(0)
+        tightest = CURVATURE_SHARE * traveller.limits.curvature_max_1pm
+        return Terms(tightest, SLOWEST_SHARE * distance_m, rates, traveller.limits.caps)
 
 
 def curve_of(start: PathPose, goal: PathPose, tangents_m: tuple[float, float]) -> CubicCurve:
@@ -107,7 +116,7 @@ def _progress(curve: CubicCurve, found: Clothoids) -> CurveProgress:
     return CurveProgress(found.at, np.concatenate(([0.0], np.cumsum(found.length))), np.abs(tangent(curve, found.at)))
 
 
-def _check(lengths: tuple[float, float], curve: CubicCurve, tightest: float, traveller: Traveller) -> None:
+def _check(lengths: tuple[float, float], curve: CubicCurve, terms: Terms, traveller: Traveller) -> None:
     """Refuse lengths with which the vehicle cannot drive.
 
     Raises:
@@ -118,8 +127,7 @@ def _check(lengths: tuple[float, float], curve: CubicCurve, tightest: float, tra
         raise PlanningError("", f"has k = {told}", "give one or two lengths (m) of one sign, or none: they are chosen")
     if lengths[0] < 0.0 and not traveller.can_reverse:
         raise PlanningError("", f"has k = {told}, but may not drive backward", "give positive lengths, or none")
-    slowest = SLOWEST_SHARE * abs(curve.goal - curve.start)
-    if math.isinf(price(curve, tightest, slowest, traveller.limits.caps, FINE)):
+    if math.isinf(price(curve, terms, FINE)):
         raise PlanningError(
             "",
             f"has k = {told}, with which the curve bends by more than {traveller.limits.curvature_max_1pm:.3g} 1/m or "

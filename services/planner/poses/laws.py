@@ -46,6 +46,21 @@ QUINTIC: Final = SpeedLaw(
 )
 
 
+def rates_over(law: SpeedLaw, s: Floats) -> Floats:
+    """(n,) s'(τ) of a law at places of s (n,), from 0 to 1."""
+    return np.asarray(law.rate(_when(law.s, s)))
+
+
+def _when(s_of: Callable[[Floats], Floats], wanted: Floats) -> Floats:
+    """(n,) the τ from 0 to 1 at which an increasing function of it is as wanted (n,), by bisection."""
+    low, high = np.zeros(len(wanted)), np.ones(len(wanted))
+    for _ in range(HALVINGS):
+        tau = 0.5 * (low + high)
+        beyond = s_of(tau) > wanted
+        low, high = np.where(beyond, low, tau), np.where(beyond, tau, high)
+    return 0.5 * (low + high)
+
+
 @dataclass(frozen=True)
 class LawStretch:
     """A stretch of path without a standstill on the way, from arc length `start_m` to `end_m`, and how it is driven."""
@@ -65,13 +80,7 @@ class LawStretch:
     def speeds(self, station_m: Floats) -> Floats:
         """(n,) the speeds (m/s) at arc lengths (n,), if it took one second."""
         length_m = self.end_m - self.start_m
-        wanted = (station_m - self.start_m) / length_m
-        low, high = np.zeros(len(wanted)), np.ones(len(wanted))
-        for _ in range(HALVINGS):
-            tau = 0.5 * (low + high)
-            beyond = self.progress(self.law.s(tau)) > wanted
-            low, high = np.where(beyond, low, tau), np.where(beyond, tau, high)
-        tau = 0.5 * (low + high)
+        tau = _when(lambda at: self.progress(self.law.s(at)), (station_m - self.start_m) / length_m)
         speed = length_m * self.progress(self.law.s(tau), 1) * self.law.rate(tau)
         if not self.law.moving:
             speed[[0, -1]] = 0.0

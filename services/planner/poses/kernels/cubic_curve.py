@@ -93,35 +93,52 @@ def bend(curve: CubicCurve, s: float) -> tuple[float, float, float]:
     return stretch, turning / (square * stretch), sharpness
 
 
+class Terms(NamedTuple):
+    """On what terms a curve is driven.
+
+    Attributes:
+        tightest: Largest curvature (1/m).
+        slowest: Least |p'| (m).
+        rates: (FINE + 1,) s'(τ) of the law by which it is driven, at equal steps of s; (0,): by the limits alone.
+        limits: Of drive and plan.
+    """
+
+    tightest: float
+    slowest: float
+    rates: Floats
+    limits: Caps
+
+
 @kernel
-def price(
-    curve: CubicCurve, tightest: float, slowest: float, limits: Caps, points: int, longest: float = math.inf
-) -> float:
-    """Seconds along a curve at the largest speed that each place allows: ∫ |p'|/v ds by the trapezium rule.
+def price(curve: CubicCurve, terms: Terms, points: int, longest: float = math.inf) -> float:
+    """Seconds along a curve at the largest speed v that each place allows.
+
+    By the limits alone ∫ |p'|/v ds, by the trapezium rule; by a law s(τ) the least T with |p'|·s'/T ≤ v throughout.
 
     Args:
         curve: That is driven.
-        tightest: Largest curvature (1/m).
-        slowest: Least |p'| (m).
-        limits: Of drive and plan.
-        points: How many intervals of s are looked at.
+        terms: How.
+        points: How many intervals of s are looked at; a part of FINE, if by a law.
         longest: A curve that takes longer (s) does not matter.
 
     Returns:
-        Infinity, if the curve is tighter or slower anywhere, or takes longer.
+        Infinity, if the curve is tighter or slower anywhere than the terms allow, or takes longer.
     """
-    seconds, most = 0.0, longest * points
+    seconds, by_law, every = 0.0, len(terms.rates) > 0, FINE // points
     for i in range(points + 1):
         stretch, curvature, sharpness = bend(curve, i / points)
-        if not (stretch >= slowest and abs(curvature) <= tightest and seconds <= most):
+        if not (stretch >= terms.slowest and abs(curvature) <= terms.tightest and seconds <= longest):
             return math.inf
-        weight = 0.5 if i == 0 or i == points else 1.0
-        seconds += weight * stretch / math.sqrt(square_cap(abs(curvature), abs(sharpness), limits))
-    return seconds / points
+        here = stretch / math.sqrt(square_cap(abs(curvature), abs(sharpness), terms.limits))
+        if by_law:
+            seconds = max(seconds, here * terms.rates[i * every])
+        else:
+            seconds += here / points * (0.5 if i == 0 or i == points else 1.0)
+    return seconds
 
 
 @kernel
-def quickest_lengths(goal: complex, turn: float, tightest: float, backward: bool, limits: Caps) -> tuple[float, float]:
+def quickest_lengths(goal: complex, turn: float, backward: bool, terms: Terms) -> tuple[float, float]:
     """The tangent lengths (k_i, k_f) (m) of the quickest cubic curve from the origin, heading along +x.
 
     First 8 × 8 factors of the distance, forward and backward, then a compass search about the best, each step along
@@ -130,22 +147,20 @@ def quickest_lengths(goal: complex, turn: float, tightest: float, backward: bool
     Args:
         goal: x + iy (m).
         turn: Heading at the goal (rad).
-        tightest: Largest curvature (1/m).
         backward: Whether it may be driven backward.
-        limits: Of drive and plan.
+        terms: How it is driven.
 
     Returns:
-        NaN twice, if none keeps to the curvature with |p'| at least SLOWEST_SHARE of the distance.
+        NaN twice, if none of those tried keeps to the terms.
     """
     distance, count = abs(goal), len(FACTORS)
     arriving = complex(math.cos(turn), math.sin(turn))
-    slowest = SLOWEST_SHARE * distance
     rough = np.empty(2 * count * count)
     for i in range(len(rough)):
         sense, k_from, k_to = _tried(i, distance)
         curve = cubic_curve(0j, goal, complex(k_from, 0.0), k_to * arriving)
         allowed = distance > 0.0 and (sense > 0.0 or backward)
-        rough[i] = price(curve, tightest, slowest, limits, ROUGH) if allowed else math.inf
+        rough[i] = price(curve, terms, ROUGH) if allowed else math.inf
     while True:
         best = 0
         for i in range(1, len(rough)):
@@ -155,7 +170,7 @@ def quickest_lengths(goal: complex, turn: float, tightest: float, backward: bool
             return math.nan, math.nan
         _, k_from, k_to = _tried(best, distance)
         curve = cubic_curve(0j, goal, complex(k_from, 0.0), k_to * arriving)
-        seconds = price(curve, tightest, slowest, limits, FINE)
+        seconds = price(curve, terms, FINE)
         if seconds < math.inf:
             break
         rough[best] = math.inf
@@ -165,7 +180,7 @@ def quickest_lengths(goal: complex, turn: float, tightest: float, backward: bool
         for first, last in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, -1)):
             near_from, near_to = here_from * math.exp(first * step), here_to * math.exp(last * step)
             curve = cubic_curve(0j, goal, complex(near_from, 0.0), near_to * arriving)
-            near = price(curve, tightest, slowest, limits, FINE, seconds)
+            near = price(curve, terms, FINE, seconds)
             if near < seconds * (1.0 - QUICKER):
                 seconds, k_from, k_to = near, near_from, near_to
         if k_from == here_from and k_to == here_to:
