@@ -46,9 +46,9 @@ class SegmentsTable(ScrollView, can_focus=True):
         ]
         if lines == self._lines:
             return
-        before, self._lines = self._lines, lines
+        before, self._lines, title = self._lines, lines, state.worked_along.capitalize()
         done = sum(map(is_done, lines))
-        self.border_title = f"Lines {done}/{len(lines)}" if lines else "Lines"
+        self.border_title = f"{title} {done}/{len(lines)}" if lines else title
         if len(before) != len(lines):
             self.virtual_size = Size(self.content_size.width, len(lines))
             self.refresh()

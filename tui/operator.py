@@ -113,10 +113,12 @@ class Operator:
     def choose(self, template: Template, text: str) -> None:
         """Take a template into view."""
         self.state.choose_template(template, text)
-        size = f"{len(template.segments)} lines, {format.length(template.length_m)} of paint"
+        sizes = []
+        if template.segments or not template.areas:
+            sizes.append(f"{len(template.segments)} lines, {format.length(template.length_m)} of paint")
         if template.areas:
-            size += f", {len(template.areas)} areas, {template.area_m2:.0f} m²"
-        self.state.note(INFO, "console", f"Template {plain(template.name)}: {size}")
+            sizes.append(f"{len(template.areas)} area{'s'[: len(template.areas) - 1]}, {template.area_m2:.0f} m²")
+        self.state.note(INFO, "console", f"Template {plain(template.name)}: {', '.join(sizes)}")
 
     def may_prepare(self, what: str, *, needs_template: bool) -> bool:
         """Whether a new job may be prepared now; says why not."""

@@ -70,7 +70,7 @@ def hint(state: ConsoleState) -> tuple[str, str]:
         return "t", "next template"
     if not state.path_loaded:
         return "l", "load the plan"
-    return "s", "start painting"
+    return "s", "start covering" if state.covers else "start painting"
 
 
 def _row(name: str, *parts: Content | str | tuple[str, str]) -> Content:
@@ -202,9 +202,9 @@ def _plan_lines(state: ConsoleState) -> list[Content]:
         painted_m = drawn.length_m if drawn and not drawn.areas else report.paint_length_m
         lines += [
             _row(
-                "paint",
+                "cover" if state.covers else "paint",
                 f"{format.length(painted_m)}",
-                (f" in {report.painted_segments} lines", theme.MUTED),
+                (f" in {report.painted_segments} {state.worked_along}", theme.MUTED),
             ),
             _row("driving", f"{format.length(report.transition_length_m)}", (" between them", theme.MUTED)),
             _row("takes", format.duration(report.total_time_s)),

@@ -153,6 +153,11 @@ class ConsoleState:
         return self.job is self.loaded and self.loaded.path is not None and not idle
 
     @property
+    def worked_along(self) -> str:
+        """What the robot works along, for people, in the plural."""
+        return "swaths" if self.covers else "lines"
+
+    @property
     def covers(self) -> bool:
         """Whether it is the areas of the template in view that the robot works on, with a tool that covers them."""
         return bool(self.template and self.template.template.areas and self.vehicle.tool.covers)
