@@ -1,0 +1,1 @@
+"""Trajectory trackers: followers that are where their reference is, at its time."""
