@@ -99,6 +99,23 @@ class LanePursuit(Spec):
         return self
 
 
+class TrackingGains(Spec):
+    """Gains of the followers that track time, and of `frenet`, which keeps to the path."""
+
+    frequency_radps: Annotated[float, Field(gt=0, le=20)] = 1.0
+    """Natural frequency a of `linear`, `regularised` and `dynamic`."""
+    damping: Annotated[float, Field(gt=0, le=10)] = 1.0
+    """ζ of all that track time."""
+    scale_1pm2: Annotated[float, Field(gt=0, le=1_000)] = 10.0
+    """b of `linear-scaled` and `nonlinear`."""
+    slow_mps: Annotated[float, Field(gt=0, le=1)] = 0.02
+    """v_ε of `regularised`, and the speed below which `dynamic` counts as resting."""
+    lateral_1pm2: Annotated[float, Field(gt=0, le=1_000)] = 4.0
+    """k_a of `frenet`."""
+    heading_1ps: Annotated[float, Field(gt=0, le=100)] = 4.0
+    """k_b of `frenet`."""
+
+
 class OnboardConfig(Spec):
     """The robot's own computer: what follows the path, what it is told of its sensors, when it stops by itself."""
 
@@ -109,13 +126,16 @@ class OnboardConfig(Spec):
     drive: DriveSheet = DriveSheet()
     fence: FenceLimits = FenceLimits()
     lane_pursuit: LanePursuit = LanePursuit()
+    tracking: TrackingGains = TrackingGains()
     link_timeout_s: Seconds = 2.0
     """Wall-clock seconds without operator and planner after which the robot stops by itself."""
 
     @model_serializer(mode="wrap")
-    def _as_before_lanes(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """One that changes nothing of the lane pursuit is written as before there was any: to the same bytes."""
+    def _as_before_gains(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """One that changes no gains of a follower is written as before there were any: to the same bytes."""
         written: dict[str, Any] = handler(self)
         if self.lane_pursuit == LanePursuit():
             written.pop("lane_pursuit", None)
+        if self.tracking == TrackingGains():
+            written.pop("tracking", None)
         return written

@@ -315,6 +315,9 @@ FOLLOWERS: Registry[Any] = Registry("follower")
 """What steers the robot along its path: from `Vehicle` and `Ask` to a `Follower` of services/onboard/control each."""
 EXTERNAL = "external"
 """The follower that is asked over the bus."""
+EXTERNAL_TIMED = "external-timed"
+"""And the same with a reference that keeps the plan's time."""
+ASKED = (EXTERNAL, EXTERNAL_TIMED)
 FOLLOWERS.register("mpc", "model predictive control of the nozzle", f"{_FOLLOWERS}:make_mpc")
 FOLLOWERS.register("pure-pursuit", "pursuit of a point ahead, with less computing", f"{_FOLLOWERS}:make_pure_pursuit")
 FOLLOWERS.register(
@@ -322,7 +325,38 @@ FOLLOWERS.register(
     "baseline: a study's pursuit of a point 5 m ahead, lane by lane",
     f"{_FOLLOWERS}:make_pursuit_lanes",
 )
+FOLLOWERS.register("frenet", "a path law with a proof: steers by distance and angle", f"{_FOLLOWERS}:make_frenet")
+FOLLOWERS.register(
+    "regularised",
+    "keeps the plan's time: a nonlinear law with the linear one's gains",
+    f"{_FOLLOWERS}.timed:make_regularised",
+)
+FOLLOWERS.register(
+    "nonlinear",
+    "keeps the plan's time: a law that converges from anywhere",
+    f"{_FOLLOWERS}.timed:make_nonlinear",
+)
+FOLLOWERS.register(
+    "linear",
+    "baseline, keeps the plan's time: a study's law, wild where the plan rests",
+    f"{_FOLLOWERS}.timed:make_linear",
+)
+FOLLOWERS.register(
+    "linear-scaled",
+    "baseline, keeps the plan's time: linear, its gains scaled by the speed",
+    f"{_FOLLOWERS}.timed:make_linear_scaled",
+)
+FOLLOWERS.register(
+    "dynamic",
+    "baseline, keeps the plan's time: linear in the position, blind to the heading",
+    f"{_FOLLOWERS}.timed:make_dynamic",
+)
 FOLLOWERS.register(EXTERNAL, "your own program, asked over the bus", f"{_FOLLOWERS}:ExternalFollower")
+FOLLOWERS.register(
+    EXTERNAL_TIMED,
+    "your own program, asked over the bus, with a reference that keeps the plan's time",
+    f"{_FOLLOWERS}:make_external_timed",
+)
 
 POSE_METHODS: Registry[Any] = Registry("pose method")
 """How to get from one pose to another: a `PoseMethod` of services/planner/poses each."""

@@ -81,6 +81,8 @@ class FollowerStepRequest(Message):
     """What an external follower is asked in every tick in which the robot is to move; sim time waits for the answer.
 
     Errors are the robot's against its path (left positive), ``ahead_…`` the means over each of the next ticks of 10 ms.
+    The last four are of a reference that keeps the plan's time, 0 unless the follower is ``external-timed``: how far it
+    is ahead and to the left in the robot's frame, its heading less the robot's, and the derivative of its speed.
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/FollowerStep_Request"
@@ -94,6 +96,10 @@ class FollowerStepRequest(Message):
     reference_speed_mps: float = 0.0
     ahead_speed_mps: Float64Array = zeros(0)
     ahead_yaw_rate_radps: Float64Array = zeros(0)
+    along_m: float = 0.0
+    across_m: float = 0.0
+    turn_rad: float = 0.0
+    reference_acceleration_mps2: float = 0.0
 
 
 class FollowerStepResponse(Message):

@@ -13,7 +13,7 @@ from touchline.schemas.errors import SpecError
 from touchline.schemas.fleet import Fleet
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.onboard import OnboardConfig
-from touchline.schemas.plugins import AREA_METHODS, EXTERNAL, FOLLOWERS, METHODS
+from touchline.schemas.plugins import AREA_METHODS, ASKED, FOLLOWERS, METHODS
 from touchline.schemas.scenario import MAX_SEED, Noise, Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import Spec, parse, read_text
@@ -163,8 +163,9 @@ def check_follower(config: OnboardConfig) -> None:
     Raises:
         SpecError: The robot's computer is told to ask one.
     """
-    if config.follower == EXTERNAL:
-        raise SpecError("onboard", "follower", f"is {EXTERNAL!r}", "use `touchline run` or `up`, whose bus it can join")
+    if config.follower in ASKED:
+        remedy = "use `touchline run` or `up`, whose bus it can join"
+        raise SpecError("onboard", "follower", f"is {config.follower!r}", remedy)
 
 
 VehicleOption = Annotated[

@@ -16,7 +16,7 @@ from touchline.schemas.digest import scenario_hash
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages import GetDiagnosticsRequest, GetPaintRequest, PlanOptions, String
 from touchline.schemas.messages.base import Message
-from touchline.schemas.plugins import EXTERNAL
+from touchline.schemas.plugins import ASKED
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import parse
 from touchline.schemas.template import Template
@@ -131,7 +131,7 @@ def run_job(
     cause = scenario_hash(setup, template, options)
     job_options = JobOptions(template.to_json(), options, speed, record, cause, setup.vehicle)
     # A private bus, so that any number can run at once; but an external follower could not find that.
-    config = BusConfig.from_environment() if setup.onboard.follower == EXTERNAL else None
+    config = BusConfig.from_environment() if setup.onboard.follower in ASKED else None
     namespace = config.namespace if config else DEFAULT_NAMESPACE
     with (
         only_one(config) if config else nullcontext(),

@@ -30,6 +30,12 @@ def nearest_turn(angle_rad: float, middle_rad: float) -> float:
     return angle_rad - TAU * math.floor((angle_rad - middle_rad) / TAU + 0.5)
 
 
+@kernel
+def sinc(angle_rad: float) -> float:
+    """Sin x / x, 1 at 0."""
+    return math.sin(angle_rad) / angle_rad if abs(angle_rad) > 1e-6 else 1.0
+
+
 def wrapped_all(angle_rad: NDArray[np.float64]) -> NDArray[np.float64]:
     """The angles, rad, in [−π, π]; of any shape."""
     return np.asarray(np.angle(np.exp(1j * angle_rad)))

@@ -236,6 +236,13 @@ class LegState(Record):
     """Of the leg, that it is on."""
     entry: int
     """Of the speed profile."""
+    timed: bool
+    """Whether the reference moves by its own time; else it is where the robot is."""
+    reference_m: float
+    """Arc length that the reference has come to."""
+    owed_s: float
+    """By how much more than a tick a timed reference is to move in the next one; at the leg's end, where it cannot, how
+    long it has waited there."""
     speed_mps: float
     """Reference speed along the path, negative when going back."""
     accelerate_mps2: float

@@ -93,7 +93,7 @@ def steer(computer: Computer, course: CourseArrays, saved: Floats) -> int:
     if c.safety.emergency != NOTHING or c.safety.stop != NOTHING or speaks_against_driving(computer) != GOOD:
         return DECIDE
     leg = c.leg
-    before = leg.arc_m, leg.piece, leg.entry, leg.speed_mps
+    before = leg.arc_m, leg.piece, leg.entry, leg.speed_mps, leg.reference_m, leg.owed_s
     copy(leg.now, saved)
     leg.back_to_m = 0.0
     observe(course.drive, computer)
@@ -106,7 +106,7 @@ def steer(computer: Computer, course: CourseArrays, saved: Floats) -> int:
         and speaks_against_painting(computer, leg.now[tracking.NOZZLE_LATERAL]) != GOOD
     )
     if forbidden or has_arrived(computer):
-        leg.arc_m, leg.piece, leg.entry, leg.speed_mps = before
+        leg.arc_m, leg.piece, leg.entry, leg.speed_mps, leg.reference_m, leg.owed_s = before
         copy(saved, leg.now)
         return DECIDE
     wanted: int = wanted_at(switches, place_m, speed_mps) if forward else 0

@@ -10,6 +10,7 @@ from touchline.schemas import topics
 from touchline.schemas.errors import PayloadError
 from touchline.services.bus import Bus, CallError
 from touchline.services.onboard.control import FollowerQuestion, Interrupted
+from touchline.services.onboard.tracking_state import ALONG
 
 TIMEOUT_S: Final = 1.0
 """Wall clock. Sim time stands still meanwhile, and so do all services but those that `interrupted` looks for."""
@@ -40,6 +41,7 @@ class Lockstep:
             step=self._step,
             first=question.first,
             **dict(zip(NOW_FIELDS, question.now.tolist(), strict=False)),
+            **dict(zip(TIMED_FIELDS, question.now[ALONG:].tolist(), strict=True)),
             ahead_speed_mps=question.ahead[:, 0].tolist(),
             ahead_yaw_rate_radps=question.ahead[:, 1].tolist(),
         )
@@ -65,3 +67,5 @@ NOW_FIELDS: Final = (
     "reference_speed_mps",
 )
 """Fields of the request in the order of `tracking_state`; what comes after them is the drive's own."""
+TIMED_FIELDS: Final = ("along_m", "across_m", "turn_rad", "reference_acceleration_mps2")
+"""And those from ALONG on."""

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from touchline.schemas.errors import SpecError
-from touchline.schemas.plugins import EXTERNAL
+from touchline.schemas.plugins import ASKED
 from touchline.schemas.setup import Setup
 
 
@@ -20,7 +20,7 @@ def check_together(robots: Mapping[str, Setup], journal: Path | None = None) -> 
         remedy = "leave it out: each keeps its own in the state folder ($XDG_STATE_HOME)"
         raise SpecError("command line", "--journal", f"is one file for {len(robots)} robots", remedy)
     for namespace, setup in robots.items():
-        if setup.onboard.follower == EXTERNAL:
-            problem = f"is {EXTERNAL!r}, and for that follower the whole process would wait"
+        if setup.onboard.follower in ASKED:
+            problem = f"is {setup.onboard.follower!r}, and for that follower the whole process would wait"
             remedy = "give each robot a process of its own (--apart), or this one another follower"
             raise SpecError(f"robot {namespace}", "onboard.follower", problem, remedy)

@@ -13,9 +13,9 @@ from touchline.services.onboard.control.timed.tracking_law import (
     LAW_MEMORY,
     TrackingErrors,
     Wanted,
-    errors_against,
     steer,
 )
+from touchline.services.onboard.trajectory.timed_reference import errors_against
 
 Floats = NDArray[np.float64]
 Pose = tuple[float, float, float]
@@ -82,7 +82,7 @@ class Tracked(NamedTuple):
     @property
     def distance_m(self) -> Floats:
         """(n,) from the reference."""
-        return np.hypot(self.errors[:, 0], self.errors[:, 1])
+        return np.asarray(np.hypot(self.errors[:, 0], self.errors[:, 1]))
 
 
 def driven_reference(speed_mps: Floats, yaw_rate_radps: Floats, start: tuple[float, ...] = (0.0, 0.0, 0.0)) -> Floats:
@@ -103,9 +103,10 @@ def reference_of(
     speed: Callable[[Floats], Floats], yaw_rate: Callable[[Floats], Floats], duration_s: float
 ) -> TimedReference:
     """The reference that moves by a speed [m/s] and a yaw rate [rad/s], both functions of the time [s]."""
-    t = STEP_S * np.arange(round(duration_s / STEP_S) + 1)
+    t: Floats = np.arange(round(duration_s / STEP_S) + 1, dtype=np.float64) * STEP_S
     v, w = speed(t), yaw_rate(t)
-    acceleration: Floats = np.gradient(v, STEP_S)
+    change = np.diff(v) / STEP_S
+    acceleration = 0.5 * (np.append(change, change[-1]) + np.append(change[0], change))
     return TimedReference(driven_reference(v, w), v, w, acceleration)
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from touchline.services.onboard.control.frenet_law import FrenetLaw
+from touchline.services.onboard.control.frenet_law import FrenetLaw, path_yaw_rate_radps
 from touchline.services.onboard.control.timed.dynamic import DynamicLaw
 from touchline.services.onboard.control.timed.linear import LinearLaw
 from touchline.services.onboard.control.timed.linear_scaled import ScaledLinearLaw
@@ -187,7 +187,7 @@ def test_the_lyapunov_function_of_the_path_law_falls_by_the_angle_alone() -> Non
     lateral, angle, share, speed = rng.uniform(-1.0, 1.0, (4, CASES)) * np.array([[1.0], [3.0], [0.9], [1.5]])
     curvature = share / lateral
     rows = np.column_stack((lateral, angle, curvature, speed)).tolist()
-    yaw_rate = np.array([law.yaw_rate_radps(*row) for row in rows])
+    yaw_rate = np.array([path_yaw_rate_radps(law, *row) for row in rows])
     along = speed * np.cos(angle)
     forward = along * curvature / (1.0 - share)
 
@@ -206,7 +206,7 @@ def circle(feed_forward: float) -> float:
     law, lateral, angle, h, speed, c = FrenetLaw(4.0, 4.0), 0.05, 0.1, 0.002, 0.5, 1.0
     for _ in range(20_000):
         along = speed * math.cos(angle) / (1.0 - c * lateral)
-        w = law.yaw_rate_radps(lateral, angle, c, speed) + (feed_forward - 1.0) * c * along
+        w = path_yaw_rate_radps(law, lateral, angle, c, speed) + (feed_forward - 1.0) * c * along
         lateral, angle = lateral + h * speed * math.sin(angle), angle + h * (w - c * along)
     return lateral
 

@@ -6,7 +6,8 @@ import threading
 import numpy as np
 import pytest
 
-from examples.external_follower import serve, steer
+from examples.external_follower import serve
+from examples.external_follower import steer as example
 from tests.meeting import caught_up
 from tests.robot_sim.scripted import trajectory
 from touchline.schemas import topics
@@ -17,6 +18,10 @@ from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.bus import Bus
 from touchline.services.onboard.control import PurePursuitFollower
+from touchline.services.onboard.control.lead import lead_ticks
+from touchline.services.onboard.control.timed.regularised import RegularisedLaw
+from touchline.services.onboard.control.timed.tracking_law import LAW_MEMORY, TrackingErrors, Wanted, steer
+from touchline.services.onboard.drives.onboard_drive import drive_of
 from touchline.services.robot_sim import lockstep
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.lockstep import NOW_FIELDS, Lockstep
@@ -92,8 +97,30 @@ def test_same_computation_gives_the_same_session(buses, outside):
     assert there == here
 
 
+def test_one_that_keeps_the_plans_time_is_told_all_that_it_needs(buses, outside):
+    law = RegularisedLaw(1.0, 1.0, 0.02)
+    lead = lead_ticks(drive_of(VEHICLE).lag_s)
+    side_slip = drive_of(VEHICLE).side_slip_rad_per_mps2
+
+    def controller(request):
+        crab = side_slip * request.speed_mps * request.ahead_yaw_rate_radps[0]
+        errors = TrackingErrors(request.along_m, request.across_m, request.turn_rad + crab)
+        wanted = Wanted(
+            float(request.ahead_speed_mps[lead]),
+            float(request.ahead_yaw_rate_radps[lead]),
+            request.reference_acceleration_mps2,
+        )
+        return steer(law, errors, wanted, np.zeros(LAW_MEMORY))
+
+    outside(controller)
+    emulator, there = session("external-timed", Lockstep(buses[0]))
+    _, here = session("regularised")
+    assert emulator.onboard.state == TraversalStatus.DONE
+    assert there == here
+
+
 def test_the_example_drives_a_line(buses, outside):
-    outside(steer)
+    outside(example)
     emulator, _ = session("external", Lockstep(buses[0]))
     assert emulator.onboard.state == TraversalStatus.DONE
     assert np.abs(emulator.ledger.deviation().lateral_m).max() < 0.04

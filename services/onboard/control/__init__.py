@@ -5,10 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from touchline.schemas.onboard import OnboardConfig
-from touchline.schemas.plugins import FOLLOWERS
+from touchline.schemas.plugins import EXTERNAL_TIMED, FOLLOWERS
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.control.external import Ask, ExternalFollower, FollowerQuestion, Interrupted, nobody
-from touchline.services.onboard.control.follower import ConfiguredFollower, Follower, PathFollower, PathPlace
+from touchline.services.onboard.control.follower import (
+    ConfiguredFollower,
+    Follower,
+    PathFollower,
+    PathPlace,
+    keeps_time,
+)
+from touchline.services.onboard.control.frenet import FrenetFollower
 from touchline.services.onboard.control.mpc import MpcFollower
 from touchline.services.onboard.control.pure_pursuit import PurePursuitFollower
 from touchline.services.onboard.control.pursuit_lanes import LanePursuitFollower
@@ -19,6 +26,7 @@ __all__ = [
     "ExternalFollower",
     "Follower",
     "FollowerQuestion",
+    "FrenetFollower",
     "Interrupted",
     "LanePursuitFollower",
     "Make",
@@ -26,7 +34,10 @@ __all__ = [
     "PathFollower",
     "PathPlace",
     "PurePursuitFollower",
+    "keeps_time",
+    "make_external_timed",
     "make_follower",
+    "make_frenet",
     "make_mpc",
     "make_pure_pursuit",
     "make_pursuit_lanes",
@@ -46,6 +57,16 @@ def make_mpc(vehicle: Vehicle, _ask: Ask) -> Follower:
 def make_pure_pursuit(vehicle: Vehicle, _ask: Ask) -> Follower:
     """See `PurePursuitFollower`."""
     return PurePursuitFollower(vehicle)
+
+
+def make_external_timed(vehicle: Vehicle, ask: Ask) -> Follower:
+    """See `ExternalFollower`."""
+    return ExternalFollower(vehicle, ask, EXTERNAL_TIMED)
+
+
+def make_frenet(vehicle: Vehicle, _ask: Ask) -> Follower:
+    """See `FrenetFollower`."""
+    return FrenetFollower(vehicle)
 
 
 def make_pursuit_lanes(vehicle: Vehicle, _ask: Ask) -> Follower:

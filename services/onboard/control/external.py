@@ -13,6 +13,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from touchline.schemas.plugins import EXTERNAL, EXTERNAL_TIMED
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.control.follower import BodyTwist
 from touchline.services.onboard.control.pure_pursuit import PurePursuitFollower
@@ -51,11 +52,11 @@ def nobody(_question: FollowerQuestion) -> tuple[float, float]:
 class ExternalFollower:
     """See the module."""
 
-    name = "external"
     can_fail = True
 
-    def __init__(self, vehicle: Vehicle, ask: Ask) -> None:
-        """A follower at rest that asks `ask`."""
+    def __init__(self, vehicle: Vehicle, ask: Ask, name: str = EXTERNAL) -> None:
+        """A follower at rest that asks `ask`, by EXTERNAL_TIMED as its name one that keeps the plan's time."""
+        self.name, self.timed = name, name == EXTERNAL_TIMED
         self._ask = ask
         self._pursuit = PurePursuitFollower(vehicle)
         self._first = True

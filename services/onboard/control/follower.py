@@ -55,6 +55,14 @@ class Follower(Protocol):
         ...
 
     @property
+    def timed(self) -> bool:
+        """Whether it keeps the plan's time: its reference then moves by that, and `now` tells how far it is off.
+
+        One that does not offer this does not.
+        """
+        ...
+
+    @property
     def problem(self) -> str:
         """Why the robot must stop, "" if it need not; a `reset` clears it."""
         ...
@@ -71,6 +79,11 @@ class Follower(Protocol):
             ahead: (ahead_rows, AHEAD_COLUMNS) of `path_projection`: reference speed and yaw rate in the time to come.
         """
         ...
+
+
+def keeps_time(follower: Follower) -> bool:
+    """Whether it is a timed one."""
+    return bool(getattr(follower, "timed", False))
 
 
 class PathPlace(Protocol):

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from touchline.services.core.angles import sinc
 from touchline.services.core.jit import kernel
-from touchline.services.onboard.control.timed.tracking_law import sinc
 
 MIN_STRETCH = 0.05
 """Least 1 − c·l that is divided by: the robot is then all but at the centre of the path's curvature."""
@@ -28,17 +28,21 @@ class FrenetLaw(NamedTuple):
     k_a_1pm2: float
     k_b_1ps: float
 
-    @kernel
-    def yaw_rate_radps(self, lateral_m: float, angle_rad: float, curvature_1pm: float, speed_mps: float) -> float:
-        """The yaw rate at a place beside the path.
 
-        Args:
-            lateral_m: l.
-            angle_rad: δ.
-            curvature_1pm: c, of the path in the robot's forward direction.
-            speed_mps: v, negative if the robot drives backward.
-        """
-        stretch = max(1.0 - curvature_1pm * lateral_m, MIN_STRETCH)
-        forward = speed_mps * math.cos(angle_rad) * curvature_1pm / stretch
-        pull = self.k_a_1pm2 * speed_mps * lateral_m * float(sinc(angle_rad))
-        return forward - pull - self.k_b_1ps * angle_rad
+@kernel
+def path_yaw_rate_radps(
+    law: FrenetLaw, lateral_m: float, angle_rad: float, curvature_1pm: float, speed_mps: float
+) -> float:
+    """The yaw rate at a place beside the path.
+
+    Args:
+        law: Its gains.
+        lateral_m: l.
+        angle_rad: δ.
+        curvature_1pm: c, of the path in the robot's forward direction.
+        speed_mps: v, negative if the robot drives backward.
+    """
+    stretch = max(1.0 - curvature_1pm * lateral_m, MIN_STRETCH)
+    forward = speed_mps * math.cos(angle_rad) * curvature_1pm / stretch
+    pull = law.k_a_1pm2 * speed_mps * lateral_m * float(sinc(angle_rad))
+    return forward - pull - law.k_b_1ps * angle_rad

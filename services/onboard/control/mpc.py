@@ -53,6 +53,7 @@ class MpcFollower:
 
     name = "mpc"
     can_fail = False
+    timed = False
     problem = ""
 
     def __init__(self, vehicle: Vehicle) -> None:

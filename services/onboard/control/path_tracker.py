@@ -14,8 +14,8 @@ from touchline.services.core.jit import kernel
 from touchline.services.onboard import filter_model as m
 from touchline.services.onboard import tracking_state as tracking
 from touchline.services.onboard.computer_state import Computer, ComputerState
-from touchline.services.onboard.control import Follower, PathFollower
-from touchline.services.onboard.control.turn_in_place import Turning
+from touchline.services.onboard.control import Follower, PathFollower, keeps_time
+from touchline.services.onboard.control.turn_in_place import PATIENCE_S, Turning
 from touchline.services.onboard.drives import onboard_drive
 from touchline.services.onboard.drives.onboard_drive import drive_of
 from touchline.services.onboard.estimation.filter import Estimator, speed_now_mps
@@ -35,6 +35,8 @@ BRAKE_SHARE: Final = 1.2
 BRAKE_MARGIN_MPS: Final = 0.05
 """While the robot brakes it is commanded at most this multiple of the reference speed plus this margin."""
 END_TOLERANCE_M = 0.01
+CATCH_UP_S = 0.1
+"""By how much a timed reference may set off late on a leg and still keep the time: a head start of millimetres."""
 _LOCATE_STEPS = 30  # of at most 5 cm each
 TURNING_LEVER_M = 0.25
 """From the drive's origin to where turning is seen as motion."""
@@ -64,6 +66,7 @@ class PathTracker:
             nozzle_x_m=vehicle.tool.point_m[0],
             nozzle_y_m=vehicle.tool.point_m[1],
             fine_rows=follower.fine_rows,
+            timed=keeps_time(follower),
             half_tick_share=1.0 - math.exp(-0.5 * TICK_S / max(self.drive.lag_s, TICK_S)),
         )
         self._ahead = np.zeros((follower.ahead_rows, t.AHEAD_COLUMNS))
@@ -82,13 +85,14 @@ class PathTracker:
         self._turning = Turning(self._plan.turns[index], leg.heading_rad) if leg.sense == SPIN else None
         state, rows = self._state, self._rows
         state.arc_m, state.piece, state.speed_mps, state.end_m = leg.start_m, 0, 0.0, leg.end_m
+        state.reference_m = leg.start_m
         state.pieces_end_m = rows[-1, W_START] + rows[-1, W_LENGTH] if len(rows) else leg.end_m
 
     def resume_at(self, leg: int, arc_length_m: float) -> None:
         """Begin at an arc length of a leg."""
         self._enter(leg)
         rows = self._rows
-        self._state.arc_m = arc_length_m
+        self._state.arc_m = self._state.reference_m = arc_length_m
         self._state.piece = max(int(np.searchsorted(rows[:, W_START], arc_length_m, side="right")) - 1, 0)
 
     @property
@@ -137,12 +141,17 @@ class PathTracker:
         """Begin the next leg; False if this was the last."""
         if self.leg_index + 1 >= len(self._plan.legs):
             return False
+        state, turn = self._state, self._plan.turns.get(self.leg_index)
+        late_s = state.owed_s - (turn.time_s if turn is not None else 0.0)
         self._enter(self.leg_index + 1)
+        # The tick that ends a leg is also the first one of the next.
+        state.owed_s = min(max(late_s, 0.0), CATCH_UP_S) - TICK_S
         return True
 
     def halt(self) -> None:
         """The robot stands: the next motion starts from nothing."""
-        self._state.speed_mps = 0.0
+        self._state.speed_mps, self._state.owed_s = 0.0, 0.0
+        self._state.reference_m = self._state.arc_m
         self._follower.reset()
 
     @property
@@ -162,6 +171,7 @@ class PathTracker:
         observe(self.drive.figures, self._computer.array)
         if self._turning is not None:
             self._turning.step(float(estimator.state[m.HEADING]), mode == t.MODE_BRAKE, now, self._ahead)
+            self._turn_timed()
         else:
             self._track(mode)
         self._braked_ticks = self._braked_ticks + 1 if mode == t.MODE_BRAKE and self.still else 0
@@ -175,6 +185,14 @@ class PathTracker:
         if mode == t.MODE_BRAKE:
             self._hold_back()
         return tuple(self._actuators.tolist())
+
+    def _turn_timed(self) -> None:
+        """A turn in place has a reference of its own: a timed one is where the robot is, turned as that."""
+        if self._state.timed:
+            now = self.now
+            now[tracking.ALONG] = now[tracking.ACROSS] = now[tracking.REFERENCE_ACCELERATION] = 0.0
+            now[tracking.TURN] = -now[tracking.HEADING_ERROR]
+            self._state.owed_s += TICK_S
 
     def wheels_rest(self, estimator: Estimator) -> bool:
         """Whether the wheels, by their encoders, have come to rest or begun to turn back."""
@@ -222,9 +240,16 @@ class PathTracker:
 
 @kernel
 def has_arrived(computer: Computer) -> bool:
-    """Whether the robot has come to the end of the leg that it drives, if not yet quite to rest."""
+    """Whether the robot has come to the end of the leg that it drives, if not yet quite to rest.
+
+    A timed reference must have come there, too; for a robot that stays behind it waits no longer than for one that
+    turns in place.
+    """
     leg = computer[0].leg
-    return bool(leg.arc_m >= leg.end_m - END_TOLERANCE_M and abs(leg.now[tracking.SPEED]) < 2.0 * t.CREEP_MPS)
+    there, slow = leg.arc_m >= leg.end_m - END_TOLERANCE_M, abs(leg.now[tracking.SPEED]) < 2.0 * t.CREEP_MPS
+    if leg.timed:
+        return bool(leg.owed_s > 0.0 and slow and (there or leg.owed_s > PATIENCE_S))
+    return bool(there and slow)
 
 
 @kernel

@@ -87,6 +87,7 @@ class PurePursuitFollower:
 
     name = "pure-pursuit"
     can_fail = False
+    timed = False
     problem = ""
 
     def __init__(self, vehicle: Vehicle) -> None:

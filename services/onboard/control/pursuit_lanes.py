@@ -56,6 +56,7 @@ class LanePursuitFollower:
 
     name = "pursuit-lanes"
     can_fail = False
+    timed = False
     problem = ""
 
     def __init__(self, vehicle: Vehicle) -> None:

@@ -4,6 +4,9 @@ Progress is an arc length that only moves in the commanded direction (along the 
 where paint stopped) and only as far as the robot can have come in a tick: at a crossing the projection cannot jump to
 the other branch. The kernel sees one leg at a time; it ends where the robot stands and changes direction. Headings are
 the robot's: on a leg driven backward the path runs opposite to them.
+
+The reference is where the robot is. For a timed follower it moves by the plan's time instead while the plan is driven
+(`timed_reference`), but waits for a robot that is far from it; braking and going back it is where the robot is.
 """
 
 from __future__ import annotations
@@ -21,6 +24,7 @@ from touchline.services.onboard.computer_state import Computer, LegState
 from touchline.services.onboard.filter_model import EAST, HEADING, NORTH, RING
 from touchline.services.onboard.interface import TICK_S
 from touchline.services.onboard.trajectory.smoothing import W_CURVATURE, W_LENGTH, W_SHARPNESS, W_START
+from touchline.services.onboard.trajectory.timed_reference import Reference, errors_against, run_on
 
 Floats = NDArray[np.float64]
 
@@ -49,24 +53,12 @@ class LegArrays(NamedTuple):
     ahead: Floats
 
 
-class Reference(NamedTuple):
-    """The reference on the path.
-
-    Attributes:
-        speed_mps: Along the path.
-        arc_m: Its arc length.
-        entry: Of the speed profile, at which to look first.
-    """
-
-    speed_mps: float
-    arc_m: float
-    entry: int
-
-
 COARSE_TICKS: Final = 4
 
 CREEP_MPS: Final = 0.05
 """Reference speed where the profile says zero but the leg is not done: a start from 0, the last centimetres."""
+MAX_AHEAD_M: Final = 0.5
+"""A timed reference that is further from the robot than this, along the robot's axis, waits for it."""
 _MAX_STEP_M = 0.05  # of progress in a tick
 _HARD_BRAKE_MPS2 = 3.0
 _GAUSS_NEAR = 0.5 - 0.5 / math.sqrt(3.0)
@@ -180,7 +172,7 @@ def track(computer: Computer, leg: LegArrays, sense: float, mode: int) -> None:
         sense: +1 if the leg is driven forward, −1 if backward.
         mode: MODE_PROFILE, MODE_BRAKE or MODE_BACK.
     """
-    pieces, speeds, ahead = leg
+    pieces, speeds, _ = leg
     state, slot = computer[0].leg, computer[0].times.tick % RING
     pose = computer[0].filter.states[slot]
     east, north, heading = pose[EAST], pose[NORTH], pose[HEADING]
@@ -207,23 +199,88 @@ def track(computer: Computer, leg: LegArrays, sense: float, mode: int) -> None:
     state.arc_m = s
     state.piece = piece
 
-    v, entry = _next_speed(Reference(state.speed_mps, s, state.entry), TICK_S, mode, speeds, state)
-    state.speed_mps = v
-    state.entry = entry
+    speed_before = state.speed_mps
+    by_time = state.timed and mode == MODE_PROFILE
+    if by_time:
+        reference = _by_time(speeds, state)
+    else:
+        v, entry = _next_speed(Reference(state.speed_mps, s, state.entry), TICK_S, mode, speeds, state)
+        reference = Reference(v, s, entry)
+        state.owed_s = 0.0
+    state.speed_mps, state.reference_m, state.entry = reference
     now[tracking.LATERAL] = lateral
     now[tracking.HEADING_ERROR] = error
     now[tracking.NOZZLE_LATERAL] = (
         lateral + state.nozzle_x_m * math.sin(error) + state.nozzle_y_m * (math.cos(error) - 1.0)
     )
-    now[tracking.REFERENCE_SPEED] = sense * v
+    now[tracking.REFERENCE_SPEED] = sense * reference.speed_mps
+    if state.timed:
+        now[tracking.REFERENCE_ACCELERATION] = sense * (reference.speed_mps - speed_before) / TICK_S
+        piece = piece_at(pieces, piece, reference.arc_m)
+        at = pose_on(pieces, sense, piece, reference.arc_m)
+        theta = at[2]
+        seen = errors_against((east, north, heading), at)
+        now[tracking.ALONG], now[tracking.ACROSS], now[tracking.TURN] = seen
+    if by_time:
+        _look_ahead_by_time(leg, sense, reference, (piece, theta), state)
+    else:
+        _look_ahead(leg, sense, mode, reference, (piece, theta), state)
 
+
+@kernel
+def _look_ahead(
+    leg: LegArrays, sense: float, mode: int, reference: Reference, place: tuple[int, float], state: LegState
+) -> None:
+    """Fill in the path to come from the robot's place: its piece and the heading there."""
+    pieces, speeds, ahead = leg
+    v, s, entry = reference
+    piece, theta = place
     for i in range(ahead.shape[0]):
         h = TICK_S if i < state.fine_rows else COARSE_TICKS * TICK_S
         v_next, entry = _next_speed(Reference(v, s, entry), h, mode, speeds, state)
         mean = 0.5 * (v + v_next)
         ahead[i, A_SPEED] = sense * mean
-        s = min(max(s + mean * h, pieces[0, W_START]), end)
+        s = min(max(s + mean * h, pieces[0, W_START]), state.pieces_end_m)
         piece = piece_at(pieces, piece, s)
         theta_next = _heading(pieces, piece, s)
         ahead[i, A_YAW_RATE] = (theta_next - theta) / h
         theta, v = theta_next, v_next
+
+
+@kernel
+def _by_time(speeds: Floats, state: LegState) -> Reference:
+    """Where a timed reference comes to in this tick; what it cannot use of its time is owed."""
+    at = Reference(state.speed_mps, state.reference_m, state.entry)
+    if abs(state.now[tracking.ALONG]) > MAX_AHEAD_M:
+        state.owed_s = 0.0
+        return Reference(0.0, at.arc_m, at.entry)
+    time_s = TICK_S + state.owed_s
+    state.owed_s = 0.0
+    if time_s > 0.0:
+        at, state.owed_s = run_on(speeds, at, _end_m(state), state.accelerate_mps2, time_s)
+    return at
+
+
+@kernel
+def _end_m(state: LegState) -> float:
+    """Arc length at which a timed reference ends."""
+    end_m: float = min(state.end_m, state.pieces_end_m)
+    return end_m
+
+
+@kernel
+def _look_ahead_by_time(
+    leg: LegArrays, sense: float, reference: Reference, place: tuple[int, float], state: LegState
+) -> None:
+    """Fill in the path to come from a timed reference's place: its piece and the heading there."""
+    pieces, speeds, ahead = leg
+    piece, theta = place
+    for i in range(ahead.shape[0]):
+        h = TICK_S if i < state.fine_rows else COARSE_TICKS * TICK_S
+        before_m = reference.arc_m
+        reference, _ = run_on(speeds, reference, _end_m(state), state.accelerate_mps2, h)
+        piece = piece_at(pieces, piece, reference.arc_m)
+        theta_next = _heading(pieces, piece, reference.arc_m)
+        ahead[i, A_SPEED] = sense * (reference.arc_m - before_m) / h
+        ahead[i, A_YAW_RATE] = (theta_next - theta) / h
+        theta = theta_next

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from touchline.services.core.angles import sinc
 from touchline.services.core.jit import kernel
-from touchline.services.onboard.control.timed.tracking_law import Floats, TrackingErrors, Wanted, sinc
+from touchline.services.onboard.control.timed.tracking_law import Floats, TrackingErrors, Wanted
 
 
 class RegularisedLaw(NamedTuple):

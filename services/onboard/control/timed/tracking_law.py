@@ -11,20 +11,17 @@ Control", Springer 2009, sec. 11.6: with v = v_d·cos e₃ − u₁ and ω = ω_
 
 from __future__ import annotations
 
-import math
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.services.core.angles import wrapped
-from touchline.services.core.jit import kernel, kernel_of_class
+from touchline.services.core.jit import kernel_of_class
 
 Floats = NDArray[np.float64]
 
 LAW_MEMORY: Final = 1
 """Numbers that a law may keep from tick to tick; all 0 when a motion begins."""
-_SMALL_RAD = 1e-6
 
 
 class TrackingErrors(NamedTuple):
@@ -69,24 +66,3 @@ def steer(law: Any, errors: TrackingErrors, wanted: Wanted, memory: Floats) -> t
         Speed [m/s] and yaw rate [rad/s] of the body.
     """
     raise NotImplementedError
-
-
-@kernel
-def errors_against(
-    pose: tuple[float, float, float], reference: tuple[float, float, float]
-) -> tuple[float, float, float]:
-    """A pose that a robot should have, seen from the one it has: e₁ [m], e₂ [m] and e₃ [rad] of `TrackingErrors`.
-
-    Args:
-        pose: The robot's: x, y [m] and heading [rad] in any one frame.
-        reference: Where it should be, likewise.
-    """
-    x, y, heading = reference[0] - pose[0], reference[1] - pose[1], pose[2]
-    cos, sin = math.cos(heading), math.sin(heading)
-    return cos * x + sin * y, cos * y - sin * x, wrapped(reference[2] - heading)
-
-
-@kernel
-def sinc(angle_rad: float) -> float:
-    """Sin x / x, 1 at 0."""
-    return math.sin(angle_rad) / angle_rad if abs(angle_rad) > _SMALL_RAD else 1.0
