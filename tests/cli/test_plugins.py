@@ -131,7 +131,7 @@ def test_an_unknown_name_is_refused_with_the_known_ones() -> None:
         assert result.exit_code == 2
         assert "is 'lqr'; give '" in result.output
     with pytest.raises(
-        UnknownPlugin, match="give 'mpc', 'pure-pursuit', 'pursuit-lanes', 'external', 'outsider' or 'dawdler'"
+        UnknownPlugin, match=r"give 'mpc', 'pure-pursuit', .*, 'external', 'external-timed', 'outsider' or 'dawdler'"
     ):
         make_follower("lqr", Vehicle())
     with pytest.raises(ValueError, match="already"):

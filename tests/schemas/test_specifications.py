@@ -104,7 +104,7 @@ def test_bad_scenario(text: dict[str, object], field: str, says: str):
 @pytest.mark.parametrize(
     ("text", "field", "says"),
     [
-        ({"follower": "lqr"}, "follower", "is 'lqr'; give 'mpc', 'pure-pursuit', 'pursuit-lanes' or 'external'"),
+        ({"follower": "lqr"}, "follower", "is 'lqr'; give 'mpc', 'pure-pursuit', 'pursuit-lanes'"),
         ({"link_timeout_s": 0}, "link_timeout_s", "is 0; give more than 0 s"),
         ({"gnss": {"rate_hz": 3}}, "gnss.rate_hz", "is 3"),
         ({"gnss": {"hold_s": 3}}, "gnss.hold_s", "is not a known field"),
