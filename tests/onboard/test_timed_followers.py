@@ -10,11 +10,17 @@ import pytest
 from tests.onboard.rig import Run, chain, clothoid, reversing, start, trajectory
 from touchline.schemas.curves import PathTable
 from touchline.schemas.messages import TraversalStatus
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard import tracking_state as tracking
+from touchline.services.onboard.computer_state import ComputerState
+from touchline.services.onboard.control import make_follower
 from touchline.services.onboard.control.follower import BodyTwist, keeps_time
+from touchline.services.onboard.control.path_tracker import PathTracker
+from touchline.services.onboard.filter_model import EAST
 from touchline.services.onboard.interface import TICK_S
-from touchline.services.onboard.trajectory.path_projection import MAX_AHEAD_M
+from touchline.services.onboard.trajectory.path_projection import MAX_AHEAD_M, MODE_PROFILE, track
 from touchline.services.onboard.trajectory.timed_reference import Reference, by_profile, errors_against, run_on
+from touchline.services.onboard.trajectory.trajectory import load_trajectory
 
 TIMED = ["regularised", "nonlinear", "linear-scaled", "linear", "dynamic"]
 EVERY = [*TIMED, "frenet"]
@@ -102,20 +108,28 @@ def test_stopped_and_told_to_go_on_it_begins_where_it_stands(follower: str, stop
 
 
 def test_the_reference_waits_for_a_robot_that_is_held() -> None:
-    run = start(trajectory(chain((0.0, 12.0))), "regularised")
-    run.until_arc(3.0)
-    run.rig.spin_share = 1.0  # its wheels turn, but it stays where it is
-    furthest = 0.0
-    for _ in range(60):
-        run.tick()
-        furthest = max(furthest, along_m(run))
-    held = run.onboard._traversal.job.driver._state.reference_m
-    run.ticks(20)
-    assert MAX_AHEAD_M < furthest < MAX_AHEAD_M + 0.05
-    assert run.onboard._traversal.job.driver._state.reference_m == pytest.approx(held, abs=0.05)
-    run.rig.spin_share = 0.0
-    run.until(TraversalStatus.DONE)
-    assert run.rig.x == pytest.approx(12.0, abs=0.02)
+    """And goes on from rest, once that has come nearer."""
+    computer = ComputerState()
+    plan = load_trajectory(trajectory(chain((0.0, 12.0))), Vehicle())
+    tracker = PathTracker(plan, Vehicle(), make_follower("regularised", Vehicle()), computer)
+    pose, leg = computer.filter.states[0], computer.leg
+
+    def ticks(count: int) -> None:
+        for _ in range(count):
+            track(computer.array, tracker.leg_arrays, 1, MODE_PROFILE)
+
+    ticks(200)
+    assert MAX_AHEAD_M < leg.reference_m < MAX_AHEAD_M + 0.02
+    assert leg.now[tracking.ALONG] == leg.reference_m
+    assert leg.speed_mps == 0.0
+    waits_m = leg.reference_m
+    ticks(100)
+    assert leg.reference_m == waits_m
+    pose[EAST] = 0.3
+    ticks(30)
+    assert 0.0 < leg.reference_m - waits_m < 0.5 * leg.accelerate_mps2 * 0.3**2 + 1e-9
+    ticks(200)
+    assert leg.reference_m == pytest.approx(waits_m + 0.3, abs=0.02)
 
 
 SPEEDS = np.array([[0.0, 0.0], [1.0, 1.0], [3.007, 1.0], [3.4, 0.6], [3.4, 0.6], [4.0, 0.0], [4.0005, 0.0], [5.0, 1.0]])

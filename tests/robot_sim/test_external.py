@@ -13,7 +13,7 @@ from tests.robot_sim.scripted import trajectory
 from touchline.schemas import topics
 from touchline.schemas.curves import Curve
 from touchline.schemas.messages import TraversalStatus
-from touchline.schemas.onboard import OnboardConfig
+from touchline.schemas.onboard import OnboardConfig, TrackingGains
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.bus import Bus
@@ -98,7 +98,8 @@ def test_same_computation_gives_the_same_session(buses, outside):
 
 
 def test_one_that_keeps_the_plans_time_is_told_all_that_it_needs(buses, outside):
-    law = RegularisedLaw(1.0, 1.0, 0.02)
+    gains = TrackingGains()
+    law = RegularisedLaw(gains.frequency_radps, gains.damping, gains.slow_mps)
     lead = lead_ticks(drive_of(VEHICLE).lag_s)
     side_slip = drive_of(VEHICLE).side_slip_rad_per_mps2
 

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from benchmarks._joints import interrupted, joints
 from tests.onboard.rig import chain, clothoid, reversing, trajectory
 from touchline.schemas.messages import Actuation, Trajectory, TraversalStatus
 from touchline.schemas.onboard import OnboardConfig, TrackingGains
@@ -77,6 +78,13 @@ def test_frenet_keeps_marker_and_roller_on_their_paths() -> None:
     assert np.percentile(off, 95) < 0.015
     _, off = driven(robot(CLAY_ROLLER, TO_AND_FRO, "frenet", CLAY, lateral_1pm2=0.5, heading_1ps=1.0))
     assert np.percentile(off, 95) < 0.025
+
+
+@pytest.mark.parametrize("cause", ["pause, jolted", "e-stop, reset", "process killed"])
+def test_stopped_on_its_way_it_leaves_no_open_joint(cause: str) -> None:
+    found = joints(*interrupted(cause, 1, follower="regularised"))
+    assert len(found) == 3
+    assert all(joint.gap_m <= 0.01 and joint.double_m <= 0.02 for joint in found), found
 
 
 def test_quiet_ticks_are_the_same_as_ticks_one_by_one() -> None:
