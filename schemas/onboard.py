@@ -102,7 +102,7 @@ class LanePursuit(Spec):
 class TrackingGains(Spec):
     """Gains of the followers that track time, and of `frenet`, which keeps to the path."""
 
-    frequency_radps: Annotated[float, Field(gt=0, le=20)] = 2.0
+    frequency_radps: Annotated[float, Field(gt=0, le=20)] = 1.0
     """Natural frequency a of `linear`, `regularised` and `dynamic`."""
     damping: Annotated[float, Field(gt=0, le=10)] = 1.0
     """ζ of all that track time."""

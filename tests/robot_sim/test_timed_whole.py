@@ -61,14 +61,14 @@ def driven(emulator: Emulator) -> tuple[float, np.ndarray]:
 
 @pytest.mark.parametrize("follower", ["regularised", "nonlinear", "linear-scaled", "dynamic"])
 def test_the_marker_keeps_to_its_line_and_to_the_time(follower: str) -> None:
-    late_s, off = driven(robot(Vehicle(), MARKED, follower, Scenario(seed=3)))
+    late_s, off = driven(robot(Vehicle(), MARKED, follower, Scenario(seed=3), frequency_radps=2.0))
     assert abs(late_s) < 0.1
     assert np.percentile(off, 95) < 0.016
 
 
 @pytest.mark.parametrize("follower", ["regularised", "nonlinear", "linear-scaled"])
 def test_the_roller_keeps_to_its_lane_and_to_the_time(follower: str) -> None:
-    late_s, off = driven(robot(CLAY_ROLLER, TO_AND_FRO, follower, CLAY, frequency_radps=0.6, scale_1pm2=0.5))
+    late_s, off = driven(robot(CLAY_ROLLER, TO_AND_FRO, follower, CLAY))
     assert abs(late_s) < 0.1
     assert np.percentile(off, 95) < 0.02
 
