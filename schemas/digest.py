@@ -48,7 +48,7 @@ class SessionDigest:
         """Nothing said yet."""
         self._digests = {topic.name: _blake() for topic in RECORDED}
         self._waiting: dict[str, list[bytes]] = {topic.name: [] for topic in RECORDED}
-        self._used = {topic.name for topic in RECORDED if topic.general}
+        self._hashed = {topic.name for topic in RECORDED if topic.general}
 
     def add(self, said: Iterable[tuple[Topic, bytes]]) -> None:
         """Add payloads in order of publication; topics that are not recorded are ignored."""
@@ -57,22 +57,22 @@ class SessionDigest:
             batch = waiting.get(topic.name)
             if batch is not None:
                 batch.append(payload)
-                self._used.add(topic.name)
                 if len(batch) == _BATCH:
+                    self._hashed.add(topic.name)
                     self._take(self._digests[topic.name], batch)
 
     def copy(self) -> "SessionDigest":
         """An independent copy of the digest as it is now."""
         twin = SessionDigest()
         twin._digests = {name: digest.copy() for name, digest in self._digests.items()}
-        twin._used = self._used.copy()
+        twin._hashed = self._hashed.copy()
         twin._waiting = {name: waiting.copy() for name, waiting in self._waiting.items()}
         return twin
 
     def hexdigest(self) -> str:
         """16 hex digits over all payloads added so far."""
         session = _blake()
-        for name in sorted(self._used):
+        for name in sorted(self._hashed.union(name for name, waiting in self._waiting.items() if waiting)):
             digest = self._digests[name].copy()
             self._take(digest, self._waiting[name].copy())
             session.update(name.encode() + b"\0" + digest.digest())

@@ -49,6 +49,8 @@ class Record:
     """
 
     dtype: np.dtype[np.void]
+    array: Sequence[Self]
+    """(1,) structured array over the same memory, for kernels."""
     _whole: tuple[Record, str] | None = None  # that it is a part of, and as what
     _defaults: dict[str, Any]
     _records: dict[str, type[Record]]
@@ -96,7 +98,7 @@ class Record:
 
     def _lie_in(self, array: NDArray[np.void]) -> None:
         """Use this memory, (1,) of `dtype`, for the fields."""
-        self._array = array
+        self._array, self.array = array, cast("Sequence[Self]", array)
         self.views: dict[str, NDArray[Any]] = {}
         for name in self.dtype.names or ():
             if name in self._records:
@@ -132,11 +134,6 @@ class Record:
         copied.assign(self)
         memo[id(self)] = copied
         return copied
-
-    @property
-    def array(self) -> Sequence[Self]:
-        """(1,) structured array over the same memory, for kernels."""
-        return cast("Sequence[Self]", self._array)
 
 
 _Kind = TypeVar("_Kind", bound=Record)

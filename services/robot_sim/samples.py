@@ -96,7 +96,7 @@ class Samples:
         sensors = self._of_sensors(rows)
         before = -round(rows[0, tick_log.TICK]) % tick_log.ODOMETRY_TICKS  # the first tick with odometry
         odometry = self._of_odometry(rows[before :: tick_log.ODOMETRY_TICKS])
-        fixes, switched = rows[:, tick_log.FIXES].tolist(), self._switched(rows)
+        fixes, switched = rows[:, tick_log.FIXES].tolist(), self._switched(rows) if self._sprays else ()
         due: list[Payload] = []
         for index in range(len(rows)):
             due += [(topic, payloads[index]) for topic, payloads in sensors if index < len(payloads)]
@@ -107,7 +107,7 @@ class Samples:
             turn, between = divmod(index - before, tick_log.ODOMETRY_TICKS)
             if not between:
                 due += [(topic, payloads[turn]) for topic, payloads in odometry]
-            if switched[index] and self._sprays:
+            if switched and switched[index]:
                 due.append((topics.SPRAYER, sprayer_state(rows[index])))
         return due
 
@@ -149,7 +149,7 @@ class Samples:
             (topics.TRUTH, self._truth.pack(*stamps, *_motion(truth))),
         ]
 
-    def _switched(self, rows: Rows) -> list[bool]:
+    def _switched(self, rows: Rows) -> Sequence[bool]:
         """Per row, whether the sprayer's state is due: because it is another one, or it is time."""
         states = np.concatenate((self._sprayer, rows[:, tick_log.SPRAYER : tick_log.TANK_L]))
         self._sprayer = states[-1:]

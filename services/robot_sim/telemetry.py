@@ -272,8 +272,9 @@ class Telemetry:
 
     def _true_coverage(self) -> Payload:
         ledger, account, time = self._emulator.ledger, self._emulator.account, stamp(self._emulator.tick_count)
-        ids, coverage_pct, fractions = ledger.ids, ledger.coverage_pct, ledger.fractions
-        if account is not None:
+        if account is None:
+            ids, coverage_pct, fractions = ledger.ids, ledger.coverage_pct, ledger.fractions
+        else:
             account.take(ledger)
             ids, coverage_pct, fractions = account.ids, account.standing.coverage_pct, account.fractions
         layout = layouts.true_coverage(ids)

@@ -57,6 +57,7 @@ _PLACE: Final = [m.EAST, m.NORTH]
 _NO_FIXES = ReceivedFix.row(0)
 _NO_COVARIANCE = np.diag([1e6, 1e6, math.pi**2]).ravel()
 _NO_TWIST_COVARIANCE = np.diag([1e6, 1e6]).ravel()
+_TWIST = np.ix_((m.SPEED, m.YAW_RATE), (m.SPEED, m.YAW_RATE))
 
 
 @kernel
@@ -244,7 +245,6 @@ class Estimator:
         if not self.started:
             return Estimate(0.0, 0.0, 0.0, 0.0, 0.0, _NO_COVARIANCE, _NO_TWIST_COVARIANCE)
         x, p = self.state.tolist(), self.covariance
-        twist = m.SPEED, m.YAW_RATE
         return Estimate(
             x[m.EAST],
             x[m.NORTH],
@@ -252,7 +252,7 @@ class Estimator:
             self.speed_now_mps(),
             x[m.YAW_RATE],
             p[:3, :3].ravel(),
-            p[np.ix_(twist, twist)].ravel(),
+            p[_TWIST].ravel(),
         )
 
     def step(self, frame: SensorFrame) -> None:

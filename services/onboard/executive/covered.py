@@ -30,9 +30,10 @@ class Covered:
         self._ids = tuple(numbers)
         self._start_m, self._rows_m = plan.path[swaths, _START], plan.path[swaths, _LENGTH]
         self._length_m = np.bincount(self._swath, self._rows_m)
+        self._whole_m = self._length_m.sum()
 
     def belief(self, arc_length_m: float) -> PaintBelief:
         """What is covered when the robot is here."""
-        driven_m = np.bincount(self._swath, np.clip(arc_length_m - self._start_m, 0.0, self._rows_m))
+        driven_m = np.bincount(self._swath, np.minimum(np.maximum(arc_length_m - self._start_m, 0.0), self._rows_m))
         shares: list[float] = (driven_m / self._length_m).tolist()
-        return PaintBelief(self._ids, shares, float(100.0 * driven_m.sum() / self._length_m.sum()))
+        return PaintBelief(self._ids, shares, float(100.0 * driven_m.sum() / self._whole_m))

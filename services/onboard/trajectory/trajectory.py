@@ -92,10 +92,11 @@ class LoadedTrajectory:
         """Seconds from the start to an arc length on a leg at the profile's speeds, before a turn of that leg."""
         s, v = self.speeds[:, 0], self.speeds[:, 1]
         i = min(max(int(np.searchsorted(s, arc_length_m, side="right")) - 1, 0), len(s) - 2)
-        ds = min(max(arc_length_m - s[i], 0.0), s[i + 1] - s[i])
-        span = s[i + 1] - s[i]
-        squared = v[i] ** 2 + (v[i + 1] ** 2 - v[i] ** 2) * (ds / span if span > 0.0 else 0.0)
-        pace = v[i] + math.sqrt(max(squared, 0.0))
+        (begin_m, end_m), (v_begin, v_end) = s[i : i + 2].tolist(), v[i : i + 2].tolist()
+        span = end_m - begin_m
+        ds = min(max(arc_length_m - begin_m, 0.0), span)
+        squared = v_begin * v_begin + (v_end * v_end - v_begin * v_begin) * (ds / span if span > 0.0 else 0.0)
+        pace = v_begin + math.sqrt(max(squared, 0.0))
         turned_s = sum(turn.time_s for index, turn in self.turns.items() if index < leg)
         return float(self.times_s[i] + (2.0 * ds / pace if pace > 0.0 else 0.0)) + turned_s
 
