@@ -9,7 +9,7 @@ The order across topics is that of the senders' wall clocks, which may be set wh
 later never comes before what it sent earlier, and after a clock was set back all go on from where they were.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from operator import itemgetter
 from typing import NamedTuple, Protocol
 
@@ -73,21 +73,27 @@ class Sequencer:
         """What to add to wall times, after each time that a clock was set back."""
         self._latest_ns = 0
 
-    def take(self, batch: Sequence[Arrived]) -> list[Arrived]:
+    def take(self, batch: Sequence[Arrived], cut: Collection[tuple[str, str]] = ()) -> list[Arrived]:
         """Add a batch, which may be empty; the messages of each publisher are in its order.
 
+        Args:
+            batch: The messages.
+            cut: Robots and names of the topics of which more wait than are in the batch.
+
         Returns:
-            Every message sent no later than the youngest of the batch before, in the order of sending.
+            Every message sent no later than the youngest of the batch before, and than the last one here of each topic
+            that is cut, in the order of sending.
         """
         self._learn_of_a_setting(batch)
         placed = [(self._place_ns(message), message) for message in batch]
         if not self._held:
             self._held = sorted(placed, key=_PLACE)
             return []
-        youngest_ns = self._held[-1][0]
+        last_ns = {(message.namespace, message.topic.name): place_ns for place_ns, message in placed}
+        youngest_ns = min([self._held[-1][0], *(last_ns.get(key, 0) for key in cut)])
         arrived = sorted([*self._held, *placed], key=_PLACE)
         certain = len(arrived)
-        while arrived[certain - 1][0] > youngest_ns:
+        while certain and arrived[certain - 1][0] > youngest_ns:
             certain -= 1
         self._held = arrived[certain:]
         return [message for _, message in arrived[:certain]]

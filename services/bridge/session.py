@@ -1,15 +1,18 @@
 """An active recording: moves messages from the inboxes to the file."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from typing import Protocol
 
 from touchline.services.bridge.output import RecordingError
 from touchline.services.bridge.recorder import Recorder, RecordingReport
 from touchline.services.bridge.sequencer import Arrived, Sequencer
+from touchline.services.bus.inbox import MOST_WAITING
 
 #: What was recorded longer ago than this survives kill -9.
 FLUSH_PERIOD_S = 0.5
+#: Messages of a topic that are recorded before the service looks at anything else: a tenth of a second's work in all.
+_AT_ONCE = 512
 
 
 class SessionInbox(Protocol):
@@ -23,8 +26,12 @@ class SessionInbox(Protocol):
     def rejected(self) -> Mapping[str, int]:
         """By topic name, payloads that were no messages of their topic."""
 
-    def drain(self) -> Sequence[Arrived]:
-        """Every message that waits."""
+    @property
+    def cut(self) -> Collection[str]:
+        """Names of the topics of which the last `drain` left some, or may have."""
+
+    def drain(self, most: int) -> Sequence[Arrived]:
+        """The messages that wait, of each topic the first `most`."""
 
 
 class RecordingSession:
@@ -59,18 +66,27 @@ class RecordingSession:
         Raises:
             RecordingError: The disk is full or failed.
         """
-        batch = [message for inbox in self._inboxes for message in inbox.drain()]
-        self._write(self._sequencer.take(batch))
+        busy, _ = self._take()
         if now_s >= self._flush_due_s:
             self._flush_due_s = now_s + FLUSH_PERIOD_S
             self.recorder.flush()
-        return bool(batch)
+        return busy
+
+    def _take(self) -> tuple[bool, bool]:
+        """Record a part of what has arrived; returns whether anything had, and whether more may wait."""
+        batch = [message for inbox in self._inboxes for message in inbox.drain(_AT_ONCE)]
+        cut = {(inbox.namespace, name) for inbox in self._inboxes for name in inbox.cut}
+        self._write(self._sequencer.take(batch, cut))
+        return bool(batch), bool(cut)
 
     def finish(self) -> RecordingReport:
         """Record what is left and complete the file."""
         if not self.recorder.problem:
             with suppress(RecordingError):  # the report tells
-                self.pump(0.0)
+                for _ in range(MOST_WAITING // _AT_ONCE + 1):  # publishers may go on for ever
+                    _, more = self._take()
+                    if not more:
+                        break
                 self._write(self._sequencer.rest())
         return self.recorder.finish(self._rejected())
 

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Iterator, Sequence
+from itertools import repeat
 from typing import Literal, NamedTuple
 
 import zenoh
@@ -15,8 +16,8 @@ from touchline.schemas.wellformed import Wellformed
 from touchline.services.bus import attachment
 from touchline.services.bus.counters import Counters, SequenceGaps
 
-#: Samples a lossless inbox holds before its publishers have to wait.
-_CAPACITY = 65_536
+#: Samples of a topic that a lossless inbox holds before its publishers have to wait.
+MOST_WAITING = 65_536
 #: Samples of one topic that wait at most where the oldest gives way.
 _RECENT = 1024
 _POLL_S = 0.002
@@ -63,6 +64,7 @@ class Inbox:
         namespace: Of the robot.
         lost: Messages that were published but never came out of this inbox, from gaps in the sequence numbers.
         rejected: By topic name, payloads that were no messages of their topic, whoever sent them.
+        cut: Names of the topics of which the last `drain` took the most that it was to, so that more may wait.
     """
 
     def __init__(
@@ -83,13 +85,14 @@ class Inbox:
         ]
         self.lost = 0
         self.rejected: dict[str, int] = {}
+        self.cut: set[str] = set()
 
     def _declare(
         self, session: zenoh.Session, key: str, topic: Topic
     ) -> "zenoh.Subscriber[handlers.Handler[zenoh.Sample]] | ext.AdvancedSubscriber[handlers.Handler[zenoh.Sample]]":
         channel: handlers.FifoChannel[zenoh.Sample] | handlers.RingChannel[zenoh.Sample]
         if self._keep == "all":
-            channel = handlers.FifoChannel(_CAPACITY)
+            channel = handlers.FifoChannel(MOST_WAITING)
         else:
             channel = handlers.RingChannel(_RECENT if self._keep == "recent" else 1)
         if not topic.latched:
@@ -97,15 +100,23 @@ class Inbox:
         history = ext.HistoryConfig(max_samples=1, detect_late_publishers=True)
         return ext.declare_advanced_subscriber(session, key, channel, history=history)
 
-    def drain(self) -> list[Sample]:
-        """Every sample that waits, in order of arrival within a topic."""
+    def drain(self, most: int | None = None) -> list[Sample]:
+        """Every sample that waits, in order of arrival within a topic; of each topic at most `most`, if that is given.
+
+        Who takes samples as fast as they are sent would never come to an end without.
+        """
         samples: list[Sample] = []
+        self.cut.clear()
         for topic, form, gaps, subscriber in self._subscribers:
             receive = subscriber.try_recv
-            while (raw := receive()) is not None:
+            for _ in repeat(None) if most is None else repeat(None, most):
+                if (raw := receive()) is None:
+                    break
                 sample = self._accept(topic, form, gaps, raw)
                 if sample is not None:
                     samples.append(sample)
+            else:
+                self.cut.add(topic.name)
         return samples
 
     def messages(self) -> Iterator[tuple[Sample, Message]]:

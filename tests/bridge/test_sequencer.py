@@ -4,7 +4,7 @@ from collections import deque
 from dataclasses import dataclass
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from touchline.schemas import topics
@@ -25,23 +25,29 @@ class Sent:
     namespace: str = "tt2"
 
 
-@given(st.lists(st.one_of(st.sampled_from(CHANNELS), st.just("drain one channel")), max_size=60))
-def test_any_interleaving_of_sending_and_draining_is_undone(course: list[Topic | str]) -> None:
-    """``course`` is what happens one after another: a message arrives, or the next channel in turn is emptied."""
+@given(
+    st.lists(st.one_of(st.sampled_from(CHANNELS), st.just("drain one channel")), max_size=60),
+    st.sampled_from((1, 3, 60)),
+)
+@example([topics.CLOCK] * 5 + [topics.IMU] * 5, 1)
+def test_any_interleaving_of_sending_and_draining_is_undone(course: list[Topic | str], most: int) -> None:
+    """``course`` is what happens one after another: a message arrives, or `most` are taken from the next channel."""
     waiting: dict[str, deque[Sent]] = {topic.name: deque() for topic in CHANNELS}
-    sequencer, batch, out, sent, turn = Sequencer(), [], [], [], 0
-    for step in [*course, *["drain one channel"] * 9]:
+    sequencer, batch, cut, out, sent, turn = Sequencer(), [], set(), [], [], 0
+    for step in [*course, *["drain one channel"] * (9 + len(CHANNELS) * len(course) // most)]:
         if isinstance(step, Topic):
             sent.append(Sent(step, len(sent) + 1))
             waiting[step.name].append(sent[-1])
             continue
         channel = waiting[CHANNELS[turn % len(CHANNELS)].name]
-        batch += channel
-        channel.clear()
+        taken = [channel.popleft() for _ in range(min(most, len(channel)))]
+        batch += taken
+        if len(taken) == most:
+            cut.add((taken[-1].namespace, taken[-1].topic.name))
         turn += 1
         if turn % len(CHANNELS) == 0:
-            out += sequencer.take(batch)
-            batch = []
+            out += sequencer.take(batch, cut)
+            batch, cut = [], set()
     out += sequencer.take(batch)
     assert out + sequencer.rest() == sent
 

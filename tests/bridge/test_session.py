@@ -18,8 +18,9 @@ class Waiting:
         self.said = 0
         self.namespace = "tt2"
         self.rejected: dict[str, int] = {}
+        self.cut: set[str] = set()
 
-    def drain(self) -> list[Sent]:
+    def drain(self, most: int) -> list[Sent]:
         self.said += 1
         return [Sent(topics.IMU, self.said, self.said, encode(Imu()))]
 
