@@ -21,8 +21,10 @@ def shake_hands(
     nodes: Iterable[str],
     timeout_s: float,
     while_waiting: Callable[[], None] = lambda: None,
-) -> None:
+) -> bool:
     """Exchange one call with each of the nodes on the bus; one that hangs is given up after ``timeout_s``.
+
+    Returns whether each has answered, but for those that have left.
 
     Declarations, messages and answers of one process keep their order. So when one has answered, it knew of our
     subscriptions before, and we of its; what either had sent until then has arrived.
@@ -34,7 +36,12 @@ def shake_hands(
             raise _Gone
         while_waiting()
 
+    answered = True
     for node in sorted(nodes):
-        with suppress(CallError, PayloadError, _Gone):
+        with suppress(PayloadError, _Gone):
             wait(node)
-            bus.call(topics.diagnostics_service(node), GetDiagnosticsRequest(), timeout_s, partial(wait, node))
+            try:
+                bus.call(topics.diagnostics_service(node), GetDiagnosticsRequest(), timeout_s, partial(wait, node))
+            except CallError:
+                answered = False
+    return answered

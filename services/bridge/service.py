@@ -22,7 +22,7 @@ from touchline.services.bridge.going import GoingRecording, next_part
 from touchline.services.bridge.handshake import shake_hands
 from touchline.services.bridge.output import RecordingError
 from touchline.services.bridge.recorder import Existing, Recorder, RecordingReport
-from touchline.services.bridge.session import RecordingSession
+from touchline.services.bridge.session import MOST_ROUNDS, RecordingSession
 from touchline.services.bus import Bus, BusConfig, HealthReporter
 from touchline.services.bus.ros2 import Ros2Session
 from touchline.services.system.priority import switch_threads_soon
@@ -65,6 +65,7 @@ class BridgeService:
         self._session: RecordingSession | None = None
         self._failed: RecordingReport | None = None
         self._gaps_told = 0
+        self._was_behind = False
 
     def run(self, stop: Stop) -> RecordingReport | None:
         """Serve until ``stop``; an active recording is then finished and its report returned."""
@@ -211,6 +212,7 @@ class BridgeService:
         """Finish the recording with everything that was sent before this call."""
         if self._session is not None:
             self._handshake()
+            self._catch_up()
         if self._session is None:  # there was none, or writing its last part failed
             return self._failed
         report = self._session.finish()
@@ -218,13 +220,29 @@ class BridgeService:
         return report
 
     def _handshake(self) -> None:
-        """Know that every publisher knows of us and that what it has sent is here, recording meanwhile."""
+        """Know that every publisher knows of us and that what it has sent is here, recording meanwhile.
+
+        An answer comes behind all that was sent before: who has not answered in time while that was more than could be
+        recorded is asked again.
+        """
         for end in self._ends:
-            shake_hands(end.bus, end.presence, _PUBLISHERS, _HANDSHAKE_TIMEOUT_S, self._while_waiting)
+            answered = False
+            while not answered:
+                self._was_behind = False
+                answered = shake_hands(end.bus, end.presence, _PUBLISHERS, _HANDSHAKE_TIMEOUT_S, self._while_waiting)
+                answered |= not self._was_behind
+
+    def _catch_up(self) -> None:
+        """Record what has arrived by now; publishers may go on for ever."""
+        for _ in range(MOST_ROUNDS):
+            if self._session is None or not self._session.behind:
+                break
+            self._while_waiting()
 
     def _while_waiting(self) -> None:
         self._beat()
         self._pump()
+        self._was_behind |= self._session is not None and self._session.behind
         for gateway in self._gateways:
             gateway.turn()
         self._report_health()

@@ -13,6 +13,8 @@ from touchline.services.bus.inbox import MOST_WAITING
 FLUSH_PERIOD_S = 0.5
 #: Messages of a topic that are recorded before the service looks at anything else: a tenth of a second's work in all.
 _AT_ONCE = 512
+#: So many times it takes to record all that can have been waiting.
+MOST_ROUNDS = MOST_WAITING // _AT_ONCE + 1
 
 
 class SessionInbox(Protocol):
@@ -40,6 +42,9 @@ class RecordingSession:
     Args:
         recorder: The file.
         inboxes: Where what is recorded of each robot arrives; they are left when the session is dropped.
+
+    Attributes:
+        behind: Whether more had arrived than was recorded last.
     """
 
     def __init__(self, recorder: Recorder, inboxes: Sequence[SessionInbox]) -> None:
@@ -47,6 +52,7 @@ class RecordingSession:
         self._inboxes = inboxes
         self._sequencer = Sequencer()
         self._flush_due_s = 0.0
+        self.behind = False
 
     @property
     def rejected(self) -> int:
@@ -66,27 +72,25 @@ class RecordingSession:
         Raises:
             RecordingError: The disk is full or failed.
         """
-        busy, _ = self._take()
+        busy = self._take()
         if now_s >= self._flush_due_s:
             self._flush_due_s = now_s + FLUSH_PERIOD_S
             self.recorder.flush()
         return busy
 
-    def _take(self) -> tuple[bool, bool]:
-        """Record a part of what has arrived; returns whether anything had, and whether more may wait."""
+    def _take(self) -> bool:
+        """Record what has arrived, or a part of it: then it is `behind`. Returns whether anything had."""
         batch = [message for inbox in self._inboxes for message in inbox.drain(_AT_ONCE)]
         cut = {(inbox.namespace, name) for inbox in self._inboxes for name in inbox.cut}
         self._write(self._sequencer.take(batch, cut))
-        return bool(batch), bool(cut)
+        self.behind = bool(cut)
+        return bool(batch)
 
     def finish(self) -> RecordingReport:
-        """Record what is left and complete the file."""
+        """Record what is left, if it is not `behind`, and complete the file."""
         if not self.recorder.problem:
             with suppress(RecordingError):  # the report tells
-                for _ in range(MOST_WAITING // _AT_ONCE + 1):  # publishers may go on for ever
-                    _, more = self._take()
-                    if not more:
-                        break
+                self._take()
                 self._write(self._sequencer.rest())
         return self.recorder.finish(self._rejected())
 
