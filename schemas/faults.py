@@ -14,7 +14,7 @@ from pydantic import Field, model_validator
 
 from touchline.schemas.spec import Spec, parse
 
-Sensor = Literal["gnss", "imu", "magnetometer", "encoder"]
+Sensor = Literal["gnss", "imu", "magnetometer", "encoder", "camera"]
 Share = Annotated[float, Field(ge=0, le=1)]
 ALL = "all"
 """Instead of an actuator's name."""
@@ -77,6 +77,13 @@ class GnssNoisy(_Fault):
     kind: Literal["gnss-noisy"]
     white_m: Annotated[float, Field(gt=0, le=100)] = 0.05
     honest: bool = True
+
+
+class CameraOutage(_Fault):
+    """The camera overhead does not find the robot: somebody stands in the way, the light is off."""
+
+    summary: ClassVar[str] = "the camera does not see the robot"
+    kind: Literal["camera-outage"]
 
 
 class MessagesLate(_Fault):
@@ -277,6 +284,7 @@ Fault = Annotated[
     | CorrectionsLost
     | GnssWrongFix
     | GnssNoisy
+    | CameraOutage
     | MessagesLate
     | MessagesDuplicated
     | MessagesReordered

@@ -4,6 +4,7 @@ The defaults are the shipped robot's. None of it decides what is true: that is t
 computer sees nothing but what its sensors say.
 """
 
+import math
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, SerializerFunctionWrapHandler, model_serializer, model_validator
@@ -36,6 +37,27 @@ class GnssSheet(Spec):
     rate_hz: Literal[1, 2, 5, 10, 20] = 10
     latency_s: Annotated[float, Field(ge=0, le=0.5)] = 0.11
     latency_jitter_s: Annotated[float, Field(ge=0, le=0.05)] = 0.01
+
+
+class CameraSheet(Spec):
+    """The camera overhead: errors of a pose along an axis and of its heading (1 σ), rate and delay."""
+
+    white_m: Deviation = 0.01
+    white_rad: Deviation = math.radians(1.0)
+    rate_hz: Annotated[int, Field(ge=1, le=100)] = 15
+    latency_s: Annotated[float, Field(ge=0, le=0.5)] = 0.08
+    latency_jitter_s: Annotated[float, Field(ge=0, le=0.05)] = 0.02
+
+
+class OdometrySheet(Spec):
+    """Odometry alone: how well the start pose is known (1 σ an axis; heading), and what nothing can correct later."""
+
+    start_sigma_m: Annotated[float, Field(ge=0.0001, le=100)] = 0.01
+    start_sigma_rad: Annotated[float, Field(ge=0.0001, le=1)] = math.radians(1.0)
+    scale_relative: Annotated[float, Field(ge=0, le=0.5)] = 0.005
+    """1 σ of the wheels' radius and lasting slip: how much longer or shorter a way is than they count."""
+    max_sigma_m: Annotated[float, Field(gt=0, le=10_000)] | None = None
+    """Of the position, beyond which the robot does not drive; by default it drives however unsure it is."""
 
 
 class ImuSheet(Spec):
@@ -121,6 +143,8 @@ class OnboardConfig(Spec):
 
     follower: Follower = FOLLOWERS.default
     gnss: GnssSheet = GnssSheet()
+    camera: CameraSheet = CameraSheet()
+    odometry: OdometrySheet = OdometrySheet()
     imu: ImuSheet = ImuSheet()
     magnetometer: MagnetometerSheet = MagnetometerSheet()
     drive: DriveSheet = DriveSheet()
@@ -131,11 +155,13 @@ class OnboardConfig(Spec):
     """Wall-clock seconds without operator and planner after which the robot stops by itself."""
 
     @model_serializer(mode="wrap")
-    def _as_before_gains(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """One that changes no gains of a follower is written as before there were any: to the same bytes."""
+    def _without_usual_later_parts(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """One that changes nothing of a part is written as before there was that part: to the same bytes."""
         written: dict[str, Any] = handler(self)
-        if self.lane_pursuit == LanePursuit():
-            written.pop("lane_pursuit", None)
-        if self.tracking == TrackingGains():
-            written.pop("tracking", None)
+        for name in _LATER_PARTS:
+            if getattr(self, name) == type(self).model_fields[name].default:
+                written.pop(name, None)
         return written
+
+
+_LATER_PARTS = ("camera", "odometry", "lane_pursuit", "tracking")

@@ -1,5 +1,6 @@
 """Scenarios: the emulated world of a session, reproducible to the bit."""
 
+import math
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
@@ -8,7 +9,7 @@ from touchline.schemas.faults import Fault, Share
 from touchline.schemas.spec import Spec
 
 Noise = Literal["default", "none"]
-SurfaceName = Literal["grass", "wet-grass", "artificial-turf", "clay"]
+SurfaceName = Literal["grass", "wet-grass", "artificial-turf", "clay", "floor"]
 MAX_SEED = 2**63 - 1
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
@@ -62,6 +63,22 @@ class GnssNoise(Spec):
         if self.converge_max_s < self.converge_min_s:
             raise ValueError("converge_max_s must be at least converge_min_s")
         return self
+
+
+class CameraNoise(Spec):
+    """The camera overhead that sees the robot: errors of a pose (1 σ an axis; of the heading), delays, misses.
+
+    A study of a network of small robots names such cameras and no figures; these are assumed (docs/robot-sim.md).
+    """
+
+    white_m: NotNegative = 0.01
+    white_rad: NotNegative = math.radians(1.0)
+    rate_hz: Annotated[int, Field(ge=1, le=100)] = 15
+    latency_s: Annotated[float, Field(ge=0, le=0.5)] = 0.08
+    latency_jitter_s: Annotated[float, Field(ge=0, le=0.05)] = 0.02
+    """Poses take up to this much longer, in whole ticks of 10 ms, each number of them as often."""
+    dropout_share: Share = 0.02
+    """Of the pictures, in which the robot is not found."""
 
 
 class Obstruction(Spec):
@@ -181,6 +198,8 @@ class Scenario(Spec):
     seed: Annotated[int, Field(ge=0, le=MAX_SEED)] = 1
     noise: Noise = "default"
     gnss: GnssNoise = GnssNoise()
+    camera: CameraNoise = CameraNoise()
+    """Of robots that have one overhead; written only if it is another one, as scenarios were before there was any."""
     imu: ImuNoise = ImuNoise()
     magnetometer: MagnetometerNoise = MagnetometerNoise()
     drive: DriveNoise = DriveNoise()
@@ -195,6 +214,13 @@ class Scenario(Spec):
     origin: Origin = Origin()
     faults: Annotated[tuple[Fault, ...], Field(max_length=1000)] = ()
     """What goes wrong when, in sim time; see `touchline.schemas.faults`."""
+
+    @model_serializer(mode="wrap")
+    def _without_usual_camera(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        written: dict[str, Any] = handler(self)
+        if self.camera == CameraNoise():
+            written.pop("camera", None)
+        return written
 
     @model_validator(mode="before")
     @classmethod
@@ -221,6 +247,7 @@ class Scenario(Spec):
 
 _NOISE_FIGURES: dict[str, tuple[str, ...]] = {
     "gnss": ("white_m", "gauss_markov_1_m", "gauss_markov_2_m", "latency_jitter_s"),
+    "camera": ("white_m", "white_rad", "latency_jitter_s", "dropout_share"),
     "imu": tuple(name for name in ImuNoise.model_fields if name != "warming_tau_s"),
     "magnetometer": ("white_rad", "bias_rad", "soft_iron_relative", "disturbance_rad"),
     "drive": ("wheel_radius_relative", "track_width_relative", "slip_relative", "steering_offset_rad"),

@@ -108,6 +108,14 @@ class PoseWithCovariance(Message):
     covariance: Covariance36 = zeros(36)
 
 
+class PoseWithCovarianceStamped(Message):
+    """Pose in ``header.frame_id``, with its covariance."""
+
+    ros_type: ClassVar[str] = "geometry_msgs/msg/PoseWithCovarianceStamped"
+    header: Header = Header()
+    pose: PoseWithCovariance = PoseWithCovariance()
+
+
 class TwistWithCovariance(Message):
     """Twist with its row-major 6×6 covariance."""
 

@@ -5,6 +5,7 @@ from touchline.schemas.vehicles.differential_drive import DifferentialDrive, Mot
 from touchline.schemas.vehicles.drive_spec import DriveSpec
 from touchline.schemas.vehicles.ground_contact import GroundContact
 from touchline.schemas.vehicles.no_tool import NoTool
+from touchline.schemas.vehicles.positioning import GNSS, ODOMETRY, OVERHEAD_CAMERA, Positioning
 from touchline.schemas.vehicles.rear_steered_drive import DrumMotor, RearSteeredDrive
 from touchline.schemas.vehicles.roller_tool import RollerTool
 from touchline.schemas.vehicles.sprayer_tool import SprayerTool
@@ -13,6 +14,9 @@ from touchline.schemas.vehicles.vehicle import Vehicle
 from touchline.schemas.vehicles.vehicle_body import VehicleBody
 
 __all__ = [
+    "GNSS",
+    "ODOMETRY",
+    "OVERHEAD_CAMERA",
     "Actuator",
     "DifferentialDrive",
     "DriveSpec",
@@ -20,6 +24,7 @@ __all__ = [
     "GroundContact",
     "Motor",
     "NoTool",
+    "Positioning",
     "RearSteeredDrive",
     "RollerTool",
     "SprayerTool",

@@ -5,10 +5,11 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final, NamedTuple
 
-from touchline.schemas.onboard import OnboardConfig
+from touchline.schemas.onboard import DriveSheet, OnboardConfig
 from touchline.schemas.scenario import Scenario, SurfaceName
 from touchline.schemas.vehicles.differential_drive import DifferentialDrive, Motor
 from touchline.schemas.vehicles.no_tool import NoTool
+from touchline.schemas.vehicles.positioning import OVERHEAD_CAMERA
 from touchline.schemas.vehicles.rear_steered_drive import RearSteeredDrive
 from touchline.schemas.vehicles.roller_tool import RollerTool
 from touchline.schemas.vehicles.vehicle import Vehicle
@@ -23,12 +24,14 @@ class ShippedVehicle(NamedTuple):
         surface: What it drives on where a scenario does not say.
         follower: What steers it where nobody says.
         summary: One line for people.
+        drive: What its computer is told of its wheels on that ground where nobody says.
     """
 
     vehicle: Vehicle
     surface: SurfaceName
     follower: str
     summary: str
+    drive: DriveSheet = DriveSheet()
 
 
 CLAY_ROLLER: Final = Vehicle(
@@ -57,6 +60,7 @@ CLAY_ROLLER: Final = Vehicle(
 
 TURTLEBOT3_WAFFLE_PI: Final = Vehicle(
     name="turtlebot3-waffle-pi",
+    positioning=OVERHEAD_CAMERA,
     body=VehicleBody(
         mass_empty_kg=1.8,
         radius_of_gyration_m=0.11,
@@ -101,6 +105,7 @@ TURTLEBOT3_WAFFLE_PI: Final = Vehicle(
 
 TURTLEBOT2: Final = Vehicle(
     name="turtlebot2",
+    positioning=OVERHEAD_CAMERA,
     body=VehicleBody(
         mass_empty_kg=6.0,
         radius_of_gyration_m=0.12,
@@ -144,15 +149,18 @@ TURTLEBOT2: Final = Vehicle(
 )
 """A round robot on a Kobuki base, of a study on a network of robots; what its maker does not say is assumed."""
 
+ON_A_FLOOR: Final = DriveSheet(slip_relative=0.004)
+"""Of wheels that slip on a floor: a fifth of what they do on grass, as the emulated floor has it."""
+
 SHIPPED: Final[Mapping[str, ShippedVehicle]] = MappingProxyType(
     {
         "turf-tank-two": ShippedVehicle(Vehicle(), "grass", "mpc", "paints lines on grass"),
         "clay-roller": ShippedVehicle(CLAY_ROLLER, "clay", "pure-pursuit", "rolls clay, steered by its rear wheel"),
         "turtlebot3-waffle-pi": ShippedVehicle(
-            TURTLEBOT3_WAFFLE_PI, "artificial-turf", "pure-pursuit", "a small robot without a tool, 0.26 m/s"
+            TURTLEBOT3_WAFFLE_PI, "floor", "pure-pursuit", "a small robot without a tool, 0.26 m/s", ON_A_FLOOR
         ),
         "turtlebot2": ShippedVehicle(
-            TURTLEBOT2, "artificial-turf", "pure-pursuit", "a round robot without a tool, for fleets"
+            TURTLEBOT2, "floor", "pure-pursuit", "a round robot without a tool, for fleets", ON_A_FLOOR
         ),
     }
 )
@@ -167,9 +175,10 @@ def on_its_ground(name: str, scenario: Scenario) -> Scenario:
     return scenario.model_copy(update={"ground": ground})
 
 
-def with_its_follower(name: str, config: OnboardConfig) -> OnboardConfig:
-    """The configuration; where it does not say what steers, with what suits the shipped vehicle of a name."""
+def with_its_own(name: str, config: OnboardConfig) -> OnboardConfig:
+    """The configuration; where it says nothing of follower and drive, with what suits the shipped vehicle of a name."""
     shipped = SHIPPED.get(name)
-    if shipped is None or "follower" in config.model_fields_set:
+    if shipped is None:
         return config
-    return config.model_copy(update={"follower": shipped.follower})
+    own = {"follower": shipped.follower, "drive": shipped.drive}
+    return config.model_copy(update={part: own[part] for part in own if part not in config.model_fields_set})

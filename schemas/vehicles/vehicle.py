@@ -5,9 +5,11 @@ from typing import Any, Self
 from pydantic import (
     Field,
     SerializeAsAny,
+    SerializerFunctionWrapHandler,
     ValidationInfo,
     ValidatorFunctionWrapHandler,
     field_validator,
+    model_serializer,
     model_validator,
 )
 
@@ -17,6 +19,7 @@ from touchline.schemas.vehicles.differential_drive import DifferentialDrive
 from touchline.schemas.vehicles.drive_spec import DriveSpec
 from touchline.schemas.vehicles.former_vehicles import in_parts
 from touchline.schemas.vehicles.misfit import misfit
+from touchline.schemas.vehicles.positioning import GNSS, Positioning
 from touchline.schemas.vehicles.sprayer_tool import SprayerTool
 from touchline.schemas.vehicles.tool_spec import ToolSpec
 from touchline.schemas.vehicles.vehicle_body import VehicleBody
@@ -27,6 +30,8 @@ class Vehicle(Spec):
 
     name: str = "turf-tank-two"
     body: VehicleBody = VehicleBody()
+    positioning: Positioning = GNSS
+    """Written only if it is another one: vehicles, and their hashes, are thus what they were before."""
     drive: SerializeAsAny[DriveSpec] = DifferentialDrive()
     tool: SerializeAsAny[ToolSpec] = Field(default=SprayerTool(), validate_default=True)
 
@@ -34,6 +39,13 @@ class Vehicle(Spec):
     @classmethod
     def _in_parts(cls, given: Any) -> Any:
         return in_parts(given)
+
+    @model_serializer(mode="wrap")
+    def _without_usual_positioning(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        written: dict[str, Any] = handler(self)
+        if self.positioning == GNSS:
+            written.pop("positioning", None)
+        return written
 
     @field_validator("drive", mode="wrap")
     @classmethod

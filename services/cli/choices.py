@@ -18,7 +18,7 @@ from touchline.schemas.scenario import MAX_SEED, Noise, Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import Spec, parse, read_text
 from touchline.schemas.vehicles import Vehicle
-from touchline.schemas.vehicles.shipped import SHIPPED, on_its_ground, with_its_follower
+from touchline.schemas.vehicles.shipped import SHIPPED, on_its_ground, with_its_own
 from touchline.services.cli.plugin_option import PluginOption
 
 Order = Literal["optimised", "given"]
@@ -242,7 +242,7 @@ class SetupChoice:
         return Setup(
             vehicle=VehicleChoice(self.vehicle).chosen(),
             onboard=_changed(
-                with_its_follower(str(self.vehicle), _read(OnboardConfig, self.onboard)), follower=self.follower
+                with_its_own(str(self.vehicle), _read(OnboardConfig, self.onboard)), follower=self.follower
             ),
             scenario=_changed(
                 on_its_ground(str(self.vehicle), _read(Scenario, self.scenario)), seed=self.seed, noise=self.noise

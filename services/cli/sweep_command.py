@@ -16,7 +16,7 @@ from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.spec import read_text
-from touchline.schemas.vehicles.shipped import on_its_ground, with_its_follower
+from touchline.schemas.vehicles.shipped import on_its_ground, with_its_own
 from touchline.services.cli.choices import PlanChoice, SetupChoice, VehicleChoice, check_follower
 from touchline.services.cli.display import Advance, progress_bar, say
 from touchline.services.cli.groups import with_groups
@@ -95,7 +95,7 @@ def sweep(
     work, scenario = _subject(subject, template)
     vehicle = body.chosen()
     name = str(body.vehicle)
-    world, computer = on_its_ground(name, scenario), with_its_follower(name, OnboardConfig())
+    world, computer = on_its_ground(name, scenario), with_its_own(name, OnboardConfig())
     cases = all_cases(work, world, PlanChoice().options(), parse_settings(settings or []), computer)
     for case in cases:
         check_follower(case.config)

@@ -18,12 +18,7 @@ from touchline.services.onboard.estimation.filter import Estimator
 from touchline.services.onboard.estimation.report import report
 from touchline.services.onboard.executive.events import EventLog
 from touchline.services.onboard.executive.failsafe import Failsafe
-from touchline.services.onboard.executive.localization_monitor import (
-    MAX_BLIND_SIGMA_M,
-    MAX_COVERING_SIGMA_M,
-    LocalizationMonitor,
-    max_fix_age_s,
-)
+from touchline.services.onboard.executive.localization_monitor import LocalizationMonitor, pose_limits
 from touchline.services.onboard.executive.traversal import (
     ABORTED_BY_OPERATOR,
     EMERGENCY_STOP,
@@ -76,8 +71,7 @@ class Onboard:
         self._log = EventLog()
         self._state, self._drive = ComputerState(), drive_of(vehicle)
         self._estimator = Estimator(vehicle, config, self._state)
-        blind_sigma_m = MAX_COVERING_SIGMA_M if vehicle.tool.covers else MAX_BLIND_SIGMA_M
-        self._watch = LocalizationMonitor(self._state, max_fix_age_s(config.gnss), blind_sigma_m)
+        self._watch = LocalizationMonitor(self._state, pose_limits(vehicle, config))
         self._follower = make_follower(config.follower, vehicle, ask, config)
         self._hazards = Failsafe(vehicle, self._state, config.fence.timeout_s)
         monitors = Monitors(self._watch, self._hazards, config.fence)
@@ -111,7 +105,7 @@ class Onboard:
         The estimator aligns anew: the robot may have been carried to the start.
         """
         duration_s = self._traversal.take(course, resume)
-        self._estimator.restart()
+        self._estimator.restart(self._traversal.begins_at)
         self._estimate = None
         return duration_s
 

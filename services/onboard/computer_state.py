@@ -118,7 +118,7 @@ class FilterState(Record):
 
 
 class ReceivedFix(Record):
-    """A fix that has arrived, whenever it was measured; fields as in `GnssSample`."""
+    """A fix or a camera's pose that has arrived, whenever it was measured; fields as in `GnssSample`, and two more."""
 
     stamp_s: float
     east_m: float
@@ -127,6 +127,9 @@ class ReceivedFix(Record):
     fix: int
     satellites: int
     correction_age_s: float
+    heading_rad: float
+    """nan if it has none."""
+    heading_variance_rad2: float
 
 
 class FilterTimes(Record):
@@ -145,8 +148,12 @@ class FilterTimes(Record):
 class PoseFindings(Record):
     """What the monitor has found."""
 
+    needs_fixes: bool = True
+    """Whether anything tells the position but the robot's own motion."""
     fix_age_s: float
     """How old the newest fix may be to paint."""
+    sigma_m: float
+    """Of the position, beyond which it is too uncertain to paint."""
     blind_sigma_m: float
     """Of the position, beyond which the robot does not drive."""
     tick: int

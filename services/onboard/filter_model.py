@@ -56,6 +56,9 @@ FIX_DOF: Final = 3.5
 """Degrees of freedom of the Student-t distribution that the receiver's white errors are taken to have: a bivariate t
 with these that has 68 % of the horizontal errors within 7 mm has 95.45 % within 16.0 mm and 99.73 % within 38.7 mm. The
 published field test of the receiver has 7/17/38 mm (docs/robot-sim.md)."""
+POSE_DOF: Final = 10.0
+"""The same of a camera's poses: nearly normal ones, yet a wild one, as of a robot taken for another, counts little: one
+that is a metre off with σ 1 cm as a thousandth of a good one."""
 
 
 class TickInputs(Record):
@@ -115,6 +118,9 @@ class LearnedFigures(Record):
     """About which the errors of odometry vary."""
     mean_var: Annotated[Floats, 2]
     """Of these means."""
+    start_east_m: float
+    """Where the filter started, as the next; what is not known of the ways' scale shows as the distance from there."""
+    start_north_m: float
 
 
 class FixInTick(Record):
@@ -127,6 +133,9 @@ class FixInTick(Record):
     """Of the white part, its tail included."""
     after_s: float
     """From the tick to the stamp."""
+    heading_rad: float = math.nan
+    """Of a camera's pose; nan if it has none."""
+    heading_variance_rad2: float
 
 
 class FilterFigures(Record):
@@ -155,6 +164,13 @@ class FilterFigures(Record):
     r_gyro: float
     r_mag: float
     r_gnss: float
+    """Of the white part of a fix, its tail included, or of a camera's pose."""
+    r_heading: float
+    """Of a camera's heading."""
+    fix_dof: float
+    """Degrees of freedom of the distribution of both."""
+    scale_var: float
+    """By which share, squared, ways may be longer or shorter than the wheels count and nothing can tell."""
     r_side: float
     """Of the accelerometer's left axis."""
     rise_var: float
@@ -195,10 +211,13 @@ class FilterCounters(Record):
     """Share, exponential over about 0.3 s: the slip test."""
     mags: int
     mags_rejected: int
+    headings: int
+    """Of a camera's poses."""
+    headings_rejected: int
     gyro_rejected: int
     """At standstill: it turns, the wheels do not."""
     fix_nis_sum: float
-    """Of fixes as they are weighed, each at most FIX_DOF + 2."""
+    """Of fixes as they are weighed, each at most `fix_dof` + 2."""
     fix_nis_last: float
     fix_nis_recent: float
     """Exponential mean over about the last ten fixes that were used."""
@@ -206,6 +225,7 @@ class FilterCounters(Record):
     """−ln of how likely an honest receiver's fixes are as outlying as those of the present run."""
     encoder_nis_sum: float
     mag_nis_sum: float
+    heading_nis_sum: float
     innovation_east_m: float
     """Of the last fix."""
     innovation_north_m: float

@@ -45,6 +45,18 @@ class GnssSample(NamedTuple):
     correction_age_s: float
 
 
+class CameraSample(NamedTuple):
+    """The body's pose as a camera overhead saw it; `stamp_s` is when, some 0.08 s before it arrives."""
+
+    stamp_s: float
+    east_m: float
+    north_m: float
+    heading_rad: float
+    sigma_m: float
+    """Reported standard deviation along an axis, and of the heading:"""
+    sigma_rad: float
+
+
 class ImuSample(NamedTuple):
     """Body-frame angular rates [rad/s] and specific force [m/s²]: z reads +g at rest on level ground."""
 
@@ -92,6 +104,8 @@ class SensorFrame(NamedTuple):
     """What the tank's level sensor says."""
     operator_alive: bool = True
     """Whether the operator was heard in this tick, in sim time. (The link over the bus is watched apart from this.)"""
+    camera: tuple[CameraSample, ...] = ()
+    """The poses that arrived in this tick from a camera overhead, as `gnss`; a robot has one or the other, or none."""
 
 
 class Command(NamedTuple):

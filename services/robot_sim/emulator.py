@@ -13,11 +13,11 @@ from typing import Any, Final, NamedTuple, Protocol
 from touchline.schemas.errors import CommandRefused, SpecError
 from touchline.schemas.faults import Fault
 from touchline.schemas.messages import Trajectory, TraversalStatus
-from touchline.schemas.onboard import GnssSheet, OnboardConfig
-from touchline.schemas.scenario import GnssNoise, Scenario
+from touchline.schemas.onboard import CameraSheet, GnssSheet, OnboardConfig
+from touchline.schemas.scenario import CameraNoise, GnssNoise, Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import DEFAULT_TOLERANCE_M, Template
-from touchline.schemas.vehicles import Vehicle
+from touchline.schemas.vehicles import ODOMETRY, OVERHEAD_CAMERA, Vehicle
 from touchline.services.onboard import Onboard
 from touchline.services.onboard.control import Ask, nobody
 from touchline.services.onboard.executive.localization_monitor import max_fix_age_s
@@ -153,19 +153,29 @@ class OnboardComputer(Protocol):
         """Events since the last call."""
 
 
-def _check_receiver(receiver: GnssNoise, sheet: GnssSheet) -> None:
-    """Refuse a receiver with which the robot would never paint, before anything is driven.
+def _check_receiver(vehicle: Vehicle, scenario: Scenario, config: OnboardConfig) -> None:
+    """Refuse a receiver or a camera with which the robot would never paint, before anything is driven.
 
     Raises:
         SpecError: Its fixes are always older than its data sheet lets the robot's computer accept.
     """
+    if vehicle.positioning == ODOMETRY:
+        return
+    seen = vehicle.positioning == OVERHEAD_CAMERA
+    group = "camera" if seen else "gnss"
+    receiver: GnssNoise | CameraNoise = scenario.camera if seen else scenario.gnss
+    sheet: GnssSheet | CameraSheet = config.camera if seen else config.gnss
     oldest_s, allowed_s = 1.0 / receiver.rate_hz + receiver.latency_s, max_fix_age_s(sheet)
     if oldest_s > allowed_s:
+        what = "poses" if seen else "fixes"
         problem = (
-            f"make fixes up to {oldest_s:.2f} s old, which is more than the {allowed_s:.2f} s of the robot's computer"
+            f"make {what} up to {oldest_s:.2f} s old, which is more than the {allowed_s:.2f} s of the robot's computer"
         )
         raise SpecError(
-            "scenario", "gnss.rate_hz and gnss.latency_s", problem, "give the receiver's data sheet in --onboard"
+            "scenario",
+            f"{group}.rate_hz and {group}.latency_s",
+            problem,
+            f"give the {'camera' if seen else 'receiver'}'s data sheet in --onboard",
         )
 
 
@@ -204,7 +214,7 @@ class Emulator:
         ask: Ask = nobody,
     ) -> None:
         self.vehicle, self.scenario, self.config = vehicle, scenario, config or OnboardConfig()
-        _check_receiver(scenario.gnss, self.config.gnss)
+        _check_receiver(vehicle, scenario, self.config)
         self.world = World(vehicle, scenario)
         self.sensors = Sensors(vehicle, scenario)
         self.faults = FaultTimeline(scenario.faults, vehicle.drive)

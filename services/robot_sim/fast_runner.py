@@ -33,12 +33,12 @@ from touchline.services.robot_sim.emulator import PERCEIVED, SENSED, WHOLE, Emul
 from touchline.services.robot_sim.estimator_error import enter_error
 from touchline.services.robot_sim.paint.projection import MOST_RUNS, PaintArrays, enter
 from touchline.services.robot_sim.paint.track import follow
-from touchline.services.robot_sim.sensors import receiver
+from touchline.services.robot_sim.sensors import position_report as report
 from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.sampling import Sensing, sense
 from touchline.services.robot_sim.sensors.transport import Transport
 from touchline.services.robot_sim.tick_log import Rows
-from touchline.services.robot_sim.world.effects import Effects
+from touchline.services.robot_sim.world.effects import FIXED, Effects
 from touchline.services.robot_sim.world.physics import HeldCommand, WorldArrays, advance
 
 Floats = NDArray[np.float64]
@@ -142,8 +142,8 @@ def _arrived_in_time(fixes: int, tick: int, transport: Sequence[Transport]) -> b
     if fixes == 0:
         return True
     row = transport[0].arrivals[0]
-    finite = math.isfinite(row[receiver.STAMP_S] + row[receiver.EAST] + row[receiver.NORTH] + row[receiver.VARIANCE])
-    return fixes == 1 and finite and row[receiver.FIX] == receiver.FIXED
+    finite = math.isfinite(row[report.STAMP_S] + row[report.EAST] + row[report.NORTH] + row[report.VARIANCE])
+    return fixes == 1 and finite and row[report.FIX] == FIXED
 
 
 @kernel
@@ -158,9 +158,10 @@ def _read_frame(fixes: int, hardware: Hardware, computer: Computer) -> None:
     if fixes == 0:
         return
     row, fix = transport.arrivals[0], hardware.fixes[0]
-    fix.stamp_s, fix.east_m, fix.north_m = row[receiver.STAMP_S], row[receiver.EAST], row[receiver.NORTH]
-    fix.variance_m2, fix.fix = row[receiver.VARIANCE], int(row[receiver.FIX])
-    fix.satellites, fix.correction_age_s = int(row[receiver.SATELLITES]), row[receiver.CORRECTION_AGE]
+    fix.stamp_s, fix.east_m, fix.north_m = row[report.STAMP_S], row[report.EAST], row[report.NORTH]
+    fix.variance_m2, fix.fix = row[report.VARIANCE], int(row[report.FIX])
+    fix.satellites, fix.correction_age_s = int(row[report.SATELLITES]), row[report.CORRECTION_AGE]
+    fix.heading_rad, fix.heading_variance_rad2 = row[report.HEADING], row[report.HEADING_VARIANCE]
 
 
 @kernel

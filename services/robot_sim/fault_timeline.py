@@ -127,6 +127,8 @@ def _apply(entry: _Entry, effects: Effects) -> None:
             _apply_gnss(fault, start_s, effects)
         case f.MessagesLate() | f.MessagesDuplicated() | f.MessagesReordered() | f.MessagesLost():
             _apply_messages(fault, effects)
+        case f.CameraOutage():
+            effects.camera_out = True
         case f.ImuBias():
             effects.gyro_bias_radps += fault.gyro_radps
             effects.accel_bias_mps2 += fault.accel_mps2

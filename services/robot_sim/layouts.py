@@ -15,6 +15,7 @@ GNSS_FRAME: Final = "gnss_link"
 
 CLOCK: Final = FixedLayout(m.Clock)
 GNSS_FIX: Final = FixedLayout(m.NavSatFix, {"header.frame_id": GNSS_FRAME})
+CAMERA_POSE: Final = FixedLayout(m.PoseWithCovarianceStamped, {"header.frame_id": MAP_FRAME})
 GNSS_STATUS: Final = FixedLayout(m.GnssStatus, {"header.frame_id": GNSS_FRAME})
 IMU: Final = FixedLayout(m.Imu, {"header.frame_id": IMU_FRAME})
 MAGNETIC_FIELD: Final = FixedLayout(m.MagneticField, {"header.frame_id": IMU_FRAME})

@@ -8,6 +8,7 @@ from typing import Final
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.topics import Topic
+from touchline.services.onboard.interface import CameraSample
 from touchline.services.robot_sim import layouts
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.sensors.gnss import GnssReport
@@ -60,6 +61,20 @@ def gnss(report: GnssReport) -> list[Payload]:
         *time, report.fix, report.satellites, report.correction_age_s, math.sqrt(2.0 * variance)
     )
     return [(topics.GNSS_FIX, fix), (topics.GNSS_STATUS, status)]
+
+
+def camera_pose(sample: CameraSample) -> Payload:
+    """A pose that the camera overhead has found, stamped with the time of its picture."""
+    half, covariance = 0.5 * sample.heading_rad, [0.0] * 36
+    covariance[0] = covariance[7] = sample.sigma_m**2
+    covariance[35] = sample.sigma_rad**2
+    pose = layouts.CAMERA_POSE.pack(
+        *stamp_of(sample.stamp_s),
+        *(sample.east_m, sample.north_m, 0.0),
+        *(0.0, 0.0, math.sin(half), math.cos(half)),
+        *covariance,
+    )
+    return topics.CAMERA_POSE, pose
 
 
 def battery(time: Stamp, emulator: Emulator) -> bytes:

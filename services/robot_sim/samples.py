@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -13,11 +12,13 @@ from touchline.schemas import topics
 from touchline.schemas.layout import Records
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.topics import Topic
-from touchline.schemas.vehicles import Vehicle
+from touchline.schemas.vehicles import OVERHEAD_CAMERA, Vehicle
 from touchline.services.onboard.interface import ACCEL, ANGLES, GYRO, MAG, TICKS_PER_S
 from touchline.services.robot_sim import layouts, tick_log
-from touchline.services.robot_sim.packing import Payload, gnss, stamp
-from touchline.services.robot_sim.sensors.gnss import GnssReport, unpack
+from touchline.services.robot_sim.packing import Payload, camera_pose, gnss, stamp
+from touchline.services.robot_sim.sensors import camera
+from touchline.services.robot_sim.sensors.gnss import unpack
+from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.tick_log import Rows, period
 
 Floats = NDArray[np.float64]
@@ -55,7 +56,7 @@ class Samples:
     """Packs rows of `tick_log`.
 
     Args:
-        vehicle: Has the actuators, and a tool or none.
+        vehicle: Has the actuators, a tool or none, and what positions it.
         scenario: Has the IMU's noise, of which the covariances that it reports are made.
         history: (transport.HISTORY, READINGS) what was measured, by tick.
         most: Rows at once.
@@ -89,10 +90,11 @@ class Samples:
         self._estimate = Records(layouts.ODOMETRY, odometry, _STAMP | pose | twist | covariance, most)
         self._truth = Records(layouts.ODOMETRY, odometry, _STAMP | pose | twist, most)
         self._history, self._sprays = history, vehicle.tool.paints
+        self._seen = vehicle.positioning == OVERHEAD_CAMERA
         self._sprayer: Floats = np.full((1, tick_log.TANK_L - tick_log.SPRAYER), math.nan)  # its state, as last told
 
-    def payloads(self, rows: Rows, reports: Sequence[GnssReport]) -> list[Payload]:
-        """All that is due in these ticks, tick by tick; `reports` are the receiver's in the last of them."""
+    def payloads(self, rows: Rows, last: Sensors) -> list[Payload]:
+        """All that is due in these ticks, tick by tick; the positions of the last one are what the sensors have."""
         sensors = self._of_sensors(rows)
         before = -round(rows[0, tick_log.TICK]) % tick_log.ODOMETRY_TICKS  # the first tick with odometry
         odometry = self._of_odometry(rows[before :: tick_log.ODOMETRY_TICKS])
@@ -101,15 +103,20 @@ class Samples:
         for index in range(len(rows)):
             due += [(topic, payloads[index]) for topic, payloads in sensors if index < len(payloads)]
             if fixes[index]:
-                due += gnss(unpack(rows[index, tick_log.REPORT :].tolist())[0])
+                due += self._position(rows[index, tick_log.REPORT :].tolist())
             if index == len(rows) - 1:
-                due += [payload for report in reports for payload in gnss(report)]
+                due += [payload for report in last.gnss_reports for payload in gnss(report)]
+                due += map(camera_pose, last.camera_poses)
             turn, between = divmod(index - before, tick_log.ODOMETRY_TICKS)
             if not between:
                 due += [(topic, payloads[turn]) for topic, payloads in odometry]
             if switched and switched[index]:
                 due.append((topics.SPRAYER, sprayer_state(rows[index])))
         return due
+
+    def _position(self, report: list[float]) -> list[Payload]:
+        """A row of `position_report`."""
+        return [camera_pose(camera.unpack(report))] if self._seen else gnss(unpack(report)[0])
 
     def _of_sensors(self, rows: Rows) -> list[tuple[Topic, list[bytes]]]:
         """Per topic the payloads, tick by tick, of the samples that arrived, stamped with the time of measurement.

@@ -178,7 +178,7 @@ class Telemetry:
         if emulator.frame is None:
             return []
         self._note(rows[-1])
-        due = self._samples.payloads(rows, emulator.sensors.gnss_reports)
+        due = self._samples.payloads(rows, emulator.sensors)
         if tick % _ESTIMATOR_TICKS == 0:
             due.append((topics.ESTIMATOR, layouts.ESTIMATOR.pack(*stamp(tick), *emulator.onboard.consistency)))
         if tick % _PAINT_TICKS == 0:

@@ -12,7 +12,7 @@ from touchline.schemas import topics
 from touchline.schemas.topics import Topic
 from touchline.services.core.jit import kernel
 from touchline.services.onboard import interface
-from touchline.services.robot_sim.sensors import receiver
+from touchline.services.robot_sim.sensors import position_report
 from touchline.services.robot_sim.world.body import BodyState
 from touchline.services.robot_sim.world.physics import HeldCommand
 
@@ -26,9 +26,9 @@ TWIST_COVARIANCE: Final = COVARIANCE + 9  # of speed and yaw rate, row by row
 TRUTH: Final = TWIST_COVARIANCE + 4  # east, north, heading, speed, yaw rate
 SPRAYER: Final = TRUTH + 5  # valve commanded, open, disc commanded, down (0 or 1 each), flow [l/s]
 TANK_L: Final = SPRAYER + 5
-FIXES: Final = TANK_L + 1  # reports of the receiver that arrived: 0 or 1
-REPORT: Final = FIXES + 1  # it, as in `receiver`
-COLUMNS: Final = REPORT + receiver.COLUMNS
+FIXES: Final = TANK_L + 1  # position reports that arrived: 0 or 1
+REPORT: Final = FIXES + 1  # it, as in `position_report`
+COLUMNS: Final = REPORT + position_report.COLUMNS
 
 Rows = NDArray[np.float64]
 
@@ -50,7 +50,7 @@ def note(
     readings: NDArray[np.float64],
     command: HeldCommand,
 ) -> None:
-    """Fill in a tick, but for the estimate and the receiver's report; every sample counts as one of this tick.
+    """Fill in a tick, but for the estimate and the position report; every sample counts as one of this tick.
 
     Args:
         row: (COLUMNS,) filled: SI units, map frame, but readings in the body's.

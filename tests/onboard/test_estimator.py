@@ -20,6 +20,7 @@ from touchline.services.onboard.estimation.filter import Estimator
 from touchline.services.onboard.estimation.noise import noise_figures
 from touchline.services.onboard.estimation.report import report
 from touchline.services.onboard.estimation.tail import bounded
+from touchline.services.onboard.filter_model import FIX_DOF
 from touchline.services.onboard.interface import STANDSTILL, Command
 
 DEFAULT = Scenario()
@@ -62,7 +63,7 @@ def test_consistent_over_monte_carlo_runs() -> None:
     assert np.all(means < high), means
     assert np.all(means > 0.5 * low), means
     # The rig's fixes are normally distributed: what weighed squares then are in the mean.
-    expected, _ = quad(lambda square: bounded(square) * chi2.pdf(square, 2), 0.0, math.inf)
+    expected, _ = quad(lambda square: bounded(square, FIX_DOF) * chi2.pdf(square, 2), 0.0, math.inf)
     assert np.mean(nis) == pytest.approx(expected, abs=0.2)
     assert math.degrees(np.sqrt(np.mean(np.square(heading)))) < 0.3
 

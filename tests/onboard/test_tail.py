@@ -28,7 +28,7 @@ def weighed(y_m: float, sigma_m: float, variance_m2: float = VARIANCE_M2) -> flo
     covariance, rows = np.zeros((m.STATES, m.STATES)), np.zeros((2, m.STATES))
     covariance[m.EAST, m.EAST] = covariance[m.NORTH, m.NORTH] = sigma_m**2
     rows[0, m.EAST] = rows[1, m.NORTH] = 1.0
-    return float(tail.weighed_variance(covariance, rows, (y_m, 0.0), variance_m2))
+    return float(tail.weighed_variance(covariance, rows, (y_m, 0.0), variance_m2, NU))
 
 
 def settled(seed: int = 4) -> tuple[Rig, Estimator]:
@@ -47,7 +47,7 @@ def test_the_model_of_the_receiver_has_the_published_quantiles() -> None:
     variance = NU / (NU - 2.0)  # of a scale of 1
     for radius in (1.0, 3.0, 10.0):
         beyond, _ = quad(lambda r: r * (1.0 + r * r / NU) ** (-NU / 2.0 - 1.0), radius, math.inf)
-        assert tail.likelihood(radius**2 / variance) == pytest.approx(beyond, rel=1e-6)
+        assert tail.likelihood(radius**2 / variance, NU) == pytest.approx(beyond, rel=1e-6)
 
 
 def test_a_weight_is_the_fixed_point_of_its_formula_and_an_outlier_counts_for_next_to_nothing() -> None:
@@ -67,8 +67,8 @@ def test_a_mean_square_of_weighed_innovations_is_two() -> None:
     rng = np.random.default_rng(2)
     kinds = rng.chisquare(NU, 100_000) / (NU - 2.0)
     nis = (rng.standard_normal((2, 100_000)) ** 2).sum(axis=0) / kinds
-    assert np.mean(tail.bounded(nis)) == pytest.approx(2.0, abs=0.02)
-    assert tail.bounded(1e12) == pytest.approx(NU + 2.0)
+    assert np.mean(tail.bounded(nis, NU)) == pytest.approx(2.0, abs=0.02)
+    assert tail.bounded(1e12, NU) == pytest.approx(NU + 2.0)
 
 
 def test_no_run_of_honest_fixes_contradicts() -> None:
@@ -76,7 +76,7 @@ def test_no_run_of_honest_fixes_contradicts() -> None:
     doubt = worst = outlying = 0.0
     for tick in range(300_000):
         nis = white(5, tick, 0) ** 2 + white(5, tick, 1) ** 2
-        doubt = tail.doubt(doubt, tail.likelihood(nis))
+        doubt = tail.doubt(doubt, tail.likelihood(nis, NU))
         worst, outlying = max(worst, doubt), outlying + (doubt > 0.0)
     assert 15.0 < worst < tail.CONTRADICTED
     assert outlying / 300_000 == pytest.approx(0.07, abs=0.02)

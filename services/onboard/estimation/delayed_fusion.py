@@ -23,14 +23,25 @@ from touchline.services.onboard.estimation.measurements import (
     TickEstimate,
     add_shaking_noise,
     fix_rows,
+    heading_row,
     measure,
     use_fix,
 )
-from touchline.services.onboard.estimation.prediction import predict
+from touchline.services.onboard.estimation.prediction import add_scale_error, predict
 from touchline.services.onboard.estimation.standing import settle_dispute
-from touchline.services.onboard.estimation.tail import CONTRADICTED, bounded, doubt, likelihood
+from touchline.services.onboard.estimation.tail import CONTRADICTED, bounded, doubt, likelihood, likelihood_of_one
 from touchline.services.onboard.estimation.updates import nis_of_two
-from touchline.services.onboard.filter_model import ACCEL_BIAS, EAST, NORTH, RING, SPEED, STATES
+from touchline.services.onboard.filter_model import (
+    ACCEL_BIAS,
+    EAST,
+    GATE_1_DOF,
+    NORTH,
+    RING,
+    SPEED,
+    STATES,
+    FilterCounters,
+    FixInTick,
+)
 
 Floats = NDArray[np.float64]
 
@@ -60,6 +71,8 @@ def _step(ring: FilterState, drive: Any, slot: int, live: bool, scratch: Scratch
     elif disputed:
         accel = x[ACCEL_BIAS]
     predict(x, P, accel, z, c)
+    if c.scale_var > 0.0:
+        add_scale_error(xs[last], x, P, c.scale_var, ring.learned)
     # Readings that are rejected again and again are counted: the drive may have an explanation.
     z.refused_ticks = before.refused_ticks
     z.lean[0], z.lean[1] = before.lean[0], before.lean[1]
@@ -104,6 +117,19 @@ def advance(ring: FilterState, drive: Any, tick: int, oldest: int, live: int) ->
 
 
 @kernel
+def _share_of_both(share: float, at: TickEstimate, fix: FixInTick, row: Floats, n: FilterCounters) -> float:
+    """Share of honest poses that err at least as much in position or heading, at most (Bonferroni); counts headings."""
+    turn, variance = heading_row(at, fix, row)
+    nis = turn * turn / variance
+    n.headings += 1
+    n.heading_nis_sum += nis
+    if nis > GATE_1_DOF:
+        n.headings_rejected += 1
+    both: float = min(2.0 * min(share, likelihood_of_one(nis)), 1.0)
+    return both
+
+
+@kernel
 def take_fix(ring: FilterState, drive: Any, tick: int, first_tick: int, fix_tick: int) -> bool:
     """Use the fix that has arrived, in the tick in which it is valid, and run the ticks since again.
 
@@ -134,9 +160,12 @@ def take_fix(ring: FilterState, drive: Any, tick: int, first_tick: int, fix_tick
     valid = TickEstimate(xs[where], Ps[where], inputs[where])
     y = fix_rows(valid, fix, c, h)
     nis = nis_of_two(valid.P, h, y, fix.variance_m2)
-    weighed = bounded(nis)
+    weighed = bounded(nis, c.fix_dof)
+    share = likelihood(nis, c.fix_dof)
+    if not math.isnan(fix.heading_rad):
+        share = _share_of_both(share, valid, fix, h[0], n)
     n.innovation_east_m, n.innovation_north_m, n.fix_nis_last = y[0], y[1], weighed
-    n.fix_doubt = doubt(n.fix_doubt, likelihood(nis))
+    n.fix_doubt = doubt(n.fix_doubt, share)
     n.fixes_outlying_run = n.fixes_outlying_run + 1 if n.fix_doubt > 0.0 else 0
     if n.fix_doubt >= CONTRADICTED:
         n.fixes_rejected += 1

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchline.schemas.onboard import OnboardConfig
-from touchline.schemas.vehicles import Vehicle
+from touchline.schemas.vehicles import ODOMETRY, Vehicle
+from touchline.services.core.angles import nearest_turn
 from touchline.services.core.jit import kernel
 from touchline.services.onboard import filter_model as m
 from touchline.services.onboard.computer_state import Computer, ComputerState, FilterState, FilterTimes, ReceivedFix
@@ -23,6 +24,7 @@ from touchline.services.onboard.drives.onboard_drive import drive_of
 from touchline.services.onboard.estimation.calibration import start_learning
 from touchline.services.onboard.estimation.delayed_fusion import advance, take_fix
 from touchline.services.onboard.estimation.noise import noise_figures
+from touchline.services.onboard.estimation.received import FIX_FIXED, ReceivedPosition, as_records, received
 from touchline.services.onboard.estimation.sample_buffer import STILL_TICKS, take_samples
 from touchline.services.onboard.estimation.standing import JOLT_MPS2
 from touchline.services.onboard.estimation.tail import CONTRADICTED
@@ -30,7 +32,6 @@ from touchline.services.onboard.interface import (
     TICK_S,
     TICKS_PER_S,
     Estimate,
-    GnssSample,
     SensorFrame,
 )
 
@@ -38,7 +39,6 @@ Floats = NDArray[np.float64]
 
 FIX_NONE: Final = 0
 FIX_FLOAT: Final = 2
-FIX_FIXED: Final = 3
 
 _START_TICKS = 25  # at standstill before the biases are worth starting from
 _GATHERED_TICKS = 1000  # of which a jolt is told from the rest
@@ -54,7 +54,6 @@ _ACCEPTED_HEADING_VAR = math.radians(0.3) ** 2
 JUMP_RUN: Final = 15
 """Outlying fixes in a row (1.5 s) after which they are a jump that the operator may accept."""
 _PLACE: Final = [m.EAST, m.NORTH]
-_NO_FIXES = ReceivedFix.row(0)
 _NO_COVARIANCE = np.diag([1e6, 1e6, math.pi**2]).ravel()
 _NO_TWIST_COVARIANCE = np.diag([1e6, 1e6]).ravel()
 _TWIST = np.ix_((m.SPEED, m.YAW_RATE), (m.SPEED, m.YAW_RATE))
@@ -100,6 +99,7 @@ def _note_fix(tick: int, fix: ReceivedFix, times: FilterTimes) -> None:
         newest.stamp_s, newest.east_m, newest.north_m = fix.stamp_s, fix.east_m, fix.north_m
         newest.variance_m2, newest.correction_age_s = fix.variance_m2, fix.correction_age_s
         newest.fix, newest.satellites = fix.fix, fix.satellites
+        newest.heading_rad, newest.heading_variance_rad2 = fix.heading_rad, fix.heading_variance_rad2
 
 
 @kernel
@@ -109,6 +109,8 @@ def _enter_fix(fix: ReceivedFix, ring: FilterState) -> int:
     tick: int = math.floor(fix.stamp_s / TICK_S + 1e-6)
     entered.east_m, entered.north_m = fix.east_m, fix.north_m
     entered.after_s = fix.stamp_s - tick * TICK_S
+    entered.heading_rad = fix.heading_rad
+    entered.heading_variance_rad2 = max(fix.heading_variance_rad2, c.r_heading)
     if fix.fix == FIX_FIXED:
         # What the receiver reports beyond its data sheet is trouble; what it reports less is not believed.
         excess = fix.variance_m2 - c.r_gnss - c.gnss_var
@@ -143,7 +145,8 @@ class Estimator:
     """A 12-state EKF that sees nothing but `SensorFrame`s; its states are in `filter_model`, its noise in `noise`.
 
     It starts in the tick in which the first RTK-fixed position arrives after a quarter of a second at standstill:
-    gyro and accelerometer bias from their means, heading from the magnetometer, position from the fix.
+    gyro and accelerometer bias from their means, heading from the magnetometer, position from the fix. A camera's pose
+    has a heading, too. With odometry alone it starts by itself, from the pose that it is given.
     """
 
     def __init__(self, vehicle: Vehicle, config: OnboardConfig, computer: ComputerState | None = None) -> None:
@@ -157,10 +160,16 @@ class Estimator:
         self.ring.figures.assign(noise_figures(vehicle, config, drive))
         self._sums = np.zeros(4)
         self._accels: deque[float] = deque(maxlen=_GATHERED_TICKS)
+        self._told = config.odometry if vehicle.positioning == ODOMETRY else None
         self.restart()
 
-    def restart(self) -> None:
-        """Forget everything and start again from the sensors: the robot may have been carried elsewhere."""
+    def restart(self, told: tuple[float, float, float] | None = None) -> None:
+        """Forget everything and start again from the sensors: the robot may have been carried elsewhere.
+
+        Args:
+            told: Where to, as far as people know: east [m], north [m], heading [rad]; odometry alone has nothing else.
+        """
+        self._told_pose = told
         self.times.reset()
         self._gather_anew()
         self.ring.fixes.reset()
@@ -174,12 +183,9 @@ class Estimator:
         return self.ring.counters
 
     @property
-    def last_fix(self) -> GnssSample | None:
+    def last_fix(self) -> ReceivedFix | None:
         """The newest fix that arrived, used or not; by its stamp, and not from the future."""
-        if not self.times.has_fix:
-            return None
-        n = self.times.fix
-        return GnssSample(n.stamp_s, n.east_m, n.north_m, n.variance_m2, n.fix, n.satellites, n.correction_age_s)
+        return self.times.fix if self.times.has_fix else None
 
     @property
     def started(self) -> bool:
@@ -192,8 +198,8 @@ class Estimator:
 
         The last fix has to agree with those before: should the first one have been far off, it is outweighed only then.
         """
-        agreed = self.counters.fix_doubt == 0.0
-        return self.started and self.counters.fixes >= _ALIGNED_FIXES and agreed and not self.disputed
+        settled = self.counters.fixes >= _ALIGNED_FIXES and self.counters.fix_doubt == 0.0
+        return self.started and (settled or self._told is not None) and not self.disputed
 
     @property
     def contradicted(self) -> bool:
@@ -258,11 +264,10 @@ class Estimator:
     def step(self, frame: SensorFrame) -> None:
         """Take in a tick's measurements. Frames must come in order, one per tick; what is in them need not."""
         self._computer.frame.fill(frame)
-        fixes = np.array(list(frame.gnss), ReceivedFix.dtype) if frame.gnss else _NO_FIXES
-        started = self.started
-        take_frame(frame.tick, fixes, len(frame.gnss), self.drive, self._computer.array)
+        positions, started = received(frame), self.started
+        take_frame(frame.tick, as_records(positions), len(positions), self.drive, self._computer.array)
         if not started:
-            self._gather(frame)
+            self._gather(frame, positions)
 
     @property
     def jump_m(self) -> float:
@@ -274,12 +279,15 @@ class Estimator:
     def accept_jump(self) -> None:
         """Believe the receiver, as the operator wants it: the robot stands where its last fix says.
 
-        The position and its slow error start anew there; heading, biases and slips stay.
+        The position and its slow error start anew there; heading, biases and slips stay, but for the heading that a
+        camera tells.
         """
         fix = self.last_fix
         assert fix is not None, "there is no jump without a fix"
         self.covariance[m.HEADING, m.HEADING] += _ACCEPTED_HEADING_VAR
-        self._place(self.state, self.covariance, fix)
+        if not math.isnan(fix.heading_rad):
+            self._face(self.state, self.covariance, fix.heading_rad, fix.heading_variance_rad2)
+        self._place(self.state, self.covariance, fix, _ALONE * self.ring.figures.r_gnss)
         self.ring.fixes.reset()
         # Nothing from before this tick is run again.
         self.times.first_tick = self.times.tick
@@ -287,11 +295,17 @@ class Estimator:
         counters.fixes_outlying_run, counters.fix_doubt, counters.fix_nis_recent = 0, 0.0, 0.0
         counters.recoveries += 1
 
-    def _place(self, x: Floats, p: Floats, fix: GnssSample) -> None:
+    def _face(self, x: Floats, p: Floats, heading_rad: float, variance_rad2: float) -> None:
+        """Set the heading in a state and its covariance, whatever was known of it."""
+        x[m.HEADING] = nearest_turn(heading_rad, x[m.HEADING])
+        p[m.HEADING, :] = p[:, m.HEADING] = 0.0
+        p[m.HEADING, m.HEADING] = max(variance_rad2, self.ring.figures.r_heading)
+
+    def _place(self, x: Floats, p: Floats, fix: ReceivedFix | ReceivedPosition, variance_m2: float) -> None:
         """Set the axle's position in a state and its covariance by a fix; the heading is known already.
 
         Its place is the fix less the fix's error and less the lever, which turns with the heading and all that goes
-        with that.
+        with that. The variance is that of the fix along an axis, without its slow error.
         """
         c, slows = self.ring.figures, [m.GNSS_EAST, m.GNSS_NORTH]
         cos, sin = math.cos(x[m.HEADING]), math.sin(x[m.HEADING])
@@ -307,21 +321,21 @@ class Estimator:
         turned = lever @ p
         p[_PLACE, :] += turned
         p[:, _PLACE] += turned.T
-        p[np.ix_(_PLACE, _PLACE)] += turned @ lever.T + np.eye(2) * (_ALONE * c.r_gnss + c.gnss_var)
+        p[np.ix_(_PLACE, _PLACE)] += turned @ lever.T + np.eye(2) * (variance_m2 + c.gnss_var)
 
-    def _gather(self, frame: SensorFrame) -> None:
-        """Average the sensors at standstill and start the filter when a fixed position arrives."""
+    def _gather(self, frame: SensorFrame, positions: list[ReceivedPosition]) -> None:
+        """Average the sensors at standstill and start the filter when a fixed position arrives, or without one."""
         if self.buffer.still_ticks == 0:
             self._gather_anew()
             return
         imu, mag = frame.imu, frame.mag
-        gnss = max(frame.gnss, key=lambda fix: fix.stamp_s, default=None)
+        position = max(positions, key=lambda fix: fix.stamp_s, default=None) if self._told is None else self._believed()
         self._sums += (imu.gyro_z_radps, imu.accel_x_mps2, mag.x_t, mag.y_t)
         self._sum_ticks += 1
         self._accels.append(imu.accel_x_mps2)
-        if gnss is None or gnss.fix != FIX_FIXED or self._sum_ticks < _START_TICKS:
+        if position is None or position.fix != FIX_FIXED or self._sum_ticks < _START_TICKS:
             return
-        if gnss.stamp_s < frame.time_s - (self._sum_ticks - 0.5) * TICK_S:
+        if position.stamp_s < frame.time_s - (self._sum_ticks - 0.5) * TICK_S:
             return  # from before the robot stood here
         gyro, accel, mag_x, mag_y = (self._sums / self._sum_ticks).tolist()
         accel, c = self._without_jolts(accel), self.ring.figures
@@ -342,10 +356,22 @@ class Estimator:
         p[:] = np.diag(diagonal)
         # The heading's error is the magnetometer's.
         p[m.HEADING, m.MAG_BIAS] = p[m.MAG_BIAS, m.HEADING] = -c.mag_var
-        self._place(x, p, gnss)
+        if not math.isnan(position.heading_rad):
+            self._face(x, p, position.heading_rad, position.heading_variance_rad2)
+        self._place(x, p, position, _ALONE * c.r_gnss if self._told is None else position.variance_m2)
+        self.ring.learned.start_east_m, self.ring.learned.start_north_m = x[_PLACE].tolist()
         z = self.ring.inputs[self._slot]  # nothing has been learned yet
         z.rise_east_mps2 = z.rise_north_mps2 = z.rise_var = 0.0
         z.error_mean[:], z.smooth[:] = 0.0, 0.0
+
+    def _believed(self) -> ReceivedPosition | None:
+        """The pose that odometry alone starts from, as a fix that is always there; None if it was told none."""
+        sheet, pose = self._told, self._told_pose
+        if sheet is None or pose is None:
+            return None
+        east_m, north_m, heading_rad = pose
+        variances = sheet.start_sigma_m**2, sheet.start_sigma_rad**2
+        return ReceivedPosition(math.inf, east_m, north_m, variances[0], FIX_FIXED, 0, 0.0, heading_rad, variances[1])
 
     def _gather_anew(self) -> None:
         self._sums[:] = 0.0

@@ -222,8 +222,31 @@ def fix_rows(at: TickEstimate, fix: FixInTick, c: FilterFigures, h: Floats) -> t
 
 
 @kernel
+def heading_row(at: TickEstimate, fix: FixInTick, row: Floats) -> tuple[float, float]:
+    """Innovation and Jacobian of the heading of a camera's pose, some time after the tick.
+
+    Args:
+        at: The tick in which the pose is valid.
+        fix: It, with a heading.
+        row: (STATES,) filled with the Jacobian.
+
+    Returns:
+        The innovation [rad] and its variance [rad²].
+    """
+    x, P, _ = at
+    after = fix.after_s
+    for k in range(STATES):
+        row[k] = 0.0
+    row[HEADING], row[YAW_RATE] = 1.0, after
+    known = P[HEADING, HEADING] + 2.0 * after * P[HEADING, YAW_RATE] + after * after * P[YAW_RATE, YAW_RATE]
+    return wrapped(fix.heading_rad - x[HEADING] - x[YAW_RATE] * after), known + fix.heading_variance_rad2
+
+
+@kernel
 def use_fix(at: TickEstimate, fix: FixInTick, c: FilterFigures, scratch: Scratch) -> None:
     """Update the tick in which a fix is valid, with the variance by which the fix is weighed (`weighed_variance`).
+
+    The heading of a camera's pose comes behind a gate of its own: a robot seen the wrong way round is at its place.
 
     Args:
         at: That tick; state and covariance are updated.
@@ -234,4 +257,10 @@ def use_fix(at: TickEstimate, fix: FixInTick, c: FilterFigures, scratch: Scratch
     x, P, _ = at
     h, g = scratch
     y = fix_rows(at, fix, c, h)
-    apply_two(x, P, h, y, weighed_variance(P, h, y, fix.variance_m2), g)
+    weighed = weighed_variance(P, h, y, fix.variance_m2, c.fix_dof)
+    apply_two(x, P, h, y, weighed, g)
+    if math.isnan(fix.heading_rad):
+        return
+    turn, variance = heading_row(at, fix, h[0])
+    if turn * turn <= GATE_1_DOF * variance:  # a wild position makes the heading no better than itself
+        apply(x, P, h[0], turn, fix.heading_variance_rad2 * max(weighed / fix.variance_m2, 1.0), g)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from touchline.schemas.onboard import OnboardConfig
-from touchline.schemas.vehicles import Vehicle
+from touchline.schemas.vehicles import GNSS, ODOMETRY, OVERHEAD_CAMERA, Vehicle
 from touchline.services.core.physical_constants import GRAVITY_MPS2
 from touchline.services.onboard.drives.onboard_drive import OnboardDrive
-from touchline.services.onboard.filter_model import FilterFigures
+from touchline.services.onboard.filter_model import FIX_DOF, POSE_DOF, FilterFigures
 from touchline.services.onboard.interface import TICK_S
 
 _SPEED_NOISE_MPS = 0.0005  # per tick, from pitching and vibration, beyond the accelerometer's own noise
@@ -16,7 +16,8 @@ _YAW_NOISE_RADPS = 0.08  # per tick: 8 rad/s² is half of what the wheels can do
 _SIDE_SLIP_M2PM = 1e-6
 _GYRO_FLOOR_RADPS = 1e-4
 _MAG_FLOOR_RAD = 0.005
-_GNSS_FLOOR_M = 0.002
+_POSITION_FLOOR_M = 0.002
+_POSE_HEADING_FLOOR_RAD = 0.002
 _SLIP_FLOOR = 0.002
 _RISE = 0.007  # 1 σ an axis: fields are drained by a fall of 0.5 to 2 %
 _RISE_CHANGE_PM = 0.003**2 / 50.0  # per metre: the fall of a crowned field changes
@@ -29,9 +30,10 @@ _WARMING_S = 60.0  # over which a bias that drifts with the temperature counts a
 
 def noise_figures(vehicle: Vehicle, config: OnboardConfig, drive_model: OnboardDrive) -> FilterFigures:
     """Constants of the filter, from the vehicle's and the sensors' data sheets."""
-    gnss, imu, mag, drive = config.gnss, config.imu, config.magnetometer, config.drive
+    imu, mag, drive = config.imu, config.magnetometer, config.drive
+    rate_hz = config.camera.rate_hz if vehicle.positioning == OVERHEAD_CAMERA else config.gnss.rate_hz
     c = FilterFigures()
-    c.antenna_x_m, c.antenna_y_m = vehicle.body.gnss_antenna_x_m, vehicle.body.gnss_antenna_y_m
+    _position_figures(c, vehicle, config)
     c.q_speed = imu.accel_density_mps2_rthz**2 * TICK_S + _SPEED_NOISE_MPS**2
     c.q_yaw_rate = _YAW_NOISE_RADPS**2
     warming_kps = imu.warming_k / imu.warming_tau_s
@@ -46,12 +48,11 @@ def noise_figures(vehicle: Vehicle, config: OnboardConfig, drive_model: OnboardD
         if lasting is None:
             c.slip_var[i], tau = _bridging_term(fast, drive.slip_tau_s, _LEARNED_SLIP**2)
             c.mean_slip_var[i] = _MEAN_SLIP**2
-            c.r_mean_slip[i] = fast * 2.0 * drive.slip_tau_s * gnss.rate_hz
+            c.r_mean_slip[i] = fast * 2.0 * drive.slip_tau_s * rate_hz
         else:  # it stays where it is found, so there is no mean to be learned
             c.slip_var[i], tau = lasting.sigma**2, lasting.tau_s
             c.r_mean_slip[i] = math.inf
         c.slip_decay[i] = math.exp(-TICK_S / tau)
-    c.mast_s2 = vehicle.body.gnss_antenna_z_m / GRAVITY_MPS2
     c.rise_var = (_RISE * GRAVITY_MPS2) ** 2
     c.q_rise = _RISE_CHANGE_PM * GRAVITY_MPS2**2
     c.side_bias_var = imu.accel_turn_on_bias_mps2**2 + 1e-6
@@ -61,19 +62,36 @@ def noise_figures(vehicle: Vehicle, config: OnboardConfig, drive_model: OnboardD
         ((max(mag.bias_rad, 0.01), 1e4), (max(mag.disturbance_rad, 0.01), mag.disturbance_tau_s))
     )
     c.mag_decay = math.exp(-TICK_S / tau)
-    c.gnss_var, tau = _one_term(
-        (
-            (max(gnss.gauss_markov_1_m, 1e-4), gnss.gauss_markov_1_tau_s),
-            (max(gnss.gauss_markov_2_m, 1e-4), gnss.gauss_markov_2_tau_s),
-        )
-    )
-    c.gnss_decay = math.exp(-TICK_S / tau)
     c.r_gyro = imu.gyro_density_radps_rthz**2 / TICK_S + _GYRO_FLOOR_RADPS**2
     c.r_mag = max(mag.white_rad, _MAG_FLOOR_RAD) ** 2
-    c.r_gnss = max(gnss.white_m, _GNSS_FLOOR_M) ** 2
     c.q_side_m = _SIDE_SLIP_M2PM
     c.side_slip_rad_per_mps2 = drive_model.side_slip_rad_per_mps2
     return c
+
+
+def _position_figures(c: FilterFigures, vehicle: Vehicle, config: OnboardConfig) -> None:
+    """Fill in what depends on what positions the robot.
+
+    A camera sees the body itself, without an arm, a mast and a slow error: those are zero, and its poses are fixes with
+    a heading. With odometry alone there is nothing of them.
+    """
+    if vehicle.positioning == GNSS:
+        gnss, body = config.gnss, vehicle.body
+        c.antenna_x_m, c.antenna_y_m = body.gnss_antenna_x_m, body.gnss_antenna_y_m
+        c.mast_s2 = body.gnss_antenna_z_m / GRAVITY_MPS2
+        c.gnss_var, tau = _one_term(
+            (
+                (max(gnss.gauss_markov_1_m, 1e-4), gnss.gauss_markov_1_tau_s),
+                (max(gnss.gauss_markov_2_m, 1e-4), gnss.gauss_markov_2_tau_s),
+            )
+        )
+        c.gnss_decay = math.exp(-TICK_S / tau)
+        c.r_gnss, c.fix_dof = max(gnss.white_m, _POSITION_FLOOR_M) ** 2, FIX_DOF
+    elif vehicle.positioning == OVERHEAD_CAMERA:
+        c.r_gnss, c.fix_dof = max(config.camera.white_m, _POSITION_FLOOR_M) ** 2, POSE_DOF
+        c.r_heading = max(config.camera.white_rad, _POSE_HEADING_FLOOR_RAD) ** 2
+    elif vehicle.positioning == ODOMETRY:
+        c.scale_var = config.odometry.scale_relative**2
 
 
 def _one_term(terms: tuple[tuple[float, float], ...]) -> tuple[float, float]:

@@ -22,6 +22,7 @@ from touchline.services.onboard.filter_model import (
     STATES,
     YAW_RATE,
     FilterFigures,
+    LearnedFigures,
     TickInputs,
 )
 from touchline.services.onboard.interface import TICK_S
@@ -101,6 +102,29 @@ def predict(x: Floats, P: Floats, accel: float, z: TickInputs, c: FilterFigures)
     P[NORTH, NORTH] += side * cos * cos
     P[EAST, NORTH] -= side * sin * cos
     P[NORTH, EAST] -= side * sin * cos
+
+
+@kernel
+def add_scale_error(before: Floats, x: Floats, P: Floats, scale_var: float, learned: LearnedFigures) -> None:
+    """Keep in P that all ways may be longer or shorter than the wheels count, by one share that nothing ever tells.
+
+    A constant that cannot be observed is no state, but is considered (S. F. Schmidt, "Application of State-Space
+    Methods to Navigation Problems", Advances in Control Systems 3, 1966): a share ε moves the position by ε·d, with d
+    the way from the start as the crow flies, since it stretches the path about its start. So P has ε²·d·dᵀ in it.
+
+    Args:
+        before: (STATES,) of the tick before.
+        x: (STATES,) predicted.
+        P: (STATES, STATES) its covariance, updated.
+        scale_var: Variance of ε.
+        learned: Has the start.
+    """
+    e0, n0 = before[EAST] - learned.start_east_m, before[NORTH] - learned.start_north_m
+    e1, n1 = x[EAST] - learned.start_east_m, x[NORTH] - learned.start_north_m
+    P[EAST, EAST] += scale_var * (e1 * e1 - e0 * e0)
+    P[NORTH, NORTH] += scale_var * (n1 * n1 - n0 * n0)
+    P[EAST, NORTH] += scale_var * (e1 * n1 - e0 * n0)
+    P[NORTH, EAST] = P[EAST, NORTH]
 
 
 @kernel

@@ -1,4 +1,4 @@
-"""Heavy-tailed GNSS errors: outlying fixes get less weight instead of being rejected.
+"""Heavy-tailed errors of positions: outlying fixes get less weight instead of being rejected.
 
 An honest receiver's errors have a tail: most fixes are within millimetres, every fiftieth is centimetres off. With a
 variance that covers all of them as normally distributed, a gate would reject every thirtieth fix, and now and then
@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from touchline.services.core.jit import kernel
 from touchline.services.onboard.estimation.updates import spread
-from touchline.services.onboard.filter_model import FIX_DOF
 
 Floats = NDArray[np.float64]
 
@@ -30,7 +29,7 @@ _ROUNDS = 8
 
 
 @kernel
-def weighed_variance(P: Floats, h: Floats, y: tuple[float, float], variance: float) -> float:
+def weighed_variance(P: Floats, h: Floats, y: tuple[float, float], variance: float, dof: float) -> float:
     """The variance r/λ with which to use a fix [m²], the same for both axes.
 
     λ = (ν + 2) / (ν + (ȳᵀȳ + tr H P⁺ Hᵀ) / r), with the residual ȳ and the covariance P⁺ after the update with r/λ, by
@@ -46,33 +45,50 @@ def weighed_variance(P: Floats, h: Floats, y: tuple[float, float], variance: flo
         h: (2, STATES) rows of the fix.
         y: Innovations to the east and to the north [m].
         variance: Of the white error along an axis, its tail included [m²]; that of a t is ν/(ν − 2) times r.
+        dof: ν, the degrees of freedom of the error's distribution, more than 2.
     """
     y0, y1 = y
     s00, s01, s11 = spread(P, h)
-    r = variance * (FIX_DOF - 2.0) / FIX_DOF
+    r = variance * (dof - 2.0) / dof
     weighed = r
     for _ in range(_ROUNDS):
         a, d = s00 + weighed, s11 + weighed
         determinant = a * d - s01 * s01
         e0, e1 = weighed * (d * y0 - s01 * y1) / determinant, weighed * (a * y1 - s01 * y0) / determinant
         left = weighed * (2.0 - weighed * (a + d) / determinant)  # tr H P⁺ Hᵀ
-        weighed = r * (FIX_DOF + (e0 * e0 + e1 * e1 + left) / r) / (FIX_DOF + 2.0)
+        weighed = r * (dof + (e0 * e0 + e1 * e1 + left) / r) / (dof + 2.0)
     return weighed
 
 
 @kernel
-def bounded(nis: float) -> float:
+def bounded(nis: float, dof: float) -> float:
     """A normalised innovation squared, bounded as the fix's weight bounds its effect: mean 2 as before, at most ν + 2.
 
     (ν + 2) / (ν + m) · m with m = NIS · ν/(ν − 2), the squared innovation against the scale of a bivariate t.
+
+    Args:
+        nis: Of both axes.
+        dof: ν.
     """
-    return (FIX_DOF + 2.0) * nis / (FIX_DOF - 2.0 + nis)
+    return (dof + 2.0) * nis / (dof - 2.0 + nis)
 
 
 @kernel
-def likelihood(nis: float) -> float:
-    """Share of an honest receiver's fixes that err at least as much: (1 + m/ν)^(−ν/2) of a bivariate t, m as above."""
-    share: float = (1.0 + nis / (FIX_DOF - 2.0)) ** (-0.5 * FIX_DOF)
+def likelihood(nis: float, dof: float) -> float:
+    """Share of an honest receiver's fixes that err at least as much: (1 + m/ν)^(−ν/2) of a bivariate t.
+
+    Args:
+        nis: Of both axes; m is what it is in `bounded`.
+        dof: ν.
+    """
+    share: float = (1.0 + nis / (dof - 2.0)) ** (-0.5 * dof)
+    return share
+
+
+@kernel
+def likelihood_of_one(nis: float) -> float:
+    """Share of the normally distributed numbers that err at least as much: erfc √(NIS/2)."""
+    share: float = math.erfc(math.sqrt(0.5 * nis))
     return share
 
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Final
+from typing import Final, NamedTuple
 
-from touchline.schemas.onboard import GnssSheet
+from touchline.schemas.onboard import CameraSheet, GnssSheet, OnboardConfig
+from touchline.schemas.vehicles import GNSS, ODOMETRY, OVERHEAD_CAMERA, Positioning, Vehicle
 from touchline.services.core.jit import kernel
 from touchline.services.onboard import filter_model as m
 from touchline.services.onboard.computer_state import Computer, ComputerState
-from touchline.services.onboard.estimation.filter import FIX_FIXED, position_sigma
+from touchline.services.onboard.estimation.filter import position_sigma
+from touchline.services.onboard.estimation.received import FIX_FIXED
 from touchline.services.onboard.estimation.tail import CONTRADICTED
 from touchline.services.onboard.interface import TICK_S, TICKS_PER_S
 
@@ -58,9 +60,35 @@ UNKNOWN: Final = 14
 FIX_NAMES = {0: "no fix", 1: "a single fix", 2: "a float fix"}
 
 
-def max_fix_age_s(gnss: GnssSheet) -> float:
-    """How old the newest fix may be to paint, for this receiver: one of its fixes may stay away, but not two."""
-    return max(MAX_FIX_AGE_S, 2.0 / gnss.rate_hz + gnss.latency_s + gnss.latency_jitter_s + 2.0 * TICK_S)
+def max_fix_age_s(sheet: GnssSheet | CameraSheet) -> float:
+    """How old the newest fix, or pose, may be to paint by this data sheet: one of them may stay away, but not two."""
+    return max(MAX_FIX_AGE_S, 2.0 / sheet.rate_hz + sheet.latency_s + sheet.latency_jitter_s + 2.0 * TICK_S)
+
+
+class PoseLimits(NamedTuple):
+    """Within which a robot drives and paints.
+
+    Attributes:
+        positioning: What tells it where it is.
+        fix_age_s: How old its newest fix, or pose of a camera, may be to paint.
+        sigma_m: Position σ beyond which it does not paint.
+        blind_sigma_m: Position σ beyond which it does not drive.
+    """
+
+    positioning: Positioning = GNSS
+    fix_age_s: float = MAX_FIX_AGE_S
+    sigma_m: float = MAX_POSITION_SIGMA_M
+    blind_sigma_m: float = MAX_BLIND_SIGMA_M
+
+
+def pose_limits(vehicle: Vehicle, config: OnboardConfig) -> PoseLimits:
+    """Those of a vehicle; with odometry alone no fix is missed, and one that paints nothing may become unsure."""
+    if vehicle.positioning == ODOMETRY:
+        most_m = math.inf if config.odometry.max_sigma_m is None else config.odometry.max_sigma_m
+        return PoseLimits(ODOMETRY, math.inf, MAX_POSITION_SIGMA_M if vehicle.tool.paints else most_m, most_m)
+    sheet = config.camera if vehicle.positioning == OVERHEAD_CAMERA else config.gnss
+    blind_sigma_m = MAX_COVERING_SIGMA_M if vehicle.tool.covers else MAX_BLIND_SIGMA_M
+    return PoseLimits(vehicle.positioning, max_fix_age_s(sheet), blind_sigma_m=blind_sigma_m)
 
 
 @kernel
@@ -81,7 +109,23 @@ def judge_pose(tick: int, computer: Computer) -> None:
 @kernel
 def _pose(tick: int, c: ComputerState) -> int:
     times, n, time_s = c.times, c.filter.counters, tick / TICKS_PER_S
-    if times.first_tick < 0 or not times.has_fix:
+    if times.first_tick < 0:
+        return NOT_STARTED
+    if c.pose.needs_fixes:
+        problem = _fixes(time_s, c)
+        if problem != GOOD:
+            return int(problem)
+    if position_sigma(c.filter.covariances[times.tick % m.RING]) > c.pose.sigma_m:
+        return UNCERTAIN
+    if n.encoders_rejected_recent > MAX_SLIP:
+        return SLIP
+    return int(_silence(tick, c, MAX_SILENCE_TICKS))
+
+
+@kernel
+def _fixes(time_s: float, c: ComputerState) -> int:
+    times, n = c.times, c.filter.counters
+    if not times.has_fix:
         return NOT_STARTED
     if times.fix.fix != FIX_FIXED:
         return NOT_FIXED
@@ -93,13 +137,7 @@ def _pose(tick: int, c: ComputerState) -> int:
         return CONTRADICTION
     if time_s - times.last_used_stamp_s > c.pose.fix_age_s:
         return UNUSABLE_FIXES
-    if n.fix_nis_recent > MAX_NIS:
-        return SCATTER
-    if position_sigma(c.filter.covariances[times.tick % m.RING]) > MAX_POSITION_SIGMA_M:
-        return UNCERTAIN
-    if n.encoders_rejected_recent > MAX_SLIP:
-        return SLIP
-    return int(_silence(tick, c, MAX_SILENCE_TICKS))
+    return SCATTER if n.fix_nis_recent > MAX_NIS else GOOD
 
 
 @kernel
@@ -138,23 +176,28 @@ def speaks_against_painting(computer: Computer, nozzle_lateral_m: float) -> int:
     return HEADING_UNCERTAIN if math.sqrt(P[m.HEADING, m.HEADING]) > MAX_HEADING_SIGMA_RAD else GOOD
 
 
+_USUAL: Final = PoseLimits()
+
+
 class LocalizationMonitor:
     """Judges in every tick whether the pose is good enough to drive and to paint, and says why not.
 
     Args:
         computer: Whose estimate is watched.
-        fix_age_s: How old its newest fix may be to paint.
-        blind_sigma_m: Position σ beyond which it does not drive.
+        limits: That it goes by.
 
     Attributes:
         findings: Of the last tick.
+        source: Who tells the position, for people.
     """
 
-    def __init__(
-        self, computer: ComputerState, fix_age_s: float = MAX_FIX_AGE_S, blind_sigma_m: float = MAX_BLIND_SIGMA_M
-    ) -> None:
+    def __init__(self, computer: ComputerState, limits: PoseLimits = _USUAL) -> None:
         self._computer, self.findings = computer, computer.pose
-        self.findings.fix_age_s, self.findings.blind_sigma_m = fix_age_s, blind_sigma_m
+        found, (positioning, found.fix_age_s, found.sigma_m, found.blind_sigma_m) = self.findings, limits
+        found.needs_fixes = positioning != ODOMETRY
+        seen = positioning == OVERHEAD_CAMERA
+        self.source = "camera" if seen else "receiver"
+        self._fix, self._fixes = ("camera pose", "camera's poses") if seen else ("fix", "fixes")
 
     def look(self, tick: int) -> None:
         """Judge the tick."""
@@ -195,11 +238,11 @@ class LocalizationMonitor:
         return {
             NOT_STARTED: "the estimator has not started",
             OLD_CORRECTIONS: f"the RTK corrections are older than {MAX_CORRECTION_AGE_S:.0f} s",
-            NO_FIX: f"there has been no fix {age}",
-            CONTRADICTION: "the fixes contradict the estimate",
-            UNUSABLE_FIXES: f"no fix has been usable {age}",
-            SCATTER: "the fixes scatter more than the estimator can explain",
-            UNCERTAIN: f"the position is uncertain (σ above {MAX_POSITION_SIGMA_M * 1e3:.0f} mm)",
+            NO_FIX: f"there has been no {self._fix} {age}",
+            CONTRADICTION: f"the {self._fixes} contradict the estimate",
+            UNUSABLE_FIXES: f"no {self._fix} has been usable {age}",
+            SCATTER: f"the {self._fixes} scatter more than the estimator can explain",
+            UNCERTAIN: f"the position is uncertain (σ above {self.findings.sigma_m * 1e3:.0f} mm)",
             SLIP: "the wheels slip: they contradict the other sensors",
             IMU_SILENT: f"the IMU's samples {silence}",
             ENCODERS_SILENT: f"the wheel encoders' samples {silence}",

@@ -105,6 +105,11 @@ class Mission:
         return self.driver.leg_index, self.driver.arc_length_m, self.sprayer.owed_if_it_ended(self._nozzle_m())
 
     @property
+    def begins_at(self) -> tuple[float, float, float]:
+        """Before it has set off, where the robot is to stand: east [m], north [m], heading [rad]."""
+        return pose_at(self.plan.path, self.driver.leg, self.driver.arc_length_m)
+
+    @property
     def aligning(self) -> bool:
         """Whether the robot has not yet set off."""
         return self._phase is MissionPhase.ALIGN
@@ -279,7 +284,7 @@ class Mission:
 
     def _start_problem(self) -> str:
         east, north, heading = self._estimator.state[:3].tolist()
-        x, y, start_heading = pose_at(self.plan.path, self.driver.leg, self.driver.arc_length_m)
+        x, y, start_heading = self.begins_at
         distance = math.hypot(east - x, north - y)
         turn = abs(math.remainder(heading - start_heading, math.tau))
         if distance > MAX_START_DISTANCE_M or turn > MAX_START_HEADING_RAD:

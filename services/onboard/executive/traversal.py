@@ -170,7 +170,7 @@ class Traversal:
             if accepts:
                 self._estimator.accept_jump()
                 self._log.report(
-                    WARN, "position-accepted", f"the position was moved by {jump_m:.2f} m to the receiver's"
+                    WARN, "position-accepted", f"the position was moved by {jump_m:.2f} m to the {self._watch.source}'s"
                 )
             distance = job.locate() if job.standing else 0.0
             if distance > MAX_RESUME_DISTANCE_M:
@@ -235,6 +235,11 @@ class Traversal:
         """Account for the ticks up to this one, which `nominal_tick` has run."""
         self.clock.tick = tick
         self._loaded().sprayer.count_closed()
+
+    @property
+    def begins_at(self) -> tuple[float, float, float]:
+        """Where the loaded job begins: east [m], north [m], heading [rad]."""
+        return self._loaded().begins_at
 
     @property
     def checkpoint(self) -> Checkpoint | None:

@@ -6,7 +6,7 @@ import math
 from typing import Final, NamedTuple
 
 from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicles import Vehicle
+from touchline.schemas.vehicles import GNSS, Vehicle
 from touchline.services.core.geodesy import local_frame
 from touchline.services.onboard.interface import TICKS_PER_S, GnssSample
 from touchline.services.robot_sim.sensors import receiver
@@ -37,8 +37,8 @@ class GnssReport(NamedTuple):
 
 
 def unpack(row: list[float]) -> tuple[GnssReport, GnssSample]:
-    """The report in a row of `receiver`, and what the computer makes of it: the antenna in the map frame."""
-    _, stamp_s, latitude, longitude, altitude, variance, vertical, fix, satellites, age, east, north = row
+    """The report in a row of `position_report`, and what the computer makes of it: the antenna in the map frame."""
+    _, stamp_s, latitude, longitude, altitude, variance, vertical, fix, satellites, age, east, north, _, _ = row
     return (
         GnssReport(stamp_s, latitude, longitude, altitude, variance, vertical, int(fix), int(satellites), age),
         GnssSample(stamp_s, east, north, variance, int(fix), int(satellites), age),
@@ -46,7 +46,10 @@ def unpack(row: list[float]) -> tuple[GnssReport, GnssSample]:
 
 
 def make_receiver(vehicle: Vehicle, scenario: Scenario) -> Receiver:
-    """One with the figures of this vehicle and scenario, which must be effective, switched on long ago."""
+    """One with the figures of this vehicle and scenario, which must be effective, switched on long ago.
+
+    There is none if the vehicle is positioned otherwise.
+    """
     noise, origin, made = scenario.gnss, scenario.origin, Receiver()
     processes = (
         (noise.gauss_markov_1_m, noise.gauss_markov_1_tau_s),
@@ -56,7 +59,7 @@ def make_receiver(vehicle: Vehicle, scenario: Scenario) -> Receiver:
     )
     antenna = (vehicle.body.gnss_antenna_x_m, vehicle.body.gnss_antenna_y_m, vehicle.body.gnss_antenna_z_m)
     made.figures.reset(
-        period_ticks=TICKS_PER_S // noise.rate_hz,
+        period_ticks=TICKS_PER_S // noise.rate_hz if vehicle.positioning == GNSS else 0,
         latency_s=noise.latency_s,
         jitter_s=noise.latency_jitter_s,
         white_m=noise.white_m,

@@ -21,6 +21,23 @@ from touchline.services.core.random import STREAM_FAULT, STREAM_GNSS, STREAM_LOO
 from touchline.services.core.records import Record
 from touchline.services.onboard.interface import TICK_S, TICKS_PER_S
 from touchline.services.robot_sim.sensors.moment import Moment
+from touchline.services.robot_sim.sensors.position_report import (
+    ALTITUDE,
+    COLUMNS,
+    CORRECTION_AGE,
+    EAST,
+    FIX,
+    HEADING,
+    HEADING_VARIANCE,
+    LATITUDE,
+    LONGITUDE,
+    NORTH,
+    SATELLITES,
+    STAMP_S,
+    TICK,
+    VARIANCE,
+    VERTICAL_VARIANCE,
+)
 from touchline.services.robot_sim.sensors.zones import Zones, distance
 from touchline.services.robot_sim.world import effects as e
 from touchline.services.robot_sim.world.effects import Effects
@@ -39,21 +56,6 @@ VERTICAL_FACTOR: Final = 2.0
 """Vertical errors against horizontal ones."""
 _FALLING_TAU_S = 5.0  # how fast a float solution leaves the fix that it was
 _HELD_ADMITTED = 0.5  # share of the drift of a held fix that the reported variance knows
-
-# A report.
-TICK: Final = 0  # of validity
-STAMP_S: Final = 1  # the same by the receiver's clock
-LATITUDE: Final = 2
-LONGITUDE: Final = 3
-ALTITUDE: Final = 4
-VARIANCE: Final = 5
-VERTICAL_VARIANCE: Final = 6
-FIX: Final = 7
-SATELLITES: Final = 8
-CORRECTION_AGE: Final = 9
-EAST: Final = 10  # converted back from the three above
-NORTH: Final = 11
-COLUMNS: Final = 12
 
 _TURN_ON = -1
 _CHANNELS = 3  # of an axis in STREAM_GNSS: white and the two Gauss-Markov terms
@@ -76,7 +78,7 @@ class ReceiverFigures(Record):
     """Of one receiver in one scenario; an array of four has Gauss-Markov 1, Gauss-Markov 2, float, single."""
 
     period_ticks: int
-    """Between two positions."""
+    """Between two positions; 0: the robot has no receiver."""
     latency_s: float
     jitter_s: float
     white_m: float
@@ -321,3 +323,4 @@ def take(moment: Moment, receiver: Sequence[Receiver], sky: Zones) -> None:
     report[SATELLITES] = math.floor(_SATELLITES[int(g.fix)] / math.sqrt(factor))
     report[CORRECTION_AGE] = (tick - g.held_ticks) % 100.0 / 100.0 + TICK_S * g.held_ticks
     report[EAST], report[NORTH], _ = to_local(f.frame, latitude, longitude, altitude)
+    report[HEADING] = report[HEADING_VARIANCE] = math.nan

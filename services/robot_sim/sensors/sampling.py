@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 
 from touchline.services.core.arrays import copy
 from touchline.services.core.jit import kernel
-from touchline.services.core.random import STREAM_RECEIVER, uniform
+from touchline.services.core.random import STREAM_CAMERA, STREAM_RECEIVER, uniform
 from touchline.services.onboard.interface import TICKS_PER_S
+from touchline.services.robot_sim.sensors import camera as overhead
+from touchline.services.robot_sim.sensors.camera import Camera
 from touchline.services.robot_sim.sensors.fast import FastSensors, measure
 from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.receiver import Receiver, take
@@ -34,11 +36,37 @@ class Sensing(NamedTuple):
 
     fast: Sequence[FastSensors]
     receiver: Sequence[Receiver]
+    camera: Sequence[Camera]
     transport: Sequence[Transport]
     steel: Zones
     """Of `SteelPlace`."""
     sky: Zones
     """Of `SkyPlace`."""
+
+
+_OF_RECEIVER = 0  # numbers of `effects.SENSORS`
+_OF_CAMERA = 4
+_JITTER = 3  # channel of STREAM_RECEIVER
+
+
+@kernel
+def _send(moment: Moment, sensor: int, report: Floats, usual_tick: int, transport: Sequence[Transport]) -> None:
+    """Put a report under way that arrives in `usual_tick`, but for what faults do to messages of that sensor."""
+    delay, again = latency_ticks(moment, sensor)
+    if delay >= 0:
+        post(transport, report, usual_tick + delay)
+    if again >= 0:
+        post(transport, report, usual_tick + again)
+
+
+@kernel
+def _arrival(tick: int, latency_s: float, jitter_s: float, drawn: float) -> int:
+    """The tick in which a report of this tick arrives by its latency and a share of its jitter.
+
+    Between ticks nothing arrives: the latency is rounded up, and jitter is that of whole ticks.
+    """
+    arrival: int = tick + math.ceil(latency_s * TICKS_PER_S - 1e-7) + int((jitter_s * TICKS_PER_S + 1.0) * drawn)
+    return arrival
 
 
 @kernel
@@ -50,25 +78,23 @@ def sense(moment: Moment, sensing: Sensing) -> int:
         sensing: Of the robot, updated.
 
     Returns:
-        How many reports of the receiver arrived.
+        How many position reports arrived.
     """
-    tick, receiver, transport = moment.tick, sensing.receiver, sensing.transport
-    history, f = transport[0].history, receiver[0].figures
+    seed, tick, transport = moment.seed, moment.tick, sensing.transport
+    receiver, camera = sensing.receiver, sensing.camera
+    history, f, seen = transport[0].history, receiver[0].figures, camera[0].figures
     readings = history[tick % HISTORY]
     copy(history[(tick - 1) % HISTORY], readings)
     measure(moment, sensing.fast, sensing.steel, readings)
     for sensor in range(3):
         carry(moment, sensor, transport)
-    if tick % f.period_ticks == 0:
+    if f.period_ticks > 0 and tick % f.period_ticks == 0:
         take(moment, receiver, sensing.sky)
-        delay, again = latency_ticks(moment, 0)
-        # Between ticks nothing arrives: the latency is rounded up, and jitter is that of whole ticks.
-        arrival = tick + math.ceil(f.latency_s * TICKS_PER_S - 1e-7)
-        arrival += int((f.jitter_s * TICKS_PER_S + 1.0) * uniform(moment.seed, STREAM_RECEIVER, tick, 3))
-        if delay >= 0:
-            post(transport, receiver[0].report, arrival + delay)
-        if again >= 0:
-            post(transport, receiver[0].report, arrival + again)
+        arrival = _arrival(tick, f.latency_s, f.jitter_s, uniform(seed, STREAM_RECEIVER, tick, _JITTER))
+        _send(moment, _OF_RECEIVER, receiver[0].report, arrival, transport)
+    if overhead.due(tick, camera) and overhead.find(moment, camera):
+        arrival = _arrival(tick, seen.latency_s, seen.jitter_s, uniform(seed, STREAM_CAMERA, tick, overhead.LATE))
+        _send(moment, _OF_CAMERA, camera[0].report, arrival, transport)
     count: int = collect(transport, tick)
     return count
 

@@ -8,19 +8,19 @@ from functools import cached_property
 from typing import Final
 
 from touchline.schemas.scenario import Scenario
-from touchline.schemas.vehicles import Vehicle
+from touchline.schemas.vehicles import OVERHEAD_CAMERA, Vehicle
 from touchline.services.onboard.interface import (
     ANGLES,
     GYRO,
     MAG,
     TICK_S,
     TICKS_PER_S,
-    GnssSample,
+    CameraSample,
     ImuSample,
     MagSample,
     SensorFrame,
 )
-from touchline.services.robot_sim.sensors import fast, gnss
+from touchline.services.robot_sim.sensors import camera, fast, gnss
 from touchline.services.robot_sim.sensors.gnss import GnssReport
 from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.sampling import Sensing, sense
@@ -34,7 +34,6 @@ FIELD_HORIZONTAL_T: Final = 17.2e-6
 """Horizontal component of the earth's field in northern Denmark."""
 FIELD_DOWN_T: Final = 47.6e-6
 """Downward component there: a dip of 70°."""
-_NO_FIX: Final[tuple[GnssSample, ...]] = ()
 
 
 class Sensors:
@@ -46,6 +45,7 @@ class Sensors:
 
     Attributes:
         gnss_reports: The positions that arrived in the last tick as the receiver reported them.
+        camera_poses: Those that arrived in it of the camera.
         transport: What the 100 Hz sensors measured, and what has arrived of it.
         sensing: All their state, for `sense`.
     """
@@ -54,11 +54,14 @@ class Sensors:
         scenario = scenario.effective()
         self._seed = scenario.seed
         self._battery_wh = vehicle.body.battery_wh
+        self._seen = vehicle.positioning == OVERHEAD_CAMERA
         self.gnss_reports: tuple[GnssReport, ...] = ()
+        self.camera_poses: tuple[CameraSample, ...] = ()
         self.transport = Transport(schedule=-1)
         self.sensing = Sensing(
             _fast_sensors(vehicle, scenario).array,
             gnss.make_receiver(vehicle, scenario).array,
+            camera.make_camera(vehicle, scenario).array,
             self.transport.array,
             make_zones(SteelPlace, ((steel.outline, (steel.field_t, steel.reach_m)) for steel in scenario.steel)),
             make_zones(
@@ -86,18 +89,17 @@ class Sensors:
         """What `sense` has left, `count` reports among it, as the onboard computer gets it."""
         values = self.transport.readings.tolist()
         imu_tick, mag_tick, encoder_tick = self.transport.measured_tick.tolist()
-        fixes, self.gnss_reports = _NO_FIX, ()
-        if count:
-            pairs = [gnss.unpack(row) for row in self.transport.arrivals[:count].tolist()]
-            self.gnss_reports = tuple(report for report, _ in pairs)
-            fixes = tuple(sample for _, sample in pairs)
+        rows = self.transport.arrivals[:count].tolist() if count else ()
+        pairs = () if self._seen else tuple(map(gnss.unpack, rows))
+        self.gnss_reports = tuple(report for report, _ in pairs)
+        self.camera_poses = tuple(map(camera.unpack, rows)) if self._seen else ()
         return SensorFrame(
             tick,
             tick / TICKS_PER_S,
             ImuSample(*values[GYRO:MAG]),
             MagSample(*values[MAG:ANGLES]),
             tuple(values[ANGLES:]),
-            fixes,
+            tuple(sample for _, sample in pairs),
             tick - imu_tick,
             tick - mag_tick,
             tick - encoder_tick,
@@ -105,6 +107,7 @@ class Sensors:
             state.battery_wh / self._battery_wh,
             state.tank_l,
             not effects.operator_lost,
+            self.camera_poses,
         )
 
 

@@ -1,7 +1,8 @@
 """Sensor transport model: delay, duplication, reordering and loss.
 
 A 100 Hz sensor's newest arrival replaces what the computer had of it, even if it is older: that is what a driver
-without a look at the stamps does, and why frames say how old a sample is. GNSS fixes are all handed over.
+without a look at the stamps does, and why frames say how old a sample is. Positions, of a receiver or a camera, are all
+handed over.
 """
 
 from __future__ import annotations
@@ -18,15 +19,15 @@ from touchline.services.core.random import STREAM_TRANSPORT, uniform
 from touchline.services.core.records import Record
 from touchline.services.onboard.interface import ANGLES, GYRO, MAG, READINGS
 from touchline.services.robot_sim.sensors.moment import Moment
-from touchline.services.robot_sim.sensors.receiver import COLUMNS
+from touchline.services.robot_sim.sensors.position_report import COLUMNS
 
 LONGEST_TICKS: Final = 2000
 HISTORY: Final = 2048
 """Ticks of 100 Hz samples kept; more than the longest delay."""
 PENDING: Final = 1024
-"""GNSS messages under way at most."""
+"""Position reports under way at most."""
 ARRIVALS: Final = 64
-"""GNSS messages that can arrive in one tick; more wait for the next."""
+"""Position reports that can arrive in one tick; more wait for the next."""
 
 _BOUNDS: Final = (GYRO, MAG, ANGLES, READINGS)  # of each 100 Hz sensor's readings, from one to the next
 
@@ -45,7 +46,7 @@ class Transport(Record):
     schedule: Annotated[Integers, 3, HISTORY]
     """The tick of the sample that arrives in a tick, or −1."""
     pending: Annotated[Floats, PENDING, 1 + COLUMNS]
-    """Reports of the receiver, each after the tick in which it arrives."""
+    """Position reports, each after the tick in which it arrives."""
     pending_count: int
     readings: Annotated[Floats, READINGS]
     """What the computer has of the 100 Hz sensors."""
@@ -105,11 +106,11 @@ def carry(moment: Moment, sensor: int, transport: Sequence[Transport]) -> None:
 
 @kernel
 def post(transport: Sequence[Transport], report: Floats, arrival_tick: int) -> None:
-    """Put a report of the receiver under way; it is lost if there are far too many.
+    """Put a position report under way; it is lost if there are far too many.
 
     Args:
         transport: (1,) its `pending` are appended to.
-        report: (COLUMNS,) as of `receiver`.
+        report: (COLUMNS,) of `position_report`.
         arrival_tick: In which it arrives.
     """
     t = transport[0]

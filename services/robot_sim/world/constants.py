@@ -30,6 +30,7 @@ SURFACES: Final = {
     "grass": Surface(grip=0.6, stiffness_x=15.0, stiffness_y=20.0, rolling=0.06, slip=1.0),
     "wet-grass": Surface(grip=0.35, stiffness_x=9.0, stiffness_y=12.0, rolling=0.085, slip=1.5),
     "artificial-turf": Surface(grip=0.8, stiffness_x=22.0, stiffness_y=26.0, rolling=0.04, slip=0.4),
+    "floor": Surface(grip=0.7, stiffness_x=25.0, stiffness_y=28.0, rolling=0.015, slip=0.2),
     "clay": Surface(grip=0.45, stiffness_x=12.0, stiffness_y=16.0, rolling=0.12, slip=1.5),
 }
 

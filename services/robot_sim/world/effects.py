@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from touchline.services.core.records import Record
 from touchline.services.onboard.interface import ACTUATORS
 
-SENSORS: Final = ("gnss", "imu", "magnetometer", "encoder")
+SENSORS: Final = ("gnss", "imu", "magnetometer", "encoder", "camera")
 FREE: Final = -1.0
 """Of a plunger that is not stuck."""
 FIXED: Final = 3.0
@@ -76,6 +76,9 @@ class Effects(Record):
     """Of the receiver's clock at sim time 0."""
     clock_drift: float
     """Of the same, s/s."""
+
+    camera_out: bool
+    """The camera overhead does not find the robot."""
 
     gyro_bias_radps: float
     """About z."""
