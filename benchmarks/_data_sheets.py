@@ -2,12 +2,13 @@
 
 from typing import Any
 
-from touchline.schemas.onboard import DriveSheet, GnssSheet, ImuSheet, MagnetometerSheet, OnboardConfig
+from touchline.schemas.onboard import CameraSheet, DriveSheet, GnssSheet, ImuSheet, MagnetometerSheet, OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.spec import Spec
 
 _SHEETS: dict[str, type[Spec]] = {
     "gnss": GnssSheet,
+    "camera": CameraSheet,
     "imu": ImuSheet,
     "magnetometer": MagnetometerSheet,
     "drive": DriveSheet,

@@ -4,7 +4,6 @@ The defaults are the shipped robot's. None of it decides what is true: that is t
 computer sees nothing but what its sensors say.
 """
 
-import math
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, SerializerFunctionWrapHandler, model_serializer, model_validator
@@ -43,7 +42,7 @@ class CameraSheet(Spec):
     """The camera overhead: errors of a pose along an axis and of its heading (1 σ), rate and delay."""
 
     white_m: Deviation = 0.01
-    white_rad: Deviation = math.radians(1.0)
+    white_rad: Deviation = 0.01745
     rate_hz: Annotated[int, Field(ge=1, le=100)] = 15
     latency_s: Annotated[float, Field(ge=0, le=0.5)] = 0.08
     latency_jitter_s: Annotated[float, Field(ge=0, le=0.05)] = 0.02
@@ -53,7 +52,7 @@ class OdometrySheet(Spec):
     """Odometry alone: how well the start pose is known (1 σ an axis; heading), and what nothing can correct later."""
 
     start_sigma_m: Annotated[float, Field(ge=0.0001, le=100)] = 0.01
-    start_sigma_rad: Annotated[float, Field(ge=0.0001, le=1)] = math.radians(1.0)
+    start_sigma_rad: Annotated[float, Field(ge=0.0001, le=1)] = 0.01745
     scale_relative: Annotated[float, Field(ge=0, le=0.5)] = 0.005
     """1 σ of the wheels' radius and lasting slip: how much longer or shorter a way is than they count."""
     max_sigma_m: Annotated[float, Field(gt=0, le=10_000)] | None = None

@@ -1,6 +1,5 @@
 """Scenarios: the emulated world of a session, reproducible to the bit."""
 
-import math
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
@@ -72,7 +71,7 @@ class CameraNoise(Spec):
     """
 
     white_m: NotNegative = 0.01
-    white_rad: NotNegative = math.radians(1.0)
+    white_rad: NotNegative = 0.01745
     rate_hz: Annotated[int, Field(ge=1, le=100)] = 15
     latency_s: Annotated[float, Field(ge=0, le=0.5)] = 0.08
     latency_jitter_s: Annotated[float, Field(ge=0, le=0.05)] = 0.02

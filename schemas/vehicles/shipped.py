@@ -157,7 +157,7 @@ SHIPPED: Final[Mapping[str, ShippedVehicle]] = MappingProxyType(
         "turf-tank-two": ShippedVehicle(Vehicle(), "grass", "mpc", "paints lines on grass"),
         "clay-roller": ShippedVehicle(CLAY_ROLLER, "clay", "pure-pursuit", "rolls clay, steered by its rear wheel"),
         "turtlebot3-waffle-pi": ShippedVehicle(
-            TURTLEBOT3_WAFFLE_PI, "floor", "pure-pursuit", "a small robot without a tool, 0.26 m/s", ON_A_FLOOR
+            TURTLEBOT3_WAFFLE_PI, "floor", "mpc", "a small robot without a tool, 0.26 m/s", ON_A_FLOOR
         ),
         "turtlebot2": ShippedVehicle(
             TURTLEBOT2, "floor", "pure-pursuit", "a round robot without a tool, for fleets", ON_A_FLOOR

@@ -16,7 +16,7 @@ TEXT = (ROOT / "docs" / "robot-sim.md").read_text(encoding="utf-8")
 TABLE = TEXT[TEXT.index("## Your own robot") : TEXT.index("## Scenario")]
 ROWS = {cells[1].strip("` "): cells for cells in (line.split("|") for line in TABLE.splitlines()) if len(cells) == 7}
 PARTS = {"body": Vehicle().body, "drive": Vehicle().drive, "tool": Vehicle().tool}
-FIELDS = {"name": Vehicle.model_fields["name"]}
+FIELDS = {name: Vehicle.model_fields[name] for name in ("name", "positioning")}
 FIELDS |= {f"{part}.{name}": field for part, spec in PARTS.items() for name, field in type(spec).model_fields.items()}
 del FIELDS["drive.motor"]
 FIELDS |= {f"drive.motor.{name}": field for name, field in Motor.model_fields.items()}

@@ -1,0 +1,193 @@
+"""Consistency of the estimate of the small robots, by the camera overhead and by odometry alone.
+
+`python -m benchmarks positioning`; TOUCHLINE_RUNS sets the number of runs (100).
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from benchmarks.estimator import Check, error
+from touchline.schemas.faults import CameraOutage
+from touchline.schemas.onboard import OnboardConfig
+from touchline.schemas.scenario import Scenario
+from touchline.schemas.vehicles import ODOMETRY, Vehicle
+from touchline.schemas.vehicles.shipped import SHIPPED, on_its_ground, with_its_own
+from touchline.services.onboard.estimation.filter import Estimator
+from touchline.services.onboard.interface import TICK_S, TICKS_PER_S, Command
+from touchline.services.robot_sim.fault_timeline import FaultTimeline
+from touchline.services.robot_sim.sensors.suite import Sensors
+from touchline.services.robot_sim.world.world import TruePose, World
+
+NAMES = ("turtlebot3-waffle-pi", "turtlebot2")
+STAND_TICKS = 60
+SETTLED_TICKS, CHECK_EVERY = 1000, 50
+OUTAGE_S, OUTAGE_FROM_S = 5.0, 20.0
+LAST_S = 30.0
+WAY_M = 20.0
+OUTSIDE_3_SIGMA = 0.0027
+Pose = tuple[float, float, float]
+ORIGIN: Pose = (0.0, 0.0, 0.0)
+
+
+class OpenLoopRobot:
+    """World and sensors of the emulator; the wheels are told a gentle curve, and the estimator listens."""
+
+    def __init__(self, vehicle: Vehicle, scenario: Scenario, config: OnboardConfig, start: Pose = ORIGIN) -> None:
+        self.world, self.sensors = World(vehicle, scenario), Sensors(vehicle, scenario)
+        self.faults, self.estimator = FaultTimeline(scenario.faults, vehicle.drive), Estimator(vehicle, config)
+        self.world.place(TruePose(*start))
+        self.estimator.restart(ORIGIN)
+        self._drive, self._tick = vehicle.drive, 0
+
+    def step(self) -> None:
+        """Let a tick pass: it stands, speeds up, then wavers to both sides."""
+        self._tick += 1
+        since_s = max(self._tick - STAND_TICKS, 0) * TICK_S
+        fastest = 0.9 * self._drive.transit_speed_mps
+        speed = min(since_s * self._drive.max_acceleration_mps2, fastest)
+        rim = self._drive.half_track_m * 0.4 * speed * math.sin(0.2 * since_s)
+        radius = self._drive.wheel_radius_m
+        self.faults.step(self._tick)
+        command = Command(((speed - rim) / radius, (speed + rim) / radius), False, False)
+        self.world.step(command, self._tick, self.faults.effects)
+        self.estimator.step(self.sensors.read(self._tick, self.world.state, self.faults.effects))
+
+    @property
+    def error(self) -> NDArray[np.float64]:
+        """Of the estimate: east, north [m], heading [rad]."""
+        return error(self.world.pose, self.estimator.state)
+
+    @property
+    def nees(self) -> float:
+        """Of the pose: 3 expected."""
+        return float(self.error @ np.linalg.solve(self.estimator.covariance[:3, :3], self.error))
+
+    @property
+    def within_3_sigma(self) -> bool:
+        """Whether the position is."""
+        e, p = self.error[:2], self.estimator.covariance[:2, :2]
+        return bool(e @ np.linalg.solve(p, e) <= chi2.ppf(1.0 - OUTSIDE_3_SIGMA, 2))
+
+
+def settings(name: str, seed: int, *, outage: bool = False) -> tuple[Vehicle, Scenario, OnboardConfig]:
+    """A shipped robot on its ground, as its data sheets have it."""
+    fault = CameraOutage(kind="camera-outage", start_s=OUTAGE_FROM_S, duration_s=OUTAGE_S)
+    scenario = Scenario(seed=seed, faults=(fault,) if outage else ())
+    return SHIPPED[name].vehicle, on_its_ground(name, scenario), with_its_own(name, OnboardConfig())
+
+
+class Seen(NamedTuple):
+    """Of runs with the camera.
+
+    Attributes:
+        nees: (runs, checks) of the pose.
+        nis: Mean over each run of its poses, as they are weighed.
+        heading_nis: The same of their headings.
+        rejected: Poses and headings that were.
+        errors: (runs, checks, 3).
+        blind_nees: (runs,) at the end of the outage.
+        blind_inside: (runs,) whether the position is within 3 σ there.
+        blind_m: (runs,) how far off it is.
+    """
+
+    nees: NDArray[np.float64]
+    nis: NDArray[np.float64]
+    heading_nis: NDArray[np.float64]
+    rejected: int
+    errors: NDArray[np.float64]
+    blind_nees: NDArray[np.float64]
+    blind_inside: NDArray[np.bool_]
+    blind_m: NDArray[np.float64]
+
+
+def seen(name: str, seeds: range) -> Seen:
+    """Runs of 30 s, for 5 s of which the camera finds nothing."""
+    nees, nis, heading_nis, blind, rejected = list[list[float]](), [], [], [], 0
+    errors: list[list[NDArray[np.float64]]] = []
+    last_blind = round((OUTAGE_FROM_S + OUTAGE_S) * TICKS_PER_S)
+    for seed in seeds:
+        robot = OpenLoopRobot(*settings(name, seed, outage=True))
+        nees.append([])
+        errors.append([])
+        for tick in range(1, round(LAST_S * TICKS_PER_S) + 1):
+            robot.step()
+            if tick >= SETTLED_TICKS and tick % CHECK_EVERY == 0:
+                nees[-1].append(robot.nees)
+                errors[-1].append(robot.error)
+            if tick == last_blind:
+                blind.append((robot.nees, robot.within_3_sigma, math.hypot(*robot.error[:2])))
+        n = robot.estimator.counters
+        nis.append(n.fix_nis_sum / n.fixes)
+        heading_nis.append(n.heading_nis_sum / n.headings)
+        rejected += n.fixes_rejected + n.headings_rejected
+    blind_nees, inside, blind_m = (np.array(column) for column in zip(*blind, strict=True))
+    return Seen(
+        np.array(nees), np.array(nis), np.array(heading_nis), rejected, np.array(errors), blind_nees, inside, blind_m
+    )
+
+
+class Alone(NamedTuple):
+    """Of runs with odometry alone, at the end of the way; (runs,) each."""
+
+    nees: NDArray[np.float64]
+    inside: NDArray[np.bool_]
+    off_m: NDArray[np.float64]
+    sigma_m: NDArray[np.float64]
+
+
+def alone(name: str, seeds: range) -> Alone:
+    """Runs of 20 m from a start that is as well known as the data sheet says."""
+    rows = []
+    for seed in seeds:
+        vehicle, scenario, config = settings(name, seed)
+        rng, sheet = np.random.default_rng(seed), config.odometry
+        east, north = rng.normal(0.0, sheet.start_sigma_m, 2).tolist()
+        start = east, north, float(rng.normal(0.0, sheet.start_sigma_rad))
+        robot = OpenLoopRobot(vehicle.model_copy(update={"positioning": ODOMETRY}), scenario, config, start)
+        way_m = 0.0
+        while way_m < WAY_M:
+            robot.step()
+            way_m += robot.world.state.speed_mps * TICK_S
+        sigma = robot.estimator.position_sigma_m
+        rows.append((robot.nees, robot.within_3_sigma, math.hypot(*robot.error[:2]), sigma))
+    return Alone(*(np.array(column) for column in zip(*rows, strict=True)))
+
+
+def _most(degrees: int, runs: int) -> float:
+    """Of the mean over `runs` of a χ² with that many degrees of freedom, 97.5 %."""
+    return float(chi2.ppf(0.975, degrees * runs)) / runs
+
+
+def main() -> None:
+    """Print every figure with its bounds: a filter may be cautious, but not over-confident."""
+    runs = int(os.environ.get("TOUCHLINE_RUNS", "100"))
+    found: list[Check] = []
+    for name in NAMES:
+        by_camera, by_wheels = seen(name, range(1, runs + 1)), alone(name, range(1, runs + 1))
+        rmse = np.sqrt((by_camera.errors**2).mean(axis=(0, 1)))
+        checks = (
+            Check("camera: NEES of the pose", by_camera.nees.mean(), 0.0, _most(3, runs)),
+            Check("camera: NIS of positions, as weighed", by_camera.nis.mean(), 1.9, 2.3),
+            Check("camera: NIS of headings", by_camera.heading_nis.mean(), 0.9, 1.1),
+            Check("camera: position RMSE", 1e3 * math.hypot(*rmse[:2]), 0.0, 7.0, " mm"),
+            Check("camera: heading RMSE", math.degrees(rmse[2]), 0.0, 0.3, " °"),
+            Check("5 s without it: NEES", by_camera.blind_nees.mean(), 0.0, _most(3, runs)),
+            Check("5 s without it: position within 3 σ", 100.0 * by_camera.blind_inside.mean(), 99.0, 100.0, " %"),
+            Check("5 s without it: median error", 1e3 * np.median(by_camera.blind_m), 0.0, 20.0, " mm"),
+            Check("odometry, 20 m: position within 3 σ", 100.0 * by_wheels.inside.mean(), 99.0, 100.0, " %"),
+            Check("odometry, 20 m: NEES of the pose", by_wheels.nees.mean(), 0.0, _most(3, runs)),
+            Check("odometry, 20 m: median error", 1e3 * np.median(by_wheels.off_m), 0.0, 1000.0, " mm"),
+            Check("odometry, 20 m: median larger σ", 1e3 * np.median(by_wheels.sigma_m), 0.0, 1000.0, " mm"),
+        )
+        print(f"{name}: {runs} runs; the camera's NIS of {by_camera.rejected} poses or headings was beyond the gates")
+        for check in checks:
+            print(check)
+        found += checks
+    print(f"\n{sum(check.holds for check in found)} of {len(found)} hold")
