@@ -6,10 +6,17 @@ computer sees nothing but what its sensors say.
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, Field, SerializerFunctionWrapHandler, model_serializer, model_validator
+from pydantic import (
+    AfterValidator,
+    Field,
+    SerializationInfo,
+    SerializerFunctionWrapHandler,
+    model_serializer,
+    model_validator,
+)
 
 from touchline.schemas.plugins import FOLLOWERS, UnknownPlugin
-from touchline.schemas.spec import Spec
+from touchline.schemas.spec import EVERY_FIELD, Spec
 
 
 def _registered(name: str) -> str:
@@ -154,10 +161,12 @@ class OnboardConfig(Spec):
     """Wall-clock seconds without operator and planner after which the robot stops by itself."""
 
     @model_serializer(mode="wrap")
-    def _without_usual_later_parts(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+    def _without_usual_later_parts(
+        self, handler: SerializerFunctionWrapHandler, info: SerializationInfo
+    ) -> dict[str, Any]:
         """One that changes nothing of a part is written as before there was that part: to the same bytes."""
         written: dict[str, Any] = handler(self)
-        for name in _LATER_PARTS:
+        for name in _LATER_PARTS if info.context != EVERY_FIELD else ():
             if getattr(self, name) == type(self).model_fields[name].default:
                 written.pop(name, None)
         return written

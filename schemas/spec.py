@@ -17,6 +17,8 @@ S = TypeVar("S", bound=BaseModel)
 MAX_SPEC_BYTES = 16 * 1024 * 1024
 #: Keys of one object; none of ours has a tenth of that.
 MAX_KEYS = 1000
+#: Context of a dump for people: with it, what is left out of recordings where it is as by default is written, too.
+EVERY_FIELD = {"every_field": True}
 
 
 class Spec(BaseModel):

@@ -5,7 +5,7 @@ from typing import Annotated, Any, ClassVar, Final, Literal
 
 from pydantic import Field, SerializationInfo, SerializerFunctionWrapHandler, model_serializer
 
-from touchline.schemas.spec import Spec
+from touchline.schemas.spec import EVERY_FIELD, Spec
 from touchline.schemas.vehicles.actuator import Actuator
 from touchline.schemas.vehicles.drive_spec import DriveSpec
 from touchline.schemas.vehicles.ground_contact import GroundContact

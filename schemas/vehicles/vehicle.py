@@ -4,6 +4,7 @@ from typing import Any, Self
 
 from pydantic import (
     Field,
+    SerializationInfo,
     SerializeAsAny,
     SerializerFunctionWrapHandler,
     ValidationInfo,
@@ -14,7 +15,7 @@ from pydantic import (
 )
 
 from touchline.schemas.plugins import DRIVES, TOOLS, Registry
-from touchline.schemas.spec import Spec
+from touchline.schemas.spec import EVERY_FIELD, Spec
 from touchline.schemas.vehicles.differential_drive import DifferentialDrive
 from touchline.schemas.vehicles.drive_spec import DriveSpec
 from touchline.schemas.vehicles.former_vehicles import in_parts
@@ -31,7 +32,7 @@ class Vehicle(Spec):
     name: str = "turf-tank-two"
     body: VehicleBody = VehicleBody()
     positioning: Positioning = GNSS
-    """Written only if it is another one: vehicles, and their hashes, are thus what they were before."""
+    """Recorded only if it is another one: vehicles, and their hashes, are thus what they were before."""
     drive: SerializeAsAny[DriveSpec] = DifferentialDrive()
     tool: SerializeAsAny[ToolSpec] = Field(default=SprayerTool(), validate_default=True)
 
@@ -41,9 +42,11 @@ class Vehicle(Spec):
         return in_parts(given)
 
     @model_serializer(mode="wrap")
-    def _without_usual_positioning(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+    def _without_usual_positioning(
+        self, handler: SerializerFunctionWrapHandler, info: SerializationInfo
+    ) -> dict[str, Any]:
         written: dict[str, Any] = handler(self)
-        if self.positioning == GNSS:
+        if self.positioning == GNSS and info.context != EVERY_FIELD:
             written.pop("positioning", None)
         return written
 

@@ -7,6 +7,7 @@ import typer
 from touchline.schemas.catalogue import load_vehicle
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.plugins import DRIVES, TOOLS
+from touchline.schemas.spec import EVERY_FIELD
 from touchline.schemas.vehicles import Vehicle
 from touchline.schemas.vehicles.differential_drive import EVERY_FIELD
 from touchline.schemas.vehicles.shipped import SHIPPED
@@ -39,4 +40,4 @@ def vehicle(
 
 def onboard() -> None:
     """Print what the shipped robot's computer is told as JSON, every field: what `--onboard` takes, to be changed."""
-    typer.echo(OnboardConfig().model_dump_json(indent=1))
+    typer.echo(OnboardConfig().model_dump_json(indent=1, context=EVERY_FIELD))
