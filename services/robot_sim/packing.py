@@ -12,6 +12,7 @@ from touchline.services.onboard.interface import CameraSample
 from touchline.services.robot_sim import layouts
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.sensors.gnss import GnssReport
+from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.world.battery import NOMINAL_V, voltage_of
 
 Payload = tuple[Topic, bytes]
@@ -75,6 +76,12 @@ def camera_pose(sample: CameraSample) -> Payload:
         *covariance,
     )
     return topics.CAMERA_POSE, pose
+
+
+def positions(sensors: Sensors) -> list[Payload]:
+    """The fixes or poses that arrived in the last tick."""
+    fixes = [payload for report in sensors.gnss_reports for payload in gnss(report)]
+    return fixes + [camera_pose(sample) for sample in sensors.camera_poses]
 
 
 def battery(time: Stamp, emulator: Emulator) -> bytes:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -18,7 +19,6 @@ from touchline.services.robot_sim import layouts, tick_log
 from touchline.services.robot_sim.packing import Payload, camera_pose, gnss, stamp
 from touchline.services.robot_sim.sensors import camera
 from touchline.services.robot_sim.sensors.gnss import unpack
-from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.tick_log import Rows, period
 
 Floats = NDArray[np.float64]
@@ -93,8 +93,8 @@ class Samples:
         self._seen = vehicle.positioning == OVERHEAD_CAMERA
         self._sprayer: Floats = np.full((1, tick_log.TANK_L - tick_log.SPRAYER), math.nan)  # its state, as last told
 
-    def payloads(self, rows: Rows, last: Sensors) -> list[Payload]:
-        """All that is due in these ticks, tick by tick; the positions of the last one are what the sensors have."""
+    def payloads(self, rows: Rows, positions: Sequence[Payload]) -> list[Payload]:
+        """All that is due in these ticks, tick by tick; the positions of the last one are packed already."""
         sensors = self._of_sensors(rows)
         before = -round(rows[0, tick_log.TICK]) % tick_log.ODOMETRY_TICKS  # the first tick with odometry
         odometry = self._of_odometry(rows[before :: tick_log.ODOMETRY_TICKS])
@@ -105,8 +105,7 @@ class Samples:
             if fixes[index]:
                 due += self._position(rows[index, tick_log.REPORT :].tolist())
             if index == len(rows) - 1:
-                due += [payload for report in last.gnss_reports for payload in gnss(report)]
-                due += map(camera_pose, last.camera_poses)
+                due += positions
             turn, between = divmod(index - before, tick_log.ODOMETRY_TICKS)
             if not between:
                 due += [(topic, payloads[turn]) for topic, payloads in odometry]

@@ -23,7 +23,7 @@ from touchline.services.robot_sim import layouts, tick_log
 from touchline.services.robot_sim.accounting.area_metrics import AreaMetrics, area_metrics
 from touchline.services.robot_sim.area_messages import area_report, covering_report
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.packing import Payload, battery, header, stamp
+from touchline.services.robot_sim.packing import Payload, battery, header, positions, stamp
 from touchline.services.robot_sim.paint.ledger import Marks, PaintLedger
 from touchline.services.robot_sim.paint.metrics import SegmentMetrics, paint_metrics
 from touchline.services.robot_sim.paint.smears import Smearing, SmearPrint, smearing
@@ -178,7 +178,7 @@ class Telemetry:
         if emulator.frame is None:
             return []
         self._note(rows[-1])
-        due = self._samples.payloads(rows, emulator.sensors)
+        due = self._samples.payloads(rows, positions(emulator.sensors))
         if tick % _ESTIMATOR_TICKS == 0:
             due.append((topics.ESTIMATOR, layouts.ESTIMATOR.pack(*stamp(tick), *emulator.onboard.consistency)))
         if tick % _PAINT_TICKS == 0:

@@ -33,6 +33,7 @@ STOPS = [
     ("messages-lost", {"sensor": "imu"}, "IMU's samples are older", True),
     ("messages-lost", {"sensor": "encoder"}, "encoders' samples are older", True),
     ("messages-lost", {"sensor": "magnetometer"}, "", True),
+    ("camera-outage", {}, "", True),
     ("clock-skew", {"offset_s": 0.1}, "contradict", True),
     ("imu-bias", {"gyro_radps": 0.05}, "contradict", None),
     ("imu-noisy", {}, "", True),
