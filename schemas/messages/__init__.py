@@ -4,6 +4,7 @@ from touchline.schemas.messages.base import Message
 from touchline.schemas.messages.coverage_messages import AreaProgress, AreaReport, MissedPatch, PlannedCoverage
 from touchline.schemas.messages.plan_messages import (
     ActuatorExtremes,
+    LeavingTrajectory,
     PlanOptions,
     PlanReport,
     PlanRequest,
@@ -119,6 +120,7 @@ __all__ = [
     "InjectFaultResponse",
     "JointState",
     "KeyValue",
+    "LeavingTrajectory",
     "Line",
     "LinearDirection",
     "LoadRequest",

@@ -63,6 +63,18 @@ class PoseGoal(Message):
     duration_s: float = 0.0
 
 
+class LeavingTrajectory(Message):
+    """The trajectory that a driving robot is to leave, and the arc length that it has come to.
+
+    It is kept as it is for ``keep_s`` (0: 2 s) from there: so long planning, sending and taking over may take.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/msg/LeavingTrajectory"
+    trajectory: Trajectory = Trajectory()
+    arc_length_m: float = 0.0
+    keep_s: float = 0.0
+
+
 class ActuatorExtremes(Message):
     """The most that a plan asks of an actuator: of its ``quantity``, in ``unit``, and of how fast that changes.
 
@@ -114,7 +126,8 @@ class PlanReport(Message):
 class PlanRequest(Message):
     """Plan a template for a vehicle, both given as their JSON text; no vehicle: the planner's own.
 
-    With a ``goal`` there is no template: the vehicle drives there from the ``start`` of the options.
+    With a ``goal`` there is no template: the vehicle drives there from the ``start`` of the options, or, with
+    ``leaving``, from amid another drive, whose next stretch the plan begins with.
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/Plan_Request"
@@ -123,6 +136,7 @@ class PlanRequest(Message):
     vehicle_json: str = ""
     options: PlanOptions = PlanOptions()
     goal: Annotated[tuple[PoseGoal, ...], Field(max_length=1)] = ()
+    leaving: Annotated[tuple[LeavingTrajectory, ...], Field(max_length=1)] = ()
 
 
 class PlanResponse(Message):

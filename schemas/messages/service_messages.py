@@ -11,7 +11,9 @@ from touchline.schemas.messages.turf_tank import Trajectory
 class LoadRequest(Message):
     """Load a trajectory; with the template (JSON text, may be empty) paint is judged against it.
 
-    ``resume``: go on where the robot was in this very trajectory when its process died.
+    ``resume``: go on where the robot was in this very trajectory when its process died. ``here``: the robot stands
+    where it begins, and is not carried there. ``replace``: the robot is driving, and goes on along this one without a
+    stop. At most one of the three.
     """
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/Load_Request"
@@ -19,6 +21,8 @@ class LoadRequest(Message):
     trajectory: Trajectory = Trajectory()
     template_json: str = ""
     resume: bool = False
+    here: bool = False
+    replace: bool = False
 
 
 class LoadResponse(Message):

@@ -109,6 +109,14 @@ class Onboard:
         self._estimate = None
         return duration_s
 
+    def take_here(self, course: Course) -> float:
+        """As `take`, if it begins where the robot stands: the estimator goes on."""
+        return self._traversal.take_here(course)
+
+    def take_over(self, course: Course) -> float:
+        """Go on under way along what `prepare` gave, without a stop; returns its planned duration [s]."""
+        return self._traversal.take_over(course)
+
     def start(self) -> None:
         """Begin the traversal."""
         self._traversal.start()

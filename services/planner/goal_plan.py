@@ -1,17 +1,21 @@
-"""Plan a drive to a pose: nothing is worked on along the way."""
+"""Plan a drive to a pose, from rest or from amid another drive: nothing is worked on along the way."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
 
 from touchline.schemas.errors import PlanningError
-from touchline.schemas.messages import PlanOptions, PoseGoal
+from touchline.schemas.messages import LeavingTrajectory, PlanOptions, PoseGoal
 from touchline.schemas.plugins import POSE_METHODS, SPEED_LAWS
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.chosen_plugin import chosen
+from touchline.services.planner.driven_part import DrivenPart
 from touchline.services.planner.geometry.clothoid import PathPose
+from touchline.services.planner.leaving import RunningLeg
 from touchline.services.planner.marking import POSE_MAX, pose_of
 from touchline.services.planner.plan import Plan, finished
 from touchline.services.planner.poses.cubic_path import CubicPath
+from touchline.services.planner.poses.g2_path import G2Path
 from touchline.services.planner.poses.laws import SpeedLaw, timed
 from touchline.services.planner.poses.pose_method import PoseMethod
 from touchline.services.planner.poses.traveller import Traveller
@@ -19,27 +23,74 @@ from touchline.services.planner.route.worked_route import WorkedRoute
 from touchline.services.planner.segments.section import TRANSITION, Section
 from touchline.services.planner.segments.sent_segments import send
 from touchline.services.planner.speed.path_grid import course
+from touchline.services.planner.speed.timing import keeps_entry, speed_profile
+from touchline.services.planner.steering.method import CurveEnd
 
 # A goal this near to the start (m, rad) is the start.
 SAME = 1e-6
 
 
-def plan_to_goal(goal: PoseGoal, vehicle: Vehicle, options: PlanOptions) -> Plan:
-    """The trajectory from the start of the options to a goal, from rest to rest.
+def plan_to_goal(
+    goal: PoseGoal, vehicle: Vehicle, options: PlanOptions, leaving: LeavingTrajectory | None = None
+) -> Plan:
+    """The trajectory from the start of the options to a goal, from rest to rest; or from amid another drive.
 
-    Of the options, start, curvature, sharpness, transit speed and `forward_only` matter.
+    Of the options, start, curvature, sharpness, transit speed and `forward_only` matter. A drive that is left is kept
+    for a while as it was sent. From there the robot drives on to the goal if that is the quickest and method g2 and no
+    other law are asked for; else it stops on its way as soon as it can, and begins anew.
 
     Args:
-        goal: Where to, and by which method, law and time.
+        goal: Where to, and by which method, law and time, which counts from the last standstill before the new way.
         vehicle: That shall drive there.
         options: Where from, and within which limits; by default the vehicle's own.
+        leaving: What the robot is driving; then there is no start.
 
     Raises:
         PlanningError: The start, the goal or an option cannot be met; it names which and what to do.
     """
-    start, aimed = _start(options), _goal(goal)
-    _refuse_standing(start, aimed)
     traveller = Traveller.of(vehicle, options)
+    if leaving is None:
+        part = _from_rest(_start(options), goal, traveller)
+    else:
+        part = _from_drive(leaving, goal, traveller, vehicle, options)
+    made = finished(WorkedRoute(part.sections), part.sent, [], part.speeds, vehicle, traveller.limits)
+    return replace(made, notes=part.notes)
+
+
+def _from_drive(
+    leaving: LeavingTrajectory, goal: PoseGoal, traveller: Traveller, vehicle: Vehicle, options: PlanOptions
+) -> DrivenPart:
+    """The quicker of going on without a stop, and of stopping first."""
+    if len(options.start):
+        raise PlanningError("", "has a start and a drive to leave", "give options.start or leaving")
+    leg = RunningLeg.of(leaving)
+    kept, kept_to_m = leg.kept(leaving)
+    end = leg.end_of(kept)
+    if not end.speed_mps:
+        return kept.then(_from_rest(end.pose, goal, traveller))
+    stopped = kept.then(leg.stopped(kept_to_m, vehicle))
+    offers = [stopped.then(_from_rest(leg.end_of(stopped).pose, goal, traveller))]
+    law = chosen(SPEED_LAWS, goal.law, "speed law")
+    fastest = law is None and not goal.duration_s
+    if leg.direction > 0 and fastest and isinstance(_method(goal, law), G2Path):
+        offers += [kept.then(moving) for moving in _moving(end, goal, traveller)]
+    return min(offers, key=lambda each: each.speeds.total_time_s)
+
+
+def _moving(start: CurveEnd, goal: PoseGoal, traveller: Traveller) -> Iterator[DrivenPart]:
+    """The quickest drive from amid another to the goal without slowing down at once, if there is one."""
+    for offer in G2Path().moving(start, _goal(goal), traveller):
+        sections = [Section(TRANSITION, offer.path)]
+        sent = send(sections, lambda fraction: None)
+        speeds = speed_profile(course(sections, sent, (), traveller.limits), (), traveller.limits, start.speed_mps)
+        if keeps_entry(speeds, start.speed_mps):
+            yield DrivenPart(sections, sent, speeds, (offer.note,) if offer.note else ())
+            return
+
+
+def _from_rest(start: PathPose, goal: PoseGoal, traveller: Traveller) -> DrivenPart:
+    aimed = _goal(goal)
+    _refuse_standing(start, aimed)
     law = chosen(SPEED_LAWS, goal.law, "speed law")
     found = _method(goal, law).between(start, aimed, traveller)
     if not found.path.length_m:
@@ -61,8 +112,7 @@ def plan_to_goal(goal: PoseGoal, vehicle: Vehicle, options: PlanOptions) -> Plan
     if law is not None and law.moving:
         late_s = float(speeds.speed_mps[0]) / (2.0 * traveller.limits.acceleration_mps2)
         notes.append(f"begins at {speeds.speed_mps[0]:.3f} m/s, so a robot at rest is {late_s:.2f} s late")
-    made = finished(WorkedRoute(sections), sent, [], speeds, vehicle, traveller.limits)
-    return replace(made, notes=tuple(notes))
+    return DrivenPart(sections, sent, speeds, tuple(notes))
 
 
 def _start(options: PlanOptions) -> PathPose:

@@ -42,6 +42,8 @@ def answer(
 
 def _template(request: PlanRequest, vehicle: Vehicle, progress: Callable[[str, float], None]) -> tuple[Plan, str]:
     """The plan of a template, and what is said of it."""
+    if request.leaving:
+        raise PlanningError("", "has a drive to leave, but no goal", "give a goal, or no leaving")
     template = parse_template(request.template_json)
     planned = plan(template, vehicle, request.options, progress)
     report = planned.report
@@ -57,7 +59,7 @@ def _to_goal(request: PlanRequest, vehicle: Vehicle) -> tuple[Plan, str]:
     (goal,) = request.goal
     if request.template_json:
         raise PlanningError("", "has a goal and a template", "give one of both")
-    planned = plan_to_goal(goal, vehicle, request.options)
+    planned = plan_to_goal(goal, vehicle, request.options, *request.leaving)
     length_m, takes_s = planned.report.total_length_m, planned.report.total_time_s
     return planned, "; ".join((f"to the goal: {length_m:.2f} m, {takes_s:.2f} s", *planned.notes))
 

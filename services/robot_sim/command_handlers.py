@@ -17,7 +17,7 @@ from touchline.schemas.placement import same_place
 from touchline.schemas.template import Template
 from touchline.schemas.topics import Service
 from touchline.services.onboard.interface import OnboardEvent
-from touchline.services.robot_sim.emulator import Emulator, LoadedJob
+from touchline.services.robot_sim.emulator import Emulator, LoadedJob, Taking
 from touchline.services.robot_sim.journal import Journal, digest
 from touchline.services.robot_sim.journal_keeper import JournalKeeper
 from touchline.services.robot_sim.packing import Payload, header
@@ -26,6 +26,15 @@ from touchline.services.robot_sim.telemetry import Telemetry, job_payloads
 Handler = Callable[[Any], Message]
 FASTEST: Final = 1000.0
 """Largest factor that can be asked for; beyond it, ask for as fast as it goes."""
+REPLACING_BYTES: Final = 256 * 1024
+"""A load that takes over under way is no larger: it is read while the robot drives."""
+
+
+_TAKEN: Final = {
+    Taking.CARRIED: "loaded",
+    Taking.HERE: "loaded where the robot stands",
+    Taking.UNDER_WAY: "took over under way",
+}
 
 
 class Ready(NamedTuple):
@@ -94,8 +103,10 @@ class Commands:
             topics.START_TRAVERSAL: Load(self.prepare_start, self.start_traversal, self.refuse_start),
         }
 
-    def check_load(self) -> str:
-        """Why a load would be refused now, whatever it is; empty if it would not."""
+    def check_load(self, size_bytes: int) -> str:
+        """Why a load of so many bytes would be refused now, whatever it is; empty if it would not."""
+        if self._emulator.onboard.state == m.TraversalStatus.RUNNING and size_bytes <= REPLACING_BYTES:
+            return ""
         try:
             self._emulator.check_load()
         except CommandRefused as error:
@@ -106,21 +117,21 @@ class Commands:
         """Read and check a trajectory and, if given, the template to judge the paint by; in any thread.
 
         Raises:
-            CommandRefused, SpecError: It cannot be driven, or not be resumed.
+            CommandRefused, SpecError: It cannot be driven, or not be resumed, or contradicts itself.
         """
         template = parse_template(request.template_json) if request.template_json.strip() else None
         if template is not None:
             self._check_origin(template)
-        return self._prepare(request.trajectory, template, resume=request.resume)
+        if request.resume + request.here + request.replace > 1:
+            raise CommandRefused("resume, here and replace exclude each other: give one of them")
+        resume, remains = self._progress.unfinished(request.trajectory) if request.resume else (None, None)
+        taking = Taking.HERE if request.here else Taking.UNDER_WAY if request.replace else Taking.CARRIED
+        job = self._emulator.prepare(request.trajectory, template, resume, remains, taking)
+        return Ready(job, digest(request.trajectory), job_payloads(request.trajectory, template))
 
     def prepare_start(self, request: m.StartTraversalRequest) -> Ready:
         """As `prepare_load`, of a trajectory alone."""
-        return self._prepare(request.trajectory, None, resume=False)
-
-    def _prepare(self, trajectory: m.Trajectory, template: Template | None, *, resume: bool) -> Ready:
-        found = self._progress.unfinished(trajectory) if resume else (None, None)
-        job = self._emulator.prepare(trajectory, template, *found)
-        return Ready(job, digest(trajectory), job_payloads(trajectory, template))
+        return self.prepare_load(m.LoadRequest(trajectory=request.trajectory))
 
     def load(self, ready: Ready) -> m.LoadResponse:
         """Take what `prepare_load` gave."""
@@ -129,7 +140,7 @@ class Commands:
         except CommandRefused as error:
             return self.refuse_load(str(error))
         resume, remains = ready.job.resume, ready.job.remains
-        message = "loaded" if resume is None else f"loaded, to go on at {resume.arc_length_m:.2f} m"
+        message = _TAKEN[ready.job.taking] if resume is None else f"loaded, to go on at {resume.arc_length_m:.2f} m"
         if remains is not None and (lost := remains.totals.points - len(remains.paint)):
             lack = f"{lost} of {remains.totals.points} points of the paint so far are missing in all figures"
             self.told += self._of_journal(lack)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from enum import Enum, auto
 from typing import Any, Final, NamedTuple, Protocol
 
 from touchline.schemas.errors import CommandRefused, SpecError
@@ -59,6 +60,17 @@ SENSED: Final = 1  # the onboard computer has not seen it
 PERCEIVED: Final = 2  # it has, and has yet to decide
 
 
+class Taking(Enum):
+    """How the robot gets to a trajectory that it takes."""
+
+    CARRIED = auto()
+    """It is put down at the start, or where a job goes on."""
+    HERE = auto()
+    """It stands there."""
+    UNDER_WAY = auto()
+    """It is driving along another one, and goes on along this."""
+
+
 class LoadedJob(NamedTuple):
     """A trajectory and what it shall paint, checked and ready to be taken.
 
@@ -68,6 +80,7 @@ class LoadedJob(NamedTuple):
         ledger: For its paint; of a job that goes on, with the paint so far.
         account: Of its areas, if a covering tool works on any.
         resume, remains: Where and with what it goes on, if it does.
+        taking: How the robot gets there.
     """
 
     course: Any
@@ -76,6 +89,7 @@ class LoadedJob(NamedTuple):
     account: AreaAccount | None
     resume: Checkpoint | None
     remains: Remains | None
+    taking: Taking = Taking.CARRIED
 
 
 class OnboardComputer(Protocol):
@@ -121,6 +135,12 @@ class OnboardComputer(Protocol):
 
     def take(self, course: Any, resume: Checkpoint | None = None) -> float:
         """Take what `prepare` gave; returns its planned duration [s]."""
+
+    def take_here(self, course: Any) -> float:
+        """As `take`, if it begins where the robot stands."""
+
+    def take_over(self, course: Any) -> float:
+        """As `take`, under way and without a stop."""
 
     def start(self) -> None:
         """Begin the traversal."""
@@ -247,10 +267,12 @@ class Emulator:
         template: Template | None = None,
         resume: Checkpoint | None = None,
         remains: Remains | None = None,
+        taking: Taking = Taking.CARRIED,
     ) -> float:
         """Take a trajectory and what it shall paint, as `prepare` and `take` do; returns its planned duration [s]."""
-        self.check_load()
-        return self.take(self.prepare(trajectory, template, resume, remains))
+        if taking is not Taking.UNDER_WAY:
+            self.check_load()
+        return self.take(self.prepare(trajectory, template, resume, remains, taking))
 
     def check_load(self) -> None:
         """Whether a trajectory would be taken now.
@@ -268,6 +290,7 @@ class Emulator:
         template: Template | None = None,
         resume: Checkpoint | None = None,
         remains: Remains | None = None,
+        taking: Taking = Taking.CARRIED,
     ) -> LoadedJob:
         """Check a trajectory and what it shall paint; changes nothing, so that any thread may do it meanwhile.
 
@@ -289,31 +312,43 @@ class Emulator:
         ledger = PaintLedger(wanted, width_m, tool.width_m, tolerance_m, thins=tool.covers)
         if remains is not None:
             ledger.restore(remains.paint, _of_body(start, tool.point_m))
-        return LoadedJob(course, start, ledger, area_account(template, trajectory, self.vehicle), resume, remains)
+        account = area_account(template, trajectory, self.vehicle)
+        return LoadedJob(course, start, ledger, account, resume, remains, taking)
 
     def take(self, job: LoadedJob) -> float:
         """Take what `prepare` gave; returns its planned duration [s].
 
-        The robot is carried to the scenario's start or else to where the plan begins, and a new ledger is opened. A job
-        that is resumed stands where another process left it, sim time goes on from then, and only the rest is painted.
-        With its `remains` it also has no more paint and charge than that had; the figures are those of the whole job.
+        The robot is carried to the scenario's start or else to where the plan begins, unless it stands there already or
+        drives on from another job, and a new ledger is opened. A job that is resumed stands where another process left
+        it, sim time goes on from then, and only the rest is painted. With its `remains` it also has no more paint and
+        charge than that had; the figures are those of the whole job.
 
         Raises:
-            CommandRefused: A traversal is under way or coming to rest, or it cannot be resumed there.
+            CommandRefused: A traversal is under way or coming to rest, or it cannot be resumed or begun there; or it
+                does not agree with the one that it is to replace.
         """
-        self.check_load()
         resume, remains = job.resume, job.remains
-        duration_s = self.onboard.take(job.course, resume)
+        duration_s = self._hand_to_onboard(job)
         self.ledger, self.account, self.track = job.ledger, job.account, Track()
         self.estimator_error = EstimatorError()
         if remains is not None:
             self.estimator_error = EstimatorError(remains.totals.errors)
             self.world.supply(remains.totals.supplies)
-        if self.scenario.start is None or resume is not None:
+        if job.taking is Taking.CARRIED and (self.scenario.start is None or resume is not None):
             self.world.place(TruePose(*job.start))
         if resume is not None and resume.tick > self.tick_count:
             self._stand_by(resume.tick)
         return duration_s
+
+    def _hand_to_onboard(self, job: LoadedJob) -> float:
+        if job.taking is Taking.UNDER_WAY:
+            return self.onboard.take_over(job.course)
+        self.check_load()
+        return (
+            self.onboard.take_here(job.course)
+            if job.taking is Taking.HERE
+            else self.onboard.take(job.course, job.resume)
+        )
 
     def _stand_by(self, tick: int) -> None:
         """Be where another process ended: satellites and sensors have gone on, what was to go wrong until then has."""

@@ -214,7 +214,7 @@ class RobotProcess:
     def _begin_load(self, call: ServedCall[Any, Any], server: Server[Any, Any]) -> None:
         """Have a load prepared, unless it would be refused whatever is in it: then it is not even read."""
         load = self._commands.loads[server.service]
-        if problem := self._commands.check_load():
+        if problem := self._commands.check_load(len(call.payload)):
             call.reply(load.refuse(problem))
             self._publish(self._commands.take())
         elif self._loader.busy:

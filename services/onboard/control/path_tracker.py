@@ -95,6 +95,15 @@ class PathTracker:
         self._state.arc_m = self._state.reference_m = arc_length_m
         self._state.piece = max(int(np.searchsorted(rows[:, W_START], arc_length_m, side="right")) - 1, 0)
 
+    def change_plan(self, plan: LoadedTrajectory, arc_length_m: float) -> None:
+        """Drive on along another plan, from an arc length of its first leg, at the speed that the reference has."""
+        speed_mps = self._state.speed_mps
+        self._plan = plan
+        self.resume_at(0, arc_length_m)
+        self._state.speed_mps, self._state.entry = speed_mps, 0
+        if isinstance(self._follower, PathFollower):
+            self._follower.take_path(self)
+
     @property
     def leg(self) -> Leg:
         """The leg that the robot is on."""

@@ -19,11 +19,12 @@ from touchline.services.onboard.control import Follower
 from touchline.services.onboard.control.path_tracker import STOPPED_MPS, PathTracker, nozzle_m
 from touchline.services.onboard.estimation.filter import Estimator
 from touchline.services.onboard.executive.covered import Covered
+from touchline.services.onboard.executive.handover import PlanPlace, off_place, taken_over_at
 from touchline.services.onboard.executive.localization_monitor import LocalizationMonitor
 from touchline.services.onboard.executive.sprayer import Sprayer
 from touchline.services.onboard.interface import STANDSTILL, TICK_S, Checkpoint, Command, PaintBelief
 from touchline.services.onboard.trajectory import path_projection as projection
-from touchline.services.onboard.trajectory.path import FORWARD, SPIN, pose_at
+from touchline.services.onboard.trajectory.path import FORWARD, SPIN
 from touchline.services.onboard.trajectory.trajectory import LoadedTrajectory
 
 MAX_START_DISTANCE_M = 1.0
@@ -78,7 +79,7 @@ class Mission:
         self.driver = PathTracker(plan, vehicle, follower, computer)
         self.sprayer = Sprayer(plan, vehicle, computer)
         self._covered = Covered(plan) if vehicle.tool.covers else None
-        self._estimator, self._watch = estimator, watch
+        self._vehicle, self._estimator, self._watch = vehicle, estimator, watch
         self._run_up_m = vehicle.tool.work_speed_mps**2 / (2.0 * vehicle.drive.max_acceleration_mps2) + RUN_UP_SETTLE_M
         self._phase = MissionPhase.ALIGN
         self._resumed = False
@@ -98,6 +99,40 @@ class Mission:
         self.driver.resume_at(leg, arc_length_m)
         self.sprayer.resume_at(arc_length_m, owed_from_m)
         self._resumed = True
+
+    def take_over(self, plan: LoadedTrajectory) -> float:
+        """Go on along another trajectory, without a stop; returns the arc length of it at which that is.
+
+        Raises:
+            CommandRefused: This is not the moment, or that trajectory does not agree with this one.
+        """
+        problem = self._busy_with()
+        if problem:
+            raise CommandRefused(f"cannot replace under way: the robot {problem}")
+        arc_m = taken_over_at(self._plan_place, plan)
+        self.plan = plan
+        self.driver.change_plan(plan, arc_m)
+        self.sprayer = Sprayer(plan, self._vehicle, self._computer)
+        self.sprayer.resume_at(arc_m, None)
+        self._covered = Covered(plan) if self._covered is not None else None
+        return arc_m
+
+    def _busy_with(self) -> str:
+        """What the robot does that another trajectory cannot take over, with the remedy; "" if there is nothing."""
+        if self._phase is MissionPhase.ALIGN:
+            return "has not set off yet; abort, and load with here"
+        owed_m = self.sprayer.owed_if_it_ended(self._nozzle_m())
+        if self._phase is not MissionPhase.ALONG or self.sprayer.valve or owed_m is not None:
+            return "is painting or owes paint; let it finish, or abort first"
+        if self.plan.works_beyond(self._nozzle_m()):
+            return "has work to do on its trajectory; let it finish, or abort first"
+        if self.driver.leg.sense == SPIN:
+            return "turns on the spot; send it again once it drives"
+        return "stands; send it again once it drives" if self._at_rest or self.driver.brakes else ""
+
+    @property
+    def _plan_place(self) -> PlanPlace:
+        return PlanPlace(self.plan, self.driver.leg_index, self.driver.arc_length_m)
 
     @property
     def place(self) -> tuple[int, float, float | None]:
@@ -283,10 +318,7 @@ class Mission:
         return Command(actuators, False, False)
 
     def _start_problem(self) -> str:
-        east, north, heading = self._estimator.state[:3].tolist()
-        x, y, start_heading = self.begins_at
-        distance = math.hypot(east - x, north - y)
-        turn = abs(math.remainder(heading - start_heading, math.tau))
+        distance, turn = off_place(self._plan_place, self._estimator)
         if distance > MAX_START_DISTANCE_M or turn > MAX_START_HEADING_RAD:
             return f"the robot stands {distance:.2f} m and {math.degrees(turn):.0f}° away from where it is to begin"
         return ""

@@ -4,6 +4,7 @@
                                     ▲     │ pause, link lost, pose lost
                               resume│     ▼
                                     PAUSED          abort: READY, RUNNING, PAUSED → ABORTED
+    RUNNING ──replace──► RUNNING, along another trajectory
     any ──estop, bumper, fence──► ESTOPPED ──reset──► PAUSED (from RUNNING or PAUSED), READY or IDLE
     DONE, ABORTED ──reset──► IDLE; DONE, ABORTED, READY ──load──► READY
 
@@ -26,6 +27,7 @@ from touchline.services.onboard.estimation.filter import Estimator
 from touchline.services.onboard.executive.events import ERROR, INFO, WARN, EventLog
 from touchline.services.onboard.executive.failsafe import Failsafe
 from touchline.services.onboard.executive.geofence import Geofence
+from touchline.services.onboard.executive.handover import check_here
 from touchline.services.onboard.executive.localization_monitor import LocalizationMonitor
 from touchline.services.onboard.executive.mission import Mission
 from touchline.services.onboard.executive.retry_limit import MAX_TRIES, Tries
@@ -138,6 +140,33 @@ class Traversal:
         self._fallbacks_before = resume.follower_fallbacks if resume is not None else 0
         self._tries = Tries()
         self._become(READY, "")
+        return plan.total_time_s
+
+    def take_here(self, course: Course) -> float:
+        """As `take`, if it begins where the robot stands.
+
+        Raises:
+            CommandRefused: In this state, or because it begins elsewhere; it says how far off.
+        """
+        self.check_load()
+        check_here(course.plan, self._estimator, self._watch)
+        return self.take(course)
+
+    def take_over(self, course: Course) -> float:
+        """Go on along what `prepare` gave, without a stop; returns its planned duration [s].
+
+        The time of the traversal goes on as if it had been driven from its start.
+
+        Raises:
+            CommandRefused: In this state, while paint is owed, or because it does not agree with what is being driven.
+        """
+        self._require("replace", RUNNING)
+        plan = course.plan
+        arc_m = self._loaded().take_over(plan)
+        self._hazards.fence = course.fence
+        self.clock.elapsed_s = plan.time_at(arc_m, 0)
+        self._tries = Tries()
+        self._log.report(INFO, "replaced", f"another trajectory took over under way, {arc_m:.2f} m along it")
         return plan.total_time_s
 
     def start(self) -> None:

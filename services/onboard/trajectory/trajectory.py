@@ -77,6 +77,12 @@ class LoadedTrajectory:
                 return self.switch_m[index]
         return None
 
+    def works_beyond(self, arc_length_m: float) -> bool:
+        """Whether the plan actuates anything from an arc length on."""
+        return bool(self.actuation_at(arc_length_m)) or any(
+            self.actuation[bisect.bisect(self.switch_m, arc_length_m) :]
+        )
+
     def speed_at(self, arc_length_m: float) -> float:
         """Planned speed [m/s] at an arc length."""
         return float(speed_at(self.speeds, np.array([arc_length_m]))[0])

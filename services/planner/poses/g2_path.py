@@ -18,6 +18,12 @@ class G2Path:
         resting = (CurveEnd(pose, 0.0, speed_mps=0.0) for pose in (start, aimed))
         return PosePath(_transitions(traveller).between(*resting)[0].path, note)
 
+    def moving(self, start: CurveEnd, goal: PathPose, traveller: Traveller) -> list[PosePath]:
+        """Paths from amid a drive to rest at a goal, the quickest first; continuous in curvature from the start on."""
+        aimed, note = with_heading(start.pose, goal, traveller.limits.curvature_max_1pm)
+        found = _transitions(traveller).between(start, CurveEnd(aimed, 0.0, speed_mps=0.0))
+        return [PosePath(transition.path, note) for transition in found]
+
 
 def _transitions(traveller: Traveller) -> TransitionFamily:
     """With turns for several shares of the transit speed."""

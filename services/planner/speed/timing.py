@@ -18,6 +18,7 @@ from touchline.services.planner.limits import Limits
 from touchline.services.planner.speed.path_grid import PathGrid
 
 SPEED_TOLERANCE_MPS = 1e-9
+ENTRY_TOLERANCE_MPS = 1e-4
 # Entries closer than this (m) say the same, and so do those off the straight between their neighbours by less (m²/s²).
 STATION_TOLERANCE_M = 1e-9
 SQUARE_TOLERANCE = 1e-12
@@ -91,8 +92,15 @@ class SpeedProfile:
         return float(self.station_m[i] + (self.speed_mps[i] + 0.5 * acceleration * since) * since)
 
 
-def speed_profile(course: PathGrid, steady: Sequence[Steady], limits: Limits) -> SpeedProfile:
+def keeps_entry(profile: SpeedProfile, entry_mps: float) -> bool:
+    """Whether a profile begins at the speed (m/s) at which the robot comes: the path can be entered as fast."""
+    return float(profile.speed_mps[0]) >= entry_mps - ENTRY_TOLERANCE_MPS
+
+
+def speed_profile(course: PathGrid, steady: Sequence[Steady], limits: Limits, entry_mps: float = 0.0) -> SpeedProfile:
     """The fastest profile along `course`, constant over every `steady` stretch.
+
+    It begins at `entry_mps` at most (m/s): more slowly where the path cannot be entered as fast; see `keeps_entry`.
 
     The borders of `steady` stretches are borders of the course; they may overlap each other. A steady stretch that
     cannot hold its speed throughout is driven more slowly throughout.
@@ -111,7 +119,8 @@ def speed_profile(course: PathGrid, steady: Sequence[Steady], limits: Limits) ->
         for (first, last), speed in zip(spans, speeds, strict=True):
             cap[first:last] = np.minimum(cap[first:last], speed * speed)
         square = np.full(len(knots), np.inf)
-        square[[0, -1, *course.stops]] = 0.0
+        square[[-1, *course.stops]] = 0.0
+        square[0] = entry_mps**2
         sweep(*columns, square)
         slowest = [math.sqrt(square[first : last + 1].min()) for first, last in spans]
         if min(slowest, default=1.0) < SPEED_TOLERANCE_MPS:
