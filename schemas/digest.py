@@ -7,8 +7,9 @@ import hashlib
 import json
 import struct
 from collections.abc import Iterable
+from typing import Any
 
-from touchline.schemas.messages import PlanOptions
+from touchline.schemas.messages import PlanOptions, PoseGoal
 from touchline.schemas.setup import Setup
 from touchline.schemas.template import Template
 from touchline.schemas.topics import RECORDED, Topic
@@ -27,11 +28,17 @@ def scenario_hash(setup: Setup, template: Template, options: PlanOptions) -> str
     How areas are covered decides nothing where there are none.
     """
     without = set() if template.areas else {"area_method"}
-    causes = {
-        **setup.model_dump(mode="json", exclude={"scenario": {"name"}}),
-        "template": template.model_dump(mode="json"),
-        "plan": options.model_dump(mode="json", exclude=without),
-    }
+    causes = {"template": template.model_dump(mode="json"), "plan": options.model_dump(mode="json", exclude=without)}
+    return _of_causes(setup, causes)
+
+
+def goal_scenario_hash(setup: Setup, goal: PoseGoal, options: PlanOptions) -> str:
+    """As `scenario_hash`, of a drive to a goal."""
+    return _of_causes(setup, {"goal": goal.model_dump(mode="json"), "plan": options.model_dump(mode="json")})
+
+
+def _of_causes(setup: Setup, job: dict[str, Any]) -> str:
+    causes = {**setup.model_dump(mode="json", exclude={"scenario": {"name"}}), **job}
     digest = _blake()
     digest.update(json.dumps(causes, sort_keys=True, separators=(",", ":")).encode())
     return digest.hexdigest()

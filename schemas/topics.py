@@ -170,6 +170,7 @@ START_TRAVERSAL = Service(
     MOST_PLAN_BYTES,
 )
 LOAD = Service("traversal/load", m.LoadRequest, m.LoadResponse, ROBOT_SIM, MOST_PLAN_BYTES)
+GOTO = Service("traversal/goto", m.GotoRequest, m.GotoResponse, ROBOT_SIM)
 START = Service("traversal/start", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
 PAUSE = Service("traversal/pause", m.CommandRequest, m.CommandResponse, ROBOT_SIM, urgent=True)
 RESUME = Service("traversal/resume", m.CommandRequest, m.CommandResponse, ROBOT_SIM)
@@ -197,6 +198,7 @@ SERVICES: tuple[Service[Any, Any], ...] = (
     PLAN_SERVICE,
     START_TRAVERSAL,
     LOAD,
+    GOTO,
     START,
     PAUSE,
     RESUME,

@@ -3,6 +3,7 @@
 from typing import ClassVar
 
 from touchline.schemas.messages.base import Float64Array, Message, UInt64, zeros
+from touchline.schemas.messages.plan_messages import PlanOptions, PoseGoal
 from touchline.schemas.messages.standard import DiagnosticArray
 from touchline.schemas.messages.touchline import PaintMarks
 from touchline.schemas.messages.turf_tank import Trajectory
@@ -29,6 +30,27 @@ class LoadResponse(Message):
     """Whether the trajectory was taken; ``total_time`` in seconds."""
 
     ros_type: ClassVar[str] = "touchline_msgs/srv/Load_Response"
+    success: bool = False
+    message: str = ""
+    total_time: float = 0.0
+
+
+class GotoRequest(Message):
+    """Drive to a pose from where the robot is, at rest or amid a drive to another one: plan, load and start in one.
+
+    The options are those of a plan; their ``start`` is left empty.
+    """
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/Goto_Request"
+    request_id: str = ""
+    goal: PoseGoal = PoseGoal()
+    options: PlanOptions = PlanOptions()
+
+
+class GotoResponse(Message):
+    """Whether the robot is on its way, and what was planned, or why not; ``total_time`` in seconds."""
+
+    ros_type: ClassVar[str] = "touchline_msgs/srv/Goto_Response"
     success: bool = False
     message: str = ""
     total_time: float = 0.0

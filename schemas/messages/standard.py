@@ -88,6 +88,14 @@ class Pose(Message):
     orientation: Quaternion = Quaternion()
 
 
+class PoseStamped(Message):
+    """A pose in a frame."""
+
+    ros_type: ClassVar[str] = "geometry_msgs/msg/PoseStamped"
+    header: Header = Header()
+    pose: Pose = Pose()
+
+
 class Twist(Message):
     """Linear (m/s) and angular (rad/s) velocity."""
 

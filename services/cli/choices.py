@@ -255,9 +255,17 @@ class SetupChoice:
         Raises:
             SpecError: One of them is given.
         """
+        self.refuse(f"and {other} is given, too", remedy)
+
+    def refuse(self, problem: str, remedy: str) -> None:
+        """Refuse these options, with what is wrong about them.
+
+        Raises:
+            SpecError: One of them is given.
+        """
         for field in fields(self):
             if (value := getattr(self, field.name)) is not None:
-                raise SpecError("command line", f"--{field.name}", f"is {value!s}, and {other} is given, too", remedy)
+                raise SpecError("command line", f"--{field.name}", f"is {value!s}, {problem}", remedy)
 
     def chosen_robots(self, fleet: Path | None, namespaces: Sequence[str]) -> dict[str, Setup]:
         """The robots in the file ``fleet``; without it, those of these names as the other options say.

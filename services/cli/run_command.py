@@ -164,7 +164,7 @@ def run_on_bus(
         setup = _setup_of(bus)
         cause = scenario_hash(setup, template, options)
         job_options = JobOptions(template.to_json(), options, speed, output.record, cause, setup.vehicle)
-        job = BusRun(bus, job_options, Terminal(advance, partial(_watch_robot, presence, config.namespace)))
+        job = BusRun(bus, job_options, Terminal(advance, partial(watch_robot, presence, config.namespace)))
         return setup, _do(job, begun, output.plot)
 
 
@@ -190,7 +190,12 @@ def _watch_system(system: LocalSystem) -> None:
             raise JobFailed(f"{notice.text}; its traversal is lost, what was recorded until then is kept")
 
 
-def _watch_robot(presence: Presence, name: str) -> None:
+def watch_robot(presence: Presence, name: str) -> None:
+    """Look whether the robot of that name is still there.
+
+    Raises:
+        JobFailed: It has left the bus.
+    """
     for change in presence.poll():
         if change.node == topics.ROBOT_SIM and not change.alive:
             raise JobFailed(f"robot {name} has left the bus; back again, it can go on (console: Load and go on)")

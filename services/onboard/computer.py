@@ -187,6 +187,11 @@ class Onboard:
         return self._traversal.state
 
     @property
+    def aligned(self) -> bool:
+        """Whether it knows where it stands well enough to drive off."""
+        return self._estimator.aligned
+
+    @property
     def checkpoint(self) -> Checkpoint | None:
         """Where another process could go on with this traversal; None if none is running or paused."""
         return self._traversal.checkpoint

@@ -44,18 +44,23 @@ class Ready(NamedTuple):
         job: Of the emulator.
         whose: Digest of the trajectory.
         told: What is published about it.
+        trajectory: Itself.
     """
 
     job: LoadedJob
     whose: bytes
     told: list[Payload]
+    trajectory: m.Trajectory
 
 
 class Load(NamedTuple):
-    """A service that takes a trajectory: `prepare` in any thread, `take` between ticks, or `refuse` with a reason."""
+    """A service that takes a trajectory: `prepare` in any thread, `take` between ticks, or `refuse` with a reason.
+
+    What `take` returns is the answer; None: that is still to come.
+    """
 
     prepare: Callable[[Any], Ready]
-    take: Callable[[Ready], Message]
+    take: Callable[[Ready], Message | None]
     refuse: Callable[[str], Message]
 
 
@@ -72,6 +77,7 @@ class Commands:
         handlers: Per service, the function from request to response.
         loads: The services that take a trajectory, which needs time to be read and checked.
         told: Payloads to publish, which the caller takes away.
+        trajectory: That was taken last.
     """
 
     def __init__(
@@ -83,6 +89,7 @@ class Commands:
     ) -> None:
         self._progress = JournalKeeper(emulator, journal)
         self._emulator, self._telemetry, self._set_speed = emulator, telemetry, set_speed
+        self.trajectory = m.Trajectory()
         self.told: list[Payload] = telemetry.news() if self._progress.restore_latch() else []
         self.handlers: dict[Service[Any, Any], Handler] = {
             topics.SET_SPEED: self.set_speed,
@@ -127,7 +134,7 @@ class Commands:
         resume, remains = self._progress.unfinished(request.trajectory) if request.resume else (None, None)
         taking = Taking.HERE if request.here else Taking.UNDER_WAY if request.replace else Taking.CARRIED
         job = self._emulator.prepare(request.trajectory, template, resume, remains, taking)
-        return Ready(job, digest(request.trajectory), job_payloads(request.trajectory, template))
+        return Ready(job, digest(request.trajectory), job_payloads(request.trajectory, template), request.trajectory)
 
     def prepare_start(self, request: m.StartTraversalRequest) -> Ready:
         """As `prepare_load`, of a trajectory alone."""
@@ -136,7 +143,7 @@ class Commands:
     def load(self, ready: Ready) -> m.LoadResponse:
         """Take what `prepare_load` gave."""
         try:
-            total_time_s = self._take(ready)
+            total_time_s = self.take_job(ready)
         except CommandRefused as error:
             return self.refuse_load(str(error))
         resume, remains = ready.job.resume, ready.job.remains
@@ -147,8 +154,14 @@ class Commands:
             message += f"; {lack}"
         return m.LoadResponse(success=True, message=message, total_time=total_time_s)
 
-    def _take(self, ready: Ready) -> float:
+    def take_job(self, ready: Ready) -> float:
+        """Take what was prepared; returns its planned duration [s].
+
+        Raises:
+            CommandRefused: Not now, or not here.
+        """
         total_time_s = self._emulator.take(ready.job)
+        self.trajectory = ready.trajectory
         self.told += self._telemetry.begin(ready.told)
         if ready.job.remains is not None:
             self.told += self._telemetry.restored_paint()
@@ -173,11 +186,11 @@ class Commands:
     def start_traversal(self, ready: Ready) -> m.StartTraversalResponse:
         """Load and start in one, as the robot's own service does."""
         try:
-            total_time_s = self._take(ready)
+            total_time_s = self.take_job(ready)
             self._emulator.start()
         except CommandRefused as error:
             return self.refuse_start(str(error))
-        self.told += self._telemetry.news()
+        self.tell_news()
         return m.StartTraversalResponse(total_time=total_time_s, success=True)
 
     def refuse_start(self, reason: str) -> m.StartTraversalResponse:
@@ -240,6 +253,10 @@ class Commands:
     def tell(self, severity: int, code: str, text: str) -> None:
         """Add a line to the event log."""
         self.told.append(self._telemetry.tell(OnboardEvent(severity, code, text)))
+
+    def tell_news(self) -> None:
+        """Tell what a command has changed."""
+        self.told += self._telemetry.news()
 
     def take(self) -> list[Payload]:
         """The payloads to publish since the last call."""

@@ -124,6 +124,10 @@ class OnboardComputer(Protocol):
         """What it believes it has painted."""
 
     @property
+    def aligned(self) -> bool:
+        """Whether it knows where it stands well enough to drive off."""
+
+    @property
     def checkpoint(self) -> Checkpoint | None:
         """Where another process could go on."""
 

@@ -16,6 +16,7 @@ from touchline.services.bus.calls import Server
 from touchline.services.robot_sim.command_handlers import Commands, Handler
 from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
+from touchline.services.robot_sim.goals import Goals
 from touchline.services.robot_sim.guards import WATCHDOG_S, LatchGuard, LinkWatch, Watchdog
 from touchline.services.robot_sim.journal import Journal
 from touchline.services.robot_sim.loading import Loader, Prepared
@@ -126,6 +127,7 @@ class RobotProcess:
         self._others = [(server, handler) for server, handler in served if not server.service.urgent]
         self._loads = [bus.serve(service) for service in self._commands.loads]
         self._loader = Loader()
+        self._goals = Goals(bus, self._emulator, self._commands, self._loader.prepare, self._pace)
         self._waiting: list[tuple[ServedCall[Any, Any], Handler]] = []
         self._health, self._told_state, self._health_at_s = health, -1, 0.0
         self._tidy_at_s = time.monotonic()
@@ -155,7 +157,7 @@ class RobotProcess:
         now = time.monotonic()
         self._rate.note(now, self._emulator.tick_count)
         self._tell_health()
-        if self._free or self._emulator.active:
+        if self._time_passes:
             if not self._held:
                 self._run(self._pacer.due(now), now + slice_s)
                 now = time.monotonic()
@@ -181,12 +183,20 @@ class RobotProcess:
         return self._emulator.onboard.state == m.TraversalStatus.RUNNING
 
     @property
+    def _time_passes(self) -> bool:
+        return self._free or self._emulator.active or self._goals.waking
+
+    def _pace(self) -> float:
+        """Sim time per wall time."""
+        return self._pacer.factor if self._pacer.factor >= 0.0 else self._rate.real_time_factor
+
+    @property
     def _held(self) -> bool:
         """Whether sim time stands still until the telemetry so far is on its way; never while the robot is to stop."""
         return self._pacer.factor < 0.0 and self._running and self._outlet.behind
 
     def _run(self, ticks: int, until_s: float) -> None:
-        while ticks > 0 and (self._free or self._emulator.active):
+        while ticks > 0 and self._time_passes:
             done = self._runner.step(self._telemetry.until_due(ticks), self._telemetry.rows)
             self._publish(self._commands.note_progress())
             self._publish(self._telemetry.after(done))
@@ -208,6 +218,8 @@ class RobotProcess:
                 if (call := server.poll_unread()) is None:
                     break
                 self._begin_load(call, server)
+        self._goals.turn()
+        self._publish(self._commands.take())
         while self._telemetry.ended is None and (prepared := self._loader.poll()) is not None:
             self._end_load(prepared)
 
@@ -231,7 +243,8 @@ class RobotProcess:
         else:
             response = load.refuse(str(ready)) if isinstance(ready, Exception) else load.take(ready)
             self._publish(self._commands.take())
-            call.reply(response)
+            if response is not None:
+                call.reply(response)
 
     def _answer(self, call: ServedCall[Any, Any], handler: Handler) -> None:
         response = handler(call.request)

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -22,7 +22,7 @@ from touchline.schemas.scenario import Scenario
 from touchline.schemas.template import Template
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.plan import plan
-from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.emulator import Emulator, Taking
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.packing import Payload
 from touchline.services.robot_sim.telemetry import Telemetry
@@ -79,18 +79,19 @@ class Outcome:
         report: Its ``session_hash`` is empty if the run was neither recorded nor hashed.
         area: The report of its areas, if a covering tool has worked on some.
         reason: Why it ended as it did, if that needs words.
-        scenario_hash: Of its cause.
         wall_time_s: Of the drive, the report included.
         recording: Path, messages and bytes of the recording, if there is one.
+        strokes: The paint, if that is wanted.
+        scenario_hash: Of its cause.
     """
 
     report: TraversalReport
     area: AreaReport | None
     reason: str
-    scenario_hash: str
     wall_time_s: float
     recording: dict[str, Any] | None
     strokes: tuple[PaintMarks, ...]
+    scenario_hash: str = ""
 
     def figures(self, job: Job) -> dict[str, Any]:
         """The report as ``touchline run`` gives it."""
@@ -145,11 +146,37 @@ def simulate(
         CommandRefused: The robot does not take the plan.
         RecordingError: The recording cannot be written.
     """
-    begun = time.perf_counter()
     emulator = Emulator(job.vehicle, scenario, config)
+    done = carry_out(emulator, job.trajectory, job.template, Taking.CARRIED, products, progress)
+    return replace(done, scenario_hash=scenario_hash(emulator.setup, job.template, job.options))
+
+
+def carry_out(
+    emulator: Emulator,
+    trajectory: Trajectory,
+    template: Template | None,
+    taking: Taking,
+    products: Products = _REPORT_ALONE,
+    progress: Progress = lambda done, doing: None,
+) -> Outcome:
+    """Have an emulated robot drive a trajectory to its end, as fast as it goes.
+
+    Args:
+        emulator: The robot, at rest.
+        trajectory: What it drives.
+        template: By which its paint is judged, if it has one.
+        taking: How it gets to the start.
+        products: What is to be given besides the report.
+        progress: As of `simulate`.
+
+    Raises:
+        CommandRefused: The robot does not take the plan.
+        RecordingError: The recording cannot be written.
+    """
+    begun = time.perf_counter()
     telemetry = Telemetry(emulator)
     before = [telemetry.setup(), *telemetry.standing()]
-    emulator.load(job.trajectory, job.template)
+    emulator.load(trajectory, template, taking=taking)
     runner = FastRunner(emulator)
     if products.record is None and not products.hashed:
         emulator.start()
@@ -158,7 +185,7 @@ def simulate(
     else:
         with _Listener(products.record) as listener:
             listener.hear(before)
-            listener.hear(telemetry.loaded(job.trajectory, job.template))
+            listener.hear(telemetry.loaded(trajectory, template))
             emulator.start()
             listener.hear(telemetry.news())
 
@@ -174,7 +201,6 @@ def simulate(
     return Outcome(
         *reports,
         reason,
-        scenario_hash(emulator.setup, job.template, job.options),
         time.perf_counter() - begun,
         recording,
         telemetry.strokes() if products.strokes else (),

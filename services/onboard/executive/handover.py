@@ -32,6 +32,10 @@ _REFINEMENTS: Final = 4
 Floats = NDArray[np.float64]
 
 
+class NotYet(CommandRefused):
+    """A trajectory cannot take over now, but one that is sent a little later may."""
+
+
 class Offset(NamedTuple):
     """How far a pose is from another one: distance [m] and turn [rad]."""
 
@@ -89,11 +93,12 @@ def taken_over_at(running: PlanPlace, plan: LoadedTrajectory) -> float:
         plan: The trajectory that is to take over.
 
     Raises:
-        CommandRefused: They differ by too much; it says by how much.
+        NotYet: They differ by too much; it says by how much.
+        CommandRefused: It paints where the robot has been already.
     """
     sense = running.plan.legs[running.leg].sense
     if plan.legs[0].sense == SPIN or plan.legs[0].sense != sense:
-        raise CommandRefused(
+        raise NotYet(
             "cannot replace under way: the trajectory does not begin in the direction in which the robot drives; "
             "let it begin with the running trajectory's next seconds, or pause or abort first"
         )
@@ -101,7 +106,7 @@ def taken_over_at(running: PlanPlace, plan: LoadedTrajectory) -> float:
     arc_m = _nearest_m(plan, now[0])
     distance_m, turn_rad, speed_mps = _largest_difference(now, reference_ahead(PlanPlace(plan, 0, arc_m)))
     if distance_m > AGREE_M or turn_rad > AGREE_RAD or speed_mps > AGREE_MPS:
-        raise CommandRefused(
+        raise NotYet(
             f"cannot replace under way: in the next {AGREE_TICKS * TICK_S:g} s it differs from the running trajectory "
             f"by up to {100.0 * distance_m:.1f} cm, {math.degrees(turn_rad):.1f}° and {100.0 * speed_mps:.1f} cm/s, at "
             f"most {100.0 * AGREE_M:g} cm, {math.degrees(AGREE_RAD):g}° and {100.0 * AGREE_MPS:g} cm/s are allowed; "

@@ -19,7 +19,7 @@ from touchline.services.onboard.control import Follower
 from touchline.services.onboard.control.path_tracker import STOPPED_MPS, PathTracker, nozzle_m
 from touchline.services.onboard.estimation.filter import Estimator
 from touchline.services.onboard.executive.covered import Covered
-from touchline.services.onboard.executive.handover import PlanPlace, off_place, taken_over_at
+from touchline.services.onboard.executive.handover import NotYet, PlanPlace, off_place, taken_over_at
 from touchline.services.onboard.executive.localization_monitor import LocalizationMonitor
 from touchline.services.onboard.executive.sprayer import Sprayer
 from touchline.services.onboard.interface import STANDSTILL, TICK_S, Checkpoint, Command, PaintBelief
@@ -104,11 +104,13 @@ class Mission:
         """Go on along another trajectory, without a stop; returns the arc length of it at which that is.
 
         Raises:
-            CommandRefused: This is not the moment, or that trajectory does not agree with this one.
+            CommandRefused: Work would be given up.
+            NotYet: This is not the moment, or that trajectory does not agree with this one.
         """
-        problem = self._busy_with()
-        if problem:
+        if problem := self._owed_work():
             raise CommandRefused(f"cannot replace under way: the robot {problem}")
+        if problem := self._passing_state():
+            raise NotYet(f"cannot replace under way: the robot {problem}")
         arc_m = taken_over_at(self._plan_place, plan)
         self.plan = plan
         self.driver.change_plan(plan, arc_m)
@@ -117,15 +119,18 @@ class Mission:
         self._covered = Covered(plan) if self._covered is not None else None
         return arc_m
 
-    def _busy_with(self) -> str:
-        """What the robot does that another trajectory cannot take over, with the remedy; "" if there is nothing."""
-        if self._phase is MissionPhase.ALIGN:
-            return "has not set off yet; abort, and load with here"
+    def _owed_work(self) -> str:
+        """Which work would be given up, with the remedy; "" if there is none."""
         owed_m = self.sprayer.owed_if_it_ended(self._nozzle_m())
-        if self._phase is not MissionPhase.ALONG or self.sprayer.valve or owed_m is not None:
+        if self.sprayer.valve or owed_m is not None:
             return "is painting or owes paint; let it finish, or abort first"
-        if self.plan.works_beyond(self._nozzle_m()):
-            return "has work to do on its trajectory; let it finish, or abort first"
+        works = self.plan.works_beyond(self._nozzle_m())
+        return "has work to do on its trajectory; let it finish, or abort first" if works else ""
+
+    def _passing_state(self) -> str:
+        """In what the robot cannot go on along another trajectory, with the remedy; "" if it can."""
+        if self._phase is not MissionPhase.ALONG:
+            return "has not set off yet; send it again once it drives, or abort and load with here"
         if self.driver.leg.sense == SPIN:
             return "turns on the spot; send it again once it drives"
         return "stands; send it again once it drives" if self._at_rest or self.driver.brakes else ""

@@ -1,0 +1,203 @@
+"""Goals: the robot has the way planned from where it is, or from amid its drive, and sets off or drives on along it.
+
+One rule for the console, the command line and ROS 2: they all ask the service `traversal/goto`.
+"""
+
+from __future__ import annotations
+
+import time
+import uuid
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Final
+
+from touchline.schemas import messages as m
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode, encode
+from touchline.schemas.errors import CommandRefused, PayloadError
+from touchline.services.bus import Bus, ServedCall
+from touchline.services.bus.calls import Question
+from touchline.services.onboard.executive.handover import NotYet
+from touchline.services.robot_sim.command_handlers import Commands, Load, Ready
+from touchline.services.robot_sim.emulator import Emulator
+
+PATIENCE_S: Final = 10.0
+"""Wall clock: for how long it is waited until the robot knows where it is, rests, or can be taken over."""
+PLAN_TIMEOUT_S: Final = 60.0
+RETRY_S: Final = 0.1
+KEEP_S: Final = 2.0
+"""Wall clock: for so long the drive under way is kept, while the new way is planned and sent."""
+RUNNING, PAUSED, ESTOPPED = m.TraversalStatus.RUNNING, m.TraversalStatus.PAUSED, m.TraversalStatus.ESTOPPED
+
+GoalCall = ServedCall[m.GotoRequest, m.GotoResponse]
+
+
+@dataclass
+class AskedGoal:
+    """A goal that has not been answered yet.
+
+    Attributes:
+        call: Where it is answered.
+        since_s: When it came.
+        retry_s: Not looked at before.
+        question: To the planner, if that is asked.
+        reason: Why it has not been answered.
+    """
+
+    call: GoalCall
+    since_s: float
+    retry_s: float = 0.0
+    question: Question | None = None
+    under_way: bool = False
+    reason: str = ""
+
+
+class Goals:
+    """The goals of one robot; of several at once the newest counts.
+
+    Args:
+        bus: Of the robot.
+        emulator: The robot.
+        commands: By which it takes a trajectory.
+        prepare: Has a load prepared in a thread of its own.
+        pace: Sim time per wall time.
+    """
+
+    def __init__(
+        self,
+        bus: Bus,
+        emulator: Emulator,
+        commands: Commands,
+        prepare: Callable[[ServedCall[Any, Any], Load], None],
+        pace: Callable[[], float],
+    ) -> None:
+        self._bus, self._emulator, self._commands = bus, emulator, commands
+        self._prepare, self._pace = prepare, pace
+        self._server = bus.serve(topics.GOTO)
+        self._asked: AskedGoal | None = None
+        self._vehicle_json = emulator.vehicle.model_dump_json()
+
+    @property
+    def waking(self) -> bool:
+        """Whether sim time has to pass for the robot to find out where it stands."""
+        return self._asked is not None and not self._emulator.active and not self._emulator.onboard.aligned
+
+    def turn(self) -> None:
+        """Take goals that have come, and see to the one at hand."""
+        now_s = time.monotonic()
+        if (call := self._server.poll()) is not None:
+            if self._asked is not None:
+                self._refuse(self._asked.call, "another goal has come since")
+            self._asked = AskedGoal(call, now_s)
+        asked = self._asked
+        if asked is None or now_s < asked.retry_s:
+            return
+        try:
+            if asked.question is None:
+                self._ask(asked, now_s)
+            else:
+                self._look(asked, asked.question, now_s)
+        except (CommandRefused, PayloadError) as error:
+            self._asked = None
+            self._refuse(asked.call, str(error))
+
+    def _ask(self, asked: AskedGoal, now_s: float) -> None:
+        """Ask the planner, once the robot is where a drive can begin.
+
+        Raises:
+            CommandRefused: It cannot be waited for that.
+        """
+        emulator, request = self._emulator, asked.call.request
+        state = emulator.onboard.state
+        if state in (PAUSED, ESTOPPED):
+            remedy = "reset it first" if state == ESTOPPED else "resume or abort it first"
+            raise CommandRefused(
+                f"cannot go to a goal while {'emergency-stopped' if state == ESTOPPED else 'paused'}; {remedy}"
+            )
+        if len(request.options.start):
+            raise CommandRefused("the goal has options.start, but the robot begins where it is: leave it empty")
+        asked.under_way = state == RUNNING
+        if not asked.under_way and (emulator.active or not emulator.onboard.aligned):
+            asked.reason = (
+                asked.reason or "the robot does not find out where it stands; does sim time pass, has it a fix?"
+            )
+            self._wait(asked, now_s)
+            return
+        plan = m.PlanRequest(request_id=uuid.uuid4().hex, vehicle_json=self._vehicle_json, goal=(request.goal,))
+        if asked.under_way:
+            keep_s = KEEP_S * max(1.0, self._pace())
+            arc_length_m = emulator.onboard.status.arc_length_m
+            leaving = m.LeavingTrajectory(
+                trajectory=self._commands.trajectory, arc_length_m=arc_length_m, keep_s=keep_s
+            )
+            plan = plan.model_copy(update={"options": request.options, "leaving": (leaving,)})
+        else:
+            here = m.PlanOptions.model_validate({**dict(request.options), "start": emulator.onboard.estimate[:3]})
+            plan = plan.model_copy(update={"options": here})
+        asked.question = self._bus.ask(topics.PLAN_SERVICE, encode(plan), PLAN_TIMEOUT_S)
+
+    def _look(self, asked: AskedGoal, question: Question, now_s: float) -> None:
+        """Take the planner's answer.
+
+        Raises:
+            CommandRefused, PayloadError: There is none, or no plan.
+        """
+        answer = question.poll()
+        if answer is None:
+            return
+        asked.question = None
+        if answer.refusal is not None:
+            raise CommandRefused(f"no way is planned: {answer.refusal}")
+        if answer.payload is None:
+            asked.reason = "no planner answers; is it running?"
+            self._wait(asked, now_s)
+            return
+        planned = decode(m.PlanResponse, answer.payload)
+        if not planned.success:
+            raise CommandRefused(planned.message)
+        self._asked = None
+        under_way = asked.under_way
+        load = m.LoadRequest(trajectory=planned.trajectory, here=not under_way, replace=under_way)
+        self._prepare(
+            asked.call,
+            Load(
+                lambda _request: self._commands.prepare_load(load),
+                lambda ready: self._go(ready, asked, planned.message),
+                self._refusal,
+            ),
+        )
+
+    def _go(self, ready: Ready, asked: AskedGoal, said: str) -> m.GotoResponse | None:
+        """Take what was prepared and set off; None if that has to be tried again."""
+        try:
+            total_time_s = self._commands.take_job(ready)
+            if not asked.under_way:
+                self._emulator.start()
+        except CommandRefused as error:
+            passing = isinstance(error, NotYet) or (asked.under_way and self._emulator.onboard.state != RUNNING)
+            if not passing or self._asked is not None or time.monotonic() > asked.since_s + PATIENCE_S:
+                return self._refusal(str(error))
+            asked.reason, asked.retry_s = str(error), time.monotonic() + RETRY_S
+            self._asked = asked
+            return None
+        self._commands.tell(m.Event.INFO, "goal", said)
+        self._commands.tell_news()
+        return m.GotoResponse(success=True, message=said, total_time=total_time_s)
+
+    def _wait(self, asked: AskedGoal, now_s: float) -> None:
+        """Look again in a moment.
+
+        Raises:
+            CommandRefused: That was done for long enough.
+        """
+        if now_s > asked.since_s + PATIENCE_S:
+            raise CommandRefused(asked.reason)
+        asked.retry_s = now_s + RETRY_S
+
+    def _refuse(self, call: GoalCall, reason: str) -> None:
+        call.reply(self._refusal(reason))
+
+    def _refusal(self, reason: str) -> m.GotoResponse:
+        """The answer to a goal that is not driven to; whoever set it may not hear it, so the event log has it, too."""
+        self._commands.tell(m.Event.ERROR, "goal-refused", f"the goal is refused: {reason}")
+        return m.GotoResponse(success=False, message=reason)

@@ -1,0 +1,89 @@
+"""An emulated robot finds out where it stands, and drives to a goal; in one process, as fast as it goes."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+from touchline.schemas.digest import goal_scenario_hash
+from touchline.schemas.errors import CommandRefused
+from touchline.schemas.messages import PlanOptions, PoseGoal
+from touchline.schemas.setup import Setup
+from touchline.services.planner.goal_plan import plan_to_goal
+from touchline.services.planner.plan import Plan
+from touchline.services.robot_sim.emulator import Emulator, Taking
+from touchline.services.runs.arrival import ReachedPose, arrival_figures
+from touchline.services.runs.reports import estimator_figures, hash_figures, plan_figures, traversal_figures
+from touchline.services.runs.simulation import Outcome, Products, carry_out
+
+LOST_S: Final = 30.0
+"""Sim time: a robot that stands for so long without knowing where will not drive."""
+
+
+@dataclass(frozen=True)
+class GoalDrive:
+    """A drive to a goal that has ended.
+
+    Attributes:
+        goal: Where to.
+        plan: The way.
+        outcome: Of driving it.
+        believed, true: Where the robot came to rest.
+    """
+
+    goal: PoseGoal
+    plan: Plan
+    outcome: Outcome
+    believed: ReachedPose
+    true: ReachedPose
+
+    def figures(self) -> dict[str, Any]:
+        """As JSON."""
+        report = self.outcome.report
+        taken_s = report.total_time_s
+        planned_s = self.plan.report.total_time_s
+        return {
+            "success": report.success,
+            "reason": self.outcome.reason,
+            "arrival": arrival_figures(self.goal, planned_s, taken_s, self.believed, self.true),
+            "plan": {**plan_figures(self.plan.report), "notes": list(self.plan.notes)},
+            "traversal": traversal_figures(report, self.outcome.wall_time_s),
+            "estimator": estimator_figures(report),
+            "recording": self.outcome.recording,
+            "hash": hash_figures(self.outcome.scenario_hash, report),
+        }
+
+
+def drive_to_goal(
+    setup: Setup,
+    goal: PoseGoal,
+    options: PlanOptions,
+    products: Products,
+    progress: Callable[[float, str], None] = lambda done, doing: None,
+) -> GoalDrive:
+    """Let a robot stand at its scenario's start until it knows where that is, plan from there, and drive.
+
+    Args:
+        setup: The robot and its world, which says where it stands.
+        goal: Where to.
+        options: How to plan; without a start.
+        products: What is to be given besides the figures.
+        progress: Told the fraction done and where the robot is.
+
+    Raises:
+        PlanningError: There is no such way.
+        CommandRefused: The robot does not find out where it stands.
+        RecordingError: The recording cannot be written.
+    """
+    emulator = Emulator(setup.vehicle, setup.scenario, setup.onboard)
+    while not emulator.onboard.aligned:
+        if emulator.time_s > LOST_S:
+            raise CommandRefused(
+                f"the robot does not find out where it stands within {LOST_S:g} s: give a scenario with a position fix"
+            )
+        emulator.tick()
+    here = PlanOptions.model_validate({**dict(options), "start": emulator.onboard.estimate[:3]})
+    plan = plan_to_goal(goal, setup.vehicle, here)
+    outcome = carry_out(emulator, plan.trajectory, None, Taking.HERE, products, progress)
+    cause = goal_scenario_hash(setup, goal, options)
+    believed, true = ReachedPose(*emulator.onboard.estimate[:3]), ReachedPose(*emulator.world.pose[:3])
+    return GoalDrive(goal, plan, replace(outcome, scenario_hash=cause), believed, true)
