@@ -6,7 +6,7 @@ import platform
 import sys
 from pathlib import Path
 
-LONG = frozenset(("coverage", "random_fields", "stops", "visits", "kills", "soak"))
+LONG = frozenset(("coverage", "goals", "random_fields", "stops", "visits", "kills", "soak"))
 """Minutes to hours: run only when named."""
 
 

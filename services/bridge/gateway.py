@@ -1,4 +1,4 @@
-"""The ROS 2 gateway: every topic and service of the tables, for nodes that use rmw_zenoh.
+"""The ROS 2 gateway: every topic and service of the tables, and goals, for nodes that use rmw_zenoh.
 
 Messages and requests pass as bytes, undecoded. A slow or hostile ROS 2 node can hold up nobody on the bus: messages
 that it does not take in time are dropped, and its requests are checked by whoever serves them, as everyone's are.
@@ -12,12 +12,16 @@ from typing import Final, Self
 
 from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.schemas.topics import SERVICES, TOPICS
+from touchline.services.bridge.goal_route import GoalRoute
 from touchline.services.bridge.rmw_zenoh import RosNode
 from touchline.services.bridge.routes import ServiceRoute, TopicRoute
 from touchline.services.bus import Bus
 from touchline.services.bus.ros2 import Ros2Endpoint, Ros2Session
 
 NODE_NAME = "touchline"
+#: geometry_msgs/PoseStamped, as RViz and others publish it.
+GOAL_NAME: Final = "goal_pose"
+_GOAL_NAMES: Final = 2
 _STOPS_EVERY_S: Final = 0.002
 
 
@@ -64,16 +68,19 @@ class Gateway:
         session: An open session among ROS 2 nodes.
         config: What they are to see.
         number: Which of the gateways in this session it is, from 0.
+        alone: Whether it is the only one: then its robot takes goals without a namespace, too.
 
     Raises:
         TouchlineError: Another gateway shows the same robot there.
     """
 
-    def __init__(self, bus: Bus, session: Ros2Session, config: GatewayConfig, number: int = 0) -> None:
+    def __init__(
+        self, bus: Bus, session: Ros2Session, config: GatewayConfig, number: int = 0, *, alone: bool = True
+    ) -> None:
         self._bus = bus
         self._config = config
         namespace = config.namespace or bus.namespace
-        first = number * (1 + len(TOPICS) + len(SERVICES))
+        first = number * (1 + len(TOPICS) + len(SERVICES) + _GOAL_NAMES)
         self._node = RosNode(config.domain, f"/{namespace.strip('/')}", NODE_NAME, session.id, first)
         if session.tokens(self._node.twins()):
             raise TouchlineError(
@@ -87,6 +94,8 @@ class Gateway:
         ]
         self._stops = [route for route in self._services if route.urgent]
         self._others = [route for route in self._services if not route.urgent]
+        names = {self._node.full_name(GOAL_NAME), f"/{GOAL_NAME}"} if alone else {self._node.full_name(GOAL_NAME)}
+        self._goals = GoalRoute(bus, session, self._node, 1 + len(TOPICS) + len(SERVICES), sorted(names))
         self._inbox = bus.inbox(TOPICS, keep="recent")
         self._failure: Exception | None = None
 
@@ -103,7 +112,13 @@ class Gateway:
             routes[sample.topic.name].send(sample)
         for service in self._others:
             service.turn()
+        self._goals.turn()
         return bool(samples)
+
+    def take_problems(self) -> list[str]:
+        """What nobody else tells the operator."""
+        problems, self._goals.problems = self._goals.problems, []
+        return problems
 
     def pass_stops(self) -> None:
         """Forward stop requests; if that fails, the next `turn` raises the error."""
@@ -120,6 +135,7 @@ class Gateway:
             "ros2_messages": sum(route.messages for route in self._topics.values()),
             "ros2_dropped": self._inbox.lost,
             "ros2_calls": sum(service.calls for service in self._services),
+            "ros2_goals": self._goals.goals,
             "ros2_refused": sum(service.refused for service in self._services),
         }
 

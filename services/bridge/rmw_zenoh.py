@@ -10,7 +10,7 @@ from touchline.schemas.topics import Service, Topic
 
 _TOKENS = "@ros2_lv"
 _NO_ENCLAVE = "%"
-NODE, PUBLISHER, SERVER = "NN", "MP", "SS"
+NODE, PUBLISHER, SUBSCRIPTION, SERVER = "NN", "MP", "MS", "SS"
 
 #: Quality of service ``reliability:durability:history,depth:deadline:lifespan:liveliness``; what is empty is the
 #: default: reliable, volatile, keep last, without limits of time.
@@ -37,8 +37,11 @@ class RosNode:
     number: int = 0
 
     def full_name(self, name: str) -> str:
-        """The fully qualified name of something in the node's namespace; ROS names have no hyphens."""
-        return f"{self.namespace.rstrip('/')}/{name.replace('-', '_')}"
+        """The fully qualified name of something: in the node's namespace, unless it begins with a slash.
+
+        ROS names have no hyphens.
+        """
+        return name if name.startswith("/") else f"{self.namespace.rstrip('/')}/{name.replace('-', '_')}"
 
     def token(self) -> str:
         """The node's liveliness token."""
@@ -60,6 +63,11 @@ class RosNode:
         """The liveliness token of this node's publisher of ``topic``; ``number`` tells its endpoints apart."""
         qos = LATCHED_QOS if topic.latched else VOLATILE_QOS
         return self._endpoint_token(number, PUBLISHER, topic.name, topic.type.ros_type, type_hash(topic.type), qos)
+
+    def subscription_token(self, number: int, topic: Topic) -> str:
+        """The liveliness token of this node's subscription to ``topic``; ``number`` tells its endpoints apart."""
+        digest = type_hash(topic.type)
+        return self._endpoint_token(number, SUBSCRIPTION, topic.name, topic.type.ros_type, digest, VOLATILE_QOS)
 
     def server_token(self, number: int, service: Service[Any, Any]) -> str:
         """The liveliness token of this node's server of ``service``."""

@@ -123,6 +123,7 @@ class BridgeService:
         busy = self._pump()
         for gateway in self._gateways:
             busy |= gateway.turn()
+        self._tell_problems()
         self._report_health()
         for end in self._ends:
             if (call := end.record.poll()) is not None:
@@ -130,6 +131,14 @@ class BridgeService:
             if (stop_call := end.record_stop.poll()) is not None:
                 stop_call.reply(self._answer_stop())
         return busy
+
+    def _tell_problems(self) -> None:
+        """Publish what ROS 2 nodes have asked for in vain, each under its robot."""
+        for end, gateway in zip(self._ends, self._gateways, strict=False):
+            for problem in gateway.take_problems():
+                recorder = self._session.recorder if self._session is not None else None
+                time_ns = recorder.now_ns(end.bus.namespace) if recorder is not None else 0
+                end.publish(Event.ERROR, "goal-refused", problem, time_ns)
 
     def _pump(self) -> bool:
         if self._session is None:
@@ -317,8 +326,8 @@ def run_service(
         if ros2 is not None:
             session = stack.enter_context(Ros2Session.open(ros2.endpoint))
             for number, bus in enumerate(buses):
-                shown = ros2.of(bus.namespace, alone=len(buses) == 1)
-                gateways.append(Gateway(bus, session, shown, number))
+                alone = len(buses) == 1
+                gateways.append(Gateway(bus, session, ros2.of(bus.namespace, alone=alone), number, alone=alone))
             stack.enter_context(passing_stops(gateways))
         going = GoingRecording(config, folder.path, supervisor)
         service = BridgeService(buses, existing, folder, gateways, stop.beat, going)

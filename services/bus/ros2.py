@@ -21,6 +21,7 @@ DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
 
 _CONNECT_TIMEOUT_MS = 3000
 _WAITING_REQUESTS = 64
+_WAITING_MESSAGES = 16
 _KNOWN_TOKENS = 1024
 
 
@@ -116,6 +117,10 @@ class Ros2Session:
         """A publisher; late joiners get the last message of a ``latched`` one."""
         return Ros2Publisher(self._session, key, gid, latched=latched)
 
+    def subscribe(self, key: str) -> "Ros2Subscriber":
+        """The receiving end of a topic."""
+        return Ros2Subscriber(self._session, key)
+
     def serve(self, key: str) -> "Ros2Server":
         """The serving end of a service."""
         return Ros2Server(self._session, key)
@@ -145,6 +150,21 @@ class Ros2Publisher:
     def send(self, payload: bytes, sequence: int, source_time_ns: int) -> None:
         """Publish ``payload`` (CDR) under its number, from 1, and the time at which it was first sent."""
         self._put(payload, attachment=attachment.pack(sequence, source_time_ns, self._gid))
+
+
+class Ros2Subscriber:
+    """What others publish; where nobody takes it, the oldest give way."""
+
+    def __init__(self, session: zenoh.Session, key: str) -> None:
+        """Use :meth:`Ros2Session.subscribe`."""
+        self._subscriber = session.declare_subscriber(key, handlers.RingChannel(_WAITING_MESSAGES))
+
+    def take(self) -> list[bytes]:
+        """The payloads (CDR, or whatever was sent) that have come since the last call."""
+        taken: list[bytes] = []
+        while len(taken) < _WAITING_MESSAGES and (sample := self._subscriber.try_recv()) is not None:
+            taken.append(sample.payload.to_bytes())
+        return taken
 
 
 class Ros2Request:

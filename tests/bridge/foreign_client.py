@@ -5,6 +5,7 @@ Takes requests as lines of JSON on standard input and answers each with one line
     {"do": "graph"}                                          nodes, topics and services that it discovers
     {"do": "listen", "topic": …, "type": …, "qos": …}        begins to listen
     {"do": "take"}                                           messages since the last take, by topic
+    {"do": "publish", "topic": …, "type": …, "message": {…}} publishes a message
     {"do": "call", "service": …, "type": …, "request": {…}}  the response, or null
     {"do": "ask", "service": …, "type": …, "payload": hex}   sends any bytes as a request, with or without "number"
     {"do": "hash", "types": […]}                             its own RIHS01 hash of each type
@@ -52,6 +53,7 @@ class Client:
     def __init__(self, place: dict[str, Any]) -> None:
         self.place = place
         self.subscribers: list[Subscriber] = []
+        self.publishers: dict[str, sdk.ROS2Publisher] = {}
         self.callers: dict[str, sdk.ROS2ServiceClient] = {}
         self.heard: dict[str, list[Any]] = {}
         self.manager = sdk.ZenohSession.get_instance(place["router_ip"], place["router_port"])
@@ -74,6 +76,13 @@ class Client:
 
     def take(self) -> dict[str, list[Any]]:
         return {topic: [_plain(heard.pop(0)) for _ in range(len(heard))] for topic, heard in self.heard.items()}
+
+    def publish(self, topic: str, type: str, message: dict[str, Any]) -> None:
+        if topic not in self.publishers:
+            self.publishers[topic] = sdk.ROS2Publisher(topic, type, **self.place)
+            time.sleep(1.0)  # until it has been discovered
+        made = self._message(type, message)
+        self.publishers[topic].publish(**{name: getattr(made, name) for name in message})
 
     def call(self, service: str, type: str, request: dict[str, Any]) -> Any:
         caller = self._caller(service, type)

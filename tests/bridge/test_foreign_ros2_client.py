@@ -4,6 +4,7 @@ Proves that the robot fits a ROS 2 framework: the client, given nothing but our 
 finds everything, reads the values that our own bus has, and calls ``/trajectory_controller/start_traversal``.
 """
 
+import math
 import os
 import subprocess
 import sys
@@ -18,6 +19,7 @@ import pytest
 
 from tests.bridge.ros2_machine import ForeignClient, foreign_client, write_definitions
 from tests.robot_sim.scripted import trajectory
+from tests.system.commands import figures, touchline
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode, service_type_hash, type_hash
 from touchline.schemas.curves import Curve
@@ -167,7 +169,8 @@ def test_it_discovers_the_node_and_every_topic_and_service(system: System) -> No
     with system.gateway(), system.client() as client:
         graph = meet(client)
     assert graph["nodes"] == ["/touchline"]
-    assert graph["topics"] == {f"/{topic.name}": [topic.type.ros_type] for topic in topics.TOPICS}
+    published = {f"/{topic.name}": [topic.type.ros_type] for topic in topics.TOPICS}
+    assert graph["topics"] == {**published, "/goal_pose": ["geometry_msgs/msg/PoseStamped"]}
     named = {f"/{service.name.replace('-', '_')}": [service.ros_type] for service in topics.SERVICES}
     assert graph["services"] == named
     assert "/trajectory_controller/start_traversal" in named
@@ -236,6 +239,43 @@ def test_it_drives_the_robot_and_reads_what_our_own_bus_has(robot: System) -> No
         both = min(len(read), len(said))
         assert both > topic.rate_hz, topic.name  # more than a second of it
         assert read[:both] == said[:both], topic.name
+
+
+def goal_pose(x: float, y: float, heading: float, frame: str = "map") -> dict[str, Any]:
+    """A message as RViz publishes it on a click."""
+    turn = {"x": 0.0, "y": 0.0, "z": math.sin(0.5 * heading), "w": math.cos(0.5 * heading)}
+    return {
+        "header": {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": frame},
+        "pose": {"position": {"x": x, "y": y, "z": 0.0}, "orientation": turn},
+    }
+
+
+def test_it_drives_to_a_goal_that_is_published_and_to_one_from_the_command_line(robot: System) -> None:
+    pose = {"topic": "/goal_pose", "type": "geometry_msgs/msg/PoseStamped"}
+    with robot.running("planner"), robot.gateway(), robot.client() as client:
+        assert not robot.bus.wait_for({topics.PLANNER}, 100.0)
+        events = robot.bus.inbox([topics.EVENTS])
+        meet(client)
+        client.do("publish", **pose, message=goal_pose(3.0, 1.0, 0.5, frame="odom"))
+
+        def refused() -> bool:
+            told = [message for _, message in events.messages()]
+            return any(event.code == "goal-refused" and "'odom'" in event.text for event in told)
+
+        until(refused)
+        client.do("publish", **pose, message=goal_pose(3.0, 1.0, 0.5))
+        until(lambda: robot.state() == TraversalStatus.DONE, 200.0)
+        at = robot.bus.inbox([topics.ODOMETRY], keep="latest").wait(60.0)[-1].decode()
+        assert math.hypot(at.pose.pose.position.x - 3.0, at.pose.pose.position.y - 1.0) < 0.03
+        done = touchline("goto", "6", "1", "-0.5", "--json", config=robot.bus.config)
+        told = figures(done)
+        assert told["success"]
+        assert told["arrival"]["true"]["off_m"] < 0.03
+        assert abs(told["arrival"]["true"]["turned_deg"]) < 2.0
+        assert told["arrival"]["time_s"]["taken"] == pytest.approx(told["arrival"]["time_s"]["planned"], abs=1.0)
+        refused_goal = touchline("goto", "6", "5", "--duration", "0.1", "--json", config=robot.bus.config)
+        assert refused_goal.returncode == 1
+        assert "give at least" in refused_goal.stderr
 
 
 def test_a_request_that_is_none_is_answered_with_a_reason_and_harms_nothing(robot: System) -> None:

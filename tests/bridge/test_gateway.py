@@ -19,8 +19,8 @@ from touchline.services.bus import Bus, attachment
 from touchline.services.bus.ports import free_port
 from touchline.services.bus.ros2 import Ros2Endpoint, Ros2Session
 
-#: Liveliness tokens of a gateway: its node's, and one for each topic and service.
-EVERYTHING = 1 + len(topics.TOPICS) + len(topics.SERVICES)
+#: Liveliness tokens of a gateway: its node's, one for each topic and service, and two for goals.
+EVERYTHING = 1 + len(topics.TOPICS) + len(topics.SERVICES) + 2
 
 
 @pytest.fixture

@@ -1,0 +1,95 @@
+"""Goals from ROS 2: a pose that is published there, as RViz does on a click, becomes an order to the robot."""
+
+import math
+import uuid
+from collections.abc import Sequence
+from typing import Final
+
+from touchline.schemas import topics
+from touchline.schemas.cdr import decode, encode
+from touchline.schemas.errors import PayloadError
+from touchline.schemas.messages import GotoRequest, PoseGoal, PoseStamped
+from touchline.services.bridge.rmw_zenoh import RosNode
+from touchline.services.bus import Bus
+from touchline.services.bus.calls import Question
+from touchline.services.bus.ros2 import Ros2Session, Ros2Subscriber
+
+MAP_FRAMES: Final = ("", "map")
+#: A quaternion's length differs from 1 by no more, and neither roll nor pitch (half of it, rad) is larger.
+NORM_TOLERANCE: Final = 0.01
+_LEVEL: Final = 0.05
+#: The robot waits for the planner and for itself.
+_ANSWER_S: Final = 90.0
+
+
+def goal_of(told: PoseStamped) -> PoseGoal:
+    """The goal that a pose stands for.
+
+    Raises:
+        PayloadError: It is in another frame, not finite, or not level.
+    """
+    frame, at, turn = told.header.frame_id, told.pose.position, told.pose.orientation
+    if frame not in MAP_FRAMES:
+        raise PayloadError(f"header.frame_id is {frame!r}: give the pose in the frame map")
+    quaternion = (turn.x, turn.y, turn.z, turn.w)
+    if not all(map(math.isfinite, (at.x, at.y, *quaternion))):
+        raise PayloadError("the pose is not finite: give metres and a unit quaternion")
+    if abs(math.hypot(*quaternion) - 1.0) > NORM_TOLERANCE:
+        raise PayloadError(f"pose.orientation has the length {math.hypot(*quaternion):.3g}: give a unit quaternion")
+    if math.hypot(turn.x, turn.y) > _LEVEL:
+        raise PayloadError("pose.orientation is not level: turn about z alone, x = y = 0")
+    return PoseGoal(x_m=at.x, y_m=at.y, heading_rad=2.0 * math.remainder(math.atan2(turn.z, turn.w), math.pi))
+
+
+class GoalRoute:
+    """Passes goals from topics of ROS 2 to the robot, of several at once the newest.
+
+    The robot tells in its event log what becomes of a goal; what never gets to it is told here.
+
+    Args:
+        bus: Of the robot.
+        session: Among ROS 2 nodes.
+        node: That the robot is there.
+        number: Tells the node's endpoints apart: of the first of the names.
+        names: Of the topics; absolute with a leading slash.
+
+    Attributes:
+        goals: How many have come.
+        problems: What did not get to the robot, and why; whoever tells it takes it away.
+    """
+
+    def __init__(self, bus: Bus, session: Ros2Session, node: RosNode, number: int, names: Sequence[str]) -> None:
+        self._bus = bus
+        self._subscribers: list[Ros2Subscriber] = []
+        for at, name in enumerate(names):
+            topic = topics.Topic(name, PoseStamped, recorded=False)
+            self._subscribers.append(session.subscribe(node.topic_key(topic)))
+            session.declare_token(node.subscription_token(number + at, topic))
+        self._asked: list[Question] = []
+        self.goals = 0
+        self.problems: list[str] = []
+
+    def turn(self) -> None:
+        """Take goals that have come, and the robot's answers."""
+        for subscriber in self._subscribers:
+            payloads = subscriber.take()
+            self.goals += len(payloads)
+            for payload in payloads[-1:]:
+                self._send(payload)
+        self._asked = [question for question in self._asked if not self._answered(question)]
+
+    def _send(self, payload: bytes) -> None:
+        try:
+            goal = goal_of(decode(PoseStamped, payload))
+        except PayloadError as error:
+            self.problems.append(f"the goal from ROS 2 is refused: {error}")
+            return
+        request = GotoRequest(request_id=uuid.uuid4().hex, goal=goal)
+        self._asked.append(self._bus.ask(topics.GOTO, encode(request), _ANSWER_S))
+
+    def _answered(self, question: Question) -> bool:
+        answer = question.poll()
+        if answer is not None and answer.payload is None:
+            reason = answer.refusal or "nobody answers; is the robot running?"
+            self.problems.append(f"the goal from ROS 2 did not get to the robot: {reason}")
+        return answer is not None
