@@ -192,7 +192,9 @@ def test_it_takes_over_only_while_it_drives():
 def test_a_stop_and_going_on_are_along_the_one_that_took_over(stop):
     run = start(LINE)
     run.until_arc(4.0)
+    fence = run.onboard._hazards.fence_arrays
     take_over(run, trajectory(chain((0.0, 2.0), (0.2, 4.0), x=4.0), speeds=[(0.0, 1.0), (5.5, 1.0), (6.0, 0.0)]))
+    assert run.onboard._hazards.fence_arrays is not fence, "it is the new one's"
     run.until_arc(3.0)
     stop(run.onboard)
     run.ticks(200)

@@ -11,6 +11,7 @@ from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.messages import CommandRequest, TraversalStatus
 from touchline.services.bus import Bus, CallError
+from touchline.services.robot_sim.command_handlers import REPLACING_BYTES
 from touchline.services.robot_sim.guards import RESET_AFTER_S, WATCHDOG_S, LatchGuard, Watchdog
 
 
@@ -43,11 +44,12 @@ def test_a_stop_is_answered_before_a_load_that_came_first(bus, operator):
     assert all("cannot load while emergency-stopped" in text for text in refusals), refusals
 
 
-def test_a_load_is_refused_unread_while_the_robot_drives(bus, operator):
+def test_a_load_too_large_to_replace_is_refused_unread_while_the_robot_drives(bus, operator):
     robot = process(bus, speed=0.0)
     assert ask(operator, robot, topics.LOAD, trajectory=PLAN, template_json="").success
     assert ask(operator, robot, topics.START).success
-    ((_, answer),) = answers(robot, ("junk", operator.ask(topics.LOAD, b"\x00\x01\x00\x00junk", 60.0)))
+    junk = b"\x00\x01\x00\x00" + bytes(REPLACING_BYTES)
+    ((_, answer),) = answers(robot, ("junk", operator.ask(topics.LOAD, junk, 60.0)))
     response = decode(m.LoadResponse, answer.payload)
     assert not response.success
     assert "cannot load while running" in response.message
