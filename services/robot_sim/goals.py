@@ -27,7 +27,12 @@ PLAN_TIMEOUT_S: Final = 60.0
 RETRY_S: Final = 0.1
 KEEP_S: Final = 2.0
 """Wall clock: for so long the drive under way is kept, while the new way is planned and sent."""
-RUNNING, PAUSED, ESTOPPED = m.TraversalStatus.RUNNING, m.TraversalStatus.PAUSED, m.TraversalStatus.ESTOPPED
+_NOT_WHILE: Final = {
+    m.TraversalStatus.PAUSED: "paused; resume or abort it first",
+    m.TraversalStatus.ESTOPPED: "emergency-stopped; reset it first",
+}
+_LOST: Final = "the robot does not find out where it stands; does sim time pass, has it a fix?"
+_STOPPED: Final = "the robot was told to stop meanwhile; send the goal again"
 
 GoalCall = ServedCall[m.GotoRequest, m.GotoResponse]
 
@@ -39,6 +44,7 @@ class AskedGoal:
     Attributes:
         call: Where it is answered.
         since_s: When it came.
+        stops: How often the robot had been told to stop by then.
         retry_s: Not looked at before.
         question: To the planner, if that is asked.
         reason: Why it has not been answered.
@@ -46,6 +52,7 @@ class AskedGoal:
 
     call: GoalCall
     since_s: float
+    stops: int
     retry_s: float = 0.0
     question: Question | None = None
     under_way: bool = False
@@ -75,6 +82,7 @@ class Goals:
         self._prepare, self._pace = prepare, pace
         self._server = bus.serve(topics.GOTO)
         self._asked: AskedGoal | None = None
+        self._stops = 0
         self._vehicle_json = emulator.vehicle.model_dump_json()
 
     @property
@@ -82,13 +90,20 @@ class Goals:
         """Whether sim time has to pass for the robot to find out where it stands."""
         return self._asked is not None and not self._emulator.active and not self._emulator.onboard.aligned
 
+    def cancel(self) -> None:
+        """The robot is told to stop: no goal that came before sets it in motion."""
+        self._stops += 1
+        if self._asked is not None:
+            asked, self._asked = self._asked, None
+            self._refuse(asked.call, _STOPPED)
+
     def turn(self) -> None:
         """Take goals that have come, and see to the one at hand."""
         now_s = time.monotonic()
         if (call := self._server.poll()) is not None:
             if self._asked is not None:
                 self._refuse(self._asked.call, "another goal has come since")
-            self._asked = AskedGoal(call, now_s)
+            self._asked = AskedGoal(call, now_s, self._stops)
         asked = self._asked
         if asked is None or now_s < asked.retry_s:
             return
@@ -109,32 +124,34 @@ class Goals:
         """
         emulator, request = self._emulator, asked.call.request
         state = emulator.onboard.state
-        if state in (PAUSED, ESTOPPED):
-            remedy = "reset it first" if state == ESTOPPED else "resume or abort it first"
-            raise CommandRefused(
-                f"cannot go to a goal while {'emergency-stopped' if state == ESTOPPED else 'paused'}; {remedy}"
-            )
+        if state in _NOT_WHILE:
+            raise CommandRefused(f"cannot go to a goal while {_NOT_WHILE[state]}")
         if len(request.options.start):
             raise CommandRefused("the goal has options.start, but the robot begins where it is: leave it empty")
-        asked.under_way = state == RUNNING
-        if not asked.under_way and (emulator.active or not emulator.onboard.aligned):
-            asked.reason = (
-                asked.reason or "the robot does not find out where it stands; does sim time pass, has it a fix?"
-            )
-            self._wait(asked, now_s)
+        asked.under_way = state == m.TraversalStatus.RUNNING
+        if asked.under_way or (emulator.onboard.aligned and not emulator.active):
+            plan = self._plan_request(request, under_way=asked.under_way)
+            asked.question = self._bus.ask(topics.PLAN_SERVICE, encode(plan), PLAN_TIMEOUT_S)
             return
-        plan = m.PlanRequest(request_id=uuid.uuid4().hex, vehicle_json=self._vehicle_json, goal=(request.goal,))
-        if asked.under_way:
-            keep_s = KEEP_S * max(1.0, self._pace())
-            arc_length_m = emulator.onboard.status.arc_length_m
-            leaving = m.LeavingTrajectory(
-                trajectory=self._commands.trajectory, arc_length_m=arc_length_m, keep_s=keep_s
-            )
-            plan = plan.model_copy(update={"options": request.options, "leaving": (leaving,)})
+        asked.reason = asked.reason or _LOST
+        self._wait(asked, now_s)
+
+    def _plan_request(self, request: m.GotoRequest, *, under_way: bool) -> m.PlanRequest:
+        """The way from where the robot stands, or from amid its drive."""
+        onboard, options = self._emulator.onboard, request.options
+        leaving: tuple[m.LeavingTrajectory, ...] = ()
+        if under_way:
+            keep_s, at_m = KEEP_S * max(1.0, self._pace()), onboard.status.arc_length_m
+            leaving = (m.LeavingTrajectory(trajectory=self._commands.trajectory, arc_length_m=at_m, keep_s=keep_s),)
         else:
-            here = m.PlanOptions.model_validate({**dict(request.options), "start": emulator.onboard.estimate[:3]})
-            plan = plan.model_copy(update={"options": here})
-        asked.question = self._bus.ask(topics.PLAN_SERVICE, encode(plan), PLAN_TIMEOUT_S)
+            options = m.PlanOptions.model_validate({**dict(options), "start": onboard.estimate[:3]})
+        return m.PlanRequest(
+            request_id=uuid.uuid4().hex,
+            vehicle_json=self._vehicle_json,
+            options=options,
+            goal=(request.goal,),
+            leaving=leaving,
+        )
 
     def _look(self, asked: AskedGoal, question: Question, now_s: float) -> None:
         """Take the planner's answer.
@@ -169,12 +186,15 @@ class Goals:
 
     def _go(self, ready: Ready, asked: AskedGoal, said: str) -> m.GotoResponse | None:
         """Take what was prepared and set off; None if that has to be tried again."""
+        if asked.stops != self._stops:
+            return self._refusal(_STOPPED)
         try:
             total_time_s = self._commands.take_job(ready)
             if not asked.under_way:
                 self._emulator.start()
         except CommandRefused as error:
-            passing = isinstance(error, NotYet) or (asked.under_way and self._emulator.onboard.state != RUNNING)
+            ended = self._emulator.onboard.state != m.TraversalStatus.RUNNING
+            passing = isinstance(error, NotYet) or (asked.under_way and ended)
             if not passing or self._asked is not None or time.monotonic() > asked.since_s + PATIENCE_S:
                 return self._refusal(str(error))
             asked.reason, asked.retry_s = str(error), time.monotonic() + RETRY_S

@@ -10,6 +10,7 @@ from typing import Any, Final, Literal, Protocol
 from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.errors import PayloadError
+from touchline.schemas.messages.base import Message
 from touchline.schemas.setup import Setup
 from touchline.services.bus import Bus, HealthReporter, ServedCall
 from touchline.services.bus.calls import Server
@@ -122,12 +123,14 @@ class RobotProcess:
         handlers = self._commands.handlers
         handlers[topics.ESTOP] = latch.stop(handlers[topics.ESTOP])
         handlers[topics.RESET] = latch.reset(handlers[topics.RESET])
+        self._loader = Loader()
+        self._goals = Goals(bus, self._emulator, self._commands, self._loader.prepare, self._pace)
+        for service in [service for service in handlers if service.urgent]:
+            handlers[service] = self._cancelling_goals(handlers[service])
         served = [(bus.serve(service), handler) for service, handler in handlers.items()]
         self._stops = [(server, handler) for server, handler in served if server.service.urgent]
         self._others = [(server, handler) for server, handler in served if not server.service.urgent]
         self._loads = [bus.serve(service) for service in self._commands.loads]
-        self._loader = Loader()
-        self._goals = Goals(bus, self._emulator, self._commands, self._loader.prepare, self._pace)
         self._waiting: list[tuple[ServedCall[Any, Any], Handler]] = []
         self._health, self._told_state, self._health_at_s = health, -1, 0.0
         self._tidy_at_s = time.monotonic()
@@ -250,6 +253,16 @@ class RobotProcess:
         response = handler(call.request)
         self._publish(self._commands.take())
         call.reply(response)
+
+    def _cancelling_goals(self, handler: Handler) -> Handler:
+        """The handler of what stops the robot, after which no earlier goal sets it in motion."""
+
+        def handle(request: Any) -> Message:
+            response = handler(request)
+            self._goals.cancel()
+            return response
+
+        return handle
 
     def _stop_waits(self) -> bool:
         """Whether somebody wants to stop the robot; in the middle of a tick, so it is answered after that."""

@@ -120,6 +120,14 @@ def test_a_turn_alone_is_refused_as_robots_refuse_it_but_arcs_lead_there():
     load_trajectory(to_goal(SHIPPED["clay-roller"].vehicle, **turned).trajectory, SHIPPED["clay-roller"].vehicle)
 
 
+def test_a_turn_on_the_spot_of_next_to_nothing_is_taken_by_the_robot():
+    for turn in (1e-5, 1e-4, 1e-3):
+        planned = to_goal(WAFFLE, PlanOptions(start=[0.0, 0.0, turn]), x_m=3.0, y_m=0.0, heading_rad=0.0)
+        turned = to_goal(WAFFLE, PlanOptions(start=[0.0, 0.0, turn]), x_m=3.0, y_m=0.0, method="turn-line-turn")
+        for each in (planned, turned):
+            load_trajectory(each.trajectory, WAFFLE)
+
+
 def test_the_laws_are_the_slower_the_smoother():
     fastest, uniform, cubic, quintic = (
         to_goal(WAFFLE, method="cubic", law=law, tangents_m=[4.0]).speeds.total_time_s

@@ -6,8 +6,17 @@ import pytest
 
 from tests.robot_sim.bus_rig import AtOnce, ask, turn_until
 from touchline.schemas import topics
-from touchline.schemas.cdr import decode
-from touchline.schemas.messages import Event, GotoRequest, PlanOptions, PoseGoal, TraversalReport, TraversalStatus
+from touchline.schemas.cdr import decode, encode
+from touchline.schemas.messages import (
+    Event,
+    GotoRequest,
+    GotoResponse,
+    PlanOptions,
+    PlanRequest,
+    PoseGoal,
+    TraversalReport,
+    TraversalStatus,
+)
 from touchline.schemas.scenario import Pose2, Scenario
 from touchline.schemas.setup import Setup
 from touchline.schemas.vehicles.shipped import SHIPPED
@@ -15,6 +24,7 @@ from touchline.services.bus import Bus, HealthReporter
 from touchline.services.planner.request import answer
 from touchline.services.robot_sim.journal import Journal
 from touchline.services.robot_sim.robot_process import RobotProcess
+from touchline.services.robot_sim.warm_up import warm_up
 
 WAFFLE = SHIPPED["turtlebot3-waffle-pi"]
 START = Pose2(x_m=1.0, y_m=0.5, heading_rad=0.3)
@@ -50,6 +60,13 @@ class Planning:
     @property
     def active(self):
         return self.robot.active
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _compiled():
+    """Nobody waits for a compiler: the services compile before they answer."""
+    warm_up(setup=Setup(vehicle=WAFFLE.vehicle, onboard={"follower": WAFFLE.follower}))
+    answer(PlanRequest(goal=(NEAR,), options=PlanOptions(start=[0.0, 0.0, 0.0])), WAFFLE.vehicle)
 
 
 @pytest.fixture
@@ -131,6 +148,27 @@ def test_paused_or_stopped_it_is_refused_with_the_remedy(bus, operator, planner)
     assert "paused; resume or abort it first" in ask(operator, both, topics.GOTO, goal=NEAR).message
     assert ask(operator, both, topics.ESTOP).success
     assert "emergency-stopped; reset it first" in ask(operator, both, topics.GOTO, goal=NEAR).message
+
+
+@pytest.mark.parametrize("stop", [topics.PAUSE, topics.ABORT, topics.ESTOP])
+@pytest.mark.parametrize("driving", [False, True])
+def test_a_stop_cancels_a_goal_that_is_being_planned(bus, operator, stop, driving):
+    with Bus.open(topics.PLANNER, bus.config) as planner:
+        both = Planning(bus, planner, speed=2.0)
+        if driving:
+            assert ask(operator, both, topics.GOTO, goal=PoseGoal(x_m=20.0, y_m=3.0)).success
+            turn_until(both, lambda: both.robot._emulator.onboard.status.arc_length_m > 0.1)
+        asked = len(both.asked)
+        question = operator.ask(topics.GOTO, encode(GotoRequest(request_id="goal", goal=NEAR)), 60.0)
+        turn_until(both.robot, lambda: both.robot._goals._asked is not None and both.robot._goals._asked.question)
+        ask(operator, both.robot, stop)
+        told = []
+        turn_until(both, lambda: told.extend(filter(None, [question.poll()])) or told)
+        assert "told to stop meanwhile" in decode(GotoResponse, told[0].payload).message
+        turn_until(both, lambda: len(both.asked) > asked)
+        for _ in range(100):
+            both.turn()
+        assert both.robot._emulator.onboard.state != TraversalStatus.RUNNING
 
 
 def test_without_a_planner_it_says_so(bus, operator, monkeypatch):

@@ -19,6 +19,8 @@ from touchline.services.planner.speed.path_grid import PathGrid
 
 SPEED_TOLERANCE_MPS = 1e-9
 ENTRY_TOLERANCE_MPS = 1e-4
+# Robots take a slower turn on the spot for none; turns of a fraction of a degree do not get as fast.
+LEAST_SPIN_RADPS = 0.1
 # Entries closer than this (m) say the same, and so do those off the straight between their neighbours by less (m²/s²).
 STATION_TOLERANCE_M = 1e-9
 SQUARE_TOLERANCE = 1e-12
@@ -144,7 +146,8 @@ def _spin(station_m: float, angle_rad: float, limits: Limits) -> Spin:
 
     lever = limits.caps.drive.spin_lever_m()
     rate_gain = limits.acceleration_mps2 / lever
-    rate = min(limits.transit_speed_mps / lever, math.sqrt(rate_gain * abs(angle_rad)))
+    reached = max(math.sqrt(rate_gain * abs(angle_rad)), LEAST_SPIN_RADPS)
+    rate = min(limits.transit_speed_mps / lever, reached)
     seconds = float(spin_time(abs(angle_rad), limits.caps))
     return Spin(float(station_m), angle_rad, math.copysign(rate, angle_rad), seconds)
 
