@@ -25,6 +25,8 @@ PATIENCE_S: Final = 10.0
 """Wall clock: for how long it is waited until the robot knows where it is, rests, or can be taken over."""
 PLAN_TIMEOUT_S: Final = 60.0
 RETRY_S: Final = 0.1
+ARRIVING_S: Final = 0.5
+"""Sim time: who arrives as soon as that has arrived in a moment."""
 KEEP_S: Final = 2.0
 """Wall clock: for so long the drive under way is kept, while the new way is planned and sent."""
 _NOT_WHILE: Final = {
@@ -170,6 +172,10 @@ class Goals:
             self._wait(asked, now_s)
             return
         planned = decode(m.PlanResponse, answer.payload)
+        if not planned.success and asked.under_way and self._emulator.onboard.status.remaining_s < ARRIVING_S:
+            asked.reason = planned.message  # what is left of the drive may be too short to be left: plan from its end
+            self._wait(asked, now_s)
+            return
         if not planned.success:
             raise CommandRefused(planned.message)
         self._asked = None
