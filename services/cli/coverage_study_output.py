@@ -1,25 +1,20 @@
 """``touchline study coverage``: the study of area coverage, as a table, Markdown or JSON."""
 
-import json
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
-from rich import box
-from rich.table import Table
 
-from touchline.services.cli.display import output, progress_bar, say
-from touchline.services.cli.options import ExitCode
-from touchline.services.runs.writing import write_text, writing
+from touchline.services.cli.display import output, progress_bar
+from touchline.services.cli.judged_output import as_text, exit_if_missed, print_tables, write_tables
 
 if TYPE_CHECKING:
     from touchline.services.study.coverage_study import CoverageRow
+    from touchline.services.study.judged_table import JudgedTable
 
-HEADINGS = ("", "of the field", "of the reachable (planned)", "min", "cusps", "drum p95", "body outside", "must", "met")
-MARKDOWN, JSON = "coverage-study.md", "coverage-study.json"
-_VERDICTS = {True: "yes", False: "NO", None: ""}
-_STYLES = {True: "green", False: "bold red", None: "dim"}
+COLUMNS = ("", "of the field", "of the reachable (planned)", "min", "cusps", "drum p95", "body outside")
+STEM = "coverage-study"
 
 
 def coverage_study(seeds: int, out: Path | None, *, as_json: bool) -> None:
@@ -29,39 +24,24 @@ def coverage_study(seeds: int, out: Path | None, *, as_json: bool) -> None:
 
     with progress_bar("Study") as advance:
         rows = run_coverage_study(seeds, lambda what, done: advance(done, what))
-    text = json.dumps([asdict(row) for row in rows], indent=1, ensure_ascii=False) + "\n"
+    table, text = _table(rows), as_text([asdict(row) for row in rows])
     if out is not None:
-        with writing(out, "folder"):
-            out.mkdir(parents=True, exist_ok=True)
-        write_text(_markdown(rows), out / MARKDOWN)
-        write_text(text, out / JSON)
-        say(f"wrote {MARKDOWN}, {JSON} to {out}")
+        write_tables([table], text, out, STEM)
     if as_json:
         typer.echo(text, nl=False)
     else:
-        output().print(_table(rows))
+        print_tables([table])
         for case in edge_cases():
             found = f"{case.by_direction} by direction of travel, {case.by_slope} by the study's slope"
             output().print(f"edges between lanes, {case.name}: {case.edges} there, {found}", highlight=False)
-    if any(row.met is False for row in rows):
-        raise typer.Exit(ExitCode.FAILED)
+    exit_if_missed([table])
 
 
-def _table(rows: "list[CoverageRow]") -> Table:
-    table = Table(
-        title="Covering 93 × 47.6 m with a roller", title_justify="left", box=box.SIMPLE_HEAD, show_lines=True
-    )
-    for heading in HEADINGS:
-        table.add_column(heading)
-    for row in rows:
-        *cells, met = _cells(row)
-        table.add_row(*cells, f"[{_STYLES[row.met]}]{met}[/]")
-    return table
+def _table(rows: "list[CoverageRow]") -> "JudgedTable":
+    from touchline.services.study.judged_table import JudgedRow, JudgedTable
 
-
-def _markdown(rows: "list[CoverageRow]") -> str:
-    lines = [HEADINGS, ("---",) * len(HEADINGS), *(_cells(row) for row in rows)]
-    return "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
+    judged = tuple(JudgedRow(_cells(row), row.must, row.met) for row in rows)
+    return JudgedTable("Covering 93 × 47.6 m with a roller", COLUMNS, judged)
 
 
 def _cells(row: "CoverageRow") -> tuple[str, ...]:
@@ -73,6 +53,4 @@ def _cells(row: "CoverageRow") -> tuple[str, ...]:
         str(row.cusps),
         f"{1e2 * row.p95_m:.1f} cm" if row.p95_m is not None else "",
         f"{1e2 * max(row.body_outside_m, 0.0):.1f} cm",
-        row.must,
-        _VERDICTS[row.met],
     )

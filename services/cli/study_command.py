@@ -10,6 +10,7 @@ from rich.table import Table
 from touchline.services.cli.coverage_study_output import coverage_study
 from touchline.services.cli.display import output, progress_bar, say
 from touchline.services.cli.options import ExitCode, JsonOption
+from touchline.services.cli.tracking_study_output import tracking_study
 from touchline.services.runs.writing import writing
 
 _PAIRS, _QUICK_PAIRS = 100, 20
@@ -21,16 +22,20 @@ def register(app: typer.Typer) -> None:
     app.command("study")(study)
 
 
-Subject = Literal["marking", "coverage"]
+Subject = Literal["marking", "coverage", "tracking"]
 
 
 def study(
     subject: Annotated[
-        Subject, typer.Argument(help="Which study: that of line marking, or that of covering a field with a roller.")
+        Subject,
+        typer.Argument(
+            help="Which study: that of line marking, that of covering a field with a roller, or that of cubic paths "
+            "and trajectory tracking."
+        ),
     ] = "marking",
     out: Annotated[
         Path | None,
-        typer.Option(metavar="FOLDER", help="Write the table (Markdown, CSV, JSON) and plots (SVG) to this folder."),
+        typer.Option(metavar="FOLDER", help="Write the tables to this folder; marking: its plots, too."),
     ] = None,
     pairs: Annotated[
         int,
@@ -39,14 +44,24 @@ def study(
         ),
     ] = 0,
     quick: Annotated[
-        bool, typer.Option("--quick", help="The pitch only, and a fifth of the random pairs; one seed for coverage.")
+        bool,
+        typer.Option(
+            "--quick",
+            help="The pitch only, and a fifth of the random pairs; one seed for coverage; few goals for tracking.",
+        ),
     ] = False,
     seeds: Annotated[
         int, typer.Option(metavar="N", min=1, max=1000, help="Coverage: how often what is driven is driven.")
     ] = 3,
+    plots: Annotated[
+        Path | None, typer.Option(metavar="FOLDER", help="Tracking: write its pictures (PNG) to this folder.")
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Measure every requirement of a study for its methods and ours; exit code 1 if ours misses one."""
+    if subject == "tracking":
+        tracking_study(out, plots, quick=quick, as_json=as_json)
+        return
     if subject == "coverage":
         coverage_study(1 if quick else seeds, out, as_json=as_json)
         return

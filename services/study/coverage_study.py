@@ -25,6 +25,7 @@ from touchline.services.planner.coverage.machine_of import machine_of
 from touchline.services.planner.coverage.zigzag import ZigzagOptions, zigzag
 from touchline.services.planner.limits import Limits
 from touchline.services.runs.simulation import Job, simulate
+from touchline.services.study.judged_table import judged
 
 FIELD: Final = "salt-pan"
 UNFENCED_M: Final = 3.0
@@ -94,7 +95,8 @@ class Bounds:
         if self.body_outside_m is not None:
             text = f"body ≤ {1e2 * self.body_outside_m:g} cm outside"
             told.append((text, row.body_outside_m <= self.body_outside_m))
-        return replace(row, must=", ".join(text for text, _ in told), met=all(met for _, met in told))
+        must, met = judged(told)
+        return replace(row, must=must, met=met)
 
 
 @dataclass(frozen=True)

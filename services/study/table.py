@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 
 from touchline.services.study.driven_template import CONTESTANTS
+from touchline.services.study.judged_table import markdown_lines
 
 NAMES = tuple(contestant.name for contestant in CONTESTANTS)
 HEADINGS = ("row", "requirement", *NAMES, "ours must", "met")
@@ -95,14 +96,10 @@ def verdict(met: bool | None) -> str:
 
 def as_markdown(rows: Sequence[Row], causes: Sequence[Cause]) -> str:
     """The gain by its causes, the table of all rows, and the notes below it."""
-    parts = [_table(CAUSE_HEADINGS, [cause.cells for cause in with_total(causes)])]
-    parts.append(_table(HEADINGS, [row.cells for row in rows]))
+    parts = [markdown_lines(CAUSE_HEADINGS, [cause.cells for cause in with_total(causes)])]
+    parts.append(markdown_lines(HEADINGS, [row.cells for row in rows]))
     parts.append([f"- **{row.number}**: {row.note}" for row in rows if row.note])
     return "\n\n".join("\n".join(part) for part in parts) + "\n"
-
-
-def _table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
-    return ["| " + " | ".join(cells) + " |" for cells in (headings, ["---"] * len(headings), *rows)]
 
 
 def as_csv(rows: Sequence[Row]) -> str:

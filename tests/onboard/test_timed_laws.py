@@ -15,7 +15,7 @@ from touchline.services.onboard.control.timed.linear_scaled import ScaledLinearL
 from touchline.services.onboard.control.timed.nonlinear import NonlinearLaw
 from touchline.services.onboard.control.timed.regularised import RegularisedLaw
 from touchline.services.onboard.control.timed.tracking_law import LAW_MEMORY, TrackingErrors, Wanted, steer
-from touchline.services.study.tracking_loop import (
+from touchline.services.study.tracking.tracking_loop import (
     STEP_S,
     STUDIED,
     Disturbances,

@@ -1,6 +1,6 @@
 """Method `g2`: the quickest path continuous in curvature, with cusps and turns on the spot where the vehicle may."""
 
-from touchline.services.planner.geometry.clothoid import PathPose
+from touchline.services.planner.geometry.clothoid import PathPose, PiecePath
 from touchline.services.planner.poses.dubins_paths import with_heading
 from touchline.services.planner.poses.pose_method import PosePath
 from touchline.services.planner.poses.traveller import TURN_SHARES, Traveller
@@ -15,8 +15,7 @@ class G2Path:
     def between(self, start: PathPose, goal: PathPose, traveller: Traveller) -> PosePath:
         """See `PoseMethod`."""
         aimed, note = with_heading(start, goal, traveller.limits.curvature_max_1pm)
-        resting = (CurveEnd(pose, 0.0, speed_mps=0.0) for pose in (start, aimed))
-        return PosePath(_transitions(traveller).between(*resting)[0].path, note)
+        return PosePath(paths_by_g2(start, aimed, traveller)[0], note)
 
     def moving(self, start: CurveEnd, goal: PathPose, traveller: Traveller) -> list[PosePath]:
         """Paths from amid a drive to rest at a goal, the quickest first; continuous in curvature from the start on."""
@@ -25,9 +24,11 @@ class G2Path:
         return [PosePath(transition.path, note) for transition in found]
 
 
-def _transitions(traveller: Traveller) -> TransitionFamily:
-    """With turns for several shares of the transit speed."""
+def paths_by_g2(start: PathPose, goal: PathPose, traveller: Traveller) -> list[PiecePath]:
+    """All paths from rest to rest, with turns for several shares of the transit speed, the quickest first."""
     limits, able = traveller.limits, {REVERSING: traveller.can_reverse, SPINNING: traveller.can_spin}
     offers = {limits.turn_at(speed): speed for speed in (share * limits.transit_speed_mps for share in TURN_SHARES)}
     turns = tuple(Turns(speed, *turn, Steering(*turn)) for turn, speed in offers.items() if turn[0] > 0.0)
-    return TransitionFamily(limits, turns, frozenset(skill for skill, can in able.items() if can))
+    family = TransitionFamily(limits, turns, frozenset(skill for skill, can in able.items() if can))
+    resting = (CurveEnd(pose, 0.0, speed_mps=0.0) for pose in (start, goal))
+    return [transition.path for transition in family.between(*resting)]

@@ -1,0 +1,111 @@
+"""How soon goals are reached under the studied robot's limits: by the study's curves, by chosen ones, and by others."""
+
+import math
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+
+from touchline.services.planner.geometry.clothoid import Floats, PathPose, PiecePath
+from touchline.services.planner.poses.cubic_path import CURVATURE_SHARE, curve_of
+from touchline.services.planner.poses.g2_path import paths_by_g2
+from touchline.services.planner.poses.kernels.cubic_curve import SLOWEST_SHARE, Terms, price, quickest_lengths
+from touchline.services.planner.poses.shipped_methods import TURN_LINE_TURN
+from touchline.services.study.judged_table import JudgedRow, JudgedTable, judged
+from touchline.services.study.tracking.studied_robot import (
+    ORIGIN,
+    SPEED_MPS,
+    STUDY_CAPS,
+    STUDY_TANGENT_M,
+    WAFFLE,
+    YAW_RADPS,
+    goals_anywhere,
+)
+
+BY_LIMITS: Final = np.zeros(0)
+ANY: Final = Terms(math.inf, 0.0, BY_LIMITS, STUDY_CAPS)
+TIGHTEST_1PM: Final = CURVATURE_SHARE * WAFFLE.limits.curvature_max_1pm
+# How finely a cubic curve with a standstill on the way is looked at, and a piece of a path.
+VERY_FINE, PER_PIECE = 20_000, 33
+MEDIAN_S, RATIO = 16.2, 0.61
+SOLVED: Final = "all solved"
+
+SecondsTo = Callable[[PathPose], float]
+
+
+def least_times(count: int) -> JudgedTable:
+    """The table, over so many goals."""
+    goals = goals_anywhere(count)
+    fixed = np.array([_given_s(goal, STUDY_TANGENT_M) for goal in goals])
+    by_g2 = np.array([_g2_s(goal) for goal in goals])
+    kept = np.array([_chosen_s(goal, TIGHTEST_1PM) for goal in goals])
+    found = f"{np.isfinite(kept).mean():.0%}"
+    ways: list[tuple[str, Floats, bool]] = [
+        ("k = 10: the study", fixed, False),
+        ("k = distance", np.array([_given_s(goal, abs(goal.point)) for goal in goals]), False),
+        ("chosen k, forward", np.array([_chosen_s(goal, math.inf, backward=False) for goal in goals]), False),
+        ("chosen k, and backward", np.array([_chosen_s(goal, math.inf) for goal in goals]), False),
+        (
+            f"ours: cubic, curvature kept (found for {found}), else g2",
+            np.where(np.isfinite(kept), kept, by_g2),
+            True,
+        ),
+        ("ours: g2, curvature kept", by_g2, True),
+        ("turn, line, turn", np.array([_turning_s(goal) for goal in goals]), False),
+    ]
+    note = (
+        f"Within {SPEED_MPS} m/s and {YAW_RADPS} rad/s, each by itself, without a limit of acceleration. Kept means at "
+        f"most {WAFFLE.limits.curvature_max_1pm:.2f} 1/m, the robot's. Straight there at full speed, turned or not, "
+        f"would take {np.median([abs(goal.point) / SPEED_MPS for goal in goals]):.2f} s."
+    )
+    return JudgedTable(
+        f"Least time to {count} goals in [-5, 5]² m with any heading",
+        ("path", "median", "mean ratio to k = 10", "slower than k = 10"),
+        tuple(_row(name, seconds, fixed, ours=ours) for name, seconds, ours in ways),
+        note,
+    )
+
+
+def _row(name: str, seconds: Floats, fixed: Floats, *, ours: bool) -> JudgedRow:
+    median, ratio = float(np.median(seconds)), float(np.mean(seconds / fixed))
+    slower = int(np.count_nonzero(seconds > fixed * (1.0 + 1e-9)))
+    asked = [
+        (f"median ≤ {MEDIAN_S} s", median <= MEDIAN_S),
+        (f"ratio ≤ {RATIO}", ratio <= RATIO),
+        ("none slower", slower == 0),
+        (SOLVED, bool(np.isfinite(seconds).all())),
+    ]
+    figures = {"median_s": median, "mean_ratio": ratio, "slower": slower}
+    cells = (name, f"{median:.2f} s", f"{ratio:.3f}", str(slower))
+    return JudgedRow(cells, *judged(asked if ours else []), figures)
+
+
+def _given_s(goal: PathPose, tangent_m: float) -> float:
+    return float(price(curve_of(ORIGIN, goal, (tangent_m, tangent_m)), ANY, VERY_FINE))
+
+
+def _chosen_s(goal: PathPose, tightest_1pm: float, *, backward: bool = True) -> float:
+    """Seconds along the chosen cubic curve; infinite if there is none within the curvature."""
+    slowest = SLOWEST_SHARE * abs(goal.point)
+    terms = Terms(tightest_1pm, slowest, BY_LIMITS, STUDY_CAPS)
+    lengths = quickest_lengths(goal.point, goal.heading_rad, backward, terms)
+    return float(price(curve_of(ORIGIN, goal, lengths), ANY, VERY_FINE)) if math.isfinite(lengths[0]) else math.inf
+
+
+def _g2_s(goal: PathPose) -> float:
+    """By the path that is the quickest under the limits at hand; by itself `g2` minds accelerations, too."""
+    return min(_path_s(path) for path in paths_by_g2(ORIGIN, goal, WAFFLE))
+
+
+def _turning_s(goal: PathPose) -> float:
+    return _path_s(TURN_LINE_TURN.between(ORIGIN, goal, WAFFLE).path)
+
+
+def _path_s(path: PiecePath) -> float:
+    """Seconds along pieces, turns on the spot among them."""
+    seconds = 0.0
+    for piece in path.pieces:
+        curvature = np.abs(piece.curvature_1pm + piece.sharpness_1pm2 * np.linspace(0.0, piece.length_m, PER_PIECE))
+        pace = np.maximum(1.0 / SPEED_MPS, curvature / YAW_RADPS)
+        seconds += piece.length_m * float(np.mean(pace)) + abs(piece.spin_rad) / YAW_RADPS
+    return seconds

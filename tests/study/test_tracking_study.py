@@ -1,0 +1,154 @@
+"""The study of cubic paths and trajectory tracking, on few goals, and its command."""
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from touchline.services.cli.commands import app
+from touchline.services.planner.geometry.clothoid import PathPose
+from touchline.services.planner.poses.laws import CUBIC, QUINTIC, UNIFORM
+from touchline.services.planner.poses.shipped_methods import BEARING
+from touchline.services.study.judged_table import JudgedRow, JudgedTable, judged
+from touchline.services.study.tracking import tracking_study
+from touchline.services.study.tracking.cubic_reference import SLOWER, timed_curve
+from touchline.services.study.tracking.law4 import DEAD_BAND_RADPS, FAST_MPS, GAIN_MPS2, SLOW_MPS, STEP_S, Law4
+from touchline.services.study.tracking.studied_robot import ORIGIN, SPEED_MPS, WAFFLE, YAW_RADPS, goals_ahead
+from touchline.services.study.tracking.tracker_runs import by_choice, by_distance, by_study
+from touchline.services.study.tracking.tracking_loop import STEP_S as CONTROL_STEP_S
+from touchline.services.study.tracking.tracking_study import Counts, TrackingStudy, run_tracking_study
+
+# With cold kernels on a busy machine the first use takes a minute or two.
+pytestmark = [pytest.mark.timeout(400), pytest.mark.xdist_group("tracking study")]
+
+LEAST, TURNING, SET_UP, TRACKERS, ATTRACTION, SPEEDS = range(6)
+
+
+@pytest.fixture(scope="module")
+def study() -> TrackingStudy:
+    said: dict[str, float] = {}
+    result = run_tracking_study(Counts(20, 30, 3, 8, 5, 3), lambda what, done: said.update({what: done}))
+    assert len(said) == len(result.tables) == 6
+    assert all(0.0 <= done < 1.0 for done in said.values())
+    return result
+
+
+def row(study: TrackingStudy, table: int, begins: str) -> JudgedRow:
+    return next(each for each in study.tables[table].rows if each.cells[0].startswith(begins))
+
+
+def test_only_rows_of_ours_are_judged_and_every_table_has_one(study: TrackingStudy) -> None:
+    for table in study.tables:
+        assert all(len(each.texts) == len(table.headings) for each in table.rows)
+        assert any(each.met is not None for each in table.rows)
+        for each in table.rows:
+            ours = each.cells[0].startswith("ours") or each.cells[0] == "regularised"
+            assert (each.met is not None) == bool(each.must) == ours
+
+
+def test_chosen_tangents_are_quicker_and_wind_less(study: TrackingStudy) -> None:
+    given, chosen = (row(study, LEAST, name).figures for name in ("k = 10", "ours: cubic"))
+    assert given["mean_ratio"] == 1.0
+    assert chosen["median_s"] < 0.8 * given["median_s"]
+    assert chosen["slower"] == 0
+    assert (
+        row(study, LEAST, "chosen k, and").figures["median_s"] <= row(study, LEAST, "chosen k, f").figures["median_s"]
+    )
+    assert row(study, TURNING, "k = 10").figures["most_deg"] > 200.0
+    assert row(study, TURNING, "ours").met
+
+
+def test_a_cubic_row_that_is_too_slow_is_missed(study: TrackingStudy) -> None:
+    """Whatever the goals are: what is asked follows from the figures of the row."""
+    for each in study.tables[LEAST].rows:
+        if each.met is not None:
+            figures = each.figures
+            assert each.met == (figures["median_s"] <= 16.2 and figures["mean_ratio"] <= 0.61 and not figures["slower"])
+
+
+def test_near_standstill_the_linear_law_asks_for_the_impossible(study: TrackingStudy) -> None:
+    linear, ours = (row(study, TRACKERS, name).figures for name in ("linear", "ours"))
+    assert linear["asked_radps"] > 10.0
+    assert linear["asked_off_radps"] > 100.0
+    assert linear["turned_p95_deg"] > 3.0
+    assert ours["asked_radps"] < ours["asked_off_radps"] < YAW_RADPS
+    assert ours["turned_p95_deg"] < 1.0
+    assert ours["end_p95_m"] < 3e-3
+    assert ours["looks_ahead"] == 3
+    assert row(study, SET_UP, "the study: k = 10, linear, cubic").figures["asked_off_radps"] > 50.0
+    assert row(study, SET_UP, "ours").met
+
+
+def test_only_the_law_that_sees_no_heading_ends_looking_back(study: TrackingStudy) -> None:
+    assert row(study, ATTRACTION, "regularised").met
+    assert row(study, ATTRACTION, "dynamic").figures["back"] > 0
+    for name in ("linear", "linear-scaled", "nonlinear"):
+        assert row(study, ATTRACTION, name).figures["back"] == 0
+
+
+def test_passes_are_quicker_than_the_network_studys_law_and_end_at_rest(study: TrackingStudy) -> None:
+    ours = row(study, SPEEDS, "ours")
+    assert ours.met
+    for name in ("constant", "law4, p = 0.5", "law4, p = 1", "law4, p = 2"):
+        figures = row(study, SPEEDS, name).figures
+        assert figures["mean_s"] > ours.figures["mean_s"]
+        assert figures["acceleration_mps2"] >= 2.0 - 1e-9
+        assert figures["left_mps"] > 0.0
+
+
+@pytest.mark.parametrize("law", [UNIFORM, CUBIC, QUINTIC])
+def test_references_keep_the_limits_and_end_at_the_goal(law: object) -> None:
+    for goal in goals_ahead(4, 1.0):
+        for curve_to in (by_study, by_distance, by_choice):
+            reference = timed_curve(curve_to(goal), law)  # type: ignore[arg-type]
+            share = max(reference.speed_mps.max() / SPEED_MPS, np.abs(reference.yaw_rate_radps).max() / YAW_RADPS)
+            assert share == pytest.approx(1.0 / SLOWER, rel=0.02)
+            assert reference.poses[-1, :2] == pytest.approx((goal.x_m, goal.y_m))
+            assert math.remainder(reference.poses[-1, 2] - goal.heading_rad, math.tau) == pytest.approx(0.0, abs=1e-9)
+            steps = np.hypot(*np.diff(reference.poses[:, :2], axis=0).T)
+            assert steps.max() <= CONTROL_STEP_S * SPEED_MPS / SLOWER * (1.0 + 1e-9)
+
+
+def test_law4_is_slow_in_turns_to_either_side_and_gathers_speed_by_its_acceleration() -> None:
+    traveller = replace(WAFFLE, arc_curvature_1pm=1.0 / 0.3)
+    left, right = (
+        Law4(1.0).speeds(BEARING.between(ORIGIN, PathPose(0.5, side * 2.0, math.nan), traveller).path)
+        for side in (1.0, -1.0)
+    )
+    assert left == pytest.approx(right)
+    assert left[1] == SLOW_MPS
+    assert SLOW_MPS / 0.3 > DEAD_BAND_RADPS
+    assert np.diff(left[1:]).max() <= GAIN_MPS2 * STEP_S + 1e-12
+    assert SLOW_MPS < left.max() <= FAST_MPS
+
+
+def table_of(*asked: tuple[str, bool]) -> JudgedTable:
+    return JudgedTable("what", ("name", "figure"), (JudgedRow(("a", "1 s")), JudgedRow(("b", "2 s"), *judged(asked))))
+
+
+def test_a_row_is_met_if_all_that_is_asked_is() -> None:
+    assert judged([]) == ("", None)
+    assert judged([("≤ 1", True), ("≥ 0", False)]) == ("≤ 1, ≥ 0", False)
+    assert not table_of(("≤ 2", True)).missed
+    assert table_of(("≤ 1", False)).missed
+    assert table_of(("≤ 1", False)).markdown().splitlines()[-1] == "| b | 2 s | ≤ 1 | NO |"
+
+
+@pytest.mark.parametrize(("met", "code"), [(True, 0), (False, 1)])
+def test_a_missed_row_makes_the_exit_code(
+    met: bool, code: int, study: TrackingStudy, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = TrackingStudy((table_of(("≤ 2 s", met)),), study.domains)
+    monkeypatch.setattr(tracking_study, "run_tracking_study", lambda counts, progress: found)
+    arguments = ["study", "tracking", "--quick", "--json", "--out", str(tmp_path), "--plots", str(tmp_path / "plots")]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == code
+    rows = json.loads(result.stdout)[0]["rows"]
+    assert [each["met"] for each in rows] == [None, met]
+    assert (tmp_path / "tracking-study.md").read_text().startswith("## what")
+    assert len(list((tmp_path / "plots").glob("tracking-*.png"))) == 3
+    assert CliRunner().invoke(app, ["study", "tracking"]).exit_code == code
