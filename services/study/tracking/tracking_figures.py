@@ -11,7 +11,7 @@ from touchline.services.planner.geometry.clothoid import PathPose
 from touchline.services.planner.plots.style import INK, plan_style, save
 from touchline.services.planner.poses.kernels.cubic_curve import point
 from touchline.services.planner.poses.laws import CUBIC
-from touchline.services.study.tracking.attraction import DURATION_S, Domain
+from touchline.services.study.tracking.attraction import Domain
 from touchline.services.study.tracking.cubic_reference import timed_curve
 from touchline.services.study.tracking.studied_robot import YAW_RADPS
 from touchline.services.study.tracking.tracker_runs import LAWS, CurveTo, by_choice, by_distance, by_study
@@ -101,24 +101,27 @@ def plot_commands(path: Path) -> None:
 
 def plot_attraction(found: Mapping[str, Domain], path: Path) -> None:
     """After how long each law comes to its reference, by where it starts."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(10.0, 5.2), layout="constrained")
     panels = figure.subplots(2, 3, sharex=True, sharey=True).ravel()
-    mesh = None
+    longest_s = max(float(np.nanmax(domain.settled_s)) for domain in found.values())
+    colours = ScalarMappable(Normalize(0.0, longest_s), "viridis_r")
     for axes, (name, domain) in zip(panels, found.items(), strict=False):
         turned = np.degrees(domain.turned_rad)
-        mesh = axes.pcolormesh(
-            turned, domain.across_m, domain.settled_s, shading="nearest", vmin=0.0, vmax=DURATION_S, cmap="viridis_r"
-        )
+        shades = {"shading": "nearest", "norm": colours.norm, "cmap": colours.cmap}
+        axes.pcolormesh(turned, domain.across_m, domain.settled_s, **shades)
         row, column = np.nonzero(domain.reversed_there)
         axes.plot(turned[column], domain.across_m[row], "x", color=COLOURS[0], markersize=5)
         axes.set_title(name)
-        axes.set(xlabel="initial heading (°)", ylabel="initial offset (m)")
+        axes.set(xlabel="initial heading (°)", ylabel="initial offset (m)", xticks=(-180, -90, 0, 90, 180))
     for axes in panels[len(found) :]:
         axes.set_axis_off()
-    if mesh is not None:
-        figure.colorbar(mesh, ax=panels.tolist(), label="s until within 2 cm for good; crosses: ends looking back")
+    for axes in panels[:-1]:
+        axes.label_outer()
+    figure.colorbar(colours, ax=panels.tolist(), label="s until within 2 cm for good; crosses: ends looking back")
     save(figure, path, DPI)
 
 
