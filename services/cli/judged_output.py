@@ -21,7 +21,7 @@ _STYLES = {True: "green", False: "bold red", None: "dim"}
 
 def as_text(content: object) -> str:
     """JSON, as it is printed and written."""
-    return json.dumps(content, indent=1, ensure_ascii=False) + "\n"
+    return json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def write_tables(tables: "Sequence[JudgedTable]", text: str, folder: Path, stem: str) -> None:

@@ -74,5 +74,6 @@ def judged(asked: Sequence[tuple[str, bool]]) -> tuple[str, bool | None]:
 
 
 def markdown_lines(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
-    """A table in Markdown."""
-    return ["| " + " | ".join(cells) + " |" for cells in (headings, ["---"] * len(headings), *rows)]
+    """A table in Markdown, with bars in the texts as such."""
+    lines = (headings, ["---"] * len(headings), *rows)
+    return ["| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |" for cells in lines]
