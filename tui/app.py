@@ -21,7 +21,7 @@ from textual.message import Message
 from textual.screen import Screen
 
 from touchline.schemas.errors import TouchlineError
-from touchline.schemas.messages.plan_messages import PlanOptions
+from touchline.schemas.messages.plan_messages import PlanOptions, PoseGoal
 from touchline.schemas.messages.touchline import TraversalStatus
 from touchline.schemas.plain_text import plain
 from touchline.tui import palette, supply_check, theme
@@ -31,6 +31,7 @@ from touchline.tui.dialogs import Chosen, ConfirmDialog, KeysDialog, PlanDialog,
 from touchline.tui.dispatch import Dispatcher
 from touchline.tui.driver import SturdyDriver
 from touchline.tui.event_log import ERROR, INFO, WARN
+from touchline.tui.goal_dialog import GoalDialog
 from touchline.tui.header import HeaderBar
 from touchline.tui.key_bar import KeyBar
 from touchline.tui.lines_view import SegmentsTable
@@ -97,6 +98,13 @@ class ConsoleApp(App[None]):
         Binding("space", "command('pause')", "Pause"),
         Binding("g", "command('resume')", "Go on"),
         Binding("a", "abort", "Abort"),
+        Binding("d", "drive", "Drive to a goal"),
+        Binding("enter", "aim('go')", "Preview the drive, then drive", show=False),
+        Binding("h", "aim('free')", "Any heading", show=False),
+        Binding("m", "aim('how')", "How to drive there", show=False),
+        Binding("escape", "aim('leave')", "Aim no longer", show=False),
+        Binding("less_than_sign", "turn(1)", "Turn the goal left", show=False),
+        Binding("greater_than_sign", "turn(-1)", "Turn the goal right", show=False),
         Binding("r", "command('reset')", "Reset"),
         Binding("u", "command('refill')", "Tank filled up"),
         Binding("b", "command('battery')", "Battery replaced"),
@@ -395,6 +403,50 @@ class ConsoleApp(App[None]):
         if operator.may_prepare("Plan", needs_template=True):
             areas = bool(self.state.template and self.state.template.template.areas)
             self.push_screen(PlanDialog(operator.options, self.state.vehicle, areas=areas), chosen)
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """What moves or sends a goal is of no effect unless the operator aims."""
+        aiming = self.state.drive.goal is not None
+        return aiming if action in ("aim", "turn") else super().check_action(action, parameters)
+
+    def action_drive(self) -> None:
+        """Aim at a goal on the map."""
+        self.operator.aim()
+        self._map.focus()
+        self.show_state()
+        self._map.show_goal()
+
+    def action_turn(self, steps: int) -> None:
+        """Turn the goal's heading."""
+        self.state.drive.turn(steps, self.state.robot.pose)
+        self.show_state()
+
+    def action_aim(self, step: str) -> None:
+        """The next step to the goal: preview and then drive (`go`), any heading (`free`), `how`, or `leave`."""
+        operator, draft = self.operator, self.state.drive
+        if step == "free":
+            draft.free_heading()
+        elif step == "leave":
+            draft.leave()
+        elif step == "how" and draft.goal is not None:
+            self._ask_how(operator, draft.goal)
+        elif draft.path is not None:
+            operator.drive()
+        else:
+            operator.preview()
+        self.show_state()
+
+    def _ask_how(self, operator: Operator, goal: PoseGoal) -> None:
+        def chosen(goal: PoseGoal | None) -> None:
+            if goal is not None:
+                operator.state.drive.choose(goal)
+                operator.preview()
+
+        self.push_screen(GoalDialog(goal), chosen)
+
+    def on_goal_moved(self) -> None:
+        """Show where it is now."""
+        self.show_state()
 
     def action_next_robot(self) -> None:
         """Bring the next robot into view: orders go to that one from now on."""

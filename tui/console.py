@@ -17,7 +17,7 @@ from textual.app import App
 from touchline.schemas import topics
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages.touchline import TraversalReport
-from touchline.schemas.plugins import AREA_METHODS, METHODS
+from touchline.schemas.plugins import AREA_METHODS, METHODS, POSE_METHODS, SPEED_LAWS
 from touchline.tui.app import ConsoleApp
 from touchline.tui.autostart import AutoStart
 from touchline.tui.link import BusConfig, open_links
@@ -47,7 +47,7 @@ def run_console(
         SystemExit: It was told to end by a signal, or its terminal is gone.
     """
     check_encoding(sys.__stdout__)
-    for registry in (METHODS, AREA_METHODS):
+    for registry in (METHODS, AREA_METHODS, POSE_METHODS, SPEED_LAWS):
         registry.names()  # what is wrong with plug-ins of packages is told while standard error can be seen
     with open_links(config or BusConfig.from_environment(), topics.CONSOLE, everyone=everyone) as links:
         app = ConsoleApp(links, AutoStart(template, speed, auto_start))

@@ -166,19 +166,20 @@ class PlanDialog(Dialog[PlanOptions | None]):
             yield Label("Plan the path", classes="title")
             chosen = self._options.method or METHODS.default
             with RadioSet(id="method"):
-                yield from _choices(METHODS.summaries(), chosen)
+                yield from choices(METHODS.summaries(), chosen)
             if self._area_methods:
                 yield Label("Areas")
                 with RadioSet(id="area-method"):
                     known = self._options.area_method in self._area_methods
                     area_method = self._options.area_method if known else next(iter(self._area_methods))
-                    yield from _choices(self._area_methods, area_method)
+                    yield from choices(self._area_methods, area_method)
             with Grid(id="limits"):
                 for field, (label, _) in self.FIELDS.items():
                     value = getattr(self._options, field)
-                    yield from _field(field, label, f"{value:g}" if value else "", self._left_empty(field, chosen))
+                    written = f"{value:g}" if value else ""
+                    yield from number_field(field, label, written, self._left_empty(field, chosen))
                 for field, (label, empty) in self._area_fields.items():
-                    yield from _field(field, label, _written(self._options, field), empty)
+                    yield from number_field(field, label, _written(self._options, field), empty)
             with Horizontal(id="ticks"):
                 for field, label in self.TICKS.items():
                     on = getattr(self._options, field)
@@ -234,8 +235,8 @@ class PlanDialog(Dialog[PlanOptions | None]):
             except ValueError as error:
                 self._refuse(field, f"{label}: give {error}, or nothing for the default")
                 return
-        method = self._pressed("#method")
-        area_method = self._pressed("#area-method") if self._area_methods else self._options.area_method
+        method = pressed(self, "#method")
+        area_method = pressed(self, "#area-method") if self._area_methods else self._options.area_method
         forward, back = (self.query_one(f"#{field}", Tick).value for field in ("forward_only", "return_to_start"))
         order = "given" if self.query_one("#order", Tick).value else ""
         ticks = {"order": order, "forward_only": forward, "return_to_start": back}
@@ -246,13 +247,14 @@ class PlanDialog(Dialog[PlanOptions | None]):
         self.query_one("#problem", Static).update(problem)
         self.query_one(f"#{field}", Input).focus()
 
-    def _pressed(self, radio_set: str) -> str:
-        """The name of what is chosen."""
-        pressed = self.query_one(radio_set, RadioSet).pressed_button
-        return str(pressed.name) if pressed else ""
+
+def pressed(dialog: Widget, radio_set: str) -> str:
+    """The name of what is chosen in a set of buttons."""
+    button = dialog.query_one(radio_set, RadioSet).pressed_button
+    return str(button.name) if button else ""
 
 
-def _field(name: str, label: str, value: str, empty: str) -> Iterator[Widget]:
+def number_field(name: str, label: str, value: str, empty: str) -> Iterator[Widget]:
     """A label and the field for a number."""
     yield Label(label)
     yield Input(value, placeholder=empty, type="number", id=name, compact=True)
@@ -295,7 +297,7 @@ def _read(field: str, text: str) -> object:
     return value
 
 
-def _choices(summaries: dict[str, str], chosen: str) -> Iterator[Choice]:
+def choices(summaries: dict[str, str], chosen: str) -> Iterator[Choice]:
     """A button for every plug-in."""
     for name, text in summaries.items():
         yield Choice(f"{name}  [{theme.MUTED}]{text}[/]", value=name == chosen, name=name)
@@ -334,17 +336,21 @@ class ConfirmDialog(Dialog[bool | None]):
 
 KEYS_TEXT = (
     ("Job", (
-        ("t", "choose a template"), ("p", "plan it"), ("l", "load the plan into the robot"), ("s", "start painting"),
+        ("t, p, l, s", "choose a template, plan it, load the plan, start"), ("d", "drive to a goal"),
         ("space, g", "pause, go on"), ("a", "abort (asks first)"),
         ("r", "reset after a stop or an abort"),
         ("u, b", "tank filled up, battery replaced"),
     )),
-    ("Stop", (("e, ctrl+e", "emergency stop of every robot, at once; ctrl+e anywhere"),)),
+    ("Goal", (
+        ("arrows, drag", "move it (Shift: finely); drag its heading"), ("< >, h", "turn it, any heading"),
+        ("m, enter, esc", "how to drive; preview, then drive; leave"),
+    )),
+    ("Stop", (("e, ctrl+e", "stop every robot, at once; ctrl+e anywhere"),)),
     ("Time", (("[ , and ] .", "slower and faster"),)),
     ("Map", (
-        ("arrows, drag", "pan"), ("+ -, wheel", "zoom"), ("f", "follow the robot"), ("0, home", "show the whole job"),
+        ("arrows, drag", "pan"), ("+ -, wheel", "zoom"), ("f, 0, home", "follow the robot, show the whole job"),
     )),
-    ("Console", (("o", "other robot"), ("tab", "next panel"), ("ctrl+p", "all commands by name"), ("q", "quit"))),
+    ("Console", (("o, tab", "other robot, next panel"), ("ctrl+p, q", "all commands by name, quit"))),
 )  # fmt: skip
 LEGEND = (
     ("●", theme.WHITE, "painted"),
@@ -352,6 +358,7 @@ LEGEND = (
     ("●", theme.YELLOW, "now"),
     ("●", theme.WAY, "driven only"),
     ("→", f"{theme.BLACK} on {theme.ORANGE}", "robot"),
+    ("→", f"{theme.BLACK} on {theme.SKY}", "goal"),
 )
 
 

@@ -9,12 +9,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from touchline.schemas.curves import Curve, spin_rad
+from touchline.schemas.curves import Curve, spin_rad, wrap_angle
 from touchline.schemas.messages.plan_messages import PlanReport
-from touchline.schemas.messages.turf_tank import Segment, Trajectory
+from touchline.schemas.messages.turf_tank import LinearDirection, Segment, Trajectory
 from touchline.schemas.plain_text import plain
 from touchline.schemas.template import Template
 from touchline.tui.raster import Polyline
+from touchline.tui.robot import ShownPose
 
 SAGITTA_M = 0.004
 """How far a drawn chord may be from its arc: less than a dot at the closest useful zoom."""
@@ -117,13 +118,31 @@ class PathView:
         """The axle's path while painting."""
         return merge([line for line, plain in zip(self.lines, self.transition, strict=True) if not plain])
 
+    @cached_property
+    def destination(self) -> ShownPose | None:
+        """The robot's pose at the end; None for a path of turns on the spot alone, which does not say from where."""
+        turn_rad = 0.0
+        for segment in reversed(self.trajectory.path.segments):
+            spin = spin_rad(segment.curve)
+            if spin is None:
+                x, y, heading = Curve.from_message(segment.curve).end
+                reverse_rad = math.pi if segment.direction.value == LinearDirection.BACKWARD else 0.0
+                return ShownPose(x, y, wrap_angle(heading + reverse_rad + turn_rad))
+            turn_rad += spin
+        return None
+
 
 @dataclass(frozen=True, eq=False)
 class JobView:
-    """A template and, once it is planned, the path for it."""
+    """A template and, once it is planned, the path for it; or a path alone."""
 
     template: TemplateView | None = None
     path: PathView | None = None
+
+    @property
+    def drives(self) -> bool:
+        """Whether it is a drive, on which nothing is worked on."""
+        return self.template is None and self.path is not None and not self.path.rows
 
 
 NOTHING = JobView()

@@ -36,6 +36,7 @@ KEYS = (
     Key("r", "Reset", "command('reset')", 1),
     Key("u", "Refill", "command('refill')", 1),
     Key("b", "Battery", "command('battery')", 1),
+    Key("d", "Drive to", "drive", 1),
     Key("[ ]", "Speed", "speed(1)", 1),
     Key("o", "Other robot", "next_robot", 1),
     Key("f", "Follow", "follow", 3),
@@ -45,8 +46,21 @@ KEYS = (
     Key("^p", "Commands", "command_palette", 6),
     Key("q", "Quit", "quit", 7),
 )
+AIM_KEYS = (
+    Key("e", "E-STOP", "estop", 0),
+    Key("enter", "Go", "aim('go')", 1),
+    Key("arrows", "Place", "keys", 1),
+    Key("< >", "Turn", "turn(1)", 1),
+    Key("h", "Any heading", "aim('free')", 1),
+    Key("m", "How", "aim('how')", 1),
+    Key("esc", "Leave", "aim('leave')", 1),
+    Key("+ -", "Zoom", "zoom(1)", 3),
+    Key("space", "Pause", "command('pause')", 4),
+    Key("?", "Keys", "keys", 2),
+)
+"""Instead of the others, which still work, while the operator aims at a goal."""
 _USELESS_RANK = 8
-_PREPARING = frozenset("tpl")
+_PREPARING = frozenset("tpld")
 _DRIVING = frozenset(("space", "g", "a"))
 _SUPPLIES = frozenset("ub")
 _OF_SEVERAL = frozenset("o")
@@ -77,13 +91,14 @@ def layout(state: ConsoleState, width: int) -> list[tuple[Key, int, int]]:
     """The keys that fit into `width` cells, in order, each with its first and last column (exclusive)."""
     idle = useless(state)
     room, chosen = width, set[Key]()
-    offered = [key for key in KEYS if not (state.alone and key.key in _OF_SEVERAL)]
+    keys = KEYS if state.drive.goal is None else AIM_KEYS
+    offered = [key for key in keys if not (state.alone and key.key in _OF_SEVERAL)]
     for key in sorted(offered, key=lambda key: key.rank + (_USELESS_RANK if key.key in idle else 0)):
         if _width(key) <= room:
             chosen.add(key)
             room -= _width(key)
     placed, column = list[tuple[Key, int, int]](), 0
-    for key in KEYS:
+    for key in keys:
         if key in chosen:
             placed.append((key, column, column + _width(key)))
             column += _width(key)

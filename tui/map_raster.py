@@ -14,15 +14,19 @@ from touchline.tui import format
 from touchline.tui.area_layer import AreaLayer, AreaScene
 from touchline.tui.raster import BRAILLE_BASE, EMPTY, GrowingLayer, Polyline, draw
 from touchline.tui.robot import ShownPose
+from touchline.tui.spread import Spread
 from touchline.tui.viewport import DOTS_Y, Viewport
 
 ARROWS = "→↗↑↖←↙↓↘"
+ANY_HEADING = "✕"
 OFF_VIEW = "▷◥△◤◁◣▽◢"
 AXLE_PATH_DOT_M = 0.1
 """From this scale on the axle's path beside a painted line is told apart from it, and shown."""
 BODY_DOT_M = 0.1
 """From this scale on the robot has a shape."""
 GRID_MIN_CELLS = 7
+HEADING_CELLS = 4.0
+"""So long is the line that tells a goal's heading."""
 PAINT_BESIDE_DOTS = 1
 SHOWN_FIRST_DOTS = 2
 """Of eight: with so many on the swath ahead, or left out, a cell shows nothing else."""
@@ -48,8 +52,9 @@ class Ink(IntEnum):
     OTHER_STOPPED = 12
     NOZZLE_OFF = 13
     NOZZLE_ON = 14
-    ROBOT = 15
-    ROBOT_STOPPED = 16
+    GOAL = 15
+    ROBOT = 16
+    ROBOT_STOPPED = 17
 
 
 @dataclass(frozen=True)
@@ -81,6 +86,12 @@ class MapScene:
     """Areas that are covered, with a covering tool: its strokes are then shown as the band that they are."""
     vehicle: Vehicle = field(default_factory=Vehicle)
     robot: ShownPose | None = None
+    spread: Spread | None = None
+    """How far off it may be."""
+    goal: ShownPose | None = None
+    """Where a drive leads, or is to lead; heading NaN: any."""
+    preview: Polyline = EMPTY
+    """The way there that is planned, but not driven yet."""
     stopped: bool = False
     spraying: bool = False
     name: str = ""
@@ -91,9 +102,10 @@ class MapScene:
     def key(self) -> tuple[object, ...]:
         """Equal for scenes that look the same."""
         revisions = (self.template_revision, self.path_revision, self.current_revision, self.paint_revision)
-        robots = (self.robot, self.stopped, self.spraying, self.name, self.others)
+        robots = (self.robot, self.spread, self.stopped, self.spraying, self.name, self.others)
         area = self.area.key if self.area is not None else ()
-        return (*revisions, len(self.paint), len(self.limits), *area, id(self.vehicle), *robots)
+        goal = (self.goal, id(self.preview))
+        return (*revisions, len(self.paint), len(self.limits), *area, id(self.vehicle), *robots, *goal)
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,8 +162,13 @@ class MapRaster:
         self._draw_grid(view, step, bits, inks)
         codes = bits.astype(np.uint32) + np.uint32(BRAILLE_BASE)
         cells = Cells(codes, inks, stripes(view, step))
+        _overlay(view, scene.preview, Ink.CURRENT_PATH, bits, cells)
+        if scene.robot and scene.spread and 2 * scene.spread.long_m > view.cell_m:
+            _overlay(view, scene.spread.outline(scene.robot.x_m, scene.robot.y_m), Ink.BODY, bits, cells)
         for other in scene.others:
             _draw_other(view, other, cells)
+        if scene.goal:
+            _draw_goal(view, scene.goal, bits, cells)
         if scene.robot:
             self._draw_robot(view, scene, scene.robot, bits, cells)
         draw_scale(view, cells)
@@ -170,21 +187,16 @@ class MapRaster:
 
     def _draw_robot(self, view: Viewport, scene: MapScene, pose: ShownPose, bits: Bits, cells: Cells) -> None:
         cos, sin = math.cos(pose.heading_rad), math.sin(pose.heading_rad)
-        octant = round(pose.heading_rad / (math.pi / 4)) % 8
         ink = Ink.ROBOT_STOPPED if scene.stopped else Ink.ROBOT
         if view.dot_m <= BODY_DOT_M:
-            body = np.zeros_like(bits)
-            draw(body, view, _outline(scene.vehicle, pose, cos, sin))
-            here = body > 0
-            cells.codes[here] = (bits[here] | body[here]).astype(np.uint32) + np.uint32(BRAILLE_BASE)
-            cells.inks[here] = Ink.BODY
+            _overlay(view, _outline(scene.vehicle, pose, cos, sin), Ink.BODY, bits, cells)
         x, y = scene.vehicle.tool.point_m
         nozzle = view.to_cell(pose.x_m + cos * x - sin * y, pose.y_m + sin * x + cos * y)
         center = view.to_cell(pose.x_m, pose.y_m)
         if nozzle:
             _put(cells, nozzle, "●" if scene.spraying else "○", Ink.NOZZLE_ON if scene.spraying else Ink.NOZZLE_OFF)
         if center:
-            _put(cells, center, ARROWS[octant], ink)
+            _put(cells, center, arrow(pose.heading_rad), ink)
             _put_name(cells, center, scene.name)
         else:
             _put(cells, *_edge(view, pose), ink)
@@ -198,10 +210,9 @@ def _put_first(bits: Bits, inks: Bits, dots: Bits, ink: Ink) -> None:
 
 def _draw_other(view: Viewport, other: NamedRobot, cells: Cells) -> None:
     """A robot that is not in question: its arrow and its name, as far as it is in view."""
-    octant = round(other.pose.heading_rad / (math.pi / 4)) % 8
     center = view.to_cell(other.pose.x_m, other.pose.y_m)
     if center:
-        _put(cells, center, ARROWS[octant], Ink.OTHER_STOPPED if other.stopped else Ink.OTHER)
+        _put(cells, center, arrow(other.pose.heading_rad), Ink.OTHER_STOPPED if other.stopped else Ink.OTHER)
         _put_name(cells, center, other.name)
 
 
@@ -212,6 +223,34 @@ def _put_name(cells: Cells, at: tuple[int, int], name: str) -> None:
     if first >= 0:
         for offset, character in enumerate(name):
             _put(cells, (first + offset, row), character, Ink.LABEL)
+
+
+def arrow(heading_rad: float) -> str:
+    """The arrow nearest to a heading."""
+    return ARROWS[round(heading_rad / (math.pi / 4)) % 8]
+
+
+def _overlay(view: Viewport, line: Polyline, ink: Ink, bits: Bits, cells: Cells) -> None:
+    """Draw a line over what is there: its cells keep their dots, and take its colour."""
+    dots = np.zeros_like(bits)
+    draw(dots, view, line)
+    here = dots > 0
+    bits[here] |= dots[here]
+    cells.codes[here] = bits[here].astype(np.uint32) + np.uint32(BRAILLE_BASE)
+    cells.inks[here] = ink
+
+
+def _draw_goal(view: Viewport, goal: ShownPose, bits: Bits, cells: Cells) -> None:
+    """A mark, and a line in the direction of the heading unless that is free."""
+    free = math.isnan(goal.heading_rad)
+    if not free:
+        length_m = HEADING_CELLS * view.cell_m
+        x = np.array([goal.x_m, goal.x_m + length_m * math.cos(goal.heading_rad)])
+        y = np.array([goal.y_m, goal.y_m + length_m * math.sin(goal.heading_rad)])
+        _overlay(view, Polyline(x, y, np.array([False, True])), Ink.CURRENT_PATH, bits, cells)
+    at = view.to_cell(goal.x_m, goal.y_m)
+    if at is not None:
+        _put(cells, at, ANY_HEADING if free else arrow(goal.heading_rad), Ink.GOAL)
 
 
 def line_inks(template: Bits, current: Bits, paint: Bits) -> Bits:

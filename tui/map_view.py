@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import ClassVar
 
@@ -12,6 +13,7 @@ from rich.style import Style
 from textual import events
 from textual.binding import Binding, BindingType
 from textual.geometry import Region
+from textual.message import Message
 from textual.strip import Strip
 from textual.widget import Widget
 
@@ -19,17 +21,23 @@ from touchline.schemas.messages.touchline import TraversalStatus
 from touchline.schemas.plain_text import plain
 from touchline.tui import theme
 from touchline.tui.area_layer import AreaScene
+from touchline.tui.goal_draft import GoalDraft
 from touchline.tui.job import merge
 from touchline.tui.map_raster import Cells, Ink, MapRaster, MapScene, NamedRobot
 from touchline.tui.raster import EMPTY
+from touchline.tui.robot import ShownPose
 from touchline.tui.robots import Robots
 from touchline.tui.state import ConsoleState
-from touchline.tui.viewport import Viewport
+from touchline.tui.viewport import Viewport, round_step_m
 
 _ENDED = (TraversalStatus.DONE, TraversalStatus.ABORTED)
 _STOPPED = (TraversalStatus.ESTOPPED, TraversalStatus.ABORTED)
 ZOOM_STEP = 1.4
 PAN_CELLS = 6
+FINE = 0.1
+"""Of the step by which a goal is moved, with Shift."""
+DRAG_CELLS = 1.5
+"""A pointer drawn no further than this from where it was pressed leaves a goal's heading free."""
 
 COLORS = {
     Ink.GROUND: (theme.TURF_GRID, ""),
@@ -47,6 +55,7 @@ COLORS = {
     Ink.OTHER_STOPPED: (f"{theme.WHITE} on {theme.STOP}", "bold"),
     Ink.NOZZLE_OFF: (theme.ORANGE, "bold"),
     Ink.NOZZLE_ON: (theme.YELLOW, "bold"),
+    Ink.GOAL: (f"{theme.BLACK} on {theme.SKY}", "bold"),
     Ink.ROBOT: (f"{theme.BLACK} on {theme.ORANGE}", "bold"),
     Ink.ROBOT_STOPPED: (f"{theme.WHITE} on {theme.STOP}", "bold"),
 }
@@ -74,6 +83,10 @@ def _styles(*, stale: bool) -> list[Style]:
     return styles
 
 
+class GoalMoved(Message):
+    """The operator has moved the goal on the map."""
+
+
 class MapView(Widget, can_focus=True):
     """The field with the template, the plan, what is painted, and the robot."""
 
@@ -82,6 +95,10 @@ class MapView(Widget, can_focus=True):
         Binding("down", "pan(0, 1)", "Pan", show=False),
         Binding("left", "pan(-1, 0)", "Pan", show=False),
         Binding("right", "pan(1, 0)", "Pan", show=False),
+        Binding("shift+up", "pan(0, -1, True)", "Pan", show=False),
+        Binding("shift+down", "pan(0, 1, True)", "Pan", show=False),
+        Binding("shift+left", "pan(-1, 0, True)", "Pan", show=False),
+        Binding("shift+right", "pan(1, 0, True)", "Pan", show=False),
     ]
 
     def __init__(self, *, id: str | None = None) -> None:
@@ -93,6 +110,9 @@ class MapView(Widget, can_focus=True):
         self._fitted = True
         self._scene = MapScene()
         self._seen: tuple[object, object] = (None, None)
+        self._draft = GoalDraft()
+        self._pressed: ShownPose | None = None
+        """The goal where the pointer was pressed to aim."""
         self._raster = MapRaster()
         self._cells: Cells | None = None
         self._keys = np.zeros((0, 0), dtype=np.uint64)
@@ -107,6 +127,7 @@ class MapView(Widget, can_focus=True):
         """Draw what changed."""
         state = robots.selected
         self._show_stale(state.robot_stale)
+        self._draft = state.drive
         before = self._scene
         self._scene = self._scene_of(state, robots.others)
         seen = (state.template, state.path)
@@ -158,6 +179,9 @@ class MapView(Widget, can_focus=True):
             paint_revision=state.paint.revision,
             vehicle=state.vehicle,
             robot=state.robot.pose if state.robot_alive else None,
+            spread=state.robot.spread,
+            goal=_goal_of(state),
+            preview=state.drive.path.transitions if state.drive.path else EMPTY,
             stopped=state.traversal in _STOPPED,
             spraying=bool(status and status.spraying),
             name="" if state.alone else state.name,
@@ -209,7 +233,8 @@ class MapView(Widget, can_focus=True):
         found = [box for box in boxes if box]
         found += [(pose.x_m, pose.y_m, pose.x_m, pose.y_m) for pose in (other.pose for other in self._scene.others)]
         if not found:
-            return self.view.fitted((-10.0, -10.0, 10.0, 10.0))
+            x, y = (self._scene.robot.x_m, self._scene.robot.y_m) if self._scene.robot else (0.0, 0.0)
+            return self.view.fitted((x - 10.0, y - 10.0, x + 10.0, y + 10.0))
         lows, highs = np.array(found)[:, :2].min(axis=0), np.array(found)[:, 2:].max(axis=0)
         return self.view.fitted((float(lows[0]), float(lows[1]), float(highs[0]), float(highs[1])))
 
@@ -244,10 +269,22 @@ class MapView(Widget, can_focus=True):
         notes = [self._title, *(["following the robot"] if self.follow else [])]
         self.border_title = " · ".join([*notes, *(["the robot where it was heard last"] if self._stale else [])])
 
-    def action_pan(self, columns: int, rows: int) -> None:
-        """Look further in a direction; this ends following."""
+    def action_pan(self, columns: int, rows: int, fine: bool = False) -> None:
+        """Look further in a direction, which ends following; while the operator aims, move the goal."""
+        if self._draft.goal is not None:
+            self._draft.move(columns, -rows, round_step_m(self.view.cell_m) * (FINE if fine else 1.0))
+            self.show_goal()
+            return
         self.set_follow(False)
         self._look(self.view.panned(columns * PAN_CELLS, rows * PAN_CELLS / 2))
+
+    def show_goal(self) -> None:
+        """Look where the goal is, if it is out of view, and tell that it has been moved."""
+        goal = self._draft.goal
+        if goal is not None and self.view.to_cell(goal.x_m, goal.y_m) is None:
+            self.set_follow(False)
+            self._look(self.view.centered(goal.x_m, goal.y_m))
+        self.post_message(GoalMoved())
 
     def on_resize(self, event: events.Resize) -> None:
         """Keep the view, or the fit if that is what is shown."""
@@ -271,15 +308,25 @@ class MapView(Widget, can_focus=True):
             self.zoom(steps, offset.x + 0.5, offset.y + 0.5)
 
     def on_mouse_down(self, event: events.MouseDown) -> None:
-        """Begin to drag."""
+        """Begin to drag: the field, or, while the operator aims, the goal's heading."""
         self.capture_mouse()
+        offset = event.get_content_offset(self)
+        if self._draft.goal is not None and offset is not None:
+            x, y = self.view.to_field(offset.x + 0.5, offset.y + 0.5)
+            step_m = round_step_m(self.view.cell_m) * FINE
+            self._pressed = ShownPose(round(round(x / step_m) * step_m, 9), round(round(y / step_m) * step_m, 9), 0.0)
+            self._point(event)
 
     def on_mouse_up(self, event: events.MouseUp) -> None:
         """Stop dragging."""
+        self._pressed = None
         self.release_mouse()
 
     def on_mouse_move(self, event: events.MouseMove) -> None:
         """Drag the field, or tell the field coordinates under the pointer."""
+        if self._pressed is not None:
+            self._point(event)
+            return
         if event.button and self.app.mouse_captured is self and (event.delta_x or event.delta_y):
             self.set_follow(False)
             self._look(self.view.panned(-event.delta_x, -event.delta_y))
@@ -289,9 +336,28 @@ class MapView(Widget, can_focus=True):
             x, y = self.view.to_field(offset.x + 0.5, offset.y + 0.5)
             self.border_subtitle = f"{x:.1f}, {y:.1f} m"
 
+    def _point(self, event: events.MouseEvent) -> None:
+        """Turn the goal where the pointer was pressed to where it is."""
+        offset, pressed = event.get_content_offset(self), self._pressed
+        if offset is None or pressed is None:
+            return
+        x, y = self.view.to_field(offset.x + 0.5, offset.y + 0.5)
+        far = math.hypot(x - pressed.x_m, y - pressed.y_m) > DRAG_CELLS * self.view.cell_m
+        degrees = round(math.degrees(math.atan2(y - pressed.y_m, x - pressed.x_m))) if far else math.nan
+        self._draft.place(pressed.x_m, pressed.y_m, math.radians(degrees))
+        self.show_goal()
+
     def on_leave(self) -> None:
         """No pointer, no coordinates."""
         self.border_subtitle = ""
+
+
+def _goal_of(state: ConsoleState) -> ShownPose | None:
+    """Where the operator aims, or else where the drive in view leads."""
+    goal = state.drive.goal
+    if goal is not None:
+        return ShownPose(goal.x_m, goal.y_m, goal.heading_rad)
+    return state.path.destination if state.path is not None and state.job.drives else None
 
 
 def _area_of(state: ConsoleState) -> AreaScene | None:

@@ -10,7 +10,7 @@ from itertools import count
 from typing import Protocol
 
 from touchline.schemas.errors import TouchlineError
-from touchline.schemas.messages.plan_messages import PlanOptions, PlanRequest
+from touchline.schemas.messages.plan_messages import PlanOptions, PlanRequest, PlanResponse
 from touchline.schemas.messages.service_messages import LoadRequest, SetSpeedRequest
 from touchline.schemas.plain_text import plain
 from touchline.schemas.template import Template
@@ -55,11 +55,14 @@ class Operator:
         self._speed_asked: float | None = None
         self._speed_wanted: float | None = None
         """Until the answer about the one asked for is here."""
+        self._start_after = ""
+        """Request id of the drive that is to be started once it is loaded, unless another order comes before that."""
 
     # -- orders ------------------------------------------------------------------------------------------------------
 
     def command(self, name: str) -> None:
         """An order without arguments, by its name in `orders.COMMANDS`."""
+        self._start_after = ""
         if name == "estop":
             self.stop()
         elif name == "reset" and self.state.orders.stop.phase is Phase.SENT:
@@ -73,6 +76,7 @@ class Operator:
         """Stop the robot, from any thread: send it until the robot's status says that it is stopped."""
         latch = self.state.orders.stop
         self._stopped_at_s = time.monotonic()
+        self._start_after = ""
         with self._stopping:
             if latch.phase is not Phase.SENT:
                 self.state.note(WARN, "console", "Emergency stop sent")
@@ -146,6 +150,40 @@ class Operator:
             return
         self._send(orders.load(self.state.path.trajectory, self.state.template.text, self._request_id(), resume=resume))
 
+    def may_drive(self, what: str) -> bool:
+        """Whether a drive to a goal may be prepared and sent now; says why not."""
+        if not self.may_prepare(what, needs_template=False):
+            return False
+        if not self.state.robot_alive or self.state.robot.pose is None:
+            self._say(WARN, f"{what}: the robot has not told where it is")
+            return False
+        return True
+
+    def aim(self) -> None:
+        """Begin to aim at a goal, from where the robot is."""
+        here = self.state.robot.pose
+        if self.state.drive.goal is None and self.may_drive("Drive") and here is not None:
+            self.state.drive.begin(round(here.x_m, 2), round(here.y_m, 2))
+
+    def preview(self) -> None:
+        """Plan the drive to the goal from where the robot believes to be now."""
+        goal, here = self.state.drive.goal, self.state.robot.pose
+        if goal is None or not self.may_drive("Preview") or here is None:
+            return
+        start = (here.x_m, here.y_m, here.heading_rad)
+        order = orders.preview(goal, start, self.state.vehicle_json, self._request_id())
+        if self._send(order):
+            self.state.drive.asked(order.request_id)
+
+    def drive(self) -> None:
+        """Load the drive that is previewed where the robot stands, and start it once it is loaded."""
+        path = self.state.drive.path
+        if path is None or not self.may_drive("Drive"):
+            return
+        order = orders.drive(path.trajectory, self._request_id())
+        if self._send(order):
+            self._start_after = order.request_id
+
     def set_speed(self, factor: float) -> None:
         """Let simulated time pass at a factor of real time; if another is still being set, then after that."""
         if self._send(orders.set_speed(factor, self._request_id())):
@@ -193,6 +231,10 @@ class Operator:
             wanted, self._speed_asked, self._speed_wanted = self._speed_wanted, None, None
             if outcome.ok and wanted is not None:
                 self.set_speed(wanted)
+        if outcome.order.request_id == self._start_after:
+            self._start_after = ""
+            if done:
+                self.command("start")
         return done
 
     def _answered(self, outcome: OrderOutcome) -> bool:
@@ -200,6 +242,7 @@ class Operator:
         if isinstance(outcome.order.request, PlanRequest):
             self.state.plan_done(outcome.order.request_id)
         if not outcome.ok:
+            self.state.drive.refused(outcome.order.request_id, outcome.reason)
             times = f" after {outcome.order.attempts} tries" if outcome.order.attempts > 1 else ""
             fate = f"not answered{times}" if outcome.failure else "refused"
             return self._last_word(outcome, ERROR, f"{title} {fate}: {outcome.reason}")
@@ -232,15 +275,26 @@ class Operator:
         if isinstance(request, PlanRequest):
             if self.state.busy:
                 raise TouchlineError("the robot has begun another job meanwhile")
+            if request.goal:
+                return self._previewed(request, response)
             if self.state.template is None or request.template_json != self.state.template.text:
                 raise TouchlineError("another template has been chosen meanwhile")
             self.state.planned(response.trajectory, response.report)
             report = response.report
             return f"{format.length(report.total_length_m)} in {format.duration(report.total_time_s)}"
         if isinstance(request, LoadRequest):
-            self.state.handed_over()
+            if request.here:
+                self.state.drive_taken(request.trajectory)
+            else:
+                self.state.handed_over()
             return f"takes {format.duration(response.total_time)}"
         if isinstance(request, SetSpeedRequest):
             self.state.speed_set(request.factor)
             return format.factor(request.factor)
         return outcome.reason
+
+    def _previewed(self, request: PlanRequest, response: PlanResponse) -> str:
+        if request.request_id != self.state.drive.request_id:
+            raise TouchlineError("the goal has been changed meanwhile")
+        self.state.drive.planned(response.trajectory, response.report, response.message)
+        return response.message

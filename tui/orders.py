@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from touchline.schemas import topics
 from touchline.schemas.messages.base import Message
-from touchline.schemas.messages.plan_messages import PlanOptions, PlanRequest
+from touchline.schemas.messages.plan_messages import PlanOptions, PlanRequest, PoseGoal
 from touchline.schemas.messages.service_messages import CommandRequest, LoadRequest, SetSpeedRequest
 from touchline.schemas.messages.turf_tank import Trajectory
 from touchline.schemas.plain_text import plain
@@ -109,6 +112,19 @@ def load(trajectory: Trajectory, template_json: str, request_id: str, *, resume:
     """Load a plan into the robot; with `resume`, to go on where it was in it when its process died."""
     request = LoadRequest(request_id=request_id, trajectory=trajectory, template_json=template_json, resume=resume)
     return Order("load", "Load", topics.LOAD, request, LOAD_TIMEOUT_S)
+
+
+def preview(goal: PoseGoal, start: Sequence[float], vehicle_json: str, request_id: str) -> Order:
+    """Plan a drive to a goal from `start` (x m, y m, heading rad) for a vehicle; "" is the planner's own."""
+    options = PlanOptions(start=np.array(start))
+    request = PlanRequest(request_id=request_id, vehicle_json=vehicle_json, options=options, goal=(goal,))
+    return Order("preview", "Preview", topics.PLAN_SERVICE, request, PLAN_TIMEOUT_S)
+
+
+def drive(trajectory: Trajectory, request_id: str) -> Order:
+    """Load a drive that begins where the robot stands."""
+    request = LoadRequest(request_id=request_id, trajectory=trajectory, here=True)
+    return Order("drive", "Drive", topics.LOAD, request, LOAD_TIMEOUT_S)
 
 
 def set_speed(factor: float, request_id: str) -> Order:

@@ -18,6 +18,7 @@ def commands(app: App[None], hand: Operator) -> Iterator[SystemCommand]:
     text = "After the robot's process died: go on where it was in this plan"
     yield SystemCommand("Load and go on", text, partial(hand.load, resume=True))
     yield SystemCommand("Start", "Start painting (s)", partial(app.call_later, app.run_action, "command('start')"))
+    yield SystemCommand("Drive to a goal", "Aim on the map, preview, drive (d)", partial(app.run_action, "drive"))
     yield SystemCommand("Pause", "Stop where it is; resume goes on (space)", partial(hand.command, "pause"))
     yield SystemCommand("Resume", "Go on after a pause (g)", partial(hand.command, "resume"))
     yield SystemCommand("Abort", "Give up the job (a)", partial(app.run_action, "abort"))

@@ -15,8 +15,11 @@ from touchline.schemas.plain_text import plain
 from touchline.schemas.supplies import times
 from touchline.tui import format, supply_check, theme
 from touchline.tui.alerts import LOW_BATTERY, remedy
+from touchline.tui.drive_lines import aim_lines, drive_lines
 from touchline.tui.node_health import Freshness, silence
 from touchline.tui.order_book import Phase
+from touchline.tui.panel_rows import bar as _bar
+from touchline.tui.panel_rows import row as _row
 from touchline.tui.state import ConsoleState
 
 LOW_PAINT = 0.15
@@ -58,8 +61,12 @@ def hint(state: ConsoleState) -> tuple[str, str]:
         return remedy(state) or ("g", "resume")
     if traversal == TraversalStatus.ABORTED:
         return "r", "reset"
+    if state.drive.goal is not None:
+        return ("enter", "drive there") if state.drive.path is not None else ("enter", "preview the drive")
     if state.progress is not None:
         return "", f"planning: {state.progress.stage} {format.percent(state.progress.fraction)}"
+    if state.job.drives and state.path_loaded:
+        return ("d", "next goal") if traversal == TraversalStatus.DONE else ("s", "start driving")
     if state.template is None:
         return "t", "choose a template"
     if state.path is None:
@@ -73,15 +80,6 @@ def hint(state: ConsoleState) -> tuple[str, str]:
     return "s", "start covering" if state.covers else "start painting"
 
 
-def _row(name: str, *parts: Content | str | tuple[str, str]) -> Content:
-    return Content.assemble((f"{name:<9}", theme.MUTED), *parts)
-
-
-def _bar(fraction: float | None, width: int, color: str) -> Content:
-    filled, rest = format.bar(fraction, max(width - 18, 6))
-    return Content.assemble((filled, color), (rest, theme.TURF_GRID))
-
-
 def status_lines(state: ConsoleState, width: int) -> list[Content]:
     """The status panel, line by line, `width` cells wide."""
     shown, status = badge(state), state.robot.status if state.robot_alive else None
@@ -89,8 +87,11 @@ def status_lines(state: ConsoleState, width: int) -> list[Content]:
     head += [Content.styled(line, theme.ORANGE) for line in _reasons(state, width)]
     key, text = hint(state)
     head.append(Content.assemble((f" {key} " if key else "", "reverse bold"), (f" {text}", theme.INK)))
+    head += aim_lines(state, width)
     if status is None or status.state in (TraversalStatus.IDLE, TraversalStatus.READY):
-        lines = _plan_lines(state)
+        lines = _plan_lines(state) if state.drive.goal is None else []
+    elif state.loaded.drives:
+        lines = drive_lines(state, status, width)
     else:
         lines = _job_lines(state, status, width)
     if not state.robot_alive:
@@ -244,6 +245,9 @@ def _robot_lines(state: ConsoleState, width: int) -> list[Content]:
         if extra and width >= ROOMY:
             extra += f"  {robot.gnss.satellites} satellites"
         lines.append(_row("fix", (f"{fix.mark} {fix.text}", fix.color), (extra, theme.MUTED)))
+    if robot.spread is not None:
+        axes = f"{format.length(robot.spread.long_m)} × {format.length(robot.spread.short_m)}"
+        lines.append(_row("within", axes, (" (3σ)", theme.MUTED)))
     if robot.battery:
         charge = robot.battery.percentage
         color = theme.GREEN if charge > LOW_BATTERY else theme.VERMILION
@@ -261,7 +265,7 @@ def _robot_lines(state: ConsoleState, width: int) -> list[Content]:
 
 def _report_lines(state: ConsoleState) -> list[Content]:
     report = state.robot.report
-    if not report or state.traversal not in (TraversalStatus.DONE, TraversalStatus.ABORTED):
+    if not report or state.loaded.drives or state.traversal not in (TraversalStatus.DONE, TraversalStatus.ABORTED):
         return []
     if report.success:
         verdict = ("✓ complete", theme.GREEN)

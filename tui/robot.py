@@ -19,6 +19,7 @@ from touchline.schemas.messages.touchline import (
     TrueCoverage,
 )
 from touchline.schemas.plain_text import plain
+from touchline.tui.spread import Spread
 
 MOVING_MPS = 0.05
 """Below that the motion does not tell how the wheels are steered."""
@@ -43,6 +44,8 @@ class Robot:
 
     sim_time_s: float | None = None
     pose: ShownPose | None = None
+    spread: Spread | None = None
+    """How far off its pose it may be."""
     status: TraversalStatus | None = None
     truth: TrueCoverage | None = None
     """What is really painted; only an emulated robot tells it."""
@@ -84,6 +87,7 @@ class Robot:
         heading = math.atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z))
         if all(map(math.isfinite, (position.x, position.y, heading))):
             self.pose = ShownPose(position.x, position.y, heading)
+            self.spread = Spread.of(message.pose.covariance)
         speed_mps, yaw_rate_radps = message.twist.twist.linear.x, message.twist.twist.angular.z
         if abs(speed_mps) >= MOVING_MPS and math.isfinite(yaw_rate_radps):
             self.motion = speed_mps, yaw_rate_radps

@@ -23,6 +23,7 @@ from touchline.schemas.topics import Topic
 from touchline.schemas.vehicles import Vehicle
 from touchline.tui import robot as robot_model
 from touchline.tui.event_log import ERROR, INFO, WARN, OperatorLog
+from touchline.tui.goal_draft import GoalDraft
 from touchline.tui.job import NOTHING, JobView, LineRow, PathView, TemplateView
 from touchline.tui.node_health import Freshness, Node, take_report
 from touchline.tui.order_book import OrderBook
@@ -60,6 +61,8 @@ class ConsoleState:
     orders: OrderBook = field(default_factory=OrderBook)
     draft: JobView = NOTHING
     loaded: JobView = NOTHING
+    drive: GoalDraft = field(default_factory=GoalDraft)
+    """Beside the job that is being prepared."""
     progress: Progress | None = None
     plan_request: str = ""
     lost: int = 0
@@ -243,7 +246,7 @@ class ConsoleState:
     def _forget_robot(self) -> None:
         self.robot = Robot()
         self.paint.clear()
-        if self.draft is NOTHING:  # what it had can be loaded again
+        if self.draft is NOTHING and not self.loaded.drives:  # what it had can be loaded again
             self.draft = self.loaded
         self.loaded = NOTHING
 
@@ -272,6 +275,11 @@ class ConsoleState:
     def handed_over(self) -> None:
         """The robot has taken the job in view."""
         self.loaded, self.draft = self.job, NOTHING
+
+    def drive_taken(self, trajectory: Trajectory) -> None:
+        """The robot has taken a drive; the job in preparation stays. Raises ValueError when it makes no sense."""
+        self.loaded = JobView(None, PathView.of(trajectory, None))
+        self.drive.leave()
 
     def speed_set(self, factor: float) -> None:
         """The robot has taken a speed factor; it will say so itself in a while."""

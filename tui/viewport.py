@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -119,3 +120,9 @@ class Viewport:
             center_x_m=(x_min + x_max) / 2,
             center_y_m=(y_min + y_max) / 2,
         )
+
+
+def round_step_m(most_m: float) -> float:
+    """The largest of 1, 2 or 5 times a power of ten metres up to `most_m`."""
+    power = 10.0 ** math.floor(math.log10(most_m) + 1e-9)
+    return max(power * factor for factor in (1, 2, 5) if power * factor <= most_m * (1 + 1e-9))

@@ -235,6 +235,35 @@ def mid_run(template: Template, done: int = 14, share: float = 0.55) -> list[Inc
     ]
 
 
+def standing() -> list[Incoming]:
+    """The robot has no job, and stands at (1 m, 2 m), heading 0.5 rad."""
+    return [
+        *up(),
+        received(topics.DIAGNOSTICS, diagnostics(topics.ROBOT_SIM)),
+        received(topics.STATUS, m.TraversalStatus(state=m.TraversalStatus.IDLE)),
+        received(topics.ODOMETRY, odometry(1.0, 2.0, 0.5)),
+    ]
+
+
+def uncertain(x_m: float = 1.0) -> list[Incoming]:
+    """The same robot, having driven by its wheels alone for a while: 0.9 m × 0.3 m, 3σ."""
+    odometry_here = odometry(x_m, 2.0, 0.0)
+    covariance = np.diag([0.3**2, 0.1**2, 0.0, 0.0, 0.0, 0.0]).ravel()
+    pose = odometry_here.pose.model_copy(update={"covariance": covariance})
+    return [received(topics.ODOMETRY, odometry_here.model_copy(update={"pose": pose}))]
+
+
+def drive_response() -> m.PlanResponse:
+    """A drive to (9 m, 2 m), heading east."""
+    segments = (line_segment("g0", "transition", (1.0, 2.0), (9.0, 2.0)),)
+    return m.PlanResponse(
+        success=True,
+        message="to the goal: 8.00 m, 19.50 s; dubins instead of g2: it was shorter",
+        trajectory=m.Trajectory(path=m.Path(segments=segments)),
+        report=m.PlanReport(total_length_m=8.0, transition_length_m=8.0, total_time_s=19.5),
+    )
+
+
 def finished(template: Template) -> list[Incoming]:
     """All is painted, and the figures are there."""
     n = len(template.segments)

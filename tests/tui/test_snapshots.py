@@ -102,6 +102,32 @@ def test_dialogs_fit_the_smallest_terminal(snap_compare: Compare, template: Temp
     assert snap_compare(app_with(events), terminal_size=(80, 24), run_before=settled(key))
 
 
+@pytest.mark.parametrize("size", [(80, 24), (120, 40)], ids=["narrow", "normal"])
+def test_aiming_at_a_goal(snap_compare: Compare, size: tuple[int, int]) -> None:
+    link = FakeLink(incoming=[*scenes.standing(), *scenes.uncertain()])
+    app = ConsoleApp(link, clock=lambda: 1.0)
+
+    async def aimed(pilot: Pilot[Any]) -> None:
+        await settled("d", *["right"] * 12, *["up"] * 6, *["<"] * 4)(pilot)
+        answer = scenes.drive_response()
+        app.state.drive.planned(answer.trajectory, answer.report, answer.message)
+        await settled()(pilot)
+
+    assert snap_compare(app, terminal_size=size, run_before=aimed)
+
+
+def test_how_to_get_to_a_goal(snap_compare: Compare) -> None:
+    assert snap_compare(app_with(scenes.standing()), terminal_size=(80, 24), run_before=settled("d", "m"))
+
+
+def test_driving_to_a_goal(snap_compare: Compare) -> None:
+    drive = scenes.received(topics.PLAN, scenes.drive_response().trajectory)
+    fields = {"total_length_m": 8.0, "arc_length_m": 3.0, "remaining_s": 12.0, "speed_mps": 0.4, "segment_count": 1}
+    status = scenes.received(topics.STATUS, m.TraversalStatus(state=m.TraversalStatus.RUNNING, **fields))
+    app = app_with([*scenes.standing(), drive, status, *scenes.uncertain(4.0)])
+    assert snap_compare(app, terminal_size=(80, 24), run_before=settled())
+
+
 def test_robot_gone_mid_run(snap_compare: Compare, template: Template) -> None:
     events = [*scenes.mid_run(template), NodeChanged(topics.ROBOT_SIM, False)]
     assert snap_compare(app_with(events), terminal_size=(120, 40), run_before=settled())

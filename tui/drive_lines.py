@@ -1,0 +1,74 @@
+"""Panel lines on a drive to a pose: while the operator aims, under way, and on arrival."""
+
+from __future__ import annotations
+
+import math
+from textwrap import wrap
+
+from textual.content import Content
+
+from touchline.schemas.messages.touchline import TraversalStatus
+from touchline.schemas.plugins import POSE_METHODS, SPEED_LAWS
+from touchline.tui import format, theme
+from touchline.tui.map_raster import arrow
+from touchline.tui.panel_rows import bar, row
+from touchline.tui.state import ConsoleState
+
+SAID_LINES = 6
+"""So many of what the planner says fit."""
+
+
+def place(x_m: float, y_m: float) -> str:
+    """A place on the field to the centimetre."""
+    return f"{x_m + 0.0:.2f}, {y_m + 0.0:.2f} m"
+
+
+def heading(heading_rad: float) -> str:
+    """A heading in degrees, counter-clockwise from east, with an arrow; NaN: any."""
+    if math.isnan(heading_rad):
+        return "any"
+    degrees = round(math.degrees(math.remainder(heading_rad, math.tau)))
+    return f"{arrow(heading_rad)} {degrees}°"
+
+
+def aim_lines(state: ConsoleState, width: int) -> list[Content]:
+    """Where to and how, and what the planner says; none unless the operator aims."""
+    draft = state.drive
+    goal = draft.goal
+    if goal is None:
+        return []
+    end = draft.path.destination if draft.path is not None else None
+    chosen = f": {heading(end.heading_rad)}" if end is not None and math.isnan(goal.heading_rad) else ""
+    method, law = goal.method or POSE_METHODS.default, goal.law or SPEED_LAWS.default
+    within = f" in {goal.duration_s:g} s" if goal.duration_s else ""
+    lines = [
+        row("goal", (place(goal.x_m, goal.y_m), f"bold {theme.SKY}")),
+        row("heading", (heading(goal.heading_rad), f"bold {theme.SKY}"), chosen),
+        row("by", f"{method}, {law}{within}"),
+    ]
+    said = wrap(draft.said, width)
+    if len(said) > SAID_LINES:
+        said = [*said[: SAID_LINES - 1], f"{said[SAID_LINES - 1][: width - 1]}…"]
+    return lines + [Content.styled(line, theme.INK if draft.path is not None else theme.ORANGE) for line in said]
+
+
+def drive_lines(state: ConsoleState, status: TraversalStatus, width: int) -> list[Content]:
+    """Where the robot drives and how far it still is; once it is there, by how much it believes to have missed."""
+    end = state.loaded.path.destination if state.loaded.path is not None else None
+    if end is None:
+        return []
+    lines = [row("goal", place(end.x_m, end.y_m), (f"  {heading(end.heading_rad)}", theme.MUTED))]
+    if status.state == TraversalStatus.DONE:
+        if (here := state.robot.pose) is not None:
+            off_m = math.hypot(here.x_m - end.x_m, here.y_m - end.y_m)
+            off_deg = abs(math.degrees(math.remainder(here.heading_rad - end.heading_rad, math.tau)))
+            lines.append(row("off", f"{format.length(off_m)}, {off_deg:.1f}°", (" by its estimate", theme.MUTED)))
+        return [*lines, row("time", format.duration(status.elapsed_s))]
+    driven = state.robot.driven_fraction
+    left_m = status.total_length_m - status.arc_length_m
+    return [
+        *lines,
+        row("driven", bar(driven, width, theme.SKY), f" {format.percent(driven):>6}"),
+        row("left", format.length(left_m), (f"   {format.duration(status.remaining_s)}", theme.MUTED)),
+        row("speed", format.number(status.speed_mps, 2, "m/s")),
+    ]

@@ -1,0 +1,69 @@
+"""Dialog on how to get to a goal: pose method, speed law, and after how long."""
+
+from __future__ import annotations
+
+import math
+
+from textual.app import ComposeResult
+from textual.containers import Grid, Horizontal, Vertical
+from textual.widgets import Button, Input, Label, RadioSet, Static
+
+from touchline.schemas.messages.plan_messages import PoseGoal
+from touchline.schemas.plugins import POSE_METHODS, SPEED_LAWS
+from touchline.tui.dialogs import Dialog, choices, number_field, pressed
+
+
+class GoalDialog(Dialog[PoseGoal | None]):
+    """Choose how to get there; answers the same goal with that."""
+
+    def __init__(self, goal: PoseGoal) -> None:
+        """Start from what the goal says."""
+        super().__init__()
+        self._goal = goal
+
+    def compose(self) -> ComposeResult:
+        """Method, law, time, buttons."""
+        with Vertical(id="dialog"):
+            yield Label("How to drive there", classes="title")
+            with RadioSet(id="method"):
+                yield from choices(POSE_METHODS.summaries(), self._goal.method or POSE_METHODS.default)
+            yield Label("Speed law")
+            with RadioSet(id="law"):
+                yield from choices(SPEED_LAWS.summaries(), self._goal.law or SPEED_LAWS.default)
+            with Grid(id="limits"):
+                value = f"{self._goal.duration_s:g}" if self._goal.duration_s else ""
+                yield from number_field("duration", "takes  s", value, "as law allows")
+            yield Static("", id="problem")
+            with Horizontal(id="buttons"):
+                yield Button("Preview", variant="primary", id="ok")
+                yield Button("Cancel", id="cancel")
+            yield Static("enter preview   tab next field   esc cancel   ctrl+e emergency stop", classes="note")
+
+    def on_mount(self) -> None:
+        """Enter at once previews as before."""
+        self.query_one("#ok").focus()
+
+    def on_button_pressed(self, event: Button.Pressed) -> None:
+        """Take it or leave it."""
+        if event.button.id == "ok":
+            self._accept()
+        else:
+            self.dismiss(None)
+
+    def on_input_submitted(self) -> None:
+        """Enter in the field takes it."""
+        self._accept()
+
+    def _accept(self) -> None:
+        text = self.query_one("#duration", Input).value.strip()
+        try:
+            duration_s = float(text) if text else 0.0
+        except ValueError:
+            duration_s = math.nan
+        if not 0.0 <= duration_s < math.inf or (text and not duration_s):
+            problem = "takes  s: give a number above 0, or nothing for as soon as the law allows"
+            self.query_one("#problem", Static).update(problem)
+            self.query_one("#duration", Input).focus()
+            return
+        chosen = {"method": pressed(self, "#method"), "law": pressed(self, "#law"), "duration_s": duration_s}
+        self.dismiss(self._goal.model_copy(update=chosen))

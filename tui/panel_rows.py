@@ -1,0 +1,18 @@
+"""Rows of the side panels: a name, then figures."""
+
+from __future__ import annotations
+
+from textual.content import Content
+
+from touchline.tui import format, theme
+
+
+def row(name: str, *parts: Content | str | tuple[str, str]) -> Content:
+    """A named row."""
+    return Content.assemble((f"{name:<9}", theme.MUTED), *parts)
+
+
+def bar(fraction: float | None, width: int, color: str) -> Content:
+    """A share 0…1 as a bar that leaves room for its name and its figure in `width` cells."""
+    filled, rest = format.bar(fraction, max(width - 18, 6))
+    return Content.assemble((filled, color), (rest, theme.TURF_GRID))
