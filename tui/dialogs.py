@@ -336,7 +336,7 @@ class ConfirmDialog(Dialog[bool | None]):
 
 KEYS_TEXT = (
     ("Job", (
-        ("t, p, l, s", "choose a template, plan it, load the plan, start"), ("d", "drive to a goal"),
+        ("t, p, l, s", "choose a template, plan it, load it, start"), ("d", "drive to a goal"),
         ("space, g", "pause, go on"), ("a", "abort (asks first)"),
         ("r", "reset after a stop or an abort"),
         ("u, b", "tank filled up, battery replaced"),
