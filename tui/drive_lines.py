@@ -62,7 +62,7 @@ def drive_lines(state: ConsoleState, status: TraversalStatus, width: int) -> lis
         if (here := state.robot.pose) is not None:
             off_m = math.hypot(here.x_m - end.x_m, here.y_m - end.y_m)
             off_deg = abs(math.degrees(math.remainder(here.heading_rad - end.heading_rad, math.tau)))
-            lines.append(row("off", f"{format.length(off_m)}, {off_deg:.1f}°", (" by its estimate", theme.MUTED)))
+            lines.append(row("off by", f"{format.length(off_m)}, {off_deg:.1f}°", (" estimated", theme.MUTED)))
         return [*lines, row("time", format.duration(status.elapsed_s))]
     driven = state.robot.driven_fraction
     left_m = status.total_length_m - status.arc_length_m

@@ -27,9 +27,9 @@ class GoalDraft:
     goal: PoseGoal | None = None
     path: PathView | None = None
     said: str = ""
-    """Of a plan what it has chosen, or why there is none."""
+    """Of a plan what it has chosen, or why there is none or it was not taken."""
     request_id: str = ""
-    """Of the plan that is under way, and of the one that is there."""
+    """Of the plan that is under way, of the one that is there, or of its way to the robot."""
     _manner: PoseGoal = field(default_factory=PoseGoal)
     """Method and law of the last goal."""
 
@@ -78,12 +78,16 @@ class GoalDraft:
         """The planner has been asked."""
         self.request_id, self.path, self.said = request_id, None, ""
 
+    def sent(self, request_id: str) -> None:
+        """The plan is on its way to the robot."""
+        self.request_id = request_id
+
     def planned(self, trajectory: Trajectory, report: PlanReport, said: str) -> None:
         """Take the plan. Raises ValueError when it makes no sense."""
         self.path, self.said = PathView.of(trajectory, None, report), plain(said)
 
     def refused(self, request_id: str, why: str) -> None:
-        """There is no plan."""
+        """There is no plan, or the robot does not take it from where it stands: another preview is due."""
         if request_id == self.request_id:
             self.path, self.said = None, why
 

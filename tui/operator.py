@@ -155,7 +155,7 @@ class Operator:
         if not self.may_prepare(what, needs_template=False):
             return False
         if not self.state.robot_alive or self.state.robot.pose is None:
-            self._say(WARN, f"{what}: the robot has not told where it is")
+            self._say(WARN, f"{what}: the robot has not told where it is; load a plan first (l)")
             return False
         return True
 
@@ -183,6 +183,7 @@ class Operator:
         order = orders.drive(path.trajectory, self._request_id())
         if self._send(order):
             self._start_after = order.request_id
+            self.state.drive.sent(order.request_id)
 
     def set_speed(self, factor: float) -> None:
         """Let simulated time pass at a factor of real time; if another is still being set, then after that."""

@@ -59,10 +59,10 @@ def hint(state: ConsoleState) -> tuple[str, str]:
         return "space", "pause"
     if traversal == TraversalStatus.PAUSED:
         return remedy(state) or ("g", "resume")
-    if traversal == TraversalStatus.ABORTED:
-        return "r", "reset"
     if state.drive.goal is not None:
         return ("enter", "drive there") if state.drive.path is not None else ("enter", "preview the drive")
+    if traversal == TraversalStatus.ABORTED:
+        return "r", "reset"
     if state.progress is not None:
         return "", f"planning: {state.progress.stage} {format.percent(state.progress.fraction)}"
     if state.job.drives and state.path_loaded:
@@ -88,8 +88,10 @@ def status_lines(state: ConsoleState, width: int) -> list[Content]:
     key, text = hint(state)
     head.append(Content.assemble((f" {key} " if key else "", "reverse bold"), (f" {text}", theme.INK)))
     head += aim_lines(state, width)
-    if status is None or status.state in (TraversalStatus.IDLE, TraversalStatus.READY):
-        lines = _plan_lines(state) if state.drive.goal is None else []
+    if state.drive.goal is not None and not state.busy:
+        lines = []
+    elif status is None or status.state in (TraversalStatus.IDLE, TraversalStatus.READY):
+        lines = _plan_lines(state)
     elif state.loaded.drives:
         lines = drive_lines(state, status, width)
     else:

@@ -198,7 +198,9 @@ async def test_a_load_that_is_refused_starts_nothing():
         await pilot.press("enter")
         await until(pilot, lambda: why in plain(app, SignalBar))
         assert topics.START.name not in link.names()
-        assert app.state.drive.path is not None, "it can be sent again"
+        assert app.state.drive.path is None, "another preview, from where it stands, is due"
+        app.tick()
+        assert why in " ".join(plain(app, StatusPanel).split())
 
 
 @pytest.mark.parametrize("key", ["e", "a", "space"])
@@ -321,3 +323,12 @@ async def test_the_plan_that_is_prepared_stays_while_the_robot_drives(template: 
         link.incoming.append(received(topics.STATUS, driving(m.TraversalStatus.DONE, 8.0)))
         app.tick()
         assert app.state.template is not None
+
+
+async def test_an_aborted_job_needs_no_reset_before_a_drive(template: Template):
+    aborted = received(topics.STATUS, scenes.status(template, m.TraversalStatus.ABORTED, 14))
+    async with console(*scenes.mid_run(template), aborted) as (app, _link, pilot):
+        await pilot.press("d")
+        panel = plain(app, StatusPanel)
+        assert "preview the drive" in panel
+        assert "covered" not in panel, "that was the job before"
