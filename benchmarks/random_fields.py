@@ -55,7 +55,7 @@ def random_field(rng: np.random.Generator, holed: bool) -> shapely.Polygon:
     middle = field.representative_point()
     room_m = shapely.distance(middle, field.exterior)
     hole = middle.buffer(rng.uniform(0.2, 0.5) * room_m, quad_segs=3)
-    return field.difference(hole) if holed else field
+    return shapely.Polygon(field.exterior, [hole.exterior]) if holed else field
 
 
 def planned(field: shapely.Polygon, vehicle: Vehicle) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """Two driven wheels on one axle, and casters."""
 
 import math
-from typing import Annotated, Any, ClassVar, Final, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, SerializationInfo, SerializerFunctionWrapHandler, model_serializer
 
@@ -19,9 +19,6 @@ from touchline.schemas.vehicles.quantities import (
     WheelAcceleration,
     WheelRate,
 )
-
-EVERY_FIELD: Final = {"fields": "every"}
-"""The context in which a vehicle is written with its usual figures, too: as a file to start from."""
 
 
 class Motor(Spec):

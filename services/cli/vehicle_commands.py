@@ -9,7 +9,6 @@ from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.plugins import DRIVES, TOOLS
 from touchline.schemas.spec import EVERY_FIELD
 from touchline.schemas.vehicles import Vehicle
-from touchline.schemas.vehicles.differential_drive import EVERY_FIELD
 from touchline.schemas.vehicles.shipped import SHIPPED
 from touchline.services.cli.plugin_option import PluginOption
 

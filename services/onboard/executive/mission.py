@@ -24,7 +24,7 @@ from touchline.services.onboard.executive.localization_monitor import Localizati
 from touchline.services.onboard.executive.sprayer import Sprayer
 from touchline.services.onboard.interface import STANDSTILL, TICK_S, Checkpoint, Command, PaintBelief
 from touchline.services.onboard.trajectory import path_projection as projection
-from touchline.services.onboard.trajectory.path import FORWARD, SPIN
+from touchline.services.onboard.trajectory.path import FORWARD, SPIN, pose_at
 from touchline.services.onboard.trajectory.trajectory import LoadedTrajectory
 
 MAX_START_DISTANCE_M = 1.0
