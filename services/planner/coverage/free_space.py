@@ -9,7 +9,7 @@ import shapely
 
 from touchline.services.core.tool_reach import free_ground, headings_rad, places
 from touchline.services.planner.collision.checker import first_touch
-from touchline.services.planner.coverage.kernels.survey import Walls
+from touchline.services.planner.coverage.kernels.body_room import Walls
 from touchline.services.planner.coverage.machine import CoverageMachine
 from touchline.services.planner.coverage.shapes import Area, as_area
 from touchline.services.planner.geometry.clothoid import Floats, PathPose, PiecePath
@@ -52,7 +52,7 @@ class FreeSpace:
     def walls(self) -> Walls:
         """As the kernels take it."""
         body = np.array(self.machine.outline)
-        return Walls(self._edges, self._owner, body, (1.0 - SWING_SHARE) * self._margin_m)
+        return Walls(self._edges, self._owner, body, (1.0 - SWING_SHARE) * self._margin_m, self.machine.reach_m)
 
     def settle(self, area: Area) -> None:
         """Stay where most of an area is: between the parts that hang together at any heading there is no way."""
@@ -65,7 +65,7 @@ class FreeSpace:
         """Whether the body gets nearer to anything than it may in bends."""
         count = 2 + math.ceil(path.length_m / TOUCH_STEP_M)
         poses = np.column_stack(path.sample(np.linspace(0.0, path.length_m, count))[:3])
-        edges, owner, body, margin_m = self.walls
+        edges, owner, body, margin_m, _ = self.walls
         return bool(first_touch(poses, edges, owner, True, body, margin_m - SLACK_M)[0] >= 0)
 
     def at(self, heading_rad: float) -> Area:

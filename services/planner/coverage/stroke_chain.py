@@ -4,11 +4,9 @@ from collections.abc import Iterable
 from itertools import groupby
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from touchline.services.planner.coverage.cover_stroke import CoverStroke
 from touchline.services.planner.coverage.stroke_join import Joiner, StrokeJoin
+from touchline.services.planner.coverage.stroke_map import MapCounts
 from touchline.services.planner.geometry.clothoid import PiecePath
 
 
@@ -17,7 +15,7 @@ class ChainState(NamedTuple):
 
     strokes: list[CoverStroke]
     joins: list[StrokeJoin]
-    passes: NDArray[np.int16]
+    counts: MapCounts
 
 
 class StrokeChain:
@@ -51,8 +49,8 @@ class StrokeChain:
         for path in self._expected.pop(stroke, []):
             self.joiner.covered.take(path)
 
-    def append(self, stroke: CoverStroke, following: StrokeJoin | None = None) -> bool:
-        """Carry on with a stroke, which is left as `following` says; false if there is no way to it."""
+    def append(self, stroke: CoverStroke) -> bool:
+        """Carry on with a stroke; false if there is no way to it."""
         self._came(stroke)
         if not self.strokes:
             self.strokes.append(stroke)
@@ -60,7 +58,7 @@ class StrokeChain:
             return True
         last = len(self.strokes) - 1
         self._count(last, -1)
-        join = self._best(last, self.strokes[last], stroke, following)
+        join = self._best(last, self.strokes[last], stroke)
         if join:
             self.strokes.append(stroke)
             self.joins.append(join)
@@ -85,20 +83,38 @@ class StrokeChain:
 
         Better is what scores better; or, if so much may be missed, what is quicker and misses no more than that.
         """
-        before, worth, seconds = self.state, self.score_s, self.seconds
-        self._count(k, -1)
-        self._count(k + 1, -1)
-        self.joiner.covered.take(self.joins[k].way)
-        self.joins[k] = self._best(k, self.strokes[k], self.strokes[k + 1]) or self.joins[k]
-        self.joiner.covered.add(self.joins[k].way)
-        self._count(k, 1)
-        self._count(k + 1, 1)
+        old, missed_m2 = self.joins[k], self.joiner.covered.missed_m2
+        self._lift(k)
+        new = self._best(k, self.strokes[k], self.strokes[k + 1], self._following(k))
+        if new is None or new == old:
+            self._put(k, old)
+            return
+        seconds = self.seconds
+        self._put(k, new)
         if missed_most_m2 is None:
-            better = self.score_s < worth
+            better = self.score_s < seconds + self.joiner.seconds_per_m2 * missed_m2
         else:
             better = self.seconds < seconds and self.joiner.covered.missed_m2 <= missed_most_m2
         if not better:
-            self.restore(before)
+            self._lift(k)
+            self._put(k, old)
+
+    def _lift(self, k: int) -> None:
+        """Count the way from stroke `k` to the next no more, nor the two."""
+        self._count(k, -1)
+        self._count(k + 1, -1)
+        self.joiner.covered.take(self.joins[k].way)
+
+    def _put(self, k: int, join: StrokeJoin) -> None:
+        """Go from stroke `k` to the next so, where they are not counted."""
+        self.joins[k] = join
+        self.joiner.covered.add(join.way)
+        self._count(k, 1)
+        self._count(k + 1, 1)
+
+    def _following(self, k: int) -> StrokeJoin | None:
+        """How the stroke behind stroke `k` is left."""
+        return self.joins[k + 1] if k + 1 < len(self.joins) else None
 
     @property
     def score_s(self) -> float:
@@ -109,48 +125,41 @@ class StrokeChain:
         """Drive a stroke between stroke `k` and the next; false, and all as before, if there is no way."""
         if k == len(self.joins):
             return self.append(stroke)
-        before = self.state
-        rest_strokes, rest_joins = self.strokes[k + 1 :], self.joins[k + 1 :]
-        for index in range(k, len(self.strokes)):
-            self._count(index, -1)
-        for join in self.joins[k:]:
-            self.joiner.covered.take(join.way)
-        del self.strokes[k + 1 :], self.joins[k:]
-        self._count(k, 1)
-        kept = [self._rest(rest_strokes, rest_joins, index) for index in range(1, len(rest_strokes))]
-        kept += [join.way for join in rest_joins]
-        for path in kept:
-            self.joiner.covered.add(path)
-        following = rest_strokes[0]
-        ended = rest_joins[0] if rest_joins else None
-        if not (self.append(stroke) and self.append(following, ended)):
-            self.restore(before)
+        old, next_stroke, ended = self.joins[k], self.strokes[k + 1], self._following(k)
+        self._lift(k)
+        there = self._best(k, self.strokes[k], stroke)
+        if there is None:
+            self._put(k, old)
             return False
-        self._count(k + 2, -1)
-        self.strokes += rest_strokes[1:]
-        self.joins += rest_joins
-        self._count(k + 2, 1)
+        self.strokes.insert(k + 1, stroke)
+        self.joins[k] = there
+        self.joiner.covered.add(there.way)
+        self._count(k, 1)
+        onward = self._best(k + 1, stroke, next_stroke, ended)
+        if onward is None:
+            self._count(k, -1)
+            self.joiner.covered.take(there.way)
+            del self.strokes[k + 1]
+            self._put(k, old)
+            return False
+        self.joins.insert(k + 1, onward)
+        self._put(k + 1, onward)
         return True
-
-    @staticmethod
-    def _rest(strokes: list[CoverStroke], joins: list[StrokeJoin], index: int) -> PiecePath:
-        end = joins[index].leave_m if index < len(joins) else strokes[index].length_m
-        return strokes[index].part(joins[index - 1].begin_m, end)
 
     @property
     def state(self) -> ChainState:
         """What `restore` takes."""
-        return ChainState([*self.strokes], [*self.joins], self.joiner.covered.grid.passes.copy())
+        return ChainState([*self.strokes], [*self.joins], self.joiner.covered.counts)
 
     def restore(self, state: ChainState) -> None:
         """Make everything as it was."""
         self.strokes, self.joins = [*state.strokes], [*state.joins]
-        self.joiner.covered.grid.passes[:] = state.passes
+        self.joiner.covered.count_as(state.counts)
 
     def clear(self) -> None:
         """Begin anew: no strokes, nothing covered."""
         self.strokes, self.joins = [], []
-        self.joiner.covered.grid.passes[:] = 0
+        self.joiner.covered.clear()
 
     @property
     def seconds(self) -> float:
@@ -162,8 +171,7 @@ class StrokeChain:
     def _best(
         self, k: int, first: CoverStroke, last: CoverStroke, following: StrokeJoin | None = None
     ) -> StrokeJoin | None:
-        """The best way from stroke `k` on; neither it nor the next may be counted."""
-        following = following or (self.joins[k + 1] if k + 1 < len(self.joins) else None)
+        """The best way from stroke `k` on, the next one left as `following` says; neither of them may be counted."""
         begun = self.joins[k - 1].arrive_m if k else 0.0
         ended = following.depart_m if following else last.length_m
         left, right = self.joiner.zones(first, last, begun, ended)

@@ -12,7 +12,12 @@ from typing import NamedTuple
 import numpy as np
 
 from touchline.services.core.jit import kernel
-from touchline.services.planner.collision.checker import first_touch
+from touchline.services.planner.coverage.kernels.body_room import (
+    Walls,
+    keeps_off,
+    poses_along,
+    stands_free,
+)
 from touchline.services.planner.coverage.kernels.grid import (
     CURVATURE,
     DIRECTION,
@@ -21,13 +26,10 @@ from touchline.services.planner.coverage.kernels.grid import (
     PassGrid,
     ask,
     pass_path,
-    step_on,
 )
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 from touchline.services.planner.steering.circles import LIMIT, LIMIT_TURN, turn_length, word_table
 
-# The body is looked at this often (m) along a word.
-BODY_STEP_M = 0.12
 # So many pieces make a word: three turns of three.
 WORD_PIECES = 9
 # Longer words wind round themselves to no purpose: so many turning radii, beside the straight distance.
@@ -37,15 +39,6 @@ WORKED_MORE = 2.5
 # Where so many ways touch something there is none.
 HOPELESS = 2500
 MOST_POSES = 4000
-
-
-class Walls(NamedTuple):
-    """Outlines that the body keeps off (see collision/checker.py) by `margin_m`."""
-
-    edges: Floats
-    owner: Ints
-    body: Floats
-    margin_m: float
 
 
 class Mover(NamedTuple):
@@ -171,33 +164,6 @@ def word_m(amounts: Floats, kind: int, mover: Mover) -> float:
 
 
 @kernel
-def poses_along(start: Floats, table: Floats, count: int, poses: Floats) -> int:
-    """Write poses along pieces, close enough to look at the body.
-
-    Args:
-        start: (3,) x (m), y (m), heading (rad) at the beginning.
-        table: (n, 4) pieces; see `turn_rows`.
-        count: So many of its rows are driven.
-        poses: (m, 3) filled in, `start` first; what there is no room for is left out.
-
-    Returns:
-        How many poses are filled in.
-    """
-    pose, n = np.empty(7), 1
-    pose[:3] = start[:3]
-    poses[0] = start[:3]
-    for k in range(count):
-        steps = max(1, math.ceil(table[k, LENGTH] / BODY_STEP_M))
-        curvature = table[k, CURVATURE]
-        for _ in range(steps):
-            curvature = step_on(pose, curvature, table[k, SHARPNESS], table[k, LENGTH] / steps, table[k, DIRECTION])
-            if n < len(poses):
-                poses[n] = pose[:3]
-                n += 1
-    return int(n)
-
-
-@kernel
 def along(pose: Floats, direction: float, length: float) -> Floats:
     """The pose (3,) after a straight.
 
@@ -284,7 +250,7 @@ def slide_is_free(join: Join, i: int, walls: Walls, poses: Floats) -> bool:
     table[:, SHARPNESS] *= join.leave[i, 2]
     start = along(join.leaving, join.leaving_direction, join.leave[i, 0] - join.leave[i, 1])
     length = poses_along(start, table, len(table), poses)
-    return bool(first_touch(poses[:length], walls.edges, walls.owner, True, walls.body, walls.margin_m)[0] < 0)
+    return bool(stands_free(start, walls) and keeps_off(poses[:length], walls))
 
 
 class Ways(NamedTuple):
@@ -296,11 +262,27 @@ class Ways(NamedTuple):
 
 
 class Room(NamedTuple):
-    """Working space: the eight words of `word_table`, pieces of one, and poses along it."""
+    """Working space, and what is known of places on zones so far.
+
+    Attributes:
+        amounts: (8, 3) words of `word_table`.
+        table: (WORD_PIECES, 4) pieces of one.
+        poses: (MOST_POSES, 3) along it.
+        driven: (5,) lengths of the stretches of a way.
+        heading_to: (5,) their directions.
+        stands: (n,) for each row of `leave`: whether the body stands free where the word begins (1, 0; −1: not known).
+        left: (n,) for each row of `leave`: cells that only its zone passes over; −1: not known.
+        joined: (m,) the same for each row of `join`.
+    """
 
     amounts: Floats
     table: Floats
     poses: Floats
+    driven: Floats
+    heading_to: Floats
+    stands: Ints
+    left: Ints
+    joined: Ints
 
 
 @kernel
@@ -326,7 +308,7 @@ def words_between(join: Join, i: int, j: int, direction: float, mover: Mover, am
 
 
 @kernel
-def over_zones_s(join: Join, i: int, j: int, direction: float, length: float, mover: Mover) -> float:
+def over_zones_s(join: Join, i: int, j: int, direction: float, length: float, mover: Mover, room: Room) -> float:
     """Seconds for both zones and the word between them.
 
     Args:
@@ -336,8 +318,9 @@ def over_zones_s(join: Join, i: int, j: int, direction: float, length: float, mo
         direction: Of the word: 1 forward, −1 backward.
         length: Of the word (m).
         mover: How the machine moves.
+        room: Working space.
     """
-    driven, sides = np.empty(5), np.empty(5)
+    driven, sides = room.driven, room.heading_to
     driven[0], sides[0] = join.leave[i, 0], join.leaving_direction
     slid = abs(join.leave[i, 2]) * join.slide[:, LENGTH].sum()
     driven[1], sides[1] = join.leave[i, 1] + slid, -join.leaving_direction
@@ -348,14 +331,14 @@ def over_zones_s(join: Join, i: int, j: int, direction: float, length: float, mo
 
 
 @kernel
-def list_words(join: Join, at: Ints, mover: Mover, amounts: Floats, ways: Ways, found: int) -> int:
+def list_words(join: Join, at: Ints, mover: Mover, room: Room, ways: Ways, found: int) -> int:
     """List the words between two places that are not too long; see `LONGEST_RADII`.
 
     Args:
         join: Zones of the two strokes.
         at: (3,) row of `leave`, row of `join`, and whether the word is driven backward (0, 1).
         mover: How the machine moves.
-        amounts: (8, 3) working space.
+        room: Working space.
         ways: Filled in from row `found` on.
         found: How many ways it has.
 
@@ -364,12 +347,12 @@ def list_words(join: Join, at: Ints, mover: Mover, amounts: Floats, ways: Ways, 
     """
     i, j, direction = at[0], at[1], -1.0 if at[2] else 1.0
     longest = LONGEST_RADII * mover.circle[4] / mover.root
-    direct = words_between(join, i, j, direction, mover, amounts)
+    direct = words_between(join, i, j, direction, mover, room.amounts)
     for kind in range(8):
-        length = word_m(amounts[kind], kind, mover)
+        length = word_m(room.amounts[kind], kind, mover)
         if length > direct + longest:
             continue
-        ways.times[found] = over_zones_s(join, i, j, direction, length, mover)
+        ways.times[found] = over_zones_s(join, i, j, direction, length, mover, room)
         # What of the zones is driven is rarely covered by anything else, what is passed twice in part.
         worked = join.leave[i, 0] + join.zone_m - join.join[j, 1]
         ways.rough[found] = ways.times[found] - WORKED_MORE * worked / mover.speed_mps
@@ -401,40 +384,123 @@ def list_ways(join: Join, walls: Walls, mover: Mover, room: Room, ways: Ways) ->
                 continue
             for back in range(2 if join.backward else 1):
                 at[0], at[1], at[2] = i, j, back
-                found = list_words(join, at, mover, room.amounts, ways, found)
+                found = list_words(join, at, mover, room, ways, found)
     return found
 
 
 @kernel
-def cells_gained(join: Join, way: Ints, walls: Walls, mover: Mover, grid: PassGrid, room: Room) -> int:
-    """Cells that only this way and its zones pass over.
+def lay_word(join: Join, way: Ints, mover: Mover, room: Room) -> int:
+    """Write the word of a way.
 
     Args:
         join: Zones of the two strokes.
         way: (4,) a row of `Ways.which`.
-        walls: What the body keeps off.
         mover: How the machine moves.
-        grid: Asked a new question; its `passes` stay.
-        room: Working space; afterwards its `amounts` are the words of this way's places.
+        room: Filled in: `amounts` are the words of this way's places, `table` the pieces of its own.
 
     Returns:
-        Their number; −1 if the body touches something on the word.
+        How many pieces there are.
     """
-    i, j, direction, kind = way[0], way[1], -1.0 if way[2] else 1.0, way[3]
-    words_between(join, i, j, direction, mover, room.amounts)
-    count = word_rows(room.amounts[kind], kind, direction, mover, room.table)
-    start = departure(join, i)
-    length = poses_along(start, room.table, count, room.poses)
-    if first_touch(room.poses[:length], walls.edges, walls.owner, True, walls.body, walls.margin_m)[0] >= 0:
-        return -1
-    ask(grid)
-    gained = pass_path(start, room.table, count, mover.half_width_m, grid, 0)
+    direction, kind = -1.0 if way[2] else 1.0, way[3]
+    words_between(join, way[0], way[1], direction, mover, room.amounts)
+    return int(word_rows(room.amounts[kind], kind, direction, mover, room.table))
+
+
+@kernel
+def left_cells(join: Join, i: int, mover: Mover, grid: PassGrid) -> int:
+    """Cells of the first stroke's end zone, as far as it is driven, that nothing passed over in this question.
+
+    Args:
+        join: Zones of the two strokes.
+        i: Row of `leave`.
+        mover: How the machine moves.
+        grid: What is covered so far.
+    """
     line = np.zeros((1, 4))
     line[0, LENGTH], line[0, DIRECTION] = join.leave[i, 0], join.leaving_direction
-    gained += pass_path(join.leaving, line, 1, mover.half_width_m, grid, 0)
+    return int(pass_path(join.leaving, line, 1, mover.half_width_m, grid, 0))
+
+
+@kernel
+def joined_cells(join: Join, j: int, mover: Mover, grid: PassGrid) -> int:
+    """Cells of the second stroke's begin zone, as far as it is driven, that nothing passed over in this question.
+
+    Args:
+        join: Zones of the two strokes.
+        j: Row of `join`.
+        mover: How the machine moves.
+        grid: What is covered so far.
+    """
+    line = np.zeros((1, 4))
     line[0, LENGTH], line[0, DIRECTION] = join.zone_m - join.join[j, 1], join.joining_direction
     begun = along(join.joining, join.joining_direction, join.join[j, 1])
-    return int(gained + pass_path(begun, line, 1, mover.half_width_m, grid, 0))
+    return int(pass_path(begun, line, 1, mover.half_width_m, grid, 0))
+
+
+@kernel
+def is_free(join: Join, i: int, count: int, walls: Walls, room: Room) -> bool:
+    """Whether the body touches nothing on the word in `room.table`.
+
+    Args:
+        join: Zones of the two strokes.
+        i: Row of `leave`.
+        count: So many pieces the word has.
+        walls: What the body keeps off.
+        room: Its `poses` are filled in, and its `stands`, which is asked first.
+    """
+    start = departure(join, i)
+    if room.stands[i] < 0:
+        room.stands[i] = 1 if stands_free(start, walls) else 0
+    if room.stands[i] == 0:
+        return False
+    length = poses_along(start, room.table, count, room.poses)
+    return bool(keeps_off(room.poses[:length], walls))
+
+
+@kernel
+def zone_cells(join: Join, way: Ints, mover: Mover, grid: PassGrid, room: Room) -> int:
+    """Cells that only the zones of a way pass over, those twice that both do.
+
+    Args:
+        join: Zones of the two strokes.
+        way: (4,) a row of `Ways.which`.
+        mover: How the machine moves.
+        grid: Asked new questions; its `passes` stay.
+        room: Its `left` and `joined` are filled in.
+    """
+    i, j = way[0], way[1]
+    if room.left[i] < 0:
+        ask(grid)
+        room.left[i] = left_cells(join, i, mover, grid)
+    if room.joined[j] < 0:
+        ask(grid)
+        room.joined[j] = joined_cells(join, j, mover, grid)
+    return int(room.left[i] + room.joined[j])
+
+
+@kernel
+def cells_gained(join: Join, way: Ints, count: int, enough: float, mover: Mover, grid: PassGrid, room: Room) -> int:
+    """Cells that only a way and its zones pass over.
+
+    Args:
+        join: Zones of the two strokes.
+        way: (4,) a row of `Ways.which`.
+        count: So many pieces in `room.table` are its word.
+        enough: Fewer cells need not be counted.
+        mover: How the machine moves.
+        grid: Asked new questions; its `passes` stay.
+        room: Holds the word.
+
+    Returns:
+        Their number; −1 if it is less than `enough`.
+    """
+    alone = zone_cells(join, way, mover, grid, room)
+    ask(grid)
+    gained = pass_path(departure(join, way[0]), room.table, count, mover.half_width_m, grid, 0)
+    if gained + alone < enough:
+        return -1
+    gained += left_cells(join, way[0], mover, grid)
+    return int(gained + joined_cells(join, way[1], mover, grid))
 
 
 @kernel
@@ -442,7 +508,7 @@ def survey(join: Join, walls: Walls, mover: Mover, grid: PassGrid, seconds_per_m
     """The best way from one stroke to another.
 
     Ways are looked at in the order of a rough score, until `patience` free ones in turn were no better;
-    or, while none was free, until `HOPELESS` were tried.
+    or, while none was free, until `HOPELESS` were tried. What a way gains is counted only where it may be enough.
 
     Args:
         join: Zones of the two strokes.
@@ -456,8 +522,18 @@ def survey(join: Join, walls: Walls, mover: Mover, grid: PassGrid, seconds_per_m
         (8,) score (s), seconds, m² gained, row of `leave`, row of `join`, direction (±1), kind (row of `word_table`),
         and first deflection (rad). The score is infinite if there is none.
     """
-    most = len(join.leave) * len(join.join) * 16
-    room = Room(np.empty((8, 3)), np.empty((WORD_PIECES, 4)), np.empty((MOST_POSES, 3)))
+    leaves, joins = len(join.leave), len(join.join)
+    most = leaves * joins * 16
+    room = Room(
+        np.empty((8, 3)),
+        np.empty((WORD_PIECES, 4)),
+        np.empty((MOST_POSES, 3)),
+        np.empty(5),
+        np.empty(5),
+        np.full(leaves, -1),
+        np.full(leaves, -1),
+        np.full(joins, -1),
+    )
     ways = Ways(np.empty(most), np.empty(most), np.empty((most, 4), np.int64))
     found = list_ways(join, walls, mover, room, ways)
     best = np.full(8, math.inf)
@@ -468,12 +544,15 @@ def survey(join: Join, walls: Walls, mover: Mover, grid: PassGrid, seconds_per_m
             break
         tried += 1
         way = ways.which[k]
-        gained = cells_gained(join, way, walls, mover, grid, room)
-        if gained < 0:
+        count = lay_word(join, way, mover, room)
+        if not is_free(join, way[0], count, walls, room):
             continue
         since += 1
+        # One cell less makes up for rounding.
+        enough = (ways.times[k] - best[0]) / (seconds_per_m2 * cell) - 1.0
+        gained = cells_gained(join, way, count, enough, mover, grid, room)
         score = ways.times[k] - seconds_per_m2 * gained * cell
-        if score < best[0]:
+        if gained >= 0 and score < best[0]:
             since = 0
             best[0], best[1], best[2], best[3], best[4] = score, ways.times[k], gained * cell, way[0], way[1]
             best[5], best[6], best[7] = -1.0 if way[2] else 1.0, way[3], room.amounts[way[3], 0]

@@ -1,0 +1,134 @@
+"""Compiled: whether the body keeps off walls along a path.
+
+Where the body is well off everything it may move as far before it needs to be looked at again, so most places along a
+path are never looked at: the conservative advancement of Mirtich, "Impulse-based Dynamic Simulation of Rigid Body
+Systems", PhD thesis, University of California, Berkeley, 1996, ch. 2, from place to place.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from touchline.services.core.jit import borrowing, kernel
+from touchline.services.core.polygons import apart_squared, off_squared
+from touchline.services.planner.collision.checker import first_touch
+from touchline.services.planner.coverage.kernels.grid import CURVATURE, DIRECTION, LENGTH, SHARPNESS, chord
+from touchline.services.planner.geometry.clothoid import Floats, Ints
+
+# The body is looked at this often (m) along a word.
+BODY_STEP_M = 0.12
+# How far off the body is is measured exactly up to so much (m).
+MEASURED_M = 1.0
+# Places are no nearer than they are measured but for this (m).
+ROUNDING_M = 1e-9
+
+Complexes = NDArray[np.complex128]
+
+
+class Walls(NamedTuple):
+    """Outlines that the body keeps off (see collision/checker.py) by `margin_m`; it reaches so far from its origin."""
+
+    edges: Floats
+    owner: Ints
+    body: Floats
+    margin_m: float
+    reach_m: float
+
+
+@borrowing
+def poses_along(start: Floats, table: Floats, count: int, poses: Floats) -> int:
+    """Write poses along pieces, close enough to look at the body.
+
+    Args:
+        start: (3,) x (m), y (m), heading (rad) at the beginning.
+        table: (n, 4) pieces; see `pass_path`.
+        count: So many of its rows are driven.
+        poses: (m, 3) filled in, `start` first; what there is no room for is left out.
+
+    Returns:
+        How many poses are filled in.
+    """
+    x, y, heading, n = start[0], start[1], start[2], 1
+    poses[0, 0], poses[0, 1], poses[0, 2] = x, y, heading
+    for k in range(count):
+        steps = max(1, math.ceil(table[k, LENGTH] / BODY_STEP_M))
+        step, curvature, sharpness = table[k, LENGTH] / steps, table[k, CURVATURE], table[k, SHARPNESS]
+        dx, dy, turn, cos, sin = 0.0, 0.0, 0.0, 1.0, 0.0
+        for i in range(steps):
+            if i == 0 or sharpness != 0.0:
+                dx, dy, turn = chord(heading, curvature, sharpness, step, table[k, DIRECTION])
+                curvature += sharpness * step
+                if sharpness == 0.0 and turn != 0.0:
+                    cos, sin = math.cos(turn), math.sin(turn)
+            else:
+                # Along an arc every step is the last one, turned.
+                dx, dy = cos * dx - sin * dy, sin * dx + cos * dy
+            x, y, heading = x + dx, y + dy, heading + turn
+            if n < len(poses):
+                poses[n, 0], poses[n, 1], poses[n, 2] = x, y, heading
+                n += 1
+    return int(n)
+
+
+@borrowing
+def off_walls(pose: Floats, walls: Walls, corners: Complexes) -> float:
+    """How far the body is off the walls (m), or less if that is more than `MEASURED_M`.
+
+    Args:
+        pose: (3,) x (m), y (m), heading (rad).
+        walls: What the body keeps off.
+        corners: (body's corners + 1,) working space.
+    """
+    cos, sin, sides = math.cos(pose[2]), math.sin(pose[2]), len(walls.body)
+    middle, placed, least = complex(pose[0], pose[1]), False, math.inf
+    for e in range(len(walls.edges)):
+        a, b = complex(walls.edges[e, 0], walls.edges[e, 1]), complex(walls.edges[e, 2], walls.edges[e, 3])
+        # No point of the body is nearer than this.
+        off = math.sqrt(off_squared(middle, a, b)) - walls.reach_m
+        if off >= MEASURED_M or off >= least:
+            least = min(least, off)
+            continue
+        if not placed:
+            placed = True
+            for k in range(sides + 1):
+                x, y = walls.body[k % sides, 0], walls.body[k % sides, 1]
+                corners[k] = complex(pose[0] + cos * x - sin * y, pose[1] + sin * x + cos * y)
+        for k in range(sides):
+            least = min(least, math.sqrt(apart_squared(corners[k], corners[k + 1], a, b)))
+    return least
+
+
+@kernel
+def stands_free(pose: Floats, walls: Walls) -> bool:
+    """Whether the body keeps off the walls at a pose, on their right side.
+
+    Args:
+        pose: (3,) x (m), y (m), heading (rad).
+        walls: What the body keeps off.
+    """
+    return bool(first_touch(pose.reshape(1, 3), walls.edges, walls.owner, True, walls.body, walls.margin_m)[0] < 0)
+
+
+@kernel
+def keeps_off(poses: Floats, walls: Walls) -> bool:
+    """Whether the body is nowhere nearer to a wall than it may be; on their right side it is, if it is at the first.
+
+    Args:
+        poses: (n, 3) x (m), y (m), heading (rad), one after the other.
+        walls: What the body keeps off.
+    """
+    corners, p = np.empty(len(walls.body) + 1, np.complex128), 0
+    while p < len(poses):
+        spare = off_walls(poses[p], walls, corners) - walls.margin_m
+        if spare < 0.0:
+            return False
+        moved, p = 0.0, p + 1
+        while p < len(poses):
+            x, y = poses[p, 0] - poses[p - 1, 0], poses[p, 1] - poses[p - 1, 1]
+            moved += math.sqrt(x * x + y * y) + abs(poses[p, 2] - poses[p - 1, 2]) * walls.reach_m + ROUNDING_M
+            if moved > spare:
+                break
+            p += 1
+    return True
