@@ -3,7 +3,7 @@
 Polygons of 5 to 30 corners, every third with a hole, of 0.05 to 0.5 ha, each planned for the shipped roller and for one
 of half its size; then rectangles of 0.5 to 50 ha, planned for the shipped one.
 
-    python -m benchmarks random_fields [--fields 40] [--seed 1] [--up-to HECTARES]
+    python -m benchmarks.random_fields [--fields 40] [--seed 1] [--up-to HECTARES]
 
 Ends with exit code 1 if a field is covered less than 98.5 % of what can be reached, or the body leaves one. A field
 that is refused is printed with the reason.

@@ -8,8 +8,10 @@ import shapely
 
 from tests.planner.coverage_fields import PAN, ROLLER
 from touchline.services.core.tool_reach import reachable
-from touchline.services.planner.coverage.drum_sweep import body_at, swept
+from touchline.services.planner.collision.checker import first_touch
+from touchline.services.planner.coverage.drum_sweep import body_at, body_outside_m, swept
 from touchline.services.planner.coverage.free_space import FreeSpace
+from touchline.services.planner.coverage.kernels.body_room import keeps_off, poses_along
 from touchline.services.planner.coverage.stroke_map import StrokeMap
 from touchline.services.planner.coverage.zigzag import zigzag
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
@@ -58,3 +60,51 @@ def test_free_places_are_those_at_which_the_body_is_free() -> None:
         free = shapely.covers(space.free, body_at(places, ROLLER))
         found = shapely.intersects_xy(space.at(heading), places[:, 0], places[:, 1])
         assert np.count_nonzero(free != found) <= 1
+
+
+def _bends(rng: np.random.Generator) -> PiecePath:
+    pieces = tuple(Piece(float(length), float(rng.uniform(-0.27, 0.27))) for length in rng.uniform(0.5, 6.0, 4))
+    return PiecePath(PathPose(*rng.uniform((2.0, 2.0, -3.0), (18.0, 18.0, 3.0)).tolist()), pieces)
+
+
+def test_asking_finds_what_counting_finds_and_what_is_taken_back_is_as_before() -> None:
+    rng = np.random.default_rng(5)
+    field = shapely.Polygon([(0, 0), (20, 0), (20, 8), (9, 9), (8, 20), (0, 20)])
+    counted = StrokeMap(field, ROLLER.width_m)
+    paths = [_bends(rng) for _ in range(12)]
+    for path in paths:
+        missed_m2 = counted.missed_m2
+        asked_m2 = counted.add(path, 0)
+        assert counted.missed_m2 == missed_m2
+        assert counted.add(path) == asked_m2 == pytest.approx(missed_m2 - counted.missed_m2, abs=1e-9)
+        assert counted.missed_m2 == float(np.count_nonzero(counted.grid.wanted & (counted.grid.passes == 0))) * (
+            counted.grid.cell_m**2
+        )
+    for path in paths:
+        counted.take(path)
+    assert not counted.grid.passes.any()
+    assert counted.missed_m2 == counted.wanted_m2
+
+
+def test_a_body_that_leaps_where_it_is_well_off_touches_what_one_touches_that_is_looked_at_everywhere() -> None:
+    rng = np.random.default_rng(7)
+    field = shapely.Polygon([(0, 0), (20, 0), (20, 8), (9, 9), (8, 20), (0, 20)])
+    walls = FreeSpace(field, [shapely.box(4.0, 4.0, 4.3, 4.3)], ROLLER, 0.05).walls
+    poses, answers = np.empty((400, 3)), []
+    for _ in range(300):
+        path = _bends(rng)
+        table = np.array([piece[:4] for piece in path.pieces], dtype=np.float64)
+        along = poses[: poses_along(np.array(path.start), table, len(table), poses)]
+        touched = first_touch(along, walls.edges, walls.owner, True, walls.body, walls.margin_m)[0]
+        if touched == 0:
+            continue
+        answers.append(touched < 0)
+        assert keeps_off(along, walls) == (touched < 0)
+    assert 0 < sum(answers) < len(answers)
+
+
+def test_how_far_the_body_keeps_inside_is_that_of_its_nearest_place() -> None:
+    paths = [PiecePath(PathPose(-40.0, y, 0.0), (Piece(60.0),)) for y in (0.0, 22.0, 10.0)]
+    assert body_outside_m(paths, ROLLER, PAN) == pytest.approx(-(23.8 - 22.0 - 1.1))
+    beyond = PiecePath(PathPose(-40.0, 22.9, 0.0), (Piece(60.0),))
+    assert body_outside_m([*paths, beyond], ROLLER, PAN) == pytest.approx(22.9 + 1.1 - 23.8)

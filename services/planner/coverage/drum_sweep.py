@@ -66,7 +66,11 @@ def body_outside_m(paths: Iterable[PiecePath], machine: CoverageMachine, free: A
     worst = -math.inf
     for path in paths:
         count = 2 + math.ceil(path.length_m / BODY_STEP_M)
-        bodies = body_at(np.column_stack(path.sample(np.linspace(0.0, path.length_m, count))[:3]), machine)
+        poses = np.column_stack(path.sample(np.linspace(0.0, path.length_m, count))[:3])
+        middles = np.asarray(shapely.points(poses[:, :2]))
+        # Where no part of the body comes nearer to the border than another already did, nobody needs to look.
+        spare = shapely.distance(middles, border) - machine.reach_m
+        bodies = body_at(poses[~((spare > -worst) & shapely.contains_properly(free, middles))], machine)
         inside = shapely.contains_properly(free, bodies)
         if inside.any():
             worst = max(worst, -float(shapely.distance(bodies[inside], border).min()))

@@ -40,11 +40,15 @@ def price(order: Ints, costs: LaneCosts, turned: Ints) -> float:
     total = costs.entry[order[0]]
     turned[:] = 0
     for k in range(len(order) - 1):
+        # Nodes are not negative: their lane and way are quicker by shift and mask than by floor and remainder.
         a, b = order[k], order[k + 1]
+        first, last = a >> 1, b >> 1
         total += costs.way[a, b]
-        up = 1 if costs.level[b // 2] > costs.level[a // 2] else -1
-        turned[a // 2, 1 - a % 2] = up
-        turned[b // 2, b % 2] = -up
+        up = 1 if costs.level[last] > costs.level[first] else -1
+        turned[first, 1 - (a & 1)] = up
+        turned[last, b & 1] = -up
+    if costs.apart_s == 0.0:
+        return float(total)
     pairs = costs.pairs
     for p in range(len(pairs)):
         if turned[pairs[p, 0], pairs[p, 2]] < 0 and turned[pairs[p, 1], pairs[p, 2]] > 0:
