@@ -42,7 +42,7 @@ def settled(name: str, nozzle_x_m: float = 0.0, drift_mps: float = 0.0, share: f
         now[tracking.LATERAL], now[tracking.HEADING_ERROR] = lateral, heading
         now[tracking.NOZZLE_LATERAL] = lateral + nozzle_x_m * math.sin(heading)
         now[tracking.SPEED], now[tracking.YAW_RATE] = speed, yaw_rate
-        now[tracking.COMMAND :] = command
+        now[tracking.COMMAND : tracking.COMMAND + len(command)] = command
         drive_command(drive.figures, *follower.step(now, ahead)[:2], now, command)
     assert follower.fallbacks == 0
     return float(now[tracking.NOZZLE_LATERAL]), speed
