@@ -158,15 +158,13 @@ def test_a_stop_cancels_a_goal_that_is_being_planned(bus, operator, stop, drivin
         if driving:
             assert ask(operator, both, topics.GOTO, goal=PoseGoal(x_m=20.0, y_m=3.0)).success
             turn_until(both, lambda: both.robot._emulator.onboard.status.arc_length_m > 0.1)
-        asked = len(both.asked)
         question = operator.ask(topics.GOTO, encode(GotoRequest(request_id="goal", goal=NEAR)), 60.0)
         turn_until(both.robot, lambda: both.robot._goals._asked is not None and both.robot._goals._asked.question)
         ask(operator, both.robot, stop)
         told = []
         turn_until(both, lambda: told.extend(filter(None, [question.poll()])) or told)
         assert "told to stop meanwhile" in decode(GotoResponse, told[0].payload).message
-        turn_until(both, lambda: len(both.asked) > asked)
-        for _ in range(100):
+        for _ in range(100):  # whether or not the planner still comes to be asked
             both.turn()
         assert both.robot._emulator.onboard.state != TraversalStatus.RUNNING
 
