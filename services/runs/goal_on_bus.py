@@ -42,6 +42,8 @@ class GoalOnBus:
     watcher: Watcher
     _ours: bool = field(default=False, init=False)
     """Whether the robot's log has come to this goal."""
+    _since: tuple[int, int] = field(default=(0, 0), init=False)
+    """Sim time of that [s, ns]."""
     _status: TraversalStatus = field(default=TraversalStatus(), init=False)
     _odometry: dict[str, Odometry] = field(default_factory=dict, init=False)
 
@@ -79,8 +81,8 @@ class GoalOnBus:
             for _, message in said():
                 if isinstance(message, Event):
                     self._heed(message)
-                elif isinstance(message, TraversalReport) and self._ours:
-                    return message
+                elif isinstance(message, TraversalReport) and self._ours and _stamp(message) >= self._since:
+                    return message  # an older one is of the drive before: the bus keeps the last report
             self._note(latest)
             status = self._status
             if self._ours and status.state == TraversalStatus.ESTOPPED:
@@ -99,7 +101,8 @@ class GoalOnBus:
         self.watcher.event(event.severity, f"{event.source}: {event.text}")
         if self._ours and event.code in _OTHERS:
             raise JobFailed("another trajectory has taken over; the robot follows that")
-        self._ours |= event.code == "goal"
+        if event.code == "goal" and not self._ours:
+            self._ours, self._since = True, _stamp(event)
 
     def _note(self, latest: Any) -> None:
         messages: Iterator[tuple[Any, Message]] = latest()
@@ -130,3 +133,8 @@ class GoalOnBus:
     def _reached(self, topic: topics.Topic) -> ReachedPose | None:
         told = self._odometry.get(topic.name)
         return ReachedPose.of(told) if told is not None else None
+
+
+def _stamp(message: Event | TraversalReport) -> tuple[int, int]:
+    stamp = message.header.stamp
+    return stamp.sec, stamp.nanosec
