@@ -105,7 +105,7 @@ def test_no_transition_with_cusps_is_longer_than_the_reference() -> None:
 
 
 @given(end_pairs())
-@settings(max_examples=150)
+@settings(max_examples=400)
 def test_forward_transitions_join_any_poses_and_curvatures(ends: tuple[CurveEnd, CurveEnd, float, float]) -> None:
     start, goal, curvature, sharpness = ends
     transition = Steering(curvature, sharpness).between(start, goal)
@@ -116,7 +116,7 @@ def test_forward_transitions_join_any_poses_and_curvatures(ends: tuple[CurveEnd,
 
 
 @given(end_pairs(), st.sampled_from([0.0, 0.7]))
-@settings(max_examples=80)
+@settings(max_examples=200)
 def test_transitions_with_standstills_join_any_poses_and_curvatures(
     ends: tuple[CurveEnd, CurveEnd, float, float], room: float
 ) -> None:
@@ -133,7 +133,7 @@ def test_transitions_with_standstills_join_any_poses_and_curvatures(
 
 
 @given(end_pairs())
-@settings(max_examples=50)
+@settings(max_examples=100)
 def test_the_transition_of_the_mirror_image_is_the_mirror_image(ends: tuple[CurveEnd, CurveEnd, float, float]) -> None:
     start, goal, curvature, sharpness = ends
     steering = Steering(curvature, sharpness)
