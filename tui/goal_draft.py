@@ -29,7 +29,7 @@ class GoalDraft:
     said: str = ""
     """Of a plan what it has chosen, or why there is none or it was not taken."""
     request_id: str = ""
-    """Of the plan that is under way, of the one that is there, or of its way to the robot."""
+    """Of the plan that is under way or there, or of the goal on its way to the robot."""
     _manner: PoseGoal = field(default_factory=PoseGoal)
     """Method and law of the last goal."""
 
@@ -79,7 +79,7 @@ class GoalDraft:
         self.request_id, self.path, self.said = request_id, None, ""
 
     def sent(self, request_id: str) -> None:
-        """The plan is on its way to the robot."""
+        """The goal is on its way to the robot."""
         self.request_id = request_id
 
     def planned(self, trajectory: Trajectory, report: PlanReport, said: str) -> None:
@@ -87,7 +87,7 @@ class GoalDraft:
         self.path, self.said = PathView.of(trajectory, None, report), plain(said)
 
     def refused(self, request_id: str, why: str) -> None:
-        """There is no plan, or the robot does not take it from where it stands: another preview is due."""
+        """There is no plan, or the robot does not take the goal: another preview is due."""
         if request_id == self.request_id:
             self.path, self.said = None, why
 

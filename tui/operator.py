@@ -11,7 +11,7 @@ from typing import Protocol
 
 from touchline.schemas.errors import TouchlineError
 from touchline.schemas.messages.plan_messages import PlanOptions, PlanRequest, PlanResponse
-from touchline.schemas.messages.service_messages import LoadRequest, SetSpeedRequest
+from touchline.schemas.messages.service_messages import GotoRequest, LoadRequest, SetSpeedRequest
 from touchline.schemas.plain_text import plain
 from touchline.schemas.template import Template
 from touchline.tui import format, orders
@@ -55,14 +55,11 @@ class Operator:
         self._speed_asked: float | None = None
         self._speed_wanted: float | None = None
         """Until the answer about the one asked for is here."""
-        self._start_after = ""
-        """Request id of the drive that is to be started once it is loaded, unless another order comes before that."""
 
     # -- orders ------------------------------------------------------------------------------------------------------
 
     def command(self, name: str) -> None:
         """An order without arguments, by its name in `orders.COMMANDS`."""
-        self._start_after = ""
         if name == "estop":
             self.stop()
         elif name == "reset" and self.state.orders.stop.phase is Phase.SENT:
@@ -76,7 +73,6 @@ class Operator:
         """Stop the robot, from any thread: send it until the robot's status says that it is stopped."""
         latch = self.state.orders.stop
         self._stopped_at_s = time.monotonic()
-        self._start_after = ""
         with self._stopping:
             if latch.phase is not Phase.SENT:
                 self.state.note(WARN, "console", "Emergency stop sent")
@@ -121,7 +117,8 @@ class Operator:
         if template.segments or not template.areas:
             sizes.append(f"{len(template.segments)} lines, {format.length(template.length_m)} of paint")
         if template.areas:
-            sizes.append(f"{len(template.areas)} area{'s'[: len(template.areas) - 1]}, {template.area_m2:.0f} m²")
+            areas = "1 area" if len(template.areas) == 1 else f"{len(template.areas)} areas"
+            sizes.append(f"{areas}, {template.area_m2:.0f} m²")
         self.state.note(INFO, "console", f"Template {plain(template.name)}: {', '.join(sizes)}")
 
     def may_prepare(self, what: str, *, needs_template: bool) -> bool:
@@ -176,14 +173,13 @@ class Operator:
             self.state.drive.asked(order.request_id)
 
     def drive(self) -> None:
-        """Load the drive that is previewed where the robot stands, and start it once it is loaded."""
-        path = self.state.drive.path
-        if path is None or not self.may_drive("Drive"):
+        """Have the robot drive to the goal whose way is previewed."""
+        draft = self.state.drive
+        if draft.goal is None or draft.path is None or not self.may_drive("Drive"):
             return
-        order = orders.drive(path.trajectory, self._request_id())
+        order = orders.drive(draft.goal, self._request_id())
         if self._send(order):
-            self._start_after = order.request_id
-            self.state.drive.sent(order.request_id)
+            draft.sent(order.request_id)
 
     def set_speed(self, factor: float) -> None:
         """Let simulated time pass at a factor of real time; if another is still being set, then after that."""
@@ -232,10 +228,6 @@ class Operator:
             wanted, self._speed_asked, self._speed_wanted = self._speed_wanted, None, None
             if outcome.ok and wanted is not None:
                 self.set_speed(wanted)
-        if outcome.order.request_id == self._start_after:
-            self._start_after = ""
-            if done:
-                self.command("start")
         return done
 
     def _answered(self, outcome: OrderOutcome) -> bool:
@@ -284,11 +276,12 @@ class Operator:
             report = response.report
             return f"{format.length(report.total_length_m)} in {format.duration(report.total_time_s)}"
         if isinstance(request, LoadRequest):
-            if request.here:
-                self.state.drive_taken(request.trajectory)
-            else:
-                self.state.handed_over()
+            self.state.handed_over()
             return f"takes {format.duration(response.total_time)}"
+        if isinstance(request, GotoRequest):
+            if request.request_id == self.state.drive.request_id:  # else the operator aims at another one by now
+                self.state.drive.leave()
+            return outcome.reason
         if isinstance(request, SetSpeedRequest):
             self.state.speed_set(request.factor)
             return format.factor(request.factor)

@@ -11,7 +11,7 @@ import numpy as np
 from touchline.schemas import topics
 from touchline.schemas.messages.base import Message
 from touchline.schemas.messages.plan_messages import PlanOptions, PlanRequest, PoseGoal
-from touchline.schemas.messages.service_messages import CommandRequest, LoadRequest, SetSpeedRequest
+from touchline.schemas.messages.service_messages import CommandRequest, GotoRequest, LoadRequest, SetSpeedRequest
 from touchline.schemas.messages.turf_tank import Trajectory
 from touchline.schemas.plain_text import plain
 from touchline.schemas.topics import Service
@@ -121,10 +121,10 @@ def preview(goal: PoseGoal, start: Sequence[float], vehicle_json: str, request_i
     return Order("preview", "Preview", topics.PLAN_SERVICE, request, PLAN_TIMEOUT_S)
 
 
-def drive(trajectory: Trajectory, request_id: str) -> Order:
-    """Load a drive that begins where the robot stands."""
-    request = LoadRequest(request_id=request_id, trajectory=trajectory, here=True)
-    return Order("drive", "Drive", topics.LOAD, request, LOAD_TIMEOUT_S)
+def drive(goal: PoseGoal, request_id: str) -> Order:
+    """Have the robot drive to a goal: it plans from where it is and sets off."""
+    request = GotoRequest(request_id=request_id, goal=goal)
+    return Order("drive", "Drive", topics.GOTO, request, PLAN_TIMEOUT_S)
 
 
 def set_speed(factor: float, request_id: str) -> Order:

@@ -276,11 +276,6 @@ class ConsoleState:
         """The robot has taken the job in view."""
         self.loaded, self.draft = self.job, NOTHING
 
-    def drive_taken(self, trajectory: Trajectory) -> None:
-        """The robot has taken a drive; the job in preparation stays. Raises ValueError when it makes no sense."""
-        self.loaded = JobView(None, PathView.of(trajectory, None))
-        self.drive.leave()
-
     def speed_set(self, factor: float) -> None:
         """The robot has taken a speed factor; it will say so itself in a while."""
         self._speed_set = (factor, self.now_s)

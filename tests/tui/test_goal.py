@@ -24,6 +24,9 @@ from touchline.tui.robot import ShownPose
 from touchline.tui.signal_bar import SignalBar
 from touchline.tui.viewport import round_step_m
 
+TAKEN = (received(topics.TEMPLATE, m.String()), received(topics.PLAN, scenes.drive_response().trajectory))
+"""What the robot tells of a drive that it has taken."""
+
 
 def shown_map(app: ConsoleApp) -> str:
     view = app.query_one(MapView)
@@ -164,13 +167,13 @@ async def test_preview_then_drive_is_enter_twice():
         assert "8.00 m, 19.50 s; dubins instead of g2" in " ".join(panel.split())
         assert "drive there" in panel
         await pilot.press("enter")
-        await until(pilot, lambda: topics.START.name in link.names())
-        assert link.names() == [topics.PLAN_SERVICE.name, topics.LOAD.name, topics.START.name]
-        load = link.asked[1][1]
-        assert load.here
-        assert not load.resume
-        assert load.trajectory == scenes.drive_response().trajectory
-        assert app.state.drive.goal is None
+        await until(pilot, lambda: app.state.drive.goal is None)
+        assert link.names() == [topics.PLAN_SERVICE.name, topics.GOTO.name]
+        sent = link.asked[1][1]
+        assert sent.goal == request.goal[0]
+        assert not len(sent.options.start), "the robot begins where it is"
+        link.incoming += TAKEN
+        app.tick()
         assert app.state.loaded.drives
 
 
@@ -188,24 +191,24 @@ async def test_a_refusal_is_shown_as_it_is_and_the_goal_stays():
         assert why[:10] not in plain(app, StatusPanel)
 
 
-async def test_a_load_that_is_refused_starts_nothing():
-    why = "cannot load here: the robot stands 0.20 m away"
+async def test_a_goal_that_the_robot_refuses_is_told_and_stays():
+    why = "cannot go to a goal while paused; resume or abort it first"
     async with console(*scenes.standing()) as (app, link, pilot):
         link.answers[topics.PLAN_SERVICE.name] = scenes.drive_response()
-        link.answers[topics.LOAD.name] = m.LoadResponse(success=False, message=why)
+        link.answers[topics.GOTO.name] = m.GotoResponse(success=False, message=why)
         await pilot.press("d", "enter")
         await until(pilot, lambda: app.state.drive.path is not None)
         await pilot.press("enter")
         await until(pilot, lambda: why in plain(app, SignalBar))
-        assert topics.START.name not in link.names()
+        assert app.state.drive.goal is not None
         assert app.state.drive.path is None, "another preview, from where it stands, is due"
         app.tick()
         assert why in " ".join(plain(app, StatusPanel).split())
 
 
-@pytest.mark.parametrize("key", ["e", "a", "space"])
-async def test_nothing_starts_after_an_order_that_stops(key):
-    """The robot is still loading when the operator thinks better of it."""
+@pytest.mark.parametrize(("key", "stop"), [("e", topics.ESTOP), ("a", topics.ABORT), ("space", topics.PAUSE)])
+async def test_a_stop_goes_out_while_the_goal_is_on_its_way(key, stop):
+    """The robot still plans when the operator thinks better of it; that it then stays is the robot's part."""
     async with console(*scenes.standing()) as (app, link, pilot):
         link.answers[topics.PLAN_SERVICE.name] = scenes.drive_response()
         await pilot.press("d", "enter")
@@ -215,11 +218,21 @@ async def test_nothing_starts_after_an_order_that_stops(key):
         if key == "a":
             await pilot.press("y")
         link.held.set()
-        await until(pilot, lambda: app.state.loaded.drives)
-        await until(pilot, lambda: len(link.asked) >= 3)
-        app.tick()
-        await pilot.pause(0.05)
-        assert topics.START.name not in link.names()
+        await until(pilot, lambda: stop.name in link.names())
+        await until(pilot, lambda: app.state.drive.goal is None)
+        assert sorted(set(link.names())) == sorted((topics.PLAN_SERVICE.name, topics.GOTO.name, stop.name))
+
+
+async def test_a_goal_that_is_moved_while_it_is_sent_is_aimed_at_on():
+    async with console(*scenes.standing()) as (app, link, pilot):
+        link.answers[topics.PLAN_SERVICE.name] = scenes.drive_response()
+        await pilot.press("d", "enter")
+        await until(pilot, lambda: app.state.drive.path is not None)
+        link.held = threading.Event()
+        await pilot.press("enter", "right")
+        link.held.set()
+        await until(pilot, lambda: last(app)[1].startswith("Drive"))
+        assert app.state.drive.goal is not None
 
 
 async def test_an_answer_about_a_goal_that_was_changed_is_not_taken():
@@ -282,9 +295,8 @@ async def test_method_law_and_time_are_offered_and_asked_for():
 
 
 async def test_the_drive_is_told_until_it_ends_and_by_how_much_it_missed():
-    drive = [received(topics.TEMPLATE, m.String()), received(topics.PLAN, scenes.drive_response().trajectory)]
     under_way = driving(m.TraversalStatus.RUNNING, 3.0, remaining_s=12.0, speed_mps=0.4)
-    async with console(*scenes.standing(), *drive, received(topics.STATUS, under_way)) as (app, link, pilot):
+    async with console(*scenes.standing(), *TAKEN, received(topics.STATUS, under_way)) as (app, link, pilot):
         panel = plain(app, StatusPanel)
         assert "9.00, 2.00 m" in panel
         assert "5.0 m" in panel
@@ -315,8 +327,9 @@ async def test_the_plan_that_is_prepared_stays_while_the_robot_drives(template: 
         await pilot.press("d", "enter")
         await until(pilot, lambda: app.state.drive.path is not None)
         await pilot.press("enter")
-        await until(pilot, lambda: topics.START.name in link.names())
+        await until(pilot, lambda: app.state.drive.goal is None)
         assert app.state.template is not None
+        link.incoming += TAKEN
         link.incoming.append(received(topics.STATUS, driving(m.TraversalStatus.RUNNING, 1.0)))
         app.tick()
         assert app.state.template is None
