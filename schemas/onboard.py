@@ -4,19 +4,16 @@ The defaults are the shipped robot's. None of it decides what is true: that is t
 computer sees nothing but what its sensors say.
 """
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import (
     AfterValidator,
     Field,
-    SerializationInfo,
-    SerializerFunctionWrapHandler,
-    model_serializer,
     model_validator,
 )
 
 from touchline.schemas.plugins import FOLLOWERS, UnknownPlugin
-from touchline.schemas.spec import EVERY_FIELD, Spec
+from touchline.schemas.spec import GrownSpec, Spec
 
 
 def _registered(name: str) -> str:
@@ -144,7 +141,7 @@ class TrackingGains(Spec):
     """k_b of `frenet`."""
 
 
-class OnboardConfig(Spec):
+class OnboardConfig(GrownSpec):
     """The robot's own computer: what follows the path, what it is told of its sensors, when it stops by itself."""
 
     follower: Follower = FOLLOWERS.default
@@ -160,16 +157,4 @@ class OnboardConfig(Spec):
     link_timeout_s: Seconds = 2.0
     """Wall-clock seconds without operator and planner after which the robot stops by itself."""
 
-    @model_serializer(mode="wrap")
-    def _without_usual_later_parts(
-        self, handler: SerializerFunctionWrapHandler, info: SerializationInfo
-    ) -> dict[str, Any]:
-        """One that changes nothing of a part is written as before there was that part: to the same bytes."""
-        written: dict[str, Any] = handler(self)
-        for name in _LATER_PARTS if info.context != EVERY_FIELD else ():
-            if getattr(self, name) == type(self).model_fields[name].default:
-                written.pop(name, None)
-        return written
-
-
-_LATER_PARTS = ("camera", "odometry", "lane_pursuit", "tracking")
+    later_fields = ("camera", "odometry", "lane_pursuit", "tracking")

@@ -2,10 +2,10 @@
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
+from pydantic import Field, model_validator
 
 from touchline.schemas.faults import Fault, Share
-from touchline.schemas.spec import Spec
+from touchline.schemas.spec import GrownSpec, Spec
 
 Noise = Literal["default", "none"]
 SurfaceName = Literal["grass", "wet-grass", "artificial-turf", "clay", "floor"]
@@ -134,7 +134,7 @@ class MagnetometerNoise(Spec):
     disturbance_tau_s: Positive = 20.0
 
 
-class DriveNoise(Spec):
+class DriveNoise(GrownSpec):
     """How far the real wheels and their steering are from the nominal ones (1 σ) and how much they slip on grass."""
 
     wheel_radius_relative: NotNegative = 0.003
@@ -147,12 +147,7 @@ class DriveNoise(Spec):
     Scenarios of robots that steer with their wheels' speeds, and their hashes, are thus what they were before.
     """
 
-    @model_serializer(mode="wrap")
-    def _without_usual_offset(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        written: dict[str, Any] = handler(self)
-        if written.get("steering_offset_rad") == type(self).model_fields["steering_offset_rad"].default:
-            del written["steering_offset_rad"]
-        return written
+    later_fields = ("steering_offset_rad",)
 
 
 class Ground(Spec):
@@ -187,7 +182,7 @@ class Origin(Spec):
     altitude_m: Annotated[float, Field(ge=-500, le=9000)] = 20.0
 
 
-class Scenario(Spec):
+class Scenario(GrownSpec):
     """The world of one emulated session, the errors of the robot's sensors and drives included.
 
     The robot's own computer knows nothing of it: see `touchline.schemas.onboard`.
@@ -214,12 +209,7 @@ class Scenario(Spec):
     faults: Annotated[tuple[Fault, ...], Field(max_length=1000)] = ()
     """What goes wrong when, in sim time; see `touchline.schemas.faults`."""
 
-    @model_serializer(mode="wrap")
-    def _without_usual_camera(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        written: dict[str, Any] = handler(self)
-        if self.camera == CameraNoise():
-            written.pop("camera", None)
-        return written
+    later_fields = ("camera",)
 
     @model_validator(mode="before")
     @classmethod

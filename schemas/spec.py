@@ -3,9 +3,16 @@
 import json
 import math
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    SerializationInfo,
+    SerializerFunctionWrapHandler,
+    ValidationError,
+    model_serializer,
+)
 
 from touchline.schemas.errors import SpecError
 from touchline.schemas.plain_text import plain
@@ -25,6 +32,23 @@ class Spec(BaseModel):
     """Base of every specification: frozen, finite numbers only, no unknown fields."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class GrownSpec(Spec):
+    """A specification that has got further fields, of which those with their default value are not written.
+
+    What says nothing of them is thus written to the same bytes as before there were any, and hashes stay.
+    """
+
+    later_fields: ClassVar[tuple[str, ...]] = ()
+
+    @model_serializer(mode="wrap")
+    def _as_before(self, handler: SerializerFunctionWrapHandler, info: SerializationInfo) -> dict[str, Any]:
+        written: dict[str, Any] = handler(self)
+        for name in self.later_fields if info.context != EVERY_FIELD else ():
+            if getattr(self, name) == type(self).model_fields[name].default:
+                written.pop(name, None)
+        return written
 
 
 def read_text(path: Path) -> str:

@@ -6,22 +6,20 @@ import json
 import math
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import (
     AfterValidator,
     Field,
-    SerializerFunctionWrapHandler,
     ValidationInfo,
     field_validator,
-    model_serializer,
     model_validator,
 )
 
 from touchline.schemas.curves import Curve
 from touchline.schemas.plain_text import printable
 from touchline.schemas.scenario import Origin
-from touchline.schemas.spec import Spec
+from touchline.schemas.spec import GrownSpec, Spec
 from touchline.schemas.swath_ids import area_id_of, swath_id
 
 if TYPE_CHECKING:
@@ -184,7 +182,7 @@ class Area(Spec):
         return swath_id(self.id, number)
 
 
-class Template(Spec):
+class Template(GrownSpec):
     """A drawing of lines, arcs and areas in the map frame (metres, x east, y north).
 
     The robot's body stays inside ``boundary`` and off every one of ``obstacles`` (goal posts, benches, trees).
@@ -235,13 +233,7 @@ class Template(Spec):
                 raise ValueError(f'segments[{i}] has the id "{segment.id}" of a swath of an area: give it another')
         return self
 
-    @model_serializer(mode="wrap")
-    def _as_before_areas(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """A template without areas is written as it was before there were any: to the same bytes."""
-        written: dict[str, Any] = handler(self)
-        if not self.areas:
-            written.pop("areas", None)
-        return written
+    later_fields = ("areas",)
 
     @property
     def length_m(self) -> float:

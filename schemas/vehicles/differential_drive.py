@@ -1,11 +1,11 @@
 """Two driven wheels on one axle, and casters."""
 
 import math
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
-from pydantic import Field, SerializationInfo, SerializerFunctionWrapHandler, model_serializer
+from pydantic import Field
 
-from touchline.schemas.spec import EVERY_FIELD, Spec
+from touchline.schemas.spec import GrownSpec, Spec
 from touchline.schemas.vehicles.actuator import Actuator
 from touchline.schemas.vehicles.drive_spec import DriveSpec
 from touchline.schemas.vehicles.ground_contact import GroundContact
@@ -41,7 +41,7 @@ class Motor(Spec):
     viscous_nms: Annotated[float, Field(ge=0, le=100)] = 0.02
 
 
-class DifferentialDrive(DriveSpec):
+class DifferentialDrive(GrownSpec, DriveSpec):
     """Two driven wheels; the body frame's origin is the middle of their axle (REP-103)."""
 
     kind: Literal["differential"] = "differential"
@@ -79,15 +79,7 @@ class DifferentialDrive(DriveSpec):
 
     says_no_more: ClassVar[str] = "the wheels do no more (max_wheel_speed_radps times wheel_radius_m)"
 
-    @model_serializer(mode="wrap")
-    def _without_usual_yaw_rate(
-        self, handler: SerializerFunctionWrapHandler, info: SerializationInfo
-    ) -> dict[str, Any]:
-        written: dict[str, Any] = handler(self)
-        usual = type(self).model_fields["max_yaw_rate_radps"].default
-        if written.get("max_yaw_rate_radps") == usual and info.context != EVERY_FIELD:
-            del written["max_yaw_rate_radps"]
-        return written
+    later_fields = ("max_yaw_rate_radps",)
 
     @property
     def half_track_m(self) -> float:

@@ -4,18 +4,15 @@ from typing import Any, Self
 
 from pydantic import (
     Field,
-    SerializationInfo,
     SerializeAsAny,
-    SerializerFunctionWrapHandler,
     ValidationInfo,
     ValidatorFunctionWrapHandler,
     field_validator,
-    model_serializer,
     model_validator,
 )
 
 from touchline.schemas.plugins import DRIVES, TOOLS, Registry
-from touchline.schemas.spec import EVERY_FIELD, Spec
+from touchline.schemas.spec import GrownSpec
 from touchline.schemas.vehicles.differential_drive import DifferentialDrive
 from touchline.schemas.vehicles.drive_spec import DriveSpec
 from touchline.schemas.vehicles.former_vehicles import in_parts
@@ -26,7 +23,7 @@ from touchline.schemas.vehicles.tool_spec import ToolSpec
 from touchline.schemas.vehicles.vehicle_body import VehicleBody
 
 
-class Vehicle(Spec):
+class Vehicle(GrownSpec):
     """A body with a drive and a tool, each of one of the kinds that are registered."""
 
     name: str = "turf-tank-two"
@@ -41,14 +38,7 @@ class Vehicle(Spec):
     def _in_parts(cls, given: Any) -> Any:
         return in_parts(given)
 
-    @model_serializer(mode="wrap")
-    def _without_usual_positioning(
-        self, handler: SerializerFunctionWrapHandler, info: SerializationInfo
-    ) -> dict[str, Any]:
-        written: dict[str, Any] = handler(self)
-        if self.positioning == GNSS and info.context != EVERY_FIELD:
-            written.pop("positioning", None)
-        return written
+    later_fields = ("positioning",)
 
     @field_validator("drive", mode="wrap")
     @classmethod
