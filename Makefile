@@ -8,18 +8,15 @@ STAMP := $(VENV)/.installed
 WAITING := tests/system tests/bridge tests/bus tests/tui
 PURE := $(filter-out $(WAITING),$(patsubst %/,%,$(wildcard tests/*/)))
 
-.PHONY: demo test test-slow lint planner-kernels robot-kernels bench clean
+.PHONY: demo test lint planner-kernels robot-kernels bench clean
 
 demo: $(STAMP)
 	$(BIN)/touchline demo
 
 test: $(STAMP)
 	$(MAKE) --no-print-directory -j 3 planner-kernels robot-kernels lint
-	$(BIN)/python -m pytest -q -n 2 --dist loadgroup -m 'not slow' $(PURE)
-	$(BIN)/python -m pytest -q -n 2 --dist loadgroup -m 'not slow' $(WAITING)
-
-test-slow: $(STAMP)
-	$(BIN)/python -m pytest -q -n 2 --dist loadgroup -m slow
+	$(BIN)/python -m pytest -q -n 2 --dist loadgroup $(PURE)
+	$(BIN)/python -m pytest -q -n 2 --dist loadgroup $(WAITING)
 
 lint: $(STAMP)
 	$(BIN)/ruff check .

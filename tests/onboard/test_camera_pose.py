@@ -17,6 +17,8 @@ from touchline.services.core.physical_constants import GRAVITY_MPS2
 from touchline.services.onboard.estimation.filter import JUMP_RUN, Estimator
 from touchline.services.onboard.interface import CameraSample, ImuSample, MagSample, SensorFrame
 
+pytestmark = pytest.mark.xdist_group("small robots")  # its kernels are compiled in one worker
+
 TURTLEBOT = SHIPPED["turtlebot2"].vehicle
 RUNS = 6
 

@@ -12,6 +12,8 @@ from touchline.schemas.vehicles import ODOMETRY
 from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.robot_sim.emulator import Emulator
 
+pytestmark = pytest.mark.xdist_group("small robots")  # its kernels are compiled in one worker
+
 RUNS = 8
 
 

@@ -15,6 +15,8 @@ from touchline.services.onboard.trajectory.trajectory import load_trajectory
 from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.planner.request import answer
 
+pytestmark = pytest.mark.xdist_group("poses")  # its kernels are compiled in one worker
+
 WAFFLE = SHIPPED["turtlebot3-waffle-pi"].vehicle
 FIRST = PoseGoal(x_m=4.0, y_m=1.5, heading_rad=0.8)
 KEEP_S = 2.0

@@ -18,6 +18,8 @@ from touchline.services.planner.poses.traveller import Traveller
 from touchline.services.planner.segments.fit_arcs import cut
 from touchline.services.planner.segments.sections import runs
 
+pytestmark = pytest.mark.xdist_group("poses")  # its kernels are compiled in one worker
+
 ORIGIN = PathPose(0.0, 0.0, 0.0)
 WAFFLE = Traveller.of(SHIPPED["turtlebot3-waffle-pi"].vehicle, PlanOptions())
 AUTO = CubicPath()

@@ -15,6 +15,8 @@ from touchline.services.planner.poses.kernels.free_heading import shortest_lengt
 from touchline.services.planner.poses.traveller import Traveller
 from touchline.services.planner.steering.dubins import dubins_pieces
 
+pytestmark = pytest.mark.xdist_group("poses")  # its kernels are compiled in one worker
+
 ORIGIN = PathPose(0.0, 0.0, 0.0)
 TRAVELLER = Traveller.of(SHIPPED["turtlebot2"].vehicle, PlanOptions())
 RADIUS_M = 0.3

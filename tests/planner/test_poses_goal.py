@@ -15,6 +15,8 @@ from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.planner.plots.actuator_series import actuator_series
 from touchline.services.planner.request import answer
 
+pytestmark = pytest.mark.xdist_group("poses")  # its kernels are compiled in one worker
+
 WAFFLE, TURTLEBOT2 = (SHIPPED[name].vehicle for name in ("turtlebot3-waffle-pi", "turtlebot2"))
 HERE = PlanOptions(start=[1.0, -2.0, 0.4])
 FORWARD = HERE.model_copy(update={"forward_only": True})

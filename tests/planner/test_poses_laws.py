@@ -13,6 +13,8 @@ from touchline.services.planner.poses.cubic_path import curve_of
 from touchline.services.planner.poses.kernels.cubic_curve import tangent
 from touchline.services.planner.poses.laws import CUBIC, QUINTIC, UNIFORM
 
+pytestmark = pytest.mark.xdist_group("poses")  # its kernels are compiled in one worker
+
 LAWS = {"uniform": UNIFORM, "cubic": CUBIC, "quintic": QUINTIC}
 WAFFLE = SHIPPED["turtlebot3-waffle-pi"].vehicle
 START, GOAL, TANGENTS = PathPose(0.0, 0.0, 0.3), PathPose(3.0, 1.5, -0.4), (3.0, 4.0)

@@ -25,6 +25,8 @@ from touchline.services.robot_sim.telemetry import Telemetry
 from touchline.services.robot_sim.world.body import BodyState
 from touchline.services.robot_sim.world.effects import Effects
 
+pytestmark = pytest.mark.xdist_group("small robots")  # its kernels are compiled in one worker
+
 TURTLEBOT = SHIPPED["turtlebot2"].vehicle
 GOAL = PoseGoal(x_m=2.5, y_m=1.0, heading_rad=0.8)
 

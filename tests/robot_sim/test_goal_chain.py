@@ -7,6 +7,8 @@ import pytest
 
 from benchmarks._goal_chain import GoalChain
 
+pytestmark = pytest.mark.xdist_group("small robots")  # its kernels are compiled in one worker
+
 
 @pytest.mark.parametrize("vehicle", ["turtlebot3-waffle-pi", "turf-tank-two"])
 def test_goals_that_replace_each_other_are_reached(vehicle):

@@ -27,6 +27,8 @@ from touchline.services.robot_sim.journal import Journal
 from touchline.services.robot_sim.robot_process import RobotProcess
 from touchline.services.robot_sim.warm_up import warm_up
 
+pytestmark = pytest.mark.xdist_group("small robots")  # its kernels are compiled in one worker
+
 WAFFLE = SHIPPED["turtlebot3-waffle-pi"]
 START = Pose2(x_m=1.0, y_m=0.5, heading_rad=0.3)
 NEAR = PoseGoal(x_m=2.0, y_m=1.2, heading_rad=0.8)
