@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from copy import deepcopy
 from typing import Annotated, Any, Generic, Self, TypeVar, cast, get_args, get_origin, get_type_hints
 
@@ -147,7 +147,7 @@ class RecordArray(Generic[_Kind]):
 
     def __init__(self, kind: type[_Kind], array: NDArray[np.void]) -> None:
         """Those that lie in this memory, (n,) of the dtype of their kind."""
-        self._kind, self._array = kind, array
+        self._kind, self._array, self.array = kind, array, cast("Sequence[_Kind]", array)
 
     def __len__(self) -> int:
         return len(self._array)
@@ -155,6 +155,9 @@ class RecordArray(Generic[_Kind]):
     def __getitem__(self, index: int) -> _Kind:
         at = range(len(self))[index]
         return self._kind._over(self._array[at : at + 1])
+
+    def __iter__(self) -> Iterator[_Kind]:
+        return (self[index] for index in range(len(self)))
 
     def __setitem__(self, index: int, record: _Kind) -> None:
         self[index].assign(record)

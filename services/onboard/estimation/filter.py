@@ -18,13 +18,14 @@ from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.vehicles import ODOMETRY, Vehicle
 from touchline.services.core.angles import nearest_turn
 from touchline.services.core.jit import kernel
+from touchline.services.core.records import RecordArray
 from touchline.services.onboard import filter_model as m
 from touchline.services.onboard.computer_state import Computer, ComputerState, FilterState, FilterTimes, ReceivedFix
 from touchline.services.onboard.drives.onboard_drive import drive_of
 from touchline.services.onboard.estimation.calibration import start_learning
 from touchline.services.onboard.estimation.delayed_fusion import advance, take_fix
 from touchline.services.onboard.estimation.noise import noise_figures
-from touchline.services.onboard.estimation.received import FIX_FIXED, ReceivedPosition, as_records, received
+from touchline.services.onboard.estimation.received import FIX_FIXED, received
 from touchline.services.onboard.estimation.sample_buffer import STILL_TICKS, take_samples
 from touchline.services.onboard.estimation.standing import JOLT_MPS2
 from touchline.services.onboard.estimation.tail import CONTRADICTED
@@ -264,10 +265,10 @@ class Estimator:
     def step(self, frame: SensorFrame) -> None:
         """Take in a tick's measurements. Frames must come in order, one per tick; what is in them need not."""
         self._computer.frame.fill(frame)
-        positions, started = received(frame), self.started
-        take_frame(frame.tick, as_records(positions), len(positions), self.drive, self._computer.array)
+        fixes, started = received(frame), self.started
+        take_frame(frame.tick, fixes.array, len(fixes), self.drive, self._computer.array)
         if not started:
-            self._gather(frame, positions)
+            self._gather(frame, fixes)
 
     @property
     def jump_m(self) -> float:
@@ -301,7 +302,7 @@ class Estimator:
         p[m.HEADING, :] = p[:, m.HEADING] = 0.0
         p[m.HEADING, m.HEADING] = max(variance_rad2, self.ring.figures.r_heading)
 
-    def _place(self, x: Floats, p: Floats, fix: ReceivedFix | ReceivedPosition, variance_m2: float) -> None:
+    def _place(self, x: Floats, p: Floats, fix: ReceivedFix, variance_m2: float) -> None:
         """Set the axle's position in a state and its covariance by a fix; the heading is known already.
 
         Its place is the fix less the fix's error and less the lever, which turns with the heading and all that goes
@@ -323,13 +324,14 @@ class Estimator:
         p[:, _PLACE] += turned.T
         p[np.ix_(_PLACE, _PLACE)] += turned @ lever.T + np.eye(2) * (variance_m2 + c.gnss_var)
 
-    def _gather(self, frame: SensorFrame, positions: list[ReceivedPosition]) -> None:
+    def _gather(self, frame: SensorFrame, fixes: RecordArray[ReceivedFix]) -> None:
         """Average the sensors at standstill and start the filter when a fixed position arrives, or without one."""
         if self.buffer.still_ticks == 0:
             self._gather_anew()
             return
         imu, mag = frame.imu, frame.mag
-        position = max(positions, key=lambda fix: fix.stamp_s, default=None) if self._told is None else self._believed()
+        newest = max(fixes, key=lambda fix: fix.stamp_s, default=None)
+        position = newest if self._told is None else self._believed()
         self._sums += (imu.gyro_z_radps, imu.accel_x_mps2, mag.x_t, mag.y_t)
         self._sum_ticks += 1
         self._accels.append(imu.accel_x_mps2)
@@ -364,14 +366,21 @@ class Estimator:
         z.rise_east_mps2 = z.rise_north_mps2 = z.rise_var = 0.0
         z.error_mean[:], z.smooth[:] = 0.0, 0.0
 
-    def _believed(self) -> ReceivedPosition | None:
+    def _believed(self) -> ReceivedFix | None:
         """The pose that odometry alone starts from, as a fix that is always there; None if it was told none."""
         sheet, pose = self._told, self._told_pose
         if sheet is None or pose is None:
             return None
         east_m, north_m, heading_rad = pose
-        variances = sheet.start_sigma_m**2, sheet.start_sigma_rad**2
-        return ReceivedPosition(math.inf, east_m, north_m, variances[0], FIX_FIXED, 0, 0.0, heading_rad, variances[1])
+        return ReceivedFix(
+            stamp_s=math.inf,
+            east_m=east_m,
+            north_m=north_m,
+            variance_m2=sheet.start_sigma_m**2,
+            fix=FIX_FIXED,
+            heading_rad=heading_rad,
+            heading_variance_rad2=sheet.start_sigma_rad**2,
+        )
 
     def _gather_anew(self) -> None:
         self._sums[:] = 0.0

@@ -1,53 +1,30 @@
-"""What a frame has of positions, whoever tells them, as records for kernels."""
+"""What a frame has of positions, whoever tells them, as records."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 
+from touchline.services.core.records import RecordArray
 from touchline.services.onboard.computer_state import ReceivedFix
 from touchline.services.onboard.interface import CameraSample, SensorFrame
 
 FIX_FIXED: Final = 3
-_NONE: Final = ReceivedFix.row(0)
+_NONE: Final = RecordArray(ReceivedFix, np.zeros(0, ReceivedFix.dtype))
 
 
-class ReceivedPosition(NamedTuple):
-    """One of them; fields as in `ReceivedFix`."""
-
-    stamp_s: float
-    east_m: float
-    north_m: float
-    variance_m2: float
-    fix: int
-    satellites: int
-    correction_age_s: float
-    heading_rad: float = math.nan
-    heading_variance_rad2: float = math.nan
+def received(frame: SensorFrame) -> RecordArray[ReceivedFix]:
+    """The fixes and poses that arrived with a frame, in the order of their arrival."""
+    if not frame.gnss and not frame.camera:
+        return _NONE
+    fixes: list[Any] = [(*fix, math.nan, math.nan) for fix in frame.gnss]
+    fixes += [_of_camera(pose) for pose in frame.camera]
+    return RecordArray(ReceivedFix, np.array(fixes, ReceivedFix.dtype))
 
 
-def _of_camera(pose: CameraSample) -> ReceivedPosition:
-    return ReceivedPosition(
-        pose.stamp_s,
-        pose.east_m,
-        pose.north_m,
-        pose.sigma_m**2,
-        FIX_FIXED,
-        0,
-        0.0,
-        pose.heading_rad,
-        pose.sigma_rad**2,
-    )
-
-
-def received(frame: SensorFrame) -> list[ReceivedPosition]:
-    """The fixes and poses that arrived with a frame, in the order of their arrival; a pose counts as fixed."""
-    return [ReceivedPosition(*fix) for fix in frame.gnss] + [_of_camera(pose) for pose in frame.camera]
-
-
-def as_records(positions: list[ReceivedPosition]) -> Sequence[ReceivedFix]:
-    """(n,) of them, for kernels."""
-    return np.array(positions, ReceivedFix.dtype) if positions else _NONE  # type: ignore[return-value]
+def _of_camera(pose: CameraSample) -> tuple[float, ...]:
+    """The fields of `ReceivedFix`; a pose counts as fixed."""
+    position = pose.stamp_s, pose.east_m, pose.north_m, pose.sigma_m**2
+    return *position, FIX_FIXED, 0, 0.0, pose.heading_rad, pose.sigma_rad**2
