@@ -10,7 +10,7 @@ import numpy as np
 
 from touchline.services.planner.coverage.cover_stroke import CoverStroke
 from touchline.services.planner.coverage.kernels.lane_anneal import LaneCosts, annealed
-from touchline.services.planner.coverage.kernels.survey import Mover
+from touchline.services.planner.coverage.kernels.turn_words import Mover
 from touchline.services.planner.coverage.lanes import CoverLane
 from touchline.services.planner.coverage.machine import CoverageMachine
 from touchline.services.planner.coverage.stroke_join import Joiner

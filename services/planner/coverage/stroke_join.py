@@ -8,7 +8,9 @@ import numpy as np
 from touchline.services.planner.coverage.cover_stroke import CoverStroke
 from touchline.services.planner.coverage.coverage_route import DriveKind
 from touchline.services.planner.coverage.free_space import FreeSpace
-from touchline.services.planner.coverage.kernels.survey import Join, Mover, survey
+from touchline.services.planner.coverage.kernels.stroke_ways import Join
+from touchline.services.planner.coverage.kernels.survey import survey
+from touchline.services.planner.coverage.kernels.turn_words import Mover
 from touchline.services.planner.coverage.stroke_map import StrokeMap
 from touchline.services.planner.geometry.clothoid import Floats, PathPose, Piece, PiecePath, joined
 from touchline.services.planner.steering.circles import circle

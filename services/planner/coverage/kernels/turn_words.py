@@ -1,0 +1,159 @@
+"""Compiled: the pieces, lengths and times of what a machine drives between two strokes: turns, words, straights."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from touchline.services.core.jit import kernel
+from touchline.services.planner.coverage.kernels.grid import CURVATURE, DIRECTION, LENGTH, SHARPNESS
+from touchline.services.planner.geometry.clothoid import Floats
+from touchline.services.planner.steering.circles import LIMIT, LIMIT_TURN, turn_length
+
+# So many pieces make a word: three turns of three.
+WORD_PIECES = 9
+
+
+class Mover(NamedTuple):
+    """How the machine moves: figures of its turning circle at unit sharpness, √sharpness, speed, acceleration."""
+
+    circle: Floats
+    root: float
+    half_width_m: float
+    speed_mps: float
+    acceleration_mps2: float
+
+
+@kernel
+def turn_rows(deflection: float, direction: float, mover: Mover, table: Floats, row: int) -> int:
+    """Write the pieces of a turn: two clothoids and an arc, or the flatter pair of clothoids where it turns little.
+
+    Fraichard and Scheuer, "From Reeds and Shepp's to continuous-curvature paths", IEEE T-RO 20(6), 2004.
+
+    Args:
+        deflection: Of the direction of travel, to the left (rad).
+        direction: 1 forward, −1 backward.
+        mover: How the machine moves.
+        table: (n, 4) filled in: length (m), curvature (1/m), sharpness (1/m²), direction; see grid.py.
+        row: The first one to fill in.
+
+    Returns:
+        The next free row.
+    """
+    c, root, size = mover.circle, mover.root, abs(deflection)
+    # What turns the direction of travel to the left turns a robot that drives backward with negative curvature.
+    side = direction * (1.0 if deflection >= 0.0 else -1.0)
+    if size == 0.0:
+        table[row, LENGTH], table[row, CURVATURE] = turn_length(0.0, c) / root, 0.0
+        table[row, SHARPNESS], table[row, DIRECTION] = 0.0, direction
+        return row + 1
+    if size < c[LIMIT_TURN]:
+        half = 0.5 * turn_length(size, c)
+        peak, hold = size / half, 0.0
+    else:
+        half, peak = c[LIMIT], c[LIMIT]
+        hold = (size - c[LIMIT_TURN]) / c[LIMIT]
+    sharpness = side * peak / half * root * root
+    for k in range(3):
+        if k == 1 and hold <= 0.0:
+            continue
+        table[row, LENGTH] = (hold if k == 1 else half) / root
+        table[row, CURVATURE] = 0.0 if k == 0 else side * peak * root
+        table[row, SHARPNESS] = sharpness if k == 0 else (0.0 if k == 1 else -sharpness)
+        table[row, DIRECTION] = direction
+        row += 1
+    return row
+
+
+@kernel
+def word_rows(amounts: Floats, kind: int, direction: float, mover: Mover, table: Floats) -> int:
+    """Write the pieces of a word that is driven one way.
+
+    Args:
+        amounts: (3,) its row of `word_table`, straights in units of unit sharpness.
+        kind: The number of that row, which says whether the middle is a straight.
+        direction: 1 forward, −1 backward.
+        mover: How the machine moves.
+        table: (WORD_PIECES, 4) filled in from the first row on; see `turn_rows`.
+
+    Returns:
+        How many pieces there are.
+    """
+    row = turn_rows(amounts[0], direction, mover, table, 0)
+    if kind % 4 < 2:
+        table[row, LENGTH], table[row, CURVATURE] = amounts[1] / mover.root, 0.0
+        table[row, SHARPNESS], table[row, DIRECTION] = 0.0, direction
+        row += 1
+    else:
+        row = turn_rows(amounts[1], direction, mover, table, row)
+    return int(turn_rows(amounts[2], direction, mover, table, row))
+
+
+@kernel
+def word_m(amounts: Floats, kind: int, mover: Mover) -> float:
+    """Length of a word (m); infinite if there is none.
+
+    Args:
+        amounts: (3,) its row of `word_table`, straights in units of unit sharpness.
+        kind: The number of that row, which says whether the middle is a straight.
+        mover: How the machine moves.
+    """
+    if not math.isfinite(amounts[1]):
+        return math.inf
+    turning = turn_length(abs(amounts[0]), mover.circle) + turn_length(abs(amounts[2]), mover.circle)
+    middle = amounts[1] if kind % 4 < 2 else turn_length(abs(amounts[1]), mover.circle)
+    return float((turning + middle) / mover.root)
+
+
+@kernel
+def along(pose: Floats, direction: float, length: float) -> Floats:
+    """The pose (3,) after a straight.
+
+    Args:
+        pose: (3,) x (m), y (m), heading (rad).
+        direction: Of travel: 1 forward, −1 backward.
+        length: In that direction (m); negative: back.
+    """
+    moved = np.empty(3)
+    moved[0] = pose[0] + direction * length * math.cos(pose[2])
+    moved[1] = pose[1] + direction * length * math.sin(pose[2])
+    moved[2] = pose[2]
+    return moved
+
+
+@kernel
+def run_s(length: float, mover: Mover, standstills: int) -> float:
+    """Seconds for a stretch in one direction; as `CoverageMachine.run_s`.
+
+    Speed is a trapezoid over time, or a triangle where a stretch from standstill to standstill is too short for it.
+
+    Args:
+        length: m.
+        mover: How the machine moves.
+        standstills: How many of its ends (0 to 2) are at rest; at the others it is at full speed.
+    """
+    if standstills == 2 and length < mover.speed_mps**2 / mover.acceleration_mps2:
+        return 2.0 * math.sqrt(length / mover.acceleration_mps2)
+    return length / mover.speed_mps + 0.5 * standstills * mover.speed_mps / mover.acceleration_mps2
+
+
+@kernel
+def way_s(driven: Floats, heading_to: Floats, mover: Mover) -> float:
+    """Seconds for stretches one after the other; the machine rests where the direction changes.
+
+    The first is entered and the last left at full speed.
+
+    Args:
+        driven: (n,) their lengths (m); 0: there is none.
+        heading_to: (n,) their directions, 1 forward, −1 backward; the first one's counts even if its length is 0.
+        mover: How the machine moves.
+    """
+    total, length, direction, standstills = 0.0, 0.0, heading_to[0], 0
+    for k in range(len(driven)):
+        if driven[k] <= 0.0:
+            continue
+        if heading_to[k] != direction:
+            total += run_s(length, mover, standstills + 1)
+            length, direction, standstills = 0.0, heading_to[k], 1
+        length += driven[k]
+    return float(total + run_s(length, mover, standstills))
