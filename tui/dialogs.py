@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Iterator
 from pathlib import Path
 from typing import ClassVar, Final, TypeVar
@@ -47,6 +48,42 @@ class Dialog(ModalScreen[Result]):
     def on_mount(self) -> None:
         """Keep the row of the orders and the emergency stop; each dialog's own `on_mount` comes on top of this."""
         add_stop(self)
+
+
+class FormDialog(Dialog[Result]):
+    """A dialog of fields, with `#ok` to take them as they are, and `#problem` for what is wrong with one."""
+
+    def on_button_pressed(self, event: Button.Pressed) -> None:
+        """Take it or leave it."""
+        if event.button.id == "ok":
+            self.accept()
+        else:
+            self.dismiss(None)
+
+    def on_input_submitted(self) -> None:
+        """Enter in a field takes it."""
+        self.accept()
+
+    @abstractmethod
+    def accept(self) -> None:
+        """Answer with what the fields say, or say what is wrong."""
+
+    def written_number(self, field: str, problem: str) -> float | None:
+        """What a field says, 0 if that is nothing; None, and the `problem` is told, if it is no number above 0."""
+        text = self.query_one(f"#{field}", Input).value.strip()
+        try:
+            value = float(text) if text else 0.0
+        except ValueError:
+            value = math.nan
+        if not 0.0 <= value < math.inf or (text and not value):
+            self.refuse(field, problem)
+            return None
+        return value
+
+    def refuse(self, field: str, problem: str) -> None:
+        """Say what is wrong with a field."""
+        self.query_one("#problem", Static).update(problem)
+        self.query_one(f"#{field}", Input).focus()
 
 
 def read_template(name_or_path: str) -> Chosen:
@@ -128,7 +165,7 @@ class Tick(Checkbox):
         return "■" if self.value else "□"
 
 
-class PlanDialog(Dialog[PlanOptions | None]):
+class PlanDialog(FormDialog[PlanOptions | None]):
     """Choose how to plan; what is left empty is the vehicle's default."""
 
     FIELDS: ClassVar[dict[str, tuple[str, str]]] = {
@@ -204,27 +241,12 @@ class PlanDialog(Dialog[PlanOptions | None]):
         """What holds for a field that is left empty."""
         return METHODS.empty(method, field) or self.FIELDS[field][1].format_map(vars(self._vehicle))
 
-    def on_button_pressed(self, event: Button.Pressed) -> None:
-        """Plan or leave."""
-        if event.button.id == "ok":
-            self._accept()
-        else:
-            self.dismiss(None)
-
-    def on_input_submitted(self) -> None:
-        """Enter in a field plans."""
-        self._accept()
-
-    def _accept(self) -> None:
+    def accept(self) -> None:
+        """Answer with the options."""
         values: dict[str, float] = {}
         for field, (label, _) in self.FIELDS.items():
-            text = self.query_one(f"#{field}", Input).value.strip()
-            try:
-                value = float(text) if text else 0.0
-            except ValueError:
-                value = math.nan
-            if not (math.isfinite(value) and value >= 0) or (text and value == 0):
-                self._refuse(field, f"{label}: give a number above 0, or nothing for the default")
+            value = self.written_number(field, f"{label}: give a number above 0, or nothing for the default")
+            if value is None:
                 return
             values[field] = value
         covering: dict[str, object] = {}
@@ -233,7 +255,7 @@ class PlanDialog(Dialog[PlanOptions | None]):
             try:
                 covering[field] = _read(field, text)
             except ValueError as error:
-                self._refuse(field, f"{label}: give {error}, or nothing for the default")
+                self.refuse(field, f"{label}: give {error}, or nothing for the default")
                 return
         method = pressed(self, "#method")
         area_method = pressed(self, "#area-method") if self._area_methods else self._options.area_method
@@ -242,10 +264,6 @@ class PlanDialog(Dialog[PlanOptions | None]):
         ticks = {"order": order, "forward_only": forward, "return_to_start": back}
         chosen = {"method": method, "area_method": area_method, **ticks, **values, **covering}
         self.dismiss(self._options.model_copy(update=chosen))
-
-    def _refuse(self, field: str, problem: str) -> None:
-        self.query_one("#problem", Static).update(problem)
-        self.query_one(f"#{field}", Input).focus()
 
 
 def pressed(dialog: Widget, radio_set: str) -> str:

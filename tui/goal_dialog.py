@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import math
-
 from textual.app import ComposeResult
 from textual.containers import Grid, Horizontal, Vertical
-from textual.widgets import Button, Input, Label, RadioSet, Static
+from textual.widgets import Button, Label, RadioSet, Static
 
 from touchline.schemas.messages.plan_messages import PoseGoal
 from touchline.schemas.plugins import POSE_METHODS, SPEED_LAWS
-from touchline.tui.dialogs import Dialog, choices, number_field, pressed
+from touchline.tui.dialogs import FormDialog, choices, number_field, pressed
 
 
-class GoalDialog(Dialog[PoseGoal | None]):
+class GoalDialog(FormDialog[PoseGoal | None]):
     """Choose how to get there; answers the same goal with that."""
 
     def __init__(self, goal: PoseGoal) -> None:
@@ -43,27 +41,11 @@ class GoalDialog(Dialog[PoseGoal | None]):
         """Enter at once previews as before."""
         self.query_one("#ok").focus()
 
-    def on_button_pressed(self, event: Button.Pressed) -> None:
-        """Take it or leave it."""
-        if event.button.id == "ok":
-            self._accept()
-        else:
-            self.dismiss(None)
-
-    def on_input_submitted(self) -> None:
-        """Enter in the field takes it."""
-        self._accept()
-
-    def _accept(self) -> None:
-        text = self.query_one("#duration", Input).value.strip()
-        try:
-            duration_s = float(text) if text else 0.0
-        except ValueError:
-            duration_s = math.nan
-        if not 0.0 <= duration_s < math.inf or (text and not duration_s):
-            problem = "takes  s: give a number above 0, or nothing for as soon as the law allows"
-            self.query_one("#problem", Static).update(problem)
-            self.query_one("#duration", Input).focus()
+    def accept(self) -> None:
+        """Answer with the goal."""
+        problem = "takes  s: give a number above 0, or nothing for as soon as the law allows"
+        duration_s = self.written_number("duration", problem)
+        if duration_s is None:
             return
         chosen = {"method": pressed(self, "#method"), "law": pressed(self, "#law"), "duration_s": duration_s}
         self.dismiss(self._goal.model_copy(update=chosen))
