@@ -81,8 +81,8 @@ class GoalOnBus:
             for _, message in said():
                 if isinstance(message, Event):
                     self._heed(message)
-                elif isinstance(message, TraversalReport) and self._ours and _stamp(message) >= self._since:
-                    return message  # an older one is of the drive before: the bus keeps the last report
+                elif isinstance(message, TraversalReport) and self._ours and _stamp(message) > self._since:
+                    return message  # others are of the drive before: the bus keeps the last, and sim time rests with it
             self._note(latest)
             status = self._status
             if self._ours and status.state == TraversalStatus.ESTOPPED:

@@ -1,0 +1,69 @@
+"""A drive to a goal as its client sees it: the robot on the bus is played by the test, at a given sim time."""
+
+import threading
+
+import pytest
+
+from touchline.schemas import topics
+from touchline.schemas.messages import Event, GotoRequest, GotoResponse, PlanOptions, PoseGoal, TraversalReport
+from touchline.schemas.messages.base import Message
+from touchline.schemas.messages.standard import Header, Time
+from touchline.services.bus import Bus, BusConfig, ServedCall
+from touchline.services.runs.bus_run import JobFailed
+from touchline.services.runs.goal_on_bus import GoalOnBus
+
+GOAL_TIME = Header(stamp=Time(sec=10))
+
+
+class Silent:
+    """Watches, and has nothing to say."""
+
+    def stage(self, text: str) -> None: ...
+
+    def progress(self, fraction: float, text: str) -> None: ...
+
+    def event(self, severity: int, text: str) -> None: ...
+
+    def check(self) -> None: ...
+
+
+def report(header: Header, total_time_s: float) -> TraversalReport:
+    return TraversalReport(header=header, success=True, total_time_s=total_time_s)
+
+
+def drive(config: BusConfig, told: list[tuple[topics.Topic, Message]]) -> dict[str, object]:
+    """What a client is told by a robot whose last drive ended where it stands now, and that tells this of the next."""
+    with Bus.open(topics.ROBOT_SIM, config) as robot, Bus.open(topics.OPERATOR, config) as operator:
+        publishers = {topic.name: robot.publisher(topic) for topic in (topics.EVENTS, topics.REPORT)}
+        publishers[topics.REPORT.name].send(report(GOAL_TIME, 1.0))  # sim time rests since then
+        server, over = robot.serve(topics.GOTO), threading.Event()
+
+        def play() -> None:
+            call: ServedCall[GotoRequest, GotoResponse] | None = None
+            while call is None and not over.wait(0.005):
+                call = server.poll()
+            if call is not None:
+                call.reply(GotoResponse(success=True, total_time=5.0))
+                for topic, message in told:
+                    publishers[topic.name].send(message)
+
+        player = threading.Thread(target=play)
+        player.start()
+        try:
+            goal = PoseGoal(x_m=3.0, y_m=1.0, heading_rad=0.0)
+            return GoalOnBus(operator, goal, PlanOptions(), Silent()).run()
+        finally:
+            over.set()
+            player.join()
+
+
+def test_the_report_of_the_drive_before_is_not_taken_for_this_ones(bus_config: BusConfig) -> None:
+    begun = Event(header=GOAL_TIME, code="goal")
+    told = drive(bus_config, [(topics.EVENTS, begun), (topics.REPORT, report(Header(stamp=Time(sec=15)), 5.0))])
+    assert told["arrival"]["time_s"] == {"planned": 5.0, "taken": 5.0}  # type: ignore[index]
+
+
+def test_another_trajectory_that_takes_over_is_told(bus_config: BusConfig) -> None:
+    begun, other = Event(header=GOAL_TIME, code="goal"), Event(header=GOAL_TIME, code="replaced")
+    with pytest.raises(JobFailed, match="another trajectory has taken over"):
+        drive(bus_config, [(topics.EVENTS, begun), (topics.EVENTS, other)])
