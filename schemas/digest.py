@@ -59,14 +59,19 @@ class SessionDigest:
 
     def add(self, said: Iterable[tuple[Topic, bytes]]) -> None:
         """Add payloads in order of publication; topics that are not recorded are ignored."""
-        waiting = self._waiting
         for topic, payload in said:
-            batch = waiting.get(topic.name)
-            if batch is not None:
-                batch.append(payload)
-                if len(batch) == _BATCH:
-                    self._hashed.add(topic.name)
-                    self._take(self._digests[topic.name], batch)
+            self.add_of(topic, [payload])
+
+    def add_of(self, topic: Topic, payloads: list[bytes]) -> None:
+        """Add payloads of one topic in order."""
+        batch = self._waiting.get(topic.name)
+        if batch is None:
+            return
+        batch += payloads
+        while len(batch) >= _BATCH:
+            self._hashed.add(topic.name)
+            self._take(self._digests[topic.name], batch[:_BATCH])
+            del batch[:_BATCH]
 
     def copy(self) -> "SessionDigest":
         """An independent copy of the digest as it is now."""
@@ -81,7 +86,7 @@ class SessionDigest:
         session = _blake()
         for name in sorted(self._hashed.union(name for name, waiting in self._waiting.items() if waiting)):
             digest = self._digests[name].copy()
-            self._take(digest, self._waiting[name].copy())
+            self._take(digest, self._waiting[name])
             session.update(name.encode() + b"\0" + digest.digest())
         return session.hexdigest()
 
@@ -89,4 +94,3 @@ class SessionDigest:
     def _take(digest: "hashlib.blake2b", batch: list[bytes]) -> None:
         digest.update(struct.pack(f"<{len(batch)}I", *map(len, batch)))
         digest.update(b"".join(batch))
-        batch.clear()

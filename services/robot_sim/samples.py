@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,6 +52,18 @@ _ACCEL: Final = slice(tick_log.READINGS + ACCEL, tick_log.READINGS + MAG)
 _FIELD: Final = slice(tick_log.READINGS + MAG, tick_log.READINGS + ANGLES)
 
 
+class Series(NamedTuple):
+    """Payloads of a topic, in order, and in which row of several each is due."""
+
+    topic: Topic
+    rows: Sequence[int]
+    payloads: list[bytes]
+
+
+Placed = tuple[int, Payload]
+"""A row of several, and what is due in it."""
+
+
 class Samples:
     """Packs rows of `tick_log`.
 
@@ -93,47 +105,51 @@ class Samples:
         self._seen = vehicle.positioning == OVERHEAD_CAMERA
         self._sprayer: Floats = np.full((1, tick_log.TANK_L - tick_log.SPRAYER), math.nan)  # its state, as last told
 
-    def payloads(self, rows: Rows, positions: Sequence[Payload]) -> list[Payload]:
-        """All that is due in these ticks, tick by tick; the positions of the last one are packed already."""
-        sensors = self._of_sensors(rows)
-        before = -round(rows[0, tick_log.TICK]) % tick_log.ODOMETRY_TICKS  # the first tick with odometry
-        odometry = self._of_odometry(rows[before :: tick_log.ODOMETRY_TICKS])
-        fixes, switched = rows[:, tick_log.FIXES].tolist(), self._switched(rows) if self._sprays else ()
-        due: list[Payload] = []
-        for index in range(len(rows)):
-            due += [(topic, payloads[index]) for topic, payloads in sensors if index < len(payloads)]
-            if fixes[index]:
-                due += self._position(rows[index, tick_log.REPORT :].tolist())
-            if index == len(rows) - 1:
-                due += positions
-            turn, between = divmod(index - before, tick_log.ODOMETRY_TICKS)
-            if not between:
-                due += [(topic, payloads[turn]) for topic, payloads in odometry]
-            if switched and switched[index]:
-                due.append((topics.SPRAYER, sprayer_state(rows[index])))
-        return due
+    def series(self, rows: Rows, positions: Sequence[Placed]) -> list[Series]:
+        """All that is due in these ticks, which follow one another, in the order of topics within a tick.
+
+        Args:
+            rows: (n, tick_log.COLUMNS) of them.
+            positions: Those that are packed already, with the row of each.
+        """
+        return [
+            *self._of_sensors(rows),
+            *self._of_positions(rows, positions),
+            *self._of_odometry(rows),
+            *([self._of_sprayer(rows)] if self._sprays else ()),
+        ]
+
+    def _of_sensors(self, rows: Rows) -> list[Series]:
+        """The samples that arrived, stamped with the time of measurement, and the commands to the actuators."""
+        (imu, at_imu), (mag, at_mag), (encoders, at_encoders) = (
+            _arrived(rows, column) for column in range(tick_log.MEASURED, tick_log.READINGS)
+        )
+        rates = self._rates(encoders)
+        joints = self._joints.pack(*_stamps(encoders, tick_log.MEASURED + 2), encoders[:, self._angles], rates)
+        commands = self._command.pack(*_stamps(rows, tick_log.TICK), rows[:, self._commanded])
+        return [
+            Series(topics.IMU, at_imu, self._imu.pack(*_stamps(imu, tick_log.MEASURED), imu[:, _GYRO], imu[:, _ACCEL])),
+            Series(topics.MAGNETIC_FIELD, at_mag, self._mag.pack(*_stamps(mag, tick_log.MEASURED + 1), mag[:, _FIELD])),
+            Series(topics.JOINT_STATES, at_encoders, joints),
+            Series(topics.ACTUATOR_COMMAND, range(len(rows)), commands),
+        ]
+
+    def _of_positions(self, rows: Rows, packed: Sequence[Placed]) -> list[Series]:
+        """Fixes with their states, or the camera's poses: those in the rows, and those that are packed already."""
+        placed = [
+            (row, payload)
+            for row in np.flatnonzero(rows[:, tick_log.FIXES]).tolist()
+            for payload in self._position(rows[row, tick_log.REPORT :].tolist())
+        ]
+        placed = sorted([*placed, *packed], key=lambda each: each[0])
+        of_topic: dict[Topic, list[tuple[int, bytes]]] = {}
+        for row, (topic, payload) in placed:
+            of_topic.setdefault(topic, []).append((row, payload))
+        return [Series(topic, *map(list, zip(*each, strict=True))) for topic, each in of_topic.items()]
 
     def _position(self, report: list[float]) -> list[Payload]:
         """A row of `position_report`."""
         return [camera_pose(camera.unpack(report))] if self._seen else gnss(unpack(report)[0])
-
-    def _of_sensors(self, rows: Rows) -> list[tuple[Topic, list[bytes]]]:
-        """Per topic the payloads, tick by tick, of the samples that arrived, stamped with the time of measurement.
-
-        The commands to the actuators are among them. A topic may be short of the last row's.
-        """
-        imu, mag, encoders = (_arrived(rows, column) for column in range(tick_log.MEASURED, tick_log.READINGS))
-        return [
-            (topics.IMU, self._imu.pack(*_stamps(imu, tick_log.MEASURED), imu[:, _GYRO], imu[:, _ACCEL])),
-            (topics.MAGNETIC_FIELD, self._mag.pack(*_stamps(mag, tick_log.MEASURED + 1), mag[:, _FIELD])),
-            (
-                topics.JOINT_STATES,
-                self._joints.pack(
-                    *_stamps(encoders, tick_log.MEASURED + 2), encoders[:, self._angles], self._rates(encoders)
-                ),
-            ),
-            (topics.ACTUATOR_COMMAND, self._command.pack(*_stamps(rows, tick_log.TICK), rows[:, self._commanded])),
-        ]
 
     def _rates(self, encoders: Rows) -> Floats:
         """Rates (n, actuators) [rad/s] as the encoders' driver derives them: by the reading of the tick before.
@@ -145,23 +161,25 @@ class Samples:
         rates: Floats = (angles - self._history[before, ANGLES : ANGLES + angles.shape[1]]) * TICKS_PER_S
         return rates
 
-    def _of_odometry(self, rows: Rows) -> list[tuple[Topic, list[bytes]]]:
-        """The estimates and the truths of rows in which they are due."""
-        stamps = _stamps(rows, tick_log.TICK)
-        estimate, truth = rows[:, tick_log.ESTIMATE : tick_log.COVARIANCE], rows[:, tick_log.TRUTH : tick_log.SPRAYER]
-        covariance = (rows[:, columns] for columns in _COVARIANCE.values())
+    def _of_odometry(self, rows: Rows) -> list[Series]:
+        """The estimates and the truths, in the ticks in which they are due."""
+        at = range(-round(rows[0, tick_log.TICK]) % tick_log.ODOMETRY_TICKS, len(rows), tick_log.ODOMETRY_TICKS)
+        due = rows[at.start :: at.step]
+        stamps = _stamps(due, tick_log.TICK)
+        estimate, truth = due[:, tick_log.ESTIMATE : tick_log.COVARIANCE], due[:, tick_log.TRUTH : tick_log.SPRAYER]
+        covariance = (due[:, columns] for columns in _COVARIANCE.values())
         return [
-            (topics.ODOMETRY, self._estimate.pack(*stamps, *_motion(estimate), *covariance)),
-            (topics.TRUTH, self._truth.pack(*stamps, *_motion(truth))),
+            Series(topics.ODOMETRY, at, self._estimate.pack(*stamps, *_motion(estimate), *covariance)),
+            Series(topics.TRUTH, at, self._truth.pack(*stamps, *_motion(truth))),
         ]
 
-    def _switched(self, rows: Rows) -> Sequence[bool]:
-        """Per row, whether the sprayer's state is due: because it is another one, or it is time."""
+    def _of_sprayer(self, rows: Rows) -> Series:
+        """Its state, where that is another one than before, or it is time."""
         states = np.concatenate((self._sprayer, rows[:, tick_log.SPRAYER : tick_log.TANK_L]))
         self._sprayer = states[-1:]
         other = (states[1:] != states[:-1]).any(axis=1)
-        due: list[bool] = (other | (rows[:, tick_log.TICK] % _SPRAYER_TICKS == 0)).tolist()
-        return due
+        at = np.flatnonzero(other | (rows[:, tick_log.TICK] % _SPRAYER_TICKS == 0)).tolist()
+        return Series(topics.SPRAYER, at, [sprayer_state(rows[row]) for row in at])
 
 
 def sprayer_state(row: Floats) -> bytes:
@@ -175,9 +193,10 @@ def _diagonal(variance: float) -> tuple[float, ...]:
     return (variance, 0.0, 0.0, 0.0, variance, 0.0, 0.0, 0.0, variance)
 
 
-def _arrived(rows: Rows, measured: int) -> Rows:
-    """The rows in which the sample measured in that column's tick arrived: only the last may be without."""
-    return rows[:-1] if rows[-1, measured] < 0.0 else rows
+def _arrived(rows: Rows, measured: int) -> tuple[Rows, Sequence[int]]:
+    """The rows in which the sample measured in that column's tick arrived, and which they are."""
+    at = np.flatnonzero(rows[:, measured] >= 0.0)
+    return rows if len(at) == len(rows) else rows[at], at.tolist()
 
 
 def _stamps(rows: Rows, column: int) -> tuple[Integers, Integers]:

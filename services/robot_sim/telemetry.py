@@ -27,7 +27,7 @@ from touchline.services.robot_sim.packing import Payload, battery, header, posit
 from touchline.services.robot_sim.paint.ledger import Marks, PaintLedger
 from touchline.services.robot_sim.paint.metrics import SegmentMetrics, paint_metrics
 from touchline.services.robot_sim.paint.smears import Smearing, SmearPrint, smearing
-from touchline.services.robot_sim.samples import Samples, sprayer_state
+from touchline.services.robot_sim.samples import Placed, Samples, Series, sprayer_state
 from touchline.services.robot_sim.tick_log import Rows, period
 from touchline.services.robot_sim.world.world import held
 
@@ -38,6 +38,8 @@ _PAINT_TICKS: Final = period(topics.PAINT)
 _BATTERY_TICKS: Final = period(topics.BATTERY)
 _AREA_TICKS: Final = period(topics.AREA)
 MOST_TICKS: Final = math.gcd(_ESTIMATOR_TICKS, _CLOCK_TICKS, _STATUS_TICKS, _PAINT_TICKS, _BATTERY_TICKS)
+"""Most ticks between two looks at what is told at a lower rate."""
+_MOST_HELD: Final = 32 * MOST_TICKS
 """Most ticks that can be told at once."""
 
 
@@ -132,7 +134,6 @@ class Telemetry:
             otherwise whoever looks for `ended` has it made and gives it to `conclude`.
 
     Attributes:
-        rows: (MOST_TICKS, tick_log.COLUMNS) where nominal ticks are kept until they are told.
         digest: The hash of what was told since the last load.
         ended: The traversal that has ended and of which no final report was told yet.
         final: The reports that were told, once the traversal's watch has ended.
@@ -141,8 +142,11 @@ class Telemetry:
     def __init__(self, emulator: Emulator, *, report_at_once: bool = True) -> None:
         self._emulator, self._at_once = emulator, report_at_once
         self.ended: Figures | None = None
-        self._samples = Samples(emulator.vehicle, emulator.scenario, emulator.sensors.transport.history, MOST_TICKS)
-        self.rows: Rows = np.zeros((MOST_TICKS, tick_log.COLUMNS))
+        self._samples = Samples(emulator.vehicle, emulator.scenario, emulator.sensors.transport.history, _MOST_HELD)
+        self._log: Rows = np.zeros((_MOST_HELD, tick_log.COLUMNS))
+        self._held = 0
+        self._positions: list[Placed] = []
+        self._low_rate: list[Placed] = []
         self._state = -1
         self.digest = SessionDigest()
         self.final: Reports | None = None
@@ -169,16 +173,34 @@ class Telemetry:
         return self.after(1)
 
     def after(self, count: int) -> list[Payload]:
-        """What is due after the emulator's last `count` ticks, no more than `until_due` allowed.
+        """What is due after the emulator's last `count` ticks; see `hold`."""
+        self.hold(count)
+        return self.told()
 
-        All but the last of them were nominal and are in `rows`.
+    @property
+    def rows(self) -> Rows:
+        """(at least MOST_TICKS, tick_log.COLUMNS) where the nominal ones among the next ticks are to be kept."""
+        return self._log[self._held :]
+
+    @property
+    def full(self) -> bool:
+        """Whether what is held has to be told before the next ticks."""
+        return self._held + MOST_TICKS > len(self._log)
+
+    def hold(self, count: int) -> None:
+        """Hold what is due after the emulator's last `count` ticks, no more than `until_due` allowed, until it is told.
+
+        All but the last of them were nominal and are in `rows`. Nothing else may be told before what is held.
         """
-        emulator, rows = self._emulator, self.rows[:count]
+        emulator = self._emulator
         tick = emulator.tick_count
         if emulator.frame is None:
-            return []
-        self._note(rows[-1])
-        due = self._samples.payloads(rows, positions(emulator.sensors))
+            return
+        self._held += count
+        last = self._held - 1
+        self._note(self._log[last])
+        self._positions += [(last, payload) for payload in positions(emulator.sensors)]
+        due: list[Payload] = []
         if tick % _ESTIMATOR_TICKS == 0:
             due.append((topics.ESTIMATOR, layouts.ESTIMATOR.pack(*stamp(tick), *emulator.onboard.consistency)))
         if tick % _PAINT_TICKS == 0:
@@ -194,12 +216,38 @@ class Telemetry:
             due += self._area()
         if tick % _CLOCK_TICKS == 0:
             due.append((topics.CLOCK, layouts.CLOCK.pack(*stamp(tick))))
-        self.digest.add(due)
-        if emulator.settled:
-            self.ended = self._figures()
-            if self._at_once:
-                due += self.conclude(self.ended.final_reports())
-        return due
+        self._low_rate += [(last, payload) for payload in due]
+
+    def told(self) -> list[Payload]:
+        """What is held, tick by tick; with the reports, if the traversal has ended."""
+        by_tick: list[list[Payload]] = [[] for _ in range(self._held)]
+        for topic, rows, payloads in self._enter_held():
+            for row, payload in zip(rows, payloads, strict=True):
+                by_tick[row].append((topic, payload))
+        for row, low_rate in self._low_rate:
+            by_tick[row].append(low_rate)
+        return [payload for due in by_tick for payload in due] + self._let_go()
+
+    def only_hashed(self) -> None:
+        """As `told`, for the hash alone."""
+        self._enter_held()
+        self._let_go()
+
+    def _enter_held(self) -> list[Series]:
+        """Enter what is held in the digest; the samples of it."""
+        series = self._samples.series(self._log[: self._held], self._positions) if self._held else []
+        for topic, _, payloads in series:
+            self.digest.add_of(topic, payloads)
+        self.digest.add(payload for _, payload in self._low_rate)
+        return series
+
+    def _let_go(self) -> list[Payload]:
+        """Hold nothing any more; returns the reports that follow on it, if the traversal has ended with it."""
+        held, self._held, self._positions, self._low_rate = self._held, 0, [], []
+        if not held or not self._emulator.settled:
+            return []
+        self.ended = self._figures()
+        return self.conclude(self.ended.final_reports()) if self._at_once else []
 
     def conclude(self, reports: Reports) -> list[Payload]:
         """Take the final reports of the traversal that has `ended`."""

@@ -189,11 +189,19 @@ def carry_out(
             emulator.start()
             listener.hear(telemetry.news())
 
+            def tell() -> None:
+                if products.record is None:
+                    telemetry.only_hashed()
+                else:
+                    listener.hear(telemetry.told())
+
             def run_slice() -> None:
                 last = emulator.tick_count + _SLICE_TICKS
                 while emulator.tick_count < last and emulator.active:
-                    done = runner.step(telemetry.until_due(_SLICE_TICKS), telemetry.rows)
-                    listener.hear(telemetry.after(done))
+                    telemetry.hold(runner.step(telemetry.until_due(_SLICE_TICKS), telemetry.rows))
+                    if telemetry.full:
+                        tell()
+                tell()
 
             reason = _drive(emulator, run_slice, progress)
             reports = telemetry.final or telemetry.reports()
