@@ -13,42 +13,54 @@ from touchline.services.planner.geometry.clothoid import Floats, PiecePath
 
 # Along bends the tool is looked at this often (m): between two places its ends are within a tenth of a millimetre.
 STEP_M = 0.05
-# The body is looked at this often (m).
-BODY_STEP_M = 0.05
+# The body is looked at this often (m), and the distance to the border is measured at one of so many places.
+BODY_STEP_M, BLOCK = 0.05, 20
 
 
 def swept(paths: Iterable[PiecePath], width_m: float) -> Area:
     """What a tool of this width passes over that lies across the middle of its paths."""
-    quads = [quad for path in paths for quad in tool_quads(path, width_m)]
-    if not quads:
-        return shapely.Polygon()
-    shapes = np.asarray(shapely.polygons(np.concatenate(quads)))
-    # A tool that turns about a place within its width folds its quad: its two triangles are then what it passes over.
-    folded = ~shapely.is_valid(shapes)
-    shapes[folded] = shapely.buffer(shapes[folded], 0.0)
-    return as_area(shapely.union_all(shapes))
-
-
-def tool_quads(path: PiecePath, width_m: float) -> list[Floats]:
-    """(n, 4, 2) corners of what the tool passes over from place to place, for each piece of a path."""
-    found = []
-    for index, piece in enumerate(path.pieces):
-        bent = piece.curvature_1pm != 0.0 or piece.sharpness_1pm2 != 0.0
-        count = 1 + math.ceil(piece.length_m / STEP_M) if bent else 2
-        x, y, heading, _ = PiecePath(path.knots[index], (piece,)).sample(np.linspace(0.0, piece.length_m, count))
-        across = 0.5 * width_m * np.column_stack((-np.sin(heading), np.cos(heading)))
-        middle = np.column_stack((x, y))
-        left, right = middle + across, middle - across
-        found.append(np.stack((left[:-1], left[1:], right[1:], right[:-1]), axis=1))
-    return found
+    passes = [single for path in paths for single in _passes(path, width_m)]
+    return as_area(shapely.union_all(passes)) if passes else shapely.Polygon()
 
 
 def swept_twice(paths: Iterable[PiecePath], width_m: float) -> Area:
     """What a tool of this width passes over more than once, each piece of a path counted as one pass."""
-    passes = np.array([swept([part], width_m) for path in paths for part in _parts(path)], dtype=object)
+    passes = np.array([single for path in paths for single in _passes(path, width_m)], dtype=object)
     first, second = shapely.STRtree(passes).query(passes, predicate="intersects")
     apart = first < second
     return as_area(shapely.union_all(shapely.intersection(passes[first[apart]], passes[second[apart]])))
+
+
+def _passes(path: PiecePath, width_m: float) -> list[Area]:
+    """What the tool passes over on each piece of a path that is not a point."""
+    sides = [_sides(part, width_m) for part in _parts(path)]
+    if not sides:
+        return []
+    corners = [np.concatenate((left, right[::-1])) for left, right in sides]
+    ring_of = np.repeat(np.arange(len(corners)), [len(each) for each in corners])
+    bands = np.asarray(shapely.polygons(shapely.linearrings(np.concatenate(corners), indices=ring_of)))
+    plain = np.asarray(shapely.is_valid(bands))
+    return [band if fine else _folded(*each) for band, fine, each in zip(bands, plain, sides, strict=True)]
+
+
+def _sides(part: PiecePath, width_m: float) -> tuple[Floats, Floats]:
+    """(n, 2) places of the tool's left and right end along a path of one piece."""
+    (piece,) = part.pieces
+    bent = piece.curvature_1pm != 0.0 or piece.sharpness_1pm2 != 0.0
+    count = 1 + math.ceil(piece.length_m / STEP_M) if bent else 2
+    x, y, heading, _ = part.sample(np.linspace(0.0, piece.length_m, count))
+    across = 0.5 * width_m * np.column_stack((-np.sin(heading), np.cos(heading)))
+    middle = np.column_stack((x, y))
+    return middle + across, middle - across
+
+
+def _folded(left: Floats, right: Floats) -> Area:
+    """What lies between the ends of a tool that turns about a place within its width, or over its own track."""
+    shapes = np.asarray(shapely.polygons(np.stack((left[:-1], left[1:], right[1:], right[:-1]), axis=1)))
+    # A quad that is folded is two triangles.
+    folded = ~shapely.is_valid(shapes)
+    shapes[folded] = shapely.buffer(shapes[folded], 0.0)
+    return as_area(shapely.union_all(shapes))
 
 
 def _parts(path: PiecePath) -> Iterator[PiecePath]:
@@ -67,10 +79,13 @@ def body_outside_m(paths: Iterable[PiecePath], machine: CoverageMachine, free: A
     for path in paths:
         count = 2 + math.ceil(path.length_m / BODY_STEP_M)
         poses = np.column_stack(path.sample(np.linspace(0.0, path.length_m, count))[:3])
-        middles = np.asarray(shapely.points(poses[:, :2]))
         # Where no part of the body comes nearer to the border than another already did, nobody needs to look.
-        spare = shapely.distance(middles, border) - machine.reach_m
-        bodies = body_at(poses[~((spare > -worst) & shapely.contains_properly(free, middles))], machine)
+        block = np.repeat(np.arange(0, count, BLOCK), BLOCK)[:count]
+        within_m = np.hypot(*(poses[:, :2] - poses[block, :2]).T)
+        middles = np.asarray(shapely.points(poses[::BLOCK, :2]))
+        inside = shapely.contains_properly(free, middles)
+        spare = shapely.distance(middles, border)[block // BLOCK] - within_m - machine.reach_m
+        bodies = body_at(poses[~((spare > -worst) & inside[block // BLOCK])], machine)
         inside = shapely.contains_properly(free, bodies)
         if inside.any():
             worst = max(worst, -float(shapely.distance(bodies[inside], border).min()))

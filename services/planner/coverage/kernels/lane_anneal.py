@@ -9,6 +9,9 @@ from touchline.services.core.jit import kernel
 from touchline.services.core.random import whole
 from touchline.services.planner.geometry.clothoid import Floats, Ints
 
+# Sums of the same seconds in another order differ by less.
+ROUNDING_S = 1e-6
+
 
 class LaneCosts(NamedTuple):
     """What an order of nodes costs: lane k along is 2k, back 2k + 1.
@@ -57,7 +60,38 @@ def price(order: Ints, costs: LaneCosts, turned: Ints) -> float:
 
 
 @kernel
-def moved(order: Ints, trial: Ints, seed: int, at: int) -> None:
+def add_up(order: Ints, way: Floats, upto: Floats) -> None:
+    """Write the seconds for the ways in an order up to each node.
+
+    Args:
+        order: (n,) nodes.
+        way: (2n, 2n) seconds, as in `LaneCosts`.
+        upto: (n,) filled in.
+    """
+    upto[0] = 0.0
+    for k in range(1, len(order)):
+        upto[k] = upto[k - 1] + way[order[k - 1], order[k]]
+
+
+@kernel
+def least_price(trial: Ints, costs: LaneCosts, upto: Floats, stretch: Ints) -> float:
+    """What `price` of an order is at least, but for rounding, without looking at all of it.
+
+    Args:
+        trial: (n,) nodes.
+        costs: What they cost.
+        upto: (n,) as of `add_up`, of an order that differs in a stretch only.
+        stretch: (2,) the first and the last place of it.
+    """
+    first, last = max(stretch[0], 1), min(stretch[1] + 1, len(trial) - 1)
+    total = costs.entry[trial[0]] + upto[first - 1] + upto[-1] - upto[last]
+    for k in range(first, last + 1):
+        total += costs.way[trial[k - 1], trial[k]]
+    return float(total)
+
+
+@kernel
+def moved(order: Ints, trial: Ints, seed: int, at: int, stretch: Ints) -> None:
     """Write a neighbouring order: a stretch turned round, one lane put elsewhere, or two exchanged.
 
     A stretch turned round is the move of 2-opt (G. A. Croes, "A method for solving traveling-salesman problems",
@@ -68,6 +102,7 @@ def moved(order: Ints, trial: Ints, seed: int, at: int) -> None:
         trial: (n,) filled in.
         seed: Of the random numbers.
         at: The first one of the four that it may take.
+        stretch: (2,) filled in: the first and the last place that differ.
     """
     n = len(order)
     trial[:] = order
@@ -89,6 +124,7 @@ def moved(order: Ints, trial: Ints, seed: int, at: int) -> None:
         if (i + j) % 2:
             trial[i] ^= 1
             trial[j] ^= 1
+    stretch[0], stretch[1] = i, j
 
 
 @kernel
@@ -109,18 +145,22 @@ def annealed(start: Ints, costs: LaneCosts, steps: int, hot_s: float, seed: int)
         (n,) nodes.
     """
     order, trial, best = start.copy(), start.copy(), start.copy()
-    turned = np.zeros((len(start), 2), np.int64)
+    turned, stretch, upto = np.zeros((len(start), 2), np.int64), np.zeros(2, np.int64), np.zeros(len(start))
+    add_up(order, costs.way, upto)
     now = price(order, costs, turned)
     least = now
     for step in range(steps):
         heat = hot_s * (1.0 - step / steps) ** 2 + 1e-3
         at = 8 * step
-        moved(order, trial, seed, at)
-        cost_now = price(trial, costs, turned)
+        moved(order, trial, seed, at, stretch)
         allowed = -heat * math.log((1.0 + whole(seed, at + 4, 1 << 30)) / (1 << 30))
+        if least_price(trial, costs, upto, stretch) > now + allowed + ROUNDING_S:
+            continue
+        cost_now = price(trial, costs, turned)
         if cost_now < now + allowed:
             order[:] = trial
             now = cost_now
+            add_up(order, costs.way, upto)
             if now < least:
                 least = now
                 best[:] = order
