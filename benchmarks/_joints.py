@@ -12,6 +12,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks._drive_to import step_towards
 from benchmarks._invariants import fault
 from touchline.schemas.curves import Curve
 from touchline.schemas.errors import CommandRefused
@@ -22,6 +23,7 @@ from touchline.schemas.trajectories import assemble, segment, velocity
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.interface import Checkpoint
 from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.paint.ledger import PaintLedger
 from touchline.services.robot_sim.paint.projection import project
 
@@ -127,8 +129,16 @@ def places(seed: int) -> list[float]:
     return [draw.uniform(*line) for line in lines]
 
 
-def interrupted(cause: str, seed: int, noise: Noise = "default", follower: Follower = "mpc") -> list[PaintLedger]:
+def interrupted(
+    cause: str,
+    seed: int,
+    noise: Noise = "default",
+    follower: Follower = "mpc",
+    begins_tick: int = BEGINS_TICK,
+) -> list[PaintLedger]:
     """Paint the field, interrupted once on every line; the ledgers of all processes that took part.
+
+    The robot begins in `begins_tick`, and has stood until then.
 
     Raises:
         AssertionError: The robot did not get to the end.
@@ -136,13 +146,14 @@ def interrupted(cause: str, seed: int, noise: Noise = "default", follower: Follo
     vehicle, plan, interrupt = Vehicle(), field(), CAUSES[cause]
     scenario, config = Scenario(seed=seed, noise=noise), OnboardConfig(follower=follower)
     emulator = Emulator(vehicle, scenario, config)
-    emulator.load(plan, resume=Checkpoint(0, 0.0, None, BEGINS_TICK))
+    emulator.load(plan, resume=Checkpoint(0, 0.0, None, begins_tick))
     emulator.start()
-    ledgers, ahead, waiting = [emulator.ledger], places(seed), 0
-    for _ in range(LIMIT_TICKS):
-        emulator.tick()
+    ledgers, ahead, waiting = [emulator.ledger], [*places(seed), ENDS_M[-1]], 0
+    runner = FastRunner(emulator)
+    while emulator.tick_count < begins_tick + LIMIT_TICKS:
+        step_towards(runner, emulator, ahead[0])
         status = emulator.onboard.status
-        if ahead and status.arc_length_m >= ahead[0]:
+        if len(ahead) > 1 and status.arc_length_m >= ahead[0]:
             del ahead[0]
             if interrupt is not None:
                 interrupt(emulator)
@@ -151,6 +162,7 @@ def interrupted(cause: str, seed: int, noise: Noise = "default", follower: Follo
             emulator = Emulator(vehicle, scenario, config)
             emulator.load(plan, resume=checkpoint)
             emulator.start()
+            runner = FastRunner(emulator)
             ledgers.append(emulator.ledger)
         waiting = waiting + 1 if status.state in (PAUSED, ESTOPPED) else 0
         if waiting and waiting % PATIENCE_TICKS == 0:

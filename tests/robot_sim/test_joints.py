@@ -10,12 +10,14 @@ import pytest
 from benchmarks._joints import CAUSES, PIECES, interrupted, joints
 
 LINES = sum(sprayed for _, _, sprayed in PIECES)
+BEGINS_TICK = 6000
+"""A minute after it was switched on the sensors still warm up, and the satellites' error is as large as ever."""
 
 
 @pytest.mark.parametrize("cause", CAUSES)
 @pytest.mark.parametrize("seed", [1, 2])
 def test_joints_are_closed_and_not_painted_twice(cause: str, seed: int) -> None:
-    found = joints(*interrupted(cause, seed))
+    found = joints(*interrupted(cause, seed, begins_tick=BEGINS_TICK))
     assert len(found) == LINES
     assert all(joint.gap_m <= 0.01 and joint.double_m <= 0.02 for joint in found), found
 
@@ -29,6 +31,6 @@ def test_a_process_that_starts_on_an_outlying_fix_waits_until_others_agree() -> 
 
 @pytest.mark.parametrize("cause", ["pause", "process killed"])
 def test_without_noise_they_are_where_they_are_meant_to_be(cause: str) -> None:
-    found = joints(*interrupted(cause, 1, noise="none", follower="pure-pursuit"))
+    found = joints(*interrupted(cause, 1, noise="none", follower="pure-pursuit", begins_tick=BEGINS_TICK))
     assert [joint.gap_m for joint in found] == [0.0] * LINES
     assert [joint.double_m for joint in found] == pytest.approx([0.005] * LINES, abs=0.0015)

@@ -5,6 +5,7 @@ import uuid
 
 import pytest
 
+from benchmarks._drive_to import drive_to
 from tests.robot_sim import bus_rig
 from tests.robot_sim.scripted import trajectory
 from touchline.schemas import topics
@@ -17,6 +18,7 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.services.bus import Bus
 from touchline.services.onboard.interface import Checkpoint
 from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.journal import Journal
 from touchline.services.robot_sim.recovery_state import Remains
 
@@ -28,12 +30,15 @@ OTHER = trajectory([Curve.from_line((0, 0), (3, 0))], [0])
 RUNNING, DONE = TraversalStatus.RUNNING, TraversalStatus.DONE
 
 
-def drive(emulator, until=lambda emulator: False, limit=6000):
-    for _ in range(limit):
-        if not emulator.active or until(emulator):
-            return
+def drive(emulator, until=None, limit=6000):
+    runner = FastRunner(emulator)
+    if until is None:
+        runner.run(limit)
+    while until is not None and not until(emulator):
         emulator.tick()
-    raise AssertionError(f"still {emulator.onboard.status}")
+        limit -= 1
+        assert limit, f"still {emulator.onboard.status}"
+    assert until is not None or not emulator.active, f"still {emulator.onboard.status}"
 
 
 def strokes(*emulators):
@@ -54,7 +59,7 @@ def killed_at(arc_length_m, noise):
     emulator = Emulator(Vehicle(), Scenario(noise=noise, seed=3))
     emulator.load(PLAN)
     emulator.start()
-    drive(emulator, lambda e: e.onboard.status.arc_length_m >= arc_length_m)
+    drive_to(emulator, arc_length_m)
     return emulator
 
 
@@ -198,19 +203,19 @@ def test_over_the_bus(bus_config, tmp_path):
     with Bus.open(topics.OPERATOR, bus_config) as operator:
         with Bus.open(topics.ROBOT_SIM, bus_config) as bus, Journal(path) as journal:
             robot = process(bus, journal)
-            answer = ask(robot, topics.LOAD, trajectory=PLAN, resume=True)
+            answer = ask(robot, topics.LOAD, trajectory=bus_rig.PLAN, resume=True)
             assert not answer.success and "nothing to resume" in answer.message
-            assert ask(robot, topics.LOAD, trajectory=PLAN).success
+            assert ask(robot, topics.LOAD, trajectory=bus_rig.PLAN).success
             assert ask(robot, topics.START).success
-            while robot._emulator.onboard.status.arc_length_m < 7.0:
+            while robot._emulator.onboard.status.arc_length_m < 1.5:
                 robot.turn()
             first = robot._emulator
         with Bus.open(topics.ROBOT_SIM, bus_config) as bus, Journal(path) as journal:
-            answer = ask(process(bus, journal, seed=7), topics.LOAD, trajectory=PLAN, resume=True)
+            answer = ask(process(bus, journal, seed=7), topics.LOAD, trajectory=bus_rig.PLAN, resume=True)
             assert not answer.success and "seed was 1, is 7" in answer.message
         with Bus.open(topics.ROBOT_SIM, bus_config) as bus, Journal(path) as journal:
             robot = process(bus, journal)
-            answer = ask(robot, topics.LOAD, trajectory=PLAN, resume=True)
+            answer = ask(robot, topics.LOAD, trajectory=bus_rig.PLAN, resume=True)
             assert answer.success and "loaded, to go on at" in answer.message
             assert ask(robot, topics.START).success
             while robot.active:

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks._drive_to import drive_to
 from benchmarks._invariants import fault
 from benchmarks._joints import field
 from touchline.schemas.messages import TraversalStatus
@@ -46,8 +47,7 @@ def driving(follower: str = "mpc", seed: int = 1, *, until_m: float = 3.0) -> Em
     """Under way; the first line begins at 6 m."""
     emulator = loaded(follower, seed)
     emulator.start()
-    while emulator.onboard.status.arc_length_m < until_m:
-        emulator.tick()
+    drive_to(emulator, until_m)
     return emulator
 
 
