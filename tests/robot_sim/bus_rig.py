@@ -15,17 +15,20 @@ from touchline.schemas.setup import Setup
 from touchline.schemas.template import Template
 from touchline.services.bus import HealthReporter
 from touchline.services.robot_sim.emulator import Emulator
+from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.frame import CARRIED
 from touchline.services.robot_sim.robot_process import RobotProcess
-from touchline.services.robot_sim.telemetry import Telemetry
+from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry
 
 PLAN = trajectory(
-    [Curve.from_line((0, 0), (2, 0)), Curve.from_line((2, 0), (4, 0)), Curve.from_line((4, 0), (5, 0))],
+    [Curve.from_line((0, 0), (1, 0)), Curve.from_line((1, 0), (2, 0)), Curve.from_line((2, 0), (2.6, 0))],
     [0, 1, 0],
     ids=["t0", "line", "t1"],
-    speed_mps=0.5,
+    speed_mps=0.8,
 )
-TEMPLATE = Template(name="one", segments=[{"id": "line", "line": {"start": (2.0, -0.41124), "end": (4.0, -0.41124)}}])
+TEMPLATE = Template(name="one", segments=[{"id": "line", "line": {"start": (1.0, -0.41124), "end": (2.0, -0.41124)}}])
+LONG_PLAN = trajectory([Curve.from_line((0, 0), (5, 0))], [0], speed_mps=0.5)
+"""Of 12 s, for what has to happen in real time while the robot drives."""
 
 
 class AtOnce:
@@ -104,9 +107,9 @@ def alone(**changes):
     said = telemetry.loaded(PLAN, TEMPLATE)
     emulator.start()
     said += telemetry.news()
+    runner = FastRunner(emulator)
     while emulator.active:
-        emulator.tick()
-        said += telemetry.after_tick()
+        said += telemetry.after(runner.step(telemetry.until_due(MOST_TICKS), telemetry.rows))
     return said
 
 

@@ -28,7 +28,7 @@ from touchline.services.robot_sim.lockstep import NOW_FIELDS, Lockstep
 from touchline.services.robot_sim.telemetry import Telemetry
 
 PLAN = trajectory(
-    [Curve.from_line((0, 0), (2, 0)), Curve.from_line((2, 0), (4, 0)), Curve.from_line((4, 0), (5, 0))],
+    [Curve.from_line((0, 0), (1, 0)), Curve.from_line((1, 0), (2, 0)), Curve.from_line((2, 0), (2.6, 0))],
     [0, 1, 0],
     speed_mps=0.8,
 )
@@ -128,7 +128,7 @@ def test_the_example_drives_a_line(buses, outside):
 
 
 def test_without_one_the_robot_pauses_and_says_so():
-    emulator, _ = session("external", ticks=400)
+    emulator, _ = session("external", ticks=250)
     assert emulator.onboard.state == TraversalStatus.PAUSED
     assert emulator.onboard.status.reason == "no external follower is connected"
     assert emulator.world.pose.east_m < 0.05
@@ -136,14 +136,14 @@ def test_without_one_the_robot_pauses_and_says_so():
 
 
 def test_one_that_stops_answering_is_replaced_for_braking(buses):
-    answers = iter(range(400))
+    answers = iter(range(250))
 
     def ask(question):
         if next(answers, None) is None:
             raise ConnectionError("gone")
         return PurePursuitFollower(VEHICLE).step(question.now, question.ahead)[:2]
 
-    emulator, _ = session("external", ask, ticks=900)
+    emulator, _ = session("external", ask, ticks=700)
     assert emulator.onboard.status.reason == "gone"
     assert emulator.onboard.status.follower_fallbacks > 10
     assert abs(emulator.onboard.estimate.speed_mps) < 0.01
@@ -151,5 +151,5 @@ def test_one_that_stops_answering_is_replaced_for_braking(buses):
 
 
 def test_wheel_speeds_that_are_none_are_refused():
-    emulator, _ = session("external", lambda _question: (math.nan, 1.0), ticks=400)
+    emulator, _ = session("external", lambda _question: (math.nan, 1.0), ticks=250)
     assert "not finite" in emulator.onboard.status.reason

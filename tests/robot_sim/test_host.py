@@ -7,7 +7,7 @@ from contextlib import ExitStack
 import pytest
 
 from tests.meeting import caught_up
-from tests.robot_sim.bus_rig import PLAN, TEMPLATE, AtOnce, alone, setup
+from tests.robot_sim.bus_rig import LONG_PLAN, PLAN, TEMPLATE, AtOnce, alone, setup
 from touchline.schemas import topics
 from touchline.schemas.cdr import encode
 from touchline.schemas.errors import SpecError
@@ -44,8 +44,8 @@ class Rig:
         response = self.operators[name].call(service_, request, 100.0, while_waiting=self.host.turn)
         assert response.success, response.message
 
-    def start(self, name):
-        load = LoadRequest(request_id=f"load {name}", trajectory=PLAN, template_json=TEMPLATE.model_dump_json())
+    def start(self, name, plan=LONG_PLAN, template_json=""):
+        load = LoadRequest(request_id=f"load {name}", trajectory=plan, template_json=template_json)
         self.ask(name, topics.LOAD, load)
         self.ask(name, topics.START, CommandRequest(request_id=f"start {name}"))
 
@@ -77,7 +77,7 @@ def test_each_robot_says_what_it_says_alone(rig):
         return all(any(topic is topics.REPORT for topic, _ in said) for said in heard.values())
 
     for name in ROBOTS:
-        here.start(name)
+        here.start(name, PLAN, TEMPLATE.model_dump_json())
     here.turn_until(all_done)
     for name, changes in ROBOTS.items():
         # The setup is told before the job, and the status of a robot that has none.

@@ -48,9 +48,12 @@ def disk_of(size):
 
 
 @pytest.fixture(scope="module", autouse=True)
-def compiled():
-    """What a kernel's cache takes on the disk is had before there is no room on it."""
-    hash_without_a_journal()
+def undisturbed():
+    """The hash of a session without a journal: what a kernel's cache takes on the disk is had before that is full."""
+    robot = Robot(None)
+    assert robot.load().success
+    robot.drive()
+    return robot.telemetry.final.traversal.session_hash
 
 
 class Robot:
@@ -84,14 +87,7 @@ class Robot:
             self.telemetry.after_tick()
 
 
-def hash_without_a_journal():
-    robot = Robot(None)
-    assert robot.load().success
-    robot.drive()
-    return robot.telemetry.final.traversal.session_hash
-
-
-def test_a_disk_that_is_full_from_the_start_stops_nobody(path):
+def test_a_disk_that_is_full_from_the_start_stops_nobody(path, undisturbed):
     with disk_of(100), Journal(path) as journal:
         robot = Robot(journal)
         assert robot.load().success
@@ -100,7 +96,7 @@ def test_a_disk_that_is_full_from_the_start_stops_nobody(path):
         robot.drive()
         assert robot.emulator.onboard.state == m.TraversalStatus.DONE
         assert robot.warnings == [warning]
-        assert robot.telemetry.final.traversal.session_hash == hash_without_a_journal()
+        assert robot.telemetry.final.traversal.session_hash == undisturbed
         refused = robot.load(resume=True)
     assert not refused.success and warning in refused.message
 
@@ -161,13 +157,13 @@ def test_the_second_of_two_copies_leaves_the_firsts_journal_alone(path):
         assert len(remains.paint) == one.emulator.ledger.points > 0
 
 
-def test_a_kept_journal_does_not_change_the_session(path):
+def test_a_kept_journal_does_not_change_the_session(path, undisturbed):
     with Journal(path) as journal:
         robot = Robot(journal)
         assert robot.load().success
         robot.drive()
         assert robot.warnings == []
-        assert robot.telemetry.final.traversal.session_hash == hash_without_a_journal()
+        assert robot.telemetry.final.traversal.session_hash == undisturbed
 
 
 def test_what_was_under_way_can_be_resumed_until_something_else_is(path):

@@ -12,7 +12,8 @@ from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.interface import Checkpoint
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.telemetry import Telemetry
+from touchline.services.robot_sim.fast_runner import FastRunner
+from touchline.services.robot_sim.telemetry import MOST_TICKS, Telemetry
 
 VEHICLE = Vehicle()
 PLAN = trajectory(
@@ -27,11 +28,10 @@ def told(scenario, until_s=30.0, resume=None):
     emulator = Emulator(VEHICLE, scenario, OnboardConfig(follower="pure-pursuit"))
     emulator.load(PLAN, resume=resume)
     emulator.start()
-    telemetry = Telemetry(emulator)
+    telemetry, runner = Telemetry(emulator), FastRunner(emulator)
     pairs, status = [], None
     while emulator.active and emulator.time_s < until_s:
-        emulator.tick()
-        for topic, payload in telemetry.after_tick():
+        for topic, payload in telemetry.after(runner.step(telemetry.until_due(MOST_TICKS), telemetry.rows)):
             if topic is topics.STATUS:
                 status = decode(topic.type, payload)
             elif topic is topics.TRUE_COVERAGE:
