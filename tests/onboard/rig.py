@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass, field
+from functools import cache
 
 import numpy as np
 
@@ -39,6 +40,13 @@ from touchline.services.onboard.interface import (
 from touchline.services.robot_sim.paint.targets import start_pose
 
 FIELD_T = 1.7e-5
+
+
+@cache
+def fading(sigma: float, tau_s: float, period_s: float = TICK_S) -> tuple[float, float]:
+    """What a Gauss-Markov error of that deviation keeps of itself in a period, and the deviation of what is new."""
+    keep = math.exp(-period_s / tau_s)
+    return keep, sigma * math.sqrt(1.0 - keep * keep)
 
 
 @dataclass
@@ -72,8 +80,10 @@ class Rig:
         self.wheels = [0.0, 0.0]
         self.angles = [0.0, 0.0]
         self.speed = self.yaw_rate = 0.0
-        self.slip = rng.normal(0.0, noise.drive.slip_relative, 2)
-        self.radius = self.vehicle.drive.wheel_radius_m * (1.0 + rng.normal(0.0, noise.drive.wheel_radius_relative, 2))
+        # Numbers, not arrays: they are faster, and there is a tick for every hundredth of a second.
+        self.slip: list[float] = rng.normal(0.0, noise.drive.slip_relative, 2).tolist()
+        off = rng.normal(0.0, noise.drive.wheel_radius_relative, 2)
+        self.radius: list[float] = (self.vehicle.drive.wheel_radius_m * (1.0 + off)).tolist()
         self.gyro_bias = rng.normal(0.0, noise.imu.gyro_turn_on_bias_radps)
         self.accel_bias = rng.normal(0.0, noise.imu.accel_turn_on_bias_mps2)
         self.mag_bias = rng.normal(0.0, noise.magnetometer.bias_rad)
@@ -111,9 +121,8 @@ class Rig:
 
     def _move(self, command: Command) -> None:
         v, noise = self.vehicle, self.noise
-        keep = math.exp(-TICK_S / noise.drive.slip_tau_s)
-        fresh = noise.drive.slip_relative * math.sqrt(1.0 - keep * keep)
-        self.slip = keep * self.slip + self.rng.normal(0.0, fresh, 2)
+        keep, fresh = fading(noise.drive.slip_relative, noise.drive.slip_tau_s)
+        self.slip = [keep * slip + fresh * self.rng.standard_normal() for slip in self.slip]
         stay, reach = math.exp(-TICK_S / v.drive.motor_time_constant_s), v.drive.max_wheel_acceleration_radps2 * TICK_S
         means = [0.0, 0.0]
         for i, target in enumerate(command.actuators):
@@ -138,16 +147,15 @@ class Rig:
 
     def _imu(self) -> ImuSample:
         imu, rate = self.noise.imu, math.sqrt(1.0 / TICK_S)
-        gyro = self.yaw_rate + self.gyro_bias + self.rng.normal(0.0, imu.gyro_density_radps_rthz * rate)
-        accel = self.accel + self.accel_bias + self.rng.normal(0.0, imu.accel_density_mps2_rthz * rate)
+        gyro = self.yaw_rate + self.gyro_bias + imu.gyro_density_radps_rthz * rate * self.rng.standard_normal()
+        accel = self.accel + self.accel_bias + imu.accel_density_mps2_rthz * rate * self.rng.standard_normal()
         return ImuSample(0.0, 0.0, gyro, accel, self.speed * self.yaw_rate, GRAVITY_MPS2)
 
     def _mag(self) -> MagSample:
         mag = self.noise.magnetometer
-        keep = math.exp(-TICK_S / mag.disturbance_tau_s)
-        fresh = mag.disturbance_rad * math.sqrt(1.0 - keep * keep)
-        self.mag_wander = keep * self.mag_wander + self.rng.normal(0.0, fresh)
-        seen = self.heading + self.mag_bias + self.mag_wander + self.rng.normal(0.0, mag.white_rad)
+        keep, fresh = fading(mag.disturbance_rad, mag.disturbance_tau_s)
+        self.mag_wander = keep * self.mag_wander + fresh * self.rng.standard_normal()
+        seen = self.heading + self.mag_bias + self.mag_wander + mag.white_rad * self.rng.standard_normal()
         return MagSample(FIELD_T * math.sin(seen), FIELD_T * math.cos(seen), -4.8e-5)
 
     def _gnss(self) -> GnssSample | None:
@@ -159,8 +167,8 @@ class Rig:
                     (gnss.gauss_markov_2_m, gnss.gauss_markov_2_tau_s),
                 )
             ):
-                keep = math.exp(-10 * TICK_S / tau)
-                self.slow[term] = keep * self.slow[term] + self.rng.normal(0.0, sigma * math.sqrt(1 - keep**2), 2)
+                keep, fresh = fading(sigma, tau, 10 * TICK_S)
+                self.slow[term] = keep * self.slow[term] + self.rng.normal(0.0, fresh, 2)
             ax, ay = self.vehicle.body.gnss_antenna_x_m, self.vehicle.body.gnss_antenna_y_m
             c, s = math.cos(self.heading), math.sin(self.heading)
             error = self.slow.sum(axis=0) + self.rng.normal(0.0, gnss.white_m, 2) + self.fix_offset_m

@@ -24,7 +24,7 @@ SHORT = trajectory(chain((0.0, 1.0)), speed=0.8)
 
 
 def in_state(state: int) -> Run:
-    run = start(SHORT if state == DONE else LINE)
+    run = start(SHORT if state == DONE else LINE, "pure-pursuit")
     onboard = run.onboard
     if state in (IDLE, READY):
         onboard.abort()
@@ -32,20 +32,20 @@ def in_state(state: int) -> Run:
         if state == READY:
             onboard.load(LINE)
     elif state == RUNNING:
-        run.until_arc(2.0)
+        run.until_arc(1.0)
     elif state == PAUSED:
-        run.until_arc(2.0)
+        run.until_arc(1.0)
         onboard.pause()
         run.ticks(200)
     elif state == DONE:
         run.until(DONE)
         run.ticks(100)
     elif state == ABORTED:
-        run.until_arc(2.0)
+        run.until_arc(1.0)
         onboard.abort()
         run.ticks(200)
     elif state == ESTOPPED:
-        run.until_arc(2.0)
+        run.until_arc(1.0)
         onboard.estop()
         run.ticks(200)
     assert onboard.state == state

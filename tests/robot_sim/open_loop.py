@@ -2,31 +2,40 @@
 
 import json
 import math
-from copy import deepcopy
-from typing import Any, NamedTuple, get_args
+from typing import NamedTuple, get_args
+
+import numpy as np
 
 from touchline.schemas.faults import Fault, parse_fault
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.interface import Command, SensorFrame
 from touchline.services.robot_sim.fault_timeline import FaultTimeline
+from touchline.services.robot_sim.sensors.moment import Moment
+from touchline.services.robot_sim.sensors.sampling import stand_by
 from touchline.services.robot_sim.sensors.suite import Sensors
 from touchline.services.robot_sim.world import body
-from touchline.services.robot_sim.world.body import BodyState
-from touchline.services.robot_sim.world.world import World
+from touchline.services.robot_sim.world.world import NO_EFFECTS, World
 
 VEHICLE = Vehicle()
 FAULTS = get_args(get_args(Fault)[0])
+STILL = World(VEHICLE, Scenario(noise="none")).state
 AHEAD = Command((10.0, 10.0), True, True)
 REST = Command((0.0, 0.0), False, False)
 
 
 class Tick(NamedTuple):
+    """What was sensed in a tick and sprayed, and copies of the world's records at its end."""
+
     frame: SensorFrame
-    state: BodyState
-    drive: Any
+    state: np.record
+    drive: np.record
     sprayed: bool
     width: float
+
+
+def _copy(record):
+    return np.copy(record.array).view(np.recarray)[0]
 
 
 def drive(ticks, *faults, command=AHEAD, seed=1, **scenario):
@@ -40,8 +49,15 @@ def drive(ticks, *faults, command=AHEAD, seed=1, **scenario):
         world.step(command, tick, timeline.effects)
         frame = sensors.read(tick, world.state, timeline.effects)
         widths = world.trace[1:, body.TRACE_SPRAYING]
-        run.append(Tick(frame, deepcopy(world.state), deepcopy(world.drive), bool(widths.any()), float(widths.max())))
+        run.append(Tick(frame, _copy(world.state), _copy(world.drive), bool(widths.any()), float(widths.max())))
     return run
+
+
+def lived(scenario, tick):
+    """The frame of a tick of a robot that has stood until then."""
+    sensors = Sensors(VEHICLE, scenario)
+    stand_by(Moment(STILL.array, NO_EFFECTS.array, scenario.seed, 1), tick - 1, sensors.sensing)
+    return sensors.read(tick, STILL)
 
 
 def fault(kind, **fields):

@@ -16,20 +16,22 @@ from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 from touchline.services.robot_sim.telemetry import Telemetry
 
-ARC = Curve.from_arc((4, 0), (4, 2), 1.5)
+ARC = Curve.from_arc((2, 0), (2, 1.5), 0.8)
 PLAN = trajectory(
     [
-        Curve.from_line((0, 0), (1, 0)),
-        Curve.from_line((1, 0), (4, 0)),
+        Curve.from_line((0, 0), (0.5, 0)),
+        Curve.from_line((0.5, 0), (2, 0)),
         ARC,
-        Curve(*(float(value) for value in ARC.at(ARC.length_m)[:3]), 0.0, 2.0),
+        Curve(*(float(value) for value in ARC.at(ARC.length_m)[:3]), 0.0, 1.0),
     ],
     [0, 1, 1, 0],
     ids=["t0", "line", "arc", "t1"],
     speed_mps=0.8,
 )
-TEMPLATE = Template(name="one", segments=[{"id": "line", "line": {"start": (1.0, -0.41124), "end": (4.0, -0.41124)}}])
-LONGEST_TICKS = 2500
+TEMPLATE = Template(name="one", segments=[{"id": "line", "line": {"start": (0.5, -0.41124), "end": (2.0, -0.41124)}}])
+LONGEST_TICKS = 1100
+QUICK = {"reacquire_s": 0.5, "float_after_s": 0.5, "converge_min_s": 1.0, "converge_max_s": 1.0}
+"""A receiver that finds its fix again while there is some way left."""
 FAULTS = {
     "gnss-outage": {},
     "gnss-degraded": {"fix": "float", "claimed_m": 0.01},
@@ -88,7 +90,7 @@ def assert_same(scenario, listen_from, **things):
 
 
 @pytest.mark.parametrize("follower", ["mpc", "pure-pursuit"])
-@pytest.mark.parametrize("listen_from", [1, 9, 57, 333, 700, 1001, 9999])
+@pytest.mark.parametrize("listen_from", [1, 9, 57, 333, 500, 9999])
 def test_the_loop_is_the_ticks(follower, listen_from):
     _, report, _ = assert_same(Scenario(seed=4), listen_from, follower=follower)
     assert report.success
@@ -97,25 +99,25 @@ def test_the_loop_is_the_ticks(follower, listen_from):
 
 @pytest.mark.parametrize("kind", FAULTS)
 def test_the_loop_is_the_ticks_whatever_goes_wrong(kind):
-    fault = {"kind": kind, "start_s": 4.0, "duration_s": 2.0, **FAULTS[kind]}
-    scenario = Scenario.model_validate({"seed": 2, "faults": [fault]})
-    for listen_from in (450, 700):
+    fault = {"kind": kind, "start_s": 3.0, "duration_s": 1.0, **FAULTS[kind]}
+    scenario = Scenario.model_validate({"seed": 2, "gnss": QUICK, "faults": [fault]})
+    for listen_from in (350, LONGEST_TICKS):
         assert_same(scenario, listen_from, follower="pure-pursuit")
 
 
 @settings(max_examples=4, deadline=None)
 @given(
     st.integers(0, 2**63 - 1),
-    st.integers(1, 1500),
+    st.integers(1, 800),
     st.sampled_from(["mpc", "pure-pursuit"]),
-    st.lists(st.tuples(st.sampled_from(sorted(FAULTS)), st.floats(0.0, 14.0), st.floats(0.01, 3.0)), max_size=3),
+    st.lists(st.tuples(st.sampled_from(sorted(FAULTS)), st.floats(0.0, 7.0), st.floats(0.01, 1.5)), max_size=3),
 )
 def test_the_loop_is_the_ticks_on_any_day(seed, listen_from, follower, timeline):
     faults = [
         {"kind": kind, "start_s": start_s, "duration_s": duration_s, **FAULTS[kind]}
         for kind, start_s, duration_s in timeline
     ]
-    scenario = Scenario.model_validate({"seed": seed, "faults": faults})
+    scenario = Scenario.model_validate({"seed": seed, "gnss": QUICK, "faults": faults})
     assert_same(scenario, listen_from, follower=follower)
 
 
@@ -127,8 +129,8 @@ def test_commands_between_two_runs_act_as_between_ticks():
         emulator.start()
         runner = FastRunner(emulator)
         for command in (emulator.pause, emulator.resume, emulator.estop):
-            for _ in range(1 if loop else 430):
-                runner.run(430) if loop else emulator.tick()
+            for _ in range(1 if loop else 300):
+                runner.run(300) if loop else emulator.tick()
             if emulator.onboard.state != TraversalStatus.DONE:
                 command()
         for _ in range(100):

@@ -1,5 +1,7 @@
 """A fault changes no noise but its own, and whatever happens the world stays finite."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -24,6 +26,8 @@ TOUCHES = {
     "valve-stuck": ({"position": "open"}, set()),
     "disc-stuck": ({"position": "up"}, set()),
 }
+QUIET_RUNS = cache(drive)
+"""Without a fault, and the same for every fault that is looked at beside it."""
 SENSED = ("imu", "mag", "encoders", "gnss")
 
 
@@ -31,7 +35,7 @@ SENSED = ("imu", "mag", "encoders", "gnss")
 def test_a_fault_of_one_sensor_changes_no_bit_of_another_nor_of_itself_once_it_is_over(kind):
     fields, touched = TOUCHES[kind]
     run = drive(1300, second(kind, **fields), command=REST)
-    plain = drive(1300, command=REST)
+    plain = QUIET_RUNS(1300, command=REST)
     if kind == "encoder-dropout":
         touched = set()  # at rest nothing is missed
     for name in SENSED:
@@ -45,16 +49,16 @@ def test_a_fault_of_one_sensor_changes_no_bit_of_another_nor_of_itself_once_it_i
 @pytest.mark.parametrize("kind", ["messages-late", "messages-lost", "messages-duplicated", "messages-reordered"])
 def test_messages_that_go_astray_change_no_measurement(kind, sensor):
     fields = {"sensor": sensor, **({"delay_s": 0.1} if kind == "messages-late" else {})}
-    run, plain = drive(400, second(kind, **fields)), drive(400)
+    run, plain = drive(400, second(kind, **fields)), QUIET_RUNS(400)
     assert set(fixes(run)) <= set(fixes(plain))
     for name, age in (("imu", "imu"), ("mag", "mag"), ("encoders", "encoder")):
         for index, tick in enumerate(run):
             assert getattr(tick.frame, name) == getattr(plain[index - ages([tick], age)[0]].frame, name)
-    assert run[-1].state.array.tobytes() == plain[-1].state.array.tobytes()
+    assert run[-1].state == plain[-1].state
 
 
 def test_a_fault_of_the_drive_changes_no_sensor_noise():
-    run, plain = drive(300, second("wheel-blocked")), drive(300)
+    run, plain = drive(300, second("wheel-blocked")), QUIET_RUNS(300)
 
     def noise(tick):
         return (
@@ -68,7 +72,7 @@ def test_a_fault_of_the_drive_changes_no_sensor_noise():
         assert a == pytest.approx(b, abs=1e-6)
 
 
-TIMES = {"start_s": st.floats(0, 3), "duration_s": st.none() | st.floats(0.01, 3)}
+TIMES = {"start_s": st.floats(0, 1.5), "duration_s": st.none() | st.floats(0.01, 1.5)}
 NEEDED = {"delay_s": st.floats(0.01, 5), "white_m": st.floats(0.001, 100), "share": st.floats(0, 0.95)}
 ANY_FAULT = st.one_of(
     [st.builds(model, **TIMES, **{k: v for k, v in NEEDED.items() if k in model.model_fields}) for model in FAULTS]
@@ -78,14 +82,15 @@ ANY_FAULT = st.one_of(
 @settings(max_examples=60, deadline=None)
 @given(st.lists(ANY_FAULT, max_size=12), st.integers(0, 2**62))
 def test_whatever_goes_wrong_the_world_stays_finite_and_the_same_again(faults, seed):
-    run = drive(300, *faults, seed=seed)
-    for tick in run:
-        for value in (*tick.state.views.values(), *tick.drive.views.values()):
-            assert np.isfinite(value).all()
-        assert np.isfinite([*tick.frame.imu, *tick.frame.mag, *tick.frame.encoders]).all()
-        assert all(np.isfinite(fix).all() for fix in tick.frame.gnss)
-        assert 0.0 <= tick.frame.battery_fraction <= 1.0
-        assert 0.0 <= tick.frame.tank_l <= VEHICLE.tool.tank_l
-        assert abs(tick.state.speed_mps) < 3.0
-    again = drive(300, *faults, seed=seed)
-    assert [tick.frame for tick in again] == [tick.frame for tick in run]
+    run = drive(150, *faults, seed=seed)
+    states, drives = np.array([tick.state for tick in run]), np.array([tick.drive for tick in run])
+    for records in (states, drives):
+        assert all(np.isfinite(records[name]).all() for name in records.dtype.names)
+    frames = [tick.frame for tick in run]
+    assert np.isfinite([(*frame.imu, *frame.mag, *frame.encoders) for frame in frames]).all()
+    assert np.isfinite([fix for frame in frames for fix in frame.gnss]).all()
+    assert all(0.0 <= frame.battery_fraction <= 1.0 for frame in frames)
+    assert all(0.0 <= frame.tank_l <= VEHICLE.tool.tank_l for frame in frames)
+    assert np.abs(states["speed_mps"]).max() < 3.0
+    again = drive(150, *faults, seed=seed)
+    assert [tick.frame for tick in again] == frames

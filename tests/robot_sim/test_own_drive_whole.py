@@ -1,13 +1,14 @@
 """A drive of somebody else plans, drives and paints a pitch, and no file but its own knows it."""
 
 from collections.abc import Iterator
+from functools import cache
 
 import pytest
 
 from tests.planner.drum_drive import DrumDrive
 from tests.robot_sim.crawler import registered
 from touchline.schemas.catalogue import load_template
-from touchline.schemas.messages import PlanOptions, TraversalStatus
+from touchline.schemas.messages import PlanOptions, Trajectory, TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
 from touchline.schemas.vehicles import Vehicle
@@ -16,6 +17,7 @@ from touchline.services.robot_sim.emulator import Emulator
 from touchline.services.robot_sim.fast_runner import FastRunner
 
 pytestmark = pytest.mark.xdist_group("drum")  # what is compiled for it is not kept on disk
+TEMPLATE = load_template("study-square")
 ROLLER = Vehicle(name="roller", drive=DrumDrive(transit_speed_mps=1.2))
 
 
@@ -25,19 +27,21 @@ def drum() -> Iterator[None]:
         yield
 
 
-def painted(follower: str) -> Emulator:
-    template = load_template("study-square")
-    trajectory = plan(template, ROLLER, PlanOptions(forward_only=True)).trajectory
-    robot = Emulator(ROLLER, Scenario(noise="none", seed=3), OnboardConfig(follower=follower))
-    robot.load(trajectory, template)
+@cache
+def trajectory() -> Trajectory:
+    return plan(TEMPLATE, ROLLER, PlanOptions(forward_only=True)).trajectory
+
+
+def started(scenario: Scenario) -> Emulator:
+    robot = Emulator(ROLLER, scenario, OnboardConfig(follower="pure-pursuit"))
+    robot.load(trajectory(), TEMPLATE)
     robot.start()
-    FastRunner(robot).run(200_000)
     return robot
 
 
-@pytest.mark.parametrize("follower", ["pure-pursuit"])
-def test_it_paints_a_template(follower: str) -> None:
-    robot = painted(follower)
+def test_it_paints_a_template() -> None:
+    robot = started(Scenario(noise="none", seed=3))
+    FastRunner(robot).run(200_000)
     status, figures = robot.onboard.status, robot.metrics()
     assert (status.state, status.reason) == (TraversalStatus.DONE, "")
     assert figures.coverage_pct > 99.0
@@ -46,12 +50,7 @@ def test_it_paints_a_template(follower: str) -> None:
 
 
 def test_tick_by_tick_it_is_the_same() -> None:
-    template = load_template("study-square")
-    trajectory = plan(template, ROLLER, PlanOptions(forward_only=True)).trajectory
-    robots = [Emulator(ROLLER, Scenario(seed=3), OnboardConfig(follower="pure-pursuit")) for _ in range(2)]
-    for robot in robots:
-        robot.load(trajectory, template)
-        robot.start()
+    robots = [started(Scenario(seed=3)) for _ in range(2)]
     for _ in range(1000):
         robots[0].tick()
     FastRunner(robots[1]).run(1000)

@@ -5,14 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from tests.robot_sim.open_loop import REST, drive, fault, fixes
+from tests.robot_sim.open_loop import REST, STILL, drive, fault, fixes, lived
 from touchline.schemas.scenario import GnssNoise, ImuNoise, MagnetometerNoise, Obstruction, Scenario
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.robot_sim.sensors.suite import Sensors
-from touchline.services.robot_sim.world.world import World
 
 VEHICLE = Vehicle()
-STILL = World(VEHICLE, Scenario(noise="none")).state
 NO_ACCEL = {
     "accel_density_mps2_rthz": 0.0,
     "accel_turn_on_bias_mps2": 0.0,
@@ -34,7 +32,8 @@ def test_the_accelerometer_errs_as_its_data_sheet_says():
     biases = [ahead(seed, (1, 2), accel_turn_on_bias_mps2=0.1) for seed in range(300)]
     assert np.std([first for first, _ in biases]) == pytest.approx(0.1, rel=0.15)
     assert all(first == second for first, second in biases)
-    walked = [ahead(seed, range(1, 101), accel_bias_walk_mps2_rts=0.01)[-1] for seed in range(200)]
+    walk = ImuNoise(**{**NO_ACCEL, "accel_bias_walk_mps2_rts": 0.01})
+    walked = [lived(Scenario(seed=seed, imu=walk), 100).imu.accel_x_mps2 for seed in range(200)]
     assert np.std(walked) == pytest.approx(0.01 * math.sqrt(1.0), rel=0.2)
 
 

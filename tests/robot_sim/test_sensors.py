@@ -6,22 +6,36 @@ from copy import deepcopy
 import numpy as np
 import pytest
 
+from tests.robot_sim.open_loop import STILL, lived
 from touchline.schemas.messages import GnssStatus
 from touchline.schemas.scenario import EncoderNoise, GnssNoise, Ground, ImuNoise, MagnetometerNoise, Scenario, Steel
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.interface import Command
+from touchline.services.robot_sim.sensors.moment import Moment
 from touchline.services.robot_sim.sensors.receiver import white
+from touchline.services.robot_sim.sensors.sampling import stand_by
 from touchline.services.robot_sim.sensors.suite import FIELD_HORIZONTAL_T, Sensors
-from touchline.services.robot_sim.world.world import TruePose, World
+from touchline.services.robot_sim.world.world import NO_EFFECTS, TruePose, World
 
 VEHICLE = Vehicle()
-STILL = World(VEHICLE, Scenario(noise="none")).state
 PUNCTUAL = {"latency_jitter_s": 0.0}
 
 
 def frames(scenario, ticks, state=STILL, vehicle=VEHICLE):
     sensors = Sensors(vehicle, scenario)
     return [sensors.read(tick, state) for tick in range(1, ticks + 1)]
+
+
+def punctual_fixes(scenario, ticks):
+    """Of a standing robot whose fixes arrive 11 ticks after every tenth: only when one does is there a frame."""
+    sensors, found = Sensors(VEHICLE, scenario), []
+    first = Moment(STILL.array, NO_EFFECTS.array, scenario.seed, 1)
+    wait = stand_by.for_types_of((first, 1, sensors.sensing))
+    sensors.read(1, STILL)
+    for tick in range(11, ticks + 1, 10):
+        wait(first._replace(tick=tick - 9), tick - 1, sensors.sensing)
+        found += sensors.read(tick, STILL).gnss
+    return found
 
 
 def speeds(world):
@@ -96,8 +110,8 @@ def test_the_receiver_keeps_its_rate(rate_hz):
 
 
 def test_white_gnss_noise_and_its_reported_variance():
-    scenario = Scenario(gnss=GnssNoise(gauss_markov_1_m=0, gauss_markov_2_m=0))
-    fixes = [fix for frame in frames(scenario, 20_000) for fix in frame.gnss]
+    scenario = Scenario(gnss=GnssNoise(gauss_markov_1_m=0, gauss_markov_2_m=0, **PUNCTUAL))
+    fixes = punctual_fixes(scenario, 20_000)
     east, north = np.array([(fix.east_m, fix.north_m) for fix in fixes]).T
     assert np.std(east) == pytest.approx(0.00471, rel=0.1)
     assert np.std(north) == pytest.approx(0.00471, rel=0.1)
@@ -108,10 +122,10 @@ def test_white_gnss_noise_and_its_reported_variance():
 
 def test_gauss_markov_terms_are_stationary_and_as_slow_as_stated():
     scenario = Scenario(gnss=GnssNoise(white_m=0, gauss_markov_2_m=0, gauss_markov_1_tau_s=2.0, **PUNCTUAL))
-    east = np.array([fix.east_m for frame in frames(scenario, 100_000) for fix in frame.gnss])
+    east = np.array([fix.east_m for fix in punctual_fixes(scenario, 100_000)])
     assert np.std(east) == pytest.approx(0.0025, rel=0.12)
     assert np.corrcoef(east[:-20], east[20:])[0, 1] == pytest.approx(math.exp(-1), abs=0.08)
-    first = [frames(scenario.model_copy(update={"seed": seed}), 21)[-1].gnss[0].east_m for seed in range(300)]
+    first = [lived(scenario.model_copy(update={"seed": seed}), 21).gnss[0].east_m for seed in range(300)]
     assert np.std(first) == pytest.approx(0.0025, rel=0.15)
 
 
@@ -131,7 +145,7 @@ def test_fixes_err_as_the_published_ones_do():
 def test_the_whole_fixed_error_is_what_is_reported():
     errors, reported = [], set()
     for seed in range(400):
-        fix = next(fix for frame in frames(Scenario(seed=seed), 25) for fix in frame.gnss)
+        (fix,) = lived(Scenario(seed=seed, gnss=GnssNoise(**PUNCTUAL)), 21).gnss
         errors.append(fix.east_m)
         reported.add(fix.variance_m2)
     assert len(reported) == 1
@@ -155,7 +169,7 @@ def test_bias_walk_grows_with_the_root_of_time():
         "gyro_turn_on_bias_radps": 0.0,
         "gyro_bias_walk_radps_rts": 0.01,
     }
-    ends = [frames(Scenario(seed=s, imu=ImuNoise(**walk)), 400)[-1].imu.gyro_z_radps for s in range(200)]
+    ends = [lived(Scenario(seed=s, imu=ImuNoise(**walk)), 400).imu.gyro_z_radps for s in range(200)]
     assert np.std(ends) == pytest.approx(0.01 * 2.0, rel=0.15)
 
 

@@ -123,14 +123,17 @@ def test_a_raster_finds_the_same_area():
     found = smearing(ledger, track, robot)
     assert found.crossings >= 3
     cell = 0.002
-    x, y = np.meshgrid(np.arange(3.0, 7.0, cell), np.arange(-2.0, 3.0, cell))
+    xs, ys = np.arange(3.0, 7.0, cell), np.arange(-2.0, 3.0, cell)
+    x, y = np.meshgrid(xs, ys)
     touched = np.zeros(x.shape, dtype=bool)
     for smear in found.smears:
         for a, b in zip(smear.points[:-1], smear.points[1:], strict=True):
             (ex, ey), length = b - a, math.dist(a, b)
-            s = ((x - a[0]) * ex + (y - a[1]) * ey) / length
-            left = ((y - a[1]) * ex - (x - a[0]) * ey) / length
-            touched |= (s >= 0.0) & (s <= length) & (np.abs(left) <= TREAD_M / 2)
+            low, high = np.minimum(a, b) - TREAD_M, np.maximum(a, b) + TREAD_M
+            near = slice(*np.searchsorted(ys, (low[1], high[1]))), slice(*np.searchsorted(xs, (low[0], high[0])))
+            s = ((x[near] - a[0]) * ex + (y[near] - a[1]) * ey) / length
+            left = ((y[near] - a[1]) * ex - (x[near] - a[0]) * ey) / length
+            touched[near] |= (s >= 0.0) & (s <= length) & (np.abs(left) <= TREAD_M / 2)
     touched &= (np.abs(y) > WIDTH / 2) | (x < 0.0) | (x > 10.0)
     assert found.area_m2 == pytest.approx(touched.sum() * cell**2, rel=0.02)
 
