@@ -4,13 +4,12 @@ from collections.abc import Iterator
 
 import pytest
 
+from tests.planner.at_once import planned_at_once
 from touchline.schemas.catalogue import line_templates, load_template
 from touchline.schemas.fields import FIELDS
 from touchline.schemas.lettering import Corners, write
 from touchline.schemas.placement import place
 from touchline.schemas.template import Placement, Template
-from touchline.schemas.vehicles import Vehicle
-from touchline.services.planner.plan import plan
 
 
 def extremes() -> Iterator[tuple[str, dict[str, float | bool]]]:
@@ -27,7 +26,7 @@ def extremes() -> Iterator[tuple[str, dict[str, float | bool]]]:
 @pytest.mark.parametrize(("name", "values"), [case for case in extremes() if case[1]])
 def test_fields_can_be_driven_at_the_ends_of_their_ranges(name: str, values: dict[str, float | bool]) -> None:
     template = FIELDS[name].template(values)
-    planned = plan(template, Vehicle())
+    planned = planned_at_once(template)
     assert planned.report.painted_segments == len(template.segments)
     assert planned.report.paint_length_m == pytest.approx(template.length_m, rel=0.1)
 
@@ -35,10 +34,10 @@ def test_fields_can_be_driven_at_the_ends_of_their_ranges(name: str, values: dic
 @pytest.mark.parametrize("name", [name for name in line_templates() if name != "american-football"])
 def test_fields_can_be_driven_mirrored_and_turned(name: str) -> None:
     template = place(load_template(name), Placement(x_m=-300, y_m=120, rotation_deg=33, mirror=True))
-    assert plan(template, Vehicle()).report.painted_segments == len(template.segments)
+    assert planned_at_once(template).report.painted_segments == len(template.segments)
 
 
 @pytest.mark.parametrize(("height", "corners"), [(0.8, Corners.CUT), (1.8288, Corners.SQUARE), (3.2, Corners.ROUND)])
 def test_text_can_be_driven(height: float, corners: Corners) -> None:
     strokes = tuple(write("GO TEAM 2026!", height, 0.12, corners))
-    assert plan(Template(name="go", segments=strokes), Vehicle()).report.painted_segments == len(strokes)
+    assert planned_at_once(Template(name="go", segments=strokes)).report.painted_segments == len(strokes)

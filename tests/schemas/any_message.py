@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import annotated_types
@@ -80,6 +81,7 @@ def values(description: Any, metadata: list[Any]) -> st.SearchStrategy[Any]:
     return st.lists(values(inner, []), min_size=shortest, max_size=longest)
 
 
+@cache
 def models(kind: type[Message]) -> st.SearchStrategy[Message]:
     """Any message of a type."""
     metadata = {name: field.metadata for name, field in kind.model_fields.items()}
