@@ -1,11 +1,10 @@
 """In one process: the bits of the whole system, without it."""
 
 import json
+import multiprocessing
 import os
-import re
 import signal
-import time
-from contextlib import suppress
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
@@ -19,8 +18,10 @@ from touchline.schemas.spec import parse
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.bridge.compare import compare
 from touchline.services.bridge.reader import RecordingReader
+from touchline.services.cli import sweep_command
 
 SQUARE = ("study-square", "--json", "--seed", "7")
+SMALL_ROBOT = Path(__file__).parents[2] / "examples" / "small-robot.json"
 WALL_CLOCK = ("wall_time_s", "real_time_factor")
 
 
@@ -80,34 +81,28 @@ def test_the_figures_are_the_same_with_and_without_telemetry(over_zenoh, simulat
 
 
 @pytest.mark.xdist_group("over-zenoh")  # one worker runs it
-def test_not_recorded_is_the_same_session(over_zenoh, simulation_of):
+def test_a_simulation_that_is_not_recorded_is_the_same_session(over_zenoh, simulation_of):
     run, _ = over_zenoh
-    assert run_of(*SQUARE)["hash"] == run["hash"]
     assert simulation_of(*SQUARE, "--hash")["hash"] == run["hash"]
 
 
 @pytest.mark.xdist_group("over-zenoh")  # one worker runs it
-def test_planner_and_robot_of_a_run_have_the_vehicle_that_is_chosen(over_zenoh, simulation_of):
+def test_files_and_options_are_lived_by_both_and_by_all_processes_of_a_run(over_zenoh, simulation_of, tmp_path):
+    """In a run that is not recorded: the same session, too."""
     usual, _ = over_zenoh
-    options = (*SQUARE, "--vehicle", str(Path(__file__).parents[2] / "examples" / "small-robot.json"))
+    scenario, computer = tmp_path / "calm.json", tmp_path / "computer.json"
+    scenario.write_text(json.dumps({"seed": 3, "gnss": {"white_m": 0.001}}))
+    computer.write_text(json.dumps({"follower": "pure-pursuit", "gnss": {"white_m": 0.001}}))
+    files = ("--scenario", str(scenario), "--onboard", str(computer), "--vehicle", str(SMALL_ROBOT))
+    laid = ("--place", "3,4,30", "--origin", "57.01,9.99", "--paint-speed", "0.4", "--forward-only")
+    options = ("study-square", "--json", *files, *laid)
     run, simulation = run_of(*options), simulation_of(*options, "--hash")
     assert run["hash"] == simulation["hash"]
     assert run["hash"]["scenario"] != usual["hash"]["scenario"]
     assert run["plan"]["max"] == simulation["plan"]["max"] != usual["plan"]["max"]
-    assert run["vehicle"] == "small-robot"
-
-
-def test_a_scenario_file_and_options_are_lived_by_both(simulation_of, tmp_path):
-    scenario, computer = tmp_path / "calm.json", tmp_path / "computer.json"
-    scenario.write_text(json.dumps({"seed": 3, "gnss": {"white_m": 0.001}}))
-    computer.write_text(json.dumps({"follower": "pure-pursuit", "gnss": {"white_m": 0.001}}))
-    laid = ("--place", "3,4,30", "--origin", "57.01,9.99", "--paint-speed", "0.8", "--forward-only")
-    options = ("study-square", "--json", "--scenario", str(scenario), "--onboard", str(computer), *laid)
-    run = run_of(*options)
-    simulation = simulation_of(*options, "--hash")
-    assert simulation["hash"] == run["hash"]
-    assert (run["seed"], run["follower"]) == (3, "pure-pursuit")
-    assert run["traversal"]["total_time_s"] > simulation_of(*SQUARE)["traversal"]["total_time_s"]
+    assert (run["vehicle"], run["seed"], run["follower"]) == ("small-robot", 3, "pure-pursuit")
+    assert run["plan"]["time_s"]["paint"] == pytest.approx(4.0 / 0.4)
+    assert run["plan"]["standstills"]["cusps"] == 0 < usual["plan"]["standstills"]["cusps"]
     assert simulation_of(*options, "--hash", "--seed", "4")["hash"] != run["hash"]
 
 
@@ -143,36 +138,18 @@ def test_a_sweep_from_the_command_line(touchline, simulation_of, tmp_path):
     assert "study-square" in err
 
 
-def _workers(pid):
-    """The processes that a sweep with this process id has started to run in."""
-    found = []
-    for stat in Path("/proc").glob("[0-9]*/stat"):
-        with suppress(OSError):  # it has ended meanwhile
-            parent = stat.read_text().rpartition(")")[2].split()[1]
-            if parent == str(pid) and b"spawn_main" in (stat.parent / "cmdline").read_bytes():
-                found.append(int(stat.parent.name))
-    return found
-
-
 @pytest.mark.parametrize("what", ["interrupted", "a worker killed"])
-def test_a_sweep_that_is_broken_off_gives_what_is_done(what, bus_config, tmp_path, monkeypatch):
-    monkeypatch.setenv("FORCE_COLOR", "1")  # so that it shows how far it is, as on a terminal
-    monkeypatch.setenv("COLUMNS", "120")
-    log = tmp_path / "log"
-    sweep = commands.start_touchline(
-        "sweep", "study-square", "--seeds", "3000", "--workers", "2", "--json", config=bus_config, log=log
-    )
-    deadline = time.monotonic() + 300.0
-    while not re.search(r"[1-9]\d* of 3000", log.read_text()):  # until then it loads, plans and compiles
-        assert time.monotonic() < deadline, log.read_text()
-        time.sleep(0.1)
-    if what == "interrupted":
-        sweep.send_signal(signal.SIGINT)
-    else:
-        os.kill(_workers(sweep.pid)[0], signal.SIGKILL)
-    assert sweep.wait(timeout=100) == (130 if what == "interrupted" else 1)
-    text = log.read_text()
-    swept = json.loads(text[text.index("{") : text.rindex("}") + 1])
+def test_a_sweep_that_is_broken_off_gives_what_is_done(what, touchline, monkeypatch):
+    def advance(_done, doing):
+        if doing == "1 of 300" and what == "interrupted":
+            signal.raise_signal(signal.SIGINT)
+        elif doing == "1 of 300":
+            os.kill(multiprocessing.active_children()[0].pid, signal.SIGKILL)
+
+    monkeypatch.setattr(sweep_command, "progress_bar", lambda _title: nullcontext(advance))
+    code, out, err = touchline("sweep", "study-square", "--seeds", "300", "--workers", "2", "--json")
+    assert code == (130 if what == "interrupted" else 1)
+    swept = json.loads(out)
     assert not swept["complete"]
-    assert 0 < len(swept["runs"]) == swept["combinations"][0]["runs"] < 3000
-    assert ("a process of the sweep was killed" in text) == (what != "interrupted")
+    assert 0 < len(swept["runs"]) == swept["combinations"][0]["runs"] < 300
+    assert ("a process of the sweep was killed" in err) == (what != "interrupted")

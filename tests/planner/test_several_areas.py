@@ -13,6 +13,7 @@ from touchline.schemas.template import Template
 from touchline.services.planner.plan import plan
 
 EASY = PlanOptions(coverage_pct=80.0)
+FORWARD = PlanOptions(coverage_pct=80.0, forward_only=True)
 
 
 def box(left: float, low: float, right: float, high: float) -> list[tuple[float, float]]:
@@ -24,9 +25,9 @@ def template(**parts: Any) -> Template:
     return Template.model_validate({"name": "two", "title": "Two", "areas": areas, **parts})
 
 
-@pytest.mark.parametrize("parts", [{}, {"boundary": {"corners": box(0, 0, 44, 14)}}])
-def test_areas_are_covered_in_turn_on_one_way_without_a_gap(parts: dict[str, Any]) -> None:
-    planned = plan(template(**parts), load_vehicle("clay-roller"), EASY)
+@pytest.mark.parametrize(("parts", "options"), [({}, FORWARD), ({"boundary": {"corners": box(0, 0, 44, 14)}}, EASY)])
+def test_areas_are_covered_in_turn_on_one_way_without_a_gap(parts: dict[str, Any], options: PlanOptions) -> None:
+    planned = plan(template(**parts), load_vehicle("clay-roller"), options)
     assert len(planned.report.coverage) == 2
     assert all(figures.reachable_pct >= 80.0 for figures in planned.report.coverage)
     assert all(figures.body_outside_m <= 0.0 for figures in planned.report.coverage)
@@ -62,6 +63,6 @@ def test_planning_ends_when_progress_raises() -> None:
             raise TimeoutError
 
     with pytest.raises(TimeoutError):
-        plan(template(), load_vehicle("clay-roller"), EASY, tell)
+        plan(template(), load_vehicle("clay-roller"), FORWARD, tell)
     assert len(told) > 3
     assert np.all(np.diff(told) >= 0.0)

@@ -34,22 +34,14 @@ def native(description: Any, value: Any) -> Any:
 @all_models
 @quick(8)
 @given(data=st.data())
-def test_a_message_is_encoded_as_rosbags_encodes_its_own(kind: type[Message], data: st.DataObject) -> None:
+def test_a_message_is_encoded_as_rosbags_encodes_its_own_and_no_part_of_it_is_one(kind: type[Message], data: st.DataObject) -> None:
     message = data.draw(models(kind))
     payload = encode(message)
     own = native((Nodetype.NAME, kind.ros_type), message)
     assert payload == bytes(typestore().serialize_cdr(own, kind.ros_type))
     assert decode(kind, payload) == message
-
-
-@all_models
-@quick(8)
-@given(data=st.data())
-def test_a_truncated_message_is_refused(kind: type[Message], data: st.DataObject) -> None:
-    payload = encode(data.draw(models(kind)))
-    cut = data.draw(st.integers(0, len(payload) - 1))
     with pytest.raises(PayloadError):
-        decode(kind, payload[:cut])
+        decode(kind, payload[: data.draw(st.integers(0, len(payload) - 1))])
 
 
 @all_models
