@@ -9,10 +9,10 @@ from touchline.schemas.messages import Trajectory
 
 @pytest.fixture
 def plan_of(touchline):
-    """What is told of the pitch's plan."""
+    """What is told of a small pitch's plan."""
 
     def run(*options):
-        code, out, err = touchline("plan", "soccer-11", *options, "--json")
+        code, out, err = touchline("plan", "soccer-7", *options, "--json")
         assert code == 0, err
         return json.loads(out)
 
@@ -33,7 +33,7 @@ def test_it_orders_on_request(plan_of, touchline):
     free, given = (plan_of("--order", order) for order in ("optimised", "given"))
     assert free["time_s"]["total"] < given["time_s"]["total"]
     assert given["estimate"]["paint_l"] > 1.0
-    code, _, err = touchline("plan", "soccer-11", "--hard-drying")
+    code, _, err = touchline("plan", "soccer-7", "--hard-drying")
     assert code in (1, 2)
     assert "is wet" in err
 

@@ -136,7 +136,7 @@ def test_another_vehicle_is_another_cause(touchline):
 
 def test_a_sweep_runs_with_one_vehicle(touchline):
     arguments = ("study-square", "--vehicle", str(EXAMPLE), "--json")
-    swept = json.loads(touchline("sweep", *arguments, "--seeds", "2", "--workers", "2")[1])
+    swept = json.loads(touchline("sweep", *arguments, "--seeds", "1", "--workers", "1")[1])
     alone = json.loads(touchline("simulate", *arguments, "--seed", "1")[1])
     assert swept["runs"][0]["scenario_hash"] == alone["hash"]["scenario"]
 

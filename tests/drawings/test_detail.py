@@ -53,9 +53,7 @@ def strokes_of(found: Imported) -> list[Curve]:
 def sampled(curves: list[Curve]) -> list[np.ndarray]:
     """Fine polylines (n, 2): shapely then measures what the project's own code is not asked for."""
     counts = (min(max(math.ceil(curve.length_m / FINE_M), 8), 100) for curve in curves)
-    return [
-        np.column_stack(c.at(np.linspace(0.0, c.length_m, n))[:2]) for c, n in zip(curves, counts, strict=True)
-    ]
+    return [np.column_stack(c.at(np.linspace(0.0, c.length_m, n))[:2]) for c, n in zip(curves, counts, strict=True)]
 
 
 def apart_m(first: list[Curve], second: list[Curve]) -> float:

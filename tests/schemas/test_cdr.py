@@ -34,7 +34,7 @@ def native(description: Any, value: Any) -> Any:
 @all_models
 @quick(8)
 @given(data=st.data())
-def test_a_message_is_encoded_as_rosbags_encodes_its_own_and_no_part_of_it_is_one(kind: type[Message], data: st.DataObject) -> None:
+def test_a_message_is_encoded_as_by_rosbags_and_no_part_of_it_is_one(kind: type[Message], data: st.DataObject) -> None:
     message = data.draw(models(kind))
     payload = encode(message)
     own = native((Nodetype.NAME, kind.ros_type), message)

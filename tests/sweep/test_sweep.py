@@ -1,5 +1,7 @@
 """Sweeps: which runs, the same wherever they happen, and what is said about them."""
 
+from pathlib import Path
+
 import pytest
 
 from tests.sweep.combining import combined
@@ -7,10 +9,14 @@ from touchline.schemas.errors import SpecError, TouchlineError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Scenario
+from touchline.schemas.spec import parse, read_text
+from touchline.schemas.vehicles import Vehicle
 from touchline.services.runs.sweep.combinations import SweepCase
 from touchline.services.runs.sweep.places import here, in_processes, on_dask
 from touchline.services.runs.sweep.summary import statistics, summarise, write_csv
 from touchline.services.runs.sweep.task import SweepRun, prepare
+
+SMALL_ROBOT = Path(__file__).parents[2] / "examples" / "small-robot.json"
 
 
 def test_every_combination_once():
@@ -63,7 +69,7 @@ def test_a_plan_is_made_once_per_template_and_options():
 @pytest.fixture(scope="module")
 def ran():
     wanted = combined("follower=mpc,pure-pursuit", scenario=Scenario(seed=7))
-    jobs, tasks = prepare(wanted, 2)
+    jobs, tasks = prepare(wanted, 2, parse(Vehicle, read_text(SMALL_ROBOT), SMALL_ROBOT.name))
     return wanted, jobs, tasks, list(here(jobs, tasks))
 
 

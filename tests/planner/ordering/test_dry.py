@@ -93,7 +93,7 @@ def test_half_the_crossings_are_worth_a_twentieth_of_the_time() -> None:
 
 
 def test_what_is_enough_at_once_gives_a_whole_plan() -> None:
-    template = load_template("rugby-union")
+    template = load_template("soccer-7")
     told: list[str] = []
     planned = plan(template, VEHICLE, progress=lambda stage, fraction: told.append(stage), enough=lambda: True)
     assert planned.report.painted_segments == len(template.segments)

@@ -67,7 +67,7 @@ def test_crossings_of_an_arc_are_those_of_points_along_it(
 
 
 def test_fewer_crossings_are_worth_some_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    template, fast = load_template("soccer-11"), PlanOptions(paint_speed_mps=1.5, transit_speed_mps=2.0)
+    template, fast = load_template("soccer-7"), PlanOptions(paint_speed_mps=1.5, transit_speed_mps=2.0)
     careful = plan(template, VEHICLE, fast).report
     monkeypatch.setattr(tour, "CROSSING_S", 0.0)
     careless = plan(template, VEHICLE, fast).report
