@@ -42,7 +42,7 @@ def kinds(notices: list[Notice]) -> list[str]:
 
 def test_a_loop_that_stands_still_is_told_and_started_again(tmp_path: Path, bus_config: BusConfig):
     """Threads of Zenoh, or a token, say nothing of the loop: it is its own beat that counts."""
-    with supervised(tmp_path, bus_config, ["bridge"], 2.0) as supervisor:
+    with supervised(tmp_path, bus_config, ["bridge"], 1000.0) as supervisor:
         (child,) = supervisor.children
 
         def turns() -> bool:
@@ -56,10 +56,12 @@ def test_a_loop_that_stands_still_is_told_and_started_again(tmp_path: Path, bus_
         assert float(quiet_s) >= 1.0, "and more, where the machine is busy"
         os.kill(pid, signal.SIGCONT)
         assert "turns" in kinds(notices_until(supervisor, lambda notices: "turns" in kinds(notices)))
+        child.patience_s = 1.2  # only now, for nobody knows how long a busy machine takes to continue a process
         os.kill(pid, signal.SIGSTOP)
         told = notices_until(supervisor, lambda notices: "restarted" in kinds(notices))
         assert kinds(told)[-4:] == ["hangs", "hung", "died", "restarted"]
         assert supervisor.pid(topics.BRIDGE) not in (None, pid)
+        child.patience_s = 1000.0
         notices_until(supervisor, lambda _: turns())
 
 
