@@ -30,6 +30,8 @@ from touchline.services.bus.ports import free_port
 
 ROOT = Path(__file__).resolve().parents[2]
 DOMAIN = 42
+pytestmark = pytest.mark.xdist_group("ros2")  # by one worker, so that each process is started once
+CALLED = (topics.START_TRAVERSAL, topics.PAUSE, topics.ABORT, topics.GET_PAINT)
 READ = (topics.GNSS_FIX, topics.IMU, topics.ODOMETRY, topics.STATUS)
 LENGTH_M = 400.0  # so long that no test sees its end
 WAY = [
@@ -97,14 +99,28 @@ def definitions(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.fixture
-def system(bus_config: BusConfig, definitions: Path) -> Iterator[System]:
-    """Without a robot as yet."""
-    with Bus.open(topics.OPERATOR, bus_config) as bus:
+@pytest.fixture(scope="module")
+def system(definitions: Path) -> Iterator[System]:
+    """Without a process as yet; the tests share what is started, and the last of them kills the gateway."""
+    with Bus.open(topics.OPERATOR, BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}")) as bus:
         yield System(bus, free_port(), definitions)
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
+def gateway(system: System) -> Iterator[subprocess.Popen[bytes]]:
+    """Its process."""
+    with system.gateway() as process:
+        yield process
+
+
+@pytest.fixture(scope="module")
+def client(system: System, gateway: subprocess.Popen[bytes]) -> Iterator[ForeignClient]:
+    """A foreign client."""
+    with system.client() as it:
+        yield it
+
+
+@pytest.fixture(scope="module")
 def robot(system: System) -> Iterator[System]:
     """With a robot that waits for a trajectory, four times as fast as a real one."""
     with system.running("robot-sim", "--seed", "5", "--speed", "4"):
@@ -155,19 +171,18 @@ def meet(client: ForeignClient) -> dict[str, Any]:
 
 
 def gateway_seen(client: ForeignClient) -> bool:
-    """Whether the client sees anything of the gateway beside what it has declared itself."""
+    """Whether the client sees anything of the gateway beside what it has declared itself, here or in a test before."""
     graph = client.do("graph")
-    own = {f"/{topics.START_TRAVERSAL.name}"}
+    own = {f"/{service.name}" for service in CALLED}
     return (
         "/touchline" in graph["nodes"]
-        or f"/{topics.IMU.name}" in graph["topics"]
+        or f"/{topics.PAINT.name}" in graph["topics"]
         or bool(graph["services"].keys() - own)
     )
 
 
-def test_it_discovers_the_node_and_every_topic_and_service(system: System) -> None:
-    with system.gateway(), system.client() as client:
-        graph = meet(client)
+def test_it_discovers_the_node_and_every_topic_and_service(client: ForeignClient) -> None:
+    graph = meet(client)
     assert graph["nodes"] == ["/touchline"]
     published = {f"/{topic.name}": [topic.type.ros_type] for topic in topics.TOPICS}
     assert graph["topics"] == {**published, "/goal_pose": ["geometry_msgs/msg/PoseStamped"]}
@@ -176,69 +191,44 @@ def test_it_discovers_the_node_and_every_topic_and_service(system: System) -> No
     assert "/trajectory_controller/start_traversal" in named
 
 
+@pytest.mark.usefixtures("gateway")
 def test_the_documented_example_lists_and_calls(system: System) -> None:
     command = [sys.executable, "examples/ros2_client.py", "pause", "--port", str(system.ros2_port), "--namespace", "/"]
-    with system.gateway():
-        environment = {**os.environ, "ROS_DOMAIN_ID": str(DOMAIN)}
-        done = subprocess.run(
-            command, cwd=ROOT, env=environment, timeout=300, capture_output=True, text=True, check=False
-        )
+    environment = {**os.environ, "ROS_DOMAIN_ID": str(DOMAIN)}
+    done = subprocess.run(command, cwd=ROOT, env=environment, timeout=300, capture_output=True, text=True, check=False)
     assert "/gnss/fix  sensor_msgs/msg/NavSatFix\n" in done.stdout
     assert done.stdout.endswith("pause: False, nobody answers; is the service running?\n")
 
 
-def test_it_computes_the_same_type_hashes_from_the_shipped_files(definitions: Path) -> None:
+def test_it_computes_the_same_type_hashes_from_the_shipped_files(client: ForeignClient) -> None:
     ours = {topic.type.ros_type: type_hash(topic.type) for topic in topics.TOPICS}
     ours |= {service.ros_type: service_type_hash(service.ros_type) for service in topics.SERVICES}
-    with foreign_client(definitions, free_port(), DOMAIN) as client:
-        assert client.do("hash", types=list(ours)) == ours
+    assert client.do("hash", types=list(ours)) == ours
 
 
-def test_it_drives_the_robot_and_reads_what_our_own_bus_has(robot: System) -> None:
-    with robot.gateway(), robot.client() as client:
-        meet(client)
-        listen(client, [topics.STATUS])
-        (late,) = until(lambda: client.do("take")[f"/{topics.STATUS.name}"])  # said before it came
-        assert late["state"] == TraversalStatus.IDLE
-        listen(client, READ[:-1])
-        inbox = robot.bus.inbox(READ)
-        assert answers(robot.bus)  # so it knows of the inbox, as it will of what the client listens to when that calls
-        answer = call(client, topics.START_TRAVERSAL, **REQUEST.model_dump(mode="json"))
-        assert answer["success"]
-        assert answer["total_time"] == pytest.approx(LENGTH_M / 0.8, rel=0.2)
-
-        theirs: dict[str, list[Any]] = {f"/{topic.name}": [] for topic in READ}
-        theirs[f"/{topics.STATUS.name}"] += [late]
-        ours: dict[str, list[Any]] = {f"/{topic.name}": [] for topic in READ}
-
-        def gather() -> float:
-            """Take what both have; returns how far the robot has come, m."""
-            for topic, messages in client.do("take").items():
-                theirs[topic] += messages
-            for sample, message in inbox.messages():
-                ours[f"/{sample.topic.name}"].append(message.model_dump(mode="json"))
-            odometry = theirs[f"/{topics.ODOMETRY.name}"]
-            return odometry[-1]["pose"]["pose"]["position"]["x"] if odometry else 0.0
-
-        until(lambda: gather() > 2.0)
-        assert call(client, topics.PAUSE, request_id="") == {"success": True, "message": "done"}
-        until(lambda: robot.state() == TraversalStatus.PAUSED)
-        until(lambda: gather() and theirs[f"/{topics.STATUS.name}"][-1]["state"] == TraversalStatus.PAUSED)
-        refused = call(client, topics.PAUSE, request_id="")
-        assert not refused["success"]
-        assert "paused" in refused["message"]
-        assert call(client, topics.ABORT, request_id="")["success"]
-        gather()
-        (painted,) = robot.bus.call(topics.GET_PAINT, GetPaintRequest()).strokes
-        (stroke,) = call(client, topics.GET_PAINT, request_id="")["strokes"]
-        settled = painted.x_m[:-1].tolist()  # the last drops may still be falling
-        assert stroke["x_m"][: len(settled)] == settled != []
-
-    for topic in READ:
-        read, said = theirs[f"/{topic.name}"], ours[f"/{topic.name}"]
-        both = min(len(read), len(said))
-        assert both > topic.rate_hz, topic.name  # more than a second of it
-        assert read[:both] == said[:both], topic.name
+def test_a_request_that_is_none_is_answered_with_a_reason_and_harms_nothing(
+    robot: System, gateway: subprocess.Popen[bytes], client: ForeignClient
+) -> None:
+    whole = encode(REQUEST)
+    start = {"service": f"/{topics.START_TRAVERSAL.name}", "type": topics.START_TRAVERSAL.ros_type}
+    paint = {"service": f"/{topics.GET_PAINT.name}", "type": topics.GET_PAINT.ros_type}
+    pause = {"service": f"/{topics.PAUSE.name}", "type": topics.PAUSE.ros_type}
+    meet(client)
+    before, rejected = robot.state(), robot.rejected(topics.ROBOT_SIM) + robot.rejected(topics.TELEMETRY)
+    truncated = client.do("ask", **start, payload=whole[: len(whole) // 2].hex(), number=7)
+    assert truncated == {"response": {"total_time": 0.0, "success": False}, "number": 7, "same_client": True}
+    told = client.do("ask", **pause, payload="", number=8)
+    assert not told["response"]["success"]
+    assert "does not begin with a CDR header" in told["response"]["message"]
+    assert "not a CDR message" in client.do("ask", **paint, payload="0001000000ff", number=9)["error"]
+    assert robot.rejected(topics.ROBOT_SIM) + robot.rejected(topics.TELEMETRY) == rejected + 3
+    rejected = robot.rejected(topics.BRIDGE)
+    without = client.do("ask", **start, payload=whole.hex())
+    assert "attachment" in without["error"]
+    assert robot.rejected(topics.BRIDGE) == rejected + 1
+    assert robot.state() == before
+    assert gateway.poll() is None
+    assert call(client, topics.GET_PAINT, request_id="") == {"strokes": []}
 
 
 def goal_pose(x: float, y: float, heading: float, frame: str = "map") -> dict[str, Any]:
@@ -250,9 +240,11 @@ def goal_pose(x: float, y: float, heading: float, frame: str = "map") -> dict[st
     }
 
 
-def test_it_drives_to_a_goal_that_is_published_and_to_one_from_the_command_line(robot: System) -> None:
+def test_it_drives_to_a_goal_that_is_published_and_to_one_from_the_command_line(
+    robot: System, client: ForeignClient
+) -> None:
     pose = {"topic": "/goal_pose", "type": "geometry_msgs/msg/PoseStamped"}
-    with robot.running("planner"), robot.gateway(), robot.client() as client:
+    with robot.running("planner"):
         assert not robot.bus.wait_for({topics.PLANNER}, 100.0)
         events = robot.bus.inbox([topics.EVENTS])
         meet(client)
@@ -278,40 +270,63 @@ def test_it_drives_to_a_goal_that_is_published_and_to_one_from_the_command_line(
         assert "give at least" in refused_goal.stderr
 
 
-def test_a_request_that_is_none_is_answered_with_a_reason_and_harms_nothing(robot: System) -> None:
-    whole = encode(REQUEST)
-    start = {"service": f"/{topics.START_TRAVERSAL.name}", "type": topics.START_TRAVERSAL.ros_type}
-    paint = {"service": f"/{topics.GET_PAINT.name}", "type": topics.GET_PAINT.ros_type}
-    pause = {"service": f"/{topics.PAUSE.name}", "type": topics.PAUSE.ros_type}
-    with robot.gateway() as process, robot.client() as client:
-        meet(client)
-        before, rejected = robot.state(), robot.rejected(topics.ROBOT_SIM) + robot.rejected(topics.TELEMETRY)
-        truncated = client.do("ask", **start, payload=whole[: len(whole) // 2].hex(), number=7)
-        assert truncated == {"response": {"total_time": 0.0, "success": False}, "number": 7, "same_client": True}
-        told = client.do("ask", **pause, payload="", number=8)
-        assert not told["response"]["success"]
-        assert "does not begin with a CDR header" in told["response"]["message"]
-        assert "not a CDR message" in client.do("ask", **paint, payload="0001000000ff", number=9)["error"]
-        assert robot.rejected(topics.ROBOT_SIM) + robot.rejected(topics.TELEMETRY) == rejected + 3
-        without = client.do("ask", **start, payload=whole.hex())
-        assert "attachment" in without["error"]
-        assert robot.rejected(topics.BRIDGE) == 1
-        assert robot.state() == before
-        assert process.poll() is None
-        assert call(client, topics.GET_PAINT, request_id="") == {"strokes": []}
+def test_it_drives_the_robot_and_reads_what_our_own_bus_has(robot: System, client: ForeignClient) -> None:
+    meet(client)
+    listen(client, [topics.STATUS])
+    (late,) = until(lambda: client.do("take")[f"/{topics.STATUS.name}"])  # said before it came
+    assert late["state"] == robot.state()
+    listen(client, READ[:-1])
+    inbox = robot.bus.inbox(READ)
+    assert answers(robot.bus)  # so it knows of the inbox, as it will of what the client listens to when that calls
+    answer = call(client, topics.START_TRAVERSAL, **REQUEST.model_dump(mode="json"))
+    assert answer["success"]
+    assert answer["total_time"] == pytest.approx(LENGTH_M / 0.8, rel=0.2)
+
+    theirs: dict[str, list[Any]] = {f"/{topic.name}": [] for topic in READ}
+    theirs[f"/{topics.STATUS.name}"] += [late]
+    ours: dict[str, list[Any]] = {f"/{topic.name}": [] for topic in READ}
+
+    def gather() -> dict[str, Any]:
+        """Take what both have; returns the status that is theirs."""
+        for topic, messages in client.do("take").items():
+            theirs[topic] += messages
+        for sample, message in inbox.messages():
+            ours[f"/{sample.topic.name}"].append(message.model_dump(mode="json"))
+        status: dict[str, Any] = theirs[f"/{topics.STATUS.name}"][-1]
+        return status
+
+    until(lambda: (now := gather())["state"] == TraversalStatus.RUNNING and now["arc_length_m"] > 2.0)
+    assert call(client, topics.PAUSE, request_id="") == {"success": True, "message": "done"}
+    until(lambda: robot.state() == TraversalStatus.PAUSED)
+    until(lambda: gather()["state"] == TraversalStatus.PAUSED)
+    refused = call(client, topics.PAUSE, request_id="")
+    assert not refused["success"]
+    assert "paused" in refused["message"]
+    assert call(client, topics.ABORT, request_id="")["success"]
+    gather()
+    (painted,) = robot.bus.call(topics.GET_PAINT, GetPaintRequest()).strokes
+    (stroke,) = call(client, topics.GET_PAINT, request_id="")["strokes"]
+    settled = painted.x_m[:-1].tolist()  # the last drops may still be falling
+    assert stroke["x_m"][: len(settled)] == settled != []
+
+    for topic in READ:
+        read, said = theirs[f"/{topic.name}"], ours[f"/{topic.name}"]
+        both = min(len(read), len(said))
+        assert both > topic.rate_hz, topic.name  # more than a second of it
+        assert read[:both] == said[:both], topic.name
 
 
-def test_when_the_gateway_dies_its_tokens_go_and_the_robot_drives_on(robot: System) -> None:
-    with robot.client() as client:
-        with robot.gateway() as process:
-            meet(client)
-            listen(client, [topics.STATUS])
-            assert call(client, topics.START_TRAVERSAL, **REQUEST.model_dump(mode="json"))["success"]
-            process.kill()
-            until(lambda: not gateway_seen(client))
-            assert robot.state() == TraversalStatus.RUNNING
-        with robot.gateway():
-            client.do("take")
-            until(lambda: client.do("take")[f"/{topics.STATUS.name}"])
-            assert robot.state() == TraversalStatus.RUNNING
-            assert call(client, topics.ABORT, request_id="")["success"]
+def test_when_the_gateway_dies_its_tokens_go_and_the_robot_drives_on(
+    robot: System, gateway: subprocess.Popen[bytes], client: ForeignClient
+) -> None:
+    meet(client)
+    listen(client, [topics.STATUS])
+    assert call(client, topics.START_TRAVERSAL, **REQUEST.model_dump(mode="json"))["success"]
+    gateway.kill()
+    until(lambda: not gateway_seen(client))
+    assert robot.state() == TraversalStatus.RUNNING
+    with robot.gateway():
+        client.do("take")
+        until(lambda: client.do("take")[f"/{topics.STATUS.name}"])
+        assert robot.state() == TraversalStatus.RUNNING
+        assert call(client, topics.ABORT, request_id="")["success"]
