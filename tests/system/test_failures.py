@@ -2,8 +2,11 @@
 
 import os
 import signal
+import subprocess
 import time
+import uuid
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +14,9 @@ import pytest
 
 from tests.system.commands import start_touchline, touchline
 from touchline.schemas import topics
-from touchline.schemas.catalogue import template_text
 from touchline.schemas.messages import (
     CommandRequest,
+    Event,
     GetDiagnosticsRequest,
     GetPaintRequest,
     LoadRequest,
@@ -27,17 +30,23 @@ from touchline.schemas.messages import (
     TraversalStatus,
 )
 from touchline.schemas.messages.base import Message
-from touchline.schemas.scenario import Scenario
-from touchline.schemas.setup import Setup
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.bridge.reader import RecordingReader
-from touchline.services.bus import Bus, BusConfig
+from touchline.services.bus import Bus, BusConfig, CallError
+from touchline.services.bus.ports import free_port
 from touchline.services.runs.recorded_paint import read_painted
-from touchline.services.system.supervisor import Notice
-from touchline.services.system.temporary_system import LocalSystem, ProcessOptions, local_system
+from touchline.services.system.diagnostics import read_health
 
-TEMPLATE, _ = template_text("soccer-11")
-NO_NOISE = Setup(scenario=Scenario(noise="none"))
+LONG_LINE = """{"name": "long", "title": "A line that takes longer than any test", "line_width_m": 0.12, "segments": [
+    {"id": "a", "line": {"start": [0, 0], "end": [1000, 0]}, "actuation": "DISC_SPRAY"}]}"""
+THREE_LINES = """{"name": "three", "title": "Three lines", "line_width_m": 0.12, "segments": [
+    {"id": "a", "line": {"start": [0, 0], "end": [9, 0]}, "actuation": "DISC_SPRAY"},
+    {"id": "b", "line": {"start": [9, 4], "end": [0, 4]}, "actuation": "DISC_SPRAY"},
+    {"id": "c", "line": {"start": [0, 8], "end": [9, 8]}, "actuation": "DISC_SPRAY"}]}"""
+
+LINK_TIMEOUT_S = 0.4
+
+one_system = pytest.mark.xdist_group("failures")  # in one worker, so that it is started once
 
 
 def wait_until(condition: Callable[[], bool], timeout_s: float = 200.0) -> None:
@@ -62,124 +71,147 @@ class Observer:
                 self.sprayer = message
         return self
 
+    @property
+    def time_s(self) -> float:
+        """Sim time."""
+        stamp = self.status.header.stamp
+        return stamp.sec + 1e-9 * stamp.nanosec
 
-def start_painting(bus: Bus, speed: float, template: str = TEMPLATE) -> Trajectory:
-    plan = bus.call(topics.PLAN_SERVICE, PlanRequest(request_id="plan", template_json=template), 200.0)
+
+def new_id() -> str:
+    """A request with an id that was used before is answered, but not carried out again."""
+    return uuid.uuid4().hex
+
+
+def planned(bus: Bus, template: str) -> Trajectory:
+    plan = bus.call(topics.PLAN_SERVICE, PlanRequest(request_id=new_id(), template_json=template), 200.0)
     assert plan.success, plan.message
-    load = LoadRequest(request_id="load", trajectory=plan.trajectory, template_json=template)
-    assert bus.call(topics.LOAD, load, 60.0).success
-    assert bus.call(topics.SET_SPEED, SetSpeedRequest(request_id="speed", factor=speed)).success
-    assert bus.call(topics.START, CommandRequest(request_id="start")).success
     return plan.trajectory
 
 
+def start_painting(bus: Bus, trajectory: Trajectory, speed: float, template: str) -> None:
+    load = LoadRequest(request_id=new_id(), trajectory=trajectory, template_json=template)
+    assert bus.call(topics.LOAD, load, 60.0).success
+    assert bus.call(topics.SET_SPEED, SetSpeedRequest(request_id=new_id(), factor=speed)).success
+    assert bus.call(topics.START, CommandRequest(request_id=new_id())).success
+
+
+@dataclass
+class Site:
+    """What ``touchline up`` runs, and a bystander who kills some of it."""
+
+    up: subprocess.Popen[bytes]
+    folder: Path
+    bus: Bus
+
+    def __post_init__(self) -> None:
+        self._events = self.bus.inbox([topics.SUPERVISOR_EVENTS])
+
+    def pid(self, node: str) -> int | None:
+        try:
+            answer = self.bus.call(topics.diagnostics_service(node), GetDiagnosticsRequest(), 60.0)
+        except CallError:
+            return None
+        return read_health(node, answer.diagnostics).pid
+
+    def kill(self, node: str) -> list[Event]:
+        """Kill a service; what the supervisor says of it until it answers again."""
+        pid = self.pid(node)
+        assert pid is not None
+        os.kill(pid, signal.SIGKILL)
+        told: list[Event] = []
+
+        def restarted() -> bool:
+            told.extend(message for _, message in self._events.messages() if isinstance(message, Event))
+            return any(event.code == "restarted" for event in told)
+
+        wait_until(restarted)
+        wait_until(lambda: self.pid(node) not in (None, pid))
+        return [event for event in told if event.text.startswith(f"{node} ")]
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
+    """A system that the tests share: it survives all but the last."""
+    folder, config = tmp_path_factory.mktemp("site"), BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}")
+    log = folder / "up.log"
+    up = start_touchline("up", "--noise", "none", "--recordings", str(folder), config=config, log=log)
+    try:
+        wait_until(lambda: "is up" in log.read_text())
+        with Bus.open("bystander", config) as bus:
+            yield Site(up, folder, bus)
+    finally:
+        up.terminate()
+        up.wait()
+
+
 @pytest.fixture
-def painting(tmp_path: Path) -> Iterator[tuple[LocalSystem, Observer, Path]]:
-    """A system that paints the pitch at 10x and records, some paint already down."""
-    recording = tmp_path / "session.mcap"
-    with local_system(
-        {"tt2": Setup(scenario=Scenario(noise="none"))}, options=ProcessOptions(recordings=tmp_path)
-    ) as system:
-        system.wait_until_ready(lambda doing: None)
-        assert system.bus.call(topics.RECORD, RecordRequest(request_id="r", path=str(recording))).success
-        observer = Observer(system.bus)
-        start_painting(system.bus, 10.0)
+def painting(site: Site, request: pytest.FixtureRequest) -> Iterator[tuple[Bus, Observer, Path]]:
+    """An operator whose robot paints a line at 10x and records, some paint already down."""
+    recording = site.folder / f"{request.node.name}.mcap"
+    with Bus.open(topics.OPERATOR, site.bus.config) as bus:
+        start = RecordRequest(request_id=new_id(), path=str(recording))
+        assert bus.call(topics.RECORD, start).success
+        observer = Observer(bus)
+        start_painting(bus, planned(bus, LONG_LINE), 10.0, LONG_LINE)
         wait_until(lambda: observer.look().sprayer.valve_open and observer.status.coverage_pct > 0.5)
-        yield system, observer, recording
+        yield bus, observer, recording
+        bus.call(topics.ABORT, CommandRequest(request_id=new_id()))
+        assert bus.call(topics.RECORD_STOP, RecordStopRequest(request_id=new_id()), 60.0).success
 
 
-def kill(system: LocalSystem, node: str) -> list[Notice]:
-    """Kill a service; what the supervisor says until it is back on the bus."""
-    pid = system.supervisor.pid(node)
-    assert pid is not None
-    os.kill(pid, signal.SIGKILL)
-    notices: list[Notice] = []
-
-    def back() -> bool:
-        notices.extend(system.poll())
-        return any(n.kind == "restarted" for n in notices) and node in system.presence.alive()
-
-    wait_until(back)
-    assert system.supervisor.pid(node) not in (None, pid)
-    return [notice for notice in notices if notice.node == node]
-
-
-def test_the_planner_may_die(painting):
-    system, observer, _ = painting
-    notices = kill(system, topics.PLANNER)
-    assert [notice.kind for notice in notices] == ["died", "restarted"]
-    assert "SIGKILL" in notices[0].text
-    before = observer.look().status.arc_length_m
-    wait_until(lambda: observer.look().status.arc_length_m > before + 5.0)
-    assert observer.status.state == TraversalStatus.RUNNING
-    again = system.bus.call(topics.PLAN_SERVICE, PlanRequest(request_id="again", template_json=TEMPLATE), 30.0)
-    assert again.success
+@one_system
+def test_what_is_up_is_known_to_all_and_nothing_starts_twice(site: Site):
+    services = {topics.PLANNER, topics.ROBOT_SIM, topics.TELEMETRY, topics.BRIDGE}
+    assert not site.bus.wait_for({*services, topics.SUPERVISOR}, 60.0)
+    presence = site.bus.presence()
+    wait_until(lambda: bool(presence.poll()))
+    assert presence.alive() == {*services, topics.SUPERVISOR, "bystander"}, "nobody who minds the robot"
+    assert site.bus.call(topics.diagnostics_service(topics.SUPERVISOR), GetDiagnosticsRequest()).diagnostics.status
+    for command in ("up", "robot-sim"):
+        second = touchline(command, config=site.bus.config)
+        assert second.returncode == 2
+        assert "already running" in second.stderr
+    status = touchline("status", config=site.bus.config)
+    assert status.returncode == 0, status.stdout
+    assert "idle" in status.stdout
+    assert "painted" not in status.stdout
 
 
-def test_the_robot_may_die_and_comes_back_with_its_valve_closed(painting):
-    system, observer, recording = painting
-    kill(system, topics.ROBOT_SIM)
-    wait_until(lambda: observer.look().status.state == TraversalStatus.IDLE)
-    refused = system.bus.call(topics.START, CommandRequest(request_id="restart"))
-    assert not refused.success
-    start_again = Observer(system.bus)
-    wait_until(lambda: start_again.look().status.state == TraversalStatus.IDLE)
-    assert not start_again.sprayer.valve_open
-    assert any(m.topic.endswith("truth/paint") for m in RecordingReader(recording).messages())
-
-
-def test_an_emergency_stop_outlives_the_process_that_was_told(painting):
-    system, _, _ = painting
-    bus = system.bus
-    assert bus.call(topics.ESTOP, CommandRequest(request_id="stop")).success
-    kill(system, topics.ROBOT_SIM)
-    again = Observer(bus)
-    wait_until(lambda: again.look().status.state == TraversalStatus.ESTOPPED)
-    assert "before the restart" in again.status.reason
-    refused = bus.call(topics.START, CommandRequest(request_id="start again"))
-    assert not refused.success
-    assert "reset" in refused.message
-    assert bus.call(topics.RESET, CommandRequest(request_id="reset")).success
-    wait_until(lambda: again.look().status.state == TraversalStatus.IDLE)
-
-
-THREE_LINES = """{"name": "three", "title": "Three lines", "line_width_m": 0.12, "segments": [
-    {"id": "a", "line": {"start": [0, 0], "end": [9, 0]}, "actuation": "DISC_SPRAY"},
-    {"id": "b", "line": {"start": [9, 4], "end": [0, 4]}, "actuation": "DISC_SPRAY"},
-    {"id": "c", "line": {"start": [0, 8], "end": [9, 8]}, "actuation": "DISC_SPRAY"}]}"""
-
-
-def test_a_killed_robot_goes_on_and_reports_the_whole_job(tmp_path: Path):
-    recording = tmp_path / "session.mcap"
-    with local_system(
-        {"tt2": Setup(scenario=Scenario(noise="none"))}, options=ProcessOptions(recordings=tmp_path)
-    ) as system:
-        system.wait_until_ready(lambda doing: None)
-        bus, observer = system.bus, Observer(system.bus)
-        reports = bus.inbox([topics.REPORT])
-        assert bus.call(topics.RECORD, RecordRequest(request_id="r", path=str(recording))).success
-        plan = start_painting(bus, 20.0, THREE_LINES)
-        wait_until(lambda: observer.look().status.coverage_pct > 45.0)
+@one_system
+def test_a_killed_robot_comes_back_with_its_valve_closed_goes_on_and_reports_the_whole_job(site: Site):
+    recording = site.folder / "whole job.mcap"
+    with Bus.open(topics.OPERATOR, site.bus.config) as bus:
+        observer, reports = Observer(bus), bus.inbox([topics.REPORT])
+        assert bus.call(topics.RECORD, RecordRequest(request_id=new_id(), path=str(recording))).success
+        plan = planned(bus, THREE_LINES)
+        start_painting(bus, plan, 10.0, THREE_LINES)
+        wait_until(lambda: observer.look().status.coverage_pct > 40.0 and observer.sprayer.valve_open)
+        slowly = SetSpeedRequest(request_id=new_id(), factor=1.0)  # a busy machine may take long to kill it
+        assert bus.call(topics.SET_SPEED, slowly).success
         before = bus.call(topics.GET_PAINT, GetPaintRequest()).strokes
-        kill(system, topics.ROBOT_SIM)
-        wait_until(lambda: observer.look().status.state == TraversalStatus.IDLE)
-        load = LoadRequest(request_id="go on", trajectory=plan, template_json=THREE_LINES, resume=True)
+        site.kill(topics.ROBOT_SIM)
+        again = Observer(bus)
+        wait_until(lambda: again.look().status.state == TraversalStatus.IDLE)
+        assert not again.sprayer.valve_open
+        assert not bus.call(topics.START, CommandRequest(request_id=new_id())).success
+        load = LoadRequest(request_id=new_id(), trajectory=plan, template_json=THREE_LINES, resume=True)
         answer = bus.call(topics.LOAD, load, 60.0)
         assert "to go on at" in answer.message, answer.message
         restored = bus.call(topics.GET_PAINT, GetPaintRequest()).strokes
         assert restored[: len(before) - 1] == tuple(
             mark.model_copy(update={"header": restored[0].header}) for mark in before[:-1]
         )
-        assert observer.look().status.coverage_pct > 45.0
-        assert bus.call(topics.SET_SPEED, SetSpeedRequest(request_id="fast", factor=-1.0)).success
-        assert bus.call(topics.START, CommandRequest(request_id="again")).success
+        assert observer.look().status.coverage_pct > 40.0
+        assert bus.call(topics.SET_SPEED, SetSpeedRequest(request_id=new_id(), factor=-1.0)).success
+        assert bus.call(topics.START, CommandRequest(request_id=new_id())).success
         heard: list[Message] = []
         wait_until(lambda: bool(heard.extend(message for _, message in reports.messages()) or heard))
         report = heard[-1]
         assert isinstance(report, TraversalReport)
         strokes = bus.call(topics.GET_PAINT, GetPaintRequest()).strokes
         tank_l = observer.look().sprayer.tank_l
-        bus.call(topics.RECORD_STOP, RecordStopRequest(request_id="s"))
+        bus.call(topics.RECORD_STOP, RecordStopRequest(request_id=new_id()))
     assert report.success
     assert report.coverage_pct >= 99.9
     assert 27.0 < report.painted_length_m < 27.2, "the joint is painted twice by less than 2 cm"
@@ -196,15 +228,61 @@ def test_a_killed_robot_goes_on_and_reports_the_whole_job(tmp_path: Path):
         assert np.array_equal(here.x_m, there.x_m) and np.array_equal(here.y_m, there.y_m), "nothing is missing"
 
 
-def test_the_bridge_may_die_and_its_recording_can_be_read(painting):
-    system, observer, recording = painting
-    before_s = observer.look().status.header.stamp.sec
+@one_system
+def test_an_emergency_stop_outlives_the_process_that_was_told(site: Site, painting):
+    bus, _, _ = painting
+    assert bus.call(topics.ESTOP, CommandRequest(request_id=new_id())).success
+    site.kill(topics.ROBOT_SIM)
+    again = Observer(bus)
+    wait_until(lambda: again.look().status.state == TraversalStatus.ESTOPPED)
+    assert "before the restart" in again.status.reason
+    refused = bus.call(topics.START, CommandRequest(request_id=new_id()))
+    assert not refused.success
+    assert "reset" in refused.message
+    assert bus.call(topics.RESET, CommandRequest(request_id=new_id())).success
+    wait_until(lambda: again.look().status.state == TraversalStatus.IDLE)
+
+
+@one_system
+def test_the_robot_stops_by_itself_when_operator_and_planner_are_gone(
+    site: Site, bus_config: BusConfig, tmp_path: Path
+):
+    """A robot on a bus of its own, where the planner is a name."""
+    plan = planned(site.bus, LONG_LINE)
+    computer = tmp_path / "computer.json"
+    computer.write_text(f'{{"link_timeout_s": {LINK_TIMEOUT_S}}}')
+    options = ("--noise", "none", "--onboard", str(computer), "--journal", str(tmp_path / "journal"))
+    robot = start_touchline("robot-sim", *options, config=bus_config, log=tmp_path / "robot.log")
+    try:
+        with Bus.open("bystander", bus_config) as bystander:
+            observer = Observer(bystander)
+            with Bus.open(topics.OPERATOR, bus_config) as operator:
+                with Bus.open(topics.PLANNER, bus_config):
+                    assert not operator.wait_for({topics.ROBOT_SIM, topics.PLANNER}, 60.0)
+                    operator.call(topics.diagnostics_service(topics.ROBOT_SIM), GetDiagnosticsRequest(), 200.0)
+                    start_painting(operator, plan, 2.0, LONG_LINE)
+                    wait_until(lambda: observer.look().sprayer.valve_open)
+                gone_s = observer.look().time_s
+                wait_until(lambda: observer.look().time_s > gone_s + 2.0 * (LINK_TIMEOUT_S + 0.5))
+                assert observer.status.state == TraversalStatus.RUNNING, "the operator is still there"
+            wait_until(lambda: observer.look().status.state == TraversalStatus.PAUSED)
+            wait_until(lambda: not observer.look().sprayer.valve_open and abs(observer.status.speed_mps) < 0.05)
+            assert "link" in observer.status.reason or "operator" in observer.status.reason
+    finally:
+        robot.terminate()
+        robot.wait()
+
+
+@one_system
+def test_the_bridge_may_die_and_its_recording_can_be_read(site: Site, painting):
+    _, observer, recording = painting
+    before_s = observer.look().time_s
 
     def last_s(reader: RecordingReader) -> float:
         return max((message.log_time_ns / 1e9 for message in reader.messages()), default=0.0)
 
     wait_until(lambda: last_s(RecordingReader(recording)) > before_s)  # it does not keep to itself what it has heard
-    kill(system, topics.BRIDGE)
+    site.kill(topics.BRIDGE)
     reader = RecordingReader(recording)
     assert last_s(reader) > before_s
     assert reader.summary.problem
@@ -212,80 +290,38 @@ def test_the_bridge_may_die_and_its_recording_can_be_read(painting):
     wait_until(lambda: observer.look().status.arc_length_m > driven + 5.0)
 
 
-def test_the_robot_stops_by_itself_when_operator_and_planner_are_gone(bus_config: BusConfig, tmp_path: Path):
-    robot = start_touchline("robot-sim", "--noise", "none", config=bus_config, log=tmp_path / "robot.log")
-    planner = start_touchline("planner", config=bus_config, log=tmp_path / "planner.log")
-    try:
-        with Bus.open("bystander", bus_config) as bystander:
-            observer = Observer(bystander)
-            with Bus.open(topics.OPERATOR, bus_config) as operator:
-                assert not operator.wait_for({topics.ROBOT_SIM, topics.PLANNER}, 60.0)
-                start_painting(operator, 2.0)
-                wait_until(lambda: observer.look().sprayer.valve_open)
-                planner.kill()
-                planner.wait()
-                time.sleep(2.5)  # more than the time-out: the operator is still there
-                assert observer.look().status.state == TraversalStatus.RUNNING
-            wait_until(lambda: observer.look().status.state == TraversalStatus.PAUSED)
-            wait_until(lambda: not observer.look().sprayer.valve_open and abs(observer.status.speed_mps) < 0.05)
-            assert "link" in observer.status.reason or "operator" in observer.status.reason
-    finally:
-        for process in (robot, planner):
-            process.terminate()
-            process.wait()
+@one_system
+def test_the_planner_may_die(site: Site, painting):
+    bus, observer, _ = painting
+    told = site.kill(topics.PLANNER)
+    assert [event.code for event in told] == ["died", "restarted"]
+    assert "SIGKILL" in told[0].text
+    before = observer.look().status.arc_length_m
+    wait_until(lambda: observer.look().status.arc_length_m > before + 5.0)
+    assert observer.status.state == TraversalStatus.RUNNING
+    assert planned(bus, LONG_LINE).path.segments
 
 
-def test_up_status_and_down(bus_config: BusConfig, tmp_path: Path):
-    log = tmp_path / "up.log"
-    up = start_touchline("up", config=bus_config, log=log)
-    try:
-        wait_until(lambda: "is up" in log.read_text())
-        with Bus.open("bystander", bus_config) as bus:
-            services = {topics.PLANNER, topics.ROBOT_SIM, topics.TELEMETRY, topics.BRIDGE}
-            assert not bus.wait_for({*services, topics.SUPERVISOR}, 60.0)
-            presence = bus.presence()
-            wait_until(lambda: bool(presence.poll()))
-            assert presence.alive() == {*services, topics.SUPERVISOR, "bystander"}, "nobody who minds the robot"
-            assert bus.call(topics.diagnostics_service(topics.SUPERVISOR), GetDiagnosticsRequest()).diagnostics.status
-        second = touchline("up", config=bus_config)
-        assert second.returncode == 2
-        assert "already running" in second.stderr
-        another = touchline("robot-sim", config=bus_config)
-        assert another.returncode == 2
-        assert "already running" in another.stderr
-        status = touchline("status", config=bus_config)
-        assert status.returncode == 0, status.stdout
-        assert "idle" in status.stdout
-        assert "painted" not in status.stdout
-        assert "stopped" in touchline("down", config=bus_config).stdout
-        assert up.wait(100) == 0
-        assert touchline("status", config=bus_config).returncode == 1
-    finally:
-        if up.poll() is None:
-            up.kill()
-
-
-def test_services_end_with_a_killed_supervisor(bus_config: BusConfig, tmp_path: Path):
-    log = tmp_path / "up.log"
-    up = start_touchline("up", config=bus_config, log=log)
-    wait_until(lambda: "is up" in log.read_text())
-    up.kill()
-    up.wait()
-    with Bus.open("bystander", bus_config) as bus:
-        presence = bus.presence()
-        wait_until(lambda: (presence.poll(), presence.alive())[1] == {"bystander"})
+@one_system
+def test_services_end_with_a_killed_supervisor(site: Site):
+    site.up.kill()
+    site.up.wait()
+    presence = site.bus.presence()
+    wait_until(lambda: (presence.poll(), presence.alive())[1] == {"bystander"})
+    assert touchline("status", config=site.bus.config).returncode == 1
 
 
 def test_ctrl_c_ends_a_run_in_order(tmp_path: Path, bus_config: BusConfig, monkeypatch):
     monkeypatch.setenv("TMPDIR", str(tmp_path))
-    recording, log = tmp_path / "run.mcap", tmp_path / "run.log"
-    run = start_touchline("run", "soccer-11", "--speed", "5", "--record", str(recording), config=bus_config, log=log)
+    recording, log, field = tmp_path / "run.mcap", tmp_path / "run.log", tmp_path / "field.json"
+    field.write_text(LONG_LINE)
+    run = start_touchline("run", str(field), "--speed", "5", "--record", str(recording), config=bus_config, log=log)
     wait_until(lambda: recording.exists() and recording.stat().st_size > 200_000)
     run.send_signal(signal.SIGINT)
     assert run.wait(60) == 130
     assert "Traceback" not in log.read_text()
     private = tmp_path / f"touchline-{os.getuid()}"
-    assert {path.name for path in tmp_path.iterdir()} - {private.name} == {"run.mcap", "run.log"}
+    assert {path.name for path in tmp_path.iterdir()} - {private.name} == {recording.name, log.name, field.name}
     assert not [path for path in private.glob("*") if path.stat().st_size]
     reader = RecordingReader(recording)
     assert sum(1 for _ in reader.messages()) > 1000

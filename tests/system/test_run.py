@@ -1,30 +1,64 @@
 """Whole jobs with real processes over real Zenoh."""
 
+import json
 import os
+import signal
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from tests.system.commands import figures, touchline
-from touchline.services.bridge.compare import compare
+from tests.meeting import eventually
+from tests.system.commands import figures, start_touchline, touchline
 from touchline.services.bridge.reader import RecordingReader
-from touchline.services.bus import Bus
+from touchline.services.bus import Bus, BusConfig
+from touchline.services.bus.ports import free_port
 
-SQUARE = ("run", "study-square", "--json")
+FLEET = {
+    "robots": [
+        {"namespace": "tt2", "seed": 7},
+        {"namespace": "exact", "scenario": {"noise": "none"}, "onboard": {"follower": "mpc"}},
+        {"namespace": "noisy", "seed": 3, "onboard": {"follower": "pure-pursuit"}},
+    ]
+}
 
-one_square = pytest.mark.xdist_group("square")  # in one worker, so that it is painted once
+one_system = pytest.mark.xdist_group("runs")  # in one worker, so that it is started once
 
 
 @pytest.fixture(scope="module")
-def square(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict, Path]:
-    """The square, painted as fast as it goes with seed 7."""
-    recording = tmp_path_factory.mktemp("square") / "square.mcap"
-    return figures(touchline(*SQUARE, "--seed", "7", "--record", str(recording))), recording
+def robots(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[BusConfig, Path]]:
+    """Robots of different noise and followers, up for one job each; where they are, and the folder of recordings."""
+    folder, config = tmp_path_factory.mktemp("robots"), BusConfig(endpoint=f"tcp/127.0.0.1:{free_port()}")
+    fleet, log = folder / "robots.json", folder / "up.log"
+    fleet.write_text(json.dumps(FLEET))
+    up = start_touchline("up", "--robots", str(fleet), "--recordings", str(folder), config=config, log=log)
+    try:
+        assert eventually(lambda: "is up" in log.read_text(), 300.0), log.read_text()
+        yield config, folder
+    finally:
+        up.send_signal(signal.SIGTERM)
+        assert up.wait(60) == 0
 
 
-@one_square
+def painted(robots: tuple[BusConfig, Path], robot: str, template: str) -> tuple[dict[str, Any], Path]:
+    """The report of a job done as fast as it goes, and its recording."""
+    config, folder = robots
+    recording = folder / f"{robot}.mcap"
+    return figures(
+        touchline("run", template, "--robot", robot, "--record", str(recording), "--json", config=config)
+    ), recording
+
+
+@pytest.fixture(scope="module")
+def square(robots: tuple[BusConfig, Path]) -> tuple[dict[str, Any], Path]:
+    """The square, painted with seed 7."""
+    return painted(robots, "tt2", "study-square")
+
+
+@one_system
 def test_the_report_has_every_figure(square):
     report, _ = square
     assert report["success"]
@@ -40,7 +74,7 @@ def test_the_report_has_every_figure(square):
     assert report["recording"]["lost"] == 0
 
 
-@one_square
+@one_system
 def test_everything_that_was_said_is_in_the_recording(square):
     report, recording = square
     counts: dict[str, int] = {}
@@ -54,30 +88,19 @@ def test_everything_that_was_said_is_in_the_recording(square):
     assert counts["/tt2/gnss/fix"] == pytest.approx(ticks / 10, abs=2)
 
 
-@one_square
-def test_another_pace_gives_the_same_bits(square, tmp_path):
-    _, first = square
-    paced = tmp_path / "paced.mcap"
-    report = figures(touchline(*SQUARE, "--seed", "7", "--speed", "8", "--record", str(paced)))
-    assert 4.0 < report["traversal"]["real_time_factor"] < 8.2  # lags of a busy machine are not caught up with
-    comparison = compare(first, paced)
-    assert comparison.identical, "\n".join(comparison.lines())
-
-
-@pytest.mark.parametrize("follower", ["mpc"])
-def test_without_noise_a_court_is_painted_to_the_millimetre(follower):
-    report = figures(touchline("run", "tennis", "--noise", "none", "--follower", follower, "--json"))
+@one_system
+def test_without_noise_a_court_is_painted_to_the_millimetre(robots):
+    report, _ = painted(robots, "exact", "tennis")
     assert report["success"]
     assert report["paint"]["coverage_pct"] >= 99.8
     assert report["paint"]["lateral_error_m"]["p95"] <= 0.003
     assert report["bus"]["lost"] == 0
 
 
-def test_with_noise_a_court_is_painted_to_two_centimetres(tmp_path):
+@one_system
+def test_with_noise_a_court_is_painted_to_two_centimetres(robots):
     """By pure pursuit; the demo does so by MPC (test_cli.py)."""
-    recording = tmp_path / "pitch.mcap"
-    options = ("--seed", "3", "--follower", "pure-pursuit", "--record", str(recording), "--json")
-    report = figures(touchline("run", "tennis", *options))
+    report, _ = painted(robots, "noisy", "tennis")
     assert report["success"]
     assert report["paint"]["coverage_pct"] >= 99.0
     assert report["paint"]["lateral_error_m"]["p95"] <= 0.02
