@@ -9,6 +9,7 @@ from touchline.schemas.trajectories import assemble, segment, velocity
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.core.physical_constants import GRAVITY_MPS2
 from touchline.services.onboard.computer import Onboard
+from touchline.services.onboard.executive.handover import PlanPlace, taken_over_at
 from touchline.services.onboard.interface import TICKS_PER_S, GnssSample, ImuSample, MagSample, SensorFrame
 
 _TICKS = 90
@@ -18,7 +19,9 @@ def warm_up(vehicle: Vehicle | None = None, config: OnboardConfig | None = None)
     """Run all kernels once, as a throw-away robot sets off: seconds if nothing is cached, milliseconds if all is."""
     vehicle = vehicle or Vehicle()
     onboard = Onboard(vehicle, config or OnboardConfig())
-    onboard.load(straight(vehicle))
+    course = onboard.prepare(straight(vehicle))
+    taken_over_at(PlanPlace(course.plan, 0, 0.0), course.plan)  # as under way, where nothing may be compiled
+    onboard.take(course)
     onboard.start()
     for tick in range(1, _TICKS):
         fix = GnssSample((tick - 11) / TICKS_PER_S, 0.0, 0.0, 1e-4, 3, 20, 0.0)

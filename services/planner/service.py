@@ -8,8 +8,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+import numpy as np
+
 from touchline.schemas import topics
-from touchline.schemas.messages import DiagnosticStatus, PlanRequest, PlanResponse, Progress
+from touchline.schemas.messages import (
+    DiagnosticStatus,
+    LeavingTrajectory,
+    PlanOptions,
+    PlanRequest,
+    PlanResponse,
+    PoseGoal,
+    Progress,
+)
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.bus import Bus, BusConfig, HealthReporter, Publisher, ServedCall
 from touchline.services.system.shutdown import until_stopped
@@ -25,6 +35,9 @@ PROGRESS_STEP = 0.02
 WARM_UP = """{"name": "warm-up", "segments": [
     {"id": "a", "line": {"start": [0, 0], "end": [2, 0]}}, {"id": "b", "line": {"start": [0, 3], "end": [2, 3]}},
     {"id": "c", "line": {"start": [1, -1], "end": [1, 4]}}]}"""
+
+# A place to drive to, first from rest, then from amid the drive there.
+WARM_UP_GOAL = PoseGoal(x_m=8.0, y_m=3.0)
 
 PlanCall = ServedCall[PlanRequest, PlanResponse]
 
@@ -76,6 +89,10 @@ class Worker:
         from touchline.services.planner.request import answer
 
         answer(PlanRequest(template_json=WARM_UP), self.vehicle)
+        from_rest = PlanRequest(goal=(WARM_UP_GOAL,), options=PlanOptions(start=np.zeros(3)))
+        drive = answer(from_rest, self.vehicle).trajectory
+        leaving = LeavingTrajectory(trajectory=drive)
+        answer(PlanRequest(goal=(WARM_UP_GOAL,), leaving=(leaving,)), self.vehicle)
         while not self.stopping.is_set():
             asked = self.calls.get()
             try:
