@@ -15,6 +15,7 @@ from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.cdr import decode, encode
 from touchline.schemas.errors import CommandRefused, PayloadError
+from touchline.schemas.way_start import WayStart, hindrance
 from touchline.services.bus import Bus, ServedCall
 from touchline.services.bus.calls import Question
 from touchline.services.onboard.executive.handover import NotYet
@@ -27,12 +28,6 @@ PLAN_TIMEOUT_S: Final = 60.0
 RETRY_S: Final = 0.1
 ARRIVING_S: Final = 0.5
 """Sim time: who arrives as soon as that has arrived in a moment."""
-KEEP_S: Final = 2.0
-"""Wall clock: for so long the drive under way is kept, while the new way is planned and sent."""
-_NOT_WHILE: Final = {
-    m.TraversalStatus.PAUSED: "paused; resume or abort it first",
-    m.TraversalStatus.ESTOPPED: "emergency-stopped; reset it first",
-}
 _LOST: Final = "the robot does not find out where it stands; does sim time pass, has it a fix?"
 _STOPPED: Final = "the robot was told to stop meanwhile; send the goal again"
 
@@ -125,35 +120,25 @@ class Goals:
             CommandRefused: It cannot be waited for that.
         """
         emulator, request = self._emulator, asked.call.request
-        state = emulator.onboard.state
-        if state in _NOT_WHILE:
-            raise CommandRefused(f"cannot go to a goal while {_NOT_WHILE[state]}")
+        start = self._way_start()
+        if problem := hindrance(start.state):
+            raise CommandRefused(f"cannot go to a goal while {problem}")
         if len(request.options.start):
             raise CommandRefused("the goal has options.start, but the robot begins where it is: leave it empty")
-        asked.under_way = state == m.TraversalStatus.RUNNING
+        asked.under_way = start.under_way
         if asked.under_way or (emulator.onboard.aligned and not emulator.active):
-            plan = self._plan_request(request, under_way=asked.under_way)
+            plan = start.request(request.goal, request.options, self._vehicle_json, uuid.uuid4().hex)
             asked.question = self._bus.ask(topics.PLAN_SERVICE, encode(plan), PLAN_TIMEOUT_S)
             return
         asked.reason = asked.reason or _LOST
         self._wait(asked, now_s)
 
-    def _plan_request(self, request: m.GotoRequest, *, under_way: bool) -> m.PlanRequest:
-        """The way from where the robot stands, or from amid its drive."""
-        onboard, options = self._emulator.onboard, request.options
-        leaving: tuple[m.LeavingTrajectory, ...] = ()
-        if under_way:
-            keep_s, at_m = KEEP_S * max(1.0, self._pace()), onboard.status.arc_length_m
-            leaving = (m.LeavingTrajectory(trajectory=self._commands.trajectory, arc_length_m=at_m, keep_s=keep_s),)
-        else:
-            options = m.PlanOptions.model_validate({**dict(options), "start": onboard.estimate[:3]})
-        return m.PlanRequest(
-            request_id=uuid.uuid4().hex,
-            vehicle_json=self._vehicle_json,
-            options=options,
-            goal=(request.goal,),
-            leaving=leaving,
-        )
+    def _way_start(self) -> WayStart:
+        """The robot as it is now."""
+        onboard = self._emulator.onboard
+        pose = onboard.estimate[:3] if onboard.aligned else ()
+        at_m = onboard.status.arc_length_m
+        return WayStart(onboard.state, pose, self._commands.trajectory, at_m, self._pace())
 
     def _look(self, asked: AskedGoal, question: Question, now_s: float) -> None:
         """Take the planner's answer.
