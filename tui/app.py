@@ -191,6 +191,7 @@ class ConsoleApp(App[None]):
             for event in desk.link.poll():
                 state.apply(event, state.now_s)
             desk.operator.heed_status()
+            desk.operator.goals.refresh()
             if state.paint.needs_fetch and state.robot_alive and now >= desk.paint_due_s:
                 desk.paint_due_s = now + PAINT_RETRY_S
                 desk.link.fetch_paint()
@@ -411,7 +412,7 @@ class ConsoleApp(App[None]):
 
     def action_drive(self) -> None:
         """Aim at a goal on the map."""
-        self.operator.aim()
+        self.operator.goals.aim()
         self._map.focus()
         self.show_state()
         self._map.show_goal()
@@ -427,20 +428,20 @@ class ConsoleApp(App[None]):
         if step == "free":
             draft.free_heading()
         elif step == "leave":
-            draft.leave()
+            operator.goals.leave()
         elif step == "how" and draft.goal is not None:
             self._ask_how(operator, draft.goal)
-        elif draft.path is not None:
-            operator.drive()
+        elif draft.ready:
+            operator.goals.drive()
         else:
-            operator.preview()
+            operator.goals.preview()
         self.show_state()
 
     def _ask_how(self, operator: Operator, goal: PoseGoal) -> None:
         def chosen(goal: PoseGoal | None) -> None:
             if goal is not None:
                 operator.state.drive.choose(goal)
-                operator.preview()
+                operator.goals.preview()
 
         self.push_screen(GoalDialog(goal), chosen)
 

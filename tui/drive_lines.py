@@ -7,15 +7,21 @@ from textwrap import wrap
 
 from textual.content import Content
 
+from touchline.schemas import topics
 from touchline.schemas.messages.touchline import TraversalStatus
 from touchline.schemas.plugins import POSE_METHODS, SPEED_LAWS
 from touchline.tui import format, theme
+from touchline.tui.goal_orders import UNANSWERED
 from touchline.tui.map_raster import arrow
 from touchline.tui.panel_rows import bar, row
 from touchline.tui.state import ConsoleState
 
 SAID_LINES = 6
 """So many of what the planner says fit."""
+
+FRESH_S = 2.0
+"""An older preview of a way from a driving robot is told as such."""
+MOVES_ON = "preview: moves on with the robot, planned anew when sent"
 
 
 def place(x_m: float, y_m: float) -> str:
@@ -29,6 +35,18 @@ def heading(heading_rad: float) -> str:
         return "any"
     degrees = round(math.degrees(math.remainder(heading_rad, math.tau)))
     return f"{arrow(heading_rad)} {degrees}°"
+
+
+def aim_hint(state: ConsoleState) -> tuple[str, str]:
+    """The next step while the operator aims: (key, what it does); no key when there is nothing to press."""
+    draft = state.drive
+    if draft.sent_id:
+        return "", "sent: the robot plans the way"
+    if not draft.ready:
+        return ("", "the way is being planned") if draft.asked is not None else ("enter", "preview the drive")
+    if draft.unseen:
+        return "enter", "drive there unseen"
+    return "enter", "drive on there" if draft.shown.under_way else "drive there"
 
 
 def aim_lines(state: ConsoleState, width: int) -> list[Content]:
@@ -49,7 +67,22 @@ def aim_lines(state: ConsoleState, width: int) -> list[Content]:
     said = wrap(draft.said, width)
     if len(said) > SAID_LINES:
         said = [*said[: SAID_LINES - 1], f"{said[SAID_LINES - 1][: width - 1]}…"]
-    return lines + [Content.styled(line, theme.INK if draft.path is not None else theme.ORANGE) for line in said]
+    lines += [Content.styled(line, theme.INK if draft.path is not None else theme.ORANGE) for line in said]
+    return lines + _preview_lines(state, width)
+
+
+def _preview_lines(state: ConsoleState, width: int) -> list[Content]:
+    """For how long the way that is drawn holds, if its start moves; and what keeps it from being planned."""
+    draft = state.drive
+    if not state.nodes[topics.PLANNER].alive:
+        return [Content.styled("▲ the planner is down", f"bold {theme.ORANGE}")]
+    if draft.sent_id or draft.path is None or not draft.shown.under_way:
+        return []
+    age_s = state.now_s - draft.shown.at_s
+    if age_s <= FRESH_S:
+        return [Content.styled(line, theme.MUTED) for line in wrap(MOVES_ON, width)]
+    late = f"▲ preview of {age_s:.0f} s ago: {draft.trouble or UNANSWERED}"
+    return [Content.styled(line, theme.ORANGE) for line in wrap(late, width)[:SAID_LINES]]
 
 
 def drive_lines(state: ConsoleState, status: TraversalStatus, width: int) -> list[Content]:
@@ -57,7 +90,8 @@ def drive_lines(state: ConsoleState, status: TraversalStatus, width: int) -> lis
     end = state.loaded.path.destination if state.loaded.path is not None else None
     if end is None:
         return []
-    lines = [row("goal", place(end.x_m, end.y_m), (f"  {heading(end.heading_rad)}", theme.MUTED))]
+    name = "goal" if state.drive.goal is None else "now to"
+    lines = [row(name, place(end.x_m, end.y_m), (f"  {heading(end.heading_rad)}", theme.MUTED))]
     if status.state == TraversalStatus.DONE:
         if (here := state.robot.pose) is not None:
             off_m = math.hypot(here.x_m - end.x_m, here.y_m - end.y_m)

@@ -16,6 +16,21 @@ TURN_DEG = 5.0
 _SAME = 1e-6
 
 
+@dataclass(frozen=True)
+class PlanAsked:
+    """A plan that was asked for.
+
+    Attributes:
+        request_id: Of the request.
+        at_s: When, by the console's own time.
+        under_way: Whether it begins amid a drive, so that it holds for a moment only.
+    """
+
+    request_id: str = ""
+    at_s: float = 0.0
+    under_way: bool = False
+
+
 @dataclass
 class GoalDraft:
     """What one robot's next drive is to be.
@@ -28,10 +43,25 @@ class GoalDraft:
     path: PathView | None = None
     said: str = ""
     """Of a plan what it has chosen, or why there is none or it was not taken."""
-    request_id: str = ""
-    """Of the plan that is under way or there, or of the goal on its way to the robot."""
+    shown: PlanAsked = PlanAsked()
+    """What `path` answers."""
+    trouble: str = ""
+    """Why `path` could not be planned anew since."""
+    asked: PlanAsked | None = None
+    """The question to the planner that is under way."""
+    asked_s: float = -math.inf
+    """When the planner was asked last."""
+    unseen: bool = False
+    """Whether it may be sent without a plan to look at."""
+    sent_id: str = ""
+    """Request id of the goal while it is on its way to the robot."""
     _manner: PoseGoal = field(default_factory=PoseGoal)
     """Method and law of the last goal."""
+
+    @property
+    def ready(self) -> bool:
+        """Whether it may be sent next."""
+        return self.path is not None or self.unseen
 
     def begin(self, x_m: float, y_m: float) -> None:
         """Aim, from this place on, by the method and law of the last goal."""
@@ -74,29 +104,49 @@ class GoalDraft:
         """Go there as this one says."""
         self._set(goal)
 
-    def asked(self, request_id: str) -> None:
-        """The planner has been asked."""
-        self.request_id, self.path, self.said = request_id, None, ""
+    def ask(self, asked: PlanAsked) -> None:
+        """The planner is asked."""
+        self.drop("")
+        self.ask_again(asked)
 
-    def sent(self, request_id: str) -> None:
-        """The goal is on its way to the robot."""
-        self.request_id = request_id
+    def ask_again(self, asked: PlanAsked) -> None:
+        """The planner is asked, while the plan that is there is still shown."""
+        self.asked, self.asked_s = asked, asked.at_s
 
     def planned(self, trajectory: Trajectory, report: PlanReport, said: str) -> None:
-        """Take the plan. Raises ValueError when it makes no sense."""
+        """Take the plan that was asked for. Raises ValueError when it makes no sense."""
         self.path, self.said = PathView.of(trajectory, None, report), plain(said)
+        self.shown, self.asked, self.trouble = self.asked or PlanAsked(), None, ""
 
-    def refused(self, request_id: str, why: str) -> None:
-        """There is no plan, or the robot does not take the goal: another preview is due."""
-        if request_id == self.request_id:
-            self.path, self.said = None, why
+    def not_planned(self, why: str) -> None:
+        """There is no plan; one that was there before is shown on."""
+        self.asked = None
+        if self.path is None:
+            self.said = why
+        else:
+            self.trouble = why
+
+    def send(self, request_id: str) -> None:
+        """The goal is on its way to the robot."""
+        self.asked, self.sent_id = None, request_id
+
+    def drop(self, why: str) -> None:
+        """The plan holds no longer, or the robot does not take the goal: another preview is due."""
+        self.path, self.said, self.shown, self.trouble = None, why, PlanAsked(), ""
+        self.asked, self.unseen, self.sent_id = None, False, ""
+
+    def go_unseen(self, why: str) -> None:
+        """There can be no plan to look at."""
+        self.drop(why)
+        self.unseen = True
 
     def _update(self, **values: float) -> None:
         if self.goal is not None:
             self._set(self.goal.model_copy(update=values))
 
     def _set(self, goal: PoseGoal | None) -> None:
-        self.goal, self.path, self.said, self.request_id = goal, None, "", ""
+        self.goal = goal
+        self.drop("")
 
 
 def stepped(value: float, steps: int, step: float) -> float:

@@ -10,6 +10,7 @@ from textual.content import Content
 from touchline.schemas.messages.touchline import TraversalStatus
 from touchline.tui import theme
 from touchline.tui.alerts import alerts
+from touchline.tui.goal_orders import why_no_goal
 from touchline.tui.panels import LinesPanel, hint
 from touchline.tui.state import ConsoleState
 
@@ -49,18 +50,18 @@ KEYS = (
 AIM_KEYS = (
     Key("e", "E-STOP", "estop", 0),
     Key("enter", "Go", "aim('go')", 1),
-    Key("arrows", "Place", "keys", 1),
+    Key("arrows", "Place", "keys", 2),
     Key("< >", "Turn", "turn(1)", 1),
     Key("h", "Any heading", "aim('free')", 1),
     Key("m", "How", "aim('how')", 1),
     Key("esc", "Leave", "aim('leave')", 1),
     Key("+ -", "Zoom", "zoom(1)", 3),
-    Key("space", "Pause", "command('pause')", 4),
-    Key("?", "Keys", "keys", 2),
+    Key("space", "Pause", "command('pause')", 1),
+    Key("?", "Keys", "keys", 3),
 )
 """Instead of the others, which still work, while the operator aims at a goal."""
 _USELESS_RANK = 8
-_PREPARING = frozenset("tpld")
+_PREPARING = frozenset("tpl")
 _DRIVING = frozenset(("space", "g", "a"))
 _SUPPLIES = frozenset("ub")
 _OF_SEVERAL = frozenset("o")
@@ -69,7 +70,8 @@ _OF_SEVERAL = frozenset("o")
 
 def useless(state: ConsoleState) -> frozenset[str]:
     """Keys whose order would be refused, or change nothing, as things are; they still work, and say why."""
-    return _out_of_order(state) | _SUPPLIES - {alert.key for alert in alerts(state)}
+    goals = frozenset("d" if why_no_goal(state) else "")
+    return _out_of_order(state) | _SUPPLIES - {alert.key for alert in alerts(state)} | goals
 
 
 def _out_of_order(state: ConsoleState) -> frozenset[str]:

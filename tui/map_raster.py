@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from touchline.schemas.vehicles import Vehicle
 from touchline.tui import format
 from touchline.tui.area_layer import AreaLayer, AreaScene
-from touchline.tui.raster import BRAILLE_BASE, EMPTY, GrowingLayer, Polyline, draw
+from touchline.tui.raster import BRAILLE_BASE, EMPTY, GrowingLayer, Polyline, dashed, draw
 from touchline.tui.robot import ShownPose
 from touchline.tui.spread import Spread
 from touchline.tui.viewport import DOTS_Y, Viewport
@@ -24,6 +24,8 @@ AXLE_PATH_DOT_M = 0.1
 """From this scale on the axle's path beside a painted line is told apart from it, and shown."""
 BODY_DOT_M = 0.1
 """From this scale on the robot has a shape."""
+DASH_DOTS = 3
+"""So long are the dashes of a way that is not driven yet, and the gaps between them."""
 GRID_MIN_CELLS = 7
 HEADING_CELLS = 4.0
 """So long is the line that tells a goal's heading."""
@@ -162,7 +164,7 @@ class MapRaster:
         self._draw_grid(view, step, bits, inks)
         codes = bits.astype(np.uint32) + np.uint32(BRAILLE_BASE)
         cells = Cells(codes, inks, stripes(view, step))
-        _overlay(view, scene.preview, Ink.CURRENT_PATH, bits, cells)
+        _overlay(view, dashed(scene.preview, DASH_DOTS * view.dot_m), Ink.CURRENT_PATH, bits, cells)
         if scene.robot and scene.spread and 2 * scene.spread.long_m > view.cell_m:
             _overlay(view, scene.spread.outline(scene.robot.x_m, scene.robot.y_m), Ink.BODY, bits, cells)
         for other in scene.others:

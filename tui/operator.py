@@ -10,12 +10,13 @@ from itertools import count
 from typing import Protocol
 
 from touchline.schemas.errors import TouchlineError
-from touchline.schemas.messages.plan_messages import PlanOptions, PlanRequest, PlanResponse
+from touchline.schemas.messages.plan_messages import PlanOptions, PlanRequest
 from touchline.schemas.messages.service_messages import GotoRequest, LoadRequest, SetSpeedRequest
 from touchline.schemas.plain_text import plain
 from touchline.schemas.template import Template
 from touchline.tui import format, orders
 from touchline.tui.event_log import ERROR, INFO, WARN
+from touchline.tui.goal_orders import GoalOrders
 from touchline.tui.order_book import ESTOP_TRIES, Change, Phase
 from touchline.tui.orders import Order, OrderOutcome, Tried
 from touchline.tui.state import ConsoleState
@@ -50,6 +51,7 @@ class Operator:
         self.options = PlanOptions()
         self._sender, self._say, self._session = sender, say, session
         self._orders = count(1)
+        self.goals = GoalOrders(state, sender.send, say, self._request_id)
         self._stopping = threading.Lock()  # a stop may be given from the thread that reads the keys
         self._stopped_at_s = -math.inf
         self._speed_asked: float | None = None
@@ -147,40 +149,6 @@ class Operator:
             return
         self._send(orders.load(self.state.path.trajectory, self.state.template.text, self._request_id(), resume=resume))
 
-    def may_drive(self, what: str) -> bool:
-        """Whether a drive to a goal may be prepared and sent now; says why not."""
-        if not self.may_prepare(what, needs_template=False):
-            return False
-        if not self.state.robot_alive or self.state.robot.pose is None:
-            self._say(WARN, f"{what}: the robot has not told where it is; load a plan first (l)")
-            return False
-        return True
-
-    def aim(self) -> None:
-        """Begin to aim at a goal, from where the robot is."""
-        here = self.state.robot.pose
-        if self.state.drive.goal is None and self.may_drive("Drive") and here is not None:
-            self.state.drive.begin(round(here.x_m, 2), round(here.y_m, 2))
-
-    def preview(self) -> None:
-        """Plan the drive to the goal from where the robot believes to be now."""
-        goal, here = self.state.drive.goal, self.state.robot.pose
-        if goal is None or not self.may_drive("Preview") or here is None:
-            return
-        start = (here.x_m, here.y_m, here.heading_rad)
-        order = orders.preview(goal, start, self.state.vehicle_json, self._request_id())
-        if self._send(order):
-            self.state.drive.asked(order.request_id)
-
-    def drive(self) -> None:
-        """Have the robot drive to the goal whose way is previewed."""
-        draft = self.state.drive
-        if draft.goal is None or draft.path is None or not self.may_drive("Drive"):
-            return
-        order = orders.drive(draft.goal, self._request_id())
-        if self._send(order):
-            draft.sent(order.request_id)
-
     def set_speed(self, factor: float) -> None:
         """Let simulated time pass at a factor of real time; if another is still being set, then after that."""
         if self._send(orders.set_speed(factor, self._request_id())):
@@ -231,24 +199,29 @@ class Operator:
         return done
 
     def _answered(self, outcome: OrderOutcome) -> bool:
-        title = outcome.order.title
+        order, title = outcome.order, outcome.order.title
+        if order.name == "refresh":
+            return self.goals.refreshed(outcome)
+        if order.name == "preview" and not self.goals.awaited(order):
+            return self._last_word(outcome, INFO, f"{title}: the goal has been changed meanwhile")
         if isinstance(outcome.order.request, PlanRequest):
-            self.state.plan_done(outcome.order.request_id)
+            self.state.plan_done(order.request_id)
         if not outcome.ok:
-            self.state.drive.refused(outcome.order.request_id, outcome.reason)
-            times = f" after {outcome.order.attempts} tries" if outcome.order.attempts > 1 else ""
+            self.goals.refused(order, outcome.reason)
+            times = f" after {order.attempts} tries" if order.attempts > 1 else ""
             fate = f"not answered{times}" if outcome.failure else "refused"
             return self._last_word(outcome, ERROR, f"{title} {fate}: {outcome.reason}")
         try:
             text = self._take_over(outcome)
         except (TouchlineError, ValueError) as error:
             return self._last_word(outcome, ERROR, f"{title}: the answer is of no use: {error}")
-        severity = WARN if outcome.order.name == "abort" else INFO
+        severity = WARN if order.name == "abort" else INFO
         return self._last_word(outcome, severity, f"{title}: {text or 'done'}", accepted=True)
 
     def _last_word(self, outcome: OrderOutcome, severity: int, text: str, *, accepted: bool = False) -> bool:
         text, now_s = plain(text), self.state.now_s
-        self.state.orders.done(outcome.order.name, accepted=accepted, severity=severity, text=text, now_s=now_s)
+        if not self.goals.overtaken(outcome.order):
+            self.state.orders.done(outcome.order.name, accepted=accepted, severity=severity, text=text, now_s=now_s)
         self.state.note(severity, "console", text)
         return accepted
 
@@ -266,10 +239,10 @@ class Operator:
         """Change the state as the order did the world; what to say about it."""
         request, response = outcome.order.request, outcome.response
         if isinstance(request, PlanRequest):
+            if request.goal:
+                return self.goals.previewed(response)
             if self.state.busy:
                 raise TouchlineError("the robot has begun another job meanwhile")
-            if request.goal:
-                return self._previewed(request, response)
             if self.state.template is None or request.template_json != self.state.template.text:
                 raise TouchlineError("another template has been chosen meanwhile")
             self.state.planned(response.trajectory, response.report)
@@ -279,16 +252,9 @@ class Operator:
             self.state.handed_over()
             return f"takes {format.duration(response.total_time)}"
         if isinstance(request, GotoRequest):
-            if request.request_id == self.state.drive.request_id:  # else the operator aims at another one by now
-                self.state.drive.leave()
+            self.goals.taken(request.request_id)
             return outcome.reason
         if isinstance(request, SetSpeedRequest):
             self.state.speed_set(request.factor)
             return format.factor(request.factor)
         return outcome.reason
-
-    def _previewed(self, request: PlanRequest, response: PlanResponse) -> str:
-        if request.request_id != self.state.drive.request_id:
-            raise TouchlineError("the goal has been changed meanwhile")
-        self.state.drive.planned(response.trajectory, response.report, response.message)
-        return response.message

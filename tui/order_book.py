@@ -6,6 +6,7 @@ robot's own status says that it is stopped, for an answer may be anybody's and m
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -138,11 +139,14 @@ class Placed:
     word: OrderLine | None = None
     accepted: bool = False
 
-    def line(self) -> OrderLine:
+    def line(self, now_s: float) -> OrderLine:
         """How it stands."""
         if self.word is not None:
             return self.word
-        return OrderLine(INFO, f"{self.title} sent {self.tries}/{self.most}" if self.most > 1 else f"{self.title} sent")
+        if self.most > 1:
+            return OrderLine(INFO, f"{self.title} sent {self.tries}/{self.most}")
+        waited_s = math.floor(now_s - self.at_s)
+        return OrderLine(INFO, f"{self.title} sent, no answer for {waited_s} s" if waited_s else f"{self.title} sent")
 
 
 @dataclass
@@ -192,7 +196,7 @@ class OrderBook:
         orders = sorted(self._orders.values(), key=lambda order: order.at_s)
         for order in orders:
             if order.word is None and order.name in STOPPING:
-                return order.line()
+                return order.line(now_s)
         lines = [(order.at_s, self._doubted(order, now_s, running and order is orders[-1])) for order in orders]
         lines += [(self._said[1], self._said[0])] if self._said else []
         under_way = {order.at_s for order in orders if order.word is None}
@@ -202,4 +206,4 @@ class OrderBook:
     def _doubted(self, order: Placed, now_s: float, running: bool) -> OrderLine:
         if order.name in STOPPING and order.accepted and running and now_s - order.at_s > DOUBT_S:
             return OrderLine(ERROR, f"{order.title} ANSWERED, BUT THE ROBOT SAYS RUNNING")
-        return order.line()
+        return order.line(now_s)

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
-
-import numpy as np
 
 from touchline.schemas import topics
 from touchline.schemas.messages.base import Message
@@ -33,6 +30,7 @@ COMMANDS = {
 
 COMMAND_TIMEOUT_S = 3.0
 PLAN_TIMEOUT_S = 120.0
+REFRESH_TIMEOUT_S = 3.0
 LOAD_TIMEOUT_S = 15.0
 STOP_TIMEOUT_S = 1.0
 STOP_ATTEMPTS = 3
@@ -114,11 +112,14 @@ def load(trajectory: Trajectory, template_json: str, request_id: str, *, resume:
     return Order("load", "Load", topics.LOAD, request, LOAD_TIMEOUT_S)
 
 
-def preview(goal: PoseGoal, start: Sequence[float], vehicle_json: str, request_id: str) -> Order:
-    """Plan a drive to a goal from `start` (x m, y m, heading rad) for a vehicle; "" is the planner's own."""
-    options = PlanOptions(start=np.array(start))
-    request = PlanRequest(request_id=request_id, vehicle_json=vehicle_json, options=options, goal=(goal,))
+def preview(request: PlanRequest) -> Order:
+    """Plan a drive to a goal, to be looked at."""
     return Order("preview", "Preview", topics.PLAN_SERVICE, request, PLAN_TIMEOUT_S)
+
+
+def refresh(request: PlanRequest) -> Order:
+    """Plan it once more, from where the robot has come to since."""
+    return Order("refresh", "Preview", topics.PLAN_SERVICE, request, REFRESH_TIMEOUT_S)
 
 
 def drive(goal: PoseGoal, request_id: str) -> Order:

@@ -15,7 +15,7 @@ from touchline.schemas.plain_text import plain
 from touchline.schemas.supplies import times
 from touchline.tui import format, supply_check, theme
 from touchline.tui.alerts import LOW_BATTERY, remedy
-from touchline.tui.drive_lines import aim_lines, drive_lines
+from touchline.tui.drive_lines import aim_hint, aim_lines, drive_lines
 from touchline.tui.node_health import Freshness, silence
 from touchline.tui.order_book import Phase
 from touchline.tui.panel_rows import bar as _bar
@@ -55,12 +55,12 @@ def hint(state: ConsoleState) -> tuple[str, str]:
         return "e", "stop; keep clear of the robot"
     if traversal == TraversalStatus.ESTOPPED:
         return "r", "reset, once it is safe"
-    if traversal == TraversalStatus.RUNNING:
-        return "space", "pause"
     if traversal == TraversalStatus.PAUSED:
         return remedy(state) or ("g", "resume")
     if state.drive.goal is not None:
-        return ("enter", "drive there") if state.drive.path is not None else ("enter", "preview the drive")
+        return aim_hint(state)
+    if traversal == TraversalStatus.RUNNING:
+        return "space", "pause"
     if traversal == TraversalStatus.ABORTED:
         return "r", "reset"
     if state.progress is not None:

@@ -59,6 +59,23 @@ class Polyline:
 EMPTY = Polyline(np.empty(0), np.empty(0), np.empty(0, dtype=np.bool_))
 
 
+def dashed(line: Polyline, dash_m: float) -> Polyline:
+    """The line in dashes of a length, with gaps as long; as it is if a point of it is not finite."""
+    if not len(line):
+        return line
+    at_m = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(line.x_m), np.diff(line.y_m)))))
+    if not np.isfinite(at_m[-1]):
+        return line
+    cuts_m = np.arange(1, int(at_m[-1] / dash_m) + 1) * dash_m
+    before = np.searchsorted(at_m, cuts_m).clip(max=len(line) - 1)
+    all_m = np.insert(at_m, before, cuts_m)
+    joined = np.insert(line.joined, before, line.joined[before])
+    joined[1:] &= (all_m[1:] + all_m[:-1]) // (2 * dash_m) % 2 == 0
+    ends = joined | np.append(joined[1:], False)  # a point that is left alone in a gap would be drawn as a dot
+    x, y = (np.interp(all_m[ends], at_m, axis) for axis in (line.x_m, line.y_m))
+    return Polyline(x, y, joined[ends])
+
+
 def draw(bits: NDArray[np.uint8], view: Viewport, line: Polyline) -> None:
     """Set the dots of `line` in `bits` (rows, columns) as seen through `view`; points not finite are skipped."""
     if not len(line):

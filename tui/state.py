@@ -135,6 +135,14 @@ class ConsoleState:
         return factor if self.now_s - set_s < SPEED_TOLD_S else self.nodes[topics.ROBOT_SIM].number("speed_factor")
 
     @property
+    def pace(self) -> float:
+        """Sim time per wall time, as far as is known: the factor asked for, or what comes of as fast as it goes."""
+        factor = self.speed_factor
+        if factor is None or factor < 0.0:
+            factor = self.real_time_factor
+        return 1.0 if factor is None else factor
+
+    @property
     def job(self) -> JobView:
         """The job in view."""
         return self.loaded if self.busy or self.draft is NOTHING else self.draft

@@ -264,6 +264,30 @@ def drive_response() -> m.PlanResponse:
     )
 
 
+def on_the_drive(state: int = m.TraversalStatus.RUNNING, arc_length_m: float = 3.0, **fields: Any) -> list[Incoming]:
+    """What the robot tells of that drive, this far along it."""
+    values = {"total_length_m": 8.0, "segment_count": 1, "remaining_s": 12.0, "speed_mps": 0.4}
+    told = m.TraversalStatus(state=state, arc_length_m=arc_length_m, **(values | fields))
+    return [
+        received(topics.TEMPLATE, m.String()),
+        received(topics.PLAN, drive_response().trajectory),
+        received(topics.STATUS, told),
+        received(topics.ODOMETRY, odometry(1.0 + arc_length_m, 2.0, 0.0)),
+    ]
+
+
+def leaving_response() -> m.PlanResponse:
+    """From amid that drive, 4 m along it, to (9 m, 5 m)."""
+    kept = line_segment("kept0", "transition", (5.0, 2.0), (6.0, 2.0))
+    segments = (kept, line_segment("g0", "transition", (6.0, 2.0), (9.0, 5.0)))
+    return m.PlanResponse(
+        success=True,
+        message="to the goal: 5.24 m, 14.00 s",
+        trajectory=m.Trajectory(path=m.Path(segments=segments)),
+        report=m.PlanReport(total_length_m=5.24, transition_length_m=5.24, total_time_s=14.0),
+    )
+
+
 def finished(template: Template) -> list[Incoming]:
     """All is painted, and the figures are there."""
     n = len(template.segments)

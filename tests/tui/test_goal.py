@@ -14,7 +14,7 @@ from touchline.schemas import topics
 from touchline.schemas.template import Template
 from touchline.tui.app import ConsoleApp
 from touchline.tui.goal_dialog import GoalDialog
-from touchline.tui.goal_draft import GoalDraft, stepped
+from touchline.tui.goal_draft import GoalDraft, PlanAsked, stepped
 from touchline.tui.job import PathView
 from touchline.tui.key_bar import KeyBar
 from touchline.tui.map_view import MapView
@@ -73,10 +73,10 @@ def test_whatever_changes_the_goal_makes_its_plan_void():
     ):
         draft = GoalDraft()
         draft.begin(1.0, 2.0)
-        draft.asked("a")
+        draft.ask(PlanAsked("a"))
         draft.planned(answer.trajectory, answer.report, answer.message)
         change(draft)
-        assert (draft.path, draft.said, draft.request_id) == (None, "", "")
+        assert (draft.path, draft.said, draft.asked) == (None, "", None)
 
 
 def test_where_a_path_leads_to():
@@ -162,6 +162,7 @@ async def test_preview_then_drive_is_enter_twice():
         assert request.goal[0].x_m == app.state.drive.goal.x_m
         assert math.isnan(request.goal[0].heading_rad)
         assert not request.template_json
+        app.tick()
         panel = plain(app, StatusPanel)
         assert "any: → 0°" in panel, "the heading that was chosen"
         assert "8.00 m, 19.50 s; dubins instead of g2" in " ".join(panel.split())
@@ -245,7 +246,7 @@ async def test_an_answer_about_a_goal_that_was_changed_is_not_taken():
         assert app.state.drive.path is None
 
 
-async def test_no_goal_while_the_robot_is_on_a_job_or_has_not_told_where_it_is(template: Template):
+async def test_no_goal_while_the_robot_is_on_a_job_or_there_is_none(template: Template):
     async with console(*scenes.mid_run(template)) as (app, _link, pilot):
         await pilot.press("d")
         assert app.state.drive.goal is None
@@ -253,7 +254,21 @@ async def test_no_goal_while_the_robot_is_on_a_job_or_has_not_told_where_it_is(t
     async with console(*scenes.up()) as (app, _link, pilot):
         await pilot.press("d")
         assert app.state.drive.goal is None
-        assert "where it is" in plain(app, SignalBar)
+        assert "no robot" in plain(app, SignalBar)
+
+
+async def test_a_robot_that_does_not_know_yet_where_it_is_drives_without_a_preview_and_the_console_says_so():
+    idle = received(topics.STATUS, m.TraversalStatus(state=m.TraversalStatus.IDLE))
+    async with console(*scenes.up(), idle, size=(80, 24)) as (app, link, pilot):
+        await pilot.press("d", "right", "enter")
+        app.tick()
+        panel = " ".join(plain(app, StatusPanel).split())
+        assert "no preview: the robot finds out where it stands only when it is to drive" in panel
+        assert "drive there unseen" in panel
+        assert not link.asked
+        await pilot.press("enter")
+        await until(pilot, lambda: app.state.drive.goal is None)
+        assert link.names() == [topics.GOTO.name]
 
 
 async def test_a_job_that_began_meanwhile_keeps_the_drive_from_being_sent(template: Template):

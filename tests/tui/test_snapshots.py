@@ -12,6 +12,7 @@ from touchline.schemas import messages as m
 from touchline.schemas import topics
 from touchline.schemas.template import Template
 from touchline.tui.app import ConsoleApp
+from touchline.tui.goal_draft import PlanAsked
 from touchline.tui.protocol import Incoming, NodeChanged
 
 Compare = Callable[..., bool]
@@ -116,15 +117,27 @@ def test_aiming_at_a_goal(snap_compare: Compare, size: tuple[int, int]) -> None:
     assert snap_compare(app, terminal_size=size, run_before=aimed)
 
 
+@pytest.mark.parametrize("size", [(80, 24), (120, 40)], ids=["narrow", "normal"])
+def test_aiming_at_another_goal_amid_a_drive(snap_compare: Compare, size: tuple[int, int]) -> None:
+    app = app_with([*scenes.standing(), *scenes.on_the_drive()])
+
+    async def aimed(pilot: Pilot[Any]) -> None:
+        await settled("d")(pilot)
+        app.state.drive.place(9.0, 5.0)
+        answer = scenes.leaving_response()
+        app.state.drive.ask(PlanAsked("a", app.state.now_s, under_way=True))
+        app.state.drive.planned(answer.trajectory, answer.report, answer.message)
+        await settled("minus", "minus")(pilot)
+
+    assert snap_compare(app, terminal_size=size, run_before=aimed)
+
+
 def test_how_to_get_to_a_goal(snap_compare: Compare) -> None:
     assert snap_compare(app_with(scenes.standing()), terminal_size=(80, 24), run_before=settled("d", "m"))
 
 
 def test_driving_to_a_goal(snap_compare: Compare) -> None:
-    drive = scenes.received(topics.PLAN, scenes.drive_response().trajectory)
-    fields = {"total_length_m": 8.0, "arc_length_m": 3.0, "remaining_s": 12.0, "speed_mps": 0.4, "segment_count": 1}
-    status = scenes.received(topics.STATUS, m.TraversalStatus(state=m.TraversalStatus.RUNNING, **fields))
-    app = app_with([*scenes.standing(), drive, status, *scenes.uncertain(4.0)])
+    app = app_with([*scenes.standing(), *scenes.on_the_drive(), *scenes.uncertain(4.0)])
     assert snap_compare(app, terminal_size=(80, 24), run_before=settled())
 
 

@@ -1,0 +1,191 @@
+"""Orders about goals: aim, preview, keep the preview up with a driving robot, and send."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from touchline.schemas.errors import TouchlineError
+from touchline.schemas.messages.plan_messages import PlanOptions, PlanRequest, PlanResponse, PoseGoal
+from touchline.schemas.messages.touchline import TraversalStatus
+from touchline.schemas.messages.turf_tank import Trajectory
+from touchline.schemas.way_start import WayStart, hindrance
+from touchline.tui import orders
+from touchline.tui.event_log import WARN
+from touchline.tui.goal_draft import PlanAsked
+from touchline.tui.orders import Order, OrderOutcome
+from touchline.tui.robot import ShownPose
+from touchline.tui.state import ConsoleState
+
+REFRESH_S = 1.0
+"""So often the way from a driving robot is planned anew."""
+DRAWN_S = 5.0
+"""A way from a driving robot that could not be planned anew for so long is drawn no more."""
+UNANSWERED = "the planner does not answer"
+UNSEEN = "no preview: the robot finds out where it stands only when it is to drive, and plans from there"
+_KEYS = {TraversalStatus.PAUSED: "g, a", TraversalStatus.ESTOPPED: "r"}
+
+
+def why_no_goal(state: ConsoleState) -> str:
+    """Why no drive to a goal can be prepared and sent now, with the remedy; "" if it can."""
+    if state.traversal is None:
+        return "no robot has told how it is; wait for it"
+    if problem := hindrance(state.traversal):
+        return f"the robot is {problem} ({_KEYS[state.traversal]})"
+    if state.traversal == TraversalStatus.RUNNING and not state.loaded.drives:
+        return "the robot is on a job; wait for its end or abort it first (a)"
+    if state.busy and state.robot_stale:
+        return "nothing is heard of the driving robot; stop it (e), or wait"
+    return ""
+
+
+def way_start(state: ConsoleState) -> WayStart:
+    """The robot as it was heard last."""
+    here, path, status = state.robot.pose, state.loaded.path, state.robot.status
+    return WayStart(
+        state=state.traversal if state.traversal is not None else TraversalStatus.IDLE,
+        pose=(here.x_m, here.y_m, here.heading_rad) if here is not None else (),
+        trajectory=path.trajectory if path is not None else Trajectory(),
+        arc_length_m=status.arc_length_m if status is not None else 0.0,
+        pace=state.pace,
+    )
+
+
+class GoalOrders:
+    """What is ordered of one robot about goals, and what becomes of it."""
+
+    def __init__(
+        self,
+        state: ConsoleState,
+        send: Callable[[Order], None],
+        say: Callable[[int, str], None],
+        request_id: Callable[[], str],
+    ) -> None:
+        """`send` does not wait; `say(severity, text)` tells the operator; `request_id` makes a new one."""
+        self._state, self._send_order, self._say, self._request_id = state, send, say, request_id
+        self._newest: dict[str, str] = {}
+        """Request id of the latest order of each name."""
+
+    # -- what the operator does --------------------------------------------------------------------------------------
+
+    def aim(self) -> None:
+        """Begin to aim at a goal, from where the robot is, as far as it has told."""
+        if self._state.drive.goal is None and self._may("Drive"):
+            here = self._state.robot.pose or ShownPose(0.0, 0.0, 0.0)
+            self._state.drive.begin(round(here.x_m, 2), round(here.y_m, 2))
+
+    def leave(self) -> None:
+        """Aim no longer; a goal that is on its way to the robot is not called back by that."""
+        if self._state.drive.sent_id:
+            self._say(WARN, "Drive: the goal has been sent, the robot may set off; pause (space) or abort (a) it")
+        self._state.drive.leave()
+
+    def preview(self) -> None:
+        """Plan the way to the goal from where the robot believes to be now, or from amid its drive."""
+        draft = self._state.drive
+        if draft.goal is None or draft.asked is not None or not self._may("Preview"):
+            return
+        if self._state.robot.pose is None:
+            draft.go_unseen(UNSEEN)
+            return
+        request = self._request(draft.goal)
+        draft.ask(self._noted(request))
+        self._send(orders.preview(request))
+
+    def drive(self) -> None:
+        """Have the robot drive to the goal whose way is previewed; of several on their way to it the newest counts."""
+        draft = self._state.drive
+        if draft.goal is None or not draft.ready or draft.sent_id or not self._may("Drive"):
+            return
+        if self._running and not draft.shown.under_way:
+            draft.unseen = False
+            self._say(WARN, "Drive: the robot has set off meanwhile; look at the way from there first")
+            return
+        order = orders.drive(draft.goal, self._request_id())
+        draft.send(order.request_id)
+        self._send(order)
+
+    # -- what goes on by itself --------------------------------------------------------------------------------------
+
+    def refresh(self) -> None:
+        """Keep the way that is shown up with a robot that drives, or that has come to rest since."""
+        draft, now_s = self._state.drive, self._state.now_s
+        if draft.goal is None or draft.path is None or draft.sent_id:
+            return
+        if problem := why_no_goal(self._state):
+            draft.drop(problem)
+            return
+        if not self._running and not draft.shown.under_way:
+            return
+        if draft.shown.under_way and now_s - draft.shown.at_s > DRAWN_S:
+            draft.drop(f"the preview was {DRAWN_S:.0f} s old: {draft.trouble or UNANSWERED}")
+        elif draft.asked is None and now_s - draft.asked_s >= REFRESH_S:
+            request = self._request(draft.goal)
+            draft.ask_again(self._noted(request))
+            self._send_order(orders.refresh(request))
+
+    # -- outcomes ----------------------------------------------------------------------------------------------------
+
+    def overtaken(self, order: Order) -> bool:
+        """Whether another order of this name has been sent since."""
+        return self._newest.get(order.name, order.request_id) != order.request_id
+
+    def awaited(self, order: Order) -> bool:
+        """Whether the goal is still the one that this preview was asked for."""
+        asked = self._state.drive.asked
+        return asked is not None and asked.request_id == order.request_id
+
+    def refreshed(self, outcome: OrderOutcome) -> bool:
+        """Take a way that was planned anew, without a word; False if there is none."""
+        draft = self._state.drive
+        if not self.awaited(outcome.order):
+            return False
+        if outcome.ok:
+            try:
+                self.previewed(outcome.response)
+            except (TouchlineError, ValueError) as error:
+                draft.not_planned(str(error))
+        else:
+            draft.not_planned(UNANSWERED if outcome.failure else outcome.reason)
+        return not draft.trouble
+
+    def previewed(self, response: PlanResponse) -> str:
+        """Take the way; returns what the planner says. Raises ValueError when it makes no sense."""
+        self._state.drive.planned(response.trajectory, response.report, response.message)
+        return response.message
+
+    def refused(self, order: Order, why: str) -> None:
+        """There is no plan, or the robot does not take the goal."""
+        if self.awaited(order):
+            self._state.drive.not_planned(why)
+        elif order.request_id == self._state.drive.sent_id:
+            self._state.drive.drop(why)
+
+    def taken(self, request_id: str) -> None:
+        """The robot is on its way; the operator may aim at another goal by now."""
+        if request_id == self._state.drive.sent_id:
+            self._state.drive.leave()
+
+    # -- how -----------------------------------------------------------------------------------------------------------
+
+    @property
+    def _running(self) -> bool:
+        return self._state.traversal == TraversalStatus.RUNNING
+
+    def _may(self, what: str) -> bool:
+        if problem := why_no_goal(self._state):
+            self._say(WARN, f"{what}: {problem}")
+        return not problem
+
+    def _request(self, goal: PoseGoal) -> PlanRequest:
+        """For the way from where the robot is now, as the robot would ask for it."""
+        start = way_start(self._state)
+        return start.request(goal, PlanOptions(), self._state.vehicle_json, self._request_id())
+
+    def _noted(self, request: PlanRequest) -> PlanAsked:
+        return PlanAsked(request.request_id, self._state.now_s, bool(request.leaving))
+
+    def _send(self, order: Order) -> None:
+        """Send it, whatever else of its name is under way."""
+        self._newest[order.name] = order.request_id
+        self._state.orders.place(order.name, order.title, order.attempts, self._state.now_s)
+        self._send_order(order)
