@@ -11,49 +11,61 @@ from touchline.schemas.errors import CommandRefused, PlanningError
 from touchline.schemas.messages import LeavingTrajectory, PlanOptions, PoseGoal, TraversalStatus
 from touchline.schemas.onboard import OnboardConfig
 from touchline.schemas.scenario import Noise, Pose2, Scenario
-from touchline.schemas.vehicles.shipped import SHIPPED
+from touchline.schemas.vehicles.shipped import SHIPPED, on_its_ground, with_its_own
 from touchline.services.onboard import Onboard
 from touchline.services.onboard.executive.handover import NotYet, PlanPlace, reference_ahead
+from touchline.services.onboard.interface import ACTUATORS
 from touchline.services.planner.goal_plan import plan_to_goal
 from touchline.services.planner.plan import Plan
 from touchline.services.robot_sim.emulator import Emulator, Taking
 from touchline.services.robot_sim.fast_runner import FastRunner
+from touchline.services.robot_sim.tick_log import COLUMNS, COMMANDED
 
 FIELD_M = 5.0
 HEARD_TICKS = 20
 """So long after the plan was asked for the robot hears of it."""
 TRIES = 40
 MILLISECOND = 1e-3
+KEPT_TICKS = 1000
+"""So many are run, and kept, at once."""
 
 
 @dataclass
 class GoalChain:
-    """One robot and what became of its goals.
+    """One robot on its own ground, with its own data sheet, and what became of its goals.
 
     Attributes:
         taken, refused: How often a goal took over under way; what was said where none did.
         jumps: (n, 3) by how much the reference jumped then: m, rad, m/s.
         ends: (n, 3) of every goal that was driven to: distance (m) and turn (rad) off it in truth, and seconds late.
+        believed: (n, 2) of the same: distance (m) and turn (rad) off it as the robot believes.
         wheel_share: Largest planned wheel speed at any millisecond, as a share of the most.
+        commanded_share: Largest commanded one; commands are held for a tick.
     """
 
     vehicle_name: str
     follower: str
     rng: np.random.Generator
-    noise: Noise = "none"
+    noise: Noise = "default"
     taken: int = 0
     refused: list[str] = field(default_factory=list)
     jumps: list[tuple[float, float, float]] = field(default_factory=list)
     ends: list[tuple[float, float, float]] = field(default_factory=list)
+    believed: list[tuple[float, float]] = field(default_factory=list)
     wheel_share: float = 0.0
+    commanded_share: float = 0.0
 
     def __post_init__(self) -> None:
         """Let it find out where it stands."""
         self.vehicle = SHIPPED[self.vehicle_name].vehicle
         start = Pose2(x_m=0.0, y_m=0.0, heading_rad=0.0)
         scenario = Scenario(noise=self.noise, seed=int(self.rng.integers(1, 1000)), start=start)
-        self.emulator = Emulator(self.vehicle, scenario, OnboardConfig(follower=self.follower))
-        self._runner = FastRunner(self.emulator)
+        self.emulator = Emulator(
+            self.vehicle,
+            on_its_ground(self.vehicle_name, scenario),
+            with_its_own(self.vehicle_name, OnboardConfig(follower=self.follower)),
+        )
+        self._runner, self._rows = FastRunner(self.emulator), np.zeros((KEPT_TICKS, COLUMNS))
         while not self.emulator.onboard.aligned:
             self.emulator.tick()
 
@@ -75,9 +87,15 @@ class GoalChain:
         return PoseGoal(x_m=x_m, y_m=y_m, heading_rad=self.rng.uniform(-math.pi, math.pi))
 
     def _run(self, ticks: int) -> None:
-        until = self.emulator.tick_count + ticks
-        while self.emulator.active and self.emulator.tick_count < until:
-            self._runner.run(until - self.emulator.tick_count)
+        emulator, rows = self.emulator, self._rows
+        until = emulator.tick_count + ticks
+        while emulator.active and emulator.tick_count < until:
+            self._runner.step(min(until - emulator.tick_count, KEPT_TICKS), rows)
+            kept, last = rows[:, COMMANDED : COMMANDED + ACTUATORS], emulator.command.actuators
+            drive = self.vehicle.drive
+            if drive.kind == "differential":
+                fastest = max(np.abs(kept).max(), np.abs(last).max())
+                self.commanded_share = max(self.commanded_share, float(fastest / drive.max_wheel_speed_radps))
 
     def _other(self, goal: PoseGoal, plan: Plan) -> tuple[PoseGoal, Plan]:
         """Another goal, asked for again while the robot turns or stands; or the same if it cannot be had."""
@@ -142,10 +160,17 @@ class GoalChain:
         self.wheel_share = max(self.wheel_share, float(outer.max()))
 
     def _end(self, goal: PoseGoal, plan: Plan) -> None:
-        status, pose = self.emulator.onboard.status, self.emulator.world.pose
+        status = self.emulator.onboard.status
         if status.state != TraversalStatus.DONE:
             self.refused.append(status.reason)
             return
-        off_m = math.hypot(pose.east_m - goal.x_m, pose.north_m - goal.y_m)
-        turned = abs(math.remainder(pose.heading_rad - goal.heading_rad, math.tau))
-        self.ends.append((off_m, turned, status.elapsed_s - plan.speeds.total_time_s))
+        late_s = status.elapsed_s - plan.speeds.total_time_s
+        self.ends.append((*_off(goal, self.emulator.world.pose[:3]), late_s))
+        self.believed.append(_off(goal, self.emulator.onboard.estimate[:3]))
+
+
+def _off(goal: PoseGoal, pose: tuple[float, float, float]) -> tuple[float, float]:
+    """How far a pose (x m, y m, heading rad) is from a goal: m, and rad without a sign."""
+    x_m, y_m, heading_rad = pose
+    turned = abs(math.remainder(heading_rad - goal.heading_rad, math.tau))
+    return math.hypot(x_m - goal.x_m, y_m - goal.y_m), turned

@@ -245,6 +245,8 @@ class LegState(Record):
     """Of the speed profile."""
     timed: bool
     """Whether the reference moves by its own time; else it is where the robot is."""
+    exact: bool
+    """Whether it matters where the robot rests at the end; else it may stop some millimetres short."""
     reference_m: float
     """Arc length that the reference has come to."""
     owed_s: float

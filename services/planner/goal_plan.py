@@ -1,5 +1,6 @@
 """Plan a drive to a pose, from rest or from amid another drive: nothing is worked on along the way."""
 
+import cmath
 import math
 from collections.abc import Iterator
 from dataclasses import replace
@@ -10,14 +11,14 @@ from touchline.schemas.plugins import POSE_METHODS, SPEED_LAWS
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.planner.chosen_plugin import chosen
 from touchline.services.planner.driven_part import DrivenPart
-from touchline.services.planner.geometry.clothoid import PathPose
+from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath, joined
 from touchline.services.planner.leaving import RunningLeg
 from touchline.services.planner.marking import POSE_MAX, pose_of
 from touchline.services.planner.plan import Plan, finished
 from touchline.services.planner.poses.cubic_path import CubicPath
 from touchline.services.planner.poses.g2_path import G2Path
 from touchline.services.planner.poses.laws import SpeedLaw, timed
-from touchline.services.planner.poses.pose_method import PoseMethod
+from touchline.services.planner.poses.pose_method import PoseMethod, PosePath
 from touchline.services.planner.poses.traveller import Traveller
 from touchline.services.planner.route.worked_route import WorkedRoute
 from touchline.services.planner.segments.section import TRANSITION, Section
@@ -25,9 +26,13 @@ from touchline.services.planner.segments.sent_segments import send
 from touchline.services.planner.speed.path_grid import course
 from touchline.services.planner.speed.timing import keeps_entry, speed_profile
 from touchline.services.planner.steering.method import CurveEnd
+from touchline.services.planner.steering.reversing import STRETCH_MIN_M
 
 # A goal this near to the start (m, rad) is the start.
 SAME = 1e-6
+# A drive that only turns begins so far (m) behind the robot, with a straight that tells from which heading. The robot,
+# which takes itself to be at its path's nearest place, does not move along it.
+TELLING_M = 0.5e-3
 
 
 def plan_to_goal(
@@ -50,7 +55,7 @@ def plan_to_goal(
     """
     traveller = Traveller.of(vehicle, options)
     if leaving is None:
-        part = _from_rest(_start(options), goal, traveller)
+        part = _from_standing(_start(options), goal, traveller)
     else:
         part = _from_drive(leaving, goal, traveller, vehicle, options)
     made = finished(WorkedRoute(part.sections), part.sent, [], part.speeds, vehicle, traveller.limits)
@@ -88,31 +93,49 @@ def _moving(start: CurveEnd, goal: PoseGoal, traveller: Traveller) -> Iterator[D
             return
 
 
+def _from_standing(start: PathPose, goal: PoseGoal, traveller: Traveller) -> DrivenPart:
+    """The drive of a robot that nothing has told yet from which heading it is to turn on the spot."""
+    way = _way(start, goal, traveller)
+    return _driven(way if way.path.length_m else replace(way, path=_told(way.path)), goal, traveller)
+
+
 def _from_rest(start: PathPose, goal: PoseGoal, traveller: Traveller) -> DrivenPart:
+    return _driven(_way(start, goal, traveller), goal, traveller)
+
+
+def _way(start: PathPose, goal: PoseGoal, traveller: Traveller) -> PosePath:
     aimed = _goal(goal)
     _refuse_standing(start, aimed)
+    too_near = 0.0 < abs(aimed.point - start.point) < STRETCH_MIN_M
+    if too_near and traveller.can_spin and not math.isnan(aimed.heading_rad):
+        start = PathPose(aimed.x_m, aimed.y_m, start.heading_rad)  # turn there
+    return _method(goal, chosen(SPEED_LAWS, goal.law, "speed law")).between(start, aimed, traveller)
+
+
+def _driven(way: PosePath, goal: PoseGoal, traveller: Traveller) -> DrivenPart:
+    """The way, with the speeds of the goal's law."""
     law = chosen(SPEED_LAWS, goal.law, "speed law")
-    found = _method(goal, law).between(start, aimed, traveller)
-    if not found.path.length_m:
-        raise PlanningError(
-            "",
-            "has its goal where the robot stands, but turned, and a trajectory of turns alone does not say from where",
-            "give a goal some way off, or the pose method dubins",
-        )
-    sections = [Section(TRANSITION, found.path)]
+    sections = [Section(TRANSITION, way.path)]
     sent = send(sections, lambda fraction: None)
     speeds = timed(
         lambda borders_m: course(sections, sent, borders_m.tolist(), traveller.limits),
         law,
         goal.duration_s,
         traveller.limits,
-        found.progress,
+        way.progress,
     )
-    notes = [found.note] if found.note else []
+    notes = [way.note] if way.note else []
     if law is not None and law.moving:
         late_s = float(speeds.speed_mps[0]) / (2.0 * traveller.limits.acceleration_mps2)
         notes.append(f"begins at {speeds.speed_mps[0]:.3f} m/s, so a robot at rest is {late_s:.2f} s late")
     return DrivenPart(sections, sent, speeds, tuple(notes))
+
+
+def _told(turns: PiecePath) -> PiecePath:
+    """A path of turns on the spot alone, with a straight before them, for a trajectory has headings of curves only."""
+    back, heading_rad = cmath.rect(TELLING_M, turns.start.heading_rad), turns.start.heading_rad
+    start = PathPose(turns.start.x_m - back.real, turns.start.y_m - back.imag, heading_rad)
+    return PiecePath(start, joined((Piece(TELLING_M), *turns.pieces)))
 
 
 def _start(options: PlanOptions) -> PathPose:

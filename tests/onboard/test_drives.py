@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.vehicles import Vehicle
+from touchline.schemas.vehicles.shipped import TURTLEBOT2
 from touchline.services.onboard import filter_model as m
 from touchline.services.onboard import tracking_state as tracking
 from touchline.services.onboard.drives import onboard_drive
@@ -75,6 +76,7 @@ def test_odometry_of_what_is_true_leaves_no_innovation(v: float, w: float, left_
 
 def test_turning_on_the_spot_and_tight_curves_have_limits() -> None:
     assert DRIVE.spin_acceleration_radps2() == pytest.approx(VEHICLE.drive.max_acceleration_mps2 / (0.5 * TRACK_M))
+    assert drive_of(TURTLEBOT2).spin_acceleration_radps2() == pytest.approx(0.5 * 3.14 / 0.7), "yaw rate limits it"
     DRIVE.check_curvature("it", 2.0 / TRACK_M)
     with pytest.raises(CommandRefused, match=r"it has a radius of 0\.250 m, less than half the track"):
         DRIVE.check_curvature("it", 4.0)

@@ -127,3 +127,12 @@ def test_over_the_wire_it_needs_a_goal():
     assert "no goal" in answer(request.model_copy(update={"goal": ()}), WAFFLE).message
     empty = request.model_copy(update={"leaving": (LeavingTrajectory(),)})
     assert "leaving" in answer(empty, WAFFLE).message
+
+
+def test_at_the_end_of_a_drive_it_can_be_left_for_a_turn_on_the_spot_there():
+    before = first_drive(WAFFLE)
+    turned = {"x_m": FIRST.x_m, "y_m": FIRST.y_m, "heading_rad": FIRST.heading_rad + 1.2}
+    after = leave(before, 0.99 * before.report.total_length_m, WAFFLE, **turned)
+    assert after.report.position_gap_m < 1e-9
+    loaded = load_trajectory(after.trajectory, WAFFLE)
+    assert [leg.turn_rad for leg in loaded.legs] == pytest.approx([0.0, 1.2])

@@ -113,13 +113,34 @@ def test_it_takes_the_time_that_is_wanted_and_refuses_less_than_the_least(law, m
         to_goal(WAFFLE, method=method, law=law, duration_s=5.0)
 
 
-def test_a_turn_alone_is_refused_as_robots_refuse_it_but_arcs_lead_there():
+def test_a_turn_alone_is_driven_on_the_spot():
+    for near_m in (0.0, 4e-4):
+        for method in ("g2", "cubic", "turn-line-turn"):
+            planned = to_goal(WAFFLE, method=method, x_m=1.0 + near_m, y_m=-2.0, heading_rad=2.0)
+            loaded = load_trajectory(planned.trajectory, WAFFLE)
+            assert [turn.angle_rad for turn in loaded.turns.values()] == [pytest.approx(1.6)]
+            assert loaded.total_length_m < 1e-3, "the straight that tells the heading"
+            end = planned.sections[-1].path.end
+            assert (end.x_m, end.y_m, end.heading_rad) == pytest.approx((1.0 + near_m, -2.0, 2.0), abs=1e-9)
+
+
+def test_where_a_turn_on_the_spot_may_not_be_a_loop_leads_there():
     turned = {"x_m": 1.0, "y_m": -2.0, "heading_rad": 2.0}
-    for method in ("g2", "cubic", "turn-line-turn"):
-        with pytest.raises(PlanningError, match=r"turns alone .* give a goal some way off"):
-            to_goal(WAFFLE, method=method, **turned)
-    load_trajectory(to_goal(WAFFLE, method="dubins", **turned).trajectory, WAFFLE)
-    load_trajectory(to_goal(SHIPPED["clay-roller"].vehicle, **turned).trajectory, SHIPPED["clay-roller"].vehicle)
+    roller = SHIPPED["clay-roller"].vehicle
+    for vehicle, options, method in ((WAFFLE, HERE, "dubins"), (WAFFLE, FORWARD, "g2"), (roller, HERE, "g2")):
+        planned = to_goal(vehicle, options, method=method, **turned)
+        loaded = load_trajectory(planned.trajectory, vehicle)
+        assert not loaded.turns
+        assert loaded.total_length_m > 0.5
+        assert planned.sections[-1].path.end.heading_rad % math.tau == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize("vehicle", [WAFFLE, TURTLEBOT2, SHIPPED["turf-tank-two"].vehicle])
+def test_a_turn_on_the_spot_takes_the_robot_as_long_as_planned(vehicle):
+    for turn in (0.1, 1.0, 3.0):
+        planned = to_goal(vehicle, method="turn-line-turn", x_m=1.0, y_m=-2.0, heading_rad=0.4 + turn)
+        loaded = load_trajectory(planned.trajectory, vehicle)
+        assert loaded.total_time_s == pytest.approx(planned.speeds.total_time_s, abs=1e-6)
 
 
 def test_a_turn_on_the_spot_of_next_to_nothing_is_taken_by_the_robot():

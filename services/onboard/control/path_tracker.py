@@ -35,6 +35,8 @@ BRAKE_SHARE: Final = 1.2
 BRAKE_MARGIN_MPS: Final = 0.05
 """While the robot brakes it is commanded at most this multiple of the reference speed plus this margin."""
 END_TOLERANCE_M = 0.01
+EXACT_M: Final = 0.001
+"""A robot that does no work on its way, as on one to a goal, is there for where it rests: so near to the end."""
 CATCH_UP_S = 0.1
 """By how much a timed reference may set off late on a leg and still keep the time: a head start of millimetres."""
 _LOCATE_STEPS = 30  # of at most 5 cm each
@@ -67,6 +69,7 @@ class PathTracker:
             nozzle_y_m=vehicle.tool.point_m[1],
             fine_rows=follower.fine_rows,
             timed=keeps_time(follower),
+            exact=not plan.works_beyond(0.0),
             half_tick_share=1.0 - math.exp(-0.5 * TICK_S / max(self.drive.lag_s, TICK_S)),
         )
         self._ahead = np.zeros((follower.ahead_rows, t.AHEAD_COLUMNS))
@@ -98,7 +101,7 @@ class PathTracker:
     def change_plan(self, plan: LoadedTrajectory, arc_length_m: float) -> None:
         """Drive on along another plan, from an arc length of its first leg, at the speed that the reference has."""
         speed_mps = self._state.speed_mps
-        self._plan = plan
+        self._plan, self._state.exact = plan, not plan.works_beyond(0.0)
         self.resume_at(0, arc_length_m)
         self._state.speed_mps, self._state.entry = speed_mps, 0
         if isinstance(self._follower, PathFollower):
@@ -251,11 +254,14 @@ class PathTracker:
 def has_arrived(computer: Computer) -> bool:
     """Whether the robot has come to the end of the leg that it drives, if not yet quite to rest.
 
-    A timed reference must have come there, too; for a robot that stays behind it waits no longer than for one that
-    turns in place.
+    Where it matters where it rests, it has come there once it would brake to rest at the end: braking earlier leaves
+    some millimetres, and in a tight bend 5 mm are 2°. A timed reference must have come there, too; for a robot that
+    stays behind it waits no longer than for one that turns in place.
     """
     leg = computer[0].leg
-    there, slow = leg.arc_m >= leg.end_m - END_TOLERANCE_M, abs(leg.now[tracking.SPEED]) < 2.0 * t.CREEP_MPS
+    speed_mps = abs(leg.now[tracking.SPEED])
+    tolerance_m = max(0.5 * speed_mps**2 / leg.brake_mps2, EXACT_M) if leg.exact else END_TOLERANCE_M
+    there, slow = leg.arc_m >= leg.end_m - tolerance_m, speed_mps < 2.0 * t.CREEP_MPS
     if leg.timed:
         return bool(leg.owed_s > 0.0 and slow and (there or leg.owed_s > PATIENCE_S))
     return bool(there and slow)

@@ -192,5 +192,5 @@ class OnboardDifferential(OnboardDrive):
         return f"needs a wheel speed of {wheel_radps:.2f} rad/s; the limit is {limit_radps:.2f} rad/s"
 
     def spin_acceleration_radps2(self) -> float:
-        """That of the planned acceleration at both wheels."""
-        return float(self._drive.max_acceleration_mps2 / self.figures.half_track_m)
+        """That of the planned acceleration at the lever by which plans turn."""
+        return float(self._drive.max_acceleration_mps2 / self._drive.spin_lever_m)

@@ -1,0 +1,46 @@
+"""Where robots come to rest at a goal: at the end of a tight bend, and after a turn alone."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from benchmarks.positioning import settings
+from touchline.schemas.messages import PlanOptions, PoseGoal, TraversalStatus
+from touchline.services.planner.goal_plan import plan_to_goal
+from touchline.services.robot_sim.emulator import Emulator, Taking
+from touchline.services.robot_sim.fast_runner import FastRunner
+
+pytestmark = pytest.mark.xdist_group("small robots")  # its kernels are compiled in one worker
+
+
+def arrived(follower: str, goal: PoseGoal, options: PlanOptions) -> tuple[float, float, float]:
+    """Where a robot that sets off from the origin comes to rest."""
+    vehicle, scenario, config = settings("turtlebot3-waffle-pi", 3)
+    made = Emulator(vehicle, scenario, config.model_copy(update={"follower": follower}))
+    while not made.onboard.aligned:
+        made.tick()
+    start = options.model_copy(update={"start": made.onboard.estimate[:3]})
+    made.load(plan_to_goal(goal, vehicle, start).trajectory, taking=Taking.HERE)
+    made.start()
+    FastRunner(made).run(10_000)
+    assert made.onboard.state == TraversalStatus.DONE
+    return made.world.pose[:3]
+
+
+@pytest.mark.parametrize("follower", ["mpc", "pure-pursuit", "regularised"])
+def test_a_bend_is_driven_to_its_end(follower: str) -> None:
+    """Of an arc of 15 cm, each centimetre that is missing is 4°."""
+    goal = PoseGoal(x_m=1.5, y_m=1.0, heading_rad=2.6, method="dubins")
+    x_m, y_m, heading_rad = arrived(follower, goal, PlanOptions(kappa_max_1pm=6.5))
+    assert math.hypot(x_m - 1.5, y_m - 1.0) < 0.015
+    assert abs(math.remainder(heading_rad - 2.6, math.tau)) < math.radians(1.6)
+
+
+@pytest.mark.parametrize("follower", ["mpc", "regularised"])
+@pytest.mark.parametrize("heading_rad", [0.5, -3.0])
+def test_a_turn_alone_turns_on_the_spot(follower: str, heading_rad: float) -> None:
+    x_m, y_m, turned_rad = arrived(follower, PoseGoal(x_m=0.0, y_m=0.0, heading_rad=heading_rad), PlanOptions())
+    assert math.hypot(x_m, y_m) < 0.01
+    assert abs(math.remainder(turned_rad - heading_rad, math.tau)) < math.radians(1.0)
