@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from benchmarks.positioning import settings
@@ -21,7 +22,7 @@ def arrived(follower: str, goal: PoseGoal, options: PlanOptions) -> tuple[float,
     made = Emulator(vehicle, scenario, config.model_copy(update={"follower": follower}))
     while not made.onboard.aligned:
         made.tick()
-    start = options.model_copy(update={"start": made.onboard.estimate[:3]})
+    start = options.model_copy(update={"start": np.array(made.onboard.estimate[:3])})
     made.load(plan_to_goal(goal, vehicle, start).trajectory, taking=Taking.HERE)
     made.start()
     FastRunner(made).run(10_000)

@@ -69,7 +69,7 @@ class PathTracker:
             nozzle_y_m=vehicle.tool.point_m[1],
             fine_rows=follower.fine_rows,
             timed=keeps_time(follower),
-            exact=not plan.works_beyond(0.0),
+            exact=not plan.works,
             half_tick_share=1.0 - math.exp(-0.5 * TICK_S / max(self.drive.lag_s, TICK_S)),
         )
         self._ahead = np.zeros((follower.ahead_rows, t.AHEAD_COLUMNS))
@@ -101,7 +101,7 @@ class PathTracker:
     def change_plan(self, plan: LoadedTrajectory, arc_length_m: float) -> None:
         """Drive on along another plan, from an arc length of its first leg, at the speed that the reference has."""
         speed_mps = self._state.speed_mps
-        self._plan, self._state.exact = plan, not plan.works_beyond(0.0)
+        self._plan, self._state.exact = plan, not plan.works
         self.resume_at(0, arc_length_m)
         self._state.speed_mps, self._state.entry = speed_mps, 0
         if isinstance(self._follower, PathFollower):

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from touchline.schemas.errors import CommandRefused
 from touchline.schemas.messages import Actuation, Trajectory
+from touchline.schemas.swath_ids import area_id_of
 from touchline.schemas.vehicles import Vehicle
 from touchline.services.onboard.drives.onboard_drive import drive_of
 from touchline.services.onboard.interface import TICK_S, Checkpoint
@@ -76,6 +77,11 @@ class LoadedTrajectory:
             if self.actuation[index] & Actuation.VALVE:
                 return self.switch_m[index]
         return None
+
+    @property
+    def works(self) -> bool:
+        """Whether anything is worked on along the way: it is actuated, or a segment is a swath of an area."""
+        return self.works_beyond(0.0) or any(area_id_of(each) for each in self.ids)
 
     def works_beyond(self, arc_length_m: float) -> bool:
         """Whether the plan actuates anything from an arc length on."""
