@@ -72,9 +72,13 @@ class GoalChain:
     def drive(self, others: int) -> None:
         """Set off to a random goal, be given `others` every 2 to 5 s, and drive to the last one."""
         goal = self._goal()
-        plan = plan_to_goal(goal, self.vehicle, PlanOptions(start=self.emulator.onboard.estimate[:3]))
+        try:
+            plan = plan_to_goal(goal, self.vehicle, PlanOptions(start=self.emulator.onboard.estimate[:3]))
+            self.emulator.load(plan.trajectory, taking=Taking.HERE)
+        except (CommandRefused, PlanningError) as error:
+            self.refused.append(str(error))
+            return
         self._check_wheels(plan)
-        self.emulator.load(plan.trajectory, taking=Taking.HERE)
         self.emulator.start()
         for _ in range(others):
             self._run(int(100.0 * self.rng.uniform(2.0, 5.0)))

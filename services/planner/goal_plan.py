@@ -22,7 +22,7 @@ from touchline.services.planner.poses.pose_method import PoseMethod, PosePath
 from touchline.services.planner.poses.traveller import Traveller
 from touchline.services.planner.route.worked_route import WorkedRoute
 from touchline.services.planner.segments.section import TRANSITION, Section
-from touchline.services.planner.segments.sent_segments import send
+from touchline.services.planner.segments.sent_segments import Sent, send
 from touchline.services.planner.speed.path_grid import course
 from touchline.services.planner.speed.timing import keeps_entry, speed_profile
 from touchline.services.planner.steering.method import CurveEnd
@@ -86,7 +86,7 @@ def _moving(start: CurveEnd, goal: PoseGoal, traveller: Traveller) -> Iterator[D
     """The quickest drive from amid another to the goal without slowing down at once, if there is one."""
     for offer in G2Path().moving(start, _goal(goal), traveller):
         sections = [Section(TRANSITION, offer.path)]
-        sent = send(sections, lambda fraction: None)
+        sent = _sent(sections, traveller)
         speeds = speed_profile(course(sections, sent, (), traveller.limits), (), traveller.limits, start.speed_mps)
         if keeps_entry(speeds, start.speed_mps):
             yield DrivenPart(sections, sent, speeds, (offer.note,) if offer.note else ())
@@ -116,7 +116,7 @@ def _driven(way: PosePath, goal: PoseGoal, traveller: Traveller) -> DrivenPart:
     """The way, with the speeds of the goal's law."""
     law = chosen(SPEED_LAWS, goal.law, "speed law")
     sections = [Section(TRANSITION, way.path)]
-    sent = send(sections, lambda fraction: None)
+    sent = _sent(sections, traveller)
     speeds = timed(
         lambda borders_m: course(sections, sent, borders_m.tolist(), traveller.limits),
         law,
@@ -129,6 +129,10 @@ def _driven(way: PosePath, goal: PoseGoal, traveller: Traveller) -> DrivenPart:
         late_s = float(speeds.speed_mps[0]) / (2.0 * traveller.limits.acceleration_mps2)
         notes.append(f"begins at {speeds.speed_mps[0]:.3f} m/s, so a robot at rest is {late_s:.2f} s late")
     return DrivenPart(sections, sent, speeds, tuple(notes))
+
+
+def _sent(sections: list[Section], traveller: Traveller) -> list[Sent]:
+    return send(sections, lambda fraction: None, curvature_max_1pm=traveller.limits.drive.curvature_max_1pm)
 
 
 def _told(turns: PiecePath) -> PiecePath:

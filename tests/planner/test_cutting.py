@@ -102,3 +102,15 @@ def test_a_sliver_bent_the_other_way_is_not_made_up_for_by_a_tighter_arc() -> No
         check(path, cuts, path.end)
         assert max(abs(piece.curve.curvature_1pm) for piece in cuts) <= 1.125 * (1 + 1e-9)
         assert min(piece.curve.length_m for piece in cuts) >= SEGMENT_MIN_M
+
+
+def test_a_sliver_stays_where_what_is_drawn_in_its_place_would_be_too_tight() -> None:
+    """An arc of 4.7 mm and the clothoid behind it: as one biarc they took 6.972 1/m of the 6.969 that a robot can."""
+    arc, ramp = Piece(0.004707281678, 6.829268292683), Piece(0.011292284019, 6.829268292683, -604.77298)
+    most_1pm = 6.969
+    path = PiecePath(PathPose(0.0, 0.0, 0.0), (arc, ramp, Piece(2.7)))
+    assert max(piece.curve.curvature_1pm for piece in cut(path, path.end)) > most_1pm
+    cuts = cut(path, path.end, curvature_max_1pm=most_1pm)
+    check(path, cuts, path.end)
+    assert max(piece.curve.curvature_1pm for piece in cuts) <= most_1pm
+    assert min(piece.curve.length_m for piece in cuts) >= SEGMENT_MIN_M

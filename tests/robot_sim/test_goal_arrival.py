@@ -32,11 +32,11 @@ def arrived(follower: str, goal: PoseGoal, options: PlanOptions) -> tuple[float,
 
 @pytest.mark.parametrize("follower", ["mpc", "pure-pursuit", "regularised"])
 def test_a_bend_is_driven_to_its_end(follower: str) -> None:
-    """Of an arc of 15 cm, each centimetre that is missing is 4°."""
+    """Of an arc of 15 cm each millimetre that is missing is 0.4°; stopped within 1 cm it lacked 1.6° by `mpc`."""
     goal = PoseGoal(x_m=1.5, y_m=1.0, heading_rad=2.6, method="dubins")
     x_m, y_m, heading_rad = arrived(follower, goal, PlanOptions(kappa_max_1pm=6.5))
     assert math.hypot(x_m - 1.5, y_m - 1.0) < 0.015
-    assert abs(math.remainder(heading_rad - 2.6, math.tau)) < math.radians(1.6)
+    assert abs(math.remainder(heading_rad - 2.6, math.tau)) < math.radians(0.7)
 
 
 @pytest.mark.parametrize("follower", ["mpc", "regularised"])

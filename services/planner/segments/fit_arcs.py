@@ -42,13 +42,19 @@ class _Span(NamedTuple):
         return self.end_m - self.start_m
 
 
-def cut(path: PiecePath, goal: PathPose | None = None, tolerance_m: float = TOLERANCE_M) -> list[Cut]:
+def cut(
+    path: PiecePath,
+    goal: PathPose | None = None,
+    tolerance_m: float = TOLERANCE_M,
+    curvature_max_1pm: float = math.inf,
+) -> list[Cut]:
     """Lines and arcs within `tolerance_m` of `path`, each beginning where the last one ended, with its heading.
 
-    The last one ends at `goal` if given, which is the path's end but for rounding.
+    The last one ends at `goal` if given, which is the path's end but for rounding. A short one stays if what would be
+    drawn in its place is bent by more than `curvature_max_1pm`.
     """
     cuts: list[Cut] = []
-    for span in _without_slivers(path, _spans(path, tolerance_m)):
+    for span in _without_slivers(path, _spans(path, tolerance_m), curvature_max_1pm):
         if not span.biarcs:
             pose, piece = path.pose_at(span.start_m), path.pieces[path.index_at(0.5 * (span.start_m + span.end_m))]
             cuts.append(Cut(_curve(pose, piece.curvature_1pm, span.length_m), span.start_m, span.end_m))
@@ -109,21 +115,27 @@ def _spans(path: PiecePath, tolerance_m: float) -> list[_Span]:
     return spans
 
 
-def _without_slivers(path: PiecePath, spans: list[_Span]) -> list[_Span]:
+def _without_slivers(path: PiecePath, spans: list[_Span], curvature_max_1pm: float) -> list[_Span]:
     """The spans, each too short one merged with some of its neighbourhood into one biarc.
 
     That is its longer neighbour, unless the biarc would be tighter than the path, as when it makes up for a sliver bent
-    the other way; then it is the other one, or both, whatever takes least.
+    the other way; then it is the other one, or both, whatever takes least. Where that is too tight the sliver stays.
     """
+    staying: set[float] = set()
     while len(spans) > 1:
-        i = min(range(len(spans)), key=lambda k: spans[k].length_m)
-        if spans[i].length_m >= SPAN_MIN_M:
+        slivers = [k for k, span in enumerate(spans) if span.length_m < SPAN_MIN_M and span.start_m not in staying]
+        if not slivers:
             break
+        i = min(slivers, key=lambda k: spans[k].length_m)
         beside = [k for k in (i - 1, i + 1) if 0 <= k < len(spans)]
         beside.sort(key=lambda k: spans[k].length_m, reverse=True)
         offers = [_blended(spans, i, taken) for taken in (*((k,) for k in beside), tuple(beside))]
         tighter = [_tighter_1pm(path, blend) for blend, _ in offers]
-        spans = offers[tighter.index(min(tighter))][1]
+        blend, blended = offers[tighter.index(min(tighter))]
+        if _bend_1pm(path, blend) > curvature_max_1pm:
+            staying.add(spans[i].start_m)
+        else:
+            spans = blended
     return spans
 
 
@@ -145,10 +157,14 @@ def _blended(spans: list[_Span], i: int, taken: tuple[int, ...]) -> tuple[_Span,
 
 def _tighter_1pm(path: PiecePath, span: _Span) -> float:
     """By how much the biarc over a span is bent tighter than the path is anywhere on it (1/m), 0 if it is not."""
-    arcs = biarc(path.pose_at(span.start_m), path.pose_at(span.end_m))
     ideal = 0.0
     for start, end, piece in zip(path.stations, path.stations[1:], path.pieces, strict=False):
         if start < span.end_m and end > span.start_m:
             at = (max(span.start_m - start, 0.0), min(span.end_m - start, piece.length_m))
             ideal = max(ideal, *(abs(piece.curvature_at(s)) for s in at))
-    return max(0.0, max(abs(arc.curvature_1pm) for arc in arcs) - ideal - ROUNDING_1PM)
+    return max(0.0, _bend_1pm(path, span) - ideal - ROUNDING_1PM)
+
+
+def _bend_1pm(path: PiecePath, span: _Span) -> float:
+    """The largest |curvature| of the biarc over a span (1/m)."""
+    return max(abs(arc.curvature_1pm) for arc in biarc(path.pose_at(span.start_m), path.pose_at(span.end_m)))

@@ -1,5 +1,6 @@
 """The LINE and ARC segments of the message for every section of the route."""
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import count
@@ -41,10 +42,16 @@ class Sent:
     worked: bool = False
 
 
-def send(sections: list[Section], step: Callable[[float], None], tolerance_m: float = TOLERANCE_M) -> list[Sent]:
+def send(
+    sections: list[Section],
+    step: Callable[[float], None],
+    tolerance_m: float = TOLERANCE_M,
+    curvature_max_1pm: float = math.inf,
+) -> list[Sent]:
     """The lines and arcs for all sections, within `tolerance_m`; a painted segment is sent as the one curve that it is.
 
-    `step` is told the fraction done.
+    `step` is told the fraction done. No two pieces are drawn together into one that is bent by more than
+    `curvature_max_1pm`.
 
     Raises:
         PlanningError: There are too many lines and arcs for one message.
@@ -61,7 +68,11 @@ def send(sections: list[Section], step: Callable[[float], None], tolerance_m: fl
                 turned = Curve(run.path.start.x_m, run.path.start.y_m, run.path.start.heading_rad, 0.0, 0.0)
                 sent.append(Sent(next(names), section.label, turned, *at, 0.0, 0.0, None, 0, run.spin_rad))
             stroke, whole = section.stroke, run.path.length_m
-            for piece in [Cut(stroke.robot, 0.0, whole)] if stroke else cut(run.path, run.goal, tolerance_m):
+            if stroke:
+                cuts = [Cut(stroke.robot, 0.0, whole)]
+            else:
+                cuts = cut(run.path, run.goal, tolerance_m, curvature_max_1pm)
+            for piece in cuts:
                 end = station + piece.curve.length_m
                 curvature, sharpness = _largest(run.path, piece)
                 name = section.work_id or next(names)
