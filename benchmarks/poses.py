@@ -27,7 +27,7 @@ def main() -> None:
 
 
 def _quickness() -> None:
-    goals = goals_anywhere(500, 6)
+    goals = goals_anywhere(500)
     took = []
     for goal in goals:
         begin = time.perf_counter()
@@ -40,7 +40,7 @@ def _quickness() -> None:
 
 
 def _limits() -> None:
-    goals, options = goals_anywhere(1000, 7), PlanOptions(start=ORIGIN)
+    goals, options = goals_anywhere(1000), PlanOptions(start=ORIGIN)
     print("1,000 goals, cubic method, at every millisecond: largest share of each limit")
     for law in SPEED_LAWS.names():
         worst, refused = np.zeros(4), 0

@@ -1,6 +1,7 @@
 """Cubic curves between poses: what they are, what the study printed instead, and those that are chosen."""
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -12,17 +13,32 @@ from touchline.schemas.errors import PlanningError
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.vehicles.shipped import SHIPPED
 from touchline.services.planner.geometry.clothoid import PathPose
-from touchline.services.planner.poses.cubic_path import CubicPath, curve_of
-from touchline.services.planner.poses.kernels.cubic_curve import bend, cubic_curve, point, tangent, tangent_change
+from touchline.services.planner.poses.cubic_path import CubicPath, chosen_lengths, curve_of
+from touchline.services.planner.poses.kernels.cubic_curve import (
+    FINE,
+    Terms,
+    bend,
+    cubic_curve,
+    point,
+    price,
+    tangent,
+    tangent_change,
+)
+from touchline.services.planner.poses.kernels.turned_line import turned_line_s
+from touchline.services.planner.poses.laws import CUBIC, rates_over
+from touchline.services.planner.poses.shipped_methods import TURN_LINE_TURN
+from touchline.services.planner.poses.times import rest_to_rest_s
 from touchline.services.planner.poses.traveller import Traveller
 from touchline.services.planner.segments.fit_arcs import cut
 from touchline.services.planner.segments.sections import runs
+from touchline.services.study.tracking.studied_robot import SPEED_MPS, STUDY_CAPS, YAW_RADPS
 
 pytestmark = pytest.mark.xdist_group("poses")  # its kernels are compiled in one worker
 
 ORIGIN = PathPose(0.0, 0.0, 0.0)
 WAFFLE = Traveller.of(SHIPPED["turtlebot3-waffle-pi"].vehicle, PlanOptions())
 AUTO = CubicPath()
+CUBIC_RATES = rates_over(CUBIC, np.linspace(0.0, 1.0, FINE + 1))
 
 
 def random_pairs(count, seed=1):
@@ -165,6 +181,57 @@ def test_without_a_drivable_curve_there_is_g2_and_it_is_said():
     found = AUTO.between(ORIGIN, PathPose(0.0, 2.0, 0.0), roller)
     assert "no cubic curve within 0.273 1/m found, so by g2" in found.note
     assert abs(found.path.end.point - 2j) < 1e-9
+
+
+STUDY_TERMS = Terms(math.inf, 0.0, np.zeros(0), STUDY_CAPS)
+
+
+def turns_rad(first, last):
+    return sum(abs(math.remainder(angle, math.tau)) for angle in (first, last))
+
+
+@given(headings, headings, floats(0.1, 8.0))
+def test_turn_line_turn_takes_as_long_as_its_parts(bearing, heading, distance_m):
+    goal = distance_m * complex(math.cos(bearing), math.sin(bearing))
+    forward = turns_rad(bearing, heading - bearing)
+    backward = turns_rad(bearing + math.pi, heading - bearing - math.pi)
+    for may, turned in ((False, forward), (True, min(forward, backward))):
+        for terms, peak in ((STUDY_TERMS, 1.0), (STUDY_TERMS._replace(rates=CUBIC_RATES), 1.5)):
+            wanted = peak * distance_m / SPEED_MPS + turned / YAW_RADPS
+            assert turned_line_s(goal, heading, may, terms) == pytest.approx(wanted, rel=1e-9)
+
+
+def test_turns_on_the_spot_are_priced_as_they_are_planned():
+    """Along the way both gather speed alike, which the price leaves out."""
+    goal = PathPose(2.0, 1.0, 2.0)
+    terms = Terms(math.inf, 0.0, np.zeros(0), WAFFLE.limits.caps)
+    path = TURN_LINE_TURN.between(ORIGIN, goal, WAFFLE).path
+    caps = WAFFLE.limits.caps
+    gathering_s = caps.transit_mps / caps.acceleration_mps2
+    priced = turned_line_s(goal.point, goal.heading_rad, True, terms)
+    assert rest_to_rest_s(path.pieces, WAFFLE) == pytest.approx(priced + gathering_s, rel=1e-3)
+
+
+@given(headings, headings, floats(0.1, 8.0))
+def test_a_curve_is_chosen_only_if_it_is_as_quick_as_turning(bearing, heading, distance_m):
+    goal = PathPose(distance_m * math.cos(bearing), distance_m * math.sin(bearing), heading)
+    terms = STUDY_TERMS._replace(tightest=6.0, slowest=0.05 * distance_m)
+    lengths = chosen_lengths(goal.point, heading, WAFFLE, terms)
+    fixed = chosen_lengths(goal.point, heading, replace(WAFFLE, can_spin=False), terms)
+    turned_s = turned_line_s(goal.point, heading, True, terms)
+    if math.isfinite(lengths[0]):
+        assert lengths == fixed
+        assert price(curve_of(ORIGIN, goal, lengths), terms, FINE) <= turned_s * (1.0 + 1e-8)
+    elif math.isfinite(fixed[0]):
+        assert price(curve_of(ORIGIN, goal, fixed), terms, FINE) > turned_s
+
+
+def test_one_that_can_turn_on_the_spot_does_so_where_that_is_quicker_and_says_so():
+    around = PathPose(2.0, 0.0, 0.5 * math.pi)
+    turned = AUTO.between(ORIGIN, around, WAFFLE)
+    assert "found that is as quick as turn, line, turn, so by g2" in turned.note
+    assert AUTO.between(ORIGIN, around, replace(WAFFLE, can_spin=False)).progress
+    assert CubicPath((2.0,)).between(ORIGIN, around, WAFFLE).progress  # lengths that are asked for are kept to
 
 
 def test_one_that_may_not_reverse_is_not_sent_backward():

@@ -1,11 +1,12 @@
 """Method `cubic`: one cubic curve from pose to pose (see kernels/cubic_curve.py), given as clothoids.
 
 With given tangent lengths it is that of a study on a small robot; else they are chosen so that the vehicle can drive
-the curve, and soonest. Where no such curve is found there is always a path by `g2`.
+the curve, and soonest. Where no such curve is found, or none that is worth it, there is always a path by `g2`.
 """
 
 import math
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from touchline.services.planner.poses.dubins_paths import with_heading
 from touchline.services.planner.poses.g2_path import G2Path
 from touchline.services.planner.poses.kernels.cubic_curve import (
     FINE,
+    QUICKER,
     SLOWEST_SHARE,
     Clothoids,
     CubicCurve,
@@ -25,6 +27,7 @@ from touchline.services.planner.poses.kernels.cubic_curve import (
     quickest_lengths,
     tangent,
 )
+from touchline.services.planner.poses.kernels.turned_line import turned_line_s
 from touchline.services.planner.poses.laws import SpeedLaw, rates_over
 from touchline.services.planner.poses.pose_method import CurveProgress, PosePath
 from touchline.services.planner.poses.traveller import Traveller
@@ -34,6 +37,7 @@ NEAR_M = 1e-4
 CELLS_LEAST, CELLS_MOST = 24, 1536
 # What is bent by less over all its length (rad) is a line.
 STRAIGHT_RAD = 1e-11
+ORIGIN: Final = PathPose(0.0, 0.0, 0.0)
 # This share of the largest curvature is used, as clothoids bend a little more than the curve in whose place they are.
 CURVATURE_SHARE = 0.98
 
@@ -63,7 +67,7 @@ class CubicPath:
             _check(lengths, curve_of(start, aimed, lengths), terms, traveller)
         else:
             seen, turn = aimed.seen_from(start)
-            lengths = quickest_lengths(seen, turn, traveller.can_reverse, terms)
+            lengths = chosen_lengths(seen, turn, traveller, terms)
         made = None
         if math.isfinite(lengths[0]):
             made = made_of_clothoids(
@@ -72,13 +76,38 @@ class CubicPath:
         if made:
             return PosePath(made.path, note, made.progress)
         fallback = G2Path().between(start, aimed, traveller)
-        bound = f"no cubic curve within {traveller.limits.curvature_max_1pm:.3g} 1/m found, so by g2"
+        wanted = " that is as quick as turn, line, turn" if traveller.can_spin else ""
+        bound = f"no cubic curve within {traveller.limits.curvature_max_1pm:.3g} 1/m found{wanted}, so by g2"
         return PosePath(fallback.path, "; ".join(filter(None, (note, bound))))
 
     def _terms(self, distance_m: float, traveller: Traveller) -> Terms:
         rates = rates_over(self.law, np.linspace(0.0, 1.0, FINE + 1)) if self.law else np.zeros(0)
         tightest = CURVATURE_SHARE * traveller.limits.curvature_max_1pm
         return Terms(tightest, SLOWEST_SHARE * distance_m, rates, traveller.limits.caps)
+
+
+def chosen_lengths(goal: complex, turn: float, traveller: Traveller, terms: Terms) -> tuple[float, float]:
+    """The tangent lengths (k_i, k_f) (m) of the quickest cubic curve from the origin, heading along +x, if worth it.
+
+    A bound of curvature leaves to some goals none but long ways round. One that can turn on the spot is there sooner
+    if it turns, drives the line and turns; so a curve must not take longer than that.
+
+    Args:
+        goal: x + iy (m).
+        turn: Heading at the goal (rad).
+        traveller: What it may do beside driving forward.
+        terms: How it is driven.
+
+    Returns:
+        NaN twice, if none of those tried keeps to the terms, or the quickest of them is not worth it.
+    """
+    lengths: tuple[float, float] = quickest_lengths(goal, turn, traveller.can_reverse, terms)
+    if not traveller.can_spin or math.isnan(lengths[0]):
+        return lengths
+    curve = curve_of(ORIGIN, ORIGIN.moved(goal, turn), lengths)
+    turned_s = turned_line_s(goal, turn, traveller.can_reverse, terms)
+    slow = price(curve, terms, FINE) > turned_s * (1.0 + QUICKER)
+    return (math.nan, math.nan) if slow else lengths
 
 
 def curve_of(start: PathPose, goal: PathPose, tangents_m: tuple[float, float]) -> CubicCurve:

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from touchline.services.planner.geometry.clothoid import Floats, PathPose, PiecePath
-from touchline.services.planner.poses.cubic_path import CURVATURE_SHARE, curve_of
+from touchline.services.planner.poses.cubic_path import CURVATURE_SHARE, chosen_lengths, curve_of
 from touchline.services.planner.poses.g2_path import paths_by_g2
 from touchline.services.planner.poses.kernels.cubic_curve import SLOWEST_SHARE, Terms, price, quickest_lengths
 from touchline.services.planner.poses.shipped_methods import TURN_LINE_TURN
@@ -27,7 +27,8 @@ ANY: Final = Terms(math.inf, 0.0, BY_LIMITS, STUDY_CAPS)
 TIGHTEST_1PM: Final = CURVATURE_SHARE * WAFFLE.limits.curvature_max_1pm
 # How finely a cubic curve with a standstill on the way is looked at, and a piece of a path.
 VERY_FINE, PER_PIECE = 20_000, 33
-MEDIAN_S, RATIO = 16.2, 0.61
+# Asked for: the median, that over the median of k = 10 (25.0 s where those figures come from), the mean of ratios.
+MEDIAN_S, OF_MEDIAN, RATIO = 16.2, 16.2 / 25.0, 0.61
 
 SecondsTo = Callable[[PathPose], float]
 
@@ -37,16 +38,17 @@ def least_times(count: int) -> JudgedTable:
     goals = goals_anywhere(count)
     fixed = np.array([_given_s(goal, STUDY_TANGENT_M) for goal in goals])
     by_g2 = np.array([_g2_s(goal) for goal in goals])
-    kept = np.array([_chosen_s(goal, TIGHTEST_1PM) for goal in goals])
-    found = f"{np.isfinite(kept).mean():.0%}"
+    kept, ours = (np.array([seconds_to(goal) for goal in goals]) for seconds_to in (_kept_s, _worthwhile_s))
+    found, taken = (f"{np.isfinite(seconds).mean():.0%}" for seconds in (kept, ours))
     ways: list[tuple[str, Floats, bool]] = [
         ("k = 10: the study", fixed, False),
         ("k = distance", np.array([_given_s(goal, abs(goal.point)) for goal in goals]), False),
-        ("chosen k, forward", np.array([_chosen_s(goal, math.inf, backward=False) for goal in goals]), False),
-        ("chosen k, and backward", np.array([_chosen_s(goal, math.inf) for goal in goals]), False),
+        ("chosen k, forward", np.array([_chosen_s(goal, backward=False) for goal in goals]), False),
+        ("chosen k, and backward", np.array([_chosen_s(goal, backward=True) for goal in goals]), False),
+        (f"the same, curvature kept ({found}), else g2", np.where(np.isfinite(kept), kept, by_g2), False),
         (
-            f"ours: cubic, curvature kept (found for {found}), else g2",
-            np.where(np.isfinite(kept), kept, by_g2),
+            f"ours: cubic, curvature kept, if as quick as turn, line, turn ({taken}), else g2",
+            np.where(np.isfinite(ours), ours, by_g2),
             True,
         ),
         ("ours: g2, curvature kept", by_g2, True),
@@ -71,6 +73,7 @@ def _row(name: str, seconds: Floats, fixed: Floats, *, ours: bool) -> JudgedRow:
     median, slower = float(np.median(seconds)), int(np.count_nonzero((seconds > fixed * (1.0 + 1e-9))[there]))
     asked = [
         (f"median ≤ {MEDIAN_S} s", median <= MEDIAN_S),
+        (f"≤ {OF_MEDIAN:.3f} of that of k = 10", median <= OF_MEDIAN * float(np.median(fixed))),
         (f"ratio ≤ {RATIO}", ratio <= RATIO),
         ("none slower", slower == 0),
         ("all reached", found == len(seconds)),
@@ -84,11 +87,26 @@ def _given_s(goal: PathPose, tangent_m: float) -> float:
     return float(price(curve_of(ORIGIN, goal, (tangent_m, tangent_m)), ANY, VERY_FINE))
 
 
-def _chosen_s(goal: PathPose, tightest_1pm: float, *, backward: bool = True) -> float:
-    """Seconds along the chosen cubic curve; infinite if there is none within the curvature."""
-    slowest = SLOWEST_SHARE * abs(goal.point)
-    terms = Terms(tightest_1pm, slowest, BY_LIMITS, STUDY_CAPS)
-    lengths = quickest_lengths(goal.point, goal.heading_rad, backward, terms)
+def _chosen_s(goal: PathPose, *, backward: bool) -> float:
+    """Seconds along the chosen cubic curve, however tight."""
+    return _curve_s(goal, quickest_lengths(goal.point, goal.heading_rad, backward, _terms(goal, math.inf)))
+
+
+def _kept_s(goal: PathPose) -> float:
+    """Likewise, within the robot's curvature; infinite if there is none."""
+    return _curve_s(goal, quickest_lengths(goal.point, goal.heading_rad, True, _terms(goal, TIGHTEST_1PM)))
+
+
+def _worthwhile_s(goal: PathPose) -> float:
+    """Likewise, by the choice that the method `cubic` makes."""
+    return _curve_s(goal, chosen_lengths(goal.point, goal.heading_rad, WAFFLE, _terms(goal, TIGHTEST_1PM)))
+
+
+def _terms(goal: PathPose, tightest_1pm: float) -> Terms:
+    return Terms(tightest_1pm, SLOWEST_SHARE * abs(goal.point), BY_LIMITS, STUDY_CAPS)
+
+
+def _curve_s(goal: PathPose, lengths: tuple[float, float]) -> float:
     return float(price(curve_of(ORIGIN, goal, lengths), ANY, VERY_FINE)) if math.isfinite(lengths[0]) else math.inf
 
 

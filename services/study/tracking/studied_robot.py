@@ -4,6 +4,7 @@ import math
 from typing import Final, NamedTuple
 
 import numpy as np
+from scipy.stats import qmc
 
 from touchline.schemas.messages import PlanOptions
 from touchline.schemas.vehicles.shipped import TURTLEBOT3_WAFFLE_PI
@@ -34,14 +35,24 @@ class BodyCaps(NamedTuple):
             square = min(square, (self.yaw_radps / curvature) ** 2)
         return float(square)
 
+    @kernel
+    def spin_lever_m(self) -> float:
+        """The radius (m) at which a turn on the spot at the largest yaw rate is as fast as the largest speed."""
+        return float(self.speed_mps / self.yaw_radps)
+
 
 STUDY_CAPS: Final = Caps(SPEED_MPS, math.inf, math.inf, BodyCaps(SPEED_MPS, YAW_RADPS))
 
 
-def goals_anywhere(count: int, seed: int = 4) -> list[PathPose]:
-    """So many goals in a box of 10 m round the robot, with any heading."""
-    rng = np.random.default_rng(seed)
-    return [PathPose(*row) for row in rng.uniform((-5.0, -5.0, -math.pi), (5.0, 5.0, math.pi), (count, 3)).tolist()]
+def goals_anywhere(count: int) -> list[PathPose]:
+    """So many goals spread evenly over a box of 10 m round the robot and all headings.
+
+    They are Halton's points ("On the efficiency of certain quasi-random sequences of points in evaluating
+    multi-dimensional integrals", Numerische Mathematik 2, 1960) from the second on, the first being a corner. Medians
+    of 600 random goals differ by 0.3 s from draw to draw, more than what ways differ by.
+    """
+    points = qmc.Halton(3, scramble=False).fast_forward(1).random(count)
+    return [PathPose(*row) for row in qmc.scale(points, (-5.0, -5.0, -math.pi), (5.0, 5.0, math.pi)).tolist()]
 
 
 def goals_ahead(count: int, nearest_m: float = 0.3) -> list[PathPose]:

@@ -143,7 +143,8 @@ def _row(name: str, runs: Mapping[str, Sequence[Tracked]], asked: TrackerBounds 
     on, off, back = (runs[start] for start in STARTS)
     rms_m = float(np.sqrt(np.mean(np.concatenate([np.square(run.distance_m) for run in on]))))
     end_m = float(np.percentile([run.distance_m[-1] for run in on], 95.0))
-    turned_deg = float(np.degrees(np.percentile([abs(run.errors[-1, 2]) for run in on], 95.0)))
+    turned = np.degrees([abs(run.errors[-1, 2]) for run in on])
+    turned_deg, most_turned_deg = float(np.percentile(turned, 95.0)), float(turned.max())
     turning, turning_off = _most(on, 1), _most(off, 1)
     settled_s = float(np.mean([settled_after_s(run) for run in off]))
     right = sum(looks_ahead(run) for run in back)
@@ -159,7 +160,7 @@ def _row(name: str, runs: Mapping[str, Sequence[Tracked]], asked: TrackerBounds 
     cells = (
         name,
         f"{1e2 * rms_m:.2f} cm",
-        f"{1e2 * end_m:.2f} cm, {turned_deg:.1f}°",
+        f"{1e2 * end_m:.2f} cm, {turned_deg:.1f}° (most {most_turned_deg:.1f}°)",
         f"{turning:.3g} rad/s",
         f"{settled_s:.2f} s",
         f"{turning_off:.3g} rad/s, {_most(off, 0):.2f} m/s",
@@ -170,6 +171,7 @@ def _row(name: str, runs: Mapping[str, Sequence[Tracked]], asked: TrackerBounds 
         "rms_m": rms_m,
         "end_p95_m": end_m,
         "turned_p95_deg": turned_deg,
+        "turned_most_deg": most_turned_deg,
         "asked_radps": turning,
         "settled_s": settled_s,
         "asked_off_radps": turning_off,

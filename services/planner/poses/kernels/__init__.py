@@ -1,1 +1,1 @@
-"""Compiled: cubic curves and the choice among them, shortest paths to a point, and whether a law keeps the limits."""
+"""Compiled: cubic curves and the choice among them, turn-line-turn, paths to a point, and whether a law fits."""
