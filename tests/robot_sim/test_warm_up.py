@@ -4,6 +4,7 @@ import pytest
 
 from touchline.schemas.setup import Setup
 from touchline.schemas.vehicles import Vehicle
+from touchline.services.onboard.trajectory.path_projection import piece_at
 from touchline.services.robot_sim.warm_up import warm_up
 
 SLOW = Vehicle(drive={"wheel_radius_m": 0.02, "transit_speed_mps": 0.4}, tool={"paint_speed_mps": 0.3})
@@ -22,3 +23,9 @@ def test_any_vehicle_warms_up(vehicle):
     said = []
     warm_up(said.append, Setup(vehicle=vehicle))
     assert [line for line in said if "compil" not in line] == []
+
+
+def test_nothing_is_left_to_compile_when_a_trajectory_takes_over_under_way():
+    """Python calls this kernel then only; while it is compiled the control loop would not turn."""
+    warm_up()
+    assert piece_at.signatures
