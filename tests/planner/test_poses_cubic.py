@@ -25,7 +25,7 @@ from touchline.services.planner.poses.kernels.cubic_curve import (
     tangent_change,
 )
 from touchline.services.planner.poses.kernels.turned_line import turned_line_s
-from touchline.services.planner.poses.laws import CUBIC, rates_over
+from touchline.services.planner.poses.laws import CUBIC, UNIFORM, rates_over
 from touchline.services.planner.poses.shipped_methods import TURN_LINE_TURN
 from touchline.services.planner.poses.times import rest_to_rest_s
 from touchline.services.planner.poses.traveller import Traveller
@@ -231,6 +231,7 @@ def test_one_that_can_turn_on_the_spot_does_so_where_that_is_quicker_and_says_so
     turned = AUTO.between(ORIGIN, around, WAFFLE)
     assert "found that is as quick as turn, line, turn, so by g2" in turned.note
     assert AUTO.between(ORIGIN, around, replace(WAFFLE, can_spin=False)).progress
+    assert CubicPath(law=UNIFORM).between(ORIGIN, around, WAFFLE).progress  # a law that cannot stand
     assert CubicPath((2.0,)).between(ORIGIN, around, WAFFLE).progress  # lengths that are asked for are kept to
 
 

@@ -76,7 +76,7 @@ class CubicPath:
         if made:
             return PosePath(made.path, note, made.progress)
         fallback = G2Path().between(start, aimed, traveller)
-        wanted = " that is as quick as turn, line, turn" if traveller.can_spin else ""
+        wanted = " that is as quick as turn, line, turn" if _must_be_quick(traveller, terms) else ""
         bound = f"no cubic curve within {traveller.limits.curvature_max_1pm:.3g} 1/m found{wanted}, so by g2"
         return PosePath(fallback.path, "; ".join(filter(None, (note, bound))))
 
@@ -90,7 +90,8 @@ def chosen_lengths(goal: complex, turn: float, traveller: Traveller, terms: Term
     """The tangent lengths (k_i, k_f) (m) of the quickest cubic curve from the origin, heading along +x, if worth it.
 
     A bound of curvature leaves to some goals none but long ways round. One that can turn on the spot is there sooner
-    if it turns, drives the line and turns; so a curve must not take longer than that.
+    if it turns, drives the line and turns; so a curve must not take longer than that. By a law of its own it may: from
+    standstill to standstill that law begins anew, or, as the uniform one, cannot stand at all.
 
     Args:
         goal: x + iy (m).
@@ -102,12 +103,16 @@ def chosen_lengths(goal: complex, turn: float, traveller: Traveller, terms: Term
         NaN twice, if none of those tried keeps to the terms, or the quickest of them is not worth it.
     """
     lengths: tuple[float, float] = quickest_lengths(goal, turn, traveller.can_reverse, terms)
-    if not traveller.can_spin or math.isnan(lengths[0]):
+    if not _must_be_quick(traveller, terms) or math.isnan(lengths[0]):
         return lengths
     curve = curve_of(ORIGIN, ORIGIN.moved(goal, turn), lengths)
     turned_s = turned_line_s(goal, turn, traveller.can_reverse, terms)
     slow = price(curve, terms, FINE) > turned_s * (1.0 + QUICKER)
     return (math.nan, math.nan) if slow else lengths
+
+
+def _must_be_quick(traveller: Traveller, terms: Terms) -> bool:
+    return traveller.can_spin and len(terms.rates) == 0
 
 
 def curve_of(start: PathPose, goal: PathPose, tangents_m: tuple[float, float]) -> CubicCurve:
