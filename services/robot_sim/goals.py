@@ -28,6 +28,8 @@ PLAN_TIMEOUT_S: Final = 60.0
 RETRY_S: Final = 0.1
 ARRIVING_S: Final = 0.5
 """Sim time: who arrives as soon as that has arrived in a moment."""
+LAST_M: Final = 1e-6
+"""Who has no more to drive than that turns on the spot, or rests in a moment."""
 _LOST: Final = "the robot does not find out where it stands; does sim time pass, has it a fix?"
 _STOPPED: Final = "the robot was told to stop meanwhile; send the goal again"
 
@@ -157,7 +159,7 @@ class Goals:
             self._wait(asked, now_s)
             return
         planned = decode(m.PlanResponse, answer.payload)
-        if not planned.success and asked.under_way and self._emulator.onboard.status.remaining_s < ARRIVING_S:
+        if not planned.success and asked.under_way and self._arriving:
             asked.reason = planned.message  # what is left of the drive may be too short to be left: plan from its end
             self._wait(asked, now_s)
             return
@@ -174,6 +176,11 @@ class Goals:
                 self._refusal,
             ),
         )
+
+    @property
+    def _arriving(self) -> bool:
+        status = self._emulator.onboard.status
+        return status.remaining_s < ARRIVING_S or status.arc_length_m > status.total_length_m - LAST_M
 
     def _go(self, ready: Ready, asked: AskedGoal, said: str) -> m.GotoResponse | None:
         """Take what was prepared and set off; None if that has to be tried again."""
