@@ -126,12 +126,17 @@ def test_another_goal_amid_the_drive_takes_over(bus, operator, planner, tmp_path
         assert both.robot._commands._progress._digest == b"", "the journal knows that it is over"
 
 
-def test_another_goal_amid_a_turn_alone_waits_for_its_end(bus, operator, planner):
+def test_another_goal_amid_the_last_turn_waits_for_its_end(bus, operator, planner):
     both = Planning(bus, planner, speed=4.0)
     turned = PoseGoal(x_m=START.x_m, y_m=START.y_m, heading_rad=START.heading_rad + 3.0, method="turn-line-turn")
     assert ask(operator, both, topics.GOTO, goal=turned).success
     onboard = both.robot._emulator.onboard
-    turn_until(both, lambda: onboard.estimate.yaw_rate_radps > 0.5 and onboard.status.remaining_s > 0.5)
+
+    def turns_at_the_end() -> bool:
+        status = onboard.status
+        return status.remaining_s > 0.5 and status.arc_length_m == status.total_length_m > 0.0
+
+    turn_until(both, turns_at_the_end)
     told = ask(operator, both, topics.GOTO, goal=NEAR)
     assert told.success, told.message
     ask(operator, both, topics.SET_SPEED, factor=-1.0)
