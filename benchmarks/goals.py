@@ -13,7 +13,7 @@ import numpy as np
 from benchmarks._goal_chain import GoalChain
 
 CHAIN, TOLD = 25, 100
-DRIVERS = (("turtlebot3-waffle-pi", "mpc"), ("turtlebot2", "pure-pursuit"), ("turf-tank-two", "mpc"))
+DRIVERS = (("turtlebot3-waffle-pi", "mpc"), ("turtlebot2", "mpc"), ("turf-tank-two", "mpc"))
 NEAR_M, NEAR_RAD = 0.02, math.radians(2.0)
 
 

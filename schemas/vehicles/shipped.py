@@ -160,7 +160,7 @@ SHIPPED: Final[Mapping[str, ShippedVehicle]] = MappingProxyType(
             TURTLEBOT3_WAFFLE_PI, "floor", "mpc", "a small robot without a tool, 0.26 m/s", ON_A_FLOOR
         ),
         "turtlebot2": ShippedVehicle(
-            TURTLEBOT2, "floor", "pure-pursuit", "a round robot without a tool, for fleets", ON_A_FLOOR
+            TURTLEBOT2, "floor", "mpc", "a round robot without a tool, for fleets", ON_A_FLOOR
         ),
     }
 )
