@@ -95,6 +95,8 @@ class SampleBuffer(Record):
     """The newest sample of the IMU, gyro and accelerometer."""
     measured_then: Annotated[Floats, ACTUATORS]
     """What the actuators did when the IMU last said something new."""
+    repeated: bool
+    """Whether it has said the same again since."""
 
 
 class FilterState(Record):

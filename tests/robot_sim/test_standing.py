@@ -210,3 +210,17 @@ def test_what_lasts_is_a_bias_and_is_learned() -> None:
     x, y, _ = emulator.world.pose
     now = emulator.onboard.estimate
     assert math.hypot(now.east_m - x, now.north_m - y) < 0.04
+
+
+def test_without_noise_an_imu_that_repeats_itself_at_rest_is_not_frozen() -> None:
+    emulator = Emulator(Vehicle(), Scenario(noise="none"), OnboardConfig(follower="pure-pursuit"))
+    emulator.load(field())
+    emulator.start()
+    drive_to(emulator, 2.0)
+    emulator.abort()
+    while emulator.active:
+        emulator.tick()
+    emulator.load(field())
+    emulator.start()
+    ticks(emulator, 300)
+    assert emulator.onboard.state == RUNNING, emulator.onboard.status.reason

@@ -53,16 +53,17 @@ def _frozen(c: ComputerState) -> bool:
     new = state.imu_tick < 0
     for axis in range(6):
         new = new or c.frame.readings[axis] != state.reading[axis]
-    if not new:
-        change = 0.0
-        for actuator in range(ACTUATORS):
-            change = max(change, abs(state.measured[actuator] - state.measured_then[actuator]))
-        return change > FROZEN_RADPS
-    for axis in range(6):
         state.reading[axis] = c.frame.readings[axis]
+    if new or not state.repeated:
+        # The encoders are read behind the IMU: what the wheels did at a reading is known when the next one comes.
+        for actuator in range(ACTUATORS):
+            state.measured_then[actuator] = state.measured[actuator]
+        state.repeated = not new
+        return False
+    change = 0.0
     for actuator in range(ACTUATORS):
-        state.measured_then[actuator] = state.measured[actuator]
-    return False
+        change = max(change, abs(state.measured[actuator] - state.measured_then[actuator]))
+    return change > FROZEN_RADPS
 
 
 @kernel
