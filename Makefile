@@ -4,7 +4,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 # Tests of whole systems, and those that mostly wait for others or for the screen, share the machine with their like;
-# so do those that reckon. What takes longest begins first.
+# so do those that reckon. What takes longest begins first. Of those that wait more run at once than there are cores.
 WAITING := tests/system tests/bridge tests/bus tests/tui
 PURE := $(filter-out $(WAITING),$(patsubst %/,%,$(wildcard tests/*/)))
 
@@ -16,7 +16,7 @@ demo: $(STAMP)
 test: $(STAMP)
 	$(MAKE) --no-print-directory -j 3 planner-kernels robot-kernels lint
 	$(BIN)/python -m pytest -q -n 2 --dist loadgroup $(PURE)
-	$(BIN)/python -m pytest -q -n 2 --dist loadgroup $(WAITING)
+	$(BIN)/python -m pytest -q -n 3 --dist loadgroup $(WAITING)
 
 lint: $(STAMP)
 	$(BIN)/ruff check .
@@ -39,7 +39,7 @@ $(STAMP): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 		{ echo "Touchline needs Python 3.11 or newer: run make PYTHON=/path/to/python3.11"; exit 1; }
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test]'
+	$(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check -c constraints.txt -e '.[test]'
 	@touch $@
 
 clean:

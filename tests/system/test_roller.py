@@ -104,15 +104,17 @@ def test_a_roller_that_is_killed_misses_nothing(tmp_path: Path) -> None:
         load = {"trajectory": plan, "template_json": TEXT}
         farmer.order(topics.RECORD, RecordRequest, path=str(recording))
         farmer.order(topics.LOAD, LoadRequest, **load)
-        farmer.order(topics.SET_SPEED, SetSpeedRequest, factor=60.0)
+        farmer.order(topics.SET_SPEED, SetSpeedRequest, factor=20.0)
         farmer.order(topics.START)
         for place in (lambda it: it.speed_mps < -0.5,):
-            before = farmer.until(place)
+            reached = farmer.until(place)
+            farmer.order(topics.SET_SPEED, SetSpeedRequest, factor=1.0)  # it gets not far until it is killed
+            before = farmer.until(lambda it, at=reached: it is not at)
             kill_robot(system, farmer)
             farmer.order(topics.LOAD, LoadRequest, resume=True, **load)
             after = farmer.until(lambda it: it.state == TraversalStatus.READY)
             assert before.coverage_pct <= after.coverage_pct < before.coverage_pct + 10.0
-            farmer.order(topics.SET_SPEED, SetSpeedRequest, factor=60.0)
+            farmer.order(topics.SET_SPEED, SetSpeedRequest, factor=20.0)
             farmer.order(topics.START)
             farmer.rolls_on_from(after.arc_length_m)
         farmer.order(topics.SET_SPEED, SetSpeedRequest, factor=-1.0)
