@@ -3,6 +3,8 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
+# Hundreds of processes are started here: without this each would compile all sources where the variable is set.
+unexport PYTHONDONTWRITEBYTECODE
 # Tests of whole systems, and those that mostly wait for others or for the screen, share the machine with their like;
 # so do those that reckon. What takes longest begins first. Of those that wait more run at once than there are cores.
 WAITING := tests/system tests/bridge tests/bus tests/tui
@@ -39,7 +41,7 @@ $(STAMP): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 		{ echo "Touchline needs Python 3.11 or newer: run make PYTHON=/path/to/python3.11"; exit 1; }
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check -c constraints.txt -e '.[test]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test]'
 	@touch $@
 
 clean:
