@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from typing import Final
 
-import numpy as np
-
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.fast_runner import FastRunner
-from touchline.services.robot_sim.tick_log import COLUMNS, Rows
+from touchline.services.robot_sim.fast_runner import UNLOGGED, FastRunner
 
 _FASTEST_M: Final = 0.02
 """More than a robot comes along its path in a tick."""
-UNLOGGED: Final[Rows] = np.zeros((0, COLUMNS))
 
 
 def step_towards(runner: FastRunner, emulator: Emulator, arc_length_m: float) -> None:

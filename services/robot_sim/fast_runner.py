@@ -46,7 +46,8 @@ Integers = NDArray[np.int64]
 
 ASKING: Final = 3  # a stage more than the emulator's: the follower is to be asked
 
-_NO_ROWS: Final[Rows] = np.zeros((0, tick_log.COLUMNS))
+UNLOGGED: Final[Rows] = np.zeros((0, tick_log.COLUMNS))
+"""Rows for ticks that nobody wants to be kept."""
 
 RETRY_TICKS: Final = 10
 """After a tick that was not nominal, the next ones are not likely to be."""
@@ -269,7 +270,7 @@ class FastRunner:
         emulator = self._emulator
         last = emulator.tick_count + most
         while emulator.tick_count < last and emulator.active:
-            self.step(last - emulator.tick_count, _NO_ROWS)
+            self.step(last - emulator.tick_count, UNLOGGED)
 
     def step(self, most: int, rows: Rows) -> int:
         """Let 1 to `most` ticks pass: nominal ones, and at the end perhaps one that is not; returns how many.

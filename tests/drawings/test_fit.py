@@ -31,7 +31,7 @@ def both_ways(smooth: Smooth, curves: list[Curve]) -> float:
     """The Hausdorff distance between a curve and its fit, by dense samples."""
     t = np.concatenate([np.linspace(a, b, 4001) for a, b in zip(smooth.breaks, smooth.breaks[1:], strict=False)])
     there = smooth.point(t)
-    forth = float(distance_m(there[::4], curves).max())
+    forth = float(distance_m(there, curves).max())
     fitted = np.concatenate([np.column_stack(c.at(np.linspace(0.0, c.length_m, 60))[:2]) for c in curves])
     back = float(cKDTree(there).query(fitted)[0].max())
     spacing = float(np.hypot(*np.diff(there, axis=0).T).max())

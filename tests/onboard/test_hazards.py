@@ -183,7 +183,7 @@ def test_a_lasting_jump_waits_for_the_operator() -> None:
     run.rig.fix_offset_m = (0.0, 0.10)
     assert run.until(PAUSED, limit=100) < 60
     assert "contradict" in run.onboard.status.reason
-    run.ticks(1500)
+    run.ticks(3000)
     assert run.onboard.state == PAUSED, "a wrong fix that lasts does not move the painting"
     assert abs(run.onboard.estimate.north_m - run.rig.y) < 0.03
     run.onboard.resume()

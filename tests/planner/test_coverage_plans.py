@@ -85,7 +85,7 @@ def test_a_strip_in_which_the_machine_cannot_turn_is_driven_both_sides() -> None
 
 def test_what_lies_behind_a_wall_is_left_out_and_said() -> None:
     field, wall = shapely.box(0.0, 0.0, 36.0, 18.0), shapely.box(20.0, -1.0, 21.0, 19.0)
-    route = cover(asked(field, wall, coverage_pct=80.0, forward_only=True))
+    route = cover(asked(field, wall, coverage_pct=80.0))
     check(route, field.difference(wall))
     near = route.reachable.intersection(shapely.box(0.0, 0.0, 20.0, 18.0))
     assert covered_pct(route, near) >= 80.0
@@ -94,8 +94,8 @@ def test_what_lies_behind_a_wall_is_left_out_and_said() -> None:
 
 @pytest.mark.parametrize(("laps", "sides"), [(0, 0), (2, 8)])
 def test_as_many_laps_are_driven_as_are_asked_for(laps: int, sides: int) -> None:
-    field = shapely.box(0.0, 0.0, 34.0, 26.0)
-    route = cover(asked(field, laps=laps, coverage_pct=85.0, forward_only=True))
+    field = shapely.box(0.0, 0.0, 40.0, 30.0)
+    route = cover(asked(field, laps=laps, coverage_pct=85.0))
     check(route, field)
     assert len({piece.label for piece in route.pieces if piece.kind == "lap"}) == sides
     assert covered_pct(route, route.reachable) >= 85.0

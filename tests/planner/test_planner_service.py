@@ -50,7 +50,7 @@ def test_a_template_is_planned_with_progress(bus: Bus) -> None:
     response = bus.call(topics.PLAN_SERVICE, request, ANSWER_S)
     assert response.success, response.message
     assert response.report.painted_segments == 15
-    assert len(response.trajectory.path.segments) > 50
+    assert len(response.trajectory.path.segments) > 100
     said = [m for _, m in inbox.messages() if isinstance(m, Progress)]
     while not any(m.stage == "report" for m in said):
         said += [s.decode() for s in inbox.wait(60.0)]

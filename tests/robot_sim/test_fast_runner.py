@@ -90,7 +90,7 @@ def assert_same(scenario, listen_from, **things):
 
 
 @pytest.mark.parametrize("follower", ["mpc", "pure-pursuit"])
-@pytest.mark.parametrize("listen_from", [1, 9, 57, 333, 500, 9999])
+@pytest.mark.parametrize("listen_from", [1, 9, 57, 333, 500, 700, 9999])
 def test_the_loop_is_the_ticks(follower, listen_from):
     _, report, _ = assert_same(Scenario(seed=4), listen_from, follower=follower)
     assert report.success

@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 
-from benchmarks._drive_to import UNLOGGED
 from benchmarks._joints import interrupted, joints
 from tests.onboard.rig import chain, clothoid, reversing, trajectory
 from touchline.schemas.messages import Actuation, Trajectory, TraversalStatus
@@ -19,7 +18,7 @@ from touchline.schemas.vehicles import Vehicle
 from touchline.schemas.vehicles.shipped import CLAY_ROLLER
 from touchline.services.onboard.interface import TICK_S
 from touchline.services.robot_sim.emulator import Emulator
-from touchline.services.robot_sim.fast_runner import FastRunner
+from touchline.services.robot_sim.fast_runner import UNLOGGED, FastRunner
 
 pytestmark = pytest.mark.xdist_group("roller")  # its kernels are compiled in one worker
 

@@ -183,7 +183,7 @@ def test_a_killed_robot_comes_back_with_its_valve_closed_goes_on_and_reports_the
         assert bus.call(topics.RECORD, RecordRequest(request_id=new_id(), path=str(recording))).success
         plan = planned(bus, THREE_LINES)
         start_painting(bus, plan, 10.0, THREE_LINES)
-        wait_until(lambda: observer.look().status.coverage_pct > 40.0 and observer.sprayer.valve_open)
+        wait_until(lambda: observer.look().status.coverage_pct > 45.0 and observer.sprayer.valve_open)
         slowly = SetSpeedRequest(request_id=new_id(), factor=1.0)  # a busy machine may take long to kill it
         assert bus.call(topics.SET_SPEED, slowly).success
         before = bus.call(topics.GET_PAINT, GetPaintRequest()).strokes
@@ -199,7 +199,7 @@ def test_a_killed_robot_comes_back_with_its_valve_closed_goes_on_and_reports_the
         assert restored[: len(before) - 1] == tuple(
             mark.model_copy(update={"header": restored[0].header}) for mark in before[:-1]
         )
-        assert observer.look().status.coverage_pct > 40.0
+        assert observer.look().status.coverage_pct > 45.0
         assert bus.call(topics.SET_SPEED, SetSpeedRequest(request_id=new_id(), factor=-1.0)).success
         assert bus.call(topics.START, CommandRequest(request_id=new_id())).success
         heard: list[Message] = []

@@ -188,7 +188,7 @@ def test_each_robot_says_the_same_in_one_process_in_three_at_another_pace_and_al
         job = Job.prepare(parse_template(TEMPLATE), PlanOptions(), setup.vehicle)
         alone = simulate(job, setup.scenario, setup.onboard, Products(hashed=True)).report.session_hash
         assert alone == shared.driven[robot].session_hash == apart.driven[robot].session_hash
-        assert 1.0 < apart.driven[robot].pace <= PACE, "lags of a busy machine are not caught up with"
+        assert 4.0 < apart.driven[robot].pace <= PACE, "lags of a busy machine are not caught up with"
     assert len({driven.session_hash for driven in shared.driven.values()}) == 3
     assert len({tuple(ours[robot]["plan"]) for robot in ROBOTS}) == 3, "each is planned for its own vehicle"
 

@@ -83,9 +83,9 @@ def body_outside_m(paths: Iterable[PiecePath], machine: CoverageMachine, free: A
         block = np.repeat(np.arange(0, count, BLOCK), BLOCK)[:count]
         within_m = np.hypot(*(poses[:, :2] - poses[block, :2]).T)
         middles = np.asarray(shapely.points(poses[::BLOCK, :2]))
-        inside = shapely.contains_properly(free, middles)
+        free_there = shapely.contains_properly(free, middles)[block // BLOCK]
         spare = shapely.distance(middles, border)[block // BLOCK] - within_m - machine.reach_m
-        bodies = body_at(poses[~((spare > -worst) & inside[block // BLOCK])], machine)
+        bodies = body_at(poses[~((spare > -worst) & free_there)], machine)
         inside = shapely.contains_properly(free, bodies)
         if inside.any():
             worst = max(worst, -float(shapely.distance(bodies[inside], border).min()))
