@@ -89,8 +89,10 @@ class Sequencer:
         if not self._held:
             self._held = sorted(placed, key=_PLACE)
             return []
-        last_ns = {(message.namespace, message.topic.name): place_ns for place_ns, message in placed}
-        youngest_ns = min([self._held[-1][0], *(last_ns.get(key, 0) for key in cut)])
+        youngest_ns = self._held[-1][0]
+        if cut:
+            last_ns = {(message.namespace, message.topic.name): place_ns for place_ns, message in placed}
+            youngest_ns = min([youngest_ns, *(last_ns.get(key, 0) for key in cut)])
         arrived = sorted([*self._held, *placed], key=_PLACE)
         certain = len(arrived)
         while certain and arrived[certain - 1][0] > youngest_ns:
