@@ -1,7 +1,7 @@
 """Covering random fields by two sizes of roller, and how planning grows with the field.
 
-Polygons of 5 to 30 corners, every third with a hole, of 0.05 to 0.5 ha, each planned for the shipped roller and for one
-of half its size; then rectangles of 0.5 to 50 ha, planned for the shipped one.
+Polygons of 5 to 30 corners, every third with a hole, of about 0.1 to 0.9 ha, each planned for the shipped roller and
+for one of half its size; then rectangles of 0.5 to 50 ha, planned for the shipped one.
 
     python -m benchmarks.random_fields [--fields 40] [--seed 1] [--up-to HECTARES]
 

@@ -99,3 +99,25 @@ def test_as_many_laps_are_driven_as_are_asked_for(laps: int, sides: int) -> None
     check(route, field)
     assert len({piece.label for piece in route.pieces if piece.kind == "lap"}) == sides
     assert covered_pct(route, route.reachable) >= 85.0
+
+
+def test_every_straight_is_driven_or_said_to_be_left_out() -> None:
+    route = cover(asked(shapely.box(0.0, 0.0, 22.0, 16.0), laps=2, coverage_pct=85.0))
+    driven = {piece.label for piece in route.pieces if piece.kind in ("lap", "lane")}
+    left_out = next(remark for remark in route.remarks if remark.startswith("left out, as turns"))
+    told = set(left_out.partition(": ")[2].split("; "))
+    sides = {f"{lap}, side {number}" for lap in ("lap", "lap 2") for number in range(1, 5)}
+    lanes = {f"lane {number}" for number in range(1, max(int(label[5:]) for label in driven - sides) + 1)}
+    assert not driven & told
+    assert driven | told >= sides | lanes
+
+
+def test_laps_that_do_not_fit_are_told() -> None:
+    route = cover(asked(shapely.box(0.0, 0.0, 22.0, 12.0), laps=6, coverage_pct=50.0))
+    assert route.remarks[0] == "6 laps are asked for, 3 fit: there is no room further in"
+
+
+def test_an_area_narrower_than_the_tool_is_covered() -> None:
+    strip = shapely.box(0.0, 0.0, 20.0, 1.0)
+    route = cover(CoverageTask(strip, shapely.box(-9.0, -9.0, 29.0, 9.0), (), ROLLER))
+    assert covered_pct(route, strip) >= 99.9

@@ -12,6 +12,7 @@ from touchline.services.planner.collision.checker import first_touch
 from touchline.services.planner.coverage.drum_sweep import body_at, body_outside_m, swept
 from touchline.services.planner.coverage.free_space import FreeSpace
 from touchline.services.planner.coverage.kernels.body_room import keeps_off, poses_along
+from touchline.services.planner.coverage.kernels.grid import BEND_STEP_M, ROUGH_OFF_M, ROUGH_STEP_M, ask, pass_path
 from touchline.services.planner.coverage.stroke_map import StrokeMap
 from touchline.services.planner.coverage.zigzag import zigzag
 from touchline.services.planner.geometry.clothoid import PathPose, Piece, PiecePath
@@ -84,6 +85,21 @@ def test_asking_finds_what_counting_finds_and_what_is_taken_back_is_as_before() 
         counted.take(path)
     assert not counted.grid.passes.any()
     assert counted.missed_m2 == counted.wanted_m2
+
+
+def test_what_long_steps_along_bends_miss_is_within_what_is_allowed_for() -> None:
+    rng = np.random.default_rng(6)
+    grid = StrokeMap(shapely.box(-20.0, -20.0, 40.0, 40.0), ROLLER.width_m).grid
+    differing = 0
+    for path in [_bends(rng) for _ in range(40)]:
+        table, cells = np.array([piece[:4] for piece in path.pieces], dtype=np.float64), []
+        for step_m in (BEND_STEP_M, ROUGH_STEP_M):
+            ask(grid)
+            cells.append(pass_path(np.array(path.start), table, len(table), grid, 0, step_m))
+        fine_m2, rough_m2 = (count * grid.cell_m**2 for count in cells)
+        assert fine_m2 <= rough_m2 + ROUGH_OFF_M * path.length_m
+        differing += fine_m2 != rough_m2
+    assert differing > 20
 
 
 def test_a_body_that_leaps_where_it_is_well_off_touches_what_one_touches_that_is_looked_at_everywhere() -> None:

@@ -10,12 +10,11 @@ import numpy as np
 
 from touchline.services.planner.coverage.cover_stroke import CoverStroke
 from touchline.services.planner.coverage.kernels.lane_anneal import LaneCosts, annealed
-from touchline.services.planner.coverage.kernels.turn_words import Mover
+from touchline.services.planner.coverage.kernels.turn_words import Mover, words_s
 from touchline.services.planner.coverage.lanes import CoverLane
 from touchline.services.planner.coverage.machine import CoverageMachine
 from touchline.services.planner.coverage.stroke_join import Joiner
 from touchline.services.planner.geometry.clothoid import Floats, Ints, PathPose, PiecePath
-from touchline.services.planner.steering.circles import shortest_word as shortest_word_m
 from touchline.services.planner.steering.turns import ContinuousTurn
 from touchline.services.planner.steering.words import shortest_word
 
@@ -78,7 +77,8 @@ class LaneOrder:
 
     @cached_property
     def _cost(self) -> Floats:
-        cost = np.array([[self._way_s(first, last) for last in self._strokes] for first in self._strokes])
+        ends, begins = (np.array([place(s) for s in self._strokes]) for place in (self._end, self._begin))
+        cost: Floats = words_s(ends, begins, self.joiner.mover)
         for k in range(0, len(cost), 2):
             cost[k : k + 2, k : k + 2] = NEVER_S
         return cost
@@ -105,11 +105,15 @@ class LaneOrder:
 
     def word(self, first: CoverStroke, last: CoverStroke) -> PiecePath:
         """The shortest word from one to the next, whatever is in its way."""
-        end = self._end(first)
-        return PiecePath(end, shortest_word(end, self._begin(last), self.joiner.turn).pieces(self.joiner.turn))
+        if (first, last) not in self._words:
+            end, turn = self._end(first), self.joiner.turn
+            self._words[first, last] = PiecePath(end, shortest_word(end, self._begin(last), turn).pieces(turn))
+        return self._words[first, last]
 
-    def _way_s(self, first: CoverStroke, last: CoverStroke) -> float:
-        return word_s(self._end(first), self._begin(last), self.joiner.mover)
+    @cached_property
+    def _words(self) -> dict[tuple[CoverStroke, CoverStroke], PiecePath]:
+        """Those found so far: good orders have most in common."""
+        return {}
 
     def _annealed(self, apart_s: float, seed: int) -> Ints:
         across = complex(-math.sin(self.angle_rad), math.cos(self.angle_rad))
@@ -153,7 +157,4 @@ class LaneOrder:
 
 def word_s(start: PathPose, goal: PathPose, mover: Mover) -> float:
     """Seconds for the shortest word between two poses, whatever is in its way."""
-    z, turn = goal.seen_from(start)
-    facing = complex(math.cos(turn), math.sin(turn))
-    length = shortest_word_m(z * mover.root, facing, turn, mover.circle, 1.0)
-    return float(length) / mover.root / mover.speed_mps
+    return float(words_s(np.array([start]), np.array([goal]), mover)[0, 0])

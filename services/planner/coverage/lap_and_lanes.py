@@ -104,18 +104,22 @@ class _Covering:
         self.items: list[CoverLane] = []
         self.left_out: list[CoverStroke] = []
         found: list[CoverLane] = []
+        self.laps_fit = 0
         pitch, rest = machine.width_m - task.overlap_m, as_area(space.free.intersection(task.area))
         for lap in range(1 if task.laps is None else task.laps):
             # Further laps overlap as lanes do; the last one has lanes inside that turn over it.
             target = rest if not lap else as_area(rest.buffer(machine.width_m - pitch, join_style="mitre"))
-            for number, ring in enumerate(rings(target, machine.width_m)):
-                name = "lap" if not (lap or number) else f"lap {lap + 1}" if not number else f"lap {lap + 1}.{number}"
-                each = sides(ring, name, space)
-                found += each
-                if number:
-                    self.items += each
-                elif each:
-                    self.laps.append([side.along for side in each])
+            laid = [
+                sides(ring, f"lap {lap + 1}.{number}" if number else f"lap {lap + 1}" if lap else "lap", space)
+                for number, ring in enumerate(rings(target, machine.width_m))
+            ]
+            if not any(laid):
+                break
+            self.laps_fit += 1
+            outer, inner = laid[0], [side for ring in laid[1:] for side in ring]
+            self.items += inner
+            self.laps += [[side.along for side in outer]] if outer else []
+            found += outer
             rest = as_area(rest.buffer(-machine.width_m, join_style="mitre", mitre_limit=3.0))
         self.angle_rad = 0.0
         if not rest.is_empty:
@@ -134,13 +138,25 @@ class _Covering:
         self._improve(2.0 * LANE_S_PER_M2)
         self.progress(IMPROVED)
         self._touch_up()
-        remarks = [f"{stroke.label} cannot be reached from the rest: it is left out" for stroke in self.left_out]
+        return CoverageRoute(tuple(self._pieces()), self.reach, tuple(self._remarks()))
+
+    def _remarks(self) -> Iterator[str]:
+        """What could not be done, and what need not."""
+        if self.laps_fit < (self.task.laps or 0):
+            yield f"{self.task.laps} laps are asked for, {self.laps_fit} fit: there is no room further in"
+        for stroke in self.left_out:
+            yield f"{stroke.label} cannot be reached from the rest: it is left out"
+        driven = zip(self.chain.strokes, self.chain.paths(), strict=True)
+        needless = [stroke for stroke, (worked, _) in driven if worked is None and stroke in self.other_way]
+        if needless:
+            missed_m2 = sum(self.covered.add(stroke.part(0.0, stroke.length_m), 0) for stroke in needless)
+            others = f"turns and other straights cover what they would, but for {missed_m2:.1f} m² at most"
+            yield f"left out, as {others}: {'; '.join(stroke.label for stroke in needless)}"
         wanted = self.covered.wanted_m2
         covered_pct = 100.0 * (1.0 - self.covered.missed_m2 / wanted) if wanted else 100.0
         if covered_pct < self.task.coverage_pct - 100.0 * RASTER_SHARE:
             asked = f"{self.task.coverage_pct:g} % of what the tool can reach is aimed at"
-            remarks.append(f"{asked}, {covered_pct:.1f} % is covered: there is no way to more that is worth its time")
-        return CoverageRoute(tuple(self._pieces()), self.reach, tuple(remarks))
+            yield f"{asked}, {covered_pct:.1f} % is covered: there is no way to more that is worth its time"
 
     def _build(self) -> None:
         """Lap and lanes in order, and the first ways between them."""

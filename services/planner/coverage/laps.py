@@ -23,11 +23,11 @@ SIDE_MIN_M = 0.5
 def rings(target: Area, width_m: float) -> list[shapely.LinearRing]:
     """The middle of the tool's way along each edge, a closed line for each outline and hole, inside on the left.
 
-    The outline of the largest part comes first.
+    The outline of the largest part comes first; there is none where the tool is wider than what there is.
     """
     inner = target.buffer(-0.5 * width_m, join_style="mitre", mitre_limit=3.0)
     parts = sorted(shapely.get_parts(shapely.orient_polygons(inner)), key=shapely.area, reverse=True)
-    return [ring for part in parts for ring in (part.exterior, *part.interiors)]
+    return [ring for part in parts if not part.is_empty for ring in (part.exterior, *part.interiors)]
 
 
 def sides(ring: shapely.LinearRing, name: str, space: FreeSpace) -> list[CoverLane]:

@@ -59,13 +59,8 @@ class Joiner:
         self.space, self.covered, self.seconds_per_m2, self.reversing = space, covered, seconds_per_m2, reversing
         self.turn = ContinuousTurn(machine.curvature_max_1pm, machine.sharpness_max_1pm2)
         root = math.sqrt(machine.sharpness_max_1pm2)
-        self.mover = Mover(
-            circle(machine.curvature_max_1pm / root),
-            root,
-            0.5 * machine.width_m,
-            machine.speed_mps,
-            machine.acceleration_mps2,
-        )
+        unit = circle(machine.curvature_max_1pm / root)
+        self.mover = Mover(unit, root, machine.speed_mps, machine.acceleration_mps2)
 
     def best(
         self, first: CoverStroke, last: CoverStroke, first_from_m: float = 0.0, last_to_m: float = math.inf

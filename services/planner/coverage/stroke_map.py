@@ -8,7 +8,15 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from touchline.services.planner.coverage.kernels.grid import BLOCK, PassGrid, ask, count_open, fill, pass_path
+from touchline.services.planner.coverage.kernels.grid import (
+    BEND_STEP_M,
+    BLOCK,
+    PassGrid,
+    ask,
+    count_open,
+    fill,
+    pass_path,
+)
 from touchline.services.planner.coverage.shapes import Area
 from touchline.services.planner.geometry.clothoid import Floats, PiecePath
 
@@ -36,8 +44,8 @@ class StrokeMap:
         blocks = (math.ceil(shape[0] / BLOCK), math.ceil(shape[1] / BLOCK))
         seen, question = np.zeros(shape, np.int32), np.zeros(1, np.int32)
         passes, opened, spans = np.zeros(shape, np.int16), np.zeros(blocks, np.int32), np.zeros((shape[0], 2))
-        self.grid = PassGrid(left, low, size, np.zeros(shape, np.bool_), passes, seen, opened, question, spans)
-        self.half_width_m = 0.5 * width_m
+        unwanted, half_width_m = np.zeros(shape, np.bool_), 0.5 * width_m
+        self.grid = PassGrid(half_width_m, left, low, size, unwanted, passes, seen, opened, question, spans)
         for part in shapely.get_parts(wanted):
             rings = [np.array(ring.coords)[:, :2] for ring in (part.exterior, *part.interiors)]
             edges = np.concatenate([np.hstack((ring[:-1], ring[1:])) for ring in rings])
@@ -50,7 +58,7 @@ class StrokeMap:
         ask(self.grid)
         table: Floats = np.array([piece[:4] for piece in path.pieces], dtype=np.float64).reshape(-1, 4)
         start = np.array(path.start, dtype=np.float64)
-        found = pass_path(start, table, len(table), self.half_width_m, self.grid, change)
+        found = pass_path(start, table, len(table), self.grid, change, BEND_STEP_M)
         return float(found) * self.grid.cell_m**2
 
     def take(self, path: PiecePath) -> None:

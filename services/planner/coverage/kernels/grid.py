@@ -1,6 +1,6 @@
 """Compiled: a raster on which what the tool passes over is counted, cell by cell.
 
-A cell counts as passed over if its middle is. Straights are one quadrilateral, bends one for each tenth of a metre.
+A cell counts as passed over if its middle is. Straights are one quadrilateral, bends one for each step along them.
 Blocks of cells know how many of theirs are still to be covered: where none is, nobody needs to look.
 """
 
@@ -15,7 +15,11 @@ from touchline.services.planner.geometry.clothoid import Floats
 
 # Columns of a table of pieces; as in `Piece`, the curvature is the robot's and the length is driven either way.
 LENGTH, CURVATURE, SHARPNESS, DIRECTION = range(4)
-BEND_STEP_M = 0.1
+# Steps along bends (m): where it counts, and where it need be right only within `ROUGH_OFF_M` times the path's length.
+BEND_STEP_M, ROUGH_STEP_M = 0.1, 0.4
+# For each metre of an arc of radius r a chord cuts off ROUGH_STEP_M²/(12·r) (m): no more than this at the tool's outer
+# end, if r is 1.3 m or more there; at the inner end it adds some.
+ROUGH_OFF_M = 0.01
 # Cells along the side of a block.
 BLOCK = 8
 
@@ -31,6 +35,7 @@ class PassGrid(NamedTuple):
     """A raster; its first cell's corner is at (x, y).
 
     Attributes:
+        half_width_m: Of the tool that passes over it.
         x_m: Of the corner.
         y_m: Of the corner.
         cell_m: Side of a cell.
@@ -42,6 +47,7 @@ class PassGrid(NamedTuple):
         spans: (rows, 2) working space: from where to where a quadrilateral reaches in each row.
     """
 
+    half_width_m: float
     x_m: float
     y_m: float
     cell_m: float
@@ -170,7 +176,7 @@ def pass_row(row: int, first: int, last: int, grid: PassGrid, change: int) -> in
         grid.seen[row, column] = question
         before = grid.passes[row, column]
         grid.passes[row, column] = before + change
-        if grid.wanted[row, column]:
+        if (before == 0 or before + change == 0) and grid.wanted[row, column]:
             found += int(before == 0)
             grid.open[row // BLOCK, column // BLOCK] += int(before + change == 0) - int(before == 0)
     return found
@@ -249,28 +255,28 @@ def in_cells(x: float, y: float, grid: PassGrid) -> Place:
 
 
 @kernel
-def pass_path(start: Floats, table: Floats, count: int, half_width: float, grid: PassGrid, change: int) -> int:
+def pass_path(start: Floats, table: Floats, count: int, grid: PassGrid, change: int, step_m: float) -> int:
     """Meet what the tool passes over along pieces of a path; see `pass_quad`.
 
     Args:
         start: (3,) or longer: x (m), y (m), heading (rad) at the beginning.
         table: (n, 4) pieces: length (m), curvature (1/m), sharpness (1/m²), direction (±1).
         count: So many of its rows are driven.
-        half_width: Of the tool (m).
         grid: Its `passes`, `open` and `seen` are changed.
         change: Added to the passes of the cells met for the first time; 0 only asks.
+        step_m: Length of the quadrilaterals along bends; no longer than this.
 
     Returns:
         How many of them were wanted and not passed over before.
     """
     corners, found = np.empty(8), 0
     x, y, heading = start[0], start[1], start[2]
-    across_x, across_y = -half_width * math.sin(heading), half_width * math.cos(heading)
+    across_x, across_y = -grid.half_width_m * math.sin(heading), grid.half_width_m * math.cos(heading)
     for k in range(count):
         length, direction = table[k, LENGTH], table[k, DIRECTION]
         curvature, sharpness = table[k, CURVATURE], table[k, SHARPNESS]
         bent = curvature != 0.0 or sharpness != 0.0
-        steps = max(1, math.ceil(length / BEND_STEP_M)) if bent else 1
+        steps = max(1, math.ceil(length / step_m)) if bent else 1
         step, dx, dy, turn, cos, sin = length / steps, 0.0, 0.0, 0.0, 1.0, 0.0
         for n in range(steps):
             corners[0], corners[1] = in_cells(x + across_x, y + across_y, grid)

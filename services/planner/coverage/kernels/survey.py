@@ -10,7 +10,16 @@ import numpy as np
 
 from touchline.services.core.jit import kernel
 from touchline.services.planner.coverage.kernels.body_room import Walls, keeps_off, poses_along, stands_free
-from touchline.services.planner.coverage.kernels.grid import DIRECTION, LENGTH, PassGrid, ask, pass_path
+from touchline.services.planner.coverage.kernels.grid import (
+    BEND_STEP_M,
+    DIRECTION,
+    LENGTH,
+    ROUGH_OFF_M,
+    ROUGH_STEP_M,
+    PassGrid,
+    ask,
+    pass_path,
+)
 from touchline.services.planner.coverage.kernels.stroke_ways import (
     Join,
     Room,
@@ -28,25 +37,25 @@ MOST_POSES = 4000
 
 
 @kernel
-def _left_cells(join: Join, i: int, mover: Mover, grid: PassGrid) -> int:
+def _left_cells(join: Join, i: int, grid: PassGrid) -> int:
     """Cells of the first stroke's end zone, as far as it is driven, that nothing passed over in this question."""
-    return int(_zone_cells(join.leaving, join.leave[i, 0], join.leaving_direction, mover, grid))
+    return int(_zone_cells(join.leaving, join.leave[i, 0], join.leaving_direction, grid))
 
 
 @kernel
-def _joined_cells(join: Join, j: int, mover: Mover, grid: PassGrid) -> int:
+def _joined_cells(join: Join, j: int, grid: PassGrid) -> int:
     """Cells of the second stroke's begin zone, as far as it is driven, that nothing passed over in this question."""
     from_m = join.join[j, 1]
     begun = along(join.joining, join.joining_direction, from_m)
-    return int(_zone_cells(begun, join.zone_m - from_m, join.joining_direction, mover, grid))
+    return int(_zone_cells(begun, join.zone_m - from_m, join.joining_direction, grid))
 
 
 @kernel
-def _zone_cells(begin: Floats, length_m: float, direction: float, mover: Mover, grid: PassGrid) -> int:
+def _zone_cells(begin: Floats, length_m: float, direction: float, grid: PassGrid) -> int:
     """Cells of a straight from a pose (3,) on that nothing passed over in this question."""
     line = np.zeros((1, 4))
     line[0, LENGTH], line[0, DIRECTION] = length_m, direction
-    return int(pass_path(begin, line, 1, mover.half_width_m, grid, 0))
+    return int(pass_path(begin, line, 1, grid, 0, BEND_STEP_M))
 
 
 @kernel
@@ -70,28 +79,27 @@ def is_free(join: Join, i: int, count: int, walls: Walls, room: Room) -> bool:
 
 
 @kernel
-def cells_of_zones(join: Join, way: Ints, mover: Mover, grid: PassGrid, room: Room) -> int:
+def cells_of_zones(join: Join, way: Ints, grid: PassGrid, room: Room) -> int:
     """Cells that only the zones of a way pass over, those twice that both do.
 
     Args:
         join: Zones of the two strokes.
         way: (4,) a row of `Ways.which`.
-        mover: How the machine moves.
         grid: Asked new questions; its `passes` stay.
         room: Its `left` and `joined` are filled in.
     """
     i, j = way[0], way[1]
     if room.left[i] < 0:
         ask(grid)
-        room.left[i] = _left_cells(join, i, mover, grid)
+        room.left[i] = _left_cells(join, i, grid)
     if room.joined[j] < 0:
         ask(grid)
-        room.joined[j] = _joined_cells(join, j, mover, grid)
+        room.joined[j] = _joined_cells(join, j, grid)
     return int(room.left[i] + room.joined[j])
 
 
 @kernel
-def cells_gained(join: Join, way: Ints, count: int, enough: float, mover: Mover, grid: PassGrid, room: Room) -> int:
+def cells_gained(join: Join, way: Ints, count: int, enough: float, grid: PassGrid, room: Room) -> int:
     """Cells that only a way and its zones pass over.
 
     Args:
@@ -99,20 +107,23 @@ def cells_gained(join: Join, way: Ints, count: int, enough: float, mover: Mover,
         way: (4,) a row of `Ways.which`.
         count: So many pieces in `room.table` are its word.
         enough: Fewer cells need not be counted.
-        mover: How the machine moves.
         grid: Asked new questions; its `passes` stay.
         room: Holds the word.
 
     Returns:
         Their number; −1 if it is less than `enough`.
     """
-    alone = cells_of_zones(join, way, mover, grid, room)
+    alone, start = cells_of_zones(join, way, grid, room), departure(join, way[0])
+    off = ROUGH_OFF_M * room.table[:count, LENGTH].sum() / grid.cell_m**2
     ask(grid)
-    gained = pass_path(departure(join, way[0]), room.table, count, mover.half_width_m, grid, 0)
+    if pass_path(start, room.table, count, grid, 0, ROUGH_STEP_M) + off + alone < enough:
+        return -1
+    ask(grid)
+    gained = pass_path(start, room.table, count, grid, 0, BEND_STEP_M)
     if gained + alone < enough:
         return -1
-    gained += _left_cells(join, way[0], mover, grid)
-    return int(gained + _joined_cells(join, way[1], mover, grid))
+    gained += _left_cells(join, way[0], grid)
+    return int(gained + _joined_cells(join, way[1], grid))
 
 
 @kernel
@@ -162,7 +173,7 @@ def survey(join: Join, walls: Walls, mover: Mover, grid: PassGrid, seconds_per_m
         since += 1
         # One cell less makes up for rounding.
         enough = (ways.times[k] - best[0]) / (seconds_per_m2 * cell) - 1.0
-        gained = cells_gained(join, way, count, enough, mover, grid, room)
+        gained = cells_gained(join, way, count, enough, grid, room)
         score = ways.times[k] - seconds_per_m2 * gained * cell
         if gained >= 0 and score < best[0]:
             since = 0

@@ -8,7 +8,7 @@ import numpy as np
 from touchline.services.core.jit import kernel
 from touchline.services.planner.coverage.kernels.grid import CURVATURE, DIRECTION, LENGTH, SHARPNESS
 from touchline.services.planner.geometry.clothoid import Floats
-from touchline.services.planner.steering.circles import LIMIT, LIMIT_TURN, turn_length
+from touchline.services.planner.steering.circles import LIMIT, LIMIT_TURN, shortest_word, turn_length
 
 # So many pieces make a word: three turns of three.
 WORD_PIECES = 9
@@ -19,7 +19,6 @@ class Mover(NamedTuple):
 
     circle: Floats
     root: float
-    half_width_m: float
     speed_mps: float
     acceleration_mps2: float
 
@@ -103,6 +102,30 @@ def word_m(amounts: Floats, kind: int, mover: Mover) -> float:
     turning = turn_length(abs(amounts[0]), mover.circle) + turn_length(abs(amounts[2]), mover.circle)
     middle = amounts[1] if kind % 4 < 2 else turn_length(abs(amounts[1]), mover.circle)
     return float((turning + middle) / mover.root)
+
+
+@kernel
+def words_s(starts: Floats, goals: Floats, mover: Mover) -> Floats:
+    """Seconds for the shortest words from each of some poses to each of others, whatever is in their way.
+
+    Args:
+        starts: (n, 3) x (m), y (m), heading (rad).
+        goals: (m, 3) the same.
+        mover: How the machine moves.
+
+    Returns:
+        (n, m).
+    """
+    seconds = np.empty((len(starts), len(goals)))
+    for i in range(len(starts)):
+        facing = complex(math.cos(starts[i, 2]), math.sin(starts[i, 2]))
+        for j in range(len(goals)):
+            turn = goals[j, 2] - starts[i, 2]
+            z = complex(goals[j, 0] - starts[i, 0], goals[j, 1] - starts[i, 1]) / facing
+            there = complex(math.cos(turn), math.sin(turn))
+            length = shortest_word(z * mover.root, there, turn, mover.circle, 1.0)
+            seconds[i, j] = length / mover.root / mover.speed_mps
+    return seconds
 
 
 @kernel
